@@ -1,5 +1,5 @@
-//! What it costs to watch a run: one observation of a trotting quadruped, every 2 ms of simulated time, and ten
-//! expectations. The aim is 0.3 µs.
+//! Cost of the judge for one observation of a trotting quadruped, every 2 ms of simulated time,
+//! with ten expectations. The target is 0.3 µs.
 
 use std::path::Path;
 
@@ -64,14 +64,14 @@ fn scene() -> Scene {
     };
     scenario
         .and_then(|scenario| scenario.scene(&facts))
-        .expect("the scenario above is right")
+        .expect("valid scenario")
 }
 
-/// A second of observations.
+/// One second of observations.
 #[divan::bench]
 fn five_hundred_observations(bencher: divan::Bencher) {
     let scene = scene();
-    let ports: Vec<Port> = wanted_ports(&scene);
+    let ports: Vec<Port> = required_ports(&scene);
     let layout = Layout::of(&ports, Direction::Output);
     let none = Layout::default();
     let layouts = Layouts {
@@ -94,7 +94,7 @@ fn five_hundred_observations(bencher: divan::Bencher) {
         });
 }
 
-fn wanted_ports(scene: &Scene) -> Vec<Port> {
+fn required_ports(scene: &Scene) -> Vec<Port> {
     let port = |name: &String| match name.rsplit('/').next() {
         Some("load" | "tension") => Port::output(name, Unit::Newton, 1),
         _ => Port::output(name, Unit::Meter, 3),
@@ -102,13 +102,13 @@ fn wanted_ports(scene: &Scene) -> Vec<Port> {
     scene.wanted.iter().map(port).collect()
 }
 
-/// Legs that stand and swing in turn at 3.5 Hz.
+/// Foot loads of legs in stance and swing at 3.5 Hz.
 fn sample(layout: &Layout, index: usize) -> Vec<f64> {
     let mut values = vec![0.1; layout.len()];
     for (leg, name) in ["LF", "RF", "LH", "RH"].into_iter().enumerate() {
         if let Some(range) = layout.find(&format!("leg/{name}/foot/load")) {
-            let stands = (index + 71 * leg) % 143 < 70;
-            values[range.start] = if stands { 5.0 } else { 0.0 };
+            let in_stance = (index + 71 * leg) % 143 < 70;
+            values[range.start] = if in_stance { 5.0 } else { 0.0 };
         }
     }
     values

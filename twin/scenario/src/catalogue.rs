@@ -72,7 +72,8 @@ impl Kind {
     /// Returns the variables that the key `key` sets: the one of that name, or all of its groups
     /// (`key/fore`, `key/hind`).
     pub fn variables_of(&self, key: &str) -> Vec<&VariableSpec> {
-        let is_set_by_key = |variable: &&VariableSpec| variable.name == key || variable.key() == key;
+        let is_set_by_key =
+            |variable: &&VariableSpec| variable.name == key || variable.key() == key;
         self.variables.iter().filter(is_set_by_key).collect()
     }
 }

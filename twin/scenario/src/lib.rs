@@ -17,7 +17,8 @@
 //!     robot = "cheetah-cub"
 //!     duration = "1 s"
 //!     plant = { model = "weightless" }
-//!     expect = [{ signal = { name = "body/position", component = "z", always = { min = "10 cm" } } }]
+//!     [[expect]]
+//!     signal = { name = "body/position", component = "z", always = { min = "10 cm" } }
 //! "#;
 //! let catalogue = Catalogue {
 //!     plants: vec![Kind::new("weightless", "hangs in the air")],

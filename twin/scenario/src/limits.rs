@@ -1,4 +1,4 @@
-//! What a measured value must not exceed.
+//! Limits of a measured value.
 
 use std::f64::consts::PI;
 use std::ops::Bound;
@@ -6,45 +6,45 @@ use std::ops::Bound;
 use twinrig_document::{Item, Range, Reported, Table, print_quantity};
 use twinrig_kernel::Unit;
 
-/// Least and greatest accepted value. At least one of them is there.
+/// Least and greatest accepted value, at least one of which is set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Least accepted value, itself accepted.
+    /// Least accepted value, inclusive.
     pub min: Option<f64>,
-    /// Greatest accepted value, itself accepted.
+    /// Greatest accepted value, inclusive.
     pub max: Option<f64>,
 }
 
-/// The values that a measure can take, whatever the run does. Limits that all of them or none of
-/// them are within would be a verdict without a run.
+/// Possible values of a measure. Limits that accept all of them or none would give a verdict that
+/// does not depend on the run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Domain {
     range: Range,
-    whole: bool,
+    is_integer: bool,
 }
 
 impl Domain {
     pub const ANY: Domain = Domain::of(Range::ANY);
     pub const POSITIVE: Domain = Domain::of(Range::POSITIVE);
     pub const NOT_NEGATIVE: Domain = Domain::of(Range::NOT_NEGATIVE);
-    /// 0, 1, 2, …
+    /// Non-negative integers.
     pub const COUNT: Domain = Domain {
         range: Range::NOT_NEGATIVE,
-        whole: true,
+        is_integer: true,
     };
-    /// A share.
+    /// Shares, 0 to 1.
     pub const SHARE: Domain = Domain::up_to(1.0);
-    /// The magnitude of a roll; peak to peak, a pitch.
+    /// Magnitude of a roll; peak-to-peak range of a pitch.
     pub const HALF_TURN: Domain = Domain::up_to(PI);
-    /// The magnitude of a pitch, which lies between nose up and nose down.
+    /// Magnitude of a pitch, at most a quarter turn up or down.
     pub const QUARTER_TURN: Domain = Domain::up_to(PI / 2.0);
-    /// Peak to peak, a roll.
+    /// Peak-to-peak range of a roll.
     pub const TURN: Domain = Domain::up_to(2.0 * PI);
 
     const fn of(range: Range) -> Self {
         Domain {
             range,
-            whole: false,
+            is_integer: false,
         }
     }
 
@@ -55,10 +55,10 @@ impl Domain {
         })
     }
 
-    /// Whether every value is within `limits`.
+    /// Returns whether all values are within `limits`.
     fn is_within(&self, limits: &Limits) -> bool {
-        // Degrees become radians with an error in the last place.
-        const NEARLY: f64 = 1.0 - 1e-12;
+        // The conversion of degrees to radians has a rounding error in the last place.
+        const ROUNDING: f64 = 1.0 - 1e-12;
         let above = match (limits.min, self.range.min) {
             (None, _) => true,
             (Some(min), Bound::Included(least) | Bound::Excluded(least)) => min <= least,
@@ -66,13 +66,13 @@ impl Domain {
         };
         let below = match (limits.max, self.range.max) {
             (None, _) => true,
-            (Some(max), Bound::Included(most) | Bound::Excluded(most)) => max >= most * NEARLY,
+            (Some(max), Bound::Included(most) | Bound::Excluded(most)) => max >= most * ROUNDING,
             (Some(_), Bound::Unbounded) => false,
         };
         above && below
     }
 
-    /// Whether no value is within `limits`.
+    /// Returns whether no value is within `limits`.
     fn is_outside(&self, limits: &Limits) -> bool {
         let below = match (limits.max, self.range.min) {
             (Some(max), Bound::Included(least)) => max < least,
@@ -85,34 +85,38 @@ impl Domain {
             _ => false,
         };
         let between = match (limits.min, limits.max) {
-            (Some(min), Some(max)) => self.whole && max.floor() < min.ceil(),
+            (Some(min), Some(max)) => self.is_integer && max.floor() < min.ceil(),
             _ => false,
         };
         below || above || between
     }
 
-    fn words(&self, unit: Unit) -> String {
-        let whole = if self.whole { "a whole number, " } else { "" };
-        format!("{whole}{}", self.range.words(unit.symbol()))
+    fn describe(&self, unit: Unit) -> String {
+        let prefix = if self.is_integer {
+            "a whole number, "
+        } else {
+            ""
+        };
+        format!("{prefix}{}", self.range.words(unit.symbol()))
     }
 }
 
-/// How values compare with [`Limits`]: the value that is nearest to violating them, the limit that it is nearest to, and the
-/// distance, negative if it is violated.
+/// Comparison of values with [`Limits`]: the value with the least margin, the limit closest to it,
+/// and the signed distance, negative if the limit is violated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
     /// The value.
     pub measured: f64,
     /// The limit.
     pub bound: f64,
-    /// Distance to the limit; negative on its wrong side; NaN if the value is.
+    /// Distance to the limit; negative if the limit is violated; NaN if the value is NaN.
     pub margin: f64,
-    /// The limit on the other side, if there is one.
+    /// The opposite limit, if there is one.
     pub other: Option<f64>,
 }
 
 impl Limits {
-    /// No more than `max`.
+    /// Returns limits with only a maximum.
     pub const fn at_most(max: f64) -> Self {
         Limits {
             min: None,
@@ -120,7 +124,7 @@ impl Limits {
         }
     }
 
-    /// Compares values that lie between `least` and `greatest`.
+    /// Compares the values from `least` to `greatest` with the limits.
     pub fn compare(&self, least: f64, greatest: f64) -> Comparison {
         let above = self.max.map(|max| Comparison {
             measured: greatest,
@@ -135,7 +139,7 @@ impl Limits {
             other: self.max,
         });
         match (below, above) {
-            // A NaN on either side is what is shown.
+            // A NaN on either side takes precedence.
             (Some(below), Some(above))
                 if above.margin.is_nan()
                     || (!below.margin.is_nan() && above.margin < below.margin) =>
@@ -152,11 +156,12 @@ impl Limits {
         }
     }
 
-    /// How far `value` is inside; negative outside; NaN if it is.
+    /// Returns the distance of `value` to the nearer limit; negative if it is violated; NaN if
+    /// `value` is NaN.
     pub fn margin(&self, value: f64) -> f64 {
         let above = self.max.map_or(f64::INFINITY, |max| max - value);
         let below = self.min.map_or(f64::INFINITY, |min| value - min);
-        // `f64::min` would prefer the number to the NaN.
+        // `f64::min` discards a NaN.
         if value.is_nan() {
             f64::NAN
         } else {
@@ -164,13 +169,13 @@ impl Limits {
         }
     }
 
-    /// Whether `value` is inside. NaN is not.
+    /// Returns whether `value` is within the limits; false for NaN.
     pub fn hold(&self, value: f64) -> bool {
         self.margin(value) >= 0.0
     }
 
-    /// Reads a table of its own: `{ min = …, max = … }` or `{ near = …, within = … }`, for a
-    /// measure that takes the values of `domain`.
+    /// Reads a table of limits, `{ min = …, max = … }` or `{ near = …, within = … }`, of a measure
+    /// with the values `domain`.
     pub(crate) fn read(item: &Item<'_>, unit: Unit, domain: &Domain) -> Result<Self, Reported> {
         if !item.is_table() {
             let example = if unit == Unit::One {
@@ -178,7 +183,7 @@ impl Limits {
             } else {
                 format!("\"{}\"", print_quantity(0.5, unit))
             };
-            let message = format!("`{}` wants limits", item.key());
+            let message = format!("`{}` requires limits", item.key());
             let help = format!(
                 "write {{ max = {example} }}, {{ min = …, max = … }} or {{ near = …, within = … }}"
             );
@@ -194,11 +199,11 @@ impl Limits {
         } else {
             return Ok(limits);
         };
-        let help = format!("`{key}` is always {}", domain.words(unit));
+        let help = format!("`{key}` is always {}", domain.describe(unit));
         Err(item.report(message, help))
     }
 
-    /// Reads `min`, `max`, `near` and `within` out of a table that may hold other keys too.
+    /// Reads `min`, `max`, `near` and `within` from a table that may have other keys.
     pub(crate) fn read_from(
         table: &Table<'_>,
         unit: Unit,
@@ -216,7 +221,7 @@ impl Limits {
             }),
             (Some(min), Some(max), None, None) if min > max => Err(report(
                 "`min` is greater than `max`",
-                "nothing lies between them",
+                "no value lies between them",
             )),
             (None, None, None, None) => Err(report(
                 "there is no limit",
@@ -224,14 +229,14 @@ impl Limits {
             )),
             (min, max, None, None) => Ok(Limits { min, max }),
             _ => Err(report(
-                "these limits do not go together",
+                "these limits cannot be combined",
                 "give `min`, `max` or both, or `near` and `within`",
             )),
         }
     }
 }
 
-/// A distance from `centre`: a quantity, or a percentage of it.
+/// Reads a distance from `centre`: a quantity, or a percentage of `centre`.
 fn within(item: &Item<'_>, unit: Unit, centre: f64) -> Result<f64, Reported> {
     if item.is_text() && item.text()?.trim_end().ends_with('%') {
         let share = item.number(&Range::NOT_NEGATIVE)?;
@@ -250,7 +255,7 @@ mod tests {
     };
 
     #[test]
-    fn the_nearer_limit_is_the_one_that_counts() {
+    fn comparison_uses_the_limit_with_the_least_margin() {
         let low = BOTH.compare(1.1, 2.0);
         assert_eq!((low.measured, low.bound), (1.1, 1.0));
         let high = BOTH.compare(2.0, 3.5);
@@ -258,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn nan_is_within_no_limits() {
+    fn nan_violates_all_limits() {
         assert!(!BOTH.hold(f64::NAN));
         assert!(!Limits::at_most(1.0).hold(f64::NAN));
         for (least, greatest) in [(f64::NAN, 2.0), (2.0, f64::NAN), (f64::NAN, f64::NAN)] {
@@ -268,9 +273,9 @@ mod tests {
     }
 
     #[test]
-    fn limits_divide_the_values_that_there_are() {
+    fn limits_that_accept_all_or_no_values_of_a_domain_are_detected() {
         let limits = |min, max| Limits { min, max };
-        for (domain, decided, undecided) in [
+        for (domain, constant, variable) in [
             (
                 Domain::SHARE,
                 vec![
@@ -297,16 +302,16 @@ mod tests {
                 vec![limits(None, Some(3.0))],
             ),
         ] {
-            let decides = |l: &Limits| domain.is_within(l) || domain.is_outside(l);
-            assert!(decided.iter().all(decides), "{domain:?}");
-            assert!(!undecided.iter().any(decides), "{domain:?}");
+            let is_constant = |l: &Limits| domain.is_within(l) || domain.is_outside(l);
+            assert!(constant.iter().all(is_constant), "{domain:?}");
+            assert!(!variable.iter().any(is_constant), "{domain:?}");
         }
         let far = limits(Some(-1e9), Some(1e9));
         assert!(!Domain::ANY.is_within(&far) && !Domain::ANY.is_outside(&far));
     }
 
     #[test]
-    fn a_limit_itself_is_accepted() {
+    fn limits_are_inclusive() {
         assert!(BOTH.hold(1.0) && BOTH.hold(3.0) && !BOTH.hold(3.000_000_1));
     }
 }

@@ -1,4 +1,4 @@
-//! The values of keys that a kind of part declares.
+//! Values of the keys that a kind of part declares.
 
 use std::ops::RangeInclusive;
 
@@ -22,32 +22,33 @@ pub enum OptionValue {
     Natural(u64),
     /// True or false.
     Boolean(bool),
-    /// A text, or one of several words.
+    /// A text, or one of several choices.
     Text(String),
-    /// A name, and where it stands.
+    /// A name and its position.
     Name(Placed<String>),
-    /// How long something takes.
+    /// A time model.
     Time(Timing),
     /// Options of a table.
     Group(Options),
-    /// The same for all members of a set.
+    /// One value for all members of a set.
     All(Box<OptionValue>),
-    /// Values of those members of a set that are named.
+    /// Values of the named members of a set.
     Named(Vec<(Placed<String>, OptionValue)>),
 }
 
-/// The options of one part: those that the scenario gives, and the defaults of the others, in the order of declaration.
+/// Options of one part, in the order of declaration: the values of the scenario, and the defaults
+/// of the others.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options(Vec<(String, OptionValue)>);
 
 impl Options {
-    /// The value of `name`; none if the scenario does not give it and it has no default.
+    /// Returns the value of `name`; none if the scenario does not set it and it has no default.
     pub fn get(&self, name: &str) -> Option<&OptionValue> {
         let (_, value) = self.0.iter().find(|(known, _)| known == name)?;
         Some(value)
     }
 
-    /// The quantity `name`; none if it is absent or no quantity.
+    /// Returns the quantity `name`; none if it is absent or not a quantity.
     pub fn number(&self, name: &str) -> Option<f64> {
         match self.get(name)? {
             OptionValue::Number(value) => Some(*value),
@@ -55,7 +56,7 @@ impl Options {
         }
     }
 
-    /// The duration `name`; none if it is absent or no duration.
+    /// Returns the duration `name`; none if it is absent or not a duration.
     pub fn duration(&self, name: &str) -> Option<SimDuration> {
         match self.get(name)? {
             OptionValue::Duration(value) => Some(*value),
@@ -63,7 +64,7 @@ impl Options {
         }
     }
 
-    /// The whole number `name`; none if it is absent or no whole number.
+    /// Returns the whole number `name`; none if it is absent or not a whole number.
     pub fn natural(&self, name: &str) -> Option<u64> {
         match self.get(name)? {
             OptionValue::Natural(value) => Some(*value),
@@ -71,7 +72,7 @@ impl Options {
         }
     }
 
-    /// The truth of `name`; none if it is absent or neither true nor false.
+    /// Returns the boolean `name`; none if it is absent or not a boolean.
     pub fn boolean(&self, name: &str) -> Option<bool> {
         match self.get(name)? {
             OptionValue::Boolean(value) => Some(*value),
@@ -79,7 +80,7 @@ impl Options {
         }
     }
 
-    /// The text or word `name`; none if it is absent or no text.
+    /// Returns the text or choice `name`; none if it is absent or not a text.
     pub fn text(&self, name: &str) -> Option<&str> {
         match self.get(name)? {
             OptionValue::Text(value) => Some(value),
@@ -87,7 +88,7 @@ impl Options {
         }
     }
 
-    /// The name `name` and its place; none if it is absent or no name.
+    /// Returns the name `name` and its position; none if it is absent or not a name.
     pub fn name(&self, name: &str) -> Option<&Placed<String>> {
         match self.get(name)? {
             OptionValue::Name(value) => Some(value),
@@ -95,7 +96,8 @@ impl Options {
         }
     }
 
-    /// The members of the set `name` that the scenario names, and their values, in the order of the file.
+    /// Returns the members of the set `name` that the scenario names, and their values, in the
+    /// order of the file.
     pub fn named(&self, name: &str) -> &[(Placed<String>, OptionValue)] {
         match self.get(name) {
             Some(OptionValue::Named(values)) => values,
@@ -103,7 +105,7 @@ impl Options {
         }
     }
 
-    /// How long `name` takes; none if it is absent or no time.
+    /// Returns the time model `name`; none if it is absent or not a time model.
     pub fn time(&self, name: &str) -> Option<&Timing> {
         match self.get(name)? {
             OptionValue::Time(value) => Some(value),
@@ -111,7 +113,7 @@ impl Options {
         }
     }
 
-    /// The options of the table `name`; none if it is absent or no table.
+    /// Returns the options of the table `name`; none if it is absent or not a table.
     pub fn group(&self, name: &str) -> Option<&Options> {
         match self.get(name)? {
             OptionValue::Group(options) => Some(options),
@@ -119,7 +121,8 @@ impl Options {
         }
     }
 
-    /// The value of `name` for `member` of a set: its own, or that of all; none if it has none.
+    /// Returns the value of `name` for `member` of a set: that of the member, or that of all
+    /// members; none if there is neither.
     pub fn of_member(&self, name: &str, member: &str) -> Option<&OptionValue> {
         match self.get(name)? {
             OptionValue::All(value) => Some(value),
@@ -131,7 +134,7 @@ impl Options {
         }
     }
 
-    /// The members that options of a set name, in the order of the file.
+    /// Returns the members that options of a set name, in the order of the file.
     pub fn members(&self) -> impl Iterator<Item = &Placed<String>> {
         let named = self.0.iter().filter_map(|(_, value)| match value {
             OptionValue::Named(values) => Some(values.iter().map(|(name, _)| name)),
@@ -140,12 +143,12 @@ impl Options {
         named.flatten()
     }
 
-    /// Names and values, in the order of declaration.
+    /// Returns names and values, in the order of declaration.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &OptionValue)> {
         self.0.iter().map(|(name, value)| (name.as_str(), value))
     }
 
-    /// The same with `value` for `name`, whatever was there.
+    /// Returns the options with `value` for `name`, replacing any other value of it.
     #[must_use]
     pub fn with(mut self, name: &str, value: OptionValue) -> Self {
         self = self.without(name);
@@ -153,26 +156,26 @@ impl Options {
         self
     }
 
-    /// The same without any value for `name`.
+    /// Returns the options without `name`.
     #[must_use]
     pub fn without(mut self, name: &str) -> Self {
         self.0.retain(|(known, _)| known != name);
         self
     }
 
-    /// The defaults of `specs`, where they have one.
+    /// Returns the defaults of `specs`.
     pub fn defaults(specs: &[OptionSpec]) -> Self {
         let default = |spec: &OptionSpec| Some((spec.name.clone(), spec.default.clone()?));
         Options(specs.iter().filter_map(default).collect())
     }
 
-    /// Reads the options that `specs` declare out of `table`.
+    /// Reads the options that `specs` declare from `table`.
     pub(crate) fn read(table: &Table<'_>, specs: &[OptionSpec]) -> Result<Self, Reported> {
         let values: Vec<_> = specs
             .iter()
             .map(|spec| {
-                let given = table.optional(&spec.name, |item| value(item, &spec.accepts))?;
-                let value = given.or_else(|| spec.default.clone());
+                let set = table.optional(&spec.name, |item| value(item, &spec.accepts))?;
+                let value = set.or_else(|| spec.default.clone());
                 Ok(value.map(|value| (spec.name.clone(), value)))
             })
             .collect();
@@ -189,8 +192,8 @@ fn value(item: &Item<'_>, accepts: &Accepts) -> Result<OptionValue, Reported> {
         Accepts::Boolean => OptionValue::Boolean(item.boolean()?),
         Accepts::Text => OptionValue::Text(item.text()?.to_owned()),
         Accepts::Name => OptionValue::Name(placed_text(item)?),
-        Accepts::Choice(words) => {
-            let choices: Vec<_> = words.iter().map(|word| (word.as_str(), word)).collect();
+        Accepts::Choice(names) => {
+            let choices: Vec<_> = names.iter().map(|name| (name.as_str(), name)).collect();
             OptionValue::Text(item.choice(&choices)?.clone())
         }
         Accepts::Time => OptionValue::Time(time_model(item)?),

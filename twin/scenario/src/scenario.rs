@@ -1,4 +1,4 @@
-//! A scenario: the meaning of a scenario file.
+//! A scenario: the content of a scenario file.
 
 use std::path::{Path, PathBuf};
 
@@ -11,30 +11,30 @@ use crate::expect::{BodyClaim, Claim, Expectation};
 use crate::options::Options;
 use crate::read;
 
-/// A value and where the file says it.
+/// A value with its position in the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placed<T> {
     /// The value.
     pub value: T,
-    /// Where it stands, for messages that can only be written later (there is no such robot).
+    /// Position, for errors that are detected later (unknown robot).
     pub place: Place,
 }
 
 impl<T> Placed<T> {
-    /// The error that the value is wrong.
+    /// Returns an error at the position of the value.
     pub fn error(&self, message: impl Into<String>, help: impl Into<String>) -> DocumentError {
         Problem::at(&self.place, message, help).into()
     }
 }
 
-/// A value that is set on top of a scenario file, as `--set KEY=VALUE` and `--plant MODEL` do.
+/// A value that overrides one of the scenario file, as `--set KEY=VALUE` and `--plant MODEL` do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Setting {
-    /// What messages show for a file: `--set`.
+    /// Name that messages show in place of a file: `--set`.
     pub origin: String,
     /// Dotted key: `plant.step`.
     pub key: String,
-    /// TOML, or else taken as a text.
+    /// TOML value; taken as a text if it is not valid TOML.
     pub value: String,
 }
 
@@ -49,93 +49,95 @@ impl Setting {
     }
 }
 
-/// A scenario, read and checked against what a build offers. What needs the robot to be checked (names of legs, names of
-/// signals) is checked by [`Scenario::scene`].
+/// A scenario, read and checked against the catalogue of a build. Names of legs and signals, which
+/// depend on the robot, are checked by [`Scenario::scene`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario {
-    /// The file, as it was named.
+    /// Name of the file, as passed by the caller.
     pub file: String,
     /// The text of the file, without settings.
     pub text: String,
     /// The settings on top of it.
     pub settings: Vec<Setting>,
-    /// The folder that paths and robots are seen from.
+    /// Folder that paths and robots are relative to.
     pub folder: PathBuf,
-    /// A line for a person.
+    /// Title, one line.
     pub name: String,
-    /// Name or path of the robot file; none: the plant stands alone.
+    /// Name or path of the robot file; none for a standalone plant.
     pub robot: Option<Placed<String>>,
-    /// What replaces values of the robot file.
+    /// Replaced values of the robot file.
     pub overrides: Overrides,
-    /// How long to run.
+    /// Duration of the run.
     pub duration: SimDuration,
-    /// What all random streams spring from.
+    /// Seed of all random streams.
     pub seed: u64,
     /// The physics.
     pub plant: PlantSpec,
-    /// What stands between a command and a joint.
+    /// Actuators between commands and joints.
     pub actuator: ActuatorSpec,
-    /// The controller; none if the file has none.
+    /// Controller; none if the file has none.
     pub controller: Option<ControllerSpec>,
-    /// The exchange between controller and plant.
+    /// I/O between controller and plant.
     pub io: IoSpec,
-    /// The buses between controller and plant, in the order of the file; none: signals go straight.
+    /// Buses between controller and plant, in the order of the file; none if signals are connected
+    /// directly.
     pub buses: Vec<BusSpec>,
-    /// What goes wrong on them, in the order of the file.
+    /// Faults of the buses, in the order of the file.
     pub faults: Vec<FaultSpec>,
-    /// What is looked at, and how often.
+    /// Observation period and footstep thresholds.
     pub observe: ObserveSpec,
     /// The thresholds of a fall.
     pub fall: FallSpec,
-    /// What is written down.
+    /// Recording options.
     pub record: RecordSpec,
     /// Changes of process variables, by time, then in the order of the file.
     pub changes: Vec<ChangeSpec>,
-    /// What is expected, in the order of the file.
+    /// Expectations of this plant, in the order of the file.
     pub expectations: Vec<Expectation>,
-    /// What would be expected of other plants than this one.
+    /// Expectations of other plants than this one.
     pub of_other_plants: Vec<Expectation>,
-    /// What is accepted and most likely a mistake.
+    /// Accepted values that are probably mistakes.
     pub warnings: Vec<Warning>,
 }
 
 /// `[plant]`
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlantSpec {
-    /// Where the table stands.
+    /// Position of the table.
     pub place: Place,
     /// One of [`Catalogue::plants`].
     pub model: String,
-    /// Whether it brings a model of its own; nothing between here and `step` is said then.
+    /// Whether it is a standalone model; the fields from here to `step` then have no effect.
     pub is_standalone: bool,
-    /// How the trunk may move.
+    /// Degrees of freedom of the trunk.
     pub base: Base,
-    /// The legs to simulate; none: all that the robot has.
+    /// Simulated legs; none for all legs of the robot.
     pub legs: Option<Vec<Placed<String>>>,
-    /// The ground; none: the robot hangs in the air.
+    /// Ground; none if the robot hangs in the air.
     pub ground: Option<Ground>,
-    /// How the legs start; none: where the controller first wants them.
+    /// Initial pose of the legs; none for the first command of the controller.
     pub start: Option<StartPose>,
-    /// The time step; none: the plant's own.
+    /// Time step; none for the default of the plant.
     pub step: Option<SimDuration>,
-    /// How it meets those who sample and actuate.
+    /// Coupling to the tasks that sample and actuate.
     pub coupling: Coupling,
-    /// What the model declares.
+    /// Options that the model declares.
     pub options: Options,
 }
 
-/// How the trunk may move.
+/// Degrees of freedom of the trunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Base {
-    /// In all six degrees of freedom.
+    /// All six degrees of freedom.
     Free,
-    /// Forward, up and in pitch.
+    /// Forward, vertical and pitch.
     Planar,
-    /// Not at all.
+    /// No motion.
     Fixed,
 }
 
-/// `[plant] start`: angles and rates of hip, knee and ankle, each against the segment before it, of all legs.
+/// `[plant] start`: angles and rates of hip, knee and ankle of all legs, each relative to the
+/// segment before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StartPose {
     /// Angles `q1`, `q2`, `q3`, zero in the leg's reference pose \[rad\].
@@ -147,15 +149,16 @@ pub struct StartPose {
 /// `[plant] ground`
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ground {
-    /// Coulomb coefficient; none: the robot file's.
+    /// Coulomb friction coefficient; none for that of the robot file.
     pub friction: Option<f64>,
-    /// Share of its speed that a foot rebounds with.
+    /// Coefficient of restitution of a foot's impact.
     pub restitution: f64,
     /// Its shape.
     pub profile: Profile,
 }
 
-/// The shape of the ground. x is forward from where the robot starts, y to its left, height is 0 at the start.
+/// Shape of the ground. x is forward from the start of the robot, y to its left, height is 0 at the
+/// start.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Profile {
     /// Height 0 everywhere.
@@ -171,7 +174,7 @@ pub enum Profile {
     Heights {
         /// Side of a square \[m\].
         spacing: f64,
-        /// Where the heights come from.
+        /// Source of the heights.
         heights: Heights,
     },
 }
@@ -179,13 +182,13 @@ pub enum Profile {
 /// Heights of a grid.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Heights {
-    /// One row per line in y, each along x \[m\]; all rows have the same length.
+    /// One row for each line in y, along x \[m\]; all rows have the same length.
     Given(Vec<Vec<f64>>),
-    /// Drawn evenly between `-amplitude` and `amplitude` \[m\].
+    /// Uniformly distributed between `-amplitude` and `amplitude` \[m\].
     Random {
         /// Greatest height \[m\].
         amplitude: f64,
-        /// Seed of the heights; none: the scenario's.
+        /// Seed of the heights; none for that of the scenario.
         seed: Option<u64>,
     },
 }
@@ -193,29 +196,29 @@ pub enum Heights {
 /// `[actuator]`
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ActuatorSpec {
-    /// What kind it is.
+    /// Actuator model.
     pub kind: ActuatorKind,
-    /// Replaces figures of the robot's hip servos.
+    /// Overrides of the parameters of the hip servos.
     pub hip: ServoOverride,
-    /// Replaces figures of the robot's knee servos.
+    /// Overrides of the parameters of the knee servos.
     pub knee: ServoOverride,
 }
 
-/// What stands between a command and a joint.
+/// Model of the actuator between a command and a joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ActuatorKind {
-    /// Nothing: no motors and no cables.
+    /// No motors and no cables.
     None,
-    /// The joint is where it is commanded to be.
+    /// The joint follows its command exactly.
     Ideal,
     /// A position servo with lag, limits and dead band.
     #[default]
     Servo,
-    /// A direct-current motor under the voltage that a board puts out.
+    /// A direct-current motor driven by the output voltage of a board.
     Motor,
 }
 
-/// Figures of a servo that replace the robot file's.
+/// Parameters of a servo that override those of the robot file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ServoOverride {
     /// \[s\]
@@ -233,13 +236,13 @@ pub struct ServoOverride {
 pub struct ControllerSpec {
     /// One of [`Catalogue::controllers`].
     pub kind: String,
-    /// Time between two steps of it.
+    /// Control period.
     pub period: SimDuration,
-    /// How long a step takes it.
+    /// Computing time of a step.
     pub compute_time: Timing,
-    /// What the kind declares.
+    /// Options that the kind declares.
     pub options: Options,
-    /// Process variables that the scenario sets from the start, by their full names.
+    /// Initial values of process variables that the scenario sets, by full names.
     pub variables: Vec<(String, f64)>,
 }
 
@@ -248,79 +251,78 @@ pub struct ControllerSpec {
 pub struct IoSpec {
     /// The step Δt of the scheduling rule; the controller's period is a multiple of it.
     pub step: SimDuration,
-    /// How long a transfer takes.
+    /// Transfer time.
     pub transfer_time: Timing,
 }
 
 /// `[bus]`, or one of several `[[bus]]`
 #[derive(Clone, Debug, PartialEq)]
 pub struct BusSpec {
-    /// What it is called: `sbcp` in `wire/sbcp` and `--port sbcp=DEVICE`. Its kind, if the file does not say.
+    /// Name, as in `wire/sbcp` and `--port sbcp=DEVICE`; by default its kind.
     pub name: Placed<String>,
     /// One of [`Catalogue::buses`].
     pub kind: String,
-    /// What the kind declares.
+    /// Options that the kind declares.
     pub options: Options,
 }
 
 /// `[[fault]]`
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaultSpec {
-    /// When it begins.
+    /// Start.
     pub at: SimTime,
-    /// How long it lasts; none: to the end.
+    /// Duration; none to the end of the run.
     pub lasts: Option<SimDuration>,
-    /// Where: `wire/sbcp`, `wire/sbcp/link`, `wire/sbcp/LF`.
+    /// Site: `wire/sbcp`, `wire/sbcp/link`, `wire/sbcp/LF`.
     pub on: Placed<String>,
-    /// What.
+    /// Fault.
     pub kind: FaultKind,
 }
 
 /// `[observe]`
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObserveSpec {
-    /// Time between two observations of the plant.
+    /// Period of the observations of the plant.
     pub period: SimDuration,
-    /// What counts as a footstep.
+    /// Thresholds of a footstep.
     pub footsteps: FootstepSpec,
 }
 
-/// What counts as a footstep.
+/// Thresholds of a footstep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FootstepSpec {
-    /// A foot touches down when its load reaches this.
+    /// Load that begins a contact.
     pub touch_down: LoadThreshold,
-    /// A foot lifts off when its load falls below this.
+    /// Load below which a contact ends.
     pub lift_off: LoadThreshold,
-    /// A foot that touches down again within this has not lifted off.
+    /// Least time off the ground: contacts with a shorter gap belong to one footstep.
     pub shortest_swing: SimDuration,
-    /// A contact of less impulse is no footstep \[s of body weight\].
+    /// Least impulse of a footstep, as a multiple of the body weight \[s\].
     pub least_impulse: f64,
 }
 
-/// `fall`: when the robot has fallen. From then on no claim about its footsteps, its speed or its
-/// heading passes.
+/// `fall`: thresholds of a fall. After a fall no claim about footsteps, speed or heading passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FallSpec {
-    /// The trunk is lower than this share of its first height above the ground below it.
+    /// Least height of the trunk above the ground below it, as a share of its initial height.
     pub height: f64,
-    /// It rolls or pitches beyond this \[rad\].
+    /// Greatest roll or pitch, in magnitude \[rad\].
     pub tilt: f64,
-    /// Whether that ends the run.
+    /// Whether a fall ends the run.
     pub end: bool,
 }
 
-/// A load of a foot.
+/// Threshold of the load of a foot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LoadThreshold {
-    /// A share of the body's weight.
+    /// Share of the body weight.
     OfWeight(f64),
     /// \[N\]
     Newton(f64),
 }
 
 impl LoadThreshold {
-    /// The load for a robot that weighs `weight` \[N\].
+    /// Returns the load for a robot of weight `weight` \[N\].
     pub fn newton(self, weight: f64) -> f64 {
         match self {
             LoadThreshold::OfWeight(share) => share * weight,
@@ -332,18 +334,18 @@ impl LoadThreshold {
 /// `[record]`
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordSpec {
-    /// Patterns of the signals to write down; none: all.
+    /// Patterns of the recorded signals; none for all signals.
     pub signals: Option<Vec<Placed<String>>>,
-    /// How often the pose of every body is written down \[Hz\]; none: never.
+    /// Rate at which the poses of all bodies are recorded \[Hz\]; none for no recording.
     pub frames: Option<f64>,
-    /// Whether the bytes on the wires are written down.
+    /// Whether the bytes on the wires are recorded.
     pub bytes: bool,
 }
 
 /// `[[change]]`
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChangeSpec {
-    /// When.
+    /// Time.
     pub at: SimTime,
     /// Full name of the process variable.
     pub variable: String,
@@ -352,10 +354,10 @@ pub struct ChangeSpec {
 }
 
 impl Scenario {
-    /// Reads the scenario in the file at `path`, with `settings` on top.
+    /// Reads the scenario file at `path` and applies `settings`.
     ///
     /// # Errors
-    /// The file cannot be read, or what it says is wrong: everything that is, each at its place.
+    /// The file cannot be read, or its content is invalid: all problems, each with its position.
     pub fn load(
         path: &Path,
         settings: &[Setting],
@@ -366,10 +368,10 @@ impl Scenario {
         read::scenario(document, folder, settings, catalogue)
     }
 
-    /// Reads the scenario `text`, which messages call `file`; robots are looked for from `folder`.
+    /// Reads the scenario `text`, which messages call `file`; robots are searched from `folder`.
     ///
     /// # Errors
-    /// Everything that is wrong, each at its place.
+    /// All problems, each with its position.
     pub fn parse(
         file: &str,
         text: &str,
@@ -380,35 +382,35 @@ impl Scenario {
         read::scenario(Document::parse(file, text)?, folder, settings, catalogue)
     }
 
-    /// The control period: that of the controller, or else the step of the I/O.
+    /// Returns the control period: that of the controller, or without one the step of the I/O.
     pub fn period(&self) -> SimDuration {
         let controller = self.controller.as_ref();
         controller.map_or(self.io.step, |spec| spec.period)
     }
 
-    /// The end of the run.
+    /// Returns the end of the run.
     pub fn end(&self) -> SimTime {
         SimTime::ZERO + self.duration
     }
 
-    /// Whether an expectation compares with a run without the changes.
+    /// Returns whether an expectation compares with a run without changes.
     pub fn needs_reference(&self) -> bool {
         self.expectations.iter().any(Expectation::needs_reference)
     }
 
-    /// Whether a fall ends the run.
+    /// Returns whether a fall ends the run.
     pub fn ends_with_a_fall(&self) -> bool {
         let ends =
             |claim: &Claim| matches!(claim, Claim::Body(BodyClaim::Upright { end: true, .. }));
         self.fall.end || self.expectations.iter().any(|one| ends(&one.claim))
     }
 
-    /// The bus of that name.
+    /// Returns the bus of that name.
     pub fn bus(&self, name: &str) -> Option<&BusSpec> {
         self.buses.iter().find(|bus| bus.name.value == name)
     }
 
-    /// The same scenario without expectations.
+    /// Returns the scenario without expectations.
     #[must_use]
     pub fn without_expectations(&self) -> Self {
         Scenario {
@@ -417,7 +419,7 @@ impl Scenario {
         }
     }
 
-    /// The reference run: the same scenario without its changes and expectations.
+    /// Returns the scenario of the reference run: without changes and expectations.
     #[must_use]
     pub fn without_changes(&self) -> Self {
         Scenario {

@@ -1,4 +1,4 @@
-//! A scene: what is left of a scenario when everything that nothing needs is left out.
+//! A scene: a scenario reduced to the required signals, with a list of the omitted parts.
 
 use std::collections::BTreeSet;
 
@@ -16,65 +16,65 @@ use crate::scenario::{ActuatorKind, Base, Placed, Scenario};
 /// A leg of the robot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LegFact {
-    /// Its name: `LF`.
+    /// Name: `LF`.
     pub name: String,
-    /// Whether it stands before the centre of mass.
+    /// Whether it is in front of the centre of mass.
     pub fore: bool,
-    /// Whether it stands on the left.
+    /// Whether it is on the left side.
     pub left: bool,
 }
 
-/// What a scenario must be told to become a scene: what only the robot, the plant and the controller know.
+/// Properties of robot, plant and controller from which a scenario becomes a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Facts {
     /// The legs that [`Scenario::legs`] keeps.
     pub legs: Vec<LegFact>,
     /// The robot's weight \[N\].
     pub weight: f64,
-    /// Every output that the plant could give for these legs.
+    /// All outputs that the plant can provide for these legs.
     pub plant_outputs: Vec<Port>,
     /// Inputs and outputs of the controller; empty without one.
     pub process_ports: Vec<Port>,
-    /// What drivers and boards count; empty without a bus.
+    /// Counters of drivers and boards; empty without a bus.
     pub diagnostics: Vec<Port>,
     /// The plant outputs that boards measure.
     pub measured: Vec<String>,
-    /// Patterns of the plant outputs that a recording of poses needs.
+    /// Patterns of the plant outputs that a recording of poses requires.
     pub frame_signals: Vec<String>,
-    /// The ground that a fall is seen against.
+    /// Ground for the detection of falls.
     pub ground: GroundBelow,
 }
 
-/// What is left of a scenario.
+/// A scenario reduced to its required parts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// The scenario.
     pub scenario: Scenario,
-    /// The legs that are simulated, in the robot's order.
+    /// Simulated legs, in the robot's order.
     pub legs: Vec<LegFact>,
     /// The robot's weight \[N\].
     pub weight: f64,
-    /// The plant outputs that something needs, in the plant's order: only these are computed.
+    /// Required plant outputs, in the plant's order: only these are computed.
     pub wanted: Vec<String>,
-    /// The signals that are written down, of plant and controller.
+    /// Recorded signals of plant and controller.
     pub recorded: Vec<String>,
-    /// What is left out.
+    /// Omitted parts.
     pub left_out: Vec<LeftOut>,
-    /// The ground that a fall is seen against.
+    /// Ground for the detection of falls.
     pub ground: GroundBelow,
 }
 
-/// A part that is left out.
+/// An omitted part.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct LeftOut {
-    /// What.
+    /// Name of the part.
     pub part: String,
-    /// Why nothing needs it.
+    /// Reason for which it is not required.
     pub why: String,
 }
 
 impl Scenario {
-    /// The legs of `robot` that the scenario simulates, in the robot's order.
+    /// Returns the legs of `robot` that the scenario simulates, in the robot's order.
     ///
     /// # Errors
     /// It names a leg that the robot does not have, or one twice, or none.
@@ -85,7 +85,7 @@ impl Scenario {
         let mut problems = Vec::new();
         for (index, leg) in named.iter().enumerate() {
             if !robot.iter().any(|known| known.name == leg.value) {
-                problems.push(no_leg(leg, "the robot", robot));
+                problems.push(unknown_leg(leg, "the robot", robot));
             } else if named[..index].iter().any(|other| other.value == leg.value) {
                 let message = format!("leg `{}` is named twice", leg.value);
                 problems.push(Problem::at(&leg.place, message, ""));
@@ -98,14 +98,14 @@ impl Scenario {
         Err(DocumentError { problems })
     }
 
-    /// The scene.
+    /// Returns the scene.
     ///
     /// # Errors
-    /// The scenario names a leg or a signal that the scene does not have, or gives a limit in another unit than the
-    /// signal's.
+    /// The scenario names a leg or a signal that the scene does not have, or gives a limit in
+    /// another unit than the signal's.
     pub fn scene(&self, facts: &Facts) -> Result<Scene, DocumentError> {
         let mut problems = Vec::new();
-        let needs = self.needs(facts, &mut problems);
+        let required_signals = self.required_signals(facts, &mut problems);
         let recorded = self.recorded(facts, &mut problems);
         if !problems.is_empty() {
             return Err(DocumentError { problems });
@@ -118,57 +118,57 @@ impl Scenario {
             let mut patterns = facts.frame_signals.iter();
             self.record.frames.is_some() && patterns.any(|pattern| matches(pattern, name))
         };
-        let wanted = facts.plant_outputs.iter().filter(|port| {
+        let required = facts.plant_outputs.iter().filter(|port| {
             read(port)
                 || facts.measured.contains(&port.name)
-                || needs.contains(&port.name)
+                || required_signals.contains(&port.name)
                 || recorded.contains(&port.name)
                 || frames(&port.name)
         });
-        let wanted: Vec<String> = wanted.map(|port| port.name.clone()).collect();
-        let left_out = self.left_out(facts, &wanted, &recorded);
+        let required: Vec<String> = required.map(|port| port.name.clone()).collect();
+        let left_out = self.left_out(facts, &required, &recorded);
         Ok(Scene {
             scenario: self.clone(),
             legs: facts.legs.clone(),
             weight: facts.weight,
-            wanted,
+            wanted: required,
             recorded,
             left_out,
             ground: facts.ground.clone(),
         })
     }
 
-    /// The names of the signals that the expectations need.
-    fn needs(&self, facts: &Facts, problems: &mut Vec<Problem>) -> BTreeSet<String> {
-        let mut needs = BTreeSet::new();
-        let falls = |expectation: &Expectation| expectation.claim.is_of_an_upright_robot();
+    /// Returns the names of the signals that the expectations require.
+    fn required_signals(&self, facts: &Facts, problems: &mut Vec<Problem>) -> BTreeSet<String> {
+        let mut required_signals = BTreeSet::new();
+        let falls = |expectation: &Expectation| expectation.claim.requires_upright_robot();
         if self.fall.end || self.expectations.iter().any(falls) {
-            needs.extend([BODY_POSITION, BODY_RPY].map(str::to_owned));
+            required_signals.extend([BODY_POSITION, BODY_RPY].map(str::to_owned));
         }
         for expectation in &self.expectations {
             match &expectation.claim {
                 Claim::Footstep(claim) => {
                     check_legs(&claim.legs, &claim.measure, facts, problems);
                     for leg in &facts.legs {
-                        needs.extend([foot_load(&leg.name), foot_position(&leg.name)]);
+                        required_signals.extend([foot_load(&leg.name), foot_position(&leg.name)]);
                     }
                 }
                 Claim::Body(_) => {
-                    needs.extend([BODY_POSITION, BODY_RPY].map(str::to_owned));
+                    required_signals.extend([BODY_POSITION, BODY_RPY].map(str::to_owned));
                 }
                 Claim::Signal(claim) => {
                     let optional = expectation.optional;
-                    needs.extend(check_signal(claim, optional, facts, problems));
+                    required_signals.extend(check_signal(claim, optional, facts, problems));
                 }
-                Claim::Timing(claim) => problems.extend(self.no_such_bus(claim)),
+                Claim::Timing(claim) => problems.extend(self.unknown_bus(claim)),
                 Claim::EnergyResidual(_) | Claim::Cost(..) => {}
             }
         }
-        needs
+        required_signals
     }
 
-    /// What is wrong with the name of a bus in a claim about its cycle.
-    fn no_such_bus(&self, claim: &TimingClaim) -> Option<Problem> {
+    /// Returns the problem of a timing claim that names an unknown bus.
+    fn unknown_bus(&self, claim: &TimingClaim) -> Option<Problem> {
         let of = claim.of.as_ref()?;
         if self.bus(&of.value).is_some() {
             return None;
@@ -180,7 +180,7 @@ impl Scenario {
         Some(Problem::at(&of.place, message, help))
     }
 
-    /// The names of the signals to write down.
+    /// Returns the names of the recorded signals.
     fn recorded(&self, facts: &Facts, problems: &mut Vec<Problem>) -> Vec<String> {
         let mut names: Vec<&str> = Vec::new();
         for port in signals(facts) {
@@ -191,7 +191,7 @@ impl Scenario {
         if let Some(patterns) = &self.record.signals {
             for pattern in patterns {
                 if !names.iter().any(|name| matches(&pattern.value, name)) {
-                    problems.push(no_signal(pattern, facts));
+                    problems.push(unknown_signal(pattern, facts));
                 }
             }
             names.retain(|name| patterns.iter().any(|pattern| matches(&pattern.value, name)));
@@ -199,57 +199,57 @@ impl Scenario {
         names.into_iter().map(str::to_owned).collect()
     }
 
-    fn left_out(&self, facts: &Facts, wanted: &[String], recorded: &[String]) -> Vec<LeftOut> {
+    fn left_out(&self, facts: &Facts, required: &[String], recorded: &[String]) -> Vec<LeftOut> {
         let mut left_out = Vec::new();
-        let mut leave = |part: &str, why: &str| {
+        let mut omit = |part: &str, why: &str| {
             left_out.push(LeftOut {
                 part: part.to_owned(),
                 why: why.to_owned(),
             });
         };
-        for (part, why) in self.left_out_of_the_robot() {
-            leave(part, why);
+        for (part, why) in self.omitted_robot_parts() {
+            omit(part, why);
         }
         for expectation in &self.of_other_plants {
-            let about = expectation.plants.join(", ");
+            let plants = expectation.plants.join(", ");
             let part = format!("expectation that {}", expectation.name);
-            leave(
+            omit(
                 &part,
-                &format!("it is about {about}, not {}", self.plant.model),
+                &format!("it is about {plants}, not {}", self.plant.model),
             );
         }
         if self.controller.is_none() {
-            leave("controller", "there is no [controller]");
+            omit("controller", "there is no [controller]");
         }
         if self.buses.is_empty() {
-            leave(
+            omit(
                 "bus, packets and boards",
                 "there is no [bus]: signals go straight to the actuators",
             );
         }
         let outputs = facts.plant_outputs.iter().map(|port| &port.name);
-        let computed = |name: &&String| wanted.contains(name);
+        let computed = |name: &&String| required.contains(name);
         for part in families(outputs.clone().filter(|name| !computed(name)), &facts.legs) {
             let why = "no controller reads it, no board measures it, no expectation needs it and [record] does not name it";
-            leave(&part, why);
+            omit(&part, why);
         }
         let unwritten = signals(facts).map(|port| &port.name).filter(|name| {
-            let gone = outputs.clone().any(|output| output == *name) && !computed(name);
-            !recorded.contains(name) && !gone
+            let omitted = outputs.clone().any(|output| output == *name) && !computed(name);
+            !recorded.contains(name) && !omitted
         });
         for part in families(unwritten, &facts.legs) {
-            leave(&format!("recording of {part}"), "[record] does not name it");
+            omit(&format!("recording of {part}"), "[record] does not name it");
         }
         if self.record.frames.is_none() {
-            leave("recording of poses", "[record] frames is 0 Hz");
+            omit("recording of poses", "[record] frames is 0 Hz");
         }
         left_out
     }
 }
 
 impl Scenario {
-    /// What of a robot the plant leaves out, and why; nothing of a model that is none of our robots.
-    fn left_out_of_the_robot(&self) -> Vec<(&'static str, &'static str)> {
+    /// Returns the omitted parts of the robot with the reasons; none for a standalone model.
+    fn omitted_robot_parts(&self) -> Vec<(&'static str, &'static str)> {
         let mut left_out = Vec::new();
         if self.plant.is_standalone {
             return left_out;
@@ -285,12 +285,12 @@ pub(crate) const BODY_POSITION: &str = "body/position";
 /// Roll, pitch and yaw of the trunk \[rad\].
 pub(crate) const BODY_RPY: &str = "body/rpy";
 
-/// The signal with a foot's load \[N\].
+/// Returns the name of the signal with a foot's load \[N\].
 pub(crate) fn foot_load(leg: &str) -> String {
     format!("leg/{leg}/foot/load")
 }
 
-/// The signal with a foot's place in the world \[m\].
+/// Returns the name of the signal with a foot's world position \[m\].
 pub(crate) fn foot_position(leg: &str) -> String {
     format!("leg/{leg}/foot/position")
 }
@@ -300,7 +300,7 @@ fn signals(facts: &Facts) -> impl Iterator<Item = &Port> {
     inside.chain(&facts.diagnostics)
 }
 
-/// Names, those that differ only by the leg as one: `leg/*/cable/tension`.
+/// Returns the names, with those that differ only in the leg merged: `leg/*/cable/tension`.
 fn families<'n>(names: impl Iterator<Item = &'n String>, legs: &[LegFact]) -> Vec<String> {
     let mut families: Vec<String> = Vec::new();
     for name in names {
@@ -342,29 +342,30 @@ fn check_legs(
     }
     for leg in named {
         if !facts.legs.iter().any(|known| known.name == leg.value) {
-            problems.push(no_leg(leg, "the scene", &facts.legs));
+            problems.push(unknown_leg(leg, "the scene", &facts.legs));
         }
     }
 }
 
-/// The signals of a claim, which must be there unless the claim is optional, and be in the unit of its limits.
+/// Returns the signals of a claim. Checks that they exist, unless the claim is optional, and that
+/// they have the unit of its limits.
 fn check_signal(
     claim: &SignalClaim,
     optional: bool,
     facts: &Facts,
     problems: &mut Vec<Problem>,
 ) -> Vec<String> {
-    let mut asked = vec![(&claim.name, claim.unit, claim.component)];
+    let mut operands = vec![(&claim.name, claim.unit, claim.component)];
     if let SignalMode::Until(_, until) = &claim.mode {
-        asked.push((&until.name, until.unit, Some(until.component)));
+        operands.push((&until.name, until.unit, Some(until.component)));
     }
-    let mut needs = Vec::new();
-    for (name, unit, component) in asked {
+    let mut required_signals = Vec::new();
+    for (name, unit, component) in operands {
         let found: Vec<&Port> = signals(facts)
             .filter(|port| matches(&name.value, &port.name))
             .collect();
         if found.is_empty() && !optional {
-            problems.push(no_signal(name, facts));
+            problems.push(unknown_signal(name, facts));
         }
         for port in found {
             if port.unit != unit {
@@ -376,10 +377,10 @@ fn check_signal(
                 problems.push(Problem::at(&name.place, message, "elements count from 0"));
                 break;
             }
-            needs.push(port.name.clone());
+            required_signals.push(port.name.clone());
         }
     }
-    needs
+    required_signals
 }
 
 fn wrong_unit(name: &Placed<String>, port: &Port, unit: Unit) -> Problem {
@@ -393,7 +394,7 @@ fn wrong_unit(name: &Placed<String>, port: &Port, unit: Unit) -> Problem {
     Problem::at(&name.place, message, help)
 }
 
-fn no_signal(name: &Placed<String>, facts: &Facts) -> Problem {
+fn unknown_signal(name: &Placed<String>, facts: &Facts) -> Problem {
     let known = signals(facts).map(|port| port.name.as_str());
     let message = if is_pattern(&name.value) {
         format!("no signal matches `{}`", name.value)
@@ -407,8 +408,8 @@ fn no_signal(name: &Placed<String>, facts: &Facts) -> Problem {
     )
 }
 
-fn no_leg(leg: &Placed<String>, whose: &str, legs: &[LegFact]) -> Problem {
+fn unknown_leg(leg: &Placed<String>, owner: &str, legs: &[LegFact]) -> Problem {
     let known = legs.iter().map(|leg| leg.name.as_str());
-    let message = format!("{whose} has no leg `{}`", leg.value);
+    let message = format!("{owner} has no leg `{}`", leg.value);
     Problem::at(&leg.place, message, suggestion(&leg.value, "legs", known))
 }

@@ -1,4 +1,4 @@
-//! What a scenario says of buses, and of what goes wrong on them.
+//! Buses and faults of a scenario.
 
 mod common;
 
@@ -11,7 +11,7 @@ fn bus(more: &str) -> String {
 }
 
 #[test]
-fn a_bus_is_named_after_its_kind_or_as_the_file_says() {
+fn bus_name_defaults_to_its_kind() {
     let one = common::parse(&bus("")).unwrap();
     assert_eq!(one.buses[0].name.value, "sbcp");
     let two =
@@ -27,7 +27,7 @@ fn a_bus_is_named_after_its_kind_or_as_the_file_says() {
 }
 
 #[test]
-fn a_value_for_all_boards_is_that_of_each_and_one_by_name_is_its_own_alone() {
+fn board_options_apply_to_all_boards_or_to_named_ones() {
     let number = |text: &str, board: &str| {
         let scenario = common::parse(&bus(text)).unwrap();
         let value = scenario.buses[0].options.of_member("clock", board).cloned();
@@ -42,7 +42,7 @@ fn a_value_for_all_boards_is_that_of_each_and_one_by_name_is_its_own_alone() {
 }
 
 #[test]
-fn tables_within_a_bus_are_read_key_by_key() {
+fn tables_of_a_bus_are_read() {
     let scenario = common::parse(&bus(
         "usb = { jitter = { min = \"0 us\", max = \"50 us\" } }",
     ))
@@ -56,7 +56,7 @@ fn tables_within_a_bus_are_read_key_by_key() {
 }
 
 #[test]
-fn a_fault_lasts_as_long_as_it_says_or_to_the_end() {
+fn fault_lasts_for_its_duration_or_to_the_end() {
     let faults = "[[fault]]\nat = \"9 s\"\non = \"wire/sbcp\"\nkind = \"drop\"\nfor = \"20 ms\"\n\
                   [[fault]]\nat = \"9 s\"\non = \"wire/sbcp/LF\"\nkind = \"flip\"\nrate = 1e-4\n";
     let scenario = common::parse(&bus(faults)).unwrap();
@@ -73,7 +73,7 @@ fn a_fault_lasts_as_long_as_it_says_or_to_the_end() {
 }
 
 #[test]
-fn a_free_running_cycle_has_a_rate_a_longest_cycle_and_a_half_range() {
+fn free_running_cycle_has_rate_longest_cycle_and_half_range() {
     let begins = [0, 4_000, 8_100, 12_000, 16_500];
     let events: Vec<_> = begins.map(|at| (at, common::run::BEGIN)).into();
     let outcome = |expect: &str| {
@@ -93,7 +93,7 @@ fn a_free_running_cycle_has_a_rate_a_longest_cycle_and_a_half_range() {
 }
 
 #[test]
-fn a_build_without_buses_says_so() {
+fn bus_in_a_build_without_buses_is_rejected() {
     let catalogue = twinrig_scenario::Catalogue {
         buses: Vec::new(),
         ..common::catalogue()

@@ -1,17 +1,17 @@
-//! A robot that fell is not judged by how it lies.
+//! Claims about an upright robot do not pass after a fall.
 
 mod common;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use common::run::{Run, Watched, at, outcome, watched};
+use common::run::{JudgedRun, Run, at, judge_run, outcome};
 use common::{facts, legs, parse, text};
 use twinrig_scenario::{GroundBelow, Outcome, Verdict};
 
 const FALL_MS: u64 = 5000;
 
-/// The made-up trot at 0.4 m/s, which rolls over at 5 s.
+/// The synthetic trot at 0.4 m/s, which rolls over at 5 s.
 fn rolls_over<'r>() -> Run<'r> {
     Run {
         body: &|ms| [4e-4 * ms as f64, 0.0, 0.12],
@@ -20,8 +20,8 @@ fn rolls_over<'r>() -> Run<'r> {
     }
 }
 
-/// Claims that hold of the made-up trot, all of a robot on its feet.
-const HOLD: [&str; 17] = [
+/// Claims about an upright robot that the synthetic trot satisfies.
+const SATISFIED: [&str; 17] = [
     "footstep = { slip = { max = '1 mm' } }",
     "footstep = { stance = { near = '160 ms', within = '1 ms' } }",
     "footstep = { swing = { near = '140 ms', within = '1 ms' } }",
@@ -41,16 +41,16 @@ const HOLD: [&str; 17] = [
     "footstep = { leg = 'LF', count = { min = 10 } }",
 ];
 
-/// What becomes of all of them in one run, each in this window.
-fn all_of(window: &str, run: &Run<'_>) -> Vec<Outcome> {
+/// Returns the outcomes of all of them in one run, each in this window.
+fn outcomes_of(window: &str, run: &Run<'_>) -> Vec<Outcome> {
     let expectation = |expect: &&str| format!("[[expect]]\n{expect}\n{window}\n");
-    let expectations: String = HOLD.iter().map(expectation).collect();
+    let expectations: String = SATISFIED.iter().map(expectation).collect();
     let scene = common::scene(&text(&expectations)).unwrap_or_else(|error| panic!("{error}"));
-    watched(&scene, run, None).outcomes
+    judge_run(&scene, run, None).outcomes
 }
 
 #[test]
-fn no_claim_of_a_robot_on_its_feet_passes_beyond_a_fall() {
+fn upright_claims_are_unobserved_after_a_fall() {
     for window in [
         "",
         "after = '1 s'",
@@ -58,7 +58,7 @@ fn no_claim_of_a_robot_on_its_feet_passes_beyond_a_fall() {
         "before = '5 s'",
         "after = '6 s'",
     ] {
-        for (found, expect) in all_of(window, &rolls_over()).iter().zip(HOLD) {
+        for (found, expect) in outcomes_of(window, &rolls_over()).iter().zip(SATISFIED) {
             assert_eq!(
                 (found.verdict, found.detail.as_str()),
                 (Verdict::Unobserved, "fell at 5 s"),
@@ -67,21 +67,21 @@ fn no_claim_of_a_robot_on_its_feet_passes_beyond_a_fall() {
             assert_eq!((found.measured, found.margin), (None, None));
         }
     }
-    // What was over by then passes, and so does all of it without the fall.
+    // Windows that end before the fall pass, and all windows pass without a fall.
     let stays = Run {
         rpy: &|_| [0.0; 3],
         ..rolls_over()
     };
     for (window, run) in [("before = '4.999 s'", rolls_over()), ("", stays)] {
-        for (found, expect) in all_of(window, &run).iter().zip(HOLD) {
+        for (found, expect) in outcomes_of(window, &run).iter().zip(SATISFIED) {
             assert_eq!(found.verdict, Verdict::Pass, "{expect}: {found:?}");
         }
     }
 }
 
 #[test]
-fn an_expectation_that_failed_before_the_fall_fails() {
-    // It slips at 2 s, and again after it fell.
+fn violation_before_a_fall_fails() {
+    // The foot slips at 2 s, or after the fall.
     let slips = |from: u64| {
         move |_: &str, ms: u64| {
             [
@@ -118,7 +118,7 @@ fn an_expectation_that_failed_before_the_fall_fails() {
         (found.verdict, found.detail.as_str()),
         (Verdict::Unobserved, "fell at 5 s")
     );
-    // A mean, as far as it goes; and what the robot does as it lies is not its speed.
+    // A mean up to the fall counts; motion after the fall does not affect the speed.
     let slow = "body = { speed = { min = '0.5 m/s' } }";
     let found = outcome(slow, &rolls_over());
     assert_eq!(found.verdict, Verdict::Fail);
@@ -153,7 +153,7 @@ fn an_expectation_that_failed_before_the_fall_fails() {
 }
 
 #[test]
-fn a_count_that_is_not_reached_yet_has_not_failed() {
+fn minimum_count_cut_off_by_a_fall_is_unobserved() {
     // Five seconds hold 17 of its 34 footsteps.
     let count = |limits: &str| {
         let expect = format!("footstep = {{ leg = 'LF', count = {{ {limits} }} }}");
@@ -167,8 +167,8 @@ fn a_count_that_is_not_reached_yet_has_not_failed() {
 }
 
 #[test]
-fn a_footstep_that_the_fall_interrupts_counts_as_far_as_it_went() {
-    // LF stands from 4.8 s to 4.96 s, RF from 4.95 s on: that one is open, and has slipped.
+fn footstep_interrupted_by_a_fall_counts_up_to_the_fall() {
+    // LF is in contact from 4.8 s to 4.96 s, RF from 4.95 s: the open footstep of RF has slipped.
     let slips = Run {
         foot: &|leg, ms| [if leg == "RF" && ms > 4980 { 0.01 } else { 0.0 }, 0.0, 0.0],
         ..rolls_over()
@@ -187,15 +187,16 @@ fn a_footstep_that_the_fall_interrupts_counts_as_far_as_it_went() {
 }
 
 #[test]
-fn expectations_of_the_fall_itself_are_judged_by_it() {
+fn claims_about_the_fall_are_judged_after_it() {
     let body = |expect: &str| outcome(&format!("body = {{ {expect} }}"), &rolls_over());
     assert_eq!(body("fall = false").verdict, Verdict::Fail);
     assert_eq!(body("roll = { max = '30 deg' }").verdict, Verdict::Fail);
     assert_eq!(body("height = { min = '10 cm' }").verdict, Verdict::Pass);
 }
 
-/// What becomes of the frequency of footsteps, which holds, with `more` in the scenario.
-fn frequency(more: &str, ground: GroundBelow, run: &Run<'_>) -> (Outcome, Watched) {
+/// Returns the outcome of the footstep frequency, which is satisfied without a fall, with `more` in
+/// the scenario.
+fn frequency(more: &str, ground: GroundBelow, run: &Run<'_>) -> (Outcome, JudgedRun) {
     let text = text(more) + "\n[[expect]]\nfootstep = { frequency = { min = '3 Hz' } }\n";
     let scenario = parse(&text).unwrap_or_else(|error| panic!("{error}"));
     let legs = scenario.legs(&legs()).unwrap();
@@ -204,11 +205,12 @@ fn frequency(more: &str, ground: GroundBelow, run: &Run<'_>) -> (Outcome, Watche
         ..facts(legs)
     };
     let scene = scenario.scene(&facts).unwrap();
-    let judged = watched(&scene, run, None);
+    let judged = judge_run(&scene, run, None);
     (judged.outcomes.last().unwrap().clone(), judged)
 }
 
-/// When the made-up trot falls whose trunk is at `body` and turned by `rpy`.
+/// Returns the time at which the synthetic trot falls with the trunk at `body` and rotated by
+/// `rpy`.
 fn falls(
     more: &str,
     ground: GroundBelow,
@@ -232,7 +234,7 @@ fn falls(
 }
 
 #[test]
-fn a_roll_or_a_pitch_beyond_sixty_degrees_is_a_fall() {
+fn roll_or_pitch_beyond_sixty_degrees_is_a_fall() {
     let tilted = |more: &str, degrees: f64, element: usize| {
         let rpy = move |ms| {
             let mut rpy = [0.0; 3];
@@ -264,7 +266,8 @@ fn a_roll_or_a_pitch_beyond_sixty_degrees_is_a_fall() {
         }
     }
     assert_eq!(tilted("", 170.0, 2), None, "yaw is none");
-    // Wider thresholds of an expectation are taken over; one with narrower thresholds fails by itself.
+    // Wider thresholds of an expectation extend those of the scenario; an expectation with narrower
+    // thresholds fails independently.
     let expect = |tilt: &str| {
         format!("[[expect]]\nbody = {{ fall = {{ height = 0.1, tilt = '{tilt}' }} }}\n")
     };
@@ -276,7 +279,7 @@ fn a_roll_or_a_pitch_beyond_sixty_degrees_is_a_fall() {
 }
 
 #[test]
-fn a_trunk_low_above_the_ground_below_it_is_a_fall() {
+fn low_height_above_local_ground_is_a_fall() {
     let low = |more: &str, ground: GroundBelow, first: f64, later: f64| {
         let body = move |ms| {
             [
@@ -295,22 +298,23 @@ fn a_trunk_low_above_the_ground_below_it_is_a_fall() {
         Some(FALL_MS)
     );
     assert_eq!(low("[fall]\nheight = 0.1", level(), 0.2, 0.021), None);
-    // A step down by more than the trunk is high: on its feet below it stands, above the edge it lies.
+    // A step down by more than the height of the trunk: below the step it is upright, above the
+    // edge it has fallen.
     let step = || GroundBelow::Heights(Arc::new(|x: f64, _| if x < 1.0 { 0.0 } else { -0.3 }));
     assert_eq!(low("", step(), 0.2, -0.1), None);
     assert_eq!(low("", step(), 0.2, -0.25), Some(FALL_MS));
-    // It starts on ground that is high.
+    // The start is on elevated ground.
     let high = || GroundBelow::Heights(Arc::new(|_, _| 1.0));
     assert_eq!(low("", high(), 1.2, 1.061), None);
     assert_eq!(low("", high(), 1.2, 1.059), Some(FALL_MS));
-    // Without ground there is nothing to lie on, and a trunk that starts below it has no height to lose.
+    // Without ground there is no fall, nor if the trunk starts below ground level.
     assert_eq!(low("", GroundBelow::Nothing, 0.2, -9.0), None);
     assert_eq!(low("", level(), -0.2, -9.0), None);
 }
 
 #[test]
-fn where_the_trunk_is_not_observed_there_is_no_fall() {
-    // As at hardware: feet with force sensors, and no place in the world.
+fn fall_requires_observation_of_the_trunk() {
+    // As on hardware: foot force sensors, and no position in the world.
     let scenario = parse(&text(
         "[[expect]]\nfootstep = { frequency = { min = '3 Hz' } }",
     ))
@@ -321,13 +325,13 @@ fn where_the_trunk_is_not_observed_there_is_no_fall() {
         .plant_outputs
         .retain(|port| !port.name.starts_with("body/"));
     let scene = scenario.scene(&facts).unwrap();
-    let judged = watched(&scene, &rolls_over(), None);
+    let judged = judge_run(&scene, &rolls_over(), None);
     assert_eq!(judged.judge.fell_at(), None);
     assert_eq!(judged.outcomes[0].verdict, Verdict::Pass);
 }
 
 #[test]
-fn a_fall_ends_the_run_where_it_is_to() {
+fn fall_ends_the_run_if_configured() {
     let expect = "
         [[expect]]
         footstep = { frequency = { min = '3 Hz' } }
@@ -345,7 +349,7 @@ fn a_fall_ends_the_run_where_it_is_to() {
         let text = text(&format!("{more}\n{expect}"));
         let scene = common::scene(&text).unwrap_or_else(|error| panic!("{error}"));
         assert!(scene.scenario.ends_with_a_fall());
-        watched(&scene, &rolls_over(), None)
+        judge_run(&scene, &rolls_over(), None)
     };
     for (more, skip) in [
         ("[fall]\nend = true", 0),
@@ -365,7 +369,7 @@ fn a_fall_ends_the_run_where_it_is_to() {
             assert_eq!(judged.outcomes[0].verdict, Verdict::Fail);
         }
     }
-    // Thresholds of an expectation are its own, and so is its window.
+    // Thresholds and window of an expectation are independent of the others.
     let strict = "[[expect]]\nbody = { fall = { tilt = '10 deg', end = true } }\nbefore = '3 s'";
     assert_eq!(judged(strict).judge.ended_at(), None);
     let tilts = Run {
@@ -374,19 +378,19 @@ fn a_fall_ends_the_run_where_it_is_to() {
     };
     let scene = common::scene(&text(strict)).unwrap();
     assert_eq!(
-        watched(&scene, &tilts, None).judge.ended_at(),
+        judge_run(&scene, &tilts, None).judge.ended_at(),
         Some(at(2000))
     );
 }
 
 #[test]
-fn a_fall_does_not_touch_the_footsteps_themselves() {
+fn footsteps_are_detected_after_a_fall() {
     let scene = common::scene(&text("[[expect]]\nfootstep = { slip = { max = '1 mm' } }")).unwrap();
-    let found = watched(&scene, &rolls_over(), None).footsteps;
+    let found = judge_run(&scene, &rolls_over(), None).footsteps;
     let stands = Run {
         rpy: &|_| [0.0; 3],
         ..rolls_over()
     };
-    assert_eq!(found, watched(&scene, &stands, None).footsteps);
+    assert_eq!(found, judge_run(&scene, &stands, None).footsteps);
     assert_eq!(found.iter().filter(|step| step.leg == 0).count(), 34);
 }

@@ -1,8 +1,8 @@
-//! Footsteps are found and judged.
+//! Detection and judgement of footsteps.
 
 mod common;
 
-use common::run::{CYCLE_MS, Run, STANCE_MS, at, judge_with, outcome, trot_load, watched};
+use common::run::{CYCLE_MS, Run, STANCE_MS, at, judge_run, judge_with, outcome, trot_load};
 use proptest::prelude::*;
 use twinrig_scenario::{Footstep, Verdict};
 
@@ -20,7 +20,7 @@ fn of_leg(steps: &[Footstep], leg: usize) -> Vec<Footstep> {
 }
 
 #[test]
-fn a_trot_by_the_clock_is_found_to_the_observation() {
+fn periodic_trot_is_detected_with_the_resolution_of_the_observation() {
     let steps = footsteps(&Run::default());
     let first = of_leg(&steps, 0);
     assert_eq!(first.len(), 34);
@@ -37,7 +37,7 @@ fn a_trot_by_the_clock_is_found_to_the_observation() {
 }
 
 #[test]
-fn the_measures_of_a_trot_are_those_it_was_made_with() {
+fn measures_of_a_synthetic_trot_are_recovered() {
     let run = Run::default();
     let measured = |expect: &str| {
         outcome(&format!("footstep = {{ {expect} }}\nafter = '1 s'"), &run)
@@ -60,7 +60,7 @@ fn the_measures_of_a_trot_are_those_it_was_made_with() {
     assert!(measured("order = ['LF', 'RF', 'RH', 'LH']") > 10.0);
 }
 
-/// A gait in which each leg touches down at its share of the cycle.
+/// Load of a leg that touches down at its share of the cycle.
 fn shares(leg: &str, ms: u64, shares: [u64; 4]) -> f64 {
     let index = ["LF", "RF", "LH", "RH"]
         .iter()
@@ -71,7 +71,7 @@ fn shares(leg: &str, ms: u64, shares: [u64; 4]) -> f64 {
 }
 
 #[test]
-fn a_walk_is_in_lateral_sequence() {
+fn walk_is_a_lateral_sequence() {
     let walk = Run {
         load: &|leg, ms| shares(leg, ms, [0, 500, 750, 250]),
         ..Run::default()
@@ -103,7 +103,7 @@ fn a_walk_is_in_lateral_sequence() {
 }
 
 #[test]
-fn a_leg_that_steps_now_and_then_has_no_phase() {
+fn leg_with_few_touch_downs_has_no_phase() {
     let lame = Run {
         load: &|leg, ms| {
             if leg == "RH" && ms > 4000 {
@@ -127,8 +127,8 @@ fn a_leg_that_steps_now_and_then_has_no_phase() {
 }
 
 #[test]
-fn a_phase_that_wraps_is_no_far_phase() {
-    // RH touches down 4 ms before or after LF in turn: its phase is near 0 from both sides.
+fn phase_deviation_wraps_around() {
+    // RH touches down 4 ms before or after LF in turn: its phase is close to 0 from both sides.
     let jittery = Run {
         load: &|leg, ms| {
             let early = leg == "RH" && (ms / CYCLE_MS) % 2 == 1 && ms % CYCLE_MS > 290;
@@ -141,12 +141,12 @@ fn a_phase_that_wraps_is_no_far_phase() {
 }
 
 #[test]
-fn a_bounce_is_no_footstep_and_a_scuff_is_none_either() {
+fn bounces_and_scuffs_are_no_footsteps() {
     let bounces = Run {
         load: &|leg, ms| match ms % CYCLE_MS {
-            // 20 ms after touch-down it is in the air for 20 ms.
+            // From 20 ms to 40 ms after touch-down the foot is off the ground.
             20..40 if leg == "LF" => 0.0,
-            // In mid-swing it scrapes the ground, lightly.
+            // In mid-swing it touches the ground with a small load.
             220..226 if leg == "LF" => 0.6,
             _ => trot_load(leg, ms),
         },
@@ -157,14 +157,15 @@ fn a_bounce_is_no_footstep_and_a_scuff_is_none_either() {
     assert_eq!(steps.len(), 34);
     assert_eq!(steps[3].touch_down, at(3 * CYCLE_MS));
     assert_eq!(steps[3].lift_off, Some(at(3 * CYCLE_MS + STANCE_MS)));
-    // The place is that of the contact with the larger impulse, and the way through the air is no slip.
+    // The position is that of the contact with the larger impulse, and motion off the ground is no
+    // slip.
     assert_eq!(steps[3].position[0], 0.01);
     assert_eq!(steps[3].slip, 0.0);
     assert!((steps[3].impulse - 5.4 * 0.14).abs() < 1e-9);
 }
 
 #[test]
-fn slip_is_the_farthest_that_a_standing_foot_moves() {
+fn slip_is_the_greatest_distance_in_contact() {
     let slides = Run {
         // 3 mm forward and 4 mm to the side during the stance; a swing of half a metre.
         foot: &|_, ms| {
@@ -185,8 +186,9 @@ fn slip_is_the_farthest_that_a_standing_foot_moves() {
 }
 
 #[test]
-fn a_load_between_the_thresholds_is_what_it_was_before() {
-    // 0.05 and 0.02 of 10.8 N: 0.54 N and 0.216 N. The load hovers between, and never touches down.
+fn thresholds_have_hysteresis() {
+    // 0.05 and 0.02 of 10.8 N are 0.54 N and 0.216 N. The load stays between them without a
+    // touch-down.
     let hovers = Run {
         load: &|_, ms| if ms % 4 == 0 { 0.5 } else { 0.3 },
         ..Run::default()
@@ -201,7 +203,8 @@ fn a_load_between_the_thresholds_is_what_it_was_before() {
     assert_eq!((steps[0].touch_down, steps[0].lift_off), (at(1000), None));
 }
 
-/// The made-up trot walking at 0.4 m/s, from 5 s on with steps that are `by` longer a cycle.
+/// Foot positions of the synthetic trot at 0.4 m/s, with steps that are `by` longer in each cycle
+/// from 5 s.
 fn walker(by: f64) -> impl Fn(&str, u64) -> [f64; 3] {
     move |leg, ms| {
         let late = if matches!(leg, "LF" | "RH") {
@@ -216,7 +219,7 @@ fn walker(by: f64) -> impl Fn(&str, u64) -> [f64; 3] {
 }
 
 #[test]
-fn a_displacement_is_against_the_same_cycle_of_the_run_without_the_change() {
+fn displacement_refers_to_the_same_cycle_without_the_change() {
     let change = "[[change]]\nat = '5 s'\nset = 'step_length'\nby = '-1 cm'\n";
     let reference = Run {
         foot: &walker(0.0),
@@ -228,7 +231,7 @@ fn a_displacement_is_against_the_same_cycle_of_the_run_without_the_change() {
         ));
         let scene = common::scene(&text).unwrap();
         assert!(scene.scenario.needs_reference());
-        let without = watched(&scene, &reference, None).judge.reference();
+        let without = judge_run(&scene, &reference, None).judge.reference();
         let (mut with, _) = judge_with(&scene, run, Some(&without));
         let (none, _) = judge_with(&scene, run, None);
         assert_eq!(none[0].verdict, Verdict::Unobserved);
@@ -249,7 +252,8 @@ fn a_displacement_is_against_the_same_cycle_of_the_run_without_the_change() {
             "{outcome:?}"
         );
     }
-    // It stumbles: one stance becomes two. Counting touch-downs would compare cycle 3 with cycle 2.
+    // A stumble splits one stance into two; counting touch-downs would compare cycle 3 with cycle
+    // 2.
     let stumbles = Run {
         load: &|leg, ms| {
             if (5450..5520).contains(&ms) {
@@ -268,7 +272,7 @@ fn a_displacement_is_against_the_same_cycle_of_the_run_without_the_change() {
         (outcome.measured.unwrap() + 0.03).abs() < 1e-9,
         "{outcome:?}"
     );
-    // It misses the third cycle: its footsteps before and after are those of other cycles.
+    // Without the third cycle, the adjacent footsteps belong to other cycles.
     let misses = Run {
         load: &|leg, ms| {
             if (5500..6100).contains(&ms) {
@@ -293,9 +297,9 @@ proptest! {
     // A case is a run of 5000 observations.
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// Whatever a foot does, its footsteps are in order, apart, and within the run.
+    /// Footsteps of any load are ordered, separated, and within the run.
     #[test]
-    fn footsteps_of_any_load_are_in_order_and_apart(
+    fn footsteps_of_any_load_are_ordered_and_separated(
         loads in proptest::collection::vec(prop_oneof![Just(0.0), 0.0..1.0_f64, 0.0..10.0_f64], 1..400),
     ) {
         let run = Run {
@@ -312,13 +316,14 @@ proptest! {
             let lift_off = pair[0].lift_off.unwrap();
             prop_assert!((pair[1].touch_down - lift_off).as_nanos() >= 40_000_000);
         }
-        // Impulse is neither made nor lost but for what is too little to be a footstep.
+        // The impulse of the footsteps is at most that of the load; the difference is that of
+        // rejected contacts.
         let found: f64 = steps.iter().map(|step| step.impulse).sum();
         let all: f64 = (1..=5000).map(|k| loads[k % loads.len()] * 2e-3).sum();
         prop_assert!(found <= all + 1e-9, "{} {}", found, all);
     }
 
-    /// A gait of any cycle and stance is measured to the observation.
+    /// Cycle and stance are recovered with the resolution of the observation.
     #[test]
     fn cycle_and_stance_are_recovered(cycle in 100..600_u64, percent in 30..70_u64) {
         let cycle = 2 * cycle;

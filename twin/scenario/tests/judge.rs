@@ -1,4 +1,4 @@
-//! The judge says of runs made up what is known of them.
+//! Verdicts and measures of synthetic runs with known results.
 
 mod common;
 
@@ -15,7 +15,7 @@ fn close(a: Option<f64>, b: f64) -> bool {
 
 #[test]
 fn speed_is_distance_over_time_along_the_heading_or_the_path() {
-    // Two metres a second to the left, having been told to look left: forward. On a circle it gets nowhere.
+    // 2 m/s to the left, heading left: forward. On a circle the displacement is zero.
     let left = Run {
         body: &|ms| [0.0, 2e-3 * ms as f64, 0.12],
         rpy: &|_| [0.0, 0.0, PI / 2.0],
@@ -45,7 +45,7 @@ fn speed_is_distance_over_time_along_the_heading_or_the_path() {
 }
 
 #[test]
-fn only_the_window_counts() {
+fn samples_outside_the_window_are_ignored() {
     let jump = Run {
         rpy: &|ms| [if ms == 4000 { 0.2 } else { 0.1 }, 0.0, 0.0],
         ..Run::default()
@@ -71,7 +71,7 @@ fn only_the_window_counts() {
 }
 
 #[test]
-fn a_range_is_from_peak_to_peak_and_an_angle_counts_either_way() {
+fn ranges_are_peak_to_peak_and_angles_are_magnitudes() {
     let swing = Run {
         rpy: &|ms| [0.0, if ms % 4 == 0 { -0.03 } else { 0.01 }, 0.0],
         ..Run::default()
@@ -84,7 +84,7 @@ fn a_range_is_from_peak_to_peak_and_an_angle_counts_either_way() {
 }
 
 #[test]
-fn yaw_drift_counts_whole_turns() {
+fn yaw_drift_includes_whole_turns() {
     let spin = Run {
         rpy: &|ms| {
             let yaw = 3.0 * PI * ms as f64 / 10_000.0;
@@ -98,7 +98,7 @@ fn yaw_drift_counts_whole_turns() {
 }
 
 #[test]
-fn a_fall_is_a_low_or_a_tilted_trunk_and_is_shown_in_its_unit() {
+fn fall_reports_height_or_tilt_with_its_unit() {
     let up = outcome("body = { fall = false }", &Run::default());
     assert_eq!(up.verdict, Verdict::Pass);
     let sinks = Run {
@@ -111,7 +111,8 @@ fn a_fall_is_a_low_or_a_tilted_trunk_and_is_shown_in_its_unit() {
         (Verdict::Fail, Unit::Meter, Some(at(5000)))
     );
     assert!(close(low.bound, 0.06) && close(low.measured, 0.05));
-    // The standing height is that of the run's first observation, also where the window begins later.
+    // The reference height is that of the first observation of the run, even if the window begins
+    // later.
     let late = outcome("body = { fall = false }\nafter = '6 s'", &sinks);
     assert_eq!(late.verdict, Verdict::Fail);
     let rolls = Run {
@@ -124,7 +125,7 @@ fn a_fall_is_a_low_or_a_tilted_trunk_and_is_shown_in_its_unit() {
 }
 
 #[test]
-fn what_settles_stays_near_where_it_ends() {
+fn settled_values_stay_near_the_last_one() {
     let decays = Run {
         body: &|ms| [0.0, 0.0, 0.12 + 0.01 * libm::exp(-(ms as f64) / 1000.0)],
         ..Run::default()
@@ -142,7 +143,7 @@ fn what_settles_stays_near_where_it_ends() {
 }
 
 #[test]
-fn signals_hold_always_eventually_or_until() {
+fn signals_satisfy_always_eventually_or_until() {
     let ramp = Run {
         tension: &|leg, ms| if leg == "LF" { ms as f64 / 1000.0 } else { 3.0 },
         ..Run::default()
@@ -178,12 +179,12 @@ fn signals_hold_always_eventually_or_until() {
     assert_eq!(until("min = '7 N'").verdict, Verdict::Fail);
     let never = until("min = '70 N'");
     assert_eq!(never.verdict, Verdict::Fail);
-    assert_eq!(never.detail, "what is waited for never happened");
+    assert_eq!(never.detail, "the `until` condition never held");
     assert_eq!(until("min = '0 N'").verdict, Verdict::Unobserved);
 }
 
 #[test]
-fn what_is_not_a_number_never_passes() {
+fn non_finite_values_never_pass() {
     let expectations = [
         "body = { fall = false }",
         "body = { speed = { min = '-9 m/s' } }",
@@ -198,38 +199,38 @@ fn what_is_not_a_number_never_passes() {
         "footstep = { slip = { max = '9 m' } }",
         "footstep = { count = { max = 999 } }",
     ];
-    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+    for non_finite in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         for expect in expectations {
             let broken = Run {
-                body: &|ms| [0.0, 0.0, if ms == 5000 { bad } else { 0.12 }],
+                body: &|ms| [0.0, 0.0, if ms == 5000 { non_finite } else { 0.12 }],
                 rpy: &|ms| {
                     [
-                        if ms == 5000 { bad } else { 0.0 },
+                        if ms == 5000 { non_finite } else { 0.0 },
                         0.0,
-                        if ms == 5000 { bad } else { 0.0 },
+                        if ms == 5000 { non_finite } else { 0.0 },
                     ]
                 },
-                foot: &|_, ms| [0.0, if ms == 5000 { bad } else { 0.0 }, 0.0],
+                foot: &|_, ms| [0.0, if ms == 5000 { non_finite } else { 0.0 }, 0.0],
                 ..Run::default()
             };
-            // Speed looks at x and y.
+            // Speed depends on x and y.
             let broken = if expect.contains("speed") {
                 Run {
-                    body: &|ms| [if ms == 5000 { bad } else { 0.0 }, 0.0, 0.12],
+                    body: &|ms| [if ms == 5000 { non_finite } else { 0.0 }, 0.0, 0.12],
                     ..broken
                 }
             } else {
                 broken
             };
             let outcome = outcome(expect, &broken);
-            assert_eq!(outcome.verdict, Verdict::Fail, "{expect} {bad}");
-            assert_eq!(outcome.measured, None, "{expect} {bad}");
+            assert_eq!(outcome.verdict, Verdict::Fail, "{expect} {non_finite}");
+            assert_eq!(outcome.measured, None, "{expect} {non_finite}");
         }
     }
 }
 
 #[test]
-fn a_run_that_ends_early_passes_nothing() {
+fn incomplete_run_never_passes() {
     let short = Run {
         end_ms: 5000,
         ..Run::default()
@@ -249,7 +250,7 @@ fn a_run_that_ends_early_passes_nothing() {
 }
 
 #[test]
-fn what_cannot_be_observed_holds_only_where_it_is_optional() {
+fn unobserved_expectation_is_satisfied_only_if_optional() {
     let expect =
         "signal = { name = 'imu/temperature', always = { max = '60 K' } }\noptional = true";
     let absent = outcome(expect, &Run::default());
@@ -274,7 +275,7 @@ fn what_cannot_be_observed_holds_only_where_it_is_optional() {
 }
 
 #[test]
-fn cycles_are_timed() {
+fn cycle_measures_are_computed() {
     let steady: Vec<_> = (0..100_u64)
         .flat_map(|cycle| [(2000 * cycle, BEGIN), (2000 * cycle + 300, END)])
         .collect();
@@ -319,7 +320,7 @@ fn cycles_are_timed() {
 }
 
 #[test]
-fn a_controller_that_hangs_misses_every_cycle_from_then_on() {
+fn hung_controller_misses_all_further_cycles() {
     let mut hung = vec![(0, BEGIN), (300, END), (2000, BEGIN)];
     hung.extend((2..100).map(|cycle| (2000 * cycle, MISSED)));
     let timing = |what: &str| cycles(&format!("timing = {{ of = 'control', {what} }}"), &hung);
@@ -333,7 +334,7 @@ fn a_controller_that_hangs_misses_every_cycle_from_then_on() {
 }
 
 #[test]
-fn books_and_costs_are_compared_at_the_end() {
+fn energy_balance_and_costs_are_judged_at_the_end() {
     let run = Run::default();
     let residual = outcome("energy = { residual = { max = 1e-6 } }", &run);
     assert!(close(residual.measured.map(|x| x * 1e7), 2.0));
@@ -363,9 +364,9 @@ proptest! {
     // A case is a run of 5000 observations.
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// The judge agrees with going through all samples afterwards.
+    /// The judge agrees with a batch evaluation of all samples.
     #[test]
-    fn always_is_what_going_through_the_samples_says(
+    fn always_agrees_with_batch_evaluation(
         values in proptest::collection::vec(prop_oneof![9 => -1.0..1.0_f64, 1 => Just(f64::NAN)], 1..40),
         min in -1.5..0.0_f64,
         max in 0.0..1.5_f64,

@@ -1,13 +1,13 @@
-//! Scenario files that are wrong, and what a person is told about each.
+//! Messages of malformed scenario files.
 
 mod common;
 
 use std::fs;
 use std::path::Path;
 
-/// Every file of `tests/malformed` is refused, and its message is pinned.
+/// Every file of `tests/malformed` is rejected with the message of its snapshot.
 #[test]
-fn every_malformed_file_is_told_what_is_wrong() {
+fn malformed_files_are_rejected_with_a_message() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/malformed");
     let mut files: Vec<_> = fs::read_dir(folder)
         .unwrap()

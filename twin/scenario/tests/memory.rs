@@ -1,5 +1,4 @@
-//! A judge keeps statistics and no run: its memory depends on its expectations and not on the
-//! length of the run.
+//! The memory of a judge depends on its expectations, not on the length of the run.
 
 mod common;
 
@@ -9,7 +8,7 @@ use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig_runtime::{Group, Observer, RunEvent};
 use twinrig_scenario::{Judge, Layouts, LegFact, RunEnd, Scene};
 
-/// One of each kind.
+/// One expectation of each kind.
 const EXPECTATIONS: [&str; 22] = [
     "footstep = { slip = { max = '1 mm' } }",
     "footstep = { stance = { max = '1 s' } }",
@@ -35,14 +34,14 @@ const EXPECTATIONS: [&str; 22] = [
     "timing = { of = 'control', cycle_rate = { min = '10 Hz' } }",
 ];
 
-/// Time between two observations, the longest that footsteps allow.
+/// Observation period: the longest that footsteps allow.
 const PERIOD_MS: u64 = 10;
 
-/// Feeds a judge with a trot.
+/// Trot as input of a judge.
 struct Feed {
     layout: Layout,
     values: Vec<f64>,
-    /// Legs and where their loads are.
+    /// Legs and indices of their loads.
     loads: Vec<(String, usize)>,
     ms: u64,
     footsteps: usize,
@@ -84,7 +83,7 @@ impl Feed {
         while self.ms < 1000 * seconds {
             let now = SimTime::ZERO + SimDuration::from_millis(self.ms);
             for (leg, load) in &self.loads {
-                // Now and then a foot bounces, scuffs, or stands for seconds while others step.
+                // Occasional bounces, scuffs, and long stances.
                 self.values[*load] = match (leg.as_str(), self.ms % 60_000) {
                     ("LF", 30_000..33_000) => 3.0,
                     ("RH", phase) if phase % 300 == 20 => 0.0,
@@ -103,7 +102,7 @@ impl Feed {
 }
 
 #[test]
-fn the_memory_of_a_judge_does_not_grow_with_the_run() {
+fn memory_of_a_judge_is_independent_of_the_run_length() {
     let change = "[[change]]\nat = '5 s'\nset = 'step_length'\nby = '-1 cm'\n";
     let expectation = |expect: &&str| format!("[[expect]]\n{expect}\n");
     let expectations: String = EXPECTATIONS.iter().map(expectation).collect();
@@ -112,7 +111,7 @@ fn the_memory_of_a_judge_does_not_grow_with_the_run() {
     let scene = scene(&text).unwrap_or_else(|error| panic!("{error}"));
     let mut feed = Feed::new(&scene);
     let mut later = allocation_counter::AllocationInfo::default();
-    let whole = allocation_counter::measure(|| {
+    let total = allocation_counter::measure(|| {
         let mut judge = feed.judge(&scene);
         feed.until(100, &mut judge);
         later = allocation_counter::measure(|| feed.until(2000, &mut judge));
@@ -127,5 +126,5 @@ fn the_memory_of_a_judge_does_not_grow_with_the_run() {
     });
     assert!(feed.footsteps > 25_000, "{} footsteps", feed.footsteps);
     assert_eq!((later.count_total, later.bytes_total), (0, 0));
-    assert!(whole.bytes_max < 100_000, "{} bytes", whole.bytes_max);
+    assert!(total.bytes_max < 100_000, "{} bytes", total.bytes_max);
 }

@@ -1,4 +1,4 @@
-//! Of too few observations nothing passes: a look at the start is no look at the run.
+//! Too few observations give no pass.
 
 mod common;
 
@@ -6,8 +6,8 @@ use common::run::{BEGIN, END, MISSED, Run, at, cycles, cycles_until, outcome};
 use twinrig_runtime::RunEvent;
 use twinrig_scenario::{Outcome, Verdict};
 
-/// Expectations that hold of the made-up trot, whatever the window.
-const HOLD: [&str; 14] = [
+/// Expectations that the synthetic trot satisfies in any window.
+const SATISFIED: [&str; 14] = [
     "body = { fall = false }",
     "body = { speed = { max = '1 m/s' } }",
     "body = { height = { min = '10 cm' } }",
@@ -24,7 +24,7 @@ const HOLD: [&str; 14] = [
     "signal = { name = 'leg/LF/cable/tension', always = { max = '2 N' }, until = { name = 'body/position', component = 'x', min = '1 m' } }",
 ];
 
-/// The made-up trot, whose trunk is a metre ahead from `ahead_ms` on.
+/// Judges the synthetic trot, whose trunk is 1 m ahead from `ahead_ms`.
 fn judged(expect: &str, ahead_ms: u64) -> Outcome {
     let run = Run {
         body: &|ms| [if ms < ahead_ms { 0.0 } else { 1.0 }, 0.0, 0.12],
@@ -34,15 +34,15 @@ fn judged(expect: &str, ahead_ms: u64) -> Outcome {
 }
 
 #[test]
-fn nine_samples_are_too_few_and_ten_are_enough() {
-    for expect in HOLD {
-        // What is waited for comes with the eleventh sample of the window, and is looked at no
-        // more.
+fn verdict_requires_ten_samples() {
+    for expect in SATISFIED {
+        // The awaited event coincides with the eleventh sample of the window, which is not
+        // evaluated.
         for (last, samples) in [(5016, 9), (5018, 10)] {
             let window = format!("{expect}\nafter = '5 s'\nbefore = '{last} ms'");
             let found = judged(&window, 5020);
             if expect.contains("until") {
-                // It never happens within the window.
+                // The event does not occur within the window.
                 let verdict = if samples < 10 {
                     Verdict::Unobserved
                 } else {
@@ -52,10 +52,10 @@ fn nine_samples_are_too_few_and_ten_are_enough() {
                 continue;
             }
             if samples < 10 {
-                let told = "9 samples, and 10 are needed";
+                let detail = "9 samples, and 10 are needed";
                 assert_eq!(
                     (found.verdict, found.detail.as_str()),
-                    (Verdict::Unobserved, told),
+                    (Verdict::Unobserved, detail),
                     "{window}"
                 );
                 assert_eq!(found.measured, None, "{window}");
@@ -67,8 +67,8 @@ fn nine_samples_are_too_few_and_ten_are_enough() {
 }
 
 #[test]
-fn samples_that_are_not_looked_at_do_not_count() {
-    let until = HOLD[13];
+fn ignored_samples_do_not_count() {
+    let until = SATISFIED[13];
     let judged = |ahead_ms| {
         let window = format!("{until}\nafter = '5 s'");
         judged(&window, ahead_ms).verdict
@@ -91,7 +91,7 @@ fn samples_that_are_not_looked_at_do_not_count() {
 }
 
 #[test]
-fn a_violation_that_was_seen_is_one_however_few_the_samples() {
+fn observed_violation_fails_with_few_samples() {
     let tilted = Run {
         rpy: &|ms| [if ms == 5004 { 1.0 } else { 0.0 }, 0.0, 0.0],
         ..Run::default()
@@ -108,13 +108,13 @@ fn a_violation_that_was_seen_is_one_however_few_the_samples() {
         );
         assert!(!found.holds());
     }
-    // A mean is not seen at an instant.
+    // A mean has no instant of violation.
     let slow = "body = { speed = { min = '1 m/s' } }\nafter = '5 s'\nbefore = '5.01 s'";
     assert_eq!(outcome(slow, &tilted).verdict, Verdict::Unobserved);
 }
 
 #[test]
-fn balance_and_costs_take_no_observation() {
+fn energy_balance_and_costs_require_no_samples() {
     let blind = Run {
         load: &|_, _| 0.0,
         ..Run::default()
@@ -148,7 +148,7 @@ fn timing(measure: &str) -> String {
 }
 
 #[test]
-fn two_begins_are_too_few_and_three_are_enough() {
+fn timing_requires_three_cycles() {
     for measure in TIMINGS {
         let two = cycles(&timing(measure), &steady(2));
         assert_eq!(two.verdict, Verdict::Unobserved, "{measure}");
@@ -159,22 +159,26 @@ fn two_begins_are_too_few_and_three_are_enough() {
 }
 
 #[test]
-fn a_cycle_that_ceases_passes_no_measure_of_time() {
-    // A hundred cycles, and then none for as long, with nobody to count what is missed.
+fn stopped_cycle_fails_timing_measures() {
+    // A hundred cycles, then none for as long, without events for missed cycles.
     for measure in TIMINGS {
-        let ceased = cycles_until(&timing(measure), &steady(100), 400_000);
-        let unseen = measure.starts_with("deadline") || measure.starts_with("latency");
-        let verdict = if unseen { Verdict::Pass } else { Verdict::Fail };
-        assert_eq!(ceased.verdict, verdict, "{measure}: {ceased:?}");
+        let stopped = cycles_until(&timing(measure), &steady(100), 400_000);
+        let unaffected = measure.starts_with("deadline") || measure.starts_with("latency");
+        let verdict = if unaffected {
+            Verdict::Pass
+        } else {
+            Verdict::Fail
+        };
+        assert_eq!(stopped.verdict, verdict, "{measure}: {stopped:?}");
     }
-    // One that hangs in its last cycle.
+    // The last cycle does not end.
     let mut hung = steady(100);
     hung.push((200_000, BEGIN));
     for measure in &TIMINGS[1..] {
         let found = cycles_until(&timing(measure), &hung, 400_000);
         assert_eq!(found.verdict, Verdict::Fail, "{measure}: {found:?}");
     }
-    // What is due at the end and not late is not over, that is all.
+    // A cycle that is pending but not late at the end has no effect.
     for measure in TIMINGS {
         let found = cycles_until(&timing(measure), &steady(100), 199_999);
         assert_eq!(found.verdict, Verdict::Pass, "{measure}: {found:?}");
@@ -182,7 +186,7 @@ fn a_cycle_that_ceases_passes_no_measure_of_time() {
 }
 
 #[test]
-fn a_controller_that_hangs_after_two_cycles_fails_and_is_not_excused() {
+fn hung_controller_fails_despite_optional() {
     let mut hung = steady(1);
     hung.push((2000, BEGIN));
     hung.extend((2..100).map(|cycle| (2000 * cycle, MISSED)));

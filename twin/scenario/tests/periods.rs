@@ -1,4 +1,4 @@
-//! Where the observation period is refused, the one that is named instead is accepted.
+//! The suggested observation period of an error message is accepted.
 
 mod common;
 
@@ -16,15 +16,15 @@ fn text(run_ms: u64, observe_us: u64, swing_us: u64, grid: Option<u64>, expect: 
     )
 }
 
-/// What the message `error` names for `[observe] period`.
-fn named(error: &str) -> Option<&str> {
+/// Returns the `[observe] period` that the message `error` suggests.
+fn suggested(error: &str) -> Option<&str> {
     let (_, rest) = error.split_once("write [observe] period = \"")?;
     rest.split('"').next()
 }
 
 proptest! {
     #[test]
-    fn the_period_that_is_named_would_do(
+    fn suggested_period_is_accepted(
         run_ms in 1..20_000_u64,
         observe in 1..200_u64,
         swing_us in prop_oneof![Just(0), Just(1), 1..80_000_u64],
@@ -50,13 +50,13 @@ proptest! {
             Err(error) => {
                 let error = error.to_string();
                 prop_assert!(too_long, "{error}");
-                let named = named(&error).unwrap_or_else(|| panic!("{error}"));
-                let mut mended = file.replace(&format!("period = '{observe_us} us'"), &format!("period = '{named}'"));
+                let suggested = suggested(&error).unwrap_or_else(|| panic!("{error}"));
+                let mut corrected = file.replace(&format!("period = '{observe_us} us'"), &format!("period = '{suggested}'"));
                 if error.contains("and a grid that divides it") {
-                    mended = mended.replace(&format!("grid = '{}", grid_us.unwrap()), "grid = '1 ns' } #");
+                    corrected = corrected.replace(&format!("grid = '{}", grid_us.unwrap()), "grid = '1 ns' } #");
                 }
-                let again = parse(&mended);
-                prop_assert!(again.is_ok(), "{}\n{mended}", again.unwrap_err());
+                let again = parse(&corrected);
+                prop_assert!(again.is_ok(), "{}\n{corrected}", again.unwrap_err());
             }
         }
     }

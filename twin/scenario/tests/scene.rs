@@ -1,4 +1,4 @@
-//! Scenes hold what something needs, and say what they leave out.
+//! Scenes contain the required parts and report the omitted ones.
 
 mod common;
 
@@ -18,7 +18,7 @@ fn left_out(text: &str) -> Vec<String> {
 }
 
 #[test]
-fn a_scene_without_a_record_table_keeps_every_signal() {
+fn scene_without_record_table_records_all_signals() {
     let scene = scene(&text("")).unwrap();
     assert_eq!(scene.wanted.len(), 2 + 3 * 4);
     assert_eq!(scene.recorded.len(), 2 + 4 * 4);
@@ -29,7 +29,7 @@ fn a_scene_without_a_record_table_keeps_every_signal() {
 }
 
 #[test]
-fn signals_that_nothing_needs_are_left_out_and_said_to_be() {
+fn unused_signals_are_omitted_and_reported() {
     let more = "[record]\nsignals = ['leg/*/hip/command']\nframes = '0 Hz'\n\n\
                 [[expect]]\nfootstep = { slip = { max = '5 mm' } }";
     let scene = scene(&text(more)).unwrap();
@@ -42,42 +42,42 @@ fn signals_that_nothing_needs_are_left_out_and_said_to_be() {
             ]
         })
         .collect();
-    // The trunk shows whether the robot fell, which voids footsteps.
+    // The signals of the trunk are required to detect a fall, which affects footsteps.
     let trunk = ["body/position", "body/rpy"].map(str::to_owned).to_vec();
     assert_eq!(scene.wanted, [trunk, feet].concat());
     insta::assert_snapshot!(left_out(&text(more)).join("\n"));
 }
 
 #[test]
-fn what_is_expected_of_another_plant_is_left_out_and_said_to_be() {
+fn expectations_of_other_plants_are_omitted_and_reported() {
     let more = "[record]\nframes = '0 Hz'\n\n\
-                [[expect]]\nname = 'books'\nenergy = { residual = { max = 1e-6 } }\nplants = ['massless']\n\n\
-                [[expect]]\nname = 'books'\nenergy = { residual = { max = 1e-3 } }\nplants = ['mujoco']";
+                [[expect]]\nname = 'balance'\nenergy = { residual = { max = 1e-6 } }\nplants = ['massless']\n\n\
+                [[expect]]\nname = 'balance'\nenergy = { residual = { max = 1e-3 } }\nplants = ['mujoco']";
     let scene = scene(&text(more)).unwrap();
     let [kept] = &scene.scenario.expectations[..] else {
         panic!("{:?}", scene.scenario.expectations);
     };
-    // The names differ by their plants: neither is numbered.
+    // Expectations of different plants have equal names without numbers.
     assert_eq!(
         (kept.name.as_str(), &kept.plants[..]),
-        ("books", &["massless".to_owned()][..])
+        ("balance", &["massless".to_owned()][..])
     );
-    let said = "expectation that books: it is about mujoco, not massless";
+    let reported = "expectation that balance: it is about mujoco, not massless";
     assert!(
-        left_out(&text(more)).contains(&said.to_owned()),
+        left_out(&text(more)).contains(&reported.to_owned()),
         "{:?}",
         left_out(&text(more))
     );
 }
 
 #[test]
-fn poses_keep_the_signals_they_are_drawn_from() {
+fn recording_of_poses_requires_its_signals() {
     let scene = scene(&text("[record]\nsignals = []\nframes = '50 Hz'")).unwrap();
     assert_eq!(scene.wanted, ["body/position"]);
 }
 
 #[test]
-fn a_leg_that_is_not_named_is_not_there() {
+fn unnamed_legs_are_omitted() {
     let text = text("[record]\nsignals = []").replace("ground = {}", "legs = ['RH', 'LF']");
     let scenario = parse(&text).unwrap();
     let kept: Vec<String> = scenario
@@ -100,7 +100,7 @@ fn a_leg_that_is_not_named_is_not_there() {
 }
 
 #[test]
-fn an_expectation_of_a_leg_that_is_left_out_is_an_error() {
+fn expectation_of_an_omitted_leg_is_an_error() {
     let text = text("[[expect]]\nfootstep = { leg = 'RF', slip = { max = '1 mm' } }")
         .replace("ground = {}", "legs = ['RH', 'LF']");
     let scenario = parse(&text).unwrap();
@@ -110,7 +110,7 @@ fn an_expectation_of_a_leg_that_is_left_out_is_an_error() {
 }
 
 #[test]
-fn everything_a_file_says_arrives() {
+fn all_values_of_a_file_are_read() {
     let more = r#"
         gait = "walk"
         compute_time = { mean = "0.3 ms", deviation = "0.1 ms", min = "0.1 ms", max = "0.9 ms" }
@@ -198,7 +198,7 @@ fn everything_a_file_says_arrives() {
 }
 
 #[test]
-fn settings_go_on_top_and_are_shown_where_they_come_from() {
+fn settings_override_the_file_and_are_reported_at_their_origin() {
     let with = |key: &str, value: &str| {
         let setting = Setting {
             origin: "--set".into(),
@@ -229,13 +229,13 @@ fn settings_go_on_top_and_are_shown_where_they_come_from() {
 }
 
 #[test]
-fn overrides_are_handed_on_to_the_robot_file() {
+fn overrides_are_kept_for_the_robot_file() {
     let scenario = parse(&text("[override.leg.aslp]\nparallel.preload = '0 mm'")).unwrap();
     assert!(!scenario.overrides.is_empty());
 }
 
-/// A file that has most of what a file may have.
-const RICH: &str = r#"
+/// A file with most of the possible content.
+const EXTENSIVE: &str = r#"
 [override]
 leg.aslp.l1 = "44 mm"
 [actuator]
@@ -268,29 +268,29 @@ timing = { of = "control", jitter = { near = "0 s", within = "1 us" } }
 "#;
 
 #[test]
-fn the_rich_file_is_right() {
+fn extensive_file_is_valid() {
     assert!(
-        scene(&text(RICH)).is_ok(),
+        scene(&text(EXTENSIVE)).is_ok(),
         "{}",
-        scene(&text(RICH)).unwrap_err()
+        scene(&text(EXTENSIVE)).unwrap_err()
     );
 }
 
 proptest! {
-    /// Whatever a slip of the pen makes of a file, it is read or refused with a message.
+    /// Any edit of a file is read or rejected with a message.
     #[test]
-    fn no_slip_of_the_pen_is_a_panic(
+    fn arbitrary_edits_cause_no_panic(
         cut in 0..2000_usize,
         length in 0..40_usize,
-        put in prop_oneof![
+        replacement in prop_oneof![
             Just(String::new()), Just("0".into()), Just("nan".into()), Just("-1e300".into()), Just("\"\"".into()),
             Just("[]".into()), Just("{}".into()), Just("\"1e999 s\"".into()), Just("[[plant]]".into()), "[ -~]{0,8}",
         ],
     ) {
-        let mut characters: Vec<char> = text(RICH).chars().collect();
+        let mut characters: Vec<char> = text(EXTENSIVE).chars().collect();
         let cut = cut % characters.len();
         let end = (cut + length).min(characters.len());
-        characters.splice(cut..end, put.chars());
+        characters.splice(cut..end, replacement.chars());
         if let Err(error) = scene(&characters.into_iter().collect::<String>()) {
             prop_assert!(!error.problems.is_empty());
             prop_assert!(error.to_string().contains("run.toml"));
@@ -299,7 +299,7 @@ proptest! {
 }
 
 #[test]
-fn a_plant_that_brings_its_own_model_needs_no_robot_and_leaves_nothing_of_one_out() {
+fn standalone_plant_requires_no_robot_and_omits_no_part_of_one() {
     let text = "duration = \"1 s\"\n\n[plant]\nmodel = \"own\"\nfile = \"pup.xml\"\n\n[plant.outputs]\n\
                 \"leg/LF/hip/position\" = { joint = \"lf_hip\" }\n";
     let scenario = common::parse(text).unwrap();
@@ -307,11 +307,11 @@ fn a_plant_that_brings_its_own_model_needs_no_robot_and_leaves_nothing_of_one_ou
     let options = &scenario.plant.options;
     let file = options.name("file").unwrap();
     assert_eq!((file.value.as_str(), file.place.line()), ("pup.xml", 5));
-    let [(signal, OptionValue::Group(what))] = options.named("outputs") else {
+    let [(signal, OptionValue::Group(group))] = options.named("outputs") else {
         panic!("{options:?}");
     };
     assert_eq!(signal.value, "leg/LF/hip/position");
-    assert_eq!(what.name("joint").unwrap().value, "lf_hip");
+    assert_eq!(group.name("joint").unwrap().value, "lf_hip");
     let scene = common::scene(text).unwrap();
     let parts: Vec<&str> = scene.left_out.iter().map(|one| one.part.as_str()).collect();
     assert!(
@@ -319,7 +319,7 @@ fn a_plant_that_brings_its_own_model_needs_no_robot_and_leaves_nothing_of_one_ou
         "{parts:?}"
     );
     assert!(parts.contains(&"controller"), "{parts:?}");
-    // One may be named: for a controller that is made for it.
+    // A robot is optional, for a controller that depends on it.
     let named = common::parse(&format!("robot = \"cheetah-cub\"\n{text}")).unwrap();
     assert_eq!(named.robot.unwrap().value, "cheetah-cub");
 }

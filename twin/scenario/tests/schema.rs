@@ -1,11 +1,11 @@
-//! The schema knows the keys that the reader knows. What it says for a whole build is kept in `scenarios/`.
+//! The schema has the keys of the reader. The schema of a complete build is in `scenarios/`.
 
 mod common;
 
 use serde_json::{Value, json};
 use twinrig_scenario::schema;
 
-/// An unknown key in each table of a scenario, and where the schema has that table.
+/// An unknown key in each table of a scenario, and the pointer to that table in the schema.
 const TABLES: [(&str, &str); 23] = [
     ("zzzzzzzz = 1\nrobot = 1", ""),
     ("[actuator]\nzzzzzzzz = 1", "/properties/actuator"),
@@ -77,7 +77,7 @@ const TABLES: [(&str, &str); 23] = [
     ),
 ];
 
-/// The keys that the reader names when it meets one that is unknown in the table `path`.
+/// Returns the keys that the reader lists for the unknown key in `more`.
 fn keys_of_reader(more: &str) -> Vec<String> {
     keys_of_reader_in(&common::text(more))
 }
@@ -115,7 +115,7 @@ fn keys_of_schema(schema: &Value, pointer: &str) -> Vec<String> {
     keys
 }
 
-/// The keys that a table has if its key `kind` is `word`.
+/// Returns the keys of a table whose key `kind` is `word`.
 fn keys_of_case(schema: &Value, pointer: &str, kind: &str, word: &str) -> Vec<String> {
     let mut case = schema.pointer(pointer).unwrap();
     let words = format!("/if/properties/{kind}/enum");
@@ -139,7 +139,7 @@ fn keys_of_case(schema: &Value, pointer: &str, kind: &str, word: &str) -> Vec<St
 }
 
 #[test]
-fn schema_and_reader_know_the_same_keys() {
+fn schema_and_reader_have_the_same_keys() {
     let schema = schema(&common::catalogue());
     for (more, pointer) in TABLES {
         let text_keys = if pointer.is_empty() {
@@ -149,7 +149,7 @@ fn schema_and_reader_know_the_same_keys() {
         };
         assert_eq!(text_keys, keys_of_schema(&schema, pointer), "{pointer}");
     }
-    // Keys that depend on another key: together they are the schema's.
+    // The union of keys that depend on another key is that of the schema.
     let fault = |what: &str| {
         keys_of_reader(&format!(
             "[bus]\nkind = 'sbcp'\n[[fault]]\nat = '1 s'\non = 'wire/sbcp'\n{what}\nzzzzzzzz = 1"
@@ -186,7 +186,7 @@ fn schema_and_reader_know_the_same_keys() {
 }
 
 #[test]
-fn schema_and_reader_know_the_same_keys_of_each_kind() {
+fn schema_and_reader_have_the_same_keys_of_each_kind() {
     let schema = schema(&common::catalogue());
     let unknown =
         |text: &str| keys_of_reader_in(&format!("duration = '1 s'\n{text}\nzzzzzzzz = 1"));

@@ -1,11 +1,10 @@
-//! The statistics that the judge keeps during a run agree with a batch evaluation of all footsteps
-//! after it.
+//! The running statistics of the judge agree with a batch evaluation of all footsteps.
 
 mod common;
 
 use std::f64::consts::TAU;
 
-use common::run::{Run, at, watched};
+use common::run::{Run, at, judge_run};
 use common::{scene, text};
 use proptest::prelude::*;
 use twinrig_scenario::{Footstep, Outcome, Verdict};
@@ -14,32 +13,33 @@ const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 const AFTER_MS: u64 = 700;
 const BEFORE_MS: u64 = 5200;
 
-/// Limits in the middle of the made-up gaits' range, so that either verdict comes about; and these
-/// limits as numbers.
+/// Expectations with limits in the middle of the range of the random gaits, so that both verdicts
+/// occur, and these limits as numbers.
 const EXPECTATIONS: [(&str, f64, f64); 14] = [
-    ("slip = { max = '3 mm' }", NONE, 3e-3),
-    ("impulse = { max = '0.9 N s' }", NONE, 0.9),
-    ("peak_load = { min = '2 N' }", 2.0, -NONE),
-    ("stance = { max = '0.3 s' }", NONE, 0.3),
-    ("position = { max = '2.4 m' }", NONE, 2.4),
-    ("swing = { max = '0.35 s' }", NONE, 0.35),
-    ("stride = { max = '0.25 m' }", NONE, 0.25),
-    ("duty_factor = { max = 0.55 }", NONE, 0.55),
-    ("frequency = { min = '2.5 Hz' }", 2.5, -NONE),
+    ("slip = { max = '3 mm' }", UNBOUNDED, 3e-3),
+    ("impulse = { max = '0.9 N s' }", UNBOUNDED, 0.9),
+    ("peak_load = { min = '2 N' }", 2.0, -UNBOUNDED),
+    ("stance = { max = '0.3 s' }", UNBOUNDED, 0.3),
+    ("position = { max = '2.4 m' }", UNBOUNDED, 2.4),
+    ("swing = { max = '0.35 s' }", UNBOUNDED, 0.35),
+    ("stride = { max = '0.25 m' }", UNBOUNDED, 0.25),
+    ("duty_factor = { max = 0.55 }", UNBOUNDED, 0.55),
+    ("frequency = { min = '2.5 Hz' }", 2.5, -UNBOUNDED),
     ("count = { min = 12, max = 14 }", 12.0, 14.0),
-    ("phase = 'trot', tolerance = 0.2", NONE, 0.2),
-    ("phase_spread = { max = 0.2 }", NONE, 0.2),
-    ("order = [['LF', 'RH'], ['RF', 'LH']]", NONE, 0.0),
+    ("phase = 'trot', tolerance = 0.2", UNBOUNDED, 0.2),
+    ("phase_spread = { max = 0.2 }", UNBOUNDED, 0.2),
+    ("order = [['LF', 'RH'], ['RF', 'LH']]", UNBOUNDED, 0.0),
     (
         "leg = ['RH', 'RF'], phase_spread = { max = 0.25 }",
-        NONE,
+        UNBOUNDED,
         0.25,
     ),
 ];
 
-const NONE: f64 = f64::NEG_INFINITY;
+const UNBOUNDED: f64 = f64::NEG_INFINITY;
 
-/// The steps of a leg: how long it stands, with which load, and swings; which may be a bounce or a scuff.
+/// Steps of a leg: stance time \[ms\], load \[N\] and swing time \[ms\], including bounces and
+/// scuffs.
 type Steps = Vec<(u64, f64, u64)>;
 
 fn steps() -> impl Strategy<Value = Steps> {
@@ -48,7 +48,7 @@ fn steps() -> impl Strategy<Value = Steps> {
     proptest::collection::vec((stance, 0.1..9.0_f64, swing), 1..12)
 }
 
-/// Load and number of its step of a leg at a time.
+/// Returns load and index of the step of a leg at a time.
 fn state(steps: &Steps, ms: u64) -> (f64, u64) {
     let cycle: u64 = steps.iter().map(|(stance, _, swing)| stance + swing).sum();
     let mut rest = ms % cycle;
@@ -67,7 +67,7 @@ fn state(steps: &Steps, ms: u64) -> (f64, u64) {
     (0.0, turns)
 }
 
-/// All footsteps of a leg that touch down within the window.
+/// Returns the footsteps of a leg that touch down within the window.
 fn of_leg(all: &[Footstep], leg: usize) -> Vec<Footstep> {
     let within = |step: &&Footstep| {
         step.leg == leg && step.touch_down >= at(AFTER_MS) && step.touch_down <= at(BEFORE_MS)
@@ -87,8 +87,8 @@ fn stance(step: &Footstep) -> Option<f64> {
     Some(s((step.lift_off? - step.touch_down).as_nanos()))
 }
 
-/// The numbers of a leg's footsteps that an expectation is about, some of each or one of all; none
-/// of a leg that has none.
+/// Returns the values of a leg's footsteps for a measure: one for each footstep or pair, or a mean;
+/// none if there is no value.
 fn numbers(measure: &str, steps: &[Footstep]) -> Vec<f64> {
     let each = |number: fn(&Footstep) -> Option<f64>| steps.iter().filter_map(number).collect();
     let pairs = |number: fn(&Footstep, &Footstep) -> Option<f64>| {
@@ -125,7 +125,8 @@ fn numbers(measure: &str, steps: &[Footstep]) -> Vec<f64> {
     }
 }
 
-/// Mean and spread of the phase of `leg` in the cycle of `first`; none if it is seen in too few.
+/// Returns mean and spread of the phase of `leg` in the cycle of `first`; none with too few
+/// touch-downs.
 fn phase(all: &[Footstep], first: usize, leg: usize) -> Option<(f64, f64)> {
     let begins: Vec<f64> = of_leg(all, first).iter().map(seconds).collect();
     if begins.len() < 3 {
@@ -151,25 +152,25 @@ fn phase(all: &[Footstep], first: usize, leg: usize) -> Option<(f64, f64)> {
     ))
 }
 
-/// Touch-downs that are neither of the group whose turn it is nor of the next one.
+/// Counts touch-downs, and those that belong neither to the present group nor to the next one.
 fn out_of_order(all: &[Footstep]) -> (usize, usize) {
-    let mut turn: Vec<usize> = Vec::new();
+    let mut group_legs: Vec<usize> = Vec::new();
     let (mut total, mut wrong) = (0, 0);
     let mut steps: Vec<Footstep> = (0..4).flat_map(|leg| of_leg(all, leg)).collect();
     steps.sort_by_key(|step| (step.touch_down, step.leg));
     let group = |leg: usize| usize::from(leg == 1 || leg == 2);
     for step in steps {
         total += 1;
-        let same = turn
+        let same = group_legs
             .first()
             .is_some_and(|leg| group(*leg) == group(step.leg));
-        if same && !turn.contains(&step.leg) {
-            turn.push(step.leg);
+        if same && !group_legs.contains(&step.leg) {
+            group_legs.push(step.leg);
             continue;
         }
-        let next = turn.is_empty() || (!same && turn.len() == 2);
+        let next = group_legs.is_empty() || (!same && group_legs.len() == 2);
         wrong += usize::from(!next && total > 2);
-        turn = vec![step.leg];
+        group_legs = vec![step.leg];
     }
     (total, wrong)
 }
@@ -178,7 +179,8 @@ fn margin(number: f64, least: f64, most: f64) -> f64 {
     (number - least).min(most - number)
 }
 
-/// The worst of the numbers; none if one is missing and none of the others violates the limits.
+/// Returns the value with the least margin; none if one is missing and no other violates the
+/// limits.
 fn nearest(numbers: Vec<f64>, missing: bool, least: f64, most: f64) -> Option<f64> {
     let margin = |number: f64| margin(number, least, most);
     let numbers = numbers.into_iter();
@@ -186,15 +188,21 @@ fn nearest(numbers: Vec<f64>, missing: bool, least: f64, most: f64) -> Option<f6
     (!missing || margin(worst) < 0.0).then_some(worst)
 }
 
-/// How far the footsteps of cycle `cycle` are from those of the run without changes; and whether
-/// that of a leg is missing.
-fn displacements(mine: &[Footstep], theirs: &[Footstep], cycle: usize) -> (Vec<f64>, bool) {
+/// Returns the displacements of the footsteps of cycle `cycle` from the run without changes, and
+/// whether that of a leg is missing.
+fn displacements(
+    changed_steps: &[Footstep],
+    reference_steps: &[Footstep],
+    cycle: usize,
+) -> (Vec<f64>, bool) {
     let displacement = |leg: usize| {
         let of_leg = |all: &[Footstep]| -> Vec<Footstep> {
             all.iter().filter(|step| step.leg == leg).copied().collect()
         };
-        let theirs = of_leg(theirs);
-        let after = theirs.iter().filter(|step| step.touch_down > at(AFTER_MS));
+        let reference_steps = of_leg(reference_steps);
+        let after = reference_steps
+            .iter()
+            .filter(|step| step.touch_down > at(AFTER_MS));
         let after: Vec<&Footstep> = after.collect();
         let step = *after.get(cycle - 1)?;
         let beside = after
@@ -203,16 +211,16 @@ fn displacements(mine: &[Footstep], theirs: &[Footstep], cycle: usize) -> (Vec<f
         let nanos = |step: &Footstep| step.touch_down.as_nanos();
         let stride = nanos(beside?).abs_diff(nanos(step));
         let off = |other: &Footstep| nanos(other).abs_diff(nanos(step));
-        let mine = of_leg(mine).into_iter().min_by_key(off)?;
-        let within = step.touch_down <= at(BEFORE_MS) && 2 * off(&mine) < stride;
-        within.then(|| mine.position[0] - step.position[0])
+        let changed_steps = of_leg(changed_steps).into_iter().min_by_key(off)?;
+        let within = step.touch_down <= at(BEFORE_MS) && 2 * off(&changed_steps) < stride;
+        within.then(|| changed_steps.position[0] - step.position[0])
     };
-    let found: Vec<f64> = (0..4).filter_map(displacement).collect();
-    let missing = found.len() < 4;
-    (found, missing)
+    let values: Vec<f64> = (0..4).filter_map(displacement).collect();
+    let missing = values.len() < 4;
+    (values, missing)
 }
 
-/// The outcome is that of the number, within `slack` of it.
+/// Checks that the outcome has the value, within `slack`.
 fn agrees(
     outcome: &Outcome,
     number: Option<f64>,
@@ -242,31 +250,31 @@ fn agrees(
     Ok(())
 }
 
-/// The batch evaluation: the number that is nearest to the limits; none where a leg has none and
-/// no other violates them.
-fn afterwards(expect: &str, least: f64, most: f64, all: &[Footstep]) -> Option<f64> {
+/// Batch evaluation: returns the value with the least margin; none if a leg has none and no other
+/// violates the limits.
+fn batch_value(expect: &str, least: f64, most: f64, all: &[Footstep]) -> Option<f64> {
     let nearest = |numbers, missing| nearest(numbers, missing, least, most);
     let phases = |first: usize, legs: &[usize]| {
-        let found: Vec<_> = legs
+        let values: Vec<_> = legs
             .iter()
             .filter_map(|leg| Some((*leg, phase(all, first, *leg)?)))
             .collect();
-        let missing = found.len() < legs.len();
-        (found, missing)
+        let missing = values.len() < legs.len();
+        (values, missing)
     };
     match expect.split(' ').next().unwrap() {
         "phase" => {
-            let (found, missing) = phases(0, &[1, 2, 3]);
-            let off = found.into_iter().map(|(leg, (mean, _))| {
+            let (values, missing) = phases(0, &[1, 2, 3]);
+            let off = values.into_iter().map(|(leg, (mean, _))| {
                 let off = mean - if leg == 3 { 0.0 } else { 0.5 };
                 (off - off.round()).abs()
             });
             nearest(off.collect(), missing)
         }
         "phase_spread" => {
-            let (found, missing) = phases(0, &[1, 2, 3]);
+            let (values, missing) = phases(0, &[1, 2, 3]);
             nearest(
-                found.into_iter().map(|(_, (_, spread))| spread).collect(),
+                values.into_iter().map(|(_, (_, spread))| spread).collect(),
                 missing,
             )
         }
@@ -289,17 +297,17 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn statistics_are_those_of_all_footsteps(
+    fn running_statistics_agree_with_batch_evaluation(
         gait in proptest::array::uniform4(steps()),
         regular in any::<bool>(),
         slide in 0.0..0.01_f64,
     ) {
-        // Half of the runs are trots, near enough to have phases and an order.
-        let late = |leg: usize| if regular && (leg == 1 || leg == 2) { 150 } else { 0 };
+        // Half of the runs are approximate trots, with phases and an order.
+        let delay = |leg: usize| if regular && (leg == 1 || leg == 2) { 150 } else { 0 };
         let of = |leg: usize, ms: u64| {
             if regular && ms % 2000 > 900 {
-                let phase = (ms + 300 - late(leg)) % 300;
-                return (if phase < 160 { 5.0 } else { 0.0 }, (ms + 300 - late(leg)) / 300);
+                let phase = (ms + 300 - delay(leg)) % 300;
+                return (if phase < 160 { 5.0 } else { 0.0 }, (ms + 300 - delay(leg)) / 300);
             }
             state(&gait[leg], ms)
         };
@@ -319,26 +327,26 @@ proptest! {
         );
         let expectations: String = EXPECTATIONS.iter().map(expectation).collect();
         let text = text(&expectations).replace("\"10 s\"", "\"6 s\"");
-        let judged = watched(&scene(&text).unwrap(), &run, None);
+        let judged = judge_run(&scene(&text).unwrap(), &run, None);
         for ((expect, least, most), outcome) in EXPECTATIONS.iter().zip(&judged.outcomes) {
-            let number = afterwards(expect, *least, *most, &judged.footsteps);
-            // A phase that hardly is one has any mean.
+            let number = batch_value(expect, *least, *most, &judged.footsteps);
+            // The mean of a widely spread phase is ill-conditioned.
             let slack = if expect.starts_with("phase =") { 1e-6 } else { 1e-9 };
             agrees(outcome, number, (*least, *most), slack)?;
         }
     }
 
     #[test]
-    fn displacements_are_those_of_all_footsteps_of_both_runs(
+    fn displacements_agree_with_batch_evaluation_of_both_runs(
         gait in proptest::array::uniform4(steps()),
         cycle in 1..9_usize,
-        late in proptest::array::uniform4(0..120_u64),
-        longer in -0.01..0.01_f64,
+        delay in proptest::array::uniform4(0..120_u64),
+        lengthening in -0.01..0.01_f64,
         most in -0.05..0.1_f64,
     ) {
         let index = |leg: &str| LEGS.iter().position(|name| *name == leg).unwrap();
-        // A change makes the steps longer and those of each leg later.
-        let changed = |leg: usize, ms: u64| if ms < AFTER_MS { ms } else { ms - late[leg] };
+        // The change lengthens the steps and delays those of each leg.
+        let changed = |leg: usize, ms: u64| if ms < AFTER_MS { ms } else { ms - delay[leg] };
         let without = Run {
             load: &|leg, ms| state(&gait[index(leg)], ms).0,
             foot: &|leg, ms| [0.12 * state(&gait[index(leg)], ms).1 as f64, 0.0, 0.0],
@@ -349,7 +357,7 @@ proptest! {
             load: &|leg, ms| state(&gait[index(leg)], changed(index(leg), ms)).0,
             foot: &|leg, ms| {
                 let number = state(&gait[index(leg)], changed(index(leg), ms)).1;
-                [(0.12 + longer) * number as f64, 0.0, 0.0]
+                [(0.12 + lengthening) * number as f64, 0.0, 0.0]
             },
             ..without
         };
@@ -360,10 +368,10 @@ proptest! {
              after = '{AFTER_MS} ms'\nbefore = '{BEFORE_MS} ms'\n"
         ));
         let scene = scene(&text.replace("\"10 s\"", "\"6 s\"")).unwrap();
-        let reference = watched(&scene, &without, None);
-        let judged = watched(&scene, &with, Some(&reference.judge.reference()));
-        let (found, missing) = displacements(&judged.footsteps, &reference.footsteps, cycle);
-        let number = nearest(found, missing, NONE, most);
-        agrees(&judged.outcomes[0], number, (NONE, most), 1e-9)?;
+        let reference = judge_run(&scene, &without, None);
+        let judged = judge_run(&scene, &with, Some(&reference.judge.reference()));
+        let (values, missing) = displacements(&judged.footsteps, &reference.footsteps, cycle);
+        let number = nearest(values, missing, UNBOUNDED, most);
+        agrees(&judged.outcomes[0], number, (UNBOUNDED, most), 1e-9)?;
     }
 }

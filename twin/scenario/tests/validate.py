@@ -1,9 +1,10 @@
-"""Holds scenarios against a JSON schema with the packages `tomllib` and `jsonschema`.
+"""Validates scenarios against a JSON schema with the packages `tomllib` and `jsonschema`.
 
-Reads `{"schema": …, "documents": [text, …], "mutants": count}` from standard input. Prints `{"errors": [[message, …], …],
-"mutants": [{"text": …, "errors": [message, …]}, …]}`: what the validator finds in each document (nothing where it accepts
-it), and in mutants of those that it accepts. A mutant lacks a key, has one more, or has another value somewhere, as often
-as not one that another document has at a key of that name. The same documents give the same mutants.
+Reads `{"schema": …, "documents": [text, …], "mutants": count}` from standard input. Prints
+`{"errors": [[message, …], …], "mutants": [{"text": …, "errors": [message, …]}, …]}`: the errors in
+each document, and in mutants of the valid ones. In a mutant a key is removed, added, or has another
+value, about half of the time one of a key of that name in another document. The same documents
+give the same mutants.
 """
 
 import copy
@@ -29,7 +30,7 @@ def errors(validator, document):
 
 
 def tables(node):
-    """Every table in a document, the document first."""
+    """Yields all tables of a document, the document first."""
     if isinstance(node, dict):
         yield node
         for value in node.values():
@@ -39,30 +40,30 @@ def tables(node):
             yield from tables(value)
 
 
-def mutant(chance, documents, seen):
-    document = copy.deepcopy(chance.choice(documents))
-    table = chance.choice([table for table in tables(document)])
-    for _ in range(chance.choice([1, 1, 2])):
+def mutant(rng, documents, values_by_key):
+    document = copy.deepcopy(rng.choice(documents))
+    table = rng.choice([table for table in tables(document)])
+    for _ in range(rng.choice([1, 1, 2])):
         keys = list(table)
-        key = chance.choice(keys) if keys else "key"
-        action = chance.randrange(6)
+        key = rng.choice(keys) if keys else "key"
+        action = rng.randrange(6)
         if action == 0:
             table.pop(key, None)
         elif action == 1:
-            table[chance.choice(list(seen))] = copy.deepcopy(chance.choice(VALUES))
+            table[rng.choice(list(values_by_key))] = copy.deepcopy(rng.choice(VALUES))
         elif action == 2:
-            table[key] = copy.deepcopy(chance.choice(VALUES))
+            table[key] = copy.deepcopy(rng.choice(VALUES))
         elif action == 3:
-            table[key] = copy.deepcopy(chance.choice(seen.get(key, VALUES)))
+            table[key] = copy.deepcopy(rng.choice(values_by_key.get(key, VALUES)))
         else:
-            # A key that is known in a table like this one, with a value that it had there.
-            name = chance.choice(list(seen))
-            table[name] = copy.deepcopy(chance.choice(seen[name]))
+            # A key of another table, with a value that it has there.
+            name = rng.choice(list(values_by_key))
+            table[name] = copy.deepcopy(rng.choice(values_by_key[name]))
     return document
 
 
-def written(value):
-    """A value as TOML has it within a line."""
+def inline_toml(value):
+    """Returns a value in inline TOML notation."""
     match value:
         case bool():
             return "true" if value else "false"
@@ -71,36 +72,36 @@ def written(value):
         case int() | float():
             return repr(value)
         case list():
-            return "[" + ", ".join(written(item) for item in value) + "]"
+            return "[" + ", ".join(inline_toml(item) for item in value) + "]"
         case dict():
-            return "{" + ", ".join(f"{json.dumps(key)} = {written(item)}" for key, item in value.items()) + "}"
-    raise TypeError(f"{value!r} is not in any scenario")
+            return "{" + ", ".join(f"{json.dumps(key)} = {inline_toml(item)}" for key, item in value.items()) + "}"
+    raise TypeError(f"{value!r} has no TOML notation")
 
 
 def main():
-    given = json.load(sys.stdin)
-    Draft202012Validator.check_schema(given["schema"])
-    validator = Draft202012Validator(given["schema"])
-    found, sound, seen = [], [], {}
-    for text in given["documents"]:
+    request = json.load(sys.stdin)
+    Draft202012Validator.check_schema(request["schema"])
+    validator = Draft202012Validator(request["schema"])
+    errors_of_documents, valid, values_by_key = [], [], {}
+    for text in request["documents"]:
         try:
             document = tomllib.loads(text)
         except tomllib.TOMLDecodeError as error:
-            found.append([f"not TOML: {error}"])
+            errors_of_documents.append([f"not TOML: {error}"])
             continue
-        found.append(errors(validator, document))
-        if not found[-1]:
-            sound.append(document)
+        errors_of_documents.append(errors(validator, document))
+        if not errors_of_documents[-1]:
+            valid.append(document)
             for table in tables(document):
                 for key, value in table.items():
-                    seen.setdefault(key, []).append(value)
-    chance = random.Random(26)
+                    values_by_key.setdefault(key, []).append(value)
+    rng = random.Random(26)
     mutants = []
-    for _ in range(given["mutants"]):
-        document = mutant(chance, sound, seen)
-        text = "\n".join(f"{json.dumps(key)} = {written(value)}" for key, value in document.items())
+    for _ in range(request["mutants"]):
+        document = mutant(rng, valid, values_by_key)
+        text = "\n".join(f"{json.dumps(key)} = {inline_toml(value)}" for key, value in document.items())
         mutants.append({"text": text, "errors": errors(validator, document)})
-    json.dump({"errors": found, "mutants": mutants}, sys.stdout)
+    json.dump({"errors": errors_of_documents, "mutants": mutants}, sys.stdout)
 
 
 if __name__ == "__main__":

@@ -1,16 +1,17 @@
-//! An independent validator refuses nothing that the reader accepts, and of what the reader refuses all that a schema can.
+//! An independent JSON schema validator accepts all scenarios that the reader accepts, and rejects
+//! those that a schema can reject.
 
 mod common;
 use std::path::Path;
 
-use twinrig_testing::python;
 use std::fs;
+use twinrig_testing::python;
 
 use serde_json::{Value, json};
 use twinrig_scenario::schema;
 
-/// Well-formed scenarios that together have every key, and every kind of value that it takes.
-const SOUND: &[&str] = &[
+/// Valid scenarios that together contain all keys and all kinds of their values.
+const VALID: &[&str] = &[
     "name = 'n'\nseed = 18446744073709551615\n[override]\nfriction = 0.5",
     "[actuator]\nkind = 'servo'\nlag = '5 ms'\nspeed = '20 rad/s'\n[actuator.hip]\ntorque = '5 N·m'\n[actuator.knee]\ndead_band = '0 deg'",
     "[actuator]\nkind = 'motor'\nhip = {}",
@@ -36,8 +37,8 @@ const SOUND: &[&str] = &[
     "[[expect]]\nenergy = { residual = { max = 1e-6 } }\n[[expect]]\ncost = { real_time_factor = { min = 10 } }\n[[expect]]\ncost = { steps = { max = 10 } }",
 ];
 
-/// The same with a `[plant]` or `[controller]` of their own.
-const SOUND_OF_THEIR_OWN: &[&str] = &[
+/// Valid scenarios with their own `[plant]` or `[controller]` instead of the minimal scenario's.
+const VALID_WITH_OTHER_PARTS: &[&str] = &[
     "duration = '1 s'\n[plant]\nmodel = 'own'\nfile = 'model.xml'\nstep = '1 ms'\n[plant.outputs.'leg/LF/hip/position']\njoint = 'hip'",
     "duration = '1 s'\nrobot = 'r'\n[plant]\nmodel = 'own'\n[controller]\nkind = 'none'",
     "duration = '1 s'\nrobot = 'r'\n[plant]\nmodel = 'massless'\nbase = 'planar'\nlegs = ['LF']\nstep = '1 ms'\nforce = 'lookup'\ncells = 16\ncrouch = '0 m'\ncoupling = 'exact'\nground = { friction = '60 %', restitution = 0.1, profile = 'flat' }\nstart = { q1 = '3 deg', q2_rate = '-1 rad/s' }",
@@ -48,8 +49,8 @@ const SOUND_OF_THEIR_OWN: &[&str] = &[
     "duration = '1 s'\nrobot = 'r'\nplant = { model = 'massless' }\n[controller]\nkind = 'script'\nperiod = '2 ms'\ngait = true\nfrequency = '-3 rad/s'\n[[change]]\nat = '0 s'\nset = 'frequency'\nto = '3 rpm'",
 ];
 
-/// Malformed files that no schema can refuse, by what it would take.
-const BEYOND_A_SCHEMA: &[(&str, &[&str])] = &[
+/// Malformed files that no schema can reject, by the required knowledge.
+const BEYOND_SCHEMA: &[(&str, &[&str])] = &[
     (
         "comparing, adding or dividing values",
         &[
@@ -63,11 +64,11 @@ const BEYOND_A_SCHEMA: &[(&str, &[&str])] = &[
             "expect_before_after",
             "expect_displacement_without_change",
             "expect_limits_that_cross",
-            "expect_nothing_to_be_a_fall",
-            "footsteps_flutter",
+            "expect_fall_with_unreachable_thresholds",
+            "footsteps_lift_off_above_touch_down",
             "heights_are_no_grid",
             "io_step_does_not_divide_the_period",
-            "io_time_makes_no_sense",
+            "io_time_model_invalid",
             "observation_period_beyond_the_run",
             "observation_period_by_default_too_long_for_footsteps",
             "observation_period_on_a_grid_too_long_for_footsteps",
@@ -81,8 +82,8 @@ const BEYOND_A_SCHEMA: &[(&str, &[&str])] = &[
             "duration_below_a_nanosecond",
             "expect_a_negative_latency",
             "expect_a_roll_within_a_turn",
-            "expect_limits_that_nothing_is_within",
-            "expect_limits_that_nothing_violates",
+            "expect_limits_that_reject_all_values",
+            "expect_limits_that_accept_all_values",
             "frequency_above_half_the_control_rate",
             "frequency_by_default_above_half_the_control_rate",
             "observation_period_too_long_for_the_body",
@@ -108,7 +109,8 @@ const BEYOND_A_SCHEMA: &[(&str, &[&str])] = &[
     ("another build", &["model_not_in_this_build"]),
 ];
 
-/// What the validator says of documents and of mutants of the sound ones; none without Python.
+/// Returns the errors of the validator in documents and in mutants of the valid ones; none without
+/// Python.
 fn validated(documents: &[String], mutants: usize) -> Option<Value> {
     let python = python::python("jsonschema, tomllib")?;
     let schema = schema(&common::catalogue());
@@ -117,25 +119,29 @@ fn validated(documents: &[String], mutants: usize) -> Option<Value> {
     Some(python::run(&python, script, &[], &input))
 }
 
-fn sound() -> Vec<String> {
-    let own = SOUND_OF_THEIR_OWN.iter().map(|text| (*text).to_owned());
-    // Keys of the root stand before the tables of the smallest scenario.
-    let more = SOUND.iter().map(|more| match more.split_once("\n[") {
+fn valid_documents() -> Vec<String> {
+    let with_other_parts = VALID_WITH_OTHER_PARTS.iter().map(|text| (*text).to_owned());
+    // Keys of the root table precede the tables of the minimal scenario.
+    let more = VALID.iter().map(|more| match more.split_once("\n[") {
         Some((root, _)) if !root.starts_with('[') => {
             format!("{root}\n{}\n{}", common::text(""), &more[root.len()..])
         }
         None if !more.starts_with('[') => format!("{more}\n{}", common::text("")),
         _ => common::text(more),
     });
-    own.chain(more).collect()
+    with_other_parts.chain(more).collect()
 }
 
 #[test]
-fn an_independent_validator_accepts_every_kind_of_value() {
-    let documents = sound();
+fn validator_accepts_all_kinds_of_values() {
+    let documents = valid_documents();
     for text in &documents {
-        let read = common::parse(text);
-        assert!(read.is_ok(), "{text}\n{}", read.unwrap_err());
+        let accepted_by_reader = common::parse(text);
+        assert!(
+            accepted_by_reader.is_ok(),
+            "{text}\n{}",
+            accepted_by_reader.unwrap_err()
+        );
     }
     let Some(found) = validated(&documents, 0) else {
         return;
@@ -146,7 +152,7 @@ fn an_independent_validator_accepts_every_kind_of_value() {
 }
 
 #[test]
-fn an_independent_validator_refuses_what_is_malformed() {
+fn validator_rejects_malformed_files() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/malformed");
     let files = fs::read_dir(folder).unwrap();
     let mut files: Vec<_> = files.map(|entry| entry.unwrap().path()).collect();
@@ -166,7 +172,7 @@ fn an_independent_validator_refuses_what_is_malformed() {
     let accepted: Vec<_> = accepted
         .map(|(file, _)| file.file_stem().unwrap().to_str().unwrap())
         .collect();
-    let mut beyond = BEYOND_A_SCHEMA
+    let mut beyond = BEYOND_SCHEMA
         .iter()
         .map(|(_, names)| *names)
         .collect::<Vec<_>>()
@@ -174,37 +180,41 @@ fn an_independent_validator_refuses_what_is_malformed() {
     beyond.sort_unstable();
     assert_eq!(
         accepted, beyond,
-        "left: what the schema accepts; let it refuse that, or say in BEYOND_A_SCHEMA what it would take"
+        "left: accepted by the schema; make the schema reject them, or add them to BEYOND_SCHEMA"
     );
 }
 
-/// What the reader accepts, the schema accepts. Of what the reader refuses, the schema refuses nearly all: 804 of 805.
+/// The schema accepts every mutant that the reader accepts, and rejects nearly all of the others:
+/// 804 of 805.
 #[test]
-fn the_schema_refuses_no_mutant_that_the_reader_accepts() {
-    let Some(found) = validated(&sound(), 1000) else {
+fn schema_accepts_all_mutants_that_the_reader_accepts() {
+    let Some(found) = validated(&valid_documents(), 1000) else {
         return;
     };
-    let (mut read, mut refused, mut refused_by_both) = (0, 0, 0);
+    let (mut accepted_by_reader, mut rejected, mut rejected_by_both) = (0, 0, 0);
     for mutant in found["mutants"].as_array().unwrap() {
         let text = mutant["text"].as_str().unwrap();
         let accepted = mutant["errors"] == json!([]);
         match common::parse(text) {
             Ok(_) => {
-                read += 1;
+                accepted_by_reader += 1;
                 assert!(accepted, "{text}\n{}", mutant["errors"]);
             }
             Err(error) => {
-                refused += 1;
-                refused_by_both += usize::from(!accepted);
+                rejected += 1;
+                rejected_by_both += usize::from(!accepted);
                 if accepted {
                     println!("the schema accepts what the reader does not:\n{text}\n{error}\n");
                 }
             }
         }
     }
-    assert!(read > 100, "{read} of 1000 mutants are sound");
     assert!(
-        100 * refused_by_both > 97 * refused,
-        "{refused_by_both} of {refused}"
+        accepted_by_reader > 100,
+        "{accepted_by_reader} of 1000 mutants are valid"
+    );
+    assert!(
+        100 * rejected_by_both > 97 * rejected,
+        "{rejected_by_both} of {rejected}"
     );
 }

@@ -1,4 +1,4 @@
-//! What is accepted and most likely a mistake is a warning, with its code and its place.
+//! Warnings about accepted values that are probably mistakes, with code and position.
 
 mod common;
 
@@ -13,14 +13,14 @@ fn warnings(scenario: &Scenario) -> Vec<(&'static str, usize)> {
         .collect()
 }
 
-/// Codes and lines of the warnings of the smallest scenario with `more` behind it, which begins in
-/// line 12.
-fn of(more: &str) -> Vec<(&'static str, usize)> {
+/// Returns codes and lines of the warnings of the minimal scenario with `more` appended from line
+/// 12.
+fn warnings_of(more: &str) -> Vec<(&'static str, usize)> {
     warnings(&parse(&text(more)).unwrap_or_else(|error| panic!("{error}")))
 }
 
 #[test]
-fn what_comes_after_the_end_is_warned_of() {
+fn times_beyond_the_end_are_reported() {
     let cases = [
         (
             "[[change]]\nat = '10 s'\nset = 'frequency'\nto = '2 Hz'",
@@ -62,12 +62,12 @@ fn what_comes_after_the_end_is_warned_of() {
         ("[actuator]\nlag = '10 s'", None),
     ];
     for (more, expected) in cases {
-        assert_eq!(of(more), Vec::from_iter(expected), "{more}");
+        assert_eq!(warnings_of(more), Vec::from_iter(expected), "{more}");
     }
 }
 
 #[test]
-fn what_takes_longer_than_its_period_in_the_mean_is_warned_of() {
+fn mean_times_above_the_period_are_reported() {
     for (model, warned) in [
         ("'2001 us'", true),
         ("'2 ms'", false),
@@ -81,10 +81,14 @@ fn what_takes_longer_than_its_period_in_the_mean_is_warned_of() {
         ("{ trace = ['1 ms', '1 ms', '4 ms'] }", false),
     ] {
         let computing = Vec::from_iter(warned.then_some(("compute-time-above-period", 12)));
-        assert_eq!(of(&format!("compute_time = {model}")), computing, "{model}");
+        assert_eq!(
+            warnings_of(&format!("compute_time = {model}")),
+            computing,
+            "{model}"
+        );
         let transfer = Vec::from_iter(warned.then_some(("transfer-time-above-step", 13)));
         assert_eq!(
-            of(&format!("[io]\ntransfer_time = {model}")),
+            warnings_of(&format!("[io]\ntransfer_time = {model}")),
             transfer,
             "{model}"
         );
@@ -92,16 +96,16 @@ fn what_takes_longer_than_its_period_in_the_mean_is_warned_of() {
 }
 
 #[test]
-fn a_run_that_takes_hours_is_warned_of_where_that_comes_from() {
+fn long_run_is_reported_at_its_cause() {
     let cases = [
         ("[observe]\nperiod = '1 us'", None),
         ("[observe]\nperiod = '2 ns'", Some(13)),
-        // Transfers begin with control steps, however fine their grid is.
+        // Transfers begin with control steps, independent of the step of the I/O.
         ("[io]\nstep = '1 ns'", None),
     ];
     for (more, line) in cases {
         let line = line.map(|line| ("long-run", line));
-        assert_eq!(of(more), Vec::from_iter(line), "{more}");
+        assert_eq!(warnings_of(more), Vec::from_iter(line), "{more}");
     }
     let with = |key: &str, value: &str| {
         let setting = Setting {
@@ -123,23 +127,23 @@ fn a_run_that_takes_hours_is_warned_of_where_that_comes_from() {
         text.contains("--> --set:1:14") && text.contains("2.8 hours"),
         "{text}"
     );
-    // A day of ordinary steps takes minutes, and thirty years of them days.
+    // A day of ordinary steps takes minutes; thirty years take days.
     assert_eq!(with("duration", "86400 s"), []);
     let years = with("duration", "1e9 s");
     assert!(years[0].to_string().contains("days"), "{}", years[0]);
 }
 
 #[test]
-fn a_run_of_which_nothing_is_expected_though_of_other_plants_is_warned_of() {
+fn run_with_expectations_of_other_plants_only_is_reported() {
     let of_another = "[[expect]]\nbody = { fall = false }\nplants = ['mujoco']\n";
-    assert_eq!(of(of_another), [("nothing-expected", 5)]);
+    assert_eq!(warnings_of(of_another), [("nothing-expected", 5)]);
     let of_both = format!("{of_another}[[expect]]\nbody = {{ fall = false }}");
-    assert_eq!(of(&of_both), []);
-    assert_eq!(of(""), []);
+    assert_eq!(warnings_of(&of_both), []);
+    assert_eq!(warnings_of(""), []);
 }
 
 #[test]
-fn a_key_that_is_set_twice_is_warned_of_where_it_is_lost() {
+fn key_set_twice_is_reported_at_the_lost_value() {
     let with = |settings: &[(&str, &str)]| {
         let setting = |(key, value): &(&str, &str)| Setting {
             origin: "--set".into(),
@@ -186,8 +190,8 @@ fn a_key_that_is_set_twice_is_warned_of_where_it_is_lost() {
 }
 
 #[test]
-fn a_value_of_the_robot_that_is_replaced_twice_is_warned_of() {
+fn robot_value_replaced_twice_is_reported() {
     let more = "[override]\nleg.aslp.l1 = '44 mm'\n\"leg.aslp\".l1 = '45 mm'";
-    assert_eq!(of(more), [("set-twice", 13)]);
-    assert_eq!(of(&more.replace("\".l1", "\".l2")), []);
+    assert_eq!(warnings_of(more), [("set-twice", 13)]);
+    assert_eq!(warnings_of(&more.replace("\".l1", "\".l2")), []);
 }

@@ -1,21 +1,21 @@
-//! Warnings of times within an expectation that its window does not reach.
+//! Warnings about times of an expectation that lie beyond its window.
 
 use twinrig_document::Item;
 use twinrig_kernel::{SimDuration, SimTime};
 
 use super::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode};
-use crate::read::{code, spelled};
+use crate::read::{code, print_duration};
 
-/// Warns of `within` and `by` of the claim in the table `subject`, of a run that lasts `run`.
+/// Warns about `within` and `by` of the claim in the table `subject`, in a run of duration `run`.
 pub(super) fn warn(subject: &Item<'_>, expectation: &Expectation, run: SimDuration) {
     let run = SimTime::ZERO + run;
     let end = expectation.before.map_or(run, |before| before.min(run));
-    let what = if end < run { "its window" } else { "the run" };
-    let ends = format!("{what} ends at {}", spelled(end.since_start()));
+    let interval = if end < run { "its window" } else { "the run" };
+    let ends = format!("{interval} ends at {}", print_duration(end.since_start()));
     if settled_by(&expectation.claim).is_some_and(|by| by >= end)
         && let Some(by) = subject.peek("settles").and_then(|item| item.peek("by"))
     {
-        let message = format!("nothing is observed from `by` on: {ends}");
+        let message = format!("there is no observation from `by` on: {ends}");
         by.warn(code::BY, message, "give an earlier time");
     }
     let until = within(&expectation.claim).map(|within| expectation.after.checked_add(within));

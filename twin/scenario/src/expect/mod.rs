@@ -1,4 +1,4 @@
-//! What a scenario expects of its run.
+//! Expectations of a scenario.
 
 mod beyond_end;
 mod read;
@@ -19,41 +19,42 @@ pub(crate) use read_footstep::FOOTSTEP_MEASURES;
 /// One `[[expect]]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expectation {
-    /// What it is called in the verdict.
+    /// Name in the verdict.
     pub name: String,
-    /// Nothing earlier counts.
+    /// Start of the window.
     pub after: SimTime,
-    /// Nothing later counts; none: to the end.
+    /// End of the window; none for the end of the run.
     pub before: Option<SimTime>,
-    /// Whether it holds if the run cannot observe it.
+    /// Whether it counts as satisfied if it is unobserved.
     pub optional: bool,
-    /// The plants that it is about; none: whichever it is.
+    /// Plants that it applies to; empty for all plants.
     pub plants: Vec<String>,
-    /// What is claimed.
+    /// Claim.
     pub claim: Claim,
 }
 
-/// What is claimed.
+/// Claim.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Claim {
-    /// Of footsteps.
+    /// About footsteps.
     Footstep(FootstepClaim),
-    /// Of the trunk.
+    /// About the trunk.
     Body(BodyClaim),
-    /// Of the cycle of the controller or of a bus.
+    /// About the cycle of the controller or of a bus.
     Timing(TimingClaim),
-    /// Of a signal.
+    /// About a signal.
     Signal(SignalClaim),
-    /// That the energy books close: |residual| over the energy exchanged, at the end of the run.
+    /// Residual of the energy balance: |residual| over the exchanged energy, at the end of the
+    /// run.
     EnergyResidual(Limits),
-    /// Of the work that the run took.
+    /// About the computational work of the run.
     Cost(CostMeasure, Limits),
 }
 
 impl Claim {
-    /// Whether it is about how a robot goes, and says nothing about one that lies: where it fell,
-    /// its footsteps, its speed and its heading are those of a fall.
-    pub(crate) fn is_of_an_upright_robot(&self) -> bool {
+    /// Returns whether the claim applies to an upright robot only: after a fall, footsteps, speed
+    /// and heading are those of the fall.
+    pub(crate) fn requires_upright_robot(&self) -> bool {
         matches!(
             self,
             Claim::Footstep(_) | Claim::Body(BodyClaim::Speed(..) | BodyClaim::YawDrift(_))
@@ -64,41 +65,42 @@ impl Claim {
 /// A claim about footsteps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FootstepClaim {
-    /// Whose footsteps.
+    /// Legs of the footsteps.
     pub legs: LegChoice,
-    /// What about them.
+    /// Measure.
     pub measure: FootstepMeasure,
 }
 
-/// Whose footsteps.
+/// Legs of the footsteps.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LegChoice {
-    /// Those of every leg of the scene.
+    /// All legs of the scene.
     All,
-    /// Those of the legs before the centre of mass.
+    /// Legs in front of the centre of mass.
     Fore,
-    /// Those of the legs behind it.
+    /// Legs behind the centre of mass.
     Hind,
-    /// Those of these legs.
+    /// Named legs.
     Named(Vec<Placed<String>>),
 }
 
-/// What about footsteps.
+/// Measure of footsteps.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FootstepMeasure {
     /// Greatest horizontal distance moved while in contact, of every footstep \[m\].
     Slip(Limits),
-    /// Mean share of a leg's cycle, touch-down to touch-down, that it stands; of every leg \[1\].
+    /// Mean share of the stance in a leg's cycle (touch-down to touch-down), of every leg \[1\].
     DutyFactor(Limits),
     /// Touch-down to lift-off, of every footstep \[s\].
     StanceTime(Limits),
     /// Lift-off to the next touch-down, of every footstep but a leg's last \[s\].
     SwingTime(Limits),
-    /// Mean number of touch-downs a second, of every leg \[Hz\].
+    /// Mean rate of touch-downs, of every leg \[Hz\].
     Frequency(Limits),
-    /// Horizontal distance between successive touch-downs of a leg, of every footstep but a leg's last \[m\].
+    /// Horizontal distance between successive touch-downs of a leg, of every footstep but a leg's
+    /// last \[m\].
     StrideLength(Limits),
-    /// Impulse of the ground, of every footstep \[N·s\].
+    /// Impulse of the ground reaction, of every footstep \[N·s\].
     Impulse(Limits),
     /// Greatest load, of every footstep \[N\].
     PeakLoad(Limits),
@@ -106,23 +108,26 @@ pub enum FootstepMeasure {
     Position(Axis, Limits),
     /// Number of touch-downs, of every leg \[1\].
     Count(Limits),
-    /// Each leg's mean phase (circular) in the cycle of the first leg is the pattern's.
+    /// Circular mean of each leg's phase in the cycle of the first leg, compared with a pattern.
     Phase {
-        /// The pattern.
+        /// Pattern.
         pattern: Pattern,
-        /// Greatest distance of any leg, as a share of the cycle.
+        /// Greatest deviation of any leg, as a share of the cycle.
         tolerance: f64,
     },
-    /// Circular standard deviation of each leg's phase in the cycle of the first leg \[1, share of the cycle\].
+    /// Circular standard deviation of each leg's phase in the cycle of the first leg \[1, share of
+    /// the cycle\].
     PhaseSpread(Limits),
-    /// Legs touch down in this order, again and again; legs of one group in any order among themselves. What is measured
-    /// is the number of touch-downs out of order.
+    /// Cyclic order of touch-downs; legs of one group in any order. The measured value is the
+    /// number of touch-downs out of order.
     Order(Vec<Vec<Placed<String>>>),
-    /// How far a footstep stands from the same footstep of the run without changes, by cycle \[m\].
+    /// Displacement of a footstep from the same footstep of the run without changes, by cycle
+    /// \[m\].
     Displacement {
-        /// Along which axis.
+        /// Axis of the displacement.
         axis: Axis,
-        /// Which footstep: 1 is the first that touches down after `after` (by default after the first change).
+        /// Index of the footstep: 1 is the first that touches down after `after` (by default after
+        /// the first change).
         cycle: u32,
         /// Its limits.
         limits: Limits,
@@ -138,22 +143,23 @@ pub enum Axis {
     Y,
     /// Up.
     Z,
-    /// The distance in the plane.
+    /// Distance in the horizontal plane.
     Horizontal,
 }
 
 /// The phase of each leg's touch-down in the cycle of the first leg.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pattern {
-    /// Diagonal legs together.
+    /// Diagonal legs in phase.
     Trot,
-    /// Legs of one side together.
+    /// Legs of one side in phase.
     Pace,
-    /// A hind leg, the fore leg of its side, the other hind leg, the other fore leg; a quarter apart.
+    /// Lateral sequence: a hind leg, the fore leg of its side, the other hind leg, the other fore
+    /// leg, a quarter of a cycle apart.
     Walk,
-    /// Fore legs together, hind legs together.
+    /// Fore legs in phase, hind legs in phase.
     Bound,
-    /// Given leg by leg, as shares of a cycle; only differences count.
+    /// Phases of the legs as shares of a cycle; only differences count.
     Given(Vec<(Placed<String>, f64)>),
 }
 
@@ -164,128 +170,132 @@ pub enum BodyClaim {
     Speed(Along, Limits),
     /// Height of its centre of mass \[m\].
     Height(Limits),
-    /// Greatest angle about the x axis, either way \[rad\].
+    /// Greatest magnitude of the roll \[rad\].
     Roll(Limits),
-    /// Greatest angle about the y axis, either way \[rad\].
+    /// Greatest magnitude of the pitch \[rad\].
     Pitch(Limits),
-    /// Greatest less least roll \[rad\].
+    /// Peak-to-peak range of the roll \[rad\].
     RollRange(Limits),
-    /// Greatest less least pitch \[rad\].
+    /// Peak-to-peak range of the pitch \[rad\].
     PitchRange(Limits),
-    /// Greatest less least height \[m\].
+    /// Peak-to-peak range of the height \[m\].
     HeightRange(Limits),
-    /// Greatest turn away from the heading at the window's start, either way, whole turns counted \[rad\].
+    /// Greatest magnitude of the change in heading since the start of the window, whole turns
+    /// included \[rad\].
     YawDrift(Limits),
-    /// It does not fall.
+    /// Absence of a fall.
     Upright {
-        /// It has fallen when it is lower than this share of its height in the first observation of the run.
+        /// Least height, as a share of the height in the first observation of the run.
         height: f64,
-        /// It has fallen when it rolls or pitches beyond this \[rad\].
+        /// Greatest roll or pitch, in magnitude \[rad\].
         tilt: f64,
-        /// Whether that ends the run.
+        /// Whether a fall ends the run.
         end: bool,
     },
-    /// From `by` on to the window's end, each coordinate stays within `within` of where it ends.
+    /// Settling: from `by` to the end of the window each coordinate stays within `within` of its
+    /// last value.
     Settles {
         /// \[m\]
         within: f64,
-        /// Since the start of the run.
+        /// Time since the start of the run.
         by: SimTime,
     },
 }
 
-/// How a distance is counted.
+/// Definition of a travelled distance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Along {
-    /// From the first to the last place of the window, along the heading at its start; backward counts negative.
+    /// Displacement over the window along the heading at its start; negative if backward.
     Heading,
-    /// Along the path.
+    /// Length of the path.
     Path,
 }
 
 /// A claim about a cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimingClaim {
-    /// Whose cycle: that of a bus, or, without one, the controller's.
+    /// Name of the bus; none for the cycle of the controller.
     pub of: Option<Placed<String>>,
-    /// What about it.
+    /// Measure.
     pub measure: TimingMeasure,
     /// Its limits.
     pub limits: Limits,
 }
 
-/// What about a cycle: an iteration of the controller, or a transfer of a bus.
+/// Measure of a cycle: an iteration of the controller, or a transfer of a bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimingMeasure {
-    /// Number of cycles that began too late or not at all \[1\].
+    /// Number of cycles that began late or were skipped \[1\].
     DeadlineMisses,
     /// Mean rate \[Hz\].
     CycleRate,
-    /// Greatest distance of the time between two cycles from the period \[s\].
+    /// Greatest deviation of the interval between two cycle starts from the period \[s\].
     Jitter,
-    /// Greatest time from a cycle's begin to its end \[s\].
+    /// Greatest time from the start of a cycle to its end \[s\].
     Latency,
-    /// Greatest time from a cycle's begin to the next one's \[s\]: its inverse is the rate that is guaranteed.
+    /// Greatest interval between two cycle starts \[s\]; its inverse is the guaranteed rate.
     LongestCycle,
-    /// Half of what the longest time between two begins exceeds the shortest by \[s\].
+    /// Half of the difference of the longest and the shortest interval between two cycle starts
+    /// \[s\].
     HalfRange,
 }
 
-/// A claim about one signal, or about every signal that matches a pattern.
+/// A claim about one signal, or about all signals that match a pattern.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SignalClaim {
     /// Name or pattern.
     pub name: Placed<String>,
-    /// Which element; none: every one.
+    /// Element; none for all elements.
     pub component: Option<usize>,
-    /// The unit that limits were given in.
+    /// Unit of the limits.
     pub unit: Unit,
-    /// What of it.
+    /// Condition.
     pub mode: SignalMode,
 }
 
-/// What of a signal.
+/// Condition on a signal.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SignalMode {
-    /// It is within limits in every observation.
+    /// Within limits in every observation.
     Always(Limits),
-    /// It is within limits in one observation at least; within a time from the window's start, if one is given.
+    /// Within limits in at least one observation, optionally within a time from the start of the
+    /// window.
     Eventually(Limits, Option<SimDuration>),
-    /// It is within limits until another signal first is within its own; which must happen.
+    /// Within limits until another signal first is within limits of its own, which must occur.
     Until(Limits, Until),
-    /// From `by` on to the window's end it stays within `within` of where it ends.
+    /// Settling: from `by` to the end of the window it stays within `within` of its last value.
     Settles {
-        /// In the signal's unit.
+        /// Tolerance, in the unit of the signal.
         within: f64,
-        /// Since the start of the run.
+        /// Time since the start of the run.
         by: SimTime,
     },
 }
 
-/// What ends the time in which a signal must be within limits.
+/// Event that ends the interval in which a signal must be within limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Until {
     /// Name of the other signal.
     pub name: Placed<String>,
-    /// Its element.
+    /// Element of the other signal.
     pub component: usize,
-    /// The unit that its limits were given in.
+    /// Unit of its limits.
     pub unit: Unit,
-    /// Within these it ends the time.
+    /// The event occurs when the other signal is within these limits.
     pub limits: Limits,
 }
 
-/// What work a run took.
+/// Measure of the computational work of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CostMeasure {
-    /// A count of the plant's, by its name: `steps`, `evaluations`, ….
+    /// Work counter of the plant, by name: `steps`, `evaluations`, ….
     Count(&'static str),
-    /// Simulated over wall time; depends on the machine.
+    /// Simulated over wall-clock time; depends on the machine.
     RealTimeFactor,
 }
 
 impl Expectation {
-    /// Whether it compares with the run without changes.
+    /// Returns whether it compares with the run without changes.
     pub fn needs_reference(&self) -> bool {
         matches!(
             &self.claim,
@@ -298,17 +308,17 @@ impl Expectation {
 }
 
 impl CostMeasure {
-    /// Names of the work counts of a plant.
+    /// Returns the names of the work counters of a plant.
     pub fn counts() -> [&'static str; 6] {
         WorkCounts::default().named().map(|(name, _)| name)
     }
 
-    /// The measure that depends on the machine, too.
+    /// Key of the measure that depends on the machine.
     pub(crate) const FACTOR: &'static str = "real_time_factor";
 }
 
 impl FootstepMeasure {
-    /// The unit of what is measured.
+    /// Returns the unit of the measured value.
     pub fn unit(&self) -> Unit {
         match self {
             FootstepMeasure::Slip(_)
@@ -329,7 +339,7 @@ impl FootstepMeasure {
 }
 
 impl TimingMeasure {
-    /// The values that it can take.
+    /// Returns the possible values.
     pub(crate) fn domain(self) -> Domain {
         match self {
             TimingMeasure::DeadlineMisses => Domain::COUNT,
@@ -341,7 +351,7 @@ impl TimingMeasure {
         }
     }
 
-    /// The unit of what is measured.
+    /// Returns the unit of the measured value.
     pub fn unit(self) -> Unit {
         match self {
             TimingMeasure::DeadlineMisses => Unit::One,

@@ -40,17 +40,17 @@ pub(crate) const TIMING_MEASURES: [(&str, TimingMeasure); 6] = [
 
 pub(crate) const SIGNAL_MODES: [&str; 3] = ["always", "eventually", "settles"];
 
-/// What expectations of one scenario have in common.
+/// Properties of the scenario that its expectations are checked against.
 pub(crate) struct Context<'c> {
-    /// The plants that there are.
+    /// Names of the known plants.
     pub plants: Vec<&'c str>,
-    /// The length of the run.
+    /// Duration of the run.
     pub duration: SimDuration,
-    /// The time of the first change.
+    /// Time of the first change.
     pub first_change: Option<SimTime>,
 }
 
-/// One `[[expect]]`.
+/// Reads one `[[expect]]`.
 pub(crate) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expectation, Reported> {
     let table = item.table()?;
     let name = table.optional("name", |item| item.text().map(str::to_owned));
@@ -73,21 +73,21 @@ pub(crate) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expe
         "energy" => energy(item),
         _ => cost(item),
     });
-    let (given_after, before, claim) = (after?, before?, claim?);
+    let (explicit_after, before, claim) = (after?, before?, claim?);
     let mut expectation = Expectation {
         name: String::new(),
-        after: given_after.unwrap_or(SimTime::ZERO),
+        after: explicit_after.unwrap_or(SimTime::ZERO),
         before,
         optional: optional?.unwrap_or(false),
         plants: plants?.unwrap_or_default(),
         claim,
     };
     if expectation.needs_reference() {
-        match (given_after, context.first_change) {
+        match (explicit_after, context.first_change) {
             (None, Some(first)) => expectation.after = first,
             (_, None) => {
                 let message =
-                    "a displacement against the run without changes, and there is no [[change]]";
+                    "a displacement against the run without changes requires a [[change]]";
                 return Err(item.report(message, "add a [[change]]"));
             }
             _ => {}
@@ -109,20 +109,20 @@ pub(crate) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expe
     Ok(expectation)
 }
 
-/// The name of a plant.
+/// Reads the name of a plant.
 fn plant(item: &Item<'_>, context: &Context<'_>) -> Result<String, Reported> {
-    let word = item.text()?;
+    let name = item.text()?;
     let mut plants = context.plants.iter().copied();
-    if plants.clone().any(|known| known == word) {
-        return Ok(word.to_owned());
+    if plants.clone().any(|known| known == name) {
+        return Ok(name.to_owned());
     }
-    let message = format!("there is no plant `{word}`");
-    Err(item.report_word(message, word, "plants", &mut plants))
+    let message = format!("there is no plant `{name}`");
+    Err(item.report_word(message, name, "plants", &mut plants))
 }
 
-/// The word that names what is measured, for an expectation without a name.
+/// Returns the keys that name the measure, for an expectation without a name.
 fn measure_name(item: &Item<'_>) -> String {
-    const OTHERS: [&str; 9] = [
+    const QUALIFIERS: [&str; 9] = [
         "leg",
         "tolerance",
         "cycle",
@@ -136,28 +136,28 @@ fn measure_name(item: &Item<'_>) -> String {
     let Some(keys) = item.keys() else {
         return String::new();
     };
-    let words: Vec<_> = keys.filter(|key| !OTHERS.contains(key)).collect();
-    words.join(" ")
+    let keys: Vec<_> = keys.filter(|key| !QUALIFIERS.contains(key)).collect();
+    keys.join(" ")
 }
 
-/// The one key of `keys` that `table` has.
+/// Returns the one key of `keys` that `table` has. `missing` is the error if there is none.
 pub(super) fn one_of<'k>(
     item: &Item<'_>,
     table: &Table<'_>,
     keys: &[&'k str],
-    nothing: &str,
+    missing: &str,
 ) -> Result<&'k str, Reported> {
     table.expect(keys.iter().copied());
-    let given: Vec<&str> = keys
+    let present: Vec<&str> = keys
         .iter()
         .copied()
         .filter(|key| table.keys().any(|known| known == *key))
         .collect();
-    match given[..] {
+    match present[..] {
         [key] => Ok(key),
         [] => {
             table.give_up();
-            Err(item.report(nothing, format!("give one of {}", keys.join(", "))))
+            Err(item.report(missing, format!("give one of {}", keys.join(", "))))
         }
         [first, second, ..] => {
             table.give_up();
@@ -167,7 +167,7 @@ pub(super) fn one_of<'k>(
     }
 }
 
-/// A time since the start, within the run.
+/// Reads a time since the start, within the run.
 fn instant(item: &Item<'_>, context: &Context<'_>) -> Result<SimTime, Reported> {
     let since = item.duration()?;
     if since > context.duration {
@@ -179,8 +179,8 @@ fn instant(item: &Item<'_>, context: &Context<'_>) -> Result<SimTime, Reported> 
 
 fn body(item: &Item<'_>) -> Result<BodyClaim, Reported> {
     let table = item.table()?;
-    let nothing = "nothing of the body is expected";
-    let measure = one_of(item, &table, &BODY_MEASURES, nothing)?;
+    let missing = "no measure of the body is given";
+    let measure = one_of(item, &table, &BODY_MEASURES, missing)?;
     let limits = |unit, domain| table.required(measure, |item| Limits::read(item, unit, &domain));
     let angle = |domain| limits(Unit::Radian, domain);
     Ok(match measure {
@@ -229,20 +229,20 @@ fn fall(item: &Item<'_>) -> Result<BodyClaim, Reported> {
     let (height, tilt) = (height?.unwrap_or(HEIGHT), tilt?.unwrap_or(TILT));
     if height == 0.0 && tilt >= PI {
         let help = "a `height` above 0, or a `tilt` below 180 deg";
-        return Err(item.report("nothing is a fall by these thresholds", help));
+        return Err(item.report("no state is a fall by these thresholds", help));
     }
     let end = end?.unwrap_or(false);
     Ok(BodyClaim::Upright { height, tilt, end })
 }
 
-/// What a fall is given by.
+/// Height, tilt and end of a fall.
 type Thresholds = (
     Result<Option<f64>, Reported>,
     Result<Option<f64>, Reported>,
     Result<Option<bool>, Reported>,
 );
 
-/// `height`, `tilt` and `end` of a fall.
+/// Reads `height`, `tilt` and `end` of a fall.
 pub(crate) fn thresholds(table: &Table<'_>) -> Thresholds {
     let share = Range::between(0.0, 1.0);
     let half_turn = Range::between(0.0, PI);
@@ -264,7 +264,7 @@ fn timing(item: &Item<'_>) -> Result<Claim, Reported> {
     let table = item.table()?;
     let of = table.required("of", placed_text);
     let keys = TIMING_MEASURES.map(|(key, _)| key);
-    let key = one_of(item, &table, &keys, "nothing of the timing is expected")?;
+    let key = one_of(item, &table, &keys, "no measure of the timing is given")?;
     let measure = TIMING_MEASURES
         .into_iter()
         .find(|(known, _)| *known == key)
@@ -285,11 +285,11 @@ fn signal(item: &Item<'_>) -> Result<SignalClaim, Reported> {
     let component = table.optional("component", element);
     let within = table.optional("within", Item::positive_duration);
     let until = table.optional("until", until);
-    let nothing = "nothing of the signal is expected";
-    let mode = one_of(item, &table, &SIGNAL_MODES, nothing)?;
+    let missing = "no condition on the signal is given";
+    let mode = one_of(item, &table, &SIGNAL_MODES, missing)?;
     let (within, until) = (within?, until?);
     if within.is_some() && mode != "eventually" {
-        let help = "`within` goes with `eventually`";
+        let help = "`within` requires `eventually`";
         return Err(table.report(
             "within",
             format!("`within` has no meaning with `{mode}`"),
@@ -297,7 +297,7 @@ fn signal(item: &Item<'_>) -> Result<SignalClaim, Reported> {
         ));
     }
     if until.is_some() && mode != "always" {
-        let help = "`until` goes with `always`";
+        let help = "`until` requires `always`";
         return Err(table.report(
             "until",
             format!("`until` has no meaning with `{mode}`"),
@@ -305,7 +305,7 @@ fn signal(item: &Item<'_>) -> Result<SignalClaim, Reported> {
         ));
     }
     let (unit, mode) = table.required(mode, |item| {
-        // Limits are written in the unit of the signal, which only the scene knows; it compares the two.
+        // The unit of the signal is only known to the scene, which compares the two.
         let unit = unit_of_limits(item)?;
         let mode = match mode {
             "settles" => {
@@ -345,14 +345,14 @@ fn until(item: &Item<'_>) -> Result<Until, Reported> {
     })
 }
 
-/// The unit of the first limit of a table of limits.
+/// Returns the unit of the first limit of a table of limits.
 fn unit_of_limits(item: &Item<'_>) -> Result<Unit, Reported> {
     let keys = ["min", "max", "near", "within"];
     let first = keys.iter().find_map(|key| item.peek(key));
     first.map_or(Ok(Unit::One), |first| first.any_unit())
 }
 
-/// An element of a signal: its index, or `x`, `y`, `z` for the first three.
+/// Reads an element of a signal: its index, or `x`, `y`, `z` for the first three.
 fn element(item: &Item<'_>) -> Result<usize, Reported> {
     if item.is_text() {
         return item.choice(&[("x", 0), ("y", 1), ("z", 2)]);
@@ -373,7 +373,7 @@ fn cost(item: &Item<'_>) -> Result<Claim, Reported> {
     let table = item.table()?;
     let mut keys = CostMeasure::counts().to_vec();
     keys.push(CostMeasure::FACTOR);
-    let key = one_of(item, &table, &keys, "nothing of the cost is expected")?;
+    let key = one_of(item, &table, &keys, "no measure of the cost is given")?;
     let (measure, domain) = if key == CostMeasure::FACTOR {
         (CostMeasure::RealTimeFactor, Domain::POSITIVE)
     } else {
@@ -383,7 +383,7 @@ fn cost(item: &Item<'_>) -> Result<Claim, Reported> {
     Ok(Claim::Cost(measure, limits))
 }
 
-/// A text with its place.
+/// Reads a text with its position.
 pub(crate) fn placed_text(item: &Item<'_>) -> Result<Placed<String>, Reported> {
     Ok(Placed {
         value: item.text()?.to_owned(),

@@ -35,7 +35,7 @@ const AXES: [(&str, Axis); 4] = [
     ("horizontal", Axis::Horizontal),
 ];
 
-/// `footstep = { … }`
+/// Reads `footstep = { … }`.
 pub(super) fn claim(item: &Item<'_>) -> Result<FootstepClaim, Reported> {
     let table = item.table()?;
     let legs = table.optional("leg", legs);
@@ -43,7 +43,7 @@ pub(super) fn claim(item: &Item<'_>) -> Result<FootstepClaim, Reported> {
         item,
         &table,
         &FOOTSTEP_MEASURES,
-        "nothing of the footsteps is expected",
+        "no measure of the footsteps is given",
     )?;
     let measure = measure(&table, key);
     Ok(FootstepClaim {
@@ -73,7 +73,7 @@ fn measure(table: &Table<'_>, key: &str) -> Result<FootstepMeasure, Reported> {
         "count" => FootstepMeasure::Count(limits(Unit::One, Domain::COUNT)?),
         "phase" => {
             let pattern = table.required("phase", pattern);
-            // No phase is farther off than half a cycle: a tolerance of that would accept them all.
+            // The greatest possible deviation is half a cycle, which accepts every phase.
             let below_half = Range {
                 min: Bound::Included(0.0),
                 max: Bound::Excluded(0.5),
@@ -96,7 +96,7 @@ fn legs(item: &Item<'_>) -> Result<LegChoice, Reported> {
         if named.is_empty() {
             return Err(item.report("no leg is named", "leave `leg` out for all of them"));
         }
-        none_twice(item, named.iter())?;
+        reject_duplicates(item, named.iter())?;
         return Ok(LegChoice::Named(named));
     }
     Ok(match item.text()? {
@@ -141,15 +141,14 @@ fn order(item: &Item<'_>) -> Result<Vec<Vec<Placed<String>>>, Reported> {
     })?;
     if groups.len() < 2 || groups.iter().any(Vec::is_empty) {
         let help = "as in [\"LF\", \"RH\"] or [[\"LF\", \"RH\"], [\"RF\", \"LH\"]]";
-        return Err(item.report("an order has two groups of legs or more", help));
+        return Err(item.report("an order requires at least two groups of legs", help));
     }
-    none_twice(item, groups.iter().flatten())?;
+    reject_duplicates(item, groups.iter().flatten())?;
     Ok(groups)
 }
 
-/// A leg that stands in a list twice is a slip of the pen: an order could not be kept, or would be
-/// another one.
-fn none_twice<'l>(
+/// Rejects a leg that occurs twice in a list, which makes an order ambiguous or unattainable.
+fn reject_duplicates<'l>(
     item: &Item<'_>,
     legs: impl Iterator<Item = &'l Placed<String>>,
 ) -> Result<(), Reported> {

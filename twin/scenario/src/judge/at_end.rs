@@ -7,8 +7,8 @@ use super::outcome::Finding;
 use crate::expect::CostMeasure;
 use crate::limits::Limits;
 
-/// Exchanged energy below which the residual is measured by this instead: what is exchanged at rest
-/// is round-off, of which round-off is no small share \[J\].
+/// Least reference for the residual \[J\]. At rest the exchanged energy is round-off, and the
+/// residual is no small share of it.
 const LEAST_EXCHANGED: f64 = 1e-3;
 
 pub(super) fn energy(balance: Option<&EnergyBalance>, limits: &Limits) -> Finding {
@@ -19,9 +19,13 @@ pub(super) fn energy(balance: Option<&EnergyBalance>, limits: &Limits) -> Findin
     if exchanged == 0.0 {
         return Finding::unobserved("no energy was exchanged");
     }
-    // Not by `max`, which would hide what is not a number.
-    let least = exchanged < LEAST_EXCHANGED;
-    let share = residual.abs() / if least { LEAST_EXCHANGED } else { exchanged };
+    // `f64::max` would discard a NaN.
+    let reference = if exchanged < LEAST_EXCHANGED {
+        LEAST_EXCHANGED
+    } else {
+        exchanged
+    };
+    let share = residual.abs() / reference;
     if share.is_finite() {
         Finding::of(limits.compare(share, share), None, "")
     } else {
@@ -65,13 +69,13 @@ mod tests {
     }
 
     #[test]
-    fn the_energy_balance_of_a_robot_at_rest_closes_in_spite_of_round_off() {
+    fn energy_balance_at_rest_closes_within_round_off() {
         assert_eq!(verdict(3e-12, 1e-11), Verdict::Pass);
         assert_eq!(verdict(-3e-12, 1e-11), Verdict::Pass);
     }
 
     #[test]
-    fn an_energy_balance_that_does_not_close_fails_however_little_is_exchanged() {
+    fn open_energy_balance_fails_for_any_exchanged_energy() {
         assert_eq!(verdict(2e-9, 1e-11), Verdict::Fail);
         assert_eq!(verdict(-2e-9, 1e-3), Verdict::Fail);
         assert_eq!(verdict(2e-6, 1.0), Verdict::Fail);
@@ -92,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn an_exchange_that_is_not_a_number_does_not_pass() {
+    fn nan_exchanged_energy_does_not_pass() {
         assert_ne!(verdict(0.0, f64::NAN), Verdict::Pass);
     }
 }

@@ -1,4 +1,4 @@
-//! Layouts of the observed signals, and the cycles whose events a judge observes.
+//! Layouts of the observed signals, and cycles with their events.
 
 use twinrig_kernel::Layout;
 use twinrig_runtime::{Group, RunEvent};
@@ -14,12 +14,12 @@ pub struct Layouts<'l> {
     pub process_outputs: &'l Layout,
     /// Of [`Group::Diagnostics`].
     pub diagnostics: &'l Layout,
-    /// Names of the tasks, in the order of their numbers in a [`RunEvent`]: those of buses.
+    /// Names of the tasks (buses), in the order of their numbers in a [`RunEvent`].
     pub tasks: &'l [String],
 }
 
 impl Layouts<'_> {
-    /// Groups and their layouts, in the order in which a signal is looked up.
+    /// Returns the groups with their layouts, in the order of the search for a signal.
     pub(super) fn groups(&self) -> [(Group, &Layout); 4] {
         [
             (Group::Plant, self.plant),
@@ -30,12 +30,12 @@ impl Layouts<'_> {
     }
 }
 
-/// A repeated activity that claims of timing are about.
+/// Periodic activity that timing claims refer to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Cycle {
     /// Iterations of the controller.
     Control,
-    /// Transfers of the task of this number.
+    /// Transfers of the task with this number.
     Task(usize),
 }
 
@@ -44,12 +44,12 @@ pub(super) enum Cycle {
 pub(super) enum CycleEvent {
     Begin,
     End,
-    /// A cycle was due while the last one had not ended.
+    /// A cycle was due while the previous one was running.
     Missed,
 }
 
 impl CycleEvent {
-    /// The cycle and its event; none for events of no cycle.
+    /// Returns the cycle and its event; none for other events.
     pub(super) fn of(event: RunEvent) -> Option<(Cycle, Self)> {
         match event {
             RunEvent::ProcessBegin { .. } => Some((Cycle::Control, Self::Begin)),

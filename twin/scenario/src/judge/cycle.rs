@@ -1,4 +1,4 @@
-//! Watching a cycle: iterations of the controller, or transfers of a bus.
+//! Statistics of a cycle: iterations of the controller, or transfers of a bus.
 
 use twinrig_kernel::{CycleJitter, SimDuration, SimTime};
 
@@ -8,7 +8,7 @@ use super::tracker::{Extremes, seconds};
 use crate::expect::TimingMeasure;
 use crate::limits::Limits;
 
-/// Watches the events of one cycle.
+/// Statistics of the events of one cycle.
 #[derive(Clone, Debug)]
 pub(crate) struct CycleMeter {
     measure: TimingMeasure,
@@ -18,18 +18,18 @@ pub(crate) struct CycleMeter {
     last_begin: Option<SimTime>,
     begins: u64,
     missed: u64,
-    /// Whether the cycle that began last has not ended.
+    /// Whether the last cycle that began has not ended.
     running: bool,
-    /// Jitter, latency or time between two begins \[s\].
-    seen: Extremes,
-    /// Shortest and longest time between two begins.
-    between: Option<(SimDuration, SimDuration)>,
+    /// Jitter, latency or interval between two cycle starts \[s\].
+    extremes: Extremes,
+    /// Shortest and longest interval between two cycle starts.
+    intervals: Option<(SimDuration, SimDuration)>,
     first_miss: Option<SimTime>,
     last_missed: Option<SimTime>,
 }
 
-/// Fewer begins of a cycle say nothing about it.
-const LEAST_BEGINS: u64 = 3;
+/// Least number of cycle starts for a verdict.
+const MIN_BEGINS: u64 = 3;
 
 impl CycleMeter {
     pub fn new(measure: TimingMeasure, limits: Limits, period: SimDuration) -> Self {
@@ -42,19 +42,19 @@ impl CycleMeter {
             begins: 0,
             missed: 0,
             running: false,
-            seen: Extremes::default(),
-            between: None,
+            extremes: Extremes::default(),
+            intervals: None,
             first_miss: None,
             last_missed: None,
         }
     }
 
-    pub fn event(&mut self, now: SimTime, happening: CycleEvent) {
-        match happening {
+    pub fn event(&mut self, now: SimTime, event: CycleEvent) {
+        match event {
             CycleEvent::Begin => {
                 let jitter = self.jitter.begin(now);
                 if let (Some(last), Some(jitter)) = (self.last_begin, jitter) {
-                    self.begun_again(now, now - last, jitter);
+                    self.record_interval(now, now - last, jitter);
                 }
                 self.first_begin.get_or_insert(now);
                 self.last_begin = Some(now);
@@ -65,7 +65,7 @@ impl CycleMeter {
                 self.running = false;
                 if let (TimingMeasure::Latency, Some(begin)) = (self.measure, self.last_begin) {
                     let latency = seconds(now - begin);
-                    self.seen.add_within(now, latency, &self.limits);
+                    self.extremes.add_within(now, latency, &self.limits);
                 }
             }
             CycleEvent::Missed => {
@@ -75,56 +75,58 @@ impl CycleMeter {
                     self.first_miss = Some(now);
                 }
                 self.last_missed = Some(now);
-                if let Some(at_least) = self.at_least(now) {
-                    self.seen.add_within(now, at_least, &self.limits);
+                if let Some(lower_bound) = self.lower_bound(now) {
+                    self.extremes.add_within(now, lower_bound, &self.limits);
                 }
             }
         }
     }
 
-    fn begun_again(&mut self, now: SimTime, between: SimDuration, jitter: SimDuration) {
-        let (shortest, longest) = self.between.unwrap_or((between, between));
-        self.between = Some((shortest.min(between), longest.max(between)));
+    fn record_interval(&mut self, now: SimTime, interval: SimDuration, jitter: SimDuration) {
+        let (shortest, longest) = self.intervals.unwrap_or((interval, interval));
+        self.intervals = Some((shortest.min(interval), longest.max(interval)));
         let value = match self.measure {
             TimingMeasure::Jitter => jitter,
-            TimingMeasure::LongestCycle => between,
+            TimingMeasure::LongestCycle => interval,
             TimingMeasure::DeadlineMisses
             | TimingMeasure::CycleRate
             | TimingMeasure::Latency
             | TimingMeasure::HalfRange => return,
         };
-        self.seen.add_within(now, seconds(value), &self.limits);
+        self.extremes.add_within(now, seconds(value), &self.limits);
     }
 
-    /// What the cycle that began last measures at least, if nothing has come of it until `now`: one
-    /// that hangs would else pass for none at all \[s\].
-    fn at_least(&self, now: SimTime) -> Option<f64> {
-        let lasted = now.checked_since(self.last_begin?)?;
-        let at_least = match self.measure {
+    /// Returns a lower bound of the measure for the pending cycle at `now` \[s\], so that a hung
+    /// cycle does not go unnoticed.
+    fn lower_bound(&self, now: SimTime) -> Option<f64> {
+        let elapsed = now.checked_since(self.last_begin?)?;
+        let lower_bound = match self.measure {
             TimingMeasure::Latency if !self.running => return None,
-            TimingMeasure::Latency | TimingMeasure::LongestCycle => lasted,
+            TimingMeasure::Latency | TimingMeasure::LongestCycle => elapsed,
             TimingMeasure::Jitter => self.jitter.at_least(now)?,
             TimingMeasure::DeadlineMisses | TimingMeasure::CycleRate | TimingMeasure::HalfRange => {
                 return None;
             }
         };
-        Some(seconds(at_least))
+        Some(seconds(lower_bound))
     }
 
-    /// What was found in a window that ends at `end`.
+    /// Returns the finding of a window that ends at `end`.
     pub fn finding(&self, end: SimTime) -> Finding {
         let (Some(first), Some(last)) = (self.first_begin, self.last_begin) else {
             return Finding::unobserved("no cycle began in its time");
         };
         let finding = match self.measure {
             TimingMeasure::Jitter | TimingMeasure::Latency | TimingMeasure::LongestCycle => {
-                let mut seen = self.seen;
-                // A cycle that is still due at the end counts where it is the worst: any other is
-                // merely not over.
-                if let Some(at_least) = self.at_least(end).filter(|it| *it > seen.greatest) {
-                    seen.add_within(end, at_least, &self.limits);
+                let mut extremes = self.extremes;
+                // A cycle that is pending at the end counts only if its lower bound is the worst
+                // value.
+                if let Some(lower_bound) =
+                    self.lower_bound(end).filter(|it| *it > extremes.greatest)
+                {
+                    extremes.add_within(end, lower_bound, &self.limits);
                 }
-                seen.finding(&self.limits, "")
+                extremes.finding(&self.limits, "")
             }
             TimingMeasure::HalfRange => self.half_range(last, end),
             TimingMeasure::DeadlineMisses => {
@@ -134,39 +136,42 @@ impl CycleMeter {
             }
             TimingMeasure::CycleRate => self.rate(first, last, end),
         };
-        // A cycle that is missed is evidence against the measure, and none for it.
+        // Missed cycles count as observations for a failure, but not for a pass.
         let observed = match finding.verdict {
             Verdict::Fail => self.begins + self.missed,
             _ => self.begins,
         };
-        finding.of_few(observed, LEAST_BEGINS, "cycles began")
+        finding.require_count(observed, MIN_BEGINS, "cycles began")
     }
 
     fn half_range(&self, last: SimTime, end: SimTime) -> Finding {
-        let Some((shortest, longest)) = self.between else {
+        let Some((shortest, longest)) = self.intervals else {
             return Finding::unobserved("there was one cycle");
         };
         let longest = end
             .checked_since(last)
-            .map_or(longest, |due| longest.max(due));
+            .map_or(longest, |pending| longest.max(pending));
         let half = seconds(longest - shortest) / 2.0;
         let detail = format!("from {shortest} to {longest}");
         Finding::of(self.limits.compare(half, half), None, detail)
     }
 
     fn rate(&self, first: SimTime, last: SimTime, end: SimTime) -> Finding {
-        let mut seen = self.last_missed.map_or(last, |missed| missed.max(last));
-        // Cycles that have ceased are missing up to the end.
+        let mut observed_until = self.last_missed.map_or(last, |missed| missed.max(last));
+        // If cycles have stopped, those up to the end are missing.
         let longest = self
-            .between
+            .intervals
             .map_or(SimDuration::ZERO, |(_, longest)| longest);
-        if end.checked_since(last).is_some_and(|due| due > longest * 2) {
-            seen = seen.max(end);
+        if end
+            .checked_since(last)
+            .is_some_and(|pending| pending > longest * 2)
+        {
+            observed_until = observed_until.max(end);
         }
-        if seen == first {
+        if observed_until == first {
             return Finding::unobserved("there was one cycle");
         }
-        let rate = (self.begins - 1) as f64 / seconds(seen - first);
+        let rate = (self.begins - 1) as f64 / seconds(observed_until - first);
         Finding::of(self.limits.compare(rate, rate), None, "")
     }
 }

@@ -1,4 +1,4 @@
-//! Whether and when the robot falls.
+//! Detection of falls.
 
 use twinrig_kernel::SimTime;
 
@@ -7,8 +7,8 @@ use crate::ground_below::GroundBelow;
 use crate::scenario::FallSpec;
 use crate::scene::{BODY_POSITION, BODY_RPY, Scene};
 
-/// Watches the trunk until it falls. Where neither its height nor its angles are observed, as at
-/// hardware, there is no fall.
+/// Detects the first fall of the trunk. Without observations of its height and its angles, as on
+/// hardware, no fall is detected.
 #[derive(Clone, Debug)]
 pub(super) struct FallDetector {
     spec: FallSpec,
@@ -17,48 +17,52 @@ pub(super) struct FallDetector {
     position: Option<(Group, usize)>,
     /// Group and element of roll; pitch follows.
     roll: Option<(Group, usize)>,
-    /// The first height above the ground \[m\].
-    first_height: Option<f64>,
+    /// Initial height above the ground \[m\].
+    initial_height: Option<f64>,
     fell_at: Option<SimTime>,
 }
 
 impl FallDetector {
     pub fn new(scene: &Scene, layouts: &Layouts<'_>) -> Self {
-        let three = |name| {
+        let find_vector = |name| {
             let (channel, range) = resolve::find(layouts, name)?;
             (range.len() == 3).then_some((channel, range.start))
         };
         FallDetector {
             spec: scene.scenario.fall,
             ground: scene.ground.clone(),
-            position: three(BODY_POSITION),
-            roll: three(BODY_RPY),
-            first_height: None,
+            position: find_vector(BODY_POSITION),
+            roll: find_vector(BODY_RPY),
+            initial_height: None,
             fell_at: None,
         }
     }
 
-    /// When it fell.
+    /// Returns the time of the fall.
     pub fn fell_at(&self) -> Option<SimTime> {
         self.fell_at
     }
 
-    /// When it fell, if that ends the run.
+    /// Returns the time of the fall if it ends the run.
     pub fn ended_at(&self) -> Option<SimTime> {
         self.fell_at.filter(|_| self.spec.end)
     }
 
-    /// Takes the samples of a channel. Whether it falls with them.
+    /// Evaluates the samples of a channel and returns whether a fall occurs at `now`.
     #[inline]
     pub fn sample(&mut self, now: SimTime, channel: Group, values: &[f64]) -> bool {
         if self.fell_at.is_some() {
             return false;
         }
-        let of_this = |element: &&(Group, usize)| element.0 == channel;
-        let tilted = self.roll.as_ref().filter(of_this).is_some_and(|(_, roll)| {
-            self.is_tilted(values[*roll]) || self.is_tilted(values[roll + 1])
-        });
-        let low = match self.position.as_ref().filter(of_this) {
+        let is_of_channel = |element: &&(Group, usize)| element.0 == channel;
+        let tilted = self
+            .roll
+            .as_ref()
+            .filter(is_of_channel)
+            .is_some_and(|(_, roll)| {
+                self.is_tilted(values[*roll]) || self.is_tilted(values[roll + 1])
+            });
+        let low = match self.position.as_ref().filter(is_of_channel) {
             Some((_, x)) => self.is_low([values[*x], values[x + 1], values[x + 2]]),
             None => false,
         };
@@ -68,7 +72,8 @@ impl FallDetector {
         tilted || low
     }
 
-    /// What is not a number is no fall: it fails whatever looks at it.
+    /// Returns whether an angle exceeds the threshold. Values that are not finite are no fall; they
+    /// fail every monitor of the signal.
     fn is_tilted(&self, angle: f64) -> bool {
         angle.is_finite() && angle.abs() > self.spec.tilt
     }
@@ -81,8 +86,8 @@ impl FallDetector {
         if !height.is_finite() {
             return false;
         }
-        let first = *self.first_height.get_or_insert(height);
-        // A trunk that starts on the ground or below it has no height to lose.
-        first > 0.0 && height < self.spec.height * first
+        let initial = *self.initial_height.get_or_insert(height);
+        // A trunk that starts at or below ground level cannot lose height.
+        initial > 0.0 && height < self.spec.height * initial
     }
 }

@@ -1,4 +1,4 @@
-//! Finding footsteps in the load and place of a foot.
+//! Detection of footsteps from the load and position of a foot.
 
 use serde::Serialize;
 use twinrig_kernel::{SimDuration, SimTime};
@@ -10,29 +10,30 @@ use super::tracker::seconds;
 pub struct Footstep {
     /// Index of the leg in [`crate::Judge::legs`].
     pub leg: usize,
-    /// When the load first reached the threshold of a touch-down.
+    /// Time at which the load first reached the touch-down threshold.
     pub touch_down: SimTime,
-    /// When the load last fell below the threshold of a lift-off; none if the run ended before.
+    /// Time at which the load last fell below the lift-off threshold; none if the run ended before.
     pub lift_off: Option<SimTime>,
-    /// Place of the foot in the world at touch-down; of several contacts that count as one, at the touch-down of the one
-    /// with the largest impulse \[m\].
+    /// World position of the foot at touch-down \[m\]; if several contacts were merged, at the
+    /// touch-down of the one with the largest impulse.
     pub position: [f64; 3],
-    /// Greatest horizontal distance from the place of touch-down while in contact; of several contacts, the sum \[m\].
+    /// Greatest horizontal distance from the touch-down position during contact \[m\]; if several
+    /// contacts were merged, the sum.
     pub slip: f64,
     /// Integral of the load \[N·s\].
     pub impulse: f64,
-    /// Greatest load, as it was observed \[N\].
+    /// Greatest observed load \[N\].
     pub peak_load: f64,
 }
 
 impl Footstep {
-    /// Touch-down to lift-off \[s\]; none if the foot did not lift off.
+    /// Returns the stance time \[s\]; none if the foot did not lift off.
     pub(crate) fn stance(&self) -> Option<f64> {
         Some(seconds(self.lift_off? - self.touch_down))
     }
 }
 
-/// What counts as a footstep, in newtons.
+/// Thresholds of a footstep, in newtons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Thresholds {
     pub touch_down: f64,
@@ -42,30 +43,30 @@ pub(crate) struct Thresholds {
     pub least_impulse: f64,
 }
 
-/// Finds the footsteps of one foot.
+/// Detector of the footsteps of one foot.
 #[derive(Clone, Debug)]
 pub(crate) struct Detector {
     leg: usize,
     thresholds: Thresholds,
     previous: Option<SimTime>,
-    /// The contact that lasts.
+    /// Present contact.
     contact: Option<Contact>,
-    /// The footstep that is not closed yet: its foot may touch down again at once.
+    /// Footstep that may continue, because its foot may touch down again within the shortest swing.
     open: Option<Footstep>,
-    /// Impulse of the contact whose place the open footstep has.
-    best_impulse: f64,
-    /// Whether the open footstep has enough impulse to be one for sure.
-    sure: bool,
-    /// When a load or a place was no number.
-    pub broken_at: Option<SimTime>,
+    /// Impulse of the contact that defines the position of the open footstep.
+    largest_impulse: f64,
+    /// Whether the impulse of the open footstep has reached the threshold.
+    confirmed: bool,
+    /// Time at which a load or a position was first not finite.
+    pub non_finite_at: Option<SimTime>,
 }
 
-/// What an observation of a foot brings.
+/// Result of an observation of a foot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Seen {
-    /// The touch-down of the open footstep, which is one for sure from now on.
+pub(crate) struct Detection {
+    /// Touch-down of the open footstep, if it is confirmed by this observation.
     pub touch_down: Option<SimTime>,
-    /// The footstep that is closed.
+    /// Footstep completed by this observation.
     pub closed: Option<Footstep>,
 }
 
@@ -85,66 +86,68 @@ impl Detector {
             previous: None,
             contact: None,
             open: None,
-            best_impulse: 0.0,
-            sure: false,
-            broken_at: None,
+            largest_impulse: 0.0,
+            confirmed: false,
+            non_finite_at: None,
         }
     }
 
-    /// The leg that the foot belongs to.
+    /// Returns the leg of the foot.
     pub fn leg(&self) -> usize {
         self.leg
     }
 
-    /// The touch-down of a footstep that may come to nothing.
-    pub fn unsure(&self) -> Option<SimTime> {
-        let open = self.open.as_ref().filter(|_| !self.sure)?;
+    /// Returns the touch-down of an open footstep that is not confirmed.
+    pub fn unconfirmed(&self) -> Option<SimTime> {
+        let open = self.open.as_ref().filter(|_| !self.confirmed)?;
         Some(open.touch_down)
     }
 
-    /// Takes an observation: the mean load since the last one, and the place of the foot.
+    /// Evaluates an observation: the mean load since the previous one, and the position of the
+    /// foot.
     #[inline]
-    pub fn sample(&mut self, now: SimTime, load: f64, position: [f64; 3]) -> Seen {
-        let since = self
+    pub fn sample(&mut self, now: SimTime, load: f64, position: [f64; 3]) -> Detection {
+        let elapsed = self
             .previous
             .map_or(0.0, |previous| (now - previous).as_secs_f64());
         self.previous = Some(now);
         let finite = load.is_finite() && position.iter().all(|x| x.is_finite());
         if !finite {
-            self.broken_at.get_or_insert(now);
-            return Seen::default();
+            self.non_finite_at.get_or_insert(now);
+            return Detection::default();
         }
         if self.contact.is_some() {
-            self.stand(now, load, since, position);
-            return Seen {
-                touch_down: self.become_sure(),
+            self.continue_contact(now, load, elapsed, position);
+            return Detection {
+                touch_down: self.confirm(),
                 closed: None,
             };
         }
         let closed = self.close(now);
         if load >= self.thresholds.touch_down {
-            self.touch_down(now, load, since, position);
+            self.touch_down(now, load, elapsed, position);
         }
-        Seen {
-            touch_down: self.become_sure(),
+        Detection {
+            touch_down: self.confirm(),
             closed,
         }
     }
 
-    /// The touch-down of the open footstep, once its impulse is enough.
-    fn become_sure(&mut self) -> Option<SimTime> {
-        let open = self.open.as_ref().filter(|_| !self.sure)?;
-        let lasting = self.contact.map_or(0.0, |contact| contact.impulse);
-        self.sure = open.impulse + lasting >= self.thresholds.least_impulse;
-        self.sure.then_some(open.touch_down)
+    /// Confirms the open footstep once its impulse has reached the threshold; returns its
+    /// touch-down.
+    fn confirm(&mut self) -> Option<SimTime> {
+        let open = self.open.as_ref().filter(|_| !self.confirmed)?;
+        let contact_impulse = self.contact.map_or(0.0, |contact| contact.impulse);
+        self.confirmed = open.impulse + contact_impulse >= self.thresholds.least_impulse;
+        self.confirmed.then_some(open.touch_down)
     }
 
-    /// The open footstep as it would be if the run ended now.
-    pub fn so_far(&self) -> Option<Footstep> {
+    /// Returns the open footstep as if the run ended now.
+    pub fn provisional(&self) -> Option<Footstep> {
         self.clone().finish()
     }
 
-    /// The footstep that the end of the run leaves open.
+    /// Returns the footstep that is open at the end of the run.
     pub fn finish(&mut self) -> Option<Footstep> {
         if self.contact.is_some() {
             self.end_contact();
@@ -152,8 +155,8 @@ impl Detector {
         self.take_open()
     }
 
-    fn touch_down(&mut self, now: SimTime, load: f64, since: f64, position: [f64; 3]) {
-        let impulse = load * since;
+    fn touch_down(&mut self, now: SimTime, load: f64, elapsed: f64, position: [f64; 3]) {
+        let impulse = load * elapsed;
         self.contact = Some(Contact {
             position,
             impulse,
@@ -172,11 +175,11 @@ impl Detector {
         open.peak_load = open.peak_load.max(load);
     }
 
-    fn stand(&mut self, now: SimTime, load: f64, since: f64, position: [f64; 3]) {
+    fn continue_contact(&mut self, now: SimTime, load: f64, elapsed: f64, position: [f64; 3]) {
         let (Some(contact), Some(open)) = (&mut self.contact, &mut self.open) else {
             return;
         };
-        contact.impulse += load * since;
+        contact.impulse += load * elapsed;
         if load < self.thresholds.lift_off {
             open.lift_off = Some(now);
             self.end_contact();
@@ -196,13 +199,13 @@ impl Detector {
         };
         open.impulse += contact.impulse;
         open.slip += contact.slip_squared.sqrt();
-        if contact.impulse > self.best_impulse {
-            self.best_impulse = contact.impulse;
+        if contact.impulse > self.largest_impulse {
+            self.largest_impulse = contact.impulse;
             open.position = contact.position;
         }
     }
 
-    /// Closes the open footstep if its foot has been off the ground for long enough.
+    /// Completes the open footstep if its foot has been off the ground for the shortest swing.
     fn close(&mut self, now: SimTime) -> Option<Footstep> {
         let lift_off = self.open.as_ref()?.lift_off?;
         if now - lift_off < self.thresholds.shortest_swing {
@@ -212,9 +215,9 @@ impl Detector {
     }
 
     fn take_open(&mut self) -> Option<Footstep> {
-        self.best_impulse = 0.0;
-        let sure = std::mem::take(&mut self.sure);
+        self.largest_impulse = 0.0;
+        let confirmed = std::mem::take(&mut self.confirmed);
         let footstep = self.open.take()?;
-        (sure || footstep.impulse >= self.thresholds.least_impulse).then_some(footstep)
+        (confirmed || footstep.impulse >= self.thresholds.least_impulse).then_some(footstep)
     }
 }

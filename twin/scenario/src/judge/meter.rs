@@ -1,4 +1,5 @@
-//! One expectation of a signal or the trunk, fed sample by sample. Nothing here allocates once the run has begun.
+//! Statistics for one expectation of a signal or the trunk, updated sample by sample without
+//! allocation.
 
 use twinrig_kernel::SimTime;
 
@@ -7,63 +8,63 @@ use super::tracker::{Extremes, Settling};
 use super::trunk::{Speed, Upright, Yaw};
 use crate::limits::{Comparison, Limits};
 
-/// Watches the samples of one channel.
+/// Statistics of the samples of one channel.
 #[derive(Clone, Debug)]
 pub(crate) enum Meter {
-    /// Elements stay within limits.
+    /// All elements are always within limits.
     Always {
         elements: Vec<usize>,
-        /// Watch magnitudes.
+        /// Whether magnitudes are compared.
         absolute: bool,
         limits: Limits,
-        seen: Extremes,
+        extremes: Extremes,
     },
-    /// The distance between the greatest and the least value of an element.
+    /// Peak-to-peak range of an element.
     Range {
         element: usize,
         limits: Limits,
-        seen: Extremes,
+        extremes: Extremes,
     },
-    /// Elements come within limits at least once, each.
+    /// Each element is within limits at least once.
     Eventually {
         elements: Vec<Nearest>,
         limits: Limits,
     },
-    /// Elements stay within limits until another element comes within its own.
+    /// Elements are within limits until another element is first within limits of its own.
     Until {
         elements: Vec<usize>,
         limits: Limits,
-        seen: Extremes,
+        extremes: Extremes,
         other: usize,
         other_limits: Limits,
-        over_at: Option<SimTime>,
+        event_at: Option<SimTime>,
     },
-    /// Elements stay near where they end.
+    /// Elements stay near their last values.
     Settles {
         elements: Vec<usize>,
         settling: Settling,
     },
     /// Mean speed.
     Speed(Speed),
-    /// Greatest turn away from the first yaw.
+    /// Greatest change from the initial yaw.
     Yaw(Yaw),
-    /// The trunk stays up, and whether the run ends when it does not.
+    /// Absence of a fall, and whether a fall ends the run.
     Upright(Upright, bool),
 }
 
-/// How near an element has come to the limits.
+/// Sample of an element with the greatest margin.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nearest {
     pub element: usize,
-    /// The best so far; none before the first sample.
+    /// Best comparison; none before the first sample.
     pub best: Option<Comparison>,
-    pub broken_at: Option<SimTime>,
+    pub non_finite_at: Option<SimTime>,
 }
 
 impl Meter {
-    /// Takes the samples of the meter's channel at `now`, which is within its window. What must be
-    /// known from before the window goes to [`Meter::outside`]. Whether they were looked at: what
-    /// settles is not before its time, nor is anything after what is waited for.
+    /// Evaluates the samples of the meter's channel at `now`, which is within its window; samples
+    /// outside the window go to [`Meter::outside`]. Returns whether they count: samples before the
+    /// settling time do not, nor do samples after the awaited event.
     #[inline]
     pub fn sample(&mut self, now: SimTime, values: &[f64]) -> bool {
         match self {
@@ -71,24 +72,24 @@ impl Meter {
                 elements,
                 absolute,
                 limits,
-                seen,
+                extremes,
             } => {
                 for &element in elements.iter() {
                     let value = values[element];
                     let value = if *absolute { value.abs() } else { value };
-                    seen.add_within(now, value, limits);
+                    extremes.add_within(now, value, limits);
                 }
             }
             Meter::Range {
                 element,
                 limits,
-                seen,
+                extremes,
             } => {
-                seen.add(now, values[*element]);
-                if seen.first_violation.is_none()
-                    && limits.max.is_some_and(|max| seen.range() > max)
+                extremes.add(now, values[*element]);
+                if extremes.first_violation.is_none()
+                    && limits.max.is_some_and(|max| extremes.range() > max)
                 {
-                    seen.first_violation = Some(now);
+                    extremes.first_violation = Some(now);
                 }
             }
             Meter::Eventually { elements, limits } => {
@@ -99,19 +100,19 @@ impl Meter {
             Meter::Until {
                 elements,
                 limits,
-                seen,
+                extremes,
                 other,
                 other_limits,
-                over_at,
+                event_at,
             } => {
-                if over_at.is_none() && other_limits.hold(values[*other]) {
-                    *over_at = Some(now);
+                if event_at.is_none() && other_limits.hold(values[*other]) {
+                    *event_at = Some(now);
                 }
-                if over_at.is_some() {
+                if event_at.is_some() {
                     return false;
                 }
                 for &element in elements.iter() {
-                    seen.add_within(now, values[element], limits);
+                    extremes.add_within(now, values[element], limits);
                 }
             }
             Meter::Settles { elements, settling } => {
@@ -124,32 +125,36 @@ impl Meter {
         true
     }
 
-    /// Takes samples outside the meter's window.
+    /// Evaluates samples outside the meter's window.
     #[inline]
     pub fn outside(&mut self, values: &[f64]) {
         if let Meter::Upright(upright, _) = self {
-            upright.stand(values);
+            upright.record_standing_height(values);
         }
     }
 
-    /// Whether what was seen ends the run.
+    /// Returns whether the samples end the run.
     #[inline]
     pub fn ends_the_run(&self) -> bool {
         matches!(self, Meter::Upright(upright, true) if upright.has_fallen())
     }
 
-    /// What was found.
+    /// Returns the finding.
     pub fn finding(&self) -> Finding {
         match self {
-            Meter::Always { limits, seen, .. } => seen.finding(limits, ""),
-            Meter::Range { limits, seen, .. } => range_finding(seen, limits),
+            Meter::Always {
+                limits, extremes, ..
+            } => extremes.finding(limits, ""),
+            Meter::Range {
+                limits, extremes, ..
+            } => range_finding(extremes, limits),
             Meter::Eventually { elements, .. } => eventually_finding(elements),
             Meter::Until {
                 limits,
-                seen,
-                over_at,
+                extremes,
+                event_at,
                 ..
-            } => until_finding(limits, seen, *over_at),
+            } => until_finding(limits, extremes, *event_at),
             Meter::Settles { settling, .. } => settling.finding(),
             Meter::Speed(speed) => speed.finding(),
             Meter::Yaw(yaw) => yaw.finding(),
@@ -163,63 +168,63 @@ impl Nearest {
         Nearest {
             element,
             best: None,
-            broken_at: None,
+            non_finite_at: None,
         }
     }
 
     fn add(&mut self, now: SimTime, value: f64, limits: &Limits) {
         if !value.is_finite() {
-            self.broken_at.get_or_insert(now);
+            self.non_finite_at.get_or_insert(now);
             return;
         }
-        let here = limits.compare(value, value);
-        if self.best.is_none_or(|best| here.margin > best.margin) {
-            self.best = Some(here);
+        let comparison = limits.compare(value, value);
+        if self.best.is_none_or(|best| comparison.margin > best.margin) {
+            self.best = Some(comparison);
         }
     }
 }
 
-fn range_finding(seen: &Extremes, limits: &Limits) -> Finding {
-    if seen.broken_at.is_some() {
-        return Finding::not_a_number(seen.broken_at);
+fn range_finding(extremes: &Extremes, limits: &Limits) -> Finding {
+    if extremes.non_finite_at.is_some() {
+        return Finding::not_a_number(extremes.non_finite_at);
     }
-    if seen.is_empty() {
-        return Finding::unobserved("nothing was observed in its time");
+    if extremes.is_empty() {
+        return Finding::unobserved("there is no observation in its window");
     }
-    let range = seen.range();
-    Finding::of(limits.compare(range, range), seen.first_violation, "")
+    let range = extremes.range();
+    Finding::of(limits.compare(range, range), extremes.first_violation, "")
 }
 
 fn eventually_finding(elements: &[Nearest]) -> Finding {
     let mut worst: Option<Comparison> = None;
     for nearest in elements {
-        if nearest.broken_at.is_some() {
-            return Finding::not_a_number(nearest.broken_at);
+        if nearest.non_finite_at.is_some() {
+            return Finding::not_a_number(nearest.non_finite_at);
         }
         let Some(best) = nearest.best else {
-            return Finding::unobserved("nothing was observed in its time");
+            return Finding::unobserved("there is no observation in its window");
         };
         if worst.is_none_or(|worst| best.margin < worst.margin) {
             worst = Some(best);
         }
     }
     match worst {
-        Some(worst) => Finding::of(worst, None, "nearest that it came"),
+        Some(worst) => Finding::of(worst, None, "closest approach"),
         None => Finding::unobserved("no signal"),
     }
 }
 
-fn until_finding(limits: &Limits, seen: &Extremes, over_at: Option<SimTime>) -> Finding {
-    if seen.broken_at.is_some() {
-        return Finding::not_a_number(seen.broken_at);
+fn until_finding(limits: &Limits, extremes: &Extremes, event_at: Option<SimTime>) -> Finding {
+    if extremes.non_finite_at.is_some() {
+        return Finding::not_a_number(extremes.non_finite_at);
     }
-    let Some(over_at) = over_at else {
-        let mut finding = seen.finding(limits, "what is waited for never happened");
+    let Some(event_at) = event_at else {
+        let mut finding = extremes.finding(limits, "the `until` condition never held");
         finding.verdict = super::Verdict::Fail;
         return finding;
     };
-    if seen.is_empty() {
-        return Finding::unobserved("what is waited for held from the start");
+    if extremes.is_empty() {
+        return Finding::unobserved("the `until` condition held from the start");
     }
-    seen.finding(limits, &format!("until {over_at}"))
+    extremes.finding(limits, &format!("until {event_at}"))
 }

@@ -1,4 +1,4 @@
-//! The judge: samples and events in, verdicts out.
+//! The judge: turns samples and events of a run into verdicts.
 
 mod at_end;
 mod channel;
@@ -25,7 +25,7 @@ use fall::FallDetector;
 use footstep::{Detector, Thresholds};
 use meter::Meter;
 use outcome::{Finding, outcome};
-use steps::{Counterpart, Known, StepMeter};
+use steps::{ReferenceStep, RunFacts, StepMeter};
 use touch_downs::{TouchDown, TouchDowns};
 use tracker::Window;
 
@@ -33,60 +33,62 @@ pub use channel::Layouts;
 pub use footstep::Footstep;
 pub use outcome::{Outcome, Verdict};
 
-/// What is known when a run is over.
+/// Final data of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct RunEnd {
-    /// When it ended. If that is before the scenario's end, nothing passes, unless a fall ended it
-    /// as it should and the time of the expectation was over.
+    /// Time at which the run ended. If that is before the end of the scenario, no expectation
+    /// passes, unless a fall ended the run as configured and the window of the expectation was
+    /// complete.
     pub at: SimTime,
     /// Energy balance of the plant; none without a plant.
     pub energy: Option<EnergyBalance>,
     /// Work of the plant; none without a plant.
     pub work: Option<WorkCounts>,
-    /// Simulated over wall time; none if nobody looked at a clock.
+    /// Simulated over wall-clock time; none if it was not measured.
     pub real_time_factor: Option<f64>,
 }
 
-/// The footsteps of a run without changes that expectations compare with: see [`Judge::reference`].
+/// Footsteps of a run without changes that displacements refer to; see [`Judge::reference`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Reference(Vec<Vec<Option<Counterpart>>>);
+pub struct Reference(Vec<Vec<Option<ReferenceStep>>>);
 
-/// Observes a run and judges each expectation. It never looks at a clock and never changes the run;
-/// between [`Judge::new`] and [`Judge::finish`] it keeps statistics, so
-/// its memory does not grow with the length of the run.
+/// Observes a run and judges each expectation.
+///
+/// It reads no clock and does not affect the run. Between [`Judge::new`] and [`Judge::finish`] it
+/// keeps statistics only, so its memory does not depend on the length of the run.
 #[derive(Clone, Debug)]
 pub struct Judge {
     expectations: Vec<Expectation>,
     end: SimTime,
     legs: Vec<LegFact>,
-    watches: Vec<Monitor>,
-    /// The watches of footsteps, by index.
-    of_steps: Vec<usize>,
+    monitors: Vec<Monitor>,
+    /// Indices of the monitors of footsteps.
+    step_monitors: Vec<usize>,
     feet: Vec<Foot>,
     touch_downs: TouchDowns,
-    /// The footsteps that the last samples closed.
+    /// Footsteps completed by the last samples.
     closed: Vec<Footstep>,
     fall: FallDetector,
-    /// When a fall ended the run, if it did.
+    /// Time at which a fall ended the run, if one did.
     ended_at: Option<SimTime>,
     has_reference: bool,
     /// Number of values of each channel.
     lengths: [usize; 4],
 }
 
-/// Fewer samples of a channel say nothing about it.
-const LEAST_SAMPLES: u64 = 10;
+/// Least number of samples of a channel for a verdict.
+const MIN_SAMPLES: u64 = 10;
 
-/// What watches for one expectation.
+/// Monitor of one expectation.
 #[derive(Clone, Debug)]
 struct Monitor {
     window: Window,
     channel: Group,
     meter: MonitorKind,
-    /// How many samples of the channel were looked at.
+    /// Number of evaluated samples of the channel.
     samples: u64,
-    /// Whether the robot fell within the window of a claim that says nothing about a robot that
-    /// lies: it is judged as it was before.
+    /// Whether the robot fell within the window of a claim about an upright robot, which is then
+    /// judged by the data before the fall.
     fell: bool,
 }
 
@@ -95,13 +97,13 @@ enum MonitorKind {
     Signal(Meter),
     Cycle(Cycle, CycleMeter),
     Footsteps(StepMeter),
-    /// Judged from what is known at the end.
+    /// Judged from the final data of the run.
     AtEnd,
-    /// Cannot be observed, and why.
+    /// Not observable, with the reason.
     Absent(String),
 }
 
-/// A foot whose footsteps are looked for.
+/// A foot whose footsteps are detected.
 #[derive(Clone, Debug)]
 struct Foot {
     channel: Group,
@@ -111,22 +113,23 @@ struct Foot {
 }
 
 impl Judge {
-    /// A judge of the scene's expectations, fed with samples of these layouts.
+    /// Creates a judge of the scene's expectations for samples with these layouts.
     pub fn new(scene: &Scene, layouts: Layouts<'_>) -> Self {
         let scenario = &scene.scenario;
         let feet = feet(scene, &layouts);
-        let seen_in = feet.first().map_or(Group::Plant, |foot| foot.channel);
-        let watch = |expectation| resolve::watch(expectation, scene, &layouts, seen_in);
-        let watches: Vec<Monitor> = scenario.expectations.iter().map(watch).collect();
-        let of_steps = |watch: &Monitor| matches!(watch.meter, MonitorKind::Footsteps(_));
+        let foot_channel = feet.first().map_or(Group::Plant, |foot| foot.channel);
+        let monitor = |expectation| resolve::monitor(expectation, scene, &layouts, foot_channel);
+        let monitors: Vec<Monitor> = scenario.expectations.iter().map(monitor).collect();
+        let counts_footsteps =
+            |monitor: &Monitor| matches!(monitor.meter, MonitorKind::Footsteps(_));
         Judge {
             expectations: scenario.expectations.clone(),
             end: scenario.end(),
             legs: scene.legs.clone(),
-            of_steps: (0..watches.len())
-                .filter(|index| of_steps(&watches[*index]))
+            step_monitors: (0..monitors.len())
+                .filter(|index| counts_footsteps(&monitors[*index]))
                 .collect(),
-            watches,
+            monitors,
             closed: Vec::with_capacity(feet.len()),
             feet,
             touch_downs: TouchDowns::new(),
@@ -137,27 +140,27 @@ impl Judge {
         }
     }
 
-    /// The same judge, whose displacements are against the run without changes, which was watched by
-    /// a judge of the same scene.
+    /// Sets the run without changes that displacements refer to, observed by a judge of the same
+    /// scene.
     #[must_use]
     pub fn with_reference(mut self, reference: &Reference) -> Self {
-        for (watch, counterparts) in self.watches.iter_mut().zip(&reference.0) {
-            if let MonitorKind::Footsteps(meter) = &mut watch.meter {
-                meter.compare_with(counterparts);
+        for (monitor, reference_steps) in self.monitors.iter_mut().zip(&reference.0) {
+            if let MonitorKind::Footsteps(meter) = &mut monitor.meter {
+                meter.set_reference(reference_steps);
             }
         }
         self.has_reference = true;
         self
     }
 
-    /// What a run with changes is compared with, if the run that was watched is the one without;
-    /// known when it is over.
+    /// Returns the reference for a run with changes, if the observed run is the one without;
+    /// complete after [`Judge::finish`].
     pub fn reference(&self) -> Reference {
-        let counterparts = |watch: &Monitor| match &watch.meter {
-            MonitorKind::Footsteps(meter) => meter.counterparts(),
+        let reference_steps = |monitor: &Monitor| match &monitor.meter {
+            MonitorKind::Footsteps(meter) => meter.reference_steps(),
             _ => Vec::new(),
         };
-        Reference(self.watches.iter().map(counterparts).collect())
+        Reference(self.monitors.iter().map(reference_steps).collect())
     }
 
     #[inline]
@@ -168,205 +171,209 @@ impl Judge {
             }
             let position = foot.position;
             let position = [values[position], values[position + 1], values[position + 2]];
-            let seen = foot.detector.sample(now, values[foot.load], position);
-            if let Some(at) = seen.touch_down {
+            let detection = foot.detector.sample(now, values[foot.load], position);
+            if let Some(at) = detection.touch_down {
                 let leg = foot.detector.leg();
                 self.touch_downs.add(TouchDown { at, leg });
             }
-            self.closed.extend(seen.closed);
+            self.closed.extend(detection.closed);
         }
-        if !self.touch_downs.waiting().is_empty() {
-            self.hand_on(now);
+        if !self.touch_downs.pending().is_empty() {
+            self.release_touch_downs(now);
         }
         for step in &self.closed {
-            for index in &self.of_steps {
-                let watch = &mut self.watches[*index];
-                if let (MonitorKind::Footsteps(meter), false) = (&mut watch.meter, watch.fell) {
+            for index in &self.step_monitors {
+                let monitor = &mut self.monitors[*index];
+                if let (MonitorKind::Footsteps(meter), false) = (&mut monitor.meter, monitor.fell) {
                     meter.step(step);
                 }
             }
         }
     }
 
-    /// Hands on the touch-downs that none can come before any more: those that may still be are not
-    /// before now, nor before the touch-down of a foot that is not sure to have made a footstep.
-    fn hand_on(&mut self, now: SimTime) {
-        let unsure = self.feet.iter().filter_map(|foot| {
-            let at = foot.detector.unsure()?;
+    /// Releases the touch-downs that no earlier one can precede any more. A future one is not
+    /// before `now`, nor before the touch-down of a foot whose footstep is unconfirmed.
+    fn release_touch_downs(&mut self, now: SimTime) {
+        let unconfirmed = self.feet.iter().filter_map(|foot| {
+            let at = foot.detector.unconfirmed()?;
             let leg = foot.detector.leg();
             Some(TouchDown { at, leg })
         });
         let now = TouchDown { at: now, leg: 0 };
-        let horizon = unsure.fold(now, TouchDown::min);
+        let horizon = unconfirmed.fold(now, TouchDown::min);
         while let Some(touch_down) = self.touch_downs.next_before(horizon) {
-            for index in &self.of_steps {
-                let watch = &mut self.watches[*index];
-                if let (MonitorKind::Footsteps(meter), false) = (&mut watch.meter, watch.fell) {
+            for index in &self.step_monitors {
+                let monitor = &mut self.monitors[*index];
+                if let (MonitorKind::Footsteps(meter), false) = (&mut monitor.meter, monitor.fell) {
                     meter.touch_down(touch_down);
                 }
             }
         }
     }
 
-    /// The robot falls at `now`: claims about how it goes end here, with the footsteps as they are.
-    fn fallen(&mut self, now: SimTime) {
+    /// Handles a fall at `now`: claims about an upright robot end, with the footsteps up to now.
+    fn handle_fall(&mut self, now: SimTime) {
         if self.fall.ended_at().is_some() {
             self.ended_at.get_or_insert(now);
         }
-        for (watch, expectation) in self.watches.iter_mut().zip(&self.expectations) {
-            if !expectation.claim.is_of_an_upright_robot() || watch.window.before < now {
+        for (monitor, expectation) in self.monitors.iter_mut().zip(&self.expectations) {
+            if !expectation.claim.requires_upright_robot() || monitor.window.before < now {
                 continue;
             }
-            if let MonitorKind::Footsteps(meter) = &mut watch.meter {
-                for touch_down in self.touch_downs.waiting() {
+            if let MonitorKind::Footsteps(meter) = &mut monitor.meter {
+                for touch_down in self.touch_downs.pending() {
                     meter.touch_down(*touch_down);
                 }
                 for foot in &self.feet {
-                    if let Some(step) = foot.detector.so_far() {
+                    if let Some(step) = foot.detector.provisional() {
                         meter.step(&step);
                     }
                 }
             }
-            watch.fell = true;
+            monitor.fell = true;
         }
     }
 
-    /// The names of the legs, which [`Footstep::leg`] is an index of.
+    /// Returns the names of the legs, which [`Footstep::leg`] indexes.
     pub fn legs(&self) -> impl ExactSizeIterator<Item = &str> {
         self.legs.iter().map(|leg| leg.name.as_str())
     }
 
-    /// The footsteps that the last [`Judge::samples`] closed; after [`Judge::finish`] those that the
-    /// run left open, by touch-down and leg. Whoever wants them all takes them every time.
+    /// Returns the footsteps completed by the last [`Judge::samples`]; after [`Judge::finish`]
+    /// those that were open at the end of the run, by touch-down and leg. A caller that requires
+    /// all of them reads them after each call.
     pub fn closed(&self) -> &[Footstep] {
         &self.closed
     }
 
-    /// When the robot fell; none if it did not, or if nothing is observed of its trunk.
+    /// Returns the time of the fall; none without a fall, or if the trunk is not observed.
     pub fn fell_at(&self) -> Option<SimTime> {
         self.fall.fell_at()
     }
 
-    /// When a fall ended the run, where the scenario wants that: nothing later is to be run.
+    /// Returns the time at which a fall ended the run, if the scenario specifies that; the run
+    /// should stop there.
     pub fn ended_at(&self) -> Option<SimTime> {
         self.ended_at
     }
 
-    /// The outcomes, one for each expectation, in their order.
+    /// Returns the outcomes, one for each expectation, in their order.
     pub fn finish(&mut self, run: &RunEnd) -> Vec<Outcome> {
         self.close_footsteps();
-        let outcomes = self.expectations.iter().zip(&self.watches);
+        let outcomes = self.expectations.iter().zip(&self.monitors);
         outcomes
-            .map(|(expectation, watch)| {
-                let finding = self.finding(expectation, watch, run);
-                let finding = self.of_the_time_that_was(finding, watch, run);
+            .map(|(expectation, monitor)| {
+                let finding = self.finding(expectation, monitor, run);
+                let finding = self.restrict_to_observed(finding, monitor, run);
                 outcome(expectation, finding)
             })
             .collect()
     }
 
-    /// The footsteps that the run leaves open are over with it.
+    /// Completes the footsteps that are open at the end of the run.
     fn close_footsteps(&mut self) {
         self.closed.clear();
         for foot in &mut self.feet {
             self.closed.extend(foot.detector.finish());
         }
         self.closed.sort_by_key(|step| (step.touch_down, step.leg));
-        self.hand_on(SimTime::MAX);
+        self.release_touch_downs(SimTime::MAX);
         for step in &self.closed {
-            for watch in &mut self.watches {
-                if let (MonitorKind::Footsteps(meter), false) = (&mut watch.meter, watch.fell) {
+            for monitor in &mut self.monitors {
+                if let (MonitorKind::Footsteps(meter), false) = (&mut monitor.meter, monitor.fell) {
                     meter.step(step);
                 }
             }
         }
     }
 
-    /// Nothing passes of which a part was not seen: after a fall, or after the end of a run that
-    /// ended early.
-    fn of_the_time_that_was(&self, finding: Finding, watch: &Monitor, run: &RunEnd) -> Finding {
-        if watch.fell && finding.verdict != Verdict::Fail {
+    /// Turns a pass into an unobserved finding if a part of the window was not observed: after a
+    /// fall, or after the end of a run that ended early.
+    fn restrict_to_observed(&self, finding: Finding, monitor: &Monitor, run: &RunEnd) -> Finding {
+        if monitor.fell && finding.verdict != Verdict::Fail {
             return fell(self.fall.fell_at());
         }
         if run.at >= self.end || finding.verdict != Verdict::Pass {
             return finding;
         }
         match self.ended_at {
-            Some(_) if watch.window.before <= run.at => finding,
+            Some(_) if monitor.window.before <= run.at => finding,
             Some(at) => fell(Some(at)),
             None => Finding::unobserved(format!("the run ended at {} of {}", run.at, self.end)),
         }
     }
 
-    fn finding(&self, expectation: &Expectation, watch: &Monitor, run: &RunEnd) -> Finding {
-        match (&watch.meter, &expectation.claim) {
-            (MonitorKind::Absent(why), _) => Finding::unobserved(why.clone()),
-            (MonitorKind::Signal(meter), _) => of_samples(meter.finding(), watch),
-            (MonitorKind::Cycle(_, meter), _) => meter.finding(watch.window.before.min(run.at)),
+    fn finding(&self, expectation: &Expectation, monitor: &Monitor, run: &RunEnd) -> Finding {
+        match (&monitor.meter, &expectation.claim) {
+            (MonitorKind::Absent(reason), _) => Finding::unobserved(reason.clone()),
+            (MonitorKind::Signal(meter), _) => sample_finding(meter.finding(), monitor),
+            (MonitorKind::Cycle(_, meter), _) => meter.finding(monitor.window.before.min(run.at)),
             (MonitorKind::Footsteps(meter), _) => {
-                of_samples(self.of_footsteps(meter, watch), watch)
+                sample_finding(self.footstep_finding(meter, monitor), monitor)
             }
             (MonitorKind::AtEnd, Claim::EnergyResidual(limits)) => {
                 energy(run.energy.as_ref(), limits)
             }
             (MonitorKind::AtEnd, Claim::Cost(measure, limits)) => cost(*measure, limits, run),
-            (MonitorKind::AtEnd, _) => Finding::unobserved("nothing watched it"),
+            (MonitorKind::AtEnd, _) => Finding::unobserved("it is not monitored"),
         }
     }
 
-    fn of_footsteps(&self, meter: &StepMeter, watch: &Monitor) -> Finding {
+    fn footstep_finding(&self, meter: &StepMeter, monitor: &Monitor) -> Finding {
         let mut feet = self.feet.iter().map(|foot| &foot.detector);
-        if let Some(at) = feet.clone().find_map(|detector| detector.broken_at) {
+        if let Some(at) = feet.clone().find_map(|detector| detector.non_finite_at) {
             return Finding::not_a_number(Some(at));
         }
         if meter.legs().is_empty() {
             return Finding::unobserved("the scene has no such leg");
         }
-        let unseen = |leg: &&usize| feet.all(|detector| detector.leg() != **leg);
-        if let Some(leg) = meter.legs().iter().find(unseen) {
+        let lacks_signals = |leg: &&usize| feet.all(|detector| detector.leg() != **leg);
+        if let Some(leg) = meter.legs().iter().find(lacks_signals) {
             let name = &self.legs[*leg].name;
-            return Finding::unobserved(format!("nothing tells load and place of foot {name}"));
+            return Finding::unobserved(format!(
+                "nothing observes load and position of foot {name}"
+            ));
         }
-        if meter.wants_a_reference() && !self.has_reference {
-            return Finding::unobserved("there was no run without changes");
+        if meter.requires_reference() && !self.has_reference {
+            return Finding::unobserved("there is no reference run");
         }
-        meter.finding(&Known {
+        meter.finding(&RunFacts {
             legs: &self.legs,
-            fell: watch.fell,
-            lost: self.touch_downs.is_lost(),
+            fell: monitor.fell,
+            overflowed: self.touch_downs.has_overflowed(),
         })
     }
 }
 
 impl Observer for Judge {
     /// # Panics
-    /// If `values` has another length than the layout that [`Judge::new`] was given.
+    /// If the length of `values` differs from that of the layout passed to [`Judge::new`].
     #[inline]
     fn samples(&mut self, now: SimTime, channel: Group, values: &[f64]) {
         assert_eq!(
             values.len(),
             self.lengths[channel as usize],
-            "samples of another layout"
+            "the number of samples differs from the layout"
         );
         self.closed.clear();
         if self.fall.sample(now, channel, values) {
-            self.fallen(now);
+            self.handle_fall(now);
         }
         self.find_footsteps(now, channel, values);
-        for watch in &mut self.watches {
-            if watch.channel != channel || watch.fell {
+        for monitor in &mut self.monitors {
+            if monitor.channel != channel || monitor.fell {
                 continue;
             }
-            match &mut watch.meter {
-                MonitorKind::Signal(meter) if watch.window.contains(now) => {
-                    watch.samples += u64::from(meter.sample(now, values));
+            match &mut monitor.meter {
+                MonitorKind::Signal(meter) if monitor.window.contains(now) => {
+                    monitor.samples += u64::from(meter.sample(now, values));
                     if meter.ends_the_run() {
                         self.ended_at.get_or_insert(now);
                     }
                 }
                 MonitorKind::Signal(meter) => meter.outside(values),
                 MonitorKind::Footsteps(_) => {
-                    watch.samples += u64::from(watch.window.contains(now));
+                    monitor.samples += u64::from(monitor.window.contains(now));
                 }
                 MonitorKind::Cycle(..) | MonitorKind::AtEnd | MonitorKind::Absent(_) => {}
             }
@@ -378,10 +385,10 @@ impl Observer for Judge {
         let Some((of, event)) = CycleEvent::of(event) else {
             return;
         };
-        for watch in &mut self.watches {
-            if let MonitorKind::Cycle(cycle, meter) = &mut watch.meter
+        for monitor in &mut self.monitors {
+            if let MonitorKind::Cycle(cycle, meter) = &mut monitor.meter
                 && *cycle == of
-                && watch.window.contains(now)
+                && monitor.window.contains(now)
             {
                 meter.event(now, event);
             }
@@ -389,9 +396,9 @@ impl Observer for Judge {
     }
 }
 
-/// The finding of a watch of samples.
-fn of_samples(finding: Finding, watch: &Monitor) -> Finding {
-    finding.of_few(watch.samples, LEAST_SAMPLES, "samples")
+/// Returns the finding of a monitor of samples, which requires a minimum number of them.
+fn sample_finding(finding: Finding, monitor: &Monitor) -> Finding {
+    finding.require_count(monitor.samples, MIN_SAMPLES, "samples")
 }
 
 fn fell(at: Option<SimTime>) -> Finding {
@@ -399,7 +406,7 @@ fn fell(at: Option<SimTime>) -> Finding {
     Finding::unobserved(format!("fell at {seconds} s"))
 }
 
-/// The feet whose load and place are observed.
+/// Returns the feet whose load and position are observed.
 fn feet(scene: &Scene, layouts: &Layouts<'_>) -> Vec<Foot> {
     let spec = scene.scenario.observe.footsteps;
     let thresholds = Thresholds {

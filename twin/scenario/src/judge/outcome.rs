@@ -1,4 +1,4 @@
-//! What became of an expectation.
+//! Verdict and measured value of an expectation.
 
 use serde::Serialize;
 use twinrig_kernel::{SimTime, Unit};
@@ -8,45 +8,45 @@ use super::trunk::TILT;
 use crate::expect::Expectation;
 use crate::limits::Comparison;
 
-/// Whether an expectation holds.
+/// Verdict of an expectation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// It was observed and holds.
+    /// Observed and satisfied.
     Pass,
-    /// It was observed and does not hold.
+    /// Observed and violated.
     Fail,
-    /// The run could not observe it.
+    /// Not observable in the run.
     Unobserved,
 }
 
-/// What became of one expectation.
+/// Outcome of one expectation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// The expectation's name.
+    /// Name of the expectation.
     pub name: String,
-    /// Whether it holds.
+    /// Verdict.
     pub verdict: Verdict,
-    /// Whether it counts as held if it could not be observed.
+    /// Whether it counts as satisfied if it is unobserved.
     pub optional: bool,
-    /// The measured value that is nearest to violating the expectation; none if nothing was observed, or no number.
+    /// Measured value with the least margin; none if nothing was observed, or if it is not finite.
     pub measured: Option<f64>,
-    /// The limit that it is nearest to.
+    /// Limit that it is closest to.
     pub bound: Option<f64>,
-    /// The limit on the other side, where there are two.
+    /// Opposite limit, if there are two.
     pub other_bound: Option<f64>,
-    /// The unit of measured, bound and margin.
+    /// Unit of measured value, bound and margin.
     pub unit: Unit,
-    /// Distance to the limit, negative on its wrong side.
+    /// Distance to the limit; negative if it is violated.
     pub margin: Option<f64>,
-    /// When it was first violated, where that has a time.
+    /// Time of the first violation, if it has one.
     pub first_violation: Option<SimTime>,
-    /// A few words for a person: which leg, which footstep, why unobserved. May be empty.
+    /// Details for display: leg, footstep, reason for not being observed. May be empty.
     pub detail: String,
 }
 
 impl Outcome {
-    /// Whether the run may pass with this outcome.
+    /// Returns whether the run may pass with this outcome.
     pub fn holds(&self) -> bool {
         match self.verdict {
             Verdict::Pass => true,
@@ -56,7 +56,7 @@ impl Outcome {
     }
 }
 
-/// An outcome before it has a name.
+/// An outcome without the data of its expectation.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Finding {
     pub verdict: Verdict,
@@ -66,17 +66,17 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
-    /// Nothing was observed.
-    pub fn unobserved(why: impl Into<String>) -> Self {
+    /// Returns the finding that nothing was observed, with the reason.
+    pub fn unobserved(reason: impl Into<String>) -> Self {
         Finding {
             verdict: Verdict::Unobserved,
             comparison: None,
             first_violation: None,
-            detail: why.into(),
+            detail: reason.into(),
         }
     }
 
-    /// Something was, and compares thus. What is not a number never passes.
+    /// Returns the finding of a comparison. A NaN margin fails.
     pub fn of(
         comparison: Comparison,
         first_violation: Option<SimTime>,
@@ -91,17 +91,17 @@ impl Finding {
         }
     }
 
-    /// The same of `count` observations, where fewer than `least` say nothing: a violation that was
-    /// seen at an instant is one nevertheless, all else is unobserved.
-    pub fn of_few(self, count: u64, least: u64, what: &str) -> Self {
+    /// Requires `least` observations for a verdict. A violation at a known instant fails with fewer
+    /// of them; every other verdict becomes unobserved.
+    pub fn require_count(self, count: u64, least: u64, noun: &str) -> Self {
         let certain = self.verdict == Verdict::Fail && self.first_violation.is_some();
         if count >= least || certain || self.verdict == Verdict::Unobserved {
             return self;
         }
-        Finding::unobserved(format!("{count} {what}, and {least} are needed"))
+        Finding::unobserved(format!("{count} {noun}, and {least} are needed"))
     }
 
-    /// A signal that is watched held something that is not a number.
+    /// Returns the finding that an observed signal was not finite.
     pub fn not_a_number(at: Option<SimTime>) -> Self {
         Finding {
             verdict: Verdict::Fail,
@@ -112,7 +112,7 @@ impl Finding {
     }
 }
 
-/// The outcome of an expectation of which this was found.
+/// Returns the outcome of an expectation with this finding.
 pub(super) fn outcome(expectation: &Expectation, finding: Finding) -> Outcome {
     let finite = |value: f64| value.is_finite().then_some(value);
     let numbers = finding.comparison;

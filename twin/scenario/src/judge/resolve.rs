@@ -1,4 +1,4 @@
-//! From an expectation to what watches for it.
+//! Construction of the monitors of expectations.
 
 use std::ops::Range;
 
@@ -15,7 +15,8 @@ use crate::glob::matches;
 use crate::limits::Limits;
 use crate::scene::{BODY_POSITION, BODY_RPY, Scene};
 
-/// Group and place of the signal `name`: the plant's, or else what the controller is told or says of it.
+/// Returns group and range of the signal `name`: that of the plant, or else that of the controller
+/// or of the diagnostics.
 pub(super) fn find(layouts: &Layouts<'_>, name: &str) -> Option<(Group, Range<usize>)> {
     let mut found = layouts
         .groups()
@@ -24,9 +25,8 @@ pub(super) fn find(layouts: &Layouts<'_>, name: &str) -> Option<(Group, Range<us
     found.next()
 }
 
-/// What watches for `expectation`.
-/// `feet` is the channel that feet are seen in.
-pub(super) fn watch(
+/// Returns the monitor of `expectation`. `feet` is the group that contains the signals of feet.
+pub(super) fn monitor(
     expectation: &Expectation,
     scene: &Scene,
     layouts: &Layouts<'_>,
@@ -36,7 +36,7 @@ pub(super) fn watch(
         after: expectation.after,
         before: expectation.before.unwrap_or(SimTime::MAX),
     };
-    let watched = match &expectation.claim {
+    let resolved = match &expectation.claim {
         Claim::Body(claim) => body(claim, layouts),
         Claim::Signal(claim) => {
             if let SignalMode::Eventually(_, Some(within)) = claim.mode {
@@ -52,7 +52,8 @@ pub(super) fn watch(
         }
         Claim::EnergyResidual(_) | Claim::Cost(..) => Ok((Group::Plant, MonitorKind::AtEnd)),
     };
-    let (channel, meter) = watched.unwrap_or_else(|why| (Group::Plant, MonitorKind::Absent(why)));
+    let (channel, meter) =
+        resolved.unwrap_or_else(|reason| (Group::Plant, MonitorKind::Absent(reason)));
     Monitor {
         window,
         channel,
@@ -62,7 +63,7 @@ pub(super) fn watch(
     }
 }
 
-/// A bus is expected to keep the controller's period.
+/// Returns the monitor of a cycle. The nominal period of a bus is the controller's.
 fn cycle(
     claim: &TimingClaim,
     scene: &Scene,
@@ -81,7 +82,7 @@ fn cycle(
     Ok((Group::Plant, MonitorKind::Cycle(of, meter)))
 }
 
-/// The unit of what a claim measures.
+/// Returns the unit of a claim's measure.
 pub(super) fn unit(claim: &Claim) -> Unit {
     match claim {
         Claim::Footstep(claim) => claim.measure.unit(),
@@ -103,11 +104,11 @@ pub(super) fn unit(claim: &Claim) -> Unit {
     }
 }
 
-/// Where the signals of the trunk are.
+/// Lookup of the signals of the trunk.
 struct Trunk<'l>(&'l Layouts<'l>);
 
 impl Trunk<'_> {
-    fn three(&self, name: &str) -> Result<(Group, usize), String> {
+    fn vector(&self, name: &str) -> Result<(Group, usize), String> {
         match find(self.0, name) {
             Some((channel, range)) if range.len() == 3 => Ok((channel, range.start)),
             _ => Err(format!("there is no signal {name}")),
@@ -115,20 +116,20 @@ impl Trunk<'_> {
     }
 
     fn position(&self) -> Result<(Group, usize), String> {
-        self.three(BODY_POSITION)
+        self.vector(BODY_POSITION)
     }
 
     fn rpy(&self) -> Result<(Group, usize), String> {
-        self.three(BODY_RPY)
+        self.vector(BODY_RPY)
     }
 
-    /// Both, which must come in one channel.
-    fn both(&self) -> Result<(Group, usize, usize), String> {
+    /// Returns both, which must be in one group.
+    fn pose(&self) -> Result<(Group, usize, usize), String> {
         let (channel, position) = self.position()?;
         let (other, rpy) = self.rpy()?;
         if channel != other {
             return Err(format!(
-                "{BODY_POSITION} and {BODY_RPY} do not come together"
+                "{BODY_POSITION} and {BODY_RPY} are not observed together"
             ));
         }
         Ok((channel, position, rpy))
@@ -142,7 +143,7 @@ fn body(claim: &BodyClaim, layouts: &Layouts<'_>) -> Result<(Group, MonitorKind)
             elements: vec![start + element],
             absolute,
             limits: *limits,
-            seen: Extremes::default(),
+            extremes: Extremes::default(),
         };
         (channel, meter)
     };
@@ -150,7 +151,7 @@ fn body(claim: &BodyClaim, layouts: &Layouts<'_>) -> Result<(Group, MonitorKind)
         let meter = Meter::Range {
             element: start + element,
             limits: *limits,
-            seen: Extremes::default(),
+            extremes: Extremes::default(),
         };
         (channel, meter)
     };
@@ -166,14 +167,14 @@ fn body(claim: &BodyClaim, layouts: &Layouts<'_>) -> Result<(Group, MonitorKind)
             (channel, Meter::Yaw(Yaw::new(rpy + 2, *limits)))
         }
         BodyClaim::Speed(along, limits) => {
-            let (channel, position, rpy) = trunk.both()?;
+            let (channel, position, rpy) = trunk.pose()?;
             (
                 channel,
                 Meter::Speed(Speed::new(position, rpy + 2, *along, *limits)),
             )
         }
         BodyClaim::Upright { height, tilt, end } => {
-            let (channel, position, rpy) = trunk.both()?;
+            let (channel, position, rpy) = trunk.pose()?;
             let upright = Upright::new(position + 2, rpy, *height, *tilt);
             (channel, Meter::Upright(upright, *end))
         }
@@ -197,7 +198,7 @@ fn signal(claim: &SignalClaim, layouts: &Layouts<'_>) -> Result<(Group, MonitorK
             elements,
             absolute: false,
             limits: *limits,
-            seen: Extremes::default(),
+            extremes: Extremes::default(),
         },
         SignalMode::Eventually(limits, _) => Meter::Eventually {
             elements: elements.into_iter().map(Nearest::new).collect(),
@@ -213,22 +214,23 @@ fn signal(claim: &SignalClaim, layouts: &Layouts<'_>) -> Result<(Group, MonitorK
                 .ok_or_else(|| format!("there is no signal {}", until.name.value))?;
             if other_channel != channel {
                 let (a, b) = (&claim.name.value, &until.name.value);
-                return Err(format!("{a} and {b} do not come together"));
+                return Err(format!("{a} and {b} are not observed together"));
             }
             Meter::Until {
                 elements,
                 limits: *limits,
-                seen: Extremes::default(),
+                extremes: Extremes::default(),
                 other: other.start + until.component,
                 other_limits: until.limits,
-                over_at: None,
+                event_at: None,
             }
         }
     };
     Ok((channel, MonitorKind::Signal(meter)))
 }
 
-/// The elements that `name` (a name or a pattern) and `component` mean, in the first channel that has any.
+/// Returns the elements selected by `name` (a name or a pattern) and `component`, in the first
+/// group that has any.
 fn elements(
     name: &str,
     component: Option<usize>,

@@ -1,12 +1,12 @@
-//! Touch-downs of all feet in one order.
+//! Merged touch-downs of all feet in temporal order.
 //!
-//! A detector is sure of a footstep when its impulse is enough, which is at another time after the
-//! touch-down for each. Claims about the sequence of legs want the touch-downs by time, so those
-//! that are sure wait here until no earlier one can come.
+//! A footstep is confirmed when its impulse has reached the threshold, at a time after the
+//! touch-down that differs between footsteps. Claims about the sequence of legs require touch-downs
+//! in temporal order; confirmed ones are therefore queued until no earlier one can follow.
 
 use twinrig_kernel::SimTime;
 
-/// A foot touches down. Ordered by time, then by leg.
+/// Touch-down of a foot; ordered by time, then by leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct TouchDown {
     pub at: SimTime,
@@ -14,55 +14,56 @@ pub(crate) struct TouchDown {
     pub leg: usize,
 }
 
-/// So many may wait. A foot becomes a footstep or none in seconds, unless thresholds are set so
-/// that a contact that hardly bears any load lasts without end.
-const MOST: usize = 4096;
+/// Capacity of the queue. A contact is confirmed or rejected within seconds, unless the thresholds
+/// allow an unlimited contact with little load.
+const CAPACITY: usize = 4096;
 
-/// Merges the touch-downs of all feet.
+/// Queue that merges the touch-downs of all feet.
 #[derive(Clone, Debug)]
 pub(crate) struct TouchDowns {
-    /// Sorted.
-    waiting: Vec<TouchDown>,
-    /// Whether too many waited, so that there is no order any more.
-    lost: bool,
+    /// Pending touch-downs, sorted.
+    pending: Vec<TouchDown>,
+    /// Whether the capacity was exceeded, so that the order is incomplete.
+    overflowed: bool,
 }
 
 impl TouchDowns {
     pub fn new() -> Self {
         TouchDowns {
-            waiting: Vec::with_capacity(16),
-            lost: false,
+            pending: Vec::with_capacity(16),
+            overflowed: false,
         }
     }
 
-    /// Takes one that is sure.
+    /// Inserts a confirmed touch-down.
     pub fn add(&mut self, touch_down: TouchDown) {
-        if self.waiting.len() >= MOST {
-            self.lost = true;
+        if self.pending.len() >= CAPACITY {
+            self.overflowed = true;
         }
-        if !self.lost {
-            let place = self.waiting.partition_point(|other| *other < touch_down);
-            self.waiting.insert(place, touch_down);
+        if !self.overflowed {
+            let place = self.pending.partition_point(|other| *other < touch_down);
+            self.pending.insert(place, touch_down);
         }
     }
 
-    /// Gives the first, if it comes before `horizon`, which is before all that may still come.
+    /// Removes and returns the first touch-down if it is before `horizon`, the lower bound of all
+    /// future ones.
     pub fn next_before(&mut self, horizon: TouchDown) -> Option<TouchDown> {
-        let first = *self.waiting.first()?;
+        let first = *self.pending.first()?;
         if first >= horizon {
             return None;
         }
-        Some(self.waiting.remove(0))
+        Some(self.pending.remove(0))
     }
 
-    /// Those that wait, in their order.
-    pub fn waiting(&self) -> &[TouchDown] {
-        &self.waiting
+    /// Returns the pending touch-downs in their order.
+    pub fn pending(&self) -> &[TouchDown] {
+        &self.pending
     }
 
-    /// Whether touch-downs are missing.
-    pub fn is_lost(&self) -> bool {
-        self.lost
+    /// Returns whether touch-downs were dropped.
+    pub fn has_overflowed(&self) -> bool {
+        self.overflowed
     }
 }
 
@@ -76,30 +77,30 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_late_is_put_in_its_place() {
+    fn late_touch_downs_are_sorted_in() {
         let mut merged = TouchDowns::new();
         for (nanos, leg) in [(5, 0), (3, 2), (3, 1), (9, 0)] {
             merged.add(touch_down(nanos, leg));
         }
-        let mut given = Vec::new();
+        let mut released = Vec::new();
         while let Some(next) = merged.next_before(touch_down(9, 0)) {
-            given.push((next.at.as_nanos(), next.leg));
+            released.push((next.at.as_nanos(), next.leg));
         }
-        assert_eq!(given, [(3, 1), (3, 2), (5, 0)]);
-        assert_eq!(merged.waiting(), [touch_down(9, 0)]);
+        assert_eq!(released, [(3, 1), (3, 2), (5, 0)]);
+        assert_eq!(merged.pending(), [touch_down(9, 0)]);
     }
 
     #[test]
-    fn a_queue_that_never_moves_is_bounded_and_says_so() {
+    fn blocked_queue_is_bounded_and_reports_the_overflow() {
         let mut merged = TouchDowns::new();
-        for nanos in 0..MOST as u64 {
+        for nanos in 0..CAPACITY as u64 {
             merged.add(touch_down(nanos, 0));
         }
-        assert!(!merged.is_lost());
+        assert!(!merged.has_overflowed());
         for nanos in 0..100 {
             merged.add(touch_down(nanos, 1));
         }
-        assert!(merged.is_lost());
-        assert_eq!(merged.waiting().len(), MOST);
+        assert!(merged.has_overflowed());
+        assert_eq!(merged.pending().len(), CAPACITY);
     }
 }

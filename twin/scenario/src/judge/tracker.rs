@@ -1,17 +1,17 @@
-//! Watching numbers go by.
+//! Running statistics of samples.
 
 use twinrig_kernel::{SimDuration, SimTime};
 
 use super::outcome::Finding;
 use crate::limits::{Comparison, Limits};
 
-/// The number that is nearest to a duration: that of a limit which is spelled alike, so that the
-/// limit itself is kept \[s\].
+/// Returns the floating-point value closest to a duration \[s\]. A limit with the same decimal
+/// notation has the same value, so the limit itself is accepted.
 pub(crate) fn seconds(duration: SimDuration) -> f64 {
     duration.as_nanos() as f64 / 1e9
 }
 
-/// The time in which an expectation counts, both ends included.
+/// Time window of an expectation, both ends inclusive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Window {
     pub after: SimTime,
@@ -24,12 +24,13 @@ impl Window {
     }
 }
 
-/// Least and greatest of the numbers seen, whether any was none, and when limits were first violated.
+/// Least and greatest sample, and the times of the first non-finite sample and of the first
+/// violation of limits.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Extremes {
     pub least: f64,
     pub greatest: f64,
-    pub broken_at: Option<SimTime>,
+    pub non_finite_at: Option<SimTime>,
     pub first_violation: Option<SimTime>,
 }
 
@@ -38,7 +39,7 @@ impl Default for Extremes {
         Extremes {
             least: f64::INFINITY,
             greatest: f64::NEG_INFINITY,
-            broken_at: None,
+            non_finite_at: None,
             first_violation: None,
         }
     }
@@ -56,7 +57,7 @@ impl Extremes {
     #[inline]
     pub fn add(&mut self, now: SimTime, value: f64) {
         if !value.is_finite() {
-            self.broken_at.get_or_insert(now);
+            self.non_finite_at.get_or_insert(now);
         }
         if value < self.least {
             self.least = value;
@@ -75,18 +76,18 @@ impl Extremes {
     }
 
     pub fn finding(&self, limits: &Limits, detail: &str) -> Finding {
-        if self.broken_at.is_some() {
-            return Finding::not_a_number(self.broken_at);
+        if self.non_finite_at.is_some() {
+            return Finding::not_a_number(self.non_finite_at);
         }
         if self.is_empty() {
-            return Finding::unobserved("nothing was observed in its time");
+            return Finding::unobserved("there is no observation in its window");
         }
         let comparison = limits.compare(self.least, self.greatest);
         Finding::of(comparison, self.first_violation, detail)
     }
 }
 
-/// Numbers that are to stay near where they end.
+/// Settling of values: their distances from the last values.
 #[derive(Clone, Debug)]
 pub(crate) struct Settling {
     within: f64,
@@ -103,7 +104,7 @@ impl Settling {
         }
     }
 
-    /// Whether the values are of the time in which they are to have settled.
+    /// Adds samples and returns whether they are at or after the settling time.
     #[inline]
     pub fn add(&mut self, now: SimTime, values: impl Iterator<Item = f64>) -> bool {
         if now < self.by {
@@ -119,17 +120,17 @@ impl Settling {
     pub fn finding(&self) -> Finding {
         let mut worst = 0.0_f64;
         for (extremes, last) in &self.elements {
-            if extremes.broken_at.is_some() {
-                return Finding::not_a_number(extremes.broken_at);
+            if extremes.non_finite_at.is_some() {
+                return Finding::not_a_number(extremes.non_finite_at);
             }
             if extremes.is_empty() {
-                return Finding::unobserved("nothing was observed in its time");
+                return Finding::unobserved("there is no observation in its window");
             }
             worst = worst
                 .max(extremes.greatest - last)
                 .max(last - extremes.least);
         }
         let comparison: Comparison = Limits::at_most(self.within).compare(worst, worst);
-        Finding::of(comparison, None, "farthest from where it ends")
+        Finding::of(comparison, None, "largest deviation from the final value")
     }
 }

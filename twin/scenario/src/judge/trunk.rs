@@ -1,4 +1,4 @@
-//! Expectations of the trunk that take more than one number.
+//! Statistics of the trunk that involve several signals or samples.
 
 use std::f64::consts::PI;
 
@@ -12,24 +12,24 @@ use crate::limits::Limits;
 /// Mean speed over the window.
 #[derive(Clone, Debug)]
 pub(crate) struct Speed {
-    /// Element of x; that of y is the next.
+    /// Index of x; y follows.
     position: usize,
     yaw: usize,
     along: Along,
     limits: Limits,
-    trip: Option<Trip>,
+    path: Option<PlanarPath>,
 }
 
-/// A way through the plane.
+/// Planar path of the trunk.
 #[derive(Clone, Copy, Debug)]
-struct Trip {
+struct PlanarPath {
     start: SimTime,
     now: SimTime,
     from: [f64; 2],
     at: [f64; 2],
     heading: f64,
-    path: f64,
-    broken_at: Option<SimTime>,
+    length: f64,
+    non_finite_at: Option<SimTime>,
 }
 
 impl Speed {
@@ -39,56 +39,56 @@ impl Speed {
             yaw,
             along,
             limits,
-            trip: None,
+            path: None,
         }
     }
 
     #[inline]
     pub fn sample(&mut self, now: SimTime, values: &[f64]) {
         let at = [values[self.position], values[self.position + 1]];
-        let trip = self.trip.get_or_insert(Trip {
+        let path = self.path.get_or_insert(PlanarPath {
             start: now,
             now,
             from: at,
             at,
             heading: values[self.yaw],
-            path: 0.0,
-            broken_at: None,
+            length: 0.0,
+            non_finite_at: None,
         });
-        let (dx, dy) = (at[0] - trip.at[0], at[1] - trip.at[1]);
-        trip.path += (dx * dx + dy * dy).sqrt();
-        trip.at = at;
-        trip.now = now;
-        if !(at[0].is_finite() && at[1].is_finite() && trip.heading.is_finite()) {
-            trip.broken_at.get_or_insert(now);
+        let (dx, dy) = (at[0] - path.at[0], at[1] - path.at[1]);
+        path.length += (dx * dx + dy * dy).sqrt();
+        path.at = at;
+        path.now = now;
+        if !(at[0].is_finite() && at[1].is_finite() && path.heading.is_finite()) {
+            path.non_finite_at.get_or_insert(now);
         }
     }
 
     pub fn finding(&self) -> Finding {
-        let Some(trip) = self.trip.filter(|trip| trip.now > trip.start) else {
-            return Finding::unobserved("nothing was observed in its time");
+        let Some(path) = self.path.filter(|path| path.now > path.start) else {
+            return Finding::unobserved("there is no observation in its window");
         };
-        if trip.broken_at.is_some() {
-            return Finding::not_a_number(trip.broken_at);
+        if path.non_finite_at.is_some() {
+            return Finding::not_a_number(path.non_finite_at);
         }
-        let (dx, dy) = (trip.at[0] - trip.from[0], trip.at[1] - trip.from[1]);
+        let (dx, dy) = (path.at[0] - path.from[0], path.at[1] - path.from[1]);
         let distance = match self.along {
-            Along::Heading => dx * libm::cos(trip.heading) + dy * libm::sin(trip.heading),
-            Along::Path => trip.path,
+            Along::Heading => dx * libm::cos(path.heading) + dy * libm::sin(path.heading),
+            Along::Path => path.length,
         };
-        let speed = distance / (trip.now - trip.start).as_secs_f64();
+        let speed = distance / (path.now - path.start).as_secs_f64();
         Finding::of(self.limits.compare(speed, speed), None, "")
     }
 }
 
-/// Greatest turn away from the first yaw, whole turns counted.
+/// Greatest change from the initial yaw, whole turns included.
 #[derive(Clone, Debug)]
 pub(crate) struct Yaw {
     element: usize,
     limits: Limits,
     last: Option<f64>,
     turned: f64,
-    seen: Extremes,
+    extremes: Extremes,
 }
 
 impl Yaw {
@@ -98,14 +98,14 @@ impl Yaw {
             limits,
             last: None,
             turned: 0.0,
-            seen: Extremes::default(),
+            extremes: Extremes::default(),
         }
     }
 
     #[inline]
     pub fn sample(&mut self, now: SimTime, values: &[f64]) {
         let yaw = values[self.element];
-        // From one observation to the next it turns the short way.
+        // Between two observations the shorter turn is assumed.
         let mut step = yaw - self.last.replace(yaw).unwrap_or(yaw);
         if step > PI {
             step -= 2.0 * PI;
@@ -113,30 +113,31 @@ impl Yaw {
             step += 2.0 * PI;
         }
         self.turned += step;
-        self.seen.add_within(now, self.turned.abs(), &self.limits);
+        self.extremes
+            .add_within(now, self.turned.abs(), &self.limits);
     }
 
     pub fn finding(&self) -> Finding {
-        self.seen.finding(&self.limits, "")
+        self.extremes.finding(&self.limits, "")
     }
 }
 
-/// The trunk stays up.
+/// Detection of a fall within a window.
 #[derive(Clone, Debug)]
 pub(crate) struct Upright {
     height: usize,
-    /// Element of roll; that of pitch is the next.
+    /// Index of the roll; the pitch follows.
     roll: usize,
-    /// Of the standing height.
+    /// Share of the standing height.
     share: f64,
     tilt: f64,
-    standing: Option<f64>,
+    standing_height: Option<f64>,
     heights: Extremes,
     tilts: Extremes,
     fallen_at: Option<SimTime>,
 }
 
-/// What a finding of [`Upright`] says when its numbers are angles and not heights.
+/// Detail of a finding of [`Upright`] whose values are angles instead of heights.
 pub(crate) const TILT: &str = "greatest tilt";
 
 impl Upright {
@@ -146,58 +147,59 @@ impl Upright {
             roll,
             share,
             tilt,
-            standing: None,
+            standing_height: None,
             heights: Extremes::default(),
             tilts: Extremes::default(),
             fallen_at: None,
         }
     }
 
-    /// Keeps the first height of the run, whether the window has begun or not.
+    /// Stores the first height of the run, inside or outside the window, and returns it.
     #[inline]
-    pub fn stand(&mut self, values: &[f64]) -> f64 {
-        *self.standing.get_or_insert(values[self.height])
+    pub fn record_standing_height(&mut self, values: &[f64]) -> f64 {
+        *self.standing_height.get_or_insert(values[self.height])
     }
 
-    /// Whether it has fallen within the window.
+    /// Returns whether it has fallen within the window.
     pub fn has_fallen(&self) -> bool {
         self.fallen_at.is_some()
     }
 
     #[inline]
     pub fn sample(&mut self, now: SimTime, values: &[f64]) {
-        let floor = self.share * self.stand(values);
+        let min_height = self.share * self.record_standing_height(values);
         let height = values[self.height];
         self.heights.add(now, height);
         let (roll, pitch) = (values[self.roll].abs(), values[self.roll + 1].abs());
-        // Unlike `f64::max` this keeps a NaN.
+        // Propagates a NaN, unlike `f64::max`.
         let tilt = if roll > pitch || roll.is_nan() {
             roll
         } else {
             pitch
         };
         self.tilts.add(now, tilt);
-        if !(height >= floor && tilt <= self.tilt) && self.fallen_at.is_none() {
+        if !(height >= min_height && tilt <= self.tilt) && self.fallen_at.is_none() {
             self.fallen_at = Some(now);
         }
     }
 
     pub fn finding(&self) -> Finding {
-        let broken_at = self.heights.broken_at.or(self.tilts.broken_at);
-        if broken_at.is_some() {
-            return Finding::not_a_number(broken_at);
+        let non_finite_at = self.heights.non_finite_at.or(self.tilts.non_finite_at);
+        if non_finite_at.is_some() {
+            return Finding::not_a_number(non_finite_at);
         }
-        let Some(standing) = self.standing.filter(|_| !self.heights.is_empty()) else {
-            return Finding::unobserved("nothing was observed in its time");
+        let Some(standing_height) = self.standing_height.filter(|_| !self.heights.is_empty())
+        else {
+            return Finding::unobserved("there is no observation in its window");
         };
-        let floor = Limits {
-            min: Some(self.share * standing),
+        let min_height = Limits {
+            min: Some(self.share * standing_height),
             max: None,
         };
-        let low = floor.compare(self.heights.least, self.heights.greatest);
+        let low = min_height.compare(self.heights.least, self.heights.greatest);
         let tilted = Limits::at_most(self.tilt).compare(self.tilts.least, self.tilts.greatest);
-        // Two limits of different units: the one that is nearer, as a share of what there is to lose, is shown.
-        if tilted.margin / self.tilt < low.margin / standing {
+        // Of two limits with different units the one with the smaller relative margin is reported.
+        if tilted.margin / self.tilt < low.margin / standing_height {
             Finding::of(tilted, self.fallen_at, TILT)
         } else {
             Finding::of(low, self.fallen_at, "lowest height")

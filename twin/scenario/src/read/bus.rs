@@ -4,14 +4,14 @@ use twinrig_document::{Item, Range, Reported, Table, suggestion};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::FaultKind;
 
-use super::changes::before_the_end;
+use super::changes::time_within_run;
 use super::{code, kind};
 use crate::catalogue::Kind;
 use crate::expect::placed_text;
 use crate::options::Options;
 use crate::scenario::{BusSpec, FaultSpec, Placed};
 
-/// `[bus]`, or every `[[bus]]`.
+/// Reads `[bus]`, or all `[[bus]]`.
 pub(super) fn buses(item: &Item<'_>, kinds: &[Kind]) -> Result<Vec<BusSpec>, Reported> {
     if kinds.is_empty() {
         if let Ok(table) = item.table() {
@@ -27,8 +27,8 @@ pub(super) fn buses(item: &Item<'_>, kinds: &[Kind]) -> Result<Vec<BusSpec>, Rep
     for (n, bus) in buses.iter().enumerate() {
         let name = &bus.name.value;
         if buses[..n].iter().any(|other| other.name.value == *name) {
-            let message = format!("two buses are called `{name}`");
-            return Err(item.report(message, "give one of them a `name` of its own"));
+            let message = format!("two buses have the name `{name}`");
+            return Err(item.report(message, "give each bus a distinct `name`"));
         }
     }
     Ok(buses)
@@ -47,8 +47,8 @@ fn bus(item: &Item<'_>, kinds: &[Kind]) -> Result<BusSpec, Reported> {
         place: place.unwrap_or_else(|| item.place()),
     });
     if name.value.is_empty() || name.value.contains(['/', '=']) {
-        let help = "it stands in names of signals and in `--port NAME=DEVICE`";
-        return Err(table.report("name", "a bus cannot be called so", help));
+        let help = "it is part of signal names and of `--port NAME=DEVICE`: not empty, without `/` and `=`";
+        return Err(table.report("name", "this is not a valid name of a bus", help));
     }
     Ok(BusSpec {
         name,
@@ -57,10 +57,10 @@ fn bus(item: &Item<'_>, kinds: &[Kind]) -> Result<BusSpec, Reported> {
     })
 }
 
-/// `[[fault]]`
+/// Reads `[[fault]]`.
 pub(super) fn fault(item: &Item<'_>, run: SimDuration) -> Result<FaultSpec, Reported> {
     #[derive(Clone, Copy)]
-    enum Word {
+    enum Name {
         Drop,
         Flip,
         Delay,
@@ -70,45 +70,45 @@ pub(super) fn fault(item: &Item<'_>, run: SimDuration) -> Result<FaultSpec, Repo
         Stuck,
         Babble,
     }
-    const WORDS: [(&str, Word); 8] = [
-        ("drop", Word::Drop),
-        ("flip", Word::Flip),
-        ("delay", Word::Delay),
-        ("duplicate", Word::Duplicate),
-        ("reorder", Word::Reorder),
-        ("unplug", Word::Unplug),
-        ("stuck", Word::Stuck),
-        ("babble", Word::Babble),
+    const NAMES: [(&str, Name); 8] = [
+        ("drop", Name::Drop),
+        ("flip", Name::Flip),
+        ("delay", Name::Delay),
+        ("duplicate", Name::Duplicate),
+        ("reorder", Name::Reorder),
+        ("unplug", Name::Unplug),
+        ("stuck", Name::Stuck),
+        ("babble", Name::Babble),
     ];
     let table = item.table()?;
-    let at = table.required("at", |item| before_the_end(item, run, code::FAULT));
+    let at = table.required("at", |item| time_within_run(item, run, code::FAULT));
     let on = table.required("on", placed_text);
     let lasts = table.optional("for", Item::positive_duration);
-    let word = table
-        .required("kind", |item| item.choice(&WORDS))
+    let name = table
+        .required("kind", |item| item.choice(&NAMES))
         .inspect_err(|_| table.give_up())?;
     let probability = || {
         let range = Range::between(0.0, 1.0);
-        let given = table.optional("probability", |item| item.number(&range))?;
-        Ok(given.unwrap_or(1.0))
+        let probability = table.optional("probability", |item| item.number(&range))?;
+        Ok(probability.unwrap_or(1.0))
     };
-    let kind = match word {
-        Word::Drop => probability().map(|probability| FaultKind::Drop { probability }),
-        Word::Duplicate => probability().map(|probability| FaultKind::Duplicate { probability }),
-        Word::Reorder => probability().map(|probability| FaultKind::Reorder { probability }),
-        Word::Flip => table
+    let kind = match name {
+        Name::Drop => probability().map(|probability| FaultKind::Drop { probability }),
+        Name::Duplicate => probability().map(|probability| FaultKind::Duplicate { probability }),
+        Name::Reorder => probability().map(|probability| FaultKind::Reorder { probability }),
+        Name::Flip => table
             .required("rate", |item| item.number(&Range::between(0.0, 1.0)))
             .map(|rate| FaultKind::Flip { rate }),
-        Word::Delay => table
+        Name::Delay => table
             .required("by", Item::duration)
             .map(|by: SimDuration| FaultKind::Delay { by }),
-        Word::Unplug => table
+        Name::Unplug => table
             .optional("fails", Item::boolean)
             .map(|fails| FaultKind::Unplug {
                 fails: fails.unwrap_or(false),
             }),
-        Word::Stuck => Ok(FaultKind::Stuck),
-        Word::Babble => table
+        Name::Stuck => Ok(FaultKind::Stuck),
+        Name::Babble => table
             .optional("pause", Item::duration)
             .map(|pause| FaultKind::Babble {
                 pause: pause.unwrap_or(SimDuration::ZERO),
@@ -122,7 +122,8 @@ pub(super) fn fault(item: &Item<'_>, run: SimDuration) -> Result<FaultSpec, Repo
     })
 }
 
-/// Every fault is on a wire of a bus that is there. Which places a bus has besides is known only to its kind.
+/// Checks that every fault is on the wire of an existing bus. Other sites are known only to the
+/// kind of the bus.
 pub(super) fn check_sites(
     table: &Table<'_>,
     buses: &[BusSpec],
@@ -131,12 +132,12 @@ pub(super) fn check_sites(
     let mut checked = Ok(());
     for (n, fault) in faults.iter().enumerate() {
         let on = &fault.on.value;
-        let known = |bus: &&BusSpec| {
+        let is_on_bus = |bus: &&BusSpec| {
             let rest = on.strip_prefix("wire/");
             let rest = rest.and_then(|rest| rest.strip_prefix(bus.name.value.as_str()));
             rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
         };
-        if buses.iter().any(|bus| known(&bus)) {
+        if buses.iter().any(|bus| is_on_bus(&bus)) {
             continue;
         }
         let wires: Vec<String> = buses

@@ -6,13 +6,13 @@ use twinrig_document::{Item, Range, Reported, Table, print_quantity};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::Change;
 
-use super::checks::above_half_the_rate;
-use super::{code, controller, spelled};
+use super::checks::above_nyquist;
+use super::{code, controller, print_duration};
 use crate::catalogue::{Catalogue, Kind};
 use crate::scenario::{ChangeSpec, ControllerSpec};
 
-/// Every change, by time, then in the order of the file. That no change takes a variable out of its range is checked here:
-/// nothing but the changes sets a variable.
+/// Reads all changes, sorted by time, then in the order of the file. Since only changes set
+/// variables at run time, their ranges are checked here.
 pub(super) fn changes(
     table: &Table<'_>,
     control: Result<Option<&ControllerSpec>, Reported>,
@@ -37,13 +37,13 @@ pub(super) fn changes(
         changes.extend(list.into_iter().map(|change| (change, item)));
     }
     changes.sort_by_key(|(change, _)| change.at);
-    once_an_instant(&changes)?;
+    reject_duplicates(&changes)?;
     in_range(&changes, control, kind)?;
     Ok(changes.into_iter().map(|(change, _)| change).collect())
 }
 
-/// The time at which something is to happen, with a warning where the run is over by then.
-pub(super) fn before_the_end(
+/// Reads the time of a change or fault, with a warning if it is not before the end of the run.
+pub(super) fn time_within_run(
     item: &Item<'_>,
     run: SimDuration,
     code: &'static str,
@@ -51,8 +51,8 @@ pub(super) fn before_the_end(
     let at = item.duration()?;
     if at >= run {
         let message = format!(
-            "the run ends at {}: this does not happen in it",
-            spelled(run)
+            "the run ends at {}: this never takes effect",
+            print_duration(run)
         );
         item.warn(
             code,
@@ -65,8 +65,8 @@ pub(super) fn before_the_end(
 
 fn change(item: &Item<'_>, kind: &Kind, run: SimDuration) -> Result<Vec<ChangeSpec>, Reported> {
     let table = item.table()?;
-    let at = table.required("at", |item| before_the_end(item, run, code::CHANGE));
-    let variables = table.required("set", |item| controller::changed(item, kind));
+    let at = table.required("at", |item| time_within_run(item, run, code::CHANGE));
+    let variables = table.required("set", |item| controller::changed_variables(item, kind));
     table.expect(["to", "by"]);
     let variables = variables.inspect_err(|_| table.give_up())?;
     let amounts = |key: &str, amount: fn(f64) -> Change| {
@@ -92,7 +92,7 @@ fn change(item: &Item<'_>, kind: &Kind, run: SimDuration) -> Result<Vec<ChangeSp
             let message = "`to` and `by` are two changes";
             return Err(table.report("by", message, "give one of them"));
         }
-        (None, None) => return Err(item.report("nothing is changed", "give `to` or `by`")),
+        (None, None) => return Err(item.report("the change has no value", "give `to` or `by`")),
     };
     let at = SimTime::ZERO + at?;
     let change = |(variable, change)| ChangeSpec {
@@ -103,19 +103,19 @@ fn change(item: &Item<'_>, kind: &Kind, run: SimDuration) -> Result<Vec<ChangeSp
     Ok(amounts.into_iter().map(change).collect())
 }
 
-/// Two changes of one variable at one instant: which of them counts would depend on their order in
+/// Rejects two changes of one variable at one instant, whose result would depend on their order in
 /// the file.
-fn once_an_instant(changes: &[(ChangeSpec, &Item<'_>)]) -> Result<(), Reported> {
-    let mut seen = BTreeSet::new();
+fn reject_duplicates(changes: &[(ChangeSpec, &Item<'_>)]) -> Result<(), Reported> {
+    let mut changed = BTreeSet::new();
     let mut result = Ok(());
     for (change, item) in changes {
-        if !seen.insert((change.at, &change.variable)) {
+        if !changed.insert((change.at, &change.variable)) {
             let message = format!(
                 "`{}` is changed twice at {}",
                 change.variable,
-                spelled(change.at.since_start())
+                print_duration(change.at.since_start())
             );
-            result = Err(item.report(message, "make one change of them, or change the time"));
+            result = Err(item.report(message, "merge them, or change one of the times"));
         }
     }
     result
@@ -159,7 +159,7 @@ fn in_range(
             );
             return Err(item.report(message, help));
         }
-        if let Some((message, help)) = above_half_the_rate(variable, *value, control.period) {
+        if let Some((message, help)) = above_nyquist(variable, *value, control.period) {
             return Err(item.report(message, help));
         }
     }

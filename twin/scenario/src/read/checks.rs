@@ -1,6 +1,6 @@
-//! Checks of a scenario as a whole: times against the length of the run, periods against the
-//! phenomena that they are to show, frequencies against the control rate. Without them a run could
-//! pass because nothing was looked at, or because nothing happened.
+//! Checks between parts of a scenario: times against the duration of the run, periods against the
+//! observed phenomena, frequencies against the control rate. Without them a run could pass because
+//! nothing was observed or nothing occurred.
 
 use twinrig_document::{Item, Place, Reported, Table};
 use twinrig_kernel::{SimDuration, SimTime, Unit};
@@ -11,7 +11,7 @@ use crate::expect::{Claim, Expectation};
 use crate::scenario::{ControllerSpec, FootstepSpec, IoSpec, PlantSpec};
 use twinrig_runtime::Coupling;
 
-/// Codes of warnings. Programs rely on them.
+/// Codes of warnings; programs rely on them.
 pub(crate) mod code {
     pub const COMPUTE_TIME: &str = "compute-time-above-period";
     pub const TRANSFER_TIME: &str = "transfer-time-above-step";
@@ -24,15 +24,16 @@ pub(crate) mod code {
     pub const LONG_RUN: &str = "long-run";
 }
 
-/// The trunk is looked at no less often: it falls 2 mm in such a time.
-const LONGEST_FOR_BODY: SimDuration = SimDuration::from_millis(20);
-/// A run is long from so many steps, observations and control steps on: at a microsecond each, an hour.
-const LONG: u128 = 3_600_000_000;
-/// Feet that may touch down again at once have no shortest swing: that of the default counts.
-const LONGEST_FOR_FEET: SimDuration = SimDuration::from_millis(10);
+/// Longest observation period of the trunk, which falls 2 mm in it.
+const MAX_PERIOD_FOR_BODY: SimDuration = SimDuration::from_millis(20);
+/// Number of steps, observations and control steps from which a run is long: an hour at a
+/// microsecond each.
+const LONG_RUN_STEPS: u128 = 3_600_000_000;
+/// Longest observation period of footsteps without a shortest swing: that of the default.
+const MAX_PERIOD_FOR_FEET: SimDuration = SimDuration::from_millis(10);
 
-/// The parts that are checked against each other.
-pub(super) struct Whole<'s> {
+/// Parts of a scenario that are checked against each other.
+pub(super) struct ScenarioChecks<'s> {
     pub duration: SimDuration,
     pub observe: SimDuration,
     pub footsteps: &'s FootstepSpec,
@@ -43,8 +44,8 @@ pub(super) struct Whole<'s> {
     pub of_other_plants: usize,
 }
 
-impl Whole<'_> {
-    /// Reports what is wrong and warns of what most likely is.
+impl ScenarioChecks<'_> {
+    /// Reports errors and warns about probable mistakes.
     pub fn check(&self, table: &Table<'_>) -> Result<(), Reported> {
         self.warn(table);
         let control = self.control_period(table);
@@ -61,65 +62,64 @@ impl Whole<'_> {
         }
         let message = format!(
             "the controller's period, {}, is longer than the run",
-            spelled(control.period)
+            print_duration(control.period)
         );
-        let help = format!("the run lasts {}", spelled(self.duration));
+        let help = format!("the run lasts {}", print_duration(self.duration));
         Err(table.report_at(&place(table, &["controller", "period"]), message, help))
     }
 
     fn observation_period(&self, table: &Table<'_>) -> Result<(), Reported> {
-        let period = spelled(self.observe);
-        let (longest, why) = self.longest_observation();
+        let period = print_duration(self.observe);
+        let (longest, reason) = self.longest_observation();
         let message = if self.observe > self.duration {
             format!("the observation period, {period}, is longer than the run")
         } else if self.observe > longest {
-            format!("an observation period of {period} is too long for {why}")
+            format!("an observation period of {period} is too long for {reason}")
         } else {
             return Ok(());
         };
-        let remedy = self.observation_that_would_do(longest);
-        let help = format!("write [observe] period = \"{}\"", spelled(remedy));
+        let remedy = self.suggested_observation_period(longest);
+        let help = format!("write [observe] period = \"{}\"", print_duration(remedy));
         let help = match self.plant.coupling {
             Coupling::Grid { step, .. } if !remedy.is_multiple_of(step) => {
                 format!("{help}, and a grid that divides it")
             }
             _ => help,
         };
-        let given = table.get("observe").and_then(|item| item.peek("period"));
-        let blamed = match given {
+        let explicit = table.get("observe").and_then(|item| item.peek("period"));
+        let position = match explicit {
             Some(period) => period.place(),
             None if self.observe > self.duration => table.key_place("duration"),
             None => place(table, &["footsteps", "shortest_swing"]),
         };
-        Err(table.report_at(&blamed, message, help))
+        Err(table.report_at(&position, message, help))
     }
 
-    /// The longest observation period that shows what is expected, and which expectation demands
-    /// it.
+    /// Returns the longest observation period that the expectations allow, and the reason.
     fn longest_observation(&self) -> (SimDuration, String) {
         let mut longest = (SimDuration::MAX, String::new());
         for expectation in self.expectations {
-            let (limit, why) = match expectation.claim {
+            let (limit, reason) = match expectation.claim {
                 Claim::Footstep(_) => (
-                    longest_for(self.footsteps),
+                    longest_for_footsteps(self.footsteps),
                     format!(
-                        "footsteps, which `shortest_swing`, {}, tells apart",
-                        spelled(self.footsteps.shortest_swing)
+                        "footsteps separated by a `shortest_swing` of {}",
+                        print_duration(self.footsteps.shortest_swing)
                     ),
                 ),
-                Claim::Body(_) => (LONGEST_FOR_BODY, "the motion of the body".to_owned()),
+                Claim::Body(_) => (MAX_PERIOD_FOR_BODY, "the motion of the body".to_owned()),
                 _ => continue,
             };
             if limit < longest.0 {
-                longest = (limit, why);
+                longest = (limit, reason);
             }
         }
         longest
     }
 
-    /// An observation period that no check objects to, and that gives each expectation the samples
-    /// that it needs.
-    fn observation_that_would_do(&self, longest: SimDuration) -> SimDuration {
+    /// Returns an observation period that passes all checks and gives each expectation the required
+    /// number of samples.
+    fn suggested_observation_period(&self, longest: SimDuration) -> SimDuration {
         let windows = self.expectations.iter().map(|expectation| {
             let before = expectation
                 .before
@@ -131,7 +131,7 @@ impl Whole<'_> {
         let nanos = longest.min(window / 10).as_nanos().max(1);
         let step = match self.plant.coupling {
             Coupling::Grid { step, .. } if step.as_nanos() <= nanos => step.as_nanos(),
-            _ => coarse(nanos),
+            _ => leading_power_of_ten(nanos),
         };
         SimDuration::from_nanos(nanos / step * step)
     }
@@ -143,10 +143,13 @@ impl Whole<'_> {
                 table.warn_at(
                     &place(table, &["controller", "compute_time"]),
                     code::COMPUTE_TIME,
-                    format!("computing takes {}, longer than the period", spelled(mean)),
                     format!(
-                        "the period is {}: the controller misses deadlines all the time",
-                        spelled(control.period)
+                        "computing takes {}, longer than the period",
+                        print_duration(mean)
+                    ),
+                    format!(
+                        "the period is {}: the controller misses deadlines continually",
+                        print_duration(control.period)
                     ),
                 );
             }
@@ -156,28 +159,31 @@ impl Whole<'_> {
             table.warn_at(
                 &place(table, &["io", "transfer_time"]),
                 code::TRANSFER_TIME,
-                format!("a transfer takes {}, longer than the step", spelled(mean)),
                 format!(
-                    "the step is {}: transfers are skipped all the time",
-                    spelled(self.io.step)
+                    "a transfer takes {}, longer than the step",
+                    print_duration(mean)
+                ),
+                format!(
+                    "the step is {}: transfers are skipped continually",
+                    print_duration(self.io.step)
                 ),
             );
         }
-        self.warn_of_length(table);
+        self.warn_of_long_run(table);
         if self.expectations.is_empty() && self.of_other_plants > 0 {
             table.warn_at(
                 &place(table, &["plant", "model"]),
                 code::NOTHING_EXPECTED,
-                format!("no expectation is about the plant `{}`", self.plant.model),
-                "this run cannot fail: add an [[expect]], or the plant to one's `plants`",
+                format!("no expectation applies to the plant `{}`", self.plant.model),
+                "this run cannot fail: add an [[expect]], or add the plant to the `plants` of one",
             );
         }
     }
 }
 
-impl Whole<'_> {
-    /// Warns of a run that takes hours or days, by counting what happens in it.
-    fn warn_of_length(&self, table: &Table<'_>) {
+impl ScenarioChecks<'_> {
+    /// Warns about a run that takes hours or days, from the number of its steps.
+    fn warn_of_long_run(&self, table: &Table<'_>) {
         let step = self.plant.step.unwrap_or(self.observe);
         let (step, of_plant) = match self.plant.coupling {
             Coupling::Grid { step: grid, .. } if grid < step => {
@@ -192,22 +198,22 @@ impl Whole<'_> {
             (control, &["controller", "period"], "control steps"),
         ];
         let count = |period: SimDuration| self.duration.as_nanos() / period.as_nanos().max(1);
-        let all: u128 = periods
+        let total: u128 = periods
             .iter()
             .map(|(period, ..)| u128::from(count(*period)))
             .sum();
-        if all < LONG {
+        if total < LONG_RUN_STEPS {
             return;
         }
-        // The first of those that are alike.
-        let most = periods
+        // The first of equal counts.
+        let dominant = periods
             .iter()
             .rev()
             .max_by_key(|(period, ..)| count(*period));
-        let Some((period, keys, what)) = most else {
+        let Some((period, keys, label)) = dominant else {
             return;
         };
-        let hours = all as f64 / 3.6e9;
+        let hours = total as f64 / 3.6e9;
         let time = if hours < 48.0 {
             format!("{hours:.1} hours")
         } else {
@@ -217,24 +223,24 @@ impl Whole<'_> {
             &place(table, keys),
             code::LONG_RUN,
             format!(
-                "the run has {:.0e} {what}, one every {}",
+                "the run has {:.0e} {label}, one every {}",
                 count(*period) as f64,
-                spelled(*period)
+                print_duration(*period)
             ),
-            format!("with a microsecond for each, and most take longer, that is a run of {time}"),
+            format!("the run takes {time} at 1 us each, which most exceed"),
         );
     }
 }
 
-/// Whether `value` of `variable` is a frequency that a controller of this period cannot put out:
-/// message and remedy.
-pub(super) fn above_half_the_rate(
+/// Returns message and remedy if `value` of `variable` is a frequency above the Nyquist limit of
+/// the control rate.
+pub(super) fn above_nyquist(
     variable: &VariableSpec,
     value: f64,
     period: SimDuration,
 ) -> Option<(String, String)> {
     let greatest = 0.5 / period.as_secs_f64();
-    // A rate that is rounded to a whole number of nanoseconds may be half of the rate nevertheless.
+    // A period that is rounded to whole nanoseconds may shift the limit.
     if variable.unit != Unit::Hertz || value.abs() <= greatest * (1.0 + 1e-9) {
         return None;
     }
@@ -244,12 +250,13 @@ pub(super) fn above_half_the_rate(
     );
     let help = format!(
         "a controller with a period of {} samples up to {greatest} Hz",
-        spelled(period)
+        print_duration(period)
     );
     Some((message, help))
 }
 
-/// Where the value at a path of keys stands, or as much of the path as there is.
+/// Returns the position of the value at a path of keys, or of the longest existing prefix of the
+/// path.
 fn place(table: &Table<'_>, keys: &[&str]) -> Place {
     let [first, rest @ ..] = keys else {
         return table.place();
@@ -262,10 +269,10 @@ fn place(table: &Table<'_>, keys: &[&str]) -> Place {
     found.map_or_else(|| table.key_place("duration"), |item| item.place())
 }
 
-fn longest_for(footsteps: &FootstepSpec) -> SimDuration {
+fn longest_for_footsteps(footsteps: &FootstepSpec) -> SimDuration {
     let quarter = footsteps.shortest_swing / 4;
     if quarter.is_zero() {
-        LONGEST_FOR_FEET
+        MAX_PERIOD_FOR_FEET
     } else {
         quarter
     }
@@ -285,15 +292,15 @@ fn mean(model: &Timing) -> SimDuration {
     }
 }
 
-/// The largest power of ten that is not above `nanos`: to round down to one digit.
-fn coarse(nanos: u64) -> u64 {
+/// Returns the largest power of ten that does not exceed `nanos`, to round down to one digit.
+fn leading_power_of_ten(nanos: u64) -> u64 {
     nanos
         .checked_ilog10()
         .map_or(1, |digits| 10_u64.pow(digits))
 }
 
-/// A duration as a scenario has it, in the largest unit that leaves no fraction.
-pub(crate) fn spelled(duration: SimDuration) -> String {
+/// Returns a duration in the notation of a scenario, in the largest unit that leaves no fraction.
+pub(crate) fn print_duration(duration: SimDuration) -> String {
     let nanos = duration.as_nanos();
     let units = [(1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "us")];
     let fits = |(size, _): &&(u64, &str)| nanos.is_multiple_of(*size);

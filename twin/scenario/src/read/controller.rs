@@ -1,16 +1,16 @@
-//! Reading `[controller]`, its process variables, and how long things take.
+//! Reading `[controller]`, its process variables, and time models.
 
 use twinrig_document::{Item, Reported, Table, suggestion};
 use twinrig_kernel::SimDuration;
 use twinrig_runtime::Timing;
 
-use super::checks::above_half_the_rate;
+use super::checks::above_nyquist;
 use super::kind;
 use crate::catalogue::{Kind, VariableSpec};
 use crate::options::Options;
 use crate::scenario::{ControllerSpec, IoSpec};
 
-/// `[controller]`; none if its kind is `none`.
+/// Reads `[controller]`; none if its kind is `none`.
 pub(super) fn controller(
     item: &Item<'_>,
     kinds: &[Kind],
@@ -39,7 +39,7 @@ pub(super) fn controller(
     }))
 }
 
-/// The process variables that the table sets.
+/// Reads the process variables that the table sets.
 fn variables(
     table: &Table<'_>,
     kind: &Kind,
@@ -53,24 +53,28 @@ fn variables(
     }
     let values: Vec<Result<Vec<_>, Reported>> = keys
         .into_iter()
-        .filter_map(|key| table.get(key).map(|item| of_key(&item, kind, key, period)))
+        .filter_map(|key| {
+            table
+                .get(key)
+                .map(|item| read_variable(&item, kind, key, period))
+        })
         .collect();
     let values: Result<Vec<_>, Reported> = values.into_iter().collect();
     let values = values?.concat();
     let by_default =
         |variable: &&VariableSpec| !values.iter().any(|(name, _)| *name == variable.name);
     for variable in kind.variables.iter().filter(by_default) {
-        let wrong =
-            period.and_then(|period| above_half_the_rate(variable, variable.default, period));
-        if let Some((message, help)) = wrong {
+        let problem = period.and_then(|period| above_nyquist(variable, variable.default, period));
+        if let Some((message, help)) = problem {
             return Err(table.report("period", format!("{message}, by default"), help));
         }
     }
     Ok(values)
 }
 
-/// The variables that one key sets: `hip_height = "12 cm"` all of its groups, `hip_height = { fore = …, hind = … }` each.
-fn of_key(
+/// Reads the variables that one key sets: `hip_height = "12 cm"` all of its groups, `hip_height = {
+/// fore = …, hind = … }` each.
+fn read_variable(
     item: &Item<'_>,
     kind: &Kind,
     key: &str,
@@ -80,7 +84,7 @@ fn of_key(
     let groups: Vec<&str> = variables.iter().filter_map(|v| v.group()).collect();
     let quantity = |item: &Item<'_>, variable: &VariableSpec| {
         let value = item.quantity(variable.unit, &variable.range)?;
-        match period.and_then(|period| above_half_the_rate(variable, value, period)) {
+        match period.and_then(|period| above_nyquist(variable, value, period)) {
             Some((message, help)) => Err(item.report(message, help)),
             None => Ok(value),
         }
@@ -109,8 +113,8 @@ fn of_key(
     Ok(read?.into_iter().flatten().collect())
 }
 
-/// The variables that a `[[change]]` sets, whose `set` is `item`.
-pub(super) fn changed<'k>(
+/// Returns the variables that a `[[change]]` sets, whose `set` is `item`.
+pub(super) fn changed_variables<'k>(
     item: &Item<'_>,
     kind: &'k Kind,
 ) -> Result<Vec<&'k VariableSpec>, Reported> {
@@ -119,9 +123,9 @@ pub(super) fn changed<'k>(
     if variables.is_empty() {
         let mut known: Vec<&str> = Vec::new();
         for variable in &kind.variables {
-            for word in [variable.key(), variable.name.as_str()] {
-                if !known.contains(&word) {
-                    known.push(word);
+            for name in [variable.key(), variable.name.as_str()] {
+                if !known.contains(&name) {
+                    known.push(name);
                 }
             }
         }
@@ -134,7 +138,8 @@ pub(super) fn changed<'k>(
     Ok(variables)
 }
 
-/// `[io]` where the file has none: one exchange a control period, in no time.
+/// Returns the default of `[io]`: one exchange in each control period, with a transfer time of
+/// zero.
 pub(super) fn io_default(control: Option<&ControllerSpec>) -> IoSpec {
     const STEP: SimDuration = SimDuration::from_millis(1);
     IoSpec {
@@ -143,7 +148,7 @@ pub(super) fn io_default(control: Option<&ControllerSpec>) -> IoSpec {
     }
 }
 
-/// How long something takes: a duration, or a table.
+/// Reads a time model: a duration, or a table.
 pub(crate) fn time_model(item: &Item<'_>) -> Result<Timing, Reported> {
     if !item.is_table() {
         return Ok(Timing::Constant(item.duration()?));
@@ -164,7 +169,7 @@ pub(crate) fn time_model(item: &Item<'_>) -> Result<Timing, Reported> {
             })
         }
         _ => {
-            let message = format!("`{}` says no time that something could take", item.key());
+            let message = format!("`{}` is not a valid time model", item.key());
             let help = "write a duration, { min, max }, { mean, deviation, min, max } with min ≤ mean ≤ max, or { trace = [ … ] }";
             Err(item.report(message, help))
         }

@@ -9,16 +9,16 @@ use twinrig_runtime::Coupling;
 
 const HELP: &str = "write \"exact\", or as in { grid = \"1 ms\" }";
 
-/// `coupling`, where the plant is observed every so often.
+/// Reads `coupling` of a plant with the observation period `observe`.
 pub(super) fn coupling(item: &Item<'_>, observe: SimDuration) -> Result<Coupling, Reported> {
     if item.is_text() {
         if item.text()? == "grid" {
-            return Err(item.report("a grid has a step", HELP));
+            return Err(item.report("a grid requires a step", HELP));
         }
         return item.choice(&[("exact", Coupling::Exact)]);
     }
     if !item.is_table() {
-        let message = format!("`{}` says no coupling", item.key());
+        let message = format!("`{}` is neither a text nor a table", item.key());
         return Err(item.report(message, HELP));
     }
     let table = item.table()?;
@@ -32,11 +32,12 @@ pub(super) fn coupling(item: &Item<'_>, observe: SimDuration) -> Result<Coupling
     })
 }
 
-/// What is observed shall be what the plant computes, and means shall be over the time between observations.
+/// Reads the step of the grid. It divides the observation period, so that observations are computed
+/// states and means are over whole observation periods.
 fn grid(item: &Item<'_>, observe: SimDuration) -> Result<SimDuration, Reported> {
     let step = item.positive_duration()?;
     if !observe.is_multiple_of(step) {
-        let message = format!("a grid of {step} passes by instants at which the plant is observed");
+        let message = format!("a grid of {step} does not contain all observation instants");
         let help = format!("it must divide the observation period, {observe}");
         return Err(item.report(message, help));
     }

@@ -14,10 +14,10 @@ use std::path::Path;
 use twinrig_document::{Document, DocumentError, Item, Overrides, Range, Reported, Table};
 use twinrig_kernel::{SimDuration, Unit};
 
-pub(crate) use checks::{code, spelled};
+pub(crate) use checks::{code, print_duration};
 pub(crate) use controller::time_model;
 
-use checks::Whole;
+use checks::ScenarioChecks;
 
 use crate::catalogue::{Catalogue, Kind};
 use crate::expect::{Context, Expectation, expectation, placed_text};
@@ -26,7 +26,7 @@ use crate::scenario::{
     Setting,
 };
 
-/// Reads a scenario out of a document.
+/// Reads a scenario from a document.
 pub(crate) fn scenario(
     mut document: Document,
     folder: &Path,
@@ -51,15 +51,15 @@ pub(crate) fn scenario(
     Ok(scenario)
 }
 
-/// The robot, which only a plant that stands alone can do without.
+/// Reads the robot, which only a standalone plant does not require.
 fn robot(table: &Table<'_>, catalogue: &Catalogue) -> Result<Option<Placed<String>>, Reported> {
     if has(table, "robot") || !is_standalone(table, catalogue) {
         return table.required("robot", placed_text).map(Some);
     }
     table.expect(["robot"]);
     if has(table, "override") {
-        let message = "there is no robot whose values could be replaced";
-        return Err(table.report("override", message, "name one, or leave the table out"));
+        let message = "[override] requires a robot";
+        return Err(table.report("override", message, "set `robot`, or leave the table out"));
     }
     Ok(None)
 }
@@ -68,15 +68,15 @@ fn has(table: &Table<'_>, key: &str) -> bool {
     table.keys().any(|known| known == key)
 }
 
-/// Whether the plant is of a kind that stands alone, in this build or in another.
+/// Returns whether the plant is of a standalone kind, in this build or in another.
 fn is_standalone(table: &Table<'_>, catalogue: &Catalogue) -> bool {
     let plant = table.get("plant");
     let model = plant.and_then(|plant| plant.peek("model"));
-    let Some(Ok(word)) = model.as_ref().map(Item::text) else {
+    let Some(Ok(name)) = model.as_ref().map(Item::text) else {
         return false;
     };
     let mut kinds = catalogue.plants.iter();
-    kinds.any(|kind| kind.name == word && kind.is_standalone)
+    kinds.any(|kind| kind.name == name && kind.is_standalone)
 }
 
 struct Source<'s> {
@@ -138,18 +138,18 @@ fn read(
         item.each(|item| expectation(item, &context))
     });
     let (controller, io, plant) = (controller?, io?, plant?);
-    let about = |expectation: &Expectation| {
+    let applies = |expectation: &Expectation| {
         expectation.plants.is_empty() || expectation.plants.contains(&plant.model)
     };
     let (expectations, of_other_plants): (Vec<_>, Vec<_>) = expectations?
         .unwrap_or_default()
         .into_iter()
-        .partition(about);
+        .partition(applies);
     let (buses, faults) = (buses?.unwrap_or_default(), faults?.unwrap_or_default());
     bus::check_sites(table, &buses, &faults)?;
     let io = io.unwrap_or_else(|| controller::io_default(controller.as_ref()));
     let footsteps = footsteps?.unwrap_or(FOOTSTEPS);
-    let whole = Whole {
+    let checks = ScenarioChecks {
         duration: duration?,
         observe: observed,
         footsteps: &footsteps,
@@ -159,7 +159,7 @@ fn read(
         expectations: &expectations,
         of_other_plants: of_other_plants.len(),
     };
-    whole.check(table)?;
+    checks.check(table)?;
     Ok(Scenario {
         name: name?.unwrap_or_else(|| stem(&source.file)),
         file: source.file,
@@ -197,8 +197,10 @@ const RECORD: RecordSpec = RecordSpec {
     bytes: false,
 };
 
-/// Body weight on a foot is a quarter in standing and up to one in a trot: a twentieth is no rest of a swing, and a
-/// fiftieth no stance. A swing of the gaits takes 100 ms and more, a bounce 30 ms and less.
+/// Default thresholds of footsteps. The load of a stance foot is a quarter of the body weight in
+/// standing and up to the whole in a trot; residual loads in swing are below a twentieth, and
+/// stance loads above a fiftieth. A swing of the gaits takes at least 100 ms, a bounce at most 30
+/// ms.
 const FOOTSTEPS: FootstepSpec = FootstepSpec {
     touch_down: LoadThreshold::OfWeight(0.05),
     lift_off: LoadThreshold::OfWeight(0.02),
@@ -214,15 +216,15 @@ fn stem(file: &str) -> String {
     )
 }
 
-/// Expectations of the same name are told apart by a number.
+/// Numbers expectations of the same name.
 fn distinct(mut expectations: Vec<Expectation>) -> Vec<Expectation> {
-    let mut taken = BTreeSet::new();
-    // The last number that a name was given: where it ends, the search for the next begins.
+    let mut used = BTreeSet::new();
+    // Last number of each name, from which the search for a free one continues.
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for expectation in &mut expectations {
         let name = &expectation.name;
         let mut distinct = name.clone();
-        while !taken.insert(distinct.clone()) {
+        while !used.insert(distinct.clone()) {
             let count = counts.entry(name.clone()).or_insert(1);
             *count += 1;
             distinct = format!("{name} ({count})");
@@ -232,21 +234,21 @@ fn distinct(mut expectations: Vec<Expectation>) -> Vec<Expectation> {
     expectations
 }
 
-/// The kind of the word `item`, if the build has it.
-fn kind<'k>(item: &Item<'_>, what: &str, kinds: &'k [Kind]) -> Result<&'k Kind, Reported> {
-    let word = item.text()?;
-    let Some(kind) = kinds.iter().find(|kind| kind.name == word) else {
+/// Returns the kind that `item` names, if the build has it.
+fn kind<'k>(item: &Item<'_>, label: &str, kinds: &'k [Kind]) -> Result<&'k Kind, Reported> {
+    let name = item.text()?;
+    let Some(kind) = kinds.iter().find(|kind| kind.name == name) else {
         let names = kinds.iter().map(|kind| kind.name.as_str());
-        let message = format!("there is no {what} `{word}`");
-        let several = if what == "bus" {
+        let message = format!("there is no {label} `{name}`");
+        let plural = if label == "bus" {
             "buses".to_owned()
         } else {
-            format!("{what}s")
+            format!("{label}s")
         };
-        return Err(item.report_word(message, word, &several, names));
+        return Err(item.report_word(message, name, &plural, names));
     };
     if let Some(feature) = &kind.missing_feature {
-        let message = format!("this build has no {what} `{word}`");
+        let message = format!("this build has no {label} `{name}`");
         let needs = kind.build_needs.as_ref();
         let after = needs.map_or_else(String::new, |needs| format!(", after `{needs}`"));
         let help = format!("build with `--features {feature}`{after}");
@@ -285,7 +287,7 @@ fn footsteps(table: &Table<'_>) -> Result<FootstepSpec, Reported> {
     };
     if !order {
         let message = "`lift_off` is more than `touch_down`";
-        let help = "a foot lifts off at a lower load than it touches down at, or it would flutter";
+        let help = "`lift_off` must not exceed `touch_down` (hysteresis)";
         return Err(table.report("lift_off", message, help));
     }
     Ok(spec)

@@ -4,7 +4,7 @@ use twinrig_document::{Item, Range, Reported, Table};
 use twinrig_kernel::{SimDuration, Unit};
 
 use super::coupling::coupling;
-use super::{code, kind, spelled};
+use super::{code, kind, print_duration};
 use crate::catalogue::{Catalogue, Kind};
 use crate::expect::placed_text;
 use crate::options::Options;
@@ -14,7 +14,7 @@ use crate::scenario::{
 };
 use twinrig_runtime::Coupling;
 
-/// `[plant]`
+/// Reads `[plant]`.
 pub(super) fn plant(
     item: &Item<'_>,
     catalogue: &Catalogue,
@@ -55,7 +55,7 @@ pub(super) fn plant(
     })
 }
 
-/// That of a plant that brings its own model, which has base, legs, ground and start of its own.
+/// Reads `[plant]` of a standalone model, which defines base, legs, ground and start itself.
 fn standalone(table: &Table<'_>, model: &Kind, coupling: Coupling) -> Result<PlantSpec, Reported> {
     let step = table.optional("step", step);
     let options = Options::read(table, &model.options);
@@ -73,7 +73,7 @@ fn standalone(table: &Table<'_>, model: &Kind, coupling: Coupling) -> Result<Pla
     })
 }
 
-/// The greatest step of a plant: a body falls half a millimetre in it.
+/// Greatest step of a plant; a body falls half a millimetre in it.
 const GREATEST_STEP: SimDuration = SimDuration::from_millis(10);
 
 fn step(item: &Item<'_>) -> Result<SimDuration, Reported> {
@@ -179,11 +179,11 @@ fn heights(table: &Table<'_>) -> Result<Heights, Reported> {
         (Some(rows), None, None) => Ok(Heights::Given(rows)),
         (None, Some(amplitude), seed) => Ok(Heights::Random { amplitude, seed }),
         (Some(_), _, _) => {
-            let message = "heights are either given or drawn";
+            let message = "heights are either listed or random";
             Err(table.report(
                 "values",
                 message,
-                "give `values`, or `amplitude` and perhaps `seed`",
+                "give `values`, or `amplitude` and optionally `seed`",
             ))
         }
         (None, None, _) => {
@@ -191,13 +191,13 @@ fn heights(table: &Table<'_>) -> Result<Heights, Reported> {
             Err(table.report(
                 "profile",
                 message,
-                "give `values`, or `amplitude` and perhaps `seed`",
+                "give `values`, or `amplitude` and optionally `seed`",
             ))
         }
     }
 }
 
-/// `[actuator]`
+/// Reads `[actuator]`.
 pub(super) fn actuator(table: &Table<'_>, run: SimDuration) -> Result<ActuatorSpec, Reported> {
     let kind = table.optional("kind", |item| {
         item.choice(&[
@@ -212,19 +212,19 @@ pub(super) fn actuator(table: &Table<'_>, run: SimDuration) -> Result<ActuatorSp
     let knee = table.optional("knee", |item| servo(&item.table()?, run));
     let (kind, both) = (kind?.unwrap_or_default(), both?);
     let (hip, knee) = (hip?.unwrap_or_default(), knee?.unwrap_or_default());
-    let given = [both, hip, knee]
+    let has_overrides = [both, hip, knee]
         .iter()
         .any(|servo| *servo != ServoOverride::default());
-    let without = match kind {
+    let subject = match kind {
         ActuatorKind::Servo => None,
         ActuatorKind::Ideal => Some("an ideal actuator has"),
         ActuatorKind::None => Some("a leg without actuators has"),
         ActuatorKind::Motor => Some("a motor has"),
     };
-    if let Some(without) = without
-        && given
+    if let Some(subject) = subject
+        && has_overrides
     {
-        let message = format!("{without} no lag, speed, torque or dead band");
+        let message = format!("{subject} no lag, speed, torque or dead band");
         return Err(table.report(
             "kind",
             message,
@@ -250,22 +250,22 @@ impl ServoOverride {
 }
 
 fn servo(table: &Table<'_>, run: SimDuration) -> Result<ServoOverride, Reported> {
-    let figure =
+    let parameter =
         |key: &str, unit, range: Range| table.optional(key, |item| item.quantity(unit, &range));
     let lag = table.optional("lag", |item| {
         let lag = item.quantity(Unit::Second, &Range::POSITIVE)?;
         if lag > run.as_secs_f64() {
             let help = format!(
                 "the run lasts {}: the servo hardly moves in it",
-                spelled(run)
+                print_duration(run)
             );
             item.warn(code::LAG, "the lag is longer than the run", help);
         }
         Ok(lag)
     });
-    let speed = figure("speed", Unit::RadianPerSecond, Range::POSITIVE);
-    let torque = figure("torque", Unit::NewtonMeter, Range::POSITIVE);
-    let dead_band = figure("dead_band", Unit::Radian, Range::NOT_NEGATIVE);
+    let speed = parameter("speed", Unit::RadianPerSecond, Range::POSITIVE);
+    let torque = parameter("torque", Unit::NewtonMeter, Range::POSITIVE);
+    let dead_band = parameter("dead_band", Unit::Radian, Range::NOT_NEGATIVE);
     Ok(ServoOverride {
         lag: lag?,
         speed: speed?,

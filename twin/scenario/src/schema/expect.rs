@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use twinrig_document::{Range, percentage_pattern, quantity_name};
 use twinrig_kernel::Unit;
 
-use super::words::{
+use super::builders::{
     any_quantity, boolean, described, duration, list, natural, number, object, object_of_one,
     positive_duration, quantity, reference, table_of, text, texts,
 };
@@ -36,7 +36,7 @@ pub(super) fn expect(plants: &[Kind], defs: &mut Map<String, Value>) -> Value {
     object_of_one(properties, &[], &SUBJECTS)
 }
 
-/// Tables of limits, each defined once.
+/// Definitions of tables of limits, each of them once.
 struct Limits<'a> {
     defs: &'a mut Map<String, Value>,
 }
@@ -56,7 +56,7 @@ impl Limits<'_> {
         })
     }
 
-    /// The same in whatever unit a signal has.
+    /// Returns the table of limits for any unit.
     fn of_any(&mut self) -> Value {
         self.define("limits.quantity".to_owned(), || {
             let within = any_quantity(&Range::NOT_NEGATIVE);
@@ -71,7 +71,7 @@ impl Limits<'_> {
     }
 }
 
-/// A table of limits, with other keys beside them.
+/// Returns a table of limits with additional keys.
 fn limits(value: &Value, within: &Value, more: Map<String, Value>, required: &[&str]) -> Value {
     let mut properties = json!({ "min": value, "max": value, "near": value, "within": within });
     if let Some(properties) = properties.as_object_mut() {
@@ -141,11 +141,11 @@ fn footstep(limits: &mut Limits<'_>) -> Value {
     footstep
 }
 
-/// The thresholds of a fall.
+/// Returns the table of the thresholds of a fall.
 pub(super) fn fall() -> Value {
     let thresholds = json!({
         "height": described(
-            "Share of the trunk's first height.",
+            "Least height of the trunk, as a share of its initial height.",
             number(&Range::between(0.0, 1.0)),
         ),
         "tilt": quantity(Unit::Radian, &Range::NOT_NEGATIVE),

@@ -1,34 +1,35 @@
-//! The schema of tables of parts that come in kinds: which keys a kind has, and which values each of them takes.
+//! The schema of tables of parts with kinds: the keys of each kind, and their values.
 
 use std::collections::BTreeSet;
 
 use serde_json::{Map, Value, json};
 
-use super::words::{
-    boolean, by_word, described, duration, natural, object, only_keys, open_object, or_table,
+use super::builders::{
+    boolean, by_value, described, duration, natural, object, only_keys, open_object, or_table,
     quantity, reference, table_of, text, time,
 };
 use crate::catalogue::{Accepts, Kind, VariableSpec};
 
-/// What all kinds of a part have in common.
+/// Properties that all kinds of a part have in common.
 pub(super) struct Common<'a> {
-    /// The name of the table, for definitions.
+    /// Name of the table, for definitions.
     pub table: &'a str,
-    /// The key that names the kind.
+    /// Key that names the kind.
     pub key: &'a str,
-    /// Keys that all kinds have.
+    /// Keys of all kinds.
     pub properties: Value,
-    /// Those of them that every kind must be given.
+    /// Keys that every kind requires.
     pub required: &'a [&'a str],
-    /// Those of them that a kind that stands alone does not have.
-    pub not_alone: &'a [&'a str],
+    /// Keys that a standalone kind does not have.
+    pub not_standalone: &'a [&'a str],
 }
 
-/// The table of a part that comes in kinds.
+/// Returns the table of a part with kinds.
 ///
-/// One key may mean one thing in one kind and another in another, or nothing at all. So `properties` has all keys; with what
-/// they take where that is the same in all kinds, and else with what they may take, for editors to show. What holds for one
-/// kind is in its case. `more` is a case of its own, for a word that is no kind of the build.
+/// One key may have different meanings in several kinds, and none in others. `properties` therefore
+/// lists all keys: with their values where these are equal in all kinds, else with the union of the
+/// values, for editors. The case of a kind has the exact values. `more` is an additional case, for
+/// a value that is not a kind of the build.
 pub(super) fn with_kinds(
     common: &Common<'_>,
     kinds: &[Kind],
@@ -37,69 +38,69 @@ pub(super) fn with_kinds(
 ) -> Value {
     let mut properties = common.properties.clone();
     let names = kinds.iter().map(|kind| kind.name.as_str());
-    let names: Vec<&str> = names.chain(more.iter().map(|(word, _)| *word)).collect();
+    let names: Vec<&str> = names.chain(more.iter().map(|(name, _)| *name)).collect();
     properties[common.key] = json!({ "enum": names });
-    // A kind that this build does not have may have keys that it does not know of.
+    // The keys of a kind that is not in this build may be unknown.
     let open = kinds.iter().any(is_open);
     let all: Vec<Vec<(String, Value)>> = kinds.iter().map(keys).collect();
-    let mut words: Vec<&str> = Vec::new();
-    for (word, _) in all.iter().flatten() {
-        if !words.contains(&word.as_str()) {
-            words.push(word);
+    let mut names: Vec<&str> = Vec::new();
+    for (name, _) in all.iter().flatten() {
+        if !names.contains(&name.as_str()) {
+            names.push(name);
         }
     }
-    // What has one meaning in all kinds that have it is told once.
-    let mut told = BTreeSet::new();
-    for word in words {
-        let mut meanings: Vec<&Value> = Vec::new();
-        for (_, meaning) in all.iter().flatten().filter(|(key, _)| key == word) {
-            if !meanings.contains(&meaning) {
-                meanings.push(meaning);
+    // Keys with one meaning in all kinds that have them are defined once.
+    let mut shared_keys = BTreeSet::new();
+    for name in names {
+        let mut schemas: Vec<&Value> = Vec::new();
+        for (_, schema) in all.iter().flatten().filter(|(key, _)| key == name) {
+            if !schemas.contains(&schema) {
+                schemas.push(schema);
             }
         }
-        properties[word] = match meanings[..] {
-            [meaning] if !open => {
-                told.insert(word);
-                meaning.clone()
+        properties[name] = match schemas[..] {
+            [schema] if !open => {
+                shared_keys.insert(name);
+                schema.clone()
             }
             _ => {
-                let named = kinds.iter().zip(&all);
-                let named = named.filter(|(_, keys)| keys.iter().any(|(key, _)| key == word));
-                let named = named.map(|(kind, _)| reference(&definition(common, kind, word)));
-                json!({ "anyOf": named.chain([json!({})]).collect::<Vec<_>>() })
+                let cases = kinds.iter().zip(&all);
+                let cases = cases.filter(|(_, keys)| keys.iter().any(|(key, _)| key == name));
+                let cases = cases.map(|(kind, _)| reference(&definition(common, kind, name)));
+                json!({ "anyOf": cases.chain([json!({})]).collect::<Vec<_>>() })
             }
         };
     }
     let mut cases = Vec::new();
     for (kind, keys) in kinds.iter().zip(&all) {
         let mut narrowed = Map::new();
-        for (word, meaning) in keys
+        for (name, schema) in keys
             .iter()
-            .filter(|(word, _)| !told.contains(word.as_str()))
+            .filter(|(name, _)| !shared_keys.contains(name.as_str()))
         {
-            let definition = definition(common, kind, word);
-            narrowed.insert(word.clone(), reference(&definition));
-            defs.insert(definition, meaning.clone());
+            let definition = definition(common, kind, name);
+            narrowed.insert(name.clone(), reference(&definition));
+            defs.insert(definition, schema.clone());
         }
         cases.push((vec![kind.name.clone()], case(common, kind, keys, narrowed)));
     }
-    cases.extend(more.map(|(word, case)| (vec![word.to_owned()], case)));
+    cases.extend(more.map(|(name, case)| (vec![name.to_owned()], case)));
     let mut table = open_object(properties, &[common.key]);
-    by_word(&mut table, common.key, None, cases.into_iter());
+    by_value(&mut table, common.key, None, cases.into_iter());
     table
 }
 
-fn definition(common: &Common<'_>, kind: &Kind, word: &str) -> String {
-    // Both are words of TOML keys, which may hold what a JSON pointer or an URI cannot.
-    let plain = |word: &str| word.replace(|c: char| !c.is_ascii_alphanumeric() && c != '_', "-");
-    format!("{}.{}.{}", common.table, plain(&kind.name), plain(word))
+fn definition(common: &Common<'_>, kind: &Kind, name: &str) -> String {
+    // TOML keys may contain characters that JSON pointers and URIs do not allow.
+    let plain = |name: &str| name.replace(|c: char| !c.is_ascii_alphanumeric() && c != '_', "-");
+    format!("{}.{}.{}", common.table, plain(&kind.name), plain(name))
 }
 
 fn is_open(kind: &Kind) -> bool {
     kind.missing_feature.is_some() && kind.options.is_empty()
 }
 
-/// What holds where the part is of this kind.
+/// Returns the case of a kind.
 fn case(
     common: &Common<'_>,
     kind: &Kind,
@@ -110,9 +111,12 @@ fn case(
     if !is_open(kind) {
         let shared = common.properties.as_object();
         let shared = shared.into_iter().flat_map(Map::keys).map(String::as_str);
-        let shared = shared.filter(|key| !(kind.is_standalone && common.not_alone.contains(key)));
-        let own = keys.iter().map(|(word, _)| word.as_str());
-        if let Value::Object(only) = only_keys([common.key].into_iter().chain(shared).chain(own)) {
+        let shared =
+            shared.filter(|key| !(kind.is_standalone && common.not_standalone.contains(key)));
+        let declared = keys.iter().map(|(name, _)| name.as_str());
+        if let Value::Object(only) =
+            only_keys([common.key].into_iter().chain(shared).chain(declared))
+        {
             case.extend(only);
         }
     }
@@ -125,7 +129,7 @@ fn case(
     Value::Object(case)
 }
 
-/// The keys that a kind declares, and what each takes.
+/// Returns the keys that a kind declares, with the schemas of their values.
 fn keys(kind: &Kind) -> Vec<(String, Value)> {
     let mut keys: Vec<(String, Value)> = Vec::new();
     for option in &kind.options {
@@ -153,7 +157,7 @@ fn accepted(accepts: &Accepts) -> Value {
         }
         Accepts::Boolean => boolean(),
         Accepts::Text | Accepts::Name => text(),
-        Accepts::Choice(words) => json!({ "enum": words }),
+        Accepts::Choice(names) => json!({ "enum": names }),
         Accepts::Time => time(),
         Accepts::Group(options) => {
             let keys = options.iter().map(|option| {
@@ -170,8 +174,8 @@ fn accepted(accepts: &Accepts) -> Value {
     }
 }
 
-/// The value of a variable, or of each of its groups. Groups that are legs have the names that the scenario's robot gives
-/// them.
+/// Returns the schema of a variable: one value, or one for each of its groups. The names of groups
+/// that are legs depend on the robot.
 fn of_variable(kind: &Kind, variable: &VariableSpec) -> Value {
     let of = |variable: &VariableSpec| quantity(variable.unit, &variable.range);
     let variables = kind.variables_of(variable.key());
@@ -189,7 +193,7 @@ fn of_variable(kind: &Kind, variable: &VariableSpec) -> Value {
     or_table(of(variable), table)
 }
 
-/// What a `[[change]]` may set of a controller, and in which unit.
+/// Returns the variables of a controller that a `[[change]]` can set, with their units.
 pub(super) fn changes(kind: &Kind) -> Value {
     let mut by_unit: Vec<(twinrig_kernel::Unit, Vec<String>)> = Vec::new();
     let mut legs: Vec<&str> = Vec::new();
@@ -199,27 +203,27 @@ pub(super) fn changes(kind: &Kind) -> Value {
             by_unit.push((variable.unit, Vec::new()));
             by_unit.len() - 1
         });
-        for word in [variable.key(), variable.name.as_str()] {
-            if !by_unit[at].1.iter().any(|known| known == word) {
-                by_unit[at].1.push(word.to_owned());
+        for name in [variable.key(), variable.name.as_str()] {
+            if !by_unit[at].1.iter().any(|known| known == name) {
+                by_unit[at].1.push(name.to_owned());
             }
         }
         if variable.of_leg && !legs.contains(&variable.key()) {
             legs.push(variable.key());
         }
     }
-    let words = by_unit.iter().flat_map(|(_, words)| words);
-    let mut set = json!({ "enum": words.collect::<Vec<_>>() });
+    let names = by_unit.iter().flat_map(|(_, names)| names);
+    let mut set = json!({ "enum": names.collect::<Vec<_>>() });
     if !legs.is_empty() {
         let pattern = format!("^(?:{})/[^/]+$", legs.join("|"));
         set = json!({ "anyOf": [set, { "type": "string", "pattern": pattern }] });
     }
     let mut change = json!({ "properties": { "set": set } });
-    let cases = by_unit.into_iter().map(|(unit, words)| {
+    let cases = by_unit.into_iter().map(|(unit, names)| {
         let amount = quantity(unit, &twinrig_document::Range::ANY);
         let amounts = json!({ "properties": { "to": amount, "by": amount } });
-        (words, amounts)
+        (names, amounts)
     });
-    by_word(&mut change, "set", None, cases);
+    by_value(&mut change, "set", None, cases);
     change
 }

@@ -1,40 +1,42 @@
-//! The JSON schema of scenario files, for editors and for whoever writes scenarios by a program.
+//! The JSON schema of scenario files, for editors and for programs that write scenarios.
 //!
-//! It is built by hand beside the reader, because the reader accepts what no derive could say (quantities, near misses,
-//! limits). It never refuses what the reader accepts, and it refuses what the reader refuses as far as a schema can look:
-//! not at sums and orders of values, at what only a robot or a model knows, nor at whether a name that one place uses is
-//! given at another. Tests hold it to both, with a validator of other people's.
+//! It is written by hand in parallel to the reader, because no derive macro can express quantities,
+//! near misses and limits. It accepts everything that the reader accepts, and rejects what the
+//! reader rejects as far as a schema allows: sums and order of values, properties of a robot or a
+//! model, and references between tables are beyond it. Tests compare it with the reader by an
+//! independent validator.
 
+mod builders;
 mod expect;
 mod kinds;
 mod plant;
 mod share;
-mod words;
 
 use serde_json::{Map, Value, json};
 use twinrig_document::Range;
 use twinrig_kernel::Unit;
 
 use crate::catalogue::{Catalogue, Kind};
-use kinds::{Common, changes, with_kinds};
-use plant::{actuator, plant};
-use words::{
-    any_quantity, boolean, by_word, described, duration, list, natural, number, object, only_keys,
+use builders::{
+    any_quantity, boolean, by_value, described, duration, list, natural, number, object, only_keys,
     open_object, positive_duration, quantity, reference, text, texts, time,
 };
+use kinds::{Common, changes, with_kinds};
+use plant::{actuator, plant};
 
-/// The schema of the scenarios that a build with this catalogue accepts, in JSON Schema's draft 2020-12.
+/// Returns the schema of the scenarios that a build with this catalogue accepts, in JSON Schema
+/// draft 2020-12.
 ///
-/// A kind that the build lacks is a word of the schema all the same, and its keys, where they are not known, are whatever
-/// they may be: the scenario is sound, and another build runs it.
+/// A kind that the build lacks is valid in the schema, and its keys are unrestricted where they are
+/// unknown: the scenario is valid, and another build runs it.
 pub fn schema(catalogue: &Catalogue) -> Value {
     let mut defs = Map::new();
     let properties = json!({
-        "name": described("A line for a person.", text()),
-        "robot": described("A robot's name, or the path of its file; a plant that stands alone needs none.", text()),
+        "name": described("Title of the scenario, one line.", text()),
+        "robot": described("Name of a robot or path of its file; a standalone plant requires none.", text()),
         "override": described("Values of the robot file to replace, by dotted key.", json!({ "type": "object" })),
-        "duration": described("How long to run.", positive_duration()),
-        "seed": described("What all random streams spring from.", natural()),
+        "duration": described("Duration of the run.", positive_duration()),
+        "seed": described("Seed of all random streams.", natural()),
         "plant": plant(&catalogue.plants, &mut defs),
         "actuator": actuator(),
         "controller": controller(&catalogue.controllers, &mut defs),
@@ -44,12 +46,12 @@ pub fn schema(catalogue: &Catalogue) -> Value {
             "transfer_time": time(),
         }), &[]),
         "observe": object(json!({ "period": positive_duration() }), &[]),
-        "fall": described("When the robot has fallen.", expect::fall()),
+        "fall": described("Thresholds of a fall of the robot.", expect::fall()),
         "footsteps": footsteps(),
         "record": object(json!({
-            "signals": described("Names of signals; * and ** are wild.", texts()),
-            "frames": described("How often poses are written.", quantity(Unit::Hertz, &Range::NOT_NEGATIVE)),
-            "bytes": described("Whether the bytes on the wires are written.", boolean()),
+            "signals": described("Names of the recorded signals; * and ** are wildcards.", texts()),
+            "frames": described("Rate at which poses are recorded.", quantity(Unit::Hertz, &Range::NOT_NEGATIVE)),
+            "bytes": described("Whether the bytes on the wires are recorded.", boolean()),
         }), &[]),
         "change": list(&change()),
         "fault": list(&fault()),
@@ -63,14 +65,14 @@ pub fn schema(catalogue: &Catalogue) -> Value {
     if let (Some(schema), Value::Object(root)) = (schema.as_object_mut(), root) {
         schema.extend(root);
     }
-    between_tables(&mut schema, catalogue, &mut defs);
+    cross_table_rules(&mut schema, catalogue, &mut defs);
     schema["$defs"] = Value::Object(defs);
     share::share(&mut schema);
     schema
 }
 
-/// What one table has to do with another.
-fn between_tables(schema: &mut Value, catalogue: &Catalogue, defs: &mut Map<String, Value>) {
+/// Adds the conditions between tables.
+fn cross_table_rules(schema: &mut Value, catalogue: &Catalogue, defs: &mut Map<String, Value>) {
     let standalone = catalogue.plants.iter().filter(|kind| kind.is_standalone);
     let standalone: Vec<&str> = standalone.map(|kind| kind.name.as_str()).collect();
     let model = json!({ "properties": { "model": { "enum": standalone } }, "required": ["model"] });
@@ -94,11 +96,11 @@ fn between_tables(schema: &mut Value, catalogue: &Catalogue, defs: &mut Map<Stri
     });
 }
 
-/// What holds in a scenario whose controller is of a kind, the first case that fits.
+/// Returns the conditions on the kind of the controller; the first case that contains it applies.
 fn of_controller(cases: Vec<(Vec<String>, Value)>) -> Value {
     let mut chain = json!({});
-    for (words, then) in cases.into_iter().rev() {
-        let kind = json!({ "properties": { "kind": { "enum": words } }, "required": ["kind"] });
+    for (names, then) in cases.into_iter().rev() {
+        let kind = json!({ "properties": { "kind": { "enum": names } }, "required": ["kind"] });
         let fits = json!({ "properties": { "controller": kind }, "required": ["controller"] });
         chain = json!({ "if": fits, "then": then, "else": chain });
     }
@@ -113,7 +115,7 @@ fn controller(kinds: &[Kind], defs: &mut Map<String, Value>) -> Value {
         key: "kind",
         properties: json!({ "period": positive_duration(), "compute_time": time() }),
         required: &["period"],
-        not_alone: &[],
+        not_standalone: &[],
     };
     let none = (NONE, only_keys(["kind"]));
     with_kinds(&common, kinds, Some(none), defs)
@@ -123,16 +125,17 @@ fn bus(kinds: &[Kind], defs: &mut Map<String, Value>) -> Value {
     if kinds.is_empty() {
         return json!(false);
     }
-    let mut name = described("What it is called; without it, its kind.", text());
+    let mut name = described("Name of the bus; by default its kind.", text());
     name["pattern"] = json!("^[^/=]+$");
     let common = Common {
         table: "bus",
         key: "kind",
         properties: json!({ "name": name }),
         required: &[],
-        not_alone: &[],
+        not_standalone: &[],
     };
-    // One table or a list of them: what is said of a table says nothing of a list, so one schema is both.
+    // One table or a list of them: conditions on tables do not apply to lists, so one schema covers
+    // both.
     let mut bus = with_kinds(&common, kinds, None, defs);
     bus["type"] = json!(["object", "array"]);
     bus["items"] = json!({ "allOf": [{ "type": "object" }, { "$ref": "#/properties/bus" }] });
@@ -152,13 +155,13 @@ fn footsteps() -> Value {
             "lift_off": load,
             "shortest_swing": duration(),
             "least_impulse": described(
-                "Body weight times this, an impulse.",
+                "Least impulse of a footstep, as a multiple of the body weight.",
                 quantity(Unit::Second, &Range::NOT_NEGATIVE),
             ),
         }),
         &[],
     );
-    // Both are forces, or neither is; shares are what they are where nothing is said.
+    // Both thresholds are forces, or neither is; by default they are shares.
     let both = |load: &Value| json!({ "touch_down": load, "lift_off": load });
     footsteps["anyOf"] = json!([
         { "properties": both(&share) },
@@ -215,7 +218,7 @@ fn fault() -> Value {
         (&["stuck"], with(&[], &[])),
         (&["babble"], with(&["pause"], &[])),
     ];
-    let cases = cases.map(|(words, case)| (words.iter().map(|w| (*w).to_owned()).collect(), case));
-    by_word(&mut fault, "kind", None, cases.into_iter());
+    let cases = cases.map(|(names, case)| (names.iter().map(|w| (*w).to_owned()).collect(), case));
+    by_value(&mut fault, "kind", None, cases.into_iter());
     fault
 }

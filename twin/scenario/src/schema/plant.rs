@@ -4,11 +4,11 @@ use serde_json::{Value, json};
 use twinrig_document::Range;
 use twinrig_kernel::Unit;
 
-use super::kinds::{Common, with_kinds};
-use super::words::{
-    by_word, described, list, natural, number, object, only_keys, open_object, positive_duration,
+use super::builders::{
+    by_value, described, list, natural, number, object, only_keys, open_object, positive_duration,
     quantity, texts,
 };
+use super::kinds::{Common, with_kinds};
 use crate::catalogue::Kind;
 
 pub(super) fn plant(kinds: &[Kind], defs: &mut serde_json::Map<String, Value>) -> Value {
@@ -26,19 +26,19 @@ pub(super) fn plant(kinds: &[Kind], defs: &mut serde_json::Map<String, Value>) -
     legs["minItems"] = json!(1);
     let common = json!({
         "base": { "enum": ["free", "planar", "fixed"] },
-        "legs": described("The legs to simulate; without it, all.", legs),
-        "ground": described("Without it, the robot hangs in the air.", ground()),
-        "start": described("Joint angles and rates of all legs; without it, where the controller first wants them.", start),
+        "legs": described("The legs to simulate; by default all.", legs),
+        "ground": described("The ground; without it the robot hangs in the air.", ground()),
+        "start": described("Initial joint angles and rates of all legs; by default the controller's first command.", start),
         "step": positive_duration(),
-        "coupling": described("How the plant meets boards: moved to each instant of theirs, or on a grid.", coupling()),
+        "coupling": described("Coupling of the plant to the boards: exact, at each of their instants, or on a fixed grid.", coupling()),
     });
     let common = Common {
         table: "plant",
         key: "model",
         properties: common,
         required: &[],
-        // What a model of its own has itself.
-        not_alone: &["base", "legs", "ground", "start"],
+        // Properties that a standalone model defines itself.
+        not_standalone: &["base", "legs", "ground", "start"],
     };
     with_kinds(&common, kinds, None, defs)
 }
@@ -64,8 +64,8 @@ fn ground() -> Value {
         &[],
     );
     let profile = |more: &[&'static str], required: &[&str]| {
-        let every = ["friction", "restitution", "profile"].iter().chain(more);
-        let mut keys = only_keys(every.copied());
+        let keys = ["friction", "restitution", "profile"].iter().chain(more);
+        let mut keys = only_keys(keys.copied());
         keys["required"] = json!(required);
         keys
     };
@@ -77,15 +77,15 @@ fn ground() -> Value {
         ("step-down", profile(&["at", "height"], &["at", "height"])),
         ("heights", heights),
     ];
-    let cases = cases.map(|(word, case)| (vec![word.to_owned()], case));
-    by_word(&mut ground, "profile", Some("flat"), cases.into_iter());
+    let cases = cases.map(|(value, case)| (vec![value.to_owned()], case));
+    by_value(&mut ground, "profile", Some("flat"), cases.into_iter());
     ground
 }
 
 fn coupling() -> Value {
     let grid = object(
         json!({
-            "grid": described("Its step; it divides the observation period.", positive_duration()),
+            "grid": described("Step of the grid; it must divide the observation period.", positive_duration()),
             "inputs": { "enum": ["mean", "held"] },
         }),
         &["grid"],
@@ -94,14 +94,14 @@ fn coupling() -> Value {
 }
 
 pub(super) fn actuator() -> Value {
-    let figures = json!({
+    let parameters = json!({
         "lag": quantity(Unit::Second, &Range::POSITIVE),
         "speed": quantity(Unit::RadianPerSecond, &Range::POSITIVE),
         "torque": quantity(Unit::NewtonMeter, &Range::POSITIVE),
         "dead_band": quantity(Unit::Radian, &Range::NOT_NEGATIVE),
     });
-    let joint = object(figures.clone(), &[]);
-    let mut properties = figures;
+    let joint = object(parameters.clone(), &[]);
+    let mut properties = parameters;
     properties["kind"] = json!({ "enum": ["servo", "ideal", "none", "motor"] });
     properties["hip"] = joint.clone();
     properties["knee"] = joint;
@@ -109,12 +109,12 @@ pub(super) fn actuator() -> Value {
     let mut without = only_keys(["kind", "hip", "knee"]);
     without["properties"] =
         json!({ "hip": { "maxProperties": 0 }, "knee": { "maxProperties": 0 } });
-    let words = ["ideal", "none", "motor"].map(str::to_owned);
-    by_word(
+    let values = ["ideal", "none", "motor"].map(str::to_owned);
+    by_value(
         &mut actuator,
         "kind",
         None,
-        [(words.into(), without)].into_iter(),
+        [(values.into(), without)].into_iter(),
     );
     actuator
 }

@@ -1,10 +1,10 @@
-//! Quantities that several keys take are defined once, so that a schema stays one that a person can read.
+//! Definitions of quantities that several keys have in common, which keep the schema readable.
 
 use std::collections::BTreeMap;
 
 use serde_json::{Map, Value, json};
 
-/// Puts what is said of a quantity in several places into `$defs`, and refers to it there.
+/// Moves quantities that occur more than once to `$defs` and replaces them with references.
 pub(super) fn share(schema: &mut Value) {
     let mut uses = BTreeMap::new();
     visit(schema, &mut |quantity| {
@@ -24,12 +24,12 @@ pub(super) fn share(schema: &mut Value) {
         });
         *quantity = json!({ "$ref": format!("#/$defs/{name}") });
     });
-    if let Some(known) = schema.get_mut("$defs").and_then(Value::as_object_mut) {
-        known.extend(defs);
+    if let Some(existing) = schema.get_mut("$defs").and_then(Value::as_object_mut) {
+        existing.extend(defs);
     }
 }
 
-/// `length` for what is titled "a length (m, cm)"; `length.2` if that is another length.
+/// Returns `length` for the title "a length (m, cm)", or `length.2` if the name is taken.
 fn free_name(quantity: &Value, defs: &Map<String, Value>) -> String {
     let title = quantity["title"].as_str().unwrap_or("quantity");
     let title = title.split(" (").next().unwrap_or(title);
@@ -41,7 +41,7 @@ fn free_name(quantity: &Value, defs: &Map<String, Value>) -> String {
     free.unwrap_or(name)
 }
 
-/// Calls `found` with every schema that is that of a quantity and nothing more.
+/// Calls `found` with every schema that consists of a quantity only.
 fn visit(schema: &mut Value, found: &mut impl FnMut(&mut Value)) {
     const OF_QUANTITIES: [&str; 7] = [
         "type",

@@ -1,4 +1,4 @@
-//! A catalogue to test with, which has one of everything, and a scene.
+//! Test catalogue with all features of kinds, and a scene.
 
 #![allow(dead_code, reason = "each test file uses its part")]
 
@@ -13,8 +13,8 @@ use twinrig_scenario::{
     Scene, VariableSpec,
 };
 
-/// A catalogue with one of everything that kinds can declare, and with keys that mean one thing in one kind and another in
-/// another.
+/// Returns a catalogue with all declarations of kinds, and with keys whose meaning differs between
+/// kinds.
 pub fn catalogue() -> Catalogue {
     let option = |name: &str, accepts, default| OptionSpec {
         name: name.into(),
@@ -39,7 +39,7 @@ pub fn catalogue() -> Catalogue {
         ),
         option("cells", Accepts::Natural(16..=512), None),
     ];
-    let mut mujoco = Kind::new("mujoco", "somebody else's physics");
+    let mut mujoco = Kind::new("mujoco", "external physics engine");
     mujoco.missing_feature = Some("mujoco".into());
     let mut cpg = Kind::new("cpg", "oscillators");
     cpg.options = vec![option(
@@ -92,7 +92,7 @@ pub fn catalogue() -> Catalogue {
     }
 }
 
-/// A plant that brings its own model.
+/// Returns a standalone plant.
 fn standalone(option: impl Fn(&str, Accepts, Option<OptionValue>) -> OptionSpec) -> Kind {
     let joint = vec![option("joint", Accepts::Name, None)];
     let joints = Accepts::Table(Box::new(Accepts::Group(joint)));
@@ -102,11 +102,11 @@ fn standalone(option: impl Fn(&str, Accepts, Option<OptionValue>) -> OptionSpec)
             option("file", Accepts::Name, None),
             option("outputs", joints, None),
         ],
-        ..Kind::new("own", "a model of one's own")
+        ..Kind::new("own", "standalone model")
     }
 }
 
-/// The smallest scenario, with `more` behind it.
+/// Returns the minimal scenario with `more` appended.
 pub fn text(more: &str) -> String {
     format!(
         "robot = \"cheetah-cub\"\nduration = \"10 s\"\n\n[plant]\nmodel = \"massless\"\nground = {{}}\n\n\
@@ -118,7 +118,7 @@ pub fn parse(text: &str) -> Result<Scenario, DocumentError> {
     Scenario::parse("run.toml", text, Path::new("."), &[], &catalogue())
 }
 
-/// The legs of a robot.
+/// Returns the legs of a quadruped.
 pub fn legs() -> Vec<LegFact> {
     ["LF", "RF", "LH", "RH"]
         .into_iter()
@@ -154,7 +154,7 @@ pub fn facts(legs: Vec<LegFact>) -> Facts {
     }
 }
 
-/// The scene of a scenario.
+/// Returns the scene of a scenario.
 pub fn scene(text: &str) -> Result<Scene, DocumentError> {
     let scenario = parse(text)?;
     let legs = scenario.legs(&legs())?;

@@ -1,10 +1,10 @@
-//! Runs made up for the judge: bodies that glide and feet that stand and swing by the clock.
+//! Synthetic runs for the judge: trunk trajectories and periodic foot loads.
 
 use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime};
 use twinrig_runtime::{EnergyBalance, Group, Observer, RunEvent, WorkCounts};
 use twinrig_scenario::{Footstep, Judge, Layouts, Outcome, Reference, RunEnd, Scene};
 
-/// Time between two observations.
+/// Observation period.
 pub const PERIOD_MS: u64 = 2;
 
 /// A run of 10 s, as functions of time in milliseconds.
@@ -13,7 +13,7 @@ pub struct Run<'r> {
     pub rpy: &'r dyn Fn(u64) -> [f64; 3],
     /// Load of a leg's foot [N].
     pub load: &'r dyn Fn(&str, u64) -> f64,
-    /// Place of a leg's foot [m].
+    /// World position of a leg's foot [m].
     pub foot: &'r dyn Fn(&str, u64) -> [f64; 3],
     /// Tension of a leg's cable [N].
     pub tension: &'r dyn Fn(&str, u64) -> f64,
@@ -33,12 +33,12 @@ impl Default for Run<'_> {
     }
 }
 
-/// Cycle of the made-up trot.
+/// Cycle of the synthetic trot.
 pub const CYCLE_MS: u64 = 300;
-/// Stance of the made-up trot.
+/// Stance of the synthetic trot.
 pub const STANCE_MS: u64 = 160;
 
-/// A trot: diagonal legs together, the others half a cycle later.
+/// Load of a foot in a trot: diagonal legs in phase, the others half a cycle later.
 pub fn trot_load(leg: &str, ms: u64) -> f64 {
     let late = if matches!(leg, "LF" | "RH") {
         0
@@ -53,25 +53,25 @@ pub fn at(ms: u64) -> SimTime {
     SimTime::ZERO + SimDuration::from_millis(ms)
 }
 
-/// Judges `run`; the outcomes and the footsteps.
+/// Judges `run` and returns outcomes and footsteps.
 pub fn judge_with(
     scene: &Scene,
     run: &Run<'_>,
     reference: Option<&Reference>,
 ) -> (Vec<Outcome>, Vec<Footstep>) {
-    let judged = watched(scene, run, reference);
+    let judged = judge_run(scene, run, reference);
     (judged.outcomes, judged.footsteps)
 }
 
-/// A run that was watched to its end.
-pub struct Watched {
+/// Judge and results of a completed run.
+pub struct JudgedRun {
     pub judge: Judge,
     pub outcomes: Vec<Outcome>,
     pub footsteps: Vec<Footstep>,
 }
 
-/// Watches `run` to its end, or to the fall that ends it.
-pub fn watched(scene: &Scene, run: &Run<'_>, reference: Option<&Reference>) -> Watched {
+/// Judges `run` to its end, or to the fall that ends it.
+pub fn judge_run(scene: &Scene, run: &Run<'_>, reference: Option<&Reference>) -> JudgedRun {
     let ports: Vec<Port> = super::facts(scene.legs.clone())
         .plant_outputs
         .into_iter()
@@ -93,7 +93,7 @@ pub fn watched(scene: &Scene, run: &Run<'_>, reference: Option<&Reference>) -> W
         judge = judge.with_reference(reference);
     }
     let mut footsteps = Vec::new();
-    let mut reached = run.end_ms;
+    let mut end_ms = run.end_ms;
     let mut values = vec![0.0; layout.len()];
     for ms in (0..=run.end_ms).step_by(usize::try_from(PERIOD_MS).unwrap()) {
         for field in layout.fields() {
@@ -111,12 +111,12 @@ pub fn watched(scene: &Scene, run: &Run<'_>, reference: Option<&Reference>) -> W
         judge.samples(at(ms), Group::Plant, &values);
         footsteps.extend_from_slice(judge.closed());
         if judge.ended_at().is_some() {
-            reached = ms;
+            end_ms = ms;
             break;
         }
     }
     let end = RunEnd {
-        at: at(reached),
+        at: at(end_ms),
         energy: Some(EnergyBalance {
             residual: 2e-7,
             exchanged: 1.0,
@@ -132,14 +132,14 @@ pub fn watched(scene: &Scene, run: &Run<'_>, reference: Option<&Reference>) -> W
     let outcomes = judge.finish(&end);
     footsteps.extend_from_slice(judge.closed());
     footsteps.sort_by_key(|step| (step.touch_down, step.leg));
-    Watched {
+    JudgedRun {
         judge,
         outcomes,
         footsteps,
     }
 }
 
-/// The outcome of the one expectation `expect` (the inside of an `[[expect]]`) of `run`.
+/// Returns the outcome of the expectation `expect` (the inside of an `[[expect]]`) in `run`.
 pub fn outcome(expect: &str, run: &Run<'_>) -> Outcome {
     let scene = super::scene(&super::text(&format!("[[expect]]\n{expect}")))
         .unwrap_or_else(|error| panic!("{error}"));
@@ -153,7 +153,7 @@ pub const BEGIN: RunEvent = RunEvent::ProcessBegin {
 pub const END: RunEvent = RunEvent::ProcessEnd;
 pub const MISSED: RunEvent = RunEvent::Overrun { missed: 1 };
 
-/// The events of a controller's cycle, judged; the run ends with the last of them.
+/// Judges the events of a controller's cycle; the run ends with the last of them.
 pub fn cycles(expect: &str, events: &[(u64, RunEvent)]) -> Outcome {
     cycles_until(
         expect,
@@ -162,7 +162,7 @@ pub fn cycles(expect: &str, events: &[(u64, RunEvent)]) -> Outcome {
     )
 }
 
-/// The same of a run that ends at `end_us`.
+/// Judges the events of a controller's cycle in a run that ends at `end_us`.
 pub fn cycles_until(expect: &str, events: &[(u64, RunEvent)], end_us: u64) -> Outcome {
     let text = super::text(&format!("[[expect]]\n{expect}"));
     let text = text.replace("\"10 s\"", &format!("\"{end_us} us\""));

@@ -1,4 +1,4 @@
-//! How far footsteps stand from those of the run without changes.
+//! Displacement of footsteps from those of the run without changes.
 
 use twinrig_kernel::SimTime;
 
@@ -7,28 +7,28 @@ use crate::expect::Axis;
 use crate::judge::footstep::Footstep;
 use crate::limits::Limits;
 
-/// A footstep of the run without changes that one of this run is compared with.
+/// Footstep of the run without changes that a displacement refers to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::judge) struct Counterpart {
+pub(in crate::judge) struct ReferenceStep {
     step: Footstep,
-    /// Time to the footstep beside it \[ns\].
+    /// Time to the adjacent footstep \[ns\].
     stride: u64,
 }
 
-/// One cycle of one leg, in this run and in the one without changes.
+/// One cycle of one leg, in this run and in the run without changes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CycleOfLeg {
-    /// Which touch-down after `after` it is, counted from 1.
+    /// Index of its touch-down after `after`, from 1.
     cycle: u64,
     after: SimTime,
     before: SimTime,
-    /// How many were so far.
+    /// Number of touch-downs after `after`.
     count: u64,
-    /// The touch-downs before it, of it and after it.
-    around: [Option<Footstep>; 3],
-    /// What it is compared with.
-    with: Option<Counterpart>,
-    /// The footstep that is nearest to that in time.
+    /// Footsteps before, of and after the cycle.
+    adjacent_steps: [Option<Footstep>; 3],
+    /// Footstep of the run without changes.
+    reference: Option<ReferenceStep>,
+    /// Footstep of this run closest to it in time.
     nearest: Option<Footstep>,
 }
 
@@ -39,54 +39,58 @@ impl CycleOfLeg {
             after,
             before,
             count: 0,
-            around: [None; 3],
-            with: None,
+            adjacent_steps: [None; 3],
+            reference: None,
             nearest: None,
         }
     }
 
-    pub fn compare_with(&mut self, counterpart: Option<Counterpart>) {
-        self.with = counterpart;
+    pub fn set_reference(&mut self, reference_step: Option<ReferenceStep>) {
+        self.reference = reference_step;
     }
 
-    /// Takes the footsteps of its leg.
+    /// Adds a footstep of the leg.
     pub fn add(&mut self, step: &Footstep) {
-        if let Some(with) = &self.with {
-            let off = |step: &Footstep| nanos_between(step, &with.step);
-            if self.nearest.is_none_or(|nearest| off(step) < off(&nearest)) {
+        if let Some(reference) = &self.reference {
+            let time_offset = |step: &Footstep| nanos_between(step, &reference.step);
+            if self
+                .nearest
+                .is_none_or(|nearest| time_offset(step) < time_offset(&nearest))
+            {
                 self.nearest = Some(*step);
             }
         }
         if step.touch_down > self.after {
             self.count += 1;
-            // Of the first cycle there is none before.
-            let place = (self.count + 1).checked_sub(self.cycle);
-            let place = place.and_then(|place| usize::try_from(place).ok());
-            if let Some(around) = place.and_then(|place| self.around.get_mut(place)) {
-                *around = Some(*step);
+            // The first cycle has no predecessor.
+            let index = (self.count + 1).checked_sub(self.cycle);
+            let index = index.and_then(|index| usize::try_from(index).ok());
+            if let Some(adjacent_steps) = index.and_then(|index| self.adjacent_steps.get_mut(index))
+            {
+                *adjacent_steps = Some(*step);
             }
         }
     }
 
-    /// As the run without changes: the footstep of the cycle.
-    pub fn counterpart(&self) -> Option<Counterpart> {
-        let [earlier, step, later] = self.around;
+    /// Returns the footstep of the cycle, if this is the run without changes.
+    pub fn reference_step(&self) -> Option<ReferenceStep> {
+        let [earlier, step, later] = self.adjacent_steps;
         let step = step.filter(|step| step.touch_down <= self.before)?;
-        let beside = later.or(earlier)?;
-        let stride = nanos_between(&step, &beside);
-        Some(Counterpart { step, stride })
+        let neighbour = later.or(earlier)?;
+        let stride = nanos_between(&step, &neighbour);
+        Some(ReferenceStep { step, stride })
     }
 
-    /// How far the footstep of this run that belongs to the counterpart, the nearest in time within
-    /// half a cycle, stands from it. (Counting the touch-downs of both runs would compare different
-    /// cycles as soon as one of them stumbles.)
-    pub fn moved(&self, axis: Axis, limits: &Limits) -> Worst {
+    /// Returns the displacement of the footstep of this run that is closest in time to the
+    /// reference footstep, within half a cycle. Counting the touch-downs of both runs would compare
+    /// different cycles after a stumble.
+    pub fn displacement(&self, axis: Axis, limits: &Limits) -> Worst {
         let mut worst = Worst::default();
-        if let (Some(mine), Some(with)) = (self.nearest, self.with)
-            && 2 * nanos_between(&mine, &with.step) < with.stride
+        if let (Some(footstep), Some(reference)) = (self.nearest, self.reference)
+            && 2 * nanos_between(&footstep, &reference.step) < reference.stride
         {
-            let moved = axis.along(minus(mine.position, with.step.position));
-            worst.add(mine.touch_down, moved, limits);
+            let displacement = axis.along(minus(footstep.position, reference.step.position));
+            worst.add(footstep.touch_down, displacement, limits);
         }
         worst
     }

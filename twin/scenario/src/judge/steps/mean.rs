@@ -1,4 +1,4 @@
-//! Numbers of all footsteps of a leg together.
+//! Mean values over the footsteps of a leg.
 
 use twinrig_kernel::SimTime;
 
@@ -6,32 +6,32 @@ use crate::judge::footstep::Footstep;
 use crate::judge::outcome::Finding;
 use crate::limits::Limits;
 
-/// What of them.
+/// Measure of the footsteps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mean {
-    /// Mean share of the cycle, touch-down to touch-down, that the leg stands.
+    /// Mean share of the stance in the cycle (touch-down to touch-down).
     DutyFactor,
-    /// Touch-downs a second.
+    /// Mean rate of touch-downs.
     Frequency,
     /// Number of touch-downs.
     Count,
 }
 
-/// The footsteps of one leg so far.
+/// Running sums over the footsteps of one leg.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Cycles {
     count: u64,
     first: Option<SimTime>,
-    /// Touch-down of the last footstep, and how long the leg stood \[s\].
+    /// Touch-down of the last footstep and its stance time \[s\].
     last: Option<(SimTime, Option<f64>)>,
-    /// Sum over the cycles of the share that the leg stood; none if one of them has none.
+    /// Sum of the stance shares of the cycles; none if one of them has none.
     shares: Option<f64>,
 }
 
 impl Cycles {
     pub fn add(&mut self, step: &Footstep) {
-        if let Some((begin, stance)) = self.last {
-            let cycle = (step.touch_down - begin).as_secs_f64();
+        if let Some((previous, stance)) = self.last {
+            let cycle = (step.touch_down - previous).as_secs_f64();
             let share = stance.map(|stance| stance / cycle);
             let shares = if self.count == 1 {
                 Some(0.0)
@@ -45,8 +45,8 @@ impl Cycles {
         self.count += 1;
     }
 
-    fn number(&self, of: Mean) -> Option<f64> {
-        match of {
+    fn value(&self, mean: Mean) -> Option<f64> {
+        match mean {
             Mean::Count => Some(self.count as f64),
             Mean::DutyFactor => {
                 let cycles = self.count.checked_sub(1).filter(|cycles| *cycles > 0)?;
@@ -62,27 +62,27 @@ impl Cycles {
     }
 }
 
-/// The finding of the worst of all legs, and the first leg, by its place among them, that has no
-/// number.
+/// Returns the finding of the leg with the least margin, and the index of the first leg without a
+/// value.
 pub(super) fn finding<'n>(
     legs: impl Iterator<Item = (&'n str, Cycles)>,
-    of: Mean,
+    mean: Mean,
     limits: &Limits,
 ) -> (Option<Finding>, Option<usize>) {
     let mut worst: Option<(&str, f64)> = None;
     let mut missing = None;
     for (place, (name, cycles)) in legs.enumerate() {
-        let Some(number) = cycles.number(of) else {
+        let Some(value) = cycles.value(mean) else {
             missing = missing.or(Some(place));
             continue;
         };
-        if worst.is_none_or(|(_, known)| limits.margin(number) < limits.margin(known)) {
-            worst = Some((name, number));
+        if worst.is_none_or(|(_, other)| limits.margin(value) < limits.margin(other)) {
+            worst = Some((name, value));
         }
     }
-    let finding = worst.map(|(name, number)| {
+    let finding = worst.map(|(name, value)| {
         let detail = format!("worst: {name}");
-        Finding::of(limits.compare(number, number), None, detail)
+        Finding::of(limits.compare(value, value), None, detail)
     });
     (finding, missing)
 }

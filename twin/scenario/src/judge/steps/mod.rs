@@ -1,5 +1,5 @@
-//! One expectation of footsteps, fed footstep by footstep. It keeps statistics and no footsteps but
-//! the last of each leg, so a run may be as long as it likes.
+//! Statistics for one expectation of footsteps, updated footstep by footstep. Of the footsteps only
+//! the last of each leg is stored, so the memory does not depend on the length of the run.
 
 mod displacement;
 mod mean;
@@ -16,31 +16,31 @@ use crate::limits::Limits;
 use crate::scene::LegFact;
 use displacement::{CycleOfLeg, minus};
 use mean::{Cycles, Mean};
-use order::Turns;
+use order::TouchDownOrder;
 use phase::Phases;
 use worst::Worst;
 
-pub(super) use displacement::Counterpart;
+pub(super) use displacement::ReferenceStep;
 
-/// Watches the footsteps of one expectation.
+/// Statistics of the footsteps of one expectation.
 #[derive(Clone, Debug)]
 pub(super) struct StepMeter {
     window: Window,
-    /// Whose footsteps, by index.
+    /// Indices of the selected legs.
     legs: Vec<usize>,
-    /// How many touch-downs each of them had within the window.
-    touched: Vec<u64>,
+    /// Number of touch-downs of each of them within the window.
+    touch_down_counts: Vec<u64>,
     statistics: Statistics,
 }
 
-/// What is kept. Vectors have a place for each leg that is watched.
+/// Statistics of a measure. Vectors have one element for each selected leg.
 #[derive(Clone, Debug)]
 enum Statistics {
-    /// A number of every footstep.
-    Each(Number, Limits, Vec<Worst>),
-    /// A number of every footstep and the next one of its leg, and the last footsteps.
-    Between(Pair, Limits, Vec<Worst>, Vec<Option<Footstep>>),
-    /// A number of all footsteps of a leg.
+    /// Value of each footstep.
+    Each(Quantity, Limits, Vec<Worst>),
+    /// Value of each pair of successive footsteps of a leg, and the last footsteps.
+    Pairs(Pair, Limits, Vec<Worst>, Vec<Option<Footstep>>),
+    /// Value of all footsteps of a leg.
     Mean(Mean, Limits, Vec<Cycles>),
     Phase {
         pattern: Pattern,
@@ -48,13 +48,13 @@ enum Statistics {
         phases: Option<Phases>,
     },
     PhaseSpread(Limits, Option<Phases>),
-    Order(Turns),
+    Order(TouchDownOrder),
     Displacement(Axis, u32, Limits, Vec<CycleOfLeg>),
 }
 
-/// A number of a footstep.
+/// Quantity of a footstep.
 #[derive(Clone, Copy, Debug)]
-enum Number {
+enum Quantity {
     Slip,
     Impulse,
     PeakLoad,
@@ -62,31 +62,32 @@ enum Number {
     Position(Axis),
 }
 
-/// A number of two footsteps.
+/// Quantity of two successive footsteps.
 #[derive(Clone, Copy, Debug)]
 enum Pair {
     Swing,
     Stride,
 }
 
-/// What is known beside the footsteps.
-pub(super) struct Known<'k> {
+/// Facts of the run besides its footsteps.
+pub(super) struct RunFacts<'k> {
     pub legs: &'k [LegFact],
-    /// Whether the robot fell within the window: what is not reached yet has not failed then.
+    /// Whether the robot fell within the window: a minimum that was not reached by then has not
+    /// failed.
     pub fell: bool,
-    /// Whether the order of touch-downs is lost.
-    pub lost: bool,
+    /// Whether touch-downs were dropped from the order.
+    pub overflowed: bool,
 }
 
-impl Number {
-    /// None if the footstep has none.
+impl Quantity {
+    /// Returns the value; none if the footstep has none.
     fn of(self, step: &Footstep) -> Option<f64> {
         match self {
-            Number::Slip => Some(step.slip),
-            Number::Impulse => step.lift_off.map(|_| step.impulse),
-            Number::PeakLoad => Some(step.peak_load),
-            Number::Stance => step.stance(),
-            Number::Position(axis) => Some(axis.along(step.position)),
+            Quantity::Slip => Some(step.slip),
+            Quantity::Impulse => step.lift_off.map(|_| step.impulse),
+            Quantity::PeakLoad => Some(step.peak_load),
+            Quantity::Stance => step.stance(),
+            Quantity::Position(axis) => Some(axis.along(step.position)),
         }
     }
 }
@@ -112,27 +113,27 @@ impl Axis {
 }
 
 impl StepMeter {
-    /// Of the claim, in a scene of these legs.
+    /// Creates the statistics of a claim in a scene with these legs.
     pub fn new(claim: &FootstepClaim, window: Window, all: &[LegFact]) -> Self {
-        let legs = chosen(&claim.legs, all);
+        let legs = selected(&claim.legs, all);
         let count = legs.len();
-        let each = |number, limits: &Limits| {
-            Statistics::Each(number, *limits, vec![Worst::default(); count])
+        let each = |quantity, limits: &Limits| {
+            Statistics::Each(quantity, *limits, vec![Worst::default(); count])
         };
-        let between = |pair, limits: &Limits| {
+        let pairs = |pair, limits: &Limits| {
             let worst = vec![Worst::default(); count];
-            Statistics::Between(pair, *limits, worst, vec![None; count])
+            Statistics::Pairs(pair, *limits, worst, vec![None; count])
         };
         let mean =
             |mean, limits: &Limits| Statistics::Mean(mean, *limits, vec![Cycles::default(); count]);
         let statistics = match &claim.measure {
-            FootstepMeasure::Slip(limits) => each(Number::Slip, limits),
-            FootstepMeasure::Impulse(limits) => each(Number::Impulse, limits),
-            FootstepMeasure::PeakLoad(limits) => each(Number::PeakLoad, limits),
-            FootstepMeasure::Position(axis, limits) => each(Number::Position(*axis), limits),
-            FootstepMeasure::StanceTime(limits) => each(Number::Stance, limits),
-            FootstepMeasure::SwingTime(limits) => between(Pair::Swing, limits),
-            FootstepMeasure::StrideLength(limits) => between(Pair::Stride, limits),
+            FootstepMeasure::Slip(limits) => each(Quantity::Slip, limits),
+            FootstepMeasure::Impulse(limits) => each(Quantity::Impulse, limits),
+            FootstepMeasure::PeakLoad(limits) => each(Quantity::PeakLoad, limits),
+            FootstepMeasure::Position(axis, limits) => each(Quantity::Position(*axis), limits),
+            FootstepMeasure::StanceTime(limits) => each(Quantity::Stance, limits),
+            FootstepMeasure::SwingTime(limits) => pairs(Pair::Swing, limits),
+            FootstepMeasure::StrideLength(limits) => pairs(Pair::Stride, limits),
             FootstepMeasure::DutyFactor(limits) => mean(Mean::DutyFactor, limits),
             FootstepMeasure::Frequency(limits) => mean(Mean::Frequency, limits),
             FootstepMeasure::Count(limits) => mean(Mean::Count, limits),
@@ -150,7 +151,7 @@ impl StepMeter {
                     let legs = group.iter().filter_map(|leg| index(&leg.value));
                     legs.collect()
                 });
-                Statistics::Order(Turns::new(group.collect()))
+                Statistics::Order(TouchDownOrder::new(group.collect()))
             }
             FootstepMeasure::Displacement {
                 axis,
@@ -163,42 +164,42 @@ impl StepMeter {
         };
         StepMeter {
             window,
-            touched: vec![0; count],
+            touch_down_counts: vec![0; count],
             legs,
             statistics,
         }
     }
 
-    /// Whose footsteps.
+    /// Returns the indices of the selected legs.
     pub fn legs(&self) -> &[usize] {
         &self.legs
     }
 
-    /// Whether it is against the run without changes.
-    pub fn wants_a_reference(&self) -> bool {
+    /// Returns whether it refers to the run without changes.
+    pub fn requires_reference(&self) -> bool {
         matches!(self.statistics, Statistics::Displacement(..))
     }
 
-    /// Takes a footstep that is closed. Those of a leg come in the order of time.
+    /// Adds a completed footstep. Footsteps of a leg arrive in temporal order.
     pub fn step(&mut self, step: &Footstep) {
         let Some(place) = self.legs.iter().position(|leg| *leg == step.leg) else {
             return;
         };
-        // A footstep of the other run may be nearest to one outside the window.
+        // The closest footstep to one of the reference run may be outside the window.
         if let Statistics::Displacement(_, _, _, cycles) = &mut self.statistics {
             cycles[place].add(step);
         }
         if !self.window.contains(step.touch_down) {
             return;
         }
-        self.touched[place] += 1;
+        self.touch_down_counts[place] += 1;
         match &mut self.statistics {
-            Statistics::Each(number, limits, worst) => {
-                if let Some(value) = number.of(step) {
+            Statistics::Each(quantity, limits, worst) => {
+                if let Some(value) = quantity.of(step) {
                     worst[place].add(step.touch_down, value, limits);
                 }
             }
-            Statistics::Between(pair, limits, worst, last) => {
+            Statistics::Pairs(pair, limits, worst, last) => {
                 let last = last[place].replace(*step);
                 let pair = last.and_then(|last| Some((last, pair.of(&last, step)?)));
                 if let Some((last, value)) = pair {
@@ -213,7 +214,7 @@ impl StepMeter {
         }
     }
 
-    /// Takes a touch-down. Those of all legs come in the order of time.
+    /// Adds a touch-down. Touch-downs of all legs arrive in temporal order.
     pub fn touch_down(&mut self, touch_down: TouchDown) {
         if !self.window.contains(touch_down.at) {
             return;
@@ -224,95 +225,98 @@ impl StepMeter {
                 ..
             }
             | Statistics::PhaseSpread(_, Some(phases)) => phases.touch_down(touch_down),
-            Statistics::Order(turns) => turns.touch_down(touch_down),
+            Statistics::Order(order) => order.touch_down(touch_down),
             _ => {}
         }
     }
 
-    /// The footsteps of the run without changes that a displacement is against, leg by leg, if this
-    /// is that run.
-    pub fn counterparts(&self) -> Vec<Option<Counterpart>> {
+    /// Returns the reference footsteps of a displacement, leg by leg, if this is the run without
+    /// changes.
+    pub fn reference_steps(&self) -> Vec<Option<ReferenceStep>> {
         match &self.statistics {
             Statistics::Displacement(_, _, _, cycles) => {
-                cycles.iter().map(CycleOfLeg::counterpart).collect()
+                cycles.iter().map(CycleOfLeg::reference_step).collect()
             }
             _ => Vec::new(),
         }
     }
 
-    /// Compares with those of the run without changes from now on.
-    pub fn compare_with(&mut self, counterparts: &[Option<Counterpart>]) {
+    /// Sets the reference footsteps of the run without changes.
+    pub fn set_reference(&mut self, reference_steps: &[Option<ReferenceStep>]) {
         if let Statistics::Displacement(_, _, _, cycles) = &mut self.statistics {
-            for (cycle, counterpart) in cycles.iter_mut().zip(counterparts) {
-                cycle.compare_with(*counterpart);
+            for (cycle, reference_step) in cycles.iter_mut().zip(reference_steps) {
+                cycle.set_reference(*reference_step);
             }
         }
     }
 
-    /// The finding. A violation that was seen counts even where another leg has no number.
-    pub fn finding(&self, known: &Known<'_>) -> Finding {
-        let name = |leg: usize| known.legs[leg].name.as_str();
+    /// Returns the finding. An observed violation counts even if another leg has no value.
+    pub fn finding(&self, facts: &RunFacts<'_>) -> Finding {
+        let name = |leg: usize| facts.legs[leg].name.as_str();
         let names = || self.legs.iter().map(|leg| name(*leg));
-        let touched = |leg: usize| self.touched_down(leg, name(leg));
+        let detail = |leg: usize| self.touch_down_detail(leg, name(leg));
         match &self.statistics {
-            Statistics::Each(_, limits, worst) | Statistics::Between(_, limits, worst, _) => {
-                let without = worst.iter().position(Worst::is_empty);
-                let missing = without.map(|place| self.missing(place, known));
+            Statistics::Each(_, limits, worst) | Statistics::Pairs(_, limits, worst, _) => {
+                let without_value = worst.iter().position(Worst::is_empty);
+                let missing = without_value.map(|place| self.missing(place, facts));
                 let legs = names().zip(worst.iter().copied());
-                either(worst::finding(legs, limits), missing)
+                violation_or_missing(worst::finding(legs, limits), missing)
             }
             Statistics::Mean(mean, limits, cycles) => {
                 let limits = match mean {
-                    Mean::Count if known.fell => not_below(limits),
+                    Mean::Count if facts.fell => maximum_only(limits),
                     _ => *limits,
                 };
                 let legs = names().zip(cycles.iter().copied());
-                let (finding, without) = mean::finding(legs, *mean, &limits);
-                either(finding, without.map(|place| self.missing(place, known)))
+                let (finding, without_value) = mean::finding(legs, *mean, &limits);
+                violation_or_missing(
+                    finding,
+                    without_value.map(|place| self.missing(place, facts)),
+                )
             }
             Statistics::Phase { .. } | Statistics::PhaseSpread(..) | Statistics::Order(_)
-                if known.lost =>
+                if facts.overflowed =>
             {
-                Finding::unobserved("too many touch-downs to tell their order")
+                Finding::unobserved("too many touch-downs to determine their order")
             }
             Statistics::Phase {
                 pattern,
                 tolerance,
                 phases: Some(phases),
             } => {
-                let (finding, missing) = phases.finding(known.legs, pattern, *tolerance, &touched);
-                either(finding, missing)
+                let (finding, missing) = phases.finding(facts.legs, pattern, *tolerance, &detail);
+                violation_or_missing(finding, missing)
             }
             Statistics::PhaseSpread(limits, Some(phases)) => {
-                let (finding, missing) = phases.spread(known.legs, limits, &touched);
-                either(finding, missing)
+                let (finding, missing) = phases.spread(facts.legs, limits, &detail);
+                violation_or_missing(finding, missing)
             }
             Statistics::Phase { .. } | Statistics::PhaseSpread(..) => {
                 Finding::unobserved("a phase needs two legs")
             }
-            Statistics::Order(turns) => turns.finding(),
+            Statistics::Order(order) => order.finding(),
             Statistics::Displacement(axis, cycle, limits, cycles) => {
-                let moved = cycles.iter().map(|cycle| cycle.moved(*axis, limits));
-                let moved: Vec<Worst> = moved.collect();
-                let missing = moved.iter().any(Worst::is_empty).then(|| {
+                let displacements = cycles.iter().map(|cycle| cycle.displacement(*axis, limits));
+                let displacements: Vec<Worst> = displacements.collect();
+                let missing = displacements.iter().any(Worst::is_empty).then(|| {
                     Finding::unobserved(format!(
                         "cycle {cycle} is missing here or in the run without changes"
                     ))
                 });
-                either(worst::finding(names().zip(moved), limits), missing)
+                violation_or_missing(worst::finding(names().zip(displacements), limits), missing)
             }
         }
     }
 
-    fn missing(&self, place: usize, known: &Known<'_>) -> Finding {
+    fn missing(&self, place: usize, facts: &RunFacts<'_>) -> Finding {
         let leg = self.legs[place];
-        Finding::unobserved(self.touched_down(leg, &known.legs[leg].name))
+        Finding::unobserved(self.touch_down_detail(leg, &facts.legs[leg].name))
     }
 
-    /// What is said about a leg that has no number.
-    fn touched_down(&self, leg: usize, name: &str) -> String {
+    /// Returns the detail for a leg without a value.
+    fn touch_down_detail(&self, leg: usize, name: &str) -> String {
         let place = self.legs.iter().position(|other| *other == leg);
-        match place.map_or(0, |place| self.touched[place]) {
+        match place.map_or(0, |place| self.touch_down_counts[place]) {
             0 => format!("{name} never touched down"),
             1 => format!("{name} touched down once"),
             times => format!("{name} touched down {times} times"),
@@ -320,8 +324,8 @@ impl StepMeter {
     }
 }
 
-/// The finding of the legs that have a number, if it is a violation or no number is missing.
-fn either(finding: Option<Finding>, missing: Option<Finding>) -> Finding {
+/// Returns the finding of the legs with values if it is a violation or if no leg lacks a value.
+fn violation_or_missing(finding: Option<Finding>, missing: Option<Finding>) -> Finding {
     match (finding, missing) {
         (Some(finding), None) => finding,
         (Some(finding), Some(_)) if finding.verdict == Verdict::Fail => finding,
@@ -330,22 +334,22 @@ fn either(finding: Option<Finding>, missing: Option<Finding>) -> Finding {
     }
 }
 
-/// Limits of a number that may still grow: it has not failed by being too small yet.
-fn not_below(limits: &Limits) -> Limits {
+/// Returns the limits of a count that may still increase: only the maximum.
+fn maximum_only(limits: &Limits) -> Limits {
     Limits {
         min: None,
         max: Some(limits.max.unwrap_or(f64::INFINITY)),
     }
 }
 
-fn chosen(choice: &LegChoice, all: &[LegFact]) -> Vec<usize> {
-    let chosen = |leg: &LegFact| match choice {
+fn selected(choice: &LegChoice, all: &[LegFact]) -> Vec<usize> {
+    let selected = |leg: &LegFact| match choice {
         LegChoice::All => true,
         LegChoice::Fore => leg.fore,
         LegChoice::Hind => !leg.fore,
         LegChoice::Named(names) => names.iter().any(|name| name.value == leg.name),
     };
     let legs = all.iter().enumerate();
-    let legs = legs.filter(|(_, leg)| chosen(leg));
+    let legs = legs.filter(|(_, leg)| selected(leg));
     legs.map(|(index, _)| index).collect()
 }

@@ -1,4 +1,4 @@
-//! The order in which legs touch down.
+//! Cyclic order of touch-downs.
 
 use twinrig_kernel::SimTime;
 
@@ -6,22 +6,22 @@ use crate::judge::outcome::{Finding, Verdict};
 use crate::judge::touch_downs::TouchDown;
 use crate::limits::Limits;
 
-/// Groups of legs that take turns.
+/// Cyclic order of groups of legs, and the touch-downs out of it.
 #[derive(Clone, Debug)]
-pub(super) struct Turns {
+pub(super) struct TouchDownOrder {
     groups: Vec<Vec<usize>>,
-    /// The group that is touching down; none before the first.
+    /// Present group; none before the first touch-down.
     current: Option<usize>,
-    /// The legs of it that have.
+    /// Legs of the present group that have touched down.
     done: Vec<usize>,
     total: u64,
     out_of_order: u64,
     violated_at: Option<SimTime>,
 }
 
-impl Turns {
+impl TouchDownOrder {
     pub fn new(groups: Vec<Vec<usize>>) -> Self {
-        Turns {
+        TouchDownOrder {
             done: Vec::with_capacity(groups.iter().map(Vec::len).max().unwrap_or(0)),
             groups,
             current: None,
@@ -31,7 +31,7 @@ impl Turns {
         }
     }
 
-    /// Takes the touch-downs in the order of time.
+    /// Adds a touch-down; touch-downs arrive in temporal order.
     pub fn touch_down(&mut self, TouchDown { at, leg }: TouchDown) {
         let mut groups = self.groups.iter();
         let Some(group) = groups.position(|group| group.contains(&leg)) else {
@@ -45,11 +45,11 @@ impl Turns {
                 return;
             }
             Some(current) => {
-                let over = self.done.len() == self.groups[current].len();
-                over && group == (current + 1) % self.groups.len()
+                let is_complete = self.done.len() == self.groups[current].len();
+                is_complete && group == (current + 1) % self.groups.len()
             }
         };
-        // The window may begin in the middle of a group: its first turn may be incomplete.
+        // The window may begin within a group, so the first group may be incomplete.
         let largest = self.groups.iter().map(Vec::len).max().unwrap_or(1);
         if !(in_order || self.total <= largest as u64) {
             self.out_of_order += 1;
@@ -68,10 +68,10 @@ impl Turns {
             self.violated_at,
             detail,
         );
-        let rounds = 2 * self.groups.iter().map(Vec::len).sum::<usize>() as u64;
-        if finding.verdict == Verdict::Pass && self.total < rounds {
-            let few = format!("{} touch-downs are not two rounds", self.total);
-            return Finding::unobserved(few);
+        let two_rounds = 2 * self.groups.iter().map(Vec::len).sum::<usize>() as u64;
+        if finding.verdict == Verdict::Pass && self.total < two_rounds {
+            let detail = format!("{} touch-downs are not two rounds", self.total);
+            return Finding::unobserved(detail);
         }
         finding
     }

@@ -1,4 +1,4 @@
-//! The phases in which legs touch down.
+//! Phases of touch-downs.
 
 use std::f64::consts::TAU;
 
@@ -10,32 +10,32 @@ use crate::judge::touch_downs::TouchDown;
 use crate::limits::Limits;
 use crate::scene::LegFact;
 
-/// So many touch-downs of another leg may fall into one cycle of the first leg. A cycle that long
-/// is none.
-const MOST: usize = 1024;
+/// Largest number of touch-downs of another leg in one cycle of the first leg; a longer cycle is
+/// not periodic motion.
+const MAX_PER_CYCLE: usize = 1024;
 
-/// The phases of legs in the cycle of the first of them, touch-down to touch-down.
+/// Phases of legs in the cycle of the first of them, touch-down to touch-down.
 #[derive(Clone, Debug)]
 pub(super) struct Phases {
     first: usize,
-    /// When the cycle that lasts began.
+    /// Start of the present cycle.
     begin: Option<SimTime>,
     /// Number of touch-downs of the first leg.
     begins: u64,
     others: Vec<Shares>,
-    /// A leg of which too many touch-downs fell into one cycle.
-    crowded: Option<usize>,
+    /// Leg with too many touch-downs in one cycle.
+    overflowed: Option<usize>,
 }
 
-/// The touch-downs of one leg, as shares of the cycle.
+/// Touch-downs of one leg as shares of the cycle.
 #[derive(Clone, Debug)]
 struct Shares {
     leg: usize,
-    /// Sum of the unit vectors of those in cycles that are over.
+    /// Sum of the unit vectors of the phases in completed cycles.
     x: f64,
     y: f64,
     count: u64,
-    /// Those in the cycle that lasts.
+    /// Touch-downs in the present cycle.
     pending: Vec<SimTime>,
 }
 
@@ -49,7 +49,7 @@ struct LegPhase {
 }
 
 impl Phases {
-    /// Of these legs; none if they are fewer than two.
+    /// Creates the statistics of these legs; none if there are fewer than two.
     pub fn new(legs: &[usize]) -> Option<Self> {
         let [first, others @ ..] = legs else {
             return None;
@@ -66,11 +66,11 @@ impl Phases {
             begin: None,
             begins: 0,
             others: others.iter().map(shares).collect(),
-            crowded: None,
+            overflowed: None,
         })
     }
 
-    /// Takes the touch-downs in the order of time.
+    /// Adds a touch-down; touch-downs arrive in temporal order.
     pub fn touch_down(&mut self, TouchDown { at, leg }: TouchDown) {
         if leg == self.first {
             if let Some(begin) = self.begin {
@@ -83,34 +83,37 @@ impl Phases {
             self.begins += 1;
             return;
         }
-        // A touch-down before the first cycle is in none.
+        // Touch-downs before the first cycle are ignored.
         if self.begin.is_none() {
             return;
         }
         if let Some(other) = self.others.iter_mut().find(|other| other.leg == leg) {
-            if other.pending.len() < MOST {
+            if other.pending.len() < MAX_PER_CYCLE {
                 other.pending.push(at);
             } else {
-                self.crowded = Some(leg);
+                self.overflowed = Some(leg);
             }
         }
     }
 
-    /// The phases of all legs, or why those of some are missing: of the first, of one of the others.
-    fn all(&self, touched: &dyn Fn(usize) -> String) -> (Vec<LegPhase>, Option<Finding>) {
+    /// Returns the phases of the legs, and the reason if some are missing.
+    fn all(&self, detail_of: &dyn Fn(usize) -> String) -> (Vec<LegPhase>, Option<Finding>) {
         if self.begins < 3 {
-            return (Vec::new(), Some(Finding::unobserved(touched(self.first))));
+            return (Vec::new(), Some(Finding::unobserved(detail_of(self.first))));
         }
-        if let Some(leg) = self.crowded {
-            let many = format!("{}, too often in one cycle of the first leg", touched(leg));
-            return (Vec::new(), Some(Finding::unobserved(many)));
+        if let Some(leg) = self.overflowed {
+            let detail = format!(
+                "{}, too often in one cycle of the first leg",
+                detail_of(leg)
+            );
+            return (Vec::new(), Some(Finding::unobserved(detail)));
         }
         let mut missing = None;
         let mut phases = Vec::new();
         for other in &self.others {
-            // A leg that is seen in less than half of the cycles has no phase in them.
+            // A leg with touch-downs in less than half of the cycles has no phase.
             if 2 * other.count < self.begins - 1 {
-                missing = missing.or_else(|| Some(Finding::unobserved(touched(other.leg))));
+                missing = missing.or_else(|| Some(Finding::unobserved(detail_of(other.leg))));
             } else {
                 phases.push(other.phase());
             }
@@ -118,20 +121,19 @@ impl Phases {
         (phases, missing)
     }
 
-    /// Every leg's mean phase is the pattern's. Phases that are missing come with the finding of
-    /// those that are not.
+    /// Returns the deviation of the mean phases from a pattern, and the finding for missing phases.
     pub fn finding(
         &self,
         legs: &[LegFact],
         pattern: &Pattern,
         tolerance: f64,
-        touched: &dyn Fn(usize) -> String,
+        detail_of: &dyn Fn(usize) -> String,
     ) -> (Option<Finding>, Option<Finding>) {
-        let (phases, missing) = self.all(touched);
+        let (phases, missing) = self.all(detail_of);
         let unknown = |leg: usize| {
             let name = &legs[leg].name;
-            let why = format!("the pattern does not say where {name} is");
-            (None, Some(Finding::unobserved(why)))
+            let detail = format!("the pattern has no phase of {name}");
+            (None, Some(Finding::unobserved(detail)))
         };
         let Some(base) = share(pattern, &legs[self.first]) else {
             return unknown(self.first);
@@ -139,34 +141,38 @@ impl Phases {
         let mut worst: Option<(f64, String)> = None;
         for phase in phases {
             let leg = &legs[phase.leg];
-            let Some(wanted) = share(pattern, leg) else {
+            let Some(expected) = share(pattern, leg) else {
                 return unknown(phase.leg);
             };
-            let wanted = wrap(wanted - base);
-            let off = (wrap(phase.mean - wanted + 0.5) - 0.5).abs();
-            if worst.as_ref().is_none_or(|(known, _)| off >= *known) {
+            let expected = wrap(expected - base);
+            let deviation = (wrap(phase.mean - expected + 0.5) - 0.5).abs();
+            if worst
+                .as_ref()
+                .is_none_or(|(greatest, _)| deviation >= *greatest)
+            {
                 let first = &legs[self.first].name;
                 let detail = format!(
-                    "worst: {} at {:.3} of {first}'s cycle, wanted {wanted:.2}",
+                    "worst: {} at {:.3} of {first}'s cycle, expected {expected:.2}",
                     leg.name, phase.mean
                 );
-                worst = Some((off, detail));
+                worst = Some((deviation, detail));
             }
         }
         let within = Limits::at_most(tolerance);
-        let finding =
-            worst.map(|(off, detail)| Finding::of(within.compare(off, off), None, detail));
+        let finding = worst.map(|(deviation, detail)| {
+            Finding::of(within.compare(deviation, deviation), None, detail)
+        });
         (finding, missing)
     }
 
-    /// How much every leg's phase varies.
+    /// Returns the finding of the spread of the phases, and that for missing ones.
     pub fn spread(
         &self,
         legs: &[LegFact],
         limits: &Limits,
-        touched: &dyn Fn(usize) -> String,
+        detail_of: &dyn Fn(usize) -> String,
     ) -> (Option<Finding>, Option<Finding>) {
-        let (phases, missing) = self.all(touched);
+        let (phases, missing) = self.all(detail_of);
         if phases.is_empty() {
             return (None, missing);
         }
@@ -185,7 +191,8 @@ impl Phases {
 }
 
 impl Shares {
-    /// The cycle that began at `begin` is over, and took so many seconds.
+    /// Adds the phases of the pending touch-downs at the end of the cycle that began at `begin` and
+    /// took `cycle` seconds.
     fn close(&mut self, begin: SimTime, cycle: f64) {
         for at in self.pending.drain(..) {
             let share = (at - begin).as_secs_f64() / cycle;
@@ -206,12 +213,12 @@ impl Shares {
     }
 }
 
-/// The phase of a touch-down in a pattern, as a share of the cycle after that of the left fore leg.
+/// Returns the phase of a touch-down in a pattern, as a share of the cycle of the left fore leg.
 fn share(pattern: &Pattern, leg: &LegFact) -> Option<f64> {
     Some(match (pattern, leg.fore, leg.left) {
         (Pattern::Given(legs), ..) => {
-            let given = legs.iter().find(|(name, _)| name.value == leg.name);
-            return given.map(|(_, share)| *share);
+            let phase = legs.iter().find(|(name, _)| name.value == leg.name);
+            return phase.map(|(_, share)| *share);
         }
         (Pattern::Trot, fore, left) if fore == left => 0.0,
         (Pattern::Pace, _, true) | (Pattern::Bound, true, _) | (Pattern::Walk, true, true) => 0.0,
@@ -221,7 +228,7 @@ fn share(pattern: &Pattern, leg: &LegFact) -> Option<f64> {
     })
 }
 
-/// Into [0, 1).
+/// Wraps a phase into [0, 1).
 fn wrap(share: f64) -> f64 {
     let wrapped = share - share.floor();
     if wrapped < 1.0 { wrapped } else { 0.0 }

@@ -1,28 +1,28 @@
-//! The worst of a number that every footstep has.
+//! Least margin of a value of every footstep.
 
 use twinrig_kernel::SimTime;
 
 use crate::judge::outcome::Finding;
 use crate::limits::Limits;
 
-/// The worst number of one leg so far.
+/// Value of one leg with the least margin.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Worst {
-    /// The number and the touch-down of its footstep; none before the first.
+    /// Value and touch-down of its footstep; none before the first footstep.
     found: Option<(f64, SimTime)>,
-    /// The first touch-down of a footstep whose number is beyond the limits.
+    /// First touch-down of a footstep that violates the limits.
     violated_at: Option<SimTime>,
 }
 
 impl Worst {
-    pub fn add(&mut self, touch_down: SimTime, number: f64, limits: &Limits) {
-        let margin = limits.margin(number);
+    pub fn add(&mut self, touch_down: SimTime, value: f64, limits: &Limits) {
+        let margin = limits.margin(value);
         if margin < 0.0 {
             self.violated_at.get_or_insert(touch_down);
         }
-        let worse = |(known, _): (f64, SimTime)| margin < limits.margin(known);
+        let worse = |(other, _): (f64, SimTime)| margin < limits.margin(other);
         if self.found.is_none_or(worse) {
-            self.found = Some((number, touch_down));
+            self.found = Some((value, touch_down));
         }
     }
 
@@ -31,7 +31,7 @@ impl Worst {
     }
 }
 
-/// The finding of the worst of all legs, given with their names; none if no leg has a number.
+/// Returns the finding of the leg with the least margin; none if no leg has a value.
 pub(super) fn finding<'n>(
     legs: impl Iterator<Item = (&'n str, Worst)>,
     limits: &Limits,
@@ -39,19 +39,19 @@ pub(super) fn finding<'n>(
     let mut worst: Option<(&str, f64, SimTime)> = None;
     let mut violated_at: Option<SimTime> = None;
     for (name, leg) in legs {
-        let Some((number, at)) = leg.found else {
+        let Some((value, at)) = leg.found else {
             continue;
         };
         let earlier = leg.violated_at.into_iter().chain(violated_at).min();
         violated_at = earlier;
-        if worst.is_none_or(|(_, known, _)| limits.margin(number) < limits.margin(known)) {
-            worst = Some((name, number, at));
+        if worst.is_none_or(|(_, other, _)| limits.margin(value) < limits.margin(other)) {
+            worst = Some((name, value, at));
         }
     }
-    let (name, number, at) = worst?;
+    let (name, value, at) = worst?;
     let detail = format!("worst: {name} at {:.3} s", at.as_secs_f64());
     Some(Finding::of(
-        limits.compare(number, number),
+        limits.compare(value, value),
         violated_at,
         detail,
     ))

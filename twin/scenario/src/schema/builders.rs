@@ -1,7 +1,8 @@
-//! The vocabulary of the schema: objects, lists, quantities, and what depends on a key.
+//! Building blocks of the schema: objects, lists, quantities, and conditions on the value of a key.
 //!
-//! Editors complete keys from `properties` and from what `anyOf` names, and show nothing of `allOf`; so a table lists all of
-//! its keys in `properties`, and what a key depends on narrows that down by `if` and `then`.
+//! Editors complete keys from `properties` and from the references in `anyOf`, and ignore `allOf`.
+//! A table therefore lists all of its keys in `properties`; conditions narrow them by `if` and
+//! `then`.
 
 use serde_json::{Map, Value, json};
 use twinrig_document::{
@@ -9,14 +10,15 @@ use twinrig_document::{
 };
 use twinrig_kernel::Unit;
 
-/// A table with these keys and no others.
+/// Returns a table with these keys and no others.
 pub(super) fn object(properties: Value, required: &[&str]) -> Value {
     let mut object = open_object(properties, required);
     object["additionalProperties"] = json!(false);
     object
 }
 
-/// A table with these keys, of which [`by_word`] says when it has which; every key is in one of its cases.
+/// Returns a table with these keys; the cases of [`by_value`] define when it has which, and every
+/// key is in one of its cases.
 pub(super) fn open_object(properties: Value, required: &[&str]) -> Value {
     let mut object = Map::new();
     object.insert("type".to_owned(), json!("object"));
@@ -27,15 +29,15 @@ pub(super) fn open_object(properties: Value, required: &[&str]) -> Value {
     Value::Object(object)
 }
 
-/// The same, with exactly one of the keys `one`.
+/// Returns a table with these keys and exactly one of the keys `one`.
 pub(super) fn object_of_one(properties: Value, required: &[&str], one: &[&str]) -> Value {
     let mut object = object(properties, required);
     object["oneOf"] = one.iter().map(|key| json!({ "required": [key] })).collect();
     object
 }
 
-/// Either `plain`, which is no table, or `table`. Both are told apart by their type, so that an error is about the one that
-/// was meant.
+/// Returns the union of `plain`, which is not a table, and `table`. The type distinguishes the two,
+/// so that an error refers to the intended one.
 pub(super) fn or_table(mut plain: Value, mut table: Value) -> Value {
     let mut types = match plain["type"].take() {
         Value::Array(types) => types,
@@ -50,7 +52,7 @@ pub(super) fn or_table(mut plain: Value, mut table: Value) -> Value {
     plain
 }
 
-/// A table whose keys anybody chooses, each with a value like `one`.
+/// Returns a table with arbitrary keys, each with a value like `one`.
 pub(super) fn table_of(one: &Value) -> Value {
     json!({ "type": "object", "additionalProperties": one })
 }
@@ -60,7 +62,7 @@ pub(super) fn described(about: &str, mut value: Value) -> Value {
         return value;
     }
     if value.get("$ref").is_some() {
-        // Editors look no further than a reference.
+        // Editors ignore siblings of a reference.
         value = json!({ "anyOf": [value] });
     }
     value["description"] = json!(about);
@@ -91,7 +93,7 @@ pub(super) fn reference(name: &str) -> Value {
     json!({ "$ref": format!("#/$defs/{name}") })
 }
 
-/// A quantity in `unit`, or a bare number where that is what has no unit.
+/// Returns a quantity in `unit`; also a bare number if it is dimensionless.
 pub(super) fn quantity(unit: Unit, range: &Range) -> Value {
     let mut schema = json!({
         "type": "string",
@@ -109,7 +111,7 @@ pub(super) fn number(range: &Range) -> Value {
     quantity(Unit::One, range)
 }
 
-/// A quantity of whatever dimension.
+/// Returns a quantity of any dimension.
 pub(super) fn any_quantity(range: &Range) -> Value {
     let mut schema = json!({
         "type": ["number", "string"],
@@ -124,7 +126,7 @@ pub(super) fn duration() -> Value {
     timed(false)
 }
 
-/// A duration longer than zero.
+/// Returns a duration longer than zero.
 pub(super) fn positive_duration() -> Value {
     timed(true)
 }
@@ -137,7 +139,7 @@ fn timed(positive: bool) -> Value {
     })
 }
 
-/// What an editor shows of a quantity: `a length (m, cm, mm, um, km)`.
+/// Returns the title of a quantity: `a length (m, cm, mm, um, km)`.
 fn title(unit: Unit) -> String {
     match fitting_units(unit) {
         units if units.is_empty() => quantity_name(unit).to_owned(),
@@ -145,7 +147,7 @@ fn title(unit: Unit) -> String {
     }
 }
 
-/// Bounds of bare numbers; they say nothing of texts.
+/// Adds the bounds of bare numbers, which do not apply to texts.
 fn numeric(schema: &mut Value, range: &Range) {
     use std::ops::Bound::{Excluded, Included, Unbounded};
     let (key, end) = match range.min {
@@ -166,20 +168,20 @@ fn numeric(schema: &mut Value, range: &Range) {
     }
 }
 
-/// What holds in addition if the key `key` has one of some words: the first case that fits. `default` is the word that is
-/// meant where the key is missing.
+/// Adds conditions on the value of the key `key`: the first case that contains the value applies.
+/// `default` is the value where the key is missing.
 ///
-/// The cases are nested in `else`, because editors do not look into `allOf`.
-pub(super) fn by_word(
+/// The cases are nested in `else`, because editors ignore `allOf`.
+pub(super) fn by_value(
     table: &mut Value,
     key: &str,
     default: Option<&str>,
     cases: impl DoubleEndedIterator<Item = (Vec<String>, Value)>,
 ) {
     let mut chain: Option<Value> = None;
-    for (words, then) in cases.rev() {
-        let mut fits = json!({ "properties": { key: { "enum": words } } });
-        if !words.iter().any(|word| Some(word.as_str()) == default) {
+    for (values, then) in cases.rev() {
+        let mut fits = json!({ "properties": { key: { "enum": values } } });
+        if !values.iter().any(|value| Some(value.as_str()) == default) {
             fits["required"] = json!([key]);
         }
         let mut case = json!({ "if": fits, "then": then });
@@ -193,13 +195,13 @@ pub(super) fn by_word(
     }
 }
 
-/// No other keys than these.
+/// Restricts the keys to these.
 pub(super) fn only_keys<'k>(keys: impl IntoIterator<Item = &'k str>) -> Value {
     let keys: Vec<&str> = keys.into_iter().collect();
     json!({ "propertyNames": { "enum": keys } })
 }
 
-/// How long something takes: a duration, a distribution, or a trace.
+/// Returns a time model: a duration, a distribution, or a trace.
 pub(super) fn time() -> Value {
     let mut table = object(
         json!({
