@@ -1,4 +1,5 @@
-//! What the trot of the repository costs. Items are simulated seconds, so items a second are the real time factor.
+//! Computation time of the scenario `trot.toml`. Items are simulated seconds, so that items per
+//! second are the real-time factor.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +13,7 @@ fn main() {
     divan::main();
 }
 
-/// The trot, with these settings on top of it.
+/// Calls `body` with the scenario and the given settings.
 fn with_trot(settings: &[(&str, &str)], body: impl FnOnce(&Assembly<'_>)) {
     let registry = Registry::standard();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/trot.toml");
@@ -28,8 +29,8 @@ fn with_trot(settings: &[(&str, &str)], body: impl FnOnce(&Assembly<'_>)) {
     }
 }
 
-/// The whole scenario, judged, from the assembly on.
-fn whole(bencher: Bencher<'_, '_>, settings: &[(&str, &str)], recording: Option<PathBuf>) {
+/// Measures the run of the complete scenario including its evaluation, without reading the files.
+fn complete_run(bencher: Bencher<'_, '_>, settings: &[(&str, &str)], recording: Option<PathBuf>) {
     with_trot(settings, |assembly| {
         let execution = Execution {
             recording,
@@ -48,29 +49,29 @@ fn simulated_s(duration: SimDuration) -> u64 {
 
 #[divan::bench(sample_count = 20)]
 fn judged(bencher: Bencher<'_, '_>) {
-    whole(bencher, &[], None);
+    complete_run(bencher, &[], None);
 }
 
 #[divan::bench(sample_count = 20)]
 fn judged_and_recorded(bencher: Bencher<'_, '_>) {
     let path = std::env::temp_dir().join("twinrig-bench.mcap");
-    whole(bencher, &[], Some(path.clone()));
+    complete_run(bencher, &[], Some(path.clone()));
     let _ = std::fs::remove_file(path);
 }
 
-/// What leaving out saves: signals that nobody needs are neither computed nor hashed.
+/// Measures the saving by omission: signals that no part needs are neither computed nor hashed.
 #[divan::bench(sample_count = 20)]
 fn judged_and_only_the_body_recorded(bencher: Bencher<'_, '_>) {
     let lean = [
         ("record.signals", "[\"body/*\"]"),
         ("record.frames", "0 Hz"),
     ];
-    whole(bencher, &lean, None);
+    complete_run(bencher, &lean, None);
 }
 
-/// The rig alone, with nobody looking on, through a second in the middle of the run.
+/// Measures the rig without observers, for one simulated second in the middle of the run.
 #[divan::bench(sample_count = 20)]
-fn rig_alone(bencher: Bencher<'_, '_>) {
+fn rig_without_observers(bencher: Bencher<'_, '_>) {
     with_trot(&[], |assembly| {
         let from = SimTime::ZERO + SimDuration::from_secs(5);
         let mut rig = match assembly.rig() {
@@ -86,14 +87,14 @@ fn rig_alone(bencher: Bencher<'_, '_>) {
     });
 }
 
-/// What taking parts out saves: a robot that hangs by its trunk, with these legs.
+/// Measures the saving by removing parts: a robot with a fixed trunk and the given legs.
 fn hanging(bencher: Bencher<'_, '_>, legs: &str) {
     let settings = [
         ("plant", "{ model = \"massless\", base = \"fixed\" }"),
         ("plant.legs", legs),
         ("expect", "[]"),
     ];
-    whole(bencher, &settings, None);
+    complete_run(bencher, &settings, None);
 }
 
 #[divan::bench(sample_count = 20)]

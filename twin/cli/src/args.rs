@@ -22,7 +22,8 @@ pub struct Cli {
 pub enum Command {
     /// Run scenarios and evaluate their expectations
     Run(RunArgs),
-    /// Show which parts of a scenario are simulated and which are left out, with reasons, without running it
+    /// Show which parts of a scenario are simulated and which are left out, with reasons, without
+    /// running it
     Plan(PlanArgs),
     /// Validate scenarios without running them
     Check(CheckArgs),
@@ -44,7 +45,9 @@ pub enum Command {
     Export(ExportArgs),
     /// Print the JSON schema of the scenarios of this build, for editors
     ///
-    /// The first line of a scenario references the schema file, relative to the folder of the scenario: "#:schema scenario.schema.json". The schema contains the process variables of the controllers for all robots found, or for the robots given with --robot.
+    /// The first line of a scenario references the schema file, relative to the folder of the
+    /// scenario: "#:schema scenario.schema.json". The schema contains the process variables of the
+    /// controllers for all robots found, or for the robots given with --robot.
     Schema(SchemaArgs),
 }
 
@@ -90,13 +93,17 @@ pub struct RunArgs {
     /// Set a key of the scenario: plant.step="0.5 ms"
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
     pub set: Vec<(String, String)>,
-    /// Run with this plant; short for --set plant.model=MODEL. If repeated, run each plant and compare each with the first, footstep by footstep
+    /// Run with this plant; short for --set plant.model=MODEL. If repeated, run each plant and
+    /// compare each with the first, footstep by footstep
     #[arg(long, value_name = "MODEL")]
     pub plant: Vec<String>,
-    /// Start the other plants at TIME from the state of the first plant, so that differences accumulated before TIME do not count. From there on the plants are compared; the expectations are evaluated for the first plant only
+    /// Start the other plants at TIME from the state of the first plant, so that differences
+    /// accumulated before TIME do not count. From there on the plants are compared; the
+    /// expectations are evaluated for the first plant only
     #[arg(long, value_name = "TIME", value_parser = any_duration, conflicts_with = "port")]
     pub from: Option<SimDuration>,
-    /// Run in real time on the hardware at DEVICE instead of emulated boards and plant; one --port per bus
+    /// Run in real time on the hardware at DEVICE instead of emulated boards and plant; one --port
+    /// per bus
     #[arg(long, value_name = "BUS=DEVICE", value_parser = key_value)]
     pub port: Vec<(String, String)>,
     /// Folder for recordings
@@ -123,13 +130,15 @@ pub struct ServeArgs {
     /// Create a symbolic link PATH to the PTY of a bus
     #[arg(long, value_name = "BUS=PATH", value_parser = key_value)]
     pub pty: Vec<(String, String)>,
-    /// Time after the first received byte for which the robot is held in its start pose, so that boards can be configured and calibrated
+    /// Time after the first received byte for which the robot is held in its start pose, so that
+    /// boards can be configured and calibrated
     #[arg(long, value_name = "DURATION", value_parser = any_duration, default_value = "400 ms")]
     pub hold: SimDuration,
     /// Keep running when the program closes the port, and wait for the next connection
     #[arg(long)]
     pub keep: bool,
-    /// Real-time scheduling priority, 1 to 99: programs of lower or no real-time priority cannot delay the twin. A twin that is slower than real time then starves all other programs
+    /// Real-time scheduling priority, 1 to 99: programs of lower or no real-time priority cannot
+    /// delay the twin. A twin that is slower than real time then starves all other programs
     #[arg(long, value_parser = clap::value_parser!(u8).range(1..=99))]
     pub priority: Option<u8>,
 }
@@ -185,7 +194,9 @@ pub struct DiffArgs {
     pub a: PathBuf,
     /// Second recording
     pub b: PathBuf,
-    /// Compare footstep by footstep instead of bit by bit: the first differing footstep, differences in time and position, and the divergence of signals. Exit code 0 if all footsteps agree within --time and --place
+    /// Compare footstep by footstep instead of bit by bit: the first differing footstep,
+    /// differences in time and position, and the divergence of signals. Exit code 0 if all
+    /// footsteps agree within --time and --place
     #[arg(long)]
     pub events: bool,
     /// Tolerance for the times of touch-down and lift-off
@@ -194,7 +205,8 @@ pub struct DiffArgs {
     /// Tolerance for the positions of footsteps
     #[arg(long, value_name = "LENGTH", value_parser = length, default_value = "5 mm", requires = "events")]
     pub place: f64,
-    /// Tolerance for signals, as a share of their range; without it signals are judged only if there are no footsteps, with 1 %
+    /// Tolerance for signals, as a share of their range; without it signals are judged only if
+    /// there are no footsteps, with 1 %
     #[arg(long, value_name = "SHARE", value_parser = share, requires = "events")]
     pub share: Option<f64>,
     /// Print a JSON object
@@ -223,7 +235,8 @@ pub struct ExportArgs {
 /// Target format of an export.
 #[derive(Clone, Debug, Subcommand)]
 pub enum ExportCommand {
-    /// MJCF, the format of MuJoCo: the robot on flat ground, its drives held at their start positions
+    /// MJCF, the format of MuJoCo: the robot on flat ground, its drives held at their start
+    /// positions
     Mjcf(MjcfArgs),
 }
 
@@ -243,7 +256,8 @@ pub struct MjcfArgs {
 /// Arguments of `twin schema`.
 #[derive(Clone, Debug, Args)]
 pub struct SchemaArgs {
-    /// Name of a robot, or path of a robot file, for which the schema contains process variables; may be repeated
+    /// Name of a robot, or path of a robot file, for which the schema contains process variables;
+    /// may be repeated
     #[arg(long, value_name = "ROBOT")]
     pub robot: Vec<String>,
 }
@@ -261,15 +275,23 @@ pub struct StudyArgs {
 pub enum StudyCommand {
     /// Measure the error of each plant, method and step against its computation time
     ///
-    /// Integrates the scene with every plant and method over a range of steps or tolerances, and compares the foot positions with a reference: the best method at its finest setting, verified by a second method. Commands of a controller are recorded once and replayed to all plants. Runs that fail or exceed the budget are reported as such.
+    /// Integrates the scene with every plant and method over a range of steps or tolerances, and
+    /// compares the foot positions with a reference: the best method at its finest setting,
+    /// verified by a second method. Commands of a controller are recorded once and replayed to all
+    /// plants. Runs that fail or exceed the budget are reported as such.
     Precision(StudyOptions),
     /// Find the largest stable step of each plant and method, and the limiting parameters
     ///
-    /// Searches for the longest step at which the motion stays bounded while stiffness, masses, damping, gain, friction or restitution of the robot and its ground are varied one at a time. A stability limit at which the foot positions are inaccurate is marked as wrong.
+    /// Searches for the longest step at which the motion stays bounded while stiffness, masses,
+    /// damping, gain, friction or restitution of the robot and its ground are varied one at a time.
+    /// A stability limit at which the foot positions are inaccurate is marked as wrong.
     Stability(StudyOptions),
-    /// Measure the error and the saved computation time of coupling plant and boards on a fixed grid
+    /// Measure the error and the saved computation time of coupling plant and boards on a fixed
+    /// grid
     ///
-    /// Runs the complete rig, including controller, drivers and boards, with exact coupling and with fixed-step coupling at various grid steps, and compares foot and trunk positions with exact coupling at a fine plant step, which is verified by a step twice as long.
+    /// Runs the complete rig, including controller, drivers and boards, with exact coupling and
+    /// with fixed-step coupling at various grid steps, and compares foot and trunk positions with
+    /// exact coupling at a fine plant step, which is verified by a step twice as long.
     #[command(mut_arg("scenario", |scenario| scenario.default_value("scenarios/oncilla-clocks.toml")))]
     Coupling(StudyOptions),
 }

@@ -6,7 +6,7 @@ use thiserror::Error;
 use twinrig_document::{DocumentError, Problem, suggestion};
 use twinrig_record::RecordError;
 use twinrig_robot::RobotError;
-use twinrig_runtime::{DeviceError, PanicReport, RigError, caught};
+use twinrig_runtime::{DeviceError, PanicReport, RigError, catch_panic};
 use twinrig_scenario::Scenario;
 
 /// Error of the builder of a part; `?` converts any error into it.
@@ -168,7 +168,7 @@ pub(crate) fn guarded<R>(
     file: &str,
     operation: impl FnOnce() -> Result<R, TwinError>,
 ) -> Result<R, TwinError> {
-    caught(operation).unwrap_or_else(|source| {
+    catch_panic(operation).unwrap_or_else(|source| {
         let file = file.to_owned();
         Err(TwinError::Panic { file, source })
     })

@@ -1,8 +1,10 @@
-//! The program `twin` as a library: from scenario files to verdicts, recordings and comparisons of recordings. A crate that adds a custom controller, plant or bus to the [`Registry`] and calls [`run`] is a program with all commands.
+//! The program `twin` as a library: from scenario files to verdicts, recordings and comparisons of
+//! recordings. A crate that adds a custom controller, plant or bus to the [`Registry`] and calls
+//! [`run`] is a program with all commands.
 //!
 //! ```no_run
 //! use std::process::ExitCode;
-//! use twinrig::kernel::{Port, SimDuration, Snapshot, SnapshotError};
+//! use twinrig::kernel::{Port, SimDuration};
 //! use twinrig::runtime::Process;
 //! use twinrig::{ControllerKind, Registry};
 //!
@@ -12,8 +14,6 @@
 //!     fn name(&self) -> &str { "lazy" }
 //!     fn ports(&self) -> Vec<Port> { Vec::new() }
 //!     fn step(&mut self, _: SimDuration, _: &[f64], _: &mut [f64]) {}
-//!     fn save(&self) -> Snapshot { Snapshot::of(&()) }
-//!     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> { snapshot.read() }
 //! }
 //!
 //! fn main() -> ExitCode {
@@ -22,7 +22,8 @@
 //! }
 //! ```
 //!
-//! This crate implements no physics, no controller and no protocol; it depends on the crates that do, and none of them depends on it. The system clock affects reports and progress output only.
+//! This crate implements no physics, no controller and no protocol; it depends on the crates that
+//! do, and none of them depends on it. The system clock affects reports and progress output only.
 
 mod args;
 mod assembly;

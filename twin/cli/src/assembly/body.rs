@@ -1,4 +1,4 @@
-//! What is simulated: a robot file, a model that the plant brings along, or both.
+//! Simulated body: a robot file, a standalone model of the plant, or both.
 
 use std::sync::Arc;
 
@@ -10,14 +10,14 @@ use crate::assembly::sources;
 use crate::error::TwinError;
 use crate::parts::plant_kind::{ModelContext, StandaloneModel};
 
-/// What a scenario names to be simulated. A robot beside a model that the plant brings along is for the controller.
+/// Robot and model of a scenario. A robot beside a standalone model serves the controller.
 #[derive(Clone)]
 pub(crate) struct Body {
     robot: Option<FiledRobot>,
     standalone_model: Option<Arc<dyn StandaloneModel>>,
 }
 
-/// A robot, and the file that it is from.
+/// Robot with its file.
 #[derive(Clone)]
 struct FiledRobot {
     robot: Robot,
@@ -26,8 +26,8 @@ struct FiledRobot {
 }
 
 impl Body {
-    /// Of the robot in `file`, if the scenario names one, and the model of its plant, if that brings one; `kept` are the
-    /// files of a recording.
+    /// Reads the robot of `file` and the standalone model of the plant, where the scenario has
+    /// them; `kept` are the files of a recording.
     pub(crate) fn of(
         registry: &Registry,
         scenario: &Scenario,
@@ -53,25 +53,25 @@ impl Body {
         self.robot.as_ref().map(|filed| &filed.robot)
     }
 
-    /// Name and text of its file.
+    /// Returns name and text of the robot file.
     pub(crate) fn robot_file(&self) -> Option<(&str, &str)> {
         let filed = self.robot.as_ref()?;
         Some((&filed.file, &filed.text))
     }
 
-    /// What the plant brings along.
+    /// Returns the standalone model.
     pub(crate) fn standalone_model(&self) -> Option<&dyn StandaloneModel> {
         self.standalone_model.as_deref()
     }
 
-    /// What the plant simulates is called.
+    /// Returns the name of the simulated model or robot.
     pub(crate) fn name(&self) -> &str {
         let own = self.standalone_model().map(StandaloneModel::name);
         let robot = || Some(self.robot()?.name.as_str());
         own.or_else(robot).unwrap_or_default()
     }
 
-    /// Its legs.
+    /// Returns the legs.
     pub(crate) fn legs(&self) -> Vec<LegFact> {
         let fact = |mount: &LegMount| LegFact {
             name: mount.name.clone(),
@@ -85,7 +85,7 @@ impl Body {
         }
     }
 
-    /// Its weight \[N\].
+    /// Returns the weight \[N\].
     pub(crate) fn weight(&self) -> f64 {
         let own = self.standalone_model().map(StandaloneModel::weight);
         own.or_else(|| self.robot().map(Robot::weight))

@@ -105,7 +105,8 @@ impl<'a> PartBuilder<'a> {
         Ok(process)
     }
 
-    /// First commands of a process, by signal name: the pose at the start. The process keeps its state.
+    /// First commands of a process, by signal name: the pose at the start. The process keeps its
+    /// state.
     pub(crate) fn first_commands(
         &self,
         process: &mut dyn Process,
@@ -136,18 +137,17 @@ impl<'a> PartBuilder<'a> {
         &self,
         first_commands: &[(String, f64)],
     ) -> Result<Vec<Port>, TwinError> {
-        let ports = match self.body.standalone_model() {
-            Some(model) => Ok(model.ports()),
-            None => {
-                let robot = self.body.robot();
-                let robot = robot.ok_or_else(|| self.plant_error(NO_ROBOT.into()))?;
-                let legs = self.leg_names();
-                let (plant, actuator) = (&self.scenario.plant, &self.scenario.actuator);
-                let context =
-                    self.plant_context(robot, &legs, plant, actuator, first_commands, &|_| true);
-                let ports = self.registry.plant_ports(&context);
-                ports.unwrap_or_else(|| Err(NO_SUCH_KIND.into()))
-            }
+        let ports = if let Some(model) = self.body.standalone_model() {
+            Ok(model.ports())
+        } else {
+            let robot = self.body.robot();
+            let robot = robot.ok_or_else(|| self.plant_error(NO_ROBOT.into()))?;
+            let legs = self.leg_names();
+            let (plant, actuator) = (&self.scenario.plant, &self.scenario.actuator);
+            let context =
+                self.plant_context(robot, &legs, plant, actuator, first_commands, &|_| true);
+            let ports = self.registry.plant_ports(&context);
+            ports.unwrap_or_else(|| Err(NO_SUCH_KIND.into()))
         };
         let mut ports = ports.map_err(|source| self.plant_error(source))?;
         ports.retain(|port| port.direction == Direction::Output);

@@ -1,4 +1,4 @@
-//! The buses of a scene: what carries the signals between controller and plant.
+//! Buses and direct connections between controller and plant.
 
 use twinrig_document::suggestion;
 use twinrig_kernel::Port;
@@ -9,11 +9,11 @@ use crate::assembly::builder::{Bus, PartBuilder};
 use crate::error::{BuildError, NO_ROBOT, TwinError};
 use crate::parts::bus_kind::{BusContext, BusKind};
 
-/// What carries the signals that no bus does.
+/// Name of the task that transfers the signals without a bus.
 const DIRECT: &str = "io";
 
 impl PartBuilder<'_> {
-    /// Drivers and wires of all buses, for a process with these ports.
+    /// Builds drivers and wires of all buses, for a process with these ports.
     pub(crate) fn buses(&self, process_ports: &[Port]) -> Result<Vec<Bus>, TwinError> {
         let built = |bus: &BusSpec| {
             let kind = self.bus_kind(bus)?;
@@ -26,7 +26,8 @@ impl PartBuilder<'_> {
         self.scenario.buses.iter().map(built).collect()
     }
 
-    /// The tasks of a process with these ports: one for each bus, and one for the signals that no bus carries.
+    /// Builds the tasks of a process with these ports: one per bus, and one for the signals without
+    /// a bus.
     pub(crate) fn tasks(
         &self,
         buses: Vec<Bus>,
@@ -52,13 +53,13 @@ impl PartBuilder<'_> {
         Ok(tasks)
     }
 
-    /// The kind of a bus, which the scenario was checked for.
+    /// Returns the kind of a bus.
     pub(crate) fn bus_kind(&self, bus: &BusSpec) -> Result<&BusKind, TwinError> {
         let missing = || self.not_built("bus", &bus.kind, "there is none of that name".into());
         self.registry.bus(&bus.kind).ok_or_else(missing)
     }
 
-    /// Those of the plant's outputs that boards measure.
+    /// Returns the plant outputs that boards measure.
     pub(crate) fn measured(&self, plant_outputs: &[Port]) -> Vec<String> {
         let of_bus = |bus: &BusSpec| Some(self.registry.bus(&bus.kind)?.measured(&bus.options));
         let buses = self.scenario.buses.iter();
@@ -68,7 +69,7 @@ impl PartBuilder<'_> {
         names.filter(|name| measured(name)).collect()
     }
 
-    /// Every fault is at a place that its bus has.
+    /// Checks that the place of every fault exists on its bus.
     pub(crate) fn check_fault_places(&self) -> Result<(), TwinError> {
         let scenario = self.scenario;
         for fault in &scenario.faults {
@@ -130,7 +131,8 @@ impl PartBuilder<'_> {
     }
 }
 
-/// The place of a fault on `bus`, if that is where it happens: `LF` of `wire/sbcp/LF`, nothing of `wire/sbcp`.
+/// Returns the place of a fault on `bus`: `LF` of `wire/sbcp/LF`, empty of `wire/sbcp`; `None` for
+/// faults of other buses.
 fn place<'s>(bus: &'s BusSpec, fault: &'s FaultSpec) -> Option<(&'s BusSpec, &'s str)> {
     let rest = fault.on.value.strip_prefix("wire/")?;
     let rest = rest.strip_prefix(bus.name.value.as_str())?;

@@ -26,7 +26,7 @@ use crate::run::recording_size;
 /// Patterns of the signals from which poses are drawn.
 const FRAME_SIGNALS: [&str; 3] = ["body/position", "body/orientation", "leg/*/angles"];
 
-/// A scenario that has become a scene, with everything it takes to build its rig as often as one likes.
+/// A checked scenario with its pruned scene, from which rigs are built.
 ///
 /// ```no_run
 /// use std::path::Path;
@@ -51,10 +51,10 @@ pub struct Assembly<'r> {
 }
 
 impl<'r> Assembly<'r> {
-    /// Of the scenario in the file at `path`, with `settings` on top.
+    /// Reads the scenario file at `path`, with `settings` applied on top.
     ///
     /// # Errors
-    /// Whatever is wrong with the scenario, its robot, or the parts that they ask for.
+    /// Errors of the scenario, of its robot, or of their parts.
     pub fn of_file(
         registry: &'r Registry,
         path: &Path,
@@ -69,7 +69,7 @@ impl<'r> Assembly<'r> {
         Self::new(registry, &sources, settings)
     }
 
-    /// Of texts, as a recording keeps them.
+    /// Reads a scenario from texts, as stored in a recording.
     ///
     /// # Errors
     /// As [`Assembly::of_file`].
@@ -82,7 +82,7 @@ impl<'r> Assembly<'r> {
         Self::of_kept(registry, scenario, Some(robot), Vec::new(), settings)
     }
 
-    /// Of texts and of the files of a plant that stands alone.
+    /// Reads a scenario from texts and the files of a standalone plant.
     pub(crate) fn of_kept(
         registry: &'r Registry,
         scenario: &str,
@@ -161,7 +161,8 @@ impl<'r> Assembly<'r> {
         }
     }
 
-    /// The parts of a rig: those that checked the scenario, or new ones if a rig has taken them.
+    /// Returns the parts of a rig: those built to check the scenario, or new ones if a rig has
+    /// taken them.
     ///
     /// # Errors
     /// A part that cannot be built.
@@ -178,13 +179,14 @@ impl<'r> Assembly<'r> {
         })
     }
 
-    /// The plant with the outputs that the scene requires, coupled as the scenario says.
+    /// Builds the plant with the outputs that the scene requires, coupled as the scenario
+    /// specifies.
     fn plant(&self) -> Result<Box<dyn Plant>, TwinError> {
         let builder = self.builder();
         builder.coupled_plant(&self.first_commands, &self.scene.wanted)
     }
 
-    /// The plant of the scene with another robot and other settings.
+    /// Builds the plant of the scene with another robot and other settings.
     pub(crate) fn plant_of(
         &self,
         robot: &Robot,
@@ -197,8 +199,8 @@ impl<'r> Assembly<'r> {
         builder.plant_of(robot, plant, actuator, commands, wanted)
     }
 
-    /// The same robot, controller and buses under another scenario, with `compared` outputs of the plant computed besides
-    /// those that it requires.
+    /// Returns the same robot, controller and buses under another scenario; the plant computes the
+    /// `compared` outputs besides the required ones.
     ///
     /// # Errors
     /// As [`Scenario::scene`].
@@ -219,42 +221,42 @@ impl<'r> Assembly<'r> {
         })
     }
 
-    /// The scene.
+    /// Returns the scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// The scenario.
+    /// Returns the scenario.
     pub fn scenario(&self) -> &Scenario {
         &self.scene.scenario
     }
 
-    /// The robot, with what the scenario overrides; none where the plant stands alone and the scenario names none.
+    /// Returns the robot with the scenario's overrides; `None` for a standalone plant without one.
     pub fn robot(&self) -> Option<&Robot> {
         self.body.robot()
     }
 
-    /// The robot file: its name and its text.
+    /// Returns name and text of the robot file.
     pub fn robot_file(&self) -> Option<(&str, &str)> {
         self.body.robot_file()
     }
 
-    /// What is simulated, before anything is left out.
+    /// Returns the simulated body, before pruning.
     pub(crate) fn body(&self) -> &Body {
         &self.body
     }
 
-    /// Diagnostics of drivers and boards.
+    /// Returns the diagnostics of drivers and boards.
     pub fn diagnostics(&self) -> &[Port] {
         &self.facts.diagnostics
     }
 
-    /// Every output that the plant offers, computed or left out.
+    /// Returns every output that the plant offers, computed or left out.
     pub fn plant_outputs(&self) -> &[Port] {
         &self.facts.plant_outputs
     }
 
-    /// The same without changes and expectations: the run that others are measured against.
+    /// Returns the reference run: the same without changes and expectations.
     #[must_use]
     pub fn without_changes(&self) -> Self {
         Self {
@@ -278,7 +280,7 @@ impl<'r> Assembly<'r> {
         self.rig_around(|plant| plant)
     }
 
-    /// The same with something around the plant.
+    /// Builds the rig with a wrapper around the plant.
     pub(crate) fn rig_around(
         &self,
         around: impl FnOnce(Box<dyn Plant>) -> Box<dyn Plant>,
@@ -298,13 +300,13 @@ impl<'r> Assembly<'r> {
         Ok(rig)
     }
 
-    /// What is to become of process variables, and when.
+    /// Returns the changes of process variables with their times.
     pub(crate) fn changes(&self) -> impl Iterator<Item = (SimTime, &str, Change)> {
         let changes = self.scenario().changes.iter();
         changes.map(|change| (change.at, change.variable.as_str(), change.change))
     }
 
-    /// When the rig does what.
+    /// Returns the schedule of the rig.
     pub fn schedule(&self) -> Schedule {
         let scenario = self.scenario();
         let step = scenario.io.step;
@@ -321,17 +323,17 @@ impl<'r> Assembly<'r> {
         }
     }
 
-    /// The control period.
+    /// Returns the control period.
     pub fn period(&self) -> SimDuration {
         self.scenario().period()
     }
 
-    /// The end of the run.
+    /// Returns the end of the run.
     pub fn end(&self) -> SimTime {
         self.scenario().end()
     }
 
-    /// Bits per second of the serial port of a bus.
+    /// Returns the baud rate of the serial port of a bus.
     pub(crate) fn baud(&self, bus: &BusSpec) -> Result<u32, TwinError> {
         Ok(self.builder().bus_kind(bus)?.baud())
     }
@@ -340,7 +342,7 @@ impl<'r> Assembly<'r> {
         self.builder().leg_names()
     }
 
-    /// What to do where a controller commands what the plant's own model has not been given a signal for.
+    /// Returns the remedy for a command that has no input at a standalone plant.
     fn rig_help(&self, error: &RigError) -> String {
         let unmatched = matches!(error, RigError::Wiring(WiringError::Unmatched { port, .. }) if port.name.starts_with("leg/"));
         let kind = self.scenario().controller.as_ref().map(|spec| &spec.kind);

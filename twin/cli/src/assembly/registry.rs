@@ -1,4 +1,4 @@
-//! What a build is made of.
+//! Registry of the kinds of parts of a build.
 
 use twinrig_document::DocumentError;
 use twinrig_kernel::{Port, SimDuration};
@@ -13,12 +13,12 @@ use crate::parts::controller_kind::{ControllerContext, ControllerKind, LegContex
 use crate::parts::method::Method;
 use crate::parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
 
-/// The command without which a build with the cargo feature `feature` fails, if there is one.
+/// Returns the command that a build with the cargo feature `feature` requires first.
 pub(crate) fn build_needs(feature: &str) -> Option<&'static str> {
     (feature == "mujoco").then_some("ci/setup mujoco")
 }
 
-/// The plants, controllers and buses of a build.
+/// Plants, controllers and buses of a build.
 ///
 /// ```
 /// use twinrig::Registry;
@@ -30,19 +30,19 @@ pub(crate) fn build_needs(feature: &str) -> Option<&'static str> {
 #[derive(Default)]
 pub struct Registry {
     plants: Vec<PlantKind>,
-    /// Plants that this build does not have.
+    /// Plants that this build lacks.
     missing: Vec<Kind>,
     controllers: Vec<ControllerKind>,
     buses: Vec<BusKind>,
 }
 
 impl Registry {
-    /// Nothing at all.
+    /// Creates a registry without parts.
     pub fn empty() -> Self {
         Self::default()
     }
 
-    /// Adds a controller; one of the same name is replaced.
+    /// Adds a controller, or replaces the one of the same name.
     #[must_use]
     pub fn with_controller(mut self, kind: ControllerKind) -> Self {
         self.controllers.retain(|known| known.name() != kind.name());
@@ -50,7 +50,7 @@ impl Registry {
         self
     }
 
-    /// Adds a plant; one of the same name is replaced.
+    /// Adds a plant, or replaces the one of the same name.
     #[must_use]
     pub fn with_plant(mut self, kind: PlantKind) -> Self {
         self.plants.retain(|known| known.name() != kind.name());
@@ -59,13 +59,13 @@ impl Registry {
         self
     }
 
-    /// Lists a plant that a build with the cargo feature `feature` would have.
+    /// Lists a plant of builds with the cargo feature `feature`.
     #[must_use]
     pub fn without_plant(self, name: &str, about: &str, feature: &str) -> Self {
         self.without(Kind::new(name, about), feature)
     }
 
-    /// The same with what a scenario can say of it, for the schema.
+    /// Lists such a plant with its keys, for the schema.
     #[must_use]
     pub fn without(mut self, kind: Kind, feature: &str) -> Self {
         self.missing.push(Kind {
@@ -76,7 +76,7 @@ impl Registry {
         self
     }
 
-    /// Adds a bus; one of the same name is replaced.
+    /// Adds a bus, or replaces the one of the same name.
     #[must_use]
     pub fn with_bus(mut self, kind: BusKind) -> Self {
         self.buses.retain(|known| known.name() != kind.name());
@@ -84,34 +84,34 @@ impl Registry {
         self
     }
 
-    /// The names of its buses.
+    /// Returns the names of the buses.
     pub fn buses(&self) -> impl Iterator<Item = &str> {
         self.buses.iter().map(BusKind::name)
     }
 
-    /// The bus of that name.
+    /// Returns the bus of that name.
     pub(crate) fn bus(&self, name: &str) -> Option<&BusKind> {
         self.buses.iter().find(|kind| kind.name() == name)
     }
 
-    /// The names of its plants.
+    /// Returns the names of the plants.
     pub fn plants(&self) -> impl Iterator<Item = &str> {
         self.plants.iter().map(PlantKind::name)
     }
 
-    /// The names of those of its plants that stand on a robot.
+    /// Returns the names of the plants that require a robot.
     pub(crate) fn plants_on_robots(&self) -> impl Iterator<Item = &str> {
         let plants = self.plants.iter().filter(|kind| !kind.is_standalone());
         plants.map(PlantKind::name)
     }
 
-    /// The names of its controllers.
+    /// Returns the names of the controllers.
     pub fn controllers(&self) -> impl Iterator<Item = &str> {
         self.controllers.iter().map(ControllerKind::name)
     }
 
-    /// The JSON schema of the scenarios that this build can run, with the process variables that its controllers have on any
-    /// of `robots`. Editors complete keys with it.
+    /// Returns the JSON schema of the scenarios of this build, with the process variables of its
+    /// controllers on any of `robots`, for completion in editors.
     ///
     /// ```
     /// use twinrig::Registry;
@@ -141,7 +141,7 @@ impl Registry {
         self.plants.iter().find(|kind| kind.name() == name)
     }
 
-    /// Builds the controller `name`; none if there is no such controller.
+    /// Builds the controller `name`; `None` for an unknown name.
     pub(crate) fn controller(
         &self,
         name: &str,
@@ -151,7 +151,7 @@ impl Registry {
         Some(in_part(PartKind::Controller, name, || kind.build(given)))
     }
 
-    /// The same without a robot.
+    /// Builds the controller `name` for a standalone plant.
     pub(crate) fn controller_of_legs(
         &self,
         name: &str,
@@ -163,7 +163,8 @@ impl Registry {
         }))
     }
 
-    /// Makes the model that the plant brings along; none if it stands on a robot, or there is no such plant.
+    /// Loads the standalone model of a plant; `None` for a plant on a robot and for an unknown
+    /// name.
     pub(crate) fn standalone_model(
         &self,
         context: &ModelContext<'_>,
@@ -173,7 +174,8 @@ impl Registry {
         in_part(PartKind::Plant, name, || kind.load(context))
     }
 
-    /// The ports of the plant of `context`, all outputs included; none if there is no such plant.
+    /// Returns the ports of the plant of `context`, all outputs included; `None` for an unknown
+    /// name.
     pub(crate) fn plant_ports(
         &self,
         context: &PlantContext<'_>,
@@ -183,7 +185,7 @@ impl Registry {
         Some(in_part(PartKind::Plant, name, || kind.ports(context)))
     }
 
-    /// Builds the plant of `context`; none if there is no such plant.
+    /// Builds the plant of `context`; `None` for an unknown name.
     pub(crate) fn plant(
         &self,
         context: &PlantContext<'_>,
@@ -193,19 +195,19 @@ impl Registry {
         Some(in_part(PartKind::Plant, name, || kind.build(context)))
     }
 
-    /// What studies can do with the plant `name`; none if there is no such plant.
+    /// Returns the methods of the plant `name` for studies; `None` for an unknown name.
     pub(crate) fn offer(&self, name: &str) -> Option<(PlantOffer, Vec<Method>)> {
         Some(self.plant_kind(name)?.offer())
     }
 
-    /// The step of a plant: the scenario's, or else that of its kind, if it has one.
+    /// Returns the step of a plant: of the scenario, otherwise of its kind, if it has one.
     pub(crate) fn plant_step(&self, plant: &PlantSpec) -> Option<SimDuration> {
         let kind = self.plant_kind(&plant.model)?;
         plant.step.or(kind.step())
     }
 
-    /// What scenarios for `robot` may say. Ranges and defaults of process variables depend on the robot; without one, the
-    /// kinds have none.
+    /// Returns the keys of scenarios for `robot`. Ranges and defaults of process variables depend
+    /// on the robot; without one there are none.
     pub fn catalogue(&self, robot: Option<&Robot>) -> Catalogue {
         let plants = self.plants.iter().map(PlantKind::kind);
         let controllers = self.controllers.iter().map(|kind| kind.offer(robot));

@@ -1,4 +1,4 @@
-//! What an assembly is read from: a scenario, and the robot that it names.
+//! Sources of an assembly: a scenario and its robot.
 
 use std::path::{Path, PathBuf};
 
@@ -13,31 +13,31 @@ use crate::error::TwinError;
 pub(crate) const SCENARIO_FILE: &str = "scenario.toml";
 pub(crate) const ROBOT_FILE: &str = "robot.toml";
 
-/// The robot that stands in for one that is none.
+/// Substitute for a robot that cannot be read.
 const ANY_ROBOT: &str = "cheetah-cub";
 
-/// What an assembly is read from.
+/// Documents of an assembly.
 pub(crate) struct Sources {
     pub(crate) document: Document,
     pub(crate) folder: PathBuf,
-    /// The text of the robot file; none: it is looked for.
+    /// Text of the robot file; `None`: the file is searched.
     pub(crate) robot: Option<String>,
-    /// The files of a plant that stands alone, as a recording keeps them; none: they are where the scenario says.
+    /// Files of a standalone plant from a recording; `None`: they are read from disk.
     pub(crate) kept: Option<Vec<(String, Vec<u8>)>>,
 }
 
-/// What a scenario says that has to be known before it is read.
+/// Keys that are needed before the scenario is read.
 #[derive(Default)]
 struct Peeked {
-    /// The robot that it names, if it does.
+    /// Name of the robot.
     robot: Option<String>,
-    /// What it replaces of that.
+    /// Overrides of its values.
     overrides: Overrides,
 }
 
 impl Sources {
-    /// Reads the scenario. What its controllers may be told depends on the robot, and which robot that is stands in the
-    /// scenario: so the robot is looked up first, and if it is wrong the scenario is still read for its own errors.
+    /// Reads the scenario. The keys of its controllers depend on the robot, which the scenario
+    /// names: the robot is read first, and if it is wrong, the scenario is still checked.
     pub(crate) fn read(
         &self,
         registry: &Registry,
@@ -49,7 +49,7 @@ impl Sources {
         } = self.peek(settings);
         let find = |word: &str| match &self.robot {
             Some(text) => RobotFile::parse(ROBOT_FILE, text),
-            // What a recording does not keep is not looked for elsewhere: it could have become another.
+            // A file that a recording lacks is not searched on disk, where it may have changed.
             None if self.kept.is_some() => Err(RobotError::NotFound {
                 name: word.to_owned(),
                 help: "the recording does not keep it".to_owned(),
@@ -68,7 +68,7 @@ impl Sources {
         let found = word.map(|word| find(&word).and_then(replaced)).transpose();
         let robot = found.as_ref().ok().and_then(Option::as_ref);
         let robot = robot.map(|(_, robot)| robot.clone());
-        // Any robot is good enough to find the other mistakes of a scenario whose own robot is none.
+        // Any robot suffices to check the rest of a scenario whose robot cannot be read.
         let robot = robot.or_else(|| RobotFile::find(ANY_ROBOT, Path::new("")).ok()?.robot().ok());
         let catalogue = registry.catalogue(robot.as_ref());
         let scenario = Scenario::parse(
@@ -85,7 +85,7 @@ impl Sources {
         }
     }
 
-    /// Looks up what has to be known before the scenario is read, whatever else may be wrong with it.
+    /// Reads the keys of [`Peeked`], whatever other errors the scenario has.
     fn peek(&self, settings: &[Setting]) -> Peeked {
         let mut document = self.document.clone();
         for setting in settings {
@@ -106,8 +106,8 @@ impl Sources {
     }
 }
 
-/// The error of a robot whose file, called `file`, is sound without `overrides`: where it shows a line of that file, it says
-/// what is at odds with that line.
+/// Adds the overridden keys to the help of each problem in `file`, which is valid without
+/// `overrides`.
 fn blamed(error: RobotError, file: &str, overrides: &Overrides) -> RobotError {
     let RobotError::Document(mut error) = error else {
         return error;
@@ -126,7 +126,7 @@ fn blamed(error: RobotError, file: &str, overrides: &Overrides) -> RobotError {
     RobotError::Document(error)
 }
 
-/// The error, at the place where the scenario names its robot.
+/// Places the error at the scenario's `robot` key.
 pub(crate) fn placed(error: RobotError, scenario: &Scenario) -> TwinError {
     match error {
         RobotError::Document(error) => error.into(),

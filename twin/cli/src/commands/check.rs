@@ -1,9 +1,9 @@
-//! `twin check`
+//! Command `twin check`: validation of scenarios.
 
 use serde::Serialize;
 use twinrig_document::{DocumentError, Problem, Warning};
 
-use super::{FINE, Terminal, WRONG, settings};
+use super::{FAILURE, SUCCESS, Terminal, settings};
 use crate::args::CheckArgs;
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
@@ -21,11 +21,11 @@ struct Checked {
 
 pub(super) fn check(registry: &Registry, args: &CheckArgs, terminal: &mut Terminal<'_>) -> u8 {
     let settings = settings(&args.settings);
-    let mut code = FINE;
+    let mut code = SUCCESS;
     for path in &args.scenarios {
         let file = path.display().to_string();
         let checked = guarded(&file, || {
-            sound(&Assembly::of_file(registry, path, &settings)?)
+            build(&Assembly::of_file(registry, path, &settings)?)
         });
         let (checked, warnings) = match checked {
             Ok((name, warnings)) if args.strict && !warnings.is_empty() => {
@@ -35,7 +35,7 @@ pub(super) fn check(registry: &Registry, args: &CheckArgs, terminal: &mut Termin
             Err(error) => (Err((None, error)), Vec::new()),
         };
         if checked.is_err() {
-            code = WRONG;
+            code = FAILURE;
         }
         if args.json {
             terminal.print_json(&Checked {
@@ -54,20 +54,20 @@ pub(super) fn check(registry: &Registry, args: &CheckArgs, terminal: &mut Termin
                 let name = terminal.paint.dim(&name);
                 terminal.print(&format!("{mark} {file}  {name}"));
             }
-            Err((_, error)) => terminal.complain(&error),
+            Err((_, error)) => terminal.print_error(&error),
         }
     }
     code
 }
 
-/// The name of a scenario whose rig can be built, and its warnings.
-fn sound(assembly: &Assembly<'_>) -> Result<(String, Vec<Warning>), TwinError> {
+/// Builds the rig of a scenario; returns the name and the warnings of the scenario.
+fn build(assembly: &Assembly<'_>) -> Result<(String, Vec<Warning>), TwinError> {
     assembly.rig()?;
     let scenario = assembly.scenario();
     Ok((scenario.name.clone(), scenario.warnings.clone()))
 }
 
-/// The error that warnings are under `--strict`.
+/// Converts warnings to an error, for `--strict`.
 fn as_error(warnings: &[Warning]) -> TwinError {
     let problem = |Warning { code, problem }: &Warning| Problem {
         message: format!("{} [{code}]", problem.message),

@@ -1,4 +1,4 @@
-//! Two recordings compared footstep by footstep: what is printed of it.
+//! Comparison of two recordings footstep by footstep, and its output.
 
 mod footsteps;
 mod signals;
@@ -16,21 +16,22 @@ use super::diff::{Difference, cut_off};
 use crate::error::TwinError;
 use crate::report::seconds;
 
-/// The share of its range by which a signal may differ where footsteps do not tell and nobody says otherwise.
+/// Default tolerance of signals as a share of their range, for recordings without footsteps.
 const SHARE: f64 = SHARES[0];
 
-/// By how much two runs may differ and still be taken for the same.
+/// Tolerances within which two runs are considered equal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct Bounds {
-    /// Between touch-downs and between lift-offs.
+    /// Tolerance of touch-down and lift-off times \[s\].
     pub(super) time_s: f64,
-    /// Between the places of a footstep.
+    /// Tolerance of footstep positions \[m\].
     pub(super) place_m: f64,
-    /// Of the range of a signal; none: signals count only where there are no footsteps.
+    /// Tolerance of signals as a share of their range; none: signals are judged only if there are
+    /// no footsteps.
     pub(super) share: Option<f64>,
 }
 
-/// The default of `twin diff --events`.
+/// Defaults of `twin diff --events`.
 impl Default for Bounds {
     fn default() -> Self {
         Self {
@@ -41,37 +42,35 @@ impl Default for Bounds {
     }
 }
 
-/// What two runs differ by, as it is printed.
+/// Differences between two runs, in their serialised form.
 #[derive(Serialize)]
-#[expect(
-    clippy::struct_excessive_bools,
-    reason = "scripts read each of them by its name"
-)]
+#[expect(clippy::struct_excessive_bools, reason = "each field is a JSON key")]
 pub(super) struct EventDifference {
-    /// Nothing differs by more than the bounds.
+    /// All differences are within the bounds.
     pub(super) same: bool,
-    /// Nothing differs at all.
+    /// The recordings are identical.
     bit_for_bit: bool,
     bounds: Bounds,
-    /// What both recordings cover.
+    /// Time interval covered by both recordings.
     window_s: [f64; 2],
-    /// Whether there was nothing to compare.
+    /// The recordings have no common sample.
     pub(super) nothing: bool,
-    /// Where a run ended; whether one ended by itself before the other.
+    /// Ends of the runs.
     ended_a_s: f64,
     ended_b_s: f64,
+    /// One run ended before the other without being interrupted.
     ended_early: bool,
     cut_off_a_s: Option<f64>,
     cut_off_b_s: Option<f64>,
-    /// The first footstep that differs.
+    /// First differing footstep.
     first: Option<First>,
-    /// The stride of the legs; none where no leg comes down twice.
+    /// Stride period of the legs; none if no leg touches down twice.
     stride_s: Option<f64>,
     footsteps: Footsteps,
     legs: Vec<OfLeg>,
-    /// The signal that is first off by more than its share, where signals count.
+    /// First signal that exceeds its tolerance, if signals are judged.
     first_signal: Option<FirstSignal>,
-    /// Those that differ most come first.
+    /// Signals in the order of decreasing difference.
     signals: Vec<OfSignal>,
     only_in_a: Vec<String>,
     only_in_b: Vec<String>,
@@ -87,8 +86,8 @@ impl EventDifference {
         let comparison =
             compare_events(a, b, ends).map_err(|source| TwinError::Compare { source })?;
         let mut difference = Self::within(comparison, bounds, ends, cut);
-        let whole = cut == [None; 2] && ends[0] == ends[1];
-        difference.bit_for_bit = whole && difference.same && Difference::of(a, b).identical;
+        let is_complete = cut == [None; 2] && ends[0] == ends[1];
+        difference.bit_for_bit = is_complete && difference.same && Difference::of(a, b).identical;
         Ok(difference)
     }
 
@@ -117,7 +116,7 @@ impl EventDifference {
         let share = bounds.share.or((!stepped).then_some(SHARE));
         let first_signal = share.and_then(|share| first_beyond(&signals, share));
         let nothing = window_s[1] <= window_s[0] || (!stepped && signals.is_empty());
-        // Most telling first; of two that are alike the one that is first in the recording.
+        // By decreasing share; the sort is stable.
         signals.sort_by(|a, b| {
             let share = |drift: &SignalDrift| drift.aligned.share.unwrap_or(0.0);
             share(b).total_cmp(&share(a))
@@ -157,7 +156,8 @@ mod tests {
     use super::*;
     use crate::report::paint::Paint;
 
-    /// A leg of twenty strides of 0.3 s, of which the second run comes down so much later.
+    /// Returns a leg with twenty strides of 0.3 s whose footsteps are later by `later_s` in the
+    /// second run.
     fn leg(leg: &str, later_s: f64) -> LegFootsteps {
         let steps = |later: f64| {
             let begins = (0..20).map(|n| 0.3 * f64::from(n) + later);
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_leg_whose_median_is_above_a_third_of_a_stride_is_suspect() {
+    fn leg_with_median_difference_above_a_third_of_a_stride_is_suspect() {
         let comparison = EventComparison {
             window_s: [0.0, 7.0],
             stride_s: Some(0.3),
@@ -197,7 +197,7 @@ mod tests {
         assert_eq!(json["legs"][1]["suspect"], true);
         let text = difference.text(Paint::PLAIN);
         assert!(
-            text.contains("suspect: the median touch-down is off by RF -0.933 strides of 300 ms"),
+            text.contains("suspect: the median touch-down differs by RF -0.933 strides of 300 ms"),
             "{text}"
         );
     }

@@ -1,9 +1,9 @@
-//! `twin devices`
+//! Command `twin devices`: list of serial ports.
 
 use serde::Serialize;
 use twinrig_wire::{PortInfo, ports};
 
-use super::{FINE, Terminal, WRONG};
+use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::DevicesArgs;
 use crate::report::grid::{Cell, Grid, Side, Tint};
 
@@ -47,18 +47,18 @@ pub(super) fn devices(args: &DevicesArgs, terminal: &mut Terminal<'_>) -> u8 {
         Ok(ports) => ports.into_iter().map(Port::from).collect(),
         Err(error) => {
             let _ = writeln!(terminal.err, "error: {error}");
-            return WRONG;
+            return FAILURE;
         }
     };
     if args.json {
         terminal.print_json(&Listing { ports });
     } else if ports.is_empty() {
-        terminal.print("no serial ports; `twin serve SCENARIO` makes some that a twin is at");
+        terminal.print("no serial ports; `twin serve SCENARIO` creates emulated ones");
     } else {
         let text = grid(&ports).lines(0, terminal.paint).join("\n");
         terminal.print(&text);
     }
-    FINE
+    SUCCESS
 }
 
 fn grid(ports: &[Port]) -> Grid {

@@ -1,4 +1,4 @@
-//! `twin diff`
+//! Command `twin diff`: comparison of two recordings.
 
 use std::path::Path;
 
@@ -7,17 +7,17 @@ use twinrig_kernel::SimTime;
 use twinrig_record::{Comparison, Divergence, Recording, VerdictMessage, divergence_within};
 
 use super::compare::{Bounds, EventDifference};
-use super::{FINE, NOT_SO, Terminal, WRONG};
+use super::{FAILURE, NEGATIVE, SUCCESS, Terminal};
 use crate::args::DiffArgs;
 use crate::error::TwinError;
 use crate::report::seconds;
 
-/// Where two recordings part, as it is printed.
+/// First difference between two recordings, in its serialised form.
 #[derive(Serialize)]
 pub(super) struct Difference {
-    /// Nothing differs that both hold.
+    /// All common samples and signals are equal.
     pub(super) identical: bool,
-    /// Whether there was nothing to compare.
+    /// The recordings have no common sample.
     pub(super) nothing: bool,
     signals: usize,
     equal_samples: u64,
@@ -26,12 +26,12 @@ pub(super) struct Difference {
     only_in_b: Vec<String>,
     fingerprint_a: Option<String>,
     fingerprint_b: Option<String>,
-    /// Where a recording ends whose run was cut off or interrupted.
+    /// Ends of recordings that were truncated or whose runs were interrupted.
     cut_off_a_s: Option<f64>,
     cut_off_b_s: Option<f64>,
 }
 
-/// A comparison, and why it is none.
+/// Comparison, with the error if there is nothing to compare.
 #[derive(Serialize)]
 struct Compared<'d, D: Serialize> {
     #[serde(flatten)]
@@ -59,7 +59,7 @@ pub(super) fn diff(args: &DiffArgs, terminal: &mut Terminal<'_>) -> u8 {
         Ok((a, b)) => {
             let difference = Difference::of(&a, &b);
             if args.json {
-                let error = difference.nothing.then_some(NOTHING);
+                let error = difference.nothing.then_some(NO_COMMON_SAMPLE);
                 terminal.print_json(&Compared {
                     difference: &difference,
                     error,
@@ -71,13 +71,13 @@ pub(super) fn diff(args: &DiffArgs, terminal: &mut Terminal<'_>) -> u8 {
             code(difference.identical, difference.nothing)
         }
         Err(error) => {
-            terminal.fail(&error, args.json);
-            WRONG
+            terminal.report_error(&error, args.json);
+            FAILURE
         }
     }
 }
 
-/// Footstep by footstep.
+/// Compares the recordings footstep by footstep.
 fn by_events(args: &DiffArgs, terminal: &mut Terminal<'_>) -> u8 {
     let bounds = Bounds {
         time_s: args.time.as_secs_f64(),
@@ -88,7 +88,7 @@ fn by_events(args: &DiffArgs, terminal: &mut Terminal<'_>) -> u8 {
     match compared {
         Ok(difference) => {
             if args.json {
-                let error = difference.nothing.then_some(NOTHING);
+                let error = difference.nothing.then_some(NO_COMMON_SAMPLE);
                 terminal.print_json(&Compared {
                     difference: &difference,
                     error,
@@ -100,28 +100,29 @@ fn by_events(args: &DiffArgs, terminal: &mut Terminal<'_>) -> u8 {
             code(difference.same, difference.nothing)
         }
         Err(error) => {
-            terminal.fail(&error, args.json);
-            WRONG
+            terminal.report_error(&error, args.json);
+            FAILURE
         }
     }
 }
 
-/// The exit code of a comparison; one of nothing has found nothing out.
+/// Returns the exit code of a comparison; a comparison without common samples is a failure.
 fn code(same: bool, nothing: bool) -> u8 {
     match (nothing, same) {
-        (true, _) => WRONG,
-        (false, true) => FINE,
-        (false, false) => NOT_SO,
+        (true, _) => FAILURE,
+        (false, true) => SUCCESS,
+        (false, false) => NEGATIVE,
     }
 }
 
-/// Why a comparison of nothing is an error.
-pub(super) const NOTHING: &str = "error: the recordings have no sample of one signal in common";
+/// Error of a comparison without common samples.
+pub(super) const NO_COMMON_SAMPLE: &str =
+    "error: the recordings have no sample of one signal in common";
 
-/// Names that are shown of many.
+/// Maximum number of names shown in a list.
 const NAMED: usize = 6;
 
-/// The first of these names, and how many there are beside them.
+/// Returns the first of the names, and the number of the remaining ones.
 pub(super) fn some_of(names: &[String]) -> String {
     let shown = names.iter().take(NAMED).map(String::as_str);
     let shown = shown.collect::<Vec<_>>().join(", ");
@@ -138,8 +139,8 @@ pub(super) fn open(path: &Path) -> Result<Recording, TwinError> {
     })
 }
 
-/// Where a recording ends whose run did not come to its end, because it was killed or interrupted: the run would have gone
-/// on. A run that failed did end.
+/// Returns the end of a recording whose run was killed or interrupted; none for runs that completed
+/// or failed.
 pub(super) fn cut_off(recording: &Recording) -> Option<SimTime> {
     let Some(reached) = recording.reached() else {
         return Some(recording.last_sample().unwrap_or(SimTime::ZERO));
@@ -154,7 +155,7 @@ impl Difference {
         Self::within(a, b, [cut_off(a), cut_off(b)])
     }
 
-    /// The difference of recordings, of which those were cut off where a time is given.
+    /// Compares recordings that were cut off at the given times, if any.
     pub(super) fn within(
         a: &Recording,
         b: &Recording,
@@ -185,7 +186,7 @@ impl Difference {
                 b,
             },
         );
-        // Nothing is known to be the same then, nor to differ.
+        // Neither equality nor difference is established then.
         let nothing = first.is_none() && equal_samples == 0;
         Self {
             identical: first.is_none() && only_in_a.is_empty() && only_in_b.is_empty() && !nothing,
@@ -202,7 +203,7 @@ impl Difference {
         }
     }
 
-    /// A few lines for a person.
+    /// Returns the text form.
     pub(super) fn text(&self, paint: crate::report::paint::Paint) -> String {
         let mut lines = Vec::new();
         match &self.first {
@@ -213,7 +214,7 @@ impl Difference {
                     .collect();
                 let word = match (self.equal_samples, ends.is_empty()) {
                     (0, _) => paint.yellow("nothing to compare"),
-                    (_, false) => paint.green("same as far as it goes"),
+                    (_, false) => paint.green("identical up to the cut-off"),
                     (_, true) => paint.green("equal"),
                 };
                 let mut parts = ends;
@@ -227,7 +228,7 @@ impl Difference {
                 let signal = paint.bold(&format!("{}[{}]", first.signal, first.component));
                 let word = paint.red("different");
                 lines.push(format!(
-                    "{word} from {} s on: {signal} ({}), after {} equal samples of {} common signals",
+                    "{word} from {} s: {signal} ({}), after {} equal samples of {} common signals",
                     first.time_s, first.group, self.equal_samples, self.signals
                 ));
                 for (name, value) in [("a", first.a), ("b", first.b)] {
@@ -252,7 +253,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_many_names_the_first_are_shown_and_the_others_counted() {
+    fn long_list_shows_first_names_and_count_of_others() {
         let names: Vec<String> = (0..9).map(|i| format!("n{i}")).collect();
         assert_eq!(some_of(&names[..6]), "n0, n1, n2, n3, n4, n5");
         assert_eq!(some_of(&names), "n0, n1, n2, n3, n4, n5, and 3 more");

@@ -1,16 +1,16 @@
-//! `twin export`
+//! Command `twin export`: conversion of robot files.
 
-use super::{FINE, Terminal, WRONG};
+use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::{ExportArgs, ExportCommand, MjcfArgs};
 use crate::error::TwinError;
 
 pub(super) fn export(args: &ExportArgs, terminal: &mut Terminal<'_>) -> u8 {
     let ExportCommand::Mjcf(args) = &args.language;
     match mjcf(args, terminal) {
-        Ok(()) => FINE,
+        Ok(()) => SUCCESS,
         Err(error) => {
-            terminal.complain(&error);
-            WRONG
+            terminal.print_error(&error);
+            FAILURE
         }
     }
 }
@@ -53,10 +53,10 @@ mod with_mujoco {
     use crate::error::BuildError;
     use crate::error::TwinError;
 
-    /// The step that the model asks for; pins are as stiff as it allows.
+    /// Time step of the model, which determines the stiffness of the pins.
     const STEP: SimDuration = SimDuration::from_millis(1);
 
-    /// The model, which MuJoCo has compiled once.
+    /// Returns the model, verified by a compilation in MuJoCo.
     pub(super) fn written(args: &MjcfArgs) -> Result<String, TwinError> {
         let robot = RobotFile::find(&args.robot, Path::new("")).and_then(|file| file.robot());
         let robot = robot.map_err(not_found)?;
@@ -71,7 +71,7 @@ mod with_mujoco {
     fn model(robot: &Robot, coordinates: &str) -> Result<String, BuildError> {
         let mut all = Coordinates::ALL.into_iter();
         let coordinates = all.find(|one| one.name() == coordinates);
-        let coordinates = coordinates.ok_or("there are no such coordinates")?;
+        let coordinates = coordinates.ok_or("unknown coordinates")?;
         let servos = &robot.actuators;
         let setup = Setup {
             base: Base::Free,
@@ -82,7 +82,7 @@ mod with_mujoco {
                 hip: servos.hip,
                 knee: servos.knee,
             },
-            // Every leg stands upright.
+            // All legs upright.
             start: Start::Commands(Vec::new()),
         };
         let options = Options {
@@ -95,18 +95,18 @@ mod with_mujoco {
         Ok(text)
     }
 
-    /// An element a line, indented by its depth, without zeros below zero.
+    /// Formats XML with one element per line, indented by depth, and without negative zeros.
     fn tidy(text: &str) -> String {
         let (mut tidied, mut depth, mut rest) = (String::new(), 0_usize, text.trim_start());
         while !rest.is_empty() {
-            // No value of ours has a `>` in it; a comment may.
+            // Attribute values contain no `>`; comments may.
             let end = if rest.starts_with("<!--") { "-->" } else { ">" };
             let length = rest.find(end).map_or(rest.len(), |at| at + end.len());
             let (tag, after) = rest.split_at(length);
             let closes = tag.starts_with("</");
             depth -= usize::from(closes && depth > 0);
             let tag = tag.split('"').enumerate().map(|(n, part)| match n % 2 {
-                1 => without_minus(part),
+                1 => without_negative_zeros(part),
                 _ => part.to_owned(),
             });
             let tag = tag.collect::<Vec<_>>().join("\"");
@@ -117,7 +117,7 @@ mod with_mujoco {
         tidied
     }
 
-    fn without_minus(value: &str) -> String {
+    fn without_negative_zeros(value: &str) -> String {
         let numbers = value.split(' ');
         let numbers = numbers.map(|number| if number == "-0" { "0" } else { number });
         numbers.collect::<Vec<_>>().join(" ")

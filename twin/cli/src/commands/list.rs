@@ -1,4 +1,4 @@
-//! `twin list`
+//! Command `twin list`: kinds of parts and robots of a build.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use serde::Serialize;
 use twinrig_robot::RobotFile;
 use twinrig_scenario::{Accepts, Kind};
 
-use super::{FINE, Terminal};
+use super::{SUCCESS, Terminal};
 use crate::args::ListArgs;
 use crate::assembly::registry::Registry;
 use crate::report::grid::{Cell, Grid, Side, Tint};
@@ -23,7 +23,7 @@ struct Listing {
 struct Part {
     name: String,
     about: String,
-    /// Null if this build has it.
+    /// Null if the part is in this build.
     missing_feature: Option<String>,
     options: Vec<Opt>,
     variables: Vec<Variable>,
@@ -46,7 +46,7 @@ struct Variable {
 
 pub(super) fn list(registry: &Registry, args: &ListArgs, terminal: &mut Terminal<'_>) -> u8 {
     let robots = RobotFile::names(Path::new(""));
-    // Variables are shown for the robot that comes first.
+    // The process variables are those for the first robot.
     let robot = robots.first().and_then(|name| {
         let file = RobotFile::find(name, Path::new("")).ok()?;
         file.robot().ok()
@@ -65,7 +65,7 @@ pub(super) fn list(registry: &Registry, args: &ListArgs, terminal: &mut Terminal
         let text = text(&listing, terminal);
         terminal.print(&text);
     }
-    FINE
+    SUCCESS
 }
 
 fn part(kind: &Kind) -> Part {
@@ -94,7 +94,7 @@ fn accepts(accepted: &Accepts) -> String {
         Accepts::Quantity { unit, .. } => format!("a quantity in {unit}"),
         Accepts::Duration => "a duration".to_owned(),
         Accepts::Natural(range) => {
-            format!("a whole number from {} to {}", range.start(), range.end())
+            format!("an integer from {} to {}", range.start(), range.end())
         }
         Accepts::Boolean => "true or false".to_owned(),
         Accepts::Text => "a text".to_owned(),

@@ -1,4 +1,4 @@
-//! The commands.
+//! Commands of the program and their common parts.
 
 mod check;
 mod compare;
@@ -8,12 +8,12 @@ mod export;
 mod list;
 mod outputs;
 mod plan;
+mod plant_comparison;
 mod replay;
 mod run;
 mod schema;
 mod serve;
 mod study;
-mod together;
 
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
@@ -22,7 +22,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use serde::Serialize;
 use twinrig_document::Warning;
-use twinrig_runtime::caught;
+use twinrig_runtime::catch_panic;
 use twinrig_scenario::Setting;
 
 use crate::args::{Cli, Command, Settings};
@@ -30,59 +30,59 @@ use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::report::paint::Paint;
 
-/// All went well.
-const FINE: u8 = 0;
-/// What was asked for is not so: an expectation fails, two recordings differ.
-const NOT_SO: u8 = 1;
-/// It could not be found out.
-const WRONG: u8 = 2;
+/// Exit code: success.
+const SUCCESS: u8 = 0;
+/// Exit code: negative result, such as a failed expectation or a difference between recordings.
+const NEGATIVE: u8 = 1;
+/// Exit code: error.
+const FAILURE: u8 = 2;
 
-/// Where a command talks to.
+/// Output streams of a command.
 struct Terminal<'a> {
     out: &'a mut dyn Write,
     err: &'a mut dyn Write,
     paint: Paint,
-    /// Whether a person is looking on, who likes to see progress.
-    watched: bool,
-    /// The first error of writing the answer.
-    unwritten: Option<std::io::Error>,
+    /// Whether to show progress and to handle interrupts.
+    interactive: bool,
+    /// First error of writing to standard output.
+    write_error: Option<std::io::Error>,
 }
 
 impl Terminal<'_> {
-    /// Prints lines that end as they should.
+    /// Prints text with exactly one newline at its end.
     fn print(&mut self, text: &str) {
         let written = writeln!(self.out, "{}", text.trim_end());
-        self.note(written);
+        self.keep_error(written);
     }
 
-    fn note(&mut self, written: std::io::Result<()>) {
+    fn keep_error(&mut self, written: std::io::Result<()>) {
         if let Err(error) = written {
-            self.unwritten.get_or_insert(error);
+            self.write_error.get_or_insert(error);
         }
     }
 
-    /// The exit code of a command that came to `code`, once all it printed is written. An answer that could not be written is an
-    /// error; a reader that closed the pipe has seen enough.
+    /// Flushes the output of a command with the exit code `code` and returns the final exit code. A
+    /// write error is a failure, except for a pipe closed by its reader.
     fn finish(&mut self, code: u8) -> u8 {
         let flushed = self.out.flush();
-        self.note(flushed);
-        match self.unwritten.take() {
+        self.keep_error(flushed);
+        match self.write_error.take() {
             Some(error) if error.kind() != ErrorKind::BrokenPipe => {
                 let _ = writeln!(self.err, "error: cannot write to standard output: {error}");
-                WRONG
+                FAILURE
             }
             _ => code,
         }
     }
 
     fn print_json(&mut self, value: &impl Serialize) {
-        // Nothing that is printed has keys that are no texts.
+        // Serialisation fails only for keys that are not strings.
         let text = serde_json::to_string(value).unwrap_or_default();
         self.print(&text);
     }
 
-    /// Says why there is no answer: where the answer would be, for a program, and otherwise to the person.
-    fn fail(&mut self, error: &TwinError, json: bool) {
+    /// Reports an error: as JSON on standard output, or as text on standard error.
+    fn report_error(&mut self, error: &TwinError, json: bool) {
         #[derive(Serialize)]
         struct Failure {
             error: String,
@@ -91,40 +91,40 @@ impl Terminal<'_> {
             let error = error.to_string();
             self.print_json(&Failure { error });
         } else {
-            self.complain(error);
+            self.print_error(error);
         }
     }
 
-    fn complain(&mut self, error: &TwinError) {
+    fn print_error(&mut self, error: &TwinError) {
         let _ = writeln!(self.err, "{error}");
     }
 
-    /// Shows warnings to the person; programs find them in the report.
+    /// Prints warnings to standard error; the JSON report contains them, too.
     fn warn<'w>(&mut self, warnings: impl IntoIterator<Item = &'w Warning>) {
         for warning in warnings {
             let _ = writeln!(self.err, "{warning}\n");
         }
     }
 
-    /// Says beside the answer what it does not cover.
-    fn remark(&mut self, text: &str) {
+    /// Prints a note to standard error.
+    fn note(&mut self, text: &str) {
         let _ = writeln!(self.err, "note: {text}");
     }
 }
 
-/// The program: reads the command line, does what it says, and gives the exit code: 0 all expectations hold, 1 one fails,
-/// 2 something is wrong.
+/// Runs the program: parses the command line, executes the command and returns the exit code: 0 all
+/// expectations hold, 1 an expectation fails, 2 error.
 #[expect(
     clippy::needless_pass_by_value,
-    reason = "a `main` has no further use for it"
+    reason = "`main` does not use the registry afterwards"
 )]
 pub fn run(registry: Registry) -> ExitCode {
     let mut terminal = Terminal {
         out: &mut std::io::stdout(),
         err: &mut std::io::stderr(),
         paint: Paint::of(&std::io::stdout()),
-        watched: true,
-        unwritten: None,
+        interactive: true,
+        write_error: None,
     };
     match Cli::try_parse() {
         Ok(cli) => dispatch(&registry, cli, &mut terminal).into(),
@@ -135,8 +135,8 @@ pub fn run(registry: Registry) -> ExitCode {
     }
 }
 
-/// The same for tests: with the words of a command line behind the name of the program, and without colour, progress and
-/// Ctrl-C.
+/// Runs the program with the given command-line arguments and output streams, for tests: without
+/// colours, progress line and interrupt handler.
 pub fn run_with(
     registry: &Registry,
     words: impl IntoIterator<Item = impl Into<OsString> + Clone>,
@@ -147,8 +147,8 @@ pub fn run_with(
         out,
         err,
         paint: Paint::PLAIN,
-        watched: false,
-        unwritten: None,
+        interactive: false,
+        write_error: None,
     };
     let name = std::iter::once(OsString::from("twin"));
     match Cli::try_parse_from(name.chain(words.into_iter().map(Into::into))) {
@@ -166,28 +166,29 @@ pub fn run_with(
     }
 }
 
-/// The exit code if there is no command to do. Help and version are no errors, unless they are not written.
+/// Returns the exit code of a command line without a command. Help and version are not errors,
+/// unless they cannot be written.
 fn no_command(
     error: &clap::Error,
     printed: std::io::Result<()>,
     terminal: &mut Terminal<'_>,
 ) -> u8 {
     if error.use_stderr() {
-        return WRONG;
+        return FAILURE;
     }
-    terminal.note(printed);
-    terminal.finish(FINE)
+    terminal.keep_error(printed);
+    terminal.finish(SUCCESS)
 }
 
-/// Does what the command line says. A panic that no run of a scenario and no row of a study was there to catch is an error of
-/// the whole command.
+/// Executes a command. A panic outside the run of a scenario or the row of a study is an error of
+/// the command.
 fn dispatch(registry: &Registry, cli: Cli, terminal: &mut Terminal<'_>) -> u8 {
     let json = cli.command.json();
-    let done = caught(|| command(registry, cli.command, terminal));
+    let done = catch_panic(|| command(registry, cli.command, terminal));
     let code = done.unwrap_or_else(|source| {
         let file = String::new();
-        terminal.fail(&TwinError::Panic { file, source }, json);
-        WRONG
+        terminal.report_error(&TwinError::Panic { file, source }, json);
+        FAILURE
     });
     terminal.finish(code)
 }
@@ -208,10 +209,10 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
     }
 }
 
-/// Where the setting of a plant comes from.
+/// Origin of settings given by `--plant`.
 const PLANT: &str = "--plant";
 
-/// What the command line sets on top of a scenario.
+/// Returns the settings of the command line.
 fn settings(args: &Settings) -> Vec<Setting> {
     let plant = args.plant.iter().map(|model| Setting {
         origin: PLANT.to_owned(),

@@ -1,5 +1,5 @@
-//! Whether what a command is to write can be written, found out before its work. What was not there before is gone afterwards:
-//! a command that is refused leaves nothing behind.
+//! Checks before a run that output files can be written. The checks leave no files or folders
+//! behind.
 
 use std::fs;
 use std::io;
@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::error::TwinError;
 
-/// A file in the folder `path`, which may have to be made.
+/// Checks that files can be written to the folder `path`, which need not exist.
 pub(super) fn check_folder(path: &Path) -> Result<(), TwinError> {
     let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
     let missing: Vec<&Path> = path.ancestors().take_while(missing).collect();
@@ -16,13 +16,14 @@ pub(super) fn check_folder(path: &Path) -> Result<(), TwinError> {
         .and_then(|()| fs::write(&probe, b"probe"))
         .and_then(|()| fs::remove_file(&probe));
     for folder in missing {
-        // It may not have come into being, and another command may have put something there.
+        // It may not exist, or contain files of another command.
         let _ = fs::remove_dir(folder);
     }
     written.map_err(|source| failed(path, source))
 }
 
-/// The file `path`. A pipe or a device is not tried: opening it may wait, and shows to whoever is at the other end.
+/// Checks that the file `path` can be written. Pipes and devices are not opened, because opening
+/// may block and is visible to the process at the other end.
 pub(super) fn check_file(path: &Path) -> Result<(), TwinError> {
     let before = fs::metadata(path);
     if before

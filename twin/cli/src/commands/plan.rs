@@ -1,4 +1,4 @@
-//! `twin plan`
+//! Command `twin plan`: the scene of a scenario.
 
 use serde::Serialize;
 use twinrig_kernel::{Direction, Port};
@@ -6,13 +6,14 @@ use twinrig_runtime::Coupling;
 use twinrig_runtime::{Group, Rig};
 use twinrig_scenario::{LeftOut, Scenario};
 
-use super::{FINE, Terminal, WRONG, settings};
+use super::{FAILURE, SUCCESS, Terminal, settings};
 use crate::args::PlanArgs;
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::parts::coupling;
 use crate::report::grid::{Cell, Grid, Side, Tint};
+use crate::report::left_out;
 use crate::report::paint::Paint;
 use crate::report::table::folded;
 use crate::report::{Warned, seconds};
@@ -24,13 +25,13 @@ struct Plan {
     duration_s: f64,
     plant: String,
     controller: Option<String>,
-    /// The robot file's, or the name of the model that the plant brings along.
+    /// Name of the robot file, or of the standalone model.
     robot: String,
     legs: Vec<String>,
     schedule: Timetable,
     coupling: String,
     wires: Vec<Wire>,
-    /// Inputs of the plant that nobody writes: they stay as they are at the start.
+    /// Inputs of the plant that are not driven: they keep their initial values.
     free: Vec<Free>,
     signals: Vec<Signal>,
     #[serde(rename = "gauges")]
@@ -48,7 +49,7 @@ struct Timetable {
     observe_period_s: f64,
     frames_hz: Option<f64>,
     plant_step_s: Option<f64>,
-    /// The step of the grid on which plant and boards meet; none: they meet wherever a board wants to.
+    /// Step of the communication grid of plant and boards; none: exact coupling.
     coupling_grid_s: Option<f64>,
 }
 
@@ -60,7 +61,7 @@ struct Wire {
     to: String,
 }
 
-/// An input of the plant.
+/// Input of the plant.
 #[derive(Serialize)]
 struct Free {
     name: String,
@@ -68,7 +69,7 @@ struct Free {
     size: usize,
 }
 
-/// An output of the plant.
+/// Output of the plant.
 #[derive(Serialize)]
 struct Signal {
     name: String,
@@ -78,7 +79,7 @@ struct Signal {
     recorded: bool,
 }
 
-/// What a driver or a board counts.
+/// Counter of a driver or a board.
 #[derive(Serialize)]
 struct Diagnostic {
     name: String,
@@ -97,11 +98,11 @@ pub(super) fn plan(registry: &Registry, args: &PlanArgs, terminal: &mut Terminal
                 let text = text(&plan, terminal.paint);
                 terminal.print(&text);
             }
-            FINE
+            SUCCESS
         }
         Err(error) => {
-            terminal.fail(&error, args.json);
-            WRONG
+            terminal.report_error(&error, args.json);
+            FAILURE
         }
     }
 }
@@ -159,7 +160,7 @@ fn of(registry: &Registry, assembly: &Assembly<'_>) -> Result<Plan, TwinError> {
     })
 }
 
-/// What the process reads and writes, and through which task.
+/// Returns the connections between the process and the plant, and their tasks.
 fn wires(rig: &Rig) -> Vec<Wire> {
     let (process, plant) = (rig.process().name(), rig.plant().name());
     let wire = |port: &Port| {
@@ -183,7 +184,8 @@ fn wires(rig: &Rig) -> Vec<Wire> {
     fields.map(|field| wire(&field.port)).collect()
 }
 
-/// What the plant takes, and no process writes; where there are boards, they drive what they are made for.
+/// Returns the inputs of the plant that no process drives; none for scenarios with a bus, whose
+/// boards drive the inputs.
 fn free(rig: &Rig, scenario: &Scenario) -> Vec<Free> {
     let written = rig.layout(Group::ProcessOutputs);
     let ports = rig.plant().ports().into_iter();
@@ -201,7 +203,7 @@ fn free(rig: &Rig, scenario: &Scenario) -> Vec<Free> {
 }
 
 fn text(plan: &Plan, paint: Paint) -> String {
-    // To the nanosecond, which no schedule is finer than.
+    // Rounded to nanoseconds, the resolution of the schedule.
     let ms = |seconds: f64| format!("{} ms", (1e9 * seconds).round() / 1e6);
     let times = &plan.schedule;
     let mut facts = Grid::new(&[Side::Left, Side::Left]);
@@ -234,8 +236,8 @@ fn text(plan: &Plan, paint: Paint) -> String {
     );
     let changes = match plan.changes {
         0 => String::new(),
-        1 => ", 1 change on the way".to_owned(),
-        count => format!(", {count} changes on the way"),
+        1 => ", 1 scheduled change".to_owned(),
+        count => format!(", {count} scheduled changes"),
     };
     fact(
         "run",
@@ -243,27 +245,25 @@ fn text(plan: &Plan, paint: Paint) -> String {
     );
     let mut lines = vec![paint.bold(&plan.scenario)];
     lines.extend(facts.lines(2, paint));
-    section(&mut lines, paint, "wired", &wired(plan));
-    let title = "inputs of the plant that nothing drives";
+    section(&mut lines, paint, "connections", &wired(plan));
+    let title = "undriven inputs of the plant";
     section(&mut lines, paint, title, &undriven(plan));
     section(&mut lines, paint, "signals of the plant", &signals(plan));
     section(
         &mut lines,
         paint,
-        "counted by drivers and boards",
+        "counters of drivers and boards",
         &diagnostics(plan),
     );
     let mut expected = Grid::new(&[Side::Left]);
     for name in &plan.expectations {
         expected.row([name.as_str().into()]);
     }
-    section(&mut lines, paint, "expected", &expected);
-    let mut left_out = Grid::new(&[Side::Left, Side::Left]);
-    for left in &plan.left_out {
-        left_out.row([
-            left.part.as_str().into(),
-            Cell::new(left.why.as_str(), Tint::Dim),
-        ]);
+    section(&mut lines, paint, "expectations", &expected);
+    let mut left_out = Grid::new(&[Side::Left]);
+    for [parts, why] in left_out::lines(&plan.left_out) {
+        let why = paint.dim(&format!("({why})"));
+        left_out.row([format!("{parts} {why}").into()]);
     }
     section(&mut lines, paint, "left out", &left_out);
     lines.join("\n")
@@ -317,7 +317,7 @@ fn undriven(plan: &Plan) -> Grid {
     grid
 }
 
-/// Unit, and size if there are several numbers.
+/// Returns the unit, and the size of a vector.
 fn measure(unit: &str, size: usize) -> String {
     match size {
         1 => format!("[{unit}]"),
@@ -339,8 +339,8 @@ fn signals(plan: &Plan) -> Grid {
             rows.push(row);
         }
     }
-    for (name, unit, fate) in rows {
-        let (fate, tint) = match fate {
+    for (name, unit, computed_recorded) in rows {
+        let (status, tint) = match computed_recorded {
             (true, true) => ("recorded", Tint::None),
             (true, false) => ("computed, not recorded", Tint::Yellow),
             (false, _) => ("not computed", Tint::Dim),
@@ -348,7 +348,7 @@ fn signals(plan: &Plan) -> Grid {
         grid.row([
             name.into(),
             Cell::new(unit, Tint::Dim),
-            Cell::new(fate, tint),
+            Cell::new(status, tint),
         ]);
     }
     grid

@@ -1,4 +1,4 @@
-//! `twin replay`
+//! Command `twin replay`: repetition of the run of a recording.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use twinrig_record::Recording;
 use twinrig_scenario::Setting;
 
 use super::diff::{Difference, cut_off, open};
-use super::{FINE, NOT_SO, Terminal, WRONG};
+use super::{FAILURE, NEGATIVE, SUCCESS, Terminal};
 use crate::args::ReplayArgs;
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
@@ -24,27 +24,27 @@ struct Replayed {
     identical: bool,
     fingerprint_recorded: Option<String>,
     fingerprint: Option<String>,
-    /// None if the recording was cut off: expectations are of whole runs.
+    /// None if the recording was cut off: expectations apply to complete runs.
     verdict: Option<Status>,
-    /// Where the recording was cut off, and where it is no longer compared.
+    /// Time at which the recording was cut off and the comparison ends.
     cut_off_s: Option<f64>,
     error: Option<String>,
     difference: Difference,
-    /// It was cut off before it held anything.
+    /// Whether the recording was cut off before its first sample.
     #[serde(skip)]
-    nothing: bool,
+    is_empty: bool,
 }
 
 pub(super) fn replay(registry: &Registry, args: &ReplayArgs, terminal: &mut Terminal<'_>) -> u8 {
-    if terminal.watched {
+    if terminal.interactive {
         interrupt::listen();
     }
-    match again(registry, args, terminal.watched && !args.json) {
+    match repeat(registry, args, terminal.interactive && !args.json) {
         Ok(replayed) => {
-            let code = match (replayed.nothing, replayed.identical) {
-                (true, _) => WRONG,
-                (false, true) => FINE,
-                (false, false) => NOT_SO,
+            let code = match (replayed.is_empty, replayed.identical) {
+                (true, _) => FAILURE,
+                (false, true) => SUCCESS,
+                (false, false) => NEGATIVE,
             };
             if args.json {
                 terminal.print_json(&replayed);
@@ -55,29 +55,29 @@ pub(super) fn replay(registry: &Registry, args: &ReplayArgs, terminal: &mut Term
             code
         }
         Err(error) => {
-            terminal.fail(&error, args.json);
-            WRONG
+            terminal.report_error(&error, args.json);
+            FAILURE
         }
     }
 }
 
-fn again(registry: &Registry, args: &ReplayArgs, progress: bool) -> Result<Replayed, TwinError> {
+fn repeat(registry: &Registry, args: &ReplayArgs, progress: bool) -> Result<Replayed, TwinError> {
     let path = &args.recording;
     let recorded = open(path)?;
     let assembly = assembly(registry, path, &recorded)?;
-    let beside = CompositePlant::new(path);
+    let repetition = TemporaryRecording::new(path);
     let execution = Execution {
-        recording: Some(beside.0.clone()),
+        recording: Some(repetition.0.clone()),
         progress,
         ports: Vec::new(),
     };
     let cut_off = cut_off(&recorded);
     let end = cut_off.unwrap_or_else(|| assembly.end());
     let report: Report = execute_until(&assembly, &execution, end)?;
-    let new = open(&beside.0)?;
-    drop(beside);
+    let new = open(&repetition.0)?;
+    drop(repetition);
     let difference = match cut_off {
-        // The new run was made to end there, too, perhaps between two samples of one instant.
+        // The repetition ends at the same time, possibly between two samples of one instant.
         Some(_) => Difference::within(&recorded, &new, [cut_off; 2]),
         None => Difference::of(&recorded, &new),
     };
@@ -94,15 +94,15 @@ fn again(registry: &Registry, args: &ReplayArgs, progress: bool) -> Result<Repla
         verdict: cut_off.is_none().then_some(report.verdict),
         cut_off_s: cut_off.map(|at| seconds(at.as_nanos())),
         error: report.error,
-        nothing: cut_off.is_some() && difference.nothing,
+        is_empty: cut_off.is_some() && difference.nothing,
         difference,
     })
 }
 
-/// A new recording next to the old one, gone when it has been compared.
-struct CompositePlant(std::path::PathBuf);
+/// Recording of the repetition, in the folder of the original one; deleted on drop.
+struct TemporaryRecording(std::path::PathBuf);
 
-impl CompositePlant {
+impl TemporaryRecording {
     fn new(path: &Path) -> Self {
         let mut name = path.file_name().unwrap_or_default().to_owned();
         name.push(".replay");
@@ -110,14 +110,14 @@ impl CompositePlant {
     }
 }
 
-impl Drop for CompositePlant {
+impl Drop for TemporaryRecording {
     fn drop(&mut self) {
-        // It may not have come into being.
+        // The file may not exist.
         let _ = std::fs::remove_file(&self.0);
     }
 }
 
-/// The assembly that the recording was made with.
+/// Returns the assembly of the recorded run.
 fn assembly<'r>(
     registry: &'r Registry,
     path: &Path,
@@ -134,17 +134,17 @@ fn assembly<'r>(
     };
     if recorded.note(HARDWARE_NOTE).is_some() {
         return Err(lacks(
-            "boards and plant were hardware; the attached scenario runs on the twin".to_owned(),
+            "it was made on hardware; the attached scenario can be run on the twin".to_owned(),
         ));
     }
     if let Some(at_s) = recorded.note(EXCHANGED_NOTE) {
         return Err(lacks(format!(
-            "its plant took the place of another at {at_s} s, and what came before is not in it; run both again with --from"
+            "its plant was exchanged at {at_s} s, and the run before is not recorded; run both plants again with --from"
         )));
     }
     let settings = recorded.note(SETTINGS_NOTE).unwrap_or("[]");
     let settings: Vec<[String; 2]> = serde_json::from_str(settings)
-        .map_err(|error| lacks(format!("its settings do not read: {error}")))?;
+        .map_err(|error| lacks(format!("its settings cannot be parsed: {error}")))?;
     let settings = settings.into_iter().map(|[key, value]| Setting {
         origin: "--set".to_owned(),
         key,
@@ -168,7 +168,7 @@ fn text(replayed: &Replayed, terminal: &Terminal<'_>) -> String {
     let paint = terminal.paint;
     let mut lines = vec![paint.bold(&replayed.scenario)];
     if let (true, Some(at)) = (replayed.identical, replayed.cut_off_s) {
-        let word = paint.green("same as far as it goes");
+        let word = paint.green("identical up to the cut-off");
         lines.push(format!("  {word}: the recording was cut off at {at} s"));
         return lines.join("\n");
     }
@@ -181,13 +181,13 @@ fn text(replayed: &Replayed, terminal: &Terminal<'_>) -> String {
     if let Some(at) = replayed.cut_off_s {
         let word = paint.yellow("cut off");
         lines.push(format!(
-            "  {word}: the recording was cut off at {at} s; as far as it goes:"
+            "  {word}: the recording was cut off at {at} s; comparison up to there:"
         ));
     } else {
-        lines.push(format!("  {}", paint.red("not the same run")));
+        lines.push(format!("  {}", paint.red("not identical")));
         for (name, print) in [
             ("recorded", &replayed.fingerprint_recorded),
-            ("again", &replayed.fingerprint),
+            ("replayed", &replayed.fingerprint),
         ] {
             let print = print.as_deref().unwrap_or("none");
             lines.push(format!("    {name:<9} {print}"));

@@ -1,4 +1,4 @@
-//! `twin run`
+//! Command `twin run`: execution of scenarios.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use twinrig_record::Fingerprint;
 use twinrig_scenario::{Scenario, Setting};
 
-use super::together::{self, Together};
+use super::plant_comparison::{self, PlantComparison};
 use super::{PLANT, Terminal, outputs, settings};
 use crate::args::{RunArgs, Settings};
 use crate::assembly::Assembly;
@@ -19,11 +19,11 @@ use crate::run::interrupt;
 use crate::run::recording_size::LARGE_RECORDING;
 
 pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'_>) -> u8 {
-    if terminal.watched {
+    if terminal.interactive {
         interrupt::listen();
     }
-    if let Err(error) = together::check(args).and_then(|()| writable(args)) {
-        terminal.fail(&error, args.json);
+    if let Err(error) = plant_comparison::check(args).and_then(|()| check_outputs(args)) {
+        terminal.report_error(&error, args.json);
         return Status::Error.exit_code();
     }
     let mut session = Session {
@@ -36,13 +36,13 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
     let mut worst = Status::Pass.exit_code();
     for path in &args.scenarios {
         if args.plant.len() > 1 {
-            let code = Together::new(&mut session, path).run(terminal);
+            let code = PlantComparison::new(&mut session, path).run(terminal);
             worst = worst.max(code);
         } else {
-            let report = session.whole(path, args.plant.first(), terminal);
+            let report = session.run(path, args.plant.first(), terminal);
             session.show(report, terminal);
         }
-        if interrupt::asked() {
+        if interrupt::is_requested() {
             break;
         }
     }
@@ -56,7 +56,7 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
     if let Some(path) = &args.junit
         && let Err(source) = std::fs::write(path, junit::document(&reports))
     {
-        terminal.complain(&TwinError::Write {
+        terminal.print_error(&TwinError::Write {
             path: path.clone(),
             source,
         });
@@ -65,8 +65,8 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
     status.unwrap_or(Status::Error.exit_code())
 }
 
-/// Whether everything can be written that the command is to write: that is not found out after hours.
-fn writable(args: &RunArgs) -> Result<(), TwinError> {
+/// Checks before the runs that all outputs can be written.
+fn check_outputs(args: &RunArgs) -> Result<(), TwinError> {
     if let Some(path) = &args.junit {
         outputs::check_file(path)?;
     }
@@ -76,20 +76,20 @@ fn writable(args: &RunArgs) -> Result<(), TwinError> {
     Ok(())
 }
 
-/// What is run with one command, and what has become of it so far.
+/// Runs of one command and their reports.
 pub(super) struct Session<'a> {
     pub(super) registry: &'a Registry,
     pub(super) args: &'a RunArgs,
-    /// Where recordings went.
+    /// Paths of the recordings.
     recordings: Vec<PathBuf>,
-    /// The warnings that were shown, in their words.
+    /// Texts of the warnings that were shown.
     warned: BTreeSet<String>,
     pub(super) reports: Vec<Report>,
 }
 
 impl<'a> Session<'a> {
-    /// Runs one scenario. An error of one does not keep the others from running.
-    pub(super) fn whole(
+    /// Runs one scenario. An error is reported and does not affect other scenarios.
+    pub(super) fn run(
         &mut self,
         path: &Path,
         plant: Option<&String>,
@@ -105,7 +105,7 @@ impl<'a> Session<'a> {
         report.unwrap_or_else(|error| error_of(path, &error))
     }
 
-    /// Shows the warnings of a scenario, each once: several plants run one file.
+    /// Prints the warnings of a scenario, each once per command.
     pub(super) fn warn(&mut self, assembly: &Assembly<'_>, terminal: &mut Terminal<'_>) {
         if self.args.json {
             return;
@@ -133,7 +133,7 @@ impl<'a> Session<'a> {
         })
     }
 
-    /// How it is run: where its recording goes, with `mark` behind its name.
+    /// Returns the execution of an assembly; the name of its recording has the suffix `mark`.
     pub(super) fn execution(
         &mut self,
         assembly: &Assembly<'_>,
@@ -147,17 +147,17 @@ impl<'a> Session<'a> {
         });
         Execution {
             recording,
-            progress: terminal.watched && !self.args.json,
+            progress: terminal.interactive && !self.args.json,
             ports: ports(&self.args.port),
         }
     }
 
-    /// Prints a report and keeps it.
+    /// Prints and stores a report.
     pub(super) fn show(&mut self, report: Report, terminal: &mut Terminal<'_>) {
         if self.args.json {
             terminal.print_json(&report);
         } else if let (None, Some(error)) = (&report.fingerprint, &report.error) {
-            // It did not begin: there is nothing to show but what is wrong.
+            // The run did not start, so that the report consists of the error.
             let _ = writeln!(terminal.err, "{error}\n");
         } else {
             let text = table::report(&report, terminal.paint);
@@ -168,19 +168,20 @@ impl<'a> Session<'a> {
     }
 }
 
-/// The report of what did not begin.
+/// Returns the report of a run that could not start.
 pub(super) fn error_of(path: &Path, error: &TwinError) -> Report {
     Report::of_error(&path.display().to_string(), error.to_string())
 }
 
-/// Devices by the names of their buses.
-pub(super) fn ports(given: &[(String, String)]) -> Vec<(String, PathBuf)> {
+/// Returns the devices with the names of their buses.
+pub(super) fn ports(options: &[(String, String)]) -> Vec<(String, PathBuf)> {
     let port = |(bus, device): &(String, String)| (bus.clone(), PathBuf::from(device));
-    given.iter().map(port).collect()
+    options.iter().map(port).collect()
 }
 
-/// Where the recording of a scenario goes: named after its file, its seed and what is set on top of it (the plant by its
-/// name where that is all, a hash of anything else), never after the clock, so that the same run goes to the same place; numbered only against others of the same call.
+/// Returns the path of the recording of a scenario. The name consists of the scenario file, the
+/// seed and the settings (the plant if it is the only setting, otherwise a hash), so that equal
+/// runs have equal paths. A number distinguishes recordings of one command.
 fn recording(folder: &Path, scenario: &Scenario, mark: &str, taken: &[PathBuf]) -> PathBuf {
     let stem = Path::new(&scenario.file).file_stem();
     let stem = stem.map_or("scenario".into(), |stem| stem.to_string_lossy());

@@ -1,11 +1,11 @@
-//! `twin schema`
+//! Command `twin schema`: JSON schema of scenarios.
 
 use std::path::Path;
 
 use serde_json::Value;
 use twinrig_robot::{Robot, RobotFile};
 
-use super::{FINE, Terminal, WRONG};
+use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::SchemaArgs;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
@@ -14,20 +14,20 @@ pub(super) fn schema(registry: &Registry, args: &SchemaArgs, terminal: &mut Term
     let robots = match robots(args, terminal) {
         Ok(robots) => robots,
         Err(error) => {
-            terminal.complain(&error);
-            return WRONG;
+            terminal.print_error(&error);
+            return FAILURE;
         }
     };
     let mut text = String::new();
     write(&registry.schema(&robots), "", &mut text);
     terminal.print(&text);
-    FINE
+    SUCCESS
 }
 
-/// Columns of a line, where what stands in it can be broken.
+/// Maximum line width, if a line can be broken.
 const WIDTH: usize = 120;
 
-/// Writes `value` as JSON: what fits into a line in one line, the rest an item a line.
+/// Writes `value` as JSON: in one line if it fits, otherwise with one item per line.
 fn write(value: &Value, indent: &str, text: &mut String) {
     let line = value.to_string();
     let room = WIDTH.saturating_sub(indent.len());
@@ -58,22 +58,22 @@ fn write(value: &Value, indent: &str, text: &mut String) {
     }
 }
 
-/// The robots that are named; without any, those in reach that are sound.
+/// Returns the robots given on the command line, or else all valid robots found.
 fn robots(args: &SchemaArgs, terminal: &mut Terminal<'_>) -> Result<Vec<Robot>, TwinError> {
-    let beside = Path::new("");
-    let read = |name: &str| RobotFile::find(name, beside).and_then(|file| file.robot());
+    let folder = Path::new("");
+    let read = |name: &str| RobotFile::find(name, folder).and_then(|file| file.robot());
     if !args.robot.is_empty() {
         let robots = args.robot.iter().map(|name| Ok(read(name)?));
         return robots.collect();
     }
     let mut robots = Vec::new();
-    for name in RobotFile::names(beside) {
+    for name in RobotFile::names(folder) {
         match read(&name) {
             Ok(robot) => robots.push(robot),
             Err(error) => {
                 let error = TwinError::from(error);
-                terminal.remark(&format!(
-                    "the schema leaves out the robot `{name}`:\n{error}"
+                terminal.note(&format!(
+                    "the schema does not include the robot `{name}`:\n{error}"
                 ));
             }
         }

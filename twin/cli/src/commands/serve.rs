@@ -1,4 +1,4 @@
-//! `twin serve`
+//! Command `twin serve`: emulation of boards and plant in real time.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use twinrig_scenario::Scenario;
 use twinrig_wire::Pty;
 
 use super::run::ports;
-use super::{FINE, Terminal, WRONG, settings};
+use super::{FAILURE, SUCCESS, Terminal, settings};
 use crate::args::ServeArgs;
 use crate::assembly::Assembly;
 use crate::assembly::builder::{BuiltParts, Bus};
@@ -19,14 +19,14 @@ use crate::run::hardware::{check_places, place};
 use crate::run::interrupt;
 
 pub(super) fn serve(registry: &Registry, args: &ServeArgs, terminal: &mut Terminal<'_>) -> u8 {
-    if terminal.watched {
+    if terminal.interactive {
         interrupt::listen();
     }
     match serve_twin(registry, args, terminal) {
         Ok(code) => code,
         Err(error) => {
-            terminal.complain(&error);
-            WRONG
+            terminal.print_error(&error);
+            FAILURE
         }
     }
 }
@@ -53,20 +53,20 @@ fn serve_twin(
     for wire in &wires {
         terminal.print(&format!("{} at {}", wire.name, wire.device.place()));
     }
-    terminal.print(&format!("now, elsewhere: {}", counterpart(args, &wires)));
+    terminal.print(&format!("connect with: {}", counterpart(args, &wires)));
     let _ = terminal.out.flush();
     let options = options(args, scenario.observe.period);
     let served = Serve::new(options, plant, wires);
     let served = served.map_err(|error| assembly.rig_error(error))?;
-    let (ended, report) = served.run(&mut (), interrupt::flag_at_devices());
+    let (ended, report) = served.run(&mut (), interrupt::hardware_flag());
     terminal.print(&report.to_string());
     match ended {
-        Ok(Ended::Duration | Ended::Stopped | Ended::HungUp) => Ok(FINE),
+        Ok(Ended::Duration | Ended::Stopped | Ended::HungUp) => Ok(SUCCESS),
         Err(error) => Err(assembly.rig_error(error)),
     }
 }
 
-/// What is asked of the system for a twin with a priority.
+/// Returns the privileges required for a twin with a real-time priority.
 fn privileges(args: &ServeArgs) -> Privileges {
     Privileges {
         control_priority: args.priority,
@@ -88,7 +88,7 @@ fn options(args: &ServeArgs, observe: SimDuration) -> ServeOptions {
     }
 }
 
-/// The wires of all buses with the boards at their far ends, each at a PTY, which is linked to the place that was given to the
+/// Connects the emulated wire of each bus to a PTY, with a symbolic link if one is given for the
 /// bus.
 fn wires(
     scenario: &Scenario,
@@ -115,14 +115,14 @@ fn pty(link: Option<&Path>) -> Result<Pty, DeviceError> {
     }
 }
 
-/// What this program is called: a crate with parts of its own has a name of its own.
+/// Returns the name of this program, which custom programs based on this crate choose.
 fn program() -> String {
     let path = std::env::args_os().next().map(PathBuf::from);
     let name = path.as_deref().and_then(Path::file_stem);
     name.map_or("twin".to_owned(), |name| quoted(&name.to_string_lossy()))
 }
 
-/// What runs the controller at a twin that is served, as one types it.
+/// Returns the command that runs the controller on the served twin.
 fn counterpart(args: &ServeArgs, wires: &[ServedWire]) -> String {
     let set = &args.settings.set;
     let set = set
@@ -141,7 +141,7 @@ fn counterpart(args: &ServeArgs, wires: &[ServedWire]) -> String {
     command
 }
 
-/// A word for a shell.
+/// Quotes a word for a shell, if necessary.
 fn quoted(word: &str) -> String {
     let plain = |letter: char| letter.is_alphanumeric() || "/.,:=_-+@".contains(letter);
     if !word.is_empty() && word.chars().all(plain) {
@@ -156,7 +156,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_shell_would_take_apart_is_quoted() {
+    fn words_with_shell_syntax_are_quoted() {
         assert_eq!(quoted("sbcp=/dev/pts/1"), "sbcp=/dev/pts/1");
         assert_eq!(quoted(r#"duration="1 s""#), r#"'duration="1 s"'"#);
         assert_eq!(quoted("it's"), r"'it'\''s'");

@@ -1,4 +1,4 @@
-//! `twin study`
+//! Command `twin study`: accuracy, stability and coupling of plants.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use twinrig_study::{
     coupling, csv, html, precision, stability,
 };
 
-use super::{FINE, Terminal, WRONG, outputs};
+use super::{FAILURE, SUCCESS, Terminal, outputs};
 use crate::args::{StudyArgs, StudyCommand, StudyOptions};
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
@@ -21,11 +21,11 @@ use crate::study::coupling_builder::RigStudyBuilder;
 use crate::study::coupling_table;
 use crate::study::table;
 
-/// What is run, for a report.
+/// Name and version of the program, for reports.
 const BUILD: &str = concat!("twinrig ", env!("CARGO_PKG_VERSION"));
 
 pub(super) fn study(registry: &Registry, args: &StudyArgs, terminal: &mut Terminal<'_>) -> u8 {
-    if terminal.watched {
+    if terminal.interactive {
         interrupt::listen();
     }
     let (name, options) = match &args.study {
@@ -33,39 +33,39 @@ pub(super) fn study(registry: &Registry, args: &StudyArgs, terminal: &mut Termin
         StudyCommand::Stability(options) => ("stability", options),
         StudyCommand::Coupling(options) => ("coupling", options),
     };
-    match done(registry, &args.study, name, options, terminal) {
-        Ok((found, machine, files)) => {
+    match execute(registry, &args.study, name, options, terminal) {
+        Ok((result, machine, files)) => {
             if options.json {
-                terminal.print_json(&found.json(&machine, &command(name, options)));
+                terminal.print_json(&result.json(&machine, &command(name, options)));
             } else {
-                let text = found.text(&files, terminal.paint);
+                let text = result.text(&files, terminal.paint);
                 terminal.print(&text);
             }
-            match found.error() {
-                None => FINE,
+            match result.error() {
+                None => SUCCESS,
                 Some(error) => {
                     if !options.json {
                         let _ = writeln!(terminal.err, "{error}");
                     }
-                    WRONG
+                    FAILURE
                 }
             }
         }
         Err(error) => {
-            terminal.fail(&error, options.json);
-            WRONG
+            terminal.report_error(&error, options.json);
+            FAILURE
         }
     }
 }
 
-/// What a study found, of whatever kind.
-enum Found {
+/// Result of a study.
+enum StudyResult {
     Plants(Study),
     Coupling(CouplingStudy),
 }
 
-impl Found {
-    /// That something panicked, if so.
+impl StudyResult {
+    /// Returns the error of a study in which a part panicked.
     fn error(&self) -> Option<String> {
         match self {
             Self::Plants(study) => study.error(),
@@ -102,13 +102,13 @@ impl Found {
     }
 }
 
-fn done(
+fn execute(
     registry: &Registry,
-    which: &StudyCommand,
+    study: &StudyCommand,
     name: &'static str,
     options: &StudyOptions,
     terminal: &mut Terminal<'_>,
-) -> Result<(Found, Machine, Vec<PathBuf>), TwinError> {
+) -> Result<(StudyResult, Machine, Vec<PathBuf>), TwinError> {
     let settings: Vec<Setting> = options
         .set
         .iter()
@@ -122,17 +122,17 @@ fn done(
         let assembly = Assembly::of_file(registry, &options.scenario, &settings)?;
         terminal.warn(&assembly.scenario().warnings);
     }
-    // What cannot be written is known before the work.
+    // Checks before the study that its files can be written.
     create(&options.out)?;
     outputs::check_folder(&options.out)?;
     let machine = Machine::here(BUILD);
-    let wanted = terminal.watched && !options.json;
-    let looker = &mut ProgressLine(Progress::of_parts(name, wanted));
+    let show_progress = terminal.interactive && !options.json;
+    let observer = &mut ProgressLine(Progress::of_parts(name, show_progress));
     let builder = |names| {
         let path = &options.scenario;
         StudyBuilder::new(registry, path, &settings, names, options.duration)
     };
-    let found = match which {
+    let result = match study {
         StudyCommand::Precision(_) => {
             let plan = PrecisionPlan {
                 duration: options.duration,
@@ -140,7 +140,8 @@ fn done(
                 ..PrecisionPlan::default()
             };
             let builder = builder(&options.plant)?;
-            precision(&builder, &plan, looker).map(|study| Found::Plants(builder.told(study)))
+            precision(&builder, &plan, observer)
+                .map(|study| StudyResult::Plants(builder.with_panics(study)))
         }
         StudyCommand::Stability(_) => {
             let mut plan = StabilityPlan {
@@ -149,7 +150,8 @@ fn done(
             };
             plan.duration = options.duration.unwrap_or(plan.duration);
             let builder = builder(&options.plant)?;
-            stability(&builder, &plan, looker).map(|study| Found::Plants(builder.told(study)))
+            stability(&builder, &plan, observer)
+                .map(|study| StudyResult::Plants(builder.with_panics(study)))
         }
         StudyCommand::Coupling(_) => {
             let plan = CouplingPlan {
@@ -159,28 +161,29 @@ fn done(
             };
             let rigs =
                 RigStudyBuilder::new(registry, &options.scenario, &settings, &options.plant)?;
-            coupling(&rigs, &plan, looker).map(Found::Coupling)
+            coupling(&rigs, &plan, observer)
+                .map(|study| StudyResult::Coupling(rigs.with_panics(study)))
         }
     };
-    let found = found.map_err(|source| TwinError::Study {
+    let result = result.map_err(|source| TwinError::Study {
         file: options.scenario.display().to_string(),
         source,
     })?;
-    let files = write(name, &found, &machine, options)?;
-    Ok((found, machine, files))
+    let files = write(name, &result, &machine, options)?;
+    Ok((result, machine, files))
 }
 
-/// Shows progress, and ends a study when somebody presses Ctrl-C.
+/// Shows the progress of a study and ends the study on an interrupt.
 struct ProgressLine(Progress);
 
 impl ProgressObserver for ProgressLine {
-    fn at(&mut self, part: usize, of: usize, doing: &str) -> bool {
-        self.0.part(part, of, doing);
-        !interrupt::asked()
+    fn at(&mut self, part: usize, of: usize, description: &str) -> bool {
+        self.0.part(part, of, description);
+        !interrupt::is_requested()
     }
 }
 
-/// The command that repeats a study.
+/// Returns the command that repeats a study.
 fn command(name: &str, options: &StudyOptions) -> String {
     let mut words = vec![
         "twin study".to_owned(),
@@ -204,20 +207,20 @@ fn create(folder: &Path) -> Result<(), TwinError> {
     })
 }
 
-/// Writes page, table and JSON, and says where they are.
+/// Writes the HTML page, the CSV and the JSON file; returns their paths.
 fn write(
     name: &str,
-    found: &Found,
+    result: &StudyResult,
     machine: &Machine,
     options: &StudyOptions,
 ) -> Result<Vec<PathBuf>, TwinError> {
     let stem = options.scenario.file_stem();
     let stem = stem.map_or("scenario".into(), |stem| stem.to_string_lossy());
     let command = command(name, options);
-    let json = found.json(machine, &command);
+    let json = result.json(machine, &command);
     let texts = [
-        ("html", found.html(machine, &command)),
-        ("csv", found.csv()),
+        ("html", result.html(machine, &command)),
+        ("csv", result.csv()),
         ("json", format!("{json:#}\n")),
     ];
     let mut files = Vec::new();

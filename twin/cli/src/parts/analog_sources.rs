@@ -1,4 +1,5 @@
-//! Sources of the analog inputs of boards, from scenario options such as `inputs.3 = { signal = "…", scale = 0.1 }`.
+//! Sources of the analog inputs of boards, from scenario options such as `inputs.3 = { signal =
+//! "…", scale = 0.1 }`.
 
 use twinrig_document::Range;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};

@@ -31,14 +31,16 @@ pub struct BusContext<'a> {
     pub period: SimDuration,
     /// Values of the declared options, from the `[bus]` table of the scenario.
     pub options: &'a Options,
-    /// Faults with their places on the bus: empty for the whole bus, or one of [`BusKind::with_place`].
+    /// Faults with their places on the bus: empty for the whole bus, or one of
+    /// [`BusKind::with_place`].
     pub faults: &'a [(&'a str, &'a FaultSpec)],
     /// Seed of the run.
     pub seed: u64,
 }
 
 impl BusContext<'_> {
-    /// Returns the fault schedule of the bus for [`twinrig_wire::Faulty`] and similar wrappers, whose places are `wire/NAME` or `wire/NAME/PLACE`.
+    /// Returns the fault schedule of the bus for [`twinrig_wire::Faulty`] and similar wrappers,
+    /// whose places are `wire/NAME` or `wire/NAME/PLACE`.
     pub fn fault_schedule(&self) -> FaultSchedule {
         let fault = |(place, fault): &(&str, &FaultSpec)| Fault {
             at: fault.at,
@@ -55,7 +57,8 @@ impl BusContext<'_> {
         }
     }
 
-    /// Wraps `line`, with a transmission time of `byte_time` per byte, with the faults of the whole bus.
+    /// Wraps `line`, with a transmission time of `byte_time` per byte, with the faults of the whole
+    /// bus.
     ///
     /// # Errors
     /// [`WireError`] if a fault is invalid.
@@ -65,7 +68,8 @@ impl BusContext<'_> {
     }
 }
 
-/// Kind of bus: the driver that runs on the robot, and the emulated wire with the boards at its far end.
+/// Kind of bus: the driver that runs on the robot, and the emulated wire with the boards at its far
+/// end.
 pub struct BusKind {
     name: String,
     about: String,
@@ -80,7 +84,8 @@ pub struct BusKind {
 }
 
 impl BusKind {
-    /// Creates the kind `name` with the description `about` for `twin list`; `driver` builds the driver that runs on the robot, `wire` the emulation of the wire and the boards.
+    /// Creates the kind `name` with the description `about` for `twin list`; `driver` builds the
+    /// driver that runs on the robot, `wire` the emulation of the wire and the boards.
     pub fn new<D: Driver + 'static, W: Wire + 'static>(
         name: impl Into<String>,
         about: impl Into<String>,
@@ -107,7 +112,8 @@ impl BusKind {
         self
     }
 
-    /// Enables faults on the whole bus, `wire/NAME`: the wire applies [`BusContext::fault_schedule`].
+    /// Enables faults on the whole bus, `wire/NAME`: the wire applies
+    /// [`BusContext::fault_schedule`].
     #[must_use]
     pub fn with_faults(mut self) -> Self {
         self.faults = true;
@@ -121,7 +127,8 @@ impl BusKind {
         self
     }
 
-    /// Declares the plant signals that the boards measure, as patterns derived from the options by `measured`. These signals are computed even if no part reads the measurements.
+    /// Declares the plant signals that the boards measure, as patterns derived from the options by
+    /// `measured`. These signals are computed even if no part reads the measurements.
     #[must_use]
     pub fn measuring(
         mut self,

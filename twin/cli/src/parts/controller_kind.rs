@@ -2,7 +2,7 @@
 
 use twinrig_document::Range;
 use twinrig_robot::Robot;
-use twinrig_runtime::{PartKind, Process, ProcessVariable, caught, in_part};
+use twinrig_runtime::{PartKind, Process, ProcessVariable, catch_panic, in_part};
 use twinrig_scenario::{Kind, LegFact, OptionSpec, Options, VariableSpec};
 
 use crate::error::{BuildError, NO_ROBOT};
@@ -51,7 +51,8 @@ pub struct ControllerKind {
 }
 
 impl ControllerKind {
-    /// Creates the kind `name` with the description `about` for `twin list`; `build` builds a controller. Its process variables must be declared by [`ControllerKind::with_variables`].
+    /// Creates the kind `name` with the description `about` for `twin list`; `build` builds a
+    /// controller. Its process variables must be declared by [`ControllerKind::with_variables`].
     pub fn new<P: Process + 'static>(
         name: impl Into<String>,
         about: impl Into<String>,
@@ -67,8 +68,8 @@ impl ControllerKind {
         }
     }
 
-    /// Declares the process variables, with defaults, for all legs of the robot: they become keys of the scenario's
-    /// `[controller]` table.
+    /// Declares the process variables, with defaults, for all legs of the robot: they become keys
+    /// of the scenario's `[controller]` table.
     #[must_use]
     pub fn with_variables(
         mut self,
@@ -91,19 +92,21 @@ impl ControllerKind {
         self
     }
 
-    /// Adds an option, a key of the controller table; its value is in [`ControllerContext::options`].
+    /// Adds an option, a key of the controller table; its value is in
+    /// [`ControllerContext::options`].
     #[must_use]
     pub fn with_option(mut self, option: OptionSpec) -> Self {
         self.options.push(option);
         self
     }
 
-    /// Returns the scenario keys of the kind for `robot`. Ranges and defaults of process variables depend on the robot; without a robot there are none.
+    /// Returns the scenario keys of the kind for `robot`. Ranges and defaults of process variables
+    /// depend on the robot; without a robot there are none.
     pub(crate) fn offer(&self, robot: Option<&Robot>) -> Kind {
         let variables = robot.map_or_else(Vec::new, |robot| {
             let options = Options::defaults(&self.options);
             // A kind that fails here has no variables; the error is reported when it is built.
-            caught(|| self.variables(robot, &options))
+            catch_panic(|| self.variables(robot, &options))
                 .unwrap_or(Ok(Vec::new()))
                 .unwrap_or_default()
         });

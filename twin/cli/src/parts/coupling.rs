@@ -5,7 +5,8 @@ use twinrig_runtime::{FixedStepCoupling, GridInputs, Plant};
 
 use crate::error::BuildError;
 
-/// Returns whether a coupled plant must compute the output `name` if the outputs for which `requested` holds are requested.
+/// Returns whether a coupled plant must compute the output `name` if the outputs for which
+/// `requested` holds are requested.
 pub(crate) fn needs(coupling: Coupling, name: &str, requested: &dyn Fn(&str) -> bool) -> bool {
     match coupling {
         Coupling::Exact => requested(name),
@@ -42,10 +43,7 @@ pub(crate) fn describe(coupling: Coupling) -> String {
                     "commands act from the next grid point on, samples are interpolated"
                 }
             };
-            format!(
-                "fixed grid of {} ms: {rule}",
-                step.as_nanos() as f64 / 1e6
-            )
+            format!("fixed grid of {} ms: {rule}", step.as_nanos() as f64 / 1e6)
         }
     }
 }
@@ -60,7 +58,8 @@ mod tests {
     use crate::assembly::Assembly;
     use crate::assembly::registry::Registry;
 
-    /// Between grid points a position is extrapolated along the rate of the same name: it must be the time derivative of the position, in the same axes and of the same point.
+    /// Between grid points a position is extrapolated along the rate of the same name: it must be
+    /// the time derivative of the position, in the same axes and of the same point.
     #[test]
     fn rate_signal_is_derivative_of_position_signal() {
         let registry = Registry::standard();
@@ -94,7 +93,7 @@ mod tests {
             // Trunk and four feet in space, and two motors per leg.
             assert_eq!(pairs.len(), 3 * 5 + 2 * 4, "{model}");
             let mut inputs = vec![0.0; Layout::of(&plant.ports(), Direction::Input).len()];
-            plant.first_inputs(&mut inputs);
+            plant.initial_inputs(&mut inputs);
             // With coasting motors the robot sinks onto its feet.
             let mut rows = [0; 3].map(|_| vec![0.0; layout.len()]);
             let (step, mut now) = (SimDuration::from_micros(100), SimTime::ZERO);
@@ -113,7 +112,10 @@ mod tests {
                 }
             }
             let moved = pairs.iter().any(|&(value, _)| rows[2][value].abs() > 1e-3);
-            assert!(moved && wrong < compared / 50, "{model}: {wrong} of {compared}");
+            assert!(
+                moved && wrong < compared / 50,
+                "{model}: {wrong} of {compared}"
+            );
         }
     }
 }

@@ -1,7 +1,8 @@
-//! Plant of the robot's motors on a test bench, and the hip-abduction servos of a composite plant, from scenario options.
+//! Plant of the robot's motors on a test bench, and the hip-abduction servos of a composite plant,
+//! from scenario options.
 
 use twinrig_document::Range;
-use twinrig_drives::{Load, MotorBench, BenchMotors, ServoBench, Shaft};
+use twinrig_drives::{BenchMotors, Load, MotorBench, ServoBench, Shaft};
 use twinrig_kernel::{Port, Unit};
 use twinrig_runtime::{CompositePlant, Plant};
 use twinrig_scenario::{Accepts, ActuatorKind, OptionSpec};
@@ -80,7 +81,8 @@ pub(crate) fn abduction_ports(context: &PlantContext<'_>) -> Vec<Port> {
     ServoBench::ports_of(&abducted_legs(context))
 }
 
-/// Combines the plant with servos for hip abduction, which no plant simulates; returns the plant itself if the controller does not command abduction.
+/// Combines the plant with servos for hip abduction, which no plant simulates; returns the plant
+/// itself if the controller does not command abduction.
 pub(crate) fn with_abduction(
     plant: Box<dyn Plant>,
     context: &PlantContext<'_>,
@@ -90,8 +92,8 @@ pub(crate) fn with_abduction(
         return Ok(plant);
     }
     let servo = context.robot.actuators.abduction.as_ref();
-    let servo =
-        servo.ok_or("the robot file has no [actuator.abduction]: hip abduction is not available")?;
+    let servo = servo
+        .ok_or("the robot file has no [actuator.abduction]: hip abduction is not available")?;
     let servos = ServoBench::new(&legs, servo, context.wanted)?;
     Ok(Box::new(CompositePlant::new(plant, Box::new(servos))?))
 }

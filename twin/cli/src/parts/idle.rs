@@ -1,6 +1,6 @@
 //! Process of a scenario without a controller.
 
-use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError};
+use twinrig_kernel::{Port, SimDuration};
 use twinrig_runtime::Process;
 
 /// Process without inputs, outputs and state.
@@ -16,12 +16,4 @@ impl Process for Idle {
     }
 
     fn step(&mut self, _: SimDuration, _: &[f64], _: &mut [f64]) {}
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&())
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        snapshot.read()
-    }
 }

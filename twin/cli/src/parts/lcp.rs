@@ -23,8 +23,7 @@ pub(crate) fn kind() -> PlantKind {
     .with_option(choice("integrator", "time integration method", &methods))
     .with_option(OptionSpec {
         name: "tolerance".to_owned(),
-        about: "local error tolerance of foot positions per step, for rk4 and rodas4"
-            .to_owned(),
+        about: "local error tolerance of foot positions per step, for rk4 and rodas4".to_owned(),
         accepts: Accepts::Quantity {
             unit: Unit::Meter,
             range: Range::POSITIVE,

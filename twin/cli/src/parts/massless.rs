@@ -13,7 +13,8 @@ use crate::parts::setup::setup;
 
 /// Default step of the plant.
 const STEP: SimDuration = SimDuration::from_millis(1);
-/// Default and accepted numbers of cells of the force table: smaller tables are too coarse for walking, larger ones need gigabytes.
+/// Default and accepted numbers of cells of the force table: smaller tables are too coarse for
+/// walking, larger ones need gigabytes.
 const CELLS: u64 = 64;
 const ACCEPTED_CELLS: RangeInclusive<u64> = 16..=512;
 const SOLVE: &str = "solve";
@@ -60,9 +61,8 @@ fn force(options: &SceneOptions) -> Result<Force, BuildError> {
             cells: usize::try_from(cells.unwrap_or(CELLS))?,
         }),
         (_, None) => Ok(Force::Solve),
-        (_, Some(cells)) => Err(format!(
-            "`cells = {cells}` requires `force = \"{LOOKUP}\"`"
-        )
-        .into()),
+        (_, Some(cells)) => {
+            Err(format!("`cells = {cells}` requires `force = \"{LOOKUP}\"`").into())
+        }
     }
 }

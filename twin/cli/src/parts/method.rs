@@ -64,7 +64,8 @@ impl Method {
         self
     }
 
-    /// Declares the method at this step to be a reference. The first reference method of a plant is its reference, the second one verifies it.
+    /// Declares the method at this step to be a reference. The first reference method of a plant is
+    /// its reference, the second one verifies it.
     #[must_use]
     pub fn trusted_at_step(mut self, step: SimDuration) -> Self {
         self.reference = Some(MethodSetting::Step(step));
@@ -78,7 +79,8 @@ impl Method {
         self
     }
 
-    /// Returns whether `variant` selects this method: a name may exist twice, set by a step and set by a tolerance.
+    /// Returns whether `variant` selects this method: a name may exist twice, set by a step and set
+    /// by a tolerance.
     pub(crate) fn is_meant_by(&self, variant: &Variant) -> bool {
         self.name == variant.method && self.set_by == variant.setting.set_by()
     }

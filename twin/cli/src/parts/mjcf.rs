@@ -56,7 +56,15 @@ pub(crate) fn options() -> Vec<OptionSpec> {
             KEYFRAME,
             "keyframe of the start state (the model's reference pose)",
         ),
-        option(INPUTS, "actuators of the model, by input signal", each(input)),
-        option(OUTPUTS, "elements of the model, by output signal", each(output)),
+        option(
+            INPUTS,
+            "actuators of the model, by input signal",
+            each(input),
+        ),
+        option(
+            OUTPUTS,
+            "elements of the model, by output signal",
+            each(output),
+        ),
     ]
 }

@@ -113,7 +113,8 @@ fn of_disk(path: &Path, file: &Placed<String>) -> Result<(Vec<u8>, ModelFile), D
     Ok((text, model))
 }
 
-/// Returns the error at its line of the model if the line is known. Lines of included files are counted from the start of the included file, so models with `<include` have no known lines.
+/// Returns the error at its line of the model if the line is known. Lines of included files are
+/// counted from the start of the included file, so models with `<include` have no known lines.
 fn refused(error: &ModelFileError, path: &Path, text: &[u8], file: &Placed<String>) -> Problem {
     let text = String::from_utf8_lossy(text);
     let line = error.line().filter(|_| !text.contains("<include"));
@@ -147,7 +148,8 @@ fn of_recording(
     Ok((find(TEXT)?.clone(), model))
 }
 
-/// Reads the signals that the scenario requests of the model, as far as they can be checked without the model.
+/// Reads the signals that the scenario requests of the model, as far as they can be checked without
+/// the model.
 fn model_signals(options: &Options, problems: &mut Vec<Problem>) -> ModelSignals {
     let mut signals = ModelSignals {
         keyframe: options.name(KEYFRAME).map(|name| name.value.clone()),

@@ -1,9 +1,11 @@
-//! The plants that stand on MuJoCo, out of a scenario's words.
+//! Plants on MuJoCo, built from scenario options.
 
 use twinrig_document::Range;
 use twinrig_kernel::{SimDuration, Unit};
-use twinrig_mujoco::{TimeConstant, Cone, Coordinates, Integrator, Mujoco, Numerics, Options, Solver};
-use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options as ControllerContext};
+use twinrig_mujoco::{
+    Cone, Coordinates, Integrator, Mujoco, Numerics, Options, Solver, TimeConstant,
+};
+use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options as ScenarioOptions};
 
 use crate::assembly::registry::Registry;
 use crate::error::BuildError;
@@ -12,14 +14,14 @@ use crate::parts::option::{choice, number, option};
 use crate::parts::plant_kind::{PlantContext, PlantKind};
 use crate::parts::setup::setup;
 
-/// The plant's own step where a scenario gives none.
+/// Default step of the plant.
 const STEP: SimDuration = SimDuration::from_millis(1);
 
-/// What a switch says.
+/// Values of a switch.
 const SWITCH: [&str; 2] = ["on", "off"];
 
-/// The integrator where none is given: that of the coordinates.
-const OWN: &str = "own";
+/// Default value of the option `integrator`: the integrator that suits the coordinates best.
+const DEFAULT_INTEGRATOR: &str = "own";
 
 pub(crate) fn kinds(registry: Registry) -> Registry {
     registry
@@ -28,125 +30,125 @@ pub(crate) fn kinds(registry: Registry) -> Registry {
 }
 
 fn kind() -> PlantKind {
-    let integrators: Vec<&str> = [OWN]
+    let integrators: Vec<&str> = [DEFAULT_INTEGRATOR]
         .into_iter()
         .chain(Integrator::ALL.map(Integrator::name))
         .collect();
     let kind = PlantKind::new("mujoco", crate::parts::engines::MUJOCO, mujoco)
         .with_option(choice(
             "coordinates",
-            "segments that pins hold together, or joint angles",
+            "maximal (segments connected by pin constraints) or minimal (joint angles)",
             &Coordinates::ALL.map(Coordinates::name),
         ))
         .with_option(choice(
             "integrator",
-            "how time is integrated; `own` is what measured best in the coordinates",
+            "time integration method; `own` is the most accurate one measured for the coordinates",
             &integrators,
         ))
         .with_option(choice(
             "solver",
-            "what finds the forces of constraints",
+            "solver of the constraint forces",
             &Solver::ALL.map(Solver::name),
         ))
         .with_option(choice(
             "cone",
-            "the shape of the limit of friction",
+            "shape of the friction cone",
             &Cone::ALL.map(Cone::name),
         ));
     with_methods(with_numbers(kind)).with_step(STEP)
 }
 
 fn with_numbers(kind: PlantKind) -> PlantKind {
-    let own = Numerics::of(Coordinates::Maximal);
-    let given = |name: &str, about: &str, range: Range, default: f64| OptionSpec {
+    let defaults = Numerics::of(Coordinates::Maximal);
+    let setting = |name: &str, about: &str, range: Range, default: f64| OptionSpec {
         default: Some(OptionValue::Number(default)),
         ..option(name, about, number(range))
     };
     let share = Range::between(1e-4, 0.9999);
-    kind.with_option(given(
+    kind.with_option(setting(
         "iterations",
-        "of the solver, in a step, at most",
+        "maximum number of solver iterations per step",
         Range::between(1.0, 1e6),
-        f64::from(own.iterations),
+        f64::from(defaults.iterations),
     ))
-    .with_option(given(
+    .with_option(setting(
         "solver_tolerance",
-        "improvement at which the solver stops, as MuJoCo scales it",
+        "improvement at which the solver stops, in MuJoCo's scaling",
         Range::POSITIVE,
-        own.tolerance,
+        defaults.tolerance,
     ))
     .with_option(option(
         "solref_steps",
-        "steps in which a constraint takes its error back: MuJoCo's solref; 2 where neither it nor solref_time is given",
+        "time constant of constraint errors in steps, MuJoCo's solref; default 2 without solref_time",
         number(Range::POSITIVE),
     ))
     .with_option(option(
         "solref_time",
-        "the same as a time, whatever the step",
+        "time constant of constraint errors, independent of the step",
         Accepts::Quantity {
             unit: Unit::Second,
             range: Range::POSITIVE,
         },
     ))
-    .with_option(given(
+    .with_option(setting(
         "solref_damping",
-        "damping ratio of that",
+        "damping ratio of constraint errors, MuJoCo's solref",
         Range::POSITIVE,
-        own.damping,
+        defaults.damping,
     ))
-    .with_option(given(
+    .with_option(setting(
         "pin_damping",
         "damping ratio of the pins between segments, in maximal coordinates",
         Range::POSITIVE,
-        own.pin_damping,
+        defaults.pin_damping,
     ))
-    .with_option(given(
+    .with_option(setting(
         "contact_damping",
-        "damping ratio of feet on the ground: above 1 they bounce less",
+        "damping ratio of foot contacts; values above 1 reduce bouncing",
         Range::POSITIVE,
-        own.contact_damping,
+        defaults.contact_damping,
     ))
-    .with_option(given(
+    .with_option(setting(
         "contact_solimp_min",
-        "impedance of feet on the ground that have not sunk in",
+        "impedance of foot contacts without penetration",
         share,
-        own.contact_impedance[0],
+        defaults.contact_impedance[0],
     ))
-    .with_option(given(
+    .with_option(setting(
         "contact_solimp_max",
-        "impedance of feet that have sunk in by solimp_width",
+        "impedance of foot contacts at a penetration of solimp_width",
         share,
-        own.contact_impedance[1],
+        defaults.contact_impedance[1],
     ))
-    .with_option(given(
+    .with_option(setting(
         "sliding_rounds",
-        "times a step that forces are found again for feet that slide, which MuJoCo lifts: 0 leaves them to it",
+        "corrections per step of the forces of sliding feet, which MuJoCo lifts; 0: none",
         Range::between(0.0, 1e6),
-        f64::from(own.sliding_rounds),
+        f64::from(defaults.sliding_rounds),
     ))
-    .with_option(given(
+    .with_option(setting(
         "solimp_min",
-        "impedance of a constraint that is not violated: MuJoCo's solimp",
+        "impedance of a constraint without violation: MuJoCo's solimp",
         share,
-        own.impedance[0],
+        defaults.impedance[0],
     ))
-    .with_option(given(
+    .with_option(setting(
         "solimp_max",
-        "impedance of one that is violated by solimp_width",
+        "impedance of a constraint violated by solimp_width",
         share,
-        own.impedance[1],
+        defaults.impedance[1],
     ))
-    .with_option(given(
+    .with_option(setting(
         "solimp_width",
         "violation at which solimp_max is reached, in metres or radians",
         Range::POSITIVE,
-        own.width,
+        defaults.width,
     ))
-    .with_option(given(
+    .with_option(setting(
         "impratio",
-        "how much stiffer friction is than the normal of a contact",
+        "ratio of the frictional to the normal impedance of a contact",
         Range::POSITIVE,
-        own.impratio,
+        defaults.impratio,
     ))
     .with_option(choice(
         "refsafe",
@@ -170,13 +172,13 @@ fn with_methods(kind: PlantKind) -> PlantKind {
     kind.with_model_of("lcp")
         .with_method(method(
             "minimal, rk4",
-            "joint angles; fourth order where nothing touches",
+            "joint angles; fourth order without contacts",
             minimal,
             Integrator::Rk4,
         ))
         .with_method(method(
             "minimal, implicitfast",
-            "joint angles; first order, friction implicit",
+            "joint angles; first order, implicit friction",
             minimal,
             Integrator::ImplicitFast,
         ))
@@ -188,20 +190,20 @@ fn with_methods(kind: PlantKind) -> PlantKind {
         ))
         .with_method(method(
             "minimal, discrete",
-            "joint angles; springs implicit, too",
+            "joint angles; springs also implicit",
             minimal,
             Integrator::Discrete,
         ))
         .with_method(method(
             "maximal",
-            "segments that pins hold together as stiffly as a step can",
+            "segments connected by pins with the greatest stiffness that the step allows",
             maximal,
             Numerics::of(maximal).integrator,
         ))
         .with_method(
             method(
                 "maximal, engine's defaults",
-                "the same with constraints as soft as MuJoCo has them where nothing is said",
+                "as maximal, with the soft constraints of MuJoCo's defaults",
                 maximal,
                 Numerics::of(maximal).integrator,
             )
@@ -217,7 +219,7 @@ fn with_methods(kind: PlantKind) -> PlantKind {
         .with_method(
             method(
                 "maximal, fixed closure",
-                "pins of one stiffness whatever the step: theirs, and not the springs', is the limit of the step",
+                "pins of a stiffness independent of the step, which limits the step instead of the springs",
                 maximal,
                 Numerics::of(maximal).integrator,
             )
@@ -226,37 +228,37 @@ fn with_methods(kind: PlantKind) -> PlantKind {
         )
 }
 
-/// Time constant of pins that do not follow the step \[s\].
+/// Time constant of pins that is independent of the step \[s\].
 const CLOSURE_S: f64 = 1e-3;
 
-/// Builds the robot in MuJoCo: for a plant of one's own that stands around it.
+/// Builds the robot in MuJoCo, for custom plants that wrap it.
 ///
 /// # Errors
-/// A robot, a ground or settings that it refuses.
+/// If the plant does not support the robot, the ground or the settings.
 pub fn mujoco(context: &PlantContext<'_>) -> Result<Mujoco, BuildError> {
     let options = mujoco_options(context)?;
     Ok(Mujoco::new(context.robot, &options, context.wanted)?)
 }
 
-/// What a scenario's words ask of the robot in MuJoCo.
+/// Returns the options of the robot in MuJoCo from the options of the scenario.
 ///
 /// # Errors
-/// A ground that cannot be, or settings that do not go together.
+/// If the ground is invalid or settings are incompatible.
 pub(crate) fn mujoco_options(context: &PlantContext<'_>) -> Result<Options, BuildError> {
-    let given = &context.plant.options;
+    let values = &context.plant.options;
     let mut all = Coordinates::ALL.into_iter();
-    let coordinates = all.find(|one| Some(one.name()) == given.text("coordinates"));
+    let coordinates = all.find(|one| Some(one.name()) == values.text("coordinates"));
     let coordinates = coordinates.unwrap_or(Coordinates::Maximal);
     Ok(Options {
         setup: setup(context, STEP)?,
         coordinates,
-        numerics: numerics(given, Numerics::of(coordinates))?,
+        numerics: numerics(values, Numerics::of(coordinates))?,
     })
 }
 
-fn numerics(given: &ControllerContext, own: Numerics) -> Result<Numerics, BuildError> {
-    let word = |name: &str| given.text(name).unwrap_or_default();
-    let closing = match (given.number("solref_steps"), given.number("solref_time")) {
+fn numerics(values: &ScenarioOptions, defaults: Numerics) -> Result<Numerics, BuildError> {
+    let word = |name: &str| values.text(name).unwrap_or_default();
+    let closing = match (values.number("solref_steps"), values.number("solref_time")) {
         (Some(_), Some(_)) => {
             return Err(
                 "`solref_steps` and `solref_time` are one setting: give one of them".into(),
@@ -264,39 +266,39 @@ fn numerics(given: &ControllerContext, own: Numerics) -> Result<Numerics, BuildE
         }
         (Some(steps), None) => TimeConstant::Steps(steps),
         (None, Some(seconds)) => TimeConstant::Seconds(seconds),
-        (None, None) => own.closing,
+        (None, None) => defaults.closing,
     };
     let mut integrators = Integrator::ALL.into_iter();
     let mut solvers = Solver::ALL.into_iter();
     let mut cones = Cone::ALL.into_iter();
-    let number = |name: &str, own: f64| given.number(name).unwrap_or(own);
+    let number = |name: &str, default: f64| values.number(name).unwrap_or(default);
     Ok(Numerics {
         integrator: integrators
             .find(|one| one.name() == word("integrator"))
-            .unwrap_or(own.integrator),
+            .unwrap_or(defaults.integrator),
         solver: solvers
             .find(|one| one.name() == word("solver"))
-            .unwrap_or(own.solver),
-        iterations: whole(number("iterations", f64::from(own.iterations))),
-        tolerance: number("solver_tolerance", own.tolerance),
+            .unwrap_or(defaults.solver),
+        iterations: to_count(number("iterations", f64::from(defaults.iterations))),
+        tolerance: number("solver_tolerance", defaults.tolerance),
         cone: cones
             .find(|one| one.name() == word("cone"))
-            .unwrap_or(own.cone),
+            .unwrap_or(defaults.cone),
         closing,
-        damping: number("solref_damping", own.damping),
-        pin_damping: number("pin_damping", own.pin_damping),
-        contact_damping: number("contact_damping", own.contact_damping),
+        damping: number("solref_damping", defaults.damping),
+        pin_damping: number("pin_damping", defaults.pin_damping),
+        contact_damping: number("contact_damping", defaults.contact_damping),
         contact_impedance: [
-            number("contact_solimp_min", own.contact_impedance[0]),
-            number("contact_solimp_max", own.contact_impedance[1]),
+            number("contact_solimp_min", defaults.contact_impedance[0]),
+            number("contact_solimp_max", defaults.contact_impedance[1]),
         ],
-        sliding_rounds: whole(number("sliding_rounds", f64::from(own.sliding_rounds))),
+        sliding_rounds: to_count(number("sliding_rounds", f64::from(defaults.sliding_rounds))),
         impedance: [
-            number("solimp_min", own.impedance[0]),
-            number("solimp_max", own.impedance[1]),
+            number("solimp_min", defaults.impedance[0]),
+            number("solimp_max", defaults.impedance[1]),
         ],
-        width: number("solimp_width", own.width),
-        impratio: number("impratio", own.impratio),
+        width: number("solimp_width", defaults.width),
+        impratio: number("impratio", defaults.impratio),
         refsafe: word("refsafe") != SWITCH[1],
     })
 }
@@ -304,8 +306,8 @@ fn numerics(given: &ControllerContext, own: Numerics) -> Result<Numerics, BuildE
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "the options' ranges are between none and a million"
+    reason = "the ranges of the options are within 0 and 1e6"
 )]
-fn whole(number: f64) -> u32 {
+fn to_count(number: f64) -> u32 {
     libm::round(number) as u32
 }

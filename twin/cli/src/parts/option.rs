@@ -1,10 +1,10 @@
-//! Options that kinds declare, in few words.
+//! Constructors of option declarations.
 
 use twinrig_document::Range;
 use twinrig_kernel::Unit;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
-/// An option that may be absent.
+/// Returns an option without a default.
 pub(crate) fn option(name: &str, about: &str, accepts: Accepts) -> OptionSpec {
     OptionSpec {
         name: name.to_owned(),
@@ -14,7 +14,7 @@ pub(crate) fn option(name: &str, about: &str, accepts: Accepts) -> OptionSpec {
     }
 }
 
-/// An option that is one of `words`, by default the first.
+/// Returns an option that is one of `words`, by default the first.
 pub(crate) fn choice<W: AsRef<str>>(name: &str, about: &str, words: &[W]) -> OptionSpec {
     let words: Vec<String> = words.iter().map(|word| word.as_ref().to_owned()).collect();
     OptionSpec {
@@ -23,7 +23,7 @@ pub(crate) fn choice<W: AsRef<str>>(name: &str, about: &str, words: &[W]) -> Opt
     }
 }
 
-/// A number, or a share of one.
+/// Returns the type of a dimensionless number, which may be given in per cent.
 pub(crate) fn number(range: Range) -> Accepts {
     Accepts::Quantity {
         unit: Unit::One,

@@ -1,8 +1,8 @@
-//! Force sensors, out of a scenario's words.
+//! `OptoForce` force sensors, from scenario options.
 
 use twinrig_document::Range;
 use twinrig_kernel::Unit;
-use twinrig_optoforce::{Cutoff, OptoForce, OptoForceDriver, Speed, SampleChoice};
+use twinrig_optoforce::{Cutoff, OptoForce, OptoForceDriver, SampleChoice, Speed};
 use twinrig_runtime::Wire;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
@@ -11,13 +11,13 @@ use crate::parts::analog_sources::{clock, clock_option};
 use crate::parts::bus_kind::{BusContext, BusKind};
 use crate::parts::option::{choice, option};
 
-/// The serial port that the sensor's USB shows.
+/// Baud rate of the sensor's USB serial port \[bit/s\].
 const BAUD: u32 = 1_000_000;
-/// What a sensor measures where the scenario does not say.
+/// Default signal that a sensor measures.
 const SIGNAL: &str = "leg/LF/foot/force";
 const NEWEST: &str = "newest";
 const FRESH: &str = "fresh";
-/// The speeds and filters by their names in scenarios, the usual one first.
+/// Sampling rates by their names in scenarios, the default first.
 const SPEEDS: [(&str, Speed); 5] = [
     ("100 Hz", Speed::Hz100),
     ("1000 Hz", Speed::Hz1000),
@@ -25,6 +25,7 @@ const SPEEDS: [(&str, Speed); 5] = [
     ("30 Hz", Speed::Hz30),
     ("10 Hz", Speed::Hz10),
 ];
+/// Cut-off frequencies of the filter by their names in scenarios, the default first.
 const FILTERS: [(&str, Cutoff); 7] = [
     ("15 Hz", Cutoff::Hz15),
     ("none", Cutoff::None),
@@ -35,9 +36,9 @@ const FILTERS: [(&str, Cutoff); 7] = [
     ("1.5 Hz", Cutoff::Hz1p5),
 ];
 
-/// The kind that scenarios call `optoforce`.
+/// Returns the bus kind `optoforce`.
 pub(crate) fn kind() -> BusKind {
-    let about = "a force sensor on a serial port of its own; measures one force of the plant";
+    let about = "force sensor on a separate serial port; measures one force of the plant";
     let kind = BusKind::new("optoforce", about, driver, wire)
         .with_faults()
         .at_baud(BAUD)
@@ -57,19 +58,23 @@ fn options() -> Vec<OptionSpec> {
             default: Some(OptionValue::Text(SIGNAL.to_owned())),
             ..option(
                 "signal",
-                "the force of the plant that it measures",
+                "force signal of the plant to measure",
                 Accepts::Text,
             )
         },
-        choice("speed", "how fast it sends", &SPEEDS.map(|(name, _)| name)),
+        choice(
+            "speed",
+            "rate at which samples are sent",
+            &SPEEDS.map(|(name, _)| name),
+        ),
         choice(
             "filter",
-            "where its filter begins to take away",
+            "cut-off frequency of the filter",
             &FILTERS.map(|(name, _)| name),
         ),
         option(
             "zero",
-            "whether what it measures at the start counts as no force (false)",
+            "whether the reading at the start is the zero force (false)",
             Accepts::Boolean,
         ),
         choice(
@@ -79,7 +84,7 @@ fn options() -> Vec<OptionSpec> {
         ),
         option(
             "range",
-            "the force at 6000 counts (1600 N)",
+            "force at 6000 counts (1600 N)",
             Accepts::Quantity {
                 unit: Unit::Newton,
                 range: Range::POSITIVE,

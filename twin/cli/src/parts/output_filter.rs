@@ -1,34 +1,35 @@
-//! A controller whose commands do not all go anywhere.
+//! Filter for controller outputs that no part receives.
 
 use twinrig_kernel::{Direction, Layout, Port, SimDuration, Snapshot, SnapshotError};
 use twinrig_runtime::{Process, ProcessVariable, VariableError};
 
-/// A process some of whose outputs nobody takes: at hardware, those that no bus carries.
+/// Process with only those outputs that are received; on hardware, the outputs that a bus carries.
 pub(crate) struct OutputFilter {
     process: Box<dyn Process>,
     ports: Vec<Port>,
-    /// All that the process writes.
-    written: Vec<f64>,
-    /// Where of it stands what is taken, in order.
-    taken: Vec<std::ops::Range<usize>>,
+    /// All outputs of the process.
+    outputs: Vec<f64>,
+    /// Ranges of the received outputs, in order.
+    received: Vec<std::ops::Range<usize>>,
 }
 
 impl OutputFilter {
-    /// `process`, of whose outputs those are left that `takes` wants; and the names of the others.
+    /// Keeps the outputs of `process` for which `receives` holds; also returns the names of the
+    /// removed outputs.
     pub(crate) fn new(
         process: Box<dyn Process>,
-        takes: impl Fn(&Port) -> bool,
+        receives: impl Fn(&Port) -> bool,
     ) -> (Self, Vec<String>) {
         let ports = process.ports();
         let layout = Layout::of(&ports, Direction::Output);
-        let lost = |port: &&Port| port.direction == Direction::Output && !takes(port);
-        let names = ports.iter().filter(lost).map(|port| port.name.clone());
+        let removed = |port: &&Port| port.direction == Direction::Output && !receives(port);
+        let names = ports.iter().filter(removed).map(|port| port.name.clone());
         let names = names.collect();
-        let fields = layout.fields().filter(|field| takes(&field.port));
+        let fields = layout.fields().filter(|field| receives(&field.port));
         let output_filter = Self {
-            taken: fields.map(twinrig_kernel::Field::range).collect(),
-            written: vec![0.0; layout.len()],
-            ports: ports.into_iter().filter(|port| !lost(&port)).collect(),
+            received: fields.map(twinrig_kernel::Field::range).collect(),
+            outputs: vec![0.0; layout.len()],
+            ports: ports.into_iter().filter(|port| !removed(&port)).collect(),
             process,
         };
         (output_filter, names)
@@ -53,23 +54,23 @@ impl Process for OutputFilter {
     }
 
     fn step(&mut self, elapsed: SimDuration, inputs: &[f64], outputs: &mut [f64]) {
-        self.process.step(elapsed, inputs, &mut self.written);
+        self.process.step(elapsed, inputs, &mut self.outputs);
         let mut rest = outputs;
-        for range in &self.taken {
+        for range in &self.received {
             let (front, behind) = rest.split_at_mut(range.len());
-            front.copy_from_slice(&self.written[range.clone()]);
+            front.copy_from_slice(&self.outputs[range.clone()]);
             rest = behind;
         }
     }
 
     fn save(&self) -> Snapshot {
-        Snapshot::of(&(&self.written, self.process.save()))
+        Snapshot::of(&(&self.outputs, self.process.save()))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (written, process): (Vec<f64>, Snapshot) = snapshot.read()?;
+        let (outputs, process): (Vec<f64>, Snapshot) = snapshot.read()?;
         self.process.restore(&process)?;
-        self.written = written;
+        self.outputs = outputs;
         Ok(())
     }
 }

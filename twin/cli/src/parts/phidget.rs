@@ -1,4 +1,4 @@
-//! Bridges and interface kits, out of a scenario's words.
+//! Phidget bridges and interface kits, from scenario options.
 
 use twinrig_phidget::{Board, Gain, Input, Phidget, PhidgetDriver};
 use twinrig_runtime::Wire;
@@ -12,9 +12,9 @@ use crate::parts::option::{choice, option};
 const BRIDGE: &str = "bridge";
 const INTERFACE_KIT: &str = "interface-kit";
 
-/// The kind that scenarios call `phidget`.
+/// Returns the bus kind `phidget`.
 pub(crate) fn kind() -> BusKind {
-    let about = "a board that measures over USB: a bridge for load cells, or analog inputs";
+    let about = "USB measurement board: bridge for load cells, or analog inputs";
     let kind = BusKind::new("phidget", about, driver, wire).with_faults();
     let kind = kind.measuring(|options| signals(options, "inputs"));
     options().into_iter().fold(kind, BusKind::with_option)
@@ -23,21 +23,21 @@ pub(crate) fn kind() -> BusKind {
 fn options() -> Vec<OptionSpec> {
     let gains = Gain::ALL.map(|gain| gain.times().to_string());
     vec![
-        choice("board", "which", &[BRIDGE, INTERFACE_KIT]),
+        choice("board", "type of the board", &[BRIDGE, INTERFACE_KIT]),
         inputs(
             "inputs",
-            "what is connected to its inputs: ratios for a bridge, volts for an interface kit",
+            "sources of the inputs: ratios for a bridge, volts for an interface kit",
             twinrig_phidget::protocol::ANALOG,
         ),
         option(
             "interval",
-            "between two reports of a bridge, a multiple of 8 ms (8 ms)",
+            "time between reports of a bridge, a multiple of 8 ms (8 ms)",
             Accepts::Duration,
         ),
-        choice("gain", "how many times a bridge amplifies", &gains),
+        choice("gain", "amplification of a bridge", &gains),
         option(
             "trigger",
-            "by how much an input of an interface kit changes before it is reported, in thousandths of 5 V (10)",
+            "change of an input of an interface kit that triggers a report, in thousandths of 5 V (10)",
             Accepts::Natural(0..=u64::from(twinrig_phidget::protocol::SCALE)),
         ),
         clock_option(),
@@ -65,8 +65,8 @@ fn config(context: &BusContext<'_>) -> Result<Phidget, BuildError> {
             *gain = times.and_then(Gain::of_times).unwrap_or(*gain);
         }
         Board::InterfaceKit { trigger } => {
-            let given = options.natural("trigger");
-            *trigger = given.map_or(Ok(*trigger), u16::try_from)?;
+            let value = options.natural("trigger");
+            *trigger = value.map_or(Ok(*trigger), u16::try_from)?;
         }
     }
     let mut board = Phidget::new(context.name, board);

@@ -1,4 +1,4 @@
-//! What kinds of plants are made of.
+//! Kinds of plants and the contexts for building them.
 
 use std::path::Path;
 
@@ -20,69 +20,70 @@ type PlantPorts = Box<dyn Fn(&PlantContext<'_>) -> Result<Vec<Port>, BuildError>
 type LoadModel =
     Box<dyn Fn(&ModelContext<'_>) -> Result<Box<dyn StandaloneModel>, DocumentError> + Send + Sync>;
 
-/// What a plant is built from.
+/// Context for building a plant.
 #[derive(Clone, Copy)]
 pub struct PlantContext<'a> {
-    /// The robot, with what the scenario overrides.
+    /// Robot, including overrides of the scenario.
     pub robot: &'a Robot,
-    /// The legs of the scene, in the robot's order.
+    /// Legs of the scene, in the robot's order.
     pub legs: &'a [&'a str],
-    /// The scenario's `[plant]` table.
+    /// `[plant]` table of the scenario.
     pub plant: &'a PlantSpec,
-    /// The scenario's `[actuator]` table.
+    /// `[actuator]` table of the scenario.
     pub actuator: &'a ActuatorSpec,
-    /// The signals that the controller commands first, by name: a vector's elements each have its name.
+    /// First commands of the controller by signal name; all elements of a vector have its name.
     pub first_commands: &'a [(String, f64)],
-    /// Time between two commands.
+    /// Period of the commands.
     pub command_period: SimDuration,
     /// Seed of the run.
     pub seed: u64,
-    /// Whether somebody wants the signal of that name; what nobody wants need not be computed.
+    /// Whether the output of that name is requested; other outputs need not be computed.
     pub wanted: &'a dyn Fn(&str) -> bool,
 }
 
-/// What a plant that stands alone makes its model from.
+/// Context for loading the model of a standalone plant.
 #[derive(Clone, Copy, Debug)]
 pub struct ModelContext<'a> {
-    /// The scenario's `[plant]` table.
+    /// `[plant]` table of the scenario.
     pub plant: &'a PlantSpec,
-    /// The folder that paths are seen from.
+    /// Folder that paths are relative to.
     pub folder: &'a Path,
-    /// The files of [`StandaloneModel::files`] that a recording kept, if this is the run of a recording: then nothing else is there.
+    /// Files of [`StandaloneModel::files`] stored in a recording; set when a recording is replayed,
+    /// where no other files are available.
     pub kept: Option<&'a [(String, Vec<u8>)]>,
 }
 
-/// The model that a plant brings along instead of standing on a robot file: what a scenario needs to know of it.
+/// Model of a plant that is not based on a robot file.
 pub trait StandaloneModel: Send + Sync {
-    /// What it is called, for a person.
+    /// Returns the name of the model, for reports.
     fn name(&self) -> &str;
 
-    /// Its legs, as the names of its signals have them (`leg/LF/…`).
+    /// Returns the legs, as named in the signals (`leg/LF/…`).
     fn legs(&self) -> Vec<LegFact>;
 
-    /// Its weight \[N\].
+    /// Returns the weight \[N\].
     fn weight(&self) -> f64;
 
-    /// Its ports, all outputs included.
+    /// Returns the ports, including all outputs.
     fn ports(&self) -> Vec<Port>;
 
-    /// The names of its inputs.
+    /// Returns the names of the inputs.
     fn inputs(&self) -> Vec<String> {
         let ports = self.ports().into_iter();
         let inputs = ports.filter(|port| port.direction == Direction::Input);
         inputs.map(|port| port.name).collect()
     }
 
-    /// The step that it is simulated in where a scenario says none; none if it has none.
+    /// Returns the default step, if the model defines one.
     fn step(&self) -> Option<SimDuration>;
 
-    /// What a recording must keep for it to be run again, by name.
+    /// Returns the files, by name, that a recording must store for replay.
     fn files(&self) -> Vec<(String, Vec<u8>)>;
 
-    /// Builds the plant, which computes the outputs that are wanted.
+    /// Builds the plant, which computes the outputs for which `wanted` holds.
     ///
     /// # Errors
-    /// It refuses what the scenario says.
+    /// If the model does not support the settings of the scenario.
     fn build(
         &self,
         plant: &PlantSpec,
@@ -90,7 +91,7 @@ pub trait StandaloneModel: Send + Sync {
     ) -> Result<Box<dyn Plant>, BuildError>;
 }
 
-/// A kind of plant.
+/// Kind of plant.
 pub struct PlantKind {
     name: String,
     about: String,
@@ -103,15 +104,18 @@ pub struct PlantKind {
     build: Build,
 }
 
-/// What a plant stands on.
+/// Builder of a plant.
 enum Build {
+    /// From a robot file.
     OnRobot(BuildPlant),
-    Alone(LoadModel),
+    /// From a separate model.
+    Standalone(LoadModel),
 }
 
 impl PlantKind {
-    /// A kind that scenarios call `name`; `about` is its line in `twin list`; `build` builds a plant. Its ports are those of
-    /// a legged robot, unless [`PlantKind::with_ports`] declares others.
+    /// Creates the kind `name` with the description `about` for `twin list`; `build` builds a
+    /// plant. Its ports are those of a legged robot, unless [`PlantKind::with_ports`] declares
+    /// others.
     pub fn new<P: Plant + 'static>(
         name: impl Into<String>,
         about: impl Into<String>,
@@ -121,15 +125,15 @@ impl PlantKind {
         Self::of(name.into(), about.into(), Build::OnRobot(build))
     }
 
-    /// A kind that stands alone: `load` makes the model that it brings along, and says at which place of the scenario
-    /// something is wrong with it. A scenario with it needs no robot.
+    /// Creates the kind `name` of a plant with a separate model: `load` loads the model and reports
+    /// errors at their places in the scenario. A scenario with such a plant needs no robot.
     pub fn standalone<M: StandaloneModel + 'static>(
         name: impl Into<String>,
         about: impl Into<String>,
         load: impl Fn(&ModelContext<'_>) -> Result<M, DocumentError> + Send + Sync + 'static,
     ) -> Self {
         let load: LoadModel = Box::new(move |context| Ok(Box::new(load(context)?)));
-        Self::of(name.into(), about.into(), Build::Alone(load))
+        Self::of(name.into(), about.into(), Build::Standalone(load))
     }
 
     fn of(name: String, about: String, build: Build) -> Self {
@@ -146,13 +150,13 @@ impl PlantKind {
         }
     }
 
-    /// Whether it brings its own model instead of standing on a robot.
+    /// Returns whether the plant has a separate model instead of a robot file.
     pub(crate) fn is_standalone(&self) -> bool {
-        matches!(self.build, Build::Alone(_))
+        matches!(self.build, Build::Standalone(_))
     }
 
-    /// Declares the ports of the plant, all outputs included: those of which a built plant has the inputs, and the outputs
-    /// that are requested.
+    /// Declares the ports of the plant, including all outputs. A built plant has all of the inputs,
+    /// and the requested outputs.
     #[must_use]
     pub fn with_ports(
         mut self,
@@ -162,35 +166,38 @@ impl PlantKind {
         self
     }
 
-    /// Accepts another key in its table, which [`PlantSpec::options`] brings.
+    /// Adds an option, a key of the plant table; its value is in [`PlantSpec::options`].
     #[must_use]
     pub fn with_option(mut self, option: OptionSpec) -> Self {
         self.options.push(option);
         self
     }
 
-    /// Steps by `step` where a scenario gives none: for `twin plan` to show.
+    /// Declares the default step, for `twin plan`.
     #[must_use]
     pub fn with_step(mut self, step: SimDuration) -> Self {
         self.step = Some(step);
         self
     }
 
-    /// Can be integrated by `method`: for studies, which try them all. One that declares none has one, with its step.
+    /// Adds an integration method, for studies. A kind without declared methods has one, which is
+    /// set by its step.
     #[must_use]
     pub fn with_method(mut self, method: Method) -> Self {
         self.methods.push(method);
         self
     }
 
-    /// The segments of its legs have no mass: studies then compare it with plants whose segments lose theirs.
+    /// Declares that the leg segments have no mass: studies compare the plant with other plants in
+    /// the limit of vanishing segment masses.
     #[must_use]
     pub fn without_segment_masses(mut self) -> Self {
         self.segment_masses = false;
         self
     }
 
-    /// Solves the model of the plant `name` by other means: studies then measure it against the reference of that one.
+    /// Declares that the plant solves the same model as the plant `name`, whose reference studies
+    /// then use.
     #[must_use]
     pub fn with_model_of(mut self, name: &str) -> Self {
         self.model_of = Some(name.to_owned());
@@ -201,12 +208,12 @@ impl PlantKind {
         &self.name
     }
 
-    /// The step where a scenario gives none, if it has one.
+    /// Returns the declared default step.
     pub(crate) fn step(&self) -> Option<SimDuration> {
         self.step
     }
 
-    /// What scenarios may say of it.
+    /// Returns the scenario keys of the kind.
     pub(crate) fn kind(&self) -> Kind {
         Kind {
             options: self.options.clone(),
@@ -215,7 +222,7 @@ impl PlantKind {
         }
     }
 
-    /// What studies can do with it.
+    /// Returns the description of the plant for studies, and its methods.
     pub(crate) fn offer(&self) -> (PlantOffer, Vec<Method>) {
         let methods = match &self.methods[..] {
             [] => vec![Method::stepped("its own", "the only method of this plant")],
@@ -231,18 +238,18 @@ impl PlantKind {
         (offer, methods)
     }
 
-    /// Makes the model that it brings along; none if it stands on a robot.
+    /// Loads the separate model; none if the plant is based on a robot file.
     pub(crate) fn load(
         &self,
         context: &ModelContext<'_>,
     ) -> Option<Result<Box<dyn StandaloneModel>, DocumentError>> {
         match &self.build {
             Build::OnRobot(_) => None,
-            Build::Alone(load) => Some(load(context)),
+            Build::Standalone(load) => Some(load(context)),
         }
     }
 
-    /// Its ports in the scene of `context`, all outputs included.
+    /// Returns the ports for the scene of `context`, including all outputs.
     pub(crate) fn ports(&self, context: &PlantContext<'_>) -> Result<Vec<Port>, BuildError> {
         Ok([(self.ports)(context)?, abduction_ports(context)].concat())
     }
@@ -254,18 +261,19 @@ impl PlantKind {
                 check_ports(&plant.ports(), &(self.ports)(context)?, context.wanted)?;
                 Ok(plant)
             }
-            Build::Alone(_) => Err("it stands alone, on no robot".into()),
+            Build::Standalone(_) => Err("it has its own model and uses no robot".into()),
         }
     }
 }
 
-/// Checks the ports of a built plant against the declared ones: the inputs, and the outputs that are requested.
+/// Checks the ports of a built plant against the declared ones: the inputs, and the outputs that
+/// are requested.
 fn check_ports(
     built: &[Port],
     declared: &[Port],
-    wanted: &dyn Fn(&str) -> bool,
+    requested: &dyn Fn(&str) -> bool,
 ) -> Result<(), BuildError> {
-    let required = |port: &&Port| port.direction == Direction::Input || wanted(&port.name);
+    let required = |port: &&Port| port.direction == Direction::Input || requested(&port.name);
     let undeclared = built.iter().find(|port| !declared.contains(port));
     let missing = declared
         .iter()

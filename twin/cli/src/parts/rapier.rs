@@ -1,9 +1,9 @@
-//! The plants that stand on Rapier, out of a scenario's words.
+//! Plants on Rapier, built from scenario options.
 
 use twinrig_document::Range;
 use twinrig_kernel::{SimDuration, Unit};
 use twinrig_rapier::{Joints, Options, Rapier, Softness, Solver};
-use twinrig_scenario::{Accepts, OptionSpec, Options as ControllerContext};
+use twinrig_scenario::{Accepts, OptionSpec, Options as ScenarioOptions};
 
 use crate::assembly::registry::Registry;
 use crate::error::BuildError;
@@ -13,10 +13,10 @@ use crate::parts::option::{choice, number, option};
 use crate::parts::plant_kind::{PlantContext, PlantKind};
 use crate::parts::setup::setup;
 
-/// The plant's own step where a scenario gives none.
+/// Default step of the plant.
 const STEP: SimDuration = SimDuration::from_millis(2);
 
-/// Where the numbers come from that a scenario does not give.
+/// Sources of the solver settings that a scenario does not give.
 const SETTINGS: [&str; 2] = ["best", "engine"];
 
 pub(crate) fn kinds(registry: Registry) -> Registry {
@@ -34,30 +34,37 @@ fn kind() -> PlantKind {
     counts()
         .into_iter()
         .chain(softnesses())
-        .fold(PlantKind::new("rapier", RAPIER, rapier), PlantKind::with_option)
-        .with_option(choice("joints", "what holds the segments together", &joints))
+        .fold(
+            PlantKind::new("rapier", RAPIER, rapier),
+            PlantKind::with_option,
+        )
+        .with_option(choice(
+            "joints",
+            "type of joints between the segments",
+            &joints,
+        ))
         .with_option(choice(
             "settings",
-            "where the solver's numbers come from that are not given: those that measured best, or the engine's own",
+            "default solver settings: the most accurate ones measured, or those of the engine",
             &SETTINGS,
         ))
         .with_step(STEP)
         .with_model_of("lcp")
         .with_method(by(
             "impulse joints",
-            "maximal coordinates, the settings that measured best",
+            "maximal coordinates, most accurate measured settings",
             Joints::Impulse,
             best,
         ))
         .with_method(by(
             "multibody joints",
-            "the coordinates of the joints, the settings that measured best",
+            "joint coordinates, most accurate measured settings",
             Joints::Multibody,
             best,
         ))
         .with_method(by(
             "impulse joints, engine's defaults",
-            "maximal coordinates, the settings that the engine comes with",
+            "maximal coordinates, default settings of the engine",
             Joints::Impulse,
             engine,
         ))
@@ -66,19 +73,22 @@ fn kind() -> PlantKind {
 fn counts() -> Vec<OptionSpec> {
     let count = |name, about| option(name, about, Accepts::Natural(1..=10_000));
     vec![
-        count("substeps", "steps of the engine in one of the plant's"),
+        count("substeps", "engine steps per plant step"),
         count(
             "solver_iterations",
-            "substeps of the engine's own, over which forces are held",
+            "internal substeps of the engine, over which forces are constant",
         ),
-        count("pgs_iterations", "sweeps over the constraints in each"),
+        count(
+            "pgs_iterations",
+            "sweeps over the constraints per internal substep",
+        ),
         count(
             "landing_iterations",
-            "as many at least in the two steps in which a foot lands",
+            "minimum number of sweeps in the step in which a foot lands and in the next",
         ),
         option(
             "stabilization_iterations",
-            "sweeps that take back the speed of corrections",
+            "sweeps that remove the velocity of position corrections",
             Accepts::Natural(0..=10_000),
         ),
     ]
@@ -92,52 +102,60 @@ fn softnesses() -> Vec<OptionSpec> {
     vec![
         option(
             "joint_natural_frequency",
-            "how fast joints and stops take back errors",
+            "natural frequency of the error correction of joints and stops",
             hertz.clone(),
         ),
-        option("joint_damping_ratio", "the same", number(Range::POSITIVE)),
+        option(
+            "joint_damping_ratio",
+            "damping ratio of the error correction of joints and stops",
+            number(Range::POSITIVE),
+        ),
         option(
             "contact_natural_frequency",
-            "how fast the ground pushes feet out",
+            "natural frequency of the penetration correction of feet",
             hertz,
         ),
-        option("contact_damping_ratio", "the same", number(Range::POSITIVE)),
+        option(
+            "contact_damping_ratio",
+            "damping ratio of the penetration correction of feet",
+            number(Range::POSITIVE),
+        ),
     ]
 }
 
-/// Builds the robot in Rapier: for a plant of one's own that stands around it.
+/// Builds the robot in Rapier, for custom plants that wrap it.
 ///
 /// # Errors
-/// A robot or a ground that it refuses.
+/// If the plant does not support the robot or the ground.
 pub fn rapier(context: &PlantContext<'_>) -> Result<Rapier, BuildError> {
-    let given = &context.plant.options;
+    let values = &context.plant.options;
     let mut all = Joints::ALL.into_iter();
-    let joints = all.find(|joints| Some(joints.name()) == given.text("joints"));
+    let joints = all.find(|joints| Some(joints.name()) == values.text("joints"));
     let joints = joints.unwrap_or(Joints::Impulse);
     let options = Options {
-        solver: solver(given, joints),
+        solver: solver(values, joints),
         ..Options::new(setup(context, STEP)?, joints)
     };
     Ok(Rapier::new(context.robot, &options, context.wanted)?)
 }
 
-fn solver(given: &ControllerContext, joints: Joints) -> Solver {
-    let of = if given.text("settings") == Some(SETTINGS[1]) {
+fn solver(values: &ScenarioOptions, joints: Joints) -> Solver {
+    let of = if values.text("settings") == Some(SETTINGS[1]) {
         Solver::engine_defaults()
     } else {
         Solver::best(joints)
     };
     let count = |name, other| {
-        let count = given
+        let count = values
             .natural(name)
             .and_then(|count| u32::try_from(count).ok());
         count.unwrap_or(other)
     };
     let soft = |what: &str, of: Softness| Softness {
-        natural_frequency: given
+        natural_frequency: values
             .number(&format!("{what}_natural_frequency"))
             .unwrap_or(of.natural_frequency),
-        damping_ratio: given
+        damping_ratio: values
             .number(&format!("{what}_damping_ratio"))
             .unwrap_or(of.damping_ratio),
     };

@@ -1,4 +1,4 @@
-//! The servo board of the robot's computer, out of a scenario's words.
+//! RB-110 servo board of the robot's computer, from scenario options.
 
 use twinrig_document::Range;
 use twinrig_kernel::Unit;
@@ -11,18 +11,18 @@ use crate::parts::analog_sources::{analog_sources, clock, clock_option, inputs, 
 use crate::parts::bus_kind::{BusContext, BusKind};
 use crate::parts::option::{choice, option};
 
-/// The lines of Oncilla's servos (public user of the original library, 2013).
+/// Lines of Oncilla's servos (public user of the original library, 2013).
 const LINES: [(&str, usize); 4] = [("LF", 15), ("RF", 13), ("LH", 9), ("RH", 11)];
 const ONCILLA: &str = "oncilla";
 const KONDO: &str = "kondo";
 const REFERENCE: &str = "reference";
 const TWICE: &str = "twice";
-/// Of the link to the board. ASSUMED.
+/// Baud rate of the link to the board \[bit/s\]. ASSUMED.
 const BAUD: u32 = 1_000_000;
 
-/// The kind that scenarios call `rb110`.
+/// Returns the bus kind `rb110`.
 pub(crate) fn kind() -> BusKind {
-    let about = "the servo board of Oncilla's computer: hip abduction, and analog inputs";
+    let about = "servo board of Oncilla's computer: hip abduction and analog inputs";
     let kind = BusKind::new("rb110", about, driver, wire)
         .with_faults()
         .at_baud(BAUD);
@@ -34,28 +34,32 @@ fn options() -> Vec<OptionSpec> {
     vec![
         option(
             "period",
-            "of the pulses, which a transfer takes, 10 to 20 ms (20 ms)",
+            "pulse period, which is the duration of a transfer, 10 to 20 ms (20 ms)",
             Accepts::Duration,
         ),
-        choice("servo", "what the pulses mean", &[ONCILLA, KONDO]),
+        choice(
+            "servo",
+            "servo type, which maps pulse widths to angles",
+            &[ONCILLA, KONDO],
+        ),
         option(
             "lines",
-            "on which line the servo of each leg is (LF 15, RF 13, LH 9, RH 11)",
+            "line of the servo of each leg (LF 15, RF 13, LH 9, RH 11)",
             Accepts::Each(Box::new(Accepts::Natural(0..=15))),
         ),
         inputs(
             "inputs",
-            "analog inputs that are read, and what is connected to them in volts",
+            "analog inputs to read, and their sources in volts",
             twinrig_rb110::protocol::ANALOG,
         ),
         choice(
             "range",
-            "what the analog inputs reach to",
+            "full scale of the analog inputs",
             &[REFERENCE, TWICE],
         ),
         option(
             "reference",
-            "of the analog inputs (2.5 V)",
+            "reference voltage of the analog inputs (2.5 V)",
             Accepts::Quantity {
                 unit: Unit::Volt,
                 range: Range::POSITIVE,
@@ -105,7 +109,7 @@ fn servo(context: &BusContext<'_>, leg: &str, pulse: PulseMap) -> Result<ServoLi
         Some(OptionValue::Natural(line)) => usize::try_from(*line)?,
         _ => known
             .map(|(_, line)| line)
-            .ok_or_else(|| format!("the leg `{leg}` has no line: `lines` can give it one"))?,
+            .ok_or_else(|| format!("the leg `{leg}` has no line: set it with `lines`"))?,
     };
     Ok(ServoLine {
         line,

@@ -1,4 +1,4 @@
-//! The SBCP bus of Oncilla with its motordriver boards, out of a scenario's words.
+//! SBCP bus of Oncilla with its motordriver boards, from scenario options.
 
 use std::time::Duration;
 
@@ -17,9 +17,10 @@ use crate::error::BuildError;
 use crate::parts::bus_kind::{BusContext, BusKind};
 use crate::parts::option::{choice, number, option};
 
-/// Bits a second of the bus: what the processor of the boards can make that is next to 3.3 Mbit/s.
+/// Baud rate of the bus \[bit/s\]: the rate closest to 3.3 Mbit/s that the board processor
+/// supports.
 const BAUD: u32 = 3_333_333;
-/// The ids of the boards of Oncilla (public liboncilla-hw sources, 2014).
+/// Identifiers of the boards of Oncilla (public liboncilla-hw sources, 2014).
 const IDS: [(&str, u8, Side); 4] = [
     ("LF", 1, Side::Left),
     ("RF", 2, Side::Right),
@@ -27,10 +28,11 @@ const IDS: [(&str, u8, Side); 4] = [
     ("RH", 4, Side::Right),
 ];
 
-/// What the latency timer of an FT2232H can be set to (FTDI, AN232B-04).
+/// Maximum setting of the latency timer of an FT2232H (FTDI, AN232B-04).
 const LATENCY_TIMER_MAX: SimDuration = SimDuration::from_millis(255);
 
-/// The main loop of a board with the first firmware comes round once a millisecond of its own.
+/// Maximum response time of a board with the first firmware, whose main loop has a period of 1 ms
+/// of the board's clock.
 const FIRST_ANSWERS: SimDuration = SimDuration::from_micros(1_100);
 
 const CONTROLLER: &str = "controller";
@@ -44,7 +46,7 @@ const PLAIN: &str = "plain";
 const WITHOUT: &str = "without-heuristics";
 
 pub(crate) fn kind() -> BusKind {
-    let about = "Oncilla's bus: a motordriver board a leg, on RS-485 behind USB; for [actuator] kind = \"motor\"";
+    let about = "Oncilla's bus: one motordriver board per leg, on RS-485 behind USB; for [actuator] kind = \"motor\"";
     let kind = BusKind::new("sbcp", about, driver, wire)
         .at_baud(BAUD)
         .with_faults()
@@ -57,92 +59,92 @@ pub(crate) fn kind() -> BusKind {
 }
 
 fn options() -> Vec<OptionSpec> {
-    let whole = || Accepts::Natural(0..=u64::from(u16::MAX));
+    let register = || Accepts::Natural(0..=u64::from(u16::MAX));
     let each = |accepts| Accepts::Each(Box::new(accepts));
     vec![
         choice(
             "topology",
-            "what is between USB and the boards",
+            "connection between USB and the boards",
             &[CONTROLLER, DIRECT],
         ),
         choice(
             "passing",
-            "how a bus controller passes bytes on",
+            "forwarding mode of the bus controller",
             &[CUT_THROUGH, STORE],
         ),
         option(
             "gap",
-            "pause of a bus controller between an answer and the next request (2 us)",
+            "pause of the bus controller between a response and the next request (2 us)",
             Accepts::Duration,
         ),
         option(
             "silence",
-            "after which a bus controller gives a board up (20 us)",
+            "silence of a board after which the bus controller reports a timeout (20 us)",
             Accepts::Duration,
         ),
         choice(
             "firmware",
-            "whether boards answer at once or from their main loop",
+            "firmware generation: boards respond immediately or from their main loop",
             &[LOW_LATENCY, FIRST],
         ),
         option(
             "following",
-            "how motors follow their set-points (smooth)",
+            "set-point tracking of the motors (smooth)",
             each(Accepts::Choice(
                 [SMOOTH, PLAIN, WITHOUT].map(str::to_owned).into(),
             )),
         ),
         option(
             "clock",
-            "by how much the clocks of the boards are fast",
+            "relative rate errors of the board clocks; positive: fast",
             each(number(Range::between(-0.1, 0.1))),
         ),
         option(
             "phase",
-            "how long after the start the main loops of the boards begin",
+            "start times of the main loops of the boards",
             each(Accepts::Duration),
         ),
-        option("usb", "how long USB takes", Accepts::Group(usb_options())),
+        option("usb", "timing of USB", Accepts::Group(usb_options())),
         option(
             "gains",
-            "position controllers: p, i, d (400, 20, 200)",
+            "gains of the position controllers: p, i, d (400, 20, 200)",
             Accepts::Group(vec![
-                option("p", "proportional", whole()),
-                option("i", "integral", whole()),
-                option("d", "derivative", whole()),
+                option("p", "proportional gain", register()),
+                option("i", "integral gain", register()),
+                option("d", "derivative gain", register()),
             ]),
         ),
         option(
             "max_torque",
-            "greatest current of a motor in units of 20 mA (1100)",
-            whole(),
+            "maximum motor current in units of 20 mA (1100)",
+            register(),
         ),
         option(
             "max_speed",
-            "greatest speed of the interpolation in counts/s (32000)",
-            whole(),
+            "maximum speed of the interpolation in counts/s (32000)",
+            register(),
         ),
         option(
             "error_threshold",
-            "errors at which the run ends; negative: never (1)",
+            "number of errors that ends the run; negative: unlimited (1)",
             number(Range::ANY),
         ),
         option(
             "cycle_timeout",
-            "after which an answer is given up (as topology, USB and firmware want it)",
+            "timeout of a response (derived from topology, USB and firmware)",
             Accepts::Duration,
         ),
         option(
             "calibration_timeout",
-            "after which calibration has failed (5 s)",
+            "timeout of the calibration (5 s)",
             Accepts::Duration,
         ),
         option(
             "free_running",
-            "begin the next cycle as soon as one is over",
+            "start the next cycle as soon as the previous one is complete",
             Accepts::Boolean,
         ),
-        option("trace", "trace the bytes on RS-485, too", Accepts::Boolean),
+        option("trace", "also trace the bytes on RS-485", Accepts::Boolean),
     ]
 }
 
@@ -150,33 +152,37 @@ fn usb_options() -> Vec<OptionSpec> {
     vec![
         choice(
             "preset",
-            "what the host is like",
+            "preset of the host timing",
             &UsbPreset::ALL.map(UsbPreset::name),
         ),
-        option("latency_timer", "of the converter", Accepts::Duration),
+        option(
+            "latency_timer",
+            "latency timer of the converter",
+            Accepts::Duration,
+        ),
         option(
             "turnaround",
-            "from a completion to the program that waits for it",
+            "delay from a completion to the waiting program",
             Accepts::Duration,
         ),
         option(
             "jitter",
-            "added to that: what the host reads comes later",
+            "delay of reads of the host in addition to the turnaround",
             Accepts::Time,
         ),
         option(
             "write_jitter",
-            "from a write of the host to the USB frame: what it writes comes later",
+            "delay of writes of the host before the USB frame",
             Accepts::Time,
         ),
         option(
             "frame_offset",
-            "what the clock of the USB frames shows at the start",
+            "reading of the USB frame clock at the start",
             Accepts::Duration,
         ),
         option(
             "frame_clock",
-            "by how much it is fast",
+            "relative rate error of the USB frame clock; positive: fast",
             number(Range::between(-0.1, 0.1)),
         ),
     ]
@@ -193,7 +199,7 @@ fn wire(context: &BusContext<'_>) -> Result<BusWire, BuildError> {
 fn config(context: &BusContext<'_>) -> Result<BusConfig, BuildError> {
     let options = context.options;
     let topology = if options.text("topology") == Some(DIRECT) {
-        // Choices have their usual value where nothing was said.
+        // An absent choice has its default value.
         let passing = (options.text("passing") == Some(STORE)).then_some("passing");
         let pauses = ["gap", "silence"];
         let pauses = pauses
@@ -201,7 +207,7 @@ fn config(context: &BusContext<'_>) -> Result<BusConfig, BuildError> {
             .filter(|name| options.get(name).is_some());
         if let Some(name) = passing.into_iter().chain(pauses).next() {
             let why = format!(
-                "`{name}` says what a bus controller does, and there is none with topology = \"direct\": leave out one of the two"
+                "`{name}` is a setting of the bus controller, which topology = \"direct\" does not have: remove one of the two"
             );
             return Err(why.into());
         }
@@ -210,7 +216,7 @@ fn config(context: &BusContext<'_>) -> Result<BusConfig, BuildError> {
         let controller = controller(options);
         if options.text("firmware") == Some(FIRST) && controller.timeout < FIRST_ANSWERS {
             let why = format!(
-                "boards with the first firmware answer within {FIRST_ANSWERS}, and the bus controller gives them up after {}: write topology = \"direct\", or a longer `silence`",
+                "boards with the first firmware respond within {FIRST_ANSWERS}, but the timeout of the bus controller is {}: write topology = \"direct\", or a longer `silence`",
                 controller.timeout
             );
             return Err(why.into());
@@ -243,7 +249,7 @@ fn controller(options: &Options) -> ControllerConfig {
     }
 }
 
-/// A board for each leg of the robot, of which those of the scene are used.
+/// Returns the boards of the legs of the scene.
 fn boards(context: &BusContext<'_>) -> Result<Vec<BoardConfig>, BuildError> {
     let options = context.options;
     let firmware = FirmwareConfig {
@@ -256,7 +262,7 @@ fn boards(context: &BusContext<'_>) -> Result<Vec<BoardConfig>, BuildError> {
     for member in options.members() {
         if !context.legs.contains(&member.value.as_str()) {
             let why = format!(
-                "there is no board `{}` in this scene: boards are called as legs are",
+                "there is no board `{}` in this scene: boards are named after the legs",
                 member.value
             );
             return Err(why.into());
@@ -267,7 +273,7 @@ fn boards(context: &BusContext<'_>) -> Result<Vec<BoardConfig>, BuildError> {
             .into_iter()
             .find(|(name, ..)| *name == leg)
             .ok_or_else(|| {
-                format!("the leg `{leg}` has no board: there are some for LF, RF, LH and RH")
+                format!("the leg `{leg}` has no board: boards exist for LF, RF, LH and RH")
             })?;
         let rate_ppb = match options.of_member("clock", leg) {
             Some(OptionValue::Number(rate)) => libm::rint(rate * 1e9),
@@ -293,7 +299,7 @@ fn boards(context: &BusContext<'_>) -> Result<Vec<BoardConfig>, BuildError> {
         }
         #[expect(
             clippy::cast_possible_truncation,
-            reason = "the option is a tenth at most"
+            reason = "the magnitude of the option is at most 0.1"
         )]
         Ok(board.with_clock(rate_ppb as i64, phase)?)
     };
@@ -311,12 +317,12 @@ fn usb(options: Option<&Options>) -> Result<UsbTiming, BuildError> {
     let duration = |name, default| options.duration(name).unwrap_or(default);
     let latency_timer = duration("latency_timer", default.latency_timer);
     if latency_timer > LATENCY_TIMER_MAX {
-        let why = format!("the latency timer of the converter has {LATENCY_TIMER_MAX} at most");
+        let why = format!("the latency timer of the converter is limited to {LATENCY_TIMER_MAX}");
         return Err(why.into());
     }
     #[expect(
         clippy::cast_possible_truncation,
-        reason = "the option is a tenth at most"
+        reason = "the magnitude of the option is at most 0.1"
     )]
     let frame_rate_ppb = libm::rint(options.number("frame_clock").unwrap_or(0.0) * 1e9) as i64;
     Ok(UsbTiming {
@@ -338,14 +344,14 @@ fn session(context: &BusContext<'_>) -> SessionConfig {
     let gains = options.group("gains");
     let default_gains = SessionGains::default();
     let register = |options: Option<&Options>, name: &str, default: u16| {
-        let given = options.and_then(|options| options.natural(name));
-        given
-            .and_then(|given| u16::try_from(given).ok())
+        let value = options.and_then(|options| options.natural(name));
+        value
+            .and_then(|value| u16::try_from(value).ok())
             .unwrap_or(default)
     };
     #[expect(
         clippy::cast_possible_truncation,
-        reason = "saturates, and nobody makes so many errors"
+        reason = "the conversion saturates, far above any error count"
     )]
     let threshold = |count: f64| libm::rint(count) as i64;
     SessionConfig {

@@ -1,4 +1,4 @@
-//! The controller that plays what is known in advance, out of a scenario's words.
+//! Kind of the open-loop script controller, from scenario options.
 
 use twinrig_document::Range;
 use twinrig_kernel::Unit;
@@ -14,22 +14,24 @@ const PHASE_LAG: &str = "phase_lag";
 const ABDUCTION: &str = "abduction";
 
 pub(crate) fn kind() -> ControllerKind {
-    let about = "plays a shape on the drives, whatever the robot does";
+    let about = "open-loop periodic set-points for the drives";
     let lags = Range::between(-Plan::PHASE_LAG_MAX, Plan::PHASE_LAG_MAX);
-    ControllerKind::new(Script::NAME, about, |given| {
-        Ok(Script::new(given.robot, given.legs, &plan(given.options)?)?)
+    ControllerKind::new(Script::NAME, about, |context| {
+        let plan = plan(context.options)?;
+        Ok(Script::new(context.robot, context.legs, &plan)?)
     })
     .with_variables(|_| Ok(Script::variables_of()))
-    .or_without_robot(|given| {
-        let legs = given.legs.iter().map(|leg| (leg.name.as_str(), leg.left));
-        let plan = plan(given.options)?;
+    .or_without_robot(|context| {
+        let legs = context.legs.iter();
+        let legs = legs.map(|leg| (leg.name.as_str(), leg.left));
+        let plan = plan(context.options)?;
         let script = Script::of_legs(&legs.collect::<Vec<_>>(), &plan)?;
-        Ok(script.for_plant(given.taken))
+        Ok(script.for_plant(context.taken))
     })
     .with_option(shape())
     .with_option(option(
         PHASE_LAG,
-        "by how much of a cycle each leg is behind the one before it (0 deg)",
+        "phase lag of each leg relative to the previous one (0 deg)",
         Accepts::Quantity {
             unit: Unit::Radian,
             range: lags,
@@ -37,7 +39,7 @@ pub(crate) fn kind() -> ControllerKind {
     ))
     .with_option(option(
         ABDUCTION,
-        "command the servos of hip abduction, too: `splay` (false)",
+        "also command the hip-abduction servos, by `splay` (false)",
         Accepts::Boolean,
     ))
 }
@@ -47,7 +49,7 @@ fn shape() -> OptionSpec {
     let accepts = Accepts::Each(Box::new(Accepts::Choice(shapes.to_vec())));
     option(
         SHAPE,
-        "what hips and knees play: one for all, or { hip, knee } (hold)",
+        "waveform: one for all drives, or { hip, knee } (hold)",
         accepts,
     )
 }

@@ -1,4 +1,4 @@
-//! What every plant of a legged robot is built from, out of a scenario's words.
+//! Setup of the plants of a legged robot, from scenario options.
 
 use std::sync::Arc;
 
@@ -15,10 +15,10 @@ use twinrig_scenario::{
 use crate::error::BuildError;
 use crate::parts::plant_kind::PlantContext;
 
-/// What to simulate, in steps of `step` where the scenario gives none.
+/// Returns the setup of a legged plant, with the default step `step`.
 ///
 /// # Errors
-/// A ground that cannot be.
+/// If the ground is invalid or the robot has no motors although the scenario requires them.
 pub(crate) fn setup(context: &PlantContext<'_>, step: SimDuration) -> Result<Setup, BuildError> {
     let plant = context.plant;
     let ground = plant.ground.as_ref();
@@ -38,7 +38,7 @@ pub(crate) fn setup(context: &PlantContext<'_>, step: SimDuration) -> Result<Set
     })
 }
 
-/// The ports of a plant of a legged robot, all outputs included.
+/// Returns the ports of a plant of a legged robot, including all outputs.
 pub(crate) fn legged_ports(context: &PlantContext<'_>) -> Result<Vec<Port>, BuildError> {
     let setup = setup(context, SimDuration::ZERO)?;
     Ok(Signals::new(context.legs, &setup, &|_| true)
@@ -46,7 +46,8 @@ pub(crate) fn legged_ports(context: &PlantContext<'_>) -> Result<Vec<Port>, Buil
         .to_vec())
 }
 
-/// In the pose that the scenario gives, or else where the controller first wants the drives.
+/// Returns the start pose of the scenario, or else the pose of the first commands of the
+/// controller.
 fn start(context: &PlantContext<'_>) -> Start {
     if let Some(SceneStart { q, rates }) = context.plant.start {
         return StartPose { q, rates }.into();
@@ -55,7 +56,7 @@ fn start(context: &PlantContext<'_>) -> Start {
     legs.filter_map(|leg| first_command(leg, context)).collect()
 }
 
-/// Where the drives of a leg are at the start: where the controller first wants them.
+/// Returns the first command of the controller for a leg, if both drives have one.
 fn first_command(leg: &str, context: &PlantContext<'_>) -> Option<(String, LegCommand)> {
     let first = |joint: &str| {
         let name = format!("leg/{leg}/{joint}/command");
@@ -90,10 +91,9 @@ fn drives(context: &PlantContext<'_>) -> Result<Drives, BuildError> {
     })
 }
 
-/// The motors of a robot that has some.
+/// Returns the motors of a robot, or the error that it has none.
 pub(crate) fn motors(robot: &Robot) -> Result<Motors, BuildError> {
-    let why =
-        "the robot file has no [motor.hip] and [motor.knee]: its drives are known as servos only";
+    let why = "the robot file has no [motor.hip] and [motor.knee]: it describes its drives as servos only";
     robot.motors.ok_or_else(|| why.into())
 }
 
@@ -107,12 +107,12 @@ fn overridden(servo: Servo, by: &ServoOverride) -> Servo {
     }
 }
 
-/// The ground of a scenario, as far as a fall is seen against it.
+/// Returns the ground of a scenario for the detection of falls.
 ///
 /// # Errors
-/// A ground that cannot be.
+/// If the ground is invalid.
 pub(crate) fn ground_below(plant: &PlantSpec, seed: u64) -> Result<GroundBelow, BuildError> {
-    // A model that a plant brings along stands on the plane through the origin, or says nothing of it.
+    // The ground of a standalone model is taken to be the plane through the origin.
     if plant.is_standalone {
         return Ok(GroundBelow::Level);
     }
@@ -128,7 +128,7 @@ pub(crate) fn ground_below(plant: &PlantSpec, seed: u64) -> Result<GroundBelow, 
     })))
 }
 
-/// The ground, of this friction where the scenario gives none.
+/// Returns the ground with the default friction coefficient `friction`.
 fn terrain(ground: &SceneGround, friction: f64, seed: u64) -> Result<Ground, BuildError> {
     let terrain = match &ground.profile {
         Profile::Flat => Terrain::Flat,
@@ -142,11 +142,11 @@ fn terrain(ground: &SceneGround, friction: f64, seed: u64) -> Result<Ground, Bui
     Ok(Ground::new(terrain, friction, ground.restitution)?)
 }
 
-/// A height field around the start: its middle column and row run through it.
+/// Returns a height field centred at the start position.
 fn field(spacing: f64, heights: &Heights, seed: u64) -> Result<HeightField, BuildError> {
-    /// Random ground reaches so many squares each way; beyond, it goes on as at its border.
+    /// Cells of random ground in each direction; beyond, the border heights continue.
     const REACH: usize = 100;
-    /// Random ground is level this far around the start, so that the robot stands \[m\].
+    /// Half side of the level square around the start, on which the robot stands \[m\].
     const LEVEL: f64 = 0.3;
     let (columns, rows, values) = match heights {
         Heights::Given(rows) => {
@@ -155,10 +155,10 @@ fn field(spacing: f64, heights: &Heights, seed: u64) -> Result<HeightField, Buil
         }
         Heights::Random {
             amplitude,
-            seed: own,
+            seed: ground_seed,
         } => {
             let side = 2 * REACH + 1;
-            let mut stream = stream(own.unwrap_or(seed), "plant/ground/heights");
+            let mut stream = stream(ground_seed.unwrap_or(seed), "plant/ground/heights");
             let distance = |n: usize| spacing * n.abs_diff(REACH) as f64;
             let draw = |n: usize| {
                 let height = amplitude * (2.0 * stream.unit() - 1.0);

@@ -1,4 +1,4 @@
-//! The parts that come with the program, a line each.
+//! Registration of the standard parts.
 
 use twinrig_gait::{Abduction, Cpg, Gait, Stand};
 use twinrig_kernel::SimDuration;
@@ -28,13 +28,13 @@ use crate::parts::sbcp;
 use crate::parts::script;
 
 impl Registry {
-    /// The parts that come with this crate.
+    /// Returns the registry with the standard parts of this crate.
     pub fn standard() -> Self {
-        let own = Registry::empty()
+        let registry = Registry::empty()
             .with_plant(massless_with_its_method())
             .with_plant(lcp_with_its_methods())
             .with_plant(drives::kind());
-        engines(own)
+        engines(registry)
             .with_bus(sbcp::kind())
             .with_bus(rb110::kind())
             .with_bus(optoforce::kind())
@@ -45,7 +45,7 @@ impl Registry {
     }
 }
 
-/// The plants that stand on the engines of others, or which cargo feature this build lacks for them.
+/// Adds the plants on third-party engines, or the cargo features that this build lacks for them.
 fn engines(registry: Registry) -> Registry {
     #[cfg(feature = "mujoco")]
     let registry = mujoco::kinds(registry);
@@ -61,7 +61,7 @@ fn engines(registry: Registry) -> Registry {
 }
 
 fn massless_with_its_method() -> PlantKind {
-    let midpoint = Method::stepped("midpoint", "implicit, conserves the energy of its springs")
+    let midpoint = Method::stepped("midpoint", "implicit, conserves the energy of the springs")
         .trusted_at_step(SimDuration::from_micros(5));
     massless::kind()
         .with_method(midpoint)
@@ -71,55 +71,60 @@ fn massless_with_its_method() -> PlantKind {
 fn lcp_with_its_methods() -> PlantKind {
     const OPTION: &str = "integrator";
     let stepped = |name, about| Method::stepped(name, about).with_option(OPTION, name);
-    // Both ways: in steps as long as they are told to be, whatever the error, and as long as a tolerance lets them be.
+    // Fixed steps regardless of the error, and adaptive steps limited by a tolerance.
     let both = |name, about| {
         let fixed = stepped(name, about).with_number("tolerance", f64::INFINITY);
-        let adaptive = Method::tolerant(
-            name,
-            "the same, in steps as long as a tolerance lets them be",
-        );
+        let adaptive = Method::tolerant(name, "the same with adaptive steps");
         (fixed, adaptive.with_option(OPTION, name))
     };
-    let (rk4, adaptive_rk4) = both("rk4", "fourth order, finds events");
-    let (rodas4, adaptive_rodas4) = both("rodas4", "fourth order, L-stable, finds events");
+    let (rk4, adaptive_rk4) = both("rk4", "fourth order, locates events");
+    let (rodas4, adaptive_rodas4) = both("rodas4", "fourth order, L-stable, locates events");
     lcp::kind()
         .with_method(adaptive_rodas4.trusted_at_tolerance(1e-13))
         .with_method(rodas4)
         .with_method(rk4.trusted_at_step(SimDuration::from_micros(10)))
         .with_method(adaptive_rk4)
         .with_method(
-            stepped("moreau", "midpoint rule; constraints hold at the level of velocities, events are not looked for")
-                .trusted_at_step(SimDuration::from_micros(5)),
+            stepped(
+                "moreau",
+                "midpoint rule; velocity-level constraints, events are not located",
+            )
+            .trusted_at_step(SimDuration::from_micros(5)),
         )
         .with_method(stepped(
             "semi-implicit",
-            "symplectic; what closes is held up to a step late and stays as far past it as it came",
+            "symplectic; constraints become active up to one step late, their violation persists",
         ))
         .with_method(stepped(
             "explicit-euler",
-            "for comparison: grows where damping is less than half the step times the square of the frequency",
+            "for comparison: unstable if damping is less than half the step times the square of the frequency",
         ))
         .with_method(stepped(
             "thesis",
-            "as published, its signs corrected: one joint's rate is set to zero at a stop, which makes energy at any step",
+            "as published, with corrected signs: the rate of one joint is set to zero at a stop, which generates energy at any step",
         ))
 }
 
 fn cpg() -> ControllerKind {
     let about = "open-loop gait: coupled oscillators, foot locus, inverse kinematics";
     let gaits = Gait::ALL.map(|gait| gait.name().to_owned());
-    ControllerKind::new(Cpg::NAME, about, |given| {
-        let cpg = Cpg::new(given.robot, given.legs, gait(given)?)?.with_abduction(abduction(given));
-        Ok(match given.options.text("start") {
-            Some("random") => cpg.with_random_phases(given.seed),
+    ControllerKind::new(Cpg::NAME, about, |context| {
+        let cpg = Cpg::new(context.robot, context.legs, gait(context)?)?;
+        let cpg = cpg.with_abduction(abduction(context));
+        Ok(match context.options.text("start") {
+            Some("random") => cpg.with_random_phases(context.seed),
             _ => cpg,
         })
     })
     .with_variables(|context| Ok(Cpg::variables_of(context.robot, gait(context)?)?))
-    .with_option(choice("gait", "which legs step together", &gaits))
+    .with_option(choice(
+        "gait",
+        "gait, which sets the phases of the legs",
+        &gaits,
+    ))
     .with_option(choice(
         "start",
-        "in step with the gait, or at random phases",
+        "initial phases: those of the gait, or random",
         &START,
     ))
     .with_option(abducting())
@@ -132,20 +137,21 @@ fn gait(context: &ControllerContext<'_>) -> Result<Gait, BuildError> {
 const START: [&str; 2] = ["in-step", "random"];
 
 fn stand() -> ControllerKind {
-    ControllerKind::new(Stand::NAME, "holds the feet below the hips", |given| {
-        Ok(Stand::new(given.robot, given.legs)?.with_abduction(abduction(given)))
+    ControllerKind::new(Stand::NAME, "holds the feet below the hips", |context| {
+        Ok(Stand::new(context.robot, context.legs)?.with_abduction(abduction(context)))
     })
     .with_variables(|context| Ok(Stand::variables_of(context.robot)?))
     .with_option(abducting())
 }
 
 fn abducting() -> OptionSpec {
-    let about = "command the servos of hip abduction, too: `splay`";
+    let about = "also command the hip-abduction servos, by `splay`";
     choice("abduction", about, &Abduction::ALL.map(Abduction::name))
 }
 
-fn abduction(given: &ControllerContext<'_>) -> Abduction {
-    let name = given.options.text("abduction");
+fn abduction(context: &ControllerContext<'_>) -> Abduction {
+    let name = context.options.text("abduction");
     let mut all = Abduction::ALL.into_iter();
-    all.find(|way| Some(way.name()) == name).unwrap_or_default()
+    all.find(|abduction| Some(abduction.name()) == name)
+        .unwrap_or_default()
 }

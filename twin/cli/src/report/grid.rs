@@ -1,33 +1,33 @@
-//! Aligned columns of text.
+//! Text in aligned columns.
 
 use crate::report::paint::Paint;
 
-/// On which side of its column a text stands.
+/// Alignment of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// Words.
+    /// Left-aligned, for text.
     Left,
-    /// Numbers.
+    /// Right-aligned, for numbers.
     Right,
 }
 
-/// How a cell is painted.
+/// Colour of a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tint {
-    /// As it is.
+    /// Default colour.
     #[default]
     None,
-    /// Good.
+    /// Success.
     Green,
-    /// Wrong.
+    /// Failure.
     Red,
-    /// Odd.
+    /// Warning.
     Yellow,
-    /// In the background.
+    /// Secondary information.
     Dim,
 }
 
-/// A text in a table.
+/// Cell of a grid.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cell {
     text: String,
@@ -35,7 +35,7 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// A painted text.
+    /// Creates a cell with a colour.
     pub fn new(text: impl Into<String>, tint: Tint) -> Self {
         Self {
             text: text.into(),
@@ -66,7 +66,8 @@ impl From<&str> for Cell {
     }
 }
 
-/// Rows of cells, each column as wide as its widest cell, two blanks between columns. Columns without any text take no room.
+/// Rows of cells; each column is as wide as its widest cell, with two spaces between columns. Empty
+/// columns are omitted.
 #[derive(Clone, Debug)]
 pub struct Grid {
     sides: Vec<Side>,
@@ -74,7 +75,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// An empty grid whose columns stand on these sides.
+    /// Creates an empty grid with the alignments of its columns.
     pub fn new(sides: &[Side]) -> Self {
         Self {
             sides: sides.to_vec(),
@@ -87,7 +88,7 @@ impl Grid {
         self.rows.push(cells.into());
     }
 
-    /// The lines, each indented by `indent` blanks and without blanks at its end.
+    /// Returns the lines, indented by `indent` spaces and without trailing spaces.
     pub fn lines(&self, indent: usize, paint: Paint) -> Vec<String> {
         let width = |column: usize| {
             let cells = self.rows.iter().filter_map(|row| row.get(column));
@@ -107,15 +108,15 @@ impl Grid {
         for (column, (&wide, side)) in columns.filter(|(_, (wide, _))| **wide > 0) {
             let empty = Cell::default();
             let cell = row.get(column).unwrap_or(&empty);
-            let room = wide - width(&cell.text);
+            let padding = wide - width(&cell.text);
             let (before, after) = match side {
-                Side::Left => (0, room),
-                Side::Right => (room, 0),
+                Side::Left => (0, padding),
+                Side::Right => (padding, 0),
             };
             blanks += before;
-            // Blanks wait for a text behind them.
+            // Spaces are written only before the next text.
             if cell.text.is_empty() {
-                blanks += wide - room;
+                blanks += wide - padding;
             } else {
                 line.push_str(&" ".repeat(blanks));
                 line.push_str(&cell.painted(paint));
@@ -127,7 +128,7 @@ impl Grid {
     }
 }
 
-/// Width of a text on a terminal, good enough for the letters that appear here.
+/// Returns the width of a text on a terminal; all characters used in reports have width 1.
 fn width(text: &str) -> usize {
     text.chars().count()
 }
@@ -137,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn columns_are_aligned_and_empty_ones_vanish() {
+    fn columns_are_aligned_and_empty_columns_omitted() {
         let mut grid = Grid::new(&[Side::Left, Side::Left, Side::Right, Side::Left]);
         grid.row(["✓".into(), "".into(), "0.5".into(), "m".into()]);
         grid.row(["✗".into(), "".into(), "12.25".into(), "".into()]);

@@ -1,4 +1,4 @@
-//! Verdicts as `JUnit` XML, which every CI system shows.
+//! Verdicts as `JUnit` XML, for CI systems.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use twinrig_scenario::Verdict;
 use crate::report::table;
 use crate::report::{Line, Report};
 
-/// The document: a suite a scenario, a case an expectation.
+/// Returns the document with one test suite per scenario and one test case per expectation.
 pub fn document(reports: &[Report]) -> String {
     let mut out =
         String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"twinrig\">\n");
@@ -35,11 +35,11 @@ fn suite(out: &mut String, report: &Report) {
     for line in lines {
         let name = escape(&line.0.name);
         let _ = write!(out, "    <testcase classname=\"{suite}\" name=\"{name}\"");
-        let said = escape(&table::sentence(&line.0));
+        let message = escape(&table::sentence(&line.0));
         let _ = match (line.0.verdict, line.0.holds()) {
             (Verdict::Pass, _) => writeln!(out, "/>"),
-            (_, true) => writeln!(out, "><skipped message=\"{said}\"/></testcase>"),
-            (_, false) => writeln!(out, "><failure message=\"{said}\"/></testcase>"),
+            (_, true) => writeln!(out, "><skipped message=\"{message}\"/></testcase>"),
+            (_, false) => writeln!(out, "><failure message=\"{message}\"/></testcase>"),
         };
     }
     if let Some(error) = &report.error {
@@ -53,7 +53,7 @@ fn suite(out: &mut String, report: &Report) {
     out.push_str("  </testsuite>\n");
 }
 
-/// `text` as XML: the five characters that mean something, and none that XML has no way to write.
+/// Escapes the five special characters of XML and replaces characters that XML does not allow.
 fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_text_breaks_out_of_its_attribute() {
+    fn special_and_invalid_characters_are_escaped() {
         assert_eq!(
             escape("a < b & \"c\"\n\u{1}"),
             "a &lt; b &amp; &quot;c&quot;&#10;\u{fffd}"

@@ -1,7 +1,8 @@
-//! What became of a scenario: what `--json` prints, what the table and the `JUnit` file are made from.
+//! Reports of scenarios: the `--json` output, and the source of the table and the `JUnit` file.
 
 pub(crate) mod grid;
 pub(crate) mod junit;
+pub(crate) mod left_out;
 pub(crate) mod paint;
 pub(crate) mod table;
 
@@ -12,20 +13,20 @@ use twinrig_runtime::real_time::{Histogram, RealTimeReport, TaskReport};
 use twinrig_runtime::{EnergyBalance, WorkCounts};
 use twinrig_scenario::{LeftOut, Outcome, Verdict};
 
-/// What became of a scenario.
+/// Verdict of a scenario.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
     /// All expectations hold.
     Pass,
-    /// One does not.
+    /// At least one expectation fails.
     Fail,
-    /// It did not run to its end.
+    /// The run did not complete.
     Error,
 }
 
 impl Status {
-    /// The exit code that says so.
+    /// Returns the exit code.
     pub fn exit_code(self) -> u8 {
         match self {
             Self::Pass => 0,
@@ -34,7 +35,7 @@ impl Status {
         }
     }
 
-    /// The word for a program, as in `--json`.
+    /// Returns the value used in `--json`.
     pub fn key(self) -> &'static str {
         match self {
             Self::Pass => "pass",
@@ -43,7 +44,7 @@ impl Status {
         }
     }
 
-    /// The word for a person.
+    /// Returns the word shown in tables.
     pub fn word(self) -> &'static str {
         match self {
             Self::Pass => "PASS",
@@ -53,62 +54,62 @@ impl Status {
     }
 }
 
-/// The report of one scenario. Scripts rely on the names of its keys.
+/// Report of one scenario. The field names are the JSON keys, a stable interface for scripts.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// What the scenario calls itself; its path if it could not be read.
+    /// Name of the scenario, or its path if it could not be read.
     pub scenario: String,
-    /// What became of it.
+    /// Verdict.
     pub verdict: Status,
-    /// Its seed.
+    /// Seed of the run.
     pub seed: Option<u64>,
-    /// Its plant.
+    /// Model of the plant.
     pub plant: Option<String>,
-    /// The fingerprint of the run, of as much as there is of it.
+    /// Fingerprint of the run up to its end.
     pub fingerprint: Option<String>,
     /// Simulated time reached \[s\].
     pub simulated_s: Option<f64>,
-    /// Time that took \[s\].
+    /// Wall time of the run \[s\].
     pub wall_s: Option<f64>,
-    /// Simulated over wall time.
+    /// Ratio of simulated time to wall time.
     pub real_time_factor: Option<f64>,
-    /// What became of the expectations.
+    /// Outcomes of the expectations.
     pub expectations: Vec<Line>,
-    /// What is not in the scene.
+    /// Parts that are not simulated, recorded or evaluated.
     pub left_out: Vec<LeftOut>,
     /// Path of the recording.
     pub recording: Option<String>,
-    /// Path of the scenario, as it was given.
+    /// Path of the scenario, as given on the command line.
     pub file: String,
-    /// Why it did not run to its end.
+    /// Error that prevented the run or ended it prematurely.
     pub error: Option<String>,
-    /// Where the energy went.
+    /// Energy balance of the plant.
     pub energy: Option<Energy>,
-    /// What the plant did.
+    /// Work counts of the plant.
     pub work: Option<WorkCounts>,
-    /// How punctual it was, at hardware.
+    /// Timing of a run on hardware.
     pub real_time: Option<RealTime>,
-    /// What is accepted in the scenario and most likely a mistake.
+    /// Warnings about the scenario.
     pub warnings: Vec<Warned>,
-    /// When the robot fell, if that was observed \[s\].
+    /// Time of the robot's fall, if one was observed \[s\].
     pub fell_at_s: Option<f64>,
 }
 
-/// A warning, as it is written down.
+/// Warning, in its serialised form.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Warned {
-    /// A stable name of its kind.
+    /// Stable identifier of the kind of warning.
     pub code: &'static str,
-    /// What is most likely a mistake.
+    /// Description of the likely mistake.
     pub message: String,
-    /// The file, or the option of the command line.
+    /// File, or option of the command line.
     pub file: String,
-    /// The line in it, counted from 1.
+    /// Line in the file, counted from 1.
     pub line: Option<usize>,
 }
 
 impl Warned {
-    /// Of warnings, in their order.
+    /// Converts warnings, in their order.
     pub(crate) fn all(warnings: &[Warning]) -> Vec<Self> {
         let warned = |Warning { code, problem }: &Warning| Self {
             code,
@@ -120,12 +121,12 @@ impl Warned {
     }
 }
 
-/// How a run at hardware went, as far as time is concerned.
+/// Timing of a run on hardware.
 #[derive(Clone, Debug)]
 pub struct RealTime {
-    /// How punctual it was.
+    /// Statistics of the timing.
     pub times: RealTimeReport,
-    /// What kept it from being more so, with the remedies.
+    /// Impairments of the timing, with remedies.
     pub notes: Vec<String>,
 }
 
@@ -160,7 +161,7 @@ impl<'a> From<&'a TaskReport> for WrittenTask<'a> {
     }
 }
 
-/// A histogram in four numbers \[s\].
+/// Summary of a histogram \[s\].
 #[derive(Serialize)]
 struct Spread {
     count: u64,
@@ -199,22 +200,22 @@ impl Serialize for RealTime {
     }
 }
 
-/// The outcome of an expectation, as it is written down.
+/// Outcome of an expectation, in its serialised form.
 #[derive(Clone, Debug)]
 pub struct Line(pub Outcome);
 
-/// Where the energy of a run went \[J\].
+/// Energy balance of a run \[J\].
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Energy {
-    /// What the books lack.
+    /// Residual of the energy balance.
     pub residual_j: f64,
     /// Sum of the magnitudes of all transfers.
     pub exchanged_j: f64,
-    /// What the actuators put in.
+    /// Work of the actuators.
     pub actuator_j: f64,
-    /// What friction took out.
+    /// Energy dissipated by friction and damping.
     pub dissipated_j: f64,
-    /// What impacts took out.
+    /// Energy dissipated by impacts.
     pub impact_j: f64,
 }
 
@@ -230,13 +231,14 @@ impl From<EnergyBalance> for Energy {
     }
 }
 
-/// Seconds, the nearest number to those of `nanos`, which prints as briefly as it can: 0.498 and not 0.49800000000000005.
+/// Converts nanoseconds to the nearest number of seconds, which has the shortest decimal form:
+/// 0.498, not 0.49800000000000005.
 pub(crate) fn seconds(nanos: u64) -> f64 {
     nanos as f64 / 1e9
 }
 
 impl Line {
-    /// The same for a recording.
+    /// Converts the outcome to a message of a recording.
     pub(crate) fn message(&self) -> ExpectationMessage {
         let outcome = &self.0;
         let verdict = match outcome.verdict {
@@ -293,7 +295,7 @@ impl Serialize for Line {
 }
 
 impl Report {
-    /// The report of a scenario that did not come as far as to run.
+    /// Returns the report of a scenario whose run could not start.
     pub fn of_error(file: &str, error: String) -> Self {
         Self {
             scenario: file.to_owned(),
@@ -317,7 +319,7 @@ impl Report {
         }
     }
 
-    /// How many expectations hold.
+    /// Returns the number of expectations that hold.
     pub fn held(&self) -> usize {
         let lines = self.expectations.iter();
         lines.filter(|line| line.0.holds()).count()

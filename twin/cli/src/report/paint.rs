@@ -1,55 +1,56 @@
-//! Colour for terminals, and for nothing else.
+//! Colours on terminals.
 
 use std::io::IsTerminal;
 
-/// Puts colour around a text, or leaves it alone.
+/// Adds ANSI colours to text, if enabled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Paint {
-    on: bool,
+    enabled: bool,
 }
 
 impl Paint {
-    /// No colour at all.
-    pub const PLAIN: Self = Self { on: false };
+    /// Colours disabled.
+    pub const PLAIN: Self = Self { enabled: false };
 
-    /// Colour if `stream` is a terminal that shows it and nobody asked for none (<https://no-color.org>).
+    /// Enables colours if `stream` is a terminal that supports them and `NO_COLOR` is not set
+    /// (<https://no-color.org>).
     pub fn of(stream: &impl IsTerminal) -> Self {
-        let refused = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+        let disabled = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
         let dumb = std::env::var_os("TERM").is_some_and(|value| value == "dumb");
         Self {
-            on: stream.is_terminal() && !refused && !dumb,
+            enabled: stream.is_terminal() && !disabled && !dumb,
         }
     }
 
     fn with(self, code: &str, text: &str) -> String {
-        if self.on && !text.is_empty() {
+        if self.enabled && !text.is_empty() {
             format!("\x1b[{code}m{text}\x1b[0m")
         } else {
             text.to_owned()
         }
     }
 
-    /// What is good.
+    /// Marks success.
     pub fn green(self, text: &str) -> String {
         self.with("32", text)
     }
 
-    /// What is wrong.
+    /// Marks failure.
     pub fn red(self, text: &str) -> String {
         self.with("1;31", text)
     }
 
-    /// What wants a second look.
+    /// Marks a warning.
     pub fn yellow(self, text: &str) -> String {
         self.with("33", text)
     }
 
-    /// What stands out.
+    /// Emphasises text.
     pub fn bold(self, text: &str) -> String {
         self.with("1", text)
     }
 
-    /// What stands back.
+    /// Marks secondary information.
     pub fn dim(self, text: &str) -> String {
         self.with("2", text)
     }
@@ -60,9 +61,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn plain_paint_is_no_paint() {
+    fn codes_are_added_to_text_only_if_enabled() {
+        let colours = Paint { enabled: true };
         assert_eq!(Paint::PLAIN.red("no"), "no");
-        assert_eq!(Paint { on: true }.red("no"), "\x1b[1;31mno\x1b[0m");
-        assert_eq!(Paint { on: true }.dim(""), "");
+        assert_eq!(colours.red("no"), "\x1b[1;31mno\x1b[0m");
+        assert_eq!(colours.dim(""), "");
     }
 }

@@ -1,4 +1,4 @@
-//! Verdicts for a person.
+//! Text form of reports.
 
 mod shown;
 
@@ -8,13 +8,14 @@ use shown::Shown;
 use twinrig_scenario::{Outcome, Verdict};
 
 use crate::report::grid::{Cell, Grid, Side, Tint};
+use crate::report::left_out;
 use crate::report::paint::Paint;
 use crate::report::{Report, Status};
 
-/// Lines are broken here.
+/// Maximum width of the values of facts.
 const WIDTH: usize = 100;
 
-/// The whole report of a scenario.
+/// Returns the report of a scenario.
 pub fn report(report: &Report, paint: Paint) -> String {
     let mut out = String::new();
     let _ = writeln!(out, "{}", heading(report, paint));
@@ -47,7 +48,7 @@ pub fn report(report: &Report, paint: Paint) -> String {
     out
 }
 
-/// A row for each of several scenarios.
+/// Returns a summary with one row per report.
 pub fn summary(reports: &[Report], paint: Paint) -> String {
     let mut grid = Grid::new(&[
         Side::Left,
@@ -58,10 +59,12 @@ pub fn summary(reports: &[Report], paint: Paint) -> String {
         Side::Right,
         Side::Left,
     ]);
-    // Of one scenario on several plants, the plant tells which is which.
+    // The plant is shown for scenarios that were run with several plants.
     let several = |report: &Report| {
-        let alike = reports.iter().filter(|other| other.file == report.file);
-        alike.into_iter().any(|other| other.plant != report.plant)
+        let same_file = reports.iter().filter(|other| other.file == report.file);
+        same_file
+            .into_iter()
+            .any(|other| other.plant != report.plant)
     };
     for report in reports {
         let plant = report.plant.as_deref().filter(|_| several(report));
@@ -72,7 +75,7 @@ pub fn summary(reports: &[Report], paint: Paint) -> String {
             format!("{} of {count} hold", report.held())
         };
         let tint = status_tint(report.verdict);
-        let what = worst(report).unwrap_or_default();
+        let failure = first_failure(report).unwrap_or_default();
         grid.row([
             Cell::new(report.verdict.word(), tint),
             report.scenario.as_str().into(),
@@ -80,7 +83,7 @@ pub fn summary(reports: &[Report], paint: Paint) -> String {
             held.into(),
             "".into(),
             speed(report).unwrap_or_default().into(),
-            Cell::new(what, Tint::Dim),
+            Cell::new(failure, Tint::Dim),
         ]);
     }
     let mut out = String::new();
@@ -90,8 +93,8 @@ pub fn summary(reports: &[Report], paint: Paint) -> String {
     out
 }
 
-/// The first thing that went wrong.
-fn worst(report: &Report) -> Option<String> {
+/// Returns the error, or else the name of the first expectation that fails.
+fn first_failure(report: &Report) -> Option<String> {
     if let Some(error) = &report.error {
         return error.lines().next().map(str::to_owned);
     }
@@ -126,8 +129,8 @@ fn heading(report: &Report, paint: Paint) -> String {
 
 fn verdict(report: &Report, paint: Paint) -> String {
     let count = report.expectations.len();
-    let told = match count {
-        0 => "nothing is expected".to_owned(),
+    let text = match count {
+        0 => "no expectations".to_owned(),
         1 => format!("{} of 1 expectation holds", report.held()),
         _ => format!("{} of {count} expectations hold", report.held()),
     };
@@ -137,7 +140,7 @@ fn verdict(report: &Report, paint: Paint) -> String {
         Status::Fail => paint.red(word),
         Status::Error => paint.yellow(word),
     };
-    format!("{word}  {told}")
+    format!("{word}  {text}")
 }
 
 fn expectations(report: &Report) -> Grid {
@@ -193,11 +196,11 @@ fn mark(outcome: &Outcome) -> (&'static str, Tint) {
     }
 }
 
-/// On which side of its bound the measured value should be.
+/// Returns the required relation of the measured value to its bound.
 fn sign(outcome: &Outcome) -> &'static str {
     match (outcome.measured, outcome.bound, outcome.margin) {
         (Some(measured), Some(bound), Some(margin)) => {
-            // The margin is the bound less the value below an upper bound, and the other way round above a lower one.
+            // The margin is bound − value for an upper bound and value − bound for a lower bound.
             let upper = (bound - measured - margin).abs() <= (measured - bound - margin).abs();
             if upper { "≤" } else { "≥" }
         }
@@ -213,7 +216,7 @@ fn remark(outcome: &Outcome) -> String {
             shown.number(bound.min(other)),
             shown.number(bound.max(other)),
         );
-        let range = format!("wanted: {least} … {greatest}");
+        let range = format!("required: {least} … {greatest}");
         detail = match detail.as_str() {
             "" => range,
             detail => format!("{range}, {detail}"),
@@ -231,7 +234,7 @@ fn remark(outcome: &Outcome) -> String {
     }
 }
 
-/// An outcome in one line, for places that have no columns.
+/// Returns an outcome in one line.
 pub fn sentence(outcome: &Outcome) -> String {
     let shown = Shown::of(outcome);
     let mut parts = Vec::new();
@@ -251,15 +254,15 @@ pub fn sentence(outcome: &Outcome) -> String {
     parts.join(", ")
 }
 
-/// How fast it ran.
+/// Returns the real-time factor as text.
 fn speed(report: &Report) -> Option<String> {
     let factor = report.real_time_factor?;
     let decimals = usize::from(factor < 10.0);
     Some(format!("{factor:.decimals$} × real time"))
 }
 
-/// How often the method of choice was not the one at work.
-fn handed_over(report: &Report) -> Option<String> {
+/// Returns the number of fallbacks of the integrator; none if there were none.
+fn integrator_fallbacks(report: &Report) -> Option<String> {
     let work = report.work.filter(|work| work.fallbacks > 0)?;
     let (times, steps) = (work.fallbacks, work.steps);
     let times = match times {
@@ -267,7 +270,7 @@ fn handed_over(report: &Report) -> Option<String> {
         _ => format!("{times} times"),
     };
     Some(format!(
-        "another method or shorter steps took over {times} in {steps} steps"
+        "fallback to another method or shorter steps {times} in {steps} steps"
     ))
 }
 
@@ -304,12 +307,12 @@ fn facts(report: &Report) -> Grid {
             format!("{exchanged} J exchanged, {residual:.1e} J unaccounted for"),
         );
     }
-    if let Some(handed_over) = handed_over(report) {
-        fact("integrator", handed_over);
+    if let Some(fallbacks) = integrator_fallbacks(report) {
+        fact("integrator", fallbacks);
     }
-    if !report.left_out.is_empty() {
-        let parts = report.left_out.iter().map(|left| left.part.as_str());
-        fact("left out", parts.collect::<Vec<_>>().join("; "));
+    for (n, [parts, why]) in left_out::lines(&report.left_out).iter().enumerate() {
+        let name = if n == 0 { "left out" } else { "" };
+        fact(name, format!("{parts} ({why})"));
     }
     if let Some(path) = &report.recording {
         fact("recording", path.clone());
@@ -320,7 +323,7 @@ fn facts(report: &Report) -> Grid {
     grid
 }
 
-/// `text` in lines of at most `width` letters, broken at blanks where that is possible.
+/// Breaks `text` at spaces into lines of at most `width` characters; longer words are not broken.
 pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split(' ') {
@@ -338,7 +341,7 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// The name of a signal with a star for the leg: signals that differ only by it are one line for a person.
+/// Replaces leg names in a signal name by `*`, so that signals of all legs share a line.
 pub(crate) fn folded(signal: &str, legs: &[impl AsRef<str>]) -> String {
     let part = |part| {
         if legs.iter().any(|leg| leg.as_ref() == part) {

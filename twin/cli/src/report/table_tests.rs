@@ -3,6 +3,7 @@ use std::f64::consts::PI;
 use proptest::prelude::*;
 use twinrig_kernel::{SimTime, Unit};
 use twinrig_runtime::WorkCounts;
+use twinrig_scenario::LeftOut;
 
 use super::*;
 
@@ -37,7 +38,7 @@ fn shown(outcome: &Outcome) -> [String; 4] {
 }
 
 #[test]
-fn numbers_come_in_units_that_suit_them() {
+fn unit_depends_on_magnitude() {
     let of = |measured, bound, margin, unit| shown(&outcome(measured, bound, margin, unit));
     assert_eq!(
         of(0.0031, 0.005, 0.0019, Unit::Meter),
@@ -58,7 +59,7 @@ fn numbers_come_in_units_that_suit_them() {
 }
 
 #[test]
-fn numbers_far_apart_have_digits_of_their_own() {
+fn numbers_of_different_magnitude_are_formatted_individually() {
     let of = |measured, bound, margin| {
         let [measured, bound, margin, _] = shown(&outcome(measured, bound, margin, Unit::One));
         [measured, bound, margin]
@@ -68,7 +69,7 @@ fn numbers_far_apart_have_digits_of_their_own() {
     let balance = of(1_337_729.4, 0.02, 0.02 - 1_337_729.4);
     assert_eq!(balance, ["1.34e6", "0.0200", "-1.34e6"]);
     assert_eq!(of(1.8e-5, 0.02, 0.019_982), ["1.80e-5", "0.0200", "0.0200"]);
-    // What one format shows stays in one.
+    // A common number of decimals is kept if it resolves all numbers.
     assert_eq!(of(0.62, 20.0, 19.38), ["0.6", "20.0", "19.4"]);
     assert_eq!(of(0.0, 0.02, 0.02), ["0.0000", "0.0200", "0.0200"]);
     let balance = of(3.95e-7, 1e-6, 6.05e-7);
@@ -76,7 +77,7 @@ fn numbers_far_apart_have_digits_of_their_own() {
 }
 
 #[test]
-fn a_bound_says_on_which_side_of_it_is_right() {
+fn sign_follows_from_bound_and_margin() {
     assert_eq!(sign(&outcome(3.0, 5.0, 2.0, Unit::One)), "≤");
     assert_eq!(sign(&outcome(7.0, 5.0, -2.0, Unit::One)), "≤");
     assert_eq!(sign(&outcome(7.0, 5.0, 2.0, Unit::One)), "≥");
@@ -84,15 +85,15 @@ fn a_bound_says_on_which_side_of_it_is_right() {
 }
 
 #[test]
-fn what_is_not_observed_is_marked_and_says_why() {
-    let mut blind = outcome(0.0, 0.0, 0.0, Unit::One);
-    (blind.measured, blind.bound, blind.margin) = (None, None, None);
-    blind.verdict = Verdict::Unobserved;
-    blind.detail = "no load is measured".to_owned();
-    assert_eq!(mark(&blind).0, "?");
-    assert_eq!(sentence(&blind), "unobserved: no load is measured");
-    blind.optional = true;
-    assert_eq!(mark(&blind).0, "–");
+fn unobserved_outcome_is_marked_with_reason() {
+    let mut unobserved = outcome(0.0, 0.0, 0.0, Unit::One);
+    (unobserved.measured, unobserved.bound, unobserved.margin) = (None, None, None);
+    unobserved.verdict = Verdict::Unobserved;
+    unobserved.detail = "no load is measured".to_owned();
+    assert_eq!(mark(&unobserved).0, "?");
+    assert_eq!(sentence(&unobserved), "unobserved: no load is measured");
+    unobserved.optional = true;
+    assert_eq!(mark(&unobserved).0, "–");
     let mut late = outcome(7.0, 5.0, -2.0, Unit::Newton);
     assert_eq!(sentence(&late), "7 N is not ≤ 5 N");
     late.first_violation = Some(SimTime::from_nanos(1_500_000_000));
@@ -102,16 +103,16 @@ fn what_is_not_observed_is_marked_and_says_why() {
 }
 
 #[test]
-fn of_a_range_both_ends_are_shown() {
+fn both_ends_of_range_are_shown() {
     let mut speed = outcome(0.97, 0.98, 0.01, Unit::MeterPerSecond);
     speed.other_bound = Some(0.922);
-    assert_eq!(remark(&speed), "wanted: 0.922 … 0.980");
+    assert_eq!(remark(&speed), "required: 0.922 … 0.980");
     speed.other_bound = Some(1.2);
-    assert_eq!(remark(&speed), "wanted: 0.98 … 1.20");
+    assert_eq!(remark(&speed), "required: 0.98 … 1.20");
 }
 
 #[test]
-fn rows_of_one_scenario_on_several_plants_name_the_plant() {
+fn summary_shows_plant_if_scenario_ran_with_several_plants() {
     let of = |file: &str, plant: &str| {
         let mut report = Report::of_error(file, String::new());
         report.plant = Some(plant.to_owned());
@@ -136,7 +137,7 @@ fn rows_of_one_scenario_on_several_plants_name_the_plant() {
 }
 
 #[test]
-fn a_method_that_was_not_the_one_at_work_is_told() {
+fn integrator_fallbacks_are_reported() {
     let work = |fallbacks| {
         let mut report = Report::of_error("it.toml", String::new());
         report.work = Some(WorkCounts {
@@ -144,41 +145,62 @@ fn a_method_that_was_not_the_one_at_work_is_told() {
             fallbacks,
             ..WorkCounts::default()
         });
-        handed_over(&report)
+        integrator_fallbacks(&report)
     };
     assert_eq!(work(0), None);
     assert_eq!(
         work(1).unwrap(),
-        "another method or shorter steps took over once in 10000 steps"
+        "fallback to another method or shorter steps once in 10000 steps"
     );
     assert_eq!(
         work(9958).unwrap(),
-        "another method or shorter steps took over 9958 times in 10000 steps"
+        "fallback to another method or shorter steps 9958 times in 10000 steps"
     );
+}
+
+#[test]
+fn parts_left_out_for_one_reason_share_a_line() {
+    let left_out = |part: &str, why: &str| LeftOut {
+        part: part.to_owned(),
+        why: why.to_owned(),
+    };
+    let mut scenario = Report::of_error("it.toml", String::new());
+    scenario.error = None;
+    scenario.left_out = vec![
+        left_out("recording of a", "[record] does not name it"),
+        left_out("controller", "there is no [controller]"),
+        left_out("recording of b", "[record] does not name it"),
+    ];
+    let text = report(&scenario, Paint::PLAIN);
+    let lines = [
+        "  left out  recording of a, b ([record] does not name it)\n",
+        "            controller (there is no [controller])\n",
+    ];
+    assert!(text.contains(&lines.concat()), "{text}");
 }
 
 proptest! {
     #[test]
-    fn a_margin_that_decides_never_looks_like_none(bound in 1e-2..1e3_f64, share in 1e-6..0.5_f64, fails: bool) {
+    fn nonzero_margin_is_shown_with_sign(bound in 1e-2..1e3_f64, share in 1e-6..0.5_f64, fails: bool) {
         let margin = if fails { -share * bound } else { share * bound };
         let [_, _, text, _] = shown(&outcome(bound - margin, bound, margin, Unit::One));
-        let seen: f64 = text.parse().unwrap();
-        prop_assert!(seen != 0.0 && (seen < 0.0) == fails, "{margin} looks like {text}");
+        let shown: f64 = text.parse().unwrap();
+        prop_assert!(shown != 0.0 && (shown < 0.0) == fails, "{margin} is shown as {text}");
     }
 
     #[test]
-    fn what_decides_is_seen(measured in -9.0..7.0_f64, bound in -9.0..7.0_f64) {
+    fn measured_value_and_bound_are_resolved(measured in -9.0..7.0_f64, bound in -9.0..7.0_f64) {
         let [measured, bound] = [measured, bound].map(|power| libm::pow(10.0, power));
         let [left, right, _, _] = shown(&outcome(measured, bound, bound - measured, Unit::One));
         for (text, value) in [(left, measured), (right, bound)] {
-            let seen: f64 = text.parse().unwrap();
-            // A fifth is what rounding to common decimals may take.
-            prop_assert!((seen - value).abs() <= 0.2 * value, "{value} looks like {text}");
+            let shown: f64 = text.parse().unwrap();
+            // `ROUNDING_MAX` of the common number of decimals.
+            prop_assert!((shown - value).abs() <= 0.2 * value, "{value} is shown as {text}");
         }
     }
 
     #[test]
-    fn wrapping_loses_no_word_and_fits(words in prop::collection::vec("[a-z]{1,9}", 1..40)) {
+    fn wrapped_text_keeps_all_words_within_width(words in prop::collection::vec("[a-z]{1,9}", 1..40)) {
         let lines = wrapped(&words.join(" "), 20);
         prop_assert!(lines.iter().all(|line| line.len() <= 20));
         prop_assert_eq!(lines.join(" "), words.join(" "));

@@ -1,4 +1,4 @@
-//! A run that goes on, with another plant, from where a rig was saved.
+//! Continuation of a saved run with another plant.
 
 use std::time::Instant;
 
@@ -12,22 +12,22 @@ use crate::run::judging;
 use crate::run::observers::RunObservers;
 use crate::run::progress::Progress;
 
-/// What became of it.
+/// Result of a continuation.
 pub(crate) struct Continuation {
-    /// Books, work, recording and fingerprint are those from the exchange on. Nothing is judged: expectations are of whole
-    /// runs, and half of this one is another plant's.
+    /// Report whose energy balance, work counts, recording and fingerprint start at the exchange of
+    /// the plant. No expectation is evaluated: expectations apply to complete runs of one plant.
     pub report: Report,
-    /// What the plant could not take over, a line each.
+    /// Parts of the state that the plant could not resume, one line each.
     pub lost: Vec<String>,
 }
 
-/// Restores the rig of `first`, puts the plant of `other` in the place of its own, and goes on to the end. Controller, tasks,
-/// boards and the changes that are due are those of the rig that was saved.
+/// Restores the rig of `first`, replaces its plant by the plant of `other`, and runs to the end.
+/// Controller, tasks, boards and pending changes are those of the saved rig.
 ///
 /// # Errors
-/// [`TwinError`] if the plant cannot take that place, or the recording cannot be begun. A run that goes on and does not end is
-/// a report, too.
-pub(crate) fn go_on(
+/// [`TwinError`] if the plant cannot resume from the saved state, or the recording cannot be
+/// created. A run that starts and fails is reported in the [`Report`].
+pub(crate) fn resume_with_plant(
     first: &Assembly<'_>,
     other: &Assembly<'_>,
     saved: &Snapshot,
@@ -35,18 +35,18 @@ pub(crate) fn go_on(
 ) -> Result<Continuation, TwinError> {
     let mut rig = first.rig()?;
     rig.restore(saved).map_err(|error| first.rig_error(error))?;
-    let lost = rig.exchange_plant(other.parts()?.plant);
+    let lost = rig.replace_plant(other.parts()?.plant);
     let lost = lost.map_err(|error| other.rig_error(error))?;
     let unjudged = other.without_changes();
     let end: SimTime = other.end();
     let recorder = execute::recorder(other, &rig, execution)?;
     let mut observers = RunObservers::new(judging::judge(&unjudged, &rig), recorder);
     let scenario = other.scenario();
-    let title = format!("{}, {} from here on", scenario.name, scenario.plant.model);
+    let title = format!("{}, continued with {}", scenario.name, scenario.plant.model);
     let mut progress = Progress::new(&title, end.as_secs_f64(), execution.progress);
     #[expect(
         clippy::disallowed_methods,
-        reason = "the report says how long it took"
+        reason = "the report contains the wall time"
     )]
     let started = Instant::now();
     let ran = execute::run(other, &mut rig, &mut observers, &mut progress, end);

@@ -1,4 +1,4 @@
-//! From a rig to a report.
+//! Execution of runs in virtual time, with recording and report.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -9,7 +9,7 @@ use twinrig_kernel::{SimDuration, SimTime, Snapshot};
 use twinrig_record::{
     Cadence, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg, VerdictMessage,
 };
-use twinrig_runtime::{EnergyBalance, Group, Rig, WorkCounts, caught};
+use twinrig_runtime::{EnergyBalance, Group, Rig, WorkCounts, catch_panic};
 use twinrig_scenario::Setting;
 
 use crate::assembly::Assembly;
@@ -20,41 +20,43 @@ use crate::report::{Line, Report, Status, seconds};
 use crate::run::executor::Executor;
 use crate::run::hardware;
 use crate::run::interrupt;
-use crate::run::judging::{judge, judged, reference};
+use crate::run::judging::{judge, judged_report, reference};
 use crate::run::observers::RunObservers;
 use crate::run::progress::Progress;
 use crate::run::recording_size::LARGE_RECORDING;
 
-/// How often a run looks up from its work, for the progress line and for a full disk: so often at least, and after so many of
-/// its shortest periods.
+/// Maximum simulated time between checks for interrupts, failed recordings and progress updates.
 const SLICE: SimDuration = SimDuration::from_millis(100);
+/// Maximum number of the shortest periods between these checks.
 const SLICE_PERIODS: u64 = 4096;
-/// A chunk of the recording is closed so often, and what it holds then survives the process.
+/// Simulated time between flushes of the recording; flushed data survive a crash.
 const FLUSH: SimDuration = SimDuration::from_secs(1);
 
-/// Note of a recording under which the settings of its run stand.
+/// Metadata key of a recording: settings of the run.
 pub(crate) const SETTINGS_NOTE: &str = "settings";
-/// Note of a recording that was made at hardware.
+/// Metadata key of a recording made on hardware.
 pub(crate) const HARDWARE_NOTE: &str = "at_hardware";
 
-/// Note of a recording whose plant took the place of another: when it did \[s\].
+/// Metadata key of a recording with an exchanged plant: time of the exchange \[s\].
 pub(crate) const EXCHANGED_NOTE: &str = "exchanged_at_s";
 
-/// How a scenario is to be run.
+/// Settings of the execution of a scenario.
 #[derive(Clone, Debug, Default)]
 pub struct Execution {
-    /// Where the recording goes; none: nowhere.
+    /// Path of the recording; none: no recording.
     pub recording: Option<PathBuf>,
-    /// Show how far the run is, if there is a terminal.
+    /// Whether to show the progress, if standard error is a terminal.
     pub progress: bool,
-    /// Devices of buses whose boards and plant are hardware, by the names of the buses; none: all is a twin.
+    /// Devices of the buses by bus name, for a run on hardware; empty: boards and plant are
+    /// simulated.
     pub ports: Vec<(String, PathBuf)>,
 }
 
-/// Runs `assembly`, and the run that its expectations compare with, if they do.
+/// Runs `assembly`, and the reference run if an expectation requires one.
 ///
 /// # Errors
-/// [`TwinError`] if the run cannot begin. A run that begins and does not end is a report, too.
+/// [`TwinError`] if the run cannot start. A run that starts and fails is reported in the
+/// [`Report`].
 pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report, TwinError> {
     if execution.ports.is_empty() {
         execute_until(assembly, execution, assembly.end())
@@ -63,7 +65,7 @@ pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report,
     }
 }
 
-/// The same, not beyond `end`.
+/// Executes a run in virtual time, up to `end` at most.
 pub(crate) fn execute_until(
     assembly: &Assembly<'_>,
     execution: &Execution,
@@ -72,7 +74,8 @@ pub(crate) fn execute_until(
     execute_saving(assembly, execution, end, None).map(|(report, _)| report)
 }
 
-/// The same, and the rig as it was at an instant on the way, if it came there.
+/// Executes a run in virtual time, up to `end` at most; also returns the snapshot of the rig at
+/// `save_at` if the run reached it.
 pub(crate) fn execute_saving(
     assembly: &Assembly<'_>,
     execution: &Execution,
@@ -92,16 +95,16 @@ pub(crate) fn execute_saving(
     let mut progress = Progress::new(title, end.as_secs_f64(), execution.progress);
     #[expect(
         clippy::disallowed_methods,
-        reason = "the report says how long it took"
+        reason = "the report contains the wall time"
     )]
     let started = Instant::now();
     let mut saved = None;
     let mut ran = Ok(SimTime::ZERO);
     if let Some(at) = save_at {
         ran = run(assembly, &mut rig, &mut observers, &mut progress, at);
-        // A fall may have ended the run before.
-        let came = ran.as_ref().is_ok_and(|reached| *reached >= at);
-        saved = came.then(|| rig.save());
+        // A fall may have ended the run earlier.
+        let is_reached = ran.as_ref().is_ok_and(|reached| *reached >= at);
+        saved = is_reached.then(|| rig.save());
     }
     let ran = ran.and_then(|_| run(assembly, &mut rig, &mut observers, &mut progress, end));
     let wall_s = started.elapsed().as_secs_f64();
@@ -111,67 +114,69 @@ pub(crate) fn execute_saving(
     Ok((report, saved))
 }
 
-/// How a run went, beside what was looked at.
+/// Result of a run apart from its observations.
 pub(crate) struct Course {
+    /// Simulated time at the end of the run.
     pub reached: SimTime,
+    /// Wall time of the run \[s\].
     pub wall_s: f64,
-    /// Why it did not come to its end.
+    /// Error that ended the run prematurely.
     pub error: Option<String>,
     /// Whether a plant was simulated.
     pub simulated: bool,
-    /// Energy and work of that plant, if it can still be asked.
+    /// Energy balance and work counts of the plant, if it is in a valid state.
     pub plant: Option<(EnergyBalance, WorkCounts)>,
 }
 
 impl Course {
-    /// Of a rig in virtual time that has run as far as it did.
+    /// Returns the result of a rig in virtual time after its run.
     pub(crate) fn of(rig: &Rig, wall_s: f64, ran: Result<SimTime, Stopped>) -> Self {
         let (reached, stopped) = match ran {
             Ok(reached) => (reached, None),
             Err(stopped) => (rig.now(), Some(stopped)),
         };
-        // After a panic no part is in a state in which it could be asked anything.
-        let sound = !matches!(stopped, Some(Stopped::Panic(_)));
+        // After a panic the state of the parts is invalid.
+        let is_valid = !matches!(stopped, Some(Stopped::Panic(_)));
         Self {
             reached,
             wall_s,
             error: stopped.map(|stopped| stopped.to_string()),
             simulated: true,
-            plant: sound.then(|| (rig.plant().energy(), rig.plant().work())),
+            plant: is_valid.then(|| (rig.plant().energy(), rig.plant().work())),
         }
     }
 }
 
-/// Why a run did not come to its end.
+/// Reason for the premature end of a run.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Stopped {
-    /// Somebody did not want to wait for the end.
+    /// Interrupt by the user.
     #[error("interrupted at {0}")]
     Interrupted(SimTime),
-    /// Something went wrong.
+    /// Failure of a part.
     #[error(transparent)]
     Failed(TwinError),
-    /// A part panicked.
+    /// Panic of a part.
     #[error(transparent)]
     Panic(TwinError),
-    /// The scenario is over before control began.
+    /// End of the scenario before the start of control.
     #[error(
-        "at {0} the devices were still being made ready, and nothing was controlled yet\n  = help: a longer `duration` lets them finish"
+        "at {0} the devices were still being initialised, and control had not started\n  = help: increase `duration`"
     )]
     NotOpen(SimTime),
 }
 
-/// Judges a run that is over, closes its recording and reports.
+/// Evaluates a completed run, closes its recording and returns the report.
 pub(crate) fn report<W: Write>(
     assembly: &Assembly<'_>,
     execution: &Execution,
     mut observers: RunObservers<W>,
     course: Course,
 ) -> Report {
-    let mut report = judged(assembly, &mut observers, &course);
+    let mut report = judged_report(assembly, &mut observers, &course);
     if execution.recording.is_none() {
-        let warned = &mut report.warnings;
-        warned.retain(|warned| warned.code != LARGE_RECORDING);
+        let warnings = &mut report.warnings;
+        warnings.retain(|warning| warning.code != LARGE_RECORDING);
     }
     let (reached, mut error) = (course.reached, course.error);
     let status = if error.is_some() {
@@ -179,10 +184,10 @@ pub(crate) fn report<W: Write>(
     } else {
         report.verdict
     };
-    // No wall clock in it: the same run makes the same file.
+    // Without wall times, so that equal runs have identical files.
     let verdict = VerdictMessage {
         verdict: status.key().to_owned(),
-        interrupted: error.is_some() && interrupt::asked(),
+        interrupted: error.is_some() && interrupt::is_requested(),
         error: error.clone(),
         expectations: report.expectations.iter().map(Line::message).collect(),
     };
@@ -201,15 +206,15 @@ pub(crate) fn report<W: Write>(
     report
 }
 
-/// The first multiple of `period` after `now`; none past the end of time.
+/// Returns the first multiple of `period` after `now`; none on overflow.
 fn next_multiple(now: SimTime, period: SimDuration) -> Option<SimTime> {
     let count = now.as_nanos() / period.as_nanos().max(1);
     let next = period.checked_mul(count.checked_add(1)?)?;
     SimTime::ZERO.checked_add(next)
 }
 
-/// Runs on to the end, to a fall that ends the run, or to where the recording can take no more; says
-/// where that is.
+/// Runs to `end`, to a fall that ends the run, or to a failure of the recording; returns the time
+/// reached.
 pub(crate) fn run<W: Write>(
     assembly: &Assembly<'_>,
     rig: &mut Rig,
@@ -217,14 +222,14 @@ pub(crate) fn run<W: Write>(
     progress: &mut Progress,
     end: SimTime,
 ) -> Result<SimTime, Stopped> {
-    let ran = caught(|| run_in_slices(assembly, rig, observers, progress, end));
+    let ran = catch_panic(|| run_in_slices(assembly, rig, observers, progress, end));
     ran.unwrap_or_else(|source| {
         let file = assembly.scenario().file.clone();
         Err(Stopped::Panic(TwinError::Panic { file, source }))
     })
 }
 
-/// The time between two looks up.
+/// Returns the simulated time between checks for interrupts and progress updates.
 fn slice(assembly: &Assembly<'_>) -> SimDuration {
     let observe = assembly.scenario().observe.period;
     let shortest = assembly.period().min(observe).as_nanos();
@@ -242,7 +247,7 @@ fn run_in_slices<W: Write>(
     let slice = slice(assembly);
     let mut now = rig.now();
     let scenario = assembly.scenario();
-    // The end of a run by a fall is the observation that shows it.
+    // A fall ends the run at the observation that detects it.
     let observation = scenario
         .ends_with_a_fall()
         .then_some(scenario.observe.period);
@@ -254,13 +259,13 @@ fn run_in_slices<W: Write>(
         let observed = observation.and_then(|period| next_multiple(now, period));
         now = observed.map_or(next, |observed| observed.min(next));
         let ran = rig.run_until(now, observers);
-        if interrupt::asked() {
-            // Whatever else the run may have ended with then.
+        if interrupt::is_requested() {
+            // Takes precedence over other errors.
             return Err(Stopped::Interrupted(rig.now()));
         }
         ran.map_err(|error| Stopped::Failed(assembly.rig_error(error)))?;
         if observers.is_broken() {
-            // Closing the recording tells why.
+            // Closing the recording returns the error.
             return Ok(now);
         }
         progress.at(now.as_secs_f64());
@@ -271,7 +276,7 @@ fn run_in_slices<W: Write>(
     Ok(end)
 }
 
-/// Begins the recording of a run, if there is to be one.
+/// Creates the recording of a run, if requested.
 pub(crate) fn recorder(
     assembly: &Assembly<'_>,
     executor: &dyn Executor,
@@ -343,14 +348,14 @@ fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
             robot.map_or_else(String::new, |(file, _)| file.to_owned()),
         ),
         ("plant", scenario.plant.model.clone()),
-        // Pairs of texts are always JSON.
+        // Pairs of strings can always be serialised.
         (
             SETTINGS_NOTE,
             serde_json::to_string(&settings).unwrap_or_default(),
         ),
     ];
-    let at_hardware = executor
-        .at_hardware()
+    let on_hardware = executor
+        .on_hardware()
         .then(|| (HARDWARE_NOTE, "true".to_owned()));
     let mut files = vec![(SCENARIO_FILE.to_owned(), scenario.text.clone().into_bytes())];
     files.extend(robot.map(|(_, text)| (ROBOT_FILE.to_owned(), text.as_bytes().to_vec())));
@@ -368,7 +373,7 @@ fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
         build: concat!("twinrig ", env!("CARGO_PKG_VERSION")).to_owned(),
         notes: notes
             .into_iter()
-            .chain(at_hardware)
+            .chain(on_hardware)
             .chain(exchanged)
             .map(|(key, value)| (key.to_owned(), value))
             .collect(),

@@ -1,22 +1,23 @@
-//! What runs a scene, as those see it who look on: in virtual time or at hardware.
+//! Common interface of the rigs in virtual time and on hardware, for observers.
 
 use twinrig_kernel::{Layout, SimTime};
 use twinrig_runtime::real_time::RealTimeRig;
 use twinrig_runtime::{Group, Process, Rig};
 
-/// What an observer is told by numbers, by name.
+/// Layouts and names of the indices that observers receive.
 pub(crate) trait Executor {
-    /// How the values of a group lie.
+    /// Returns the layout of the values of a group.
     fn layout(&self, group: Group) -> &Layout;
-    /// The names of the lanes of bytes.
+    /// Returns the names of the byte traces.
     fn traces(&self) -> &[String];
-    /// The names of the tasks.
+    /// Returns the names of the tasks.
     fn tasks(&self) -> Vec<String>;
-    /// The names of the process variables.
+    /// Returns the names of the process variables.
     fn variables(&self) -> Vec<String>;
-    /// Whether boards and plant are hardware, so that nobody can do the same again.
-    fn at_hardware(&self) -> bool;
-    /// When its plant took the place of another, so that nobody can do the same from the start.
+    /// Returns whether boards and plant are hardware, so that the run cannot be replayed.
+    fn on_hardware(&self) -> bool;
+    /// Returns the time at which the plant was exchanged, so that the run cannot be replayed from
+    /// the start.
     fn exchanged(&self) -> Option<SimTime> {
         None
     }
@@ -42,7 +43,7 @@ impl Executor for Rig {
     fn variables(&self) -> Vec<String> {
         variables(self.process())
     }
-    fn at_hardware(&self) -> bool {
+    fn on_hardware(&self) -> bool {
         false
     }
     fn exchanged(&self) -> Option<SimTime> {
@@ -63,7 +64,7 @@ impl Executor for RealTimeRig {
     fn variables(&self) -> Vec<String> {
         variables(self.process())
     }
-    fn at_hardware(&self) -> bool {
+    fn on_hardware(&self) -> bool {
         true
     }
 }

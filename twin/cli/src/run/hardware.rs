@@ -1,4 +1,4 @@
-//! From a scenario to a report with hardware in place of boards and plant.
+//! Runs on hardware: real boards and a real robot replace the emulated boards and the plant.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -22,13 +22,14 @@ use crate::run::judging::judge;
 use crate::run::observers::RunObservers;
 use crate::run::progress::Progress;
 
-/// Runs the controller of `assembly` and the drivers of its buses at the devices that `execution` names, in real time.
+/// Runs the controller of `assembly` and the drivers of its buses in real time, on the devices
+/// given in `execution`.
 ///
 /// # Errors
-/// [`TwinError`] if the run cannot begin: a bus without a device, a device that cannot be opened, a signal that no bus
-/// carries. A run that begins and does not end is a report, too.
+/// [`TwinError`] if the run cannot start: a bus without a device, a device that cannot be opened, a
+/// signal that no bus carries. A run that starts and fails is reported in the [`Report`].
 pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report, TwinError> {
-    let PreparedRig { rig, notes } = bench(assembly, &execution.ports)?;
+    let PreparedRig { rig, notes } = prepare(assembly, &execution.ports)?;
     let recorder = recorder(assembly, &rig, execution)?;
     let scenario = assembly.scenario();
     let end_s = assembly.end().as_secs_f64();
@@ -36,25 +37,25 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
     for note in &notes {
         progress.note(note);
     }
-    let mut looker = TimingObserver {
+    let mut observer = TimingObserver {
         observers: RunObservers::new(judge(assembly, &rig), recorder),
         progress,
         reached: SimTime::ZERO,
     };
     #[expect(
         clippy::disallowed_methods,
-        reason = "the report says how long it took"
+        reason = "the report contains the wall time"
     )]
     let started = Instant::now();
     let (ended, times) = rig.run(
         Some(scenario.duration),
-        &mut looker,
-        interrupt::flag_at_devices(),
+        &mut observer,
+        interrupt::hardware_flag(),
     );
     let wall_s = started.elapsed().as_secs_f64();
     let TimingObserver {
         observers, reached, ..
-    } = looker;
+    } = observer;
     let (reached, error) = match ended {
         Ok(Ended::Duration) => (assembly.end(), too_slow(&times)),
         Ok(Ended::Stopped | Ended::HungUp) => (reached, Some(format!("interrupted at {reached}"))),
@@ -72,13 +73,14 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
     Ok(report)
 }
 
-/// Why a run that came to its end is worth nothing, if so.
+/// Returns the error of a completed run with lost records, which makes its results invalid.
 fn too_slow(times: &RealTimeReport) -> Option<String> {
     let lost = times.lost;
-    (lost > 0).then(|| format!("{lost} records were lost: this machine is too slow to look on"))
+    (lost > 0)
+        .then(|| format!("{lost} records were lost: this machine is too slow to observe the run"))
 }
 
-/// What ended a run, and at which device.
+/// Returns the message of the error that ended a run, with the device.
 fn failure(assembly: &Assembly<'_>, ports: &[(String, PathBuf)], error: RigError) -> String {
     let bus = match &error {
         RigError::Task { task, .. } => Some(task.clone()),
@@ -96,15 +98,15 @@ fn failure(assembly: &Assembly<'_>, ports: &[(String, PathBuf)], error: RigError
     text
 }
 
-/// A rig that is ready to run.
+/// Rig that is ready to run.
 struct PreparedRig {
     rig: RealTimeRig,
-    /// What keeps it from being as punctual as it could be, with the remedies.
+    /// Impairments of the timing, with remedies.
     notes: Vec<String>,
 }
 
-/// Process and drivers, each at its device.
-fn bench(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<PreparedRig, TwinError> {
+/// Builds the process and the drivers and opens their devices.
+fn prepare(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<PreparedRig, TwinError> {
     check_places(assembly.scenario(), ports)?;
     let BuiltParts { process, buses, .. } = assembly.parts()?;
     let mut notes = Vec::new();
@@ -118,14 +120,16 @@ fn bench(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Prepare
         .iter()
         .flat_map(|(driver, _)| driver.ports())
         .collect();
-    let (process, lost) = OutputFilter::new(process, |port| carried.contains(&port.mirrored()));
-    if !lost.is_empty() {
+    let (process, removed) = OutputFilter::new(process, |port| carried.contains(&port.mirrored()));
+    if !removed.is_empty() {
         let legs = assembly.leg_names();
-        let mut lost: Vec<String> = lost.iter().map(|name| folded(name, &legs)).collect();
-        lost.sort();
-        lost.dedup();
-        let lost = lost.join(", ");
-        notes.push(format!("no bus carries {lost}: it goes nowhere"));
+        let mut removed: Vec<String> = removed.iter().map(|name| folded(name, &legs)).collect();
+        removed.sort();
+        removed.dedup();
+        let removed = removed.join(", ");
+        notes.push(format!(
+            "no bus carries {removed}: the commands are discarded"
+        ));
     }
     let rig = RealTimeRig::new(&assembly.schedule(), Box::new(process), parts);
     let mut rig = rig.map_err(|error| assembly.rig_error(error))?;
@@ -137,7 +141,7 @@ fn bench(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Prepare
     Ok(PreparedRig { rig, notes })
 }
 
-/// Opens the device that a bus was given.
+/// Opens the device of a bus.
 fn open(
     assembly: &Assembly<'_>,
     bus: &BusSpec,
@@ -152,28 +156,28 @@ fn open(
     })
 }
 
-/// The place that was given to a bus: of a device, or of a link to a PTY.
-pub(crate) fn place<'g>(given: &'g [(String, PathBuf)], bus: &str) -> Option<&'g Path> {
-    let mut given = given.iter();
-    given
+/// Returns the path assigned to a bus: that of a device, or of a link to a PTY.
+pub(crate) fn place<'g>(places: &'g [(String, PathBuf)], bus: &str) -> Option<&'g Path> {
+    let mut places = places.iter();
+    places
         .find(|(name, _)| name == bus)
         .map(|(_, place)| place.as_path())
 }
 
-/// Places were given to buses that there are, and to none of them twice.
+/// Checks that paths are assigned to existing buses only, and to each at most once.
 pub(crate) fn check_places(
     scenario: &Scenario,
-    given: &[(String, PathBuf)],
+    places: &[(String, PathBuf)],
 ) -> Result<(), TwinError> {
-    for (n, (bus, second)) in given.iter().enumerate() {
+    for (n, (bus, second)) in places.iter().enumerate() {
         if scenario.bus(bus).is_none() {
             let known = scenario.buses.iter().map(|bus| bus.name.value.as_str());
             return Err(TwinError::no_such_bus(bus, known));
         }
-        if let Some(first) = place(&given[..n], bus) {
+        if let Some(first) = place(&places[..n], bus) {
             let source = DeviceError::Other {
                 place: second.display().to_string(),
-                why: format!("the bus is at {} already", first.display()),
+                why: format!("the bus is assigned to {} already", first.display()),
             };
             let bus = bus.clone();
             return Err(TwinError::Device { bus, source });
@@ -182,7 +186,7 @@ pub(crate) fn check_places(
     Ok(())
 }
 
-/// Hands everything on, and keeps the time.
+/// Forwards observations and stores the time of the last one.
 struct TimingObserver<W: Write> {
     observers: RunObservers<W>,
     progress: Progress,

@@ -1,4 +1,4 @@
-//! Ctrl-C, or a plain kill, ends a run after the instant at hand, so that what was recorded by then is whole.
+//! Handling of SIGINT and SIGTERM: a run ends after the current instant, with a complete recording.
 
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,70 +7,72 @@ use std::time::Duration;
 
 use twinrig_runtime::interrupt;
 
-static LISTEN: Once = Once::new();
-/// Whether the request to end has been seen by those who are to end.
-static SEEN: AtomicBool = AtomicBool::new(false);
-/// Whether devices may have to be closed, which takes its time.
-static AT_DEVICES: AtomicBool = AtomicBool::new(false);
+static HANDLER: Once = Once::new();
+/// Whether the running operation has detected the interrupt request.
+static ACKNOWLEDGED: AtomicBool = AtomicBool::new(false);
+/// Whether drivers may have to close their devices, which takes longer.
+static ON_HARDWARE: AtomicBool = AtomicBool::new(false);
 
-/// So long nobody has to look whether the end is requested: a part of somebody's own may loop, or a pipe may have no writer.
-const PATIENCE: Duration = Duration::from_secs(3);
-/// The same where drivers close their devices first.
-const PATIENCE_AT_DEVICES: Duration = Duration::from_secs(15);
+/// Time within which an interrupt request must be acknowledged: a custom part may loop forever, or
+/// a read from a pipe without a writer may block.
+const GRACE_PERIOD: Duration = Duration::from_secs(3);
+/// Grace period if drivers close their devices first.
+const GRACE_PERIOD_ON_HARDWARE: Duration = Duration::from_secs(15);
 
-/// Begins to listen for Ctrl-C. The first ends the run; a second, or one that nobody looks at, ends the program as it always
-/// does.
+/// Installs the handler of SIGINT and SIGTERM. The first signal requests the end of the run; a
+/// second one, or an expired grace period, terminates the program.
 pub fn listen() {
-    LISTEN.call_once(|| {
-        let (caught, catches) = mpsc::channel();
-        // Without a handler Ctrl-C ends the program at once, and the recording is readable up to its last flush: no
-        // reason to refuse to run.
+    HANDLER.call_once(|| {
+        let (sender, receiver) = mpsc::channel();
+        // Without a handler a signal terminates the program, and the recording is readable up to
+        // its last flush, so a failure to install it is ignored.
         let _ = ctrlc::set_handler(move || {
             if interrupt::request() {
                 std::process::exit(EXIT_INTERRUPTED);
             }
-            let _ = caught.send(());
+            let _ = sender.send(());
         });
         let thread = std::thread::Builder::new().name("interrupt".to_owned());
         let _ = thread.spawn(move || {
-            if catches.recv().is_ok() {
-                end_if_nobody_looks();
+            if receiver.recv().is_ok() {
+                exit_unless_acknowledged();
             }
         });
     });
 }
 
-fn end_if_nobody_looks() {
-    let patience = if AT_DEVICES.load(Ordering::SeqCst) {
-        PATIENCE_AT_DEVICES
+fn exit_unless_acknowledged() {
+    let grace_period = if ON_HARDWARE.load(Ordering::SeqCst) {
+        GRACE_PERIOD_ON_HARDWARE
     } else {
-        PATIENCE
+        GRACE_PERIOD
     };
-    std::thread::sleep(patience);
-    if !SEEN.load(Ordering::SeqCst) {
-        let seconds = patience.as_secs();
+    std::thread::sleep(grace_period);
+    if !ACKNOWLEDGED.load(Ordering::SeqCst) {
+        let seconds = grace_period.as_secs();
         let _ = writeln!(
             std::io::stderr(),
-            "error: interrupted, and nothing came to an end within {seconds} s; a recording holds what was flushed"
+            "error: interrupted, but the run did not end within {seconds} s; a recording contains the data up to its last flush"
         );
         std::process::exit(EXIT_INTERRUPTED);
     }
 }
 
-/// 128 and the number of the signal, as shells have it.
+/// Exit code 128 + SIGINT, as in shells.
 const EXIT_INTERRUPTED: i32 = 130;
 
-/// Whether somebody pressed Ctrl-C. Who asks and hears yes has to come to an end.
-pub fn asked() -> bool {
-    let asked = interrupt::is_requested();
-    if asked {
-        SEEN.store(true, Ordering::SeqCst);
+/// Returns and acknowledges an interrupt request. The caller must end its operation if it is true.
+pub fn is_requested() -> bool {
+    let is_requested = interrupt::is_requested();
+    if is_requested {
+        ACKNOWLEDGED.store(true, Ordering::SeqCst);
     }
-    asked
+    is_requested
 }
 
-/// The same as a flag, for what runs at devices and looks at it from another thread.
-pub fn flag_at_devices() -> &'static AtomicBool {
-    AT_DEVICES.store(true, Ordering::SeqCst);
+/// Returns the flag of interrupt requests for runs on hardware, which poll it on another thread,
+/// and extends the grace period.
+pub fn hardware_flag() -> &'static AtomicBool {
+    ON_HARDWARE.store(true, Ordering::SeqCst);
     interrupt::flag()
 }

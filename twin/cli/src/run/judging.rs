@@ -1,4 +1,4 @@
-//! From the observations of a run to a verdict.
+//! Evaluation of expectations: from the observations of a run to its report.
 
 use std::io::Write;
 
@@ -14,7 +14,7 @@ use crate::run::executor::Executor;
 use crate::run::observers::RunObservers;
 use crate::run::progress::Progress;
 
-/// The judge of an executor's run.
+/// Returns the judge of a run of `executor`.
 pub(crate) fn judge(assembly: &Assembly<'_>, executor: &dyn Executor) -> Judge {
     let layouts = Layouts {
         plant: executor.layout(Group::Plant),
@@ -26,7 +26,7 @@ pub(crate) fn judge(assembly: &Assembly<'_>, executor: &dyn Executor) -> Judge {
     Judge::new(assembly.scene(), layouts)
 }
 
-/// The run without changes, as far as expectations compare with it; none if none does.
+/// Executes the reference run without changes; none if no expectation requires it.
 pub(crate) fn reference(
     assembly: &Assembly<'_>,
     execution: &Execution,
@@ -37,11 +37,11 @@ pub(crate) fn reference(
     }
     let without = assembly.without_changes();
     let mut rig = without.rig()?;
-    // The expectations are those of the run with changes: they know which footsteps they want.
+    // The judge uses the expectations of the run with changes, which select the footsteps.
     let mut observers: RunObservers<Vec<u8>> = RunObservers::new(judge(assembly, &rig), None);
     let title = format!("{}, without changes", assembly.scenario().name);
     let mut progress = Progress::new(&title, end.as_secs_f64(), execution.progress);
-    // What the reference does not reach cannot be compared with, and fails as unobserved.
+    // Expectations beyond the end of the reference fail as unobserved.
     let ran = run(&without, &mut rig, &mut observers, &mut progress, end);
     if let Err(Stopped::Panic(error)) = ran {
         return Err(error);
@@ -55,8 +55,8 @@ pub(crate) fn reference(
     Ok(Some(observers.reference()))
 }
 
-/// Judges a run that is over.
-pub(crate) fn judged<W: Write>(
+/// Evaluates a completed run and returns its report.
+pub(crate) fn judged_report<W: Write>(
     assembly: &Assembly<'_>,
     observers: &mut RunObservers<W>,
     course: &Course,
@@ -72,7 +72,7 @@ pub(crate) fn judged<W: Write>(
         work,
         real_time_factor,
     });
-    // A fall that ends a run is a failure whatever else is expected.
+    // A fall that ends the run is a failure regardless of the expectations.
     let pass = outcomes.iter().all(Outcome::holds) && observers.ended_at().is_none();
     let fell_at = observers.fell_at().or(observers.ended_at());
     Report {

@@ -1,4 +1,4 @@
-//! Runs: from a rig to a report, in virtual time or on hardware.
+//! Execution of runs, from a rig to a report, in virtual time or on hardware.
 
 pub(crate) mod continuation;
 pub(crate) mod execute;

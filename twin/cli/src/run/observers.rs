@@ -1,4 +1,4 @@
-//! Everything that looks on while a rig runs.
+//! Observers of a run: fingerprint, recorder and judge.
 
 use std::io::Write;
 
@@ -9,7 +9,7 @@ use twinrig_scenario::{Footstep, Judge, Outcome, Reference, RunEnd};
 
 use crate::report::seconds;
 
-/// Fingerprint, recorder and judge in one.
+/// Observer that combines fingerprint, recorder and judge.
 pub(crate) struct RunObservers<W: Write> {
     fingerprint: Fingerprint,
     recorder: Option<Recorder<W>>,
@@ -27,30 +27,31 @@ impl<W: Write> RunObservers<W> {
         }
     }
 
-    /// Whether the recording is lost.
+    /// Returns whether writing the recording has failed.
     pub(crate) fn is_broken(&self) -> bool {
         let recorder = self.recorder.as_ref();
         recorder.is_some_and(|recorder| recorder.failure().is_some())
     }
 
-    /// Judges the run; the footsteps that it left open are recorded, if they ended at all.
+    /// Evaluates the expectations at the end of the run and records the remaining completed
+    /// footsteps.
     pub(crate) fn judge(&mut self, run: &RunEnd) -> Vec<Outcome> {
         let outcomes = self.judge.finish(run);
         self.write_footsteps(run.at);
         outcomes
     }
 
-    /// What runs with changes are compared with, if this one was without and is over.
+    /// Returns the reference for runs with changes; valid after the end of a run without changes.
     pub(crate) fn reference(&self) -> Reference {
         self.judge.reference()
     }
 
-    /// When the robot fell, as far as that is observed.
+    /// Returns the time of the robot's fall, if one was observed.
     pub(crate) fn fell_at(&self) -> Option<SimTime> {
         self.judge.fell_at()
     }
 
-    /// When a fall ended the run.
+    /// Returns the time of a fall that ended the run.
     pub(crate) fn ended_at(&self) -> Option<SimTime> {
         self.judge.ended_at()
     }

@@ -1,21 +1,22 @@
-//! How long a recording gets, said before it is begun.
+//! Estimated size of a recording and the warning about large recordings.
 
 use twinrig_document::{Problem, Warning};
 use twinrig_kernel::{Port, SimDuration};
 use twinrig_scenario::Scene;
 
-/// Code of the warning. Programs rely on it.
+/// Code of the warning; part of the JSON interface.
 pub(crate) const LARGE_RECORDING: &str = "large-recording";
 
-/// From here on a recording is worth a word \[bytes\].
+/// Size from which on the warning is given \[bytes\].
 const LARGE: f64 = 1e11;
-/// A value of a sample \[bytes\].
+/// Size of one value of a sample \[bytes\].
 const VALUE: f64 = 8.0;
-/// What comes before the values of each sample: the headers of the record and of its encoding \[bytes\].
+/// Size of the headers of a sample, of the record and of its encoding \[bytes\].
 const HEADERS: f64 = 35.0;
 
-/// The warning, if a recording of the scene is large, whose plant has `outputs` and whose controller has `ports`. Frames, footsteps,
-/// counters and bytes of buses come on top of it.
+/// Returns the warning if the recording of the scene is large; `outputs` are those of the plant,
+/// `ports` those of the controller. The estimate is a lower bound, without frames, footsteps,
+/// counters and bus traffic.
 pub(crate) fn warning(scene: &Scene, outputs: &[Port], ports: &[Port]) -> Option<Warning> {
     let scenario = &scene.scenario;
     let duration = scenario.duration.as_secs_f64();

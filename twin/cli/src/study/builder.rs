@@ -1,10 +1,10 @@
-//! The scene of a scenario, for a study to vary.
+//! Plants of a study, built from a scenario.
 
 use std::path::Path;
 
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_robot::Robot;
-use twinrig_runtime::{Plant, caught};
+use twinrig_runtime::{Plant, catch_panic};
 use twinrig_scenario::{ActuatorKind, ActuatorSpec, PlantSpec, Setting};
 use twinrig_study::{
     CommandRecorder, Commands, MethodOffer, MethodSetting, PlantFactory, PlantOffer, STROLL,
@@ -17,41 +17,41 @@ use crate::error::NO_ROBOT;
 use crate::error::{TwinError, guarded};
 use crate::parts::method::Method;
 
-/// Why a plant that brings its own model has no part in these studies.
-const STANDS_ALONE: &str = "studies of precision and stability vary what a robot file says, and this plant brings its own model: \
-                            it goes with `twin study coupling` only";
+/// Reason for excluding standalone plants from these studies.
+const STANDS_ALONE: &str = "studies of precision and stability vary the robot file, and this plant has a standalone model: only \
+                            `twin study coupling` applies to it";
 
-/// A setting at which any method can be built.
+/// Step at which every method can be built.
 const TRIED_STEP: SimDuration = SimDuration::from_millis(1);
-/// The same of methods that choose their steps.
+/// Tolerance at which every error-controlled method can be built.
 const TRIED_TOLERANCE: f64 = 1e-6;
 
-/// Builds the plants of a study out of a scenario.
+/// Builds the plants of a study from a scenario.
 pub(crate) struct StudyBuilder<'r> {
     scene: StudyInput,
     offers: Vec<PlantOffer>,
-    /// What solves the same model as one of those: for its reference.
+    /// Plants whose model an offer solves, for its reference.
     bystanders: Vec<PlantOffer>,
-    /// Of the offers, then of the bystanders.
+    /// Plants of the offers, then of the bystanders.
     benches: Vec<PlantUnderStudy<'r>>,
-    /// Plants that nobody asked for, with the reason why they cannot be in the scene.
+    /// Unselected plants that cannot simulate the scenario, with the reason.
     left_out: Vec<String>,
-    /// Plants that panicked when they were first built.
+    /// Panics of plants that were built to check them.
     panics: Vec<String>,
 }
 
-/// A plant in the scene.
+/// Plant of a study.
 struct PlantUnderStudy<'r> {
     methods: Vec<Method>,
-    /// Why there is none: it is a row of the study.
+    /// The scenario with this plant; otherwise the reason of the failure, a row of the study.
     assembly: Result<Assembly<'r>, String>,
 }
 
 impl<'r> StudyBuilder<'r> {
-    /// For the plants called `names`, all if none is, in the scenario at `path` with `settings`.
+    /// Selects the plants called `names`, or all, in the scenario at `path` with `settings`.
     ///
     /// # Errors
-    /// Whatever is wrong with the scenario, or with a plant that is asked for by its name.
+    /// Errors of the scenario, or of a plant selected by name.
     pub(crate) fn new(
         registry: &'r Registry,
         path: &Path,
@@ -147,8 +147,8 @@ impl<'r> StudyBuilder<'r> {
         })
     }
 
-    /// The study that was made of it, which knows what panicked before it began.
-    pub(crate) fn told(&self, mut study: Study) -> Study {
+    /// Adds the panics from before the study.
+    pub(crate) fn with_panics(&self, mut study: Study) -> Study {
         study.panics.splice(..0, self.panics.iter().cloned());
         study
     }
@@ -167,8 +167,8 @@ impl<'r> StudyBuilder<'r> {
 }
 
 impl PlantUnderStudy<'_> {
-    /// Why the plant cannot be in the scene as it is, whatever its method; none if it can, or if one of them panics, which
-    /// its rows will say.
+    /// Returns the reason why no method can simulate the scenario; `None` if one can, or panics,
+    /// which its rows report.
     fn refusal(&self, offer: &PlantOffer) -> Option<String> {
         let built = |method: &MethodOffer| {
             let variant = Variant {
@@ -180,7 +180,7 @@ impl PlantUnderStudy<'_> {
                 },
                 scales: Scales::AS_IS,
             };
-            match caught(|| self.built(&variant, &is_compared)) {
+            match catch_panic(|| self.built(&variant, &is_compared)) {
                 Ok(built) => built.map(drop),
                 Err(_) => Ok(()),
             }
@@ -217,7 +217,7 @@ impl PlantUnderStudy<'_> {
     }
 }
 
-/// The scenario at `path` with the plant `name`.
+/// Reads the scenario at `path` with the plant `name`.
 pub(crate) fn of_plant<'r>(
     registry: &'r Registry,
     path: &Path,
@@ -231,7 +231,7 @@ pub(crate) fn of_plant<'r>(
     })
 }
 
-/// The plants whose models `offers` solve, without those that are among them.
+/// Returns the plants whose models `offers` solve and that are not among them.
 fn models_beside(offers: &[PlantOffer]) -> Vec<String> {
     let mut models: Vec<String> = Vec::new();
     for model in offers.iter().filter_map(|offer| offer.model_of.as_ref()) {
@@ -270,7 +270,7 @@ impl PlantFactory for StudyBuilder<'_> {
     }
 }
 
-/// What studies compare.
+/// Whether studies compare the signal.
 fn is_compared(signal: &str) -> bool {
     signal == "body/position"
         || signal.ends_with("/foot/position")
@@ -315,7 +315,7 @@ fn scene(
     })
 }
 
-/// What the scenario's controller commands in a run of the whole rig with the scenario's own plant.
+/// Records the controller's commands in a run with the scenario's plant.
 fn commands(assembly: &Assembly<'_>, duration: SimDuration) -> Result<Commands, TwinError> {
     let scenario = assembly.scenario();
     if scenario.controller.is_none() || scenario.actuator.kind == ActuatorKind::None {
@@ -375,7 +375,7 @@ fn scaled_plant(mut plant: PlantSpec, scales: &Scales) -> PlantSpec {
     plant
 }
 
-/// The lag of a position loop is one over its gain.
+/// Divides the lag of the position loops, the reciprocal of their gain.
 fn scaled_actuator(actuator: &ActuatorSpec, gain: f64) -> ActuatorSpec {
     let mut actuator = actuator.clone();
     for servo in [&mut actuator.hip, &mut actuator.knee] {
@@ -391,7 +391,7 @@ mod tests {
 
     use super::*;
 
-    /// The models differ in what the mass of the segments does, and so in proportion to it.
+    /// The models differ by the mass of the segments, and therefore in proportion to it.
     #[test]
     fn the_full_legs_become_the_mass_less_ones_as_their_segments_lose_their_mass() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/passive-legs.toml");

@@ -1,17 +1,17 @@
-//! The rig of a scenario, for a study to couple in many ways.
+//! Rigs of a study of coupling, built from a scenario.
 
 use std::path::Path;
 
 use twinrig_runtime::Rig;
 use twinrig_scenario::Setting;
-use twinrig_study::{CouplingInput, RigFactory, RigVariant};
+use twinrig_study::{CouplingInput, CouplingStudy, RigFactory, RigVariant};
 
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::study::builder::{first_line, of_plant};
 
-/// Builds the rigs of a study out of a scenario.
+/// Builds the rigs of a study from a scenario.
 pub(crate) struct RigStudyBuilder<'r> {
     scene: CouplingInput,
     plants: Vec<String>,
@@ -19,14 +19,16 @@ pub(crate) struct RigStudyBuilder<'r> {
     assemblies: Vec<Result<Assembly<'r>, String>>,
     /// Unselected plants that cannot be in the scene, with the reason.
     left_out: Vec<String>,
+    /// Panics of plants that were built to check them.
+    panics: Vec<String>,
 }
 
 impl<'r> RigStudyBuilder<'r> {
-    /// For the plants called `names`, the scenario's own and all others that fit it if none is, in the scenario at `path` with
-    /// `settings`.
+    /// Selects the plants called `names`, or the scenario's own and all others that can simulate
+    /// it, in the scenario at `path` with `settings`.
     ///
     /// # Errors
-    /// Whatever is wrong with the scenario, or with a plant that is asked for by its name.
+    /// Errors of the scenario, or of a plant selected by name.
     pub(crate) fn new(
         registry: &'r Registry,
         path: &Path,
@@ -49,6 +51,7 @@ impl<'r> RigStudyBuilder<'r> {
             plants: Vec::new(),
             assemblies: Vec::new(),
             left_out: Vec::new(),
+            panics: Vec::new(),
         };
         let candidates: Vec<String> = match names {
             [] => [model]
@@ -62,7 +65,10 @@ impl<'r> RigStudyBuilder<'r> {
             let assembly = match of_plant(registry, path, settings, &name) {
                 Ok(assembly) => Ok(assembly),
                 // Each of its rows reports the panic.
-                Err(error @ TwinError::Panic { .. }) => Err(first_line(&error.to_string())),
+                Err(TwinError::Panic { source, .. }) => {
+                    builder.panics.push(source.to_string());
+                    Err(source.to_string())
+                }
                 Err(error) if !names.is_empty() => return Err(error),
                 Err(error) => {
                     let why = first_line(&error.to_string());
@@ -74,6 +80,12 @@ impl<'r> RigStudyBuilder<'r> {
             builder.plants.push(name);
         }
         Ok(builder)
+    }
+
+    /// Adds the panics from before the study.
+    pub(crate) fn with_panics(&self, mut study: CouplingStudy) -> CouplingStudy {
+        study.panics.splice(..0, self.panics.iter().cloned());
+        study
     }
 }
 

@@ -1,4 +1,4 @@
-//! A study of coupling for a person at a terminal; the page has the rest.
+//! Tables of a study of coupling for the terminal.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use twinrig_study::{CouplingKind, CouplingMethod, CouplingRow, CouplingStudy, St
 use crate::report::grid::{Cell, Grid, Side, Tint};
 use crate::report::paint::Paint;
 
-/// A row that contradicts its neighbours, and how.
+/// Row that contradicts its neighbours.
 fn doubtful(row: &CouplingRow) -> String {
     let (method, step) = (row.method.word(), brief(row.step_s, "s"));
     let error = row.error_rms_m;
@@ -16,7 +16,7 @@ fn doubtful(row: &CouplingRow) -> String {
     format!("{} {method} {step}{error}, {why}", row.plant)
 }
 
-/// What a study found, and the files that it wrote.
+/// Formats the results of a study and the names of its files.
 pub fn text(study: &CouplingStudy, files: &[PathBuf], paint: Paint) -> String {
     let mut lines = vec![format!(
         "{}  {}",
@@ -46,7 +46,7 @@ pub fn text(study: &CouplingStudy, files: &[PathBuf], paint: Paint) -> String {
     for note in &study.references {
         let why = note.why.clone().unwrap_or_default();
         let apart = note.check.as_ref().map_or_else(String::new, |check| {
-            format!("{} away; ", brief(check.disagreement_rms_m, "m"))
+            format!("{} from its check; ", brief(check.disagreement_rms_m, "m"))
         });
         let step = note.step_s.map_or_else(String::new, |step| {
             format!("exact at {}, ", brief(step, "s"))
@@ -56,7 +56,7 @@ pub fn text(study: &CouplingStudy, files: &[PathBuf], paint: Paint) -> String {
     let cut = study.cut().count();
     if cut > 0 {
         fact(
-            "cut",
+            "truncated",
             format!(
                 "{cut} runs were too slow for a budget of {} s",
                 study.budget_s
@@ -76,7 +76,7 @@ pub fn text(study: &CouplingStudy, files: &[PathBuf], paint: Paint) -> String {
     lines.join("\n")
 }
 
-/// A line for each step: what exact coupling and grids make of it.
+/// Formats a line per step: exact coupling and grids.
 fn table(study: &CouplingStudy, plant: &str) -> Grid {
     let mut sides = [Side::Right; 11];
     sides[10] = Side::Left;

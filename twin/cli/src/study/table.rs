@@ -1,4 +1,4 @@
-//! A study for a person at a terminal; the page has the rest.
+//! Tables of a study for the terminal.
 
 use std::path::PathBuf;
 
@@ -9,10 +9,10 @@ use twinrig_study::{
 use crate::report::grid::{Cell, Grid, Side, Tint};
 use crate::report::paint::Paint;
 
-/// The step that methods are compared at.
+/// Step at which methods are compared.
 const USUAL_STEP_S: f64 = 2e-3;
 
-/// What a study found, and the files that it wrote.
+/// Formats the results of a study and the names of its files.
 pub fn text(study: &Study, files: &[PathBuf], paint: Paint) -> String {
     let mut lines = vec![format!(
         "{}  {}",
@@ -42,7 +42,7 @@ pub fn text(study: &Study, files: &[PathBuf], paint: Paint) -> String {
     if cut > 0 {
         let plural = if cut == 1 { "row was" } else { "rows were" };
         fact(
-            "cut",
+            "truncated",
             format!(
                 "{cut} {plural} too slow for a budget of {} s",
                 study.budget_s
@@ -62,7 +62,7 @@ pub fn text(study: &Study, files: &[PathBuf], paint: Paint) -> String {
     lines.join("\n")
 }
 
-/// What a walk costs, or why that is not known.
+/// Formats the cost of a walk, or the reason of its absence.
 fn walking(one: &Transport) -> String {
     let setting = match (one.step_s, one.tolerance) {
         (Some(step), _) => brief(step, "s"),
@@ -80,9 +80,9 @@ fn walking(one: &Transport) -> String {
         format!(", cost of transport {cost:.3}")
     });
     let open = if cost.residual_j < 0.0 {
-        "vanishes"
+        "lost"
     } else {
-        "from nowhere"
+        "created"
     };
     format!(
         "{way}: {:.3} m/s{transport}, {} of {} {open}{why}",
@@ -92,7 +92,7 @@ fn walking(one: &Transport) -> String {
     )
 }
 
-/// A row that contradicts its neighbours, and how.
+/// Row that contradicts its neighbours.
 fn doubtful(row: &Row) -> String {
     let what = match row.kind {
         RowKind::Limit => format!("{} with segments × {:e}", row.plant, row.scales.mass),
@@ -103,7 +103,7 @@ fn doubtful(row: &Row) -> String {
     format!("{what}{error}, {}", row.why.as_deref().unwrap_or_default())
 }
 
-/// Whether a limit is that of the springs.
+/// Whether the springs set a limit.
 fn stiffness(trend: &StiffnessTrend) -> String {
     let way = format!("{} {}", trend.plant, trend.method);
     if let Some([from, to]) = trend.same_over {
@@ -111,7 +111,7 @@ fn stiffness(trend: &StiffnessTrend) -> String {
     }
     match (trend.depends, trend.exponent, trend.unlimited) {
         (Some(true), ..) if trend.is_power == Some(false) => {
-            format!("{way}: the limit depends on stiffness, as no one power")
+            format!("{way}: the limit depends on stiffness, by no single power")
         }
         (Some(true), Some(exponent), _) => {
             format!("{way}: the limit goes as stiffness to the power {exponent:.2}")
@@ -119,10 +119,10 @@ fn stiffness(trend: &StiffnessTrend) -> String {
         (Some(false), Some(exponent), _) => {
             format!("{way}: the limit does not depend on stiffness (power {exponent:.2})")
         }
-        (_, _, 0) => format!("{way}: too few limits to tell"),
+        (_, _, 0) => format!("{way}: too few limits to compare"),
         (_, _, unlimited) => {
             format!(
-                "{way}: stable to the longest step at {unlimited} stiffnesses, too few limits to tell"
+                "{way}: stable to the longest step at {unlimited} stiffnesses, too few limits to compare"
             )
         }
     }
@@ -141,7 +141,7 @@ fn reference(note: &twinrig_study::ReferenceNote) -> String {
     };
     let check = note.check.as_ref().map_or(String::new(), |check| {
         format!(
-            ", {} away from {} {}",
+            ", {} from {} {}",
             brief(check.disagreement_rms_m, "m"),
             check.method,
             setting(check.step_s, check.tolerance)
@@ -173,7 +173,7 @@ fn precision(study: &Study) -> Grid {
         dim("RMS at 2 ms"),
         dim("× real time"),
         dim("best RMS"),
-        dim("at"),
+        dim("step / tolerance"),
         "".into(),
     ]);
     let orders = study.orders();
@@ -218,10 +218,10 @@ fn precision(study: &Study) -> Grid {
             match (failed, cut) {
                 (0, 0) => "".into(),
                 // What was cut for the budget did nothing wrong.
-                (0, cut) => Cell::new(format!("{cut} of {} cut", rows.len()), Tint::Dim),
+                (0, cut) => Cell::new(format!("{cut} of {} truncated", rows.len()), Tint::Dim),
                 (failed, 0) => Cell::new(format!("{failed} of {} failed", rows.len()), Tint::Red),
                 (failed, cut) => Cell::new(
-                    format!("{failed} of {} failed, {cut} cut", rows.len()),
+                    format!("{failed} of {} failed, {cut} truncated", rows.len()),
                     Tint::Red,
                 ),
             },
@@ -253,7 +253,7 @@ fn stability(study: &Study) -> Grid {
         dim("method"),
         dim("largest stable step"),
         dim("RMS there"),
-        dim("a step costs"),
+        dim("time per step"),
         "".into(),
     ]);
     for row in study.rows.iter().filter(|row| row.scales == Scales::AS_IS) {
@@ -264,7 +264,7 @@ fn stability(study: &Study) -> Grid {
         };
         let limit = match (row.largest_stable_step_s, row.tolerance) {
             (Some(step), _) => format!("{bound}{}", brief(step, "s")),
-            (None, Some(_)) => "its own".to_owned(),
+            (None, Some(_)) => "adaptive".to_owned(),
             (None, None) => String::new(),
         };
         let (word, tint) = match row.status {

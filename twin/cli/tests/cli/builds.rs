@@ -1,4 +1,4 @@
-//! Each part of a run is built once: controller, plant, and both ends of a bus.
+//! Each part of a run is built exactly once: controller, plant, driver and wire.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -22,7 +22,7 @@ fn board(context: &BusContext<'_>) -> Rb110 {
     Rb110::with_servos(context.name, PulseMap::ONCILLA, &[])
 }
 
-/// Builds of each of [`PARTS`] by a command.
+/// Returns how often a command builds each of [`PARTS`].
 fn builds(words: &[&str]) -> [usize; 4] {
     let counts: Arc<[AtomicUsize; 4]> = Arc::default();
     let count = |part: usize| {

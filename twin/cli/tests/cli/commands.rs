@@ -1,10 +1,10 @@
-//! The commands, end to end, in this process.
+//! End-to-end tests of the commands, in this process.
 
 use crate::common::{Folder, SOUND, json, twin};
 use serde_json::json;
 
 #[test]
-fn run_prints_the_promised_keys_first_and_in_order() {
+fn run_prints_documented_keys_first_and_in_order() {
     let folder = Folder::new("keys");
     let scenario = folder.file("bob.toml", SOUND);
     let done = twin(&["run", &scenario, "--json", "--out", &folder.join("out")]);
@@ -34,7 +34,7 @@ fn run_prints_the_promised_keys_first_and_in_order() {
     );
     let first = report["expectations"][0].as_object().unwrap();
     let keys: Vec<&str> = first.keys().map(String::as_str).collect();
-    let promised = [
+    let documented = [
         "name",
         "verdict",
         "measured",
@@ -43,7 +43,7 @@ fn run_prints_the_promised_keys_first_and_in_order() {
         "margin",
         "first_violation_s",
     ];
-    assert_eq!(keys[..7], promised);
+    assert_eq!(keys[..7], documented);
     assert_eq!(report["verdict"], "pass");
     assert_eq!(report["scenario"], "bobbing <& fast>");
     assert_eq!(report["seed"], 7);
@@ -55,7 +55,7 @@ fn run_prints_the_promised_keys_first_and_in_order() {
 }
 
 #[test]
-fn exit_codes_tell_pass_fail_and_error_apart() {
+fn exit_codes_distinguish_pass_fail_and_error() {
     let folder = Folder::new("codes");
     let sound = folder.file("sound.toml", SOUND);
     let failing = folder.file("failing.toml", &SOUND.replace("109 mm", "119 mm"));
@@ -72,7 +72,7 @@ fn exit_codes_tell_pass_fail_and_error_apart() {
 }
 
 #[test]
-fn an_error_of_one_scenario_does_not_stop_the_others() {
+fn error_of_one_scenario_does_not_affect_others() {
     let folder = Folder::new("others");
     let wrong = folder.file("wrong.toml", &SOUND.replace("duration", "duratoin"));
     let missing = folder.join("missing.toml");
@@ -105,7 +105,7 @@ fn an_error_of_one_scenario_does_not_stop_the_others() {
 }
 
 #[test]
-fn a_failure_tells_value_bound_margin_and_when_it_began() {
+fn failure_reports_value_bound_margin_and_first_violation() {
     let folder = Folder::new("failure");
     let scenario = folder.file("failing.toml", &SOUND.replace("109 mm", "119 mm"));
     let report = &json(&twin(&["run", &scenario, "--json", "--no-record"]).out)[0];
@@ -128,7 +128,7 @@ fn a_failure_tells_value_bound_margin_and_when_it_began() {
 }
 
 #[test]
-fn a_plant_that_fails_ends_the_run_with_a_verdict_and_its_recording() {
+fn plant_fault_ends_run_with_verdict_and_recording() {
     let folder = Folder::new("fault");
     let scenario = folder.file("snap.toml", SOUND);
     let out = folder.join("out");
@@ -139,8 +139,8 @@ fn a_plant_that_fails_ends_the_run_with_a_verdict_and_its_recording() {
     let report = &json(&done.out)[0];
     assert_eq!(report["verdict"], "error");
     let error = report["error"].as_str().unwrap();
-    for told in ["toy/spring", "498", "1.500e0 J", "it snapped", "snap.toml"] {
-        assert!(error.contains(told), "{told} in {error}");
+    for part in ["toy/spring", "498", "1.500e0 J", "it snapped", "snap.toml"] {
+        assert!(error.contains(part), "{part} in {error}");
     }
     for line in report["expectations"].as_array().unwrap() {
         assert_ne!(line["verdict"], "pass", "{line}");
@@ -152,7 +152,7 @@ fn a_plant_that_fails_ends_the_run_with_a_verdict_and_its_recording() {
 }
 
 #[test]
-fn settings_reach_the_scenario_and_name_the_recording() {
+fn settings_apply_to_scenario_and_recording_name() {
     let folder = Folder::new("settings");
     let scenario = folder.file("bob.toml", SOUND);
     let out = folder.join("out");
@@ -184,7 +184,7 @@ fn settings_reach_the_scenario_and_name_the_recording() {
 }
 
 #[test]
-fn junit_has_a_case_for_each_expectation_and_error() {
+fn junit_has_one_case_per_expectation_and_error() {
     let folder = Folder::new("junit");
     let failing = folder.file("failing.toml", &SOUND.replace("109 mm", "119 mm"));
     let scenario = folder.file("snap.toml", SOUND);
@@ -226,7 +226,7 @@ fn junit_has_a_case_for_each_expectation_and_error() {
 }
 
 #[test]
-fn an_error_is_an_object_for_a_program() {
+fn errors_are_json_objects_with_json_option() {
     let folder = Folder::new("errors");
     let wrong = folder.file("wrong.toml", &SOUND.replace("duration", "duratoin"));
     let lost = folder.join("lost.mcap");
@@ -247,7 +247,7 @@ fn an_error_is_an_object_for_a_program() {
 }
 
 #[test]
-fn times_are_printed_as_they_were_given() {
+fn times_are_printed_without_rounding_errors() {
     let folder = Folder::new("times");
     let scenario = folder.file("bob.toml", &SOUND.replace("1 s", "1148 ms"));
     let done = twin(&["run", &scenario, "--json", "--no-record"]);
@@ -259,7 +259,7 @@ fn times_are_printed_as_they_were_given() {
 }
 
 #[test]
-fn check_finds_every_mistake_and_runs_nothing() {
+fn check_validates_all_scenarios() {
     let folder = Folder::new("check");
     let sound = folder.file("sound.toml", SOUND);
     let wrong = folder.file("wrong.toml", &SOUND.replace("cheetah-cub", "cheetah-cup"));
@@ -277,7 +277,7 @@ fn check_finds_every_mistake_and_runs_nothing() {
 }
 
 #[test]
-fn plan_tells_what_is_left_out_and_why() {
+fn plan_lists_left_out_parts_with_reasons() {
     let folder = Folder::new("plan");
     let record = "record = { signals = [\"body/position\"], frames = \"0 Hz\" }";
     let scenario = folder.file("lean.toml", &format!("{record}\n{SOUND}"));
@@ -294,11 +294,42 @@ fn plan_tells_what_is_left_out_and_why() {
         parts.iter().any(|part| part["part"] == "controller"),
         "{parts:?}"
     );
-    assert!(twin(&["plan", &scenario]).out.contains("left out"));
+    let why = |part: &str| {
+        let found = parts.iter().find(|one| one["part"] == part).unwrap();
+        found["why"].as_str().unwrap().to_owned()
+    };
+    let text = twin(&["plan", &scenario]).out;
+    assert!(text.contains("\n  left out\n"), "{text}");
+    let line = format!("\n    controller ({})\n", why("controller"));
+    assert!(text.contains(&line), "{text}");
 }
 
 #[test]
-fn list_names_what_there_is() {
+fn parts_left_out_for_one_reason_share_a_line() {
+    let folder = Folder::new("plan-lines");
+    let scenario = hanging("").replace(
+        "controller =",
+        "record = { signals = [\"body/position\"], frames = \"0 Hz\" }\ncontroller =",
+    );
+    let scenario = folder.file("lean.toml", &scenario);
+    let done = twin(&["plan", &scenario, "--json"]);
+    let plan = &json(&done.out)[0];
+    let parts = plan["left_out"].as_array().unwrap().iter();
+    let named = parts.filter_map(|left| left["part"].as_str()?.strip_prefix("recording of "));
+    let recordings: Vec<&str> = named.filter(|name| *name != "poses").collect();
+    assert!(recordings.len() > 1, "{plan}");
+    let line = format!("recording of {} (", recordings.join(", "));
+    let text = twin(&["plan", &scenario]).out;
+    assert_eq!(text.matches("recording of ").count(), 2, "{text}");
+    assert!(text.contains(&line), "{line} is not in {text}");
+    // Lines of facts are wrapped.
+    let text = twin(&["run", &scenario, "--no-record"]).out;
+    let words: Vec<&str> = text.split_whitespace().collect();
+    assert!(words.join(" ").contains(&line), "{line} is not in {text}");
+}
+
+#[test]
+fn list_names_all_parts() {
     let done = twin(&["list", "--json"]);
     let listing = &json(&done.out)[0];
     let names = |key: &str| -> Vec<String> {
@@ -309,7 +340,7 @@ fn list_names_what_there_is() {
     };
     let mut plants = names("plants");
     plants.sort();
-    // Those on engines that this build lacks are listed, too, and say so.
+    // Plants on engines that this build lacks are listed with the missing feature.
     let known = ["drives", "lcp", "massless", "mjcf", "mujoco", "rapier"];
     let tested = ["snapping", "toy"];
     assert_eq!(plants, [&known[..], &tested].concat());
@@ -338,7 +369,8 @@ fn list_names_what_there_is() {
     );
 }
 
-/// The mass-less plant hangs in the air: `plant` has more of its keys.
+/// Returns a scenario of the massless-leg plant with a fixed trunk; `plant` contains further keys
+/// of the plant.
 fn hanging(plant: &str) -> String {
     format!(
         r#"
@@ -351,7 +383,7 @@ controller = {{ kind = "stand", period = "2 ms" }}
 }
 
 #[test]
-fn cells_go_with_the_table_they_are_of() {
+fn cells_require_lookup_table() {
     let folder = Folder::new("cells");
     let check = |name: &str, plant: &str| {
         let file = folder.file(name, &hanging(plant));
@@ -377,7 +409,7 @@ fn cells_go_with_the_table_they_are_of() {
 }
 
 #[test]
-fn plan_shows_the_step_of_the_plant_given_or_not() {
+fn plan_shows_step_of_plant_or_its_default() {
     let folder = Folder::new("step");
     for (plant, step_s, text) in [
         ("", 0.001, "step 1 ms"),
@@ -392,21 +424,20 @@ fn plan_shows_the_step_of_the_plant_given_or_not() {
 }
 
 #[test]
-fn a_line_of_the_robot_that_an_override_breaks_says_so() {
+fn robot_error_caused_by_override_names_the_override() {
     let folder = Folder::new("override");
     let file = folder.file("hanging.toml", &hanging(""));
     let longer = "override.leg.aslp.l2=500 mm";
     let done = twin(&["check", &file, "--set", longer]);
     assert_eq!(done.code, 2);
-    let told = "the file itself is sound, overridden are `leg.aslp.l2`";
     assert!(
-        done.err.contains("diagonal_min") && done.err.contains(told),
+        done.err.contains("diagonal_min") && done.err.contains("`leg.aslp.l2`"),
         "{}",
         done.err
     );
-    // What is wrong where it was written needs no such hint.
+    // An error in the override itself has no such hint.
     let wrong = "override.leg.aslp.l2=-5 mm";
     let done = twin(&["check", &file, "--set", wrong]);
     assert_eq!(done.code, 2);
-    assert!(!done.err.contains("overridden are"), "{}", done.err);
+    assert!(!done.err.contains("`leg.aslp.l2`"), "{}", done.err);
 }

@@ -1,4 +1,4 @@
-//! A plant that is fast to build and easy to break, and the commands around it.
+//! Toy plants with configurable faults, and functions that execute commands.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,8 @@ use twinrig::kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit}
 use twinrig::runtime::{EnergyBalance, Plant, PlantFault, Process, WorkCounts};
 use twinrig::{BuildError, ControllerKind, PlantContext, PlantKind, Registry, run_with};
 
-/// A trunk that bobs around 12 cm and drives forward at 0.5 m/s; from `fails_at` on it does no more, at `panics_at` it panics.
+/// Trunk that oscillates around a height of 12 cm and moves forward at 0.5 m/s; it fails from
+/// `fails_at` on and panics at `panics_at`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Toy {
     now: SimTime,
@@ -19,7 +20,7 @@ pub struct Toy {
 }
 
 impl Toy {
-    /// One that neither fails nor panics.
+    /// Returns a plant that neither fails nor panics.
     pub fn sound() -> Self {
         Self {
             now: SimTime::ZERO,
@@ -92,8 +93,8 @@ pub fn toy_ports() -> Vec<Port> {
     ]
 }
 
-/// The same with parts that panic: the plant `panicking` at 0.5 s, the plant `unbuildable` when it is built, and the controller
-/// `clumsy` at its third step.
+/// Returns the registry with parts that panic: the plant `panicking` at 0.5 s, the plant
+/// `unbuildable` when it is built, and the controller `clumsy` at its third step.
 pub fn panicking() -> Registry {
     let half = SimTime::from_nanos(500_000_000);
     let toy = move |_: &PlantContext<'_>| {
@@ -113,7 +114,7 @@ pub fn panicking() -> Registry {
         }))
 }
 
-/// Commands nothing, and panics at its third step.
+/// Controller without outputs that panics at its third step.
 pub struct Clumsy {
     pub steps: u64,
 }
@@ -129,7 +130,7 @@ impl Process for Clumsy {
 
     fn step(&mut self, _: SimDuration, inputs: &[f64], _: &mut [f64]) {
         self.steps += 1;
-        // Of three inputs, the fourth at the third step.
+        // Index 3 of three inputs at the third step.
         let _ = inputs[usize::try_from(self.steps).unwrap()];
     }
 
@@ -151,7 +152,7 @@ fn toy_kind(
     PlantKind::new(name, about, build).with_ports(|_| Ok(toy_ports()))
 }
 
-/// The standard registry with `toy`, and with `snapping`, which fails at 0.5 s.
+/// Returns the standard registry with the plants `toy` and `snapping`, which fails at 0.5 s.
 pub fn registry() -> Registry {
     let toy = |fails_at, panics_at| {
         move |_: &PlantContext<'_>| {
@@ -172,7 +173,7 @@ pub fn registry() -> Registry {
         ))
 }
 
-/// A scenario that passes.
+/// Scenario that passes.
 pub const SOUND: &str = r#"
 name = "bobbing <& fast>"
 robot = "cheetah-cub"
@@ -189,7 +190,7 @@ name = "height"
 body = { height = { min = "109 mm" } }
 "#;
 
-/// A folder of its own for a test, gone afterwards.
+/// Temporary folder of a test, deleted on drop.
 pub struct Folder(PathBuf);
 
 impl Folder {
@@ -199,7 +200,7 @@ impl Folder {
         Self(path)
     }
 
-    /// The path of a new file in it.
+    /// Writes a file and returns its path.
     pub fn file(&self, name: &str, text: &str) -> String {
         let path = self.0.join(name);
         std::fs::write(&path, text).unwrap();
@@ -217,7 +218,7 @@ impl Drop for Folder {
     }
 }
 
-/// What a command printed, and its exit code.
+/// Output and exit code of a command.
 #[derive(Debug)]
 pub struct Done {
     pub code: u8,
@@ -225,12 +226,12 @@ pub struct Done {
     pub err: String,
 }
 
-/// Runs a command in this process.
+/// Executes a command in this process.
 pub fn twin(words: &[&str]) -> Done {
     twin_of(&registry(), words)
 }
 
-/// The same with another registry.
+/// Executes a command with the given registry.
 pub fn twin_of(registry: &Registry, words: &[&str]) -> Done {
     let (mut out, mut err) = (Vec::new(), Vec::new());
     let code = run_with(registry, words.iter().copied(), &mut out, &mut err);
@@ -241,7 +242,7 @@ pub fn twin_of(registry: &Registry, words: &[&str]) -> Done {
     }
 }
 
-/// The JSON objects of the lines of `text`.
+/// Parses each line of `text` as a JSON object.
 pub fn json(text: &str) -> Vec<serde_json::Value> {
     let lines = text.lines();
     lines

@@ -1,9 +1,9 @@
-//! Runs in which the robot falls.
+//! Runs with a fall of the robot.
 
 use crate::common::{Folder, json, twin};
 use serde_json::Value;
 
-/// A robot that walks over an edge, and further keys and expectations.
+/// Writes a scenario of a robot that walks over an edge, with further keys and expectations.
 fn falls(folder: &Folder, name: &str, more: &str) -> String {
     let text = format!(
         r#"
@@ -34,7 +34,7 @@ fn expectations_of_the_gait_are_unobserved_after_a_fall() {
     assert_eq!((code, &report["verdict"]), (1, &"fail".into()));
     let fell_at = report["fell_at_s"].as_f64().unwrap();
     assert!(0.2 < fell_at && fell_at < 1.9, "{fell_at}");
-    assert_eq!(report["simulated_s"], 2.0, "it runs on");
+    assert_eq!(report["simulated_s"], 2.0, "the run continues");
     for line in report["expectations"].as_array().unwrap() {
         assert_eq!(line["verdict"], "unobserved");
         assert_eq!(line["detail"], format!("fell at {fell_at} s"));
@@ -47,7 +47,7 @@ fn expectations_of_the_gait_are_unobserved_after_a_fall() {
 }
 
 #[test]
-fn a_fall_that_ends_the_run_is_a_failure_whatever_is_expected() {
+fn fall_that_ends_run_is_failure_regardless_of_expectations() {
     let folder = Folder::new("ended");
     let excused = "[[expect]]\noptional = true\nbody = { speed = { max = \"9 m/s\" } }";
     let of_run = falls(
@@ -67,7 +67,7 @@ fn a_fall_that_ends_the_run_is_a_failure_whatever_is_expected() {
         let fact = format!("fall         at {reached} s, which ended the run\n");
         assert!(text.contains("FAIL") && text.contains(&fact), "{text}");
     }
-    // Stands its fall, and does not end.
+    // The run continues after the fall.
     let (_, report) = report(&[
         "run",
         &of_run,
@@ -83,25 +83,25 @@ fn a_fall_that_ends_the_run_is_a_failure_whatever_is_expected() {
 }
 
 #[test]
-fn a_run_that_a_fall_ended_is_the_begin_of_the_one_that_went_on_and_runs_again() {
+fn run_ended_by_fall_equals_start_of_continued_run_and_is_replayable() {
     let folder = Folder::new("ended-again");
     let file = falls(&folder, "falls.toml", "fall = { end = true }");
-    let (ended, whole) = (folder.join("ended"), folder.join("whole"));
+    let (ended, continued) = (folder.join("ended"), folder.join("whole"));
     let run = |out: &str, end: &str| {
         let set = format!("fall.end={end}");
         let words = ["run", &file, "--set", &set, "--out", out, "--json"];
         report(&words).1["recording"].as_str().unwrap().to_owned()
     };
-    let (ended, whole) = (run(&ended, "true"), run(&whole, "false"));
-    let diff = twin(&["diff", &ended, &whole]);
-    // Up to the fall they are the same.
+    let (ended, continued) = (run(&ended, "true"), run(&continued, "false"));
+    let diff = twin(&["diff", &ended, &continued]);
+    // They are equal up to the fall.
     assert!(diff.out.contains("a  no sample"), "{}", diff.out);
     let replay = twin(&["replay", &ended]);
     assert_eq!(replay.code, 0, "{}{}", replay.out, replay.err);
 }
 
 #[test]
-fn nothing_goes_on_from_where_a_run_did_not_get() {
+fn plant_cannot_resume_after_the_end_of_the_first_run() {
     let folder = Folder::new("ended-from");
     let file = falls(&folder, "falls.toml", "fall = { end = true }");
     let out = folder.join("out");

@@ -1,4 +1,4 @@
-//! Ctrl-C, or a plain kill, ends a run with a verdict and a whole recording.
+//! SIGINT and SIGTERM end a run with a verdict and a complete recording.
 
 use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
@@ -7,9 +7,9 @@ use std::time::Duration;
 use twinrig_record::Recording;
 
 use crate::common::{Folder, json, twin};
-use crate::hardware::{eventually, is_longer};
+use crate::hardware::{is_longer, wait_until};
 
-/// Longer than anybody waits.
+/// Scenario with an unlimited duration.
 const ENDLESS: &str = r#"
 robot = "cheetah-cub"
 duration = "1000000 s"
@@ -19,16 +19,16 @@ expect = [{ body = { fall = false } }]
 "#;
 
 #[test]
-fn an_interrupted_run_leaves_a_verdict_and_a_whole_recording() {
-    ends_well("-INT");
+fn sigint_ends_run_with_verdict_and_complete_recording() {
+    ends_with_recording("-INT");
 }
 
 #[test]
-fn a_run_that_is_told_to_end_leaves_a_verdict_and_a_whole_recording() {
-    ends_well("-TERM");
+fn sigterm_ends_run_with_verdict_and_complete_recording() {
+    ends_with_recording("-TERM");
 }
 
-fn ends_well(signal: &str) {
+fn ends_with_recording(signal: &str) {
     let folder = Folder::new(&format!("interrupt{signal}"));
     let scenario = folder.file("endless.toml", ENDLESS);
     let child = Command::new(env!("CARGO_BIN_EXE_twin"))
@@ -37,8 +37,8 @@ fn ends_well(signal: &str) {
         .spawn()
         .unwrap();
     let path = folder.join("out/endless-seed1.mcap");
-    // Past the first flush the run is under way and its handler listens.
-    eventually("something is recorded", || is_longer(&path, 100_000));
+    // After the first flush the run is under way and the handler is installed.
+    wait_until("data are recorded", || is_longer(&path, 100_000));
     kill(signal, &child);
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(2));
@@ -65,7 +65,8 @@ fn kill(signal: &str, child: &Child) {
     assert!(killed.unwrap().success());
 }
 
-/// How `twin` with `words` ends after one signal, which it gets soon after the file at `path` is there.
+/// Returns the output of `twin` with the arguments `words`, which receives one signal soon after
+/// the file at `path` exists.
 fn ends_after_one(signal: &str, words: &[&str], path: &str) -> Output {
     let mut child = Command::new(env!("CARGO_BIN_EXE_twin"))
         .args(words)
@@ -73,16 +74,17 @@ fn ends_after_one(signal: &str, words: &[&str], path: &str) -> Output {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    eventually("it has begun", || std::fs::exists(path).unwrap());
+    wait_until("it has begun", || std::fs::exists(path).unwrap());
     sleep(Duration::from_millis(200));
     kill(signal, &child);
-    eventually("it ends", || child.try_wait().unwrap().is_some());
+    wait_until("it ends", || child.try_wait().unwrap().is_some());
     child.wait_with_output().unwrap()
 }
 
-/// Steps, periods and observations of a nanosecond: an hour of them to the next look of anybody, if nobody looked meanwhile.
+/// With steps, periods and observations of 1 ns, a check per simulated slice alone would take an
+/// hour.
 #[test]
-fn one_signal_ends_a_run_of_whatever_steps() {
+fn one_signal_ends_run_with_steps_of_a_nanosecond() {
     let folder = Folder::new("interrupt-steps");
     let scenario = folder.file("endless.toml", ENDLESS);
     let settings: [&[&str]; 5] = [
@@ -111,7 +113,7 @@ fn one_signal_ends_a_run_of_whatever_steps() {
 }
 
 #[test]
-fn one_signal_ends_a_study() {
+fn one_signal_ends_study() {
     let folder = Folder::new("interrupt-study");
     let scenario = folder.file("endless.toml", ENDLESS);
     let out = folder.join("out");
@@ -124,19 +126,19 @@ fn one_signal_ends_a_study() {
     assert_eq!(output.status.code(), Some(2), "{output:?}");
     let text = String::from_utf8(output.stdout).unwrap();
     let error = json(&text)[0]["error"].as_str().unwrap().to_owned();
-    // In one of its parts, or while the scenario's own commands were recorded.
+    // In a part of the study, or while the commands of the scenario are recorded.
     assert!(error.contains("interrupted a"), "{error}");
 }
 
-/// What hangs in the system, or in a part of somebody's own, looks at no flag.
+/// A blocking system call does not poll the interrupt flag.
 #[test]
-fn one_signal_ends_what_looks_at_nothing() {
+fn one_signal_ends_blocked_program() {
     let folder = Folder::new("interrupt-pipe");
     let pipe = folder.join("pipe.toml");
     let made = Command::new("mkfifo").arg(&pipe).status();
     assert!(made.unwrap().success());
     let output = ends_after_one("-TERM", &["run", &pipe], &pipe);
     assert_eq!(output.status.code(), Some(130), "{output:?}");
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert!(told.contains("error: interrupted"), "{told}");
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(message.contains("error: interrupted"), "{message}");
 }

@@ -1,4 +1,4 @@
-//! The program from outside.
+//! Tests of the program through its commands.
 
 mod builds;
 mod commands;
@@ -10,10 +10,10 @@ mod hardware;
 mod interrupt;
 mod mjcf;
 mod observations;
+mod output_errors;
 mod panics;
+mod plant_comparison;
 mod recordings;
 mod schema;
 mod studies;
-mod together;
-mod unwritten;
 mod warnings;

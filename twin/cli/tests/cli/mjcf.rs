@@ -1,4 +1,4 @@
-//! Models of one's own from outside, and robots that are written for others.
+//! Custom MJCF models, and export of robots to MJCF.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ fn model(name: &str) -> PathBuf {
 
 #[cfg(not(feature = "mujoco"))]
 #[test]
-fn a_build_without_the_engine_says_which_feature_it_lacks() {
+fn build_without_engine_names_missing_feature() {
     let pup = model("pup.toml").display().to_string();
     let done = twin(&["run", "--no-record", &pup]);
     assert_eq!(done.code, 2);
@@ -26,8 +26,8 @@ fn a_build_without_the_engine_says_which_feature_it_lacks() {
         done.err
     );
     let done = twin(&["export", "mjcf", "cheetah-cub"]);
-    let wanted = "error: this build cannot write MJCF\n  = help: build with `--features mujoco`, after `ci/setup mujoco`\n";
-    assert_eq!((done.code, done.err.as_str()), (2, wanted));
+    let expected = "error: this build cannot write MJCF\n  = help: build with `--features mujoco`, after `ci/setup mujoco`\n";
+    assert_eq!((done.code, done.err.as_str()), (2, expected));
 }
 
 #[cfg(feature = "mujoco")]
@@ -39,7 +39,7 @@ mod with_mujoco {
         std::fs::read_to_string(model(name)).unwrap()
     }
 
-    /// The scenario of the pup beside its model, with `from` replaced.
+    /// Writes the scenario `pup.toml`, with `from` replaced by `to`, and its model.
     fn changed(folder: &Folder, from: &str, to: &str) -> String {
         let scenario = text("pup.toml");
         assert!(scenario.contains(from), "{from}");
@@ -56,14 +56,14 @@ mod with_mujoco {
     }
 
     #[test]
-    fn the_pup_does_what_its_scenario_expects_and_does_it_again_without_its_file() {
+    fn pup_meets_its_expectations_and_is_replayed_without_model_file() {
         let folder = Folder::new("pup");
         let path = changed(&folder, "duration = \"4 s\"", "duration = \"2 s\"");
         let out = folder.join("out");
         let done = twin(&["run", "--json", "--out", &out, &path]);
         assert_eq!(done.code, 0, "{}{}", done.out, done.err);
         let recording = json(&done.out)[0]["recording"].as_str().unwrap().to_owned();
-        // The recording keeps the model: what has become of the file does not matter.
+        // The recording contains the model, so the file is not read.
         folder.file("pup.xml", "<mujoco/>");
         let again = twin(&["replay", "--json", &recording]);
         assert_eq!(
@@ -76,12 +76,12 @@ mod with_mujoco {
     }
 
     #[test]
-    fn what_the_model_does_not_have_is_shown_where_it_is_named() {
+    fn signal_errors_are_shown_at_their_place() {
         let joint = refused("joint", "{ joint = \"lf_hip\" }", "{ joint = \"lf_hipp\" }");
-        let wanted = "error: the model has no joint `lf_hipp`\n  --> pup.toml:21:35\n   |\n\
+        let expected = "error: the model has no joint `lf_hipp`\n  --> pup.toml:21:35\n   |\n\
                       21 | \"leg/LF/hip/position\" = { joint = \"lf_hipp\" }\n   |                                   ^^^^^^^^^\n   \
                       = help: did you mean `lf_hip`?";
-        assert!(joint.contains(wanted), "{joint}");
+        assert!(joint.contains(expected), "{joint}");
 
         let key = refused("key", "keyframe = \"crouched\"", "keyframe = \"crouching\"");
         assert!(
@@ -99,7 +99,7 @@ mod with_mujoco {
 
         let nothing = refused("nothing", "{ sensor = \"gyro\" }", "{}");
         assert!(
-            nothing.contains("`body/gyro` is nothing of the model"),
+            nothing.contains("`body/gyro` names no element of the model"),
             "{nothing}"
         );
 
@@ -109,7 +109,7 @@ mod with_mujoco {
             "{ sensor = \"gyro\", site = \"imu\" }",
         );
         assert!(
-            two.contains("`body/gyro` is two things of the model"),
+            two.contains("`body/gyro` names several elements of the model"),
             "{two}"
         );
 
@@ -124,7 +124,7 @@ mod with_mujoco {
     }
 
     #[test]
-    fn what_mujoco_refuses_is_shown_at_the_line_of_the_model() {
+    fn mujoco_errors_are_shown_at_line_of_model() {
         let folder = Folder::new("refused-model");
         let path = changed(&folder, "duration", "duration");
         folder.file(
@@ -132,16 +132,16 @@ mod with_mujoco {
             &text("pup.xml").replace("<freejoint/>", "<freejoynt/>"),
         );
         let done = twin(&["check", &path]);
-        let said = done.out + &done.err;
+        let output = done.out + &done.err;
         assert!(
-            said.contains("freejoynt") && said.contains("line 23"),
-            "{said}"
+            output.contains("freejoynt") && output.contains("line 23"),
+            "{output}"
         );
         assert!(
-            said.contains("pup.xml:23:7") && !said.contains("load failed"),
-            "{said}"
+            output.contains("pup.xml:23:7") && !output.contains("load failed"),
+            "{output}"
         );
-        // Longer than what is usual.
+        // A message longer than usual.
         let pup = text("pup.xml");
         let unknown = pup.replacen(
             "joint=\"rh_knee\"",
@@ -157,19 +157,19 @@ mod with_mujoco {
             .count();
         folder.file("pup.xml", &unknown);
         let done = twin(&["check", &path]);
-        let said = done.out + &done.err;
-        assert!(said.contains(&format!(", line {line}\n")), "{said}");
-        assert!(said.contains(&format!("pup.xml:{line}:")), "{said}");
-        // Lines of what is included are not its own.
+        let output = done.out + &done.err;
+        assert!(output.contains(&format!(", line {line}\n")), "{output}");
+        assert!(output.contains(&format!("pup.xml:{line}:")), "{output}");
+        // Lines of included files are not shown.
         folder.file("legs.xml", &unknown);
         folder.file("pup.xml", "<mujoco><include file=\"legs.xml\"/></mujoco>");
         let done = twin(&["check", &path]);
-        let said = done.out + &done.err;
-        assert!(said.contains("pup.toml:12:8"), "{said}");
+        let output = done.out + &done.err;
+        assert!(output.contains("pup.toml:12:8"), "{output}");
     }
 
     #[test]
-    fn another_sort_of_thing_of_that_name_is_told() {
+    fn element_of_other_kind_with_same_name_is_reported() {
         let site = refused("sort", "{ joint = \"lf_hip\" }", "{ site = \"lf_hip\" }");
         assert!(site.contains("no site `lf_hip`"), "{site}");
         assert!(site.contains("= help: it is a joint; "), "{site}");
@@ -178,7 +178,7 @@ mod with_mujoco {
         let pup = text("pup.xml");
         let (before, rest) = pup.split_once("<actuator>").unwrap();
         let bare = format!("{before}{}", rest.split_once("</actuator>").unwrap().1);
-        // A keyframe has controls of what is no more.
+        // The keyframe has controls of the removed actuators.
         let (before, rest) = bare.split_once("<keyframe>").unwrap();
         let bare = format!("{before}{}", rest.split_once("</keyframe>").unwrap().1);
         folder.file("pup.xml", &bare);
@@ -187,17 +187,17 @@ mod with_mujoco {
             &text("pup.toml").replace("keyframe = \"crouched\"\n", ""),
         );
         let done = twin(&["check", &path]);
-        let said = done.out + &done.err;
+        let output = done.out + &done.err;
         assert!(
-            said.contains("it is a joint; the model has none; see From a URDF"),
-            "{said}"
+            output.contains("it is a joint; the model has no actuators; see From a URDF"),
+            "{output}"
         );
     }
 
     #[test]
-    fn a_controller_that_needs_a_robot_says_so_and_takes_one() {
+    fn controller_that_requires_robot_reports_it_and_accepts_one() {
         let without = refused("cpg", "kind = \"script\"", "kind = \"cpg\"");
-        // What is the script's alone is wrong, too.
+        // Keys of the script are reported as unknown.
         assert!(without.contains("unknown key `shape`"), "{without}");
         let folder = Folder::new("stand");
         let scenario = text("pup.toml");
@@ -206,10 +206,10 @@ mod with_mujoco {
         let stand = "[controller]\nkind = \"stand\"\nperiod = \"5 ms\"\n";
         let path = folder.file("stand.toml", &format!("{head}{stand}"));
         let done = twin(&["check", &path]);
-        let said = done.out + &done.err;
+        let output = done.out + &done.err;
         assert!(
-            said.contains("the controller `stand` cannot be built: it needs a robot"),
-            "{said}"
+            output.contains("the controller `stand` cannot be built: it needs a robot"),
+            "{output}"
         );
         let path = folder.file(
             "robot.toml",
@@ -220,7 +220,7 @@ mod with_mujoco {
     }
 
     #[test]
-    fn a_robot_is_written_as_a_model_that_runs_as_a_plant() {
+    fn exported_robot_runs_as_plant() {
         for coordinates in ["minimal", "maximal"] {
             let folder = Folder::new(&format!("export-{coordinates}"));
             let out = folder.join("cub.xml");
@@ -249,7 +249,7 @@ mod with_mujoco {
                 indents.iter().all(|&one| one == indents[0] && one >= 6),
                 "{indents:?}"
             );
-            // It falls a centimetre or so onto its springs, and stands.
+            // The robot drops about 1 cm onto its springs and stands.
             let scenario = "duration = \"1 s\"\n[plant]\nmodel = \"mjcf\"\nfile = \"cub.xml\"\n\
                             [plant.outputs]\n\"body/position\" = { body = \"trunk\" }\n\"body/rpy\" = { body = \"trunk\" }\n\
                             [[expect]]\nbody = { fall = { height = 0.7, tilt = \"5 deg\" } }\n";
@@ -267,7 +267,7 @@ mod with_mujoco {
     }
 
     #[test]
-    fn a_plan_shows_inputs_that_nothing_drives_and_the_step_of_the_model() {
+    fn plan_shows_undriven_inputs_and_step_of_model() {
         let folder = Folder::new("plan");
         let scenario = text("pup.toml");
         let head = scenario.split("[controller]").next().unwrap();
@@ -292,10 +292,10 @@ mod with_mujoco {
             (&free[0]["name"], &free[0]["unit"]),
             (&"leg/LF/hip/command".into(), &"rad".into())
         );
-        let said = twin(&["plan", &path]).out;
+        let output = twin(&["plan", &path]).out;
         assert!(
-            said.contains("inputs of the plant that nothing drives\n    leg/*/hip/command"),
-            "{said}"
+            output.contains("undriven inputs of the plant\n    leg/*/hip/command"),
+            "{output}"
         );
         let path = folder.file("pup.toml", &scenario);
         let plan = &json(&twin(&["plan", "--json", &path]).out)[0];
@@ -303,7 +303,7 @@ mod with_mujoco {
     }
 
     #[test]
-    fn a_script_plays_hips_alone_where_there_are_no_knees() {
+    fn script_drives_only_hips_of_model_without_knees() {
         let folder = Folder::new("hips");
         let scenario = text("pup.toml");
         let keep = |without: &'static str| {
@@ -321,24 +321,24 @@ mod with_mujoco {
             "{}",
             done.out
         );
-        // One knee too few is a mistake, and the remedy is told.
+        // A single missing knee is an error with a remedy.
         let path = folder.file("odd.toml", &keep("LF/knee/command"));
         let done = twin(&["plan", &path]);
-        let said = done.out + &done.err;
-        assert_eq!(done.code, 2, "{said}");
+        let output = done.out + &done.err;
+        assert_eq!(done.code, 2, "{output}");
         assert!(
-            said.contains("nothing takes `leg/LF/knee/command") && said.contains("= help: "),
-            "{said}"
+            output.contains("nothing takes `leg/LF/knee/command") && output.contains("= help: "),
+            "{output}"
         );
     }
 
     #[test]
-    fn a_study_of_it_is_refused() {
+    fn study_of_standalone_model_is_refused() {
         let pup = model("pup.toml").display().to_string();
         let done = twin(&["study", "precision", &pup]);
         assert_eq!(done.code, 2);
         assert!(
-            done.err.contains("this plant brings its own model"),
+            done.err.contains("this plant has a standalone model"),
             "{}",
             done.err
         );

@@ -1,8 +1,8 @@
-//! A run that is looked at too rarely to be judged is not passed.
+//! Observation periods that are too long for the expectations.
 
 use crate::common::{Folder, json, twin};
 
-/// A robot that walks over an edge and falls.
+/// Scenario of a robot that walks over an edge and falls.
 const FALLS: &str = r#"
 robot = "cheetah-cub"
 duration = "2 s"
@@ -31,7 +31,7 @@ fn verdicts(words: &[&str]) -> (u8, Vec<String>) {
 }
 
 #[test]
-fn a_fall_does_not_pass_by_being_observed_at_the_start_only() {
+fn fall_between_observations_does_not_pass() {
     let folder = Folder::new("rarely");
     let file = folder.file("falls.toml", FALLS);
     let run = ["run", &file, "--no-record", "--json"];

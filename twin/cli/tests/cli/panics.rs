@@ -1,4 +1,5 @@
-//! A panic of a part ends its run or its row, and names the part; everything else goes on, and the exit code says so.
+//! A panic of a part ends its run or study row with an error that names the part, and does not
+//! affect others; the exit code is 2.
 
 use twinrig::kernel::Unit;
 use twinrig::runtime::ProcessVariable;
@@ -7,22 +8,22 @@ use twinrig_record::Recording;
 use crate::common::{Done, Folder, SOUND, json, panicking, registry, twin_of};
 use crate::studies::{STILL, spring};
 
-/// A sound scenario whose controller panics at its third step.
+/// Returns a valid scenario whose controller panics at its third step.
 fn clumsy() -> String {
     format!("controller = {{ kind = \"clumsy\", period = \"10 ms\" }}\n{SOUND}")
 }
 
-/// That `report` is an error which names the part and shows where it was.
-fn is_blamed(report: &serde_json::Value, part: &str, message: &str, file: &str) {
+/// Checks that `report` is an error that names the part and the place of the panic.
+fn reports_panic(report: &serde_json::Value, part: &str, message: &str, file: &str) {
     assert_eq!(report["verdict"], "error");
     let error = report["error"].as_str().unwrap();
-    for told in [part, "panicked: ", message, file] {
-        assert!(error.contains(told), "{told} in {error}");
+    for expected in [part, "panicked: ", message, file] {
+        assert!(error.contains(expected), "{expected} in {error}");
     }
 }
 
 #[test]
-fn of_several_scenarios_only_the_one_whose_part_panics_is_lost() {
+fn panic_affects_only_its_scenario() {
     let folder = Folder::new("panic-scenarios");
     let clumsy = folder.file("clumsy.toml", &clumsy());
     let broken = folder.file("broken.toml", &SOUND.replace("\"toy\"", "\"panicking\""));
@@ -39,14 +40,14 @@ fn of_several_scenarios_only_the_one_whose_part_panics_is_lost() {
     assert_eq!((done.code, done.err.as_str()), (2, ""));
     let reports = json(&done.out);
     assert_eq!(reports.len(), 4, "{}", done.out);
-    is_blamed(
+    reports_panic(
         &reports[0],
         "controller `clumsy`",
         "index out of bounds",
         "common.rs",
     );
-    is_blamed(&reports[1], "plant `toy`", "out of cheese", "common.rs");
-    is_blamed(
+    reports_panic(&reports[1], "plant `toy`", "out of cheese", "common.rs");
+    reports_panic(
         &reports[2],
         "plant `unbuildable`",
         "no blueprint",
@@ -54,7 +55,7 @@ fn of_several_scenarios_only_the_one_whose_part_panics_is_lost() {
     );
     assert_eq!(reports[3]["verdict"], "pass");
 
-    // What was seen by then is recorded, and nothing that was not seen to the end is said to hold.
+    // The recording ends at the panic, and no expectation passes.
     for (report, until_s) in [(&reports[0], 0.02), (&reports[1], 0.5)] {
         assert_eq!(report["simulated_s"].as_f64(), Some(until_s), "{report}");
         for line in report["expectations"].as_array().unwrap() {
@@ -74,7 +75,7 @@ fn of_several_scenarios_only_the_one_whose_part_panics_is_lost() {
 }
 
 #[test]
-fn of_several_plants_only_the_one_that_panics_is_lost() {
+fn panic_affects_only_its_plant() {
     let folder = Folder::new("panic-plants");
     let scenario = folder.file("bob.toml", SOUND);
     let plants = [
@@ -97,14 +98,14 @@ fn of_several_plants_only_the_one_that_panics_is_lost() {
         .map(|report| &report["verdict"])
         .collect();
     assert_eq!(verdicts, ["pass", "error", "error"], "{}", done.out);
-    is_blamed(&reports[1], "plant `toy`", "out of cheese", "common.rs");
+    reports_panic(&reports[1], "plant `toy`", "out of cheese", "common.rs");
     assert_eq!(reports[1]["plant"], "panicking");
-    // Both are compared with the first as far as they go.
+    // Both are compared with the first up to their ends.
     assert_eq!(reports.len(), 5, "{}", done.out);
 }
 
 #[test]
-fn a_person_is_told_of_a_panic_once() {
+fn panic_is_printed_once() {
     let folder = Folder::new("panic-text");
     let scenario = folder.file("bob.toml", SOUND);
     let words = ["run", &scenario, "--no-record", "--plant", "panicking"];
@@ -115,7 +116,7 @@ fn a_person_is_told_of_a_panic_once() {
 }
 
 #[test]
-fn every_command_answers_a_panic_with_an_error() {
+fn all_commands_report_panic_as_error() {
     let folder = Folder::new("panic-commands");
     let text = SOUND.replace("\"toy\"", "\"unbuildable\"");
     let scenario = folder.file("unbuildable.toml", &text);
@@ -139,7 +140,7 @@ fn every_command_answers_a_panic_with_an_error() {
 }
 
 #[test]
-fn panic_of_a_controller_under_construction_is_reported_and_ends_no_other_run() {
+fn panic_while_building_controller_is_reported_and_affects_no_other_run() {
     let folder = Folder::new("panic-variables");
     let registry = registry().with_controller(
         twinrig::ControllerKind::new(
@@ -164,7 +165,7 @@ fn panic_of_a_controller_under_construction_is_reported_and_ends_no_other_run() 
     let words = ["run", &scenario, &sound, "--json", "--no-record"];
     let done = twin_of(&registry, &words);
     let reports = json(&done.out);
-    is_blamed(&reports[0], "controller `hopeless`", "no idea", "panics.rs");
+    reports_panic(&reports[0], "controller `hopeless`", "no idea", "panics.rs");
     assert_eq!(reports[1]["verdict"], "pass");
 }
 
@@ -180,7 +181,7 @@ fn study(folder: &Folder, words: &[&str]) -> Done {
 }
 
 #[test]
-fn a_panic_in_a_study_is_a_row_and_the_others_are_there() {
+fn panic_in_study_is_a_failed_row() {
     let folder = Folder::new("panic-study");
     let plants = [
         "--plant",
@@ -244,7 +245,7 @@ fn a_panic_in_a_study_is_a_row_and_the_others_are_there() {
 }
 
 #[test]
-fn a_search_for_the_stable_step_tells_of_a_panic_and_what_it_knows() {
+fn stability_study_reports_panic_and_other_rows() {
     let folder = Folder::new("panic-stability");
     let words = ["stability", "--plant", "cracking", "--duration", "500 ms"];
     let done = study(
@@ -268,7 +269,7 @@ fn a_search_for_the_stable_step_tells_of_a_panic_and_what_it_knows() {
 }
 
 #[test]
-fn a_study_of_coupling_survives_a_panic_too() {
+fn panic_in_coupling_study_is_a_failed_row() {
     let folder = Folder::new("panic-coupling");
     let plants = ["--plant", "unbuildable", "--plant", "spring"];
     let words = [&["coupling", "--json", "--duration", "20 ms"], &plants[..]];

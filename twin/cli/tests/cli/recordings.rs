@@ -1,7 +1,7 @@
-//! Running recordings again and comparing them.
+//! Replay and comparison of recordings.
 
-use twinrig_testing::python;
 use std::path::Path;
+use twinrig_testing::python;
 
 use serde_json::json;
 use twinrig_record::{ChangeMessage, EventMessage, FootstepMessage, Recording, VerdictMessage};
@@ -9,14 +9,14 @@ use twinrig_record::{ChangeMessage, EventMessage, FootstepMessage, Recording, Ve
 use crate::common::{Folder, SOUND, json, twin};
 
 #[test]
-fn a_recording_replays_to_the_same_fingerprint() {
+fn replay_reproduces_fingerprint() {
     let folder = Folder::new("replay");
     let scenario = folder.file("bob.toml", SOUND);
     let out = folder.join("out");
     let words = ["run", &scenario, "--out", &out, "--json", "--set", "seed=9"];
     let report = json(&twin(&words).out).remove(0);
     let recording = report["recording"].as_str().unwrap();
-    std::fs::remove_file(&scenario).unwrap(); // the recording holds all it takes
+    std::fs::remove_file(&scenario).unwrap(); // The recording contains the scenario.
     let done = twin(&["replay", recording, "--json"]);
     assert_eq!(done.code, 0, "{done:?}");
     let replayed = &json(&done.out)[0];
@@ -26,24 +26,24 @@ fn a_recording_replays_to_the_same_fingerprint() {
     assert_eq!(
         std::fs::read_dir(&out).unwrap().count(),
         1,
-        "nothing is left lying"
+        "no temporary files remain"
     );
 }
 
 #[test]
-fn a_recording_that_was_cut_off_is_compared_as_far_as_it_goes() {
+fn truncated_recording_is_compared_up_to_its_end() {
     let folder = Folder::new("cut");
     let scenario = folder.file("bob.toml", &SOUND.replace("1 s", "4 s"));
     let done = twin(&["run", &scenario, "--json", "--out", &folder.join("out")]);
     let recording = json(&done.out)[0]["recording"].as_str().unwrap().to_owned();
     let bytes = std::fs::read(&recording).unwrap();
     std::fs::write(&recording, &bytes[..bytes.len() / 2]).unwrap();
-    let told = "same as far as it goes: ";
+    let verdict = "identical up to the cut-off: ";
     let done = twin(&["replay", &recording]);
     assert_eq!(done.code, 0, "{done:?}");
     assert!(
         done.out
-            .contains(&format!("{told}the recording was cut off at ")),
+            .contains(&format!("{verdict}the recording was cut off at ")),
         "{}",
         done.out
     );
@@ -52,10 +52,10 @@ fn a_recording_that_was_cut_off_is_compared_as_far_as_it_goes() {
     for (pair, name) in [([&recording, &whole], 'a'), ([&whole, &recording], 'b')] {
         let done = twin(&["diff", pair[0], pair[1]]);
         assert_eq!(done.code, 0, "{done:?}");
-        let told = format!("{told}{name} was cut off at ");
-        assert!(done.out.contains(&told), "{}", done.out);
+        let expected = format!("{verdict}{name} was cut off at ");
+        assert!(done.out.contains(&expected), "{}", done.out);
     }
-    // Another run is another run, however little is left of it.
+    // A recording of a different run differs, even if it is truncated.
     let other = ["run", &scenario, "--json", "--plant", "snapping", "--out"];
     let done = twin(&[&other[..], &[&folder.join("other")]].concat());
     let other = json(&done.out)[0]["recording"].as_str().unwrap().to_owned();
@@ -66,7 +66,7 @@ fn a_recording_that_was_cut_off_is_compared_as_far_as_it_goes() {
 }
 
 #[test]
-fn diff_finds_the_first_difference() {
+fn diff_finds_first_difference() {
     let folder = Folder::new("diff");
     let scenario = folder.file("bob.toml", SOUND);
     let out = folder.join("out");
@@ -91,7 +91,7 @@ fn diff_finds_the_first_difference() {
 }
 
 #[test]
-fn a_comparison_of_nothing_is_an_error() {
+fn comparison_without_common_samples_is_an_error() {
     let folder = Folder::new("nothing-to-diff");
     let scenario = folder.file("bob.toml", SOUND);
     let run = |out: &str, signals: &str| {
@@ -116,14 +116,14 @@ fn a_comparison_of_nothing_is_an_error() {
         }
     }
     assert_eq!(twin(&["diff", &position, &position]).code, 0);
-    // Cut off before the first sample.
+    // Truncated before the first sample.
     let bytes = std::fs::read(&position).unwrap();
     std::fs::write(&position, &bytes[..bytes.len().min(2_000)]).unwrap();
     assert_eq!(twin(&["diff", &position, &position]).code, 2);
 }
 
 #[test]
-fn what_does_not_end_is_refused() {
+fn endless_files_are_refused() {
     let endless = "/dev/zero";
     for words in [
         &["check", endless][..],
@@ -133,7 +133,10 @@ fn what_does_not_end_is_refused() {
     ] {
         let done = twin(words);
         assert_eq!(done.code, 2, "{words:?}");
-        assert!(done.err.contains("after 16 MB"), "{words:?}: {done:?}");
+        assert!(
+            done.err.contains("longer than 16 MB"),
+            "{words:?}: {done:?}"
+        );
     }
     let folder = Folder::new("endless-robot");
     let robot = SOUND.replace("\"cheetah-cub\"", "\"./zero.toml\"");
@@ -141,12 +144,12 @@ fn what_does_not_end_is_refused() {
     std::os::unix::fs::symlink(endless, folder.join("zero.toml")).unwrap();
     let done = twin(&["check", &scenario]);
     assert_eq!(done.code, 2);
-    assert!(done.err.contains("after 16 MB"), "{done:?}");
+    assert!(done.err.contains("longer than 16 MB"), "{done:?}");
 }
 
-/// A scenario that comes through a pipe, as from `<(…)` of a shell, is one like any other.
+/// A scenario may be read from a pipe, such as `<(…)` of a shell.
 #[test]
-fn what_is_no_regular_file_is_read_if_it_ends() {
+fn finite_pipes_are_read() {
     let folder = Folder::new("pipe");
     let pipe = folder.join("pipe.toml");
     let made = std::process::Command::new("mkfifo").arg(&pipe).status();
@@ -160,8 +163,8 @@ fn what_is_no_regular_file_is_read_if_it_ends() {
     writer.unwrap().join().unwrap();
 }
 
-/// A recording of a build that wrote messages as JSON and bytes of wires bare: 175 samples of a trot with a force sensor,
-/// made from the scenario that is in it.
+/// Returns the path of a recording by an earlier build, with messages as JSON and bytes of wires
+/// without encoding: 175 samples of a trot with a force sensor, made from the attached scenario.
 fn before_cdr() -> String {
     let path =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../ci/golden/recording-before-cdr.mcap");
@@ -169,7 +172,7 @@ fn before_cdr() -> String {
 }
 
 #[test]
-fn a_recording_of_an_earlier_build_is_read_whole() {
+fn recording_of_earlier_build_is_read_completely() {
     let recording = Recording::open(before_cdr().as_ref()).unwrap();
     let footsteps = recording.messages::<FootstepMessage>().unwrap();
     assert_eq!(footsteps.len(), 7);
@@ -199,13 +202,13 @@ fn a_recording_of_an_earlier_build_is_read_whole() {
 }
 
 #[test]
-fn a_recording_of_an_earlier_build_is_compared_and_replayed() {
+fn recording_of_earlier_build_is_compared_and_replayed() {
     let before = before_cdr();
     let done = twin(&["diff", &before, &before]);
     assert_eq!(done.code, 0, "{done:?}");
     let done = twin(&["diff", "--events", &before, &before]);
     assert_eq!(done.code, 0, "{done:?}");
-    // Plants may have become better since. What is recorded of them is the same.
+    // The results of plants may have changed since, but not the recorded signals.
     let done = twin(&["replay", "--json", &before]);
     assert!(done.code < 2, "{done:?}");
     let replayed = &json(&done.out)[0];
@@ -217,9 +220,9 @@ fn a_recording_of_an_earlier_build_is_compared_and_replayed() {
     );
 }
 
-/// Standard messages and our own, of a run with everything in it.
+/// Standard and custom messages of a run with all kinds of messages.
 #[test]
-fn packages_of_others_read_the_recording_of_a_run() {
+fn third_party_packages_read_recording() {
     let Some(python) = python::python("mcap, mcap_ros2, rosbags") else {
         return;
     };
@@ -265,7 +268,7 @@ fn packages_of_others_read_the_recording_of_a_run() {
         "/wire/optoforce/out",
     ] {
         let messages = topics[topic].as_array().unwrap();
-        // A controller that reads nothing has no inputs.
+        // A controller may have no inputs.
         assert!(
             !messages.is_empty() || topic == "/process_inputs",
             "{topic}"

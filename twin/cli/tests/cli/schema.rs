@@ -1,9 +1,9 @@
-//! `twin schema`: scenarios that are kept in the repository, and the schema that is kept with them, are at one.
+//! `twin schema`: agreement of the scenarios of the repository, the stored schema and the program.
 
-use twinrig_testing::python;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use twinrig_testing::python;
 
 use serde_json::{Value, json};
 use twinrig::Registry;
@@ -16,7 +16,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// Files below `folder` whose name ends in `.EXTENSION`, in order.
+/// Returns the files below `folder` with the given extension, in order.
 fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -31,7 +31,8 @@ fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
     found
 }
 
-/// What an independent validator says of documents, and of mutants of the sound ones; none without Python.
+/// Returns the results of an independent validator for documents and mutants of the valid ones;
+/// none without Python.
 fn validated(schema: &Value, documents: &[String], mutants: usize) -> Option<Value> {
     let python = python::python("jsonschema, tomllib")?;
     let input = json!({ "schema": schema, "documents": documents, "mutants": mutants });
@@ -48,7 +49,7 @@ fn schema_of(registry: &Registry) -> Value {
 /// Regenerate with `UPDATE_SCHEMA=1 cargo test -p twinrig -p squat -p rangefinder schema`.
 #[cfg(not(any(feature = "mujoco", feature = "rapier")))]
 #[test]
-fn the_schema_that_is_kept_is_that_of_this_build() {
+fn stored_schema_is_up_to_date() {
     let made = twin_of(&Registry::standard(), &["schema"]).out;
     let path = root().join("scenarios/scenario.schema.json");
     if std::env::var_os("UPDATE_SCHEMA").is_some() {
@@ -64,7 +65,7 @@ fn the_schema_that_is_kept_is_that_of_this_build() {
     }
 }
 
-/// The schema that a file names in its first line, where editors look for it: seen from the file's folder.
+/// Returns the path of the schema that a file references in its first line, relative to its folder.
 fn named_schema(file: &Path) -> PathBuf {
     let text = fs::read_to_string(file).unwrap();
     let line = text.lines().next().unwrap();
@@ -79,7 +80,7 @@ fn named_schema(file: &Path) -> PathBuf {
 }
 
 #[test]
-fn every_scenario_of_the_repository_is_what_its_schema_says() {
+fn scenarios_of_repository_satisfy_their_schemas() {
     let mut all = files(&root().join("scenarios"), "toml");
     assert!(all.len() >= 22, "{all:?}");
     for example in ["squat", "rangefinder"] {
@@ -105,7 +106,8 @@ fn every_scenario_of_the_repository_is_what_its_schema_says() {
     }
 }
 
-/// What is no format string among the texts that look like a scenario: raw strings of tests, blocks of the documentation.
+/// Returns the texts in raw strings of tests and in code blocks of the documentation that look like
+/// scenarios; includes format strings.
 fn scenarios_of_tests_and_documents() -> Vec<String> {
     let mut texts = Vec::new();
     let mut between = |text: &str, open: &str, close: &str| {
@@ -126,7 +128,7 @@ fn scenarios_of_tests_and_documents() -> Vec<String> {
     texts
 }
 
-/// What the program accepts, whatever its parts may say to it.
+/// Returns the texts that the program accepts as scenarios, without building their parts.
 fn accepted<'t>(registry: &Registry, texts: impl Iterator<Item = &'t str>) -> Vec<&'t str> {
     let robot = RobotFile::find("oncilla", Path::new("")).unwrap();
     let catalogue = registry.catalogue(Some(&robot.robot().unwrap()));
@@ -136,7 +138,7 @@ fn accepted<'t>(registry: &Registry, texts: impl Iterator<Item = &'t str>) -> Ve
 }
 
 #[test]
-fn sound_scenarios_of_tests_and_documents_are_accepted() {
+fn schema_accepts_valid_scenarios_of_tests_and_documents() {
     let registry = registry();
     let texts = scenarios_of_tests_and_documents();
     let sound = accepted(&registry, texts.iter().map(String::as_str));
@@ -151,7 +153,7 @@ fn sound_scenarios_of_tests_and_documents_are_accepted() {
 }
 
 #[test]
-fn no_mutant_of_a_shipped_scenario_is_refused_that_the_program_accepts() {
+fn schema_accepts_mutants_that_program_accepts() {
     let registry = Registry::standard();
     let shipped = files(&root().join("scenarios"), "toml").into_iter();
     let shipped = shipped.map(|file| fs::read_to_string(file).unwrap());
@@ -170,26 +172,26 @@ fn no_mutant_of_a_shipped_scenario_is_refused_that_the_program_accepts() {
     {
         assert_eq!(mutant["errors"], json!([]), "{}", mutant["text"]);
     }
-    assert!(sound.len() > 50, "{} of 500 mutants are sound", sound.len());
+    assert!(sound.len() > 50, "{} of 500 mutants are valid", sound.len());
 }
 
 #[test]
-fn a_part_of_ones_own_is_in_the_schema_of_its_build() {
-    let own = schema_of(&registry());
+fn custom_part_is_in_schema_of_its_build() {
+    let custom = schema_of(&registry());
     let standard = schema_of(&Registry::standard());
     let models = |schema: &Value| {
         let models = schema["properties"]["plant"]["properties"]["model"]["enum"].clone();
         models.as_array().unwrap().contains(&json!("toy"))
     };
-    assert!(models(&own) && !models(&standard));
+    assert!(models(&custom) && !models(&standard));
 }
 
 #[test]
-fn the_schema_is_for_the_robots_that_are_named() {
+fn schema_contains_variables_of_given_robots() {
     let done = twin(&["schema", "--robot", "oncila"]);
     assert_eq!((done.code, done.out.as_str()), (2, ""));
     assert!(done.err.contains("did you mean `oncilla`"), "{}", done.err);
-    // Legs of its own have variables of their own.
+    // Process variables of legs have the names of the legs.
     let folder = Folder::new("schema");
     let robot = include_str!("../../../../robots/cheetah-cub.toml");
     let robot = folder.file("wolf.toml", &robot.replace("\"LF\"", "\"front\""));

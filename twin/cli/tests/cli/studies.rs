@@ -1,4 +1,4 @@
-//! `twin study`, end to end, with plants that are fast to build and easy to break.
+//! End-to-end tests of `twin study` with toy plants.
 
 use std::path::Path;
 
@@ -8,7 +8,8 @@ use twinrig::kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit}
 use twinrig::runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 use twinrig::{PlantKind, Registry};
 
-/// A foot on a spring that follows the first hip's command, by explicit or semi-implicit Euler.
+/// Foot on a spring that follows the command of the first hip, integrated by explicit or
+/// semi-implicit Euler.
 struct Spring {
     /// Panics at its first step.
     cracks: bool,
@@ -74,12 +75,12 @@ impl Plant for Spring {
     }
 }
 
-/// The registry of the other tests, with springs that can be studied.
+/// Returns the registry of the other tests with the plant `spring`.
 fn springs() -> Registry {
     registry().with_plant(spring("spring"))
 }
 
-/// Commands of all legs, and one foot.
+/// Returns the ports: commands of all legs, and the position of one foot.
 fn spring_ports(legs: &[&str]) -> Vec<Port> {
     let joints = ["hip", "knee"];
     let commands = legs
@@ -90,8 +91,8 @@ fn spring_ports(legs: &[&str]) -> Vec<Port> {
     commands.chain([foot]).collect()
 }
 
-/// The kind of spring called `name`. Explicit Euler cracks at short steps if that is `cracking`; no `unbuildable` one can be
-/// built.
+/// Returns the plant kind `name`. The kind `cracking` panics with explicit Euler at short steps,
+/// the kind `unbuildable` panics when it is built.
 pub fn spring(name: &'static str) -> PlantKind {
     let spring = PlantKind::new(name, "a foot on a spring", move |context| {
         assert_ne!(name, "unbuildable", "no blueprint");
@@ -104,7 +105,7 @@ pub fn spring(name: &'static str) -> PlantKind {
             ports: spring_ports(context.legs),
             implicit,
             step,
-            // As many as the robot has newtons a metre: 4400.
+            // Numerically equal to the stiffness of the robot, 4400 N/m.
             omega_squared: leg.diagonal.stiffness,
             now: SimTime::ZERO,
             state: [0.01, 0.0],
@@ -149,7 +150,7 @@ fn study(folder: &Folder, words: &[&str], text: &str) -> Done {
 }
 
 #[test]
-fn a_study_prints_the_promised_keys_and_writes_page_table_and_json() {
+fn study_prints_documented_keys_and_writes_html_csv_and_json() {
     let folder = Folder::new("study");
     let done = study(
         &folder,
@@ -184,10 +185,10 @@ fn a_study_prints_the_promised_keys_and_writes_page_table_and_json() {
 }
 
 #[test]
-fn the_table_names_method_order_reference_and_files() {
+fn table_shows_methods_orders_reference_and_files() {
     let folder = Folder::new("study-table");
     let done = study(&folder, &["precision", "--plant", "spring"], STILL);
-    for wanted in [
+    for expected in [
         "a <spring>",
         "explicit-euler",
         "semi-implicit",
@@ -195,12 +196,16 @@ fn the_table_names_method_order_reference_and_files() {
         "reference",
         "precision-spring.html",
     ] {
-        assert!(done.out.contains(wanted), "no {wanted} in\n{}", done.out);
+        assert!(
+            done.out.contains(expected),
+            "no {expected} in\n{}",
+            done.out
+        );
     }
 }
 
 #[test]
-fn a_plant_that_does_not_fit_the_scene_is_left_out_unless_it_is_asked_for() {
+fn unsuitable_plant_is_left_out_unless_requested() {
     let folder = Folder::new("study-all");
     let scene = STILL.replace("\"spring\" }", "\"spring\", how = \"semi-implicit\" }");
     let done = study(
@@ -214,19 +219,19 @@ fn a_plant_that_does_not_fit_the_scene_is_left_out_unless_it_is_asked_for() {
         let rows = found["rows"].as_array().unwrap().iter();
         rows.filter(|row| row["plant"] == plant).collect::<Vec<_>>()
     };
-    // Only `spring` has the option that the scene gives.
+    // Only `spring` has the option of the scene.
     assert_eq!(of("massless"), Vec::<&serde_json::Value>::new());
     let mut left_out = found["left_out"].as_array().unwrap().iter();
     let why = left_out.find_map(|left| left.as_str()?.strip_prefix("massless: "));
     assert!(why.is_some_and(|why| why.contains("how")), "{found}");
     assert!(of("spring").iter().any(|row| row["status"] == "ok"));
-    let asked = study(&folder, &["precision", "--plant", "massless"], &scene);
-    assert_eq!((asked.code, asked.out.as_str()), (2, ""));
-    assert!(asked.err.contains("how"), "{}", asked.err);
+    let requested = study(&folder, &["precision", "--plant", "massless"], &scene);
+    assert_eq!((requested.code, requested.out.as_str()), (2, ""));
+    assert!(requested.err.contains("how"), "{}", requested.err);
 }
 
 #[test]
-fn stability_finds_what_stiffness_does_to_a_limit() {
+fn stability_limit_of_explicit_euler_depends_on_stiffness() {
     let folder = Folder::new("study-stable");
     let words = [
         "stability",
@@ -241,16 +246,16 @@ fn stability_finds_what_stiffness_does_to_a_limit() {
     let rows = &json(&done.out)[0]["rows"];
     let limit = |stiffness: f64| {
         let mut rows = rows.as_array().unwrap().iter();
-        let ours = |row: &&serde_json::Value| {
+        let selected = |row: &&serde_json::Value| {
             row["method"] == "explicit-euler"
                 && row["stiffness"] == stiffness
                 && row["damping"] == 1.0
         };
-        rows.find(ours).unwrap()["largest_stable_step_s"]
+        rows.find(selected).unwrap()["largest_stable_step_s"]
             .as_f64()
             .unwrap()
     };
-    // c/k: 4.5 ms, and at a quarter of the stiffness the fourfold.
+    // c/k: 4.5 ms, and four times as much at a quarter of the stiffness.
     assert!(
         (limit(1.0) * 4400.0 / 20.0 - 1.0).abs() < 0.1,
         "{}",
@@ -260,7 +265,7 @@ fn stability_finds_what_stiffness_does_to_a_limit() {
 }
 
 #[test]
-fn commands_are_recorded_once_and_played_to_every_plant() {
+fn commands_are_recorded_once_and_replayed_to_all_plants() {
     let folder = Folder::new("study-driven");
     let done = study(
         &folder,
@@ -270,7 +275,7 @@ fn commands_are_recorded_once_and_played_to_every_plant() {
     assert_eq!(done.code, 0, "{}{}", done.out, done.err);
     let study = &json(&done.out)[0];
     assert_eq!(study["commands_played"], true);
-    // Steps that the commands would cut are not studied.
+    // Steps longer than the period of the commands are not studied.
     assert_eq!(study["compared_every_s"], 0.002);
     let rows = study["rows"].as_array().unwrap();
     assert!(
@@ -281,9 +286,9 @@ fn commands_are_recorded_once_and_played_to_every_plant() {
 }
 
 #[test]
-fn what_is_wrong_is_said_and_is_exit_code_2() {
+fn errors_are_reported_with_exit_code_2() {
     let folder = Folder::new("study-wrong");
-    for (words, wanted) in [
+    for (words, expected) in [
         (
             &["precision", "--plant", "sprung"][..],
             "did you mean `spring`?",
@@ -295,7 +300,7 @@ fn what_is_wrong_is_said_and_is_exit_code_2() {
     ] {
         let done = study(&folder, words, STILL);
         assert_eq!((done.code, done.out.as_str()), (2, ""), "{words:?}");
-        assert!(done.err.contains(wanted), "{words:?}: {}", done.err);
+        assert!(done.err.contains(expected), "{words:?}: {}", done.err);
     }
     let missing = twin(&[
         "study",
@@ -315,7 +320,7 @@ fn what_is_wrong_is_said_and_is_exit_code_2() {
 }
 
 #[test]
-fn coupling_runs_the_whole_rig_and_says_what_is_left_without_a_bus() {
+fn coupling_study_runs_complete_rig_and_reports_missing_bus() {
     let folder = Folder::new("study-coupling");
     let words = [
         "coupling",
@@ -325,8 +330,8 @@ fn coupling_runs_the_whole_rig_and_says_what_is_left_without_a_bus() {
         "60 ms",
         "--json",
     ];
-    // Expectations are not judged here: that the study observes more rarely than they allow is no
-    // error.
+    // Expectations are not evaluated in studies, so an observation period that is too long for them
+    // is not an error.
     let expecting = format!(
         "{DRIVEN}\n[footsteps]\nshortest_swing = \"8 ms\"\n[[expect]]\nfootstep = {{ slip = {{ max = \"1 mm\" }} }}\n"
     );
@@ -336,7 +341,7 @@ fn coupling_runs_the_whole_rig_and_says_what_is_left_without_a_bus() {
     assert_eq!(printed["study"], "coupling");
     assert!(printed["left_out"][0].as_str().unwrap().contains("no bus"));
     let rows = printed["rows"].as_array().unwrap();
-    // Three ways together and two alone, at eight steps each.
+    // Three methods with the complete rig and two with the plant alone, at eight steps each.
     assert_eq!(rows.len(), 40);
     assert!(rows.iter().all(|row| row["status"] == "ok"), "{rows:?}");
     let error = |method: &str, step: f64| {
@@ -345,7 +350,8 @@ fn coupling_runs_the_whole_rig_and_says_what_is_left_without_a_bus() {
         });
         ours.next().unwrap()["error_max_m"].as_f64().unwrap()
     };
-    // The controller meets the plant every 2 ms: on a grid that divides that nothing is made up, and nothing is wrong.
+    // On a grid that divides the controller period of 2 ms no sample is interpolated, so the error
+    // is zero.
     for method in ["grid", "grid-held"] {
         for step in [2e-3, 1e-3, 5e-4, 1e-4] {
             assert_eq!(error(method, step), 0.0, "{method} {step}");
@@ -357,13 +363,17 @@ fn coupling_runs_the_whole_rig_and_says_what_is_left_without_a_bus() {
         assert!(Path::new(&path).exists(), "{path}");
     }
     let table = study(&folder, &words[..5], DRIVEN);
-    for wanted in ["grid-held: RMS", "5 ms", "no bus", "coupling-spring.html"] {
-        assert!(table.out.contains(wanted), "no {wanted} in\n{}", table.out);
+    for expected in ["grid-held: RMS", "5 ms", "no bus", "coupling-spring.html"] {
+        assert!(
+            table.out.contains(expected),
+            "no {expected} in\n{}",
+            table.out
+        );
     }
 }
 
 #[test]
-fn a_plan_tells_how_plant_and_boards_meet() {
+fn plan_shows_coupling_of_plant_and_boards() {
     let folder = Folder::new("plan-coupling");
     let scenario = folder.file("spring.toml", DRIVEN);
     let plan = |more: &[&str]| twin_of(&springs(), &[&["plan", &scenario], more].concat());
@@ -380,7 +390,7 @@ fn a_plan_tells_how_plant_and_boards_meet() {
     assert_eq!(json(&grid.out)[0]["schedule"]["coupling_grid_s"], 5e-4);
     let text = plan(&set).out;
     assert!(
-        text.contains("on a grid of 0.5 ms: commands act from its next"),
+        text.contains("fixed grid of 0.5 ms: commands act from the next grid point on"),
         "{text}"
     );
     let wrong = plan(&["--set", "plant.coupling={ grid = \"3 ms\" }"]);

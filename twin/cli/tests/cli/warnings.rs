@@ -1,15 +1,15 @@
-//! Warnings: what is accepted and most likely a mistake.
+//! Warnings about likely mistakes in valid scenarios.
 
 use crate::common::{Folder, SOUND, json, twin};
 
-/// A scenario that passes, with a lag that is longer than the run in its last line.
+/// Writes a scenario that passes, with a lag longer than the run.
 fn slow(folder: &Folder) -> String {
     let lagging = SOUND.replace("seed = 7", "seed = 7\nactuator = { lag = \"1.5 s\" }");
     folder.file("slow.toml", &lagging)
 }
 
 #[test]
-fn a_warning_is_shown_with_its_place_and_changes_no_verdict() {
+fn warning_is_shown_with_place_and_does_not_change_verdict() {
     let folder = Folder::new("warned");
     let slow = slow(&folder);
     let done = twin(&["run", &slow, "--no-record"]);
@@ -29,7 +29,7 @@ fn a_warning_is_shown_with_its_place_and_changes_no_verdict() {
         assert_eq!(done.code, 0);
         assert!(done.err.contains("warning[lag-beyond-run]"), "{}", done.err);
     }
-    // Run without the warning, it is the same run.
+    // The run is equal to the one without the lag.
     let print = |words: &[&str]| json(&twin(words).out)[0]["fingerprint"].clone();
     let plain = folder.file("plain.toml", SOUND);
     let words = ["run", &slow, "--no-record", "--json"];
@@ -40,7 +40,7 @@ fn a_warning_is_shown_with_its_place_and_changes_no_verdict() {
 }
 
 #[test]
-fn programs_find_warnings_in_the_report() {
+fn warnings_are_in_json_output() {
     let folder = Folder::new("warned-json");
     let slow = slow(&folder);
     let expected = serde_json::json!([{
@@ -61,7 +61,7 @@ fn programs_find_warnings_in_the_report() {
 }
 
 #[test]
-fn a_strict_check_takes_warnings_for_errors() {
+fn strict_check_treats_warnings_as_errors() {
     let folder = Folder::new("strict");
     let slow = slow(&folder);
     let done = twin(&["check", &slow, "--strict"]);
@@ -78,7 +78,7 @@ fn a_strict_check_takes_warnings_for_errors() {
 }
 
 #[test]
-fn a_key_that_the_command_line_sets_twice_is_warned_of() {
+fn key_set_twice_on_command_line_is_a_warning() {
     let folder = Folder::new("set-twice");
     let sound = folder.file("sound.toml", SOUND);
     let done = twin(&[
@@ -97,7 +97,7 @@ fn a_key_that_the_command_line_sets_twice_is_warned_of() {
         "{}",
         done.err
     );
-    // The option of the plant is a setting, too.
+    // `--plant` also sets a key.
     let done = twin(&[
         "check",
         &sound,
@@ -115,7 +115,7 @@ fn a_key_that_the_command_line_sets_twice_is_warned_of() {
 }
 
 #[test]
-fn a_warning_is_shown_once_for_several_plants() {
+fn warning_is_shown_once_for_several_plants() {
     let folder = Folder::new("warned-once");
     let slow = slow(&folder);
     let out = folder.join("out");
@@ -126,7 +126,7 @@ fn a_warning_is_shown_once_for_several_plants() {
     assert_eq!(done.err.matches("warning[").count(), 1, "{}", done.err);
 }
 
-/// The files that are shipped are examples: none of them is warned of.
+/// The shipped scenarios are examples and have no warnings.
 #[test]
 fn shipped_scenarios_pass_the_strict_check() {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios");
@@ -142,7 +142,7 @@ fn shipped_scenarios_pass_the_strict_check() {
 }
 
 #[test]
-fn a_run_of_hours_or_terabytes_says_so_before_it_begins() {
+fn long_run_and_large_recording_are_warnings() {
     let folder = Folder::new("warned-long");
     let scenario = folder.file("bob.toml", &SOUND.replace("1 s", "1e7 s"));
     let codes = |words: &[&str]| {
@@ -152,7 +152,7 @@ fn a_run_of_hours_or_terabytes_says_so_before_it_begins() {
         let codes = warnings.iter().map(|one| one["code"].as_str().unwrap());
         codes.map(str::to_owned).collect::<Vec<_>>()
     };
-    // 5e9 observations of 83 bytes, steps of the plant, and control steps.
+    // 5e9 observations of 83 bytes each; plant steps and control steps.
     assert_eq!(codes(&[]), ["long-run", "large-recording"]);
     assert_eq!(codes(&["--set", "record.signals=[]"]), ["long-run"]);
     assert_eq!(codes(&["--set", "duration=1e6 s"]), [""; 0]);

@@ -1,33 +1,34 @@
-//! How the footsteps of two runs differ.
+//! Differences between the footsteps of two runs.
 
 use serde::Serialize;
 use twinrig_record::{LegFootsteps, RecordedFootstep, median};
 
 use super::Bounds;
 
-/// A median difference of touch-downs above this is suspect, in strides: a footstep of another stride may be nearer.
+/// Median difference of touch-downs, in strides, above which pairs are suspect: the footsteps may
+/// belong to different strides.
 const SUSPECT: f64 = 0.35;
 
-/// A footstep that differs.
+/// Footstep that differs.
 #[derive(Clone, Serialize)]
 pub(super) struct First {
     pub(super) leg: String,
     /// `moved`, `only in a`, `only in b`.
     pub(super) what: &'static str,
-    /// Which footstep of the leg it is, counted from 1.
+    /// Number of the footstep of the leg, counted from 1.
     pub(super) footstep_a: Option<usize>,
     pub(super) footstep_b: Option<usize>,
-    /// From when on they differ.
+    /// Time of the first difference.
     pub(super) at_s: f64,
     pub(super) touch_down_a_s: Option<f64>,
     pub(super) touch_down_b_s: Option<f64>,
-    /// Of b, less that of a.
+    /// Difference b − a.
     pub(super) touch_down_by_s: Option<f64>,
     pub(super) lift_off_by_s: Option<f64>,
     pub(super) place_by_m: Option<f64>,
 }
 
-/// How many footsteps are the same, and how much the pairs are apart.
+/// Numbers of equal and unpaired footsteps, and differences of the pairs.
 #[derive(Default, Serialize)]
 pub(super) struct Footsteps {
     pub(super) a: usize,
@@ -36,22 +37,23 @@ pub(super) struct Footsteps {
     pub(super) same: usize,
     pub(super) only_in_a: usize,
     pub(super) only_in_b: usize,
-    /// At the end of one, where the other had ended.
+    /// Footsteps of one run after the end of the other.
     pub(super) beyond_b: usize,
     pub(super) beyond_a: usize,
     pub(super) touch_down: Spread,
     pub(super) lift_off: Spread,
     pub(super) place: Spread,
-    /// The median of the touch-downs of a leg is so far off that its pairs may be those of another stride.
+    /// The median difference of the touch-downs of a leg is so large that pairs may belong to
+    /// different strides.
     pub(super) suspect: bool,
 }
 
-/// What pairs differ by, b less a: in seconds or metres.
+/// Statistics of the differences b − a of pairs, in seconds or metres.
 #[derive(Default, Serialize)]
 pub(super) struct Spread {
     pub(super) median: Option<f64>,
     pub(super) rms: Option<f64>,
-    /// The greatest magnitude, with its sign.
+    /// Difference of the greatest magnitude, with its sign.
     pub(super) max: Option<f64>,
 }
 
@@ -60,11 +62,12 @@ pub(super) struct OfLeg {
     pub(super) leg: String,
     #[serde(flatten)]
     pub(super) footsteps: Footsteps,
-    /// Which footsteps the other has not, counted from 1.
+    /// Footsteps without a partner.
     pub(super) missing: Vec<First>,
 }
 
-/// A pair of footsteps, and what they differ by: touch-down, lift-off \[s\], place \[m\].
+/// Returns the pairs of footsteps with their differences: touch-down and lift-off \[s\], position
+/// \[m\].
 fn pairs(leg: &LegFootsteps) -> impl Iterator<Item = ((usize, usize), [Option<f64>; 3])> {
     leg.pairing.pairs.iter().map(|&(i, j)| {
         let (a, b) = (&leg.a[i], &leg.b[j]);
@@ -81,13 +84,13 @@ fn pairs(leg: &LegFootsteps) -> impl Iterator<Item = ((usize, usize), [Option<f6
     })
 }
 
-/// Which of touch-down, lift-off and place are beyond the bounds.
+/// Returns which of touch-down, lift-off and position exceed the bounds.
 fn beyond(by: [Option<f64>; 3], bounds: Bounds) -> [bool; 3] {
     let most = [bounds.time_s, bounds.time_s, bounds.place_m];
     std::array::from_fn(|k| by[k].is_some_and(|by| by.abs() > most[k]))
 }
 
-/// The footsteps of a leg that differ.
+/// Returns the differing footsteps of a leg.
 pub(super) fn differing(leg: &LegFootsteps, bounds: Bounds) -> impl Iterator<Item = First> {
     let moved = pairs(leg).filter_map(move |((i, j), by)| {
         let (a, b) = (&leg.a[i], &leg.b[j]);
@@ -113,9 +116,9 @@ pub(super) fn differing(leg: &LegFootsteps, bounds: Bounds) -> impl Iterator<Ite
     moved.chain(missing(leg))
 }
 
-/// The footsteps of a leg that have no partner.
+/// Returns the footsteps of a leg without a partner.
 pub(super) fn missing(leg: &LegFootsteps) -> impl Iterator<Item = First> {
-    let standalone = |what, number: usize, step: &RecordedFootstep| {
+    let unpaired = |what, number: usize, step: &RecordedFootstep| {
         First {
             leg: leg.leg.clone(),
             what,
@@ -132,12 +135,12 @@ pub(super) fn missing(leg: &LegFootsteps) -> impl Iterator<Item = First> {
     };
     let only_in_a = leg.pairing.only_in_a.iter();
     let only_in_b = leg.pairing.only_in_b.iter();
-    let only_in_a = only_in_a.map(move |&i| standalone("only in a", i + 1, &leg.a[i]));
-    only_in_a.chain(only_in_b.map(move |&j| standalone("only in b", j + 1, &leg.b[j])))
+    let only_in_a = only_in_a.map(move |&i| unpaired("only in a", i + 1, &leg.a[i]));
+    only_in_a.chain(only_in_b.map(move |&j| unpaired("only in b", j + 1, &leg.b[j])))
 }
 
 impl First {
-    /// With the number and the time of a footstep that only one of them has.
+    /// Sets number and time of a footstep without a partner.
     fn numbered(mut self, number: usize, step: &RecordedFootstep) -> Self {
         if self.what == "only in a" {
             (self.footstep_a, self.touch_down_a_s) = (Some(number), Some(step.touch_down_s));
@@ -149,7 +152,7 @@ impl First {
 }
 
 impl Footsteps {
-    /// Of these legs, whose common stride is `stride_s` \[s\].
+    /// Evaluates the footsteps of legs with the common stride period `stride_s` \[s\].
     pub(super) fn of(legs: &[&LegFootsteps], stride_s: Option<f64>, bounds: Bounds) -> Self {
         let count = |of: fn(&LegFootsteps) -> usize| legs.iter().map(|leg| of(leg)).sum();
         let by: Vec<[Option<f64>; 3]> = legs
@@ -161,8 +164,8 @@ impl Footsteps {
             [0, 1, 2].map(|k| Spread::of(&by.iter().filter_map(|by| by[k]).collect::<Vec<_>>()));
         let suspect = |leg: &LegFootsteps| {
             let touch_downs: Vec<f64> = pairs(leg).filter_map(|(_, by)| by[0]).collect();
-            let off = median(&touch_downs).zip(stride_s);
-            off.is_some_and(|(off, stride)| off.abs() > SUSPECT * stride)
+            let median = median(&touch_downs).zip(stride_s);
+            median.is_some_and(|(median, stride)| median.abs() > SUSPECT * stride)
         };
         Self {
             a: count(|leg| leg.a.len()),

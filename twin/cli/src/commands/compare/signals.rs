@@ -1,9 +1,10 @@
-//! How the signals of two runs differ.
+//! Differences between the signals of two runs.
 
 use serde::Serialize;
 use twinrig_record::{Drift, SHARES, SignalDrift};
 
-/// What the books of energy do not account for. Its range is an error too: a share of it says nothing.
+/// Residual of the energy balance. Its range consists of errors, so that a share of it is not
+/// meaningful.
 pub(super) const RESIDUAL: &str = "energy/residual";
 
 #[derive(Serialize)]
@@ -26,7 +27,7 @@ pub(super) struct OfSignal {
     pub(super) by_leg: Option<String>,
     pub(super) aligned: Drifted,
     pub(super) plain: Drifted,
-    /// At the first and the last time that both have: when, and what it is in either.
+    /// First and last common times, and the values of both runs there.
     pub(super) ends_at_s: Option<[f64; 2]>,
     pub(super) ends_a: Option<[f64; 2]>,
     pub(super) ends_b: Option<[f64; 2]>,
@@ -50,7 +51,7 @@ impl FirstSignal {
     }
 }
 
-/// A component of a signal as scenarios call it: `body/position y`.
+/// Returns the name of a component of a signal, as in scenarios: `body/position y`.
 fn named(signal: &str, component: usize, components: usize) -> String {
     match (components, component) {
         (1, _) => signal.to_owned(),
@@ -59,12 +60,13 @@ fn named(signal: &str, component: usize, components: usize) -> String {
     }
 }
 
-/// The signal that is first off by more than a share of its range.
+/// Returns the first signal whose difference exceeds a share of its range.
 pub(super) fn first_beyond(signals: &[SignalDrift], share: f64) -> Option<FirstSignal> {
-    let off = signals.iter().filter(|drift| drift.signal != RESIDUAL);
-    let off = off.filter(|drift| drift.aligned.share.is_some_and(|most| most > share));
-    let found = off.map(|drift| {
-        // The time is known for the shares that are looked for; of others, that of the greatest difference.
+    let differing = signals.iter().filter(|drift| drift.signal != RESIDUAL);
+    let differing = differing.filter(|drift| drift.aligned.share.is_some_and(|most| most > share));
+    let found = differing.map(|drift| {
+        // The time of exceeding is known for the shares `SHARES`; for others, the time of the
+        // greatest difference is used.
         let known = SHARES.iter().position(|known| *known == share);
         let at_s = known.and_then(|known| drift.aligned.exceeds_at_s[known]);
         FirstSignal {
@@ -95,7 +97,7 @@ impl OfSignal {
         }
     }
 
-    /// As it is called: with its component, if it has several.
+    /// Returns the name with the component, if there are several.
     pub(super) fn name(&self) -> String {
         named(&self.signal, self.component, self.components)
     }
@@ -121,7 +123,7 @@ impl From<Drift> for Drifted {
 mod tests {
     use super::*;
 
-    fn off(signal: &str, share: f64, at_s: f64) -> SignalDrift {
+    fn drift(signal: &str, share: f64, at_s: f64) -> SignalDrift {
         let drift = Drift {
             share: Some(share),
             exceeds_at_s: [Some(at_s), None],
@@ -141,11 +143,11 @@ mod tests {
     }
 
     #[test]
-    fn what_the_books_miss_is_never_the_first_to_differ() {
+    fn energy_residual_is_excluded_from_first_difference() {
         let all = [
-            off(RESIDUAL, 4310.0, 0.0),
-            off("body/rpy", 0.5, 3.0),
-            off("body/position", 0.02, 2.0),
+            drift(RESIDUAL, 4310.0, 0.0),
+            drift("body/rpy", 0.5, 3.0),
+            drift("body/position", 0.02, 2.0),
         ];
         let first = first_beyond(&all, SHARES[0]).unwrap();
         assert_eq!(
@@ -156,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn components_are_called_as_in_scenarios() {
+    fn components_are_named_as_in_scenarios() {
         assert_eq!(named("foot/load", 0, 1), "foot/load");
         assert_eq!(named("body/position", 2, 3), "body/position z");
         assert_eq!(named("body/orientation", 3, 4), "body/orientation 3");

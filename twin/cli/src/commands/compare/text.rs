@@ -1,10 +1,10 @@
-//! The comparison for a person: how far apart the runs are in a sentence, the verdict, the footsteps, the signals that differ
-//! most.
+//! Text form of a comparison: verdict, summary of the differences, footsteps, and the signals that
+//! differ most.
 
 mod figures;
 mod footsteps;
-mod opening;
 mod signals;
+mod summary;
 
 use figures::{figure, percent, quantity};
 
@@ -13,10 +13,10 @@ use super::EventDifference;
 use crate::report::paint::Paint;
 
 impl EventDifference {
-    /// Some lines for a person.
+    /// Returns the text form.
     pub(in super::super) fn text(&self, paint: Paint) -> String {
         if self.bit_for_bit {
-            return paint.green("the same, bit for bit");
+            return paint.green("identical, bit for bit");
         }
         let mut lines = self.verdict(paint);
         lines.extend(self.ends());
@@ -24,9 +24,9 @@ impl EventDifference {
             lines
                 .push("  no footsteps in either recording: signals at equal times only".to_owned());
         } else {
-            lines.extend(self.of_footsteps(paint));
+            lines.extend(self.footstep_lines(paint));
         }
-        lines.extend(self.of_signals(paint));
+        lines.extend(self.signal_lines(paint));
         for (name, only) in [("a", &self.only_in_a), ("b", &self.only_in_b)] {
             if !only.is_empty() {
                 lines.push(format!("  signals only in {name}: {}", some_of(only)));
@@ -35,39 +35,39 @@ impl EventDifference {
         lines.join("\n")
     }
 
-    /// Whether they are the same, how far they are apart in the end, and what says that they are not the same.
+    /// Returns the verdict, the summary of the differences at the end, and the first difference.
     fn verdict(&self, paint: Paint) -> Vec<String> {
         if self.nothing {
             return vec![paint.yellow("nothing to compare")];
         }
         let word = if self.same {
-            paint.green("the same")
+            paint.green("equal")
         } else {
             paint.red("different")
         };
         let why = self.why(paint);
-        match self.opening() {
-            Some(opening) => vec![format!("{word}: {opening}"), format!("  {why}")],
+        match self.summary() {
+            Some(summary) => vec![format!("{word}: {summary}"), format!("  {why}")],
             None if why.starts_with("from ") => vec![format!("{word} {why}")],
             None => vec![format!("{word}: {why}")],
         }
     }
 
-    /// What is the first to differ, or within what all is the same.
+    /// Returns the first difference, or the tolerances within which the runs are equal.
     fn why(&self, paint: Paint) -> String {
         if let Some(first) = &self.first {
             let from = figure(first.at_s);
-            return format!("from {from} s on: {}", paint.bold(&first.told()));
+            return format!("from {from} s: {}", paint.bold(&first.description()));
         }
         if let Some(first) = &self.first_signal {
-            let off = format!(
-                "{}, off by {} of its range in the end",
+            let difference = format!(
+                "{}, maximum difference {} of its range",
                 paint.bold(&first.name()),
                 percent(Some(first.share))
             );
             return match first.at_s {
-                Some(at) => format!("from {} s on: {off}", figure(at)),
-                None => off,
+                Some(at) => format!("from {} s: {difference}", figure(at)),
+                None => difference,
             };
         }
         if self.ended_early {
@@ -93,13 +93,13 @@ impl EventDifference {
         within.join(", ")
     }
 
-    /// What keeps the comparison from going to the end.
+    /// Returns the truncations that limit the comparison.
     fn ends(&self) -> Vec<String> {
         let mut lines = Vec::new();
         for (name, at) in [("a", self.cut_off_a_s), ("b", self.cut_off_b_s)] {
             if let Some(at) = at {
                 lines.push(format!(
-                    "  {name} was cut off at {} s, and is compared as far as it goes",
+                    "  {name} was cut off at {} s and is compared up to there",
                     figure(at)
                 ));
             }

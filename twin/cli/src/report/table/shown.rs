@@ -1,16 +1,16 @@
-//! In which unit and with how many digits the numbers of an expectation are shown.
+//! Units and digits of the numbers of an expectation.
 
 use std::f64::consts::PI;
 
 use twinrig_kernel::Unit;
 use twinrig_scenario::Outcome;
 
-/// A number that rounding to the row's decimals changes by more than this share of itself gets digits of its own: a bound
-/// of 1e-6 is not 0.
+/// Maximum relative rounding error of the common number of decimals of a row; numbers that exceed
+/// it are formatted individually, so that a bound of 1e-6 is not shown as 0.
 const ROUNDING_MAX: f64 = 0.2;
 
-/// How the numbers of one row are shown: in a unit that suits their size, all with the same number of decimals where that
-/// shows both what was measured and the bound.
+/// Format of the numbers of one row: a unit according to their magnitude, and a common number of
+/// decimals if it resolves both the measured value and the bound.
 pub(super) struct Shown {
     factor: f64,
     pub(super) symbol: &'static str,
@@ -19,12 +19,12 @@ pub(super) struct Shown {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Digits {
-    /// So many behind the point.
+    /// Number of decimals.
     Decimals(usize),
-    /// Three, with an exponent.
+    /// Three significant digits with an exponent.
     Exponent,
-    /// Three for each number, with an exponent where it wants one.
-    Own,
+    /// Three significant digits for each number, with an exponent if necessary.
+    Individual,
 }
 
 impl Shown {
@@ -49,13 +49,13 @@ impl Shown {
         } else if !(1e-3..1e9).contains(&greatest) {
             Digits::Exponent
         } else {
-            // Three digits, and more where the margin would vanish.
+            // Three significant digits, and more if the margin would be rounded to zero.
             let margin = outcome.margin.unwrap_or(0.0).abs() * factor;
-            let vanishing = if margin > 0.0 { -exponent(margin) } else { 0 };
-            let decimals = (2 - exponent(greatest)).max(vanishing);
+            let for_margin = if margin > 0.0 { -exponent(margin) } else { 0 };
+            let decimals = (2 - exponent(greatest)).max(for_margin);
             let decimals = usize::try_from(decimals.clamp(0, 9)).unwrap_or(0);
-            if compared.any(|number| lost(number, decimals)) {
-                Digits::Own
+            if compared.any(|number| is_lost(number, decimals)) {
+                Digits::Individual
             } else {
                 Digits::Decimals(decimals)
             }
@@ -70,27 +70,27 @@ impl Shown {
     pub(super) fn number(&self, value: f64) -> String {
         let value = value * self.factor;
         match self.digits {
-            // The far end of a range may be of another size than what was compared.
-            Digits::Decimals(decimals) if lost(value, decimals) => own(value),
+            // The other end of a range may be of another magnitude than the compared numbers.
+            Digits::Decimals(decimals) if is_lost(value, decimals) => three_digits(value),
             Digits::Decimals(decimals) => format!("{value:.decimals$}"),
             Digits::Exponent if value == 0.0 => "0".to_owned(),
             Digits::Exponent => format!("{value:.2e}"),
-            Digits::Own => own(value),
+            Digits::Individual => three_digits(value),
         }
     }
 }
 
-/// Whether so many decimals do not show a number.
-fn lost(value: f64, decimals: usize) -> bool {
+/// Returns whether rounding to `decimals` exceeds [`ROUNDING_MAX`].
+fn is_lost(value: f64, decimals: usize) -> bool {
     if !value.is_finite() {
         return false;
     }
-    let seen: f64 = format!("{value:.decimals$}").parse().unwrap_or(value);
-    (seen - value).abs() > ROUNDING_MAX * value.abs()
+    let rounded: f64 = format!("{value:.decimals$}").parse().unwrap_or(value);
+    (rounded - value).abs() > ROUNDING_MAX * value.abs()
 }
 
-/// A number with three digits.
-fn own(value: f64) -> String {
+/// Formats a number with three significant digits.
+fn three_digits(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 {
         "0".to_owned()
@@ -102,7 +102,7 @@ fn own(value: f64) -> String {
     }
 }
 
-/// The exponent of ten of `value`, which is positive.
+/// Returns the decimal exponent of the positive number `value`.
 fn exponent(value: f64) -> i32 {
     #[expect(
         clippy::cast_possible_truncation,
@@ -112,7 +112,7 @@ fn exponent(value: f64) -> i32 {
     exponent
 }
 
-/// What a number in `unit` is multiplied by to be shown, and in what it then is.
+/// Returns the scale factor and the symbol of the unit in which numbers in `unit` are shown.
 fn scale(unit: Unit, greatest: f64) -> (f64, &'static str) {
     match unit {
         Unit::Radian => (180.0 / PI, "°"),

@@ -1,4 +1,4 @@
-//! A host that writes without a pause.
+//! Host that writes continuously.
 
 use std::path::Path;
 use std::time::Duration;
@@ -8,21 +8,21 @@ use twinrig_sbcp::codes::{CLASS_MOTORDRIVER, Instruction};
 use twinrig_sbcp::{Address, Parser, Request, Response};
 use twinrig_wire::SerialPort;
 
-use super::{Running, endless, eventually, now};
+use super::{Running, endless, now, wait_until};
 use crate::common::Folder;
 
 const BAUD: u32 = 3_333_333;
-/// Shorter than the flood of half a minute under a clock that is wound by hand; a twin that takes what a PTY passes has 50 MB
-/// in its queue by then, and answers two minutes later.
+/// Duration of the flood; the test with a manual clock uses half a minute. A twin that accepts
+/// bytes at the rate of the PTY would queue 50 MB and respond two minutes later.
 const FLOOD: Duration = Duration::from_secs(3);
-/// More memory than this no twin takes for it \[bytes\].
-const MORE: u64 = 16 << 20;
+/// Maximum increase of the memory of the twin \[bytes\].
+const MEMORY_INCREASE_MAX: u64 = 16 << 20;
 
 fn open(link: &str) -> SerialPort {
     SerialPort::open(Path::new(link), BAUD).unwrap()
 }
 
-/// Writes what is no packet, as fast as it is taken.
+/// Writes invalid bytes as fast as they are accepted.
 fn flood(link: &str) {
     let garbage: Vec<u8> = (0..1_000_u32)
         .map(|n| (n * 7 % 250).to_le_bytes()[0])
@@ -36,7 +36,7 @@ fn flood(link: &str) {
     }
 }
 
-/// Whether a board answers at once, which it may not on a machine that is busy.
+/// Returns whether a board responds within 500 ms, which may fail on a busy machine.
 fn answers(port: &mut SerialPort) -> bool {
     let board = Address::new(CLASS_MOTORDRIVER, 1).unwrap();
     let mut request = Vec::new();
@@ -56,17 +56,20 @@ fn answers(port: &mut SerialPort) -> bool {
 }
 
 #[test]
-fn a_twin_that_is_flooded_takes_no_more_than_the_wire_and_answers_afterwards() {
+fn flooded_twin_limits_memory_and_responds_afterwards() {
     let folder = Folder::new("flooded");
     let (scenario, link) = (endless(&folder), folder.join("bus"));
     let served = Running::serve(&folder, &scenario, &link, &["--keep"]);
-    eventually("a board answers", || answers(&mut open(&link)));
+    wait_until("a board answers", || answers(&mut open(&link)));
     let before = served.memory();
     flood(&link);
     let after = served.memory();
-    assert!(after < before + MORE, "{before} bytes, then {after}");
+    assert!(
+        after < before + MEMORY_INCREASE_MAX,
+        "{before} bytes, then {after}"
+    );
     let begin = now();
     let mut port = open(&link);
-    eventually("a board answers again", || answers(&mut port));
+    wait_until("a board answers again", || answers(&mut port));
     println!("answered {:?} after the flood", begin.elapsed());
 }

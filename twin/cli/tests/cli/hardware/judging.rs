@@ -1,17 +1,19 @@
-//! What can be seen at hardware is judged as ever, and what cannot is not taken for granted.
+//! Evaluation of expectations on hardware: observable ones are evaluated as in virtual time, others
+//! are unobserved.
 
 use std::thread::sleep;
 use std::time::Duration;
 
 use serde_json::{Value, json};
 
-use super::{BENCH, Running, WELL_RECORDED, eventually, is_longer, patiently, run_at_a_twin};
+use super::{Running, STAND, WELL_RECORDED, is_longer, run_on_twin, wait_until, with_retries};
 use crate::common::{Folder, twin};
 
-/// Of the bus and the control cycle, of the plant; `optional` stands behind the latter.
-fn bench(optional: &str) -> String {
+/// Returns a scenario with expectations of the bus, of the control cycle and of the plant;
+/// `optional` is appended to the last.
+fn scenario_with_expectations(optional: &str) -> String {
     format!(
-        r#"{BENCH}
+        r#"{STAND}
 [[expect]]
 name = "there are cycles"
 signal = {{ name = "sbcp/cycles", always = {{ min = 1 }} }}
@@ -34,12 +36,12 @@ signal = {{ name = "leg/LF/hip/rate", eventually = {{ min = "0.01 rad/s" }} }}
 }
 
 #[test]
-fn what_hardware_does_not_tell_fails_unless_it_is_optional() {
+fn unobservable_expectation_fails_unless_optional() {
     let folder = Folder::new("judging");
     let link = folder.join("bus");
     for (optional, code, verdict) in [("", 1, "fail"), ("optional = true", 0, "pass")] {
-        let scenario = folder.file("bench.toml", &bench(optional));
-        let [run, _] = run_at_a_twin(&folder, &scenario, &link, &["--json"]);
+        let scenario = folder.file("bench.toml", &scenario_with_expectations(optional));
+        let [run, _] = run_on_twin(&folder, &scenario, &link, &["--json"]);
         assert_eq!(run.code, Some(code), "{run:?}");
         let report = run.report();
         assert_eq!(report["verdict"], verdict);
@@ -53,10 +55,10 @@ fn lines(report: &Value) -> impl Iterator<Item = &Value> {
 }
 
 #[test]
-fn the_report_of_hardware_has_the_keys_of_any_other_and_its_times() {
+fn report_on_hardware_has_same_keys_and_timing() {
     let folder = Folder::new("keys");
-    let scenario = folder.file("bench.toml", BENCH);
-    let [run, _] = run_at_a_twin(&folder, &scenario, &folder.join("bus"), &["--json"]);
+    let scenario = folder.file("bench.toml", STAND);
+    let [run, _] = run_on_twin(&folder, &scenario, &folder.join("bus"), &["--json"]);
     let report = run.report();
     let lockstep = twin(&[
         "run",
@@ -86,7 +88,7 @@ fn the_report_of_hardware_has_the_keys_of_any_other_and_its_times() {
         "{times}"
     );
     assert_eq!(count("lost"), 0);
-    // What a machine grants differs; what it refuses is said with the remedy.
+    // Privileges depend on the machine; missing ones are reported with the remedy.
     for note in times["notes"].as_array().unwrap() {
         assert!(note.as_str().unwrap().contains("raise the limit"), "{note}");
     }
@@ -109,19 +111,20 @@ fn the_report_of_hardware_has_the_keys_of_any_other_and_its_times() {
     );
 }
 
-/// A stop of the whole program is an interval of the control cycle like any other, for report and expectation alike.
+/// A stop of the program counts as an interval of the control cycle, in the report and in the
+/// expectation.
 #[test]
-fn jitter_is_the_same_number_in_the_report_and_in_an_expectation() {
+fn jitter_of_report_and_expectation_is_equal() {
     let folder = Folder::new("jitter");
     let jitter = "[[expect]]\ntiming = { of = \"control\", jitter = { max = \"1 us\" } }";
-    let scenario = BENCH.replace("duration = \"1 s\"", "duration = \"2 s\"") + jitter;
+    let scenario = STAND.replace("duration = \"1 s\"", "duration = \"2 s\"") + jitter;
     let scenario = folder.file("bench.toml", &scenario);
     let (link, recording) = (folder.join("bus"), folder.join("out/bench-seed1.mcap"));
-    let run = patiently(|| {
+    let run = with_retries(|| {
         let _ = std::fs::remove_file(&recording);
         let mut served = Running::serve(&folder, &scenario, &link, &[]);
         let mut run = Running::run(&folder, &scenario, &link, &["--json"]);
-        eventually("it is recorded", || {
+        wait_until("it is recorded", || {
             is_longer(&recording, WELL_RECORDED) || run.has_ended()
         });
         run.signal("-STOP");
@@ -132,19 +135,19 @@ fn jitter_is_the_same_number_in_the_report_and_in_an_expectation() {
         Ok(run)
     });
     let report = run.report();
-    let told = report["real_time"]["jitter"]["longest_s"].as_f64().unwrap();
+    let reported = report["real_time"]["jitter"]["longest_s"].as_f64().unwrap();
     let expectation = lines(&report).next().unwrap();
-    assert!(told > 0.05, "{report}");
+    assert!(reported > 0.05, "{report}");
     assert_eq!(expectation["unit"], "s");
     assert!(
-        (expectation["measured"].as_f64().unwrap() - told).abs() < 1e-9,
+        (expectation["measured"].as_f64().unwrap() - reported).abs() < 1e-9,
         "{report}"
     );
 }
 
-/// The facts of a scene with footsteps, trunk and energy books, none of which is seen.
+/// Footsteps, trunk and energy balance of the scene are not observed on hardware.
 #[test]
-fn a_robot_that_walks_is_run_at_two_ports_without_a_plant() {
+fn walking_robot_runs_on_two_ports_without_plant() {
     let folder = Folder::new("trot");
     let trot = concat!(
         env!("CARGO_MANIFEST_DIR"),
@@ -158,7 +161,7 @@ fn a_robot_that_walks_is_run_at_two_ports_without_a_plant() {
     let scenario = folder.file("trot.toml", &text);
     let [sbcp, rb110] = ["sbcp", "rb110"].map(|bus| format!("{bus}={}", folder.join(bus)));
     let out = folder.join("out");
-    let run = patiently(|| {
+    let run = with_retries(|| {
         let link = folder.join("sbcp");
         let mut served = Running::serve(&folder, &scenario, &link, &["--pty", &rb110]);
         let words = [
@@ -172,11 +175,11 @@ fn a_robot_that_walks_is_run_at_two_ports_without_a_plant() {
     assert_eq!(run.code, Some(1), "{run:?}");
     let report = run.report();
     assert_eq!(report["error"], json!(null));
-    let seen = ["no transfer fails", "no cycle is missed"];
+    let observable = ["no transfer fails", "no cycle is missed"];
     for line in lines(&report) {
-        let seen = seen.contains(&line["name"].as_str().unwrap());
+        let observable = observable.contains(&line["name"].as_str().unwrap());
         let observed = line["verdict"] != "unobserved";
-        assert_eq!(observed, seen, "{line}");
+        assert_eq!(observed, observable, "{line}");
     }
     let tasks = report["real_time"]["tasks"].as_array().unwrap();
     let tasks: Vec<&Value> = tasks.iter().map(|task| &task["name"]).collect();

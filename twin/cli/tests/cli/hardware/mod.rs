@@ -1,11 +1,12 @@
-//! Real time: a controller at a port, and a twin at the other end of it, each a process of its own. The machines that run
-//! this are slow and busy, so nothing is asserted of how long anything takes, but that it ends.
+//! Real-time runs: a controller on a port and a served twin at its other end, as separate
+//! processes. Durations are not asserted, because the test machines may be slow and busy; only
+//! termination is.
 
 mod commands;
-mod ending;
-mod exchange;
 mod flood;
 mod judging;
+mod lockstep;
+mod termination;
 mod trace;
 mod unplugging;
 
@@ -18,9 +19,9 @@ use std::time::{Duration, Instant};
 
 use crate::common::{Folder, json};
 
-/// A bus of four boards with a robot on its stand, for a controller that knows beforehand what it wants. Commands differ from
-/// step to step, and errors end nothing.
-pub const BENCH: &str = r#"
+/// Scenario of a robot on a test stand with a bus of four boards and an open-loop controller.
+/// Commands differ from step to step, and bus errors do not end the run.
+pub const STAND: &str = r#"
 name = "bench"
 robot = "oncilla"
 duration = "1 s"
@@ -39,34 +40,35 @@ offset = { knee = "0.6 rad" }
 frequency = { hip = "0.11 Hz", knee = "1.3 Hz" }
 "#;
 
-/// The same, longer than anybody waits.
+/// Writes the scenario [`STAND`] with an unlimited duration.
 pub fn endless(folder: &Folder) -> String {
-    folder.file("endless.toml", &BENCH.replace("1 s", "1000000 s"))
+    folder.file("endless.toml", &STAND.replace("1 s", "1000000 s"))
 }
 
-/// So long nothing takes that is not hung.
-pub const HUNG: Duration = Duration::from_secs(60);
+/// Time after which a test is considered hung.
+pub const TIMEOUT: Duration = Duration::from_secs(60);
 
-/// A program that runs, and is killed with the test.
+/// Running program, killed on drop.
 pub struct Running {
     child: Child,
     out: String,
     err: String,
 }
 
-/// How runs end on a machine that is too busy: boards do not answer in time while they are made ready, or the system does not
-/// pass on what is written to a PTY. Linux does so on a thread of its own without any priority, and lets even one of the
-/// highest that looks whether there is anything to read wait for it, for seconds if others keep both processors.
-const LATE: [&str; 6] = [
+/// Errors of runs on an overloaded machine: boards do not respond in time during initialisation, or
+/// the system delays bytes written to a PTY. Linux forwards them on a separate thread without
+/// real-time priority; even a reader of the highest priority waits for it, for seconds if other
+/// processes occupy both processors.
+const OVERLOAD_ERRORS: [&str; 6] = [
     "does not answer",
-    "while it was made ready",
+    "failed during initialisation",
     "did not end its calibration",
     "took more than",
     "took no more bytes",
-    "it is still at it",
+    "it is still running",
 ];
 
-/// How it ended.
+/// Exit code and output of a terminated program.
 #[derive(Debug)]
 pub struct Ended {
     pub code: Option<i32>,
@@ -75,7 +77,8 @@ pub struct Ended {
 }
 
 impl Running {
-    /// Starts `twin` with `words`; what it prints goes to files in `folder` that begin with `name`.
+    /// Starts `twin` with the arguments `words`; its output is written to files in `folder` that
+    /// begin with `name`.
     pub fn twin(folder: &Folder, name: &str, words: &[&str]) -> Self {
         let (out, err) = (
             folder.join(&format!("{name}.out")),
@@ -91,26 +94,26 @@ impl Running {
         Self { child, out, err }
     }
 
-    /// Starts `twin serve` with the bus `sbcp` at `link`, and waits until it is there.
+    /// Starts `twin serve` with the bus `sbcp` at `link` and waits until it is ready.
     pub fn serve(folder: &Folder, scenario: &str, link: &str, words: &[&str]) -> Self {
         let pty = format!("sbcp={link}");
         let words = [&["serve", scenario, "--pty", &pty], words].concat();
         let mut served = Self::twin(folder, "serve", &words);
-        eventually("the twin is served", || {
-            served.prints().contains("now, elsewhere: ") || served.has_ended()
+        wait_until("the twin is served", || {
+            served.prints().contains("connect with: ") || served.has_ended()
         });
         assert!(!served.has_ended(), "{:?}", served.end());
         served
     }
 
-    /// Starts `twin run` at `port`, with recordings in `out` of `folder`.
+    /// Starts `twin run` at `port` with recordings in the subfolder `out`.
     pub fn run(folder: &Folder, scenario: &str, port: &str, words: &[&str]) -> Self {
         let (port, out) = (format!("sbcp={port}"), folder.join("out"));
         let words = [&["run", scenario, "--port", &port, "--out", &out], words].concat();
         Self::twin(folder, "run", &words)
     }
 
-    /// What it has printed by now.
+    /// Returns the output so far.
     pub fn prints(&self) -> String {
         std::fs::read_to_string(&self.out).unwrap()
     }
@@ -119,7 +122,7 @@ impl Running {
         self.child.try_wait().unwrap().is_some()
     }
 
-    /// How much memory it has \[bytes\].
+    /// Returns the resident memory \[bytes\].
     pub fn memory(&self) -> u64 {
         let path = format!("/proc/{}/status", self.child.id());
         let status = std::fs::read_to_string(path).unwrap();
@@ -128,16 +131,16 @@ impl Running {
         kilobytes.parse::<u64>().unwrap() * 1024
     }
 
-    /// Sends it a signal: `-INT`.
+    /// Sends a signal, such as `-INT`.
     pub fn signal(&self, signal: &str) {
         let id = self.child.id().to_string();
         let status = Command::new("kill").args([signal, &id]).status();
         assert!(status.unwrap().success());
     }
 
-    /// Waits for its end.
+    /// Waits for the termination.
     pub fn end(&mut self) -> Ended {
-        eventually("the program ends", || self.has_ended());
+        wait_until("the program ends", || self.has_ended());
         Ended {
             code: self.child.wait().unwrap().code(),
             out: self.prints(),
@@ -154,41 +157,39 @@ impl Drop for Running {
 }
 
 impl Ended {
-    /// This, unless a machine that is too busy ended it, and not what was to: `expected`.
+    /// Returns an error if the program ended because of an overloaded machine instead of the
+    /// `expected` error.
     pub fn in_time(self, expected: &str) -> Result<Self, Self> {
-        let late = LATE.iter().any(|late| self.out.contains(late));
-        let meant = !expected.is_empty() && self.out.contains(expected);
-        if self.code == Some(2) && late && !meant {
+        let is_late = OVERLOAD_ERRORS.iter().any(|late| self.out.contains(late));
+        let is_expected = !expected.is_empty() && self.out.contains(expected);
+        if self.code == Some(2) && is_late && !is_expected {
             return Err(self);
         }
         Ok(self)
     }
 
-    /// What `--json` printed.
+    /// Returns the report printed by `--json`.
     pub fn report(&self) -> serde_json::Value {
         assert!(!self.out.is_empty(), "{self:?}");
         json(&self.out).remove(0)
     }
 }
 
-/// Waits until `holds`, which it does before anything is called hung.
-pub fn eventually(what: &str, mut holds: impl FnMut() -> bool) {
+/// Waits until `holds` returns true; panics after [`TIMEOUT`].
+pub fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     let started = now();
     while !holds() {
-        assert!(started.elapsed() < HUNG, "hung before {what}");
+        assert!(started.elapsed() < TIMEOUT, "hung before {what}");
         sleep(Duration::from_millis(5));
     }
 }
 
-#[expect(
-    clippy::disallowed_methods,
-    reason = "tests of real time do not wait for ever"
-)]
+#[expect(clippy::disallowed_methods, reason = "timeout of real-time tests")]
 pub fn now() -> Instant {
     Instant::now()
 }
 
-/// A run that is well past opening, and the twin that it talks to.
+/// Run under way, and the served twin that it is connected to.
 pub struct Pair {
     pub served: Running,
     pub run: Running,
@@ -196,63 +197,64 @@ pub struct Pair {
     pub recording: String,
 }
 
-/// A run is well past opening when it has recorded so many bytes.
+/// Size of the recording of a run under way, past the initialisation of the boards \[bytes\].
 pub const WELL_RECORDED: u64 = 40_000;
 
 impl Pair {
-    /// Serves `scenario`, which is to be in a file `endless.toml`, at `link`, begins a run of it, and does `what` is to be
-    /// done then: again, if the machine was too busy.
+    /// Serves `scenario`, whose file must be named `endless.toml`, at `link`, starts a run of it
+    /// and calls `action` when it is under way. Repeated if the machine was overloaded.
     pub fn under_way<T>(
         folder: &Folder,
         scenario: &str,
         link: &str,
-        mut what: impl FnMut(Self) -> Result<T, Ended>,
+        mut action: impl FnMut(Self) -> Result<T, Ended>,
     ) -> T {
         let recording = folder.join("out/endless-seed1.mcap");
-        patiently(|| {
+        with_retries(|| {
             let _ = std::fs::remove_file(&recording);
             let served = Running::serve(folder, scenario, link, &[]);
             let mut run = Running::run(folder, scenario, link, &["--json"]);
-            eventually("it is recorded", || {
+            wait_until("it is recorded", || {
                 is_longer(&recording, WELL_RECORDED) || run.has_ended()
             });
             if run.has_ended() {
                 let ended = run.end().in_time("")?;
-                panic!("it did not wait: {ended:?}");
+                panic!("it ended early: {ended:?}");
             }
             let pair = Self {
                 served,
                 run,
                 recording: recording.clone(),
             };
-            what(pair)
+            action(pair)
         })
     }
 }
 
-/// Serves `scenario` at `link`, and runs it there to its end.
-pub fn run_at_a_twin(folder: &Folder, scenario: &str, link: &str, words: &[&str]) -> [Ended; 2] {
-    patiently(|| {
+/// Serves `scenario` at `link` and runs it there to its end.
+pub fn run_on_twin(folder: &Folder, scenario: &str, link: &str, words: &[&str]) -> [Ended; 2] {
+    with_retries(|| {
         let mut served = Running::serve(folder, scenario, link, &[]);
         let run = Running::run(folder, scenario, link, words).end();
         Ok([run.in_time("")?, served.end()])
     })
 }
 
-/// Tries again where the machine was too busy, but not at the same time as another test.
-pub fn patiently<T>(mut attempt: impl FnMut() -> Result<T, Ended>) -> T {
-    static ALONE: Mutex<()> = Mutex::new(());
+/// Repeats an attempt that failed because of an overloaded machine; attempts of different tests are
+/// serialised.
+pub fn with_retries<T>(mut attempt: impl FnMut() -> Result<T, Ended>) -> T {
+    static EXCLUSIVE: Mutex<()> = Mutex::new(());
     for attempts in 1..=20 {
-        // One that failed leaves nothing behind that matters.
-        let standalone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+        // A failed attempt leaves no relevant state.
+        let guard = EXCLUSIVE.lock().unwrap_or_else(PoisonError::into_inner);
         match attempt() {
             Ok(done) => return done,
             Err(ended) => println!("too late: {ended:?}"),
         }
-        drop(standalone);
+        drop(guard);
         sleep(Duration::from_millis(100) * attempts);
     }
-    panic!("this machine is too busy to get boards ready");
+    panic!("this machine is too busy to initialise the boards");
 }
 
 pub fn is_longer(path: &str, bytes: u64) -> bool {

@@ -1,27 +1,27 @@
-//! What a run put onto its bus, as any reader of recordings finds it.
+//! Events and bus traffic of a run, from its recording.
 
 use mcap::MessageStream;
 use twinrig_record::{EventMessage, Recording};
 use twinrig_sbcp::codes::Instruction;
 use twinrig_sbcp::{Packet, Parser};
 
-/// Something that happened in a run, in the order of its recording.
+/// Event of a run.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Happened {
-    /// A control step that was missed.
+pub enum TraceEvent {
+    /// Missed control step.
     Missed,
-    /// The bus was busy at the iteration that has begun.
+    /// Busy bus at the start of an iteration.
     Skipped,
-    /// An iteration ended with these commands.
+    /// Commands at the end of an iteration.
     Commanded(Vec<u8>),
-    /// These bytes were written to the bus.
+    /// Bytes written to the bus.
     Wrote(Vec<u8>),
 }
 
-/// The recording in the file at `path`.
-pub fn story(path: &str) -> Vec<Happened> {
-    /// Header of a message, and length of the bytes in it.
-    const AHEAD: usize = 4 + 4;
+/// Returns the events of the recording at `path`, in their order.
+pub fn trace_of(path: &str) -> Vec<TraceEvent> {
+    /// Length of the message header and of the length field of the bytes.
+    const HEADER: usize = 4 + 4;
     let bytes = std::fs::read(path).unwrap();
     let recording = Recording::from_bytes(bytes.clone()).unwrap();
     let mut events = recording.messages::<EventMessage>().unwrap().into_iter();
@@ -30,32 +30,32 @@ pub fn story(path: &str) -> Vec<Happened> {
         .filter_map(|message| {
             let message = message.unwrap();
             match message.channel.topic.as_str() {
-                "/process_outputs" => Some(Happened::Commanded(message.data.into())),
-                "/wire/sbcp/out" => Some(Happened::Wrote(message.data[AHEAD..].into())),
-                "/diagnostics" => happened(&events.next().unwrap().1),
+                "/process_outputs" => Some(TraceEvent::Commanded(message.data.into())),
+                "/wire/sbcp/out" => Some(TraceEvent::Wrote(message.data[HEADER..].into())),
+                "/diagnostics" => event_of(&events.next().unwrap().1),
                 _ => None,
             }
         })
         .collect()
 }
 
-fn happened(event: &EventMessage) -> Option<Happened> {
-    match event.event.as_str() {
-        "overrun" => Some(Happened::Missed),
+fn event_of(message: &EventMessage) -> Option<TraceEvent> {
+    match message.event.as_str() {
+        "overrun" => Some(TraceEvent::Missed),
         "task skipped" => {
-            assert_eq!(event.part.as_deref(), Some("sbcp"));
-            Some(Happened::Skipped)
+            assert_eq!(message.part.as_deref(), Some("sbcp"));
+            Some(TraceEvent::Skipped)
         }
         _ => None,
     }
 }
 
-/// All requests that were written, one after the other.
-pub fn requests(story: &[Happened]) -> Vec<Vec<u8>> {
+/// Returns all requests written to the bus.
+pub fn requests(trace: &[TraceEvent]) -> Vec<Vec<u8>> {
     let mut parser = Parser::default();
     let mut requests = Vec::new();
-    for happened in story {
-        let Happened::Wrote(bytes) = happened else {
+    for event in trace {
+        let TraceEvent::Wrote(bytes) = event else {
             continue;
         };
         let mut rest = &bytes[..];
@@ -67,12 +67,12 @@ pub fn requests(story: &[Happened]) -> Vec<Vec<u8>> {
     requests
 }
 
-/// Whether these bytes begin with a packet of the cycles, and not of one register.
+/// Returns whether the bytes begin with a packet of a control cycle, not of a register access.
 pub fn is_cyclic(bytes: &[u8]) -> bool {
     bytes.get(4) == Some(&Instruction::LOW_LATENCY.0)
 }
 
-/// Address and value of a request that writes a register.
+/// Returns address and value of a request that writes a register.
 pub fn written(request: &[u8]) -> Option<(u8, u16)> {
     let packet = Packet::new(request).unwrap();
     match *packet.payload() {
@@ -83,7 +83,7 @@ pub fn written(request: &[u8]) -> Option<(u8, u16)> {
     }
 }
 
-/// Address of a request that reads a register.
+/// Returns the address of a request that reads a register.
 pub fn read(request: &[u8]) -> Option<u8> {
     let packet = Packet::new(request).unwrap();
     match *packet.payload() {
@@ -92,7 +92,7 @@ pub fn read(request: &[u8]) -> Option<u8> {
     }
 }
 
-/// ASSUMED of the boards: the registers with the modes of their motors, and two modes.
+/// Registers of the motor modes of the boards, and two modes. ASSUMED.
 pub const MODES: [u8; 2] = [0x10, 0x20];
 pub const COAST: u16 = 0;
 pub const CALIBRATE: u16 = 1;

@@ -1,4 +1,4 @@
-//! A device that goes away ends the run, with a verdict and a recording that can be read.
+//! Loss of a device ends the run with a verdict and a readable recording.
 
 use std::time::Duration;
 
@@ -7,21 +7,22 @@ use twinrig_record::{Recording, VerdictMessage};
 use twinrig_wire::{Pty, SerialPort};
 
 use super::{
-    BENCH, Ended, Pair, Running, WELL_RECORDED, endless, eventually, is_longer, patiently,
+    Ended, Pair, Running, STAND, WELL_RECORDED, endless, is_longer, wait_until, with_retries,
 };
 use crate::common::Folder;
 
-/// The last sample is not much older than the error \[s\], though a transfer may hang for a second, and the machine, too.
+/// Maximum age of the last sample at the error \[s\]; a transfer or the machine may hang for a
+/// second.
 const RECENT_S: f64 = 10.0;
 
 #[test]
-fn a_twin_that_dies_ends_the_run() {
+fn killed_twin_ends_run() {
     let folder = Folder::new("killed");
     let (scenario, link) = (endless(&folder), folder.join("bus"));
     Pair::under_way(&folder, &scenario, &link, |mut pair| {
         pair.served.signal("-KILL");
         let done = pair.run.end().in_time(GONE)?;
-        is_given_up(&done, &pair.recording, &[&link, GONE, UNPLUGGED]);
+        ends_with_error(&done, &pair.recording, &[&link, GONE, UNPLUGGED]);
         is_recorded(&done, &pair.recording);
         Ok(())
     });
@@ -31,24 +32,24 @@ const GONE: &str = "the device is gone";
 const UNPLUGGED: &str = "was it unplugged";
 
 #[test]
-fn a_port_that_is_unplugged_ends_the_run_while_the_boards_live_on() {
+fn unplugged_port_ends_run_but_not_the_boards() {
     let folder = Folder::new("unplugged");
     let (scenario, link) = (endless(&folder), folder.join("bus"));
     let recording = folder.join("out/endless-seed1.mcap");
-    patiently(|| {
+    with_retries(|| {
         let _ = std::fs::remove_file(&recording);
         let mut served = Running::serve(&folder, &scenario, &link, &[]);
         let mut cable = Cable::to(&link);
         let port = cable.near.path().display().to_string();
         let mut run = Running::run(&folder, &scenario, &port, &["--json"]);
-        eventually("it is recorded", || {
-            (0..50).for_each(|_| cable.carry());
+        wait_until("it is recorded", || {
+            (0..50).for_each(|_| cable.transfer());
             is_longer(&recording, WELL_RECORDED) || run.has_ended()
         });
         let Cable { near, far, .. } = cable;
         drop(near);
         let done = run.end().in_time(GONE)?;
-        is_given_up(&done, &recording, &[&port, GONE, UNPLUGGED]);
+        ends_with_error(&done, &recording, &[&port, GONE, UNPLUGGED]);
         is_recorded(&done, &recording);
         assert!(!served.has_ended());
         drop(far);
@@ -57,11 +58,11 @@ fn a_port_that_is_unplugged_ends_the_run_while_the_boards_live_on() {
     });
 }
 
-/// Carries bytes from one PTY to another.
+/// Cable that transfers bytes between two PTYs.
 struct Cable {
     near: Pty,
     far: SerialPort,
-    /// Whether what comes from the near end goes nowhere.
+    /// Whether bytes from the near end are discarded.
     cut: bool,
 }
 
@@ -74,14 +75,14 @@ impl Cable {
         }
     }
 
-    fn carry(&mut self) {
+    fn transfer(&mut self) {
         let mut bytes = Vec::new();
         match self.near.read(Duration::from_micros(200), &mut bytes) {
-            // Nobody is there yet, or nobody any more.
+            // The near end is not open yet, or closed.
             Ok(()) | Err(DeviceError::HungUp { .. }) => {}
             Err(error) => panic!("{error}"),
         }
-        // What nobody reads is lost.
+        // Bytes that cannot be written are discarded.
         if !self.cut {
             let _ = self.far.write(&bytes);
         }
@@ -94,70 +95,70 @@ impl Cable {
 }
 
 #[test]
-fn a_port_that_is_unplugged_before_the_boards_are_ready_ends_the_run() {
+fn port_unplugged_during_initialisation_ends_run() {
     let folder = Folder::new("early");
     let (scenario, recording) = (endless(&folder), folder.join("out/endless-seed1.mcap"));
-    patiently(|| {
+    with_retries(|| {
         let mut pty = Pty::open().unwrap();
         let port = pty.path().display().to_string();
         let mut run = Running::run(&folder, &scenario, &port, &["--json"]);
-        let mut heard = Vec::new();
-        eventually("the run asks for boards", || {
-            let _ = pty.read(Duration::ZERO, &mut heard);
-            !heard.is_empty()
+        let mut received = Vec::new();
+        wait_until("the run sends requests", || {
+            let _ = pty.read(Duration::ZERO, &mut received);
+            !received.is_empty()
         });
         drop(pty);
         let done = run.end().in_time(GONE)?;
-        is_given_up(&done, &recording, &[&port, GONE, UNPLUGGED]);
+        ends_with_error(&done, &recording, &[&port, GONE, UNPLUGGED]);
         Ok(())
     });
 }
 
 #[test]
-fn a_port_with_nobody_at_it_ends_the_run() {
-    let folder = Folder::new("nobody");
+fn port_without_boards_ends_run() {
+    let folder = Folder::new("unanswered");
     let (scenario, recording) = (endless(&folder), folder.join("out/endless-seed1.mcap"));
     let pty = Pty::open().unwrap();
     let port = pty.path().display().to_string();
-    let done = patiently(|| {
+    let done = with_retries(|| {
         let mut run = Running::run(&folder, &scenario, &port, &["--json"]);
         run.end().in_time("does not answer")
     });
     let device = format!("`sbcp` is at {port}");
     let words = ["board LF", "does not answer", "powered", &device];
-    is_given_up(&done, &recording, &words);
+    ends_with_error(&done, &recording, &words);
 }
 
 #[test]
-fn a_twin_that_stops_reading_ends_the_run() {
+fn stopped_twin_ends_run() {
     let folder = Folder::new("stopped");
     let (scenario, link) = (endless(&folder), folder.join("bus"));
     Pair::under_way(&folder, &scenario, &link, |mut pair| {
         pair.served.signal("-STOP");
         let done = pair.run.end().in_time("took no more bytes")?;
-        is_given_up(&done, &pair.recording, &[&link, "took no more bytes"]);
+        ends_with_error(&done, &pair.recording, &[&link, "took no more bytes"]);
         is_recorded(&done, &pair.recording);
         Ok(())
     });
 }
 
-/// The converter goes on taking bytes, but the boards have lost their supply.
+/// The converter still accepts bytes, but the boards have lost their supply.
 #[test]
-fn boards_that_fall_silent_end_the_run() {
+fn silent_boards_end_run() {
     let folder = Folder::new("silent");
-    let scenario = BENCH.replace("error_threshold = -1", "error_threshold = 1000");
+    let scenario = STAND.replace("error_threshold = -1", "error_threshold = 1000");
     let scenario = scenario.replace("\"1 s\"", "\"1000000 s\"");
     let (scenario, link) = (folder.file("endless.toml", &scenario), folder.join("bus"));
     let recording = folder.join("out/endless-seed1.mcap");
-    let (done, port) = patiently(|| {
+    let (done, port) = with_retries(|| {
         let _ = std::fs::remove_file(&recording);
         let _served = Running::serve(&folder, &scenario, &link, &[]);
         let mut cable = Cable::to(&link);
         let port = cable.near.path().display().to_string();
         let mut run = Running::run(&folder, &scenario, &port, &["--json"]);
-        // A busy machine alone may bring the errors together.
-        eventually("the run ends", || {
-            (0..50).for_each(|_| cable.carry());
+        // On a busy machine the number of errors may be reached without the cut.
+        wait_until("the run ends", || {
+            (0..50).for_each(|_| cable.transfer());
             cable.cut |= is_longer(&recording, WELL_RECORDED);
             run.has_ended()
         });
@@ -165,15 +166,16 @@ fn boards_that_fall_silent_end_the_run() {
     });
     let given_up = "the bus is given up at 1000";
     let device = format!("`sbcp` is at {port}");
-    is_given_up(&done, &recording, &["board ", given_up, &device]);
+    ends_with_error(&done, &recording, &["board ", given_up, &device]);
 }
 
-/// It ended with a verdict that says `words`, beside the bus, in the report and at the end of its recording.
-fn is_given_up(done: &Ended, recording: &str, words: &[&str]) {
+/// Checks that the run ended with an error that contains `words` and the bus, in the report and in
+/// the recording.
+fn ends_with_error(done: &Ended, recording: &str, words: &[&str]) {
     let report = done.report();
     assert_eq!(done.code, Some(2), "{done:?}");
     assert_eq!(report["verdict"], "error", "{done:?}");
-    assert!(done.err.is_empty(), "the report says it all: {done:?}");
+    assert!(done.err.is_empty(), "the error is in the report: {done:?}");
     let error = report["error"].as_str().unwrap();
     for word in words.iter().chain(&["sbcp failed at "]) {
         assert!(error.contains(word), "`{word}` is not in {error}");
@@ -191,7 +193,7 @@ fn is_given_up(done: &Ended, recording: &str, words: &[&str]) {
     assert!(!verdict.interrupted);
 }
 
-/// Its recording goes on until it ended.
+/// Checks that the recording extends to the end of the run.
 fn is_recorded(done: &Ended, recording: &str) {
     let recording = Recording::open(recording.as_ref()).unwrap();
     let commands = recording.group("process-outputs").unwrap();

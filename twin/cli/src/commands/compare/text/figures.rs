@@ -1,6 +1,6 @@
-//! Numbers in few digits, in units that suit them.
+//! Numbers with few digits and unit prefixes.
 
-/// A number in three digits or more.
+/// Formats a number with at least three significant digits.
 pub(super) fn figure(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 {
@@ -24,12 +24,12 @@ pub(super) fn figure(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A share in per cent; nothing where there is none.
+/// Formats a share in per cent; empty without a share.
 pub(super) fn percent(share: Option<f64>) -> String {
     share.map_or_else(String::new, |share| format!("{} %", figure(share * 100.0)))
 }
 
-/// A number with its unit: metres and seconds with the prefix that suits, three digits.
+/// Formats a quantity with three significant digits; metres and seconds with unit prefixes.
 pub(super) fn quantity(value: f64, unit: &str) -> String {
     let scale = Scale::of(value, unit);
     let text = three(value * scale.factor);
@@ -40,19 +40,19 @@ pub(super) fn quantity(value: f64, unit: &str) -> String {
     }
 }
 
-/// What numbers of a unit are multiplied by to be shown, and in what they then are.
+/// Scale factor of numbers and the resulting unit.
 pub(super) struct Scale {
     pub(super) factor: f64,
     pub(super) unit: String,
 }
 
 impl Scale {
-    /// That which suits numbers as large as `value`.
+    /// Returns the scale for numbers of the magnitude of `value`.
     pub(super) fn of(value: f64, unit: &str) -> Self {
         const PREFIXES: [(f64, &str); 4] = [(1.0, ""), (1e3, "m"), (1e6, "µ"), (1e9, "n")];
         let size = value.abs();
         let (factor, prefix) = match unit {
-            // What rounds up to a thousand of the smaller unit is one of the larger.
+            // Numbers that round up to 1000 of the smaller unit are shown as 1 of the larger one.
             "m" | "s" => PREFIXES
                 .into_iter()
                 .find(|(factor, _)| size * factor >= 0.9995)
@@ -72,7 +72,7 @@ impl Scale {
     }
 }
 
-/// A number in three digits.
+/// Formats a number with three significant digits.
 pub(super) fn three(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 || !(1e-3..1e5).contains(&size) {
@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_short() {
+    fn numbers_have_few_digits() {
         let all = [
             0.0,
             1.0,

@@ -1,4 +1,4 @@
-//! The footsteps of a comparison, in lines.
+//! Text form of the footsteps of a comparison.
 
 use super::super::EventDifference;
 use super::super::footsteps::{First, Footsteps, Spread};
@@ -6,15 +6,15 @@ use super::figures::{figure, quantity, three};
 use crate::report::grid::{Cell, Grid, Side, Tint};
 use crate::report::paint::Paint;
 
-/// Footsteps without a partner that are named.
+/// Maximum number of footsteps without a partner that are listed.
 const NAMED: usize = 6;
 
 impl EventDifference {
-    pub(super) fn of_footsteps(&self, paint: Paint) -> Vec<String> {
+    pub(super) fn footstep_lines(&self, paint: Paint) -> Vec<String> {
         let of = &self.footsteps;
         let mut lines = vec![String::new()];
         lines.push(format!(
-            "  footsteps: {} in a, {} in b; {} are pairs, {} of them the same within {} and {}",
+            "  footsteps: {} in a, {} in b; {} pairs, {} of them equal within {} and {}",
             of.a,
             of.b,
             of.pairs,
@@ -23,7 +23,7 @@ impl EventDifference {
             quantity(self.bounds.place_m, "m"),
         ));
         let missing: Vec<&First> = self.legs.iter().flat_map(|leg| &leg.missing).collect();
-        let named = missing.iter().take(NAMED).map(|first| first.told());
+        let named = missing.iter().take(NAMED).map(|first| first.description());
         if !missing.is_empty() {
             let more = missing.len().saturating_sub(NAMED);
             let more = if more > 0 {
@@ -38,18 +38,18 @@ impl EventDifference {
         }
         for (other, count) in [("b", of.beyond_b), ("a", of.beyond_a)] {
             if count > 0 {
-                lines.push(format!("  {count} are later than the end of {other}"));
+                lines.push(format!("  {count} after the end of {other}"));
             }
         }
         if of.pairs > 0 {
             lines.push(String::new());
-            lines.extend(self.table_of_footsteps().lines(2, paint));
+            lines.extend(self.footstep_table().lines(2, paint));
             lines.extend(self.suspects(paint));
         }
         lines
     }
 
-    /// The legs whose footsteps may be paired with those of another stride.
+    /// Returns the legs whose footsteps may be paired with footsteps of other strides.
     fn suspects(&self, paint: Paint) -> Option<String> {
         let stride = self.stride_s?;
         let suspects = self.legs.iter().filter(|leg| leg.footsteps.suspect);
@@ -61,7 +61,7 @@ impl EventDifference {
             .collect();
         (!legs.is_empty()).then(|| {
             format!(
-                "  {}: the median touch-down is off by {} of {}: pairs of another stride, or b is ahead or behind by as much",
+                "  {}: the median touch-down differs by {} of {}: pairs of different strides, or b leads or lags by as much",
                 paint.yellow("suspect"),
                 legs.join(", "),
                 quantity(stride, "s"),
@@ -69,7 +69,7 @@ impl EventDifference {
         })
     }
 
-    fn table_of_footsteps(&self) -> Grid {
+    fn footstep_table(&self) -> Grid {
         let mut sides = vec![Side::Left];
         sides.extend([Side::Right; 11]);
         let mut grid = Grid::new(&sides);
@@ -77,16 +77,16 @@ impl EventDifference {
         grid.row([
             dim("b − a"),
             dim("pairs"),
-            dim("same"),
+            dim("equal"),
             dim("touch-down median"),
             dim("rms"),
-            dim("most"),
+            dim("max"),
             dim("lift-off median"),
             dim("rms"),
-            dim("most"),
-            dim("place median"),
+            dim("max"),
+            dim("position median"),
             dim("rms"),
-            dim("most"),
+            dim("max"),
         ]);
         let mut row = |name: &str, of: &Footsteps| {
             let [touch_down, lift_off] =
@@ -118,8 +118,8 @@ impl EventDifference {
 }
 
 impl First {
-    /// `LF 5: touch-down 7.1 ms later, place 12 mm off`
-    pub(super) fn told(&self) -> String {
+    /// Returns a description: `LF footstep 5: touch-down 7.1 ms later, position differs by 12 mm`.
+    pub(super) fn description(&self) -> String {
         let leg = &self.leg;
         if self.what != "moved" {
             let number = self.footstep_a.or(self.footstep_b).unwrap_or_default();
@@ -139,14 +139,14 @@ impl First {
             format!("{a} ({b} in b)")
         };
         let by = |what: &str, by: Option<f64>| {
-            // Below a microsecond it is the rounding of times.
+            // Differences below 1 µs are rounding errors.
             let by = by.filter(|by| by.abs() >= 1e-6)?;
-            let way = if by < 0.0 { "earlier" } else { "later" };
-            Some(format!("{what} {} {way}", quantity(by.abs(), "s")))
+            let order = if by < 0.0 { "earlier" } else { "later" };
+            Some(format!("{what} {} {order}", quantity(by.abs(), "s")))
         };
         let place = self
             .place_by_m
-            .map(|by| format!("place {} off", quantity(by, "m")));
+            .map(|by| format!("position differs by {}", quantity(by, "m")));
         let parts = [
             by("touch-down", self.touch_down_by_s),
             by("lift-off", self.lift_off_by_s),
@@ -158,7 +158,7 @@ impl First {
 }
 
 impl Spread {
-    /// Median, root of the mean square, and most.
+    /// Returns median, root mean square and maximum.
     fn shown(&self, unit: &str) -> [Cell; 3] {
         [self.median, self.rms, self.max].map(|value| {
             let shown = value.map(|value| quantity(value, unit));

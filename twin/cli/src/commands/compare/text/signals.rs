@@ -1,4 +1,4 @@
-//! The signals of a comparison, in lines: one of each kind, those that tell most first.
+//! Text form of the signals of a comparison: one line per kind, by decreasing difference.
 
 use super::super::EventDifference;
 use super::super::signals::{Drifted, OfSignal, RESIDUAL};
@@ -7,29 +7,29 @@ use crate::report::grid::{Cell, Grid, Side, Tint};
 use crate::report::paint::Paint;
 use crate::report::table::folded;
 
-/// Kinds of signals that are shown; all signals are in the JSON.
+/// Maximum number of kinds shown; the JSON contains all signals.
 const SHOWN: usize = 12;
 
-/// What everybody asks first.
-const FOREMOST: [&str; 2] = ["body/position", "body/rpy"];
+/// Kinds that are shown first.
+const FIRST: [&str; 2] = ["body/position", "body/rpy"];
 
-/// Shares below this are the rounding of numbers.
+/// Share below which differences are rounding errors.
 const ROUNDING: f64 = 1e-9;
 
-/// Signals that are called alike but for the leg, with all their components.
+/// Signals whose names differ only in the leg, with all their components.
 struct Kind<'d> {
     group: &'d str,
     name: String,
-    /// The component, of whichever leg, that is farthest off.
+    /// Component with the greatest difference among all legs.
     worst: &'d OfSignal,
-    /// The greatest share of any, by which kinds are told apart that differ from those that do not.
+    /// Greatest share of all components, which decides whether the kind differs.
     share: f64,
 }
 
 impl EventDifference {
-    pub(super) fn of_signals(&self, paint: Paint) -> Vec<String> {
+    pub(super) fn signal_lines(&self, paint: Paint) -> Vec<String> {
         let kinds = self.kinds();
-        let (differ, alike): (Vec<Kind<'_>>, Vec<Kind<'_>>) =
+        let (differ, equal): (Vec<Kind<'_>>, Vec<Kind<'_>>) =
             kinds.into_iter().partition(|kind| kind.share >= ROUNDING);
         if differ.is_empty() {
             return Vec::new();
@@ -43,20 +43,20 @@ impl EventDifference {
         let mut lines = vec![
             String::new(),
             format!(
-                "  signals {how}: b − a, and as a share of the range in a; of legs and components the worst, in its unit"
+                "  signals {how}: b − a, and as a share of the range in a; worst leg and component, in its unit"
             ),
         ];
         let mut grid = Grid::new(&[[Side::Left; 1].as_slice(), &[Side::Right; 8]].concat());
         let dim = |text: &str| Cell::new(text, Tint::Dim);
         grid.row([
             dim("signal"),
-            dim("most"),
+            dim("max"),
             dim(""),
             dim("rms"),
             dim("> 1 %"),
             dim("> 10 %"),
             dim("first, last tenth"),
-            dim("grows a second"),
+            dim("growth per second"),
             dim(if aligned { "at equal times" } else { "" }),
         ]);
         let (residual, differ): (Vec<Kind<'_>>, Vec<Kind<'_>>) =
@@ -65,21 +65,21 @@ impl EventDifference {
             grid.row(kind.row(aligned));
         }
         lines.extend(grid.lines(2, paint));
-        let (more, still) = (differ.len().saturating_sub(SHOWN), alike.len());
-        let rest = match (more, still) {
+        let (more, equal) = (differ.len().saturating_sub(SHOWN), equal.len());
+        let rest = match (more, equal) {
             (0, 0) => return lines,
-            (0, _) => format!("{still} kinds of signals do not differ at all"),
+            (0, _) => format!("{equal} kinds of signals do not differ"),
             (_, 0) => format!("{more} kinds of signals differ less"),
-            _ => format!("{more} kinds of signals differ less, and {still} not at all"),
+            _ => format!("{more} kinds of signals differ less, and {equal} do not differ"),
         };
-        lines.push(format!("  {rest}: --json has every component"));
+        lines.push(format!("  {rest}: --json lists all components"));
         lines
     }
 
-    /// The foremost, then those that are farthest off.
+    /// Returns the kinds of [`FIRST`], then the others by decreasing difference.
     fn kinds(&self) -> Vec<Kind<'_>> {
         let mut legs: Vec<&str> = self.legs.iter().map(|leg| leg.leg.as_str()).collect();
-        // Legs that never come down are legs, too.
+        // Includes legs without footsteps.
         let named = self.signals.iter();
         legs.extend(named.filter_map(|of| of.signal.strip_prefix("leg/")?.split('/').next()));
         legs.sort_unstable();
@@ -107,8 +107,8 @@ impl EventDifference {
         }
         kinds.sort_by(|a, b| {
             let place = |kind: &Kind<'_>| {
-                let place = FOREMOST.iter().position(|name| *name == kind.name);
-                place.unwrap_or(FOREMOST.len())
+                let place = FIRST.iter().position(|name| *name == kind.name);
+                place.unwrap_or(FIRST.len())
             };
             let share = |kind: &Kind<'_>| kind.worst.aligned.share.unwrap_or(0.0);
             place(a).cmp(&place(b)).then(share(b).total_cmp(&share(a)))
@@ -118,7 +118,8 @@ impl EventDifference {
 }
 
 impl OfSignal {
-    /// The greatest share by which it is off, at equal times or at equal footsteps; nothing where it is nothing in both.
+    /// Returns the greatest relative difference, at equal times or at equal footsteps; 0 for
+    /// signals without a range.
     fn share(&self) -> f64 {
         let shares = [self.aligned.share, self.plain.share];
         shares.into_iter().flatten().fold(0.0, f64::max)
@@ -146,13 +147,13 @@ impl Kind<'_> {
         let scaled = |value: f64| three(value * scale.factor);
         let ends = [rms_of_tenths.first(), rms_of_tenths.last()]
             .map(|rms| scaled(rms.copied().unwrap_or(0.0)));
-        // Of what is an error itself a share says nothing.
-        let telling = !self.is_residual();
+        // A share of the residual, which is an error itself, is not meaningful.
+        let has_share = !self.is_residual();
         let at = |at: &Option<f64>| {
-            let at = at.filter(|_| telling);
+            let at = at.filter(|_| has_share);
             at.map_or_else(String::new, |at| format!("{} s", figure(at)))
         };
-        let percent = |share: Option<f64>| percent(share.filter(|_| telling));
+        let percent = |share: Option<f64>| percent(share.filter(|_| has_share));
         [
             self.worst.name().into(),
             quantity(*max, unit).into(),

@@ -1,4 +1,4 @@
-//! An answer that could not be written is an error.
+//! Errors of writing the output.
 
 use std::fs::File;
 use std::io::{Error, ErrorKind, Write};
@@ -8,10 +8,10 @@ use twinrig::run_with;
 
 use crate::common::{Folder, SOUND, registry, twin};
 
-/// Takes nothing.
-struct Refusing(ErrorKind);
+/// Stream whose writes fail.
+struct FailingStream(ErrorKind);
 
-impl Write for Refusing {
+impl Write for FailingStream {
     fn write(&mut self, _: &[u8]) -> std::io::Result<usize> {
         Err(Error::from(self.0))
     }
@@ -22,7 +22,7 @@ impl Write for Refusing {
 }
 
 #[test]
-fn every_command_whose_answer_is_not_written_says_so_but_for_a_closed_pipe() {
+fn commands_report_write_errors_except_closed_pipes() {
     let folder = Folder::new("unwritten");
     let sound = folder.file("sound.toml", SOUND);
     let commands: [&[&str]; 8] = [
@@ -37,21 +37,25 @@ fn every_command_whose_answer_is_not_written_says_so_but_for_a_closed_pipe() {
     ];
     for words in commands {
         let code = |kind, err: &mut Vec<u8>| {
-            run_with(&registry(), words.iter().copied(), &mut Refusing(kind), err)
+            let mut out = FailingStream(kind);
+            run_with(&registry(), words.iter().copied(), &mut out, err)
         };
         let mut err = Vec::new();
         assert_eq!(code(ErrorKind::StorageFull, &mut err), 2, "{words:?}");
-        let told = String::from_utf8(err).unwrap();
-        assert!(told.contains("cannot write to standard output"), "{told}");
+        let message = String::from_utf8(err).unwrap();
+        assert!(
+            message.contains("cannot write to standard output"),
+            "{message}"
+        );
         let mut err = Vec::new();
         assert_eq!(code(ErrorKind::BrokenPipe, &mut err), 0, "{words:?}");
         assert!(err.is_empty(), "{words:?}");
     }
 }
 
-/// The program itself, whose standard output keeps what is no whole line.
+/// Tests the program itself, whose standard output is line-buffered.
 #[test]
-fn the_program_ends_with_two_if_the_device_is_full() {
+fn program_exits_with_error_if_device_is_full() {
     let commands: [&[&str]; 4] = [
         &["list"],
         &["list", "--json"],
@@ -62,21 +66,24 @@ fn the_program_ends_with_two_if_the_device_is_full() {
         let full = File::options().write(true).open("/dev/full").unwrap();
         let mut twin = Command::new(env!("CARGO_BIN_EXE_twin"));
         let done = twin.args(words).stdout(Stdio::from(full)).output().unwrap();
-        let told = String::from_utf8(done.stderr).unwrap();
-        assert_eq!(done.status.code(), Some(2), "{words:?}: {told}");
-        assert!(told.contains("cannot write to standard output"), "{told}");
+        let message = String::from_utf8(done.stderr).unwrap();
+        assert_eq!(done.status.code(), Some(2), "{words:?}: {message}");
+        assert!(
+            message.contains("cannot write to standard output"),
+            "{message}"
+        );
     }
 }
 
 #[test]
-fn what_cannot_be_written_is_found_before_the_runs() {
+fn unwritable_outputs_are_detected_before_runs() {
     let folder = Folder::new("unwritable");
     let sound = folder.file("sound.toml", SOUND);
     let junit = folder.join("no/such/folder.xml");
     let done = twin(&["run", &sound, "--no-record", "--junit", &junit]);
     assert_eq!((done.code, done.out.as_str()), (2, ""), "{done:?}");
     assert!(done.err.contains("folder.xml"), "{done:?}");
-    // What is refused for another reason leaves nothing behind.
+    // A command refused for another reason leaves no files behind.
     let (junit, out) = (folder.join("junit.xml"), folder.join("deep/out"));
     let absent = ["run", &sound, "--plant", "absent", "--plant", "toy"];
     let done = twin(&[&absent[..], &["--out", &out]].concat());

@@ -1,5 +1,5 @@
-//! `twin run` with several plants: a run with each, or a run with the first and its end with each of the others; and how they
-//! differ, footstep by footstep.
+//! Command `twin run` with several plants: complete runs of all plants, or a run of the first and
+//! continuations of it with the others; and the comparison of the runs footstep by footstep.
 
 use std::path::Path;
 
@@ -8,31 +8,31 @@ use twinrig_kernel::{SimTime, Snapshot};
 
 use super::Terminal;
 use super::compare::{Bounds, EventDifference};
-use super::diff::{NOTHING, open};
+use super::diff::{NO_COMMON_SAMPLE, open};
 use super::run::{Session, error_of};
 use crate::args::RunArgs;
 use crate::assembly::Assembly;
 use crate::error::{TwinError, guarded};
 use crate::report::{Report, Status, seconds};
-use crate::run::continuation::{Continuation, go_on};
+use crate::run::continuation::{Continuation, resume_with_plant};
 use crate::run::execute::execute_saving;
 use crate::run::interrupt;
 
-/// The scenario of several plants.
-pub(super) struct Together<'s, 'a> {
+/// Runs of a scenario with several plants.
+pub(super) struct PlantComparison<'s, 'a> {
     session: &'s mut Session<'a>,
     path: &'s Path,
 }
 
-/// Two plants that were run, of whom the second is compared with the first.
+/// Runs of two plants, of which the second is compared with the first.
 struct Pair<'p> {
     scenario: &'p str,
     plants: [&'p str; 2],
     recordings: [Option<&'p str>; 2],
-    end: Option<&'p Continuation>,
+    continuation: Option<&'p Continuation>,
 }
 
-/// A comparison as it is printed for programs, apart from the reports of runs.
+/// Comparison in its serialised form, as distinguished from the reports of runs.
 #[derive(Serialize)]
 struct Written<'p> {
     comparison: Compared<'p>,
@@ -45,29 +45,29 @@ struct Compared<'p> {
     plant_b: &'p str,
     recording_a: Option<&'p str>,
     recording_b: Option<&'p str>,
-    /// From when on b goes on from a; none if both ran from the start.
+    /// Time at which b resumes from the state of a; none if both ran from the start.
     from_s: Option<f64>,
-    /// What b could not take over.
+    /// Parts of the state of a that b could not resume.
     not_taken_over: &'p [String],
-    /// Of b, where it went on.
+    /// Fingerprint of the continuation with b.
     fingerprint_b: Option<&'p str>,
-    /// Why there is no comparison, or why b did not come to the end.
+    /// Error that prevented the comparison or ended the run of b prematurely.
     error: Option<String>,
     #[serde(flatten)]
     difference: Option<EventDifference>,
 }
 
-/// Whether several plants, and a time from which they go on, can be had with what else is wanted.
+/// Checks that the options `--plant` and `--from` are compatible with the other options.
 pub(super) fn check(args: &RunArgs) -> Result<(), TwinError> {
-    let refused = |why: &str, help: &str| {
+    let incompatible = |why: &str, help: &str| {
         let (why, help) = (why.to_owned(), help.to_owned());
         Err(TwinError::Together { why, help })
     };
     let ending = args.out.extension();
     if ending.is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) {
-        return refused(
+        return incompatible(
             &format!(
-                "--out {} looks like a file, and is the folder that recordings go to",
+                "--out {} has the extension of a file, but is the folder for recordings",
                 args.out.display()
             ),
             "name a folder: --out recordings; the files in it are named after the scenario",
@@ -75,51 +75,52 @@ pub(super) fn check(args: &RunArgs) -> Result<(), TwinError> {
     }
     if args.plant.len() < 2 {
         if args.from.is_some() {
-            let help = "name both: --plant lcp --plant massless --from \"3 s\"";
-            return refused(
-                "--from puts one plant where another is, and wants two of them",
+            let help = "name two plants: --plant lcp --plant massless --from \"3 s\"";
+            return incompatible(
+                "--from resumes from the state of another plant and requires two plants",
                 help,
             );
         }
         return Ok(());
     }
     if args.no_record {
-        return refused(
-            "several plants are compared by their recordings, and --no-record makes none",
-            "leave it out, or name one plant",
+        return incompatible(
+            "several plants are compared by their recordings, which --no-record disables",
+            "remove --no-record, or name one plant",
         );
     }
     if !args.port.is_empty() {
-        return refused(
-            "at hardware there is no plant to choose",
-            "leave out --plant, or --port",
+        return incompatible(
+            "on hardware there is no plant to choose",
+            "remove --plant or --port",
         );
     }
-    if let Some(plant) = twice(args) {
-        return refused(
-            &format!("the plant `{plant}` is named twice, and the same run differs in nothing"),
-            "name each once; what the same plant does with other settings is another run: compare its recording with \
+    if let Some(plant) = duplicate(args) {
+        return incompatible(
+            &format!("the plant `{plant}` is named twice, and equal runs do not differ"),
+            "name each plant once; to compare different settings of one plant, run it twice and use \
              `twin diff --events A B`",
         );
     }
     Ok(())
 }
 
-/// A plant that is named twice. With `--from` the first may go on from itself: that shows what going on does.
-fn twice(args: &RunArgs) -> Option<&String> {
+/// Returns a plant that is named twice. With `--from` the first plant may be named again, to show
+/// the effect of resuming.
+fn duplicate(args: &RunArgs) -> Option<&String> {
     let named = &args.plant[usize::from(args.from.is_some())..];
     let mut each = named.iter().enumerate();
     each.find_map(|(i, plant)| named[..i].contains(plant).then_some(plant))
 }
 
-impl<'s, 'a> Together<'s, 'a> {
+impl<'s, 'a> PlantComparison<'s, 'a> {
     pub(super) fn new(session: &'s mut Session<'a>, path: &'s Path) -> Self {
         Self { session, path }
     }
 
-    /// Runs and compares; the exit code of what is no report.
+    /// Runs and compares the plants; returns the exit code of the comparisons, without the reports.
     pub(super) fn run(&mut self, terminal: &mut Terminal<'_>) -> u8 {
-        // Before anything runs: what one of them lacks is not told after minutes of another.
+        // Errors of all plants are reported before the first run.
         for plant in &self.session.args.plant {
             if let Err(error) = self.session.assembly(self.path, Some(plant)) {
                 let report = error_of(self.path, &error);
@@ -128,22 +129,23 @@ impl<'s, 'a> Together<'s, 'a> {
             }
         }
         match self.session.args.from {
-            None => self.together(terminal),
-            Some(from) => self.apart_from(SimTime::ZERO + from, terminal),
+            None => self.run_all(terminal),
+            Some(from) => self.run_from(SimTime::ZERO + from, terminal),
         }
     }
 
-    fn together(&mut self, terminal: &mut Terminal<'_>) -> u8 {
-        let begun = self.session.reports.len();
+    /// Runs all plants from the start.
+    fn run_all(&mut self, terminal: &mut Terminal<'_>) -> u8 {
+        let first_report = self.session.reports.len();
         let args = self.session.args;
         for plant in &args.plant {
-            let report = self.session.whole(self.path, Some(plant), terminal);
+            let report = self.session.run(self.path, Some(plant), terminal);
             self.session.show(report, terminal);
-            if interrupt::asked() {
+            if interrupt::is_requested() {
                 return Status::Pass.exit_code();
             }
         }
-        let reports = &self.session.reports[begun..];
+        let reports = &self.session.reports[first_report..];
         let mut worst = Status::Pass.exit_code();
         let Some((first, others)) = reports.split_first() else {
             return worst;
@@ -153,20 +155,19 @@ impl<'s, 'a> Together<'s, 'a> {
                 scenario: &first.scenario,
                 plants: [&args.plant[0], plant],
                 recordings: [first.recording.as_deref(), other.recording.as_deref()],
-                end: None,
+                continuation: None,
             };
-            worst = worst.max(show(&pair, None, args.json, terminal));
+            worst = worst.max(compare(&pair, None, args.json, terminal));
         }
         worst
     }
 
-    /// Runs the first plant, and each of the others from where it is at `from`.
-    fn apart_from(&mut self, from: SimTime, terminal: &mut Terminal<'_>) -> u8 {
+    /// Runs the first plant, and continuations with the other plants from its state at `from`.
+    fn run_from(&mut self, from: SimTime, terminal: &mut Terminal<'_>) -> u8 {
         let args = self.session.args;
         let error = Status::Error.exit_code();
-        let begun = self.begin(from, terminal);
-        let (first, report, saved) = match begun {
-            Ok(begun) => begun,
+        let (first, report, saved) = match self.run_first(from, terminal) {
+            Ok(result) => result,
             Err(error) => {
                 let report = error_of(self.path, &error);
                 self.session.show(report, terminal);
@@ -176,29 +177,30 @@ impl<'s, 'a> Together<'s, 'a> {
         let (scenario, recording) = (report.scenario.clone(), report.recording.clone());
         self.session.show(report, terminal);
         let Some(saved) = saved else {
-            // Its report says why it did not come so far.
+            // The report contains the reason.
             return error;
         };
         let mut worst = Status::Pass.exit_code();
         for plant in &args.plant[1..] {
-            if interrupt::asked() {
+            if interrupt::is_requested() {
                 return error;
             }
-            let ended = self.end(&first, plant, from, &saved, terminal);
+            let continuation = self.continue_with(&first, plant, from, &saved, terminal);
             let mut pair = Pair {
                 scenario: &scenario,
                 plants: [&args.plant[0], plant],
                 recordings: [recording.as_deref(), None],
-                end: None,
+                continuation: None,
             };
-            let code = match &ended {
-                Ok(end) => {
-                    pair.recordings[1] = end.report.recording.as_deref();
-                    pair.end = Some(end);
-                    show(&pair, Some(from), args.json, terminal)
+            let code = match &continuation {
+                Ok(continuation) => {
+                    pair.recordings[1] = continuation.report.recording.as_deref();
+                    pair.continuation = Some(continuation);
+                    compare(&pair, Some(from), args.json, terminal)
                 }
                 Err(error) => {
-                    terminal_error(&pair, from, error, args.json, terminal);
+                    let error = Some(error.to_string());
+                    print(&pair, Some(from), None, error, args.json, terminal);
                     Status::Error.exit_code()
                 }
             };
@@ -207,8 +209,8 @@ impl<'s, 'a> Together<'s, 'a> {
         worst
     }
 
-    /// The run of the first plant, and the rig at `from`.
-    fn begin(
+    /// Runs the first plant; also returns the snapshot of the rig at `from`.
+    fn run_first(
         &mut self,
         from: SimTime,
         terminal: &mut Terminal<'_>,
@@ -219,10 +221,10 @@ impl<'s, 'a> Together<'s, 'a> {
         if from >= first.end() {
             return Err(TwinError::Together {
                 why: format!(
-                    "at {from} nothing is left of a run that ends at {}",
+                    "--from {from} is not before the end of the run at {}",
                     first.end()
                 ),
-                help: "an earlier --from, or a longer `duration`".to_owned(),
+                help: "choose an earlier --from or a longer `duration`".to_owned(),
             });
         }
         self.session.warn(&first, terminal);
@@ -233,8 +235,8 @@ impl<'s, 'a> Together<'s, 'a> {
         Ok((first, report, saved))
     }
 
-    /// What another plant does from there on.
-    fn end(
+    /// Continues the run of the first plant with another plant from the snapshot.
+    fn continue_with(
         &mut self,
         first: &Assembly<'_>,
         plant: &String,
@@ -243,27 +245,27 @@ impl<'s, 'a> Together<'s, 'a> {
         terminal: &Terminal<'_>,
     ) -> Result<Continuation, TwinError> {
         let other = self.session.assembly(self.path, Some(plant))?;
-        let begun = &first.scenario().plant.model;
-        let mark = format!("-from-{begun}-{}s", seconds(from.as_nanos()));
+        let origin = &first.scenario().plant.model;
+        let mark = format!("-from-{origin}-{}s", seconds(from.as_nanos()));
         let execution = self.session.execution(&other, &mark, terminal);
         guarded(&other.scenario().file, || {
-            go_on(first, &other, saved, &execution)
+            resume_with_plant(first, &other, saved, &execution)
         })
     }
 }
 
-/// Compares a pair and prints it; 2 if that cannot be done, or the second did not come to its end and has no report that says
-/// so.
-fn show(pair: &Pair<'_>, from: Option<SimTime>, json: bool, terminal: &mut Terminal<'_>) -> u8 {
+/// Compares a pair and prints the comparison; returns the exit code of an error if the comparison
+/// is not possible or the continuation did not complete.
+fn compare(pair: &Pair<'_>, from: Option<SimTime>, json: bool, terminal: &mut Terminal<'_>) -> u8 {
     let [Some(a), Some(b)] = pair.recordings else {
         let missing = TwinError::Together {
             why: format!(
-                "{} and {} are not compared: one has no recording",
+                "{} and {} cannot be compared: one has no recording",
                 pair.plants[0], pair.plants[1]
             ),
-            help: "its own error says why".to_owned(),
+            help: "see the error of that run".to_owned(),
         };
-        written(pair, from, None, Some(missing.to_string()), json, terminal);
+        print(pair, from, None, Some(missing.to_string()), json, terminal);
         return Status::Error.exit_code();
     };
     let compared = open(Path::new(a)).and_then(|a| {
@@ -274,38 +276,26 @@ fn show(pair: &Pair<'_>, from: Option<SimTime>, json: bool, terminal: &mut Termi
         Ok(difference) => (Some(difference), None),
         Err(error) => (None, Some(error.to_string())),
     };
-    let nothing = || difference.as_ref()?.nothing.then(|| NOTHING.to_owned());
+    let nothing = || {
+        difference
+            .as_ref()?
+            .nothing
+            .then(|| NO_COMMON_SAMPLE.to_owned())
+    };
     let error = error
-        .or_else(|| pair.end?.report.error.clone())
+        .or_else(|| pair.continuation?.report.error.clone())
         .or_else(nothing);
     let code = if error.is_some() {
         Status::Error
     } else {
         Status::Pass
     };
-    written(pair, from, difference, error, json, terminal);
+    print(pair, from, difference, error, json, terminal);
     code.exit_code()
 }
 
-/// Prints that a plant could not be put where another is.
-fn terminal_error(
-    pair: &Pair<'_>,
-    from: SimTime,
-    error: &TwinError,
-    json: bool,
-    terminal: &mut Terminal<'_>,
-) {
-    written(
-        pair,
-        Some(from),
-        None,
-        Some(error.to_string()),
-        json,
-        terminal,
-    );
-}
-
-fn written(
+/// Prints a comparison or its error.
+fn print(
     pair: &Pair<'_>,
     from: Option<SimTime>,
     difference: Option<EventDifference>,
@@ -314,7 +304,7 @@ fn written(
     terminal: &mut Terminal<'_>,
 ) {
     let from_s = from.map(|from| seconds(from.as_nanos()));
-    let lost = pair.end.map_or(&[][..], |end| &end.lost);
+    let lost = pair.continuation.map_or(&[][..], |run| &run.lost);
     let [a, b] = pair.plants;
     if json {
         terminal.print_json(&Written {
@@ -326,7 +316,9 @@ fn written(
                 recording_b: pair.recordings[1],
                 from_s,
                 not_taken_over: lost,
-                fingerprint_b: pair.end.and_then(|end| end.report.fingerprint.as_deref()),
+                fingerprint_b: pair
+                    .continuation
+                    .and_then(|run| run.report.fingerprint.as_deref()),
                 error,
                 difference,
             },
@@ -334,16 +326,16 @@ fn written(
         return;
     }
     let heading = match from_s {
-        None => format!("{}: {b} against {a}", pair.scenario),
+        None => format!("{}: {b} compared with {a}", pair.scenario),
         Some(at) => format!(
-            "{}: {b} goes on from {a} at {at} s, and is compared with it",
+            "{}: {b} compared with {a}, resumed from the state of {a} at {at} s",
             pair.scenario
         ),
     };
     let mut lines = vec![terminal.paint.bold(&heading)];
-    lines.extend(lost.iter().map(|line| format!("  not taken over: {line}")));
-    if let (Some(_), Some(recording)) = (pair.end, pair.recordings[1]) {
-        lines.push(format!("  recorded in {recording}"));
+    lines.extend(lost.iter().map(|line| format!("  not resumed: {line}")));
+    if let (Some(_), Some(recording)) = (pair.continuation, pair.recordings[1]) {
+        lines.push(format!("  recording: {recording}"));
     }
     if let Some(error) = &error {
         lines.extend(

@@ -1,35 +1,37 @@
-//! The same build, the same process: whether boards are emulated beside it in virtual time or are at the other end of a port,
-//! it asks the same things.
+//! Equality of the bus traffic with boards emulated in virtual time and with a served twin in real
+//! time.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::trace::{CALIBRATE, Happened, MODES, is_cyclic, read, requests, story, written};
-use super::{BENCH, run_at_a_twin};
+use super::trace::{CALIBRATE, MODES, TraceEvent, is_cyclic, read, requests, trace_of, written};
+use super::{STAND, run_on_twin};
 use crate::common::{Folder, twin};
 
-/// Cycles that are compared at least.
+/// Minimum number of compared cycles.
 const CYCLES: usize = 1_000;
-/// Longer and longer, on a machine that is too busy for a cycle every 2 ms.
+/// Increasing durations of the attempts, for machines that are too busy for the cycle of 2 ms
+/// \[s\].
 const DURATIONS: [u64; 4] = [3, 10, 30, 90];
 
 #[test]
-fn a_twin_in_lockstep_and_one_at_a_port_are_asked_the_same_byte_for_byte() {
+fn bus_traffic_in_virtual_and_real_time_is_identical() {
     let folder = Folder::new("exchange");
-    let scenario = folder.file("bench.toml", BENCH);
+    let scenario = folder.file("bench.toml", STAND);
     let link = folder.join("bus");
     for seconds in DURATIONS {
-        let lockstep = story(&in_lockstep(&folder, &scenario, seconds));
+        let lockstep = trace_of(&in_lockstep(&folder, &scenario, seconds));
         let real = at_a_port(&folder, &scenario, &link, seconds);
         let compared = compare(&lockstep, &real);
-        println!("{compared} frames of {seconds} s are the same");
+        println!("{compared} frames of {seconds} s are identical");
         if compared >= CYCLES {
             return;
         }
     }
-    panic!("this machine is too busy to do {CYCLES} cycles");
+    panic!("this machine is too busy for {CYCLES} cycles");
 }
 
-/// Gives the path of a recording that is longer than the other one: it counts from before the boards are ready.
+/// Runs in virtual time and returns the path of the recording. The run is longer than the one in
+/// real time, because its duration includes the initialisation of the boards.
 fn in_lockstep(folder: &Folder, scenario: &str, seconds: u64) -> String {
     let (out, duration) = (
         folder.join("lockstep"),
@@ -40,24 +42,24 @@ fn in_lockstep(folder: &Folder, scenario: &str, seconds: u64) -> String {
     only_recording(&out)
 }
 
-/// The same at a port, without a request that had to be repeated because its answer was late: answers that come even later
-/// would be taken for those of others.
-fn at_a_port(folder: &Folder, scenario: &str, link: &str, seconds: u64) -> Vec<Happened> {
+/// Runs in real time on a served twin, until no request was repeated because of a late response: a
+/// response later still would be attributed to another request.
+fn at_a_port(folder: &Folder, scenario: &str, link: &str, seconds: u64) -> Vec<TraceEvent> {
     let duration = format!("duration=\"{seconds} s\"");
     for _ in 0..10 {
-        let [run, served] = run_at_a_twin(folder, scenario, link, &["--set", &duration]);
+        let [run, served] = run_on_twin(folder, scenario, link, &["--set", &duration]);
         assert_eq!(run.code, Some(0), "{run:?}");
         println!("{}\n{}", run.out, served.out);
-        let story = story(&only_recording(&folder.join("out")));
-        let opening = opening(&story);
+        let trace = trace_of(&only_recording(&folder.join("out")));
+        let opening = opening(&trace);
         if opening.windows(2).all(|pair| pair[0] != pair[1]) {
-            return story;
+            return trace;
         }
     }
-    panic!("this machine is too busy to get boards ready");
+    panic!("this machine is too busy to initialise the boards");
 }
 
-/// Takes the only recording out of a folder, which is empty then.
+/// Moves the only recording out of a folder and returns its path.
 fn only_recording(folder: &str) -> String {
     let mut files = std::fs::read_dir(folder).unwrap();
     let path = files.next().unwrap().unwrap().path().display().to_string();
@@ -67,13 +69,13 @@ fn only_recording(folder: &str) -> String {
     kept
 }
 
-/// Compares what both put onto the bus; gives how many frames of cycles were.
-fn compare(lockstep: &[Happened], real: &[Happened]) -> usize {
+/// Compares the bus traffic; returns the number of compared frames of control cycles.
+fn compare(lockstep: &[TraceEvent], real: &[TraceEvent]) -> usize {
     assert_eq!(opening(lockstep), opening(real));
     let (reference, real) = (Cycles::of(lockstep), Cycles::of(real));
     assert!(reference.is_unbroken());
 
-    // What was commanded tells the control step: no two are alike.
+    // Commands are unique and thus identify the control step.
     let steps: BTreeMap<&[u8], usize> = reference.commanded.iter().copied().zip(0..).collect();
     assert_eq!(steps.len(), reference.commanded.len());
     let step = |commands: &[u8]| *steps.get(commands).expect("lockstep knows the command");
@@ -87,10 +89,10 @@ fn compare(lockstep: &[Happened], real: &[Happened]) -> usize {
     assert_eq!(
         kept.len() + real.missed,
         last + 1,
-        "control steps are kept, or said to be missed"
+        "each control step is executed or reported as missed"
     );
 
-    // A frame for each of them at which the bus was not said to be busy.
+    // One frame for each iteration at which the bus was not reported as busy.
     let begun = kept.iter().enumerate();
     let begun = begun.filter(|(n, _)| !real.skipped.contains(n));
     let begun: Vec<usize> = begun.map(|(_, step)| *step).collect();
@@ -102,7 +104,7 @@ fn compare(lockstep: &[Happened], real: &[Happened]) -> usize {
     let different: BTreeSet<&[u8]> = real.frames.iter().copied().collect();
     assert!(
         different.len() * 2 > real.frames.len(),
-        "frames are told apart"
+        "most frames are distinct"
     );
     println!(
         "{} control steps missed, {} without the bus",
@@ -112,31 +114,31 @@ fn compare(lockstep: &[Happened], real: &[Happened]) -> usize {
     real.frames.len()
 }
 
-/// The cycles of a run.
+/// Control cycles of a run.
 #[derive(Default)]
 struct Cycles<'s> {
-    /// What each iteration commanded.
+    /// Commands of the iterations.
     commanded: Vec<&'s [u8]>,
-    /// Numbers of the iterations that found the bus busy.
+    /// Numbers of the iterations with a busy bus.
     skipped: BTreeSet<usize>,
-    /// Control steps that were missed.
+    /// Number of missed control steps.
     missed: usize,
-    /// What was written for the cycles.
+    /// Frames written in the cycles.
     frames: Vec<&'s [u8]>,
 }
 
 impl<'s> Cycles<'s> {
-    fn of(story: &'s [Happened]) -> Self {
+    fn of(trace: &'s [TraceEvent]) -> Self {
         let mut cycles = Self::default();
-        for happened in story {
-            match happened {
-                Happened::Missed => cycles.missed += 1,
-                Happened::Skipped => {
+        for event in trace {
+            match event {
+                TraceEvent::Missed => cycles.missed += 1,
+                TraceEvent::Skipped => {
                     assert!(cycles.skipped.insert(cycles.commanded.len()));
                 }
-                Happened::Commanded(commands) => cycles.commanded.push(commands),
-                Happened::Wrote(bytes) if is_cyclic(bytes) => cycles.frames.push(bytes),
-                Happened::Wrote(_) => {}
+                TraceEvent::Commanded(commands) => cycles.commanded.push(commands),
+                TraceEvent::Wrote(bytes) if is_cyclic(bytes) => cycles.frames.push(bytes),
+                TraceEvent::Wrote(_) => {}
             }
         }
         cycles
@@ -147,16 +149,17 @@ impl<'s> Cycles<'s> {
     }
 }
 
-/// The requests before the first cycle, but for those that ask whether calibration is over: how often depends on the time.
-fn opening(story: &[Happened]) -> Vec<Vec<u8>> {
+/// Returns the requests before the first cycle without the polling of the calibration, whose number
+/// depends on the timing.
+fn opening(trace: &[TraceEvent]) -> Vec<Vec<u8>> {
     let mut calibrating = false;
-    let mut opening = requests(story);
+    let mut opening = requests(trace);
     let cycles = opening.iter().position(|request| is_cyclic(request));
     opening.truncate(cycles.expect("there are cycles"));
     opening.retain(|request| {
         calibrating |= matches!(written(request), Some((_, CALIBRATE)));
         !calibrating || read(request).is_none_or(|register| !MODES.contains(&register))
     });
-    assert!(calibrating && opening.len() > 100, "boards are made ready");
+    assert!(calibrating && opening.len() > 100, "boards are initialised");
     opening
 }

@@ -1,16 +1,16 @@
-//! Ctrl-C, or a plain kill, ends runs and twins as it should.
+//! Termination of runs and served twins by signals.
 
 use twinrig_record::Recording;
 
-use super::trace::{COAST, MODES, requests, story, written};
-use super::{BENCH, Ended, Pair, Running, endless, patiently};
+use super::trace::{COAST, MODES, requests, trace_of, written};
+use super::{Ended, Pair, Running, STAND, endless, with_retries};
 use crate::common::{Folder, twin};
 
-/// Motors of the four boards.
+/// Number of motors of the four boards.
 const MOTORS: usize = 8;
 
 #[test]
-fn an_interrupted_run_lets_the_motors_coast() {
+fn interrupted_run_sets_motors_to_coast() {
     let folder = Folder::new("coast");
     let scenario = endless(&folder);
     let link = folder.join("bus");
@@ -19,14 +19,14 @@ fn an_interrupted_run_lets_the_motors_coast() {
             pair.run.signal(signal);
             let done = pair.run.end().in_time("")?;
             is_interrupted(&done, &pair.recording);
-            // Whoever served it sees that the program is gone, and goes, too.
+            // The served twin detects the closed port and terminates.
             let served = pair.served.end();
             assert_eq!(served.code, Some(0), "{served:?}");
-            assert!(!is_there(&link));
+            assert!(!exists(&link));
             Ok(pair.recording)
         });
-        let requests = requests(&story(&recording));
-        // What had to be repeated stands there more than once.
+        let requests = requests(&trace_of(&recording));
+        // Repeated requests occur several times.
         let last = requests.iter().rev().map_while(|request| written(request));
         let coasting =
             last.take_while(|(register, mode)| MODES.contains(register) && *mode == COAST);
@@ -46,30 +46,33 @@ fn is_interrupted(done: &Ended, recording: &str) {
     assert_eq!(recording.fingerprint(), report["fingerprint"].as_str());
 }
 
-fn is_there(link: &str) -> bool {
+fn exists(link: &str) -> bool {
     std::fs::symlink_metadata(link).is_ok()
 }
 
 #[test]
-fn a_twin_that_is_told_to_end_leaves_no_link_behind() {
+fn terminated_twin_removes_its_link() {
     let folder = Folder::new("serve-ends");
-    let scenario = folder.file("bench.toml", BENCH);
+    let scenario = folder.file("bench.toml", STAND);
     let link = folder.join("bus");
     for signal in ["-INT", "-TERM"] {
         let mut served = Running::serve(&folder, &scenario, &link, &[]);
-        assert!(is_there(&link));
-        let how = format!("now, elsewhere: twin run {scenario} --port sbcp={link}\n");
-        assert!(served.prints().ends_with(&how), "{}", served.prints());
+        assert!(exists(&link));
+        let command = format!("connect with: twin run {scenario} --port sbcp={link}\n");
+        assert!(served.prints().ends_with(&command), "{}", served.prints());
         served.signal(signal);
         let served = served.end();
         assert_eq!(served.code, Some(0), "{served:?}");
-        assert!(served.out.contains("later than its instant"), "{served:?}");
-        assert!(!is_there(&link));
+        assert!(
+            served.out.contains("lag of the events behind the clock"),
+            "{served:?}"
+        );
+        assert!(!exists(&link));
     }
 }
 
 #[test]
-fn a_name_at_which_a_twin_is_served_is_refused_until_that_is_over() {
+fn link_of_running_twin_is_refused() {
     let folder = Folder::new("taken");
     let (bench, link) = (endless(&folder), folder.join("boards"));
     let mut first = Running::serve(&folder, &bench, &link, &[]);
@@ -80,7 +83,7 @@ fn a_name_at_which_a_twin_is_served_is_refused_until_that_is_over() {
         refused.err.contains("another twin is served"),
         "{refused:?}"
     );
-    assert!(is_there(&link));
+    assert!(exists(&link));
     first.signal("-TERM");
     assert_eq!(first.end().code, Some(0));
     let mut second = Running::serve(&folder, &bench, &link, &[]);
@@ -89,13 +92,13 @@ fn a_name_at_which_a_twin_is_served_is_refused_until_that_is_over() {
 }
 
 #[test]
-fn a_twin_that_is_to_stay_serves_one_run_after_the_other() {
+fn twin_with_keep_serves_successive_runs() {
     let folder = Folder::new("keep");
-    let scenario = folder.file("bench.toml", BENCH);
+    let scenario = folder.file("bench.toml", STAND);
     let link = folder.join("bus");
     let mut served = Running::serve(&folder, &scenario, &link, &["--keep"]);
     for _ in 0..2 {
-        let done = patiently(|| {
+        let done = with_retries(|| {
             let run = Running::run(&folder, &scenario, &link, &["--json"]).end();
             run.in_time("")
         });
@@ -106,9 +109,9 @@ fn a_twin_that_is_to_stay_serves_one_run_after_the_other() {
 }
 
 #[test]
-fn a_twin_of_high_priority_serves_or_says_that_it_may_not() {
+fn missing_privilege_for_priority_is_reported() {
     let folder = Folder::new("priority");
-    let scenario = folder.file("bench.toml", BENCH);
+    let scenario = folder.file("bench.toml", STAND);
     let link = folder.join("bus");
     let mut served = Running::serve(&folder, &scenario, &link, &["--priority", "1"]);
     served.signal("-TERM");
@@ -125,14 +128,14 @@ fn a_twin_of_high_priority_serves_or_says_that_it_may_not() {
 }
 
 #[test]
-fn a_link_that_a_killed_twin_has_left_is_taken_over() {
+fn stale_link_of_killed_twin_is_replaced() {
     let folder = Folder::new("left");
-    let scenario = folder.file("bench.toml", BENCH);
+    let scenario = folder.file("bench.toml", STAND);
     let link = folder.join("bus");
     let mut killed = Running::serve(&folder, &scenario, &link, &[]);
     killed.signal("-KILL");
     killed.end();
-    assert!(is_there(&link));
+    assert!(exists(&link));
     let mut served = Running::serve(&folder, &scenario, &link, &[]);
     served.signal("-TERM");
     assert_eq!(served.end().code, Some(0));

@@ -1,8 +1,8 @@
-//! Several plants in one command, and recordings compared footstep by footstep.
+//! Runs of several plants, and comparison of recordings footstep by footstep.
 
 use crate::common::{Folder, SOUND, json, twin};
 
-/// A robot that trots on the spot for a moment.
+/// Scenario of a robot that trots for 900 ms.
 const STEPPING: &str = r#"
 name = "stepping"
 robot = "cheetah-cub"
@@ -17,7 +17,7 @@ body = { fall = false }
 "#;
 
 #[test]
-fn several_plants_are_run_and_compared_with_the_first() {
+fn plants_are_run_and_compared_with_the_first() {
     let folder = Folder::new("plants");
     let scenario = folder.file("step.toml", STEPPING);
     let out = folder.join("out");
@@ -42,7 +42,7 @@ fn several_plants_are_run_and_compared_with_the_first() {
         "{other}"
     );
     assert!(other["signals"][0]["aligned"]["max"].as_f64().unwrap() > 0.0);
-    // The code is that of the runs: that they differ is no failure.
+    // The exit code is that of the runs; differences are not failures.
     assert!(done.code < 2);
 
     let diff = |bounds: &[&str]| {
@@ -57,21 +57,22 @@ fn several_plants_are_run_and_compared_with_the_first() {
     let close = diff(&["--time", "1 us", "--place", "1 um"]);
     assert_eq!(close.code, 1);
     assert_eq!(json(&close.out)[0]["first"]["what"], "moved");
-    // With bounds that nothing can pass, only footsteps without a partner are left to differ.
+    // Within unlimited tolerances only footsteps without a partner differ.
     let wide = diff(&["--time", "1 min", "--place", "1 km"]);
-    let told = &json(&wide.out)[0];
-    let missing = told["footsteps"]["only_in_a"].as_u64().unwrap()
-        + told["footsteps"]["only_in_b"].as_u64().unwrap();
-    assert_eq!(wide.code, u8::from(missing > 0), "{told}");
-    assert_eq!(told["footsteps"]["pairs"], told["footsteps"]["same"]);
+    let difference = &json(&wide.out)[0];
+    let footsteps = &difference["footsteps"];
+    let missing =
+        footsteps["only_in_a"].as_u64().unwrap() + footsteps["only_in_b"].as_u64().unwrap();
+    assert_eq!(wide.code, u8::from(missing > 0), "{difference}");
+    assert_eq!(footsteps["pairs"], footsteps["same"]);
     let signals = diff(&["--time", "1 min", "--place", "1 km", "--share", "1 %"]);
     assert_eq!(signals.code, 1);
     assert!(!json(&signals.out)[0]["first_signal"].is_null());
     let text = twin(&["diff", "--events", recordings[0], recordings[1]]).out;
-    told_for_people(&text);
+    check_text(&text);
     let text = twin(&["diff", "--events", recordings[0], recordings[0]]);
     assert!(
-        text.code == 0 && text.out == "the same, bit for bit\n",
+        text.code == 0 && text.out == "identical, bit for bit\n",
         "{}",
         text.out
     );
@@ -81,13 +82,14 @@ fn several_plants_are_run_and_compared_with_the_first() {
     );
 }
 
-/// How far apart they are comes first, then where the trunk is; a row for each kind of signal, and what the books miss last.
-fn told_for_people(text: &str) {
-    let opening = text.lines().next().unwrap();
+/// Checks the text form: the summary with the distance of the trunks, then one row per kind of
+/// signal, the energy residual last.
+fn check_text(text: &str) {
+    let summary = text.lines().next().unwrap();
     assert!(
-        opening.starts_with("different: b is ")
-            && opening.contains(" at 0.9 s (")
-            && opening.contains("footsteps are pairs; touch-downs within "),
+        summary.starts_with("different: b is ")
+            && summary.contains(" at 0.9 s (")
+            && summary.contains("footsteps are pairs; touch-downs within "),
         "{text}"
     );
     assert_eq!(text.matches(" median").count(), 3, "{text}");
@@ -100,7 +102,7 @@ fn told_for_people(text: &str) {
         "{text}"
     );
     let feet = rows.iter().filter(|row| row.contains("/foot/load"));
-    assert!(feet.count() <= 1, "a row for all four legs: {text}");
+    assert!(feet.count() <= 1, "one row for all four legs: {text}");
     let residual = rows
         .iter()
         .position(|row| row.starts_with("energy/residual "))
@@ -116,7 +118,7 @@ fn told_for_people(text: &str) {
 }
 
 #[test]
-fn a_plant_goes_on_from_where_another_is() {
+fn plants_resume_from_state_of_first_plant() {
     let folder = Folder::new("from");
     let scenario = folder.file("step.toml", STEPPING);
     let run = |words: &[&str]| {
@@ -128,20 +130,16 @@ fn a_plant_goes_on_from_where_another_is() {
             .concat(),
         )
     };
-    let standalone = run(&["--plant", "lcp"]);
+    let uninterrupted = run(&["--plant", "lcp"]);
     let done = run(&[
         "--plant", "lcp", "--plant", "massless", "--plant", "lcp", "--from", "500 ms",
     ]);
     let all = json(&done.out);
-    assert_eq!(
-        all.len(),
-        3,
-        "a report of the first, and two comparisons: {done:?}"
-    );
+    assert_eq!(all.len(), 3, "one report and two comparisons: {done:?}");
     assert_eq!(
         all[0]["fingerprint"],
-        json(&standalone.out)[0]["fingerprint"],
-        "saving changes nothing"
+        json(&uninterrupted.out)[0]["fingerprint"],
+        "saving does not change the run"
     );
     for (comparison, plant) in all[1..].iter().zip(["massless", "lcp"]) {
         let of = &comparison["comparison"];
@@ -150,7 +148,7 @@ fn a_plant_goes_on_from_where_another_is() {
             (&plant.into(), &0.5.into())
         );
         assert_eq!(of["not_taken_over"], serde_json::json!([]));
-        // The first observation behind it.
+        // From the first observation after the exchange.
         assert_eq!(of["window_s"][1], 0.9);
         assert!(
             (of["window_s"][0].as_f64().unwrap() - 0.5).abs() < 0.005,
@@ -158,7 +156,7 @@ fn a_plant_goes_on_from_where_another_is() {
         );
         let feet = of["signals"].as_array().unwrap().iter();
         let feet = feet.filter(|signal| signal["signal"] == "leg/LF/foot/position");
-        // In the first tenth, 40 ms, they have hardly parted: at 1 m/s² that is 0.8 mm.
+        // In the first tenth, 40 ms, the difference is small: 0.8 mm at 1 m/s².
         assert!(feet.clone().count() == 3);
         for foot in feet {
             assert!(
@@ -170,18 +168,18 @@ fn a_plant_goes_on_from_where_another_is() {
     let recording = all[1]["comparison"]["recording_b"].as_str().unwrap();
     assert!(recording.ends_with("-from-lcp-0.5s.mcap"), "{recording}");
     let replayed = twin(&["replay", recording]);
-    assert!(replayed.code == 2 && replayed.err.contains("took the place of another at 0.5 s"));
+    assert!(replayed.code == 2 && replayed.err.contains("its plant was exchanged at 0.5 s"));
 }
 
 #[test]
-fn what_cannot_be_had_together_is_refused_with_the_remedy() {
+fn incompatible_options_are_refused_with_remedy() {
     let folder = Folder::new("refused");
     let scenario = folder.file("bob.toml", SOUND);
     let run =
         |words: &[&str]| twin(&[&["run", &scenario, "--out", &folder.join("out")], words].concat());
     let one = run(&["--from", "1 s"]);
     assert!(
-        one.code == 2 && one.err.contains("wants two of them"),
+        one.code == 2 && one.err.contains("requires two plants"),
         "{one:?}"
     );
     let two = ["--plant", "toy", "--plant", "snapping"];
@@ -189,7 +187,7 @@ fn what_cannot_be_had_together_is_refused_with_the_remedy() {
     assert!(
         twice.code == 2
             && twice.err.contains("`toy` is named twice")
-            && twice.err.contains("help: name each once"),
+            && twice.err.contains("help: name each plant once"),
         "{twice:?}"
     );
     let file = twin(&["run", &scenario, "--out", &folder.join("x.mcap")]);
@@ -198,7 +196,7 @@ fn what_cannot_be_had_together_is_refused_with_the_remedy() {
         "{file:?}"
     );
     assert!(!std::path::Path::new(&folder.join("x.mcap")).exists());
-    // What the second lacks is said before the first runs.
+    // Errors of the second plant are reported before the first run.
     let absent = run(&["--plant", "toy", "--plant", "absent"]);
     assert!(
         absent.code == 2 && absent.err.contains("absent") && absent.out.is_empty(),
@@ -207,16 +205,16 @@ fn what_cannot_be_had_together_is_refused_with_the_remedy() {
     assert!(!std::path::Path::new(&folder.join("out")).exists());
     let late = run(&[&two[..], &["--from", "1 s"]].concat());
     assert!(
-        late.code == 2 && late.err.contains("nothing is left of a run"),
+        late.code == 2 && late.err.contains("is not before the end of the run"),
         "{late:?}"
     );
-    // The toys have no words for where they are.
+    // The toy plants cannot resume.
     let toys = run(&[&two[..], &["--from", "0.2 s"]].concat());
     assert!(
-        toys.code == 2 && toys.out.contains("toy has no words for where it is"),
+        toys.code == 2 && toys.out.contains("toy has no plant-independent state"),
         "{toys:?}"
     );
-    let bare = twin(&[
+    let unrecorded = twin(&[
         "run",
         &scenario,
         "--no-record",
@@ -226,10 +224,10 @@ fn what_cannot_be_had_together_is_refused_with_the_remedy() {
         "snapping",
     ]);
     assert!(
-        bare.code == 2 && bare.err.contains("--no-record makes none"),
-        "{bare:?}"
+        unrecorded.code == 2 && unrecorded.err.contains("which --no-record disables"),
+        "{unrecorded:?}"
     );
-    // One that ends by itself before the other is another run; without footsteps it is signals that are compared.
+    // A run that fails earlier is different; without footsteps the signals are compared.
     let done = run(&[&two[..], &["--json"]].concat());
     let all = json(&done.out);
     assert_eq!(done.code, 2, "one of them failed");
@@ -241,6 +239,6 @@ fn what_cannot_be_had_together_is_refused_with_the_remedy() {
     assert_eq!(comparison["footsteps"]["a"], 0);
     assert_eq!(
         comparison["signals"][0]["aligned"]["max"], 0.0,
-        "they bob alike until then"
+        "the motions are equal until then"
     );
 }
