@@ -213,7 +213,7 @@ impl Harness {
         let plant = with_signals(robot, setup, integration, selected).unwrap();
         let layout = |direction| Layout::of(&plant.ports(), direction);
         let mut commands = vec![0.0; layout(Direction::Input).len()];
-        plant.first_inputs(&mut commands);
+        plant.initial_inputs(&mut commands);
         let layout = layout(Direction::Output);
         let outputs = vec![0.0; layout.len()];
         Self {

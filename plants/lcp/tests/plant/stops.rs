@@ -1,6 +1,5 @@
 //! Stops and cables that are reached, overloaded and released.
 
-use twinrig_lcp::Method;
 use twinrig_leg::Pantograph;
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_runtime::{Plant, PlantEventKind};
@@ -139,5 +138,4 @@ fn standing_robot_has_no_events() {
     );
     assert_eq!(harness.plant.work().fallbacks, 0);
     assert!(harness.energy().kinetic < 1e-12);
-    let _ = Method::ALL;
 }
