@@ -14,11 +14,12 @@ pub(crate) fn of(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(Stri
         text(
             "unstable",
             format!(
-                "over {}, or {STEPS_MOST} steps where those are shorter, the plant fails or something is no longer a number, or kinetic energy at any time exceeds {RUNAWAY} \
-                 times all that the reference had to give, or its peak in the last quarter exceeds {GROWTH} times that of the first \
-                 quarter and {GROWTH} times that of the reference's last, or it exceeds the latter and does not fall any more where \
-                 the reference's does (below {REST:e} of all there is to give it counts as rest): what grows until stops bound it \
-                 does not explode, and does not come to rest either",
+                "over {}, or {STEPS_MOST} steps where those are shorter: the plant fails, a value is not \
+                 finite, the kinetic energy exceeds {RUNAWAY} times the energy available to the reference, or \
+                 its peak in the last quarter exceeds {GROWTH} times that of the first quarter and {GROWTH} times \
+                 that of the reference's last quarter, or exceeds the latter without falling any more where that \
+                 of the reference falls (below {REST:e} of the available energy counts as rest): growth that stops \
+                 bound neither diverges nor decays",
                 duration(plan.duration)
             ),
         ),
@@ -42,7 +43,7 @@ pub(crate) fn of(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(Stri
         text(
             "methods with a tolerance",
             format!(
-                "choose their steps themselves and have no limit; at a tolerance of {:e} it is asked whether they are stable, and their error",
+                "choose their steps and have no limit; their stability and error are those at a tolerance of {:e}",
                 plan.tolerance
             ),
         ),
@@ -50,7 +51,10 @@ pub(crate) fn of(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(Stri
     if let Some(period) = period {
         criteria.push(text(
             "commands",
-            format!("arrive every {}, and no step is longer than that: a limit of so much is a lower bound", duration(period)),
+            format!(
+                "arrive every {}, which no step exceeds: a limit of that length is a lower bound",
+                duration(period)
+            ),
         ));
     }
     criteria

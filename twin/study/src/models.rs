@@ -120,7 +120,10 @@ impl Job<'_> {
                     let unsure = full.floor_rms().max(limit.floor_rms());
                     row.at_floor = row.error_rms_m.is_some_and(|error| error <= unsure);
                     if row.at_floor && unsure > 0.0 {
-                        row.why = Some(format!("the models are known to {} only", si(unsure, "m")));
+                        row.why = Some(format!(
+                            "the models are known to within {} only",
+                            si(unsure, "m")
+                        ));
                     }
                     row
                 }

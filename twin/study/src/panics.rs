@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use twinrig_runtime::caught;
+use twinrig_runtime::catch_panic;
 
 /// Log of the panics of a study.
 #[derive(Debug, Default)]
@@ -17,7 +17,7 @@ impl Panics {
         &self,
         action: impl FnOnce() -> Result<R, String>,
     ) -> Result<R, String> {
-        caught(action).unwrap_or_else(|panic| {
+        catch_panic(action).unwrap_or_else(|panic| {
             let why = panic.to_string();
             self.0.borrow_mut().push(why.clone());
             Err(why)

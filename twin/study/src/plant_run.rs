@@ -45,7 +45,7 @@ impl PlantRun<'_> {
             .iter()
             .filter(|port| port.direction == twinrig_kernel::Direction::Input);
         let mut first = vec![0.0; inputs.map(|port| port.size).sum()];
-        plant.first_inputs(&mut first);
+        plant.initial_inputs(&mut first);
         let mut player = self.commands.player(&ports, first);
         let mut now = SimTime::ZERO;
         let mut due = SimTime::ZERO;

@@ -303,7 +303,7 @@ impl Job<'_> {
         if let Ending::Stopped(at) = ending {
             row.note_time(trace.run_s, trace.reached_s(), 1);
             let why = format!(
-                "its kinetic energy is more than {RUNAWAY} times all that there is to give at {}",
+                "its kinetic energy is more than {RUNAWAY} times the available energy at {}",
                 instant(at)
             );
             return (row.ended(Status::Unstable, why), trace.run_s);
@@ -329,7 +329,7 @@ impl Job<'_> {
             row.note_errors(&errors);
             row.at_floor = errors.foot_rms <= reference.floor_rms();
         } else {
-            row.why = Some("it tells of no foot that the reference has, too".to_owned());
+            row.why = Some("it has no foot in common with the reference".to_owned());
         }
         let until_s = reference.trace.trusted_s();
         let events = [trace, &reference.trace].map(|trace| trace.events_until(until_s));

@@ -161,7 +161,7 @@ pub(crate) fn ended(ending: &Ending, share: Share) -> Option<(Status, String)> {
         Ending::Fault(fault) => Some((Status::Failed, fault.to_string())),
         Ending::NotFinite(at) => Some((
             Status::Unstable,
-            format!("something is no longer a number at {}", instant(*at)),
+            format!("a value is not finite at {}", instant(*at)),
         )),
         Ending::OverBudget(at) => Some((
             Status::Failed,
@@ -328,7 +328,7 @@ impl Reference {
         });
         let mut why = Vec::new();
         match &check {
-            None => why.push("nothing came to the end that could check it".to_owned()),
+            None => why.push("no check run completed".to_owned()),
             Some(check) if !check.independent => {
                 why.push("it is checked by its own method, at a coarser setting".to_owned());
             }
@@ -336,7 +336,7 @@ impl Reference {
         }
         if let Some(until_s) = self.until_s {
             why.push(format!(
-                "its check leaves it after {}: nothing is compared from there on",
+                "it and its check agree up to {}; nothing is compared after that",
                 si(until_s, "s")
             ));
         }

@@ -103,7 +103,7 @@ impl<'a> References<'a> {
 impl AssignedReference {
     /// Adds to the note why the plant is its own reference.
     fn with_fallback_note(mut self, why: &str) -> Self {
-        let own = "so it is measured against itself, and what is wrong with it at every step does not show";
+        let own = "so it is measured against itself, and errors present at every step do not show";
         self.note.add_why(&format!("{why}: {own}"));
         self
     }

@@ -137,7 +137,7 @@ impl Job<'_> {
             ..self.context.plant_run(share)
         };
         let walked = self.context.with_drives(variant, |plant| {
-            let mut walk = WalkRecorder::of(plant).ok_or("it does not tell where its trunk is")?;
+            let mut walk = WalkRecorder::of(plant).ok_or("it has no output body/position")?;
             let ending = plant_run.run(plant, |now, plant| walk.sample(now, plant));
             Ok::<_, String>((walk, ending))
         });

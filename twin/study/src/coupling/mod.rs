@@ -222,7 +222,7 @@ impl Job<'_> {
         }
         if let Some(until_s) = note.holds_until_s {
             why.push(format!(
-                "its check leaves it after {}: nothing is compared from there on",
+                "it and its check agree up to {}; nothing is compared after that",
                 si(until_s, "s")
             ));
         }
@@ -260,7 +260,7 @@ impl Job<'_> {
         let reached_s = run.trace.reached_s();
         row.note_work(&run.work, reached_s - run.opened_s);
         if let Some((status, why)) = &run.ended {
-            row.note_time(run.run_s, reached_s, 1);
+            row.note_time(run.wall_s, reached_s, 1);
             row.cut = run.cut;
             return Ok(row.ended(*status, why.as_str()));
         }
@@ -275,9 +275,9 @@ impl Job<'_> {
     /// Measures the run time of a rig that completes: the median of several runs without sampling,
     /// of fewer if they are slow.
     fn time(&self, row: &mut CouplingRow, variant: &RigVariant<'_>, run: &Run, share: Share) {
-        let (mut times, mut used_s) = (Vec::new(), run.run_s);
+        let (mut times, mut used_s) = (Vec::new(), run.wall_s);
         for _ in 0..self.plan.repetitions.max(1) {
-            if used_s + run.run_s > share.seconds {
+            if used_s + run.wall_s > share.seconds {
                 break;
             }
             let timed = self.panics.guarded(|| Ok(Run::time(self.factory, variant)));
@@ -288,7 +288,7 @@ impl Job<'_> {
             times.push(run_s);
         }
         if times.is_empty() {
-            times.push(run.run_s);
+            times.push(run.wall_s);
         }
         times.sort_by(f64::total_cmp);
         let median = times[times.len() / 2];
@@ -302,7 +302,7 @@ fn compare(row: &mut CouplingRow, run: &Run, reference: &Run, floor_m: f64) {
             row.note_errors(&errors);
             row.at_floor = errors.foot_rms <= floor_m;
         }
-        None => row.why = Some("it tells of no foot that the reference has, too".to_owned()),
+        None => row.why = Some("it has no foot in common with the reference".to_owned()),
     }
     row.counters_changed = Some(run.changed_counters(reference));
 }

@@ -78,8 +78,8 @@ impl CouplingStudy {
         let mut left_out = Vec::new();
         if input.buses.is_empty() {
             left_out.push(format!(
-                "boards: the scenario has no bus, so nobody meets the plant but the controller's transfers, every {}. A grid that \
-                 divides that is exact; what is left of the errors is the plant's own step",
+                "boards: the scenario has no bus; only the controller's transfers access the plant, every {}. A \
+                 grid that divides that period is exact; the remaining errors are those of the plant's step",
                 si(input.period.as_secs_f64(), "s")
             ));
         }

@@ -20,7 +20,7 @@ pub(crate) struct Run {
     /// Time at which all devices were open and the plant was released \[s\].
     pub(crate) opened_s: f64,
     /// Run time, sampling included \[s\].
-    pub(crate) run_s: f64,
+    pub(crate) wall_s: f64,
     /// Status and reason of a run that did not complete.
     pub(crate) ended: Option<(Status, String)>,
     /// Truncated by the budget.
@@ -73,7 +73,7 @@ impl TraceObserver {
             trace: Trace::from_samples(names.collect(), self.at_s, self.feet_at, self.trunk_at),
             work: rig.plant().work(),
             opened_s: self.opened_s,
-            run_s,
+            wall_s: run_s,
             ended: end.err(),
             cut,
         }
@@ -137,7 +137,7 @@ impl Run {
             if let Err(error) = rig.run_until(to, &mut observer) {
                 result = Err((Status::Failed, error.to_string()));
             } else if !observer.finite {
-                let why = format!("something is no longer a number at {}", instant(to));
+                let why = format!("a value is not finite at {}", instant(to));
                 result = Err((Status::Unstable, why));
             } else if share.deadline.passed() && to < end {
                 cut = true;
