@@ -148,7 +148,10 @@ impl MotorBoard {
     /// makes no difference otherwise, because master and bus controller send single packets.
     #[must_use]
     pub fn with_bytewise_reception(self, with_bytewise_reception: bool) -> Self {
-        Self { with_bytewise_reception, ..self }
+        Self {
+            with_bytewise_reception,
+            ..self
+        }
     }
 
     /// Sets the nominal period of requests, the grid of `request/phase/deviation`. `None`, the
@@ -310,7 +313,8 @@ impl Node for MotorBoard {
     }
 
     fn min_bytes_needed(&self) -> Option<usize> {
-        self.with_bytewise_reception.then(|| self.state.slave.min_bytes_needed())
+        self.with_bytewise_reception
+            .then(|| self.state.slave.min_bytes_needed())
     }
 
     fn next_wake(&self) -> Option<SimTime> {

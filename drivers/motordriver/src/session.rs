@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::HostTime;
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
-use twinrig_sbcp::{Address, RequestError, Instruction, Master, Outcome, Request};
+use twinrig_sbcp::{Address, Instruction, Master, Outcome, Request, RequestError};
 
 use crate::config::{BoardConfig, Following, SessionConfig};
 use crate::error::BusError;

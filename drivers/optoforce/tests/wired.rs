@@ -142,7 +142,7 @@ fn dropped_samples_are_counted_as_lost() {
         FaultKind::Drop { probability: 0.3 },
         FaultKind::Flip { rate: 0.002 },
     ] {
-        let mut rig = wired_to(&sensor(), &fault(kind.clone(), 100, 500), force);
+        let mut rig = wired_to(&sensor(), &fault(kind, 100, 500), force);
         let (log, result) = run(&mut rig, 1000);
         result.unwrap();
         let [samples, lost, sent] = ["samples", "lost", "sent"]
@@ -162,7 +162,7 @@ fn repeated_and_late_samples_are_discarded() {
         FaultKind::Duplicate { probability: 0.3 },
         FaultKind::Reorder { probability: 0.3 },
     ] {
-        let mut rig = wired_to(&sensor(), &fault(kind.clone(), 100, 500), force);
+        let mut rig = wired_to(&sensor(), &fault(kind, 100, 500), force);
         let (log, result) = run(&mut rig, 1000);
         result.unwrap();
         assert!(diagnostic(&rig, &log, "optoforce/stale") > 20.0, "{kind:?}");

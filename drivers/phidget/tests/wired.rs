@@ -132,7 +132,7 @@ fn damaged_frames_are_counted_and_tolerated() {
         FaultKind::Flip { rate: 0.002 },
         FaultKind::Drop { probability: 0.3 },
     ] {
-        let mut rig = wired(&bridge(8), &fault(kind.clone(), 100, 500));
+        let mut rig = wired(&bridge(8), &fault(kind, 100, 500));
         let (log, result) = run(&mut rig, 1000);
         result.unwrap();
         let [reports, lost, sent] = ["reports", "lost", "sent"]

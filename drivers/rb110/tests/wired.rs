@@ -154,7 +154,7 @@ fn damaged_frames_are_counted_and_tolerated() {
         FaultKind::Flip { rate: 0.02 },
         FaultKind::Drop { probability: 0.5 },
     ] {
-        let mut rig = wired(&fault(kind.clone(), 100, 400));
+        let mut rig = wired(&fault(kind, 100, 400));
         let (log, result) = run(&mut rig, 1000);
         result.unwrap();
         let lost = diagnostic(&rig, &log, "rb110/lost");

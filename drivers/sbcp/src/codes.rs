@@ -18,7 +18,7 @@ pub const PACKET_MAX: usize = 32;
 pub const PAYLOAD_MAX: usize = PACKET_MAX - OVERHEAD;
 /// Bytes counted by the length byte besides the payload: the instruction or error, and the
 /// checksum.
-pub const LENGTH_BESIDE: u8 = 2;
+pub const LENGTH_OVERHEAD: u8 = 2;
 /// Maximum number of packets in a frame: the buffer of the bus controller, one for each leg.
 pub const FRAME_MAX: usize = 4;
 

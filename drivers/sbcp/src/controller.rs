@@ -3,7 +3,7 @@ use twinrig_kernel::SimTime;
 use twinrig_wire::{Arrivals, Piece, earlier};
 
 use crate::answer::{Answer, AnswerProgress};
-use crate::codes::{CLASS_CONTROLLER, ErrorCode, HEADER, LENGTH_BESIDE, PACKET_MAX};
+use crate::codes::{CLASS_CONTROLLER, ErrorCode, HEADER, LENGTH_OVERHEAD, PACKET_MAX};
 use crate::controller_config::{ControllerConfig, ControllerCounters, ForwardingMode};
 use crate::error::SbcpError;
 use crate::link_receiver::{Entry, LinkReceiver, split_off};
@@ -305,7 +305,7 @@ impl Controller {
             return;
         }
         self.counters.failures += 1;
-        let fields = [from.class(), from.id(), LENGTH_BESIDE, code.0];
+        let fields = [from.class(), from.id(), LENGTH_OVERHEAD, code.0];
         let [class, id, length, error] = fields;
         let packet = [HEADER, class, id, length, error, checksum(&fields)];
         self.to_link.send(at, &packet);

@@ -67,7 +67,7 @@ pub use controller::Controller;
 pub use controller_config::{ControllerConfig, ControllerCounters, ForwardingMode};
 pub use error::SbcpError;
 pub use master::Master;
-pub use master_config::{RequestError, GRACE, MasterConfig, MasterCounters, Outcome, Topology};
+pub use master_config::{GRACE, MasterConfig, MasterCounters, Outcome, RequestError, Topology};
 pub use packet::{Address, Packet, Payload, Request, Response};
 pub use parser::Parser;
 pub use registers::{Access, Register, RegisterTable, Width};

@@ -30,8 +30,8 @@ pub struct MasterConfig {
     pub quiet: Duration,
     /// Maximum wait of a transfer for that; then it begins in any case: 2 ms.
     pub drain_timeout: Duration,
-    /// Number of errors from which [`crate::Master::error_threshold_reached`] is true; negative: never. 1,
-    /// as in the original software.
+    /// Number of errors from which [`crate::Master::error_threshold_reached`] is true; negative:
+    /// never. 1, as in the original software.
     pub error_threshold: i64,
 }
 

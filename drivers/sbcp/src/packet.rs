@@ -3,7 +3,7 @@ use std::ops::Deref;
 use serde::{Deserialize, Serialize};
 
 use crate::codes::{
-    BROADCAST, ErrorCode, HEADER, Instruction, LENGTH_BESIDE, OVERHEAD, PACKET_MAX, PAYLOAD_MAX,
+    BROADCAST, ErrorCode, HEADER, Instruction, LENGTH_OVERHEAD, OVERHEAD, PACKET_MAX, PAYLOAD_MAX,
 };
 use crate::error::SbcpError;
 use crate::registers::Width;
@@ -17,8 +17,8 @@ pub(crate) fn checksum(bytes: &[u8]) -> u8 {
 /// Returns the length of the whole packet \[B\] from its length byte; None if the length byte is
 /// invalid.
 pub(crate) fn packet_len(length: u8) -> Option<usize> {
-    let len = usize::from(length) + OVERHEAD - usize::from(LENGTH_BESIDE);
-    (length >= LENGTH_BESIDE && len <= PACKET_MAX).then_some(len)
+    let len = usize::from(length) + OVERHEAD - usize::from(LENGTH_OVERHEAD);
+    (length >= LENGTH_OVERHEAD && len <= PACKET_MAX).then_some(len)
 }
 
 /// Packet in its raw form: framed bytes with a valid checksum. [`Request`] and [`Response`]
@@ -157,7 +157,7 @@ impl Payload {
         let mut payload = Self::default();
         let bytes = packet.payload();
         payload.bytes[..bytes.len()].copy_from_slice(bytes);
-        payload.len = packet.0[3] - LENGTH_BESIDE;
+        payload.len = packet.0[3] - LENGTH_OVERHEAD;
         payload
     }
 }
@@ -303,7 +303,7 @@ impl Response {
 pub(crate) fn emit(address: Address, code: u8, payload: &Payload, bytes: &mut Vec<u8>) {
     let Address { class, id } = address;
     let start = bytes.len() + 1;
-    bytes.extend_from_slice(&[HEADER, class, id, payload.len + LENGTH_BESIDE, code]);
+    bytes.extend_from_slice(&[HEADER, class, id, payload.len + LENGTH_OVERHEAD, code]);
     bytes.extend_from_slice(payload);
     let sum = checksum(&bytes[start..]);
     bytes.push(sum);

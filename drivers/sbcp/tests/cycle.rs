@@ -9,8 +9,8 @@ use support::{Rig, Transmitter, frame, micros, slave_with};
 use twinrig_kernel::stream;
 use twinrig_sbcp::codes::{CLASS_CONTROLLER, CLASS_MOTORDRIVER};
 use twinrig_sbcp::{
-    Address, AnswerPolicy, ControllerConfig, ErrorCode, RequestError, Instruction, MasterConfig,
-    ForwardingMode, Request, SlaveConfig, Topology,
+    Address, AnswerPolicy, ControllerConfig, ErrorCode, ForwardingMode, Instruction, MasterConfig,
+    Request, RequestError, SlaveConfig, Topology,
 };
 
 /// Latency of the host in both directions.
@@ -103,7 +103,10 @@ fn truncated_response_is_replaced_by_an_error_packet() {
         (transmitter != Transmitter::Board(0) || sent <= 9).then_some(byte)
     });
     let (outcomes, _) = rig.cycle(&frame());
-    assert_eq!(outcomes[0], Err(RequestError::Refused(ErrorCode::TRUNCATED)));
+    assert_eq!(
+        outcomes[0],
+        Err(RequestError::Refused(ErrorCode::TRUNCATED))
+    );
     assert!(outcomes[1..].iter().all(Result::is_ok), "{outcomes:?}");
     rig.filter = Box::new(|_, _, byte| Some(byte));
     assert!(all_good(&rig.cycle(&frame()).0));
@@ -118,7 +121,10 @@ fn error_packet_behind_the_last_truncated_answer_is_found_at_the_time_out() {
         (transmitter != Transmitter::Board(3) || sent <= 9).then_some(byte)
     });
     let (outcomes, took) = rig.cycle(&frame());
-    assert_eq!(outcomes[3], Err(RequestError::Refused(ErrorCode::TRUNCATED)));
+    assert_eq!(
+        outcomes[3],
+        Err(RequestError::Refused(ErrorCode::TRUNCATED))
+    );
     assert_eq!(took, BOUND);
 }
 
@@ -140,7 +146,11 @@ fn controller_reports_damaged_answers_and_the_next_cycle_is_good() {
             Some(byte ^ u8::from(hit) << 3)
         });
         let (outcomes, _) = rig.cycle(&frame());
-        assert_eq!(outcomes[2], Err(RequestError::Refused(code)), "byte {byte_no}");
+        assert_eq!(
+            outcomes[2],
+            Err(RequestError::Refused(code)),
+            "byte {byte_no}"
+        );
         assert!(
             [0, 1, 3].iter().all(|n| outcomes[*n].is_ok()),
             "{outcomes:?}"

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use support::{frame, host, micros, slave};
 use twinrig_kernel::SimTime;
 use twinrig_sbcp::{
-    Controller, ControllerConfig, Master, MasterConfig, Packet, Parser, ForwardingMode, Topology,
+    Controller, ControllerConfig, ForwardingMode, Master, MasterConfig, Packet, Parser, Topology,
 };
 use twinrig_wire::{Arrivals, Piece};
 

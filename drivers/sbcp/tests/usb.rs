@@ -10,8 +10,8 @@ use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_runtime::{PlantAccess, PlantFault, PlantSignals, TaskError, Wire, WiringError};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{
-    BYTE_TIME, ControlledBus, ControllerConfig, Master, MasterConfig, ForwardingMode, Slave, SlaveConfig,
-    Topology,
+    BYTE_TIME, ControlledBus, ControllerConfig, ForwardingMode, Master, MasterConfig, Slave,
+    SlaveConfig, Topology,
 };
 use twinrig_wire::{Node, Piece, Rs485, UsbSerial, UsbTiming};
 

@@ -48,7 +48,10 @@ impl<N: Node> FaultyNode<N> {
     }
 
     fn update_wake(&mut self) {
-        let min_bytes_needed = self.node.min_bytes_needed().and_then(|count| self.rx.byte(count));
+        let min_bytes_needed = self
+            .node
+            .min_bytes_needed()
+            .and_then(|count| self.rx.byte(count));
         let events = [
             self.rx.next_event(),
             self.rx.next_byte(),

@@ -282,7 +282,7 @@ impl<L: Line> Wire for UsbSerial<L> {
         self.transmit(in_chip.max(self.state.uart_free), bytes);
     }
 
-    fn send_on(&mut self, now: SimTime, bytes: &[u8]) {
+    fn send_contiguous(&mut self, now: SimTime, bytes: &[u8]) {
         if now <= self.state.uart_free {
             self.transmit(self.state.uart_free, bytes);
         } else {

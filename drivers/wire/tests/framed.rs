@@ -64,7 +64,12 @@ impl Protocol for Toy {
         })
     }
 
-    fn handle_frame(&self, state: &mut State, kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
+    fn handle_frame(
+        &self,
+        state: &mut State,
+        kind: Option<RequestKind>,
+        frame: &[u8],
+    ) -> FrameOutcome {
         state.sum[0] += f64::from(frame[0]);
         match (kind, frame) {
             (None, _) => FrameOutcome::Incomplete,

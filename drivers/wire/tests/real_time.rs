@@ -12,7 +12,7 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::real_time::{Ended, Limits, Privileges, RealTimeReport, RealTimeRig};
 use twinrig_runtime::{
     Change, Device, DeviceError, Driver, Group, PanicReport, Phase, Rig, RigError, RunEvent,
-    Schedule, TaskError, WiredTask, caught,
+    Schedule, TaskError, WiredTask, catch_panic,
 };
 use twinrig_wire::{Pty, SerialPort};
 
@@ -366,7 +366,7 @@ fn panics_in_lockstep(process: Summing, driver: HalvingDriver, plant: Lag) -> Pa
     let schedule = Schedule::with_period(millis(2));
     let mut rig = Rig::new(&schedule, Box::new(process), vec![task], Box::new(plant)).unwrap();
     let end = SimTime::ZERO + millis(100);
-    caught(|| rig.run_until(end, &mut ())).unwrap_err()
+    catch_panic(|| rig.run_until(end, &mut ())).unwrap_err()
 }
 
 #[test]

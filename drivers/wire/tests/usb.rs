@@ -404,7 +404,7 @@ fn reads_of_split_write(writes: &[u64], begin: SimTime) -> Vec<(SimTime, Vec<u8>
         }
         now = then;
         wire.advance(now, &mut NoPlant).unwrap();
-        wire.send_on(now, &request[n..=n]);
+        wire.send_contiguous(now, &request[n..=n]);
     }
     let mut read = Vec::new();
     while let Some(wake) = wire.next_wake().filter(|wake| *wake < begin + us(5_000)) {

@@ -77,7 +77,12 @@ impl Protocol for RangeFinder {
         }
     }
 
-    fn handle_frame(&self, state: &mut State, _kind: Option<RequestKind>, frame: &[u8]) -> FrameOutcome {
+    fn handle_frame(
+        &self,
+        state: &mut State,
+        _kind: Option<RequestKind>,
+        frame: &[u8],
+    ) -> FrameOutcome {
         let Some(millimetres) = decode(frame) else {
             return FrameOutcome::Incomplete;
         };

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use std::process::ExitCode;
 
 use twinrig::kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit};
-use twinrig::runtime::{Process, ProcessVariable, VariableError};
+use twinrig::runtime::{Process, ProcessVariable};
 use twinrig::{ControllerKind, Registry};
 use twinrig_leg::{LegCommand, Pantograph, Planar};
 
@@ -39,12 +39,8 @@ impl Process for Squat {
         &self.variables
     }
 
-    fn set_variable(&mut self, index: usize, value: f64) -> Result<(), VariableError> {
-        let count = self.variables.len();
-        self.variables
-            .get_mut(index)
-            .ok_or(VariableError::NoSuchIndex { index, count })?
-            .set(value)
+    fn variables_mut(&mut self) -> &mut [ProcessVariable] {
+        &mut self.variables
     }
 
     fn step(&mut self, elapsed: SimDuration, _inputs: &[f64], outputs: &mut [f64]) {

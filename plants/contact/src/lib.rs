@@ -30,9 +30,9 @@
 //! - [`Method::Direct`] where reliability matters or infeasibility has to be proved: redundant or
 //!   contradictory stops, events, references. Without friction it solves every solvable problem
 //!   with symmetric positive semidefinite G, and proves the others infeasible
-//!   ([`SolveError::Infeasible`]). With friction, pivoting solves the problem for a pyramid of eight
-//!   sides, from which Newton's method continues to the disc; neither a solution nor a proof is
-//!   guaranteed.
+//!   ([`SolveError::Infeasible`]). With friction, pivoting solves the problem for a pyramid of
+//!   eight sides, from which Newton's method continues to the disc; neither a solution nor a proof
+//!   is guaranteed.
 //! - [`Method::GaussSeidel`] for comparison: the method of the thesis (2.4). Each sweep is cheap,
 //!   but many are needed unless the contacts have degrees of freedom of their own. The
 //!   approximation is kept if the sweeps run out.

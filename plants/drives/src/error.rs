@@ -35,5 +35,7 @@ pub enum DrivesError {
 pub(crate) fn reject_duplicates(legs: &[String]) -> Result<(), DrivesError> {
     let mut entries = legs.iter().enumerate();
     let duplicate = entries.find(|(i, leg)| legs[..*i].contains(leg));
-    duplicate.map_or(Ok(()), |(_, leg)| Err(DrivesError::DuplicateLeg(leg.clone())))
+    duplicate.map_or(Ok(()), |(_, leg)| {
+        Err(DrivesError::DuplicateLeg(leg.clone()))
+    })
 }

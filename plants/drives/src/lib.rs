@@ -43,6 +43,6 @@ mod servo_bench;
 mod shaft;
 
 pub use error::DrivesError;
-pub use motor_bench::{MotorBench, BenchMotors};
+pub use motor_bench::{BenchMotors, MotorBench};
 pub use servo_bench::ServoBench;
 pub use shaft::{Load, Shaft};

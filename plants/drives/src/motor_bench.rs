@@ -113,7 +113,10 @@ impl MotorBench {
     ///
     /// # Errors
     /// [`DrivesError`] for duplicate legs, and for invalid motors or loads.
-    pub fn new(bench_motors: &BenchMotors, requested: &dyn Fn(&str) -> bool) -> Result<Self, DrivesError> {
+    pub fn new(
+        bench_motors: &BenchMotors,
+        requested: &dyn Fn(&str) -> bool,
+    ) -> Result<Self, DrivesError> {
         reject_duplicates(&bench_motors.legs)?;
         let models = [
             ShaftModel::new("hip", &bench_motors.hip)?,

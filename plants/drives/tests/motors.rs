@@ -5,7 +5,7 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use twinrig_actuator::DcMotor;
-use twinrig_drives::{DrivesError, Load, MotorBench, BenchMotors, Shaft};
+use twinrig_drives::{BenchMotors, DrivesError, Load, MotorBench, Shaft};
 use twinrig_kernel::{Direction, Layout, SimTime};
 use twinrig_robot::{Motor, RobotFile};
 use twinrig_runtime::Plant;
@@ -123,9 +123,13 @@ fn only_requested_outputs_are_ports() {
 
 #[test]
 fn invalid_benches_are_rejected() {
-    let error_of = |bench_motors: &BenchMotors| MotorBench::new(bench_motors, &|_| true).unwrap_err();
+    let error_of =
+        |bench_motors: &BenchMotors| MotorBench::new(bench_motors, &|_| true).unwrap_err();
     let duplicate = loaded(&["LF", "LF"], Load::default());
-    assert_eq!(error_of(&duplicate), DrivesError::DuplicateLeg("LF".to_owned()));
+    assert_eq!(
+        error_of(&duplicate),
+        DrivesError::DuplicateLeg("LF".to_owned())
+    );
     let negative = Load {
         inertia: -1.0,
         friction: 0.0,

@@ -28,7 +28,7 @@ pub(crate) trait Body: Readings + Send {
     fn set_inputs(&mut self, inputs: &[f64]);
 
     /// Returns the inputs before the first command: servos keep their position, motors coast.
-    fn first_inputs(&self, inputs: &mut [f64]);
+    fn initial_inputs(&self, inputs: &mut [f64]);
 
     /// Advances by `seconds`, or restores the state before the step on error.
     fn run(&mut self, now_s: f64, seconds: f64) -> Result<(), FlowError>;
@@ -280,7 +280,7 @@ impl<const N: usize> Body for Flow<N> {
         }
     }
 
-    fn first_inputs(&self, inputs: &mut [f64]) {
+    fn initial_inputs(&self, inputs: &mut [f64]) {
         if let Some(DriveModels::Motors(_)) = self.model.drives {
             inputs.fill(0.0);
             return;

@@ -53,11 +53,17 @@ impl Lcp {
         }
         let selected_mounts = options.setup.selected_mounts(robot)?;
         let toes = options.toe && selected_mounts.iter().any(|mount| mount.leg.toe.is_some());
-        if let Some(mount) = selected_mounts.iter().find(|mount| toes && mount.leg.toe.is_none()) {
+        if let Some(mount) = selected_mounts
+            .iter()
+            .find(|mount| toes && mount.leg.toe.is_none())
+        {
             let leg = mount.name.clone();
             return Err(LcpError::Toe { leg });
         }
-        let names: Vec<&str> = selected_mounts.iter().map(|mount| mount.name.as_str()).collect();
+        let names: Vec<&str> = selected_mounts
+            .iter()
+            .map(|mount| mount.name.as_str())
+            .collect();
         let body: Box<dyn Body> = if toes {
             Box::new(initial_flow::<4>(robot, options)?)
         } else {
@@ -119,9 +125,9 @@ impl Plant for Lcp {
         self.signals.ports().to_vec()
     }
 
-    fn first_inputs(&self, inputs: &mut [f64]) {
+    fn initial_inputs(&self, inputs: &mut [f64]) {
         let count = self.inputs().min(inputs.len());
-        self.body.first_inputs(&mut inputs[..count]);
+        self.body.initial_inputs(&mut inputs[..count]);
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {

@@ -54,7 +54,7 @@ pub use ledger::{Ledger, NegativeDissipation, Stored};
 pub use posture::{LegPosture, Posture};
 pub use readings::Readings;
 pub use segment::Segment;
-pub use setup::{Base, Drives, DriveModels, Motors, Servos, Setup};
+pub use setup::{Base, DriveModels, Drives, Motors, Servos, Setup};
 pub use signals::Signals;
 pub use slide::{TangentialImpulse, taken_by_friction};
 pub use start::{LegStart, Start, StartPose};

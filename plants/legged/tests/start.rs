@@ -135,7 +135,10 @@ fn joints_bent_to_wrong_side_are_rejected_despite_valid_lengths() {
     // The rod has its closed length, with the third segment on the other side of the diagonal.
     let error = pose([0.0, -0.5, 3.5]).of_leg("LF", &leg).unwrap_err();
     assert!(
-        matches!(error, LeggedError::StartBentWrongSide { joint: "ankle", .. }),
+        matches!(
+            error,
+            LeggedError::StartBentWrongSide { joint: "ankle", .. }
+        ),
         "{error}"
     );
 }

@@ -89,8 +89,12 @@ impl DriveStep {
         motion: &mut Motion,
     ) {
         match &model.drives {
-            Some(DriveModels::Servos(servos)) => self.impose_servos(servos, middle, mobility, motion),
-            Some(DriveModels::Motors(motors)) => self.impose_motors(motors, middle, mobility, motion),
+            Some(DriveModels::Servos(servos)) => {
+                self.impose_servos(servos, middle, mobility, motion);
+            }
+            Some(DriveModels::Motors(motors)) => {
+                self.impose_motors(motors, middle, mobility, motion);
+            }
             None => {
                 for (i, leg) in middle.legs.iter().enumerate() {
                     let [inertia, _] = model.drive_inertias(i);

@@ -121,7 +121,10 @@ fn islands(robot: &Robot, options: &Options) -> Result<Vec<Options>, MasslessErr
         },
         force: options.force,
     };
-    Ok(selected_mounts.iter().map(|mount| single_leg(&mount.name)).collect())
+    Ok(selected_mounts
+        .iter()
+        .map(|mount| single_leg(&mount.name))
+        .collect())
 }
 
 /// State at the start, and inputs that keep servos there; motors coast.
@@ -163,9 +166,9 @@ impl Plant for Massless {
         self.signals.ports().to_vec()
     }
 
-    fn first_inputs(&self, inputs: &mut [f64]) {
-        let first_inputs = self.flows.iter().flat_map(Flow::port_inputs);
-        for (input, first) in inputs.iter_mut().zip(first_inputs) {
+    fn initial_inputs(&self, inputs: &mut [f64]) {
+        let initial_inputs = self.flows.iter().flat_map(Flow::port_inputs);
+        for (input, first) in inputs.iter_mut().zip(initial_inputs) {
             *input = *first;
         }
     }

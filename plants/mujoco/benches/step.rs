@@ -20,7 +20,7 @@ fn step(bencher: Bencher<'_, '_>, setup: Setup, coordinates: Coordinates) {
     let mut plant = Mujoco::new(&robot, &options, &|_| false).unwrap();
     let mut inputs = [0.0; 8];
     let count = plant.ports().len();
-    plant.first_inputs(&mut inputs);
+    plant.initial_inputs(&mut inputs);
     let mut now = SimTime::ZERO;
     bencher.bench_local(|| {
         now += SimDuration::from_millis(2);

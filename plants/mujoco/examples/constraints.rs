@@ -18,7 +18,7 @@ mod golden;
 
 use std::time::Instant;
 
-use twinrig_mujoco::{TimeConstant, Coordinates, Integrator, Numerics, Options};
+use twinrig_mujoco::{Coordinates, Integrator, Numerics, Options, TimeConstant};
 
 use crate::fixture::{Fixture, hanging, pose, robot};
 

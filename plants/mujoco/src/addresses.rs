@@ -70,7 +70,9 @@ impl Addresses {
                     flywheels = Some([named("hip_flywheel")?, named("knee_flywheel")?]);
                     clutches = Some(both(tendon, "_clutch")?);
                 }
-                Some(DriveModels::Motors(_)) => motors = Some(both(MjtObjBase::mjOBJ_ACTUATOR, "")?),
+                Some(DriveModels::Motors(_)) => {
+                    motors = Some(both(MjtObjBase::mjOBJ_ACTUATOR, "")?);
+                }
                 None => {}
             }
             let foot = || find(compiled, MjtObjBase::mjOBJ_GEOM, &format!("{name}_foot"));

@@ -121,5 +121,7 @@ pub use engine::{Engine, EngineError, EngineFault, EngineWarning};
 pub use mjcf::mjcf;
 /// The wrapper crate of the engine.
 pub use mujoco_rs;
-pub use options::{TimeConstant, Cone, Coordinates, Integrator, MujocoError, Numerics, Options, Solver};
+pub use options::{
+    Cone, Coordinates, Integrator, MujocoError, Numerics, Options, Solver, TimeConstant,
+};
 pub use plant::Mujoco;

@@ -12,7 +12,7 @@ use twinrig_legged::{Base, Posture, positive};
 use twinrig_robot::{GRAVITY, Robot};
 
 use crate::model::{LegModel, Model};
-use crate::options::{TimeConstant, Coordinates, MujocoError, Numerics, Options};
+use crate::options::{Coordinates, MujocoError, Numerics, Options, TimeConstant};
 
 /// Returns the robot as a readable MJCF model in one file, as the plant [`Mujoco`](crate::Mujoco)
 /// compiles it. SI units and radians; names of the bodies and joints of the leg `LF` begin with

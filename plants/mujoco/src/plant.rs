@@ -90,7 +90,7 @@ impl Plant for Mujoco {
         self.signals.ports().to_vec()
     }
 
-    fn first_inputs(&self, inputs: &mut [f64]) {
+    fn initial_inputs(&self, inputs: &mut [f64]) {
         let each = self.inputs_per_leg();
         let stored = self.flow.inputs.iter().flat_map(|leg| &leg[..each]);
         for (input, stored) in inputs.iter_mut().zip(stored) {

@@ -11,7 +11,7 @@ use twinrig_legged::LEGS;
 
 use crate::flow::{Flow, FlowFault};
 use crate::frame::{LegFrame, TrunkFrame, spatial};
-use crate::options::{TimeConstant, Cone};
+use crate::options::{Cone, TimeConstant};
 
 /// Share of the friction limit from which a foot slides \[1\].
 const SLIDING_SHARE: f64 = 1.0 - 1e-6;

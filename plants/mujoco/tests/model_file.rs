@@ -323,10 +323,10 @@ fn servos_hold_the_reference_pose_without_a_keyframe() {
     let file = ModelFile::read(&pup()).unwrap();
     let plant = build(&BoundModel::new(file, &pup_signals(None)).unwrap());
     let mut first = [9.0; 8];
-    plant.first_inputs(&mut first);
+    plant.initial_inputs(&mut first);
     assert_eq!(first, [0.0; 8]);
     let mut commands = [9.0; 8];
-    build(&bound_pup()).first_inputs(&mut commands);
+    build(&bound_pup()).initial_inputs(&mut commands);
     assert_eq!(commands, [0.4, 0.8, 0.4, 0.8, 0.4, 0.8, 0.4, 0.8]);
 }
 

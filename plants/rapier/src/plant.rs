@@ -110,7 +110,7 @@ impl Plant for Rapier {
         self.signals.ports().to_vec()
     }
 
-    fn first_inputs(&self, inputs: &mut [f64]) {
+    fn initial_inputs(&self, inputs: &mut [f64]) {
         inputs.fill(0.0);
         if let Some(DriveModels::Servos(_)) = self.machine.model.drives {
             let legs = self.machine.state.legs.iter().zip(&self.machine.model.legs);

@@ -162,7 +162,7 @@ impl Harness {
 
     fn follow(&mut self, progress: Result<Progress, TaskError>) -> Result<(), String> {
         match progress.map_err(|error| error.to_string())? {
-            Progress::Again(at) => {
+            Progress::WakeAt(at) => {
                 self.busy = true;
                 self.wake = Some(at);
             }

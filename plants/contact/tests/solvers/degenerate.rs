@@ -50,7 +50,10 @@ fn immobile_row_is_feasible_if_offset_is_non_negative() {
                 assert_eq!(problem.unknowns()[0], 0.0);
                 assert!((problem.unknowns()[1] - 2.0).abs() < 1e-9);
             } else if method == Method::Direct {
-                assert!(matches!(result, Err(SolveError::Infeasible { size: 2, .. })));
+                assert!(matches!(
+                    result,
+                    Err(SolveError::Infeasible { size: 2, .. })
+                ));
                 assert_eq!(problem.unknowns(), &[1.0, 0.0]);
             }
         }

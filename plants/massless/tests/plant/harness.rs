@@ -100,7 +100,7 @@ impl Harness {
         let plant = Massless::new(robot, &Options { setup, force }, requested).unwrap();
         let layout = |direction| Layout::of(&plant.ports(), direction);
         let mut commands = vec![0.0; layout(Direction::Input).len()];
-        plant.first_inputs(&mut commands);
+        plant.initial_inputs(&mut commands);
         let layout = layout(Direction::Output);
         let outputs = vec![0.0; layout.len()];
         Self {

@@ -22,7 +22,12 @@ use crate::options::Coordinates;
 const BRANCH: f64 = 1.0;
 
 /// Writes pulley, cable and drives of a leg.
-pub(super) fn write(leg: &LegModel, drives: &DriveModels, coordinates: Coordinates, to: &mut Sections) {
+pub(super) fn write(
+    leg: &LegModel,
+    drives: &DriveModels,
+    coordinates: Coordinates,
+    to: &mut Sections,
+) {
     let (tag, radius) = (&leg.tag, leg.pulley_radius);
     let [_, inertia] = drives.inertias();
     let [x, y, z] = leg.pulley_position;

@@ -32,7 +32,7 @@ pub struct Mjcf {
     forces_step: Option<f64>,
     ports: Vec<Port>,
     inputs: Vec<Range<usize>>,
-    first_inputs: Vec<f64>,
+    initial_inputs: Vec<f64>,
     outputs: Vec<(OutputSource, usize)>,
     means: Vec<Mean>,
     /// Time integrals of the means over the window.
@@ -67,8 +67,8 @@ impl Mjcf {
         outputs: Vec<(Port, OutputSource)>,
     ) -> Self {
         let controls = |range: &Range<usize>| engine.data().ctrl()[range.clone()].to_vec();
-        let first_inputs = inputs.iter().flat_map(|(_, range)| controls(range));
-        let first_inputs: Vec<f64> = first_inputs.collect();
+        let initial_inputs = inputs.iter().flat_map(|(_, range)| controls(range));
+        let initial_inputs: Vec<f64> = initial_inputs.collect();
         let means = outputs
             .iter()
             .filter_map(|(_, source_of_output)| match source_of_output {
@@ -88,7 +88,7 @@ impl Mjcf {
             forces_step: None,
             ports,
             inputs,
-            first_inputs,
+            initial_inputs,
             outputs: outputs
                 .map(|(port, source_of_output)| (source_of_output, port.size))
                 .collect(),
@@ -196,12 +196,12 @@ impl Plant for Mjcf {
         self.ports.clone()
     }
 
-    fn first_inputs(&self, inputs: &mut [f64]) {
-        inputs.copy_from_slice(&self.first_inputs);
+    fn initial_inputs(&self, inputs: &mut [f64]) {
+        inputs.copy_from_slice(&self.initial_inputs);
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
-        debug_assert_eq!(inputs.len(), self.first_inputs.len());
+        debug_assert_eq!(inputs.len(), self.initial_inputs.len());
         let mut remaining = inputs;
         for range in &self.inputs {
             let (front, back) = remaining.split_at(range.len());

@@ -80,7 +80,7 @@ impl Fixture {
         let layout = Layout::of(&plant.ports(), Direction::Output);
         let count = Layout::of(&plant.ports(), Direction::Input).len();
         let mut inputs = vec![0.0; count];
-        plant.first_inputs(&mut inputs);
+        plant.initial_inputs(&mut inputs);
         Self {
             outputs: vec![0.0; layout.len()],
             plant,

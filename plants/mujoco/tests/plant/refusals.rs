@@ -3,7 +3,7 @@
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_kernel::SimTime;
 use twinrig_legged::Setup;
-use twinrig_mujoco::{TimeConstant, Coordinates, Mujoco, MujocoError, Numerics, Options};
+use twinrig_mujoco::{Coordinates, Mujoco, MujocoError, Numerics, Options, TimeConstant};
 use twinrig_runtime::Plant;
 
 use crate::fixture::{Fixture, robot, standing};
@@ -25,7 +25,9 @@ fn invalid_settings_are_refused_by_name() {
             (|n| n.closing = TimeConstant::Steps(1.0)) as fn(&mut Numerics),
         ),
         ("solref_steps", |n| n.closing = TimeConstant::Steps(-1.0)),
-        ("solref_time", |n| n.closing = TimeConstant::Seconds(f64::NAN)),
+        ("solref_time", |n| {
+            n.closing = TimeConstant::Seconds(f64::NAN);
+        }),
         ("solref_damping", |n| n.damping = 0.0),
         ("contact_damping", |n| n.contact_damping = -1.0),
         ("solimp_min", |n| n.impedance[0] = 1.0),
@@ -102,7 +104,7 @@ fn unstable_step_is_a_fault_with_time_and_energy() {
     let options = Options::new(standing(), Coordinates::Minimal);
     let mut plant = Mujoco::new(&robot, &options, &|_| true).unwrap();
     let mut inputs = vec![0.0; 8];
-    plant.first_inputs(&mut inputs);
+    plant.initial_inputs(&mut inputs);
     let fault = plant
         .advance(
             SimTime::ZERO + twinrig_kernel::SimDuration::from_millis(500),

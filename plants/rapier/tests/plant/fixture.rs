@@ -109,7 +109,7 @@ impl Fixture {
         let plant = Rapier::new(robot, options, &|_| true).unwrap();
         let ports = plant.ports();
         let mut commands = vec![0.0; Layout::of(&ports, Direction::Input).len()];
-        plant.first_inputs(&mut commands);
+        plant.initial_inputs(&mut commands);
         Self {
             layout: Layout::of(&ports, Direction::Output),
             plant,
