@@ -146,6 +146,9 @@ fn energy_gain_by_friction_ends_the_run_in_every_plant() {
         };
         let error = rig.run_until(assembly.end(), &mut ()).unwrap_err();
         let message = error.to_string();
-        assert!(message.contains("friction has generated"), "{model}: {message}");
+        assert!(
+            message.contains("friction has generated"),
+            "{model}: {message}"
+        );
     }
 }

@@ -92,7 +92,7 @@ fn motion_outputs(plant: &mut dyn Plant) -> Vec<(String, Vec<f64>)> {
 fn advance_to(plant: &mut dyn Plant, swing: [f64; 2], ms: u64) -> Result<(), TestCaseError> {
     let inputs = Layout::of(&plant.ports(), Direction::Input).len();
     let mut commands = vec![0.0; inputs];
-    plant.first_inputs(&mut commands);
+    plant.initial_inputs(&mut commands);
     for pair in commands.chunks_mut(2) {
         (pair[0], pair[1]) = (pair[0] + swing[0], pair[1] + swing[1]);
     }
@@ -135,7 +135,7 @@ proptest! {
         prop_assert!(balance.stored().is_finite());
         // The plant can advance from there.
         let mut inputs = vec![0.0; Layout::of(&to.ports(), Direction::Input).len()];
-        to.first_inputs(&mut inputs);
+        to.initial_inputs(&mut inputs);
         let next = state.time + SimDuration::from_millis(2);
         prop_assert!(to.advance(next, &inputs).is_ok());
     }
@@ -179,10 +179,10 @@ fn rig_continues_with_another_plant_from_a_snapshot() {
         legs: LEGS[..3].iter().map(|leg| (*leg).to_owned()).collect(),
         ..setup(0.0)
     };
-    let error = unchanged.exchange_plant(lcp(&fewer)).unwrap_err();
+    let error = unchanged.replace_plant(lcp(&fewer)).unwrap_err();
     let message = error.to_string();
     assert!(
-        message.contains("lcp cannot take the place of massless: where that has leg/"),
+        message.contains("lcp cannot replace massless: massless has leg/"),
         "{message}"
     );
     assert_eq!(
@@ -194,7 +194,7 @@ fn rig_continues_with_another_plant_from_a_snapshot() {
     assert_eq!(rig.save(), unchanged.save());
     // With the same ports the exchange succeeds; snapshots of the two rigs are incompatible.
     let mut exchanged = restored();
-    let lost = exchanged.exchange_plant(lcp(&setup(0.0))).unwrap();
+    let lost = exchanged.replace_plant(lcp(&setup(0.0))).unwrap();
     assert_eq!(lost, Vec::<String>::new());
     assert_eq!(exchanged.exchanged(), Some(exchanged.now()));
     exchanged.run_until(at(400), &mut ()).unwrap();

@@ -138,25 +138,25 @@ fn run_ending_before_its_devices_are_ready_is_an_error() {
     let report = execute(&assembly, &Execution::default()).unwrap();
     assert_eq!(report.verdict, twinrig::Status::Error);
     let error = report.error.unwrap();
-    assert!(error.contains("still being made ready"), "{error}");
+    assert!(error.contains("still being initialised"), "{error}");
 }
 
 #[test]
 fn unsupported_bus_options_are_reported() {
     let registry = Registry::standard();
     for (topology, key, value, expected) in [
-        ("direct", "gap", "\"3 us\"", "`gap` says"),
+        ("direct", "gap", "\"3 us\"", "`gap` is a setting"),
         (
             "direct",
             "passing",
             "\"store-and-forward\"",
-            "`passing` says",
+            "`passing` is a setting",
         ),
         (
             "controller",
             "usb",
             "{ latency_timer = \"256 ms\" }",
-            "has 255.000 ms at most",
+            "is limited to 255.000 ms",
         ),
     ] {
         let settings = [

@@ -155,7 +155,7 @@ impl BusScenario {
         let faults = self.timed_faults.iter().map(|timed_fault| Fault {
             at: self.opened + timed_fault.after,
             on: timed_fault.on.clone(),
-            kind: timed_fault.kind.clone(),
+            kind: timed_fault.kind,
             lasts: timed_fault.lasts,
         });
         FaultSchedule {

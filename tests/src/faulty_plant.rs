@@ -36,8 +36,8 @@ impl<P: Plant> Plant for FaultyPlant<P> {
         self.plant.ports()
     }
 
-    fn first_inputs(&self, inputs: &mut [f64]) {
-        self.plant.first_inputs(inputs);
+    fn initial_inputs(&self, inputs: &mut [f64]) {
+        self.plant.initial_inputs(inputs);
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
