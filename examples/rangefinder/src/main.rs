@@ -115,7 +115,8 @@ mod tests {
         assert!(height.0.holds(), "{:?}", height.0);
         assert_eq!(height.0.measured, Some(0.138));
         let notes = report.real_time.unwrap().notes;
-        let note = "no bus carries leg/*/hip/command, leg/*/knee/command: it goes nowhere";
+        let note =
+            "no bus carries leg/*/hip/command, leg/*/knee/command: the commands are discarded";
         assert!(notes.iter().any(|found| found == note), "{notes:?}");
     }
 

@@ -22,8 +22,7 @@ pub struct Cli {
 pub enum Command {
     /// Run scenarios and evaluate their expectations
     Run(RunArgs),
-    /// Show which parts of a scenario are simulated and which are left out, with reasons, without
-    /// running it
+    /// Show the simulated parts of a scenario, and those left out with the reason
     Plan(PlanArgs),
     /// Validate scenarios without running them
     Check(CheckArgs),
