@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{
     BoardClock, LocalDuration, LocalTime, Port, SimTime, Snapshot, SnapshotError, Unit,
 };
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_runtime::{Part, PlantAccess, PlantSignals, TaskError, WiringError};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{AnswerPolicy, SbcpError, Slave, SlaveConfig, SlaveEvent};
 use twinrig_wire::{Node, Piece};
@@ -284,11 +284,7 @@ impl State {
     }
 }
 
-impl Node for MotorBoard {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
+impl Part for MotorBoard {
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
         let leg = format!("leg/{}", self.name);
         for (n, joint) in Joint::ALL.into_iter().enumerate() {
@@ -305,31 +301,6 @@ impl Node for MotorBoard {
         let force = Port::input(format!("{leg}/foot/force"), Unit::Newton, 3);
         self.signals.force = plant.find(owner, &force).ok();
         Ok(())
-    }
-
-    fn receive(&mut self, piece: Piece<'_>) {
-        self.state.slave.receive(piece);
-        self.state.process_events();
-    }
-
-    fn min_bytes_needed(&self) -> Option<usize> {
-        self.with_bytewise_reception
-            .then(|| self.state.slave.min_bytes_needed())
-    }
-
-    fn next_wake(&self) -> Option<SimTime> {
-        Some(self.state.wake)
-    }
-
-    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
-        while self.state.wake <= now {
-            self.state.tick(now, &self.signals, plant)?;
-        }
-        Ok(())
-    }
-
-    fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
-        self.state.slave.poll_transmit(bytes)
     }
 
     fn diagnostics(&self) -> Vec<Port> {
@@ -390,5 +361,36 @@ impl Node for MotorBoard {
         }
         self.state = state;
         Ok(())
+    }
+}
+
+impl Node for MotorBoard {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn receive(&mut self, piece: Piece<'_>) {
+        self.state.slave.receive(piece);
+        self.state.process_events();
+    }
+
+    fn min_bytes_needed(&self) -> Option<usize> {
+        self.with_bytewise_reception
+            .then(|| self.state.slave.min_bytes_needed())
+    }
+
+    fn next_wake(&self) -> Option<SimTime> {
+        Some(self.state.wake)
+    }
+
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        while self.state.wake <= now {
+            self.state.tick(now, &self.signals, plant)?;
+        }
+        Ok(())
+    }
+
+    fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
+        self.state.slave.poll_transmit(bytes)
     }
 }

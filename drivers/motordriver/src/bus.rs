@@ -2,18 +2,17 @@ use std::time::Duration;
 
 use twinrig_kernel::SimDuration;
 use twinrig_sbcp::{ControlledBus, ControllerConfig, FRAME_MAX, MasterConfig, OVERHEAD, Topology};
-use twinrig_wire::{Faulty, FaultyNode, Node, Rs485, Traced, UsbSerial};
+use twinrig_wire::{Faulty, FaultyNode, Line, Node, Rs485, Traced, UsbSerial};
 
 use crate::board::MotorBoard;
 use crate::config::{BusConfig, BusTopology, Generation};
 use crate::driver::MotorDriver;
 use crate::error::BusError;
 use crate::reply::{COMMAND_LEN, REPLY_LEN};
-use crate::stack::Stack;
 
 /// Transport between the host's driver and the plant: USB converter, bus controller, RS-485 and the
 /// boards.
-pub type BusWire = UsbSerial<Stack>;
+pub type BusWire = UsbSerial<Box<dyn Line>>;
 
 /// Builder of both ends of a bus: the host's driver, and the wire with the emulated boards. The
 /// driver can be used with the physical bus, too.
@@ -51,9 +50,10 @@ impl Bus {
             });
         }
         let (name, byte_time) = (&config.name, config.byte_time);
-        let mut line = Stack::new(Rs485::new(name, byte_time, config.turnaround, nodes)?);
+        let mut line: Box<dyn Line> =
+            Box::new(Rs485::new(name, byte_time, config.turnaround, nodes)?);
         if config.trace {
-            line = Stack::new(Traced::new("rs485", line));
+            line = Box::new(Traced::new("rs485", line));
         }
         line = with_faults(config, &config.place(), line)?;
         if let BusTopology::Controller(controller) = config.topology {
@@ -61,7 +61,7 @@ impl Bus {
                 byte_time,
                 ..controller
             };
-            line = Stack::new(ControlledBus::new(name, controller, line)?);
+            line = Box::new(ControlledBus::new(name, controller, line)?);
         }
         line = with_faults(config, &config.link_place(), line)?;
         Ok(UsbSerial::new(
@@ -78,12 +78,16 @@ fn has_faults(config: &BusConfig, place: &str) -> bool {
     config.faults.faults.iter().any(|fault| fault.on == place)
 }
 
-fn with_faults(config: &BusConfig, place: &str, line: Stack) -> Result<Stack, BusError> {
+fn with_faults(
+    config: &BusConfig,
+    place: &str,
+    line: Box<dyn Line>,
+) -> Result<Box<dyn Line>, BusError> {
     if !has_faults(config, place) {
         return Ok(line);
     }
     let faulty = Faulty::new(place, config.byte_time, &config.faults, line)?;
-    Ok(Stack::new(faulty))
+    Ok(Box::new(faulty))
 }
 
 /// Microframe for which the default time-outs of the protocol's master are chosen.

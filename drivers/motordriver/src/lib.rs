@@ -62,7 +62,6 @@ mod registers;
 mod reply;
 mod session;
 mod smooth;
-mod stack;
 mod units;
 mod watchdog;
 
@@ -74,5 +73,4 @@ pub use config::{
 };
 pub use driver::MotorDriver;
 pub use error::BusError;
-pub use stack::Stack;
 pub use units::{Joint, Side};

@@ -4,8 +4,8 @@ use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_optoforce::protocol::{Counts, Cutoff, Message, Speed, Status};
 use twinrig_optoforce::{OptoForce, OptoForceDriver, SampleChoice};
 use twinrig_runtime::Driver;
+use twinrig_runtime::Part;
 use twinrig_testing::driver_harness::{DriverHarness, StaticPlant, plant, run_device};
-use twinrig_wire::Node;
 
 const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(200);
 const SHORT_DELAY: SimDuration = SimDuration::from_millis(3);

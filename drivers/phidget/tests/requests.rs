@@ -4,8 +4,8 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_phidget::protocol::{Gain, Message, Setup};
 use twinrig_phidget::{Board, Phidget, PhidgetDriver};
 use twinrig_runtime::Driver;
+use twinrig_runtime::Part;
 use twinrig_testing::driver_harness::{DriverHarness, StaticPlant, plant, run_device};
-use twinrig_wire::Node;
 
 const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(200);
 const INTERVAL: SimDuration = SimDuration::from_millis(80);

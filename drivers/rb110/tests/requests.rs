@@ -4,8 +4,8 @@ use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_rb110::protocol::{Answer, Frame, Request};
 use twinrig_rb110::{AnalogInput, PulseMap, Rb110, Rb110Driver};
 use twinrig_runtime::Driver;
+use twinrig_runtime::Part;
 use twinrig_testing::driver_harness::{DriverHarness, StaticPlant, plant, run_device};
-use twinrig_wire::Node;
 
 const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(100);
 const PERIOD: SimDuration = SimDuration::from_millis(20);

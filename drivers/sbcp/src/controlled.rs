@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_runtime::{Part, PlantAccess, TaskError};
 use twinrig_wire::{Arrivals, Line, Piece, earlier};
 
 use crate::controller::Controller;
@@ -63,11 +63,61 @@ impl<L: Line> ControlledBus<L> {
     }
 }
 
-impl<L: Line> Line for ControlledBus<L> {
-    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        self.bus.connect(owner, plant)
+impl<L: Line> Part for ControlledBus<L> {
+    fn inner(&self) -> Option<&dyn Part> {
+        Some(&self.bus)
     }
 
+    fn inner_mut(&mut self) -> Option<&mut dyn Part> {
+        Some(&mut self.bus)
+    }
+
+    fn diagnostics(&self) -> Vec<Port> {
+        let ports = DIAGNOSTICS.iter().map(|diagnostic| {
+            Port::output(
+                format!("{}/controller/{diagnostic}", self.name),
+                Unit::One,
+                1,
+            )
+        });
+        ports.chain(self.bus.diagnostics()).collect()
+    }
+
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
+        let counters = self.controller.counters();
+        let counts = [
+            counters.requests,
+            counters.answers,
+            counters.failures,
+            counters.timeouts,
+            counters.overflows,
+            counters.framing_errors,
+        ];
+        let (values, bus) = values.split_at_mut(DIAGNOSTICS.len());
+        for (value, count) in values.iter_mut().zip(counts) {
+            *value = count as f64;
+        }
+        self.bus.read_diagnostics(now, bus);
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&Saved {
+            controller: self.controller.clone(),
+            bus: self.bus.save(),
+            now: self.now,
+        })
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let saved: Saved = snapshot.read()?;
+        self.bus.restore(&saved.bus)?;
+        self.controller = saved.controller;
+        self.now = saved.now;
+        Ok(())
+    }
+}
+
+impl<L: Line> Line for ControlledBus<L> {
     fn send(&mut self, piece: Piece<'_>) {
         self.controller.handle_link(self.now, piece);
     }
@@ -103,57 +153,5 @@ impl<L: Line> Line for ControlledBus<L> {
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
         self.controller.poll_link(arrivals);
-    }
-
-    fn diagnostics(&self) -> Vec<Port> {
-        let ports = DIAGNOSTICS.iter().map(|diagnostic| {
-            Port::output(
-                format!("{}/controller/{diagnostic}", self.name),
-                Unit::One,
-                1,
-            )
-        });
-        ports.chain(self.bus.diagnostics()).collect()
-    }
-
-    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        let counters = self.controller.counters();
-        let counts = [
-            counters.requests,
-            counters.answers,
-            counters.failures,
-            counters.timeouts,
-            counters.overflows,
-            counters.framing_errors,
-        ];
-        let (values, bus) = values.split_at_mut(DIAGNOSTICS.len());
-        for (value, count) in values.iter_mut().zip(counts) {
-            *value = count as f64;
-        }
-        self.bus.read_diagnostics(now, bus);
-    }
-
-    fn traces(&self) -> Vec<String> {
-        self.bus.traces()
-    }
-
-    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        self.bus.drain_traffic(passed);
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&Saved {
-            controller: self.controller.clone(),
-            bus: self.bus.save(),
-            now: self.now,
-        })
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let saved: Saved = snapshot.read()?;
-        self.bus.restore(&saved.bus)?;
-        self.controller = saved.controller;
-        self.now = saved.now;
-        Ok(())
     }
 }

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use support::{frame, micros, slave_with};
 use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantAccess, PlantFault, PlantSignals, TaskError, Wire, WiringError};
+use twinrig_runtime::{Part, PlantAccess, PlantFault, TaskError, Wire};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{
     BYTE_TIME, ControlledBus, ControllerConfig, ForwardingMode, Master, MasterConfig, Slave,
@@ -29,13 +29,20 @@ impl PlantAccess for NoPlant {
 
 struct Board(Slave);
 
+impl Part for Board {
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&self.0)
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        self.0 = snapshot.read()?;
+        Ok(())
+    }
+}
+
 impl Node for Board {
     fn name(&self) -> &'static str {
         "board"
-    }
-
-    fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> {
-        Ok(())
     }
 
     fn receive(&mut self, piece: Piece<'_>) {
@@ -53,15 +60,6 @@ impl Node for Board {
 
     fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
         self.0.poll_transmit(bytes)
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&self.0)
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        self.0 = snapshot.read()?;
-        Ok(())
     }
 }
 

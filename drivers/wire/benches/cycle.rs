@@ -7,8 +7,8 @@ mod support;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use support::{BYTE, NoPlant, request, us};
-use twinrig_kernel::{SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, Wire, WiringError};
+use twinrig_kernel::{SimTime, Snapshot};
+use twinrig_runtime::{Part, PlantAccess, TaskError, Wire};
 use twinrig_wire::{
     Fault, FaultKind, FaultSchedule, Faulty, Line, Node, Piece, Rs485, UsbSerial, UsbTiming,
 };
@@ -31,13 +31,15 @@ struct Echo {
     answer: Option<SimTime>,
 }
 
+impl Part for Echo {
+    fn save(&self) -> Snapshot {
+        Snapshot::default()
+    }
+}
+
 impl Node for Echo {
     fn name(&self) -> &'static str {
         "echo"
-    }
-
-    fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> {
-        Ok(())
     }
 
     fn receive(&mut self, piece: Piece<'_>) {
@@ -64,14 +66,6 @@ impl Node for Echo {
         let start = self.answer.take()?;
         bytes.extend_from_slice(&[0xF0; 22]);
         Some(start)
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
     }
 }
 

@@ -1,8 +1,8 @@
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_runtime::{Part, PlantAccess, TaskError};
 
 use crate::arrivals::Octet;
 use crate::{Arrivals, Line, Node, Piece};
@@ -72,11 +72,28 @@ impl<N: Node> Duplex<N> {
     }
 }
 
-impl<N: Node> Line for Duplex<N> {
-    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        self.node.connect(owner, plant)
+impl<N: Node> Part for Duplex<N> {
+    fn inner(&self) -> Option<&dyn Part> {
+        Some(&self.node)
     }
 
+    fn inner_mut(&mut self) -> Option<&mut dyn Part> {
+        Some(&mut self.node)
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&(&self.state, self.node.save()))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let (state, node): (State, Snapshot) = snapshot.read()?;
+        self.node.restore(&node)?;
+        self.state = state;
+        Ok(())
+    }
+}
+
+impl<N: Node> Line for Duplex<N> {
     fn send(&mut self, piece: Piece<'_>) {
         let framing_error = piece.framing_error;
         let octets = piece.bytes.iter().map(|&byte| Octet {
@@ -146,24 +163,5 @@ impl<N: Node> Line for Duplex<N> {
                 break;
             }
         }
-    }
-
-    fn diagnostics(&self) -> Vec<Port> {
-        self.node.diagnostics()
-    }
-
-    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        self.node.read_diagnostics(now, values);
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&(&self.state, self.node.save()))
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (state, node): (State, Snapshot) = snapshot.read()?;
-        self.node.restore(&node)?;
-        self.state = state;
-        Ok(())
     }
 }

@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TransmitBuffer, WiringError};
+use twinrig_runtime::{Part, PlantAccess, PlantSignals, TaskError, TransmitBuffer, WiringError};
 
 use crate::distortion::Distortion;
 use crate::{Arrivals, FaultSchedule, Line, Piece, WireError};
@@ -83,13 +83,52 @@ impl<L: Line> Faulty<L> {
     }
 }
 
-impl<L: Line> Line for Faulty<L> {
+impl<L: Line> Part for Faulty<L> {
+    fn inner(&self) -> Option<&dyn Part> {
+        Some(&self.line)
+    }
+
+    fn inner_mut(&mut self) -> Option<&mut dyn Part> {
+        Some(&mut self.line)
+    }
+
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
         self.line.connect(owner, plant)?;
         self.update_wake();
         Ok(())
     }
 
+    fn diagnostics(&self) -> Vec<Port> {
+        let harmed = Port::output(format!("{}/harmed", self.on), Unit::One, 1);
+        std::iter::once(harmed)
+            .chain(self.line.diagnostics())
+            .collect()
+    }
+
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
+        if let Some((harmed, line)) = values.split_first_mut() {
+            *harmed = (self.outward.harmed() + self.inward.harmed()) as f64;
+            self.line.read_diagnostics(now, line);
+        }
+    }
+
+    fn save(&self) -> Snapshot {
+        let (outward, inward) = (self.outward.save(), self.inward.save());
+        Snapshot::of(&(self.now, outward, inward, self.line.save()))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let (now, outward, inward, line): (_, Snapshot, Snapshot, Snapshot) = snapshot.read()?;
+        self.outward.restore(&outward)?;
+        self.inward.restore(&inward)?;
+        self.line.restore(&line)?;
+        self.now = now;
+        self.update_wake();
+        Ok(())
+    }
+}
+
+impl<L: Line> Line for Faulty<L> {
     fn send(&mut self, piece: Piece<'_>) {
         self.outward.pass(piece);
         self.forward();
@@ -115,42 +154,5 @@ impl<L: Line> Line for Faulty<L> {
         self.inward
             .take(self.now, |piece| arrivals.push_piece(piece));
         self.update_wake();
-    }
-
-    fn diagnostics(&self) -> Vec<Port> {
-        let harmed = Port::output(format!("{}/harmed", self.on), Unit::One, 1);
-        std::iter::once(harmed)
-            .chain(self.line.diagnostics())
-            .collect()
-    }
-
-    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        if let Some((harmed, line)) = values.split_first_mut() {
-            *harmed = (self.outward.harmed() + self.inward.harmed()) as f64;
-            self.line.read_diagnostics(now, line);
-        }
-    }
-
-    fn traces(&self) -> Vec<String> {
-        self.line.traces()
-    }
-
-    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        self.line.drain_traffic(passed);
-    }
-
-    fn save(&self) -> Snapshot {
-        let (outward, inward) = (self.outward.save(), self.inward.save());
-        Snapshot::of(&(self.now, outward, inward, self.line.save()))
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (now, outward, inward, line): (_, Snapshot, Snapshot, Snapshot) = snapshot.read()?;
-        self.outward.restore(&outward)?;
-        self.inward.restore(&inward)?;
-        self.line.restore(&line)?;
-        self.now = now;
-        self.update_wake();
-        Ok(())
     }
 }

@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_runtime::{Part, PlantAccess, TaskError};
 
 use crate::distortion::Distortion;
 use crate::{FaultSchedule, Node, Piece, WireError};
@@ -62,13 +62,48 @@ impl<N: Node> FaultyNode<N> {
     }
 }
 
+impl<N: Node> Part for FaultyNode<N> {
+    fn inner(&self) -> Option<&dyn Part> {
+        Some(&self.node)
+    }
+
+    fn inner_mut(&mut self) -> Option<&mut dyn Part> {
+        Some(&mut self.node)
+    }
+
+    fn diagnostics(&self) -> Vec<Port> {
+        let harmed = Port::output(format!("{}/harmed", self.on), Unit::One, 1);
+        std::iter::once(harmed)
+            .chain(self.node.diagnostics())
+            .collect()
+    }
+
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
+        if let Some((harmed, node)) = values.split_first_mut() {
+            *harmed = (self.rx.harmed() + self.tx.harmed()) as f64;
+            self.node.read_diagnostics(now, node);
+        }
+    }
+
+    fn save(&self) -> Snapshot {
+        let (rx, tx) = (self.rx.save(), self.tx.save());
+        Snapshot::of(&(self.free_at, rx, tx, self.node.save()))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let (free_at, rx, tx, node): (_, Snapshot, Snapshot, Snapshot) = snapshot.read()?;
+        self.rx.restore(&rx)?;
+        self.tx.restore(&tx)?;
+        self.free_at = free_at;
+        self.node.restore(&node)?;
+        self.update_wake();
+        Ok(())
+    }
+}
+
 impl<N: Node> Node for FaultyNode<N> {
     fn name(&self) -> &str {
         self.node.name()
-    }
-
-    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        self.node.connect(owner, plant)
     }
 
     fn receive(&mut self, piece: Piece<'_>) {
@@ -125,34 +160,5 @@ impl<N: Node> Node for FaultyNode<N> {
             tx = Some((start, piece.framing_error));
         });
         tx
-    }
-
-    fn diagnostics(&self) -> Vec<Port> {
-        let harmed = Port::output(format!("{}/harmed", self.on), Unit::One, 1);
-        std::iter::once(harmed)
-            .chain(self.node.diagnostics())
-            .collect()
-    }
-
-    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        if let Some((harmed, node)) = values.split_first_mut() {
-            *harmed = (self.rx.harmed() + self.tx.harmed()) as f64;
-            self.node.read_diagnostics(now, node);
-        }
-    }
-
-    fn save(&self) -> Snapshot {
-        let (rx, tx) = (self.rx.save(), self.tx.save());
-        Snapshot::of(&(self.free_at, rx, tx, self.node.save()))
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (free_at, rx, tx, node): (_, Snapshot, Snapshot, Snapshot) = snapshot.read()?;
-        self.rx.restore(&rx)?;
-        self.tx.restore(&tx)?;
-        self.free_at = free_at;
-        self.node.restore(&node)?;
-        self.update_wake();
-        Ok(())
     }
 }

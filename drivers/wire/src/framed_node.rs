@@ -2,7 +2,7 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_runtime::{Part, PlantAccess, PlantSignals, TaskError, WiringError};
 
 use crate::framed_driver::diagnostics;
 use crate::{FrameMatch, Framer, FramerState, Node, Piece};
@@ -108,13 +108,38 @@ impl<E: Emulation> FramedNode<E> {
     }
 }
 
+impl<E: Emulation> Part for FramedNode<E> {
+    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
+        self.emulation.connect(owner, plant)
+    }
+
+    fn diagnostics(&self) -> Vec<Port> {
+        diagnostics(self.name(), E::DIAGNOSTICS, "unheard")
+    }
+
+    fn read_diagnostics(&self, _now: SimTime, values: &mut [f64]) {
+        if let [specific @ .., skipped] = values {
+            self.emulation.read_diagnostics(&self.state, specific);
+            *skipped = (self.framer.skipped() + self.framing_errors) as f64;
+        }
+    }
+
+    fn save(&self) -> Snapshot {
+        let framer = self.framer.state();
+        Snapshot::of(&(&self.state, &self.tx, framer, self.framing_errors))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let framer: FramerState;
+        (self.state, self.tx, framer, self.framing_errors) = snapshot.read()?;
+        self.framer.set_state(framer);
+        Ok(())
+    }
+}
+
 impl<E: Emulation> Node for FramedNode<E> {
     fn name(&self) -> &str {
         self.emulation.name()
-    }
-
-    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        self.emulation.connect(owner, plant)
     }
 
     fn receive(&mut self, piece: Piece<'_>) {
@@ -154,28 +179,5 @@ impl<E: Emulation> Node for FramedNode<E> {
         let (start, tx) = self.tx.0.pop_front()?;
         bytes.extend(tx);
         Some(start)
-    }
-
-    fn diagnostics(&self) -> Vec<Port> {
-        diagnostics(self.name(), E::DIAGNOSTICS, "unheard")
-    }
-
-    fn read_diagnostics(&self, _now: SimTime, values: &mut [f64]) {
-        if let [specific @ .., skipped] = values {
-            self.emulation.read_diagnostics(&self.state, specific);
-            *skipped = (self.framer.skipped() + self.framing_errors) as f64;
-        }
-    }
-
-    fn save(&self) -> Snapshot {
-        let framer = self.framer.state();
-        Snapshot::of(&(&self.state, &self.tx, framer, self.framing_errors))
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let framer: FramerState;
-        (self.state, self.tx, framer, self.framing_errors) = snapshot.read()?;
-        self.framer.set_state(framer);
-        Ok(())
     }
 }

@@ -1,5 +1,5 @@
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TransmitBuffer, Wire, WiringError};
+use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_runtime::{Part, PlantAccess, TaskError, TransmitBuffer, Wire};
 
 use crate::{Arrivals, Line, Piece, earlier};
 
@@ -23,11 +23,28 @@ impl<L: Line> HostEnd<L> {
     }
 }
 
-impl<L: Line> Wire for HostEnd<L> {
-    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        self.line.connect(owner, plant)
+impl<L: Line> Part for HostEnd<L> {
+    fn inner(&self) -> Option<&dyn Part> {
+        Some(&self.line)
     }
 
+    fn inner_mut(&mut self) -> Option<&mut dyn Part> {
+        Some(&mut self.line)
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&(self.now, &self.arrived, self.line.save()))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let (now, arrived, line): (_, _, Snapshot) = snapshot.read()?;
+        self.line.restore(&line)?;
+        (self.now, self.arrived) = (now, arrived);
+        Ok(())
+    }
+}
+
+impl<L: Line> Wire for HostEnd<L> {
     fn send(&mut self, now: SimTime, bytes: &[u8]) {
         self.line.send(Piece {
             first: now,
@@ -56,32 +73,5 @@ impl<L: Line> Wire for HostEnd<L> {
         let complete = self.arrived.complete(self.now);
         self.arrived
             .take(complete, |piece| bytes.extend_from_slice(piece.bytes));
-    }
-
-    fn diagnostics(&self) -> Vec<Port> {
-        self.line.diagnostics()
-    }
-
-    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        self.line.read_diagnostics(now, values);
-    }
-
-    fn traces(&self) -> Vec<String> {
-        self.line.traces()
-    }
-
-    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        self.line.drain_traffic(passed);
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&(self.now, &self.arrived, self.line.save()))
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (now, arrived, line): (_, _, Snapshot) = snapshot.read()?;
-        self.line.restore(&line)?;
-        (self.now, self.arrived) = (now, arrived);
-        Ok(())
     }
 }

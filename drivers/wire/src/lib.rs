@@ -17,8 +17,8 @@
 //! node.
 //!
 //! ```
-//! use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
-//! use twinrig_runtime::{PlantAccess, PlantFault, PlantSignals, TaskError, Wire, WiringError};
+//! use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
+//! use twinrig_runtime::{Part, PlantAccess, PlantFault, TaskError, Wire};
 //! use twinrig_wire::{Node, Piece, Rs485, UsbSerial, UsbTiming};
 //!
 //! /// Transmits the received bytes again, 10 µs later.
@@ -26,7 +26,6 @@
 //! struct Echo(Vec<u8>, Option<SimTime>);
 //! impl Node for Echo {
 //!     fn name(&self) -> &str { "echo" }
-//!     fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> { Ok(()) }
 //!     fn receive(&mut self, piece: Piece<'_>) {
 //!         self.0.extend_from_slice(piece.bytes);
 //!         self.1 = Some(piece.last() + SimDuration::from_micros(10));
@@ -39,6 +38,8 @@
 //!         bytes.append(&mut self.0);
 //!         self.1.take()
 //!     }
+//! }
+//! impl Part for Echo {
 //!     fn save(&self) -> Snapshot { Snapshot::of(&(&self.0, self.1)) }
 //!     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
 //!         (self.0, self.1) = snapshot.read()?;

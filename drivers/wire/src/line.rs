@@ -1,5 +1,5 @@
-use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TransmitBuffer, WiringError};
+use twinrig_kernel::SimTime;
+use twinrig_runtime::{Part, PlantAccess, TaskError, TransmitBuffer};
 
 use crate::{Arrivals, Piece};
 
@@ -16,13 +16,7 @@ pub fn earlier(one: Option<SimTime>, other: Option<SimTime>) -> Option<SimTime> 
 ///
 /// The owner calls [`Line::advance`] at every instant of [`Line::next_wake`], in order, and at any
 /// other instant at which it reads received bytes.
-pub trait Line: Send {
-    /// Resolves the plant signals that the boards sample and actuate.
-    ///
-    /// # Errors
-    /// [`WiringError`] if the plant lacks a signal that a board requires.
-    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError>;
-
+pub trait Line: Part {
     /// Transmits bytes from the near end. They may be announced before they are complete, even
     /// before the first one begins; pieces are in order of time and do not overlap.
     fn send(&mut self, piece: Piece<'_>);
@@ -47,34 +41,22 @@ pub trait Line: Send {
     /// taken yet. Further bytes that are certain to arrive may be announced before they are
     /// complete; they need no wake-up.
     fn receive(&mut self, arrivals: &mut Arrivals);
+}
 
-    /// Returns the diagnostics (counters) as output ports, the same at every call.
-    fn diagnostics(&self) -> Vec<Port> {
-        Vec::new()
+impl<L: Line + ?Sized> Line for Box<L> {
+    fn send(&mut self, piece: Piece<'_>) {
+        (**self).send(piece);
     }
-
-    /// Writes the diagnostics at `now`, end to end, in order. Does not change the state.
-    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        let _ = (now, values);
+    fn transmit_buffer(&self) -> Option<TransmitBuffer> {
+        (**self).transmit_buffer()
     }
-
-    /// Returns the names of the byte traces, including those of the inner lines.
-    fn traces(&self) -> Vec<String> {
-        Vec::new()
+    fn next_wake(&self) -> Option<SimTime> {
+        (**self).next_wake()
     }
-
-    /// Passes the bytes traced since the last call to `passed`, in order, with the index of the
-    /// trace.
-    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        let _ = passed;
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        (**self).advance(now, plant)
     }
-
-    /// Saves the complete state, including bytes in transit.
-    fn save(&self) -> Snapshot;
-
-    /// Restores a saved state, bit for bit.
-    ///
-    /// # Errors
-    /// [`SnapshotError`] if the snapshot is of another kind of line.
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
+    fn receive(&mut self, arrivals: &mut Arrivals) {
+        (**self).receive(arrivals);
+    }
 }

@@ -1,5 +1,5 @@
-use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_kernel::SimTime;
+use twinrig_runtime::{Part, PlantAccess, TaskError};
 
 use crate::Piece;
 
@@ -8,15 +8,9 @@ use crate::Piece;
 /// The bus delivers the bytes transmitted by others, complete by now ([`Node::receive`]), and then
 /// calls [`Node::advance`]; after each such call it polls [`Node::poll_transmit`],
 /// [`Node::min_bytes_needed`] and [`Node::next_wake`], which change at no other time.
-pub trait Node: Send {
+pub trait Node: Part {
     /// Name, for messages, diagnostics and faults: `LF`.
     fn name(&self) -> &str;
-
-    /// Resolves the plant signals that the node samples and actuates.
-    ///
-    /// # Errors
-    /// [`WiringError`] if the plant lacks a required signal.
-    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError>;
 
     /// Receives bytes transmitted by others, complete by now, including damaged ones. The node
     /// drops and counts those with a framing error.
@@ -48,23 +42,4 @@ pub trait Node: Send {
     fn poll_transmit_framed(&mut self, bytes: &mut Vec<u8>) -> Option<(SimTime, bool)> {
         self.poll_transmit(bytes).map(|start| (start, false))
     }
-
-    /// Returns the diagnostics (counters) as output ports, the same at every call.
-    fn diagnostics(&self) -> Vec<Port> {
-        Vec::new()
-    }
-
-    /// Writes the diagnostics at `now`, end to end, in order. Does not change the state.
-    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        let _ = (now, values);
-    }
-
-    /// Saves the complete state.
-    fn save(&self) -> Snapshot;
-
-    /// Restores a saved state, bit for bit.
-    ///
-    /// # Errors
-    /// [`SnapshotError`] if the snapshot is of another kind of node.
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
 }

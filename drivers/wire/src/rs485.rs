@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{
     Direction, Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit,
 };
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_runtime::{Part, PlantAccess, PlantSignals, TaskError, WiringError};
 
 use crate::error::nonzero;
 use crate::line::earlier;
@@ -155,7 +155,7 @@ impl Rs485 {
     }
 }
 
-impl Line for Rs485 {
+impl Part for Rs485 {
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
         for slot in &mut self.slots {
             slot.node.connect(owner, plant)?;
@@ -163,26 +163,6 @@ impl Line for Rs485 {
         }
         self.update_wake();
         Ok(())
-    }
-
-    fn send(&mut self, piece: Piece<'_>) {
-        self.medium.transmit(NEAR, piece);
-        self.update_wake();
-    }
-
-    fn next_wake(&self) -> Option<SimTime> {
-        self.wake
-    }
-
-    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
-        while let Some(wake) = self.wake.filter(|wake| *wake < now) {
-            self.process_instant(wake, plant)?;
-        }
-        self.process_instant(now, plant)
-    }
-
-    fn receive(&mut self, arrivals: &mut Arrivals) {
-        arrivals.append(&mut self.near);
     }
 
     fn diagnostics(&self) -> Vec<Port> {
@@ -228,5 +208,27 @@ impl Line for Rs485 {
         (self.medium, self.near) = (saved.medium, saved.near);
         self.update_wake();
         Ok(())
+    }
+}
+
+impl Line for Rs485 {
+    fn send(&mut self, piece: Piece<'_>) {
+        self.medium.transmit(NEAR, piece);
+        self.update_wake();
+    }
+
+    fn next_wake(&self) -> Option<SimTime> {
+        self.wake
+    }
+
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        while let Some(wake) = self.wake.filter(|wake| *wake < now) {
+            self.process_instant(wake, plant)?;
+        }
+        self.process_instant(now, plant)
+    }
+
+    fn receive(&mut self, arrivals: &mut Arrivals) {
+        arrivals.append(&mut self.near);
     }
 }

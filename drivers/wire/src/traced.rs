@@ -1,5 +1,5 @@
-use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TransmitBuffer, WiringError};
+use twinrig_kernel::SimTime;
+use twinrig_runtime::{Part, PlantAccess, TaskError, TransmitBuffer};
 
 use crate::{Arrivals, Line, Piece};
 
@@ -47,11 +47,31 @@ impl<L: Line> Traced<L> {
     }
 }
 
-impl<L: Line> Line for Traced<L> {
-    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        self.line.connect(owner, plant)
+impl<L: Line> Part for Traced<L> {
+    fn inner(&self) -> Option<&dyn Part> {
+        Some(&self.line)
     }
 
+    fn inner_mut(&mut self) -> Option<&mut dyn Part> {
+        Some(&mut self.line)
+    }
+
+    fn traces(&self) -> Vec<String> {
+        let own_traces = ["out", "in"].map(|direction| format!("{}/{direction}", self.name));
+        own_traces.into_iter().chain(self.line.traces()).collect()
+    }
+
+    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
+        for (trace, bytes) in &self.traffic[..self.recorded] {
+            passed(*trace, bytes);
+        }
+        self.recorded = 0;
+        self.line
+            .drain_traffic(&mut |trace, bytes| passed(OWN_TRACES + trace, bytes));
+    }
+}
+
+impl<L: Line> Line for Traced<L> {
     fn send(&mut self, piece: Piece<'_>) {
         self.record(OUT, piece.bytes);
         self.line.send(piece);
@@ -75,35 +95,5 @@ impl<L: Line> Line for Traced<L> {
         self.record(IN, arrived.bytes());
         arrivals.append(&mut arrived);
         self.arrived = arrived;
-    }
-
-    fn diagnostics(&self) -> Vec<Port> {
-        self.line.diagnostics()
-    }
-
-    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        self.line.read_diagnostics(now, values);
-    }
-
-    fn traces(&self) -> Vec<String> {
-        let own_traces = ["out", "in"].map(|direction| format!("{}/{direction}", self.name));
-        own_traces.into_iter().chain(self.line.traces()).collect()
-    }
-
-    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        for (trace, bytes) in &self.traffic[..self.recorded] {
-            passed(*trace, bytes);
-        }
-        self.recorded = 0;
-        self.line
-            .drain_traffic(&mut |trace, bytes| passed(OWN_TRACES + trace, bytes));
-    }
-
-    fn save(&self) -> Snapshot {
-        self.line.save()
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        self.line.restore(snapshot)
     }
 }

@@ -1,5 +1,5 @@
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TransmitBuffer, WiringError};
+use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_runtime::{Part, PlantAccess, TaskError, TransmitBuffer};
 
 use crate::{Arrivals, Line, Piece};
 
@@ -30,11 +30,28 @@ impl<L: Line> Uart<L> {
     }
 }
 
-impl<L: Line> Line for Uart<L> {
-    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        self.line.connect(owner, plant)
+impl<L: Line> Part for Uart<L> {
+    fn inner(&self) -> Option<&dyn Part> {
+        Some(&self.line)
     }
 
+    fn inner_mut(&mut self) -> Option<&mut dyn Part> {
+        Some(&mut self.line)
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&(self.free_at, self.line.save()))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let (free_at, line): (SimTime, Snapshot) = snapshot.read()?;
+        self.line.restore(&line)?;
+        self.free_at = free_at;
+        Ok(())
+    }
+}
+
+impl<L: Line> Line for Uart<L> {
     fn send(&mut self, piece: Piece<'_>) {
         let start = piece.first.max(self.free_at);
         let mut queued = 0;
@@ -83,32 +100,5 @@ impl<L: Line> Line for Uart<L> {
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
         self.line.receive(arrivals);
-    }
-
-    fn diagnostics(&self) -> Vec<Port> {
-        self.line.diagnostics()
-    }
-
-    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        self.line.read_diagnostics(now, values);
-    }
-
-    fn traces(&self) -> Vec<String> {
-        self.line.traces()
-    }
-
-    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        self.line.drain_traffic(passed);
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&(self.free_at, self.line.save()))
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (free_at, line): (SimTime, Snapshot) = snapshot.read()?;
-        self.line.restore(&line)?;
-        self.free_at = free_at;
-        Ok(())
     }
 }

@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
-    PlantAccess, PlantSignals, TaskError, TimeSource, Timing, TransmitBuffer, Wire, WiringError,
+    Part, PlantAccess, PlantSignals, TaskError, TimeSource, Timing, TransmitBuffer, Wire,
+    WiringError,
 };
 
 use crate::error::nonzero;
@@ -260,13 +261,52 @@ impl<L: Line> UsbSerial<L> {
     }
 }
 
-impl<L: Line> Wire for UsbSerial<L> {
+impl<L: Line> Part for UsbSerial<L> {
+    fn inner(&self) -> Option<&dyn Part> {
+        Some(&self.line)
+    }
+
+    fn inner_mut(&mut self) -> Option<&mut dyn Part> {
+        Some(&mut self.line)
+    }
+
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
         self.line.connect(owner, plant)?;
         self.line_wake = self.line.next_wake();
         Ok(())
     }
 
+    fn diagnostics(&self) -> Vec<Port> {
+        let names = ["packets", "bytes", "framing_errors"];
+        let ports =
+            names.map(|what| Port::output(format!("{}/usb/{what}", self.name), Unit::One, 1));
+        ports.into_iter().chain(self.line.diagnostics()).collect()
+    }
+
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
+        if let Some((counters, line)) = values.split_first_chunk_mut::<3>() {
+            let state = &self.state;
+            let counts = [state.packets, state.bytes, state.framing_errors];
+            *counters = counts.map(|count| count as f64);
+            self.line.read_diagnostics(now, line);
+        }
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&(&self.state, self.line.save()))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let (state, line): (State, Snapshot) = snapshot.read()?;
+        self.line.restore(&line)?;
+        self.state = state;
+        self.line_wake = self.line.next_wake();
+        self.update_predictions();
+        Ok(())
+    }
+}
+
+impl<L: Line> Wire for UsbSerial<L> {
     fn send(&mut self, now: SimTime, bytes: &[u8]) {
         if bytes.is_empty() {
             return;
@@ -328,42 +368,5 @@ impl<L: Line> Wire for UsbSerial<L> {
 
     fn receive(&mut self, bytes: &mut Vec<u8>) {
         bytes.append(&mut self.state.readable);
-    }
-
-    fn diagnostics(&self) -> Vec<Port> {
-        let names = ["packets", "bytes", "framing_errors"];
-        let ports =
-            names.map(|what| Port::output(format!("{}/usb/{what}", self.name), Unit::One, 1));
-        ports.into_iter().chain(self.line.diagnostics()).collect()
-    }
-
-    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        if let Some((counters, line)) = values.split_first_chunk_mut::<3>() {
-            let state = &self.state;
-            let counts = [state.packets, state.bytes, state.framing_errors];
-            *counters = counts.map(|count| count as f64);
-            self.line.read_diagnostics(now, line);
-        }
-    }
-
-    fn traces(&self) -> Vec<String> {
-        self.line.traces()
-    }
-
-    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        self.line.drain_traffic(passed);
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&(&self.state, self.line.save()))
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (state, line): (State, Snapshot) = snapshot.read()?;
-        self.line.restore(&line)?;
-        self.state = state;
-        self.line_wake = self.line.next_wake();
-        self.update_predictions();
-        Ok(())
     }
 }

@@ -5,7 +5,7 @@ mod support;
 use proptest::prelude::*;
 use support::*;
 use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_runtime::{Part, PlantAccess, TaskError};
 use twinrig_wire::{Arrivals, Line, Node, Piece, Rs485};
 
 /// Transmits at scripted times and forwards all received bytes.
@@ -15,13 +15,20 @@ struct ScriptedNode {
     received: std::sync::mpsc::Sender<(SimTime, u8)>,
 }
 
+impl Part for ScriptedNode {
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&self.sent)
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        self.sent = snapshot.read()?;
+        Ok(())
+    }
+}
+
 impl Node for ScriptedNode {
     fn name(&self) -> &'static str {
         "actor"
-    }
-
-    fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> {
-        Ok(())
     }
 
     fn receive(&mut self, piece: Piece<'_>) {
@@ -45,15 +52,6 @@ impl Node for ScriptedNode {
         bytes.extend_from_slice(tx);
         self.sent += 1;
         Some(*start)
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&self.sent)
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        self.sent = snapshot.read()?;
-        Ok(())
     }
 }
 

@@ -3,7 +3,7 @@
 use proptest::collection::vec;
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantAccess, PlantFault, PlantSignals, TaskError, WiringError};
+use twinrig_runtime::{Part, PlantAccess, PlantFault, TaskError};
 use twinrig_wire::{Arrivals, Duplex, FrameMatch, Framer, Line, Node, Piece};
 
 const BYTE: SimDuration = SimDuration::from_micros(10);
@@ -17,13 +17,20 @@ struct Echo {
     now: SimTime,
 }
 
+impl Part for Echo {
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&(&self.received, &self.tx, self.ticks, self.now))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        (self.received, self.tx, self.ticks, self.now) = snapshot.read()?;
+        Ok(())
+    }
+}
+
 impl Node for Echo {
     fn name(&self) -> &'static str {
         "echo"
-    }
-
-    fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> {
-        Ok(())
     }
 
     fn receive(&mut self, piece: Piece<'_>) {
@@ -54,15 +61,6 @@ impl Node for Echo {
         let any = !self.tx.is_empty();
         bytes.append(&mut self.tx);
         any.then_some(self.now)
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&(&self.received, &self.tx, self.ticks, self.now))
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        (self.received, self.tx, self.ticks, self.now) = snapshot.read()?;
-        Ok(())
     }
 }
 

@@ -5,7 +5,7 @@ mod support;
 use proptest::prelude::*;
 use support::*;
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime, Snapshot};
-use twinrig_runtime::{TaskError, Wire};
+use twinrig_runtime::{Part, TaskError};
 use twinrig_wire::{
     Arrivals, Fault, FaultKind, FaultSchedule, Faulty, FaultyNode, Line, Node, Piece, Rs485,
     UsbSerial, UsbTiming,

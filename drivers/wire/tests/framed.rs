@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{HostTime, Port, SimDuration, SimTime, Unit};
 use twinrig_runtime::{
-    Driver, PlantAccess, PlantFault, PlantSignals, TaskError, Transfer, WiringError,
+    Driver, Part, PlantAccess, PlantFault, PlantSignals, TaskError, Transfer, WiringError,
 };
 use twinrig_wire::{
     Emulation, FrameMatch, FrameOutcome, FramedDriver, FramedNode, Node, Piece, Protocol,

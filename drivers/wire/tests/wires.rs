@@ -6,7 +6,7 @@ mod support;
 use proptest::prelude::*;
 use support::*;
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_runtime::{Timing, Wire};
+use twinrig_runtime::{Part, Timing, Wire};
 use twinrig_wire::{
     Arrivals, CompletionRule, FaultSchedule, Faulty, HostEnd, InRule, Line, OutRule, Piece, Rs485,
     Traced, Uart, UsbSerial, UsbTiming,

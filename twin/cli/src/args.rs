@@ -181,6 +181,9 @@ pub struct CheckArgs {
 /// Arguments of `twin list`.
 #[derive(Clone, Debug, Args)]
 pub struct ListArgs {
+    /// Robot whose process variables are listed: a name, or the path of a robot file
+    #[arg(default_value = "cheetah-cub")]
+    pub robot: String,
     /// Print a JSON object
     #[arg(long)]
     pub json: bool,

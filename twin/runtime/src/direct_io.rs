@@ -3,7 +3,7 @@ use twinrig_kernel::{Direction, Layout, Port, SimTime, Snapshot, SnapshotError};
 
 use crate::wiring::Link;
 use crate::{
-    IoTask, PlantAccess, PlantSignals, Progress, TaskError, TimeSource, Timing, TimingError,
+    IoTask, Part, PlantAccess, PlantSignals, Progress, TaskError, TimeSource, Timing, TimingError,
     WiringError,
 };
 
@@ -90,20 +90,12 @@ impl DirectIo {
     }
 }
 
-impl IoTask for DirectIo {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn ports(&self) -> Vec<Port> {
-        self.ports.clone()
-    }
-
-    fn connect(&mut self, plant: &PlantSignals) -> Result<(), WiringError> {
+impl Part for DirectIo {
+    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
         let links = |direction, is_measurement: bool| {
             let layout = Layout::of(&self.ports, direction);
             let link = |field: &twinrig_kernel::Field| {
-                let plant_range = plant.find(&self.name, &field.port.mirrored())?;
+                let plant_range = plant.find(owner, &field.port.mirrored())?;
                 let (from, to) = if is_measurement {
                     (plant_range, field.range())
                 } else {
@@ -123,6 +115,36 @@ impl IoTask for DirectIo {
         (self.commands, self.measurements) = (commands, measurements);
         self.plant_sizes = (plant.inputs.len(), plant.outputs.len());
         Ok(())
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&self.state)
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let state: State = snapshot.read()?;
+        let sizes = |state: &State| (state.from_process.len(), state.to_process.len());
+        if sizes(&state) != sizes(&self.state) {
+            let describe = |(inputs, outputs)| {
+                format!("direct I/O of {inputs} commands and {outputs} measurements")
+            };
+            return Err(SnapshotError::Mismatch {
+                expected: describe(sizes(&self.state)),
+                found: describe(sizes(&state)),
+            });
+        }
+        self.state = state;
+        Ok(())
+    }
+}
+
+impl IoTask for DirectIo {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        self.ports.clone()
     }
 
     fn begin(
@@ -159,25 +181,5 @@ impl IoTask for DirectIo {
 
     fn to_process(&self) -> &[f64] {
         &self.state.to_process
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&self.state)
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let state: State = snapshot.read()?;
-        let sizes = |state: &State| (state.from_process.len(), state.to_process.len());
-        if sizes(&state) != sizes(&self.state) {
-            let describe = |(inputs, outputs)| {
-                format!("direct I/O of {inputs} commands and {outputs} measurements")
-            };
-            return Err(SnapshotError::Mismatch {
-                expected: describe(sizes(&self.state)),
-                found: describe(sizes(&state)),
-            });
-        }
-        self.state = state;
-        Ok(())
     }
 }

@@ -83,6 +83,7 @@ mod manager;
 mod observer;
 mod output_interpolator;
 mod panic;
+mod part;
 mod plant;
 mod plant_host;
 mod plant_state;
@@ -110,6 +111,7 @@ pub use fixed_step_coupling::{Coupling, FixedStepCoupling, GridInputs, ZeroGridS
 pub use manager::{ControlStep, Manager};
 pub use observer::{Group, Observer, RunEvent};
 pub use panic::{PanicReport, PartKind, catch_panic, in_part};
+pub use part::Part;
 pub use plant::{EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
 pub use plant_state::PlantState;
 pub use process::Process;

@@ -2,34 +2,24 @@ use std::fmt;
 use std::ops::Range;
 
 use thiserror::Error;
-use twinrig_kernel::{Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_kernel::{Layout, Port, SimDuration, SimTime};
 
-use crate::{DeviceError, PanicReport, PlantFault, WiringError};
+use crate::{DeviceError, PanicReport, Part, PlantFault};
 
 /// A recurring transfer with a device: the manager starts it when the process has ended and the
 /// task is idle, and does not interfere until it is done.
 ///
-/// Order of the calls: [`IoTask::connect`] and [`IoTask::open`] once, then for each transfer
+/// Order of the calls: [`Part::connect`] and [`IoTask::open`] once, then for each transfer
 /// [`IoTask::begin`], [`IoTask::wake`] at every instant requested by the task, and
 /// [`IoTask::to_process`] when it is done. A task whose devices have their own timing (boards tick
 /// also without requests) is woken between transfers, too.
-pub trait IoTask: Send {
+pub trait IoTask: Part {
     /// Returns the name, unique within a rig, used in messages and recordings.
     fn name(&self) -> &str;
 
     /// Returns the ports: outputs are data provided to the process (sensors), inputs are data read
     /// from it (commands). Constant over the life of the task.
     fn ports(&self) -> Vec<Port>;
-
-    /// Resolves the plant signals of the task: their ranges in the flat vectors of [`PlantAccess`].
-    /// Not needed by a task on hardware.
-    ///
-    /// # Errors
-    /// [`WiringError`] if the plant lacks a signal that the task carries.
-    fn connect(&mut self, plant: &PlantSignals) -> Result<(), WiringError> {
-        let _ = plant;
-        Ok(())
-    }
 
     /// Opens the device, at time 0: the first control step waits until all tasks are open. Most
     /// tasks open without delay.
@@ -65,41 +55,10 @@ pub trait IoTask: Send {
         None
     }
 
-    /// Returns the ports of the diagnostics (counters of driver and boards), all of them outputs.
-    /// Constant over the life of the task.
-    fn diagnostics(&self) -> Vec<Port> {
-        Vec::new()
-    }
-
-    /// Writes the diagnostics at `now`, concatenated in order. Changes no state.
-    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        let _ = (now, values);
-    }
-
-    /// Returns the names of the byte traces, one per direction: `sbcp/out`, `sbcp/in`.
-    fn traces(&self) -> Vec<String> {
-        Vec::new()
-    }
-
-    /// Passes the bytes traced since the last call to `passed`, in order, with the index of the
-    /// trace.
-    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        let _ = passed;
-    }
-
     /// Returns the results of the last finished transfer: the task's output ports, concatenated in
     /// order. Read only while the task is idle; before the first transfer, these are the initial
     /// inputs of the process.
     fn to_process(&self) -> &[f64];
-
-    /// Saves all state that affects later transfers, including one in progress.
-    fn save(&self) -> Snapshot;
-
-    /// Restores a saved state, bit for bit.
-    ///
-    /// # Errors
-    /// [`SnapshotError`] if the snapshot belongs to another kind of task.
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
 }
 
 /// Progress of a transfer.

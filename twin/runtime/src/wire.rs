@@ -1,6 +1,6 @@
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_kernel::{SimDuration, SimTime};
 
-use crate::{PlantAccess, PlantSignals, TaskError, WiringError};
+use crate::{Part, PlantAccess, TaskError};
 
 /// Transmit buffer of a serial port or converter, emptied by the transmitter at the baud rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,13 +29,7 @@ impl TransmitBuffer {
 ///
 /// The owner calls [`Wire::advance`] at every instant of [`Wire::next_wake`], and before each
 /// [`Wire::send`] and [`Wire::receive`].
-pub trait Wire: Send {
-    /// Resolves the plant signals that the boards sample and actuate.
-    ///
-    /// # Errors
-    /// [`WiringError`] if the plant lacks a signal that a board requires.
-    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError>;
-
+pub trait Wire: Part {
     /// Writes `bytes` from the host at `now`, in one piece.
     fn send(&mut self, now: SimTime, bytes: &[u8]);
 
@@ -63,35 +57,4 @@ pub trait Wire: Send {
 
     /// Appends the bytes that are available to the host at this time.
     fn receive(&mut self, bytes: &mut Vec<u8>);
-
-    /// Returns the ports of the diagnostics (counters of transport and boards), all of them
-    /// outputs. Constant over the life of the wire.
-    fn diagnostics(&self) -> Vec<Port> {
-        Vec::new()
-    }
-
-    /// Writes the diagnostics at `now`, concatenated in order. Changes no state.
-    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        let _ = (now, values);
-    }
-
-    /// Returns the names of the byte traces of the transport: `rs485`.
-    fn traces(&self) -> Vec<String> {
-        Vec::new()
-    }
-
-    /// Passes the bytes traced since the last call to `passed`, in order, with the index of the
-    /// trace.
-    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        let _ = passed;
-    }
-
-    /// Saves all state that affects later behaviour, bytes in transit included.
-    fn save(&self) -> Snapshot;
-
-    /// Restores a saved state, bit for bit.
-    ///
-    /// # Errors
-    /// [`SnapshotError`] if the snapshot belongs to another kind of wire.
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
 }

@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, HostTime, Layout, Port, SimTime, Snapshot, SnapshotError};
 
 use crate::{
-    Driver, DriverError, IoTask, PartKind, PlantAccess, PlantSignals, Progress, TaskError,
+    Driver, DriverError, IoTask, Part, PartKind, PlantAccess, PlantSignals, Progress, TaskError,
     Transfer, Wire, WiringError, in_part,
 };
 
@@ -146,6 +146,60 @@ impl WiredTask {
     }
 }
 
+impl Part for WiredTask {
+    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
+        self.wire.connect(owner, plant)
+    }
+
+    fn diagnostics(&self) -> Vec<Port> {
+        let mut diagnostics = self.driver.diagnostics();
+        diagnostics.extend(self.wire.diagnostics());
+        diagnostics
+    }
+
+    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
+        let (driver, wire) = values.split_at_mut(self.driver_diagnostics);
+        self.driver.read_diagnostics(driver);
+        self.wire.read_diagnostics(now, wire);
+    }
+
+    fn traces(&self) -> Vec<String> {
+        let name = self.driver.name();
+        let wire_traces = self.wire.traces();
+        let wire_traces = wire_traces.iter().map(String::as_str);
+        ["out", "in"]
+            .into_iter()
+            .chain(wire_traces)
+            .map(|trace| format!("{name}/{trace}"))
+            .collect()
+    }
+
+    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
+        for (trace, bytes) in &self.traffic[..self.traced] {
+            passed(*trace, bytes);
+        }
+        self.traced = 0;
+        self.wire
+            .drain_traffic(&mut |trace, bytes| passed(OWN_TRACES + trace, bytes));
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&Saved {
+            busy: self.busy,
+            driver: self.driver.save(),
+            wire: self.wire.save(),
+        })
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let saved: Saved = snapshot.read()?;
+        self.driver.restore(&saved.driver)?;
+        self.wire.restore(&saved.wire)?;
+        self.busy = saved.busy;
+        Ok(())
+    }
+}
+
 impl IoTask for WiredTask {
     fn name(&self) -> &str {
         self.driver.name()
@@ -153,10 +207,6 @@ impl IoTask for WiredTask {
 
     fn ports(&self) -> Vec<Port> {
         self.driver.ports()
-    }
-
-    fn connect(&mut self, plant: &PlantSignals) -> Result<(), WiringError> {
-        self.wire.connect(self.driver.name(), plant)
     }
 
     fn open(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
@@ -193,55 +243,7 @@ impl IoTask for WiredTask {
         }
     }
 
-    fn diagnostics(&self) -> Vec<Port> {
-        let mut diagnostics = self.driver.diagnostics();
-        diagnostics.extend(self.wire.diagnostics());
-        diagnostics
-    }
-
-    fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        let (driver, wire) = values.split_at_mut(self.driver_diagnostics);
-        self.driver.read_diagnostics(driver);
-        self.wire.read_diagnostics(now, wire);
-    }
-
-    fn traces(&self) -> Vec<String> {
-        let name = self.driver.name();
-        let wire_traces = self.wire.traces();
-        let wire_traces = wire_traces.iter().map(String::as_str);
-        ["out", "in"]
-            .into_iter()
-            .chain(wire_traces)
-            .map(|trace| format!("{name}/{trace}"))
-            .collect()
-    }
-
-    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        for (trace, bytes) in &self.traffic[..self.traced] {
-            passed(*trace, bytes);
-        }
-        self.traced = 0;
-        self.wire
-            .drain_traffic(&mut |trace, bytes| passed(OWN_TRACES + trace, bytes));
-    }
-
     fn to_process(&self) -> &[f64] {
         self.driver.to_process()
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&Saved {
-            busy: self.busy,
-            driver: self.driver.save(),
-            wire: self.wire.save(),
-        })
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let saved: Saved = snapshot.read()?;
-        self.driver.restore(&saved.driver)?;
-        self.wire.restore(&saved.wire)?;
-        self.busy = saved.busy;
-        Ok(())
     }
 }

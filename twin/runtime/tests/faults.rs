@@ -6,8 +6,8 @@ mod toys;
 use toys::{Log, ToyPlant, ToyProcess, ToyTask};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
-    Change, DirectIo, IoTask, PlantAccess, Process, Progress, Rig, RigError, Schedule, TaskError,
-    Timing,
+    Change, DirectIo, IoTask, Part, PlantAccess, Process, Progress, Rig, RigError, Schedule,
+    TaskError, Timing,
 };
 
 fn millis(n: u64) -> SimTime {
@@ -72,16 +72,20 @@ fn plant_fault_has_time_part_and_energy_and_keeps_earlier_records() {
 /// Task with scripted progress.
 struct ScriptedTask(fn(SimTime) -> Result<Progress, TaskError>);
 
+impl Part for ScriptedTask {}
+
 impl IoTask for ScriptedTask {
     fn name(&self) -> &'static str {
         "scripted"
     }
+
     fn ports(&self) -> Vec<Port> {
         vec![
             Port::output("toy0/sample", Unit::One, 2),
             Port::input("toy0/command", Unit::Volt, 1),
         ]
     }
+
     fn begin(
         &mut self,
         now: SimTime,
@@ -90,17 +94,13 @@ impl IoTask for ScriptedTask {
     ) -> Result<Progress, TaskError> {
         (self.0)(now)
     }
+
     fn wake(&mut self, now: SimTime, _: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         (self.0)(now)
     }
+
     fn to_process(&self) -> &[f64] {
         &[0.0; 2]
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&())
-    }
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        snapshot.read()
     }
 }
 

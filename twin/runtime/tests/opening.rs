@@ -6,7 +6,7 @@ mod toys;
 use toys::{Entry, Log, ToyPlant, ToyProcess};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
-    Group, IoTask, Observer, PlantAccess, Progress, Rig, RunEvent, Schedule, TaskError,
+    Group, IoTask, Observer, Part, PlantAccess, Progress, Rig, RunEvent, Schedule, TaskError,
 };
 
 fn millis(n: u64) -> SimTime {
@@ -20,16 +20,45 @@ struct SlowDevice {
     ticks: u8,
 }
 
+impl Part for SlowDevice {
+    fn diagnostics(&self) -> Vec<Port> {
+        vec![Port::output("slow/ticks", Unit::One, 1)]
+    }
+
+    fn read_diagnostics(&self, _: SimTime, values: &mut [f64]) {
+        values[0] = f64::from(self.ticks);
+    }
+
+    fn traces(&self) -> Vec<String> {
+        vec!["slow/ticks".into()]
+    }
+
+    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
+        passed(0, &[self.ticks]);
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&(self.next_tick, self.ticks))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        (self.next_tick, self.ticks) = snapshot.read()?;
+        Ok(())
+    }
+}
+
 impl IoTask for SlowDevice {
     fn name(&self) -> &'static str {
         "slow"
     }
+
     fn ports(&self) -> Vec<Port> {
         vec![
             Port::input("toy0/command", Unit::Volt, 1),
             Port::output("toy0/sample", Unit::One, 2),
         ]
     }
+
     fn open(&mut self, now: SimTime, _: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         Ok(if self.opening_time.is_zero() {
             Progress::Done
@@ -37,6 +66,7 @@ impl IoTask for SlowDevice {
             Progress::WakeAt(now + self.opening_time)
         })
     }
+
     fn begin(
         &mut self,
         _: SimTime,
@@ -45,6 +75,7 @@ impl IoTask for SlowDevice {
     ) -> Result<Progress, TaskError> {
         Ok(Progress::Done)
     }
+
     fn wake(&mut self, now: SimTime, _: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         while self.next_tick <= now {
             self.next_tick += SimDuration::from_millis(1);
@@ -52,30 +83,13 @@ impl IoTask for SlowDevice {
         }
         Ok(Progress::Done)
     }
+
     fn idle_wake(&self) -> Option<SimTime> {
         Some(self.next_tick)
     }
-    fn diagnostics(&self) -> Vec<Port> {
-        vec![Port::output("slow/ticks", Unit::One, 1)]
-    }
-    fn read_diagnostics(&self, _: SimTime, values: &mut [f64]) {
-        values[0] = f64::from(self.ticks);
-    }
-    fn traces(&self) -> Vec<String> {
-        vec!["slow/ticks".into()]
-    }
-    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        passed(0, &[self.ticks]);
-    }
+
     fn to_process(&self) -> &[f64] {
         &[0.0; 2]
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&(self.next_tick, self.ticks))
-    }
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        (self.next_tick, self.ticks) = snapshot.read()?;
-        Ok(())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
-    DirectIo, EnergyBalance, IoTask, Plant, PlantAccess, PlantFault, Process, Progress, Rig,
+    DirectIo, EnergyBalance, IoTask, Part, Plant, PlantAccess, PlantFault, Process, Progress, Rig,
     RigError, Schedule, TaskError, Timing, WorkCounts,
 };
 
@@ -25,13 +25,21 @@ impl Process for Stub {
     }
 }
 
+impl Part for Stub {
+    fn save(&self) -> Snapshot {
+        Snapshot::default()
+    }
+}
+
 impl IoTask for Stub {
     fn name(&self) -> &str {
         self.0
     }
+
     fn ports(&self) -> Vec<Port> {
         self.1.clone()
     }
+
     fn begin(
         &mut self,
         _: SimTime,
@@ -40,17 +48,13 @@ impl IoTask for Stub {
     ) -> Result<Progress, TaskError> {
         Ok(Progress::Done)
     }
+
     fn wake(&mut self, _: SimTime, _: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         Ok(Progress::Done)
     }
+
     fn to_process(&self) -> &[f64] {
         &[]
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
     }
 }
 

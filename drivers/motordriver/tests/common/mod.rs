@@ -11,7 +11,7 @@ use std::ops::Range;
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_motordriver::{Bus, BusConfig};
 use twinrig_runtime::{
-    IoTask, PlantAccess, PlantFault, PlantSignals, Progress, TaskError, WiredTask,
+    IoTask, Part, PlantAccess, PlantFault, PlantSignals, Progress, TaskError, WiredTask,
 };
 
 pub const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
@@ -145,7 +145,7 @@ impl Harness {
         let driver = Box::new(Bus::driver(config).unwrap());
         let wire = Box::new(Bus::wire(config).unwrap());
         let mut task = WiredTask::new(driver, wire);
-        task.connect(&Motors::signals()).unwrap();
+        task.connect("sbcp", &Motors::signals()).unwrap();
         Self {
             task,
             plant: Motors::new(),

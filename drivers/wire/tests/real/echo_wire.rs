@@ -3,8 +3,8 @@ use std::ops::Range;
 
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
-    EnergyBalance, Plant, PlantAccess, PlantFault, PlantSignals, TaskError, Wire, WiringError,
-    WorkCounts,
+    EnergyBalance, Part, Plant, PlantAccess, PlantFault, PlantSignals, TaskError, Wire,
+    WiringError, WorkCounts,
 };
 
 /// Answers after 100 µs and actuates the plant with each answer.
@@ -23,11 +23,26 @@ fn drive() -> Port {
     Port::output("drive", Unit::Volt, 1)
 }
 
-impl Wire for EchoWire {
+impl Part for EchoWire {
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
         self.drive = plant.find(owner, &drive())?;
         Ok(())
     }
+
+    fn diagnostics(&self) -> Vec<Port> {
+        vec![Port::output("echo/answered", Unit::One, 1)]
+    }
+
+    fn read_diagnostics(&self, _: SimTime, values: &mut [f64]) {
+        values[0] = self.answered;
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::default()
+    }
+}
+
+impl Wire for EchoWire {
     fn send(&mut self, now: SimTime, bytes: &[u8]) {
         self.received.extend(bytes);
         let answers = super::answer(&mut self.received);
@@ -35,9 +50,11 @@ impl Wire for EchoWire {
             self.answers.push_back((now + TAKES, answers));
         }
     }
+
     fn next_wake(&self) -> Option<SimTime> {
         self.answers.front().map(|(at, _)| *at)
     }
+
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         while self.next_wake().is_some_and(|at| at <= now) {
             let (_, bytes) = self.answers.pop_front().unwrap_or_default();
@@ -47,20 +64,9 @@ impl Wire for EchoWire {
         }
         Ok(())
     }
+
     fn receive(&mut self, bytes: &mut Vec<u8>) {
         bytes.append(&mut self.readable);
-    }
-    fn diagnostics(&self) -> Vec<Port> {
-        vec![Port::output("echo/answered", Unit::One, 1)]
-    }
-    fn read_diagnostics(&self, _: SimTime, values: &mut [f64]) {
-        values[0] = self.answered;
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
     }
 }
 
@@ -123,22 +129,22 @@ impl Plant for Lag {
 /// Receives bytes and never transmits.
 pub struct SilentWire;
 
-impl Wire for SilentWire {
-    fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> {
-        Ok(())
-    }
-    fn send(&mut self, _: SimTime, _: &[u8]) {}
-    fn next_wake(&self) -> Option<SimTime> {
-        None
-    }
-    fn advance(&mut self, _: SimTime, _: &mut dyn PlantAccess) -> Result<(), TaskError> {
-        Ok(())
-    }
-    fn receive(&mut self, _: &mut Vec<u8>) {}
+impl Part for SilentWire {
     fn save(&self) -> Snapshot {
         Snapshot::default()
     }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
+}
+
+impl Wire for SilentWire {
+    fn send(&mut self, _: SimTime, _: &[u8]) {}
+
+    fn next_wake(&self) -> Option<SimTime> {
+        None
+    }
+
+    fn advance(&mut self, _: SimTime, _: &mut dyn PlantAccess) -> Result<(), TaskError> {
         Ok(())
     }
+
+    fn receive(&mut self, _: &mut Vec<u8>) {}
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{PlantAccess, PlantFault, PlantSignals, TaskError, Wire, WiringError};
+use twinrig_runtime::{Part, PlantAccess, PlantFault, TaskError, Wire};
 use twinrig_wire::{Arrivals, Line, Node, Piece};
 
 pub const BYTE: SimDuration = SimDuration::from_micros(3);
@@ -67,13 +67,20 @@ impl Board {
     }
 }
 
+impl Part for Board {
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&self.state)
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        self.state = snapshot.read()?;
+        Ok(())
+    }
+}
+
 impl Node for Board {
     fn name(&self) -> &str {
         &self.name
-    }
-
-    fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> {
-        Ok(())
     }
 
     fn receive(&mut self, piece: Piece<'_>) {
@@ -128,15 +135,6 @@ impl Node for Board {
             n => n.to_le_bytes()[0],
         }));
         Some(start)
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&self.state)
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        self.state = snapshot.read()?;
-        Ok(())
     }
 }
 
@@ -239,11 +237,18 @@ pub struct ScriptedLine {
     pub sent: std::sync::mpsc::Sender<(SimTime, u8)>,
 }
 
-impl Line for ScriptedLine {
-    fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> {
-        Ok(())
+impl Part for ScriptedLine {
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&(self.arrived, self.taken))
     }
 
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        (self.arrived, self.taken) = snapshot.read()?;
+        Ok(())
+    }
+}
+
+impl Line for ScriptedLine {
     fn send(&mut self, piece: Piece<'_>) {
         assert!(piece.first >= self.now, "sent at {}: {piece:?}", self.now);
         for (n, byte) in piece.bytes.iter().enumerate() {
@@ -277,15 +282,6 @@ impl Line for ScriptedLine {
             arrivals.push(*at, BYTE, &[*byte]);
         }
         self.taken = self.arrived;
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&(self.arrived, self.taken))
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        (self.arrived, self.taken) = snapshot.read()?;
-        Ok(())
     }
 }
 

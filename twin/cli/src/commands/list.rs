@@ -6,7 +6,7 @@ use serde::Serialize;
 use twinrig_robot::RobotFile;
 use twinrig_scenario::{Accepts, Kind};
 
-use super::{SUCCESS, Terminal};
+use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::ListArgs;
 use crate::assembly::registry::Registry;
 use crate::report::grid::{Cell, Grid, Side, Tint};
@@ -45,19 +45,21 @@ struct Variable {
 }
 
 pub(super) fn list(registry: &Registry, args: &ListArgs, terminal: &mut Terminal<'_>) -> u8 {
-    let robots = RobotFile::names(Path::new(""));
-    // The process variables are those for the first robot.
-    let robot = robots.first().and_then(|name| {
-        let file = RobotFile::find(name, Path::new("")).ok()?;
-        file.robot().ok()
-    });
-    let catalogue = registry.catalogue(robot.as_ref());
+    let robot = RobotFile::find(&args.robot, Path::new("")).and_then(|file| file.robot());
+    let robot = match robot {
+        Ok(robot) => robot,
+        Err(error) => {
+            terminal.print_error(&error.into());
+            return FAILURE;
+        }
+    };
+    let catalogue = registry.catalogue(Some(&robot));
     let parts = |kinds: &[Kind]| kinds.iter().map(part).collect::<Vec<_>>();
     let listing = Listing {
         plants: parts(&catalogue.plants),
         controllers: parts(&catalogue.controllers),
         buses: parts(&catalogue.buses),
-        robots,
+        robots: RobotFile::names(Path::new("")),
     };
     if args.json {
         terminal.print_json(&listing);

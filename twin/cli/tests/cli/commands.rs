@@ -329,6 +329,23 @@ fn parts_left_out_for_one_reason_share_a_line() {
 }
 
 #[test]
+fn list_shows_the_variables_of_the_named_robot() {
+    let step_length = |words: &[&str]| {
+        let listing = &json(&twin(&[&["list", "--json"], words].concat()).out)[0];
+        let variables = listing["controllers"][0]["variables"].as_array().unwrap();
+        let variable = variables.iter().find(|it| it["name"] == "step_length");
+        variable.unwrap()["default"].as_f64().unwrap()
+    };
+    assert_eq!(step_length(&[]), step_length(&["cheetah-cub"]));
+    assert!(step_length(&["oncilla"]) > 1.2 * step_length(&[]));
+    let unknown = twin(&["list", "oncila"]);
+    assert!(
+        unknown.code == 2 && unknown.err.contains("`oncilla`"),
+        "{unknown:?}"
+    );
+}
+
+#[test]
 fn list_names_all_parts() {
     let done = twin(&["list", "--json"]);
     let listing = &json(&done.out)[0];

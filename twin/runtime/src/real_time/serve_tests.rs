@@ -6,11 +6,11 @@ use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
 
 use proptest::prelude::*;
-use twinrig_kernel::{Snapshot, SnapshotError};
+use twinrig_kernel::Snapshot;
 
 use super::*;
 use crate::real_time::tests::EmptyPlant;
-use crate::{Device, PlantAccess, PlantSignals, TransmitBuffer, WiringError};
+use crate::{Device, Part, PlantAccess, TransmitBuffer};
 
 const BYTE_TIME: SimDuration = SimDuration::from_micros(3);
 const CAPACITY: usize = 4096;
@@ -91,19 +91,24 @@ impl RecordedWire {
     }
 }
 
-impl Wire for RecordedWire {
-    fn connect(&mut self, _: &str, _: &PlantSignals) -> Result<(), WiringError> {
-        Ok(())
+impl Part for RecordedWire {
+    fn save(&self) -> Snapshot {
+        Snapshot::default()
     }
+}
+
+impl Wire for RecordedWire {
     fn send(&mut self, now: SimTime, bytes: &[u8]) {
         self.check_room(now, bytes);
         self.transmit((now + LATENCY).max(self.idle_from), bytes.len());
     }
+
     fn send_contiguous(&mut self, now: SimTime, bytes: &[u8]) {
         self.check_room(now, bytes);
         assert!(now <= self.idle_from);
         self.transmit(self.idle_from, bytes.len());
     }
+
     fn transmit_buffer(&self) -> Option<TransmitBuffer> {
         Some(TransmitBuffer {
             idle_from: self.idle_from,
@@ -111,22 +116,19 @@ impl Wire for RecordedWire {
             capacity: CAPACITY,
         })
     }
+
     fn next_wake(&self) -> Option<SimTime> {
         // An answer of a board, shortly after the last byte.
         let answers = self.idle_from + micros(10);
         (self.idle_from > SimTime::ZERO && answers > self.now).then_some(answers)
     }
+
     fn advance(&mut self, now: SimTime, _: &mut dyn PlantAccess) -> Result<(), TaskError> {
         self.now = now;
         Ok(())
     }
+
     fn receive(&mut self, _: &mut Vec<u8>) {}
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
-    }
 }
 
 /// Host that writes without a pause until an instant, and then single bytes.

@@ -10,7 +10,7 @@ use twinrig_kernel::{HostTime, Port, SimDuration, SimTime, Snapshot, SnapshotErr
 use super::clock::Clock;
 use super::scheduler::{RealTimeScheduler, Report, ReportKind, TaskInterface, Tasks};
 use crate::{
-    Change, EnergyBalance, Group, IoTask, Observer, Plant, PlantAccess, PlantFault, Process,
+    Change, EnergyBalance, Group, IoTask, Observer, Part, Plant, PlantAccess, PlantFault, Process,
     ProcessVariable, Progress, Rig, RunEvent, Schedule, TaskError, TimeSource, Timing,
     VariableError, WorkCounts,
 };
@@ -119,13 +119,21 @@ impl FixedTask {
     }
 }
 
+impl Part for FixedTask {
+    fn save(&self) -> Snapshot {
+        Snapshot::default()
+    }
+}
+
 impl IoTask for FixedTask {
     fn name(&self) -> &str {
         &self.name
     }
+
     fn ports(&self) -> Vec<Port> {
         ports(self.number).into()
     }
+
     fn begin(
         &mut self,
         now: SimTime,
@@ -134,17 +142,13 @@ impl IoTask for FixedTask {
     ) -> Result<Progress, TaskError> {
         Ok(Progress::WakeAt(self.start(now, from_process[0])))
     }
+
     fn wake(&mut self, _: SimTime, _: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         Ok(Progress::Done)
     }
+
     fn to_process(&self) -> &[f64] {
         &self.results
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
     }
 }
 

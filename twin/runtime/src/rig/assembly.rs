@@ -92,7 +92,7 @@ fn connect(
     let mut slots: Vec<TaskSlot> = Vec::new();
     let (mut diagnostics_end, mut first_trace) = (0, 0);
     for ((mut task, (name, ports)), links) in tasks.into_iter().zip(named).zip(links) {
-        task.connect(&plant_host.signals)?;
+        task.connect(&name, &plant_host.signals)?;
         let from_process = vec![0.0; Layout::of(&ports, Direction::Input).len()];
         let part = agenda.register(name.clone(), rank::TASK);
         let diagnostics_start = diagnostics_end;

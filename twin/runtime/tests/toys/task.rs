@@ -2,7 +2,7 @@ use std::sync::{Arc, Mutex};
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit, stream};
-use twinrig_runtime::{IoTask, PlantAccess, PlantSignals, Progress, TaskError, WiringError};
+use twinrig_runtime::{IoTask, Part, PlantAccess, PlantSignals, Progress, TaskError, WiringError};
 
 /// Bytes of one transfer of a [`ToyTask`]: chunks, and their times since its beginning.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -118,6 +118,31 @@ impl ToyTask {
     }
 }
 
+impl Part for ToyTask {
+    fn connect(&mut self, _owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
+        let command = Port::output(format!("{}/command", self.name), Unit::Volt, 1);
+        let value = Port::input(format!("{}/value", self.name), Unit::Radian, 1);
+        self.signals = (
+            plant.find(&self.name, &command)?,
+            plant.find(&self.name, &value)?,
+        );
+        Ok(())
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&self.state)
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        self.state = snapshot.read()?;
+        // The wire of a new task has no entry for the transfer in progress.
+        if !self.state.plan.is_empty() {
+            self.wire.lock().unwrap().push(WireTransfer::default());
+        }
+        Ok(())
+    }
+}
+
 impl IoTask for ToyTask {
     fn name(&self) -> &str {
         &self.name
@@ -128,16 +153,6 @@ impl IoTask for ToyTask {
             Port::input(format!("{}/command", self.name), Unit::Volt, 1),
             Port::output(format!("{}/sample", self.name), Unit::One, 2),
         ]
-    }
-
-    fn connect(&mut self, plant: &PlantSignals) -> Result<(), WiringError> {
-        let command = Port::output(format!("{}/command", self.name), Unit::Volt, 1);
-        let value = Port::input(format!("{}/value", self.name), Unit::Radian, 1);
-        self.signals = (
-            plant.find(&self.name, &command)?,
-            plant.find(&self.name, &value)?,
-        );
-        Ok(())
     }
 
     fn begin(
@@ -167,18 +182,5 @@ impl IoTask for ToyTask {
 
     fn to_process(&self) -> &[f64] {
         &self.state.sample
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&self.state)
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        self.state = snapshot.read()?;
-        // The wire of a new task has no entry for the transfer in progress.
-        if !self.state.plan.is_empty() {
-            self.wire.lock().unwrap().push(WireTransfer::default());
-        }
-        Ok(())
     }
 }
