@@ -2,8 +2,8 @@ use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
 
 use crate::{PlantSignals, WiringError};
 
-/// Common interface of the parts between a process and a plant (tasks, wires, lines, nodes): signals
-/// of the plant, diagnostics, traffic, state.
+/// Common interface of the parts between a process and a plant (tasks, wires, lines, nodes):
+/// signals of the plant, diagnostics, traffic, state.
 ///
 /// A wrapper returns its inner part from [`Part::inner`] and [`Part::inner_mut`] and implements the
 /// methods in which it differs; the others are those of the inner part. A part without inner part
@@ -19,8 +19,8 @@ pub trait Part: Send {
         None
     }
 
-    /// Resolves the plant signals that the part samples and actuates. `owner` is the name of the task
-    /// in messages. Not called on hardware.
+    /// Resolves the plant signals that the part samples and actuates. `owner` is the name of the
+    /// task in messages. Not called on hardware.
     ///
     /// # Errors
     /// [`WiringError`] if the plant lacks a required signal.
