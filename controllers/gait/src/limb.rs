@@ -1,6 +1,6 @@
 //! Leg of a controller: from a foot target to two motor angles.
 
-use twinrig_kernel::{Port, Unit};
+use twinrig_kernel::{Port, Unit, signal};
 use twinrig_leg::{LegCommand, Pantograph, Planar};
 use twinrig_robot::{LegMount, Robot};
 
@@ -64,7 +64,7 @@ impl Limb {
 
     /// Port of the command of `joint`.
     pub(crate) fn port(&self, joint: &str) -> Port {
-        let name = format!("leg/{}/{joint}/command", self.name);
+        let name = signal::command(&self.name, joint);
         Port::output(name, Unit::Radian, 1)
     }
 

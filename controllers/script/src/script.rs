@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit};
+use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit, signal};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Process, ProcessVariable, VariableError};
 
@@ -72,7 +72,7 @@ struct Leg {
 
 impl Leg {
     fn command(&self, joint: &str) -> String {
-        format!("leg/{}/{joint}/command", self.name)
+        signal::command(&self.name, joint)
     }
 }
 

@@ -3,7 +3,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{
-    BoardClock, LocalDuration, LocalTime, Port, SimTime, Snapshot, SnapshotError, Unit,
+    BoardClock, LocalDuration, LocalTime, Port, SimTime, Snapshot, SnapshotError, Unit, signal,
 };
 use twinrig_runtime::{Part, PlantAccess, PlantSignals, TaskError, WiringError};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
@@ -286,19 +286,19 @@ impl State {
 
 impl Part for MotorBoard {
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        let leg = format!("leg/{}", self.name);
+        let of_leg = |name: &str| signal::of_leg(&self.name, name);
         for (n, joint) in Joint::ALL.into_iter().enumerate() {
             let joint = joint.name();
-            let position = Port::input(format!("{leg}/{joint}/position"), Unit::Radian, 1);
+            let position = Port::input(of_leg(&format!("{joint}/position")), Unit::Radian, 1);
             self.signals.positions[n] = plant.find(owner, &position)?;
-            let voltage = Port::output(format!("{leg}/{joint}/voltage"), Unit::Volt, 1);
+            let voltage = Port::output(of_leg(&format!("{joint}/voltage")), Unit::Volt, 1);
             self.signals.voltages[n] = plant.find(owner, &voltage)?;
-            let bridge = Port::output(format!("{leg}/{joint}/bridge"), Unit::One, 1);
+            let bridge = Port::output(of_leg(&format!("{joint}/bridge")), Unit::One, 1);
             self.signals.bridges[n] = plant.find(owner, &bridge)?;
         }
-        let angles = Port::input(format!("{leg}/angles"), Unit::Radian, 3);
+        let angles = Port::input(of_leg(signal::ANGLES), Unit::Radian, 3);
         self.signals.angles = plant.find(owner, &angles).ok();
-        let force = Port::input(format!("{leg}/foot/force"), Unit::Newton, 3);
+        let force = Port::input(of_leg(signal::FOOT_FORCE), Unit::Newton, 3);
         self.signals.force = plant.find(owner, &force).ok();
         Ok(())
     }

@@ -1,7 +1,7 @@
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Port, Unit};
+use twinrig_kernel::{Port, Unit, signal};
 
 use crate::config::BoardConfig;
 use crate::reply::Reply;
@@ -47,14 +47,14 @@ impl Leg {
 
     /// Returns the ports of its commands and measurements.
     pub(crate) fn ports(&self) -> Vec<Port> {
-        let name = |what: &str| format!("leg/{}/{what}", self.name);
+        let name = |what: &str| signal::of_leg(&self.name, what);
         vec![
-            Port::input(name("hip/command"), Unit::Radian, 1),
-            Port::input(name("knee/command"), Unit::Radian, 1),
-            Port::output(name("hip/position"), Unit::Radian, 1),
-            Port::output(name("knee/position"), Unit::Radian, 1),
-            Port::output(name("angles"), Unit::Radian, 3),
-            Port::output(name("foot/force"), Unit::Newton, 3),
+            Port::input(signal::command(&self.name, "hip"), Unit::Radian, 1),
+            Port::input(signal::command(&self.name, "knee"), Unit::Radian, 1),
+            Port::output(name(signal::HIP_POSITION), Unit::Radian, 1),
+            Port::output(name(signal::KNEE_POSITION), Unit::Radian, 1),
+            Port::output(name(signal::ANGLES), Unit::Radian, 3),
+            Port::output(name(signal::FOOT_FORCE), Unit::Newton, 3),
         ]
     }
 

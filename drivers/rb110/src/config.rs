@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
-use twinrig_kernel::{BoardClock, SimDuration};
+use twinrig_kernel::{BoardClock, SimDuration, signal};
 use twinrig_runtime::Wire;
 use twinrig_wire::{AnalogSource, Duplex, FaultSchedule, Faulty, HostEnd, Uart, WireError};
 
@@ -176,7 +176,7 @@ impl Rb110 {
     pub fn with_servos(name: impl Into<String>, pulse: PulseMap, lines: &[(usize, &str)]) -> Self {
         let servo = |&(line, leg): &(usize, &str)| ServoLine {
             line,
-            command: format!("leg/{leg}/abduction/command"),
+            command: signal::command(leg, "abduction"),
             pulse,
         };
         Self {

@@ -1,7 +1,7 @@
 //! Test bench of motors.
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Direction, Port, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_kernel::{Direction, Port, SimTime, Snapshot, SnapshotError, Unit, signal};
 use twinrig_legged::Ledger;
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 
@@ -62,7 +62,8 @@ struct ShaftState {
 /// Requested measurement.
 #[derive(Debug, Clone, Copy)]
 enum Signal {
-    Energy(Entry),
+    /// With the index in [`signal::ENERGY`].
+    Energy(usize),
     Position(usize),
     Rate(usize),
     Torque(usize),
@@ -80,27 +81,18 @@ struct Saved {
     steps: u64,
 }
 
-/// Entry of the energy balance.
-type Entry = fn(&EnergyBalance) -> f64;
+/// Measurement of a leg whose hip shaft has an index.
+type LegSignal = fn(usize) -> Signal;
 
-const ENERGY: [(&str, Entry); 8] = [
-    ("energy/kinetic", |balance| balance.kinetic),
-    ("energy/spring", |balance| balance.spring),
-    ("energy/gravity", |balance| balance.gravity),
-    ("energy/dissipated", |balance| balance.dissipated),
-    ("energy/actuator", |balance| balance.actuator),
-    ("energy/impact", |balance| balance.impact),
-    ("energy/exchanged", |balance| balance.exchanged),
-    ("energy/residual", |balance| balance.residual),
-];
-
-/// Measurement of the shaft with an index.
-type ShaftSignal = fn(usize) -> Signal;
-
-const JOINT_SIGNALS: [(&str, Unit, ShaftSignal); 3] = [
-    ("position", Unit::Radian, Signal::Position),
-    ("rate", Unit::RadianPerSecond, Signal::Rate),
-    ("torque", Unit::NewtonMeter, Signal::Torque),
+/// Measurements of a leg by their standard names. The knee shaft follows the hip shaft.
+const LEG: [(&str, LegSignal); 7] = [
+    (signal::HIP_POSITION, Signal::Position),
+    (signal::HIP_RATE, Signal::Rate),
+    (signal::HIP_TORQUE, Signal::Torque),
+    (signal::KNEE_POSITION, |hip| Signal::Position(hip + 1)),
+    (signal::KNEE_RATE, |hip| Signal::Rate(hip + 1)),
+    (signal::KNEE_TORQUE, |hip| Signal::Torque(hip + 1)),
+    ("angles", Signal::Angles),
 ];
 
 impl MotorBench {
@@ -172,29 +164,28 @@ fn signals(legs: &[String], requested: &dyn Fn(&str) -> bool) -> (Vec<Port>, Vec
     for leg in legs {
         for joint in JOINTS {
             for (what, unit) in [("voltage", Unit::Volt), ("bridge", Unit::One)] {
-                ports.push(Port::input(format!("leg/{leg}/{joint}/{what}"), unit, 1));
+                let name = signal::of_leg(leg, &format!("{joint}/{what}"));
+                ports.push(Port::input(name, unit, 1));
             }
         }
     }
     let mut signals = Vec::new();
-    let mut offer = |name: &str, unit: Unit, size: usize, signal: Signal| {
-        if requested(name) {
-            ports.push(Port::output(name, unit, size));
+    let mut offer = |port: Port, signal: Signal| {
+        if requested(&port.name) {
+            ports.push(port);
             signals.push(signal);
         }
     };
-    for (name, of) in ENERGY {
-        offer(name, Unit::Joule, 1, Signal::Energy(of));
+    for (index, standard) in signal::ENERGY.iter().enumerate() {
+        offer(standard.output(), Signal::Energy(index));
     }
     for (i, leg) in legs.iter().enumerate() {
-        for (j, joint) in JOINTS.into_iter().enumerate() {
-            for (what, unit, signal) in JOINT_SIGNALS {
-                let shaft = JOINTS.len() * i + j;
-                offer(&format!("leg/{leg}/{joint}/{what}"), unit, 1, signal(shaft));
+        for (name, measured) in LEG {
+            let mut standards = signal::LEG.iter();
+            if let Some(standard) = standards.find(|standard| standard.name == name) {
+                offer(standard.output_of_leg(leg), measured(JOINTS.len() * i));
             }
         }
-        let hip = Signal::Angles(JOINTS.len() * i);
-        offer(&format!("leg/{leg}/angles"), Unit::Radian, 3, hip);
     }
     (ports, signals)
 }
@@ -242,10 +233,11 @@ impl Plant for MotorBench {
     }
 
     fn observe(&mut self, outputs: &mut [f64]) {
+        let balance = self.ledger.balance().values();
         let mut place = 0;
         for signal in &self.signals {
             outputs[place] = match *signal {
-                Signal::Energy(of) => of(&self.ledger.balance()),
+                Signal::Energy(index) => balance[index],
                 Signal::Position(shaft) => self.shafts[shaft].position,
                 Signal::Rate(shaft) => self.shafts[shaft].rate,
                 Signal::Torque(shaft) => self.shafts[shaft].torque,

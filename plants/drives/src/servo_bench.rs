@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 use twinrig_actuator::PositionServo;
-use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_kernel::{
+    Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit, signal,
+};
 use twinrig_legged::Ledger;
 use twinrig_robot::Servo;
 use twinrig_runtime::interrupt::LongLoop;
@@ -86,7 +88,7 @@ impl ServoBench {
 
     /// The ports of servos of these legs, all outputs included: commands, then positions.
     pub fn ports_of(legs: &[String]) -> Vec<Port> {
-        let angle = |leg: &String, what: &str| format!("leg/{leg}/abduction/{what}");
+        let angle = |leg: &String, what: &str| signal::of_leg(leg, &format!("abduction/{what}"));
         let commands = legs.iter().map(|leg| angle(leg, "command"));
         let positions = legs.iter().map(|leg| angle(leg, "position"));
         let commands = commands.map(|name| Port::input(name, Unit::Radian, 1));
@@ -99,8 +101,8 @@ impl ServoBench {
         let command = |port: &'_ Port| port.direction == Direction::Input;
         let commands = self.ports.iter().filter(move |port| command(port));
         commands.filter_map(|port| {
-            let leg = port.name.strip_prefix("leg/")?;
-            leg.strip_suffix("/abduction/command")
+            let (leg, _) = signal::parse_leg(&port.name)?;
+            Some(leg)
         })
     }
 
@@ -236,5 +238,5 @@ impl Plant for ServoBench {
 
 /// Name of a leg's abduction in a [`PlantState`]: angle and rate.
 fn abduction(leg: &str) -> String {
-    format!("leg/{leg}/abduction")
+    signal::of_leg(leg, "abduction")
 }

@@ -1,7 +1,7 @@
 //! Implementation of [`Plant`].
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError, signal};
 use twinrig_legged::{Drives, Signals, Window};
 use twinrig_robot::Robot;
 use twinrig_runtime::interrupt::LongLoop;
@@ -97,7 +97,7 @@ impl Lcp {
         let logged = self.body.log(self.events.len());
         let new_events = logged.iter().map(|(event, leg)| PlantEvent {
             at_s: event.at_s,
-            part: format!("leg/{leg}/{}", event.what),
+            part: signal::of_leg(leg, event.what),
             kind: if event.reached {
                 PlantEventKind::Reached
             } else {

@@ -1,5 +1,6 @@
 //! Conversion between the plant's state and the coordinates shared by all plants of a robot.
 
+use twinrig_kernel::signal;
 use twinrig_legged::{DriveModels, LegPosture, Posture, Readings};
 use twinrig_runtime::PlantState;
 
@@ -49,7 +50,7 @@ impl<const N: usize> Flow<N> {
                 self.state.angles[N - 1].lane(i),
                 self.state.rates[N - 1].lane(i),
             ];
-            (format!("leg/{}/toe", leg.name), values)
+            (signal::of_leg(&leg.name, "toe"), values)
         };
         legs.filter(|_| N > 3).map(toe).collect()
     }
@@ -121,10 +122,7 @@ impl<const N: usize> Flow<N> {
         let mut mode = self.mode;
         self.mark_closed(&mut mode)
             .map_err(|violation| ResumeError {
-                part: format!(
-                    "leg/{}/{}",
-                    self.model.legs[violation.leg].name, violation.what
-                ),
+                part: signal::of_leg(&self.model.legs[violation.leg].name, violation.what),
                 why: format!(
                     "the limit is passed by {:.3e} m, which no force can correct",
                     violation.by

@@ -1,7 +1,7 @@
 //! Plant-independent state of trunk and legs.
 
 use nalgebra::Vector3;
-use twinrig_kernel::SimTime;
+use twinrig_kernel::{SimTime, signal};
 use twinrig_leg::Pantograph;
 use twinrig_robot::Robot;
 use twinrig_runtime::PlantState;
@@ -38,10 +38,8 @@ pub struct LegPosture {
     pub pulley_rate: f64,
 }
 
-const POSITION: &str = "body/position";
-const ORIENTATION: &str = "body/orientation";
-const VELOCITY: &str = "body/velocity";
-const ANGULAR_VELOCITY: &str = "body/angular_velocity";
+/// Rates of `leg/LF/angles`, which is a state but not a signal.
+const RATES: &str = "rates";
 
 impl Setup {
     /// Returns the initial posture: trunk level and at rest, legs at their start, the lowest foot
@@ -81,16 +79,25 @@ impl Posture {
     /// plus `leg/LF/rates` for the rates of `leg/LF/angles`.
     pub fn state(&self, time: SimTime) -> PlantState {
         let mut state = PlantState::at(time)
-            .with(POSITION, self.position.as_slice())
-            .with(ORIENTATION, &self.attitude)
-            .with(VELOCITY, self.velocity.as_slice())
-            .with(ANGULAR_VELOCITY, self.angular_velocity.as_slice());
+            .with(signal::BODY_POSITION, self.position.as_slice())
+            .with(signal::BODY_ORIENTATION, &self.attitude)
+            .with(signal::BODY_VELOCITY, self.velocity.as_slice())
+            .with(
+                signal::BODY_ANGULAR_VELOCITY,
+                self.angular_velocity.as_slice(),
+            );
         for (leg, posture) in &self.legs {
             state = state
-                .with(format!("leg/{leg}/angles"), &posture.angles)
-                .with(format!("leg/{leg}/rates"), &posture.rates)
-                .with(format!("leg/{leg}/knee/position"), &[posture.pulley])
-                .with(format!("leg/{leg}/knee/rate"), &[posture.pulley_rate]);
+                .with(signal::of_leg(leg, signal::ANGLES), &posture.angles)
+                .with(signal::of_leg(leg, RATES), &posture.rates)
+                .with(
+                    signal::of_leg(leg, signal::KNEE_POSITION),
+                    &[posture.pulley],
+                )
+                .with(
+                    signal::of_leg(leg, signal::KNEE_RATE),
+                    &[posture.pulley_rate],
+                );
         }
         state
     }
@@ -107,22 +114,31 @@ impl Posture {
             }
             _ => messages.push(format!("{name} is missing and keeps its value")),
         };
-        adopt(POSITION.to_owned(), self.position.as_mut_slice());
-        adopt(ORIENTATION.to_owned(), &mut self.attitude);
-        adopt(VELOCITY.to_owned(), self.velocity.as_mut_slice());
         adopt(
-            ANGULAR_VELOCITY.to_owned(),
+            signal::BODY_POSITION.to_owned(),
+            self.position.as_mut_slice(),
+        );
+        adopt(signal::BODY_ORIENTATION.to_owned(), &mut self.attitude);
+        adopt(
+            signal::BODY_VELOCITY.to_owned(),
+            self.velocity.as_mut_slice(),
+        );
+        adopt(
+            signal::BODY_ANGULAR_VELOCITY.to_owned(),
             self.angular_velocity.as_mut_slice(),
         );
         for (leg, posture) in &mut self.legs {
-            adopt(format!("leg/{leg}/angles"), &mut posture.angles);
-            adopt(format!("leg/{leg}/rates"), &mut posture.rates);
+            adopt(signal::of_leg(leg, signal::ANGLES), &mut posture.angles);
+            adopt(signal::of_leg(leg, RATES), &mut posture.rates);
             let (pulley, rate) = (&mut posture.pulley, &mut posture.pulley_rate);
             adopt(
-                format!("leg/{leg}/knee/position"),
+                signal::of_leg(leg, signal::KNEE_POSITION),
                 std::slice::from_mut(pulley),
             );
-            adopt(format!("leg/{leg}/knee/rate"), std::slice::from_mut(rate));
+            adopt(
+                signal::of_leg(leg, signal::KNEE_RATE),
+                std::slice::from_mut(rate),
+            );
         }
         let unknown = state
             .iter()

@@ -2,14 +2,14 @@
 
 use libm::{asin, atan2};
 use nalgebra::Matrix3;
-use twinrig_kernel::{Direction, Port, SimTime, Unit};
-use twinrig_runtime::{EnergyBalance, PlantFault};
+use twinrig_kernel::{Direction, Port, SimTime, Unit, signal};
+use twinrig_runtime::PlantFault;
 
 use crate::readings::Readings;
 use crate::setup::{Drives, Setup};
 use crate::window::Window;
 
-/// Measurement of the whole robot.
+/// Motion of the trunk, in the order of [`signal::BODY`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum BodySignal {
     Position,
@@ -17,17 +17,17 @@ enum BodySignal {
     Rpy,
     Velocity,
     AngularVelocity,
-    Kinetic,
-    Spring,
-    Gravity,
-    Dissipated,
-    Actuator,
-    Impact,
-    Exchanged,
-    Residual,
 }
 
-/// Measurement of one leg.
+const BODY: [BodySignal; 5] = [
+    BodySignal::Position,
+    BodySignal::Orientation,
+    BodySignal::Rpy,
+    BodySignal::Velocity,
+    BodySignal::AngularVelocity,
+];
+
+/// Measurement of one leg, in the order of [`signal::LEG`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum LegSignal {
     HipPosition,
@@ -49,54 +49,25 @@ enum LegSignal {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Signal {
     Body(BodySignal),
+    /// With the index in [`signal::ENERGY`].
+    Energy(usize),
     Leg(usize, LegSignal),
 }
 
-const BODY: [(&str, Unit, usize, BodySignal); 13] = [
-    ("body/position", Unit::Meter, 3, BodySignal::Position),
-    ("body/orientation", Unit::One, 4, BodySignal::Orientation),
-    ("body/rpy", Unit::Radian, 3, BodySignal::Rpy),
-    (
-        "body/velocity",
-        Unit::MeterPerSecond,
-        3,
-        BodySignal::Velocity,
-    ),
-    (
-        "body/angular_velocity",
-        Unit::RadianPerSecond,
-        3,
-        BodySignal::AngularVelocity,
-    ),
-    ("energy/kinetic", Unit::Joule, 1, BodySignal::Kinetic),
-    ("energy/spring", Unit::Joule, 1, BodySignal::Spring),
-    ("energy/gravity", Unit::Joule, 1, BodySignal::Gravity),
-    ("energy/dissipated", Unit::Joule, 1, BodySignal::Dissipated),
-    ("energy/actuator", Unit::Joule, 1, BodySignal::Actuator),
-    ("energy/impact", Unit::Joule, 1, BodySignal::Impact),
-    ("energy/exchanged", Unit::Joule, 1, BodySignal::Exchanged),
-    ("energy/residual", Unit::Joule, 1, BodySignal::Residual),
-];
-
-const LEG: [(&str, Unit, usize, LegSignal); 13] = [
-    ("hip/position", Unit::Radian, 1, LegSignal::HipPosition),
-    ("hip/rate", Unit::RadianPerSecond, 1, LegSignal::HipRate),
-    ("hip/torque", Unit::NewtonMeter, 1, LegSignal::HipTorque),
-    ("knee/position", Unit::Radian, 1, LegSignal::KneePosition),
-    ("knee/rate", Unit::RadianPerSecond, 1, LegSignal::KneeRate),
-    ("knee/torque", Unit::NewtonMeter, 1, LegSignal::KneeTorque),
-    ("cable/tension", Unit::Newton, 1, LegSignal::CableTension),
-    ("angles", Unit::Radian, 3, LegSignal::Angles),
-    ("foot/position", Unit::Meter, 3, LegSignal::FootPosition),
-    (
-        "foot/velocity",
-        Unit::MeterPerSecond,
-        3,
-        LegSignal::FootVelocity,
-    ),
-    ("foot/load", Unit::Newton, 1, LegSignal::FootLoad),
-    ("foot/force", Unit::Newton, 3, LegSignal::FootForce),
-    ("foot/clearance", Unit::Meter, 1, LegSignal::FootClearance),
+const LEG: [LegSignal; 13] = [
+    LegSignal::HipPosition,
+    LegSignal::HipRate,
+    LegSignal::HipTorque,
+    LegSignal::KneePosition,
+    LegSignal::KneeRate,
+    LegSignal::KneeTorque,
+    LegSignal::CableTension,
+    LegSignal::Angles,
+    LegSignal::FootPosition,
+    LegSignal::FootVelocity,
+    LegSignal::FootLoad,
+    LegSignal::FootForce,
+    LegSignal::FootClearance,
 ];
 
 /// Measurements available only with ground.
@@ -139,16 +110,18 @@ impl Signals {
         for leg in legs.iter().filter(|_| drives) {
             for joint in ["hip", "knee"] {
                 for (input, unit) in inputs(&setup.drives) {
-                    let name = format!("leg/{leg}/{joint}/{input}");
+                    let name = signal::of_leg(leg, &format!("{joint}/{input}"));
                     ports.push(Port::input(name, *unit, 1));
                 }
             }
         }
         let mut signals = Vec::new();
-        for (name, unit, size, signal) in BODY {
-            if selected(name) {
-                ports.push(Port::output(name, unit, size));
-                signals.push(Signal::Body(signal));
+        let body = signal::BODY.iter().zip(BODY.map(Signal::Body));
+        let energy = signal::ENERGY.iter().zip((0..).map(Signal::Energy));
+        for (standard, signal) in body.chain(energy) {
+            if selected(standard.name) {
+                ports.push(standard.output());
+                signals.push(signal);
             }
         }
         let motors = matches!(setup.drives, Drives::Motors { .. });
@@ -158,17 +131,17 @@ impl Signals {
                 && (motors || !OF_MOTORS.contains(signal))
         };
         for (i, leg) in legs.iter().enumerate() {
-            for (name, unit, size, signal) in LEG {
-                let name = format!("leg/{leg}/{name}");
-                if exists(&signal) && selected(&name) {
-                    ports.push(Port::output(name, unit, size));
+            for (standard, signal) in signal::LEG.iter().zip(LEG) {
+                let port = standard.output_of_leg(leg);
+                if exists(&signal) && selected(&port.name) {
+                    ports.push(port);
                     signals.push(Signal::Leg(i, signal));
                 }
             }
         }
         let energy = signals
             .iter()
-            .any(|signal| matches!(signal, Signal::Body(body) if body.is_energy()));
+            .any(|signal| matches!(signal, Signal::Energy(_)));
         Self {
             selected: signals,
             energy,
@@ -216,14 +189,15 @@ impl Signals {
         outputs: &mut [f64],
     ) {
         let balance = if self.energy {
-            readings.energy()
+            readings.energy().values()
         } else {
-            EnergyBalance::default()
+            [0.0; 8]
         };
         let mut rest = outputs;
         for signal in &self.selected {
             rest = match *signal {
-                Signal::Body(body) => body.write(readings, &balance, rest),
+                Signal::Body(body) => body.write(readings, rest),
+                Signal::Energy(index) => put(&[balance[index]], rest),
                 Signal::Leg(leg, signal) => signal.write(readings, leg, window, now_s, rest),
             };
         }
@@ -247,14 +221,9 @@ fn put<'a>(values: &[f64], outputs: &'a mut [f64]) -> &'a mut [f64] {
 }
 
 impl BodySignal {
-    const fn is_energy(self) -> bool {
-        self as usize >= Self::Kinetic as usize
-    }
-
     fn write<'a>(
         self,
         readings: &(impl Readings + ?Sized),
-        balance: &EnergyBalance,
         outputs: &'a mut [f64],
     ) -> &'a mut [f64] {
         match self {
@@ -263,14 +232,6 @@ impl BodySignal {
             Self::Rpy => put(&roll_pitch_yaw(&readings.rotation()), outputs),
             Self::Velocity => put(readings.velocity().as_slice(), outputs),
             Self::AngularVelocity => put(readings.angular_velocity().as_slice(), outputs),
-            Self::Kinetic => put(&[balance.kinetic], outputs),
-            Self::Spring => put(&[balance.spring], outputs),
-            Self::Gravity => put(&[balance.gravity], outputs),
-            Self::Dissipated => put(&[balance.dissipated], outputs),
-            Self::Actuator => put(&[balance.actuator], outputs),
-            Self::Impact => put(&[balance.impact], outputs),
-            Self::Exchanged => put(&[balance.exchanged], outputs),
-            Self::Residual => put(&[balance.residual], outputs),
         }
     }
 }

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use crate::posture::Posture;
 use crate::setup::Base;
+use twinrig_kernel::signal;
 
 /// Tolerance of the squared length of an attitude quaternion: far above the drift of a plant that
 /// never normalises it, far below the deviation of invalid data.
@@ -50,9 +51,9 @@ impl Posture {
             Base::Fixed => (*v, *w) = (Vector3::zeros(), Vector3::zeros()),
         }
         let removed = [
-            ("body/velocity", before.0 - self.velocity, "m/s"),
+            (signal::BODY_VELOCITY, before.0 - self.velocity, "m/s"),
             (
-                "body/angular_velocity",
+                signal::BODY_ANGULAR_VELOCITY,
                 before.1 - self.angular_velocity,
                 "rad/s",
             ),

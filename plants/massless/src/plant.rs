@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, signal};
 use twinrig_legged::{Base, DriveModels, Readings, Setup, Signals, Window};
 use twinrig_robot::Robot;
 use twinrig_runtime::interrupt::LongLoop;
@@ -91,7 +91,7 @@ impl Massless {
 
     fn fault(&self, flow: &Flow, error: &FlowError) -> PlantFault {
         let part = match error {
-            FlowError::NoPose(no_pose) => format!("leg/{}", flow.model.legs[no_pose.leg].name),
+            FlowError::NoPose(no_pose) => signal::leg_path(&flow.model.legs[no_pose.leg].name),
             FlowError::SolveError(_) => "contact".to_owned(),
             FlowError::NotFinite
             | FlowError::NotConverged { .. }

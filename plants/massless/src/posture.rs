@@ -5,6 +5,7 @@
 //! the three segments as long as the ankle bends in its regular direction.
 
 use nalgebra::Vector3;
+use twinrig_kernel::signal;
 use twinrig_leg::Planar;
 use twinrig_legged::{DriveModels, LegPosture, Posture};
 use twinrig_runtime::{Plant, PlantFault, PlantState};
@@ -52,7 +53,7 @@ impl Massless {
         for flow in &self.flows {
             let flow_legs: Vec<_> = legs.by_ref().take(flow.model.legs.len()).collect();
             let (state, inputs) = state_of_posture(&flow.model, &posture, &flow_legs)
-                .map_err(|(leg, why)| fault(&format!("leg/{leg}"), why))?;
+                .map_err(|(leg, why)| fault(&signal::leg_path(&leg), why))?;
             let flow = Flow::new(flow.model.clone(), &state, inputs);
             flows.push(flow.map_err(|error| fault("integrator", error.to_string()))?);
         }

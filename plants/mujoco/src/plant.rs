@@ -1,7 +1,7 @@
 //! The plant of the rig: signals, steps, faults and snapshots.
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError, signal};
 use twinrig_legged::{Signals, Window};
 use twinrig_robot::Robot;
 use twinrig_runtime::interrupt::LongLoop;
@@ -60,7 +60,7 @@ impl Mujoco {
         let part = match fault {
             FlowFault::Engine(_) | FlowFault::Dissipation(_) => "integrator".to_owned(),
             FlowFault::OutsideField { leg, .. } => {
-                format!("leg/{}", self.flow.model.legs[*leg].name)
+                signal::leg_path(&self.flow.model.legs[*leg].name)
             }
         };
         PlantFault {

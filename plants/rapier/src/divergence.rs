@@ -4,6 +4,7 @@
 //! of `scenarios/`), and far below those that a diverging plant reaches within milliseconds.
 
 use rapier3d_f64::math::Vector;
+use twinrig_kernel::signal;
 use twinrig_robot::GRAVITY;
 
 use crate::model::Point;
@@ -54,7 +55,7 @@ impl Machine {
         let model = &self.model.legs[leg];
         let diverged = |why: String| {
             Err(Divergence {
-                part: format!("leg/{}", model.name),
+                part: signal::leg_path(&model.name),
                 why: format!("{why}: shorten the step"),
             })
         };

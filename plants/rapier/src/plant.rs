@@ -1,7 +1,7 @@
 //! The plant of the rig: signals, steps, faults and snapshots.
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError, signal};
 use twinrig_legged::{DriveModels, Signals, Window};
 use twinrig_robot::Robot;
 use twinrig_runtime::interrupt::LongLoop;
@@ -203,7 +203,7 @@ impl Plant for Rapier {
         let mut posture = self.machine.posture();
         let missing = posture.resume_from(from);
         if rotation(posture.attitude).is_none() {
-            return Err(self.fault("body/orientation", "the quaternion has zero norm"));
+            return Err(self.fault(signal::BODY_ORIENTATION, "the quaternion has zero norm"));
         }
         if from
             .iter()

@@ -33,6 +33,32 @@ impl fmt::Display for Direction {
     }
 }
 
+/// Kind of a signal: its course between two samples.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum SignalKind {
+    /// Linear: forces, torques, energies, counters.
+    Linear,
+    /// A smooth function of time: positions.
+    Position,
+    /// Angles, smooth modulo 2π.
+    Angle,
+    /// The time derivative of the signal of this name, component by component.
+    RateOf(String),
+    /// A unit quaternion.
+    Rotation,
+}
+
+impl SignalKind {
+    /// The kind of a signal in `unit` without further declaration.
+    const fn of(unit: Unit) -> Self {
+        match unit {
+            Unit::Meter => Self::Position,
+            Unit::Radian => Self::Angle,
+            _ => Self::Linear,
+        }
+    }
+}
+
 /// Port of a signal: a named vector of `size` numbers in one unit.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Port {
@@ -44,6 +70,8 @@ pub struct Port {
     pub size: usize,
     /// Direction relative to the owner.
     pub direction: Direction,
+    /// Kind: by default a position in metres, an angle in radians, otherwise linear.
+    pub kind: SignalKind,
 }
 
 impl Port {
@@ -55,6 +83,7 @@ impl Port {
             unit,
             size,
             direction: Direction::Input,
+            kind: SignalKind::of(unit),
         }
     }
 
@@ -66,7 +95,29 @@ impl Port {
             unit,
             size,
             direction: Direction::Output,
+            kind: SignalKind::of(unit),
         }
+    }
+
+    /// Declares the signal to be the time derivative of the signal `position`.
+    #[must_use]
+    pub fn rate_of(self, position: impl Into<String>) -> Self {
+        let kind = SignalKind::RateOf(position.into());
+        Self { kind, ..self }
+    }
+
+    /// Declares the signal to be a unit quaternion.
+    #[must_use]
+    pub fn rotation(self) -> Self {
+        let kind = SignalKind::Rotation;
+        Self { kind, ..self }
+    }
+
+    /// Returns whether `other` is the same signal in the opposite direction, whatever its kind.
+    #[must_use]
+    pub fn connects(&self, other: &Self) -> bool {
+        (&self.name, self.unit, self.size) == (&other.name, other.unit, other.size)
+            && self.direction == other.direction.opposite()
     }
 
     /// Returns the matching port: the same signal in the opposite direction.

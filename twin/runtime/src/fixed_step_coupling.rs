@@ -1,12 +1,12 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use twinrig_kernel::{
-    Direction, Field, Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError,
+    Direction, Field, Layout, Port, SignalKind, SimDuration, SimTime, Snapshot, SnapshotError,
 };
 
 use crate::input_average::InputAverage;
 use crate::interrupt::LongLoop;
-use crate::output_interpolator::{OutputInterpolator, Rows, integral_of};
+use crate::output_interpolator::{OutputInterpolator, Rows};
 use crate::plant::{EnergyBalance, Plant, PlantEvent, PlantFault, WorkCounts};
 use crate::plant_state::PlantState;
 
@@ -151,11 +151,12 @@ impl FixedStepCoupling {
         })
     }
 
-    /// Returns whether a plant on a grid must have the output `name`, given the `selected` outputs:
+    /// Returns whether a plant on a grid must have the `output`, given the `selected` outputs:
     /// those and their rates, so that the interpolation of a signal does not depend on whether its
     /// rate is selected.
-    pub fn needs(name: &str, selected: &dyn Fn(&str) -> bool) -> bool {
-        selected(name) || integral_of(name).is_some_and(|integral| selected(&integral))
+    pub fn needs(output: &Port, selected: &dyn Fn(&str) -> bool) -> bool {
+        let of_selected = matches!(&output.kind, SignalKind::RateOf(of) if selected(of));
+        of_selected || selected(&output.name)
     }
 
     /// Advances the plant to the next instant of the grid, under the applied inputs.

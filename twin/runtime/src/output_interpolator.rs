@@ -1,7 +1,7 @@
 use std::f64::consts::{PI, TAU};
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Field, Unit};
+use twinrig_kernel::{Field, SignalKind};
 
 /// Number of stored rows: the support of a cubic.
 const ROWS: usize = 4;
@@ -276,48 +276,23 @@ fn orientation(rows: &Rows, weights: &[f64; ROWS], range: std::ops::Range<usize>
 impl Curve {
     fn of(field: &Field, all: &[Field]) -> Self {
         let port = &field.port;
-        let wraps = port.unit == Unit::Radian;
-        match port.unit {
-            Unit::Meter | Unit::Radian => {
-                let rate = rate_names(&port.name)
-                    .filter_map(|name| all.iter().find(|other| other.port.name == name))
-                    .find(|other| {
-                        other.port.size == port.size && Some(other.port.unit) == rate_of(port.unit)
-                    });
-                match rate {
-                    Some(rate) => Self::Hermite {
-                        rate: rate.offset,
-                        wraps,
-                    },
-                    None => Self::Cubic { wraps },
-                }
-            }
-            Unit::One if port.size == 4 && port.name.ends_with("orientation") => Self::Orientation,
-            _ => Self::Linear,
+        let wraps = match port.kind {
+            SignalKind::Position => false,
+            SignalKind::Angle => true,
+            SignalKind::Rotation => return Self::Orientation,
+            SignalKind::Linear | SignalKind::RateOf(_) => return Self::Linear,
+        };
+        let is_rate = |other: &&Field| {
+            let kind = &other.port.kind;
+            matches!(kind, SignalKind::RateOf(of) if *of == port.name)
+                && other.port.size == port.size
+        };
+        match all.iter().find(is_rate) {
+            Some(rate) => Self::Hermite {
+                rate: rate.offset,
+                wraps,
+            },
+            None => Self::Cubic { wraps },
         }
     }
-}
-
-fn rate_of(unit: Unit) -> Option<Unit> {
-    match unit {
-        Unit::Meter => Some(Unit::MeterPerSecond),
-        Unit::Radian => Some(Unit::RadianPerSecond),
-        _ => None,
-    }
-}
-
-const POSITION: &str = "/position";
-const RATES: [&str; 2] = ["/rate", "/velocity"];
-
-/// Returns the possible names of a signal's rate: `leg/LF/hip/rate` of `leg/LF/hip/position`.
-fn rate_names(name: &str) -> impl Iterator<Item = String> {
-    let stem = name.strip_suffix(POSITION);
-    stem.into_iter()
-        .flat_map(|stem| RATES.map(|rate| format!("{stem}{rate}")))
-}
-
-/// Returns the name of the signal of which `name` would be the rate.
-pub(crate) fn integral_of(name: &str) -> Option<String> {
-    let stem = RATES.iter().find_map(|rate| name.strip_suffix(rate))?;
-    Some(format!("{stem}{POSITION}"))
 }

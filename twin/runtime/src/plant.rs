@@ -168,6 +168,20 @@ impl EnergyBalance {
     pub fn stored(&self) -> f64 {
         self.kinetic + self.spring + self.gravity
     }
+
+    /// Returns the values of the signals [`twinrig_kernel::signal::ENERGY`], in their order.
+    pub const fn values(&self) -> [f64; 8] {
+        [
+            self.kinetic,
+            self.spring,
+            self.gravity,
+            self.dissipated,
+            self.actuator,
+            self.impact,
+            self.exchanged,
+            self.residual,
+        ]
+    }
 }
 
 /// Machine-independent counts of a plant's work since the start.

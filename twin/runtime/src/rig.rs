@@ -364,7 +364,7 @@ impl Rig {
 
     /// Returns the name of the task that carries the process's signal `port`.
     pub fn carrier(&self, port: &Port) -> Option<&str> {
-        let carries = |slot: &&TaskSlot| slot.task.ports().contains(&port.mirrored());
+        let carries = |slot: &&TaskSlot| slot.task.ports().iter().any(|it| it.connects(port));
         Some(&self.tasks.iter().find(carries)?.name)
     }
 

@@ -30,7 +30,7 @@ pub enum WiringError {
         /// The owner of the input.
         owner: String,
         /// The input.
-        port: Port,
+        port: Box<Port>,
         /// The first source.
         first: String,
         /// The second source.
@@ -105,7 +105,7 @@ impl PlantSignals {
 /// Returns the range of the counterpart of `port` in `layout`.
 pub(crate) fn find(layout: &Layout, owner: &str, port: &Port) -> Result<Range<usize>, WiringError> {
     match layout.field(&port.name) {
-        Some(field) if field.port == port.mirrored() => Ok(field.range()),
+        Some(field) if field.port.connects(port) => Ok(field.range()),
         _ => Err(unmatched(
             owner,
             port,
@@ -203,7 +203,7 @@ fn wire_commands(
         .flat_map(|(_, ports)| ports)
         .filter(|port| port.direction == Direction::Input);
     for field in written.fields() {
-        if !accepted.clone().any(|port| *port == field.port.mirrored()) {
+        if !accepted.clone().any(|port| port.connects(&field.port)) {
             return Err(unmatched(process_name, &field.port, accepted));
         }
     }
@@ -241,7 +241,7 @@ fn wire_measurements(
             if let Some(first) = source {
                 return Err(WiringError::TwoSources {
                     owner: process_name.into(),
-                    port: field.port.clone(),
+                    port: Box::new(field.port.clone()),
                     first: first.into(),
                     second: name.clone(),
                 });

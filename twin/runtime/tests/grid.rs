@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 use oscillator::{Board, Oscillator, Shape, driven};
 use proptest::prelude::*;
 use toys::ToyPlant;
-use twinrig_kernel::{SimDuration, SimTime, SnapshotError};
+use twinrig_kernel::{Port, SimDuration, SimTime, SnapshotError, Unit};
 use twinrig_runtime::{FixedStepCoupling, GridInputs, Plant};
 
 const STEP: SimDuration = SimDuration::from_micros(500);
@@ -228,9 +228,10 @@ fn events_are_reported_once_their_time_has_passed() {
 fn unselected_output_is_absent_and_has_no_effect() {
     let all = |_: &str| true;
     let some = |name: &str| name != "mass/velocity";
+    let velocity = Port::output("mass/velocity", Unit::MeterPerSecond, 1).rate_of("mass/position");
     assert!(
-        FixedStepCoupling::needs("mass/velocity", &some)
-            && !FixedStepCoupling::needs("mass/velocity", &|_| false)
+        FixedStepCoupling::needs(&velocity, &some)
+            && !FixedStepCoupling::needs(&velocity, &|_| false)
     );
     let make = |exposed: &dyn Fn(&str) -> bool| {
         let plant = Oscillator::new(Shape::default());

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 use twinrig_document::{DocumentError, Problem, quantity_name, suggestion};
-use twinrig_kernel::{Direction, Port, Unit};
+use twinrig_kernel::signal::{BODY_POSITION, BODY_RPY};
+use twinrig_kernel::{Direction, Port, Unit, signal};
 
 use crate::expect::{
     Claim, Expectation, FootstepMeasure, LegChoice, Pattern, SignalClaim, SignalMode, TimingClaim,
@@ -280,19 +281,14 @@ impl Scenario {
     }
 }
 
-/// World position of the trunk's centre of mass \[m\].
-pub(crate) const BODY_POSITION: &str = "body/position";
-/// Roll, pitch and yaw of the trunk \[rad\].
-pub(crate) const BODY_RPY: &str = "body/rpy";
-
 /// Returns the name of the signal with a foot's load \[N\].
 pub(crate) fn foot_load(leg: &str) -> String {
-    format!("leg/{leg}/foot/load")
+    signal::of_leg(leg, signal::FOOT_LOAD)
 }
 
 /// Returns the name of the signal with a foot's world position \[m\].
 pub(crate) fn foot_position(leg: &str) -> String {
-    format!("leg/{leg}/foot/position")
+    signal::of_leg(leg, signal::FOOT_POSITION)
 }
 
 fn signals(facts: &Facts) -> impl Iterator<Item = &Port> {

@@ -1,7 +1,7 @@
 //! Differences of the touch-downs of a gait between two models.
 
 use serde::Serialize;
-use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
+use twinrig_kernel::{Direction, Layout, SimDuration, SimTime, signal};
 use twinrig_record::{Pairing, RecordedFootstep, pair_footsteps};
 use twinrig_runtime::Plant;
 
@@ -13,9 +13,6 @@ pub const WALK: SimDuration = SimDuration::from_secs(3);
 pub(crate) const SAMPLE_PERIOD: SimDuration = SimDuration::from_micros(400);
 /// Least swing duration; a shorter loss of contact is a bounce.
 const SWING: SimDuration = SimDuration::from_millis(40);
-
-const LOAD: &str = "/foot/load";
-const PLACE: &str = "/foot/position";
 
 /// Touch-down of a leg in two models.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -67,11 +64,10 @@ impl TouchDowns {
         let mut feet = Vec::new();
         let mut steps = Self::default();
         for field in layout.fields() {
-            let name = &field.port.name;
-            let leg = name
-                .strip_prefix("leg/")
-                .and_then(|name| name.strip_suffix(LOAD));
-            let place = leg.and_then(|leg| layout.find(&format!("leg/{leg}{PLACE}")));
+            let of_leg = signal::parse_leg(&field.port.name);
+            let leg = of_leg.and_then(|(leg, name)| (name == signal::FOOT_LOAD).then_some(leg));
+            let place = |leg| layout.find(&signal::of_leg(leg, signal::FOOT_POSITION));
+            let place = leg.and_then(place);
             if let (Some(leg), Some(place)) = (leg, place) {
                 feet.push(Foot {
                     load: field.offset,

@@ -1,12 +1,9 @@
 //! Sampled positions of feet and trunk.
 
-use twinrig_kernel::{Direction, Layout, SimTime};
+use twinrig_kernel::{Direction, Layout, SimTime, signal};
 use twinrig_runtime::{Plant, PlantEvent, WorkCounts};
 
 use crate::plant_run::{Ending, PlantRun, SampleVerdict};
-
-pub(crate) const TRUNK: &str = "body/position";
-const FOOT: (&str, &str) = ("leg/", "/foot/position");
 
 /// Samples and totals of a run.
 #[derive(Clone, Debug)]
@@ -47,7 +44,7 @@ pub(crate) struct Errors {
 
 /// Returns whether a signal is a foot position.
 pub(crate) fn is_foot(name: &str) -> bool {
-    name.starts_with(FOOT.0) && name.ends_with(FOOT.1)
+    signal::parse_leg(name).is_some_and(|(_, of_leg)| of_leg == signal::FOOT_POSITION)
 }
 
 /// Offsets of the compared signals in the output vector of a plant.
@@ -63,7 +60,7 @@ impl SignalOffsets {
         let layout = Layout::of(&ports, Direction::Output);
         let vectors = || layout.fields().filter(|field| field.port.size == 3);
         let feet = vectors().filter(|field| is_foot(&field.port.name));
-        let trunk = vectors().find(|field| field.port.name == TRUNK);
+        let trunk = vectors().find(|field| field.port.name == signal::BODY_POSITION);
         Self {
             feet: feet
                 .map(|field| (field.port.name.clone(), field.offset))

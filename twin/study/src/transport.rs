@@ -1,7 +1,7 @@
 //! Cost of transport by plant and method, and the energy that the integration creates or destroys.
 
 use serde::Serialize;
-use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
+use twinrig_kernel::{Direction, Layout, SimDuration, SimTime, signal};
 use twinrig_runtime::{EnergyBalance, Plant};
 
 use crate::budget::Share;
@@ -191,12 +191,12 @@ impl WalkRecorder {
     fn of(plant: &dyn Plant) -> Option<Self> {
         let ports = plant.ports();
         let layout = Layout::of(&ports, Direction::Output);
-        let trunk = layout.find("body/position")?.start;
+        let trunk = layout.find(signal::BODY_POSITION)?.start;
         let drives = layout.fields().filter_map(|field| {
-            let joint = field.port.name.strip_suffix("/torque")?;
-            let angle = layout.find(&format!("{joint}/position"))?.start;
+            let (leg, name) = signal::parse_leg(&field.port.name)?;
+            let (angle, _) = signal::DRIVES.iter().find(|(_, torque)| *torque == name)?;
             Some(Drive {
-                angle,
+                angle: layout.find(&signal::of_leg(leg, angle))?.start,
                 torque: field.offset,
             })
         });

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use twinrig_kernel::{Port, SimDuration, Unit};
+use twinrig_kernel::signal::{self, Standard};
+use twinrig_kernel::{Port, SignalKind, SimDuration, Unit};
 
 use crate::engine::{Engine, EngineError};
 use crate::model_file::error::{ModelFileError, Place, SignalError, SignalMismatch};
@@ -13,39 +14,11 @@ use crate::model_file::signals::{ElementKind, ModelSignals, Output};
 use crate::model_file::source::{SignalSource, Source, find_element, range};
 use crate::model_file::unit::{self, Control};
 
-/// Energy signals of every such plant, those of [`twinrig_runtime::EnergyBalance`].
-pub(crate) const ENERGIES: [&str; 8] = [
-    "energy/kinetic",
-    "energy/spring",
-    "energy/gravity",
-    "energy/dissipated",
-    "energy/actuator",
-    "energy/impact",
-    "energy/exchanged",
-    "energy/residual",
-];
-
-/// Standard signals of expectations and recordings, with unit and size: of the body, then of a leg.
-const OF_BODY: [(&str, Unit, usize); 5] = [
-    ("body/position", Unit::Meter, 3),
-    ("body/orientation", Unit::One, 4),
-    ("body/rpy", Unit::Radian, 3),
-    ("body/velocity", Unit::MeterPerSecond, 3),
-    ("body/angular_velocity", Unit::RadianPerSecond, 3),
-];
-const OF_LEG: [(&str, Unit, usize); 5] = [
-    ("foot/position", Unit::Meter, 3),
-    ("foot/velocity", Unit::MeterPerSecond, 3),
-    ("foot/load", Unit::Newton, 1),
-    ("foot/force", Unit::Newton, 3),
-    ("foot/clearance", Unit::Meter, 1),
-];
-
 /// Source of an output.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum OutputSource {
     Model(Source),
-    /// One of [`ENERGIES`].
+    /// With the index in [`signal::ENERGY`].
     Energy(usize),
 }
 
@@ -71,10 +44,9 @@ impl BoundModel {
         if !mismatches.is_empty() {
             return Err(ModelFileError::Signals(mismatches));
         }
-        let energies = ENERGIES.iter().enumerate().map(|(i, name)| {
-            let port = Port::output(*name, Unit::Joule, 1);
-            (port, OutputSource::Energy(i))
-        });
+        let energies = signal::ENERGY.iter().enumerate();
+        let energies =
+            energies.map(|(index, standard)| (standard.output(), OutputSource::Energy(index)));
         outputs.extend(energies);
         let keyframe = signals.keyframe.as_deref();
         let keyframe = keyframe.map(|name| keyframe_of(&file, name)).transpose()?;
@@ -255,7 +227,43 @@ fn outputs(
             }),
         }
     }
+    if mismatches.is_empty() {
+        declare_kinds(&mut outputs, &signals.outputs);
+    }
     (outputs, mismatches)
+}
+
+/// Declares rotations, and the rates of positions of the same element.
+fn declare_kinds(outputs: &mut [(Port, OutputSource)], declarations: &[Output]) {
+    use OutputSource::Model;
+    let is_rate = |rate: &OutputSource, position: &OutputSource| {
+        matches!(
+            (rate, position),
+            (Model(Source::Qvel(_)), Model(Source::Qpos(_)))
+                | (Model(Source::Velocity(_)), Model(Source::Length(_)))
+                | (
+                    Model(Source::LinearVelocity(..)),
+                    Model(Source::Position(..))
+                )
+        )
+    };
+    let position_of = |index: usize| {
+        let element = |other: usize| (declarations[other].thing, &declarations[other].name);
+        let mut others = 0..outputs.len();
+        others.find(|&other| {
+            element(other) == element(index) && is_rate(&outputs[index].1, &outputs[other].1)
+        })
+    };
+    let kind = |index: usize| match &outputs[index].1 {
+        Model(Source::Orientation(_)) => Some(SignalKind::Rotation),
+        _ => Some(SignalKind::RateOf(
+            outputs[position_of(index)?].0.name.clone(),
+        )),
+    };
+    let kinds: Vec<Option<SignalKind>> = (0..outputs.len()).map(kind).collect();
+    for ((port, _), kind) in outputs.iter_mut().zip(kinds) {
+        port.kind = kind.unwrap_or(port.kind.clone());
+    }
 }
 
 /// Returns the unit of the model or of the scenario, which must not contradict each other.
@@ -280,7 +288,7 @@ fn check_name(signal: &str) -> Result<(), (Place, SignalError)> {
     if !signal.split('/').all(valid_word) {
         return Err((Place::Signal, SignalError::Name { signal }));
     }
-    if signal.starts_with("energy/") {
+    if signal.starts_with(signal::ENERGY_PREFIX) {
         return Err((Place::Signal, SignalError::Taken { signal }));
     }
     Ok(())
@@ -288,14 +296,14 @@ fn check_name(signal: &str) -> Result<(), (Place, SignalError)> {
 
 /// Checks unit and size of a standard signal.
 fn check_standard(port: &Port) -> Result<(), (Place, SignalError)> {
-    let mut leg = port.name.splitn(3, '/').skip(2);
-    let of_leg = port.name.starts_with("leg/").then(|| leg.next()).flatten();
-    let known = match of_leg {
-        Some(rest) => OF_LEG.iter().find(|(known, ..)| *known == rest),
-        None => OF_BODY.iter().find(|(known, ..)| *known == port.name),
+    let known = match signal::parse_leg(&port.name) {
+        Some((_, rest)) => signal::LEG
+            .iter()
+            .find(|known| known.name == rest && rest.starts_with("foot/")),
+        None => signal::BODY.iter().find(|known| known.name == port.name),
     };
     match known {
-        Some(&(_, unit, size)) if (unit, size) != (port.unit, port.size) => {
+        Some(&Standard { unit, size, .. }) if (unit, size) != (port.unit, port.size) => {
             let describe = |unit: Unit, size: usize| match size {
                 1 => format!("one number in {unit}"),
                 size => format!("{size} numbers in {unit}"),

@@ -5,6 +5,7 @@ use mujoco_rs::prelude::{MjModel, MjtObjBase, MjtTrn};
 use crate::engine::Engine;
 use crate::model_file::signals::{ElementKind, ModelSignals};
 use crate::model_file::source::position;
+use twinrig_kernel::signal;
 
 /// A leg in the names of signals: `leg/LF/…`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -82,7 +83,7 @@ fn elements(signals: &ModelSignals) -> impl Iterator<Item = (&str, ElementKind, 
 }
 
 fn leg_of(signal: &str) -> Option<&str> {
-    let (leg, _) = signal.strip_prefix("leg/")?.split_once('/')?;
+    let (leg, _) = signal::parse_leg(signal)?;
     Some(leg)
 }
 

@@ -240,12 +240,12 @@ impl Plant for Mjcf {
 
     fn observe(&mut self, outputs: &mut [f64]) {
         let elapsed = (self.now - self.window_start).as_secs_f64();
-        let balance = self.ledger.balance();
+        let balance = self.ledger.balance().values();
         let (mut remaining, mut sums) = (outputs, self.sums.as_slice());
         for (source_of_output, size) in &self.outputs {
             let (front, back) = remaining.split_at_mut(*size);
             match source_of_output {
-                OutputSource::Energy(i) => front[0] = energies(&balance)[*i],
+                OutputSource::Energy(i) => front[0] = balance[*i],
                 OutputSource::Model(Source::Mean(_)) => {
                     let (sum, others) = sums.split_at(*size);
                     for (out, sum) in front.iter_mut().zip(sum) {
@@ -317,17 +317,4 @@ impl Plant for Mjcf {
         self.ledger = saved.ledger;
         found.map_err(|why| other(why.to_string()))
     }
-}
-
-const fn energies(balance: &EnergyBalance) -> [f64; 8] {
-    [
-        balance.kinetic,
-        balance.spring,
-        balance.gravity,
-        balance.dissipated,
-        balance.actuator,
-        balance.impact,
-        balance.exchanged,
-        balance.residual,
-    ]
 }

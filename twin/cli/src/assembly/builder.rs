@@ -175,15 +175,22 @@ impl<'a> PartBuilder<'a> {
         }
     }
 
-    /// The plant that computes the `wanted` outputs, coupled as the scenario says.
+    /// The plant that computes the `wanted` ones of its outputs, coupled as the scenario says.
     pub(crate) fn coupled_plant(
         &self,
         first_commands: &[(String, f64)],
+        outputs: &[Port],
         wanted: &[String],
     ) -> Result<Box<dyn Plant>, TwinError> {
         let wanted = |name: &str| wanted.iter().any(|other| other == name);
         let spec = &self.scenario.plant;
-        let computed = |name: &str| coupling::needs(spec.coupling, name, &wanted);
+        let needed = |port: &&Port| coupling::needs(spec.coupling, port, &wanted);
+        let needed: Vec<&str> = outputs
+            .iter()
+            .filter(needed)
+            .map(|it| it.name.as_str())
+            .collect();
+        let computed = |name: &str| needed.contains(&name);
         let plant = match (self.body.standalone_model(), self.body.robot()) {
             (Some(model), _) => {
                 let built = model.build(spec, &computed);

@@ -41,7 +41,7 @@ impl PartBuilder<'_> {
         }
         let rest: Vec<Port> = process_ports
             .iter()
-            .filter(|port| !carried.contains(&port.mirrored()))
+            .filter(|port| !carried.iter().any(|other| other.connects(port)))
             .cloned()
             .collect();
         if !rest.is_empty() || tasks.is_empty() {

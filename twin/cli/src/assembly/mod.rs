@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use twinrig_document::Document;
-use twinrig_kernel::{Port, SimDuration, SimTime};
+use twinrig_kernel::{Port, SimDuration, SimTime, signal};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Change, Plant, Rig, RigError, Schedule, Timing, WiringError};
 use twinrig_scenario::{ActuatorSpec, BusSpec, Facts, PlantSpec, Scenario, Scene, Setting};
@@ -24,7 +24,11 @@ use crate::parts::setup::ground_below;
 use crate::run::recording_size;
 
 /// Patterns of the signals from which poses are drawn.
-const FRAME_SIGNALS: [&str; 3] = ["body/position", "body/orientation", "leg/*/angles"];
+const FRAME_SIGNALS: [&str; 3] = [
+    signal::BODY_POSITION,
+    signal::BODY_ORIENTATION,
+    "leg/*/angles",
+];
 
 /// A checked scenario with its pruned scene, from which rigs are built.
 ///
@@ -183,7 +187,8 @@ impl<'r> Assembly<'r> {
     /// specifies.
     fn plant(&self) -> Result<Box<dyn Plant>, TwinError> {
         let builder = self.builder();
-        builder.coupled_plant(&self.first_commands, &self.scene.wanted)
+        let outputs = &self.facts.plant_outputs;
+        builder.coupled_plant(&self.first_commands, outputs, &self.scene.wanted)
     }
 
     /// Builds the plant of the scene with another robot and other settings.
@@ -344,7 +349,7 @@ impl<'r> Assembly<'r> {
 
     /// Returns the remedy for a command that has no input at a standalone plant.
     fn rig_help(&self, error: &RigError) -> String {
-        let unmatched = matches!(error, RigError::Wiring(WiringError::Unmatched { port, .. }) if port.name.starts_with("leg/"));
+        let unmatched = matches!(error, RigError::Wiring(WiringError::Unmatched { port, .. }) if signal::parse_leg(&port.name).is_some());
         let kind = self.scenario().controller.as_ref().map(|spec| &spec.kind);
         match (kind, self.body.standalone_model()) {
             (Some(kind), Some(_)) if unmatched => format!(

@@ -1,16 +1,16 @@
 //! Coupling of the plant to the parts that sample and actuate, from scenario options.
 
-use twinrig_runtime::Coupling;
-use twinrig_runtime::{FixedStepCoupling, GridInputs, Plant};
+use twinrig_kernel::Port;
+use twinrig_runtime::{Coupling, FixedStepCoupling, GridInputs, Plant};
 
 use crate::error::BuildError;
 
-/// Returns whether a coupled plant must compute the output `name` if the outputs for which
+/// Returns whether a coupled plant must compute `output` if the outputs for which
 /// `requested` holds are requested.
-pub(crate) fn needs(coupling: Coupling, name: &str, requested: &dyn Fn(&str) -> bool) -> bool {
+pub(crate) fn needs(coupling: Coupling, output: &Port, requested: &dyn Fn(&str) -> bool) -> bool {
     match coupling {
-        Coupling::Exact => requested(name),
-        Coupling::Grid { .. } => FixedStepCoupling::needs(name, requested),
+        Coupling::Exact => requested(&output.name),
+        Coupling::Grid { .. } => FixedStepCoupling::needs(output, requested),
     }
 }
 
@@ -52,7 +52,7 @@ pub(crate) fn describe(coupling: Coupling) -> String {
 mod tests {
     use std::path::Path;
 
-    use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
+    use twinrig_kernel::{Direction, Layout, SignalKind, SimDuration, SimTime};
     use twinrig_scenario::Setting;
 
     use crate::assembly::Assembly;
@@ -81,12 +81,10 @@ mod tests {
             let pairs: Vec<(usize, usize)> = layout
                 .fields()
                 .filter_map(|field| {
-                    let stem = field.port.name.strip_suffix("/position")?;
-                    let rates = ["rate", "velocity"];
-                    let mut rates = rates
-                        .iter()
-                        .filter_map(|rate| layout.find(&format!("{stem}/{rate}")));
-                    Some((field.range(), rates.next()?))
+                    let SignalKind::RateOf(of) = &field.port.kind else {
+                        return None;
+                    };
+                    Some((layout.find(of)?, field.range()))
                 })
                 .flat_map(|(values, rates)| values.zip(rates))
                 .collect();

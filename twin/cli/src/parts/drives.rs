@@ -3,7 +3,7 @@
 
 use twinrig_document::Range;
 use twinrig_drives::{BenchMotors, Load, MotorBench, ServoBench, Shaft};
-use twinrig_kernel::{Port, Unit};
+use twinrig_kernel::{Port, Unit, signal};
 use twinrig_runtime::{CompositePlant, Plant};
 use twinrig_scenario::{Accepts, ActuatorKind, OptionSpec};
 
@@ -68,7 +68,7 @@ fn drives(context: &PlantContext<'_>) -> Result<MotorBench, BuildError> {
 /// Returns the simulated legs whose hip abduction the controller commands.
 fn abducted_legs(context: &PlantContext<'_>) -> Vec<String> {
     let abducted = |leg: &&&str| {
-        let name = format!("leg/{leg}/abduction/command");
+        let name = signal::command(leg, "abduction");
         let mut commands = context.first_commands.iter();
         commands.any(|(known, _)| *known == name)
     };

@@ -1,7 +1,7 @@
 //! RB-110 servo board of the robot's computer, from scenario options.
 
 use twinrig_document::Range;
-use twinrig_kernel::Unit;
+use twinrig_kernel::{Unit, signal};
 use twinrig_rb110::{AdcRange, AnalogInput, PulseMap, Rb110, Rb110Driver, ServoLine};
 use twinrig_runtime::Wire;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
@@ -113,7 +113,7 @@ fn servo(context: &BusContext<'_>, leg: &str, pulse: PulseMap) -> Result<ServoLi
     };
     Ok(ServoLine {
         line,
-        command: format!("leg/{leg}/abduction/command"),
+        command: signal::command(leg, "abduction"),
         pulse,
     })
 }

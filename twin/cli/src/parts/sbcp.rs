@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use twinrig_document::Range;
-use twinrig_kernel::SimDuration;
+use twinrig_kernel::{SimDuration, signal};
 use twinrig_motordriver::{
     BoardConfig, Bus, BusConfig, BusTopology, BusWire, FirmwareConfig, Following, Generation,
     Interpolation, MotorDriver, SessionConfig, SessionGains, Side,
@@ -52,8 +52,13 @@ pub(crate) fn kind() -> BusKind {
         .with_faults()
         .with_place("link")
         .with_place("*");
-    let measured = ["hip/position", "knee/position", "angles", "foot/force"];
-    let measured = measured.map(|signal| format!("leg/*/{signal}"));
+    let measured = [
+        signal::HIP_POSITION,
+        signal::KNEE_POSITION,
+        signal::ANGLES,
+        signal::FOOT_FORCE,
+    ];
+    let measured = measured.map(|name| signal::of_leg("*", name));
     let kind = kind.measuring(move |_| measured.clone().into());
     options().into_iter().fold(kind, BusKind::with_option)
 }

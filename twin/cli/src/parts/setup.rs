@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use twinrig_contact::{Ground, HeightField, Terrain};
-use twinrig_kernel::{Port, SimDuration, stream};
+use twinrig_kernel::{Port, SimDuration, signal, stream};
 use twinrig_leg::LegCommand;
 use twinrig_legged::{Base, Drives, Setup, Signals, Start, StartPose};
 use twinrig_robot::{Motors, Robot, Servo};
@@ -59,7 +59,7 @@ fn start(context: &PlantContext<'_>) -> Start {
 /// Returns the first command of the controller for a leg, if both drives have one.
 fn first_command(leg: &str, context: &PlantContext<'_>) -> Option<(String, LegCommand)> {
     let first = |joint: &str| {
-        let name = format!("leg/{leg}/{joint}/command");
+        let name = signal::command(leg, joint);
         let mut commands = context.first_commands.iter();
         commands
             .find(|(known, _)| *known == name)

@@ -120,7 +120,8 @@ fn prepare(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Prepa
         .iter()
         .flat_map(|(driver, _)| driver.ports())
         .collect();
-    let (process, removed) = OutputFilter::new(process, |port| carried.contains(&port.mirrored()));
+    let (process, removed) =
+        OutputFilter::new(process, |port| carried.iter().any(|it| it.connects(port)));
     if !removed.is_empty() {
         let legs = assembly.leg_names();
         let mut removed: Vec<String> = removed.iter().map(|name| folded(name, &legs)).collect();

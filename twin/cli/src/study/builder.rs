@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_kernel::{SimDuration, SimTime, signal};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Plant, catch_panic};
 use twinrig_scenario::{ActuatorKind, ActuatorSpec, PlantSpec, Setting};
@@ -271,21 +271,19 @@ impl PlantFactory for StudyBuilder<'_> {
 }
 
 /// Whether studies compare the signal.
-fn is_compared(signal: &str) -> bool {
-    signal == "body/position"
-        || signal.ends_with("/foot/position")
-        || signal.ends_with("/foot/load")
+fn is_compared(name: &str) -> bool {
+    let of_leg = signal::parse_leg(name).map(|(_, of_leg)| of_leg);
+    name == signal::BODY_POSITION
+        || of_leg.is_some_and(|it| [signal::FOOT_POSITION, signal::FOOT_LOAD].contains(&it))
 }
 
-fn is_of_a_drive(signal: &str) -> bool {
-    [
-        "/hip/position",
-        "/hip/torque",
-        "/knee/position",
-        "/knee/torque",
-    ]
-    .iter()
-    .any(|ending| signal.ends_with(ending))
+fn is_of_a_drive(name: &str) -> bool {
+    let of_drive = |of_leg| {
+        signal::DRIVES
+            .iter()
+            .any(|it| [it.0, it.1].contains(&of_leg))
+    };
+    signal::parse_leg(name).is_some_and(|(_, of_leg)| of_drive(of_leg))
 }
 
 pub(crate) fn first_line(error: &str) -> String {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use twinrig_kernel::signal;
 use twinrig_runtime::Rig;
 use twinrig_scenario::Setting;
 use twinrig_study::{CouplingInput, CouplingStudy, RigFactory, RigVariant};
@@ -93,7 +94,8 @@ impl<'r> RigStudyBuilder<'r> {
 fn compared(assembly: &Assembly<'_>) -> Vec<String> {
     let names = assembly.plant_outputs().iter().map(|port| &port.name);
     let names = names.filter(|name| {
-        *name == "body/position" || (name.starts_with("leg/") && name.ends_with("/foot/position"))
+        let of_leg = signal::parse_leg(name);
+        *name == signal::BODY_POSITION || of_leg.is_some_and(|(_, it)| it == signal::FOOT_POSITION)
     });
     names.cloned().collect()
 }

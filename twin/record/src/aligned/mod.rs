@@ -20,7 +20,7 @@ pub use pairing::{Pairing, Pairings, pair_footsteps};
 
 use drift::{Samples, drift, ends};
 use footstep::footsteps;
-use twinrig_kernel::SimTime;
+use twinrig_kernel::{SimTime, signal};
 use warp::Warp;
 
 use crate::{RecordError, Recording, SampledGroup};
@@ -194,10 +194,8 @@ impl Warps {
 
     /// Returns the time warp of a signal, with its leg.
     fn for_signal(&self, signal: &str) -> Option<&(String, Warp)> {
-        let leg_warp = signal.strip_prefix("leg/").and_then(|rest| {
-            let (leg, _) = rest.split_once('/')?;
-            self.legs.iter().find(|(name, _)| name == leg)
-        });
+        let leg_warp = signal::parse_leg(signal)
+            .and_then(|(leg, _)| self.legs.iter().find(|(name, _)| name == leg));
         leg_warp.or(self.body.as_ref())
     }
 }

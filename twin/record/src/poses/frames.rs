@@ -2,6 +2,7 @@
 
 use super::{BODY, Signals, WORLD};
 use crate::cdr::{CdrWriter, Template};
+use twinrig_kernel::signal;
 
 /// Geometry of a robot for display: hip positions and segment lengths.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -54,7 +55,7 @@ impl Frames {
             segments,
         } in &skeleton.legs
         {
-            let Some(start) = signals.start(&format!("leg/{name}/angles"), 3) else {
+            let Some(start) = signals.start(&signal::of_leg(name, signal::ANGLES), 3) else {
                 continue;
             };
             angles.push(start);
@@ -90,8 +91,8 @@ impl Frames {
         };
         let transforms = links.into_iter().map(transform).collect();
         Self {
-            position: signals.start("body/position", 3),
-            orientation: signals.start("body/orientation", 4),
+            position: signals.start(signal::BODY_POSITION, 3),
+            orientation: signals.start(signal::BODY_ORIENTATION, 4),
             angles,
             message,
             transforms,

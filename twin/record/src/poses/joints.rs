@@ -1,6 +1,6 @@
 //! Driven joints, as a `sensor_msgs/JointState`.
 
-use twinrig_kernel::Unit;
+use twinrig_kernel::{Unit, signal};
 
 use super::Signals;
 use crate::cdr::{CdrWriter, Template};
@@ -44,7 +44,7 @@ impl Joints {
         to.text(""); // joints have no frame
         to.count(joints.len());
         for (path, _) in &joints {
-            to.text(path.strip_prefix("leg/").unwrap_or(path));
+            to.text(path.strip_prefix(signal::LEG_PREFIX).unwrap_or(path));
         }
         let mut numbers = Vec::new();
         for column in columns {

@@ -2,6 +2,7 @@
 
 use super::{BODY, Signals, WORLD};
 use crate::cdr::{CdrWriter, Template};
+use twinrig_kernel::signal;
 
 /// Covariance matrix: zero, because the simulated state is exact.
 const COVARIANCE: [f64; 36] = [0.0; 36];
@@ -33,10 +34,10 @@ impl Odometry {
         to.f64s(&[0.0; 6]);
         to.f64s(&COVARIANCE);
         Some(Self {
-            position: signals.recorded("body/position", 3)?,
-            orientation: signals.recorded("body/orientation", 4)?,
-            velocity: signals.recorded("body/velocity", 3)?,
-            angular_velocity: signals.recorded("body/angular_velocity", 3)?,
+            position: signals.recorded(signal::BODY_POSITION, 3)?,
+            orientation: signals.recorded(signal::BODY_ORIENTATION, 4)?,
+            velocity: signals.recorded(signal::BODY_VELOCITY, 3)?,
+            angular_velocity: signals.recorded(signal::BODY_ANGULAR_VELOCITY, 3)?,
             message,
             stamp,
             pose,

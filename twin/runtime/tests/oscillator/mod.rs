@@ -100,12 +100,13 @@ impl Plant for Oscillator {
         let mut ports = vec![Port::input("mass/force", Unit::Newton, 1)];
         if self.shape.rotates {
             ports.push(Port::output("mass/angle", Unit::Radian, 1));
-            ports.push(Port::output("mass/orientation", Unit::One, 4));
+            ports.push(Port::output("mass/orientation", Unit::One, 4).rotation());
             return ports;
         }
         ports.push(Port::output("mass/position", Unit::Meter, 1));
         if self.shape.outputs_velocity {
-            ports.push(Port::output("mass/velocity", Unit::MeterPerSecond, 1));
+            let velocity = Port::output("mass/velocity", Unit::MeterPerSecond, 1);
+            ports.push(velocity.rate_of("mass/position"));
         }
         ports
     }

@@ -5,7 +5,8 @@ use twinrig_kernel::SimTime;
 use super::{Group, Layouts, resolve};
 use crate::ground_below::GroundBelow;
 use crate::scenario::FallSpec;
-use crate::scene::{BODY_POSITION, BODY_RPY, Scene};
+use crate::scene::Scene;
+use twinrig_kernel::signal::{BODY_POSITION, BODY_RPY};
 
 /// Detects the first fall of the trunk. Without observations of its height and its angles, as on
 /// hardware, no fall is detected.

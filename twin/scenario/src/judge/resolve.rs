@@ -13,7 +13,8 @@ use super::{Cycle, Group, Layouts, Monitor, MonitorKind};
 use crate::expect::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode, TimingClaim};
 use crate::glob::matches;
 use crate::limits::Limits;
-use crate::scene::{BODY_POSITION, BODY_RPY, Scene};
+use crate::scene::Scene;
+use twinrig_kernel::signal::{BODY_POSITION, BODY_RPY};
 
 /// Returns group and range of the signal `name`: that of the plant, or else that of the controller
 /// or of the diagnostics.

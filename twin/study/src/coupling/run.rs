@@ -1,6 +1,6 @@
 //! Run of a complete rig.
 
-use twinrig_kernel::{Field, SimTime, Unit};
+use twinrig_kernel::{Field, SimTime, Unit, signal};
 use twinrig_runtime::{Group, Observer, Rig, RunEvent, WorkCounts};
 
 use super::factory::{RigFactory, RigVariant};
@@ -8,7 +8,7 @@ use crate::budget::Share;
 use crate::number::instant;
 use crate::row::Status;
 use crate::stopwatch::Stopwatch;
-use crate::trace::{TRUNK, Trace, is_foot};
+use crate::trace::{Trace, is_foot};
 
 /// Samples and totals of a run.
 #[derive(Clone, Debug)]
@@ -54,7 +54,7 @@ impl TraceObserver {
             feet: vectors()
                 .filter(|field| is_foot(&field.port.name))
                 .collect(),
-            trunk: vectors().find(|field| field.port.name == TRUNK),
+            trunk: vectors().find(|field| field.port.name == signal::BODY_POSITION),
             counter_values: vec![0.0; counters.len()],
             counters,
             at_s: Vec::new(),

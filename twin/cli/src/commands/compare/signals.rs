@@ -1,11 +1,12 @@
 //! Differences between the signals of two runs.
 
 use serde::Serialize;
+use twinrig_kernel::signal;
 use twinrig_record::{Drift, SHARES, SignalDrift};
 
 /// Residual of the energy balance. Its range consists of errors, so that a share of it is not
 /// meaningful.
-pub(super) const RESIDUAL: &str = "energy/residual";
+pub(super) const RESIDUAL: &str = signal::ENERGY_RESIDUAL;
 
 #[derive(Serialize)]
 pub(super) struct FirstSignal {

@@ -6,12 +6,13 @@ use super::figures::{Scale, figure, percent, quantity, three};
 use crate::report::grid::{Cell, Grid, Side, Tint};
 use crate::report::paint::Paint;
 use crate::report::table::folded;
+use twinrig_kernel::signal;
 
 /// Maximum number of kinds shown; the JSON contains all signals.
 const SHOWN: usize = 12;
 
 /// Kinds that are shown first.
-const FIRST: [&str; 2] = ["body/position", "body/rpy"];
+const FIRST: [&str; 2] = [signal::BODY_POSITION, signal::BODY_RPY];
 
 /// Share below which differences are rounding errors.
 const ROUNDING: f64 = 1e-9;
@@ -81,7 +82,7 @@ impl EventDifference {
         let mut legs: Vec<&str> = self.legs.iter().map(|leg| leg.leg.as_str()).collect();
         // Includes legs without footsteps.
         let named = self.signals.iter();
-        legs.extend(named.filter_map(|of| of.signal.strip_prefix("leg/")?.split('/').next()));
+        legs.extend(named.filter_map(|of| Some(signal::parse_leg(&of.signal)?.0)));
         legs.sort_unstable();
         legs.dedup();
         let mut kinds: Vec<Kind<'_>> = Vec::new();

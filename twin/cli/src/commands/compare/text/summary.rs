@@ -2,6 +2,7 @@
 
 use super::super::EventDifference;
 use super::figures::{figure, quantity, three};
+use twinrig_kernel::signal;
 
 /// Distances below this are negligible \[m\].
 const NEGLIGIBLE: f64 = 1e-9;
@@ -29,7 +30,8 @@ impl EventDifference {
     fn place(&self) -> Option<String> {
         let component = |component: usize| {
             let mut all = self.signals.iter();
-            let found = all.find(|of| of.signal == "body/position" && of.component == component);
+            let found =
+                all.find(|of| of.signal == signal::BODY_POSITION && of.component == component);
             found.and_then(|of| Some((of.ends_at_s?[1], of.ends_a?, of.ends_b?)))
         };
         let ((at, a_x, b_x), (_, a_y, b_y)) = (component(0)?, component(1)?);

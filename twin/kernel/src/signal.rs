@@ -1,0 +1,168 @@
+//! Standard signals: the one place where their names are spelled.
+//!
+//! A signal of a leg is `leg/NAME/…`; tables and constants of legs have the part after the name.
+//!
+//! ```
+//! use twinrig_kernel::signal;
+//!
+//! assert_eq!(signal::of_leg("LF", signal::FOOT_LOAD), "leg/LF/foot/load");
+//! assert_eq!(signal::parse_leg("leg/LF/foot/load"), Some(("LF", "foot/load")));
+//! assert_eq!(signal::parse_leg(signal::BODY_POSITION), None);
+//! ```
+
+use crate::{Port, Unit};
+
+/// Prefix of the signals of legs.
+pub const LEG_PREFIX: &str = "leg/";
+/// Prefix of the terms of the energy balance.
+pub const ENERGY_PREFIX: &str = "energy/";
+
+/// Position of the trunk's centre of mass, world frame.
+pub const BODY_POSITION: &str = "body/position";
+/// Attitude of the trunk as a quaternion w, x, y, z.
+pub const BODY_ORIENTATION: &str = "body/orientation";
+/// Roll, pitch and yaw of the trunk.
+pub const BODY_RPY: &str = "body/rpy";
+/// Velocity of the trunk's centre of mass, world frame.
+pub const BODY_VELOCITY: &str = "body/velocity";
+/// Angular velocity of the trunk.
+pub const BODY_ANGULAR_VELOCITY: &str = "body/angular_velocity";
+/// Residual of the energy balance.
+pub const ENERGY_RESIDUAL: &str = "energy/residual";
+
+/// Angle of the hip drive.
+pub const HIP_POSITION: &str = "hip/position";
+/// Angular velocity of the hip drive.
+pub const HIP_RATE: &str = "hip/rate";
+/// Torque of the hip drive.
+pub const HIP_TORQUE: &str = "hip/torque";
+/// Angle of the knee drive.
+pub const KNEE_POSITION: &str = "knee/position";
+/// Angular velocity of the knee drive.
+pub const KNEE_RATE: &str = "knee/rate";
+/// Torque of the knee drive.
+pub const KNEE_TORQUE: &str = "knee/torque";
+/// Angle and torque of the drives.
+pub const DRIVES: [(&str, &str); 2] = [(HIP_POSITION, HIP_TORQUE), (KNEE_POSITION, KNEE_TORQUE)];
+/// Angles of hip, knee and ankle.
+pub const ANGLES: &str = "angles";
+/// Position of the foot, world frame.
+pub const FOOT_POSITION: &str = "foot/position";
+/// Normal force of the ground on the foot.
+pub const FOOT_LOAD: &str = "foot/load";
+/// Force of the ground on the foot, world frame.
+pub const FOOT_FORCE: &str = "foot/force";
+
+/// Declaration of a standard signal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Standard {
+    /// Name.
+    pub name: &'static str,
+    /// Unit of every component.
+    pub unit: Unit,
+    /// Number of components.
+    pub size: usize,
+    /// Name of the signal of which it is the time derivative.
+    pub rate_of: Option<&'static str>,
+}
+
+const fn plain(name: &'static str, unit: Unit, size: usize) -> Standard {
+    Standard {
+        name,
+        unit,
+        size,
+        rate_of: None,
+    }
+}
+
+const fn rate(name: &'static str, unit: Unit, size: usize, of: &'static str) -> Standard {
+    Standard {
+        rate_of: Some(of),
+        ..plain(name, unit, size)
+    }
+}
+
+/// Motion of the trunk.
+pub const BODY: [Standard; 5] = [
+    plain(BODY_POSITION, Unit::Meter, 3),
+    plain(BODY_ORIENTATION, Unit::One, 4),
+    plain(BODY_RPY, Unit::Radian, 3),
+    rate(BODY_VELOCITY, Unit::MeterPerSecond, 3, BODY_POSITION),
+    plain(BODY_ANGULAR_VELOCITY, Unit::RadianPerSecond, 3),
+];
+
+/// Energy balance.
+pub const ENERGY: [Standard; 8] = [
+    plain("energy/kinetic", Unit::Joule, 1),
+    plain("energy/spring", Unit::Joule, 1),
+    plain("energy/gravity", Unit::Joule, 1),
+    plain("energy/dissipated", Unit::Joule, 1),
+    plain("energy/actuator", Unit::Joule, 1),
+    plain("energy/impact", Unit::Joule, 1),
+    plain("energy/exchanged", Unit::Joule, 1),
+    plain(ENERGY_RESIDUAL, Unit::Joule, 1),
+];
+
+/// Measurements of a leg.
+pub const LEG: [Standard; 13] = [
+    plain(HIP_POSITION, Unit::Radian, 1),
+    rate(HIP_RATE, Unit::RadianPerSecond, 1, HIP_POSITION),
+    plain(HIP_TORQUE, Unit::NewtonMeter, 1),
+    plain(KNEE_POSITION, Unit::Radian, 1),
+    rate(KNEE_RATE, Unit::RadianPerSecond, 1, KNEE_POSITION),
+    plain(KNEE_TORQUE, Unit::NewtonMeter, 1),
+    plain("cable/tension", Unit::Newton, 1),
+    plain(ANGLES, Unit::Radian, 3),
+    plain(FOOT_POSITION, Unit::Meter, 3),
+    rate("foot/velocity", Unit::MeterPerSecond, 3, FOOT_POSITION),
+    plain(FOOT_LOAD, Unit::Newton, 1),
+    plain(FOOT_FORCE, Unit::Newton, 3),
+    plain("foot/clearance", Unit::Meter, 1),
+];
+
+impl Standard {
+    /// Returns the output of a plant.
+    #[must_use]
+    pub fn output(&self) -> Port {
+        self.named(str::to_owned)
+    }
+
+    /// Returns the output of a plant for a leg.
+    #[must_use]
+    pub fn output_of_leg(&self, leg: &str) -> Port {
+        self.named(|name| of_leg(leg, name))
+    }
+
+    fn named(&self, name: impl Fn(&str) -> String) -> Port {
+        let port = Port::output(name(self.name), self.unit, self.size);
+        match self.rate_of {
+            Some(of) => port.rate_of(name(of)),
+            None if self.name == BODY_ORIENTATION => port.rotation(),
+            None => port,
+        }
+    }
+}
+
+/// Returns the path of a leg: `leg/LF`.
+#[must_use]
+pub fn leg_path(leg: &str) -> String {
+    format!("{LEG_PREFIX}{leg}")
+}
+
+/// Returns the name of a signal of a leg.
+#[must_use]
+pub fn of_leg(leg: &str, name: &str) -> String {
+    format!("{LEG_PREFIX}{leg}/{name}")
+}
+
+/// Returns the name of the command of a joint: `leg/LF/hip/command`.
+#[must_use]
+pub fn command(leg: &str, joint: &str) -> String {
+    of_leg(leg, &format!("{joint}/command"))
+}
+
+/// Splits the name of a signal of a leg into the leg and the rest.
+#[must_use]
+pub fn parse_leg(name: &str) -> Option<(&str, &str)> {
+    name.strip_prefix(LEG_PREFIX)?.split_once('/')
+}
