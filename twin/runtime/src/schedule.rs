@@ -3,6 +3,9 @@ use twinrig_kernel::SimDuration;
 
 use crate::{RigError, Timing};
 
+/// Default of the maximum number of events at one instant.
+pub(crate) const EVENTS_MAX: u32 = 100_000;
+
 /// Schedule of a rig.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Schedule {
@@ -31,7 +34,7 @@ impl Schedule {
             observe: SimDuration::from_millis(2),
             compute: Timing::ZERO,
             seed: 1,
-            events_max: 100_000,
+            events_max: EVENTS_MAX,
         }
     }
 
