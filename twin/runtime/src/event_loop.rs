@@ -1,9 +1,10 @@
 use std::ops::Range;
 
-use twinrig_kernel::{Agenda, Direction, Layout, PartId, Port, SimDuration, SimTime, Snapshot};
+use twinrig_kernel::{Agenda, Layout, PartId, SimDuration, SimTime, Snapshot};
 
 use crate::plant_host::PlantHost;
-use crate::wiring::check_names;
+use crate::schedule::check_observation_period;
+use crate::wiring::{append_ports, check_names, diagnostics_layout};
 use crate::{
     Group, IoTask, Observer, Part, PartKind, Plant, PlantAccess, Progress, RigError, TaskError,
     in_part,
@@ -105,11 +106,7 @@ impl<T: Wakeable> EventLoop<T> {
         mut agenda: Agenda,
         register: impl FnOnce(&mut Agenda) -> R,
     ) -> Result<(Self, R), RigError> {
-        if observe.is_zero() {
-            return Err(RigError::BadPeriod {
-                what: "observation",
-            });
-        }
+        check_observation_period(observe)?;
         check_names(plant.name(), &plant.ports())?;
         let plant_host = PlantHost::new(plant);
         let (mut diagnostics, mut traces) = (Vec::new(), Vec::new());
@@ -247,20 +244,4 @@ impl<T: Wakeable> EventLoop<T> {
         }
         Ok(())
     }
-}
-
-/// Appends the diagnostics of a part to those of all parts, and returns the range of its values.
-pub(crate) fn append_ports(all: &mut Vec<Port>, ports: Vec<Port>) -> Range<usize> {
-    let before = Layout::of(&*all, Direction::Output).len();
-    all.extend(ports);
-    before..Layout::of(&*all, Direction::Output).len()
-}
-
-/// Returns the layout of the diagnostics of all parts.
-pub(crate) fn diagnostics_layout(diagnostics: &[Port]) -> Result<Layout, RigError> {
-    check_names(
-        "the list of diagnostics of drivers and devices",
-        diagnostics,
-    )?;
-    Ok(Layout::of(diagnostics, Direction::Output))
 }

@@ -3,7 +3,6 @@ use twinrig_kernel::{Layout, PartId, Port, SimDuration, SimTime};
 use crate::event_loop::{Event, EventLoop};
 use crate::interrupt;
 use crate::process_slot::ProcessSlot;
-use crate::wiring::TaskLinks;
 use crate::{
     Change, ControlStep, Group, IoTask, Manager, Observer, Plant, Process, Progress, RigError,
     RunEvent, TimeSource,
@@ -36,8 +35,6 @@ pub struct Rig {
     process: ProcessSlot,
     /// Tasks, plant and agenda.
     events: EventLoop<Box<dyn IoTask>>,
-    /// Connections of the tasks with the process.
-    connections: Vec<TaskConnection>,
     manager: Manager,
     compute: TimeSource,
     period: SimDuration,
@@ -45,13 +42,6 @@ pub struct Rig {
     control_step: PartId,
     /// Error that ended the run, if any.
     failed: Option<RigError>,
-}
-
-/// Connection of a task with the process.
-struct TaskConnection {
-    links: TaskLinks,
-    /// Inputs of the task, collected at the beginning of a transfer.
-    from_process: Vec<f64>,
 }
 
 impl Rig {
@@ -144,14 +134,9 @@ impl Rig {
             }
         };
         self.process.apply_changes(now, now, observer)?;
-        for (n, connection) in self.connections.iter().enumerate() {
+        for (n, slot) in self.events.parts.iter().enumerate() {
             if self.manager.takes_part(n) {
-                let results = self.events.parts[n].part.to_process();
-                connection
-                    .links
-                    .measurements
-                    .iter()
-                    .for_each(|link| link.copy(results, &mut self.process.state.inputs));
+                self.process.accept_results(n, slot.part.to_process());
             } else {
                 observer.event(now, RunEvent::TaskSkipped { task: n });
             }
@@ -167,7 +152,7 @@ impl Rig {
     /// Opens the devices at time 0; releases the plant once all are open. Returns whether they are.
     fn open_devices<O: Observer>(&mut self, observer: &mut O) -> Result<bool, RigError> {
         let now = self.now();
-        let tasks = self.connections.len();
+        let tasks = self.events.parts.len();
         if now == SimTime::ZERO {
             for n in 0..tasks {
                 self.manager.task_begun(n);
@@ -193,19 +178,13 @@ impl Rig {
         self.manager.process_ended();
         observer.event(now, RunEvent::ProcessEnd);
         observer.samples(now, Group::ProcessOutputs, &self.process.state.outputs);
-        for n in 0..self.connections.len() {
+        for n in 0..self.events.parts.len() {
             if !self.manager.takes_part(n) {
                 continue;
             }
             self.manager.task_begun(n);
             observer.event(now, RunEvent::TaskBegin { task: n });
-            let TaskConnection {
-                links,
-                from_process,
-            } = &mut self.connections[n];
-            for link in &links.commands {
-                link.copy(&self.process.state.outputs, from_process);
-            }
+            let from_process = self.process.task_inputs(n);
             let progress = self.events.call(n, observer, |task, now, plant| {
                 task.begin(now, from_process, plant)
             })?;

@@ -50,6 +50,16 @@ impl Schedule {
     }
 }
 
+/// Checks the period of an observation grid.
+pub(crate) fn check_observation_period(observe: SimDuration) -> Result<(), RigError> {
+    if observe.is_zero() {
+        return Err(RigError::BadPeriod {
+            what: "observation",
+        });
+    }
+    Ok(())
+}
+
 /// Change of a process variable during a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Change {

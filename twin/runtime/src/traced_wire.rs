@@ -13,9 +13,10 @@ pub(crate) struct TracedWire {
     traffic: TrafficLog,
 }
 
+/// Traces of a bus, before those of its wire.
 const OUT: usize = 0;
 const IN: usize = 1;
-const OWN_TRACES: usize = 2;
+pub(crate) const OWN_TRACES: usize = 2;
 
 impl TracedWire {
     pub(crate) fn new(name: String, wire: Box<dyn Wire>) -> Self {

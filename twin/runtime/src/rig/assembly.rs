@@ -1,9 +1,8 @@
-use twinrig_kernel::{Agenda, Direction, Layout, SimTime};
+use twinrig_kernel::{Agenda, SimTime};
 
-use super::{Rig, TaskConnection};
+use super::Rig;
 use crate::event_loop::{EventLoop, rank};
 use crate::process_slot::ProcessSlot;
-use crate::wiring::wire;
 use crate::{IoTask, Manager, Plant, Process, RigError, Schedule};
 
 impl Rig {
@@ -24,20 +23,11 @@ impl Rig {
             .compute
             .clone()
             .source(schedule.seed, "process/compute");
-        let process_ports = process.ports();
         let named: Vec<_> = tasks
             .iter()
             .map(|task| (task.name().to_string(), task.ports()))
             .collect();
-        let links = wire((process.name(), &process_ports), &named)?;
-        let connections = links.into_iter().zip(&named).map(|(links, (_, ports))| {
-            let from_process = vec![0.0; Layout::of(ports, Direction::Input).len()];
-            TaskConnection {
-                links,
-                from_process,
-            }
-        });
-        let connections: Vec<_> = connections.collect();
+        let process = ProcessSlot::new(process, &named)?;
         let parts = named.into_iter().map(|(name, _)| name).zip(tasks);
         let agenda = Agenda::new(schedule.events_max);
         let own_events = |agenda: &mut Agenda| {
@@ -49,10 +39,9 @@ impl Rig {
         let (events, (process_end, control_step)) =
             EventLoop::new(plant, parts.collect(), schedule.observe, agenda, own_events)?;
         Ok(Self {
-            process: ProcessSlot::new(process, &process_ports),
+            process,
+            manager: Manager::new(events.parts.len()),
             events,
-            manager: Manager::new(connections.len()),
-            connections,
             compute: compute.map_err(RigError::Compute)?,
             period,
             process_end,
