@@ -107,7 +107,7 @@ pub use std::ops::Bound;
 pub use composite_plant::{CompositePlant, NameClash};
 pub use device::{Device, DeviceError, READ_MAX};
 pub use direct_io::DirectIo;
-pub use driver::{Driver, DriverError, Transfer};
+pub use driver::{Driver, DriverError};
 pub use error::RigError;
 pub use fault::FaultKind;
 pub use fixed_step_coupling::{Coupling, FixedStepCoupling, GridInputs, ZeroGridStep};

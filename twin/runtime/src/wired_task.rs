@@ -4,7 +4,7 @@ use twinrig_kernel::{Direction, HostTime, Layout, Port, SimTime, Snapshot, Snaps
 use crate::traced_wire::TracedWire;
 use crate::{
     Driver, DriverError, IoTask, Part, PartKind, PlantAccess, PlantSignals, Progress, TaskError,
-    Transfer, Wire, WiringError, in_part,
+    Wire, WiringError, in_part,
 };
 
 /// A driver and its modelled wire, boards included: a task of the lockstep executor.
@@ -69,9 +69,8 @@ impl WiredTask {
             }
         }
         if self.busy {
-            let driver = &mut self.driver;
-            let progress = in_part(PartKind::Driver, &self.wire.name, || driver.poll_transfer());
-            self.busy = progress.map_err(device_error)? != Transfer::Done;
+            let busy = in_part(PartKind::Driver, &self.wire.name, || self.driver.is_busy());
+            self.busy = busy.map_err(device_error)?;
         }
         if self.busy {
             // A transfer without a wake-up never ends; the manager then reports the task as busy.
