@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use twinrig_kernel::{Agenda, Layout, PartId, SimDuration, SimTime, Snapshot};
+use twinrig_kernel::{Agenda, Layout, PartId, SimDuration, SimTime, Snapshot, SnapshotError};
 
 use crate::plant_host::PlantHost;
 use crate::schedule::check_observation_period;
@@ -222,6 +222,12 @@ impl<T: Wakeable> EventLoop<T> {
         slots
             .map(|slot| in_part(PartKind::Task, &slot.name, || slot.part.save()))
             .collect()
+    }
+
+    /// Restores the states of the parts.
+    pub(crate) fn restore_parts(&mut self, snapshots: &[Snapshot]) -> Result<(), SnapshotError> {
+        let mut slots = self.parts.iter_mut().zip(snapshots);
+        slots.try_for_each(|(slot, snapshot)| slot.part.restore(snapshot))
     }
 
     fn observe<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {

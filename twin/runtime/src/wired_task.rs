@@ -3,8 +3,7 @@ use twinrig_kernel::{Direction, HostTime, Layout, Port, SimTime, Snapshot, Snaps
 
 use crate::traced_wire::TracedWire;
 use crate::{
-    Driver, DriverError, IoTask, Part, PartKind, PlantAccess, PlantSignals, Progress, TaskError,
-    Wire, WiringError, in_part,
+    Driver, DriverError, IoTask, Part, PartKind, PlantAccess, Progress, TaskError, Wire, in_part,
 };
 
 /// A driver and its modelled wire, boards included: a task of the lockstep executor.
@@ -108,8 +107,12 @@ impl WiredTask {
 }
 
 impl Part for WiredTask {
-    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        self.wire.connect(owner, plant)
+    fn inner(&self) -> Option<&dyn Part> {
+        Some(&self.wire)
+    }
+
+    fn inner_mut(&mut self) -> Option<&mut dyn Part> {
+        Some(&mut self.wire)
     }
 
     fn diagnostics(&self) -> Vec<Port> {
@@ -122,14 +125,6 @@ impl Part for WiredTask {
         let (driver, wire) = values.split_at_mut(self.driver_diagnostics);
         self.driver.read_diagnostics(driver);
         self.wire.read_diagnostics(now, wire);
-    }
-
-    fn traces(&self) -> Vec<String> {
-        self.wire.traces()
-    }
-
-    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        self.wire.drain_traffic(passed);
     }
 
     fn save(&self) -> Snapshot {
@@ -162,7 +157,7 @@ impl IoTask for WiredTask {
         self.busy = true;
         let driver = &mut self.driver;
         in_part(PartKind::Driver, &self.wire.name, || {
-            driver.open(host_time(now))
+            driver.open(host_time(now));
         });
         self.exchange(now, plant)
     }

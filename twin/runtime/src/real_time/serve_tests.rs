@@ -6,7 +6,6 @@ use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
 
 use proptest::prelude::*;
-use twinrig_kernel::Snapshot;
 
 use super::*;
 use crate::real_time::tests::EmptyPlant;
@@ -91,11 +90,7 @@ impl RecordedWire {
     }
 }
 
-impl Part for RecordedWire {
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-}
+impl Part for RecordedWire {}
 
 impl Wire for RecordedWire {
     fn send(&mut self, now: SimTime, bytes: &[u8]) {

@@ -129,8 +129,8 @@ impl Worker {
         Ok(())
     }
 
-    /// Waits for an order and runs a transfer on [`order::BEGIN`]. Returns the time of its end, none
-    /// if it was cancelled or on [`order::CLOSE`].
+    /// Waits for an order and runs a transfer on [`order::BEGIN`]. Returns the time of its end;
+    /// none if it is cancelled, and on [`order::CLOSE`].
     fn wait(&mut self) -> Result<Option<HostTime>, TaskError> {
         let limit = self.limits.transfer;
         let mut queue = ReportQueue {

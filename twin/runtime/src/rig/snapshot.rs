@@ -69,9 +69,7 @@ impl Rig {
 
     fn restore_parts(&mut self, saved: &SavedRig) -> Result<(), SnapshotError> {
         self.process.process.restore(&saved.process)?;
-        for (slot, snapshot) in self.events.parts.iter_mut().zip(&saved.tasks) {
-            slot.part.restore(snapshot)?;
-        }
+        self.events.restore_parts(&saved.tasks)?;
         self.events.plant_host.plant.restore(&saved.plant)
     }
 
