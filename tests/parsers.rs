@@ -8,7 +8,7 @@ use twinrig_phidget::protocol as phidget;
 use twinrig_phidget::{Board, Phidget};
 use twinrig_rb110::protocol as rb110;
 use twinrig_rb110::{PulseMap, Rb110};
-use twinrig_runtime::{Driver, Transfer};
+use twinrig_runtime::Driver;
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{
     Address, Controller, ControllerConfig, ErrorCode, Instruction, Master, MasterConfig, Parser,
@@ -342,9 +342,9 @@ fn frames(
         driver.handle_timeout(now);
         tx.clear();
         while driver.poll_transmit(&mut tx) {}
-        match driver.poll_transfer() {
-            Ok(Transfer::Done) => driver.begin(now, &[0.1]),
-            Ok(Transfer::Busy) => {}
+        match driver.is_busy() {
+            Ok(false) => driver.begin(now, &[0.1]),
+            Ok(true) => {}
             Err(_) => driver.open(now),
         }
         assert!(driver.to_process().iter().all(|value| value.is_finite()));

@@ -52,7 +52,7 @@ fuzz_target!(|data: &[u8]| {
                 );
             }
             while driver.poll_transmit(&mut transmitted) {}
-            if driver.poll_transfer() == Ok(twinrig_runtime::Transfer::Done) {
+            if driver.is_busy() == Ok(false) {
                 driver.begin(now, &[0.1]);
             }
             assert!(driver.to_process().iter().all(|value| value.is_finite()));

@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{HostTime, Port, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{Driver, DriverError, Transfer};
+use twinrig_runtime::{Driver, DriverError};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{Address, Instruction, Master, Request};
 
@@ -288,7 +288,7 @@ impl Driver for MotorDriver {
         self.state.master.poll_transmit(bytes)
     }
 
-    fn poll_transfer(&mut self) -> Result<Transfer, DriverError> {
+    fn is_busy(&self) -> Result<bool, DriverError> {
         let state = &self.state;
         if let Some(reason) = &state.failed {
             return Err(DriverError {
@@ -296,9 +296,9 @@ impl Driver for MotorDriver {
             });
         }
         Ok(match state.stage {
-            Stage::Opening | Stage::Closing => Transfer::Busy,
-            Stage::Cycling if state.awaited => Transfer::Busy,
-            _ => Transfer::Done,
+            Stage::Opening | Stage::Closing => true,
+            Stage::Cycling => state.awaited,
+            Stage::Open | Stage::Closed => false,
         })
     }
 

@@ -83,7 +83,7 @@ fn repeated_opening_requires_a_new_acknowledgement() {
     assert!(!host.is_done());
     assert_eq!(host.expire(), configuration(Speed::Hz100));
     assert!(host.expire().is_empty());
-    let reason = host.driver.poll_transfer().unwrap_err().why;
+    let reason = host.driver.is_busy().unwrap_err().why;
     assert!(reason.contains("did not acknowledge"), "{reason}");
 }
 
@@ -95,7 +95,7 @@ fn rejected_configuration_is_reported_with_its_status() {
         host.receive(SHORT_DELAY, &frame(&Message::Acknowledgement { status: 4 }));
         host.expire();
     }
-    let reason = host.driver.poll_transfer().unwrap_err().why;
+    let reason = host.driver.is_busy().unwrap_err().why;
     assert!(reason.contains("with status 4"), "{reason}");
 }
 

@@ -75,7 +75,7 @@ fn repeated_opening_requires_a_new_acceptance() {
     assert!(!host.is_done());
     assert_eq!(host.expire(), setup());
     assert!(host.expire().is_empty());
-    let reason = host.driver.poll_transfer().unwrap_err().why;
+    let reason = host.driver.is_busy().unwrap_err().why;
     assert!(reason.contains("did not accept"), "{reason}");
 }
 
@@ -87,7 +87,7 @@ fn rejected_set_up_is_reported() {
         host.receive(SHORT_DELAY, &accepted(false));
         host.expire();
     }
-    let reason = host.driver.poll_transfer().unwrap_err().why;
+    let reason = host.driver.is_busy().unwrap_err().why;
     assert!(reason.contains("a board of another type"), "{reason}");
 }
 

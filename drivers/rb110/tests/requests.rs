@@ -62,7 +62,7 @@ fn opening_commands_no_pulse_and_is_attempted_three_times() {
         );
     }
     assert!(host.expire().is_empty());
-    let reason = host.driver.poll_transfer().unwrap_err().why;
+    let reason = host.driver.is_busy().unwrap_err().why;
     assert!(reason.contains("answered none of 3 requests"), "{reason}");
     assert_eq!(host.diagnostic("lost"), 3.0);
 }

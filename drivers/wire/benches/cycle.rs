@@ -7,7 +7,7 @@ mod support;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use support::{BYTE, NoPlant, request, us};
-use twinrig_kernel::{SimTime, Snapshot};
+use twinrig_kernel::SimTime;
 use twinrig_runtime::{Part, PlantAccess, TaskError, Wire};
 use twinrig_wire::{
     Fault, FaultKind, FaultSchedule, Faulty, Line, Node, Piece, Rs485, UsbSerial, UsbTiming,
@@ -31,11 +31,7 @@ struct Echo {
     answer: Option<SimTime>,
 }
 
-impl Part for Echo {
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-}
+impl Part for Echo {}
 
 impl Node for Echo {
     fn name(&self) -> &'static str {

@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use twinrig_kernel::{
     Direction, HostTime, Layout, Port, SimDuration, Snapshot, SnapshotError, Unit,
 };
-use twinrig_runtime::{Driver, DriverError, Transfer};
+use twinrig_runtime::{Driver, DriverError};
 
 use crate::{FrameMatch, Framer, FramerState};
 
@@ -220,10 +220,9 @@ impl<P: Protocol> Driver for FramedDriver<P> {
         any
     }
 
-    fn poll_transfer(&mut self) -> Result<Transfer, DriverError> {
+    fn is_busy(&self) -> Result<bool, DriverError> {
         match self.pending.failed {
-            None if self.pending.waiting.is_some() => Ok(Transfer::Busy),
-            None => Ok(Transfer::Done),
+            None => Ok(self.pending.waiting.is_some()),
             Some(RequestKind::Close) => {
                 let why = format!(
                     "{} did not confirm any of {} shutdown requests: the device may still be active",

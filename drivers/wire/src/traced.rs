@@ -1,5 +1,5 @@
 use twinrig_kernel::SimTime;
-use twinrig_runtime::{Part, PlantAccess, TaskError, TransmitBuffer};
+use twinrig_runtime::{Part, PlantAccess, TaskError, TrafficLog, TransmitBuffer};
 
 use crate::{Arrivals, Line, Piece};
 
@@ -9,9 +9,7 @@ pub struct Traced<L> {
     name: String,
     line: L,
     arrived: Arrivals,
-    /// Traced bytes that are not drained yet, in reused buffers.
-    traffic: Vec<(usize, Vec<u8>)>,
-    recorded: usize,
+    traffic: TrafficLog,
 }
 
 /// Indices of the tracer's own traces, which precede those of its line.
@@ -27,23 +25,8 @@ impl<L: Line> Traced<L> {
             name: name.into(),
             line,
             arrived: Arrivals::default(),
-            traffic: Vec::new(),
-            recorded: 0,
+            traffic: TrafficLog::default(),
         }
-    }
-
-    fn record(&mut self, trace: usize, bytes: &[u8]) {
-        if bytes.is_empty() {
-            return;
-        }
-        if self.recorded == self.traffic.len() {
-            self.traffic.push((trace, Vec::new()));
-        }
-        let (index, buffer) = &mut self.traffic[self.recorded];
-        *index = trace;
-        buffer.clear();
-        buffer.extend_from_slice(bytes);
-        self.recorded += 1;
     }
 }
 
@@ -62,10 +45,7 @@ impl<L: Line> Part for Traced<L> {
     }
 
     fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        for (trace, bytes) in &self.traffic[..self.recorded] {
-            passed(*trace, bytes);
-        }
-        self.recorded = 0;
+        self.traffic.drain(passed);
         self.line
             .drain_traffic(&mut |trace, bytes| passed(OWN_TRACES + trace, bytes));
     }
@@ -73,7 +53,7 @@ impl<L: Line> Part for Traced<L> {
 
 impl<L: Line> Line for Traced<L> {
     fn send(&mut self, piece: Piece<'_>) {
-        self.record(OUT, piece.bytes);
+        self.traffic.record(OUT, piece.bytes);
         self.line.send(piece);
     }
 
@@ -92,7 +72,7 @@ impl<L: Line> Line for Traced<L> {
     fn receive(&mut self, arrivals: &mut Arrivals) {
         let mut arrived = std::mem::take(&mut self.arrived);
         self.line.receive(&mut arrived);
-        self.record(IN, arrived.bytes());
+        self.traffic.record(IN, arrived.bytes());
         arrivals.append(&mut arrived);
         self.arrived = arrived;
     }

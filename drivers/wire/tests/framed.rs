@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{HostTime, Port, SimDuration, SimTime, Unit};
 use twinrig_runtime::{
-    Driver, Part, PlantAccess, PlantFault, PlantSignals, TaskError, Transfer, WiringError,
+    Driver, Part, PlantAccess, PlantFault, PlantSignals, TaskError, WiringError,
 };
 use twinrig_wire::{
     Emulation, FrameMatch, FrameOutcome, FramedDriver, FramedNode, Node, Piece, Protocol,
@@ -112,15 +112,15 @@ fn events() -> impl Strategy<Value = Vec<Event>> {
     vec(event, 0..40)
 }
 
-/// Observable state of a driver: bytes to write, transfer state, time-out, output.
-type Observed = (Vec<u8>, Result<Transfer, String>, Option<HostTime>, f64);
+/// Observable state of a driver: bytes to write, whether it is busy, time-out, output.
+type Observed = (Vec<u8>, Result<bool, String>, Option<HostTime>, f64);
 
 fn observed(driver: &mut FramedDriver<Toy>) -> Observed {
     let mut written = Vec::new();
     while driver.poll_transmit(&mut written) {}
-    let transfer = driver.poll_transfer().map_err(|error| error.why);
+    let busy = driver.is_busy().map_err(|error| error.why);
     let sum = driver.to_process()[0];
-    (written, transfer, driver.poll_timeout(), sum)
+    (written, busy, driver.poll_timeout(), sum)
 }
 
 /// Applies an event at `now`; `Wait` also handles the time-outs up to its end.
@@ -169,7 +169,7 @@ proptest! {
         }
         prop_assert_eq!(driver.poll_timeout(), None);
         prop_assert!(!driver.poll_transmit(&mut written));
-        let why = driver.poll_transfer().err().map(|error| error.why);
+        let why = driver.is_busy().err().map(|error| error.why);
         prop_assert_eq!(why.is_some(), attempts > 1, "an unanswered transfer is not an error");
         let names_shutdown = why.is_some_and(|why| why.contains("shutdown requests"));
         prop_assert_eq!(names_shutdown, kind == 2);
@@ -184,9 +184,9 @@ proptest! {
         apply(&mut driver, &mut 0, event);
         driver.handle_bytes(HostTime::from_nanos(first), b"x+");
         prop_assert_eq!(driver.poll_timeout(), Some(HostTime::from_nanos(first + REST_TIMEOUT)));
-        prop_assert_eq!(driver.poll_transfer(), Ok(Transfer::Busy));
+        prop_assert_eq!(driver.is_busy(), Ok(true));
         driver.handle_bytes(HostTime::from_nanos(first + second), b"!");
-        prop_assert_eq!(driver.poll_transfer(), Ok(Transfer::Done));
+        prop_assert_eq!(driver.is_busy(), Ok(false));
         prop_assert_eq!(driver.poll_timeout(), None);
         let mut diagnostics = [0.0];
         driver.read_diagnostics(&mut diagnostics);
@@ -215,10 +215,7 @@ proptest! {
 fn transfer_without_expected_answer_is_complete_at_once() {
     let mut driver = FramedDriver::new(Toy);
     apply(&mut driver, &mut 0, Event::Begin { with_data: false });
-    assert_eq!(
-        observed(&mut driver),
-        (Vec::new(), Ok(Transfer::Done), None, 0.0)
-    );
+    assert_eq!(observed(&mut driver), (Vec::new(), Ok(false), None, 0.0));
 }
 
 /// Transmits every three received bytes again, and a counter each millisecond.

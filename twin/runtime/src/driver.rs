@@ -10,7 +10,7 @@ use twinrig_kernel::{HostTime, Port, Snapshot, SnapshotError};
 /// and after the time of [`Driver::poll_timeout`] is reached ([`Driver::handle_timeout`]), it
 ///
 /// 1. writes the bytes of [`Driver::poll_transmit`] until that returns false;
-/// 2. calls [`Driver::poll_transfer`] to learn whether opening, the transfer or closing has ended.
+/// 2. calls [`Driver::is_busy`] to learn whether opening, the transfer or closing has ended.
 pub trait Driver: Send {
     /// Returns the name of the bus in the scenario, used in messages, diagnostics and recordings.
     fn name(&self) -> &str;
@@ -41,11 +41,12 @@ pub trait Driver: Send {
     /// any.
     fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> bool;
 
-    /// Returns whether the phase begun last (opening, transfer, closing) is still in progress.
+    /// Returns whether the phase begun last (opening, transfer, closing) is still in progress. A
+    /// transfer that has ended provides valid results.
     ///
     /// # Errors
     /// [`DriverError`] if the devices cannot be used any longer; the run ends.
-    fn poll_transfer(&mut self) -> Result<Transfer, DriverError>;
+    fn is_busy(&self) -> Result<bool, DriverError>;
 
     /// Returns the results of the last finished transfer: the output ports, concatenated in order.
     fn to_process(&self) -> &[f64];
@@ -69,15 +70,6 @@ pub trait Driver: Send {
     /// # Errors
     /// [`SnapshotError`] if the snapshot belongs to another kind of driver.
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
-}
-
-/// Progress of a transfer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Transfer {
-    /// In progress.
-    Busy,
-    /// Finished, with valid data.
-    Done,
 }
 
 /// Failure of a driver's devices: they can no longer be used.

@@ -3,16 +3,27 @@ use twinrig_kernel::{
     Direction, EventQueue, Layout, Port, Rank, SimDuration, SimTime, Snapshot, near_misses,
 };
 
-use crate::{Change, Observer, PartKind, Process, ProcessVariable, RigError, RunEvent, in_part};
+use crate::wiring::{TaskLinks, wire};
+use crate::{
+    Change, Observer, PartKind, Process, ProcessVariable, RigError, RunEvent, WiringError, in_part,
+};
 
-/// A process with its signals and pending changes, as used by both executors.
+/// A process, wired to its tasks, with its signals and pending changes, as used by both executors.
 pub(crate) struct ProcessSlot {
     pub(crate) process: Box<dyn Process>,
     /// Name of the process.
     name: String,
     pub(crate) inputs: Layout,
     pub(crate) outputs: Layout,
+    tasks: Vec<TaskConnection>,
     pub(crate) state: ProcessSlotState,
+}
+
+/// Connection of the process with a task.
+struct TaskConnection {
+    links: TaskLinks,
+    /// Inputs of the task, collected at the beginning of a transfer.
+    from_process: Vec<f64>,
 }
 
 /// Mutable state, apart from the process.
@@ -30,13 +41,25 @@ struct PendingChange {
 }
 
 impl ProcessSlot {
-    /// Creates the slot of a process with its `ports`.
-    pub(crate) fn new(process: Box<dyn Process>, ports: &[Port]) -> Self {
-        let inputs = Layout::of(ports, Direction::Input);
-        let outputs = Layout::of(ports, Direction::Output);
-        Self {
+    /// Wires a process to `tasks`, given by name and ports.
+    pub(crate) fn new(
+        process: Box<dyn Process>,
+        tasks: &[(String, Vec<Port>)],
+    ) -> Result<Self, WiringError> {
+        let ports = process.ports();
+        let links = wire((process.name(), &ports), tasks)?;
+        let connections = links.into_iter().zip(tasks);
+        let inputs = Layout::of(&ports, Direction::Input);
+        let outputs = Layout::of(&ports, Direction::Output);
+        Ok(Self {
             name: process.name().to_owned(),
             process,
+            tasks: connections
+                .map(|(links, (_, ports))| TaskConnection {
+                    links,
+                    from_process: vec![0.0; Layout::of(ports, Direction::Input).len()],
+                })
+                .collect(),
             state: ProcessSlotState {
                 changes: EventQueue::new(),
                 inputs: vec![0.0; inputs.len()],
@@ -44,7 +67,26 @@ impl ProcessSlot {
             },
             inputs,
             outputs,
+        })
+    }
+
+    /// Copies the results of a task to the inputs of the process.
+    pub(crate) fn accept_results(&mut self, task: usize, results: &[f64]) {
+        for link in &self.tasks[task].links.measurements {
+            link.copy(results, &mut self.state.inputs);
         }
+    }
+
+    /// Returns the inputs of a task, copied from the outputs of the process.
+    pub(crate) fn task_inputs(&mut self, task: usize) -> &[f64] {
+        let TaskConnection {
+            links,
+            from_process,
+        } = &mut self.tasks[task];
+        for link in &links.commands {
+            link.copy(&self.state.outputs, from_process);
+        }
+        from_process
     }
 
     /// Schedules a change, unless it is already known to be invalid.

@@ -1,34 +1,16 @@
-use std::ops::Range;
+use twinrig_kernel::{Layout, PartId, Port, SimDuration, SimTime};
 
-use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Agenda, Layout, PartId, Port, SimDuration, SimTime, Snapshot, Wake};
-
+use crate::event_loop::{Event, EventLoop};
 use crate::interrupt;
-use crate::plant_host::PlantHost;
-use crate::process_slot::{ProcessSlot, ProcessSlotState};
-use crate::wiring::TaskLinks;
+use crate::process_slot::ProcessSlot;
 use crate::{
-    Change, ControlStep, Group, IoTask, Manager, Observer, PartKind, Plant, Process, Progress,
-    RigError, RunEvent, TaskError, TimeSource, in_part,
+    Change, ControlStep, Group, IoTask, Manager, Observer, Plant, Process, Progress, RigError,
+    RunEvent, TimeSource,
 };
 
 mod assembly;
 mod exchange;
 mod snapshot;
-
-/// Order of the events of one instant.
-mod rank {
-    use twinrig_kernel::Rank;
-
-    /// First, transfers end, so that their tasks are idle at a control step at the same instant.
-    pub(super) const TASK: Rank = Rank(0);
-    /// Then the process ends, so that an iteration of exactly one period is not late.
-    pub(super) const PROCESS_END: Rank = Rank(1);
-    /// Then the process begins.
-    pub(super) const CONTROL_STEP: Rank = Rank(2);
-    /// Last, the plant is observed.
-    pub(super) const OBSERVATION: Rank = Rank(3);
-}
 
 /// A process, its tasks and a plant, wired by name and run in virtual time: the lockstep executor
 /// of the scheduling rule ([`Manager`]).
@@ -51,58 +33,15 @@ mod rank {
 /// divides both.
 pub struct Rig {
     process: ProcessSlot,
-    tasks: Vec<TaskSlot>,
-    plant_host: PlantHost,
-    state: RigState,
-    /// Diagnostics of all tasks, concatenated.
-    diagnostics: Layout,
-    traces: Vec<String>,
-    period: SimDuration,
-    observe: SimDuration,
-    parts: Parts,
-    /// Error that ended the run, if any.
-    failed: Option<RigError>,
-}
-
-/// Mutable state of a rig, apart from its parts.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-struct RigState {
+    /// Tasks, plant and agenda.
+    events: EventLoop<Box<dyn IoTask>>,
     manager: Manager,
-    agenda: Agenda,
     compute: TimeSource,
-    diagnostics: Vec<f64>,
-}
-
-struct TaskSlot {
-    task: Box<dyn IoTask>,
-    name: String,
-    links: TaskLinks,
-    /// Inputs of the task, collected at the beginning of a transfer.
-    from_process: Vec<f64>,
-    /// Range of its diagnostics.
-    diagnostics: Range<usize>,
-    /// Index of its first byte trace.
-    first_trace: usize,
-    part: PartId,
-}
-
-/// Agenda entries other than tasks. Tasks precede them, in their order.
-struct Parts {
+    period: SimDuration,
     process_end: PartId,
     control_step: PartId,
-    observation: PartId,
-}
-
-impl TaskSlot {
-    /// Calls the task; a panic is attributed to it.
-    fn call<R>(&mut self, call: impl FnOnce(&mut dyn IoTask) -> R) -> R {
-        in_part(PartKind::Task, &self.name, || call(&mut *self.task))
-    }
-
-    /// Saves the state of the task.
-    fn save(&self) -> Snapshot {
-        in_part(PartKind::Task, &self.name, || self.task.save())
-    }
+    /// Error that ended the run, if any.
+    failed: Option<RigError>,
 }
 
 impl Rig {
@@ -155,42 +94,38 @@ impl Rig {
         if let Some(error) = &self.failed {
             return Err(error.clone());
         }
-        let handled = match self.state.agenda.pop_until(limit) {
-            Ok(None) => return Ok(None),
-            Ok(Some(wake)) => self.handle(wake, observer).map(|()| Some(wake.time)),
-            Err(error) => Err(error.into()),
-        };
+        let handled = self.handle_next(limit, observer);
         if let Err(error) = &handled {
             self.failed = Some(error.clone());
         }
         handled
     }
 
-    fn handle<O: Observer>(&mut self, wake: Wake, observer: &mut O) -> Result<(), RigError> {
-        self.plant_host.state.now = wake.time;
-        if wake.part == self.parts.observation {
-            self.observe(observer)
-        } else if wake.part == self.parts.control_step {
-            self.control_step(observer)
-        } else if wake.part == self.parts.process_end {
-            self.process_end(observer)
-        } else {
-            let task = wake.part.index();
-            let progress = self.tasks[task].call(|task| task.wake(wake.time, &mut self.plant_host));
-            self.apply_progress(task, progress, observer)
+    fn handle_next<O: Observer>(
+        &mut self,
+        limit: SimTime,
+        observer: &mut O,
+    ) -> Result<Option<SimTime>, RigError> {
+        let Some(event) = self.events.step(limit, observer)? else {
+            return Ok(None);
+        };
+        match event {
+            Event::Observed => {}
+            Event::Woken { part, progress } => self.handle_progress(part, progress, observer),
+            Event::Own(event) if event == self.control_step => self.control_step(observer)?,
+            Event::Own(_) => self.process_end(observer)?,
         }
+        Ok(Some(self.now()))
     }
 
     /// Begins an iteration of the process, unless the last one is still running.
     fn control_step<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
         let now = self.now();
-        self.state
-            .agenda
-            .arm(self.parts.control_step, now + self.period);
-        if self.plant_host.is_held() && !self.open_devices(observer)? {
+        self.events.agenda.arm(self.control_step, now + self.period);
+        if self.events.plant_host.is_held() && !self.open_devices(observer)? {
             return Ok(());
         }
-        let elapsed = match self.state.manager.control_step(now) {
+        let elapsed = match self.manager.control_step(now) {
             ControlStep::Begin { elapsed, .. } => elapsed,
             // Reported immediately: a process that never ends never begins again.
             ControlStep::Late { missed } => {
@@ -199,13 +134,9 @@ impl Rig {
             }
         };
         self.process.apply_changes(now, now, observer)?;
-        for (n, slot) in self.tasks.iter().enumerate() {
-            if self.state.manager.takes_part(n) {
-                let results = slot.task.to_process();
-                slot.links
-                    .measurements
-                    .iter()
-                    .for_each(|link| link.copy(results, &mut self.process.state.inputs));
+        for (n, slot) in self.events.parts.iter().enumerate() {
+            if self.manager.takes_part(n) {
+                self.process.accept_results(n, slot.part.to_process());
             } else {
                 observer.event(now, RunEvent::TaskSkipped { task: n });
             }
@@ -213,24 +144,27 @@ impl Rig {
         observer.event(now, RunEvent::ProcessBegin { elapsed });
         observer.samples(now, Group::ProcessInputs, &self.process.state.inputs);
         self.process.step(now, elapsed)?;
-        let ends = now + self.state.compute.draw();
-        self.state.agenda.arm(self.parts.process_end, ends);
+        let ends = now + self.compute.draw();
+        self.events.agenda.arm(self.process_end, ends);
         Ok(())
     }
 
     /// Opens the devices at time 0; releases the plant once all are open. Returns whether they are.
     fn open_devices<O: Observer>(&mut self, observer: &mut O) -> Result<bool, RigError> {
         let now = self.now();
+        let tasks = self.events.parts.len();
         if now == SimTime::ZERO {
-            for n in 0..self.tasks.len() {
-                self.state.manager.task_begun(n);
-                let progress = self.tasks[n].call(|task| task.open(now, &mut self.plant_host));
-                self.apply_progress(n, progress, observer)?;
+            for n in 0..tasks {
+                self.manager.task_begun(n);
+                let progress = self
+                    .events
+                    .call(n, observer, |task, now, plant| task.open(now, plant))?;
+                self.handle_progress(n, progress, observer);
             }
         }
-        let open = (0..self.tasks.len()).all(|n| !self.state.manager.is_busy(n));
+        let open = (0..tasks).all(|n| !self.manager.is_busy(n));
         if open {
-            self.plant_host.release();
+            self.events.plant_host.release();
             if now > SimTime::ZERO {
                 observer.event(now, RunEvent::Opened);
             }
@@ -241,131 +175,69 @@ impl Rig {
     /// Ends the iteration, and begins the transfers of the tasks that take part in it.
     fn process_end<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
         let now = self.now();
-        self.state.manager.process_ended();
+        self.manager.process_ended();
         observer.event(now, RunEvent::ProcessEnd);
         observer.samples(now, Group::ProcessOutputs, &self.process.state.outputs);
-        for n in 0..self.tasks.len() {
-            if !self.state.manager.takes_part(n) {
+        for n in 0..self.events.parts.len() {
+            if !self.manager.takes_part(n) {
                 continue;
             }
-            self.state.manager.task_begun(n);
+            self.manager.task_begun(n);
             observer.event(now, RunEvent::TaskBegin { task: n });
-            let slot = &mut self.tasks[n];
-            for link in &slot.links.commands {
-                link.copy(&self.process.state.outputs, &mut slot.from_process);
-            }
-            let progress = in_part(PartKind::Task, &slot.name, || {
-                slot.task
-                    .begin(now, &slot.from_process, &mut self.plant_host)
-            });
-            self.apply_progress(n, progress, observer)?;
+            let from_process = self.process.task_inputs(n);
+            let progress = self.events.call(n, observer, |task, now, plant| {
+                task.begin(now, from_process, plant)
+            })?;
+            self.handle_progress(n, progress, observer);
         }
         Ok(())
     }
 
-    /// Handles the progress reported by a task.
-    fn apply_progress<O: Observer>(
-        &mut self,
-        task: usize,
-        progress: Result<Progress, TaskError>,
-        observer: &mut O,
-    ) -> Result<(), RigError> {
-        let now = self.now();
-        let slot = &mut self.tasks[task];
-        let first_trace = slot.first_trace;
-        slot.task
-            .drain_traffic(&mut |trace, bytes| observer.bytes(now, first_trace + trace, bytes));
-        let wake_at = match progress {
-            Ok(Progress::WakeAt(at)) => Some(at),
-            Ok(Progress::Done) => {
-                if self.state.manager.is_busy(task) {
-                    self.state.manager.task_ended(task);
-                    if !self.plant_host.is_held() {
-                        observer.event(now, RunEvent::TaskEnd { task });
-                    }
-                }
-                slot.task.idle_wake()
+    /// Ends the transfer, or opening, of a task that is done.
+    fn handle_progress<O: Observer>(&mut self, task: usize, progress: Progress, observer: &mut O) {
+        if progress == Progress::Done && self.manager.is_busy(task) {
+            self.manager.task_ended(task);
+            if !self.events.plant_host.is_held() {
+                observer.event(self.now(), RunEvent::TaskEnd { task });
             }
-            Err(TaskError::Plant(fault)) => return Err(fault.into()),
-            Err(source) => {
-                return Err(RigError::Task {
-                    task: slot.name.clone(),
-                    time: now,
-                    source,
-                });
-            }
-        };
-        match wake_at {
-            Some(wake_at) if wake_at < now => Err(RigError::WakeInThePast {
-                task: slot.name.clone(),
-                time: now,
-                wanted: wake_at,
-            }),
-            Some(wake_at) => {
-                self.state.agenda.arm(slot.part, wake_at);
-                Ok(())
-            }
-            None => Ok(()),
         }
-    }
-
-    fn observe<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
-        let now = self.now();
-        self.state
-            .agenda
-            .arm(self.parts.observation, now + self.observe);
-        observer.samples(now, Group::Plant, self.plant_host.observe()?);
-        self.plant_host.begin_window();
-        if !self.state.diagnostics.is_empty() {
-            for slot in self
-                .tasks
-                .iter()
-                .filter(|slot| !slot.diagnostics.is_empty())
-            {
-                let values = &mut self.state.diagnostics[slot.diagnostics.clone()];
-                in_part(PartKind::Task, &slot.name, || {
-                    slot.task.read_diagnostics(now, values);
-                });
-            }
-            observer.samples(now, Group::Diagnostics, &self.state.diagnostics);
-        }
-        Ok(())
     }
 
     /// Returns whether all devices are open, so that control steps have begun.
     pub fn is_open(&self) -> bool {
-        !self.plant_host.is_held()
+        !self.events.plant_host.is_held()
     }
 
     /// Returns the time of the last event.
     pub fn now(&self) -> SimTime {
-        self.plant_host.state.now
+        self.events.now()
     }
 
     /// Returns the layout of a group's values as passed to the observer.
     pub fn layout(&self, group: Group) -> &Layout {
         match group {
-            Group::Plant => &self.plant_host.signals.outputs,
+            Group::Plant => &self.events.plant_host.signals.outputs,
             Group::ProcessInputs => &self.process.inputs,
             Group::ProcessOutputs => &self.process.outputs,
-            Group::Diagnostics => &self.diagnostics,
+            Group::Diagnostics => &self.events.diagnostics,
         }
     }
 
     /// Returns the names of the byte traces between tasks and devices.
     pub fn traces(&self) -> &[String] {
-        &self.traces
+        &self.events.traces
     }
 
     /// Returns the names of the tasks, in order of registration.
     pub fn task_names(&self) -> impl ExactSizeIterator<Item = &str> {
-        self.tasks.iter().map(|slot| slot.name.as_str())
+        self.events.parts.iter().map(|slot| slot.name.as_str())
     }
 
     /// Returns the name of the task that carries the process's signal `port`.
     pub fn carrier(&self, port: &Port) -> Option<&str> {
-        let carries = |slot: &&TaskSlot| slot.task.ports().iter().any(|it| it.connects(port));
-        Some(&self.tasks.iter().find(carries)?.name)
+        let mut tasks = self.events.parts.iter();
+        let carries = |part: &dyn IoTask| part.ports().iter().any(|own| own.connects(port));
+        Some(&tasks.find(|slot| carries(&*slot.part))?.name)
     }
 
     /// Returns the control period.
@@ -381,12 +253,12 @@ impl Rig {
     /// Returns the plant, for its energy and work. It is at the time at which it was last actuated,
     /// sampled or observed, at or before [`Rig::now`].
     pub fn plant(&self) -> &dyn Plant {
-        &*self.plant_host.plant
+        &*self.events.plant_host.plant
     }
 
     /// Returns the plant, to be disturbed from outside between two events. The caller is
     /// responsible for the effect on the run; a replay does not reproduce it.
     pub fn plant_mut(&mut self) -> &mut dyn Plant {
-        &mut *self.plant_host.plant
+        &mut *self.events.plant_host.plant
     }
 }

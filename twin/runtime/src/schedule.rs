@@ -3,6 +3,9 @@ use twinrig_kernel::SimDuration;
 
 use crate::{RigError, Timing};
 
+/// Default of the maximum number of events at one instant.
+pub(crate) const EVENTS_MAX: u32 = 100_000;
+
 /// Schedule of a rig.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Schedule {
@@ -31,7 +34,7 @@ impl Schedule {
             observe: SimDuration::from_millis(2),
             compute: Timing::ZERO,
             seed: 1,
-            events_max: 100_000,
+            events_max: EVENTS_MAX,
         }
     }
 
@@ -45,6 +48,16 @@ impl Schedule {
             .filter(|period| !period.is_zero())
             .ok_or(RigError::BadPeriod { what: "control" })
     }
+}
+
+/// Checks the period of an observation grid.
+pub(crate) fn check_observation_period(observe: SimDuration) -> Result<(), RigError> {
+    if observe.is_zero() {
+        return Err(RigError::BadPeriod {
+            what: "observation",
+        });
+    }
+    Ok(())
 }
 
 /// Change of a process variable during a run.

@@ -1,9 +1,9 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, HostTime, Layout, Port, SimTime, Snapshot, SnapshotError};
 
+use crate::traced_wire::TracedWire;
 use crate::{
-    Driver, DriverError, IoTask, Part, PartKind, PlantAccess, PlantSignals, Progress, TaskError,
-    Transfer, Wire, WiringError, in_part,
+    Driver, DriverError, IoTask, Part, PartKind, PlantAccess, Progress, TaskError, Wire, in_part,
 };
 
 /// A driver and its modelled wire, boards included: a task of the lockstep executor.
@@ -11,18 +11,13 @@ use crate::{
 /// The host reads at the instant at which the wire has bytes for it, and writes at the same
 /// instant.
 pub struct WiredTask {
-    /// Name of the driver.
-    name: String,
     driver: Box<dyn Driver>,
-    wire: Box<dyn Wire>,
+    wire: TracedWire,
     busy: bool,
     /// Number of diagnostics of the driver; those of the wire follow.
     driver_diagnostics: usize,
-    /// Buffer of the bytes being written or read.
+    /// Buffer of the bytes being written.
     bytes: Vec<u8>,
-    /// Traced bytes that were not drained yet: the first `traced` entries; the others are reused.
-    traffic: Vec<(usize, Vec<u8>)>,
-    traced: usize,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -31,11 +26,6 @@ struct Saved {
     driver: Snapshot,
     wire: Snapshot,
 }
-
-/// Byte traces of the task, before those of its wire.
-const OUT: usize = 0;
-const IN: usize = 1;
-const OWN_TRACES: usize = 2;
 
 /// Converts to the time of the driver's clock, which shows physical time.
 fn host_time(now: SimTime) -> HostTime {
@@ -50,14 +40,11 @@ impl WiredTask {
     /// Creates the task of a driver and its wire.
     pub fn new(driver: Box<dyn Driver>, wire: Box<dyn Wire>) -> Self {
         Self {
-            name: driver.name().to_owned(),
             driver_diagnostics: Layout::of(&driver.diagnostics(), Direction::Output).len(),
+            wire: TracedWire::new(driver.name().to_owned(), wire),
             driver,
-            wire,
             busy: false,
             bytes: Vec::new(),
-            traffic: Vec::new(),
-            traced: 0,
         }
     }
 
@@ -68,27 +55,21 @@ impl WiredTask {
         plant: &mut dyn PlantAccess,
     ) -> Result<Progress, TaskError> {
         loop {
-            let read = self.read(now, plant)?;
+            let read = self.wire.receive(now, plant)?;
             let due = self.deliver(now, read);
-            if read {
-                self.trace_bytes(IN);
-            }
             let mut wrote = false;
             while self.transmit() {
                 wrote = true;
-                in_part(PartKind::Wire, &self.name, || {
-                    self.wire.send(now, &self.bytes);
-                });
-                self.trace_bytes(OUT);
+                self.wire
+                    .send(&self.bytes, |wire, bytes| wire.send(now, bytes));
             }
             if !read && !wrote && !due {
                 break;
             }
         }
         if self.busy {
-            let driver = &mut self.driver;
-            let progress = in_part(PartKind::Driver, &self.name, || driver.poll_transfer());
-            self.busy = progress.map_err(device_error)? != Transfer::Done;
+            let busy = in_part(PartKind::Driver, &self.wire.name, || self.driver.is_busy());
+            self.busy = busy.map_err(device_error)?;
         }
         if self.busy {
             // A transfer without a wake-up never ends; the manager then reports the task as busy.
@@ -99,22 +80,11 @@ impl WiredTask {
         }
     }
 
-    /// Reads the bytes that the wire has for the host; returns whether there are any.
-    fn read(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<bool, TaskError> {
-        let (wire, bytes) = (&mut self.wire, &mut self.bytes);
-        bytes.clear();
-        in_part(PartKind::Wire, &self.name, || {
-            wire.advance(now, plant)?;
-            wire.receive(bytes);
-            Ok(!bytes.is_empty())
-        })
-    }
-
     /// Passes the bytes read, if any, and the time to the driver; returns whether its timeout was
     /// due.
     fn deliver(&mut self, now: SimTime, read: bool) -> bool {
-        let (driver, bytes) = (&mut self.driver, &self.bytes);
-        in_part(PartKind::Driver, &self.name, || {
+        let (driver, bytes) = (&mut self.driver, &self.wire.received);
+        in_part(PartKind::Driver, &self.wire.name, || {
             if read {
                 driver.handle_bytes(host_time(now), bytes);
             }
@@ -130,25 +100,19 @@ impl WiredTask {
     fn transmit(&mut self) -> bool {
         let (driver, bytes) = (&mut self.driver, &mut self.bytes);
         bytes.clear();
-        in_part(PartKind::Driver, &self.name, || driver.poll_transmit(bytes))
-    }
-
-    /// Appends the buffer to the traffic for the observer; entries are reused.
-    fn trace_bytes(&mut self, trace: usize) {
-        if self.traced == self.traffic.len() {
-            self.traffic.push((trace, Vec::new()));
-        }
-        let (of, bytes) = &mut self.traffic[self.traced];
-        *of = trace;
-        bytes.clear();
-        bytes.extend_from_slice(&self.bytes);
-        self.traced += 1;
+        in_part(PartKind::Driver, &self.wire.name, || {
+            driver.poll_transmit(bytes)
+        })
     }
 }
 
 impl Part for WiredTask {
-    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        self.wire.connect(owner, plant)
+    fn inner(&self) -> Option<&dyn Part> {
+        Some(&self.wire)
+    }
+
+    fn inner_mut(&mut self) -> Option<&mut dyn Part> {
+        Some(&mut self.wire)
     }
 
     fn diagnostics(&self) -> Vec<Port> {
@@ -161,26 +125,6 @@ impl Part for WiredTask {
         let (driver, wire) = values.split_at_mut(self.driver_diagnostics);
         self.driver.read_diagnostics(driver);
         self.wire.read_diagnostics(now, wire);
-    }
-
-    fn traces(&self) -> Vec<String> {
-        let name = self.driver.name();
-        let wire_traces = self.wire.traces();
-        let wire_traces = wire_traces.iter().map(String::as_str);
-        ["out", "in"]
-            .into_iter()
-            .chain(wire_traces)
-            .map(|trace| format!("{name}/{trace}"))
-            .collect()
-    }
-
-    fn drain_traffic(&mut self, passed: &mut dyn FnMut(usize, &[u8])) {
-        for (trace, bytes) in &self.traffic[..self.traced] {
-            passed(*trace, bytes);
-        }
-        self.traced = 0;
-        self.wire
-            .drain_traffic(&mut |trace, bytes| passed(OWN_TRACES + trace, bytes));
     }
 
     fn save(&self) -> Snapshot {
@@ -212,7 +156,9 @@ impl IoTask for WiredTask {
     fn open(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         self.busy = true;
         let driver = &mut self.driver;
-        in_part(PartKind::Driver, &self.name, || driver.open(host_time(now)));
+        in_part(PartKind::Driver, &self.wire.name, || {
+            driver.open(host_time(now));
+        });
         self.exchange(now, plant)
     }
 
@@ -224,7 +170,7 @@ impl IoTask for WiredTask {
     ) -> Result<Progress, TaskError> {
         self.busy = true;
         let driver = &mut self.driver;
-        in_part(PartKind::Driver, &self.name, || {
+        in_part(PartKind::Driver, &self.wire.name, || {
             driver.begin(host_time(now), from_process);
         });
         self.exchange(now, plant)
@@ -237,7 +183,7 @@ impl IoTask for WiredTask {
     fn idle_wake(&self) -> Option<SimTime> {
         let timeout = self.driver.poll_timeout();
         let timeout = timeout.map(|at| SimTime::from_nanos(at.as_nanos()));
-        match (self.wire.next_wake(), timeout) {
+        match (self.wire.wire.next_wake(), timeout) {
             (Some(wire), Some(driver)) => Some(wire.min(driver)),
             (wire, driver) => wire.or(driver),
         }

@@ -150,6 +150,22 @@ pub(crate) fn check_names(owner: &str, ports: &[Port]) -> Result<(), WiringError
     Ok(())
 }
 
+/// Appends the diagnostics of a part to those of all parts, and returns the range of its values.
+pub(crate) fn append_ports(all: &mut Vec<Port>, ports: Vec<Port>) -> Range<usize> {
+    let before = Layout::of(&*all, Direction::Output).len();
+    all.extend(ports);
+    before..Layout::of(&*all, Direction::Output).len()
+}
+
+/// Returns the layout of the diagnostics of all parts.
+pub(crate) fn diagnostics_layout(diagnostics: &[Port]) -> Result<Layout, WiringError> {
+    check_names(
+        "the list of diagnostics of drivers and devices",
+        diagnostics,
+    )?;
+    Ok(Layout::of(diagnostics, Direction::Output))
+}
+
 /// A range of one flat vector that is copied to a range of another.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Link {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use twinrig_kernel::{Direction, HostTime, Layout, Port, SimDuration, SimTime};
-use twinrig_runtime::{Driver, PlantFault, PlantSignals, Transfer};
+use twinrig_runtime::{Driver, PlantFault, PlantSignals};
 use twinrig_wire::{Node, Piece};
 
 /// Driver with its present time.
@@ -64,7 +64,7 @@ impl<D: Driver> DriverHarness<D> {
 
     /// Returns whether the transfer is done.
     pub fn is_done(&mut self) -> bool {
-        self.driver.poll_transfer() == Ok(Transfer::Done)
+        self.driver.is_busy() == Ok(false)
     }
 
     /// Returns the diagnostic whose name ends so.

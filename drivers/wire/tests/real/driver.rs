@@ -2,7 +2,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use twinrig_kernel::{HostTime, Port, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{Driver, DriverError, Transfer};
+use twinrig_runtime::{Driver, DriverError};
 
 use super::{CLOSE, HALVE, NUMBER, OPEN, ports};
 
@@ -68,6 +68,13 @@ impl Driver for HalvingDriver {
     }
     fn handle_bytes(&mut self, _: HostTime, bytes: &[u8]) {
         self.received.extend(bytes);
+        if self.expected == NUMBER && self.received.len() >= NUMBER {
+            self.half = [f64::from_le_bytes(
+                self.received[..NUMBER].try_into().unwrap(),
+            )];
+            self.transfers += 1.0;
+            self.expected = 0;
+        }
     }
     fn handle_timeout(&mut self, _: HostTime) {}
     fn poll_timeout(&self) -> Option<HostTime> {
@@ -78,16 +85,9 @@ impl Driver for HalvingDriver {
         bytes.append(&mut self.requests);
         any
     }
-    fn poll_transfer(&mut self) -> Result<Transfer, DriverError> {
+    fn is_busy(&self) -> Result<bool, DriverError> {
         if self.received.len() < self.expected {
-            return Ok(Transfer::Busy);
-        }
-        if self.expected == NUMBER {
-            self.half = [f64::from_le_bytes(
-                self.received[..NUMBER].try_into().unwrap(),
-            )];
-            self.transfers += 1.0;
-            self.expected = 0;
+            return Ok(true);
         }
         assert_ne!(
             self.panics_after,
@@ -101,7 +101,7 @@ impl Driver for HalvingDriver {
             let why = "too many errors; look after the cable".into();
             return Err(DriverError { why });
         }
-        Ok(Transfer::Done)
+        Ok(false)
     }
     fn to_process(&self) -> &[f64] {
         &self.half

@@ -36,10 +36,6 @@ impl Part for EchoWire {
     fn read_diagnostics(&self, _: SimTime, values: &mut [f64]) {
         values[0] = self.answered;
     }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
 }
 
 impl Wire for EchoWire {
@@ -129,11 +125,7 @@ impl Plant for Lag {
 /// Receives bytes and never transmits.
 pub struct SilentWire;
 
-impl Part for SilentWire {
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-}
+impl Part for SilentWire {}
 
 impl Wire for SilentWire {
     fn send(&mut self, _: SimTime, _: &[u8]) {}

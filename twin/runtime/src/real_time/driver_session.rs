@@ -4,7 +4,7 @@ use std::time::Duration;
 use twinrig_kernel::{HostTime, SimDuration};
 
 use super::clock::Clock;
-use crate::{Device, DeviceError, Driver, Phase, TaskError, Transfer};
+use crate::{Device, DeviceError, Driver, Phase, TaskError};
 
 /// A driver with its device: executes the phases opening, transfer and closing, independent of the
 /// thread.
@@ -31,13 +31,6 @@ pub(super) trait SessionObserver {
     fn is_cancelled(&self) -> bool;
 }
 
-/// End of a phase without failure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum SessionEnd {
-    Done(HostTime),
-    Cancelled,
-}
-
 /// Longest wait for bytes between two checks for cancellation.
 const READ_TIMEOUT_MAX: Duration = Duration::from_millis(20);
 
@@ -60,23 +53,24 @@ impl DriverSession {
         self.device.place()
     }
 
-    /// Opens the devices.
+    /// Opens the devices. Returns the time of the end, none if cancelled.
     pub(super) fn open(
         &mut self,
         limit: SimDuration,
         observer: &mut dyn SessionObserver,
-    ) -> Result<SessionEnd, TaskError> {
+    ) -> Result<Option<HostTime>, TaskError> {
         self.driver.open(self.clock.now());
         self.run_phase(Phase::Opening, limit, observer)
     }
 
-    /// Runs one transfer. Bytes received since the last one are passed to the driver first.
+    /// Runs one transfer. Bytes received since the last one are passed to the driver first. Returns
+    /// the time of the end, none if cancelled.
     pub(super) fn transfer(
         &mut self,
         from_process: &[f64],
         limit: SimDuration,
         observer: &mut dyn SessionObserver,
-    ) -> Result<SessionEnd, TaskError> {
+    ) -> Result<Option<HostTime>, TaskError> {
         self.receive(Duration::ZERO, observer)?;
         self.driver.begin(self.clock.now(), from_process);
         self.run_phase(Phase::Transfer, limit, observer)
@@ -87,7 +81,7 @@ impl DriverSession {
         &mut self,
         limit: SimDuration,
         observer: &mut dyn SessionObserver,
-    ) -> Result<SessionEnd, TaskError> {
+    ) -> Result<Option<HostTime>, TaskError> {
         self.driver.close(self.clock.now());
         self.run_phase(Phase::Closing, limit, observer)
     }
@@ -111,27 +105,28 @@ impl DriverSession {
         Ok(self.driver.poll_timeout())
     }
 
-    /// Exchanges bytes between driver and device until the driver reports the end of the phase.
+    /// Exchanges bytes between driver and device until the driver reports the end of the phase, and
+    /// returns the time of it; none if the phase is cancelled.
     fn run_phase(
         &mut self,
         phase: Phase,
         limit: SimDuration,
         observer: &mut dyn SessionObserver,
-    ) -> Result<SessionEnd, TaskError> {
+    ) -> Result<Option<HostTime>, TaskError> {
         let deadline = self.clock.now() + duration(limit);
         loop {
             self.write(phase, limit, deadline, observer)?;
-            let progress = self.driver.poll_transfer();
-            let progress = progress.map_err(|error| TaskError::Device { why: error.why })?;
+            let busy = self.driver.is_busy();
+            let busy = busy.map_err(|error| TaskError::Device { why: error.why })?;
             let now = self.clock.now();
-            if progress == Transfer::Done {
-                return Ok(SessionEnd::Done(now));
+            if !busy {
+                return Ok(Some(now));
             }
             if now >= deadline {
                 return Err(self.limit_exceeded(phase, limit));
             }
             if observer.is_cancelled() && phase != Phase::Closing {
-                return Ok(SessionEnd::Cancelled);
+                return Ok(None);
             }
             let until = self.driver.poll_timeout().unwrap_or(deadline).min(deadline);
             self.receive(until.since(now).min(READ_TIMEOUT_MAX), observer)?;
@@ -257,12 +252,8 @@ mod tests {
             bytes.extend(any.then_some(7));
             any
         }
-        fn poll_transfer(&mut self) -> Result<Transfer, DriverError> {
-            Ok(if self.answers < 2 {
-                Transfer::Busy
-            } else {
-                Transfer::Done
-            })
+        fn is_busy(&self) -> Result<bool, DriverError> {
+            Ok(self.answers < 2)
         }
         fn to_process(&self) -> &[f64] {
             &[]
@@ -353,8 +344,8 @@ mod tests {
     fn earlier_bytes_precede_the_transfer_and_timeouts_are_handled_on_time() {
         let limit = SimDuration::from_secs(1);
         let (mut session, _, log) = session(Some(300), &[(50, 1), (500, 2)]);
-        let ending = session.transfer(&[], limit, &mut IgnoreBytes).unwrap();
-        assert_eq!(ending, SessionEnd::Done(HostTime::from_nanos(500)));
+        let end = session.transfer(&[], limit, &mut IgnoreBytes).unwrap();
+        assert_eq!(end, Some(HostTime::from_nanos(500)));
         let expected = [
             "received [1] at 100",
             "begin at 100",

@@ -6,6 +6,7 @@ mod clock;
 mod driver_session;
 mod histogram;
 mod limits;
+mod observed_thread;
 mod observer_queue;
 mod privileges;
 mod report;

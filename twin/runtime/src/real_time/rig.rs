@@ -1,6 +1,5 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use twinrig_kernel::{HostTime, Layout, SimDuration, SimTime};
@@ -8,14 +7,13 @@ use twinrig_kernel::{HostTime, Layout, SimDuration, SimTime};
 use super::clock::{Clock, MonotonicClock};
 use super::driver_session::duration;
 use super::limits::Limits;
-use super::observer_queue::{ObserverQueueReader, ObserverQueueWriter, observer_queue};
+use super::observed_thread::{Outcome, observe_thread};
+use super::observer_queue::ObserverQueueWriter;
 use super::privileges::{Privileges, raise_priority};
 use super::report::RealTimeReport;
 use super::scheduler::{RealTimeScheduler, TaskInterface};
 use super::worker_pool::WorkerPool;
-use crate::{
-    Change, Device, Driver, Group, Observer, PanicReport, Process, RigError, Schedule, catch_panic,
-};
+use crate::{Change, Device, Driver, Group, Observer, Process, RigError, Schedule, catch_panic};
 
 /// A process and drivers on real devices, wired by name and run in real time: the threaded executor
 /// of the scheduling rule ([`crate::Manager`]).
@@ -160,76 +158,23 @@ impl RealTimeRig {
         observer: &mut O,
         stop: &AtomicBool,
     ) -> (Result<Ended, RigError>, RealTimeReport) {
-        let (writer, mut reader) = observer_queue(self.options.queue_bytes / size_of::<u64>());
-        let stop_requested = Arc::new(AtomicBool::new(false));
-        let control = Control {
-            scheduler: self.scheduler,
-            clock: Arc::new(MonotonicClock::start()),
-            observer_queue: writer,
-            stop: stop_requested.clone(),
-            duration,
-            options: self.options,
+        let (drivers, scheduler, options) = (self.drivers, self.scheduler, self.options);
+        let queue_bytes = options.queue_bytes;
+        let run = move |observer_queue, stop| {
+            let control = Control {
+                scheduler,
+                clock: Arc::new(MonotonicClock::start()),
+                observer_queue,
+                stop,
+                duration,
+                options,
+            };
+            control.run(drivers)
         };
-        let drivers = self.drivers;
-        let thread = thread::Builder::new().name("control".into());
-        let thread = match thread.spawn(move || catch_panic(|| control.run(drivers))) {
-            Ok(thread) => thread,
-            Err(error) => {
-                let error = RigError::Thread {
-                    what: "control".into(),
-                    why: error.to_string(),
-                };
-                return (Err(error), RealTimeReport::default());
-            }
-        };
-        let observed = catch_panic(|| {
-            forward_records(&mut reader, observer, || {
-                stop_requested.store(stop.load(Ordering::Relaxed), Ordering::Relaxed);
-            });
-        });
-        if observed.is_err() {
-            stop_requested.store(true, Ordering::Relaxed);
-        }
-        let (ended, mut report) = join_result(thread);
-        report.lost += reader.lost();
-        (observed.map_err(RigError::from).and(ended), report)
-    }
-}
-
-/// Result of a run, and its report.
-type Outcome<R> = (Result<Ended, RigError>, R);
-
-/// Joins a thread; a panic of it is an error.
-pub(super) fn join_result<R: Default>(
-    thread: JoinHandle<Result<Outcome<R>, PanicReport>>,
-) -> Outcome<R> {
-    // Without a result the thread panicked while dropping its values.
-    let ended = thread.join().unwrap_or_else(|_| {
-        Err(PanicReport {
-            part: None,
-            message: "a thread ended without a result".to_owned(),
-            place: None,
-        })
-    });
-    ended.unwrap_or_else(|panic| (Err(panic.into()), R::default()))
-}
-
-/// Passes all records to the observer until the writing end is dropped and the queue is empty.
-pub(super) fn forward_records<O: Observer>(
-    reader: &mut ObserverQueueReader,
-    observer: &mut O,
-    mut poll: impl FnMut(),
-) {
-    loop {
-        poll();
-        let last = reader.is_abandoned();
-        if reader.drain(observer) {
-            continue;
-        }
-        if last {
-            return;
-        }
-        thread::sleep(POLL_INTERVAL);
+        let ((ended, mut report), lost) =
+            observe_thread("control", queue_bytes, observer, stop, run);
+        report.lost += lost;
+        (ended, report)
     }
 }
 
@@ -244,10 +189,7 @@ struct Control {
 }
 
 impl Control {
-    fn run(
-        mut self,
-        drivers: Vec<(Box<dyn Driver>, Box<dyn Device>)>,
-    ) -> (Result<Ended, RigError>, RealTimeReport) {
+    fn run(mut self, drivers: Vec<(Box<dyn Driver>, Box<dyn Device>)>) -> Outcome<RealTimeReport> {
         raise_priority(self.options.privileges.control_priority);
         let priority = self.options.privileges.task_priority;
         let pool = WorkerPool::start(drivers, &self.clock, self.options.limits, priority);

@@ -1,13 +1,15 @@
 use std::ops::Range;
 
-use twinrig_kernel::{CycleJitter, Direction, HostTime, Layout, Port, SimDuration, SimTime};
+use twinrig_kernel::{CycleJitter, HostTime, Layout, Port, SimDuration, SimTime};
 
 use super::clock::Clock;
 use super::driver_session::{ByteDirection, duration};
 use super::report::{RealTimeReport, TaskReport};
 use crate::interrupt::LongLoop;
 use crate::process_slot::ProcessSlot;
-use crate::wiring::{TaskLinks, check_names, wire};
+use crate::schedule::check_observation_period;
+use crate::traced_wire::{OWN_TRACES, byte_traces};
+use crate::wiring::{append_ports, diagnostics_layout};
 use crate::{
     ControlStep, Group, Manager, Observer, Process, RigError, RunEvent, Schedule, TaskError,
 };
@@ -59,11 +61,9 @@ pub(super) struct RealTimeScheduler {
     pub(super) report: RealTimeReport,
 }
 
-/// A task, as wired to the process.
+/// A task and its range of the values of all tasks.
 pub(super) struct TaskPart {
     pub(super) name: String,
-    links: TaskLinks,
-    from_process: Vec<f64>,
     diagnostics: Range<usize>,
     begun: HostTime,
 }
@@ -75,9 +75,6 @@ pub(super) struct TaskInterface {
     pub(super) diagnostics: Vec<Port>,
 }
 
-/// Byte traces of each task: out, then in.
-const TRACES_PER_TASK: usize = 2;
-
 impl RealTimeScheduler {
     /// Wires the parts by name.
     pub(super) fn new(
@@ -86,41 +83,20 @@ impl RealTimeScheduler {
         tasks: Vec<TaskInterface>,
     ) -> Result<Self, RigError> {
         let period = schedule.period()?;
-        if schedule.observe.is_zero() {
-            return Err(RigError::BadPeriod {
-                what: "observation",
-            });
-        }
-        let ports = process.ports();
-        let diagnostics: Vec<Port> = tasks
-            .iter()
-            .flat_map(|task| task.diagnostics.clone())
-            .collect();
-        check_names(
-            "the list of diagnostics of drivers and devices",
-            &diagnostics,
-        )?;
-        let named: Vec<_> = tasks
-            .iter()
-            .map(|task| (task.name.clone(), task.ports.clone()))
-            .collect();
-        let links = wire((process.name(), &ports), &named)?;
-        let mut diagnostics_end = 0;
-        let mut parts = Vec::new();
-        let mut traces = Vec::new();
-        for (interface, links) in tasks.into_iter().zip(links) {
-            let diagnostics_start = diagnostics_end;
-            diagnostics_end += Layout::of(&interface.diagnostics, Direction::Output).len();
-            traces.extend(["out", "in"].map(|trace| format!("{}/{trace}", interface.name)));
+        check_observation_period(schedule.observe)?;
+        let (mut parts, mut named) = (Vec::new(), Vec::new());
+        let (mut diagnostics, mut traces) = (Vec::new(), Vec::new());
+        for task in tasks {
+            traces.extend(byte_traces(&task.name, &[]));
             parts.push(TaskPart {
-                name: interface.name,
-                links,
-                from_process: vec![0.0; Layout::of(&interface.ports, Direction::Input).len()],
-                diagnostics: diagnostics_start..diagnostics_end,
+                name: task.name.clone(),
+                diagnostics: append_ports(&mut diagnostics, task.diagnostics),
                 begun: HostTime::default(),
             });
+            named.push((task.name, task.ports));
         }
-        let diagnostics = Layout::of(&diagnostics, Direction::Output);
+        let slot = ProcessSlot::new(process, &named)?;
+        let diagnostics = diagnostics_layout(&diagnostics)?;
         let report = RealTimeReport {
             tasks: parts
                 .iter()
@@ -129,7 +105,7 @@ impl RealTimeScheduler {
             ..RealTimeReport::default()
         };
         Ok(Self {
-            slot: ProcessSlot::new(process, &ports),
+            slot,
             manager: Manager::new(parts.len()),
             tasks: parts,
             values: vec![0.0; diagnostics.len()],
@@ -187,8 +163,7 @@ impl RealTimeScheduler {
             let now = self.stamp(at);
             match kind {
                 ReportKind::Passed(direction, bytes) => {
-                    let trace =
-                        task * TRACES_PER_TASK + usize::from(direction == ByteDirection::In);
+                    let trace = task * OWN_TRACES + usize::from(direction == ByteDirection::In);
                     observer.bytes(now, trace, bytes);
                 }
                 ReportKind::Ended => {
@@ -280,14 +255,10 @@ impl RealTimeScheduler {
         }
         self.report.iterations += 1;
         self.slot.apply_changes(scheduled, now, observer)?;
-        for (n, part) in self.tasks.iter().enumerate() {
+        for n in 0..self.tasks.len() {
             if self.manager.takes_part(n) {
                 let (results, _) = tasks.results(n);
-                let inputs = &mut self.slot.state.inputs;
-                part.links
-                    .measurements
-                    .iter()
-                    .for_each(|link| link.copy(results, inputs));
+                self.slot.accept_results(n, results);
             } else {
                 self.report.tasks[n].skipped += 1;
                 observer.event(now, RunEvent::TaskSkipped { task: n });
@@ -333,11 +304,8 @@ impl RealTimeScheduler {
             }
             self.manager.task_begun(n);
             observer.event(now, RunEvent::TaskBegin { task: n });
-            for link in &part.links.commands {
-                link.copy(&self.slot.state.outputs, &mut part.from_process);
-            }
             part.begun = ended;
-            tasks.begin(n, ended, &part.from_process);
+            tasks.begin(n, ended, self.slot.task_inputs(n));
         }
     }
 

@@ -6,11 +6,10 @@ use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
 
 use proptest::prelude::*;
-use twinrig_kernel::Snapshot;
 
 use super::*;
 use crate::real_time::tests::EmptyPlant;
-use crate::{Device, Part, PlantAccess, TransmitBuffer};
+use crate::{Device, DeviceError, Part, PlantAccess, TaskError, TransmitBuffer};
 
 const BYTE_TIME: SimDuration = SimDuration::from_micros(3);
 const CAPACITY: usize = 4096;
@@ -91,11 +90,7 @@ impl RecordedWire {
     }
 }
 
-impl Part for RecordedWire {
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-}
+impl Part for RecordedWire {}
 
 impl Wire for RecordedWire {
     fn send(&mut self, now: SimTime, bytes: &[u8]) {
@@ -217,6 +212,46 @@ fn serve_host(
         }
     };
     (line, run_until)
+}
+
+/// Wire that requests a wake-up at the present instant whenever it has been woken.
+#[derive(Default)]
+struct RestlessWire(Option<SimTime>);
+
+impl Part for RestlessWire {}
+
+impl Wire for RestlessWire {
+    fn send(&mut self, _: SimTime, _: &[u8]) {}
+    fn next_wake(&self) -> Option<SimTime> {
+        self.0.or(Some(millis(3)))
+    }
+    fn advance(&mut self, now: SimTime, _: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        self.0 = (now >= millis(3)).then_some(now);
+        Ok(())
+    }
+    fn receive(&mut self, _: &mut Vec<u8>) {}
+}
+
+#[test]
+fn livelock_is_reported_with_the_wire_that_causes_it() {
+    let clock = Arc::new(InterruptedClock::default());
+    let wire = ServedWire {
+        name: "restless".into(),
+        wire: Box::new(RestlessWire::default()),
+        device: Box::new(Host {
+            clock: clock.clone(),
+            flood_until: SimTime::ZERO,
+            single_bytes: VecDeque::new(),
+        }),
+    };
+    let mut serve = Serve::new(ServeOptions::default(), Box::new(EmptyPlant), vec![wire]).unwrap();
+    let mut cycles = (0..1000).map(|_| serve.cycle(&*clock, HostTime::default(), &mut ()));
+    let error = cycles.find_map(Result::err);
+    let Some(RigError::Livelock(livelock)) = error else {
+        panic!("{error:?}");
+    };
+    assert_eq!(livelock.time, millis(3));
+    assert_eq!(livelock.edges[0].woke, "restless");
 }
 
 fn locked(line: &Mutex<LineRecord>) -> MutexGuard<'_, LineRecord> {

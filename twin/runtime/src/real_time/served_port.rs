@@ -6,15 +6,16 @@ use nix::sys::time::TimeSpec;
 use twinrig_kernel::{HostTime, SimDuration, SimTime};
 
 use super::clock::Clock;
-use crate::{Device, DeviceError, Wire};
+use crate::event_loop::{PartSlot, Wakeable};
+use crate::traced_wire::TracedWire;
+use crate::{Device, DeviceError, Part, PlantAccess, Progress, RigError, TaskError, Wire};
 
 /// A wire with the device of its host, and the state of both.
 pub(super) struct ServedPort {
-    pub(super) name: String,
-    pub(super) wire: Box<dyn Wire>,
+    wire: TracedWire,
     device: Box<dyn Device>,
     /// Bytes read from the device and not yet written to the wire.
-    pub(super) received: Vec<u8>,
+    pub(super) pending: Vec<u8>,
     /// Time of the next check of a device whose other end is closed.
     closed_until: Option<HostTime>,
     /// Whether the other end was ever open.
@@ -23,10 +24,6 @@ pub(super) struct ServedPort {
     /// waits in it.
     burst_wait_until: SimTime,
     pub(super) burst_limit: SimTime,
-    /// Range of its diagnostics.
-    pub(super) diagnostics: std::ops::Range<usize>,
-    /// Index of its first byte trace.
-    pub(super) first_trace: usize,
     /// Number of bytes that the host did not read.
     pub(super) unread: u64,
 }
@@ -44,16 +41,13 @@ const USB_PACKET: usize = 512;
 impl ServedPort {
     pub(super) fn new(name: String, wire: Box<dyn Wire>, device: Box<dyn Device>) -> Self {
         Self {
-            name,
-            wire,
+            wire: TracedWire::new(name, wire),
             device,
-            received: Vec::with_capacity(4096),
+            pending: Vec::with_capacity(READ_MAX),
             closed_until: None,
             was_open: false,
             burst_wait_until: SimTime::ZERO,
             burst_limit: SimTime::ZERO,
-            diagnostics: 0..0,
-            first_trace: 0,
             unread: 0,
         }
     }
@@ -66,7 +60,11 @@ impl ServedPort {
     /// Returns the number of bytes that may be read at `now`; the others remain in the device,
     /// whose writer blocks when it is full.
     fn room(&self, now: SimTime) -> usize {
-        let room = self.wire.transmit_buffer().map(|buffer| buffer.room(now));
+        let room = self
+            .wire
+            .wire
+            .transmit_buffer()
+            .map(|buffer| buffer.room(now));
         match room {
             None => READ_MAX,
             Some(room) if room < USB_PACKET => 0,
@@ -76,7 +74,11 @@ impl ServedPort {
 
     /// Returns the time from which the transmitter is idle; none before the first byte.
     pub(super) fn idle_from(&self) -> Option<SimTime> {
-        let idle = self.wire.transmit_buffer().map(|buffer| buffer.idle_from);
+        let idle = self
+            .wire
+            .wire
+            .transmit_buffer()
+            .map(|buffer| buffer.idle_from);
         idle.filter(|idle| *idle > SimTime::ZERO)
     }
 
@@ -108,7 +110,7 @@ impl ServedPort {
         timeout: Duration,
         clock: &dyn Clock,
     ) -> Result<(), DeviceError> {
-        match self.device.read_up_to(room, timeout, &mut self.received) {
+        match self.device.read_up_to(room, timeout, &mut self.pending) {
             Ok(()) => {
                 self.closed_until = None;
                 self.was_open = true;
@@ -121,8 +123,23 @@ impl ServedPort {
         Ok(())
     }
 
-    /// Writes bytes of the wire to the host. Unread bytes are lost, as with a converter chip.
-    pub(super) fn write(&mut self, bytes: &[u8]) -> Result<(), DeviceError> {
+    /// Writes the bytes read from the device to the wire, as [`Wire::send`] or
+    /// [`Wire::send_contiguous`].
+    pub(super) fn send(
+        &mut self,
+        now: SimTime,
+        plant: &mut dyn PlantAccess,
+        send: impl FnOnce(&mut dyn Wire, &[u8]),
+    ) -> Result<Progress, TaskError> {
+        self.wire.advance(now, plant)?;
+        self.wire.send(&self.pending, send);
+        self.pending.clear();
+        self.wake(now, plant)
+    }
+
+    /// Writes the bytes of the wire to the host. Unread bytes are lost, as with a converter chip.
+    fn write(&mut self) -> Result<(), DeviceError> {
+        let bytes = &self.wire.received;
         let lost = self.closed_until.is_some();
         let written = if lost {
             Ok(())
@@ -138,50 +155,72 @@ impl ServedPort {
         }
         Ok(())
     }
+}
 
-    /// Returns the next wake-up of the wire, not before `now`.
-    pub(super) fn next_wake(&self, now: SimTime) -> Option<SimTime> {
-        self.wire.next_wake().map(|at| at.max(now))
+impl Part for ServedPort {
+    fn inner(&self) -> Option<&dyn Part> {
+        Some(&self.wire)
+    }
+
+    fn inner_mut(&mut self) -> Option<&mut dyn Part> {
+        Some(&mut self.wire)
+    }
+}
+
+impl Wakeable for ServedPort {
+    /// Advances the wire and passes its bytes to the host.
+    fn wake(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
+        if self.wire.receive(now, plant)? {
+            self.write()?;
+        }
+        Ok(Progress::Done)
+    }
+
+    fn idle_wake(&self) -> Option<SimTime> {
+        self.wire.wire.next_wake()
     }
 }
 
 /// Waits for bytes at any of the devices, until `until` at the latest, and reads those that have
 /// room on their wires, which are at `now`.
 pub(super) fn read_ports(
-    ports: &mut [ServedPort],
+    ports: &mut [PartSlot<ServedPort>],
     now: SimTime,
     until: HostTime,
     clock: &dyn Clock,
-) -> Result<(), DeviceError> {
+) -> Result<(), RigError> {
     let begin = clock.now();
     let timeout = until.since(begin);
-    if let [only] = &mut *ports
-        && only.closed_until.is_none()
-        && only.room(now) > 0
+    if let [slot] = &mut *ports
+        && slot.part.closed_until.is_none()
+        && slot.part.room(now) > 0
     {
-        return only.read(only.room(now), timeout, clock);
+        let room = slot.part.room(now);
+        let read = slot.part.read(room, timeout, clock);
+        return read.map_err(|error| slot.error(now, error.into()));
     }
     if !timeout.is_zero() {
         wait_for_bytes(ports, now, timeout, begin, clock);
     }
-    for port in ports {
-        let room = port.room(now);
-        if room > 0 && port.closed_until.is_none_or(|until| until <= begin) {
-            port.read(room, Duration::ZERO, clock)?;
+    for slot in ports {
+        let room = slot.part.room(now);
+        if room > 0 && slot.part.closed_until.is_none_or(|until| until <= begin) {
+            let read = slot.part.read(room, Duration::ZERO, clock);
+            read.map_err(|error| slot.error(now, error.into()))?;
         }
     }
     Ok(())
 }
 
 fn wait_for_bytes(
-    ports: &[ServedPort],
+    ports: &[PartSlot<ServedPort>],
     now: SimTime,
     mut timeout: Duration,
     begin: HostTime,
     clock: &dyn Clock,
 ) {
     let mut watched = Vec::with_capacity(ports.len());
-    for port in ports {
+    for PartSlot { part: port, .. } in ports {
         let descriptor: Option<BorrowedFd<'_>> = port.device.descriptor();
         match (port.closed_until, descriptor) {
             (Some(until), _) => timeout = timeout.min(until.since(begin)),

@@ -119,11 +119,7 @@ impl FixedTask {
     }
 }
 
-impl Part for FixedTask {
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-}
+impl Part for FixedTask {}
 
 impl IoTask for FixedTask {
     fn name(&self) -> &str {

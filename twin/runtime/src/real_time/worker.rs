@@ -7,7 +7,7 @@ use triple_buffer::{Input, Output};
 use twinrig_kernel::HostTime;
 
 use super::clock::Clock;
-use super::driver_session::{ByteDirection, DriverSession, SessionEnd, SessionObserver};
+use super::driver_session::{ByteDirection, DriverSession, SessionObserver};
 use super::limits::Limits;
 use super::privileges::raise_priority;
 use super::ring::RingWriter;
@@ -121,21 +121,17 @@ impl Worker {
             shared: &self.shared,
             reports: &mut self.reports,
         };
-        let mut ending = self.session.open(limit, &mut queue)?;
-        loop {
-            match ending {
-                SessionEnd::Done(at) => self.publish(at),
-                SessionEnd::Cancelled => return Ok(()),
-            }
-            let Some(next) = self.wait()? else {
-                return Ok(());
-            };
-            ending = next;
+        let mut end = self.session.open(limit, &mut queue)?;
+        while let Some(at) = end {
+            self.publish(at);
+            end = self.wait()?;
         }
+        Ok(())
     }
 
-    /// Waits for an order and runs a transfer on [`order::BEGIN`]; none on [`order::CLOSE`].
-    fn wait(&mut self) -> Result<Option<SessionEnd>, TaskError> {
+    /// Waits for an order and runs a transfer on [`order::BEGIN`]. Returns the time of its end;
+    /// none if it is cancelled, and on [`order::CLOSE`].
+    fn wait(&mut self) -> Result<Option<HostTime>, TaskError> {
         let limit = self.limits.transfer;
         let mut queue = ReportQueue {
             shared: &self.shared,
@@ -151,8 +147,7 @@ impl Worker {
             match begin {
                 Ok(_) => {
                     let from_process = self.from_process.read();
-                    let ending = self.session.transfer(from_process, limit, &mut queue)?;
-                    return Ok(Some(ending));
+                    return self.session.transfer(from_process, limit, &mut queue);
                 }
                 Err(order::CLOSE) => return Ok(None),
                 Err(_) => {}

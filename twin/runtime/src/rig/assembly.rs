@@ -1,9 +1,8 @@
-use twinrig_kernel::{Agenda, Direction, Layout, Port, SimTime};
+use twinrig_kernel::{Agenda, SimTime};
 
-use super::{Parts, Rig, RigState, TaskSlot, rank};
-use crate::plant_host::PlantHost;
+use super::Rig;
+use crate::event_loop::{EventLoop, rank};
 use crate::process_slot::ProcessSlot;
-use crate::wiring::{check_names, wire};
 use crate::{IoTask, Manager, Plant, Process, RigError, Schedule};
 
 impl Rig {
@@ -20,94 +19,34 @@ impl Rig {
         plant: Box<dyn Plant>,
     ) -> Result<Self, RigError> {
         let period = schedule.period()?;
-        if schedule.observe.is_zero() {
-            return Err(RigError::BadPeriod {
-                what: "observation",
-            });
-        }
         let compute = schedule
             .compute
             .clone()
             .source(schedule.seed, "process/compute");
-        let process_ports = process.ports();
-        check_names(plant.name(), &plant.ports())?;
-        let mut agenda = Agenda::new(schedule.events_max);
-        let plant_host = PlantHost::new(plant);
-        let diagnostics: Vec<Port> = tasks.iter().flat_map(|task| task.diagnostics()).collect();
-        check_names(
-            "the list of diagnostics of drivers and devices",
-            &diagnostics,
-        )?;
-        let traces = tasks.iter().flat_map(|task| task.traces()).collect();
-        let tasks = connect(
-            process.name(),
-            &process_ports,
-            tasks,
-            &plant_host,
-            &mut agenda,
-        )?;
-        let parts = Parts {
-            process_end: agenda.register("process end", rank::PROCESS_END),
-            control_step: agenda.register("control step", rank::CONTROL_STEP),
-            observation: agenda.register("observation", rank::OBSERVATION),
+        let named: Vec<_> = tasks
+            .iter()
+            .map(|task| (task.name().to_string(), task.ports()))
+            .collect();
+        let process = ProcessSlot::new(process, &named)?;
+        let parts = named.into_iter().map(|(name, _)| name).zip(tasks);
+        let agenda = Agenda::new(schedule.events_max);
+        let own_events = |agenda: &mut Agenda| {
+            let process_end = agenda.register("process end", rank::PROCESS_END);
+            let control_step = agenda.register("control step", rank::CONTROL_STEP);
+            agenda.arm(control_step, SimTime::ZERO);
+            (process_end, control_step)
         };
-        agenda.arm(parts.control_step, SimTime::ZERO);
-        agenda.arm(parts.observation, SimTime::ZERO);
-        let diagnostics = Layout::of(&diagnostics, Direction::Output);
-        let state = RigState {
-            manager: Manager::new(tasks.len()),
-            agenda,
-            compute: compute.map_err(RigError::Compute)?,
-            diagnostics: vec![0.0; diagnostics.len()],
-        };
-        let observe = schedule.observe;
+        let (events, (process_end, control_step)) =
+            EventLoop::new(plant, parts.collect(), schedule.observe, agenda, own_events)?;
         Ok(Self {
-            process: ProcessSlot::new(process, &process_ports),
-            tasks,
-            plant_host,
-            state,
-            diagnostics,
-            traces,
+            process,
+            manager: Manager::new(events.parts.len()),
+            events,
+            compute: compute.map_err(RigError::Compute)?,
             period,
-            observe,
-            parts,
+            process_end,
+            control_step,
             failed: None,
         })
     }
-}
-
-/// Wires the tasks to process and plant, and registers them with the agenda.
-fn connect(
-    process_name: &str,
-    process_ports: &[Port],
-    tasks: Vec<Box<dyn IoTask>>,
-    plant_host: &PlantHost,
-    agenda: &mut Agenda,
-) -> Result<Vec<TaskSlot>, RigError> {
-    let named: Vec<_> = tasks
-        .iter()
-        .map(|task| (task.name().to_string(), task.ports()))
-        .collect();
-    let links = wire((process_name, process_ports), &named)?;
-    let mut slots: Vec<TaskSlot> = Vec::new();
-    let (mut diagnostics_end, mut first_trace) = (0, 0);
-    for ((mut task, (name, ports)), links) in tasks.into_iter().zip(named).zip(links) {
-        task.connect(&name, &plant_host.signals)?;
-        let from_process = vec![0.0; Layout::of(&ports, Direction::Input).len()];
-        let part = agenda.register(name.clone(), rank::TASK);
-        let diagnostics_start = diagnostics_end;
-        diagnostics_end += Layout::of(&task.diagnostics(), Direction::Output).len();
-        let traces = task.traces().len();
-        slots.push(TaskSlot {
-            task,
-            name,
-            links,
-            from_process,
-            diagnostics: diagnostics_start..diagnostics_end,
-            first_trace,
-            part,
-        });
-        first_trace += traces;
-    }
-    Ok(slots)
 }

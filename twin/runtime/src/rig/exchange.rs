@@ -23,7 +23,7 @@ impl Rig {
         if let Some(error) = &self.failed {
             return Err(error.clone());
         }
-        let plant_host = &mut self.plant_host;
+        let plant_host = &mut self.events.plant_host;
         let (present_ports, new_ports) = (plant_host.plant.ports(), plant.ports());
         if present_ports != new_ports {
             let differs = (0..present_ports.len().max(new_ports.len()))
@@ -57,6 +57,6 @@ impl Rig {
     /// Returns the time of the last replacement of the plant, if any: the present plant has no
     /// history before it.
     pub fn exchanged(&self) -> Option<SimTime> {
-        self.plant_host.state.exchanged
+        self.events.plant_host.state.exchanged
     }
 }

@@ -1,17 +1,21 @@
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Snapshot, SnapshotError};
+use twinrig_kernel::{Agenda, Snapshot, SnapshotError};
 
-use super::{ProcessSlotState, Rig, RigState, TaskSlot};
+use super::Rig;
 use crate::plant_host::PlantHostState;
-use crate::{Group, RigError};
+use crate::process_slot::ProcessSlotState;
+use crate::{Group, Manager, RigError, TimeSource};
 
 /// State of a rig between two events.
 #[derive(Serialize, Deserialize)]
 struct SavedRig {
     configuration: String,
-    state: RigState,
+    manager: Manager,
+    agenda: Agenda,
+    compute: TimeSource,
+    diagnostics: Vec<f64>,
     slot: ProcessSlotState,
     plant_host: PlantHostState,
     process: Snapshot,
@@ -25,12 +29,15 @@ impl Rig {
     pub fn save(&self) -> Snapshot {
         Snapshot::of(&SavedRig {
             configuration: self.configuration(),
-            state: self.state.clone(),
+            manager: self.manager.clone(),
+            agenda: self.events.agenda.clone(),
+            compute: self.compute.clone(),
+            diagnostics: self.events.values.clone(),
             slot: self.process.state.clone(),
-            plant_host: self.plant_host.state.clone(),
+            plant_host: self.events.plant_host.state.clone(),
             process: self.process.save(),
-            tasks: self.tasks.iter().map(TaskSlot::save).collect(),
-            plant: self.plant_host.save(),
+            tasks: self.events.save_parts(),
+            plant: self.events.plant_host.save(),
         })
     }
 
@@ -50,19 +57,20 @@ impl Rig {
             .into());
         }
         let restored = self.restore_parts(&saved).map_err(RigError::from);
-        self.state = saved.state;
+        self.manager = saved.manager;
+        self.events.agenda = saved.agenda;
+        self.compute = saved.compute;
+        self.events.values = saved.diagnostics;
         self.process.state = saved.slot;
-        self.plant_host.state = saved.plant_host;
+        self.events.plant_host.state = saved.plant_host;
         self.failed = restored.clone().err();
         restored
     }
 
     fn restore_parts(&mut self, saved: &SavedRig) -> Result<(), SnapshotError> {
         self.process.process.restore(&saved.process)?;
-        for (slot, snapshot) in self.tasks.iter_mut().zip(&saved.tasks) {
-            slot.task.restore(snapshot)?;
-        }
-        self.plant_host.plant.restore(&saved.plant)
+        self.events.restore_parts(&saved.tasks)?;
+        self.events.plant_host.plant.restore(&saved.plant)
     }
 
     /// Returns the configuration: rigs of equal configuration restore each other's snapshots.
@@ -74,12 +82,12 @@ impl Rig {
             self.process.process.name(),
             len(Group::ProcessInputs),
             len(Group::ProcessOutputs),
-            self.plant_host.plant.name(),
-            self.plant_host.state.inputs.len(),
+            self.events.plant_host.plant.name(),
+            self.events.plant_host.state.inputs.len(),
             len(Group::Plant),
             self.task_names().collect::<Vec<_>>(),
             self.period,
-            self.observe,
+            self.events.observe,
         )
     }
 }
