@@ -1,22 +1,21 @@
 //! Driver and board connected by a wire, in a rig.
 
 use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
-use twinrig_phidget::{Board, Gain, Input, Phidget};
+use twinrig_phidget::{AnalogInput, Board, Gain, Phidget};
 use twinrig_runtime::{Rig, RunEvent};
 use twinrig_testing::rig_harness;
 use twinrig_testing::rig_harness::{RecordingPlant, diagnostic, rig, run};
 use twinrig_wire::{AnalogSource, Fault, FaultKind, FaultSchedule};
 
-fn input(channel: usize, component: usize, scale: f64) -> Input {
-    let analog_source = AnalogSource {
-        signal: "leg/LF/foot/force".into(),
-        component,
-        scale,
-        offset: 0.0,
-    };
-    Input {
+fn input(channel: usize, component: usize, scale: f64) -> AnalogInput {
+    AnalogInput {
         channel,
-        analog_source,
+        analog_source: Some(AnalogSource {
+            signal: "leg/LF/foot/force".into(),
+            component,
+            scale,
+            offset: 0.0,
+        }),
     }
 }
 
