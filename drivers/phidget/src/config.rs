@@ -14,8 +14,8 @@ pub struct Phidget {
     pub name: String,
     /// Type and set-up of the board.
     pub board: Board,
-    /// Sources of the inputs: ratios \[1\] of a bridge, voltages \[V\] of an interface kit. An input
-    /// without a source reads 0.
+    /// Connected inputs: ratios \[1\] of a bridge, voltages \[V\] of an interface kit. The others
+    /// read 0.
     pub inputs: Vec<AnalogInput>,
     /// Clock of the board.
     pub clock: BoardClock,
