@@ -14,7 +14,7 @@ use twinrig_sbcp::{
     Address, Controller, ControllerConfig, ErrorCode, Instruction, Master, MasterConfig, Parser,
     RegisterTable, Request, Response, Slave, SlaveConfig, SlaveEvent, Topology,
 };
-use twinrig_wire::{Arrivals, FrameMatch, Framer, Piece};
+use twinrig_wire::{Arrivals, FramedMessage, Framer, Piece};
 
 /// Number of bytes received by each participant of SBCP, and by the other parsers.
 const SBCP_BYTES: u64 = 10_000_000;
@@ -317,15 +317,14 @@ fn has_sum(frame: &[u8]) -> bool {
 
 /// Numbers of frames with right and wrong checksum accepted by a parser; the driver receives the
 /// same bytes.
-fn frames(
+fn frames<M: FramedMessage>(
     name: &str,
     valid: Vec<Vec<u8>>,
-    match_frame: fn(&[u8]) -> FrameMatch,
     right: fn(&[u8]) -> bool,
     driver: &mut dyn Driver,
 ) -> [u64; 2] {
     let mut generator = BurstGenerator::new(name, valid);
-    let mut framer = Framer::new(match_frame);
+    let mut framer = Framer::new(M::match_frame);
     let (mut bytes, mut found, mut tx) = (0, [0; 2], Vec::new());
     let mut now = HostTime::from_nanos(0);
     driver.open(now);
@@ -353,12 +352,6 @@ fn frames(
     found
 }
 
-fn encoded(encode: impl Fn(&mut Vec<u8>)) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    encode(&mut bytes);
-    bytes
-}
-
 #[test]
 fn frame_parsers_reject_wrong_checksums_without_panic() {
     let servos = |sequence| rb110::Request {
@@ -372,22 +365,11 @@ fn frame_parsers_reject_wrong_checksums_without_panic() {
         replaced: false,
         counts: [Some(512); 8],
     };
-    let valid = (0..3).flat_map(|n| {
-        [
-            encoded(|bytes| servos(n).encode(bytes)),
-            encoded(|bytes| answers(n).encode(bytes)),
-        ]
-    });
+    let valid = (0..3).flat_map(|n| [servos(n).to_frame(), answers(n).to_frame()]);
     let mut driver = Rb110::with_servos("rb110", PulseMap::ONCILLA, &[(15, "LF")])
         .driver()
         .unwrap();
-    let rb110 = frames(
-        "rb110",
-        valid.collect(),
-        rb110::match_frame,
-        has_crc,
-        &mut driver,
-    );
+    let rb110 = frames::<rb110::Request>("rb110", valid.collect(), has_crc, &mut driver);
 
     let data = (0..3_u16).map(|n| {
         let data = optoforce::Message::Data {
@@ -395,19 +377,12 @@ fn frame_parsers_reject_wrong_checksums_without_panic() {
             status: optoforce::Status(0),
             counts: optoforce::Counts::Three([1, -2, 300]),
         };
-        encoded(|bytes| data.encode(bytes))
+        data.to_frame()
     });
-    let acknowledgement =
-        encoded(|bytes| optoforce::Message::Acknowledgement { status: 0 }.encode(bytes));
-    let valid = data.chain([acknowledgement]).collect();
+    let acknowledgement = optoforce::Message::Acknowledgement { status: 0 };
+    let valid = data.chain([acknowledgement.to_frame()]).collect();
     let mut driver = OptoForce::new("optoforce", "force").driver().unwrap();
-    let optoforce = frames(
-        "optoforce",
-        valid,
-        optoforce::match_frame,
-        has_sum,
-        &mut driver,
-    );
+    let optoforce = frames::<optoforce::Message>("optoforce", valid, has_sum, &mut driver);
 
     let valid = [
         phidget::Message::Accepted { done: true },
@@ -421,15 +396,9 @@ fn frame_parsers_reject_wrong_checksums_without_panic() {
             readings: [500; 8],
         },
     ];
-    let valid = valid.map(|message| encoded(|bytes| message.encode(bytes)));
+    let valid = valid.map(|message| message.to_frame());
     let mut driver = Phidget::new("bridge", Board::default()).driver().unwrap();
-    let phidget = frames(
-        "phidget",
-        valid.into(),
-        phidget::match_frame,
-        has_crc,
-        &mut driver,
-    );
+    let phidget = frames::<phidget::Message>("phidget", valid.into(), has_crc, &mut driver);
 
     for [right, wrong] in [rb110, optoforce, phidget] {
         assert!(right > 1_000);

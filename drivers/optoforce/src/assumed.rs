@@ -6,13 +6,11 @@ use twinrig_kernel::SimDuration;
 /// individual calibration.
 pub(crate) const NOMINAL_FORCE: f64 = 1600.0;
 /// Counts at [`NOMINAL_FORCE`], beyond which an axis is overloaded. ASSUMED.
-pub(crate) const NOMINAL_COUNTS: f64 = 6000.0;
+pub(crate) const NOMINAL_COUNTS: i16 = 6000;
 /// Period of measuring and filtering, independent of the output rate: its maximum rate. ASSUMED.
 pub(crate) const SAMPLE_PERIOD: SimDuration = SimDuration::from_millis(1);
 /// Time-out of an acknowledgement, and then of a sample. ASSUMED: twice the period of the lowest
 /// rate.
 pub(crate) const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(200);
-/// Attempts at opening or closing. ASSUMED.
-pub(crate) const ATTEMPTS: u32 = 3;
 /// Time from a configuration's last byte to its acknowledgement's first bit. ASSUMED.
 pub(crate) const REACTION: SimDuration = SimDuration::from_micros(50);

@@ -1,7 +1,7 @@
 use thiserror::Error;
 use twinrig_kernel::{BoardClock, SimDuration};
 use twinrig_runtime::Wire;
-use twinrig_wire::{Duplex, FaultSchedule, Faulty, HostEnd, Uart, WireError};
+use twinrig_wire::{FaultSchedule, WireError, device_wire};
 
 use crate::assumed;
 use crate::{
@@ -62,7 +62,7 @@ const BYTE_TIME: SimDuration = SimDuration::from_micros(10);
 
 impl OptoForce {
     /// Full scale of an axis \[counts\]. ASSUMED.
-    pub const COUNTS: f64 = assumed::NOMINAL_COUNTS;
+    pub const COUNTS: f64 = assumed::NOMINAL_COUNTS as f64;
 
     /// Creates the configuration of an OMD-30-FF-1600N with factory settings: 100 Hz, cut-off at 15
     /// Hz, no offset.
@@ -73,7 +73,7 @@ impl OptoForce {
             cutoff: Cutoff::default(),
             zero: false,
             take: SampleChoice::default(),
-            sensitivity: assumed::NOMINAL_COUNTS / assumed::NOMINAL_FORCE,
+            sensitivity: Self::COUNTS / assumed::NOMINAL_FORCE,
             signal: signal.into(),
             clock: BoardClock::IDEAL,
         }
@@ -85,7 +85,7 @@ impl OptoForce {
     /// [`OptoForceError`] if the configuration is invalid.
     pub fn driver(&self) -> Result<OptoForceDriver, OptoForceError> {
         self.check()?;
-        Ok(OptoForceDriver::new(OptoForceProtocol::new(self.clone())))
+        Ok(OptoForceDriver::new(OptoForceProtocol(self.clone())))
     }
 
     /// Creates the emulated sensor.
@@ -103,10 +103,7 @@ impl OptoForce {
     /// # Errors
     /// [`OptoForceError`] if the configuration or a fault is invalid.
     pub fn wire(&self, faults: &FaultSchedule) -> Result<impl Wire + use<>, OptoForceError> {
-        let place = format!("wire/{}", self.name);
-        let line = Duplex::new(BYTE_TIME, self.sensor()?);
-        let line = Faulty::new(&place, BYTE_TIME, faults, line)?;
-        Ok(HostEnd::new(Uart::new(BYTE_TIME, line)))
+        Ok(device_wire(BYTE_TIME, faults, self.sensor()?)?)
     }
 
     fn check(&self) -> Result<(), OptoForceError> {

@@ -1,9 +1,11 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, Unit};
-use twinrig_wire::{FrameMatch, FrameOutcome, FramedDriver, Protocol, RequestKind};
+use twinrig_wire::{
+    Diagnostics, FrameOutcome, FramedDriver, FramedMessage, Protocol, RequestKind, SequenceNumber,
+};
 
-use crate::assumed::{ANSWER_TIMEOUT, ATTEMPTS};
-use crate::protocol::{Counts, Frame, Health, Message, Status, match_frame};
+use crate::assumed::ANSWER_TIMEOUT;
+use crate::protocol::{Counts, Health, Message, Status};
 use crate::{OptoForce, SampleChoice, Speed};
 
 /// Driver of the sensor: configures it and keeps the newest sample.
@@ -13,9 +15,9 @@ use crate::{OptoForce, SampleChoice, Speed};
 /// until the next valid sample.
 pub type OptoForceDriver = FramedDriver<OptoForceProtocol>;
 
-/// Requests to the sensor and interpretation of its frames.
+/// Requests to the sensor and interpretation of its messages.
 #[derive(Debug)]
-pub struct OptoForceProtocol(OptoForce);
+pub struct OptoForceProtocol(pub(crate) OptoForce);
 
 /// Changing state.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -23,13 +25,8 @@ pub struct State {
     /// The sensor has acknowledged its configuration, so that its samples are accepted.
     acknowledged: bool,
     refused: Option<u8>,
-    counter: Option<u16>,
+    counter: SequenceNumber<u16>,
     force: [f64; 3],
-    counters: Counters,
-}
-
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-struct Counters {
     samples: u64,
     lost: u64,
     stale: u64,
@@ -39,26 +36,17 @@ struct Counters {
 }
 
 impl OptoForceProtocol {
-    /// Creates the protocol from a checked configuration.
-    pub(crate) fn new(config: OptoForce) -> Self {
-        Self(config)
-    }
-
     /// Processes a sample. Returns whether it is new and valid.
     fn sample(&self, state: &mut State, counter: u16, status: Status, counts: [i16; 3]) -> bool {
-        let counters = &mut state.counters;
-        let ahead = state.counter.map_or(1, |last| counter.wrapping_sub(last));
-        if ahead == 0 || ahead > u16::MAX / 2 {
-            // A repeated or late sample.
-            counters.stale += 1;
+        let Some(lost) = state.counter.advance(counter) else {
+            state.stale += 1;
             return false;
-        }
-        counters.samples += 1;
-        counters.lost += u64::from(ahead - 1);
-        counters.overloaded += u64::from(status.overload().contains(&true));
-        state.counter = Some(counter);
+        };
+        state.samples += 1;
+        state.lost += lost;
+        state.overloaded += u64::from(status.overload().contains(&true));
         if status.electronics() != 0 || status.health() != Health::Good {
-            counters.unwell += 1;
+            state.unwell += 1;
             return false;
         }
         state.force = counts.map(|count| f64::from(count) / self.0.sensitivity);
@@ -68,21 +56,7 @@ impl OptoForceProtocol {
 
 impl Protocol for OptoForceProtocol {
     type State = State;
-
-    const ATTEMPTS: u32 = ATTEMPTS;
-
-    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[
-        ("samples", Unit::One),
-        ("lost", Unit::One),
-        ("stale", Unit::One),
-        ("unwell", Unit::One),
-        ("overloaded", Unit::One),
-        ("foreign", Unit::One),
-    ];
-
-    fn match_frame(front: &[u8]) -> FrameMatch {
-        match_frame(front)
-    }
+    type Message = Message;
 
     fn initial(&self) -> State {
         State::default()
@@ -123,53 +97,49 @@ impl Protocol for OptoForceProtocol {
         Some(ANSWER_TIMEOUT)
     }
 
-    fn handle_frame(
+    fn handle_message(
         &self,
         state: &mut State,
         kind: Option<RequestKind>,
-        frame: &[u8],
+        message: Message,
     ) -> FrameOutcome {
-        match (Frame::new(frame).and_then(Message::try_from), kind) {
-            (
-                Ok(Message::Data {
-                    counter,
-                    status,
-                    counts: Counts::Three(counts),
-                }),
-                _,
-            ) => {
+        match message {
+            Message::Data {
+                counter,
+                status,
+                counts: Counts::Three(counts),
+            } => {
                 let valid = self.sample(state, counter, status, counts);
-                match kind {
-                    Some(RequestKind::Open) if valid && state.acknowledged => {
-                        FrameOutcome::Complete
-                    }
-                    Some(RequestKind::Transfer) if valid => FrameOutcome::Complete,
-                    _ => FrameOutcome::Incomplete,
+                FrameOutcome::complete_if(match kind {
+                    Some(RequestKind::Open) => valid && state.acknowledged,
+                    Some(RequestKind::Transfer) => valid,
+                    Some(RequestKind::Close) | None => false,
+                })
+            }
+            Message::Acknowledgement { status: 0 } => match kind {
+                Some(RequestKind::Open) if !state.acknowledged => {
+                    state.acknowledged = true;
+                    FrameOutcome::More(ANSWER_TIMEOUT)
                 }
-            }
-            (Ok(Message::Acknowledgement { status: 0 }), Some(RequestKind::Open))
-                if !state.acknowledged =>
-            {
-                state.acknowledged = true;
-                FrameOutcome::More(ANSWER_TIMEOUT)
-            }
-            (Ok(Message::Acknowledgement { status: 0 }), Some(RequestKind::Close)) => {
-                FrameOutcome::Complete
-            }
-            (Ok(Message::Acknowledgement { status }), _) => {
-                state.refused = Some(status).filter(|status| *status != 0);
+                Some(RequestKind::Close) => FrameOutcome::Complete,
+                _ => {
+                    state.refused = None;
+                    FrameOutcome::Incomplete
+                }
+            },
+            Message::Acknowledgement { status } => {
+                state.refused = Some(status);
                 FrameOutcome::Incomplete
             }
-            (Ok(Message::Data { .. } | Message::Configuration { .. }), _) => {
-                state.counters.foreign += 1;
+            Message::Data { .. } | Message::Configuration { .. } => {
+                state.foreign += 1;
                 FrameOutcome::Incomplete
             }
-            (Err(_), _) => FrameOutcome::Incomplete,
         }
     }
 
     fn time_out(&self, state: &mut State, kind: RequestKind) {
-        state.counters.stale += u64::from(kind == RequestKind::Transfer);
+        state.stale += u64::from(kind == RequestKind::Transfer);
     }
 
     fn open_failure(&self, state: &State) -> String {
@@ -179,7 +149,8 @@ impl Protocol for OptoForceProtocol {
                 format!("the sensor of {name} rejects its configuration with status {status}")
             }
             None => format!(
-                "the sensor of {name} did not acknowledge and send within {ANSWER_TIMEOUT}, in {ATTEMPTS} attempts: check the connection and the port"
+                "the sensor of {name} did not acknowledge and send within {ANSWER_TIMEOUT}, in {} attempts: check the connection and the port",
+                Self::ATTEMPTS
             ),
         }
     }
@@ -188,16 +159,12 @@ impl Protocol for OptoForceProtocol {
         &state.force
     }
 
-    fn read_diagnostics(&self, state: &State, values: &mut [f64]) {
-        let Counters {
-            samples,
-            lost,
-            stale,
-            unwell,
-            overloaded,
-            foreign,
-        } = state.counters;
-        let counts = [samples, lost, stale, unwell, overloaded, foreign];
-        values.copy_from_slice(&counts.map(|count| count as f64));
+    fn report(&self, state: &State, diagnostics: &mut Diagnostics<'_>) {
+        diagnostics.count("samples", state.samples);
+        diagnostics.count("lost", state.lost);
+        diagnostics.count("stale", state.stale);
+        diagnostics.count("unwell", state.unwell);
+        diagnostics.count("overloaded", state.overloaded);
+        diagnostics.count("foreign", state.foreign);
     }
 }

@@ -10,8 +10,7 @@
 //! | acknowledgement | 7 | `AA 00 50 01`, status (0: done), checksum |
 
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
-use twinrig_wire::FrameMatch;
+use twinrig_wire::{Fields, FrameError, FrameFormat, FrameMatch, FramedMessage, sum16};
 
 const DATA: [u8; 4] = [0xaa, 7, 8, 10];
 const DATA_FOUR: [u8; 4] = [0xaa, 7, 8, 28];
@@ -24,82 +23,88 @@ const HEADERS: [[u8; 4]; 5] = [DATA, DATA_FOUR, DATA_SIX, CONFIGURATION, ACKNOWL
 const OVERHEAD: usize = 6;
 const SHORTEST: usize = OVERHEAD + 1;
 
-/// Sets the present force as offset.
-const ZERO: u8 = 255;
-/// Removes the offset.
-const UNDO: u8 = 0;
+const FORMAT: FrameFormat = FrameFormat {
+    length,
+    checksum: |content| sum16(content).to_be_bytes(),
+};
 
-macro_rules! coded {
-    ($(#[$doc:meta])* $name:ident { $($(#[$of:meta])* $variant:ident = $code:literal,)* }) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-        pub enum $name {
-            $($(#[$of])* $variant,)*
-        }
-
-        impl $name {
-            /// All values.
-            pub const ALL: &[Self] = &[$(Self::$variant,)*];
-
-            /// Returns the code in a configuration.
-            pub const fn code(self) -> u8 {
-                match self {
-                    $(Self::$variant => $code,)*
-                }
-            }
-
-            /// Returns the value with a code.
-            pub const fn of_code(code: u8) -> Option<Self> {
-                match code {
-                    $($code => Some(Self::$variant),)*
-                    _ => None,
-                }
-            }
-        }
-    };
+/// Returns the code that sets the present force as offset, or removes the offset.
+const fn zero_code(zero: bool) -> u8 {
+    if zero { 255 } else { 0 }
 }
 
-coded! {
-    /// Output rate of a sensor. The code is the period in milliseconds.
-    Speed {
-        /// No output.
-        Stop = 0,
-        /// 1000 Hz.
-        Hz1000 = 1,
-        /// 333 Hz.
-        Hz333 = 3,
-        /// 100 Hz.
-        #[default]
-        Hz100 = 10,
-        /// 30 Hz.
-        Hz30 = 33,
-        /// 10 Hz.
-        Hz10 = 100,
-    }
+/// Output rate of a sensor. The code is the period in milliseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Speed {
+    /// No output.
+    Stop = 0,
+    /// 1000 Hz.
+    Hz1000 = 1,
+    /// 333 Hz.
+    Hz333 = 3,
+    /// 100 Hz.
+    #[default]
+    Hz100 = 10,
+    /// 30 Hz.
+    Hz30 = 33,
+    /// 10 Hz.
+    Hz10 = 100,
 }
 
-coded! {
-    /// Cut-off frequency of a sensor's filter.
-    Cutoff {
-        /// No filter.
-        None = 0,
-        /// 500 Hz.
-        Hz500 = 1,
-        /// 150 Hz.
-        Hz150 = 2,
-        /// 50 Hz.
-        Hz50 = 3,
-        /// 15 Hz.
-        #[default]
-        Hz15 = 4,
-        /// 5 Hz.
-        Hz5 = 5,
-        /// 1.5 Hz.
-        Hz1p5 = 6,
+/// Cut-off frequency of a sensor's filter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Cutoff {
+    /// No filter.
+    None = 0,
+    /// 500 Hz.
+    Hz500 = 1,
+    /// 150 Hz.
+    Hz150 = 2,
+    /// 50 Hz.
+    Hz50 = 3,
+    /// 15 Hz.
+    #[default]
+    Hz15 = 4,
+    /// 5 Hz.
+    Hz5 = 5,
+    /// 1.5 Hz.
+    Hz1p5 = 6,
+}
+
+impl Speed {
+    /// All speeds.
+    pub const ALL: &[Self] = &[
+        Self::Stop,
+        Self::Hz1000,
+        Self::Hz333,
+        Self::Hz100,
+        Self::Hz30,
+        Self::Hz10,
+    ];
+
+    /// Returns the code in a configuration.
+    pub const fn code(self) -> u8 {
+        self as u8
     }
 }
 
 impl Cutoff {
+    /// All frequencies.
+    pub const ALL: &[Self] = &[
+        Self::None,
+        Self::Hz500,
+        Self::Hz150,
+        Self::Hz50,
+        Self::Hz15,
+        Self::Hz5,
+        Self::Hz1p5,
+    ];
+
+    /// Returns the code in a configuration.
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
+
     /// Returns the frequency \[Hz\].
     pub const fn hertz(self) -> Option<f64> {
         match self {
@@ -185,11 +190,7 @@ pub enum Counts {
     Six([i16; 6]),
 }
 
-/// Bytes of a frame with correct header and checksum. Its content may be invalid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Frame<'a>(&'a [u8]);
-
-/// Valid content of a frame.
+/// Message of computer or sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Message {
     /// A sample.
@@ -217,138 +218,76 @@ pub enum Message {
     },
 }
 
-/// Reason why bytes are not a valid message.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub enum FrameError {
-    /// Header, length or checksum is wrong.
-    #[error("not a frame: header, length or checksum is wrong")]
-    NotAFrame,
-    /// Undefined code of speed, filter or zero.
-    #[error("{what} {code} is not defined")]
-    Code {
-        /// Name of the field.
-        what: &'static str,
-        /// Its value.
-        code: u8,
-    },
-}
-
-fn sum(bytes: &[u8]) -> u16 {
-    let bytes = bytes.iter().map(|&byte| u16::from(byte));
-    bytes.fold(0, u16::wrapping_add)
-}
-
-/// Matches a frame at the front of a stream, for a [`twinrig_wire::Framer`].
-pub fn match_frame(front: &[u8]) -> FrameMatch {
+fn length(front: &[u8]) -> FrameMatch {
     let matches = |header: &&[u8; 4]| header.iter().zip(front).all(|(a, b)| a == b);
-    let Some(header) = HEADERS.iter().find(matches) else {
-        return FrameMatch::Garbage;
-    };
-    if front.len() < header.len() {
-        return FrameMatch::Missing(SHORTEST - front.len());
-    }
-    let length = usize::from(header[3]) + OVERHEAD;
-    let Some(frame) = front.get(..length) else {
-        return FrameMatch::Missing(length - front.len());
-    };
-    let (content, checksum) = frame.split_at(length - 2);
-    if sum(content).to_be_bytes() == checksum {
-        FrameMatch::Frame(length)
-    } else {
-        FrameMatch::Garbage
+    match HEADERS.iter().find(matches) {
+        None => FrameMatch::Garbage,
+        Some(header) if front.len() < header.len() => FrameMatch::Missing(SHORTEST - front.len()),
+        Some([.., length]) => FrameMatch::Frame(usize::from(*length) + OVERHEAD),
     }
 }
 
-impl<'a> Frame<'a> {
-    /// Checks that `bytes` are exactly one frame.
-    ///
-    /// # Errors
-    /// [`FrameError::NotAFrame`] if they are not.
-    pub fn new(bytes: &'a [u8]) -> Result<Self, FrameError> {
-        match match_frame(bytes) {
-            FrameMatch::Frame(length) if length == bytes.len() => Ok(Self(bytes)),
-            _ => Err(FrameError::NotAFrame),
+/// Returns the value whose code is `code`.
+fn coded<T: Copy>(code: u8, all: &[T], code_of: fn(T) -> u8) -> Result<T, FrameError> {
+    let found = all.iter().find(|&&value| code_of(value) == code);
+    found.copied().ok_or(FrameError::Range)
+}
+
+impl FramedMessage for Message {
+    fn match_frame(front: &[u8]) -> FrameMatch {
+        FORMAT.match_frame(front)
+    }
+
+    fn decode(frame: &[u8]) -> Result<Self, FrameError> {
+        let mut fields = Fields::new(FORMAT.content(frame)?);
+        let header = fields.array()?;
+        match header {
+            CONFIGURATION => {
+                let [speed, cutoff, zero] = fields.array()?;
+                Ok(Self::Configuration {
+                    speed: coded(speed, Speed::ALL, Speed::code)?,
+                    cutoff: coded(cutoff, Cutoff::ALL, Cutoff::code)?,
+                    zero: coded(zero, &[true, false], zero_code)?,
+                })
+            }
+            ACKNOWLEDGEMENT => {
+                let [status] = fields.array()?;
+                Ok(Self::Acknowledgement { status })
+            }
+            _ => Ok(Self::Data {
+                counter: u16::from_be_bytes(fields.array()?),
+                status: Status(u16::from_be_bytes(fields.array()?)),
+                counts: match header {
+                    DATA => Counts::Three(fields.numbers(i16::from_be_bytes)?),
+                    DATA_SIX => Counts::Six(fields.numbers(i16::from_be_bytes)?),
+                    _ => {
+                        let mut sensors = [[0; 3]; 4];
+                        for counts in &mut sensors {
+                            *counts = fields.numbers(i16::from_be_bytes)?;
+                        }
+                        Counts::Four(sensors)
+                    }
+                },
+            }),
         }
     }
 
-    /// Returns the first four bytes, which identify the kind of frame.
-    pub fn header(&self) -> &'a [u8] {
-        &self.0[..4]
-    }
-
-    /// Returns the bytes between header and checksum.
-    pub fn body(&self) -> &'a [u8] {
-        &self.0[4..self.0.len() - 2]
-    }
-
-    /// Returns word `index` of the body; 0 past its end.
-    fn word(&self, index: usize) -> u16 {
-        let bytes = self.body().get(2 * index..2 * index + 2);
-        bytes.map_or(0, |bytes| u16::from_be_bytes([bytes[0], bytes[1]]))
-    }
-
-    fn force(&self, index: usize) -> i16 {
-        self.word(2 + index).cast_signed()
-    }
-}
-
-impl TryFrom<Frame<'_>> for Message {
-    type Error = FrameError;
-
-    fn try_from(frame: Frame<'_>) -> Result<Self, FrameError> {
-        use std::array::from_fn;
-
-        let data = |counts| Self::Data {
-            counter: frame.word(0),
-            status: Status(frame.word(1)),
-            counts,
-        };
-        Ok(match (frame.header(), frame.body()) {
-            (header, &[speed, cutoff, zero]) if header == CONFIGURATION => Self::Configuration {
-                speed: Speed::of_code(speed).ok_or(undefined("speed", speed))?,
-                cutoff: Cutoff::of_code(cutoff).ok_or(undefined("filter", cutoff))?,
-                zero: match zero {
-                    ZERO => true,
-                    UNDO => false,
-                    other => return Err(undefined("zero", other)),
-                },
-            },
-            (header, &[status]) if header == ACKNOWLEDGEMENT => Self::Acknowledgement { status },
-            (header, _) if header == DATA => data(Counts::Three(from_fn(|n| frame.force(n)))),
-            (header, _) if header == DATA_FOUR => data(Counts::Four(from_fn(|sensor| {
-                from_fn(|n| frame.force(3 * sensor + n))
-            }))),
-            (header, _) if header == DATA_SIX => data(Counts::Six(from_fn(|n| frame.force(n)))),
-            _ => return Err(FrameError::NotAFrame),
-        })
-    }
-}
-
-fn undefined(what: &'static str, code: u8) -> FrameError {
-    FrameError::Code { what, code }
-}
-
-impl Message {
-    /// Appends the frame to `bytes`.
-    pub fn encode(&self, bytes: &mut Vec<u8>) {
-        let start = bytes.len();
-        match self {
+    fn encode(&self, bytes: &mut Vec<u8>) {
+        FORMAT.encode(bytes, |bytes| match self {
             Self::Data {
                 counter,
                 status,
                 counts,
             } => {
-                let (header, forces) = match counts {
-                    Counts::Three(forces) => (DATA, &forces[..]),
-                    Counts::Four(forces) => (DATA_FOUR, forces.as_flattened()),
-                    Counts::Six(forces) => (DATA_SIX, &forces[..]),
+                let (header, counts) = match counts {
+                    Counts::Three(counts) => (DATA, &counts[..]),
+                    Counts::Four(counts) => (DATA_FOUR, counts.as_flattened()),
+                    Counts::Six(counts) => (DATA_SIX, &counts[..]),
                 };
                 bytes.extend(header);
                 bytes.extend(counter.to_be_bytes());
                 bytes.extend(status.0.to_be_bytes());
-                for force in forces {
-                    bytes.extend(force.to_be_bytes());
-                }
+                bytes.extend(counts.iter().flat_map(|count| count.to_be_bytes()));
             }
             Self::Configuration {
                 speed,
@@ -356,15 +295,12 @@ impl Message {
                 zero,
             } => {
                 bytes.extend(CONFIGURATION);
-                let zero = if *zero { ZERO } else { UNDO };
-                bytes.extend([speed.code(), cutoff.code(), zero]);
+                bytes.extend([speed.code(), cutoff.code(), zero_code(*zero)]);
             }
             Self::Acknowledgement { status } => {
                 bytes.extend(ACKNOWLEDGEMENT);
                 bytes.push(*status);
             }
-        }
-        let checksum = sum(&bytes[start..]);
-        bytes.extend(checksum.to_be_bytes());
+        });
     }
 }

@@ -2,13 +2,13 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{LocalTime, Port, SimTime, Unit};
+use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
-use twinrig_wire::{Emulation, FrameMatch, FramedNode, TxQueue};
+use twinrig_wire::{Diagnostics, Emulation, FrameError, FramedNode, TxQueue, quantize};
 
 use crate::OptoForce;
 use crate::assumed::{NOMINAL_COUNTS, REACTION, SAMPLE_PERIOD};
-use crate::protocol::{Counts, Cutoff, Frame, Message, Speed, Status, match_frame};
+use crate::protocol::{Counts, Cutoff, Message, Speed, Status};
 
 /// Emulated sensor: measures and filters every millisecond of its own clock, and sends at the
 /// configured rate.
@@ -50,22 +50,15 @@ impl OptoForceEmulation {
 
     /// Returns the next sample, of a force \[N\].
     fn data(&self, state: &State, force: [f64; 3]) -> Message {
-        let mut overload = [false; 3];
-        let counts = std::array::from_fn(|axis| {
-            let newtons = force[axis] - state.zero[axis];
-            let exact = (newtons * self.config.sensitivity).round();
-            let count = exact.clamp(-NOMINAL_COUNTS, NOMINAL_COUNTS);
-            overload[axis] = count != exact;
-            // NaN becomes 0, marked as an overload.
-            #[expect(clippy::cast_possible_truncation, reason = "within ± 6000")]
-            let count = count as i16;
-            count
+        let readings: [_; 3] = std::array::from_fn(|axis| {
+            let exact = (force[axis] - state.zero[axis]) * self.config.sensitivity;
+            quantize(exact, -NOMINAL_COUNTS..=NOMINAL_COUNTS)
         });
         let [.., high, low] = (state.sent + 1).to_be_bytes();
         Message::Data {
             counter: u16::from_be_bytes([high, low]),
-            status: Status::default().with_overload(overload),
-            counts: Counts::Three(counts),
+            status: Status::default().with_overload(readings.map(|(_, saturated)| saturated)),
+            counts: Counts::Three(readings.map(|(count, _)| count)),
         }
     }
 }
@@ -87,12 +80,7 @@ impl State {
 
 impl Emulation for OptoForceEmulation {
     type State = State;
-
-    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[("sent", Unit::One)];
-
-    fn match_frame(front: &[u8]) -> FrameMatch {
-        match_frame(front)
-    }
+    type Message = Message;
 
     /// Factory settings: 100 Hz, cut-off at 15 Hz, no offset.
     fn initial(&self) -> State {
@@ -110,9 +98,8 @@ impl Emulation for OptoForceEmulation {
     }
 
     fn next_instant(&self, state: &State) -> Option<SimTime> {
-        let shown = SAMPLE_PERIOD.as_nanos().saturating_mul(state.measured);
-        let shown = i64::try_from(shown).unwrap_or(i64::MAX);
-        Some(self.config.clock.sim_at(LocalTime::from_nanos(shown)))
+        let clock = &self.config.clock;
+        Some(clock.sim_at_period(SAMPLE_PERIOD, state.measured, SimDuration::ZERO))
     }
 
     fn act(
@@ -126,44 +113,45 @@ impl Emulation for OptoForceEmulation {
         let filtered = state.filter([force[0], force[1], force[2]]);
         let every = u64::from(state.speed.code());
         if every > 0 && state.measured.is_multiple_of(every) {
-            let data = self.data(state, filtered);
-            tx.say(now, |bytes| data.encode(bytes));
+            tx.send(now, &self.data(state, filtered));
             state.sent += 1;
         }
         state.measured += 1;
         Ok(())
     }
 
-    fn handle_frame(
+    fn handle_message(
         &self,
         state: &mut State,
         now: SimTime,
-        frame: &[u8],
+        message: Message,
         _plant: &mut dyn PlantAccess,
         tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
-        let status = match Frame::new(frame).and_then(Message::try_from) {
-            Ok(Message::Configuration {
-                speed,
-                cutoff,
-                zero,
-            }) => {
-                state.speed = speed;
-                state.cutoff = cutoff;
-                let filtered = state.filtered.unwrap_or_default();
-                state.zero = if zero { filtered } else { [0.0; 3] };
-                0
-            }
-            // Frames of the other direction are ignored.
-            Ok(Message::Data { .. } | Message::Acknowledgement { .. }) => return Ok(()),
-            Err(_) => REJECTED,
-        };
-        let answer = Message::Acknowledgement { status };
-        tx.say(now + REACTION, |bytes| answer.encode(bytes));
+        // Messages of the other direction are ignored.
+        if let Message::Configuration {
+            speed,
+            cutoff,
+            zero,
+        } = message
+        {
+            state.speed = speed;
+            state.cutoff = cutoff;
+            let filtered = state.filtered.unwrap_or_default();
+            state.zero = if zero { filtered } else { [0.0; 3] };
+            tx.send(now + REACTION, &Message::Acknowledgement { status: 0 });
+        }
         Ok(())
     }
 
-    fn read_diagnostics(&self, state: &State, values: &mut [f64]) {
-        values.copy_from_slice(&[state.sent as f64]);
+    fn handle_invalid(&self, now: SimTime, _error: FrameError, tx: &mut TxQueue) {
+        tx.send(
+            now + REACTION,
+            &Message::Acknowledgement { status: REJECTED },
+        );
+    }
+
+    fn report(&self, state: &State, diagnostics: &mut Diagnostics<'_>) {
+        diagnostics.count("sent", state.sent);
     }
 }

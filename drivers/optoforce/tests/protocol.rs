@@ -3,11 +3,10 @@
 use proptest::array::{uniform3, uniform4, uniform6};
 use proptest::collection::vec;
 use proptest::prelude::*;
-use proptest::sample::{Index, select};
-use twinrig_optoforce::protocol::{
-    Counts, Cutoff, Frame, FrameError, Health, Message, Speed, Status, match_frame,
-};
-use twinrig_testing::framing::{frames, frames_in_any_pieces};
+use proptest::sample::select;
+use twinrig_optoforce::protocol::{Counts, Cutoff, Health, Message, Speed, Status};
+use twinrig_testing::framing::{check_arbitrary_bytes, check_message, check_wrong_bit};
+use twinrig_wire::{FrameError, FramedMessage};
 
 fn messages() -> impl Strategy<Value = Message> {
     let counts = prop_oneof![
@@ -33,12 +32,6 @@ fn messages() -> impl Strategy<Value = Message> {
     ]
 }
 
-fn encoded(message: &Message) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    message.encode(&mut bytes);
-    bytes
-}
-
 #[test]
 fn frames_match_the_documentation() {
     let data = Message::Data {
@@ -49,27 +42,27 @@ fn frames_match_the_documentation() {
     let expected = [
         0xaa, 7, 8, 10, 1, 2, 0, 0, 0, 1, 0xff, 0xff, 2, 3, 0x02, 0xca,
     ];
-    assert_eq!(encoded(&data), expected);
+    assert_eq!(data.to_frame(), expected);
     let configuration = Message::Configuration {
         speed: Speed::Hz100,
         cutoff: Cutoff::Hz15,
         zero: true,
     };
     assert_eq!(
-        encoded(&configuration),
+        configuration.to_frame(),
         [0xaa, 0, 50, 3, 10, 4, 255, 1, 0xec]
     );
-    let acknowledgement = encoded(&Message::Acknowledgement { status: 0 });
+    let acknowledgement = Message::Acknowledgement { status: 0 }.to_frame();
     assert_eq!(acknowledgement, [0xaa, 0, 80, 1, 0, 0, 0xfb]);
     let lengths = [Counts::Four([[0; 3]; 4]), Counts::Six([0; 6])].map(|counts| {
         let status = Status(0);
         let counter = 0;
-        encoded(&Message::Data {
+        let data = Message::Data {
             counter,
             status,
             counts,
-        })
-        .len()
+        };
+        data.to_frame().len()
     });
     assert_eq!(lengths, [34, 22]);
 }
@@ -91,28 +84,25 @@ fn status_bits_are_decoded() {
 
 #[test]
 fn undefined_codes_are_rejected() {
-    let mut bytes = encoded(&Message::Configuration {
+    let configuration = Message::Configuration {
         speed: Speed::Stop,
         cutoff: Cutoff::None,
         zero: false,
-    });
-    bytes[4] = 2;
-    bytes[8] += 2;
-    let result = Message::try_from(Frame::new(&bytes).unwrap());
-    assert_eq!(
-        result,
-        Err(FrameError::Code {
-            what: "speed",
-            code: 2
-        })
-    );
+    };
+    for (at, code) in [(4, 2), (5, 7), (6, 1)] {
+        let mut frame = configuration.to_frame();
+        frame[at] = code;
+        frame[8] += code;
+        assert_eq!(Message::decode(&frame), Err(FrameError::Range));
+    }
 }
 
 proptest! {
     #[test]
-    fn frames_round_trip(message in messages()) {
-        let bytes = encoded(&message);
-        prop_assert_eq!(Message::try_from(Frame::new(&bytes).unwrap()), Ok(message));
+    fn message_is_decoded_identically_amid_garbage(
+        message in messages(), garbage in vec(any::<u8>(), 0..60),
+    ) {
+        check_message(&message, &garbage);
     }
 
     #[test]
@@ -120,28 +110,11 @@ proptest! {
         bytes in vec(prop_oneof![3 => select(&[0xaa, 7, 8, 10, 0, 50, 3, 80, 1][..]), 1 => any::<u8>()], 0..400),
         cuts in vec(0..400_usize, 0..20),
     ) {
-        for frame in &frames_in_any_pieces(match_frame, &bytes, cuts) {
-            if let Ok(message) = Message::try_from(Frame::new(frame).unwrap()) {
-                prop_assert_eq!(&encoded(&message), frame);
-            }
-        }
+        check_arbitrary_bytes::<Message>(&bytes, cuts);
     }
 
     #[test]
-    fn frame_with_a_wrong_bit_is_rejected(message in messages(), bit in any::<Index>()) {
-        let mut bytes = encoded(&message);
-        let bit = bit.index(8 * bytes.len());
-        bytes[bit / 8] ^= 1 << (bit % 8);
-        prop_assert!(Frame::new(&bytes).is_err());
-    }
-
-    #[test]
-    fn frame_after_garbage_is_found(garbage in vec(any::<u8>(), 0..60), message in messages()) {
-        let one = encoded(&message);
-        let mut bytes = garbage;
-        for _ in 0..10 {
-            bytes.extend(&one);
-        }
-        prop_assert!(frames(match_frame, &[&bytes]).0.contains(&one));
+    fn frame_with_a_wrong_bit_is_rejected(message in messages(), bit in any::<usize>()) {
+        check_wrong_bit(&message, bit);
     }
 }

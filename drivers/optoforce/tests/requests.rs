@@ -3,37 +3,33 @@
 use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_optoforce::protocol::{Counts, Cutoff, Message, Speed, Status};
 use twinrig_optoforce::{OptoForce, OptoForceDriver, SampleChoice};
-use twinrig_runtime::Driver;
-use twinrig_runtime::Part;
+use twinrig_runtime::{Driver, Part};
 use twinrig_testing::driver_harness::{DriverHarness, StaticPlant, plant, run_device};
+use twinrig_wire::FramedMessage;
 
 const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(200);
 const SHORT_DELAY: SimDuration = SimDuration::from_millis(3);
 
-fn frame(message: &Message) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    message.encode(&mut bytes);
-    bytes
-}
-
 fn sample(counter: u16) -> Vec<u8> {
-    frame(&Message::Data {
+    Message::Data {
         counter,
         status: Status::default(),
         counts: Counts::Three([6000, 0, -3000]),
-    })
+    }
+    .to_frame()
 }
 
 fn done() -> Vec<u8> {
-    frame(&Message::Acknowledgement { status: 0 })
+    Message::Acknowledgement { status: 0 }.to_frame()
 }
 
 fn configuration(speed: Speed) -> Vec<u8> {
-    frame(&Message::Configuration {
+    Message::Configuration {
         speed,
         cutoff: Cutoff::default(),
         zero: false,
-    })
+    }
+    .to_frame()
 }
 
 fn host(take: SampleChoice) -> DriverHarness<OptoForceDriver> {
@@ -92,7 +88,10 @@ fn rejected_configuration_is_reported_with_its_status() {
     let mut host = host(SampleChoice::Newest);
     host.open();
     for _ in 0..3 {
-        host.receive(SHORT_DELAY, &frame(&Message::Acknowledgement { status: 4 }));
+        host.receive(
+            SHORT_DELAY,
+            &Message::Acknowledgement { status: 4 }.to_frame(),
+        );
         host.expire();
     }
     let reason = host.driver.is_busy().unwrap_err().why;
@@ -146,10 +145,11 @@ fn sensor_acknowledges_after_its_reaction_time_and_samples_by_its_own_clock() {
     // Once at power-on, at 100 Hz; then every third of its milliseconds.
     assert_eq!(times, [at(0), at(1_300), at(3_000), at(6_000)]);
     assert_eq!(tx[1].1, done());
-    let counted = frame(&Message::Data {
+    let counted = Message::Data {
         counter: 3,
         status: Status::default(),
         counts: Counts::Three([3000, 0, -1500]),
-    });
+    }
+    .to_frame();
     assert_eq!(tx[3].1, counted);
 }

@@ -2,11 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use twinrig_kernel::{BoardClock, LocalDuration, Port, SimDuration, SimTime, Unit};
+use twinrig_kernel::{BoardClock, LocalDuration, Port, Unit};
 use twinrig_optoforce::{Cutoff, OptoForce, SampleChoice, Speed};
 use twinrig_runtime::{Rig, RunEvent};
-use twinrig_testing::rig_harness::{RecordingPlant, diagnostic, rig, run};
-use twinrig_wire::{Fault, FaultKind, FaultSchedule};
+use twinrig_testing::rig_harness;
+use twinrig_testing::rig_harness::{
+    RecordingPlant, check_restored, check_zero, diagnostic, rig, run,
+};
+use twinrig_wire::{FaultKind, FaultSchedule};
 
 fn sensor() -> OptoForce {
     let mut sensor = OptoForce::new("optoforce", "leg/LF/foot/force");
@@ -30,15 +33,7 @@ fn wired_to(sensor: &OptoForce, faults: &FaultSchedule, force: fn(f64, usize) ->
 }
 
 fn fault(kind: FaultKind, from_ms: u64, for_ms: u64) -> FaultSchedule {
-    FaultSchedule {
-        faults: vec![Fault {
-            at: SimTime::ZERO + SimDuration::from_millis(from_ms),
-            on: "wire/optoforce".into(),
-            kind,
-            lasts: SimDuration::from_millis(for_ms),
-        }],
-        seed: 1,
-    }
+    rig_harness::fault("wire/optoforce", kind, from_ms, for_ms)
 }
 
 #[test]
@@ -63,13 +58,12 @@ fn samples_arrive_at_the_rate_of_the_sensor_and_transfers_never_wait() {
             log.count(|event| matches!(event, RunEvent::TaskSkipped { .. })),
             0
         );
-        for counter in ["lost", "stale", "unwell", "foreign", "garbage", "unheard"] {
-            assert_eq!(
-                diagnostic(&rig, &log, &format!("optoforce/{counter}")),
-                0.0,
-                "{counter}"
-            );
-        }
+        check_zero(
+            &rig,
+            &log,
+            "optoforce",
+            &["lost", "stale", "unwell", "foreign", "garbage", "unheard"],
+        );
     }
 }
 
@@ -216,15 +210,11 @@ fn fast_clock_sends_more_samples() {
 #[test]
 fn restored_rig_continues_bit_for_bit() {
     let faults = fault(FaultKind::Flip { rate: 0.001 }, 0, 10_000);
-    for save_ms in [0, 1, 33, 140] {
-        let mut rig = wired_to(&sensor(), &faults, force);
-        run(&mut rig, save_ms).1.unwrap();
-        let saved = rig.save();
-        let rest = run(&mut rig, 400);
-        let mut restored = wired_to(&sensor(), &faults, force);
-        restored.restore(&saved).unwrap();
-        assert_eq!(run(&mut restored, 400), rest, "{save_ms} ms");
-    }
+    check_restored(
+        || wired_to(&sensor(), &faults, force),
+        &[0, 1, 33, 140],
+        400,
+    );
 }
 
 #[test]

@@ -9,5 +9,3 @@ pub(crate) const BYTE_TIME: SimDuration = SimDuration::from_nanos(667);
 /// Time-out of the acceptance of a set-up, and then, in addition to the data interval, of a report.
 /// ASSUMED.
 pub(crate) const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(200);
-/// Attempts at opening. ASSUMED.
-pub(crate) const ATTEMPTS: u32 = 3;

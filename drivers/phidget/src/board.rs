@@ -1,10 +1,10 @@
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{LocalTime, SimTime, Unit};
+use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
-use twinrig_wire::{Emulation, FrameMatch, FramedNode, TxQueue};
+use twinrig_wire::{AnalogInputs, Diagnostics, Emulation, FramedNode, TxQueue, quantize};
 
 use crate::assumed::POLL;
-use crate::protocol::{ANALOG, BRIDGES, COUNTS, Frame, Gain, Message, SCALE, Setup, match_frame};
+use crate::protocol::{ANALOG, BRIDGES, COUNTS, Gain, Message, SCALE, Setup};
 use crate::{Board, Phidget};
 
 /// Emulated board: polled by USB every 8 ms of its own clock; it reports once it has been set up.
@@ -14,8 +14,7 @@ pub type PhidgetBoard = FramedNode<PhidgetEmulation>;
 #[derive(Debug)]
 pub struct PhidgetEmulation {
     config: Phidget,
-    /// Places of the inputs' signals in the plant.
-    inputs: Vec<usize>,
+    inputs: AnalogInputs,
 }
 
 /// Changing state.
@@ -35,32 +34,27 @@ impl PhidgetEmulation {
     /// Creates the emulation from a checked configuration.
     pub(crate) fn new(config: Phidget) -> Self {
         Self {
+            inputs: AnalogInputs::new(config.inputs.clone()),
             config,
-            inputs: Vec::new(),
         }
     }
 
     fn next_poll(&self, state: &State) -> SimTime {
-        let shown = POLL.as_nanos().saturating_mul(state.polls);
-        let shown = i64::try_from(shown).unwrap_or(i64::MAX);
-        self.config.clock.sim_at(LocalTime::from_nanos(shown))
+        let clock = &self.config.clock;
+        clock.sim_at_period(POLL, state.polls, SimDuration::ZERO)
     }
 
     /// Returns the present values at the inputs.
     fn read<const N: usize>(&self, plant: &mut dyn PlantAccess) -> Result<[f64; N], TaskError> {
         let mut values = [0.0; N];
-        for (input, &place) in self.config.inputs.iter().zip(&self.inputs) {
-            if let Some(value) = values.get_mut(input.channel) {
-                *value = input
-                    .analog_source
-                    .reading(plant.sample(place..place + 1)?[0]);
-            }
+        for (channel, value) in values.iter_mut().enumerate() {
+            *value = self.inputs.read(channel, plant)?;
         }
         Ok(values)
     }
 
     /// Returns the report at a poll, if one is due.
-    fn report(
+    fn poll(
         &self,
         state: &mut State,
         plant: &mut dyn PlantAccess,
@@ -100,46 +94,30 @@ impl PhidgetEmulation {
 
 /// Returns the report of a bridge with those ratios.
 fn bridge(sequence: u8, gain: Gain, ratios: [f64; BRIDGES]) -> Message {
-    let mut overload = [false; BRIDGES];
-    let counts = std::array::from_fn(|n| {
-        let exact = (ratios[n] * f64::from(gain.times()) * f64::from(COUNTS)).round();
-        let count = exact.clamp(-f64::from(COUNTS), f64::from(COUNTS - 1));
-        overload[n] = count != exact;
-        // NaN becomes 0, marked as an overload.
-        #[expect(clippy::cast_possible_truncation, reason = "within 24 bits")]
-        let count = count as i32;
-        count
+    let readings = ratios.map(|ratio| {
+        let exact = ratio * f64::from(gain.times()) * f64::from(COUNTS);
+        quantize(exact, -COUNTS..=COUNTS - 1)
     });
     Message::Bridge {
         sequence,
-        overload,
-        counts,
+        overload: readings.map(|(_, saturated)| saturated),
+        counts: readings.map(|(count, _)| count),
     }
 }
 
 /// Returns the reading of an interface kit for a voltage: 10 bits, in thousandths of 5 V.
 fn reading(volts: f64) -> u16 {
     const STEPS: u32 = 1 << 10;
-    let step = (volts / 5.0 * f64::from(STEPS)).clamp(0.0, f64::from(STEPS - 1));
-    // NaN becomes 0.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "between 0 and 1023; the converter rounds down"
-    )]
-    let step = step as u32;
+    // The converter rounds down.
+    let exact = (volts / 5.0 * f64::from(STEPS)).floor();
+    let (step, _) = quantize(exact, 0..=STEPS - 1);
     let rounded = (step * u32::from(SCALE) + (STEPS - 1) / 2) / (STEPS - 1);
     u16::try_from(rounded).unwrap_or(SCALE)
 }
 
 impl Emulation for PhidgetEmulation {
     type State = State;
-
-    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[("sent", Unit::One)];
-
-    fn match_frame(front: &[u8]) -> FrameMatch {
-        match_frame(front)
-    }
+    type Message = Message;
 
     fn initial(&self) -> State {
         State::default()
@@ -150,11 +128,7 @@ impl Emulation for PhidgetEmulation {
     }
 
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        let inputs = self.config.inputs.iter();
-        self.inputs = inputs
-            .map(|input| input.analog_source.find(owner, plant))
-            .collect::<Result<_, _>>()?;
-        Ok(())
+        self.inputs.connect(owner, plant)
     }
 
     fn next_instant(&self, state: &State) -> Option<SimTime> {
@@ -168,25 +142,25 @@ impl Emulation for PhidgetEmulation {
         plant: &mut dyn PlantAccess,
         tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
-        if let Some(message) = self.report(state, plant)? {
+        if let Some(message) = self.poll(state, plant)? {
             state.sent += 1;
             state.reported_at = Some(state.polls);
-            tx.say(now, |bytes| message.encode(bytes));
+            tx.send(now, &message);
         }
         state.polls += 1;
         Ok(())
     }
 
     /// The answer to a set-up is transmitted at the next poll.
-    fn handle_frame(
+    fn handle_message(
         &self,
         state: &mut State,
         _now: SimTime,
-        frame: &[u8],
+        message: Message,
         _plant: &mut dyn PlantAccess,
         tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
-        let Ok(Message::Setup(setup)) = Frame::new(frame).and_then(Message::try_from) else {
+        let Message::Setup(setup) = message else {
             return Ok(());
         };
         let done = matches!(
@@ -198,12 +172,11 @@ impl Emulation for PhidgetEmulation {
             state.setup = Some(setup);
             state.reported_at = None;
         }
-        let message = Message::Accepted { done };
-        tx.say(self.next_poll(state), |bytes| message.encode(bytes));
+        tx.send(self.next_poll(state), &Message::Accepted { done });
         Ok(())
     }
 
-    fn read_diagnostics(&self, state: &State, values: &mut [f64]) {
-        values.copy_from_slice(&[state.sent as f64]);
+    fn report(&self, state: &State, diagnostics: &mut Diagnostics<'_>) {
+        diagnostics.count("sent", state.sent);
     }
 }

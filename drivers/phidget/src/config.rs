@@ -1,7 +1,7 @@
 use thiserror::Error;
 use twinrig_kernel::{BoardClock, SimDuration};
 use twinrig_runtime::Wire;
-use twinrig_wire::{AnalogSource, Duplex, FaultSchedule, Faulty, HostEnd, Uart, WireError};
+use twinrig_wire::{AnalogInput, FaultSchedule, WireError, check_channels, device_wire};
 
 use crate::assumed::{BYTE_TIME, POLL};
 use crate::protocol::{ANALOG, BRIDGES, Gain, INTERVAL_MS_MAX, SCALE, Setup};
@@ -14,8 +14,9 @@ pub struct Phidget {
     pub name: String,
     /// Type and set-up of the board.
     pub board: Board,
-    /// Signals at the inputs; an input without a signal reads 0. Not used by the driver.
-    pub inputs: Vec<Input>,
+    /// Connected inputs: ratios \[1\] of a bridge, voltages \[V\] of an interface kit. The others
+    /// read 0.
+    pub inputs: Vec<AnalogInput>,
     /// Clock of the board.
     pub clock: BoardClock,
 }
@@ -38,15 +39,6 @@ pub enum Board {
     },
 }
 
-/// Signal at an input.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Input {
-    /// Number of the input, from 0.
-    pub channel: usize,
-    /// Measured quantity: a ratio \[1\] at a bridge, a voltage \[V\] at an interface kit.
-    pub analog_source: AnalogSource,
-}
-
 /// Invalid configuration of a board.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PhidgetError {
@@ -62,15 +54,7 @@ pub enum PhidgetError {
         /// The trigger.
         trigger: u16,
     },
-    /// An input does not exist or is used twice.
-    #[error("input {channel} of {count} does not exist, or is used twice")]
-    Channel {
-        /// Its number.
-        channel: usize,
-        /// Number of inputs.
-        count: usize,
-    },
-    /// Invalid faults of the wire.
+    /// Invalid inputs or faults of the wire.
     #[error(transparent)]
     Wire(#[from] WireError),
 }
@@ -134,7 +118,7 @@ impl Phidget {
     /// [`PhidgetError`] if the configuration is invalid.
     pub fn driver(&self) -> Result<PhidgetDriver, PhidgetError> {
         self.check()?;
-        Ok(PhidgetDriver::new(PhidgetProtocol::new(self.clone())))
+        Ok(PhidgetDriver::new(PhidgetProtocol(self.clone())))
     }
 
     /// Creates the emulated board.
@@ -152,10 +136,7 @@ impl Phidget {
     /// # Errors
     /// [`PhidgetError`] if the configuration or a fault is invalid.
     pub fn wire(&self, faults: &FaultSchedule) -> Result<impl Wire + use<>, PhidgetError> {
-        let place = format!("wire/{}", self.name);
-        let line = Duplex::new(BYTE_TIME, self.board()?);
-        let line = Faulty::new(&place, BYTE_TIME, faults, line)?;
-        Ok(HostEnd::new(Uart::new(BYTE_TIME, line)))
+        Ok(device_wire(BYTE_TIME, faults, self.board()?)?)
     }
 
     fn check(&self) -> Result<(), PhidgetError> {
@@ -171,13 +152,7 @@ impl Phidget {
             }
             Board::InterfaceKit { .. } => {}
         }
-        let count = self.board.channels();
-        let channels: Vec<usize> = self.inputs.iter().map(|input| input.channel).collect();
-        for (n, &channel) in channels.iter().enumerate() {
-            if channel >= count || channels[..n].contains(&channel) {
-                return Err(PhidgetError::Channel { channel, count });
-            }
-        }
-        Ok(())
+        let channels = self.inputs.iter().map(|input| input.channel);
+        Ok(check_channels("input", self.board.channels(), channels)?)
     }
 }

@@ -1,9 +1,11 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, Unit};
-use twinrig_wire::{FrameMatch, FrameOutcome, FramedDriver, Protocol, RequestKind};
+use twinrig_wire::{
+    Diagnostics, FrameOutcome, FramedDriver, FramedMessage, Protocol, RequestKind, SequenceNumber,
+};
 
-use crate::assumed::{ANSWER_TIMEOUT, ATTEMPTS};
-use crate::protocol::{COUNTS, Frame, Message, SCALE, match_frame};
+use crate::assumed::ANSWER_TIMEOUT;
+use crate::protocol::{COUNTS, Message, SCALE};
 use crate::{Board, Phidget};
 
 /// Driver of the board: sets it up and keeps its newest readings.
@@ -12,23 +14,18 @@ use crate::{Board, Phidget};
 /// board's own sequence number are counted.
 pub type PhidgetDriver = FramedDriver<PhidgetProtocol>;
 
-/// Requests to the board and interpretation of its frames.
+/// Requests to the board and interpretation of its messages.
 #[derive(Debug)]
-pub struct PhidgetProtocol(Phidget);
+pub struct PhidgetProtocol(pub(crate) Phidget);
 
 /// Changing state.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub struct State {
     /// The board has accepted its set-up, so that its reports are accepted.
     accepted: bool,
     refused: bool,
-    sequence: Option<u8>,
+    sequence: SequenceNumber<u8>,
     readings: Vec<f64>,
-    counters: Counters,
-}
-
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-struct Counters {
     reports: u64,
     lost: u64,
     stale: u64,
@@ -36,62 +33,35 @@ struct Counters {
     foreign: u64,
 }
 
-impl PhidgetProtocol {
-    /// Creates the protocol from a checked configuration.
-    pub(crate) fn new(config: Phidget) -> Self {
-        Self(config)
-    }
-}
-
 impl State {
-    /// Processes a report. Returns whether it is new.
+    /// Processes a report. Returns whether it is new, and the set-up has been accepted.
     fn report<const N: usize>(
         &mut self,
         sequence: u8,
         overloaded: bool,
         readings: [f64; N],
     ) -> bool {
-        let last = self.sequence;
-        let ahead = last.map_or(1, |last| sequence.wrapping_sub(last));
-        if ahead == 0 || ahead > u8::MAX / 2 {
-            // A repeated or late report.
-            self.counters.stale += 1;
+        let Some(lost) = self.sequence.advance(sequence) else {
+            self.stale += 1;
             return false;
-        }
-        self.counters.reports += 1;
-        self.counters.lost += u64::from(ahead - 1);
-        self.counters.overloaded += u64::from(overloaded);
-        self.sequence = Some(sequence);
+        };
+        self.reports += 1;
+        self.lost += lost;
+        self.overloaded += u64::from(overloaded);
         self.readings.clear();
         self.readings.extend(readings);
-        true
+        self.accepted
     }
 }
 
 impl Protocol for PhidgetProtocol {
     type State = State;
-
-    const ATTEMPTS: u32 = ATTEMPTS;
-
-    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[
-        ("reports", Unit::One),
-        ("lost", Unit::One),
-        ("stale", Unit::One),
-        ("overloaded", Unit::One),
-        ("foreign", Unit::One),
-    ];
-
-    fn match_frame(front: &[u8]) -> FrameMatch {
-        match_frame(front)
-    }
+    type Message = Message;
 
     fn initial(&self) -> State {
         State {
-            accepted: false,
-            refused: false,
-            sequence: None,
             readings: vec![0.0; self.0.board.channels()],
-            counters: Counters::default(),
+            ..State::default()
         }
     }
 
@@ -128,19 +98,16 @@ impl Protocol for PhidgetProtocol {
         }
     }
 
-    fn handle_frame(
+    fn handle_message(
         &self,
         state: &mut State,
         _kind: Option<RequestKind>,
-        frame: &[u8],
+        message: Message,
     ) -> FrameOutcome {
-        let Ok(message) = Frame::new(frame).and_then(Message::try_from) else {
-            return FrameOutcome::Incomplete;
-        };
-        let new = match (message, self.0.board) {
-            (Message::Accepted { done: true }, _) if !state.accepted => {
+        let complete = match (message, self.0.board) {
+            (Message::Accepted { done: true }, board) if !state.accepted => {
                 state.accepted = true;
-                return FrameOutcome::More(ANSWER_TIMEOUT + self.0.board.interval());
+                return FrameOutcome::More(ANSWER_TIMEOUT + board.interval());
             }
             (Message::Accepted { done }, _) => {
                 state.refused = !done;
@@ -155,8 +122,8 @@ impl Protocol for PhidgetProtocol {
                 Board::Bridge { gain, .. },
             ) => {
                 let one = f64::from(COUNTS) * f64::from(gain.times());
-                let over = overload.contains(&true);
-                state.report(sequence, over, counts.map(|count| f64::from(count) / one))
+                let ratios = counts.map(|count| f64::from(count) / one);
+                state.report(sequence, overload.contains(&true), ratios)
             }
             (Message::InterfaceKit { sequence, readings }, Board::InterfaceKit { .. }) => {
                 let volt = f64::from(SCALE) / 5.0;
@@ -164,15 +131,11 @@ impl Protocol for PhidgetProtocol {
                 state.report(sequence, false, volts)
             }
             _ => {
-                state.counters.foreign += 1;
+                state.foreign += 1;
                 false
             }
         };
-        if new && state.accepted {
-            FrameOutcome::Complete
-        } else {
-            FrameOutcome::Incomplete
-        }
+        FrameOutcome::complete_if(complete)
     }
 
     fn open_failure(&self, state: &State) -> String {
@@ -181,7 +144,8 @@ impl Protocol for PhidgetProtocol {
             format!("the board of {name} rejects its set-up: it is a board of another type")
         } else {
             format!(
-                "the board of {name} did not accept its set-up and report within {ANSWER_TIMEOUT}, in {ATTEMPTS} attempts: check the connection and the port"
+                "the board of {name} did not accept its set-up and report within {ANSWER_TIMEOUT}, in {} attempts: check the connection and the port",
+                Self::ATTEMPTS
             )
         }
     }
@@ -190,15 +154,11 @@ impl Protocol for PhidgetProtocol {
         &state.readings
     }
 
-    fn read_diagnostics(&self, state: &State, values: &mut [f64]) {
-        let Counters {
-            reports,
-            lost,
-            stale,
-            overloaded,
-            foreign,
-        } = state.counters;
-        let counts = [reports, lost, stale, overloaded, foreign];
-        values.copy_from_slice(&counts.map(|count| count as f64));
+    fn report(&self, state: &State, diagnostics: &mut Diagnostics<'_>) {
+        diagnostics.count("reports", state.reports);
+        diagnostics.count("lost", state.lost);
+        diagnostics.count("stale", state.stale);
+        diagnostics.count("overloaded", state.overloaded);
+        diagnostics.count("foreign", state.foreign);
     }
 }

@@ -7,21 +7,21 @@
 //! kit when an input has changed. A transfer returns the newest readings without waiting.
 //!
 //! ```
-//! use twinrig_phidget::{Board, Gain, Input, Phidget};
+//! use twinrig_phidget::{AnalogInput, Board, Gain, Phidget};
 //! use twinrig_kernel::SimDuration;
 //! use twinrig_wire::AnalogSource;
 //!
-//! let analog_source = AnalogSource {
+//! let analog_source = Some(AnalogSource {
 //!     signal: "leg/LF/foot/force".into(),
 //!     component: 2,
 //!     scale: 1e-5, // 10 µV/V per newton
 //!     offset: 0.0,
-//! };
+//! });
 //! let mut bridge = Phidget::new("phidget", Board::Bridge {
 //!     interval: SimDuration::from_millis(8),
 //!     gain: Gain::X64,
 //! });
-//! bridge.inputs.push(Input { channel: 0, analog_source });
+//! bridge.inputs.push(AnalogInput { channel: 0, analog_source });
 //!
 //! let driver = bridge.driver()?; // host side of the wire
 //! let node = bridge.board()?; // device side
@@ -39,6 +39,7 @@ mod driver;
 pub mod protocol;
 
 pub use board::{PhidgetBoard, PhidgetEmulation};
-pub use config::{Board, Input, Phidget, PhidgetError};
+pub use config::{Board, Phidget, PhidgetError};
 pub use driver::{PhidgetDriver, PhidgetProtocol};
 pub use protocol::Gain;
+pub use twinrig_wire::AnalogInput;

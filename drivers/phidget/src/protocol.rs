@@ -12,8 +12,7 @@
 //! Overloads have one bit per channel; counts are signed.
 
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
-use twinrig_wire::{FrameMatch, crc16};
+use twinrig_wire::{Fields, FrameError, FrameFormat, FrameMatch, FramedMessage, bits, crc16, mask};
 
 /// Channels of a bridge.
 pub const BRIDGES: usize = 4;
@@ -34,6 +33,11 @@ const SHORTEST: usize = 4;
 
 const SETUP_BRIDGE: u8 = 1;
 const SETUP_INTERFACE_KIT: u8 = 2;
+
+const FORMAT: FrameFormat = FrameFormat {
+    length,
+    checksum: |content| crc16(content).to_le_bytes(),
+};
 
 /// Gain of a bridge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -66,14 +70,7 @@ impl Gain {
 
     /// Returns the factor.
     pub const fn times(self) -> u8 {
-        match self {
-            Self::X1 => 1,
-            Self::X8 => 8,
-            Self::X16 => 16,
-            Self::X32 => 32,
-            Self::X64 => 64,
-            Self::X128 => 128,
-        }
+        [1, 8, 16, 32, 64, 128][self as usize]
     }
 
     /// Returns the gain with that factor.
@@ -82,13 +79,8 @@ impl Gain {
         all.find(|gain| u64::from(gain.times()) == times)
     }
 
-    fn code(self) -> u8 {
+    const fn code(self) -> u8 {
         self as u8 + 1
-    }
-
-    fn of_code(code: u8) -> Option<Self> {
-        let index = usize::from(code).checked_sub(1)?;
-        Self::ALL.get(index).copied()
     }
 }
 
@@ -109,11 +101,7 @@ pub enum Setup {
     },
 }
 
-/// Bytes of a frame with correct header, length and checksum. Its content may be invalid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Frame<'a>(&'a [u8]);
-
-/// Valid content of a frame.
+/// Message of computer or board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Message {
     /// Set-up, from computer to board.
@@ -141,111 +129,20 @@ pub enum Message {
     },
 }
 
-/// Reason why bytes are not a valid message.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub enum FrameError {
-    /// Header, length or checksum is wrong.
-    #[error("not a frame: header, length or checksum is wrong")]
-    NotAFrame,
-    /// A number is out of range.
-    #[error("a number in the frame is out of range")]
-    Range,
-}
-
-const fn length(header: u8) -> Option<usize> {
-    match header {
-        SETUP => Some(7),
-        ACCEPTED => Some(4),
-        BRIDGE => Some(5 + 3 * BRIDGES),
-        INTERFACE_KIT => Some(4 + 2 * ANALOG),
-        _ => None,
-    }
-}
-
-/// Matches a frame at the front of a stream, for a [`twinrig_wire::Framer`].
-pub fn match_frame(front: &[u8]) -> FrameMatch {
-    let Some(&header) = front.first() else {
-        return FrameMatch::Missing(SHORTEST);
-    };
-    let Some(length) = length(header) else {
-        return FrameMatch::Garbage;
-    };
-    let Some(frame) = front.get(..length) else {
-        return FrameMatch::Missing(length - front.len());
-    };
-    let (content, checksum) = frame.split_at(length - 2);
-    if crc16(content).to_le_bytes() == checksum {
-        FrameMatch::Frame(length)
-    } else {
-        FrameMatch::Garbage
-    }
-}
-
-impl<'a> Frame<'a> {
-    /// Checks that `bytes` are exactly one frame.
-    ///
-    /// # Errors
-    /// [`FrameError::NotAFrame`] if they are not.
-    pub fn new(bytes: &'a [u8]) -> Result<Self, FrameError> {
-        match match_frame(bytes) {
-            FrameMatch::Frame(length) if length == bytes.len() => Ok(Self(bytes)),
-            _ => Err(FrameError::NotAFrame),
-        }
-    }
-
-    /// Returns the first byte, which identifies the kind of frame.
-    pub fn header(&self) -> u8 {
-        self.0[0]
-    }
-
-    /// Returns the bytes between header and checksum.
-    pub fn body(&self) -> &'a [u8] {
-        &self.0[1..self.0.len() - 2]
-    }
-}
-
-impl TryFrom<Frame<'_>> for Message {
-    type Error = FrameError;
-
-    fn try_from(frame: Frame<'_>) -> Result<Self, FrameError> {
-        match (frame.header(), frame.body()) {
-            (SETUP, &[board, low, high, gain]) => {
-                let number = u16::from_le_bytes([low, high]);
-                setup(board, number, gain).map(Self::Setup)
-            }
-            (ACCEPTED, &[status @ 0..=1]) => Ok(Self::Accepted { done: status == 0 }),
-            (BRIDGE, &[sequence, overload, ref counts @ ..]) if overload >> BRIDGES == 0 => {
-                let mut counts = counts.chunks_exact(3);
-                let mut next = || match counts.next() {
-                    // The sign is in the highest byte.
-                    Some(&[low, middle, high]) => i32::from_le_bytes([0, low, middle, high]) >> 8,
-                    _ => 0,
-                };
-                Ok(Self::Bridge {
-                    sequence,
-                    overload: std::array::from_fn(|n| overload >> n & 1 == 1),
-                    counts: std::array::from_fn(|_| next()),
-                })
-            }
-            (INTERFACE_KIT, &[sequence, ref readings @ ..]) => {
-                let mut words = readings.chunks_exact(2);
-                let mut next = || match words.next() {
-                    Some(&[low, high]) => u16::from_le_bytes([low, high]),
-                    _ => 0,
-                };
-                let readings: [u16; ANALOG] = std::array::from_fn(|_| next());
-                if readings.iter().any(|&reading| reading > SCALE) {
-                    return Err(FrameError::Range);
-                }
-                Ok(Self::InterfaceKit { sequence, readings })
-            }
-            _ => Err(FrameError::Range),
-        }
+fn length(front: &[u8]) -> FrameMatch {
+    match front.first() {
+        None => FrameMatch::Missing(SHORTEST),
+        Some(&SETUP) => FrameMatch::Frame(7),
+        Some(&ACCEPTED) => FrameMatch::Frame(4),
+        Some(&BRIDGE) => FrameMatch::Frame(5 + 3 * BRIDGES),
+        Some(&INTERFACE_KIT) => FrameMatch::Frame(4 + 2 * ANALOG),
+        Some(_) => FrameMatch::Garbage,
     }
 }
 
 fn setup(board: u8, number: u16, gain: u8) -> Result<Setup, FrameError> {
-    match (board, Gain::of_code(gain)) {
+    let code = |found: &Gain| found.code() == gain;
+    match (board, Gain::ALL.into_iter().find(code)) {
         (SETUP_BRIDGE, Some(gain)) if (1..=INTERVAL_MS_MAX).contains(&number) => {
             Ok(Setup::Bridge {
                 interval_ms: number,
@@ -259,18 +156,62 @@ fn setup(board: u8, number: u16, gain: u8) -> Result<Setup, FrameError> {
     }
 }
 
-impl Message {
+impl FramedMessage for Message {
+    fn match_frame(front: &[u8]) -> FrameMatch {
+        FORMAT.match_frame(front)
+    }
+
+    fn decode(frame: &[u8]) -> Result<Self, FrameError> {
+        let mut fields = Fields::new(FORMAT.content(frame)?);
+        match fields.array()? {
+            [SETUP] => {
+                let [board] = fields.array()?;
+                let number = u16::from_le_bytes(fields.array()?);
+                let [gain] = fields.array()?;
+                setup(board, number, gain).map(Self::Setup)
+            }
+            [ACCEPTED] => match fields.array()? {
+                [0] => Ok(Self::Accepted { done: true }),
+                [1] => Ok(Self::Accepted { done: false }),
+                _ => Err(FrameError::Range),
+            },
+            [BRIDGE] => {
+                let [sequence, overload] = fields.array()?;
+                if overload >> BRIDGES != 0 {
+                    return Err(FrameError::Range);
+                }
+                // The sign is in the highest byte.
+                let count =
+                    |[low, middle, high]: [u8; 3]| i32::from_le_bytes([0, low, middle, high]) >> 8;
+                Ok(Self::Bridge {
+                    sequence,
+                    overload: bits(overload.into()),
+                    counts: fields.numbers(count)?,
+                })
+            }
+            [_] => {
+                let [sequence] = fields.array()?;
+                let readings = fields.numbers(u16::from_le_bytes)?;
+                if readings.iter().any(|&reading| reading > SCALE) {
+                    return Err(FrameError::Range);
+                }
+                Ok(Self::InterfaceKit { sequence, readings })
+            }
+        }
+    }
+
     /// Appends the frame to `bytes`. Counts of a bridge are truncated to 24 bits.
-    pub fn encode(&self, bytes: &mut Vec<u8>) {
-        let start = bytes.len();
-        match self {
+    fn encode(&self, bytes: &mut Vec<u8>) {
+        FORMAT.encode(bytes, |bytes| match self {
             Self::Setup(Setup::Bridge { interval_ms, gain }) => {
-                let [low, high] = interval_ms.to_le_bytes();
-                bytes.extend([SETUP, SETUP_BRIDGE, low, high, gain.code()]);
+                bytes.extend([SETUP, SETUP_BRIDGE]);
+                bytes.extend(interval_ms.to_le_bytes());
+                bytes.push(gain.code());
             }
             Self::Setup(Setup::InterfaceKit { trigger }) => {
-                let [low, high] = trigger.to_le_bytes();
-                bytes.extend([SETUP, SETUP_INTERFACE_KIT, low, high, 0]);
+                bytes.extend([SETUP, SETUP_INTERFACE_KIT]);
+                bytes.extend(trigger.to_le_bytes());
+                bytes.push(0);
             }
             Self::Accepted { done } => bytes.extend([ACCEPTED, u8::from(!done)]),
             Self::Bridge {
@@ -278,24 +219,16 @@ impl Message {
                 overload,
                 counts,
             } => {
-                let over = overload.iter().enumerate().filter(|(_, over)| **over);
-                bytes.extend([
-                    BRIDGE,
-                    *sequence,
-                    over.fold(0, |bits, (n, _)| bits | 1 << n),
-                ]);
+                let [overload, ..] = mask(overload).to_le_bytes();
+                bytes.extend([BRIDGE, *sequence, overload]);
                 for count in counts {
                     bytes.extend(&count.to_le_bytes()[..3]);
                 }
             }
             Self::InterfaceKit { sequence, readings } => {
                 bytes.extend([INTERFACE_KIT, *sequence]);
-                for reading in readings {
-                    bytes.extend(reading.to_le_bytes());
-                }
+                bytes.extend(readings.iter().flat_map(|reading| reading.to_le_bytes()));
             }
-        }
-        let checksum = crc16(&bytes[start..]);
-        bytes.extend(checksum.to_le_bytes());
+        });
     }
 }

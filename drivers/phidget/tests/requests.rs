@@ -3,9 +3,9 @@
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_phidget::protocol::{Gain, Message, Setup};
 use twinrig_phidget::{Board, Phidget, PhidgetDriver};
-use twinrig_runtime::Driver;
-use twinrig_runtime::Part;
+use twinrig_runtime::{Driver, Part};
 use twinrig_testing::driver_harness::{DriverHarness, StaticPlant, plant, run_device};
+use twinrig_wire::FramedMessage;
 
 const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(200);
 const INTERVAL: SimDuration = SimDuration::from_millis(80);
@@ -19,29 +19,25 @@ fn config() -> Phidget {
     Phidget::new("scale", board)
 }
 
-fn frame(message: &Message) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    message.encode(&mut bytes);
-    bytes
-}
-
 fn setup() -> Vec<u8> {
-    frame(&Message::Setup(Setup::Bridge {
+    Message::Setup(Setup::Bridge {
         interval_ms: 80,
         gain: Gain::X1,
-    }))
+    })
+    .to_frame()
 }
 
 fn accepted(done: bool) -> Vec<u8> {
-    frame(&Message::Accepted { done })
+    Message::Accepted { done }.to_frame()
 }
 
 fn report(sequence: u8) -> Vec<u8> {
-    frame(&Message::Bridge {
+    Message::Bridge {
         sequence,
         overload: [false; 4],
         counts: [1 << 22, 0, 0, 0],
-    })
+    }
+    .to_frame()
 }
 
 fn host() -> DriverHarness<PhidgetDriver> {

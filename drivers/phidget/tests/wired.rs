@@ -1,22 +1,23 @@
 //! Driver and board connected by a wire, in a rig.
 
-use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
-use twinrig_phidget::{Board, Gain, Input, Phidget};
+use twinrig_kernel::{Port, SimDuration, Unit};
+use twinrig_phidget::{AnalogInput, Board, Gain, Phidget};
 use twinrig_runtime::{Rig, RunEvent};
 use twinrig_testing::rig_harness;
-use twinrig_testing::rig_harness::{RecordingPlant, diagnostic, rig, run};
-use twinrig_wire::{AnalogSource, Fault, FaultKind, FaultSchedule};
+use twinrig_testing::rig_harness::{
+    RecordingPlant, check_restored, check_zero, diagnostic, rig, run,
+};
+use twinrig_wire::{AnalogSource, FaultKind, FaultSchedule};
 
-fn input(channel: usize, component: usize, scale: f64) -> Input {
-    let analog_source = AnalogSource {
-        signal: "leg/LF/foot/force".into(),
-        component,
-        scale,
-        offset: 0.0,
-    };
-    Input {
+fn input(channel: usize, component: usize, scale: f64) -> AnalogInput {
+    AnalogInput {
         channel,
-        analog_source,
+        analog_source: Some(AnalogSource {
+            signal: "leg/LF/foot/force".into(),
+            component,
+            scale,
+            offset: 0.0,
+        }),
     }
 }
 
@@ -51,15 +52,7 @@ fn wired(board: &Phidget, faults: &FaultSchedule) -> Rig {
 }
 
 fn fault(kind: FaultKind, from_ms: u64, for_ms: u64) -> FaultSchedule {
-    FaultSchedule {
-        faults: vec![Fault {
-            at: SimTime::ZERO + SimDuration::from_millis(from_ms),
-            on: "wire/phidget".into(),
-            kind,
-            lasts: SimDuration::from_millis(for_ms),
-        }],
-        seed: 1,
-    }
+    rig_harness::fault("wire/phidget", kind, from_ms, for_ms)
 }
 
 #[test]
@@ -77,13 +70,12 @@ fn bridge_reports_once_per_interval_and_transfers_never_wait() {
             log.count(|event| matches!(event, RunEvent::TaskSkipped { .. })),
             0
         );
-        for counter in ["lost", "stale", "foreign", "garbage", "unheard"] {
-            assert_eq!(
-                diagnostic(&rig, &log, &format!("phidget/{counter}")),
-                0.0,
-                "{counter}"
-            );
-        }
+        check_zero(
+            &rig,
+            &log,
+            "phidget",
+            &["lost", "stale", "foreign", "garbage", "unheard"],
+        );
     }
 }
 
@@ -211,15 +203,7 @@ fn missing_signal_is_reported_with_the_available_ones() {
 fn restored_rig_continues_bit_for_bit() {
     let faults = fault(FaultKind::Flip { rate: 0.001 }, 0, 10_000);
     for board in [bridge(16), kit()] {
-        for save_ms in [0, 9, 33, 140] {
-            let mut rig = wired(&board, &faults);
-            run(&mut rig, save_ms).1.unwrap();
-            let saved = rig.save();
-            let rest = run(&mut rig, 600);
-            let mut restored = wired(&board, &faults);
-            restored.restore(&saved).unwrap();
-            assert_eq!(run(&mut restored, 600), rest, "{save_ms} ms");
-        }
+        check_restored(|| wired(&board, &faults), &[0, 9, 33, 140], 600);
     }
 }
 

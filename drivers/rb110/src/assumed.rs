@@ -11,8 +11,6 @@ pub(crate) const REACTION: SimDuration = SimDuration::from_micros(20);
 pub(crate) const REFERENCE: f64 = 2.5;
 /// Time-out of an answer when opening or closing. ASSUMED.
 pub(crate) const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(100);
-/// Attempts at opening or closing. ASSUMED.
-pub(crate) const ATTEMPTS: u32 = 3;
 /// Ticks per radian of Oncilla's servos: 90° per millisecond, as for most model servos. ASSUMED.
 pub(crate) const ONCILLA_TICKS_PER_RADIAN: f64 = 50_000.0 / std::f64::consts::FRAC_PI_2;
 /// Ticks per radian of Kondo's servos: half a turn from 700 to 2300 µs. ASSUMED.

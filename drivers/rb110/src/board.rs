@@ -1,12 +1,12 @@
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{LocalTime, Port, SimDuration, SimTime, Unit};
+use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
-use twinrig_wire::{Emulation, FrameMatch, FramedNode, TxQueue};
+use twinrig_wire::{AnalogInputs, Diagnostics, Emulation, FramedNode, TxQueue, quantize};
 
 use crate::assumed::REACTION;
-use crate::protocol::{Answer, COUNTS, Frame, LINES, Request, TICK_NS, match_frame};
+use crate::protocol::{Answer, COUNTS, LINES, Request, TICK_NS};
 use crate::{AdcRange, Rb110};
 
 /// Emulated board: pulses by its own clock, with a common start on all lines. New widths take
@@ -20,8 +20,7 @@ pub struct Rb110Emulation {
     config: Rb110,
     /// Places of the servos' commands in the plant.
     commands: Vec<Range<usize>>,
-    /// Places of the analog inputs' signals in the plant.
-    inputs: Vec<Option<usize>>,
+    inputs: AnalogInputs,
 }
 
 /// Changing state.
@@ -53,18 +52,17 @@ impl Rb110Emulation {
     /// Creates the emulation from a checked configuration.
     pub(crate) fn new(config: Rb110) -> Self {
         Self {
+            inputs: AnalogInputs::new(config.analog.clone()),
             config,
             commands: Vec::new(),
-            inputs: Vec::new(),
         }
     }
 
     /// Returns the simulation time at which the board's clock shows `after` past the start of
     /// period `number`.
     fn instant(&self, number: u64, after: SimDuration) -> SimTime {
-        let shown = SimTime::ZERO + self.config.period * number + after;
-        let shown = i64::try_from(shown.as_nanos()).unwrap_or(i64::MAX);
-        self.config.clock.sim_at(LocalTime::from_nanos(shown))
+        let Rb110 { clock, period, .. } = &self.config;
+        clock.sim_at_period(*period, number, after)
     }
 
     fn next_start(&self, state: &State) -> SimTime {
@@ -126,45 +124,20 @@ impl Rb110Emulation {
             AdcRange::Reference
         };
         let full_scale = range.full_scale(self.config.reference);
-        let requested = request.inputs.iter().zip(&mut answer.counts);
-        for (_, count) in requested.filter(|(requested, _)| **requested) {
-            *count = Some(0);
-        }
-        for (input, &place) in self.config.analog.iter().zip(&self.inputs) {
-            let (Some(analog_source), Some(place)) = (&input.analog_source, place) else {
-                continue;
-            };
-            if request.inputs[input.channel] {
-                let volts = analog_source.reading(plant.sample(place..place + 1)?[0]);
-                answer.counts[input.channel] = Some(convert(volts, full_scale));
+        for (channel, count) in answer.counts.iter_mut().enumerate() {
+            if request.inputs[channel] {
+                let exact = self.inputs.read(channel, plant)? / full_scale * f64::from(COUNTS);
+                // The converter rounds down.
+                *count = Some(quantize(exact.floor(), 0..=COUNTS - 1).0);
             }
         }
         Ok(answer)
     }
 }
 
-/// Returns the count of a voltage.
-fn convert(volts: f64, full_scale: f64) -> u16 {
-    let most = f64::from(COUNTS - 1);
-    let count = (volts / full_scale * f64::from(COUNTS)).clamp(0.0, most);
-    // NaN becomes 0.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "between 0 and 1023; the converter rounds down"
-    )]
-    let count = count as u16;
-    count
-}
-
 impl Emulation for Rb110Emulation {
     type State = State;
-
-    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[("pulses", Unit::One)];
-
-    fn match_frame(front: &[u8]) -> FrameMatch {
-        match_frame(front)
-    }
+    type Message = Request;
 
     fn initial(&self) -> State {
         State::default()
@@ -179,19 +152,7 @@ impl Emulation for Rb110Emulation {
         self.commands = servos
             .map(|servo| plant.find(owner, &Port::output(&servo.command, Unit::Radian, 1)))
             .collect::<Result<_, _>>()?;
-        let inputs = self
-            .config
-            .analog
-            .iter()
-            .map(|input| input.analog_source.as_ref());
-        self.inputs = inputs
-            .map(|analog_source| {
-                analog_source
-                    .map(|analog_source| analog_source.find(owner, plant))
-                    .transpose()
-            })
-            .collect::<Result<_, _>>()?;
-        Ok(())
+        self.inputs.connect(owner, plant)
     }
 
     fn next_instant(&self, state: &State) -> Option<SimTime> {
@@ -213,22 +174,20 @@ impl Emulation for Rb110Emulation {
         Ok(())
     }
 
-    fn handle_frame(
+    fn handle_message(
         &self,
         state: &mut State,
         now: SimTime,
-        frame: &[u8],
+        request: Request,
         plant: &mut dyn PlantAccess,
         tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
-        if let Ok(request) = Frame::new(frame).and_then(Request::try_from) {
-            let answer = self.answer(state, &request, plant)?;
-            tx.say(now + REACTION, |bytes| answer.encode(bytes));
-        }
+        let answer = self.answer(state, &request, plant)?;
+        tx.send(now + REACTION, &answer);
         Ok(())
     }
 
-    fn read_diagnostics(&self, state: &State, values: &mut [f64]) {
-        values.copy_from_slice(&[state.sent as f64]);
+    fn report(&self, state: &State, diagnostics: &mut Diagnostics<'_>) {
+        diagnostics.count("pulses", state.sent);
     }
 }

@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use twinrig_kernel::{BoardClock, SimDuration, signal};
 use twinrig_runtime::Wire;
-use twinrig_wire::{AnalogSource, Duplex, FaultSchedule, Faulty, HostEnd, Uart, WireError};
+use twinrig_wire::{AnalogInput, FaultSchedule, WireError, check_channels, device_wire, quantize};
 
 use crate::assumed;
 use crate::protocol::{ANALOG, LINES, TICKS_MAX};
@@ -39,15 +39,6 @@ pub struct ServoLine {
     pub pulse: PulseMap,
 }
 
-/// Analog input that is read.
-#[derive(Clone, Debug, PartialEq)]
-pub struct AnalogInput {
-    /// Number of the input, from 0 to 7.
-    pub channel: usize,
-    /// Voltage at the input \[V\]; 0 for `None`. Not used by the driver.
-    pub analog_source: Option<AnalogSource>,
-}
-
 /// Conversion between the angle of a servo and its pulse, in ticks of 20 ns.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PulseMap {
@@ -82,16 +73,6 @@ pub enum Rb110Error {
         /// The period.
         period: SimDuration,
     },
-    /// A line or channel does not exist or is used twice.
-    #[error("{what} {number} of {count} does not exist, or is used twice")]
-    Place {
-        /// Kind of place: line or analog input.
-        what: &'static str,
-        /// Its number.
-        number: usize,
-        /// Number of places of this kind.
-        count: usize,
-    },
     /// The pulses of a servo are inconsistent.
     #[error(
         "pulses of {command}: {map:?}: requires off < least, 0 < least ≤ neutral ≤ most ≤ {TICKS_MAX}, and ticks_per_radian finite and not 0"
@@ -108,7 +89,7 @@ pub enum Rb110Error {
         /// The reference \[V\].
         volts: f64,
     },
-    /// Invalid faults of the wire.
+    /// Invalid lines, analog inputs or faults of the wire.
     #[error(transparent)]
     Wire(#[from] WireError),
 }
@@ -134,17 +115,8 @@ impl PulseMap {
     /// Returns the pulse for `angle` \[rad\], and whether it was saturated at a limit. `None` for
     /// NaN.
     pub fn ticks(&self, angle: f64) -> Option<(u32, bool)> {
-        let requested = (f64::from(self.neutral) + angle * self.ticks_per_radian).round();
-        if requested.is_nan() {
-            return None;
-        }
-        let limited = requested.clamp(f64::from(self.least), f64::from(self.most));
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "between two u32"
-        )]
-        Some((limited as u32, limited != requested))
+        let exact = f64::from(self.neutral) + angle * self.ticks_per_radian;
+        (!exact.is_nan()).then(|| quantize(exact, self.least..=self.most))
     }
 
     /// Returns the angle commanded by a pulse \[rad\]; `None` if it commands none.
@@ -196,7 +168,7 @@ impl Rb110 {
     /// [`Rb110Error`] if the configuration is invalid.
     pub fn driver(&self) -> Result<Rb110Driver, Rb110Error> {
         self.check()?;
-        Ok(Rb110Driver::new(Rb110Protocol::new(self.clone())))
+        Ok(Rb110Driver::new(Rb110Protocol(self.clone())))
     }
 
     /// Creates the emulated board.
@@ -214,10 +186,7 @@ impl Rb110 {
     /// # Errors
     /// [`Rb110Error`] if the configuration or a fault is invalid.
     pub fn wire(&self, faults: &FaultSchedule) -> Result<impl Wire + use<>, Rb110Error> {
-        let place = format!("wire/{}", self.name);
-        let line = Duplex::new(assumed::BYTE_TIME, self.board()?);
-        let line = Faulty::new(&place, assumed::BYTE_TIME, faults, line)?;
-        Ok(HostEnd::new(Uart::new(assumed::BYTE_TIME, line)))
+        Ok(device_wire(assumed::BYTE_TIME, faults, self.board()?)?)
     }
 
     fn check(&self) -> Result<(), Rb110Error> {
@@ -232,9 +201,9 @@ impl Rb110 {
                 volts: self.reference,
             });
         }
-        places("line", LINES, self.servos.iter().map(|servo| servo.line))?;
+        check_channels("line", LINES, self.servos.iter().map(|servo| servo.line))?;
         let channels = self.analog.iter().map(|input| input.channel);
-        places("analog input", ANALOG, channels)?;
+        check_channels("analog input", ANALOG, channels)?;
         match self.servos.iter().find(|servo| !servo.pulse.is_valid()) {
             Some(servo) => Err(Rb110Error::Pulse {
                 command: servo.command.clone(),
@@ -243,24 +212,4 @@ impl Rb110 {
             None => Ok(()),
         }
     }
-}
-
-/// Rejects places that do not exist or are used twice.
-fn places(
-    what: &'static str,
-    count: usize,
-    numbers: impl Iterator<Item = usize>,
-) -> Result<(), Rb110Error> {
-    let mut used = Vec::new();
-    for number in numbers {
-        if number >= count || used.contains(&number) {
-            return Err(Rb110Error::Place {
-                what,
-                number,
-                count,
-            });
-        }
-        used.push(number);
-    }
-    Ok(())
 }

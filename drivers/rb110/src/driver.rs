@@ -1,9 +1,9 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, Unit};
-use twinrig_wire::{FrameMatch, FrameOutcome, FramedDriver, Protocol, RequestKind};
+use twinrig_wire::{Diagnostics, FrameOutcome, FramedDriver, FramedMessage, Protocol, RequestKind};
 
-use crate::assumed::{ANSWER_TIMEOUT, ATTEMPTS};
-use crate::protocol::{ANALOG, Answer, COUNTS, Frame, LINES, Request, match_frame};
+use crate::assumed::ANSWER_TIMEOUT;
+use crate::protocol::{ANALOG, Answer, COUNTS, LINES, Request};
 use crate::{AdcRange, Rb110};
 
 /// Driver of the board: transmits one pulse per servo and transfer, and reads the analog inputs.
@@ -15,7 +15,7 @@ pub type Rb110Driver = FramedDriver<Rb110Protocol>;
 
 /// Requests to the board and interpretation of its answers.
 #[derive(Debug)]
-pub struct Rb110Protocol(Rb110);
+pub struct Rb110Protocol(pub(crate) Rb110);
 
 /// Changing state.
 #[derive(Debug, Serialize, Deserialize)]
@@ -23,11 +23,6 @@ pub struct State {
     sequence: u8,
     answered: bool,
     volts: Vec<f64>,
-    counters: Counters,
-}
-
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-struct Counters {
     transfers: u64,
     lost: u64,
     saturated: u64,
@@ -38,21 +33,13 @@ struct Counters {
 type Pulses = [Option<u32>; LINES];
 
 impl Rb110Protocol {
-    /// Creates the protocol from a checked configuration.
-    pub(crate) fn new(config: Rb110) -> Self {
-        Self(config)
-    }
-
-    fn pulses(&self, counters: &mut Counters, angles: &[f64]) -> Pulses {
+    fn pulses(&self, state: &mut State, angles: &[f64]) -> Pulses {
         let mut pulses = [None; LINES];
         for (servo, &angle) in self.0.servos.iter().zip(angles) {
             // NaN commands nothing: the pulse does not change.
-            if let Some((ticks, saturated)) = servo.pulse.ticks(angle) {
-                pulses[servo.line] = Some(ticks);
-                counters.saturated += u64::from(saturated);
-            } else {
-                counters.saturated += 1;
-            }
+            let ticks = servo.pulse.ticks(angle);
+            pulses[servo.line] = ticks.map(|(ticks, _)| ticks);
+            state.saturated += u64::from(ticks.is_none_or(|(_, saturated)| saturated));
         }
         pulses
     }
@@ -69,26 +56,17 @@ impl Rb110Protocol {
 
 impl Protocol for Rb110Protocol {
     type State = State;
-
-    const ATTEMPTS: u32 = ATTEMPTS;
-
-    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[
-        ("transfers", Unit::One),
-        ("lost", Unit::One),
-        ("saturated", Unit::One),
-        ("replaced", Unit::One),
-    ];
-
-    fn match_frame(front: &[u8]) -> FrameMatch {
-        match_frame(front)
-    }
+    type Message = Answer;
 
     fn initial(&self) -> State {
         State {
             sequence: 0,
             answered: false,
             volts: vec![0.0; self.0.analog.len()],
-            counters: Counters::default(),
+            transfers: 0,
+            lost: 0,
+            saturated: 0,
+            replaced: 0,
         }
     }
 
@@ -117,10 +95,7 @@ impl Protocol for Rb110Protocol {
     ) -> Option<SimDuration> {
         let (pulses, timeout) = match kind {
             RequestKind::Open => ([None; LINES], ANSWER_TIMEOUT),
-            RequestKind::Transfer => {
-                let pulses = self.pulses(&mut state.counters, from_process);
-                (pulses, self.0.period)
-            }
+            RequestKind::Transfer => (self.pulses(state, from_process), self.0.period),
             RequestKind::Close => (self.off(), ANSWER_TIMEOUT),
         };
         let mut inputs = [false; ANALOG];
@@ -139,42 +114,36 @@ impl Protocol for Rb110Protocol {
         Some(timeout)
     }
 
-    fn handle_frame(
+    fn handle_message(
         &self,
         state: &mut State,
         kind: Option<RequestKind>,
-        frame: &[u8],
+        answer: Answer,
     ) -> FrameOutcome {
-        let Ok(answer) = Frame::new(frame).and_then(Answer::try_from) else {
-            return FrameOutcome::Incomplete;
-        };
         if answer.sequence != state.sequence || state.answered {
             return FrameOutcome::Incomplete;
         }
         state.answered = true;
-        state.counters.replaced += u64::from(answer.replaced);
+        state.replaced += u64::from(answer.replaced);
         let full_scale = self.0.range.full_scale(self.0.reference);
         for (volts, input) in state.volts.iter_mut().zip(&self.0.analog) {
             if let Some(count) = answer.counts[input.channel] {
                 *volts = f64::from(count) * full_scale / f64::from(COUNTS);
             }
         }
-        if kind == Some(RequestKind::Transfer) {
-            FrameOutcome::Incomplete
-        } else {
-            FrameOutcome::Complete
-        }
+        FrameOutcome::complete_if(kind != Some(RequestKind::Transfer))
     }
 
     fn time_out(&self, state: &mut State, kind: RequestKind) {
-        state.counters.lost += u64::from(!state.answered);
-        state.counters.transfers += u64::from(kind == RequestKind::Transfer);
+        state.lost += u64::from(!state.answered);
+        state.transfers += u64::from(kind == RequestKind::Transfer);
     }
 
     fn open_failure(&self, _state: &State) -> String {
         format!(
-            "the servo board of {} answered none of {ATTEMPTS} requests within {ANSWER_TIMEOUT} each: check the connection and the port",
-            self.0.name
+            "the servo board of {} answered none of {} requests within {ANSWER_TIMEOUT} each: check the connection and the port",
+            self.0.name,
+            Self::ATTEMPTS
         )
     }
 
@@ -182,14 +151,10 @@ impl Protocol for Rb110Protocol {
         &state.volts
     }
 
-    fn read_diagnostics(&self, state: &State, values: &mut [f64]) {
-        let Counters {
-            transfers,
-            lost,
-            saturated,
-            replaced,
-        } = state.counters;
-        let counts = [transfers, lost, saturated, replaced];
-        values.copy_from_slice(&counts.map(|count| count as f64));
+    fn report(&self, state: &State, diagnostics: &mut Diagnostics<'_>) {
+        diagnostics.count("transfers", state.transfers);
+        diagnostics.count("lost", state.lost);
+        diagnostics.count("saturated", state.saturated);
+        diagnostics.count("replaced", state.replaced);
     }
 }

@@ -31,5 +31,6 @@ mod driver;
 pub mod protocol;
 
 pub use board::{Rb110Board, Rb110Emulation};
-pub use config::{AdcRange, AnalogInput, PulseMap, Rb110, Rb110Error, ServoLine};
+pub use config::{AdcRange, PulseMap, Rb110, Rb110Error, ServoLine};
 pub use driver::{Rb110Driver, Rb110Protocol};
+pub use twinrig_wire::AnalogInput;

@@ -1,15 +1,16 @@
 //! Frames: round trip, detection of damage, and independence of the division into pieces.
 
+use proptest::array::{uniform8, uniform16};
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
-use twinrig_rb110::protocol::{Answer, Frame, Request, TICKS_MAX, match_frame};
-use twinrig_testing::framing::{frames, frames_in_any_pieces};
-use twinrig_wire::FrameMatch;
+use twinrig_rb110::protocol::{Answer, Request, TICKS_MAX};
+use twinrig_testing::framing::{check_arbitrary_bytes, check_message, check_wrong_bit};
+use twinrig_wire::{FrameError, FrameMatch, FramedMessage, crc16};
 
 fn requests() -> impl Strategy<Value = Request> {
-    let pulses = proptest::array::uniform16(option::of(0..=TICKS_MAX));
-    let inputs = proptest::array::uniform8(any::<bool>());
+    let pulses = uniform16(option::of(0..=TICKS_MAX));
+    let inputs = uniform8(any::<bool>());
     (any::<u8>(), any::<bool>(), pulses, inputs).prop_map(|(sequence, twice, pulses, inputs)| {
         Request {
             sequence,
@@ -21,7 +22,7 @@ fn requests() -> impl Strategy<Value = Request> {
 }
 
 fn answers() -> impl Strategy<Value = Answer> {
-    let counts = proptest::array::uniform8(option::of(0..1024_u16));
+    let counts = uniform8(option::of(0..1024_u16));
     (any::<u8>(), any::<bool>(), counts).prop_map(|(sequence, replaced, counts)| Answer {
         sequence,
         replaced,
@@ -29,73 +30,102 @@ fn answers() -> impl Strategy<Value = Answer> {
     })
 }
 
+/// Returns a frame with this content.
+fn framed(content: &[u8]) -> Vec<u8> {
+    [content, &crc16(content).to_le_bytes()].concat()
+}
+
+#[test]
+fn frames_match_the_documentation() {
+    let mut request = Request {
+        sequence: 7,
+        twice: true,
+        ..Request::default()
+    };
+    request.pulses[1] = Some(0);
+    request.pulses[15] = Some(60_000);
+    request.inputs[3] = true;
+    let content = [0xb1, 15, 7, 1, 0x02, 0x80, 0x08, 0, 0, 0, 0x60, 0xea, 0];
+    assert_eq!(request.to_frame(), framed(&content));
+    let mut answer = Answer {
+        sequence: 7,
+        replaced: true,
+        ..Answer::default()
+    };
+    answer.counts[3] = Some(1023);
+    assert_eq!(
+        answer.to_frame(),
+        framed(&[0xb2, 9, 7, 1, 0x08, 0xff, 0x03])
+    );
+}
+
+#[test]
+fn invalid_content_is_rejected_with_its_reason() {
+    let request = |content: &[u8]| Request::decode(&framed(content)).unwrap_err();
+    let answer = |content: &[u8]| Answer::decode(&framed(content)).unwrap_err();
+    // Range 2; a pulse of 500 001 ticks; two lines, but one width; a width without a line.
+    assert_eq!(request(&[0xb1, 9, 0, 2, 0, 0, 0]), FrameError::Range);
+    let long_pulse = [0xb1, 12, 0, 0, 1, 0, 0, 0x21, 0xa1, 7];
+    assert_eq!(request(&long_pulse), FrameError::Range);
+    let missing_width = [0xb1, 12, 0, 0, 3, 0, 0, 1, 0, 0];
+    assert_eq!(request(&missing_width), FrameError::Length);
+    let excess_width = [0xb1, 12, 0, 0, 0, 0, 0, 1, 0, 0];
+    assert_eq!(request(&excess_width), FrameError::Length);
+    // Status 2; a count of 1024; half a count.
+    assert_eq!(answer(&[0xb2, 7, 0, 2, 0]), FrameError::Range);
+    assert_eq!(answer(&[0xb2, 9, 0, 0, 1, 0, 4]), FrameError::Range);
+    assert_eq!(answer(&[0xb2, 8, 0, 0, 1, 0]), FrameError::Length);
+    let other_direction = Answer::default().to_frame();
+    let error = Request::decode(&other_direction).unwrap_err();
+    assert_eq!(error, FrameError::WrongDirection);
+}
+
+#[test]
+fn lengths_outside_the_range_of_a_direction_are_garbage() {
+    for (header, shortest, longest) in [(0xb1, 9, 57), (0xb2, 7, 23)] {
+        for length in 0..=255 {
+            let expected = if (shortest..=longest).contains(&length) {
+                FrameMatch::Missing(usize::from(length) - 2)
+            } else {
+                FrameMatch::Garbage
+            };
+            assert_eq!(Request::match_frame(&[header, length]), expected);
+        }
+    }
+}
+
 proptest! {
     #[test]
-    fn frames_round_trip(request in requests(), answer in answers()) {
-        let (mut encoded_request, mut encoded_answer) = (Vec::new(), Vec::new());
-        request.encode(&mut encoded_request);
-        answer.encode(&mut encoded_answer);
-        prop_assert_eq!(Request::try_from(Frame::new(&encoded_request).unwrap()), Ok(request));
-        prop_assert_eq!(Answer::try_from(Frame::new(&encoded_answer).unwrap()), Ok(answer));
-        prop_assert!(Request::try_from(Frame::new(&encoded_answer).unwrap()).is_err());
-        prop_assert!(Answer::try_from(Frame::new(&encoded_request).unwrap()).is_err());
+    fn messages_are_decoded_identically_amid_garbage(
+        request in requests(), answer in answers(), garbage in vec(any::<u8>(), 0..60),
+    ) {
+        check_message(&request, &garbage);
+        check_message(&answer, &garbage);
     }
 
     #[test]
-    fn arbitrary_bytes_in_arbitrary_pieces_do_not_panic(bytes in vec(any::<u8>(), 0..400), cuts in vec(0..400_usize, 0..20)) {
-        for frame in &frames_in_any_pieces(match_frame, &bytes, cuts) {
-            let frame = Frame::new(frame).unwrap();
-            let _ = (Request::try_from(frame), Answer::try_from(frame));
-        }
+    fn arbitrary_bytes_in_arbitrary_pieces_do_not_panic(
+        bytes in vec(any::<u8>(), 0..400), cuts in vec(0..400_usize, 0..20),
+    ) {
+        check_arbitrary_bytes::<Request>(&bytes, cuts.clone());
+        check_arbitrary_bytes::<Answer>(&bytes, cuts);
     }
 
     #[test]
-    fn frame_with_a_wrong_bit_is_rejected(request in requests(), bit in any::<prop::sample::Index>()) {
-        let mut bytes = Vec::new();
-        request.encode(&mut bytes);
-        let bit = bit.index(8 * bytes.len());
-        bytes[bit / 8] ^= 1 << (bit % 8);
-        prop_assert!(Frame::new(&bytes).is_err());
+    fn frame_with_a_wrong_bit_is_rejected(
+        request in requests(), answer in answers(), bit in any::<usize>(),
+    ) {
+        check_wrong_bit(&request, bit);
+        check_wrong_bit(&answer, bit);
     }
 
     #[test]
-    fn frame_after_garbage_is_found(garbage in vec(any::<u8>(), 0..60), answer in answers()) {
-        // Enough bytes to complete a frame that seems to begin in the garbage.
-        let mut bytes = garbage.clone();
-        let mut encoded = Vec::new();
-        answer.encode(&mut encoded);
-        for _ in 0..10 {
-            bytes.extend(&encoded);
-        }
-        prop_assert!(frames(match_frame, &[&bytes]).0.contains(&encoded));
-    }
-
-    #[test]
-    fn decoded_content_re_encodes_identically(body in vec(any::<u8>(), 0..30), header in 0xb1..=0xb2_u8) {
-        let mut bytes = vec![header, u8::try_from(body.len() + 5).unwrap(), 7];
-        bytes.extend(&body);
-        let checksum = twinrig_wire::crc16(&bytes);
-        bytes.extend(checksum.to_le_bytes());
-        if let Ok(frame) = Frame::new(&bytes) {
-            let mut again = Vec::new();
-            match (Request::try_from(frame), Answer::try_from(frame)) {
-                (Ok(request), Err(_)) => request.encode(&mut again),
-                (Err(_), Ok(answer)) => answer.encode(&mut again),
-                (Err(_), Err(_)) => again.clone_from(&bytes),
-                (Ok(_), Ok(_)) => {}
-            }
-            prop_assert_eq!(again, bytes);
-        }
-    }
-
-    #[test]
-    fn missing_count_never_exceeds_the_frame(request in requests(), kept in any::<prop::sample::Index>()) {
-        let mut bytes = Vec::new();
-        request.encode(&mut bytes);
-        let kept = kept.index(bytes.len());
-        match match_frame(&bytes[..kept]) {
-            FrameMatch::Missing(count) => prop_assert!(count >= 1 && kept + count <= bytes.len()),
-            other => prop_assert!(false, "{other:?}"),
-        }
+    fn decoded_content_re_encodes_identically(
+        fields in vec(any::<u8>(), 0..30), header in 0xb1..=0xb2_u8,
+    ) {
+        let length = u8::try_from(fields.len() + 4).unwrap();
+        let frame = framed(&[&[header, length][..], &fields].concat());
+        check_arbitrary_bytes::<Request>(&frame, Vec::new());
+        check_arbitrary_bytes::<Answer>(&frame, Vec::new());
     }
 }

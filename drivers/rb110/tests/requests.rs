@@ -1,11 +1,11 @@
 //! Driver and board, request by request: bytes, times and time-outs.
 
 use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
-use twinrig_rb110::protocol::{Answer, Frame, Request};
+use twinrig_rb110::protocol::{Answer, Request};
 use twinrig_rb110::{AnalogInput, PulseMap, Rb110, Rb110Driver};
-use twinrig_runtime::Driver;
-use twinrig_runtime::Part;
+use twinrig_runtime::{Driver, Part};
 use twinrig_testing::driver_harness::{DriverHarness, StaticPlant, plant, run_device};
+use twinrig_wire::FramedMessage;
 
 const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(100);
 const PERIOD: SimDuration = SimDuration::from_millis(20);
@@ -22,7 +22,7 @@ fn board() -> Rb110 {
 }
 
 fn request(bytes: &[u8]) -> Request {
-    Request::try_from(Frame::new(bytes).unwrap()).unwrap()
+    Request::decode(bytes).unwrap()
 }
 
 fn answer(sequence: u8, count: u16) -> Vec<u8> {
@@ -31,9 +31,7 @@ fn answer(sequence: u8, count: u16) -> Vec<u8> {
         ..Answer::default()
     };
     answer.counts[2] = Some(count);
-    let mut bytes = Vec::new();
-    answer.encode(&mut bytes);
-    bytes
+    answer.to_frame()
 }
 
 fn opened() -> DriverHarness<Rb110Driver> {
@@ -127,9 +125,7 @@ fn board_answers_after_its_reaction_time_and_reports_replacement() {
             ..Request::default()
         };
         request.pulses[15] = ticks;
-        let mut bytes = Vec::new();
-        request.encode(&mut bytes);
-        bytes
+        request.to_frame()
     };
     let mut exchange = |micros, bytes: &[u8], to| {
         let tx = run_device(&mut board, &mut plant, (at(micros), bytes), at(to));
@@ -137,10 +133,7 @@ fn board_answers_after_its_reaction_time_and_reports_replacement() {
             panic!("{tx:?}");
         };
         assert_eq!(*start, at(micros + 20));
-        let replaced = Answer::try_from(Frame::new(bytes).unwrap())
-            .unwrap()
-            .replaced;
-        (replaced, plant.inputs[0])
+        (Answer::decode(bytes).unwrap().replaced, plant.inputs[0])
     };
     // 1.5 ms is the middle of Kondo's range. The command is complete at the end of its first pulse.
     assert_eq!(

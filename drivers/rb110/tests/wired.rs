@@ -3,8 +3,11 @@
 use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_rb110::{AnalogInput, PulseMap, Rb110};
 use twinrig_runtime::{Rig, RunEvent};
-use twinrig_testing::rig_harness::{RecordingPlant, diagnostic, index_of, rig, run};
-use twinrig_wire::{AnalogSource, Fault, FaultKind, FaultSchedule};
+use twinrig_testing::rig_harness;
+use twinrig_testing::rig_harness::{
+    RecordingPlant, check_restored, check_zero, diagnostic, index_of, rig, run,
+};
+use twinrig_wire::{AnalogSource, FaultKind, FaultSchedule};
 
 const LEGS: [(usize, &str); 4] = [(15, "LF"), (13, "RF"), (9, "LH"), (11, "RH")];
 
@@ -46,15 +49,7 @@ fn wired(faults: &FaultSchedule) -> Rig {
 }
 
 fn fault(kind: FaultKind, from_ms: u64, for_ms: u64) -> FaultSchedule {
-    FaultSchedule {
-        faults: vec![Fault {
-            at: SimTime::ZERO + SimDuration::from_millis(from_ms),
-            on: "wire/rb110".into(),
-            kind,
-            lasts: SimDuration::from_millis(for_ms),
-        }],
-        seed: 1,
-    }
+    rig_harness::fault("wire/rb110", kind, from_ms, for_ms)
 }
 
 #[test]
@@ -79,13 +74,12 @@ fn transfer_takes_two_control_periods() {
         50
     );
     assert_eq!(diagnostic(&rig, &log, "rb110/transfers"), 49.0);
-    for counter in ["lost", "replaced", "garbage", "unheard"] {
-        assert_eq!(
-            diagnostic(&rig, &log, &format!("rb110/{counter}")),
-            0.0,
-            "{counter}"
-        );
-    }
+    check_zero(
+        &rig,
+        &log,
+        "rb110",
+        &["lost", "replaced", "garbage", "unheard"],
+    );
 }
 
 #[test]
@@ -181,15 +175,7 @@ fn missing_board_is_an_error() {
 #[test]
 fn restored_rig_continues_bit_for_bit() {
     let faults = fault(FaultKind::Flip { rate: 0.005 }, 0, 10_000);
-    for save_ms in [7, 31, 90, 141] {
-        let mut rig = wired(&faults);
-        run(&mut rig, save_ms).1.unwrap();
-        let saved = rig.save();
-        let rest = run(&mut rig, 600);
-        let mut restored = wired(&faults);
-        restored.restore(&saved).unwrap();
-        assert_eq!(run(&mut restored, 600), rest, "{save_ms} ms");
-    }
+    check_restored(|| wired(&faults), &[7, 31, 90, 141], 600);
 }
 
 #[test]

@@ -1,14 +1,11 @@
 //! Cost of a cycle over converter and bus with minimal boards: four requests of 10 bytes and four
 //! answers of 22, board by board, every 4 ms of simulated time.
 
-#[path = "../tests/support/mod.rs"]
-mod support;
-
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use support::{BYTE, NoPlant, request, us};
-use twinrig_kernel::SimTime;
+use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{Part, PlantAccess, TaskError, Wire};
+use twinrig_testing::driver_harness::StaticPlant;
 use twinrig_wire::{
     Fault, FaultKind, FaultSchedule, Faulty, Line, Node, Piece, Rs485, UsbSerial, UsbTiming,
 };
@@ -17,10 +14,16 @@ fn main() {
     divan::main();
 }
 
+/// Time of a byte.
+const BYTE: SimDuration = SimDuration::from_micros(3);
 /// Cycles per iteration.
 const CYCLES: u64 = 1000;
 /// Requests and answers per cycle.
 const PACKETS: u64 = 8;
+
+fn us(micros: u64) -> SimDuration {
+    SimDuration::from_micros(micros)
+}
 
 /// Minimal board: counts received bytes and answers the tenth byte of a request to it.
 struct Echo {
@@ -81,17 +84,17 @@ fn bus() -> Rs485 {
 
 /// Sends each request when the answer to the previous one is complete.
 fn cycles(wire: &mut dyn Wire, start: &mut SimTime, wakes: &mut u64) {
-    let mut bytes = Vec::new();
+    let (mut bytes, mut no_plant) = (Vec::new(), StaticPlant::default());
     for _ in 0..CYCLES {
         let mut now = *start;
         for board in 0..4 {
-            wire.advance(now, &mut NoPlant).unwrap();
-            wire.send(now, &request(board));
+            wire.advance(now, &mut no_plant).unwrap();
+            wire.send(now, &[board, 1, 2, 3, 4, 5, 6, 7, 8, 9]);
             bytes.clear();
             while bytes.len() < 22 {
                 now = wire.next_wake().unwrap();
                 *wakes += 1;
-                wire.advance(now, &mut NoPlant).unwrap();
+                wire.advance(now, &mut no_plant).unwrap();
                 wire.receive(&mut bytes);
             }
         }

@@ -4,18 +4,14 @@
 //! ```text
 //! cargo run --release -p twinrig-wire --example latency -- 2000 10
 //! ```
-#![allow(dead_code, reason = "the tests use the rest")]
-
-#[path = "../tests/real/mod.rs"]
-mod real;
 
 use std::sync::atomic::AtomicBool;
 use std::thread;
 
-use real::{EchoWire, HalvingDriver, Lag, Summing};
 use twinrig_kernel::SimDuration;
 use twinrig_runtime::Schedule;
 use twinrig_runtime::real_time::{RealTimeRig, Serve, ServeOptions, ServedWire};
+use twinrig_testing::real_time::{EchoWire, HalvingDriver, Lag, Summing};
 use twinrig_wire::{Pty, SerialPort};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -2,7 +2,7 @@ use thiserror::Error;
 use twinrig_kernel::{BoardClockError, SimDuration};
 use twinrig_runtime::TimingError;
 
-/// Invalid parameters of a transport.
+/// Invalid parameters of a transport or of a device at its far end.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum WireError {
     /// A time used as a divisor is zero.
@@ -49,6 +49,39 @@ pub enum WireError {
         /// Value.
         value: f64,
     },
+    /// A channel of a device does not exist or is used twice.
+    #[error("{what} {number} of {count} does not exist, or is used twice")]
+    Channel {
+        /// Kind of channel.
+        what: &'static str,
+        /// Its number.
+        number: usize,
+        /// Number of channels of this kind.
+        count: usize,
+    },
+}
+
+/// Checks that each number is one of `count` channels, and used once.
+///
+/// # Errors
+/// [`WireError::Channel`] with the first that is not.
+pub fn check_channels(
+    what: &'static str,
+    count: usize,
+    numbers: impl IntoIterator<Item = usize>,
+) -> Result<(), WireError> {
+    let mut used = Vec::new();
+    for number in numbers {
+        if number >= count || used.contains(&number) {
+            return Err(WireError::Channel {
+                what,
+                number,
+                count,
+            });
+        }
+        used.push(number);
+    }
+    Ok(())
 }
 
 /// Checks that a time is not zero.

@@ -1,10 +1,8 @@
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
-use twinrig_kernel::{
-    Direction, HostTime, Layout, Port, SimDuration, Snapshot, SnapshotError, Unit,
-};
+use twinrig_kernel::{Direction, HostTime, Layout, Port, SimDuration, Snapshot, SnapshotError};
 use twinrig_runtime::{Driver, DriverError};
 
-use crate::{FrameMatch, Framer, FramerState};
+use crate::{Diagnostics, FramedMessage, Framer, FramerState};
 
 /// Device-specific part of a driver: the requests and the interpretation of the answers.
 /// [`FramedDriver`] turns it into a driver.
@@ -15,15 +13,11 @@ pub trait Protocol: Send {
     /// Changing state: all of it is saved and restored.
     type State: Serialize + DeserializeOwned + Send;
 
+    /// Messages of the device.
+    type Message: FramedMessage;
+
     /// Number of attempts at opening and closing before an error is reported.
-    const ATTEMPTS: u32;
-
-    /// Diagnostics by name and unit, besides the count of bytes outside frames. The values are
-    /// written by [`Protocol::read_diagnostics`].
-    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[];
-
-    /// Matches a frame at the front of the bytes received from the device; see [`Framer`].
-    fn match_frame(front: &[u8]) -> FrameMatch;
+    const ATTEMPTS: u32 = 3;
 
     /// Returns the initial state.
     fn initial(&self) -> Self::State;
@@ -45,12 +39,13 @@ pub trait Protocol: Send {
         request: &mut Vec<u8>,
     ) -> Option<SimDuration>;
 
-    /// Handles a frame and returns its effect on the pending request, if one is pending.
-    fn handle_frame(
+    /// Handles a message and returns its effect on the pending request, if one is pending. Frames
+    /// with invalid content are ignored.
+    fn handle_message(
         &self,
         state: &mut Self::State,
         kind: Option<RequestKind>,
-        frame: &[u8],
+        message: Self::Message,
     ) -> FrameOutcome;
 
     /// Handles a time-out of the pending request, for example by counting it.
@@ -64,9 +59,9 @@ pub trait Protocol: Send {
     /// Returns the output ports, end to end, in order.
     fn to_process<'s>(&self, state: &'s Self::State) -> &'s [f64];
 
-    /// Writes the diagnostics, in order.
-    fn read_diagnostics(&self, state: &Self::State, values: &mut [f64]) {
-        let _ = (state, values);
+    /// Reports the diagnostics, besides the count of bytes outside frames.
+    fn report(&self, state: &Self::State, diagnostics: &mut Diagnostics<'_>) {
+        let _ = (state, diagnostics);
     }
 }
 
@@ -92,6 +87,17 @@ pub enum FrameOutcome {
     More(SimDuration),
     /// The request is complete.
     Complete,
+}
+
+impl FrameOutcome {
+    /// Returns `Complete` if `condition` holds, otherwise `Incomplete`.
+    pub const fn complete_if(condition: bool) -> Self {
+        if condition {
+            Self::Complete
+        } else {
+            Self::Incomplete
+        }
+    }
 }
 
 /// Driver of a device with a framed protocol: every wait has a time-out, opening and closing are
@@ -137,7 +143,7 @@ impl<P: Protocol> FramedDriver<P> {
         );
         Self {
             protocol,
-            framer: Framer::new(P::match_frame),
+            framer: Framer::new(P::Message::match_frame),
             pending: Pending::default(),
             state,
         }
@@ -155,6 +161,11 @@ impl<P: Protocol> FramedDriver<P> {
         let timeout = self.protocol.request(state, kind, from_process, request);
         self.pending.attempts += 1;
         self.pending.waiting = timeout.map(|timeout| (kind, now + timeout));
+    }
+
+    fn report(&self, diagnostics: &mut Diagnostics<'_>) {
+        self.protocol.report(&self.state, diagnostics);
+        diagnostics.count("garbage", self.framer.skipped());
     }
 }
 
@@ -182,8 +193,11 @@ impl<P: Protocol> Driver for FramedDriver<P> {
     fn handle_bytes(&mut self, now: HostTime, bytes: &[u8]) {
         self.framer.push(bytes);
         while let Some(frame) = self.framer.next_frame() {
+            let Ok(message) = P::Message::decode(frame) else {
+                continue;
+            };
             let kind = self.pending.waiting.map(|(kind, _)| kind);
-            let outcome = self.protocol.handle_frame(&mut self.state, kind, frame);
+            let outcome = self.protocol.handle_message(&mut self.state, kind, message);
             match (outcome, kind) {
                 (FrameOutcome::Complete, _) => self.pending.waiting = None,
                 (FrameOutcome::More(timeout), Some(kind)) => {
@@ -243,14 +257,11 @@ impl<P: Protocol> Driver for FramedDriver<P> {
     }
 
     fn diagnostics(&self) -> Vec<Port> {
-        diagnostics(self.name(), P::DIAGNOSTICS, "garbage")
+        Diagnostics::ports(self.name(), |diagnostics| self.report(diagnostics))
     }
 
     fn read_diagnostics(&self, values: &mut [f64]) {
-        if let [specific @ .., garbage] = values {
-            self.protocol.read_diagnostics(&self.state, specific);
-            *garbage = self.framer.skipped() as f64;
-        }
+        Diagnostics::read(values, |diagnostics| self.report(diagnostics));
     }
 
     fn save(&self) -> Snapshot {
@@ -263,13 +274,4 @@ impl<P: Protocol> Driver for FramedDriver<P> {
         self.framer.set_state(framer);
         Ok(())
     }
-}
-
-/// Returns the ports of the diagnostics, and last that of the framer's count of skipped bytes.
-pub(crate) fn diagnostics(name: &str, specific: &[(&str, Unit)], skipped: &str) -> Vec<Port> {
-    specific
-        .iter()
-        .chain(&[(skipped, Unit::One)])
-        .map(|&(diagnostic, unit)| Port::output(format!("{name}/{diagnostic}"), unit, 1))
-        .collect()
 }

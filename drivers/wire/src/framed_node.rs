@@ -1,11 +1,10 @@
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
-use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
 use twinrig_runtime::{Part, PlantAccess, PlantSignals, TaskError, WiringError};
 
-use crate::framed_driver::diagnostics;
-use crate::{FrameMatch, Framer, FramerState, Node, Piece};
+use crate::{Diagnostics, FrameError, FramedMessage, Framer, FramerState, Node, Piece};
 
 /// Device-specific part of an emulated device: its timed actions and its reactions to frames.
 /// [`FramedNode`] turns it into a [`Node`].
@@ -16,12 +15,8 @@ pub trait Emulation: Send {
     /// Changing state: all of it is saved and restored.
     type State: Serialize + DeserializeOwned + Send;
 
-    /// Diagnostics by name and unit, besides the count of bytes outside frames. The values are
-    /// written by [`Emulation::read_diagnostics`].
-    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[];
-
-    /// Matches a frame at the front of the bytes received from the driver; see [`Framer`].
-    fn match_frame(front: &[u8]) -> FrameMatch;
+    /// Messages of the driver.
+    type Message: FramedMessage;
 
     /// Returns the state at power-on.
     fn initial(&self) -> Self::State;
@@ -35,8 +30,11 @@ pub trait Emulation: Send {
     /// [`WiringError`] if the plant lacks a required signal.
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError>;
 
-    /// Returns the time of its next action; none if it only reacts to frames.
-    fn next_instant(&self, state: &Self::State) -> Option<SimTime>;
+    /// Returns the time of its next action; none if it only reacts to messages.
+    fn next_instant(&self, state: &Self::State) -> Option<SimTime> {
+        let _ = state;
+        None
+    }
 
     /// Performs the action due at `now`; afterwards [`Emulation::next_instant`] must be later.
     ///
@@ -48,24 +46,33 @@ pub trait Emulation: Send {
         now: SimTime,
         plant: &mut dyn PlantAccess,
         tx: &mut TxQueue,
-    ) -> Result<(), TaskError>;
+    ) -> Result<(), TaskError> {
+        let _ = (state, now, plant, tx);
+        Ok(())
+    }
 
-    /// Handles a frame complete at `now`, after all actions due by then.
+    /// Handles a message complete at `now`, after all actions due by then.
     ///
     /// # Errors
     /// [`TaskError`] if the plant fails.
-    fn handle_frame(
+    fn handle_message(
         &self,
         state: &mut Self::State,
         now: SimTime,
-        frame: &[u8],
+        message: Self::Message,
         plant: &mut dyn PlantAccess,
         tx: &mut TxQueue,
     ) -> Result<(), TaskError>;
 
-    /// Writes the diagnostics, in order.
-    fn read_diagnostics(&self, state: &Self::State, values: &mut [f64]) {
-        let _ = (state, values);
+    /// Handles a frame with invalid content, complete at `now`: ignores it, or transmits a
+    /// rejection.
+    fn handle_invalid(&self, now: SimTime, error: FrameError, tx: &mut TxQueue) {
+        let _ = (now, error, tx);
+    }
+
+    /// Reports the diagnostics, besides the count of bytes outside frames.
+    fn report(&self, state: &Self::State, diagnostics: &mut Diagnostics<'_>) {
+        let _ = (state, diagnostics);
     }
 }
 
@@ -74,12 +81,10 @@ pub trait Emulation: Send {
 pub struct TxQueue(VecDeque<(SimTime, Vec<u8>)>);
 
 impl TxQueue {
-    /// Queues the bytes appended by `write` for transmission from `start` on, or as soon as the
-    /// previous transmission has ended.
-    pub fn say(&mut self, start: SimTime, write: impl FnOnce(&mut Vec<u8>)) {
-        let mut bytes = Vec::new();
-        write(&mut bytes);
-        self.0.push_back((start, bytes));
+    /// Queues a message for transmission from `start` on, or as soon as the previous transmission
+    /// has ended.
+    pub fn send(&mut self, start: SimTime, message: &impl FramedMessage) {
+        self.0.push_back((start, message.to_frame()));
     }
 }
 
@@ -100,11 +105,16 @@ impl<E: Emulation> FramedNode<E> {
         let state = emulation.initial();
         Self {
             emulation,
-            framer: Framer::new(E::match_frame),
+            framer: Framer::new(E::Message::match_frame),
             tx: TxQueue::default(),
             framing_errors: 0,
             state,
         }
+    }
+
+    fn report(&self, diagnostics: &mut Diagnostics<'_>) {
+        self.emulation.report(&self.state, diagnostics);
+        diagnostics.count("unheard", self.framer.skipped() + self.framing_errors);
     }
 }
 
@@ -114,14 +124,11 @@ impl<E: Emulation> Part for FramedNode<E> {
     }
 
     fn diagnostics(&self) -> Vec<Port> {
-        diagnostics(self.name(), E::DIAGNOSTICS, "unheard")
+        Diagnostics::ports(self.name(), |diagnostics| self.report(diagnostics))
     }
 
     fn read_diagnostics(&self, _now: SimTime, values: &mut [f64]) {
-        if let [specific @ .., skipped] = values {
-            self.emulation.read_diagnostics(&self.state, specific);
-            *skipped = (self.framer.skipped() + self.framing_errors) as f64;
-        }
+        Diagnostics::read(values, |diagnostics| self.report(diagnostics));
     }
 
     fn save(&self) -> Snapshot {
@@ -170,7 +177,10 @@ impl<E: Emulation> Node for FramedNode<E> {
             emulation.act(state, now, plant, tx)?;
         }
         while let Some(frame) = framer.next_frame() {
-            emulation.handle_frame(state, now, frame, plant, tx)?;
+            match E::Message::decode(frame) {
+                Ok(message) => emulation.handle_message(state, now, message, plant, tx)?,
+                Err(error) => emulation.handle_invalid(now, error, tx),
+            }
         }
         Ok(())
     }

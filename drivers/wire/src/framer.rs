@@ -118,21 +118,3 @@ impl Framer {
         self.state.consumed = self.state.consumed.min(self.state.bytes.len());
     }
 }
-
-/// CRC-16/IBM-3740 of `bytes`: polynomial 0x1021, initial value 0xFFFF.
-///
-/// ```
-/// assert_eq!(twinrig_wire::crc16(b"123456789"), 0x29b1);
-/// ```
-pub fn crc16(bytes: &[u8]) -> u16 {
-    bytes.iter().fold(0xffff, |crc, &byte| {
-        (0..8).fold(crc ^ (u16::from(byte) << 8), |crc, _| {
-            let shifted = crc << 1;
-            if crc & 0x8000 == 0 {
-                shifted
-            } else {
-                shifted ^ 0x1021
-            }
-        })
-    })
-}

@@ -1,7 +1,7 @@
 use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_runtime::{Part, PlantAccess, TaskError, TransmitBuffer, Wire};
 
-use crate::{Arrivals, Line, Piece, earlier};
+use crate::{Arrivals, Duplex, FaultSchedule, Faulty, Line, Node, Piece, Uart, WireError, earlier};
 
 /// Host end of a line without USB in between: written bytes enter the line at once, to be paced by
 /// a [`crate::Uart`]; received bytes are readable as soon as they are complete.
@@ -74,4 +74,19 @@ impl<L: Line> Wire for HostEnd<L> {
         self.arrived
             .take(complete, |piece| bytes.extend_from_slice(piece.bytes));
     }
+}
+
+/// Returns the wire of a device at a serial port of its own, where a byte takes `byte_time`, with
+/// the faults that are on `wire/NAME`.
+///
+/// # Errors
+/// [`WireError`] if a fault is invalid.
+pub fn device_wire<N: Node>(
+    byte_time: SimDuration,
+    faults: &FaultSchedule,
+    node: N,
+) -> Result<impl Wire + use<N>, WireError> {
+    let place = format!("wire/{}", node.name());
+    let line = Faulty::new(&place, byte_time, faults, Duplex::new(byte_time, node))?;
+    Ok(HostEnd::new(Uart::new(byte_time, line)))
 }

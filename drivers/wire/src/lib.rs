@@ -12,9 +12,11 @@
 //! [`Node`]s, half duplex) and [`Duplex`] (one) are the far end; [`FaultyNode`] is a node around a
 //! node.
 //!
-//! A device with a framed protocol on a separate line takes two small parts: a [`Protocol`], which
-//! [`FramedDriver`] turns into a driver, and an [`Emulation`], which [`FramedNode`] turns into a
-//! node.
+//! A device with a framed protocol on a separate line takes three small parts: the messages
+//! ([`FramedMessage`]), a [`Protocol`], which [`FramedDriver`] turns into a driver, and an
+//! [`Emulation`], which [`FramedNode`] turns into a node; [`device_wire`] is its wire.
+//! [`FrameFormat`], [`Fields`], [`SequenceNumber`], [`AnalogInputs`] and [`quantize`] are for use
+//! in these parts.
 //!
 //! ```
 //! use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
@@ -78,48 +80,62 @@
 //! buffer (that of its transmit buffer is reported, not enforced); levels other than high and low;
 //! bytes that a receiver detects because of a wrong bit where none was sent; scenario files.
 
+mod analog_inputs;
 mod analog_source;
 mod arrivals;
+mod diagnostics;
 mod distortion;
 mod duplex;
 mod error;
 mod fault;
 mod faulty;
 mod faulty_node;
+mod fields;
+mod frame_format;
 mod framed_driver;
 mod framed_node;
 mod framer;
 mod host_end;
 mod line;
 mod medium;
+mod message;
 mod microframes;
 mod node;
 mod noise;
 mod port;
 mod pty;
+mod quantize;
 mod rs485;
+mod sequence_number;
 mod traced;
 mod tty;
 mod uart;
 mod usb_serial;
 mod usb_timing;
 
+pub use analog_inputs::{AnalogInput, AnalogInputs};
 pub use analog_source::AnalogSource;
 pub use arrivals::{Arrivals, Piece};
+pub use diagnostics::Diagnostics;
 pub use duplex::Duplex;
-pub use error::WireError;
+pub use error::{WireError, check_channels};
 pub use fault::{Fault, FaultSchedule};
 pub use faulty::Faulty;
 pub use faulty_node::FaultyNode;
+pub use fields::{Fields, bits, mask};
+pub use frame_format::{FrameFormat, crc16, sum16};
 pub use framed_driver::{FrameOutcome, FramedDriver, Protocol, RequestKind};
 pub use framed_node::{Emulation, FramedNode, TxQueue};
-pub use framer::{FrameMatch, Framer, FramerState, crc16};
-pub use host_end::HostEnd;
+pub use framer::{FrameMatch, Framer, FramerState};
+pub use host_end::{HostEnd, device_wire};
 pub use line::{Line, earlier};
+pub use message::{FrameError, FramedMessage};
 pub use node::Node;
 pub use port::{PortInfo, SerialPort, UsbInfo, ports};
 pub use pty::Pty;
+pub use quantize::quantize;
 pub use rs485::Rs485;
+pub use sequence_number::SequenceNumber;
 pub use traced::Traced;
 pub use twinrig_runtime::FaultKind;
 pub use uart::Uart;

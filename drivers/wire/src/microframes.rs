@@ -1,4 +1,4 @@
-use twinrig_kernel::{BoardClock, LocalDuration, LocalTime, SimDuration, SimTime};
+use twinrig_kernel::{BoardClock, LocalDuration, SimDuration, SimTime};
 
 use crate::{UsbTiming, WireError};
 
@@ -42,10 +42,7 @@ impl Microframes {
     pub(crate) fn start(&self, number: u64) -> SimTime {
         match &self.clock {
             None => SimTime::ZERO + self.length * number,
-            Some(clock) => {
-                let number = i64::try_from(number).unwrap_or(i64::MAX);
-                clock.sim_at(LocalTime::from_nanos(self.length_ns.saturating_mul(number)))
-            }
+            Some(clock) => clock.sim_at_period(self.length, number, SimDuration::ZERO),
         }
     }
 

@@ -8,8 +8,8 @@ use twinrig_runtime::{
     Driver, Part, PlantAccess, PlantFault, PlantSignals, TaskError, WiringError,
 };
 use twinrig_wire::{
-    Emulation, FrameMatch, FrameOutcome, FramedDriver, FramedNode, Node, Piece, Protocol,
-    RequestKind, TxQueue,
+    Diagnostics, Emulation, FrameError, FrameMatch, FrameOutcome, FramedDriver, FramedMessage,
+    FramedNode, Node, Piece, Protocol, RequestKind, TxQueue,
 };
 
 const TIMEOUT: u64 = 50;
@@ -24,18 +24,34 @@ struct State {
     timed_out: Vec<RequestKind>,
 }
 
-impl Protocol for Toy {
-    type State = State;
+/// Part of an answer; the frame `-` is invalid.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct AnswerPart(u8);
 
-    const ATTEMPTS: u32 = 3;
-
+impl FramedMessage for AnswerPart {
     fn match_frame(front: &[u8]) -> FrameMatch {
         match front {
             [] => FrameMatch::Missing(1),
-            [b'+' | b'!', ..] => FrameMatch::Frame(1),
+            [b'+' | b'!' | b'-', ..] => FrameMatch::Frame(1),
             _ => FrameMatch::Garbage,
         }
     }
+
+    fn decode(frame: &[u8]) -> Result<Self, FrameError> {
+        match frame {
+            [part @ (b'+' | b'!')] => Ok(Self(*part)),
+            _ => Err(FrameError::Range),
+        }
+    }
+
+    fn encode(&self, bytes: &mut Vec<u8>) {
+        bytes.push(self.0);
+    }
+}
+
+impl Protocol for Toy {
+    type State = State;
+    type Message = AnswerPart;
 
     fn initial(&self) -> State {
         State::default()
@@ -64,16 +80,16 @@ impl Protocol for Toy {
         })
     }
 
-    fn handle_frame(
+    fn handle_message(
         &self,
         state: &mut State,
         kind: Option<RequestKind>,
-        frame: &[u8],
+        part: AnswerPart,
     ) -> FrameOutcome {
-        state.sum[0] += f64::from(frame[0]);
-        match (kind, frame) {
+        state.sum[0] += f64::from(part.0);
+        match (kind, part.0) {
             (None, _) => FrameOutcome::Incomplete,
-            (Some(_), b"+") => FrameOutcome::More(SimDuration::from_nanos(REST_TIMEOUT)),
+            (Some(_), b'+') => FrameOutcome::More(SimDuration::from_nanos(REST_TIMEOUT)),
             (Some(_), _) => FrameOutcome::Complete,
         }
     }
@@ -89,6 +105,11 @@ impl Protocol for Toy {
     fn to_process<'s>(&self, state: &'s State) -> &'s [f64] {
         &state.sum
     }
+
+    fn report(&self, state: &State, diagnostics: &mut Diagnostics<'_>) {
+        diagnostics.value("sum", Unit::Meter, state.sum[0]);
+        diagnostics.count("timeouts", state.timed_out.len() as u64);
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -101,7 +122,7 @@ enum Event {
 }
 
 fn events() -> impl Strategy<Value = Vec<Event>> {
-    let byte = || prop_oneof![Just(b'+'), Just(b'!'), any::<u8>()];
+    let byte = || prop_oneof![Just(b'+'), Just(b'!'), Just(b'-'), any::<u8>()];
     let event = prop_oneof![
         Just(Event::Open),
         any::<bool>().prop_map(|with_data| Event::Begin { with_data }),
@@ -188,9 +209,10 @@ proptest! {
         driver.handle_bytes(HostTime::from_nanos(first + second), b"!");
         prop_assert_eq!(driver.is_busy(), Ok(false));
         prop_assert_eq!(driver.poll_timeout(), None);
-        let mut diagnostics = [0.0];
+        let mut diagnostics = [9.0; 3];
         driver.read_diagnostics(&mut diagnostics);
-        prop_assert_eq!(diagnostics, [1.0], "the x is garbage");
+        let sum = f64::from(b'+' + b'!');
+        prop_assert_eq!(diagnostics, [sum, 0.0, 1.0], "the x is garbage");
     }
 
     #[test]
@@ -218,18 +240,58 @@ fn transfer_without_expected_answer_is_complete_at_once() {
     assert_eq!(observed(&mut driver), (Vec::new(), Ok(false), None, 0.0));
 }
 
-/// Transmits every three received bytes again, and a counter each millisecond.
-struct Parrot;
+#[test]
+fn diagnostics_have_the_same_order_as_their_values() {
+    let driver = FramedDriver::new(Toy);
+    let ports = [
+        Port::output("toy/sum", Unit::Meter, 1),
+        Port::output("toy/timeouts", Unit::One, 1),
+        Port::output("toy/garbage", Unit::One, 1),
+    ];
+    assert_eq!(driver.diagnostics(), ports);
+}
 
-impl Emulation for Parrot {
-    type State = u8;
+#[test]
+fn invalid_frame_has_no_effect_on_a_request() {
+    let mut driver = FramedDriver::new(Toy);
+    apply(&mut driver, &mut 0, Event::Open);
+    let (request, ..) = observed(&mut driver);
+    assert_eq!(request, b"?");
+    let pending = observed(&mut driver);
+    driver.handle_bytes(HostTime::from_nanos(1), b"-");
+    assert_eq!(observed(&mut driver), pending);
+}
 
+/// Three bytes; invalid if the first is 255.
+struct Triple(Vec<u8>);
+
+impl FramedMessage for Triple {
     fn match_frame(front: &[u8]) -> FrameMatch {
         match front.len() {
             length @ 0..=2 => FrameMatch::Missing(3 - length),
             _ => FrameMatch::Frame(3),
         }
     }
+
+    fn decode(frame: &[u8]) -> Result<Self, FrameError> {
+        match frame {
+            [255, ..] => Err(FrameError::Range),
+            bytes => Ok(Self(bytes.to_vec())),
+        }
+    }
+
+    fn encode(&self, bytes: &mut Vec<u8>) {
+        bytes.extend(&self.0);
+    }
+}
+
+/// Transmits every three received bytes again, `?` for an invalid frame, and a counter each
+/// millisecond.
+struct Parrot;
+
+impl Emulation for Parrot {
+    type State = u8;
+    type Message = Triple;
 
     fn initial(&self) -> u8 {
         0
@@ -254,21 +316,26 @@ impl Emulation for Parrot {
         _: &mut dyn PlantAccess,
         tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
-        tx.say(now, |bytes| bytes.push(*state));
+        tx.send(now, &Triple(vec![*state]));
         *state += 1;
         Ok(())
     }
 
-    fn handle_frame(
+    fn handle_message(
         &self,
         _: &mut u8,
         now: SimTime,
-        frame: &[u8],
+        message: Triple,
         _: &mut dyn PlantAccess,
         tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
-        tx.say(now, |bytes| bytes.extend(frame));
+        tx.send(now, &message);
         Ok(())
+    }
+
+    fn handle_invalid(&self, now: SimTime, error: FrameError, tx: &mut TxQueue) {
+        assert_eq!(error, FrameError::Range);
+        tx.send(now, &Triple(b"?".to_vec()));
     }
 }
 
@@ -325,4 +392,18 @@ fn node_reports_missing_bytes_and_is_restored_within_a_frame() {
         assert_eq!(tx(node), expected);
         assert_eq!(node.min_bytes_needed(), Some(2));
     }
+}
+
+#[test]
+fn node_handles_an_invalid_frame() {
+    let mut node = FramedNode::new(Parrot);
+    node.receive(Piece {
+        first: SimTime::ZERO,
+        spacing: SimDuration::ZERO,
+        bytes: &[255, 0, 0, 1, 2, 3],
+        framing_error: false,
+    });
+    node.advance(SimTime::ZERO, &mut NoPlant).unwrap();
+    let sent: Vec<Vec<u8>> = tx(&mut node).into_iter().map(|(_, bytes)| bytes).collect();
+    assert_eq!(sent, [vec![0], b"?".to_vec(), vec![1, 2, 3]]);
 }

@@ -1,18 +1,18 @@
 //! Real-time runs over PTYs. No assertion depends on the speed of the machine.
 
-mod real;
-
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use real::{CLOSE, EchoWire, HalvingDriver, Lag, Log, NUMBER, OPEN, Summing, answer};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::real_time::{Ended, Limits, Privileges, RealTimeReport, RealTimeRig};
 use twinrig_runtime::{
     Change, Device, DeviceError, Driver, Group, PanicReport, Phase, Rig, RigError, RunEvent,
     Schedule, TaskError, WiredTask, catch_panic,
+};
+use twinrig_testing::real_time::{
+    CLOSE, EchoWire, HalvingDriver, Lag, Log, NUMBER, OPEN, Summing, answer,
 };
 use twinrig_wire::{Pty, SerialPort};
 

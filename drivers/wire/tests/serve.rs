@@ -1,18 +1,18 @@
 //! Twin served in real time on PTYs. No assertion depends on the speed of the machine.
 
-mod real;
-
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use real::{EchoWire, HalvingDriver, Lag, Log, OPEN, Summing};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::real_time::{
     Ended, Hold, Privileges, RealTimeRig, Serve, ServeOptions, ServeReport, ServedWire,
 };
 use twinrig_runtime::{Device, DeviceError, Group, Plant, RigError, RunEvent, Schedule};
+use twinrig_testing::real_time::{
+    EchoWire, Entry, HalvingDriver, Lag, Log, OPEN, SilentWire, Summing,
+};
 use twinrig_wire::{Pty, SerialPort};
 
 const BAUD: u32 = 3_333_333;
@@ -99,12 +99,12 @@ fn plant_follows_the_clock_on_the_grid_from_the_first_byte_on() {
     let released = log
         .entries
         .iter()
-        .find_map(|(at, entry)| (*entry == real::Entry::Event(RunEvent::Opened)).then_some(*at));
+        .find_map(|(at, entry)| (*entry == Entry::Event(RunEvent::Opened)).then_some(*at));
     let released = released.unwrap();
     assert!(released > SimTime::ZERO && released < SimTime::ZERO + report.served);
     let mut grid = SimTime::ZERO;
     for (at, entry) in &log.entries {
-        if let real::Entry::Samples(Group::Plant, values) = entry {
+        if let Entry::Samples(Group::Plant, values) = entry {
             assert_eq!(*at, grid);
             let elapsed = at.checked_since(released).unwrap_or_default();
             assert_eq!(values, &[elapsed.as_secs_f64()], "at {at}");
@@ -134,7 +134,7 @@ fn hold_of_the_plant_is_configurable() {
         let (ended, report, log) = served();
         assert_eq!((ended, report.served), (Ok(Ended::Duration), millis(60)));
         assert_eq!(log.count(RunEvent::Opened), events);
-        let is_traced = |entry: &real::Entry| matches!(entry, real::Entry::Bytes(0, _));
+        let is_traced = |entry: &Entry| matches!(entry, Entry::Bytes(0, _));
         let first = log
             .entries
             .iter()
@@ -160,7 +160,7 @@ fn hosts_of_two_wires_may_reconnect_at_any_time() {
     let stop = Arc::new(AtomicBool::new(false));
     let stop_flag = stop.clone();
     let mut other = wire("other", two);
-    other.wire = Box::new(real::SilentWire);
+    other.wire = Box::new(SilentWire);
     let wires = vec![wire("sbcp", one), other];
     let serve = Serve::new(ServeOptions::default(), Box::new(Lag::default()), wires).unwrap();
     assert_eq!(

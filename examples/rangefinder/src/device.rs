@@ -4,19 +4,18 @@
 use serde::{Deserialize, Serialize};
 use twinrig::kernel::{SimDuration, SimTime};
 use twinrig::runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
-use twinrig_wire::{AnalogSource, Emulation, FrameMatch, TxQueue};
+use twinrig_wire::{AnalogInput, AnalogInputs, AnalogSource, Emulation, TxQueue, quantize};
 
-use crate::protocol::{MILLIMETRES_MAX, REQUEST, encode};
+use crate::protocol::{Answer, MILLIMETRES_MAX, Request};
 
 /// Duration of a measurement.
 const MEASUREMENT_TIME: SimDuration = SimDuration::from_millis(5);
 
-/// Configuration, and place of the measured signal in the plant.
+/// Configuration, and the measured signal of the plant.
 pub struct EmulatedRangeFinder {
     name: String,
-    /// Measured quantity \[m\].
-    analog_source: AnalogSource,
-    place: usize,
+    /// One input: the distance \[m\].
+    inputs: AnalogInputs,
 }
 
 /// Changing state.
@@ -27,26 +26,21 @@ pub struct State {
 }
 
 impl EmulatedRangeFinder {
-    pub fn new(name: &str, analog_source: AnalogSource) -> Self {
+    pub fn new(name: &str, distance: AnalogSource) -> Self {
+        let input = AnalogInput {
+            channel: 0,
+            analog_source: Some(distance),
+        };
         Self {
             name: name.to_owned(),
-            analog_source,
-            place: 0,
+            inputs: AnalogInputs::new(vec![input]),
         }
     }
 }
 
 impl Emulation for EmulatedRangeFinder {
     type State = State;
-
-    /// A request is a single byte.
-    fn match_frame(front: &[u8]) -> FrameMatch {
-        match front {
-            [] => FrameMatch::Missing(1),
-            [REQUEST, ..] => FrameMatch::Frame(1),
-            _ => FrameMatch::Garbage,
-        }
-    }
+    type Message = Request;
 
     fn initial(&self) -> State {
         State::default()
@@ -57,15 +51,14 @@ impl Emulation for EmulatedRangeFinder {
     }
 
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        self.place = self.analog_source.find(owner, plant)?;
-        Ok(())
+        self.inputs.connect(owner, plant)
     }
 
-    fn handle_frame(
+    fn handle_message(
         &self,
         state: &mut State,
         now: SimTime,
-        _frame: &[u8],
+        _request: Request,
         _plant: &mut dyn PlantAccess,
         _tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
@@ -86,15 +79,9 @@ impl Emulation for EmulatedRangeFinder {
         tx: &mut TxQueue,
     ) -> Result<(), TaskError> {
         state.measured_at = None;
-        let value = plant.sample(self.place..self.place + 1)?[0];
-        let millimetres = (1e3 * self.analog_source.reading(value)).round();
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "clamped; NaN becomes 0"
-        )]
-        let millimetres = millimetres.clamp(0.0, f64::from(MILLIMETRES_MAX)) as u32;
-        tx.say(now, |bytes| encode(millimetres, bytes));
+        let millimetres = 1e3 * self.inputs.read(0, plant)?;
+        let (millimetres, _) = quantize(millimetres, 0..=MILLIMETRES_MAX);
+        tx.send(now, &Answer(millimetres));
         Ok(())
     }
 }

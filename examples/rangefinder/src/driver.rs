@@ -1,11 +1,11 @@
 //! Host side of the wire: the driver that runs on the robot. It has neither clock nor port: it
-//! composes requests with their time-outs and handles the frames received.
+//! composes requests with their time-outs and handles the messages received.
 
 use serde::{Deserialize, Serialize};
 use twinrig::kernel::{Port, SimDuration, Unit};
-use twinrig_wire::{FrameMatch, FrameOutcome, Protocol, RequestKind};
+use twinrig_wire::{Diagnostics, FrameOutcome, FramedMessage, Protocol, RequestKind};
 
-use crate::protocol::{REQUEST, decode, match_frame};
+use crate::protocol::{Answer, Request};
 
 /// Time-out of an answer.
 const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(50);
@@ -34,18 +34,7 @@ pub struct State {
 
 impl Protocol for RangeFinder {
     type State = State;
-
-    const ATTEMPTS: u32 = 3;
-
-    const DIAGNOSTICS: &'static [(&'static str, Unit)] = &[
-        ("answers", Unit::One),
-        ("lost", Unit::One),
-        ("last", Unit::Meter),
-    ];
-
-    fn match_frame(front: &[u8]) -> FrameMatch {
-        match_frame(front)
-    }
+    type Message = Answer;
 
     fn initial(&self) -> State {
         State::default()
@@ -69,7 +58,7 @@ impl Protocol for RangeFinder {
     ) -> Option<SimDuration> {
         match kind {
             RequestKind::Open | RequestKind::Transfer => {
-                request.push(REQUEST);
+                Request.encode(request);
                 Some(ANSWER_TIMEOUT)
             }
             // The device needs no safe state.
@@ -77,15 +66,12 @@ impl Protocol for RangeFinder {
         }
     }
 
-    fn handle_frame(
+    fn handle_message(
         &self,
         state: &mut State,
         _kind: Option<RequestKind>,
-        frame: &[u8],
+        Answer(millimetres): Answer,
     ) -> FrameOutcome {
-        let Some(millimetres) = decode(frame) else {
-            return FrameOutcome::Incomplete;
-        };
         state.distance = f64::from(millimetres) * 1e-3;
         state.answers += 1;
         FrameOutcome::Complete
@@ -106,7 +92,9 @@ impl Protocol for RangeFinder {
         std::slice::from_ref(&state.distance)
     }
 
-    fn read_diagnostics(&self, state: &State, values: &mut [f64]) {
-        values.copy_from_slice(&[state.answers as f64, state.lost as f64, state.distance]);
+    fn report(&self, state: &State, diagnostics: &mut Diagnostics<'_>) {
+        diagnostics.count("answers", state.answers);
+        diagnostics.count("lost", state.lost);
+        diagnostics.value("last", Unit::Meter, state.distance);
     }
 }

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use twinrig::kernel::SimDuration;
 use twinrig::runtime::Wire;
 use twinrig::{BuildError, BusContext, BusKind, Registry};
-use twinrig_wire::{AnalogSource, Duplex, FramedDriver, FramedNode, HostEnd, Uart};
+use twinrig_wire::{AnalogSource, FramedDriver, FramedNode, device_wire};
 
 use device::EmulatedRangeFinder;
 use driver::RangeFinder;
@@ -47,8 +47,7 @@ fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
         offset: 0.0,
     };
     let device = FramedNode::new(EmulatedRangeFinder::new(context.name, height));
-    let line = context.faulty(BYTE_TIME, Duplex::new(BYTE_TIME, device))?;
-    Ok(HostEnd::new(Uart::new(BYTE_TIME, line)))
+    Ok(device_wire(BYTE_TIME, &context.fault_schedule(), device)?)
 }
 
 #[cfg(test)]

@@ -160,6 +160,16 @@ impl BoardClock {
         SimTime::from_nanos(u64::try_from(sim.max(0)).expect("physical time past 584 years"))
     }
 
+    /// Returns the instant of a timer that is set to `after` past the start of period `number`;
+    /// period 0 starts at the clock's zero. Local times past 292 years saturate.
+    pub fn sim_at_period(&self, period: SimDuration, number: u64, after: SimDuration) -> SimTime {
+        let local = period.as_nanos().saturating_mul(number);
+        let local = local.saturating_add(after.as_nanos());
+        self.sim_at(LocalTime::from_nanos(
+            i64::try_from(local).unwrap_or(i64::MAX),
+        ))
+    }
+
     /// Returns `offset + t·(1 + rate)`, rounded down.
     fn steady(&self, sim: i128) -> i128 {
         i128::from(self.offset_ns)

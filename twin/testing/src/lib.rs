@@ -3,7 +3,8 @@
 //! - [`driver_harness`]: a driver and an emulated device step by step, without wire and rig.
 //! - [`rig_harness`]: a rig around a driver and its wire, with a scripted process and a plant of
 //!   known signals.
-//! - [`framing`]: framing of a byte stream in arbitrary pieces.
+//! - [`framing`]: properties of the messages of a framed protocol.
+//! - [`real_time`]: a protocol, both of its ends and a process, for runs in real time.
 //! - [`python`]: comparison with Python packages.
 //!
 //! A harness panics where an assumption of the test does not hold.
@@ -12,4 +13,5 @@
 pub mod driver_harness;
 pub mod framing;
 pub mod python;
+pub mod real_time;
 pub mod rig_harness;

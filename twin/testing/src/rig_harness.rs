@@ -7,6 +7,7 @@ use twinrig_runtime::{
     Driver, EnergyBalance, Group, Observer, Plant, PlantFault, Process, Rig, RigError, RunEvent,
     Schedule, Wire, WiredTask, WorkCounts,
 };
+use twinrig_wire::{Fault, FaultKind, FaultSchedule};
 
 /// Process that writes `command(number of the step)` to all its outputs.
 pub struct ScriptedProcess {
@@ -182,6 +183,39 @@ pub fn run(rig: &mut Rig, end_ms: u64) -> (RunLog, Result<(), RigError>) {
     let end = SimTime::ZERO + SimDuration::from_millis(end_ms);
     let ended = rig.run_until(end, &mut log);
     (log, ended)
+}
+
+/// Returns a schedule of one fault.
+pub fn fault(on: &str, kind: FaultKind, from_ms: u64, for_ms: u64) -> FaultSchedule {
+    FaultSchedule {
+        faults: vec![Fault {
+            at: SimTime::ZERO + SimDuration::from_millis(from_ms),
+            on: on.to_owned(),
+            kind,
+            lasts: SimDuration::from_millis(for_ms),
+        }],
+        seed: 1,
+    }
+}
+
+/// Checks that a rig that is saved at each of these times and restored continues bit for bit.
+pub fn check_restored(rig: impl Fn() -> Rig, saved_ms: &[u64], end_ms: u64) {
+    for &save_ms in saved_ms {
+        let mut original = rig();
+        run(&mut original, save_ms).1.unwrap();
+        let mut restored = rig();
+        restored.restore(&original.save()).unwrap();
+        let rest = run(&mut original, end_ms);
+        assert_eq!(run(&mut restored, end_ms), rest, "{save_ms} ms");
+    }
+}
+
+/// Checks that these diagnostics of a bus are 0.
+pub fn check_zero(rig: &Rig, log: &RunLog, bus: &str, diagnostics: &[&str]) {
+    for name in diagnostics {
+        let name = format!("{bus}/{name}");
+        assert_eq!(diagnostic(rig, log, &name), 0.0, "{name}");
+    }
 }
 
 /// Returns the diagnostic of that name.

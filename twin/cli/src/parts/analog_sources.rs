@@ -3,7 +3,7 @@
 
 use twinrig_document::Range;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
-use twinrig_wire::AnalogSource;
+use twinrig_wire::{AnalogInput, AnalogSource};
 
 use crate::error::BuildError;
 use crate::parts::option::{number, option};
@@ -35,36 +35,30 @@ pub(crate) fn inputs(name: &str, about: &str, count: usize) -> OptionSpec {
     option(name, about, Accepts::Group(channels.collect()))
 }
 
-/// Returns the connected inputs of the option `name`, with their channel numbers.
-pub(crate) fn analog_sources(
-    options: &Options,
-    name: &str,
-) -> Result<Vec<(usize, AnalogSource)>, BuildError> {
+/// Returns the connected inputs of the option `name`.
+pub(crate) fn analog_inputs(options: &Options, name: &str) -> Result<Vec<AnalogInput>, BuildError> {
     let Some(channels) = options.group(name) else {
         return Ok(Vec::new());
     };
-    let analog_source = |channel: &str| {
-        let analog_source = channels.group(channel)?;
-        Some((channel.parse(), analog_source))
-    };
-    let mut analog_sources = Vec::new();
-    for (number, analog_source) in channels
-        .iter()
-        .filter_map(|(channel, _)| analog_source(channel))
-    {
-        let number = number?;
-        let signal = analog_source.text("signal");
-        let signal = signal.ok_or_else(|| format!("`{name}.{number}` names no `signal`"))?;
-        let component = analog_source.natural("component").unwrap_or_default();
-        let analog_source = AnalogSource {
-            signal: signal.to_owned(),
-            component: usize::try_from(component)?,
-            scale: analog_source.number("scale").unwrap_or(1.0),
-            offset: analog_source.number("offset").unwrap_or_default(),
+    let mut inputs = Vec::new();
+    for (channel, _) in channels.iter() {
+        let Some(source) = channels.group(channel) else {
+            continue;
         };
-        analog_sources.push((number, analog_source));
+        let signal = source.text("signal");
+        let signal = signal.ok_or_else(|| format!("`{name}.{channel}` names no `signal`"))?;
+        let component = source.natural("component").unwrap_or_default();
+        inputs.push(AnalogInput {
+            channel: channel.parse()?,
+            analog_source: Some(AnalogSource {
+                signal: signal.to_owned(),
+                component: usize::try_from(component)?,
+                scale: source.number("scale").unwrap_or(1.0),
+                offset: source.number("offset").unwrap_or_default(),
+            }),
+        });
     }
-    Ok(analog_sources)
+    Ok(inputs)
 }
 
 /// Returns the plant signals connected by the option `name`.

@@ -4,7 +4,7 @@ use twinrig_kernel::{Port, SimDuration, SimTime};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Driver, PartKind, Wire, in_part};
 use twinrig_scenario::{FaultSpec, Kind, OptionSpec, Options};
-use twinrig_wire::{Fault, FaultSchedule, Faulty, Line, WireError};
+use twinrig_wire::{Fault, FaultSchedule};
 
 use crate::error::BuildError;
 
@@ -55,16 +55,6 @@ impl BusContext<'_> {
             faults: self.faults.iter().map(fault).collect(),
             seed: self.seed,
         }
-    }
-
-    /// Wraps `line`, with a transmission time of `byte_time` per byte, with the faults of the whole
-    /// bus.
-    ///
-    /// # Errors
-    /// [`WireError`] if a fault is invalid.
-    pub fn faulty<L: Line>(&self, byte_time: SimDuration, line: L) -> Result<Faulty<L>, WireError> {
-        let place = format!("wire/{}", self.name);
-        Faulty::new(&place, byte_time, &self.fault_schedule(), line)
     }
 }
 

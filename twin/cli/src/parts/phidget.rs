@@ -1,11 +1,11 @@
 //! Phidget bridges and interface kits, from scenario options.
 
-use twinrig_phidget::{Board, Gain, Input, Phidget, PhidgetDriver};
+use twinrig_phidget::{Board, Gain, Phidget, PhidgetDriver};
 use twinrig_runtime::Wire;
 use twinrig_scenario::{Accepts, OptionSpec};
 
 use crate::error::BuildError;
-use crate::parts::analog_sources::{analog_sources, clock, clock_option, inputs, signals};
+use crate::parts::analog_sources::{analog_inputs, clock, clock_option, inputs, signals};
 use crate::parts::bus_kind::{BusContext, BusKind};
 use crate::parts::option::{choice, option};
 
@@ -70,13 +70,7 @@ fn config(context: &BusContext<'_>) -> Result<Phidget, BuildError> {
         }
     }
     let mut board = Phidget::new(context.name, board);
-    let connected = analog_sources(options, "inputs")?.into_iter();
-    board.inputs = connected
-        .map(|(channel, analog_source)| Input {
-            channel,
-            analog_source,
-        })
-        .collect();
+    board.inputs = analog_inputs(options, "inputs")?;
     board.clock = clock(options)?;
     Ok(board)
 }

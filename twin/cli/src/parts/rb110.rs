@@ -2,12 +2,12 @@
 
 use twinrig_document::Range;
 use twinrig_kernel::{Unit, signal};
-use twinrig_rb110::{AdcRange, AnalogInput, PulseMap, Rb110, Rb110Driver, ServoLine};
+use twinrig_rb110::{AdcRange, PulseMap, Rb110, Rb110Driver, ServoLine};
 use twinrig_runtime::Wire;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
 use crate::error::BuildError;
-use crate::parts::analog_sources::{analog_sources, clock, clock_option, inputs, signals};
+use crate::parts::analog_sources::{analog_inputs, clock, clock_option, inputs, signals};
 use crate::parts::bus_kind::{BusContext, BusKind};
 use crate::parts::option::{choice, option};
 
@@ -87,13 +87,7 @@ fn config(context: &BusContext<'_>) -> Result<Rb110, BuildError> {
     for &leg in context.legs {
         board.servos.push(servo(context, leg, pulse)?);
     }
-    for (channel, analog_source) in analog_sources(options, "inputs")? {
-        let analog_source = Some(analog_source);
-        board.analog.push(AnalogInput {
-            channel,
-            analog_source,
-        });
-    }
+    board.analog = analog_inputs(options, "inputs")?;
     board.period = options.duration("period").unwrap_or(board.period);
     board.reference = options.number("reference").unwrap_or(board.reference);
     board.clock = clock(options)?;

@@ -1,5 +1,4 @@
-//! Protocol with three requests, both of its ends, and a process: fixture of the real-time tests.
-#![allow(dead_code, unused_imports, reason = "each test uses some of it")]
+//! Protocol with three requests, both of its ends, and a process, for runs in real time.
 
 mod driver;
 mod echo_wire;

@@ -1,13 +1,12 @@
 //! Faults are counted, data are held, and the bus recovers.
 
-mod common;
-
-use common::{Harness, LEGS, millis};
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_motordriver::{BusConfig, BusTopology};
 use twinrig_runtime::IoTask;
 use twinrig_wire::{Fault, FaultKind, FaultSchedule};
+
+use crate::harness::{Harness, LEGS, millis};
 
 fn tolerant(faults: Vec<Fault>) -> BusConfig {
     let mut config = BusConfig {

@@ -1,12 +1,12 @@
 //! Cost of a cycle: a frame of four requests through USB and bus controller, four answers, and
 //! eight ticks of boards with two motors each.
 
-#[path = "../tests/common/mod.rs"]
-mod common;
+#[allow(dead_code, reason = "the tests use the rest")]
+mod harness;
 
-use common::{Harness, millis};
 use divan::Bencher;
 use divan::counter::ItemsCount;
+use harness::{Harness, millis};
 use twinrig_kernel::SimDuration;
 use twinrig_motordriver::{BusConfig, BusTopology};
 

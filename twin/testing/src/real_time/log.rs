@@ -6,15 +6,20 @@ use twinrig_runtime::{Group, Observer, RunEvent};
 /// Records of an observer, in order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Log {
+    /// Times and contents.
     pub entries: Vec<(SimTime, Entry)>,
     /// Wall-clock time of each record.
     pub takes: Duration,
 }
 
+/// Record of an observer.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Entry {
+    /// Samples of a group.
     Samples(Group, Vec<f64>),
+    /// Event.
     Event(RunEvent),
+    /// Bytes of a trace.
     Bytes(usize, Vec<u8>),
 }
 
@@ -26,6 +31,7 @@ impl Log {
         self.entries.push((now, entry));
     }
 
+    /// Returns the events.
     pub fn events(&self) -> impl Iterator<Item = RunEvent> {
         self.entries.iter().filter_map(|(_, entry)| match entry {
             Entry::Event(event) => Some(*event),
@@ -33,6 +39,7 @@ impl Log {
         })
     }
 
+    /// Returns the number of records of this event.
     pub fn count(&self, event: RunEvent) -> usize {
         self.events().filter(|found| *found == event).count()
     }
@@ -46,6 +53,7 @@ impl Log {
         bytes.collect::<Vec<_>>().concat()
     }
 
+    /// Returns the samples of a group.
     pub fn samples(&self, group: Group) -> impl Iterator<Item = &[f64]> {
         self.entries
             .iter()
@@ -57,6 +65,7 @@ impl Log {
             })
     }
 
+    /// Returns whether the times are ascending.
     pub fn is_in_order(&self) -> bool {
         self.entries.is_sorted_by_key(|(at, _)| *at)
     }

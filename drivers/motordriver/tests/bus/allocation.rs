@@ -1,11 +1,10 @@
 //! A running bus does not allocate.
 
-mod common;
-
 use allocation_counter::measure;
-use common::{Harness, millis, with_clocks};
 use twinrig_kernel::SimDuration;
 use twinrig_motordriver::{BusConfig, BusTopology};
+
+use crate::harness::{Harness, millis, with_clocks};
 
 fn allocations(config: &BusConfig) -> u64 {
     let mut harness = Harness::new(config);

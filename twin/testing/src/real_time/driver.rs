@@ -14,6 +14,7 @@ pub struct HalvingDriver {
     expected: usize,
     half: [f64; 1],
     transfers: f64,
+    /// Whether the driver was closed.
     pub closed: Arc<AtomicBool>,
     /// Fails with an error after this number of transfers.
     pub fails_after: Option<f64>,
@@ -25,6 +26,7 @@ pub struct HalvingDriver {
 }
 
 impl HalvingDriver {
+    /// Creates a driver that does not fail.
     pub fn new(name: &str) -> Self {
         Self {
             name: name.into(),

@@ -69,9 +69,13 @@ impl Wire for EchoWire {
 /// Plant with one output: its time in seconds.
 #[derive(Default)]
 pub struct Lag {
+    /// The output.
     pub seconds: f64,
+    /// Present time.
     pub now: SimTime,
+    /// Fails when it is advanced to this time or further.
     pub fails_at: Option<SimTime>,
+    /// Panics when it is advanced to this time or further.
     pub panics_at: Option<SimTime>,
     /// Wall-clock time of each step.
     pub takes: std::time::Duration,

@@ -18,6 +18,7 @@ pub struct Summing {
 }
 
 impl Summing {
+    /// Creates a process for the drivers with these names.
     pub fn new(names: &[&str]) -> Self {
         Self {
             names: names.iter().map(ToString::to_string).collect(),

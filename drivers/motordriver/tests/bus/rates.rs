@@ -1,11 +1,10 @@
 //! Cycle rates (thesis, section 5.3.2), measured from the bytes on the bus.
 
-mod common;
-
-use common::{Harness, millis, with_clocks};
 use twinrig_kernel::{SimDuration, stream};
 use twinrig_motordriver::{BusConfig, BusTopology, Generation};
 use twinrig_wire::{Fault, FaultKind, FaultSchedule};
+
+use crate::harness::{Harness, LEGS, millis, with_clocks};
 
 fn free_running(topology: BusTopology) -> BusConfig {
     let mut config = BusConfig {
@@ -90,7 +89,7 @@ fn rate_with(on: &str, kind: FaultKind, seed: u64) -> f64 {
 /// It costs its time-out of 7 microframes instead of 5.
 #[test]
 fn direct_bus_with_any_silent_board_cycles_at_364_hz() {
-    for leg in common::LEGS {
+    for leg in LEGS {
         let rate = rate_with(
             &format!("wire/sbcp/{leg}"),
             FaultKind::Unplug { fails: false },
@@ -179,7 +178,7 @@ fn cycle_of_500_hz_is_exact_to_the_nanosecond() {
     assert_eq!(harness.diagnostic("sbcp/cycle/shortest"), 2e-3);
     assert_eq!(harness.diagnostic("sbcp/cycle/longest"), 2e-3);
     // Requests arrive equally evenly: the timer of the host is synchronous with the frames.
-    for leg in common::LEGS {
+    for leg in LEGS {
         assert!(harness.diagnostic(&format!("sbcp/{leg}/request/deviation")) < 1e-9);
     }
 }

@@ -1,9 +1,4 @@
 //! Test harness: driver, wire and boards, and motors that turn.
-#![allow(
-    dead_code,
-    clippy::allow_attributes,
-    reason = "each test uses a part of it"
-)]
 
 use core::f64::consts::TAU;
 use std::ops::Range;

@@ -1,9 +1,8 @@
 //! Cycles do not allocate.
 
-#[path = "support/protocol_stack.rs"]
-mod protocol_stack;
+mod harness;
 
-use protocol_stack::ProtocolStack;
+use harness::ProtocolStack;
 
 #[test]
 fn cycles_do_not_allocate() {

@@ -1,10 +1,9 @@
 //! Life cycle of a session: opening, calibration, following, dropping the motors.
 
-mod common;
-
-use common::{COUNT, Harness, LEGS, at_ms, millis};
 use twinrig_motordriver::{BusConfig, BusTopology, Following};
 use twinrig_runtime::IoTask;
+
+use crate::harness::{COUNT, Harness, LEGS, at_ms, millis};
 
 fn config() -> BusConfig {
     BusConfig::default()

@@ -1,13 +1,12 @@
 //! Diagnostics of the timing of cycles and requests, compared with the recorded instants.
 
-mod common;
-
-use common::{Harness, LEGS, millis};
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime, stream};
 use twinrig_motordriver::{BusConfig, BusTopology};
 use twinrig_runtime::Timing;
 use twinrig_wire::{Fault, FaultKind, FaultSchedule};
+
+use crate::harness::{Harness, LEGS, millis};
 
 /// Checks the diagnostics of cycles against the first request of each.
 fn check(harness: &Harness, begins: &[SimTime]) {

@@ -1,12 +1,11 @@
 //! Cost of a cycle of master, bus controller and four boards that receive all bytes, and of parsing
 //! alone.
 
-#[path = "../tests/support/protocol_stack.rs"]
-mod protocol_stack;
+mod harness;
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use protocol_stack::ProtocolStack;
+use harness::ProtocolStack;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{

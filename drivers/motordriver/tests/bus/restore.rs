@@ -1,11 +1,10 @@
 //! A saved and restored bus continues identically, at any instant.
 
-mod common;
-
-use common::{Harness, millis, with_clocks};
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_motordriver::{BusConfig, BusTopology, Generation};
+
+use crate::harness::{Harness, millis, with_clocks};
 
 /// Bytes, motor positions and diagnostics of a run.
 type Trajectory = (Vec<(SimTime, usize, Vec<u8>)>, Vec<f64>, Vec<(String, f64)>);

@@ -1,10 +1,9 @@
 //! Number and causes of wake-ups of a running bus: a deterministic measure of its cost.
 
-mod common;
-
-use common::{Harness, LEGS, millis, with_clocks};
 use twinrig_kernel::SimDuration;
 use twinrig_motordriver::{BusConfig, BusTopology};
+
+use crate::harness::{Harness, LEGS, millis, with_clocks};
 
 /// Returns the wake-ups in a second of cycles.
 fn wakes(config: &BusConfig, period: SimDuration) -> u64 {

@@ -1,10 +1,9 @@
 //! Thesis, table 5.4: at 500 Hz the counters of the boards measure the mismatch of their clocks.
 
-mod common;
-
-use common::{Harness, LEGS, at_ms, millis, with_clocks};
 use twinrig_kernel::{SimDuration, SimTime, stream};
 use twinrig_motordriver::{BusConfig, Interpolation};
+
+use crate::harness::{Harness, LEGS, at_ms, millis, with_clocks};
 
 /// Relative excess of each board's tick length \[ppm\].
 const MISMATCH_PPM: [i64; 4] = [764, 749, 767, 762];

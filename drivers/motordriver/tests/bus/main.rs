@@ -1,0 +1,11 @@
+//! Driver, wire and boards together.
+
+mod allocation;
+mod faults;
+mod harness;
+mod rates;
+mod restore;
+mod session;
+mod table_5_4;
+mod timing;
+mod wakes;
