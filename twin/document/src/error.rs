@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use annotate_snippets::{AnnotationKind, Level, Origin, Renderer, Snippet, Title};
+use annotate_snippets::{
+    AnnotationKind, Level, Origin, Renderer, Snippet, Title, normalize_untrusted_str,
+};
 
 use crate::source::Place;
 
@@ -81,7 +83,7 @@ impl Problem {
             ),
         };
         if !self.help.is_empty() {
-            report = report.element(Level::HELP.message(&self.help));
+            report = report.element(Level::HELP.message(normalize_untrusted_str(&self.help)));
         }
         f.write_str(&Renderer::plain().render(&[report]))
     }

@@ -98,8 +98,11 @@ proptest! {
     ) {
         let source = Arc::new(Source::new("fuzz.toml", text));
         let place = Place::new(source, start..start + length);
-        let shown = Problem::at(&place, "message", "help").to_string();
-        let position = format!("--> fuzz.toml:{}:", place.line());
+        let line = place.line_text();
+        let shown = Problem::at(&place, line, line).to_string();
+        // The end of a line is before its carriage returns.
+        let column = place.column().min(line.chars().count() + 1);
+        let position = format!("--> fuzz.toml:{}:{column}\n", place.line());
         prop_assert!(shown.contains(&position) && shown.contains('^'), "{}", shown);
         prop_assert!(!shown.chars().any(|c| c.is_control() && c != '\n'), "{}", shown);
     }
