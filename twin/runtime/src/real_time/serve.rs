@@ -460,5 +460,4 @@ fn failed(name: &str, time: SimTime) -> impl FnOnce(TaskError) -> RigError + '_ 
 }
 
 #[cfg(test)]
-#[path = "serve_tests.rs"]
 mod tests;
