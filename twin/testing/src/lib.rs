@@ -4,6 +4,9 @@
 //! - [`rig_harness`]: a rig around a driver and its wire, with a scripted process and a plant of
 //!   known signals.
 //! - [`framing`]: framing of a byte stream in arbitrary pieces.
+//! - [`plant_harness`]: a plant with its commands, signals and time.
+//! - [`robots`], [`trot`]: robots, their setups and commands.
+//! - [`reference_trajectory`]: trajectories that legs must follow.
 //! - [`python`]: comparison with Python packages.
 //!
 //! A harness panics where an assumption of the test does not hold.
@@ -11,5 +14,9 @@
 
 pub mod driver_harness;
 pub mod framing;
+pub mod plant_harness;
 pub mod python;
+pub mod reference_trajectory;
 pub mod rig_harness;
+pub mod robots;
+pub mod trot;

@@ -7,8 +7,9 @@ use twinrig_leg::LegCommand;
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
+use twinrig_testing::robots::robot;
 
-use crate::harness::{Harness, robot};
+use crate::harness::{Harness, massless};
 
 /// A case of the script, with its parameters.
 struct Reference {
@@ -89,7 +90,7 @@ impl Reference {
     fn errors(&self, step_us: u64) -> [f64; 4] {
         let step = SimDuration::from_micros(step_us);
         let robot = self.robot();
-        let mut harness = Harness::new(&robot, &self.setup(step));
+        let mut harness = massless(&robot, &self.setup(step));
         let mut errors = [0.0_f64; 4];
         let mut now = 0;
         for row in self.golden.lines().skip(1) {
