@@ -11,6 +11,10 @@
 //!
 //! A harness panics where an assumption of the test does not hold.
 #![allow(clippy::missing_panics_doc, reason = "a harness reports by panicking")]
+#![allow(
+    clippy::missing_errors_doc,
+    reason = "the errors are faults of the plant"
+)]
 
 pub mod driver_harness;
 pub mod framing;

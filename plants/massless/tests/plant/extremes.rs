@@ -73,7 +73,7 @@ fn robot_starts_on_ground_above_zero_without_penetration() {
 fn simultaneous_landing_of_four_feet_is_symmetric() {
     for (height, landing_ms) in [(0.05_f64, 100), (0.3, 247), (1.0, 451)] {
         let mut harness = massless(&robot(), &falling(height, &setup()));
-        let feet = LEGS.map(|leg| harness.read(&format!("leg/{leg}/foot/position")).to_vec());
+        let feet = LEGS.map(|leg| harness.read(&format!("leg/{leg}/foot/position")));
         assert!(feet.iter().all(|foot| foot[2].abs() < 1e-12));
         for leg in LEGS {
             let clearance = harness.value(&format!("leg/{leg}/foot/clearance"));
@@ -131,7 +131,7 @@ fn trot_on_zero_and_very_high_friction_closes_its_energy_balance() {
                 .for_each(|x| assert!(x.is_finite()));
             if friction == 0.0 {
                 for leg in LEGS {
-                    let force = harness.read(&format!("leg/{leg}/foot/force")).to_vec();
+                    let force = harness.read(&format!("leg/{leg}/foot/force"));
                     assert!(force[0].abs() < 1e-9 && force[1].abs() < 1e-9, "{force:?}");
                 }
             }
@@ -302,10 +302,7 @@ fn oncilla_stands_at_its_start_height() {
         let mut harness = with_force(&robot, &setup(), force);
         let height = harness.read("body/position")[2];
         harness.advance_to_ms(1000);
-        let (position, rpy) = (
-            harness.read("body/position").to_vec(),
-            harness.read("body/rpy").to_vec(),
-        );
+        let (position, rpy) = (harness.read("body/position"), harness.read("body/rpy"));
         assert!((position[2] - height).abs() < 0.1 * height, "{position:?}");
         assert!(rpy.iter().all(|angle| angle.abs() < 0.05), "{rpy:?}");
     }
@@ -329,8 +326,8 @@ fn cable_wound_beyond_reach_stalls_its_drive() {
         let torque = harness.value(&format!("leg/{leg}/knee/torque"));
         assert!((torque - 4.0).abs() < 1e-6, "{torque}");
         let length = {
-            let foot = harness.read(&format!("leg/{leg}/foot/position")).to_vec();
-            let body = harness.read("body/position").to_vec();
+            let foot = harness.read(&format!("leg/{leg}/foot/position"));
+            let body = harness.read("body/position");
             body[2] - foot[2]
         };
         assert!(length > 0.05, "{length}");

@@ -44,8 +44,8 @@ fn trot_with_tables_differs_within_the_stated_force_error() {
         // four feet moves the trunk by ½ · 4δ/m · t² at most.
         let bound = 0.5 * 4.0 * error.force / robot.mass() * 0.05 * 0.05;
         let (a, b) = (
-            solved.read("body/position").to_vec(),
-            looked_up.read("body/position").to_vec(),
+            solved.read("body/position"),
+            looked_up.read("body/position"),
         );
         let difference = (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f64::max);
         assert!(

@@ -90,19 +90,19 @@ fn start_has_the_requested_angles_and_kinetic_energy() {
     let mut harness = massless(&robot, &setup);
     let leg = &robot.legs[0].leg;
     let pantograph = Pantograph::new(leg).unwrap();
-    let angles = harness.read("leg/LF/angles").to_vec();
+    let angles = harness.read("leg/LF/angles");
     let joints = pantograph.joints([angles[0], angles[1], angles[2]]);
     assert!((joints.q2 - q[1]).abs() < 1e-9 && (joints.q3 - q[2]).abs() < 1e-9);
     assert!((harness.value("leg/LF/hip/position") - q[0]).abs() < 1e-12);
-    let speed = harness.read("leg/LF/foot/velocity").to_vec();
-    let before = harness.read("leg/LF/foot/position").to_vec();
+    let speed = harness.read("leg/LF/foot/velocity");
+    let before = harness.read("leg/LF/foot/position");
     let kinetic = 0.5 * leg.mass.lumped_foot * speed.iter().map(|v| v * v).sum::<f64>()
         + leg.mass.l1 * leg.l1 * leg.l1 / 6.0 * rates[0] * rates[0];
     assert!((harness.energy().kinetic - kinetic).abs() < 1e-12);
     // The velocity is consistent with the motion: a microsecond changes 1 m/s by about a millionth.
     let instant = twinrig_kernel::SimTime::from_nanos(1000);
     harness.plant.advance(instant, &[]).unwrap();
-    let after = harness.read("leg/LF/foot/position").to_vec();
+    let after = harness.read("leg/LF/foot/position");
     for i in 0..3 {
         let found = (after[i] - before[i]) / 1e-6;
         assert!((found - speed[i]).abs() < 5e-3, "{found} {}", speed[i]);
@@ -141,9 +141,9 @@ fn drives_hold_a_start_given_by_joint_angles() {
     let first = harness.commands.clone();
     assert_eq!(first.len(), 8);
     assert!(first.chunks(2).all(|pair| pair[0] == q[0] && pair[1] > 0.0));
-    let before = harness.read("leg/RH/foot/position").to_vec();
+    let before = harness.read("leg/RH/foot/position");
     harness.advance_to_ms(500);
-    let after = harness.read("leg/RH/foot/position").to_vec();
+    let after = harness.read("leg/RH/foot/position");
     let moved = (0..3).map(|i| (after[i] - before[i]).abs());
     assert!(moved.fold(0.0, f64::max) < 1e-4, "{before:?} {after:?}");
 }

@@ -73,9 +73,7 @@ fn check_limits(
     leg: &Pantograph,
 ) -> Result<(), TestCaseError> {
     for name in LEGS {
-        let read = |harness: &mut Harness, what: &str| {
-            harness.read(&format!("leg/{name}/{what}")).to_vec()
-        };
+        let read = |harness: &mut Harness, what: &str| harness.read(&format!("leg/{name}/{what}"));
         let [tension] = read(harness, "cable/tension")[..] else {
             unreachable!()
         };

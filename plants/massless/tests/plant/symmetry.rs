@@ -54,14 +54,8 @@ fn mirrored_robot_moves_as_the_mirror_image() {
     }
     let mut harness = trotting_as(&robot, [0, 1, 2, 3], 200);
     let mut mirror = trotting_as(&mirrored, [1, 0, 3, 2], 200);
-    let (a, b) = (
-        harness.read("body/position").to_vec(),
-        mirror.read("body/position").to_vec(),
-    );
-    let (c, d) = (
-        harness.read("body/rpy").to_vec(),
-        mirror.read("body/rpy").to_vec(),
-    );
+    let (a, b) = (harness.read("body/position"), mirror.read("body/position"));
+    let (c, d) = (harness.read("body/rpy"), mirror.read("body/rpy"));
     let differences = [
         a[0] - b[0],
         a[1] + b[1],
@@ -120,7 +114,7 @@ fn symmetric_motion_on_a_free_base_equals_that_on_a_planar_base() {
         pairwise(Base::Planar, &robot, 150),
     );
     for signal in ["body/position", "body/rpy", "leg/RF/foot/position"] {
-        let (a, b) = (free.read(signal).to_vec(), planar.read(signal).to_vec());
+        let (a, b) = (free.read(signal), planar.read(signal));
         for (x, y) in a.iter().zip(&b) {
             assert!(
                 (x - y).abs() < 1e-9 * (1.0 + x.abs()),
@@ -155,11 +149,8 @@ fn measured_velocities_are_the_rates_of_measured_positions() {
             let target = at_ms(ms) + SimDuration::from_micros(to_us);
             harness.plant.advance(target, &harness.commands).unwrap();
             signals.map(|signal| {
-                let position = harness.read(&format!("{signal}/position")).to_vec();
-                (
-                    position,
-                    harness.read(&format!("{signal}/velocity")).to_vec(),
-                )
+                let position = harness.read(&format!("{signal}/position"));
+                (position, harness.read(&format!("{signal}/velocity")))
             })
         };
         let (before, now, after) = (next(100), next(200), next(300));
@@ -179,7 +170,7 @@ fn measured_velocities_are_the_rates_of_measured_positions() {
             }
         }
     }
-    let spin = harness.read("body/angular_velocity").to_vec();
+    let spin = harness.read("body/angular_velocity");
     assert!(
         samples > 50 && spin.iter().all(|rate| rate.abs() > 1e-3),
         "{samples} {spin:?}"
