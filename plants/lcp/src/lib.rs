@@ -45,7 +45,6 @@
 //! electronics of the drives, and the reaction of a drive's rotor on the trunk, which is small
 //! behind a gear.
 #![doc = include_str!("../README.md")]
-
 #![allow(
     clippy::needless_range_loop,
     reason = "matrices are indexed as in the formulas"
