@@ -167,7 +167,15 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
     (
         "twinrig-testing",
-        &["twinrig-kernel", "twinrig-runtime", "twinrig-wire"],
+        &[
+            "twinrig-contact",
+            "twinrig-kernel",
+            "twinrig-leg",
+            "twinrig-legged",
+            "twinrig-robot",
+            "twinrig-runtime",
+            "twinrig-wire",
+        ],
     ),
     ("twinrig-tests", &["twinrig", "twinrig-record"]),
     ("twinrig-wire", &["twinrig-kernel", "twinrig-runtime"]),

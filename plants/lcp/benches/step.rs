@@ -1,21 +1,14 @@
 //! Cost of a step of 2 ms. Each iteration resumes from the same snapshot, so that every machine and
 //! version does the same work.
 
-#[allow(dead_code, reason = "the tests use the other items")]
-#[path = "../tests/plant/harness.rs"]
-mod harness;
-#[path = "../tests/plant/trot.rs"]
-mod trot;
-
 use divan::Bencher;
-use harness::{
-    Harness, Integration, build, passive_start, pose, robot, standing_setup, suspended, with_legs,
-};
-use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_lcp::Method;
+use twinrig_lcp::{Lcp, Method, Options};
 use twinrig_legged::Setup;
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
+use twinrig_testing::plant_harness::{PlantHarness, at_ms};
+use twinrig_testing::robots::{LEGS, SERVOS, pose, robot, standing, suspended, with_legs};
+use twinrig_testing::trot::Trot;
 
 fn main() {
     divan::main();
@@ -25,6 +18,21 @@ fn main() {
 /// motion.
 const STEPS: usize = 20;
 
+fn build(robot: &Robot, setup: &Setup, method: Method) -> PlantHarness<Lcp> {
+    let options = Options {
+        setup: setup.clone(),
+        method,
+        tolerance: Options::TOLERANCE,
+        toe: false,
+    };
+    PlantHarness::new(Lcp::new(robot, &options, &|_| true).unwrap())
+}
+
+/// Returns the setup of a trot.
+fn setup_of_trot(robot: &Robot) -> Setup {
+    Trot::START.started(robot, standing(SERVOS, 2000))
+}
+
 /// Measures the mean cost of steps under `commands`, one per step, after a preparation under
 /// `before`.
 fn steps(
@@ -33,34 +41,35 @@ fn steps(
     before: &[Vec<f64>],
     commands: &[Vec<f64>],
 ) {
-    let integration = Integration::new(method, 2000);
-    let run = |harness: &mut Harness, from: usize, commands: &[Vec<f64>]| {
+    let run = |harness: &mut PlantHarness<Lcp>, from: usize, commands: &[Vec<f64>]| {
         for (tick, commands) in (from as u64 + 1..).zip(commands) {
-            let at = SimTime::ZERO + SimDuration::from_millis(2 * tick);
-            harness.plant.advance(at, commands).unwrap();
+            harness.plant.advance(at_ms(2 * tick), commands).unwrap();
         }
     };
-    let mut harness = Harness::new(robot, setup, integration);
+    let mut harness = build(robot, setup, method);
     run(&mut harness, 0, before);
     let saved = harness.plant.save();
     bencher
         .counter(divan::counter::ItemsCount::new(commands.len()))
         .with_inputs(|| {
-            let mut harness = Harness::new(robot, setup, integration);
+            let mut harness = build(robot, setup, method);
             harness.plant.restore(&saved).unwrap();
             harness
         })
         .bench_local_refs(|harness| run(harness, before.len(), commands));
 }
 
-fn constant_commands(harness: &Harness, count: usize) -> Vec<Vec<f64>> {
+fn constant_commands(harness: &PlantHarness<Lcp>, count: usize) -> Vec<Vec<f64>> {
     vec![harness.commands.clone(); count]
 }
 
 /// Legs suspended at their lower stops.
 #[divan::bench]
 fn passive_legs(bencher: Bencher) {
-    let (robot, setup) = (robot(), suspended(passive_start()));
+    let (robot, setup) = (
+        robot(),
+        suspended(&LEGS, pose([10.0, -9.5, 9.5], [0.0; 3]), 2000),
+    );
     let none = vec![Vec::new(); 150];
     steps(
         bencher,
@@ -77,7 +86,7 @@ fn passive_legs_off_their_stops(bencher: Bencher) {
         leg.diagonal.preload = -4e-3;
         leg.parallel.preload = -4e-3;
     });
-    let setup = suspended(pose([10.0, -26.0, 44.0], [0.0; 3]));
+    let setup = suspended(&LEGS, pose([10.0, -26.0, 44.0], [0.0; 3]), 2000);
     let none = vec![Vec::new(); 150];
     steps(
         bencher,
@@ -98,8 +107,8 @@ fn method_of_name(name: &str) -> Method {
 #[divan::bench(args = GAITS)]
 fn trotting(bencher: Bencher, method: &str) {
     let robot = robot();
-    let setup = trot::start_of_trot(&robot, standing_setup());
-    let commands = trot::commands(&robot, &setup, 0, 1200);
+    let setup = setup_of_trot(&robot);
+    let commands = Trot::START.sampled(&robot, &setup, 0, 1200);
     let (before, during) = commands.split_at(500);
     steps(
         bencher,
@@ -112,12 +121,8 @@ fn trotting(bencher: Bencher, method: &str) {
 #[divan::bench(args = GAITS)]
 fn standing_still(bencher: Bencher, method: &str) {
     let robot = robot();
-    let setup = trot::start_of_trot(&robot, standing_setup());
-    let harness = Harness::new(
-        &robot,
-        &setup,
-        Integration::new(method_of_name(method), 2000),
-    );
+    let setup = setup_of_trot(&robot);
+    let harness = build(&robot, &setup, method_of_name(method));
     let commands = constant_commands(&harness, 250 + STEPS);
     let (before, during) = commands.split_at(250);
     steps(
@@ -131,13 +136,9 @@ fn standing_still(bencher: Bencher, method: &str) {
 #[divan::bench(args = GAITS)]
 fn in_flight(bencher: Bencher, method: &str) {
     let robot = robot();
-    let mut setup = trot::start_of_trot(&robot, standing_setup());
+    let mut setup = setup_of_trot(&robot);
     setup.ground = None;
-    let harness = Harness::new(
-        &robot,
-        &setup,
-        Integration::new(method_of_name(method), 2000),
-    );
+    let harness = build(&robot, &setup, method_of_name(method));
     let commands = constant_commands(&harness, 25 + STEPS);
     let (before, during) = commands.split_at(25);
     steps(
@@ -152,7 +153,6 @@ fn in_flight(bencher: Bencher, method: &str) {
 #[divan::bench]
 fn building(bencher: Bencher) {
     let robot = robot();
-    let setup = trot::start_of_trot(&robot, standing_setup());
-    let integration = Integration::new(Method::Moreau, 2000);
-    bencher.bench_local(|| build(&robot, &setup, integration).unwrap());
+    let setup = setup_of_trot(&robot);
+    bencher.bench_local(|| build(&robot, &setup, Method::Moreau));
 }

@@ -223,5 +223,4 @@ impl Mode {
 }
 
 #[cfg(test)]
-#[path = "euler_tests.rs"]
 mod tests;

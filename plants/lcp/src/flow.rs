@@ -553,5 +553,4 @@ impl<const N: usize> Flow<N> {
 }
 
 #[cfg(test)]
-#[path = "flow_tests.rs"]
 mod tests;

@@ -4,7 +4,7 @@
 //! limits and the ground act on them (thesis, chapter 2, with its formulas corrected). Events, such
 //! as a stop that is reached or a foot that lands, are located in time and solved as
 //! complementarity problems, so that the default method keeps its fourth order across them. The
-//! equations are in the project's ARCHITECTURE.md, with the symbols of the code.
+//! equations are [below](#full-plant), with the symbols of the code.
 //!
 //! ```
 //! use twinrig_kernel::{SimDuration, SimTime};
@@ -44,7 +44,7 @@
 //! Not modelled: hip abduction, bending of segments, collisions of other parts than the feet, the
 //! electronics of the drives, and the reaction of a drive's rotor on the trunk, which is small
 //! behind a gear.
-
+#![doc = include_str!("../README.md")]
 #![allow(
     clippy::needless_range_loop,
     reason = "matrices are indexed as in the formulas"

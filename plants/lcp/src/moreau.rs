@@ -645,5 +645,4 @@ fn rate_offset<const N: usize>(entry: &Entry<N>, restitution: f64, seconds: f64)
 }
 
 #[cfg(test)]
-#[path = "moreau_tests.rs"]
 mod tests;

@@ -506,5 +506,4 @@ fn scaled<const N: usize>(slope: &Slope<Lanes, N>, h: Lanes, free: bool) -> Slop
 }
 
 #[cfg(test)]
-#[path = "rodas4_tests.rs"]
 mod tests;

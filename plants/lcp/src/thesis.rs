@@ -144,5 +144,4 @@ impl<const N: usize> Flow<N> {
 }
 
 #[cfg(test)]
-#[path = "thesis_tests.rs"]
 mod tests;

@@ -9,61 +9,15 @@
     reason = "times are small integers; rows of several tables are indexed by instant"
 )]
 
-use std::fs;
-use std::path::Path;
-
-use serde_json::Value;
 use twinrig_contact::{Ground, HeightField, Terrain};
-use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
+use twinrig_kernel::SimDuration;
 use twinrig_lcp::{Lcp, Method, Options};
-use twinrig_legged::{Base, Drives, Setup, StartPose};
-use twinrig_robot::{Robot, RobotFile};
+use twinrig_legged::{Base, Drives, Setup};
+use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
-
-/// Trajectory of the reference.
-struct ReferenceTrajectory(Value);
-
-impl ReferenceTrajectory {
-    fn read(name: &str) -> Self {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/golden");
-        let text = fs::read_to_string(folder.join(format!("{name}.json"))).unwrap();
-        Self(serde_json::from_str(&text).unwrap())
-    }
-
-    fn number(&self, key: &str) -> f64 {
-        self.0[key].as_f64().unwrap()
-    }
-
-    /// Returns rows of numbers, one per instant; nested arrays are flattened.
-    fn rows(&self, key: &str) -> Vec<Vec<f64>> {
-        let rows = self.0[key].as_array().unwrap();
-        rows.iter().map(flat).collect()
-    }
-
-    /// Returns joint angles and rates at the start.
-    fn start(&self) -> StartPose {
-        let three = |value: &Value| <[f64; 3]>::try_from(flat(value)).unwrap();
-        StartPose {
-            q: three(&self.0["start"]["angles_deg"]).map(f64::to_radians),
-            rates: three(&self.0["start"]["rates"]),
-        }
-    }
-}
-
-fn flat(value: &Value) -> Vec<f64> {
-    match value.as_array() {
-        Some(items) => items.iter().flat_map(flat).collect(),
-        None => vec![value.as_f64().unwrap()],
-    }
-}
-
-fn robot() -> Robot {
-    let workspace = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
-    RobotFile::find("cheetah-cub", workspace)
-        .unwrap()
-        .robot()
-        .unwrap()
-}
+use twinrig_testing::plant_harness::PlantHarness;
+use twinrig_testing::reference_trajectory::{ReferenceTrajectory, flatten};
+use twinrig_testing::robots::robot;
 
 /// Integration options.
 #[derive(Clone, Copy)]
@@ -85,10 +39,8 @@ const fn fixed_steps(step_us: u64) -> Integration {
 /// Plant with its reference trajectory.
 struct Fixture {
     reference: ReferenceTrajectory,
-    plant: Lcp,
-    layout: Layout,
+    harness: PlantHarness<Lcp>,
     hip: [f64; 3],
-    now: u64,
     worst: f64,
 }
 
@@ -109,29 +61,21 @@ impl Fixture {
             tolerance: integration.tolerance,
             toe,
         };
-        let plant = Lcp::new(robot, &options, &|_| true).unwrap();
-        let layout = Layout::of(&plant.ports(), Direction::Output);
         Self {
             reference,
-            plant,
-            layout,
+            harness: PlantHarness::new(Lcp::new(robot, &options, &|_| true).unwrap()),
             hip: robot.legs[0].hip,
-            now: 0,
             worst: 0.0,
         }
     }
 
     /// Advances to an instant.
     fn advance_to(&mut self, seconds: f64) {
-        self.now = (seconds * 1e6).round() as u64;
-        let instant = SimTime::ZERO + SimDuration::from_micros(self.now);
-        self.plant.advance(instant, &[]).unwrap();
+        self.harness.advance_to_us((seconds * 1e6).round() as u64);
     }
 
     fn read(&mut self, signal: &str) -> Vec<f64> {
-        let mut outputs = vec![0.0; self.layout.len()];
-        self.plant.observe(&mut outputs);
-        outputs[self.layout.find(signal).unwrap()].to_vec()
+        self.harness.read(signal)
     }
 
     /// Returns the foot position relative to the hip in the leg plane, for a level trunk.
@@ -156,28 +100,7 @@ impl Fixture {
 /// checks the impact losses.
 fn passive(name: &str, integration: Integration) -> f64 {
     let reference = ReferenceTrajectory::read(name);
-    let mut robot = robot();
-    let parameter = |key: &str| reference.0["leg"][key].as_f64().unwrap();
-    let leg = &mut robot.legs[0].leg;
-    assert!(
-        (parameter("l2") - leg.l2).abs() < 1e-15,
-        "the robot file has changed"
-    );
-    (leg.diagonal.stiffness, leg.parallel.stiffness) = (parameter("k_d"), parameter("k_p"));
-    (leg.diagonal.preload, leg.parallel.preload) = (parameter("preload_d"), parameter("preload_p"));
-    leg.parallel_travel = parameter("travel");
-    let friction = flat(&reference.0["leg"]["friction"]);
-    let joints = &mut leg.joint_friction;
-    (joints.hip, joints.knee) = (friction[0], friction[1]);
-    (joints.ankle, joints.toe) = (friction[2], friction[3]);
-    let setup = Setup {
-        base: Base::Fixed,
-        legs: vec!["LF".to_owned()],
-        ground: None,
-        step: SimDuration::from_millis(2),
-        drives: Drives::None,
-        start: reference.start().into(),
-    };
+    let (robot, setup) = (reference.robot(), reference.setup(2000));
     let toe = reference.0["toe"].as_bool().unwrap();
     let mut fixture = Fixture::new(reference, &robot, setup, toe, integration);
     let (step, sparse) = (
@@ -199,7 +122,10 @@ fn passive(name: &str, integration: Integration) -> f64 {
         }
     }
     let losses = fixture.reference.rows("impact").concat();
-    let (found, expected) = (fixture.plant.energy().impact, losses[losses.len() - 1]);
+    let (found, expected) = (
+        fixture.harness.plant.energy().impact,
+        losses[losses.len() - 1],
+    );
     assert!(
         (found - expected).abs() <= 1e-6 * expected.max(1e-3),
         "{found} J lost in impacts"
@@ -212,7 +138,7 @@ fn passive(name: &str, integration: Integration) -> f64 {
 fn tumble(name: &str, integration: Integration) -> f64 {
     let reference = ReferenceTrajectory::read(name);
     let mut robot = robot();
-    let friction = flat(&reference.0["friction"]);
+    let friction = flatten(&reference.0["friction"]);
     for mount in &mut robot.legs {
         let leg = &mut mount.leg;
         leg.diagonal.preload = reference.number("preload_m");
@@ -307,7 +233,7 @@ fn drop(name: &str, base: Base, integration: Integration) -> f64 {
         [-2.0; 2],
         1.0,
         5,
-        vec![-flat(&reference.0["start"]["fall_m"])[0]; 25],
+        vec![-flatten(&reference.0["start"]["fall_m"])[0]; 25],
     );
     let terrain = Terrain::Heights(lower.unwrap());
     let setup = Setup {
@@ -319,7 +245,7 @@ fn drop(name: &str, base: Base, integration: Integration) -> f64 {
         start: reference.start().into(),
     };
     let mut fixture = Fixture::new(reference, &robot, setup, false, integration);
-    fixture.plant.log_events(true);
+    fixture.harness.plant.log_events(true);
     let step = fixture.reference.number("step_s");
     let (trunk, feet) = (
         fixture.reference.rows("trunk"),

@@ -1,15 +1,15 @@
 //! Cost of one step of a millisecond. Every iteration starts from the same saved state, so that all
 //! machines and versions do the same work.
 
-#[allow(dead_code, reason = "used by the tests only")]
-#[path = "../tests/plant/harness.rs"]
-mod harness;
-
 use divan::Bencher;
-use harness::{Harness, at, robot, setup};
 use twinrig_legged::{Base, Setup};
 use twinrig_massless::{Force, Massless, Options};
 use twinrig_runtime::Plant;
+use twinrig_testing::plant_harness::{PlantHarness, at_ms};
+use twinrig_testing::robots::{self, SERVOS, robot};
+use twinrig_testing::trot::Trot;
+
+type Harness = PlantHarness<Massless>;
 
 fn main() {
     divan::main();
@@ -26,7 +26,29 @@ fn force_of(force: &str) -> Force {
 }
 
 fn setup_on(base: Base) -> Setup {
-    Setup { base, ..setup() }
+    Setup {
+        base,
+        ..robots::standing(SERVOS, 1000)
+    }
+}
+
+fn build(setup: &Setup, force: &str) -> Harness {
+    let options = Options {
+        setup: setup.clone(),
+        force: force_of(force),
+    };
+    Harness::new(Massless::new(&robot(), &options, &|_| true).unwrap())
+}
+
+/// Returns a harness after 480 ms of a trot.
+fn trot(setup: Setup, force: &str) -> Harness {
+    let robot = robot();
+    let setup = Trot::START.started(&robot, setup);
+    let mut harness = build(&setup, force);
+    for ms in 1..=480 {
+        harness.trot(&robot, &setup, Trot::START, ms);
+    }
+    harness
 }
 
 /// Mean over `steps` steps from the harness' state, which is restored before each iteration.
@@ -41,7 +63,7 @@ fn steps(bencher: Bencher, harness: &Harness, from_ms: u64, steps: u64) {
             plant
         })
         .bench_local_refs(|plant| {
-            plant.advance(at(from_ms + steps), &commands).unwrap();
+            plant.advance(at_ms(from_ms + steps), &commands).unwrap();
         });
 }
 
@@ -51,20 +73,20 @@ const STEPS: u64 = 20;
 
 #[divan::bench(args = FORCES)]
 fn standing(bencher: Bencher, force: &str) {
-    let mut harness = Harness::with_force(&robot(), &setup_on(Base::Free), force_of(force));
-    harness.advance_to(500);
+    let mut harness = build(&setup_on(Base::Free), force);
+    harness.advance_to_ms(500);
     steps(bencher, &harness, 500, STEPS);
 }
 
 #[divan::bench(args = FORCES)]
 fn trotting(bencher: Bencher, force: &str) {
-    let harness = Harness::trotting(&robot(), &setup_on(Base::Free), force_of(force), 480);
+    let harness = trot(setup_on(Base::Free), force);
     steps(bencher, &harness, 480, STEPS);
 }
 
 #[divan::bench(args = FORCES)]
 fn trotting_in_the_plane(bencher: Bencher, force: &str) {
-    let harness = Harness::trotting(&robot(), &setup_on(Base::Planar), force_of(force), 480);
+    let harness = trot(setup_on(Base::Planar), force);
     steps(bencher, &harness, 480, STEPS);
 }
 
@@ -72,7 +94,7 @@ fn trotting_in_the_plane(bencher: Bencher, force: &str) {
 fn trotting_on_a_stand(bencher: Bencher, force: &str) {
     let mut setup = setup_on(Base::Fixed);
     setup.ground = None;
-    let harness = Harness::trotting(&robot(), &setup, force_of(force), 480);
+    let harness = trot(setup, force);
     steps(bencher, &harness, 480, STEPS);
 }
 
@@ -80,8 +102,8 @@ fn trotting_on_a_stand(bencher: Bencher, force: &str) {
 fn in_flight(bencher: Bencher, force: &str) {
     let mut setup = setup_on(Base::Free);
     setup.ground = None;
-    let mut harness = Harness::with_force(&robot(), &setup, force_of(force));
-    harness.advance_to(50);
+    let mut harness = build(&setup, force);
+    harness.advance_to_ms(50);
     steps(bencher, &harness, 50, STEPS);
 }
 
@@ -89,23 +111,14 @@ fn in_flight(bencher: Bencher, force: &str) {
 #[divan::bench(sample_count = 20)]
 fn a_second_of_trot(bencher: Bencher) {
     let (robot, setup) = (robot(), setup_on(Base::Free));
-    let harness = Harness::trotting(&robot, &setup, Force::Solve, 480);
-    let commands: Vec<Vec<f64>> = (240..740)
-        .map(|tick| {
-            let time_s = f64::from(tick) * 2e-3;
-            let commands = harness::Trot::START.commands(&robot, &setup, time_s);
-            commands
-                .iter()
-                .flat_map(|(_, command)| [command.hip, command.knee])
-                .collect()
-        })
-        .collect();
+    let harness = trot(setup.clone(), "solve");
+    let commands = Trot::START.sampled(&robot, &setup, 480, 1480);
     bencher
         .counter(divan::counter::ItemsCount::new(1000_u32))
         .with_inputs(|| harness.plant.clone())
         .bench_local_refs(|plant| {
             for (tick, commands) in (241..).zip(&commands) {
-                plant.advance(at(2 * tick), commands).unwrap();
+                plant.advance(at_ms(2 * tick), commands).unwrap();
             }
         });
 }

@@ -37,6 +37,7 @@
 //! segment (where hip and foot do not determine the pose; a stop precedes it), the toe (its spring
 //! stays unloaded under a point foot), abduction of the hips, collisions other than of the feet,
 //! and the drives' electronics.
+#![doc = include_str!("../README.md")]
 
 mod constraints;
 mod damping;

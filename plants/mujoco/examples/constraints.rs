@@ -9,20 +9,19 @@
 //! a leg between its stops, one that comes to rest on them, one that hits them hard, a light one
 //! that hits them harder.
 
-#[allow(dead_code, reason = "shared with the tests, which use all of it")]
-#[path = "../tests/plant/fixture.rs"]
-mod fixture;
-#[allow(dead_code, reason = "shared with the tests, which use all of it")]
-#[path = "../tests/plant/golden.rs"]
-mod golden;
-
 use std::time::Instant;
 
-use twinrig_mujoco::{Coordinates, Integrator, Numerics, Options, TimeConstant};
-
-use crate::fixture::{Fixture, hanging, pose, robot};
+use twinrig_mujoco::{Coordinates, Integrator, Mujoco, Numerics, Options, TimeConstant};
+use twinrig_robot::Robot;
+use twinrig_testing::plant_harness::PlantHarness;
+use twinrig_testing::reference_trajectory::ReferenceTrajectory;
+use twinrig_testing::robots::{LEGS, pose, robot, suspended};
 
 const REFERENCES: [&str; 4] = ["between", "passive", "hard-hit", "hard-light"];
+
+fn plant(robot: &Robot, options: &Options) -> PlantHarness<Mujoco> {
+    PlantHarness::new(Mujoco::new(robot, options, &|_| true).unwrap())
+}
 
 /// Prints a line of the table.
 fn measure(about: &str, coordinates: Coordinates, numerics: Numerics, step_us: u64) {
@@ -32,14 +31,15 @@ fn measure(about: &str, coordinates: Coordinates, numerics: Numerics, step_us: u
     };
     let mut line = format!("{:8} {about:34} {step_us:5} us", coordinates.name());
     for name in REFERENCES {
-        line += &golden::try_deviation(name, with, step_us).map_or_else(
-            || "  diverges".to_owned(),
+        let reference = ReferenceTrajectory::read(name);
+        let mut leg = plant(&reference.robot(), &with(reference.setup(step_us)));
+        line += &reference.follow(&mut leg).map_or_else(
+            |_| "  diverges".to_owned(),
             |deviation| format!("  {:9.1e}", deviation.rms),
         );
     }
-    let mut setup = hanging(pose([10.0, -9.5, 9.5], [0.0; 3]));
-    setup.step = twinrig_kernel::SimDuration::from_micros(step_us);
-    let mut fixture = Fixture::new(&robot(), &with(setup));
+    let setup = suspended(&LEGS, pose([10.0, -9.5, 9.5], [0.0; 3]), step_us);
+    let mut fixture = plant(&robot(), &with(setup));
     #[expect(
         clippy::disallowed_methods,
         reason = "the example measures time per step, which enters no run"

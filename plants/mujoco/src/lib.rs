@@ -98,6 +98,7 @@
 //! samples and end with the field; a foot beyond it is a fault. Warnings of MuJoCo are an
 //! [`EngineFault`]; those of singular inertia and of lack of memory MuJoCo also writes to standard
 //! error and to `MUJOCO_LOG.TXT`.
+#![doc = include_str!("../README.md")]
 
 mod addresses;
 mod drives;

@@ -1,16 +1,13 @@
 //! Cost of a step of two milliseconds for each kind of joints: a standing robot, and hanging legs.
 //! Each iteration continues from the same snapshot.
 
-#[allow(dead_code, reason = "the rest is used by the tests")]
-#[path = "../tests/plant/fixture.rs"]
-mod fixture;
-
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use fixture::{Fixture, hanging, robot, standing};
-use twinrig_legged::{Setup, StartPose};
-use twinrig_rapier::Joints;
+use twinrig_legged::{Drives, Setup, StartPose};
+use twinrig_rapier::{Joints, Options, Rapier};
 use twinrig_runtime::Plant;
+use twinrig_testing::plant_harness::PlantHarness;
+use twinrig_testing::robots::{LEGS, robot, standing, suspended};
 
 fn main() {
     divan::main();
@@ -23,29 +20,37 @@ const STEPS: u64 = 20;
 /// Measures the mean over steps from 0.3 s on.
 fn steps(bencher: Bencher, setup: &Setup, joints: Joints) {
     let robot = robot();
-    let mut fixture = Fixture::of(&robot, setup.clone(), joints);
-    fixture.run_to_us(300_000);
-    let saved = fixture.plant.save();
+    let fixture = || {
+        let options = Options::new(setup.clone(), joints);
+        PlantHarness::new(Rapier::new(&robot, &options, &|_| true).unwrap())
+    };
+    let mut prepared = fixture();
+    prepared.advance_to_us(300_000);
+    let saved = prepared.plant.save();
     bencher
         .counter(ItemsCount::new(STEPS))
         .with_inputs(|| {
-            let mut fixture = Fixture::of(&robot, setup.clone(), joints);
+            let mut fixture = fixture();
             fixture.plant.restore(&saved).unwrap();
             fixture.now_us = 300_000;
             fixture
         })
-        .bench_local_refs(|fixture| fixture.run_to_us(300_000 + 2000 * STEPS));
+        .bench_local_refs(|fixture| fixture.advance_to_us(300_000 + 2000 * STEPS));
 }
 
 #[divan::bench(args = Joints::ALL)]
 fn standing_robot(bencher: Bencher, joints: Joints) {
-    steps(bencher, &standing(2000), joints);
+    steps(
+        bencher,
+        &standing(Drives::Ideal { period: 2e-3 }, 2000),
+        joints,
+    );
 }
 
 #[divan::bench(args = Joints::ALL)]
 fn passive_legs(bencher: Bencher, joints: Joints) {
     let q = [10.0_f64, -9.5, 9.5].map(f64::to_radians);
     let start = StartPose { q, rates: [0.0; 3] };
-    let setup = hanging(&["LF", "RF", "LH", "RH"], start, 2000);
+    let setup = suspended(&LEGS, start, 2000);
     steps(bencher, &setup, joints);
 }

@@ -3,14 +3,11 @@
 //!
 //! `cargo run --release -p twinrig-rapier --example settings`
 
-#[allow(dead_code, reason = "the rest is used by the tests")]
-#[path = "../tests/plant/fixture.rs"]
-mod fixture;
-
 use std::time::Instant;
 
-use fixture::{Fixture, Golden, hanging};
-use twinrig_rapier::{Joints, Options, Softness, Solver};
+use twinrig_rapier::{Joints, Options, Rapier, Softness, Solver};
+use twinrig_testing::plant_harness::PlantHarness;
+use twinrig_testing::reference_trajectory::ReferenceTrajectory;
 
 fn main() {
     for joints in Joints::ALL {
@@ -86,43 +83,23 @@ fn row(what: &str, joints: Joints, solver: Solver) {
     println!(" {:8.1}", 1e6 * cost);
 }
 
-/// Returns the error \[m\] and the time per step of 2 ms \[s\].
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "times are small integers"
-)]
+/// Returns the error \[m\] and the time per step of 2 ms, observation included \[s\].
 #[expect(
     clippy::disallowed_methods,
     reason = "the example measures time per step"
 )]
 fn run(name: &str, joints: Joints, solver: Solver) -> (f64, f64) {
-    let golden = Golden::read(name);
-    let robot = golden.robot();
+    let reference = ReferenceTrajectory::read(name);
     let options = Options {
         solver,
-        ..Options::new(hanging(&["LF"], golden.start(), 2000), joints)
+        ..Options::new(reference.setup(2000), joints)
     };
-    let mut fixture = Fixture::new(&robot, &options);
-    let (feet, hip) = (golden.rows("foot"), robot.legs[0].hip);
-    let apart_s = golden.number("step_s");
-    let (mut square, mut elapsed) = (0.0, 0.0);
-    for (k, foot) in (0_u64..).zip(&feet) {
-        let begun = Instant::now();
-        let reached = fixture.reaches_us((1e6 * apart_s * k as f64).round() as u64);
-        if !reached {
-            return (f64::INFINITY, elapsed / k as f64);
-        }
-        elapsed += begun.elapsed().as_secs_f64();
-        let (found, trunk) = (
-            fixture.read("leg/LF/foot/position"),
-            fixture.read("body/position"),
-        );
-        for (axis, expected) in [0, 2].into_iter().zip(foot) {
-            let difference = found[axis] - trunk[axis] - hip[axis] - expected;
-            square += difference * difference;
-        }
-    }
-    let count = feet.len() as f64;
-    ((square / count).sqrt(), elapsed / (count - 1.0))
+    let plant = Rapier::new(&reference.robot(), &options, &|_| true).unwrap();
+    let mut leg = PlantHarness::new(plant);
+    let begun = Instant::now();
+    let error = reference
+        .follow(&mut leg)
+        .map_or(f64::INFINITY, |found| found.rms);
+    let steps = leg.now_us as f64 / 2000.0;
+    (error, begun.elapsed().as_secs_f64() / steps)
 }

@@ -131,6 +131,7 @@
 //! Not modelled are toe joints (the foot is a point at the end of the third segment), collisions of
 //! anything but feet, the wall of a step of the terrain, and events at their exact instants. The
 //! engine promises the same bits on every machine; this is not tested here.
+#![doc = include_str!("../README.md")]
 
 mod assembly;
 mod contact;

@@ -2,6 +2,10 @@
 
 use std::fmt;
 
+use annotate_snippets::{
+    AnnotationKind, Level, Origin, Renderer, Snippet, Title, normalize_untrusted_str,
+};
+
 use crate::source::Place;
 
 /// A problem: position, description and remedy.
@@ -51,11 +55,11 @@ impl fmt::Display for Problem {
     ///   |
     /// 7 | l1 = "12 Hz"
     ///   |      ^^^^^^^
+    ///   |
     ///   = help: units that fit: m, cm, mm, um, km
     /// ```
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("error: ")?;
-        self.write(f)
+        self.write(Level::ERROR.primary_title(&self.message), f)
     }
 }
 
@@ -66,36 +70,22 @@ impl Problem {
         Some((place.line(), place.column()))
     }
 
-    /// Writes message, position and help, without the severity in front.
-    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)?;
-        let Some(place) = &self.place else {
-            write!(f, "\n --> {}", self.file)?;
-            if !self.help.is_empty() {
-                write!(f, "\n  = help: {}", self.help)?;
-            }
-            return Ok(());
+    /// Writes title, position and help.
+    fn write(&self, title: Title<'_>, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut report = match &self.place {
+            None => title.element(Origin::path(&self.file)),
+            Some(place) => title.element(
+                // The line alone: a file with thousands of problems is not searched for each.
+                Snippet::source(place.line_text())
+                    .path(&self.file)
+                    .line_start(place.line())
+                    .annotation(AnnotationKind::Primary.span(place.in_line())),
+            ),
         };
-        let line = place.line().to_string();
-        let margin = " ".repeat(line.len());
-        // Tabs are kept, so that the caret is aligned for any tab width.
-        let indent: String = place
-            .before()
-            .chars()
-            .map(|c| if c == '\t' { '\t' } else { ' ' })
-            .collect();
-        let carets = "^".repeat(place.width());
-        write!(
-            f,
-            "\n{margin}--> {}:{line}:{}\n{margin} |\n{line} | {}\n{margin} | {indent}{carets}",
-            self.file,
-            place.column(),
-            place.line_text(),
-        )?;
         if !self.help.is_empty() {
-            write!(f, "\n{margin} = help: {}", self.help)?;
+            report = report.element(Level::HELP.message(normalize_untrusted_str(&self.help)));
         }
-        Ok(())
+        f.write_str(&Renderer::plain().render(&[report]))
     }
 }
 
@@ -111,8 +101,8 @@ pub struct Warning {
 impl fmt::Display for Warning {
     /// As [`Problem`], preceded by `warning[CODE]: `.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "warning[{}]: ", self.code)?;
-        self.problem.write(f)
+        let title = Level::WARNING.primary_title(&self.problem.message);
+        self.problem.write(title.id(self.code), f)
     }
 }
 

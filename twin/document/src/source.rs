@@ -89,11 +89,11 @@ impl Place {
         &self.source.text[self.line_start()..self.span.start]
     }
 
-    /// Length in characters of the part on its first line, at least 1.
-    pub(crate) fn width(&self) -> usize {
-        let text = &self.source.text[self.span.clone()];
-        let first = text.split('\n').next().unwrap_or(text);
-        first.trim_end_matches('\r').chars().count().max(1)
+    /// Byte range of the part on its first line, within [`line_text`](Self::line_text).
+    pub(crate) fn in_line(&self) -> Range<usize> {
+        let length = self.line_text().len();
+        let start = self.before().len();
+        start.min(length)..(start + self.span.len()).min(length)
     }
 
     /// Position of the first non-empty line of the source.

@@ -1,7 +1,11 @@
 //! Arbitrary file contents cause no panic.
 
+use std::sync::Arc;
+
 use proptest::prelude::*;
-use twinrig_document::{Document, DocumentError, Item, Range, Reported, Table};
+use twinrig_document::{
+    Document, DocumentError, Item, Place, Problem, Range, Reported, Source, Table,
+};
 use twinrig_kernel::Unit;
 
 /// Reads every key of a table and of the tables below it with every accessor.
@@ -83,5 +87,23 @@ proptest! {
             let _ = document.set("--set", "a.b", &value);
             let _ = document.check(read_all_keys);
         }
+    }
+
+    // An escape character of a file must not reach the terminal.
+    #[test]
+    fn excerpt_has_a_mark_and_no_control_character(
+        text in "([a-z \\tµ漢\\x1b\\x07é]{0,200}\\r?\\r?\\n?){0,4}",
+        start in 0_usize..800,
+        length in 0_usize..400,
+    ) {
+        let source = Arc::new(Source::new("fuzz.toml", text));
+        let place = Place::new(source, start..start + length);
+        let line = place.line_text();
+        let shown = Problem::at(&place, line, line).to_string();
+        // The end of a line is before its carriage returns.
+        let column = place.column().min(line.chars().count() + 1);
+        let position = format!("--> fuzz.toml:{}:{column}\n", place.line());
+        prop_assert!(shown.contains(&position) && shown.contains('^'), "{}", shown);
+        prop_assert!(!shown.chars().any(|c| c.is_control() && c != '\n'), "{}", shown);
     }
 }

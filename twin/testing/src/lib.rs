@@ -5,13 +5,24 @@
 //!   known signals.
 //! - [`framing`]: properties of the messages of a framed protocol.
 //! - [`real_time`]: a protocol, both of its ends and a process, for runs in real time.
+//! - [`plant_harness`]: a plant with its commands, signals and time.
+//! - [`robots`], [`trot`]: robots, their setups and commands.
+//! - [`reference_trajectory`]: trajectories that legs must follow.
 //! - [`python`]: comparison with Python packages.
 //!
 //! A harness panics where an assumption of the test does not hold.
 #![allow(clippy::missing_panics_doc, reason = "a harness reports by panicking")]
+#![allow(
+    clippy::missing_errors_doc,
+    reason = "the errors are faults of the plant"
+)]
 
 pub mod driver_harness;
 pub mod framing;
+pub mod plant_harness;
 pub mod python;
 pub mod real_time;
+pub mod reference_trajectory;
 pub mod rig_harness;
+pub mod robots;
+pub mod trot;

@@ -284,5 +284,4 @@ impl<const N: usize> Flow<N> {
 }
 
 #[cfg(test)]
-#[path = "event_handling_tests.rs"]
 mod tests;

@@ -4,10 +4,11 @@ use twinrig_lcp::Method;
 use twinrig_legged::Start;
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
+use twinrig_testing::robots::robot;
 
 use crate::harness::{
-    DEFAULT, Harness, Integration, free_swinging_robot, hard_impact, passive_start, rmse, robot,
-    suspended, swinging_start, with_stiffness,
+    DEFAULT, Integration, free_swinging_robot, hard_impact, lcp, passive_start, rmse, suspended,
+    swinging_start, with_stiffness,
 };
 
 /// Reference method, independent of the errors of the default.
@@ -16,8 +17,8 @@ const EXACT: Integration = Integration::new(Method::Rodas4, 2000).with_tolerance
 /// Returns the error of the first leg's foot \[m\].
 fn error(robot: &Robot, start: &Start, integration: Integration) -> f64 {
     let setup = suspended(start.clone());
-    let reference = Harness::new(robot, &setup, EXACT).trace("LF", 300);
-    let mut harness = Harness::new(robot, &setup, integration);
+    let reference = lcp(robot, &setup, EXACT).trace("LF", 300);
+    let mut harness = lcp(robot, &setup, integration);
     let feet = harness.trace("LF", 300);
     assert_eq!(harness.plant.work().fallbacks, 0);
     rmse(&feet, &reference)
@@ -90,7 +91,7 @@ fn error_of_stiff_method_at_tight_tolerance_is_below_ten_nanometres() {
 fn plain_motions_need_few_evaluations() {
     // Five evaluations per step, and at most a fifth more where stops are located and reached.
     for (robot, start) in [(robot(), passive_start()), (robot(), hard_impact())] {
-        let mut harness = Harness::new(&robot, &suspended(start), DEFAULT);
+        let mut harness = lcp(&robot, &suspended(start), DEFAULT);
         harness.advance_to_ms(300);
         let work = harness.plant.work();
         assert!(work.evaluations < 6 * work.steps + 50, "{work:?}");

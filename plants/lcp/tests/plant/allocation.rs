@@ -3,11 +3,12 @@
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_lcp::Method;
 use twinrig_runtime::Plant;
+use twinrig_testing::robots::robot;
+use twinrig_testing::trot::Trot;
 
 use crate::harness::{
-    Harness, Integration, hard_impact, passive_start, robot, standing_setup, suspended,
+    Harness, Integration, hard_impact, lcp, passive_start, standing_setup, suspended,
 };
-use crate::trot;
 
 const METHODS: [Method; 4] = [
     Method::Rk4,
@@ -33,13 +34,13 @@ fn allocations(harness: &mut Harness, from_ms: u64, commands: &[Vec<f64>]) -> u6
 #[test]
 fn trot_does_not_allocate() {
     let robot = robot();
-    let setup = trot::start_of_trot(&robot, standing_setup());
+    let setup = Trot::START.started(&robot, standing_setup());
     // RODAS4 is not intended for gaits; the test below covers it.
     for method in METHODS.into_iter().filter(|m| *m != Method::Rodas4) {
-        let mut harness = Harness::new(&robot, &setup, Integration::new(method, 2000));
+        let mut harness = lcp(&robot, &setup, Integration::new(method, 2000));
         let (first, second) = (
-            trot::commands(&robot, &setup, 0, 1000),
-            trot::commands(&robot, &setup, 1000, 1400),
+            Trot::START.sampled(&robot, &setup, 0, 1000),
+            Trot::START.sampled(&robot, &setup, 1000, 1400),
         );
         allocations(&mut harness, 0, &first);
         assert_eq!(allocations(&mut harness, 1000, &second), 0, "{method:?}");
@@ -52,7 +53,7 @@ fn trot_does_not_allocate() {
 fn swinging_and_chattering_legs_do_not_allocate() {
     for start in [passive_start(), hard_impact()] {
         for method in METHODS {
-            let mut harness = Harness::new(
+            let mut harness = lcp(
                 &robot(),
                 &suspended(start.clone()),
                 Integration::new(method, 2000),

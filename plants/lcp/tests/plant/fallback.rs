@@ -2,9 +2,10 @@
 
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::Plant;
+use twinrig_testing::robots::robot;
+use twinrig_testing::trot::Trot;
 
-use crate::harness::{DEFAULT, Harness, robot, standing_setup};
-use crate::trot;
+use crate::harness::{DEFAULT, lcp, standing_setup};
 
 /// Number of steps of 2 ms.
 const TROT: usize = 250;
@@ -16,11 +17,11 @@ const STAND: usize = 1000;
 #[test]
 fn standing_after_trot_needs_no_fallbacks() {
     let robot = robot();
-    let setup = trot::start_of_trot(&robot, standing_setup());
-    let mut commands = trot::commands(&robot, &setup, 0, 500);
-    let stance = trot::commands(&robot, &setup, 0, 2);
+    let setup = Trot::START.started(&robot, standing_setup());
+    let mut commands = Trot::START.sampled(&robot, &setup, 0, 500);
+    let stance = Trot::START.sampled(&robot, &setup, 0, 2);
     commands.resize(commands.len() + STAND, stance[0].clone());
-    let mut harness = Harness::new(&robot, &setup, DEFAULT);
+    let mut harness = lcp(&robot, &setup, DEFAULT);
     let mut fallbacks = Vec::new();
     for (tick, commands) in (1..).zip(&commands) {
         let at = SimTime::ZERO + SimDuration::from_millis(2 * tick);

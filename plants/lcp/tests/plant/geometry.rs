@@ -5,10 +5,9 @@ use twinrig_lcp::{Lcp, LcpError, Method, Options};
 use twinrig_leg::{LegCommand, LegError, Pantograph, Planar};
 use twinrig_legged::{Base, LeggedError, Setup};
 use twinrig_robot::Robot;
+use twinrig_testing::robots::{pose, robot, with_legs};
 
-use crate::harness::{
-    DEFAULT, Harness, INTEGRATIONS, build, pose, robot, standing_setup, suspended, with_legs,
-};
+use crate::harness::{DEFAULT, INTEGRATIONS, build, lcp, standing_setup, suspended};
 
 /// Returns the error of an invalid plant.
 #[track_caller]
@@ -30,7 +29,7 @@ fn nearly_straight_leg_swings() {
         for integration in &INTEGRATIONS[..5] {
             let feet = [1e-9, 1e-6].map(|q2_ref| {
                 let straight = with_legs(|leg| leg.q2_ref = q2_ref);
-                let mut harness = Harness::new(&straight, &suspended(start.clone()), *integration);
+                let mut harness = lcp(&straight, &suspended(start.clone()), *integration);
                 harness.run_checked(0.2).unwrap();
                 let balance = harness.energy();
                 assert!(

@@ -1,20 +1,15 @@
-//! Test harness: robots, setups, integration options, and a plant with its inputs and outputs.
-
-use std::path::Path;
+//! Robots, setups, integration options and plants of the tests.
 
 use twinrig_contact::{Ground, Terrain};
-use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
+use twinrig_kernel::SimDuration;
 use twinrig_lcp::{Lcp, LcpError, Method, Options};
-use twinrig_legged::{Base, Drives, Setup, Start, StartPose};
-use twinrig_robot::{Robot, RobotFile, Servo};
-use twinrig_runtime::{EnergyBalance, Plant, PlantFault};
+use twinrig_legged::{Setup, Start};
+use twinrig_robot::Robot;
+use twinrig_testing::plant_harness::PlantHarness;
+use twinrig_testing::robots::{self, LEGS, SERVOS, pose, robot, with_legs};
 
-/// Returns the robot of `robots/cheetah-cub.toml`.
-pub fn robot() -> Robot {
-    let workspace = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
-    let file = RobotFile::find("cheetah-cub", workspace).unwrap();
-    file.robot().unwrap()
-}
+/// Plant with its commands and signals.
+pub type Harness = PlantHarness<Lcp>;
 
 /// Returns the robot with springs of `times` the stiffness, with unchanged forces at the stops.
 pub fn with_stiffness(times: f64) -> Robot {
@@ -26,32 +21,6 @@ pub fn with_stiffness(times: f64) -> Robot {
         }
     }
     robot
-}
-
-/// Returns the robot with modified legs.
-pub fn with_legs(change: impl Fn(&mut twinrig_robot::Leg)) -> Robot {
-    let mut robot = robot();
-    for mount in &mut robot.legs {
-        change(&mut mount.leg);
-    }
-    robot
-}
-
-/// Servo parameters sufficient for a trot.
-pub const SERVO: Servo = Servo {
-    torque: 4.0,
-    speed: 25.0,
-    lag: 5e-3,
-    dead_band: 0.0,
-    inertia: 1e-3,
-};
-
-pub const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
-
-/// Returns a start at joint angles in degrees and rates in rad/s.
-pub fn pose(q: [f64; 3], rates: [f64; 3]) -> Start {
-    let q = q.map(f64::to_radians);
-    StartPose { q, rates }.into()
 }
 
 /// Returns the start of the passive legs of the thesis: at rest on their lower stop.
@@ -78,10 +47,6 @@ pub fn free_swinging_robot() -> Robot {
     })
 }
 
-pub fn flat(friction: f64) -> Ground {
-    Ground::new(Terrain::Flat, friction, 0.0).unwrap()
-}
-
 /// Returns flat ground `height` below the starting feet.
 pub fn lowered_ground(height: f64, friction: f64) -> Ground {
     let terrain = Terrain::StepDown {
@@ -93,29 +58,12 @@ pub fn lowered_ground(height: f64, friction: f64) -> Ground {
 
 /// Returns a setup of legs suspended from a fixed trunk, without drives.
 pub fn suspended(start: Start) -> Setup {
-    Setup {
-        base: Base::Fixed,
-        legs: LEGS.map(str::to_owned).to_vec(),
-        ground: None,
-        step: SimDuration::from_millis(2),
-        drives: Drives::None,
-        start,
-    }
+    robots::suspended(&LEGS, start, 2000)
 }
 
 /// Returns a setup of the free robot on flat ground, with servos.
 pub fn standing_setup() -> Setup {
-    Setup {
-        base: Base::Free,
-        legs: LEGS.map(str::to_owned).to_vec(),
-        ground: Some(flat(0.6)),
-        step: SimDuration::from_millis(2),
-        drives: Drives::Servos {
-            hip: SERVO,
-            knee: SERVO,
-        },
-        start: Start::default(),
-    }
+    robots::standing(SERVOS, 2000)
 }
 
 /// Integration options.
@@ -188,119 +136,21 @@ fn with_signals(
     Lcp::new(robot, &options, selected)
 }
 
-/// Plant with its inputs and outputs.
-pub struct Harness {
-    pub plant: Lcp,
-    pub commands: Vec<f64>,
-    layout: Layout,
-    outputs: Vec<f64>,
-    step_us: u64,
-    pub now_us: u64,
+/// Creates a harness of the plant with all signals.
+pub fn lcp(robot: &Robot, setup: &Setup, integration: Integration) -> Harness {
+    lcp_with_signals(robot, setup, integration, &|_| true)
 }
 
-impl Harness {
-    pub fn new(robot: &Robot, setup: &Setup, integration: Integration) -> Self {
-        Self::with_signals(robot, setup, integration, &|_| true)
-    }
-
-    /// Creates a harness whose plant has the selected signals.
-    pub fn with_signals(
-        robot: &Robot,
-        setup: &Setup,
-        integration: Integration,
-        selected: &dyn Fn(&str) -> bool,
-    ) -> Self {
-        let plant = with_signals(robot, setup, integration, selected).unwrap();
-        let layout = |direction| Layout::of(&plant.ports(), direction);
-        let mut commands = vec![0.0; layout(Direction::Input).len()];
-        plant.initial_inputs(&mut commands);
-        let layout = layout(Direction::Output);
-        let outputs = vec![0.0; layout.len()];
-        Self {
-            plant,
-            commands,
-            layout,
-            outputs,
-            step_us: integration.step_us,
-            now_us: 0,
-        }
-    }
-
-    /// Advances to an instant, by whole steps and a remainder.
-    pub fn try_advance_to_us(&mut self, us: u64) -> Result<(), PlantFault> {
-        self.plant
-            .advance(SimTime::ZERO + SimDuration::from_micros(us), &self.commands)?;
-        self.now_us = us;
-        Ok(())
-    }
-
-    pub fn advance_to_ms(&mut self, ms: u64) {
-        self.try_advance_to_us(1000 * ms).unwrap();
-    }
-
-    /// Advances by one step.
-    pub fn step(&mut self) -> Result<(), PlantFault> {
-        self.try_advance_to_us(self.now_us + self.step_us)
-    }
-
-    /// Runs for a duration and checks every output for NaN after each step. Returns the fault of a
-    /// failed step, after checking that the outputs are unchanged.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "runs last seconds"
-    )]
-    pub fn run_checked(&mut self, seconds: f64) -> Result<(), PlantFault> {
-        let until = self.now_us + (seconds * 1e6).round() as u64;
-        while self.now_us < until {
-            let before = self.observe().to_vec();
-            let result = self.step();
-            let now = self.now_us;
-            let after = self.observe();
-            assert!(after.iter().all(|x| !x.is_nan()), "at {now} µs");
-            if let Err(fault) = result {
-                assert_eq!(after, before, "outputs are unchanged after a fault");
-                assert_eq!(fault.time.as_nanos(), 1000 * now);
-                assert!(!fault.part.is_empty() && !fault.why.is_empty());
-                return Err(fault);
-            }
-        }
-        Ok(())
-    }
-
-    /// Returns all signals.
-    pub fn observe(&mut self) -> &[f64] {
-        self.plant.observe(&mut self.outputs);
-        &self.outputs
-    }
-
-    /// Returns a signal.
-    pub fn read(&mut self, signal: &str) -> Vec<f64> {
-        self.plant.observe(&mut self.outputs);
-        self.outputs[self.layout.find(signal).unwrap()].to_vec()
-    }
-
-    /// Returns a scalar signal.
-    pub fn value(&mut self, signal: &str) -> f64 {
-        let values = self.read(signal);
-        assert_eq!(values.len(), 1, "{signal}");
-        values[0]
-    }
-
-    pub fn energy(&self) -> EnergyBalance {
-        self.plant.energy()
-    }
-
-    /// Returns the positions of a foot every 2 ms for a duration in milliseconds.
-    pub fn trace(&mut self, leg: &str, ms: u64) -> Vec<[f64; 3]> {
-        let signal = format!("leg/{leg}/foot/position");
-        (1..=ms / 2)
-            .map(|k| {
-                self.advance_to_ms(2 * k);
-                self.read(&signal).try_into().unwrap()
-            })
-            .collect()
-    }
+/// Creates a harness of the plant with the selected signals.
+pub fn lcp_with_signals(
+    robot: &Robot,
+    setup: &Setup,
+    integration: Integration,
+    selected: &dyn Fn(&str) -> bool,
+) -> Harness {
+    let mut harness = Harness::new(with_signals(robot, setup, integration, selected).unwrap());
+    harness.step_us = integration.step_us;
+    harness
 }
 
 /// Returns the root mean square distance of two traces.

@@ -4,10 +4,10 @@ use twinrig_lcp::Method;
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_robot::Servo;
 use twinrig_runtime::{Plant, PlantEventKind};
+use twinrig_testing::robots::{LEGS, SERVO, flat_ground, pose, robot};
 
 use crate::harness::{
-    DEFAULT, Harness, INTEGRATIONS, Integration, LEGS, SERVO, flat, lowered_ground, pose, robot,
-    standing_setup,
+    DEFAULT, Harness, INTEGRATIONS, Integration, lcp, lowered_ground, standing_setup,
 };
 
 fn drop(height: f64, friction: f64) -> Setup {
@@ -42,7 +42,7 @@ fn fall_from_one_metre_bottoms_out_within_stops() {
                 drives,
                 ..drop(1.0, 0.6)
             };
-            let mut harness = Harness::new(&robot(), &setup, *integration);
+            let mut harness = lcp(&robot(), &setup, *integration);
             let mut shortest = f64::INFINITY;
             for _ in 0..300 {
                 harness.run_checked(2e-3).unwrap();
@@ -71,7 +71,7 @@ fn fall_from_one_metre_bottoms_out_within_stops() {
 #[test]
 fn comparison_methods_complete_the_fall() {
     for integration in &INTEGRATIONS[4..] {
-        let mut harness = Harness::new(&robot(), &drop(1.0, 0.6), *integration);
+        let mut harness = lcp(&robot(), &drop(1.0, 0.6), *integration);
         harness.run_checked(0.6).unwrap();
         assert!(harness.energy().impact > 0.5);
     }
@@ -79,7 +79,7 @@ fn comparison_methods_complete_the_fall() {
 
 #[test]
 fn simultaneous_landings_are_located_together() {
-    let mut harness = Harness::new(&robot(), &drop(0.1, 0.6), DEFAULT);
+    let mut harness = lcp(&robot(), &drop(0.1, 0.6), DEFAULT);
     harness.plant.log_events(true);
     harness.advance_to_ms(200);
     let events = harness.plant.events().iter();
@@ -98,7 +98,7 @@ fn simultaneous_landings_are_located_together() {
 fn symmetric_landing_causes_no_roll_or_yaw() {
     for base in [Base::Free, Base::Planar] {
         for integration in &INTEGRATIONS[..4] {
-            let mut harness = Harness::new(
+            let mut harness = lcp(
                 &robot(),
                 &Setup {
                     base,
@@ -132,7 +132,7 @@ fn ground_forces_lie_in_friction_cone_from_ice_to_glue() {
     for friction in [0.0, 10.0] {
         for (integration, setup) in INTEGRATIONS[..4].iter().flat_map(|integration| {
             let stand = Setup {
-                ground: Some(flat(friction)),
+                ground: Some(flat_ground(friction)),
                 ..standing_setup()
             };
             [
@@ -141,7 +141,7 @@ fn ground_forces_lie_in_friction_cone_from_ice_to_glue() {
                 (integration, drop(1.0, friction)),
             ]
         }) {
-            let mut harness = Harness::new(&robot(), &setup, *integration);
+            let mut harness = lcp(&robot(), &setup, *integration);
             for _ in 0..300 {
                 harness.plant.begin_window();
                 harness.run_checked(2e-3).unwrap();
@@ -159,7 +159,7 @@ fn ground_forces_lie_in_friction_cone_from_ice_to_glue() {
         // The comparison methods may report that no such forces exist.
         for integration in &INTEGRATIONS[4..] {
             let setup = drop(0.1, friction);
-            let mut harness = Harness::new(&robot(), &setup, *integration);
+            let mut harness = lcp(&robot(), &setup, *integration);
             let _ = harness.run_checked(0.3);
         }
     }
@@ -176,7 +176,7 @@ fn friction_of_displaced_foot_remains_in_cone() {
         start: pose([40.1049, -7.82852, 7.82852], [0.0; 3]),
         ..drop(0.15, 0.6)
     };
-    let mut harness = Harness::new(&robot, &setup, DEFAULT.with_toes());
+    let mut harness = lcp(&robot, &setup, DEFAULT.with_toes());
     for _ in 0..150 {
         harness.plant.begin_window();
         harness.run_checked(2e-3).unwrap();
@@ -194,10 +194,10 @@ fn friction_of_displaced_foot_remains_in_cone() {
 #[test]
 fn robot_stands_on_ice() {
     let setup = Setup {
-        ground: Some(flat(0.0)),
+        ground: Some(flat_ground(0.0)),
         ..standing_setup()
     };
-    let mut harness = Harness::new(&robot(), &setup, DEFAULT);
+    let mut harness = lcp(&robot(), &setup, DEFAULT);
     harness.run_checked(1.0).unwrap();
     assert_eq!(harness.plant.work().fallbacks, 0);
     assert!(harness.energy().kinetic < 1e-12);
@@ -223,7 +223,7 @@ fn mean_ground_force_matches_impulse_over_window() {
         Integration::new(Method::SemiImplicit, 250),
         Integration::new(Method::ExplicitEuler, 50),
     ] {
-        let mut harness = Harness::new(&robot, &drop(0.1, 0.6), integration);
+        let mut harness = lcp(&robot, &drop(0.1, 0.6), integration);
         harness.plant.begin_window();
         harness.run_checked(SECONDS - 2e-3).unwrap();
         let before = harness.energy().gravity;
@@ -252,7 +252,7 @@ fn trunks_with_zero_or_one_leg_fall() {
                 legs: Vec::new(),
                 ..standing_setup()
             };
-            let mut harness = Harness::new(&robot(), &none, *integration);
+            let mut harness = lcp(&robot(), &none, *integration);
             let start = harness.read("body/position")[2];
             harness.run_checked(0.1).unwrap();
             let distance = start - harness.read("body/position")[2];
@@ -266,7 +266,7 @@ fn trunks_with_zero_or_one_leg_fall() {
                 legs: vec!["RH".to_owned()],
                 ..standing_setup()
             };
-            let mut harness = Harness::new(&robot(), &one, *integration);
+            let mut harness = lcp(&robot(), &one, *integration);
             harness.run_checked(0.3).unwrap();
         }
     }
@@ -286,7 +286,7 @@ fn jammed_foot_does_not_sink() {
     };
     for method in [Method::Rk4, Method::Rodas4] {
         let integration = Integration::new(method, 100).with_toes();
-        let mut harness = Harness::new(&robot(), &setup, integration);
+        let mut harness = lcp(&robot(), &setup, integration);
         for _ in 0..260 {
             harness.run_checked(1e-3).unwrap();
             let clearance = harness.value("leg/LF/foot/clearance");

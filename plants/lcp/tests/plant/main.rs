@@ -14,5 +14,4 @@ mod resume_from;
 mod springs;
 mod stability;
 mod stops;
-mod trot;
 mod work;

@@ -9,8 +9,9 @@ use twinrig_lcp::{LcpError, Method};
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
+use twinrig_testing::robots::pose;
 
-use crate::harness::{DEFAULT, Harness, Integration, build, pose, standing_setup, suspended};
+use crate::harness::{DEFAULT, Harness, Integration, build, lcp, standing_setup, suspended};
 
 /// Every method that supports motors, at a step that resolves their time constant of 1.66 ms.
 const INTEGRATIONS: [Integration; 5] = [
@@ -103,7 +104,7 @@ fn unwinding_pulley_follows_closed_form_of_motor() {
     // Relative errors of rate and angle: the orders of the methods are 4, 4, 2, 1 and 1.
     let bounds = [3e-5, 1e-5, 1e-2, 0.1, 3e-3];
     for (integration, bound) in INTEGRATIONS.into_iter().zip(bounds) {
-        let mut harness = Harness::new(&robot, &one_leg(&robot), integration);
+        let mut harness = lcp(&robot, &one_leg(&robot), integration);
         let start = harness.value("leg/LF/knee/position");
         harness.commands.copy_from_slice(&[0.0, 1.0, -12.0, 1.0]);
         harness.advance_to_ms(4);
@@ -121,7 +122,7 @@ fn all_methods_agree_on_leg_in_the_air() {
     let robot = oncilla();
     let setup = one_leg(&robot);
     let run = |integration: Integration| {
-        let mut harness = Harness::new(&robot, &setup, integration);
+        let mut harness = lcp(&robot, &setup, integration);
         let control = PositionLoop::new(&mut harness, &setup);
         let mut track = Vec::new();
         for ms in 0..300 {
@@ -152,7 +153,7 @@ fn torque_of_step_corresponds_to_its_mean_rate() {
         .into_iter()
         .zip([0.02, 0.05, 1e-12, 0.03, 1e-12])
     {
-        let mut harness = Harness::new(&robot, &one_leg(&robot), integration);
+        let mut harness = lcp(&robot, &one_leg(&robot), integration);
         let mut from_us = 0;
         for (voltage, bridge) in [(9.0, 1.0), (-70.0, 1.0), (5.0, 0.0), (0.0, 1.0)] {
             harness.commands = vec![voltage, bridge, 0.0, 0.0];
@@ -183,7 +184,7 @@ fn motors_of_negligible_resistance_hold_their_legs() {
     let legs = vec!["LF".to_owned()];
     let setup = motorised(&robot, Setup { legs, ..start });
     for integration in &INTEGRATIONS[..3] {
-        let mut harness = Harness::new(&robot, &setup, *integration);
+        let mut harness = lcp(&robot, &setup, *integration);
         let before = harness.value("leg/LF/hip/position");
         harness.commands.copy_from_slice(&[0.0, 1.0, 0.0, 1.0]);
         harness.advance_to_ms(100);
@@ -213,7 +214,7 @@ fn energy_balance_closes_under_motors_on_every_base() {
             .take(4)
             .zip([1e-4, 2e-4, 2e-4, 2e-4])
         {
-            let mut harness = Harness::new(&robot, &setup, integration);
+            let mut harness = lcp(&robot, &setup, integration);
             let control = PositionLoop::new(&mut harness, &setup);
             control.run(&mut harness, 0, 500);
             let balance = harness.energy();
@@ -244,7 +245,7 @@ fn motors_coast_without_work_until_bridge_closes() {
     let robot = oncilla();
     let setup = motorised(&robot, standing_setup());
     for integration in &INTEGRATIONS[..4] {
-        let mut harness = Harness::new(&robot, &setup, *integration);
+        let mut harness = lcp(&robot, &setup, *integration);
         assert!(harness.commands.iter().all(|input| *input == 0.0));
         harness.advance_to_ms(100);
         assert!(harness.energy().actuator.abs() < 1e-12, "{integration:?}");
@@ -260,13 +261,10 @@ fn restored_plant_with_motors_continues_bit_for_bit() {
     let robot = oncilla();
     let setup = motorised(&robot, standing_setup());
     for integration in INTEGRATIONS {
-        let mut harness = Harness::new(&robot, &setup, integration);
+        let mut harness = lcp(&robot, &setup, integration);
         let control = PositionLoop::new(&mut harness, &setup);
         control.run(&mut harness, 0, 37);
-        let (saved, mut other) = (
-            harness.plant.save(),
-            Harness::new(&robot, &setup, integration),
-        );
+        let (saved, mut other) = (harness.plant.save(), lcp(&robot, &setup, integration));
         other.plant.restore(&saved).unwrap();
         for harness in [&mut harness, &mut other] {
             control.run(harness, 37, 60);
@@ -284,7 +282,7 @@ fn steps_under_motors_do_not_allocate() {
     let robot = oncilla();
     let setup = motorised(&robot, standing_setup());
     for integration in [DEFAULT, Integration::new(Method::Moreau, 1000)] {
-        let mut harness = Harness::new(&robot, &setup, integration);
+        let mut harness = lcp(&robot, &setup, integration);
         let control = PositionLoop::new(&mut harness, &setup);
         control.run(&mut harness, 0, 1000);
         let mut outputs = harness.observe().to_vec();

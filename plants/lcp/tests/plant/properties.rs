@@ -4,10 +4,11 @@ use proptest::prelude::*;
 use twinrig_lcp::Method;
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_runtime::{Plant, PlantEventKind};
+use twinrig_testing::robots::{LEGS, flat_ground, robot};
 
 use crate::harness::{
-    DEFAULT, Harness, INTEGRATIONS, Integration, LEGS, flat, free_swinging_robot, hard_impact,
-    lowered_ground, robot, standing_setup, suspended, swinging_start,
+    DEFAULT, Harness, INTEGRATIONS, Integration, free_swinging_robot, hard_impact, lcp,
+    lcp_with_signals, lowered_ground, standing_setup, suspended, swinging_start,
 };
 
 /// Motions from calm to violent: stepping and sliding feet, falls, saturated motors.
@@ -62,7 +63,7 @@ impl Motion {
     }
 
     fn harness(&self) -> Harness {
-        Harness::new(&robot(), &self.setup(), self.integration)
+        lcp(&robot(), &self.setup(), self.integration)
     }
 
     /// Advances to time 2 ms · `k` under the commands of the motion. Returns whether no fault
@@ -197,8 +198,8 @@ proptest! {
         let mut reduced = setup.clone();
         reduced.legs.remove(omitted);
         let (mut all, mut some) = (
-            Harness::new(&robot(), &setup, motion.integration),
-            Harness::new(&robot(), &reduced, motion.integration),
+            lcp(&robot(), &setup, motion.integration),
+            lcp(&robot(), &reduced, motion.integration),
         );
         // Same phases for the same legs.
         let still = Motion { swing: [0.0, 0.0], ..motion };
@@ -227,9 +228,9 @@ fn plant_saved_during_landing_continues_bit_for_bit() {
             ground: Some(lowered_ground(0.1, 0.6)),
             ..standing_setup()
         };
-        let mut harness = Harness::new(&robot(), &setup, integration);
+        let mut harness = lcp(&robot(), &setup, integration);
         harness.advance_to_ms(140);
-        let mut other = Harness::new(&robot(), &setup, integration);
+        let mut other = lcp(&robot(), &setup, integration);
         // Every step of the landing.
         for _ in 0..20 {
             let saved = harness.plant.save();
@@ -251,7 +252,7 @@ fn plant_saved_during_landing_continues_bit_for_bit() {
 
 #[test]
 fn foreign_snapshot_is_rejected() {
-    let mut harness = Harness::new(&robot(), &standing_setup(), DEFAULT);
+    let mut harness = lcp(&robot(), &standing_setup(), DEFAULT);
     let before = harness.observe().to_vec();
     let other = twinrig_kernel::Snapshot(vec![1, 2, 3]);
     assert!(harness.plant.restore(&other).is_err());
@@ -270,7 +271,7 @@ fn energy_residual_converges_with_order_of_method() {
     ] {
         let [coarse, fine] = steps.map(|step_us| {
             let integration = Integration::new(method, step_us).with_tolerance(f64::INFINITY);
-            let mut harness = Harness::new(
+            let mut harness = lcp(
                 &free_swinging_robot(),
                 &suspended(swinging_start()),
                 integration,
@@ -301,7 +302,7 @@ fn centre_of_mass_is_in_free_fall_in_flight() {
             base: Base::Free,
             ..suspended(hard_impact())
         };
-        let mut harness = Harness::new(&robot, &setup, *integration);
+        let mut harness = lcp(&robot, &setup, *integration);
         let mut heights = vec![harness.energy().gravity / (mass * 9.81)];
         for _ in 0..100 {
             harness.run_checked(2e-3).unwrap();
@@ -326,12 +327,12 @@ fn centre_of_mass_is_in_free_fall_in_flight() {
 #[test]
 fn selection_of_signals_does_not_change_the_motion() {
     let setup = Setup {
-        ground: Some(flat(0.6)),
+        ground: Some(flat_ground(0.6)),
         ..standing_setup()
     };
     for integration in INTEGRATIONS {
-        let mut all = Harness::new(&robot(), &setup, integration);
-        let mut selected = Harness::with_signals(&robot(), &setup, integration, &|name| {
+        let mut all = lcp(&robot(), &setup, integration);
+        let mut selected = lcp_with_signals(&robot(), &setup, integration, &|name| {
             name == "body/position"
         });
         for ms in (2..=60).step_by(2) {

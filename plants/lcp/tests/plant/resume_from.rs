@@ -6,10 +6,11 @@ use twinrig_kernel::SimTime;
 use twinrig_lcp::{Lcp, Options};
 use twinrig_legged::{Base, Setup};
 use twinrig_runtime::{Plant, PlantState};
+use twinrig_testing::robots::{LEGS, pose, robot};
 
 use crate::harness::{
-    DEFAULT, Harness, Integration, LEGS, build, free_swinging_robot, lowered_ground, passive_start,
-    pose, robot, standing_setup, suspended,
+    DEFAULT, Harness, Integration, build, free_swinging_robot, lcp, lowered_ground, passive_start,
+    standing_setup, suspended,
 };
 
 /// Deviation after the transfer of a state \[m\]: velocities are transformed to world axes and
@@ -31,7 +32,7 @@ fn resumed(
     setup: &Setup,
     integration: Integration,
 ) -> Harness {
-    let mut other = Harness::new(robot, setup, integration);
+    let mut other = lcp(robot, setup, integration);
     let state = harness.plant.state().unwrap();
     let messages = other.plant.resume_from(&state).unwrap();
     assert_eq!(messages, Vec::<String>::new(), "all entries are known");
@@ -90,7 +91,7 @@ fn run_until_settled(harness: &mut Harness) -> bool {
 #[test]
 fn standing_robot_resumes_standing() {
     let (robot, setup) = (robot(), standing_setup());
-    let mut harness = Harness::new(&robot, &setup, FINE);
+    let mut harness = lcp(&robot, &setup, FINE);
     harness.advance_to_ms(400);
     let mut other = resumed(&harness, &robot, &setup, FINE);
     let (distance, ms) = max_foot_distance(&mut harness, &mut other, 100);
@@ -117,7 +118,7 @@ proptest! {
         from in 1..40_u64,
     ) {
         let (robot, setup) = (free_swinging_robot(), suspended(pose([q.0, q.1, q.2], rates)));
-        let mut harness = Harness::new(&robot, &setup, FINE);
+        let mut harness = lcp(&robot, &setup, FINE);
         harness.advance_to_ms(from);
         let mut other = resumed(&harness, &robot, &setup, FINE);
         let (distance, ms) = max_foot_distance(&mut harness, &mut other, 100);
@@ -134,7 +135,7 @@ proptest! {
     ) {
         let robot = robot();
         let setup = Setup { ground: Some(lowered_ground(fall, 0.6)), ..standing_setup() };
-        let mut harness = Harness::new(&robot, &setup, FINE);
+        let mut harness = lcp(&robot, &setup, FINE);
         for pair in harness.commands.chunks_mut(2) {
             (pair[0], pair[1]) = (pair[0] + swing[0], pair[1] + swing[1].max(0.0));
         }
@@ -190,7 +191,7 @@ fn toe_is_resumed_and_unloaded_if_missing() {
 #[test]
 fn invalid_states_are_rejected_without_effect() {
     let (robot, setup) = (robot(), standing_setup());
-    let mut harness = Harness::new(&robot, &setup, FINE);
+    let mut harness = lcp(&robot, &setup, FINE);
     harness.advance_to_ms(100);
     let before = harness.plant.save();
     let state = harness.plant.state().unwrap();
@@ -242,10 +243,7 @@ fn invalid_states_are_rejected_without_effect() {
 #[test]
 fn constrained_trunk_discards_motion() {
     let robot = robot();
-    let moving = Harness::new(&robot, &standing_setup(), FINE)
-        .plant
-        .state()
-        .unwrap();
+    let moving = lcp(&robot, &standing_setup(), FINE).plant.state().unwrap();
     let moving = moving
         .with("body/velocity", &[0.5, 0.0, 0.1])
         .with("body/angular_velocity", &[0.0, 0.2, 0.3]);
@@ -254,7 +252,7 @@ fn constrained_trunk_discards_motion() {
             base,
             ..standing_setup()
         };
-        let mut harness = Harness::new(&robot, &setup, FINE);
+        let mut harness = lcp(&robot, &setup, FINE);
         let messages = harness.plant.resume_from(&moving).unwrap();
         assert_eq!(messages.len(), count, "{messages:?}");
         assert!(

@@ -1,10 +1,11 @@
 //! Extreme spring stiffnesses and masses, and motion without friction.
 
 use twinrig_lcp::Method;
+use twinrig_testing::robots::with_legs;
 
 use crate::harness::{
-    DEFAULT, Harness, INTEGRATIONS, Integration, free_swinging_robot, hard_impact, passive_start,
-    rmse, standing_setup, suspended, swinging_start, with_legs, with_stiffness,
+    DEFAULT, INTEGRATIONS, Integration, free_swinging_robot, hard_impact, lcp, passive_start, rmse,
+    standing_setup, suspended, swinging_start, with_stiffness,
 };
 
 #[test]
@@ -18,9 +19,9 @@ fn legs_of_a_millionth_of_the_mass_follow_stiff_reference() {
     for start in [passive_start(), swinging_start()] {
         let setup = suspended(start);
         let exact = Integration::new(Method::Rodas4, 2000).with_tolerance(1e-11);
-        let reference = Harness::new(&light_robot, &setup, exact).trace("LF", 100);
+        let reference = lcp(&light_robot, &setup, exact).trace("LF", 100);
         for integration in &INTEGRATIONS[..2] {
-            let mut harness = Harness::new(&light_robot, &setup, *integration);
+            let mut harness = lcp(&light_robot, &setup, *integration);
             harness.run_checked(0.0).unwrap();
             let error = rmse(&harness.trace("LF", 100), &reference);
             assert!(error < 1e-5, "{integration:?}: {error:e}");
@@ -35,7 +36,7 @@ fn legs_of_a_millionth_of_the_mass_follow_stiff_reference() {
         }
         // Methods with fixed steps fail with a fault or have the correct final state.
         for integration in &INTEGRATIONS[2..] {
-            let mut harness = Harness::new(&light_robot, &setup, *integration);
+            let mut harness = lcp(&light_robot, &setup, *integration);
             if harness.run_checked(0.1).is_ok() {
                 let foot = harness.read("leg/LF/foot/position");
                 let differences = (0..3).map(|i| (foot[i] - reference[49][i]).abs());
@@ -54,16 +55,16 @@ fn legs_of_any_spring_stiffness_move_or_fault() {
         let robot = with_stiffness(times);
         let setup = suspended(hard_impact());
         let exact = Integration::new(Method::Rodas4, 2000).with_tolerance(1e-11);
-        let reference = Harness::new(&robot, &setup, exact).trace("LF", 200);
+        let reference = lcp(&robot, &setup, exact).trace("LF", 200);
         for integration in &INTEGRATIONS[..2] {
             let error = rmse(
-                &Harness::new(&robot, &setup, *integration).trace("LF", 200),
+                &lcp(&robot, &setup, *integration).trace("LF", 200),
                 &reference,
             );
             assert!(error < 1e-4, "× {times} by {integration:?}: {error:e}");
         }
         for integration in &INTEGRATIONS[2..5] {
-            let mut harness = Harness::new(&robot, &setup, *integration);
+            let mut harness = lcp(&robot, &setup, *integration);
             let completed = harness.run_checked(0.2).is_ok();
             assert!(completed || times > 1.0, "× {times} by {integration:?}");
             let balance = harness.energy();
@@ -74,7 +75,7 @@ fn legs_of_any_spring_stiffness_move_or_fault() {
         }
         for integration in INTEGRATIONS {
             // On its feet: springs of a thousandfold stiffness throw the robot into the air.
-            let mut harness = Harness::new(&robot, &standing_setup(), integration);
+            let mut harness = lcp(&robot, &standing_setup(), integration);
             let completed = harness.run_checked(0.2).is_ok();
             assert!(
                 completed || times > 1e2 || (times > 1e1 && integration.method != Method::Rk4),
@@ -95,7 +96,7 @@ fn energy_balance_closes_under_strong_joint_friction() {
         }
     });
     let dissipated = |integration: Integration| {
-        let mut harness = Harness::new(&damped_robot, &suspended(hard_impact()), integration);
+        let mut harness = lcp(&damped_robot, &suspended(hard_impact()), integration);
         harness.run_checked(0.2).unwrap();
         let energy = harness.energy();
         let share = energy.residual / energy.exchanged;
@@ -130,7 +131,7 @@ fn energy_is_conserved_for_twenty_seconds_without_friction() {
         (Integration::new(Method::Moreau, 500), 0.3),
         (Integration::new(Method::SemiImplicit, 500), 0.3),
     ] {
-        let mut harness = Harness::new(&robot, &suspended(swinging_start()), integration);
+        let mut harness = lcp(&robot, &suspended(swinging_start()), integration);
         let start = harness.energy().stored();
         let mut greatest = 0.0_f64;
         for ms in (10..=20_000).step_by(10) {

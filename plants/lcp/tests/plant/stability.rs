@@ -3,10 +3,11 @@
 use twinrig_lcp::Method;
 use twinrig_legged::{Drives, Setup};
 use twinrig_robot::Robot;
+use twinrig_testing::robots::robot;
 
 use crate::harness::{
-    Harness, INTEGRATIONS, Integration, free_swinging_robot, hard_impact, lowered_ground,
-    passive_start, robot, standing_setup, suspended, swinging_start,
+    INTEGRATIONS, Integration, free_swinging_robot, hard_impact, lcp, lowered_ground,
+    passive_start, standing_setup, suspended, swinging_start,
 };
 
 fn cases() -> Vec<(&'static str, Robot, Setup)> {
@@ -40,7 +41,7 @@ fn fault_of_run(
     integration: Integration,
     seconds: f64,
 ) -> Option<(String, f64)> {
-    let mut harness = Harness::new(robot, setup, integration);
+    let mut harness = lcp(robot, setup, integration);
     let fault = harness.run_checked(seconds).err()?;
     assert_eq!(fault.part, "integrator", "{fault}");
     assert!(fault.energy.is_finite());
@@ -87,7 +88,7 @@ fn error_control_permits_any_step() {
     for (name, robot, setup) in &cases()[..3] {
         for method in [Method::Rk4, Method::Rodas4] {
             let ends = [2000, 50_000].map(|step_us| {
-                let mut harness = Harness::new(robot, setup, Integration::new(method, step_us));
+                let mut harness = lcp(robot, setup, Integration::new(method, step_us));
                 harness.run_checked(0.3).unwrap();
                 harness.read("leg/LF/foot/position")
             });

@@ -3,10 +3,10 @@
 use twinrig_leg::Pantograph;
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_runtime::{Plant, PlantEventKind};
+use twinrig_testing::robots::{LEGS, SERVO, robot};
 
 use crate::harness::{
-    DEFAULT, Harness, INTEGRATIONS, LEGS, SERVO, hard_impact, passive_start, robot, standing_setup,
-    suspended,
+    DEFAULT, INTEGRATIONS, hard_impact, lcp, passive_start, standing_setup, suspended,
 };
 
 /// Returns a setup of servo-driven legs on a fixed trunk.
@@ -23,7 +23,7 @@ fn overwound_cable_stalls_motor_at_torque_limit() {
     let robot = robot();
     let taut = SERVO.torque / robot.legs[0].leg.pulley_radius;
     for integration in INTEGRATIONS {
-        let mut harness = Harness::new(&robot, &fixed_trunk(), integration);
+        let mut harness = lcp(&robot, &fixed_trunk(), integration);
         for pair in harness.commands.chunks_mut(2) {
             pair[1] = 10.0;
         }
@@ -59,7 +59,7 @@ fn overwinding_by_unlimited_motor_is_a_fault() {
         ..fixed_trunk()
     };
     for integration in &INTEGRATIONS[..5] {
-        let mut harness = Harness::new(&robot(), &setup, *integration);
+        let mut harness = lcp(&robot(), &setup, *integration);
         for pair in harness.commands.chunks_mut(2) {
             pair[1] = 10.0;
         }
@@ -74,7 +74,7 @@ fn cable_tension_is_non_negative_and_zero_when_slack() {
     let leg = &robot.legs[0].leg;
     let pantograph = Pantograph::new(leg).unwrap();
     for integration in INTEGRATIONS {
-        let mut harness = Harness::new(&robot, &fixed_trunk(), integration);
+        let mut harness = lcp(&robot, &fixed_trunk(), integration);
         let rest = harness.commands[1];
         let (mut slack, mut taut, mut before) = (0, 0, 0.0);
         for k in 0..300_u64 {
@@ -105,7 +105,7 @@ fn cable_tension_is_non_negative_and_zero_when_slack() {
 #[test]
 fn released_stop_is_not_reached_again_at_once() {
     for start in [passive_start(), hard_impact()] {
-        let mut harness = Harness::new(&robot(), &suspended(start), DEFAULT);
+        let mut harness = lcp(&robot(), &suspended(start), DEFAULT);
         harness.plant.log_events(true);
         harness.advance_to_ms(1000);
         let events = harness.plant.events();
@@ -126,7 +126,7 @@ fn released_stop_is_not_reached_again_at_once() {
 
 #[test]
 fn standing_robot_has_no_events() {
-    let mut harness = Harness::new(&robot(), &standing_setup(), DEFAULT);
+    let mut harness = lcp(&robot(), &standing_setup(), DEFAULT);
     harness.advance_to_ms(10);
     harness.plant.log_events(true);
     harness.run_checked(1.0).unwrap();

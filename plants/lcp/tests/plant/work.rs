@@ -6,18 +6,18 @@ use twinrig_lcp::Method;
 use twinrig_legged::Setup;
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
+use twinrig_testing::robots::robot;
+use twinrig_testing::trot::Trot;
 
 use crate::harness::{
-    Harness, Integration, hard_impact, lowered_ground, passive_start, robot, standing_setup,
-    suspended,
+    Integration, hard_impact, lcp, lowered_ground, passive_start, standing_setup, suspended,
 };
-use crate::trot;
 
 /// Steps, evaluations, factorisations, events, solver iterations, fallbacks.
 type Work = [u64; 6];
 
 fn work(robot: &Robot, setup: &Setup, method: Method, commands: &[Vec<f64>]) -> Work {
-    let mut harness = Harness::new(robot, setup, Integration::new(method, 2000));
+    let mut harness = lcp(robot, setup, Integration::new(method, 2000));
     for (tick, commands) in (1..).zip(commands) {
         let at = SimTime::ZERO + SimDuration::from_millis(2 * tick);
         harness.plant.advance(at, commands).unwrap();
@@ -80,9 +80,9 @@ fn work_of_hard_impact_is_pinned() {
 #[test]
 fn work_of_drop_is_pinned() {
     let robot = robot();
-    let mut setup = trot::start_of_trot(&robot, standing_setup());
+    let mut setup = Trot::START.started(&robot, standing_setup());
     setup.ground = Some(lowered_ground(0.05, 0.6));
-    let stance = trot::commands(&robot, &setup, 0, 2);
+    let stance = Trot::START.sampled(&robot, &setup, 0, 2);
     let found = work_by_method(&robot, &setup, &vec![stance[0].clone(); 250]);
     assert_eq!(
         found,
@@ -98,8 +98,8 @@ fn work_of_drop_is_pinned() {
 #[test]
 fn work_of_trot_is_pinned() {
     let robot = robot();
-    let setup = trot::start_of_trot(&robot, standing_setup());
-    let commands = trot::commands(&robot, &setup, 0, 1000);
+    let setup = Trot::START.started(&robot, standing_setup());
+    let commands = Trot::START.sampled(&robot, &setup, 0, 1000);
     let found = work_by_method(&robot, &setup, &commands);
     assert_eq!(
         found,

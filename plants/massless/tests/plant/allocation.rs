@@ -2,16 +2,19 @@
 
 use twinrig_massless::Force;
 use twinrig_runtime::Plant;
+use twinrig_testing::plant_harness::at_ms;
+use twinrig_testing::robots::robot;
+use twinrig_testing::trot::Trot;
 
-use crate::harness::{Harness, Trot, at, robot, setup};
+use crate::harness::{setup, trotting};
 
 #[test]
 fn steps_and_observations_allocate_nothing() {
     let (robot, setup) = (robot(), setup());
-    let mut harness = Harness::trotting(&robot, &setup, Force::Solve, 1000);
+    let mut harness = trotting(&robot, &setup, Force::Solve, 1000);
     let commands: Vec<Vec<f64>> = (1001..2000)
         .map(|ms| {
-            let commands = Trot::START.commands(&robot, &setup, f64::from(ms) * 1e-3);
+            let commands = Trot::START.legs(&robot, &setup, f64::from(ms) * 1e-3);
             commands
                 .iter()
                 .flat_map(|(_, command)| [command.hip, command.knee])
@@ -21,7 +24,7 @@ fn steps_and_observations_allocate_nothing() {
     let mut outputs = vec![0.0; harness.observe().len()];
     let allocations = allocation_counter::measure(|| {
         for (ms, commands) in (1001..).zip(&commands) {
-            harness.plant.advance(at(ms), commands).unwrap();
+            harness.plant.advance(at_ms(ms), commands).unwrap();
             harness.plant.observe(&mut outputs);
             harness.plant.begin_window();
         }

@@ -4,8 +4,10 @@ use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_massless::Force;
 use twinrig_robot::Robot;
+use twinrig_testing::robots::robot;
+use twinrig_testing::trot::Trot;
 
-use crate::harness::{Harness, Trot, on_slope, robot, setup};
+use crate::harness::{Harness, massless, on_slope, setup, with_force};
 
 /// Bound of the residual at 1 ms, relative to the energy exchanged.
 const SHARE: f64 = 1e-6;
@@ -35,8 +37,8 @@ fn trot(robot: &Robot, setup: &Setup, trot: Trot, ms: u64) -> Harness {
 
 fn trot_with_force(robot: &Robot, setup: &Setup, force: Force, trot: Trot, ms: u64) -> Harness {
     let mut setup = setup.clone();
-    setup.start = trot.commands(robot, &setup, 0.0).into();
-    let mut harness = Harness::with_force(robot, &setup, force);
+    setup.start = trot.legs(robot, &setup, 0.0).into();
+    let mut harness = with_force(robot, &setup, force);
     for now in 1..=ms {
         harness.trot(robot, &setup, trot, now);
     }
@@ -130,16 +132,16 @@ fn drop(robot: &Robot, height: f64, restitution: f64) -> Harness {
         drop: height,
     };
     let ground = Some(Ground::new(terrain, 0.6, restitution).unwrap());
-    let mut harness = Harness::new(robot, &Setup { ground, ..setup() });
-    harness.advance_to(500);
+    let mut harness = massless(robot, &Setup { ground, ..setup() });
+    harness.advance_to_ms(500);
     harness
 }
 
 #[test]
 fn energy_balance_of_a_slide_closes_with_friction_work() {
     let robot = robot();
-    let mut harness = Harness::new(&robot, &on_slope(&robot, 0.3, 0.1));
-    harness.advance_to(500);
+    let mut harness = massless(&robot, &on_slope(&robot, 0.3, 0.1));
+    harness.advance_to_ms(500);
     assert_closed(&harness, "slide");
     assert!(harness.read("body/velocity")[0] > 0.5);
     let balance = harness.energy();

@@ -7,10 +7,11 @@ use twinrig_legged::{Base, Drives, LeggedError, Setup};
 use twinrig_massless::{Force, Massless, MasslessError, Options};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
+use twinrig_testing::plant_harness::at_ms;
+use twinrig_testing::robots::{LEGS, robot, robot_named};
+use twinrig_testing::trot::Trot;
 
-use crate::harness::{Harness, Trot, at, named_robot, robot, setup};
-
-const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
+use crate::harness::{Harness, massless, setup, with_force};
 
 fn ground(terrain: Terrain, friction: f64) -> Ground {
     Ground::new(terrain, friction, 0.0).unwrap()
@@ -33,13 +34,13 @@ fn falling(height: f64, setup: &Setup) -> Setup {
 fn run(harness: &mut Harness, from_ms: u64, to_ms: u64) -> bool {
     for ms in from_ms + 1..=to_ms {
         let before = harness.observe().to_vec();
-        let outcome = harness.try_advance_to(ms);
+        let outcome = harness.try_advance_to_us(1000 * ms);
         assert!(
             harness.observe().iter().all(|x| x.is_finite()),
             "at {ms} ms"
         );
         if let Err(fault) = outcome {
-            assert_eq!(fault.time, at(ms - 1));
+            assert_eq!(fault.time, at_ms(ms - 1));
             assert_eq!(harness.observe(), before, "the state is unchanged");
             assert!(!fault.why.is_empty() && !fault.part.is_empty(), "{fault:?}");
             return false;
@@ -58,7 +59,7 @@ fn robot_starts_on_ground_above_zero_without_penetration() {
             ground: Some(ground(Terrain::Heights(plateau.clone()), 0.6)),
             ..setup()
         };
-        let mut harness = Harness::new(&robot(), &setup);
+        let mut harness = massless(&robot(), &setup);
         let clearance = harness.value("leg/LF/foot/clearance");
         assert!(clearance.abs() < 1e-12, "{base:?}: {clearance}");
         // Recovery from an overlap would generate energy: a negative impact loss.
@@ -71,8 +72,8 @@ fn robot_starts_on_ground_above_zero_without_penetration() {
 #[test]
 fn simultaneous_landing_of_four_feet_is_symmetric() {
     for (height, landing_ms) in [(0.05_f64, 100), (0.3, 247), (1.0, 451)] {
-        let mut harness = Harness::new(&robot(), &falling(height, &setup()));
-        let feet = LEGS.map(|leg| harness.read(&format!("leg/{leg}/foot/position")).to_vec());
+        let mut harness = massless(&robot(), &falling(height, &setup()));
+        let feet = LEGS.map(|leg| harness.read(&format!("leg/{leg}/foot/position")));
         assert!(feet.iter().all(|foot| foot[2].abs() < 1e-12));
         for leg in LEGS {
             let clearance = harness.value(&format!("leg/{leg}/foot/clearance"));
@@ -120,8 +121,8 @@ fn trot_on_zero_and_very_high_friction_closes_its_energy_balance() {
     for friction in [0.0, 10.0] {
         let mut setup = setup();
         setup.ground = Some(ground(Terrain::Flat, friction));
-        setup.start = Trot::START.commands(&robot, &setup, 0.0).into();
-        let mut harness = Harness::new(&robot, &setup);
+        setup.start = Trot::START.legs(&robot, &setup, 0.0).into();
+        let mut harness = massless(&robot, &setup);
         for ms in 1..=400 {
             harness.trot(&robot, &setup, Trot::START, ms);
             harness
@@ -130,7 +131,7 @@ fn trot_on_zero_and_very_high_friction_closes_its_energy_balance() {
                 .for_each(|x| assert!(x.is_finite()));
             if friction == 0.0 {
                 for leg in LEGS {
-                    let force = harness.read(&format!("leg/{leg}/foot/force")).to_vec();
+                    let force = harness.read(&format!("leg/{leg}/foot/force"));
                     assert!(force[0].abs() < 1e-9 && force[1].abs() < 1e-9, "{force:?}");
                 }
             }
@@ -144,7 +145,7 @@ fn trot_on_zero_and_very_high_friction_closes_its_energy_balance() {
             // There is no external horizontal force: the mass centre of trunk and feet stays in
             // place.
             let now = centre_x(&mut harness);
-            let then = centre_x(&mut Harness::new(&robot, &setup));
+            let then = centre_x(&mut massless(&robot, &setup));
             assert!((now - then).abs() < 1e-6, "{now} {then}");
         }
     }
@@ -251,8 +252,8 @@ fn trot_at_a_step_of_ten_milliseconds_stays_bounded() {
         step: SimDuration::from_millis(10),
         ..setup()
     };
-    setup.start = Trot::START.commands(&robot, &setup, 0.0).into();
-    let mut harness = Harness::new(&robot, &setup);
+    setup.start = Trot::START.legs(&robot, &setup, 0.0).into();
+    let mut harness = massless(&robot, &setup);
     for ms in (10..=1000).step_by(10) {
         harness.trot(&robot, &setup, Trot::START, ms);
         assert!(harness.observe().iter().all(|x| x.is_finite()));
@@ -274,9 +275,9 @@ fn trunk_without_legs_falls_freely_and_one_leg_is_accepted() {
             legs: Vec::new(),
             ..setup()
         };
-        let mut harness = Harness::new(&robot(), &none);
+        let mut harness = massless(&robot(), &none);
         let start = harness.read("body/position")[2];
-        harness.advance_to(100);
+        harness.advance_to_ms(100);
         let z = harness.read("body/position")[2];
         let expected = if base == Base::Fixed {
             0.0
@@ -289,22 +290,19 @@ fn trunk_without_legs_falls_freely_and_one_leg_is_accepted() {
             legs: vec!["RH".to_owned()],
             ..setup()
         };
-        let mut harness = Harness::new(&robot(), &one);
+        let mut harness = massless(&robot(), &one);
         run(&mut harness, 0, 500);
     }
 }
 
 #[test]
 fn oncilla_stands_at_its_start_height() {
-    let robot = named_robot("oncilla");
+    let robot = robot_named("oncilla");
     for force in [Force::Solve, Force::Lookup { cells: 32 }] {
-        let mut harness = Harness::with_force(&robot, &setup(), force);
+        let mut harness = with_force(&robot, &setup(), force);
         let height = harness.read("body/position")[2];
-        harness.advance_to(1000);
-        let (position, rpy) = (
-            harness.read("body/position").to_vec(),
-            harness.read("body/rpy").to_vec(),
-        );
+        harness.advance_to_ms(1000);
+        let (position, rpy) = (harness.read("body/position"), harness.read("body/rpy"));
         assert!((position[2] - height).abs() < 0.1 * height, "{position:?}");
         assert!(rpy.iter().all(|angle| angle.abs() < 0.05), "{rpy:?}");
     }
@@ -319,7 +317,7 @@ fn cable_wound_beyond_reach_stalls_its_drive() {
         ground: None,
         ..setup()
     };
-    let mut harness = Harness::new(&robot(), &setup);
+    let mut harness = massless(&robot(), &setup);
     for pair in harness.commands.chunks_mut(2) {
         pair[1] = 10.0;
     }
@@ -328,8 +326,8 @@ fn cable_wound_beyond_reach_stalls_its_drive() {
         let torque = harness.value(&format!("leg/{leg}/knee/torque"));
         assert!((torque - 4.0).abs() < 1e-6, "{torque}");
         let length = {
-            let foot = harness.read(&format!("leg/{leg}/foot/position")).to_vec();
-            let body = harness.read("body/position").to_vec();
+            let foot = harness.read(&format!("leg/{leg}/foot/position"));
+            let body = harness.read("body/position");
             body[2] - foot[2]
         };
         assert!(length > 0.05, "{length}");
@@ -338,13 +336,13 @@ fn cable_wound_beyond_reach_stalls_its_drive() {
     // drive's torque.
     let mean: f64 = (501..=900)
         .map(|ms| {
-            harness.advance_to(ms);
+            harness.advance_to_ms(ms);
             harness.value("leg/LF/cable/tension") / 400.0
         })
         .sum();
     assert!((mean - 4.0 / 0.025).abs() < 0.01 * mean, "{mean}");
     setup.drives = Drives::Ideal { period: 5e-3 };
-    let mut harness = Harness::new(&robot(), &setup);
+    let mut harness = massless(&robot(), &setup);
     for pair in harness.commands.chunks_mut(2) {
         pair[1] = 10.0;
     }
@@ -359,19 +357,19 @@ fn non_finite_command_is_a_fault_that_leaves_the_plant_unchanged() {
         (1, f64::INFINITY),
         (2, f64::NEG_INFINITY),
     ] {
-        let mut harness = Harness::new(&robot(), &setup());
-        harness.advance_to(10);
+        let mut harness = massless(&robot(), &setup());
+        harness.advance_to_ms(10);
         let before = harness.observe().to_vec();
         let mut commands = harness.commands.clone();
         commands[place] = bad;
-        let fault = harness.plant.advance(at(20), &commands).unwrap_err();
-        assert_eq!(fault.time, at(10), "{fault}");
+        let fault = harness.plant.advance(at_ms(20), &commands).unwrap_err();
+        assert_eq!(fault.time, at_ms(10), "{fault}");
         let drive = ["hip", "knee"][place % 2];
         let leg = LEGS[place / 2];
         assert_eq!(fault.part, format!("leg/{leg}/{drive}/command"));
         assert_eq!(harness.observe(), before);
         // The plant can continue with finite commands.
-        harness.advance_to(30);
+        harness.advance_to_ms(30);
         assert!(harness.observe().iter().all(|x| x.is_finite()));
     }
 }
@@ -381,12 +379,12 @@ fn rotating_hips_end_in_a_fault_or_stay_finite() {
     let robot = robot();
     let mut setup = setup();
     setup.drives = Drives::Ideal { period: 5e-3 };
-    let mut harness = Harness::new(&robot, &setup);
+    let mut harness = massless(&robot, &setup);
     for ms in 1..=300_u64 {
         for pair in harness.commands.chunks_mut(2) {
             pair[0] = 0.05 * ms as f64;
         }
-        let outcome = harness.try_advance_to(ms);
+        let outcome = harness.try_advance_to_us(1000 * ms);
         assert!(
             harness.observe().iter().all(|x| x.is_finite()),
             "at {ms} ms"
@@ -415,7 +413,7 @@ fn weak_and_stiff_springs_and_light_feet_close_the_energy_balance() {
             }
             mount.leg.mass.lumped_foot *= foot;
         }
-        let mut harness = Harness::new(&robot, &setup());
+        let mut harness = massless(&robot, &setup());
         let completed = run(&mut harness, 0, 200);
         // Springs a hundred times too weak let the legs fold flat under the trunk, up to the limit
         // of the ankles; ten thousand times too stiff, they complete four cycles in a step of the

@@ -6,8 +6,11 @@ use twinrig_legged::{Base, Drives, Setup, StartPose};
 use twinrig_massless::{Force, Massless, Options};
 use twinrig_robot::{JointFriction, Robot};
 use twinrig_runtime::{Plant, PlantFault};
+use twinrig_testing::plant_harness::at_ms;
+use twinrig_testing::robots::robot;
+use twinrig_testing::trot::Trot;
 
-use crate::harness::{Harness, Trot, at, robot, setup};
+use crate::harness::{massless, setup};
 
 /// Cheetah-cub with this friction in all joints \[N·m·s/rad\].
 fn with_joint_friction(friction: f64) -> Robot {
@@ -63,7 +66,7 @@ fn swinging(friction: f64, step_us: u64) -> Massless {
 fn angles(friction: f64, step_us: u64) -> Vec<f64> {
     let mut plant = swinging(friction, step_us);
     let each = (1..=30).flat_map(|k| {
-        plant.advance(at(10 * k), &[]).unwrap();
+        plant.advance(at_ms(10 * k), &[]).unwrap();
         let state = plant.state().unwrap();
         state.get("leg/LF/angles").unwrap().to_vec()
     });
@@ -140,7 +143,7 @@ fn run_passive(base: Base, friction: f64, step_us: u64, q: [f64; 3]) -> Result<(
     let mut dissipated = 0.0;
     let energy_before = plant.energy().stored();
     for k in 1..=40 {
-        plant.advance(at(10 * k), &[])?;
+        plant.advance(at_ms(10 * k), &[])?;
         let balance = plant.energy();
         assert!(
             balance.dissipated >= dissipated,
@@ -181,8 +184,8 @@ fn energy_balance_closes_in_a_trot_with_stiff_joints() {
     for friction in [1e-2, 1e-1] {
         let robot = with_joint_friction(friction);
         let mut setup = setup();
-        setup.start = Trot::START.commands(&robot, &setup, 0.0).into();
-        let mut harness = Harness::new(&robot, &setup);
+        setup.start = Trot::START.legs(&robot, &setup, 0.0).into();
+        let mut harness = massless(&robot, &setup);
         for ms in 1..=600 {
             harness.trot(&robot, &setup, Trot::START, ms);
         }
@@ -204,7 +207,7 @@ fn friction_that_generates_energy_is_a_fault() {
     let step = SimDuration::from_millis(1);
     let mut plant = plant(&with_joint_friction(-1e-3), hanging(Base::Fixed, step));
     let fault = (1..100)
-        .find_map(|k| plant.advance(at(10 * k), &[]).err())
+        .find_map(|k| plant.advance(at_ms(10 * k), &[]).err())
         .unwrap();
     assert!(
         fault.why.contains("friction has generated") && fault.part == "integrator",

@@ -5,12 +5,14 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
+use twinrig_testing::plant_harness::at_ms;
+use twinrig_testing::robots::robot_named;
 
-use crate::harness::{Harness, at, named_robot, setup};
+use crate::harness::{Harness, massless, setup};
 
 /// A robot with motors, and a setup that uses these as drives.
 fn oncilla() -> (Robot, Setup) {
-    let robot = named_robot("oncilla");
+    let robot = robot_named("oncilla");
     let motors = robot.motors.unwrap();
     let drives = Drives::Motors {
         hip: motors.hip,
@@ -81,7 +83,7 @@ impl Loop {
     fn run(&self, harness: &mut Harness, from_ms: u64, to_ms: u64) {
         for ms in from_ms..to_ms {
             self.command(harness, ms);
-            harness.advance_to(ms + 1);
+            harness.advance_to_ms(ms + 1);
         }
     }
 }
@@ -90,10 +92,10 @@ impl Loop {
 fn unwinding_pulley_follows_the_unloaded_motor_to_second_order() {
     let error = |step_us: u64| {
         let (robot, setup) = hanging(step_us);
-        let mut harness = Harness::new(&robot, &setup);
+        let mut harness = massless(&robot, &setup);
         let start = harness.value("leg/LF/knee/position");
         harness.commands.copy_from_slice(&[0.0, 1.0, -12.0, 1.0]);
-        harness.advance_to(4);
+        harness.advance_to_ms(4);
         let motor = knee(&robot);
         let (last, tau) = (-0.5 * motor.no_load_rate(), motor.time_constant());
         let risen = -libm::expm1(-4e-3 / tau);
@@ -117,7 +119,7 @@ fn unwinding_pulley_follows_the_unloaded_motor_to_second_order() {
 fn leg_in_the_air_converges_to_the_solution_with_fine_steps() {
     let run = |step_us: u64| {
         let (robot, setup) = hanging(step_us);
-        let mut harness = Harness::new(&robot, &setup);
+        let mut harness = massless(&robot, &setup);
         let control = Loop::new(&mut harness, &setup);
         let mut track = Vec::new();
         for ms in 0..500 {
@@ -146,14 +148,14 @@ fn leg_in_the_air_converges_to_the_solution_with_fine_steps() {
 #[test]
 fn torque_is_that_of_the_mean_rate_and_limited_by_the_supply() {
     let (robot, setup) = hanging(1000);
-    let mut harness = Harness::new(&robot, &setup);
+    let mut harness = massless(&robot, &setup);
     let motor = knee(&robot);
     for (ms, (voltage, bridge)) in (1..).zip([(9.0, 1.0), (-70.0, 1.0), (5.0, 0.0), (0.0, 1.0)]) {
         let before = harness.value("leg/LF/hip/rate");
         harness
             .commands
             .copy_from_slice(&[voltage, bridge, 0.0, 0.0]);
-        harness.advance_to(ms);
+        harness.advance_to_ms(ms);
         let mean = 0.5 * (before + harness.value("leg/LF/hip/rate"));
         let torque = harness.value("leg/LF/hip/torque");
         let line = motor.torque(voltage, bridge, mean);
@@ -169,7 +171,7 @@ fn energy_balance_closes_under_motors_on_every_base() {
     for base in [Base::Free, Base::Planar, Base::Fixed] {
         let (robot, setup) = oncilla();
         let setup = Setup { base, ..setup };
-        let mut harness = Harness::new(&robot, &setup);
+        let mut harness = massless(&robot, &setup);
         let control = Loop::new(&mut harness, &setup);
         control.run(&mut harness, 0, 1500);
         let balance = harness.energy();
@@ -187,9 +189,9 @@ fn energy_balance_closes_under_motors_on_every_base() {
 #[test]
 fn motors_coast_at_start_and_do_no_work_until_a_bridge_closes() {
     let (robot, setup) = oncilla();
-    let mut harness = Harness::new(&robot, &setup);
+    let mut harness = massless(&robot, &setup);
     assert!(harness.commands.iter().all(|input| *input == 0.0));
-    harness.advance_to(300);
+    harness.advance_to_ms(300);
     // Up to rounding of torques that cancel.
     assert!(harness.energy().actuator.abs() < 1e-9 * harness.energy().exchanged);
     // Unpowered legs yield.
@@ -201,10 +203,10 @@ fn motors_coast_at_start_and_do_no_work_until_a_bridge_closes() {
 #[test]
 fn plant_with_motors_is_restored_bit_for_bit() {
     let (robot, setup) = oncilla();
-    let mut harness = Harness::new(&robot, &setup);
+    let mut harness = massless(&robot, &setup);
     let control = Loop::new(&mut harness, &setup);
     control.run(&mut harness, 0, 77);
-    let (saved, mut other) = (harness.plant.save(), Harness::new(&robot, &setup));
+    let (saved, mut other) = (harness.plant.save(), massless(&robot, &setup));
     other.plant.restore(&saved).unwrap();
     for harness in [&mut harness, &mut other] {
         control.run(harness, 77, 150);
@@ -215,14 +217,14 @@ fn plant_with_motors_is_restored_bit_for_bit() {
 #[test]
 fn steps_under_motors_allocate_nothing() {
     let (robot, setup) = oncilla();
-    let mut harness = Harness::new(&robot, &setup);
+    let mut harness = massless(&robot, &setup);
     let control = Loop::new(&mut harness, &setup);
     control.run(&mut harness, 0, 500);
     let inputs = harness.commands.clone();
     let mut outputs = harness.observe().to_vec();
     let allocations = allocation_counter::measure(|| {
         for ms in 501..600 {
-            harness.plant.advance(at(ms), &inputs).unwrap();
+            harness.plant.advance(at_ms(ms), &inputs).unwrap();
             harness.plant.observe(&mut outputs);
         }
     });
@@ -232,11 +234,11 @@ fn steps_under_motors_allocate_nothing() {
 #[test]
 fn non_finite_voltage_is_a_fault_that_leaves_the_plant_unchanged() {
     let (robot, setup) = hanging(1000);
-    let mut harness = Harness::new(&robot, &setup);
+    let mut harness = massless(&robot, &setup);
     let saved = harness.plant.save();
     let fault = harness
         .plant
-        .advance(at(1), &[0.0, 1.0, f64::INFINITY, 1.0]);
+        .advance(at_ms(1), &[0.0, 1.0, f64::INFINITY, 1.0]);
     let fault = fault.unwrap_err();
     assert_eq!(
         (fault.part.as_str(), fault.time),

@@ -6,8 +6,10 @@ use twinrig_legged::{Base, Drives, LeggedError, Setup, StartPose};
 use twinrig_massless::{Force, Massless, MasslessError, Options};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
+use twinrig_testing::plant_harness::at_ms;
+use twinrig_testing::robots::robot;
 
-use crate::harness::{Harness, at, robot, setup};
+use crate::harness::{massless, setup};
 
 /// One leg on a fixed trunk, in the air, without drives.
 fn hanging(q: [f64; 3], rates: [f64; 3], step_us: u64) -> Setup {
@@ -41,10 +43,10 @@ fn rigid_leg_swings_like_a_pendulum() {
     let length = Pantograph::new(leg).unwrap().length_max();
     let inertia = leg.mass.lumped_foot * length * length + leg.mass.l1 * leg.l1 * leg.l1 / 3.0;
     let omega = (leg.mass.lumped_foot * 9.81 * length / inertia).sqrt();
-    let mut harness = Harness::new(&robot, &hanging([start, 0.0, 0.0], [0.0; 3], 100));
+    let mut harness = massless(&robot, &hanging([start, 0.0, 0.0], [0.0; 3], 100));
     let mut worst = 0.0_f64;
     for ms in 1..=1000_u32 {
-        harness.advance_to(ms.into());
+        harness.advance_to_ms(ms.into());
         let expected = start * libm::cos(omega * f64::from(ms) * 1e-3);
         worst = worst.max((harness.value("leg/LF/hip/position") - expected).abs());
     }
@@ -59,12 +61,12 @@ fn rigid_leg_swings_like_a_pendulum() {
 
 #[test]
 fn energy_balance_of_a_passive_leg_closes_until_rest() {
-    let mut harness = Harness::new(&robot(), &hanging([0.17, -0.16, 0.26], [0.0; 3], 250));
+    let mut harness = massless(&robot(), &hanging([0.17, -0.16, 0.26], [0.0; 3], 250));
     assert!(harness.commands.is_empty());
     let begun = harness.energy();
     assert_eq!(begun.kinetic, 0.0);
     for ms in 1..=3000 {
-        harness.advance_to(ms);
+        harness.advance_to_ms(ms);
         let angles = harness.read("leg/LF/angles");
         assert!(angles.iter().all(|angle| angle.abs() < 2.0), "{angles:?}");
     }
@@ -85,22 +87,22 @@ fn energy_balance_of_a_passive_leg_closes_until_rest() {
 fn start_has_the_requested_angles_and_kinetic_energy() {
     let (q, rates) = ([0.3, -0.4, 0.5], [-10.0, 15.0, 30.0]);
     let (robot, setup) = (robot(), hanging(q, rates, 1000));
-    let mut harness = Harness::new(&robot, &setup);
+    let mut harness = massless(&robot, &setup);
     let leg = &robot.legs[0].leg;
     let pantograph = Pantograph::new(leg).unwrap();
-    let angles = harness.read("leg/LF/angles").to_vec();
+    let angles = harness.read("leg/LF/angles");
     let joints = pantograph.joints([angles[0], angles[1], angles[2]]);
     assert!((joints.q2 - q[1]).abs() < 1e-9 && (joints.q3 - q[2]).abs() < 1e-9);
     assert!((harness.value("leg/LF/hip/position") - q[0]).abs() < 1e-12);
-    let speed = harness.read("leg/LF/foot/velocity").to_vec();
-    let before = harness.read("leg/LF/foot/position").to_vec();
+    let speed = harness.read("leg/LF/foot/velocity");
+    let before = harness.read("leg/LF/foot/position");
     let kinetic = 0.5 * leg.mass.lumped_foot * speed.iter().map(|v| v * v).sum::<f64>()
         + leg.mass.l1 * leg.l1 * leg.l1 / 6.0 * rates[0] * rates[0];
     assert!((harness.energy().kinetic - kinetic).abs() < 1e-12);
     // The velocity is consistent with the motion: a microsecond changes 1 m/s by about a millionth.
     let instant = twinrig_kernel::SimTime::from_nanos(1000);
     harness.plant.advance(instant, &[]).unwrap();
-    let after = harness.read("leg/LF/foot/position").to_vec();
+    let after = harness.read("leg/LF/foot/position");
     for i in 0..3 {
         let found = (after[i] - before[i]) / 1e-6;
         assert!((found - speed[i]).abs() < 5e-3, "{found} {}", speed[i]);
@@ -135,13 +137,13 @@ fn drives_hold_a_start_given_by_joint_angles() {
         start: StartPose { q, rates: [0.0; 3] }.into(),
         ..setup()
     };
-    let mut harness = Harness::new(&robot(), &posed);
+    let mut harness = massless(&robot(), &posed);
     let first = harness.commands.clone();
     assert_eq!(first.len(), 8);
     assert!(first.chunks(2).all(|pair| pair[0] == q[0] && pair[1] > 0.0));
-    let before = harness.read("leg/RH/foot/position").to_vec();
-    harness.advance_to(500);
-    let after = harness.read("leg/RH/foot/position").to_vec();
+    let before = harness.read("leg/RH/foot/position");
+    harness.advance_to_ms(500);
+    let after = harness.read("leg/RH/foot/position");
     let moved = (0..3).map(|i| (after[i] - before[i]).abs());
     assert!(moved.fold(0.0, f64::max) < 1e-4, "{before:?} {after:?}");
 }
@@ -157,7 +159,7 @@ fn plant_without_drives_has_no_inputs_and_no_cable() {
     assert!(ports.iter().all(|port| port.direction == Direction::Output));
     assert!(ports.iter().all(|port| !port.name.contains("cable")));
     // A cable that was just taut would hold the knee at its start, while its spring extends it.
-    plant.advance(at(500), &[]).unwrap();
+    plant.advance(at_ms(500), &[]).unwrap();
     let layout = twinrig_kernel::Layout::of(&ports, Direction::Output);
     let mut outputs = vec![0.0; layout.len()];
     plant.observe(&mut outputs);

@@ -7,10 +7,11 @@ use twinrig_leg::{Pantograph, Stop};
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_massless::Massless;
 use twinrig_runtime::Plant;
+use twinrig_testing::plant_harness::at_ms;
+use twinrig_testing::robots::{LEGS, SERVO, robot};
+use twinrig_testing::trot::Trot;
 
-use crate::harness::{Harness, SERVO, Trot, at, robot, setup};
-
-const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
+use crate::harness::{Harness, massless, setup, with_outputs};
 
 /// Motions from calm to violent, some with weak drives.
 #[derive(Clone, Copy, Debug)]
@@ -52,12 +53,12 @@ impl Motion {
             },
             ..setup()
         };
-        setup.start = self.trot.commands(&robot(), &setup, 0.0).into();
+        setup.start = self.trot.legs(&robot(), &setup, 0.0).into();
         setup
     }
 
     fn harness(&self) -> Harness {
-        Harness::new(&robot(), &self.setup())
+        massless(&robot(), &self.setup())
     }
 }
 
@@ -72,9 +73,7 @@ fn check_limits(
     leg: &Pantograph,
 ) -> Result<(), TestCaseError> {
     for name in LEGS {
-        let read = |harness: &mut Harness, what: &str| {
-            harness.read(&format!("leg/{name}/{what}")).to_vec()
-        };
+        let read = |harness: &mut Harness, what: &str| harness.read(&format!("leg/{name}/{what}"));
         let [tension] = read(harness, "cable/tension")[..] else {
             unreachable!()
         };
@@ -139,8 +138,8 @@ fn compare_without(motion: Motion, removed: usize) {
         legs: present.map(|leg| (*leg).to_owned()).collect(),
         ..setup.clone()
     };
-    let mut all = Harness::new(&robot, &setup);
-    let mut some = Harness::new(&robot, &fewer);
+    let mut all = massless(&robot, &setup);
+    let mut some = massless(&robot, &fewer);
     for ms in 1..=100 {
         all.trot(&robot, &setup, motion.trot, ms);
         some.trot(&robot, &fewer, motion.trot, ms);
@@ -201,7 +200,7 @@ proptest! {
         let saved = harness.plant.save();
         // Restores into a plant with another history.
         let mut other = motion.harness();
-        other.advance_to(70);
+        other.advance_to_ms(70);
         other.plant.begin_window();
         other.plant.restore(&saved).unwrap();
         prop_assert_eq!(&bytes(&other.plant), &saved.0);
@@ -218,7 +217,7 @@ proptest! {
         let robot = robot();
         let setup = motion.setup();
         let mut observed = motion.harness();
-        let mut unobserved = Harness::with_outputs(&robot, &setup, &|name| name == "body/rpy");
+        let mut unobserved = with_outputs(&robot, &setup, &|name| name == "body/rpy");
         for ms in 1..=150 {
             observed.trot(&robot, &setup, motion.trot, ms);
             unobserved.trot(&robot, &setup, motion.trot, ms);
@@ -237,13 +236,13 @@ proptest! {
     fn advancing_to_an_instant_within_a_step_is_accurate(motion in motions(), odd_us in 1..999_u64) {
         // The rig may advance to any instant; a shorter step is as accurate as a whole one.
         let mut harness = motion.harness();
-        let odd = at(20) + SimDuration::from_micros(odd_us);
-        harness.advance_to(20);
+        let odd = at_ms(20) + SimDuration::from_micros(odd_us);
+        harness.advance_to_ms(20);
         let commands = harness.commands.clone();
         harness.plant.advance(odd, &commands).unwrap();
-        harness.advance_to(50);
+        harness.advance_to_ms(50);
         let mut direct = motion.harness();
-        direct.advance_to(50);
+        direct.advance_to_ms(50);
         let difference = harness.read("body/position")[2] - direct.read("body/position")[2];
         prop_assert!(difference.abs() < 1e-3, "{}", difference);
     }

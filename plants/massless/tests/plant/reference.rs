@@ -7,8 +7,9 @@ use twinrig_leg::LegCommand;
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
+use twinrig_testing::robots::robot;
 
-use crate::harness::{Harness, robot};
+use crate::harness::{Harness, massless};
 
 /// A case of the script, with its parameters.
 struct Reference {
@@ -89,7 +90,7 @@ impl Reference {
     fn errors(&self, step_us: u64) -> [f64; 4] {
         let step = SimDuration::from_micros(step_us);
         let robot = self.robot();
-        let mut harness = Harness::new(&robot, &self.setup(step));
+        let mut harness = massless(&robot, &self.setup(step));
         let mut errors = [0.0_f64; 4];
         let mut now = 0;
         for row in self.golden.lines().skip(1) {
@@ -121,12 +122,12 @@ impl Reference {
         let mut note = |place: usize, found: f64, expected: f64| {
             errors[place] = errors[place].max((found - expected).abs());
         };
-        let position = harness.read("body/position").to_vec();
+        let position = harness.read("body/position");
         note(0, position[0], row[1]);
         note(0, position[2], row[2]);
         note(1, harness.read("body/rpy")[1], row[3]);
         for (leg, expected) in self.legs.iter().zip(row[4..].chunks(5)) {
-            let foot = harness.read(&format!("leg/{leg}/foot/position")).to_vec();
+            let foot = harness.read(&format!("leg/{leg}/foot/position"));
             note(0, foot[0], expected[0]);
             note(0, foot[2], expected[1]);
             // Torques and forces are means over the last step: those of its midpoint, to second
@@ -137,7 +138,7 @@ impl Reference {
                 expected[2],
             );
             if self.ground {
-                let force = harness.read(&format!("leg/{leg}/foot/force")).to_vec();
+                let force = harness.read(&format!("leg/{leg}/foot/force"));
                 note(3, force[0], expected[3]);
                 note(3, force[2], expected[4]);
             }

@@ -4,12 +4,11 @@ use twinrig_leg::{LegCommand, Pantograph, Planar, Stop};
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
+use twinrig_testing::robots::{LEGS, robot, robot_named};
 
-use crate::harness::{Harness, named_robot, on_slope, robot, setup};
+use crate::harness::{Harness, massless, on_slope, setup};
 
 const G: f64 = 9.81;
-const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
-
 /// Starts with slack cables, runs to rest, then measures for a tenth of a second.
 fn settled(robot: &Robot, setup: &Setup) -> Harness {
     let extended = LegCommand {
@@ -22,10 +21,10 @@ fn settled(robot: &Robot, setup: &Setup) -> Harness {
         .iter()
         .map(|leg| (leg.clone(), extended))
         .collect();
-    let mut harness = Harness::new(robot, &setup);
-    harness.advance_to(2000);
+    let mut harness = massless(robot, &setup);
+    harness.advance_to_ms(2000);
     harness.plant.begin_window();
-    harness.advance_to(2100);
+    harness.advance_to_ms(2100);
     harness
 }
 
@@ -43,7 +42,7 @@ fn sprung() -> Robot {
 
 #[test]
 fn feet_of_a_standing_robot_carry_its_weight() {
-    for robot in [robot(), sprung(), named_robot("oncilla")] {
+    for robot in [robot(), sprung(), robot_named("oncilla")] {
         let mut harness = settled(&robot, &setup());
         let loads = LEGS.map(|leg| harness.value(&format!("leg/{leg}/foot/load")));
         let weight = robot.mass() * G;
@@ -55,7 +54,7 @@ fn feet_of_a_standing_robot_carry_its_weight() {
             "{}: {sum} of {weight}",
             robot.name
         );
-        let velocity = harness.read("body/velocity").to_vec();
+        let velocity = harness.read("body/velocity");
         assert!(velocity.iter().all(|v| v.abs() < 1e-5), "{velocity:?}");
     }
 }
@@ -77,7 +76,7 @@ fn loads_of_fore_and_hind_feet_satisfy_the_balance_of_moments() {
     };
     let mut harness = settled(&robot, &two);
     // All masses with their positions: trunk and hips as one, feet where they are measured.
-    let body = harness.read("body/position").to_vec();
+    let body = harness.read("body/position");
     let foot =
         |harness: &mut Harness, leg: &str| harness.read(&format!("leg/{leg}/foot/position"))[0];
     let (fore, hind) = (foot(&mut harness, "LF"), foot(&mut harness, "LH"));
@@ -108,10 +107,10 @@ fn standing_leg_is_at_the_minimum_of_its_energy() {
     let leg = Pantograph::new(&robot.legs[0].leg).unwrap();
     for name in LEGS {
         let load = harness.value(&format!("leg/{name}/foot/load")) - 0.03 * G;
-        let angles = harness.read(&format!("leg/{name}/angles")).to_vec();
+        let angles = harness.read(&format!("leg/{name}/angles"));
         let torque = harness.value(&format!("leg/{name}/hip/torque"));
-        let foot = harness.read(&format!("leg/{name}/foot/position")).to_vec();
-        let body = harness.read("body/position").to_vec();
+        let foot = harness.read(&format!("leg/{name}/foot/position"));
+        let body = harness.read("body/position");
         let pitch = harness.read("body/rpy")[1];
         let hip = if name.ends_with('F') { 0.1 } else { -0.1 };
         let [x, z] = [
@@ -121,7 +120,7 @@ fn standing_leg_is_at_the_minimum_of_its_energy() {
         let length = libm::hypot(x, z);
         let lean = libm::atan2(x, -z);
         // Rotate into the frame in which the leg's axis is vertical.
-        let pull = harness.read(&format!("leg/{name}/foot/force")).to_vec();
+        let pull = harness.read(&format!("leg/{name}/foot/force"));
         let (along, across) = (
             load * libm::cos(lean) - pull[0] * libm::sin(lean),
             load * libm::sin(lean) + pull[0] * libm::cos(lean),
@@ -167,8 +166,8 @@ fn taut_cable_balances_springs_and_weight() {
             start: vec![("LF".to_owned(), start)].into(),
             ..setup()
         };
-        let mut harness = Harness::new(&robot, &single_leg);
-        harness.advance_to(2000);
+        let mut harness = massless(&robot, &single_leg);
+        harness.advance_to_ms(2000);
         let hip = start.hip + leg.hip_reference();
         let foot = leg.foot_of(start).unwrap();
         let pose = leg.pose(libm::sin(hip), libm::cos(hip), foot).unwrap();
@@ -207,7 +206,7 @@ fn rigid_on_slope(slope: f64, friction: f64) -> Harness {
     }
     let mut setup = on_slope(&robot, slope, friction);
     setup.drives = Drives::Ideal { period: 5e-3 };
-    Harness::new(&robot, &setup)
+    massless(&robot, &setup)
 }
 
 #[test]
@@ -215,12 +214,12 @@ fn robot_sticks_below_the_friction_angle_and_slides_above_it() {
     for (slope, slides) in [(0.199, false), (0.201, true), (0.3, true)] {
         let friction = 0.2;
         let mut harness = rigid_on_slope(slope, friction);
-        let start = harness.read("leg/LH/foot/position").to_vec();
-        harness.advance_to(100);
-        let before = harness.read("body/velocity").to_vec();
-        harness.advance_to(500);
-        let place = harness.read("leg/LH/foot/position").to_vec();
-        let after = harness.read("body/velocity").to_vec();
+        let start = harness.read("leg/LH/foot/position");
+        harness.advance_to_ms(100);
+        let before = harness.read("body/velocity");
+        harness.advance_to_ms(500);
+        let place = harness.read("leg/LH/foot/position");
+        let after = harness.read("body/velocity");
         let measured = libm::hypot(after[0] - before[0], after[2] - before[2]) / 0.4;
         if slides {
             let angle = libm::atan(slope);

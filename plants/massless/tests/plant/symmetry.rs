@@ -4,21 +4,24 @@ use twinrig_kernel::SimDuration;
 use twinrig_legged::{Base, Setup};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
+use twinrig_testing::plant_harness::at_ms;
+use twinrig_testing::robots::robot;
+use twinrig_testing::trot::Trot;
 
-use crate::harness::{Harness, Trot, at, robot, setup};
+use crate::harness::{Harness, massless, setup};
 
 /// Runs a trot with the commands of the legs permuted: `order` of LF, RF, LH, RH.
 fn trotting_as(robot: &Robot, order: [usize; 4], ms: u64) -> Harness {
     let setup = setup();
     let ordered = |time_s: f64| {
-        let commands = Trot::START.commands(robot, &setup, time_s);
+        let commands = Trot::START.legs(robot, &setup, time_s);
         [0, 1, 2, 3].map(|i| (commands[i].0.clone(), commands[order[i]].1))
     };
     let start = Setup {
         start: ordered(0.0).to_vec().into(),
         ..setup.clone()
     };
-    let mut harness = Harness::new(robot, &start);
+    let mut harness = massless(robot, &start);
     for now in 1..=ms {
         for (pair, (_, command)) in harness
             .commands
@@ -27,7 +30,7 @@ fn trotting_as(robot: &Robot, order: [usize; 4], ms: u64) -> Harness {
         {
             pair.copy_from_slice(&[command.hip, command.knee]);
         }
-        harness.advance_to(now);
+        harness.advance_to_ms(now);
     }
     harness
 }
@@ -51,14 +54,8 @@ fn mirrored_robot_moves_as_the_mirror_image() {
     }
     let mut harness = trotting_as(&robot, [0, 1, 2, 3], 200);
     let mut mirror = trotting_as(&mirrored, [1, 0, 3, 2], 200);
-    let (a, b) = (
-        harness.read("body/position").to_vec(),
-        mirror.read("body/position").to_vec(),
-    );
-    let (c, d) = (
-        harness.read("body/rpy").to_vec(),
-        mirror.read("body/rpy").to_vec(),
-    );
+    let (a, b) = (harness.read("body/position"), mirror.read("body/position"));
+    let (c, d) = (harness.read("body/rpy"), mirror.read("body/rpy"));
     let differences = [
         a[0] - b[0],
         a[1] + b[1],
@@ -81,7 +78,7 @@ fn mirrored_robot_moves_as_the_mirror_image() {
 /// Runs with equal commands of the fore legs, and of the hind legs.
 fn pairwise(base: Base, robot: &Robot, ms: u64) -> Harness {
     let pair_commands = |time_s: f64| {
-        let commands = Trot::START.commands(robot, &setup(), time_s);
+        let commands = Trot::START.legs(robot, &setup(), time_s);
         [0, 0, 2, 2].map(|i| commands[i].1)
     };
     let commands = pair_commands(0.0);
@@ -95,7 +92,7 @@ fn pairwise(base: Base, robot: &Robot, ms: u64) -> Harness {
             .collect(),
         ..setup()
     };
-    let mut harness = Harness::new(robot, &setup);
+    let mut harness = massless(robot, &setup);
     for now in 1..=ms {
         for (pair, command) in harness
             .commands
@@ -104,7 +101,7 @@ fn pairwise(base: Base, robot: &Robot, ms: u64) -> Harness {
         {
             pair.copy_from_slice(&[command.hip, command.knee]);
         }
-        harness.advance_to(now);
+        harness.advance_to_ms(now);
     }
     harness
 }
@@ -117,7 +114,7 @@ fn symmetric_motion_on_a_free_base_equals_that_on_a_planar_base() {
         pairwise(Base::Planar, &robot, 150),
     );
     for signal in ["body/position", "body/rpy", "leg/RF/foot/position"] {
-        let (a, b) = (free.read(signal).to_vec(), planar.read(signal).to_vec());
+        let (a, b) = (free.read(signal), planar.read(signal));
         for (x, y) in a.iter().zip(&b) {
             assert!(
                 (x - y).abs() < 1e-9 * (1.0 + x.abs()),
@@ -141,22 +138,19 @@ fn measured_velocities_are_the_rates_of_measured_positions() {
     setup.step = SimDuration::from_micros(100);
     setup.ground = None;
     setup.legs.truncate(3);
-    setup.start = Trot::START.commands(&robot, &setup, 0.0).into();
-    let mut harness = Harness::new(&robot, &setup);
+    setup.start = Trot::START.legs(&robot, &setup, 0.0).into();
+    let mut harness = massless(&robot, &setup);
     let mut samples = 0;
     let signals = ["body", "leg/LF/foot", "leg/LH/foot"];
     for ms in 1..=200_u64 {
         harness.trot(&robot, &setup, Trot::START, ms);
         let impact = harness.energy().impact;
         let mut next = |to_us: u64| {
-            let target = at(ms) + SimDuration::from_micros(to_us);
+            let target = at_ms(ms) + SimDuration::from_micros(to_us);
             harness.plant.advance(target, &harness.commands).unwrap();
             signals.map(|signal| {
-                let position = harness.read(&format!("{signal}/position")).to_vec();
-                (
-                    position,
-                    harness.read(&format!("{signal}/velocity")).to_vec(),
-                )
+                let position = harness.read(&format!("{signal}/position"));
+                (position, harness.read(&format!("{signal}/velocity")))
             })
         };
         let (before, now, after) = (next(100), next(200), next(300));
@@ -176,7 +170,7 @@ fn measured_velocities_are_the_rates_of_measured_positions() {
             }
         }
     }
-    let spin = harness.read("body/angular_velocity").to_vec();
+    let spin = harness.read("body/angular_velocity");
     assert!(
         samples > 50 && spin.iter().all(|rate| rate.abs() > 1e-3),
         "{samples} {spin:?}"

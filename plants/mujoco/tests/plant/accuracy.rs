@@ -2,9 +2,18 @@
 //!
 //! Bounds are measured values times 1.5, to detect a loss of accuracy.
 
+use twinrig_legged::Setup;
 use twinrig_mujoco::{Coordinates, Integrator, Numerics, Options};
 
-use crate::golden::{Deviation, deviation};
+use twinrig_testing::reference_trajectory::{Deviation, ReferenceTrajectory};
+
+use crate::fixture::with_options;
+
+fn deviation(name: &str, with: impl Fn(Setup) -> Options, step_us: u64) -> Deviation {
+    let reference = ReferenceTrajectory::read(name);
+    let mut fixture = with_options(&reference.robot(), &with(reference.setup(step_us)));
+    reference.follow(&mut fixture).unwrap()
+}
 
 fn run(name: &str, coordinates: Coordinates, integrator: Integrator, step_us: u64) -> Deviation {
     let with = |setup| {

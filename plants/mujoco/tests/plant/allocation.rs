@@ -1,20 +1,21 @@
 //! A running plant allocates no memory outside the engine.
 
-use crate::fixture::{Fixture, standing};
 use twinrig_mujoco::Coordinates;
 use twinrig_runtime::Plant;
+
+use crate::fixture::{standing, with_coordinates};
 
 #[test]
 fn standing_robot_does_not_allocate() {
     for coordinates in Coordinates::ALL {
-        let mut fixture = Fixture::of(standing(), coordinates);
+        let mut fixture = with_coordinates(standing(), coordinates);
         for _ in 0..100 {
             fixture.advance_us(2000);
         }
         let counted = allocation_counter::measure(|| {
             for _ in 0..100 {
                 fixture.advance_us(2000);
-                fixture.all();
+                fixture.observe();
                 fixture.plant.begin_window();
             }
         });

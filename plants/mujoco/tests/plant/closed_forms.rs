@@ -5,13 +5,14 @@ use twinrig_legged::{Base, Drives, Setup};
 use twinrig_mujoco::{Coordinates, Options};
 use twinrig_robot::GRAVITY;
 use twinrig_runtime::Plant;
+use twinrig_testing::robots::{LEGS, flat_ground, robot};
 
-use crate::fixture::{Fixture, LEGS, flat, robot, standing};
+use crate::fixture::{Fixture, standing, with_coordinates, with_options};
 
 /// Returns the sum of the mean forces on the feet over 0.1 s, after the robot has stood for a
 /// second.
 fn mean_ground_force(setup: Setup, coordinates: Coordinates) -> [f64; 3] {
-    let mut fixture = Fixture::of(setup, coordinates);
+    let mut fixture = with_coordinates(setup, coordinates);
     for _ in 0..500 {
         fixture.advance_us(2000);
     }
@@ -72,7 +73,7 @@ fn feet_rest_at_the_height_of_every_terrain() {
     ] {
         let ground = Some(Ground::new(terrain, 0.6, 0.0).unwrap());
         for coordinates in Coordinates::ALL {
-            let mut fixture = Fixture::of(
+            let mut fixture = with_coordinates(
                 Setup {
                     ground: ground.clone(),
                     ..standing()
@@ -100,10 +101,10 @@ fn sliding_distance_agrees_with_coulomb_friction() {
     let (friction, speed) = (0.2, 0.3);
     for coordinates in Coordinates::ALL {
         let setup = Setup {
-            ground: Some(flat(friction)),
+            ground: Some(flat_ground(friction)),
             ..standing()
         };
-        let mut fixture = Fixture::of(setup, coordinates);
+        let mut fixture = with_coordinates(setup, coordinates);
         for _ in 0..500 {
             fixture.advance_us(2000);
         }
@@ -129,14 +130,14 @@ fn sliding_distance_agrees_with_coulomb_friction() {
 /// steps of feet without load.
 fn max_lift(coordinates: Coordinates, sliding_rounds: Option<u32>) -> (f64, u32) {
     let setup = Setup {
-        ground: Some(flat(0.2)),
+        ground: Some(flat_ground(0.2)),
         ..standing()
     };
     let mut options = Options::new(setup, coordinates);
     if let Some(rounds) = sliding_rounds {
         options.numerics.sliding_rounds = rounds;
     }
-    let mut fixture = Fixture::new(&robot(), &options);
+    let mut fixture = with_options(&robot(), &options);
     for _ in 0..500 {
         fixture.advance_us(2000);
     }
@@ -181,7 +182,7 @@ fn robot_without_ground_falls_freely() {
             drives: Drives::None,
             ..standing()
         };
-        let mut fixture = Fixture::of(setup, coordinates);
+        let mut fixture = with_coordinates(setup, coordinates);
         let centre = |fixture: &mut Fixture| fixture.plant.energy().gravity / robot().weight();
         let start = centre(&mut fixture);
         for _ in 0..100 {

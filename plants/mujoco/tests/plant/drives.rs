@@ -4,8 +4,9 @@ use twinrig_actuator::{DcMotor, PositionServo};
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_mujoco::{Coordinates, Integrator, Options};
 use twinrig_robot::{Motor, Servo};
+use twinrig_testing::robots::robot;
 
-use crate::fixture::{Fixture, SERVO, hanging, robot};
+use crate::fixture::{SERVO, hanging, with_coordinates, with_options};
 
 /// Returns the setup of a hanging leg with these drives.
 fn hanging_leg(drives: Drives) -> Setup {
@@ -27,7 +28,7 @@ fn servo_motion_is_independent_of_the_load() {
             });
             let mut options = Options::new(setup, coordinates);
             options.numerics.integrator = integrator;
-            let mut fixture = Fixture::new(&robot(), &options);
+            let mut fixture = with_options(&robot(), &options);
             let servo = PositionServo::new(&SERVO).unwrap();
             let start = [
                 fixture.read("leg/LF/hip/position")[0],
@@ -35,12 +36,13 @@ fn servo_motion_is_independent_of_the_load() {
             ];
             let (mut places, mut rates) = (start, [0.0; 2]);
             // Small enough not to saturate the torque.
-            fixture.inputs[0] += 0.03;
-            fixture.inputs[1] += 0.05;
+            fixture.commands[0] += 0.03;
+            fixture.commands[1] += 0.05;
             for step in 0..100 {
                 fixture.advance_us(1000);
                 for i in 0..2 {
-                    let next_rate = servo.rate_after(1e-3, fixture.inputs[i], places[i], rates[i]);
+                    let next_rate =
+                        servo.rate_after(1e-3, fixture.commands[i], places[i], rates[i]);
                     // MuJoCo integrates positions with the rate at the step's end, or with those of
                     // its stages.
                     let moved = if integrator == Integrator::Rk4 {
@@ -79,8 +81,8 @@ fn servo_torque_stays_within_the_limit_at_its_rate() {
             hip: weak,
             knee: weak,
         });
-        let mut fixture = Fixture::of(setup, coordinates);
-        fixture.inputs[0] += 1.0;
+        let mut fixture = with_coordinates(setup, coordinates);
+        fixture.commands[0] += 1.0;
         let mut saturated = 0;
         let mut rate = 0.0;
         for _ in 0..200 {
@@ -125,10 +127,10 @@ fn pulley_with_slack_cable_turns_as_the_unloaded_motor() {
             });
             let mut options = Options::new(setup, coordinates);
             options.numerics.integrator = integrator;
-            let mut fixture = Fixture::new(&robot(), &options);
+            let mut fixture = with_options(&robot(), &options);
             // Hip voltage and bridge, knee voltage and bridge: the pulley unwinds, so that the
             // cable is slack.
-            fixture.inputs = vec![0.0, 1.0, -3.0, 1.0];
+            fixture.commands = vec![0.0, 1.0, -3.0, 1.0];
             for step in 1..=10 {
                 fixture.advance_us(200);
                 let time = 2e-4 * f64::from(step);
@@ -156,11 +158,11 @@ fn cable_tension_is_never_negative() {
             hip: SERVO,
             knee: SERVO,
         });
-        let mut fixture = Fixture::of(setup, coordinates);
-        let first = fixture.inputs[1];
+        let mut fixture = with_coordinates(setup, coordinates);
+        let first = fixture.commands[1];
         let (mut taut, mut slack) = (0, 0);
         for step in 0..400 {
-            fixture.inputs[1] = first + 0.6 * libm::sin(0.05 * f64::from(step));
+            fixture.commands[1] = first + 0.6 * libm::sin(0.05 * f64::from(step));
             fixture.advance_us(1000);
             let tension = fixture.read("leg/LF/cable/tension")[0];
             assert!(tension > -1e-6, "{tension}");
@@ -182,9 +184,9 @@ fn servo_in_its_dead_band_holds_the_load() {
             hip: idle,
             knee: idle,
         });
-        let mut fixture = Fixture::of(setup, coordinates);
+        let mut fixture = with_coordinates(setup, coordinates);
         // The springs pull at the cable from here on.
-        fixture.inputs[1] += 0.3;
+        fixture.commands[1] += 0.3;
         for _ in 0..1000 {
             fixture.advance_us(1000);
         }

@@ -5,7 +5,6 @@ mod allocation;
 mod closed_forms;
 mod drives;
 mod fixture;
-mod golden;
 mod properties;
 mod refusals;
 mod state;

@@ -4,8 +4,9 @@ use proptest::prelude::*;
 use twinrig_legged::{Base, Setup, StartPose};
 use twinrig_mujoco::{Coordinates, Mujoco, Options};
 use twinrig_runtime::Plant;
+use twinrig_testing::robots::{LEGS, robot};
 
-use crate::fixture::{LEGS, hanging, robot};
+use crate::fixture::hanging;
 
 fn bases() -> impl Strategy<Value = Base> {
     prop_oneof![Just(Base::Free), Just(Base::Planar), Just(Base::Fixed)]

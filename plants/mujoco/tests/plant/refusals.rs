@@ -5,8 +5,9 @@ use twinrig_kernel::SimTime;
 use twinrig_legged::Setup;
 use twinrig_mujoco::{Coordinates, Mujoco, MujocoError, Numerics, Options, TimeConstant};
 use twinrig_runtime::Plant;
+use twinrig_testing::robots::{self, robot};
 
-use crate::fixture::{Fixture, robot, standing};
+use crate::fixture::{standing, with_coordinates};
 
 fn refused(setup: Setup, change: impl Fn(&mut Numerics)) -> String {
     let mut options = Options::new(setup, Coordinates::Maximal);
@@ -59,7 +60,7 @@ fn invalid_inertia_is_refused_before_compilation() {
     let options = Options::new(standing(), Coordinates::Minimal);
     let error = Mujoco::new(&robot, &options, &|_| true).err().unwrap();
     assert!(matches!(error, MujocoError::Incompatible(_)), "{error}");
-    let mut robot = crate::fixture::robot();
+    let mut robot = robots::robot();
     robot.legs[0].leg.mass.l2 = 0.0;
     let error = Mujoco::new(&robot, &options, &|_| true).err().unwrap();
     assert!(
@@ -75,11 +76,11 @@ fn foot_outside_the_height_field_is_a_fault() {
         ground: Some(Ground::new(Terrain::Heights(field), 0.6, 0.0).unwrap()),
         ..standing()
     };
-    let mut fixture = Fixture::of(setup, Coordinates::Minimal);
+    let mut fixture = with_coordinates(setup, Coordinates::Minimal);
     let state = fixture.plant.state().unwrap();
     let state = state.with("body/velocity", &[2.0, 0.0, 0.3]);
     fixture.plant.resume_from(&state).unwrap();
-    let inputs = fixture.inputs.clone();
+    let inputs = fixture.commands.clone();
     let mut fault = None;
     for ms in 1..300 {
         let to = SimTime::ZERO + twinrig_kernel::SimDuration::from_millis(ms);
@@ -117,8 +118,8 @@ fn unstable_step_is_a_fault_with_time_and_energy() {
 
 #[test]
 fn non_finite_input_is_a_fault_that_names_it() {
-    let mut fixture = Fixture::of(standing(), Coordinates::Minimal);
-    let mut inputs = fixture.inputs.clone();
+    let mut fixture = with_coordinates(standing(), Coordinates::Minimal);
+    let mut inputs = fixture.commands.clone();
     inputs[3] = f64::NAN;
     let to = SimTime::ZERO + twinrig_kernel::SimDuration::from_millis(2);
     let fault = fixture.plant.advance(to, &inputs).unwrap_err();

@@ -4,24 +4,25 @@ use twinrig_kernel::{SimTime, Snapshot};
 use twinrig_legged::{Base, Setup};
 use twinrig_mujoco::{Coordinates, Integrator, Options};
 use twinrig_runtime::{Plant, PlantState};
+use twinrig_testing::robots::{pose, robot};
 
-use crate::fixture::{Fixture, hanging, pose, robot, standing};
+use crate::fixture::{Fixture, hanging, standing, with_coordinates, with_options};
 
 /// Runs the robot with oscillating commands. Returns the bits of all outputs.
 fn run_oscillating(fixture: &mut Fixture, from: u32, steps: u32) -> Vec<u64> {
-    let first = fixture.inputs.clone();
+    let first = fixture.commands.clone();
     let mut bits = Vec::new();
     for step in from..from + steps {
-        for (i, input) in fixture.inputs.iter_mut().enumerate() {
+        for (i, input) in fixture.commands.iter_mut().enumerate() {
             *input = first[i] + 0.02 * libm::sin(0.05 * f64::from(step) + i as f64);
         }
         fixture.advance_us(2000);
-        bits.extend(fixture.all().iter().map(|x| x.to_bits()));
+        bits.extend(fixture.observe().iter().map(|x| x.to_bits()));
         if step % 7 == 0 {
             fixture.plant.begin_window();
         }
     }
-    fixture.inputs = first;
+    fixture.commands = first;
     bits
 }
 
@@ -38,7 +39,7 @@ fn all_options() -> impl Iterator<Item = Options> {
 #[test]
 fn runs_are_repeatable_and_restorable_on_another_thread() {
     for options in all_options() {
-        let mut fixture = Fixture::new(&robot(), &options);
+        let mut fixture = with_options(&robot(), &options);
         let before = run_oscillating(&mut fixture, 0, 60);
         let saved: Snapshot = fixture.plant.save();
         let after = run_oscillating(&mut fixture, 60, 60);
@@ -48,11 +49,11 @@ fn runs_are_repeatable_and_restorable_on_another_thread() {
 
         let thread_options = options.clone();
         let other = std::thread::Builder::new().spawn(move || {
-            let mut twice = Fixture::new(&robot(), &thread_options);
+            let mut twice = with_options(&robot(), &thread_options);
             let before = run_oscillating(&mut twice, 0, 60);
-            let mut fresh = Fixture::new(&robot(), &thread_options);
+            let mut fresh = with_options(&robot(), &thread_options);
             fresh.plant.restore(&saved).unwrap();
-            fresh.shift_time_us(60 * 2000);
+            fresh.now_us = 60 * 2000;
             (before, run_oscillating(&mut fresh, 60, 60))
         });
         let (twice, on) = other.unwrap().join().unwrap();
@@ -68,12 +69,12 @@ fn posture_is_preserved_between_kinds_of_coordinates() {
             base,
             ..hanging(pose([10.0, -25.0, 37.0], [6.0, -4.0, 3.0]))
         };
-        let mut from = Fixture::of(setup(), Coordinates::Minimal);
+        let mut from = with_coordinates(setup(), Coordinates::Minimal);
         for _ in 0..20 {
             from.advance_us(1000);
         }
         let state = from.plant.state().unwrap();
-        let mut to = Fixture::of(setup(), Coordinates::Maximal);
+        let mut to = with_coordinates(setup(), Coordinates::Maximal);
         let lines = to.plant.resume_from(&state).unwrap();
         assert_eq!(lines, Vec::<String>::new());
         let (expected, found) = (state, to.plant.state().unwrap());
@@ -95,7 +96,7 @@ fn posture_is_preserved_between_kinds_of_coordinates() {
 
 #[test]
 fn incompatible_state_is_refused_without_change() {
-    let mut fixture = Fixture::of(
+    let mut fixture = with_coordinates(
         hanging(pose([10.0, -25.0, 37.0], [0.0; 3])),
         Coordinates::Minimal,
     );
@@ -117,7 +118,7 @@ fn incompatible_state_is_refused_without_change() {
 
 #[test]
 fn snapshot_of_another_robot_is_refused() {
-    let mut fixture = Fixture::of(standing(), Coordinates::Minimal);
-    let other = Fixture::of(standing(), Coordinates::Maximal);
+    let mut fixture = with_coordinates(standing(), Coordinates::Minimal);
+    let other = with_coordinates(standing(), Coordinates::Maximal);
     assert!(fixture.plant.restore(&other.plant.save()).is_err());
 }

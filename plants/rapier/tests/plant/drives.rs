@@ -3,8 +3,9 @@
 use twinrig_legged::{Base, Drives, Setup, StartPose};
 use twinrig_rapier::Joints;
 use twinrig_robot::{Motor, Servo};
+use twinrig_testing::robots::{robot, suspended};
 
-use crate::fixture::{Fixture, hanging, robot};
+use crate::fixture::with_joints;
 
 fn servo(torque: f64) -> Servo {
     Servo {
@@ -22,7 +23,7 @@ fn hanging_leg(drives: Drives, step_us: u64) -> Setup {
     Setup {
         drives,
         base: Base::Fixed,
-        ..hanging(&["LF"], start, step_us)
+        ..suspended(&["LF"], start, step_us)
     }
 }
 
@@ -33,11 +34,11 @@ fn unsaturated_servo_follows_a_ramp_with_its_lag() {
             hip: servo(50.0),
             knee: servo(50.0),
         };
-        let mut fixture = Fixture::of(&robot(), hanging_leg(drives, 1000), joints);
+        let mut fixture = with_joints(&robot(), hanging_leg(drives, 1000), joints);
         let start = fixture.commands.clone();
         for k in 1..=200_u64 {
             fixture.commands[0] = start[0] + 2.0 * 1e-3 * k as f64;
-            fixture.run_to_us(1000 * k);
+            fixture.advance_to_us(1000 * k);
         }
         // The lag behind a ramp of 2 rad/s is 5 ms; the last command was held for its millisecond.
         let hip = fixture.read("leg/LF/hip/position")[0];
@@ -57,10 +58,10 @@ fn saturated_knee_servo_sets_the_cable_tension() {
             hip: servo(50.0),
             knee: servo(0.4),
         };
-        let mut fixture = Fixture::of(&robot, hanging_leg(drives, 1000), joints);
+        let mut fixture = with_joints(&robot, hanging_leg(drives, 1000), joints);
         // Beyond the range of the leg: the servo winds until its torque saturates.
         fixture.commands[1] += 3.0;
-        fixture.run_to_us(1_500_000);
+        fixture.advance_to_us(1_500_000);
         let tension = fixture.read("leg/LF/cable/tension")[0];
         let expected = 0.4 / robot.legs[0].leg.pulley_radius;
         assert!(
@@ -78,12 +79,12 @@ fn cable_tension_is_never_negative() {
         hip: servo(50.0),
         knee: servo(50.0),
     };
-    let mut fixture = Fixture::of(&robot(), hanging_leg(drives, 2000), Joints::Impulse);
+    let mut fixture = with_joints(&robot(), hanging_leg(drives, 2000), Joints::Impulse);
     let start = fixture.commands.clone();
     for k in 1..=200_u64 {
         let phase = 0.05 * k as f64;
         fixture.commands[1] = start[1] + 0.3 * libm::sin(phase);
-        fixture.run_to_us(2000 * k);
+        fixture.advance_to_us(2000 * k);
         let tension = fixture.read("leg/LF/cable/tension")[0];
         assert!(tension >= 0.0, "{tension}");
     }
@@ -102,10 +103,10 @@ fn unloaded_motor_reaches_its_no_load_speed() {
         hip: motor,
         knee: motor,
     };
-    let mut fixture = Fixture::of(&robot(), hanging_leg(drives, 1000), Joints::Impulse);
+    let mut fixture = with_joints(&robot(), hanging_leg(drives, 1000), Joints::Impulse);
     // The pulley unwinds, so that the cable is slack; the bridge of the hip is open.
     fixture.commands = vec![0.0, 0.0, -6.0, 1.0];
-    fixture.run_to_us(100_000);
+    fixture.advance_to_us(100_000);
     let rate = fixture.read("leg/LF/knee/rate")[0];
     let expected = -6.0 / (14.05e-3 * 14.0);
     assert!(

@@ -3,15 +3,17 @@
 use twinrig_legged::StartPose;
 use twinrig_rapier::Joints;
 use twinrig_runtime::Plant;
+use twinrig_testing::reference_trajectory::ReferenceTrajectory;
+use twinrig_testing::robots::{robot, suspended};
 
-use crate::fixture::{Fixture, Golden, hanging, robot, standing};
+use crate::fixture::{standing, with_joints};
 
 /// Returns the residual after 0.2 s as a share of the energy exchanged.
 fn residual_share(name: &str, joints: Joints, step_us: u64) -> f64 {
-    let golden = Golden::read(name);
-    let setup = hanging(&["LF"], golden.start(), step_us);
-    let mut fixture = Fixture::of(&golden.robot(), setup, joints);
-    fixture.run_to_us(200_000);
+    let reference = ReferenceTrajectory::read(name);
+    let setup = reference.setup(step_us);
+    let mut fixture = with_joints(&reference.robot(), setup, joints);
+    fixture.advance_to_us(200_000);
     let balance = fixture.plant.energy();
     balance.residual.abs() / balance.exchanged
 }
@@ -36,10 +38,10 @@ fn frictionless_leg_conserves_energy() {
     (friction.hip, friction.knee, friction.ankle) = (0.0, 0.0, 0.0);
     let q = [10.0_f64, -26.0, 44.0].map(f64::to_radians);
     let start = StartPose { q, rates: [0.0; 3] };
-    let mut fixture = Fixture::of(&robot, hanging(&["LF"], start, 500), Joints::Impulse);
+    let mut fixture = with_joints(&robot, suspended(&["LF"], start, 500), Joints::Impulse);
     let mut worst = 0.0_f64;
     for k in 1..=100 {
-        fixture.run_to_us(20_000 * k);
+        fixture.advance_to_us(20_000 * k);
         worst = worst.max(fixture.plant.energy().residual.abs());
     }
     let balance = fixture.plant.energy();
@@ -54,10 +56,10 @@ fn frictionless_leg_conserves_energy() {
 
 #[test]
 fn standing_robot_conserves_energy() {
-    let mut fixture = Fixture::of(&robot(), standing(2000), Joints::Impulse);
-    fixture.run_to_us(1_500_000);
+    let mut fixture = with_joints(&robot(), standing(2000), Joints::Impulse);
+    fixture.advance_to_us(1_500_000);
     let before = fixture.plant.energy();
-    fixture.run_to_us(2_000_000);
+    fixture.advance_to_us(2_000_000);
     let after = fixture.plant.energy();
     // Half a joule per second would lift the robot by 46 mm.
     assert!((after.stored() - before.stored()).abs() < 1e-4);

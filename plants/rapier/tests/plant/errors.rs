@@ -4,8 +4,9 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_legged::{LeggedError, StartPose};
 use twinrig_rapier::{Joints, Options, Rapier, RapierError, Softness};
 use twinrig_runtime::{Plant, PlantState};
+use twinrig_testing::robots::{robot, suspended};
 
-use crate::fixture::{Fixture, hanging, robot, standing};
+use crate::fixture::{standing, with_joints};
 
 fn refused(change: impl FnOnce(&mut Options)) -> RapierError {
     let mut options = Options::new(standing(2000), Joints::Impulse);
@@ -81,7 +82,7 @@ fn massless_segments_are_refused() {
         q: [0.0, -0.3, 0.3],
         rates: [0.0; 3],
     };
-    let options = Options::new(hanging(&["LF"], start, 2000), Joints::Impulse);
+    let options = Options::new(suspended(&["LF"], start, 2000), Joints::Impulse);
     let Err(error) = Rapier::new(&robot, &options, &|_| true) else {
         panic!("the plant was built");
     };
@@ -93,7 +94,7 @@ fn massless_segments_are_refused() {
 
 #[test]
 fn non_finite_command_is_a_fault_that_names_it() {
-    let mut fixture = Fixture::of(&robot(), standing(2000), Joints::Impulse);
+    let mut fixture = with_joints(&robot(), standing(2000), Joints::Impulse);
     fixture.commands[3] = f64::NAN;
     let at = SimTime::ZERO + SimDuration::from_millis(2);
     let fault = fixture.plant.advance(at, &fixture.commands).unwrap_err();
@@ -102,7 +103,7 @@ fn non_finite_command_is_a_fault_that_names_it() {
 
 #[test]
 fn state_with_invalid_attitude_or_velocity_is_refused() {
-    let mut fixture = Fixture::of(&robot(), standing(2000), Joints::Impulse);
+    let mut fixture = with_joints(&robot(), standing(2000), Joints::Impulse);
     let flat = PlantState::at(SimTime::ZERO).with("body/orientation", &[0.0; 4]);
     assert!(fixture.plant.resume_from(&flat).is_err());
     let non_finite = PlantState::at(SimTime::ZERO).with("body/velocity", &[f64::NAN; 3]);

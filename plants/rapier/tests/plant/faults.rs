@@ -4,8 +4,10 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_legged::StartPose;
 use twinrig_rapier::{Joints, Options, Solver};
 use twinrig_runtime::{Plant, PlantFault};
+use twinrig_testing::reference_trajectory::ReferenceTrajectory;
+use twinrig_testing::robots::{robot, suspended};
 
-use crate::fixture::{Fixture, Golden, hanging, robot, standing};
+use crate::fixture::{Fixture, standing, with_joints, with_options};
 
 /// Runs for half a second. Returns the fault, if any.
 fn fault(fixture: &mut Fixture) -> Option<PlantFault> {
@@ -15,9 +17,9 @@ fn fault(fixture: &mut Fixture) -> Option<PlantFault> {
 
 /// A leg at its stops, with stiff springs and rates of some ten rad/s.
 fn swinging(step_us: u64) -> Fixture {
-    let golden = Golden::read("hard-hit");
-    let setup = hanging(&["LF"], golden.start(), step_us);
-    Fixture::of(&golden.robot(), setup, Joints::Impulse)
+    let reference = ReferenceTrajectory::read("hard-hit");
+    let setup = reference.setup(step_us);
+    with_joints(&reference.robot(), setup, Joints::Impulse)
 }
 
 #[test]
@@ -43,7 +45,7 @@ fn any_step_ends_in_a_fault_or_a_plausible_state() {
     let reach = 0.5;
     for step_us in [2_000, 5_000, 10_000, 20_000, 50_000, 100_000] {
         for joints in Joints::ALL {
-            let mut fixture = Fixture::of(&robot, standing(step_us), joints);
+            let mut fixture = with_joints(&robot, standing(step_us), joints);
             let fault = fault(&mut fixture);
             if fault.is_some() {
                 assert!(step_us > 2_000, "{joints:?}: {fault:?}");
@@ -70,12 +72,12 @@ fn any_step_ends_in_a_fault_or_a_plausible_state() {
 fn multibody_joints_with_engine_defaults_fault_or_stay_finite() {
     for name in ["hard-hit", "undamped", "passive"] {
         for step_us in [500, 2000] {
-            let golden = Golden::read(name);
+            let reference = ReferenceTrajectory::read(name);
             let options = Options {
                 solver: Solver::engine_defaults(),
-                ..Options::new(hanging(&["LF"], golden.start(), step_us), Joints::Multibody)
+                ..Options::new(reference.setup(step_us), Joints::Multibody)
             };
-            let mut fixture = Fixture::new(&golden.robot(), &options);
+            let mut fixture = with_options(&reference.robot(), &options);
             let fault = fault(&mut fixture);
             let energy = fixture.plant.energy();
             assert!(
@@ -92,8 +94,8 @@ fn excessive_segment_rate_is_a_fault_in_the_first_step() {
         q: [0.0, -0.3, 0.3],
         rates: [3000.0, 0.0, 0.0],
     };
-    let options = Options::new(hanging(&["LF"], start, 1000), Joints::Impulse);
-    let mut fixture = Fixture::new(&robot(), &options);
+    let options = Options::new(suspended(&["LF"], start, 1000), Joints::Impulse);
+    let mut fixture = with_options(&robot(), &options);
     let fault = fault(&mut fixture).unwrap();
     assert_eq!((fault.part.as_str(), fault.time), ("leg/LF", SimTime::ZERO));
     assert!(fault.why.contains("rad/s"), "{fault}");

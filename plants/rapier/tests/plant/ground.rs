@@ -4,19 +4,19 @@ use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_rapier::{Joints, Options, Solver};
 use twinrig_runtime::Plant;
+use twinrig_testing::reference_trajectory::{ReferenceTrajectory, flatten};
+use twinrig_testing::robots::{LEGS, robot};
 
-use crate::fixture::{Fixture, Golden, flat, hanging, robot, standing};
-
-const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
+use crate::fixture::{standing, with_joints, with_options};
 
 #[test]
 fn ground_carries_the_weight_of_a_standing_robot() {
     let robot = robot();
     for joints in Joints::ALL {
-        let mut fixture = Fixture::of(&robot, standing(2000), joints);
-        fixture.run_to_us(1_500_000);
+        let mut fixture = with_joints(&robot, standing(2000), joints);
+        fixture.advance_to_us(1_500_000);
         fixture.plant.begin_window();
-        fixture.run_to_us(2_000_000);
+        fixture.advance_to_us(2_000_000);
         let loads: f64 = LEGS
             .iter()
             .map(|leg| fixture.read(&format!("leg/{leg}/foot/load"))[0])
@@ -45,10 +45,10 @@ fn robot_slides_only_above_the_friction_angle() {
             ground: Some(ground),
             ..standing(2000)
         };
-        let mut fixture = Fixture::of(&robot, setup, Joints::Impulse);
-        fixture.run_to_us(400_000);
+        let mut fixture = with_joints(&robot, setup, Joints::Impulse);
+        fixture.advance_to_us(400_000);
         let before = fixture.read("leg/LF/foot/position")[0];
-        fixture.run_to_us(600_000);
+        fixture.advance_to_us(600_000);
         fixture.read("leg/LF/foot/position")[0] - before
     };
     // The tangent of the slope is 0.3. Without sliding, the robot may still oscillate on its
@@ -62,30 +62,30 @@ fn robot_slides_only_above_the_friction_angle() {
 /// Returns the largest error of the foot \[m\] for a planar trunk with a leg at its centre of mass,
 /// above lower ground.
 fn drop(name: &str, step_us: u64) -> f64 {
-    let golden = Golden::read(name);
+    let reference = ReferenceTrajectory::read(name);
     let mut robot = robot();
     robot.legs[0].hip = [0.0; 3];
-    let fall = flat(&golden.0["start"]["fall_m"])[0];
+    let fall = flatten(&reference.0["start"]["fall_m"])[0];
     let lower = HeightField::new([-2.0; 2], 1.0, 5, vec![-fall; 25]).unwrap();
-    let friction = golden.number("friction");
+    let friction = reference.number("friction");
     let setup = Setup {
         base: Base::Planar,
         ground: Some(Ground::new(Terrain::Heights(lower), friction, 0.0).unwrap()),
-        ..hanging(&["LF"], golden.start(), step_us)
+        ..reference.setup(step_us)
     };
     let mut options = Options::new(setup, Joints::Impulse);
     // As stiff as the reference's ground.
     options.solver.contact_softness.natural_frequency = 1e6;
-    let mut fixture = Fixture::new(&robot, &options);
-    let step_s = golden.number("step_s");
+    let mut fixture = with_options(&robot, &options);
+    let step_s = reference.number("step_s");
     let mut worst = 0.0_f64;
-    for (k, foot) in (0_u64..).zip(golden.rows("foot")) {
+    for (k, foot) in (0_u64..).zip(reference.rows("foot")) {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "small integers"
         )]
-        fixture.run_to_us((k as f64 * step_s * 1e6).round() as u64);
+        fixture.advance_to_us((k as f64 * step_s * 1e6).round() as u64);
         let found = fixture.read("leg/LF/foot/position");
         worst = worst
             .max((found[0] - foot[0]).abs())
@@ -117,12 +117,12 @@ fn load_deviation(natural_frequency: f64) -> f64 {
     let robot = robot();
     let mut options = Options::new(standing(1000), Joints::Impulse);
     options.solver.contact_softness.natural_frequency = natural_frequency;
-    let mut fixture = Fixture::new(&robot, &options);
-    fixture.run_to_us(500_000);
+    let mut fixture = with_options(&robot, &options);
+    fixture.advance_to_us(500_000);
     let mut worst = 0.0_f64;
     for window in 0..50 {
         fixture.plant.begin_window();
-        fixture.run_to_us(500_000 + 20_000 * (window + 1));
+        fixture.advance_to_us(500_000 + 20_000 * (window + 1));
         for leg in LEGS {
             let load = fixture.read(&format!("leg/{leg}/foot/load"))[0];
             worst = worst.max((load / robot.weight() - 0.25).abs());
@@ -153,10 +153,10 @@ fn foot_rebounds_by_the_restitution() {
             drives: Drives::Ideal { period: 2e-3 },
             ..standing(1000)
         };
-        let mut fixture = Fixture::of(&robot, setup, Joints::Impulse);
+        let mut fixture = with_joints(&robot, setup, Joints::Impulse);
         let mut best = 0.0_f64;
         for k in 101..=140 {
-            fixture.run_to_us(1000 * k);
+            fixture.advance_to_us(1000 * k);
             best = best.max(fixture.read("leg/LF/foot/clearance")[0]);
         }
         best

@@ -2,38 +2,17 @@
 //! 1e-9 m.
 
 use twinrig_rapier::{Joints, Options, Solver};
+use twinrig_testing::reference_trajectory::ReferenceTrajectory;
 
-use crate::fixture::{Fixture, Golden, hanging};
+use crate::fixture::with_options;
 
 /// Returns the root mean square error of the foot over the duration of the reference \[m\].
 fn error(name: &str, joints: Joints, step_us: u64, change: impl Fn(&mut Options)) -> f64 {
-    let golden = Golden::read(name);
-    let robot = golden.robot();
-    let mut options = Options::new(hanging(&["LF"], golden.start(), step_us), joints);
+    let reference = ReferenceTrajectory::read(name);
+    let mut options = Options::new(reference.setup(step_us), joints);
     change(&mut options);
-    let mut fixture = Fixture::new(&robot, &options);
-    let (feet, step_s) = (golden.rows("foot"), golden.number("step_s"));
-    let hip = robot.legs[0].hip;
-    let mut square = 0.0;
-    for (k, foot) in feet.iter().enumerate() {
-        fixture.run_to_us(micros(k as f64 * step_s));
-        let found = fixture.read("leg/LF/foot/position");
-        let trunk = fixture.read("body/position");
-        for (axis, expected) in [0, 2].into_iter().zip(foot) {
-            let difference = found[axis] - trunk[axis] - hip[axis] - expected;
-            square += difference * difference;
-        }
-    }
-    (square / feet.len() as f64).sqrt()
-}
-
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "times are small integers"
-)]
-fn micros(seconds: f64) -> u64 {
-    (seconds * 1e6).round() as u64
+    let mut fixture = with_options(&reference.robot(), &options);
+    reference.follow(&mut fixture).unwrap().rms
 }
 
 #[test]
@@ -82,11 +61,11 @@ fn errors_with_impacts_fall_with_the_step() {
 #[test]
 fn axial_inertia_does_not_affect_the_motion() {
     let run = |share: f64| {
-        let golden = Golden::read("hard-hit");
-        let mut options = Options::new(hanging(&["LF"], golden.start(), 2000), Joints::Impulse);
+        let reference = ReferenceTrajectory::read("hard-hit");
+        let mut options = Options::new(reference.setup(2000), Joints::Impulse);
         options.axial_share = share;
-        let mut fixture = Fixture::new(&golden.robot(), &options);
-        fixture.run_to_us(100_000);
+        let mut fixture = with_options(&reference.robot(), &options);
+        fixture.advance_to_us(100_000);
         fixture.read("leg/LF/foot/position")
     };
     let [small, large] = [0.01, 1.0].map(run);

@@ -4,8 +4,9 @@ use proptest::prelude::*;
 use twinrig_legged::StartPose;
 use twinrig_rapier::{Joints, Options, Rapier};
 use twinrig_runtime::Plant;
+use twinrig_testing::robots::{robot, suspended};
 
-use crate::fixture::{Fixture, hanging, robot};
+use crate::fixture::with_options;
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
@@ -20,13 +21,13 @@ proptest! {
     ) {
         let joints = if multibody { Joints::Multibody } else { Joints::Impulse };
         let start = StartPose { q: [q1, q2, opening - q2], rates };
-        let options = Options::new(hanging(&["LF"], start, 1000), joints);
+        let options = Options::new(suspended(&["LF"], start, 1000), joints);
         // Some initial states are beyond a stop, which every plant refuses.
         prop_assume!(Rapier::new(&robot(), &options, &|_| true).is_ok());
-        let mut fixture = Fixture::new(&robot(), &options);
+        let mut fixture = with_options(&robot(), &options);
         let energy = fixture.plant.energy().stored();
         for k in 1..=100 {
-            fixture.run_to_us(2000 * k);
+            fixture.advance_to_us(2000 * k);
             let drift = fixture.plant.constraint_violation().unwrap();
             // A link at 30 rad/s leaves its circle by ½ (ωh)² l = 0.03 mm in a step of 1 ms, and
             // reaches a stop with as much.

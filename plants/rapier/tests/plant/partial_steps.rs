@@ -1,15 +1,20 @@
 //! Steps that are interrupted at any instant, as by boards with their own clocks.
 
 use twinrig_contact::{Ground, Terrain};
-use twinrig_kernel::SimDuration;
+use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_legged::{Base, Drives, Setup, Start, StartPose};
 use twinrig_rapier::Joints;
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
+use twinrig_testing::robots::{LEGS, robot, robot_named, suspended};
 
-use crate::fixture::{Fixture, hanging, named, robot};
+use crate::fixture::{Fixture, with_joints};
 
-const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
+/// Advances to an instant.
+fn advance_to_ns(fixture: &mut Fixture, ns: u64) {
+    let at = SimTime::ZERO + SimDuration::from_nanos(ns);
+    fixture.plant.advance(at, &fixture.commands).unwrap();
+}
 
 /// Setup of Oncilla on its motors, standing or with a fixed trunk.
 fn on_motors(robot: &Robot, base: Base) -> Setup {
@@ -39,8 +44,8 @@ struct MotionResult {
 
 /// Runs the motion with interruptions at the instants `cuts` within each millisecond \[ns\].
 fn run_knee_bends(base: Base, cuts: impl Fn(u64) -> [u64; 2]) -> MotionResult {
-    let robot = named("oncilla");
-    let mut fixture = Fixture::of(&robot, on_motors(&robot, base), Joints::Impulse);
+    let robot = robot_named("oncilla");
+    let mut fixture = with_joints(&robot, on_motors(&robot, base), Joints::Impulse);
     let names = LEGS
         .iter()
         .flat_map(|leg| ["hip", "knee"].map(|joint| format!("leg/{leg}/{joint}")));
@@ -64,13 +69,13 @@ fn run_knee_bends(base: Base, cuts: impl Fn(u64) -> [u64; 2]) -> MotionResult {
             largest.max((now - home).abs())
         });
         for cut in cuts(ms) {
-            fixture.run_to_ns(1_000_000 * ms + cut);
+            advance_to_ns(&mut fixture, 1_000_000 * ms + cut);
             let torques = angles(&mut fixture, "torque");
             torque = torques
                 .iter()
                 .fold(torque, |largest, one| largest.max(one.abs()));
         }
-        fixture.run_to_ns(1_000_000 * (ms + 1));
+        advance_to_ns(&mut fixture, 1_000_000 * (ms + 1));
         if ms % 100 == 99 {
             heights.push(fixture.read("body/position")[2]);
         }
@@ -134,14 +139,14 @@ fn partial_steps_do_not_saturate_a_servo() {
     };
     let setup = Setup {
         drives,
-        ..hanging(&["LF"], start, 1000)
+        ..suspended(&["LF"], start, 1000)
     };
     let largest = |cuts: [u64; 2]| {
-        let mut fixture = Fixture::of(&robot(), setup.clone(), Joints::Impulse);
+        let mut fixture = with_joints(&robot(), setup.clone(), Joints::Impulse);
         let mut largest = 0.0_f64;
         for ms in 0..200_u64 {
             for end in cuts.into_iter().chain([1_000_000]) {
-                fixture.run_to_ns(1_000_000 * ms + end);
+                advance_to_ns(&mut fixture, 1_000_000 * ms + end);
                 largest = largest.max(fixture.read("leg/LF/hip/torque")[0].abs());
             }
         }

@@ -3,8 +3,9 @@
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_rapier::Joints;
 use twinrig_runtime::Plant;
+use twinrig_testing::robots::robot;
 
-use crate::fixture::{Fixture, robot, standing};
+use crate::fixture::{Fixture, standing, with_joints};
 
 /// Marches on the spot: feet land, cables become slack and taut, stops are reached.
 fn march(fixture: &mut Fixture, first: &[f64], from_ms: u64, to_ms: u64) -> Vec<Vec<f64>> {
@@ -22,8 +23,8 @@ fn march(fixture: &mut Fixture, first: &[f64], from_ms: u64, to_ms: u64) -> Vec<
                     0.3 * swing.max(0.0)
                 };
         }
-        fixture.run_to_us(1000 * ms);
-        outputs.push(fixture.all());
+        fixture.advance_to_us(1000 * ms);
+        outputs.push(fixture.observe().to_vec());
     }
     outputs
 }
@@ -32,7 +33,7 @@ fn march(fixture: &mut Fixture, first: &[f64], from_ms: u64, to_ms: u64) -> Vec<
 fn repeated_runs_are_identical() {
     for joints in Joints::ALL {
         let run = || {
-            let mut fixture = Fixture::of(&robot(), standing(2000), joints);
+            let mut fixture = with_joints(&robot(), standing(2000), joints);
             let first = fixture.commands.clone();
             march(&mut fixture, &first, 0, 600)
         };
@@ -43,14 +44,14 @@ fn repeated_runs_are_identical() {
 #[test]
 fn restored_plant_continues_bit_for_bit() {
     for joints in Joints::ALL {
-        let mut fixture = Fixture::of(&robot(), standing(2000), joints);
+        let mut fixture = with_joints(&robot(), standing(2000), joints);
         let first = fixture.commands.clone();
         let mut now = 0;
         // Feet in the air, on the ground, and in transition.
         for at in [100, 154, 208, 262, 316] {
             march(&mut fixture, &first, now, at);
             let saved = fixture.plant.save();
-            let mut other = Fixture::of(&robot(), standing(2000), joints);
+            let mut other = with_joints(&robot(), standing(2000), joints);
             other.plant.restore(&saved).unwrap();
             assert_eq!(other.plant.save(), saved, "{joints:?} at {at} ms");
             let expected = march(&mut fixture, &first, at, at + 100);
@@ -69,21 +70,21 @@ fn restored_plant_continues_bit_for_bit() {
 
 #[test]
 fn snapshot_of_another_robot_is_refused() {
-    let mut four = Fixture::of(&robot(), standing(2000), Joints::Impulse);
+    let mut four = with_joints(&robot(), standing(2000), Joints::Impulse);
     let mut setup = standing(2000);
     setup.legs.truncate(2);
-    let two = Fixture::of(&robot(), setup, Joints::Impulse);
+    let two = with_joints(&robot(), setup, Joints::Impulse);
     assert!(four.plant.restore(&two.plant.save()).is_err());
 }
 
 #[test]
 fn resumed_state_is_preserved() {
     for joints in Joints::ALL {
-        let mut fixture = Fixture::of(&robot(), standing(2000), joints);
+        let mut fixture = with_joints(&robot(), standing(2000), joints);
         let first = fixture.commands.clone();
         march(&mut fixture, &first, 0, 240);
         let state = fixture.plant.state().unwrap();
-        let mut other = Fixture::of(&robot(), standing(2000), joints);
+        let mut other = with_joints(&robot(), standing(2000), joints);
         let missing = other.plant.resume_from(&state).unwrap();
         assert!(missing.is_empty(), "{missing:?}");
         let again = other.plant.state().unwrap();

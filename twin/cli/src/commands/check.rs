@@ -9,6 +9,7 @@ use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::{TwinError, guarded};
 use crate::report::Warned;
+use crate::report::style::{DIM, GREEN, styled};
 
 #[derive(Serialize)]
 struct Checked {
@@ -50,8 +51,8 @@ pub(super) fn check(registry: &Registry, args: &CheckArgs, terminal: &mut Termin
         match checked {
             Ok(name) => {
                 terminal.warn(&warnings);
-                let mark = terminal.paint.green("✓");
-                let name = terminal.paint.dim(&name);
+                let mark = styled(GREEN, "✓");
+                let name = styled(DIM, &name);
                 terminal.print(&format!("{mark} {file}  {name}"));
             }
             Err((_, error)) => terminal.print_error(&error),

@@ -5,7 +5,8 @@ use twinrig_wire::{PortInfo, ports};
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::DevicesArgs;
-use crate::report::grid::{Cell, Grid, Side, Tint};
+use crate::report::grid::{Cell, Grid, Side};
+use crate::report::style::DIM;
 
 #[derive(Serialize)]
 struct Port {
@@ -55,7 +56,7 @@ pub(super) fn devices(args: &DevicesArgs, terminal: &mut Terminal<'_>) -> u8 {
     } else if ports.is_empty() {
         terminal.print("no serial ports; `twin serve SCENARIO` creates emulated ones");
     } else {
-        let text = grid(&ports).lines(0, terminal.paint).join("\n");
+        let text = grid(&ports).lines(0).join("\n");
         terminal.print(&text);
     }
     SUCCESS
@@ -75,9 +76,9 @@ fn grid(ports: &[Port]) -> Grid {
         let timer = timer.map(|timer| format!("latency timer {} ms", timer * 1e3));
         grid.row([
             port.path.as_str().into(),
-            Cell::new(ids.unwrap_or_default(), Tint::Dim),
+            Cell::new(ids.unwrap_or_default(), DIM),
             name.unwrap_or_default().into(),
-            Cell::new(timer.unwrap_or_default(), Tint::Dim),
+            Cell::new(timer.unwrap_or_default(), DIM),
         ]);
     }
     grid

@@ -11,6 +11,7 @@ use super::{FAILURE, NEGATIVE, SUCCESS, Terminal};
 use crate::args::DiffArgs;
 use crate::error::TwinError;
 use crate::report::seconds;
+use crate::report::style::{BOLD, GREEN, RED, YELLOW, styled};
 
 /// First difference between two recordings, in its serialised form.
 #[derive(Serialize)]
@@ -65,7 +66,7 @@ pub(super) fn diff(args: &DiffArgs, terminal: &mut Terminal<'_>) -> u8 {
                     error,
                 });
             } else {
-                let text = difference.text(terminal.paint);
+                let text = difference.text();
                 terminal.print(&text);
             }
             code(difference.identical, difference.nothing)
@@ -94,7 +95,7 @@ fn by_events(args: &DiffArgs, terminal: &mut Terminal<'_>) -> u8 {
                     error,
                 });
             } else {
-                let text = difference.text(terminal.paint);
+                let text = difference.text();
                 terminal.print(&text);
             }
             code(difference.same, difference.nothing)
@@ -204,7 +205,7 @@ impl Difference {
     }
 
     /// Returns the text form.
-    pub(super) fn text(&self, paint: crate::report::paint::Paint) -> String {
+    pub(super) fn text(&self) -> String {
         let mut lines = Vec::new();
         match &self.first {
             None => {
@@ -213,9 +214,9 @@ impl Difference {
                     .filter_map(|(name, at)| Some(format!("{name} was cut off at {} s", at?)))
                     .collect();
                 let word = match (self.equal_samples, ends.is_empty()) {
-                    (0, _) => paint.yellow("nothing to compare"),
-                    (_, false) => paint.green("identical up to the cut-off"),
-                    (_, true) => paint.green("equal"),
+                    (0, _) => styled(YELLOW, "nothing to compare"),
+                    (_, false) => styled(GREEN, "identical up to the cut-off"),
+                    (_, true) => styled(GREEN, "equal"),
                 };
                 let mut parts = ends;
                 parts.push(format!(
@@ -225,8 +226,8 @@ impl Difference {
                 lines.push(format!("{word}: {}", parts.join("; ")));
             }
             Some(first) => {
-                let signal = paint.bold(&format!("{}[{}]", first.signal, first.component));
-                let word = paint.red("different");
+                let signal = styled(BOLD, &format!("{}[{}]", first.signal, first.component));
+                let word = styled(RED, "different");
                 lines.push(format!(
                     "{word} from {} s: {signal} ({}), after {} equal samples of {} common signals",
                     first.time_s, first.group, self.equal_samples, self.signals

@@ -9,7 +9,8 @@ use twinrig_scenario::{Accepts, Kind};
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::ListArgs;
 use crate::assembly::registry::Registry;
-use crate::report::grid::{Cell, Grid, Side, Tint};
+use crate::report::grid::{Cell, Grid, Side};
+use crate::report::style::{BOLD, DIM, styled};
 
 #[derive(Serialize)]
 struct Listing {
@@ -64,7 +65,7 @@ pub(super) fn list(registry: &Registry, args: &ListArgs, terminal: &mut Terminal
     if args.json {
         terminal.print_json(&listing);
     } else {
-        let text = text(&listing, terminal);
+        let text = text(&listing);
         terminal.print(&text);
     }
     SUCCESS
@@ -112,10 +113,10 @@ fn accepts(accepted: &Accepts) -> String {
     }
 }
 
-fn text(listing: &Listing, terminal: &Terminal<'_>) -> String {
+fn text(listing: &Listing) -> String {
     let mut lines = Vec::new();
     let mut section = |title: &str, parts: &[Part]| {
-        lines.push(terminal.paint.bold(title));
+        lines.push(styled(BOLD, title));
         let mut grid = Grid::new(&[Side::Left, Side::Left]);
         for part in parts {
             let missing = part.missing_feature.as_ref();
@@ -125,25 +126,25 @@ fn text(listing: &Listing, terminal: &Terminal<'_>) -> String {
             grid.row([part.name.as_str().into(), about.into()]);
             for option in &part.options {
                 let line = format!("{} = {}: {}", option.name, option.accepts, option.about);
-                grid.row(["".into(), Cell::new(line, Tint::Dim)]);
+                grid.row(["".into(), Cell::new(line, DIM)]);
             }
             if !part.variables.is_empty() {
                 let names = part.variables.iter().map(|variable| variable.name.as_str());
                 let names = names.collect::<Vec<_>>().join(", ");
                 for line in crate::report::table::wrapped(&format!("variables: {names}"), 90) {
-                    grid.row(["".into(), Cell::new(line, Tint::Dim)]);
+                    grid.row(["".into(), Cell::new(line, DIM)]);
                 }
             }
         }
         if parts.is_empty() {
-            grid.row([Cell::new("none in this build", Tint::Dim)]);
+            grid.row([Cell::new("none in this build", DIM)]);
         }
-        lines.extend(grid.lines(2, terminal.paint));
+        lines.extend(grid.lines(2));
     };
     section("plants", &listing.plants);
     section("controllers", &listing.controllers);
     section("drivers", &listing.buses);
-    lines.push(terminal.paint.bold("robots"));
+    lines.push(styled(BOLD, "robots"));
     lines.extend(listing.robots.iter().map(|robot| format!("  {robot}")));
     lines.join("\n")
 }

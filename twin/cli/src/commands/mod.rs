@@ -19,6 +19,8 @@ use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
+use anstream::adapter::strip_str;
+use anstream::{AutoStream, ColorChoice};
 use clap::Parser;
 use serde::Serialize;
 use twinrig_document::Warning;
@@ -28,7 +30,6 @@ use twinrig_scenario::Setting;
 use crate::args::{Cli, Command, Settings};
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
-use crate::report::paint::Paint;
 
 /// Exit code: success.
 const SUCCESS: u8 = 0;
@@ -41,7 +42,8 @@ const FAILURE: u8 = 2;
 struct Terminal<'a> {
     out: &'a mut dyn Write,
     err: &'a mut dyn Write,
-    paint: Paint,
+    /// Whether standard output shows styles.
+    styles: bool,
     /// Whether to show progress and to handle interrupts.
     interactive: bool,
     /// First error of writing to standard output.
@@ -49,8 +51,16 @@ struct Terminal<'a> {
 }
 
 impl Terminal<'_> {
-    /// Prints text with exactly one newline at its end.
+    /// Prints styled text with exactly one newline at its end.
     fn print(&mut self, text: &str) {
+        if self.styles {
+            self.print_plain(text);
+        } else {
+            self.print_plain(&strip_str(text).to_string());
+        }
+    }
+
+    fn print_plain(&mut self, text: &str) {
         let written = writeln!(self.out, "{}", text.trim_end());
         self.keep_error(written);
     }
@@ -78,7 +88,7 @@ impl Terminal<'_> {
     fn print_json(&mut self, value: &impl Serialize) {
         // Serialisation fails only for keys that are not strings.
         let text = serde_json::to_string(value).unwrap_or_default();
-        self.print(&text);
+        self.print_plain(&text);
     }
 
     /// Reports an error: as JSON on standard output, or as text on standard error.
@@ -122,7 +132,7 @@ pub fn run(registry: Registry) -> ExitCode {
     let mut terminal = Terminal {
         out: &mut std::io::stdout(),
         err: &mut std::io::stderr(),
-        paint: Paint::of(&std::io::stdout()),
+        styles: AutoStream::choice(&std::io::stdout()) != ColorChoice::Never,
         interactive: true,
         write_error: None,
     };
@@ -146,7 +156,7 @@ pub fn run_with(
     let mut terminal = Terminal {
         out,
         err,
-        paint: Paint::PLAIN,
+        styles: false,
         interactive: false,
         write_error: None,
     };

@@ -1,5 +1,6 @@
 //! Command `twin plan`: the scene of a scenario.
 
+use anstyle::Style;
 use serde::Serialize;
 use twinrig_kernel::{Direction, Port};
 use twinrig_runtime::Coupling;
@@ -12,9 +13,9 @@ use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::parts::coupling;
-use crate::report::grid::{Cell, Grid, Side, Tint};
+use crate::report::grid::{Cell, Grid, Side};
 use crate::report::left_out;
-use crate::report::paint::Paint;
+use crate::report::style::{BOLD, DIM, YELLOW, styled};
 use crate::report::table::folded;
 use crate::report::{Warned, seconds};
 
@@ -95,7 +96,7 @@ pub(super) fn plan(registry: &Registry, args: &PlanArgs, terminal: &mut Terminal
                 terminal.print_json(&plan);
             } else {
                 terminal.warn(&assembly.scenario().warnings);
-                let text = text(&plan, terminal.paint);
+                let text = text(&plan);
                 terminal.print(&text);
             }
             SUCCESS
@@ -202,13 +203,12 @@ fn free(rig: &Rig, scenario: &Scenario) -> Vec<Free> {
     free.map(one).collect()
 }
 
-fn text(plan: &Plan, paint: Paint) -> String {
+fn text(plan: &Plan) -> String {
     // Rounded to nanoseconds, the resolution of the schedule.
     let ms = |seconds: f64| format!("{} ms", (1e9 * seconds).round() / 1e6);
     let times = &plan.schedule;
     let mut facts = Grid::new(&[Side::Left, Side::Left]);
-    let mut fact =
-        |name: &str, value: String| facts.row([Cell::new(name, Tint::Dim), value.into()]);
+    let mut fact = |name: &str, value: String| facts.row([Cell::new(name, DIM), value.into()]);
     fact(
         "robot",
         format!("{}, legs {}", plan.robot, plan.legs.join(" ")),
@@ -243,15 +243,14 @@ fn text(plan: &Plan, paint: Paint) -> String {
         "run",
         format!("{} s, seed {}{changes}", plan.duration_s, plan.seed),
     );
-    let mut lines = vec![paint.bold(&plan.scenario)];
-    lines.extend(facts.lines(2, paint));
-    section(&mut lines, paint, "connections", &wired(plan));
+    let mut lines = vec![styled(BOLD, &plan.scenario)];
+    lines.extend(facts.lines(2));
+    section(&mut lines, "connections", &wired(plan));
     let title = "undriven inputs of the plant";
-    section(&mut lines, paint, title, &undriven(plan));
-    section(&mut lines, paint, "signals of the plant", &signals(plan));
+    section(&mut lines, title, &undriven(plan));
+    section(&mut lines, "signals of the plant", &signals(plan));
     section(
         &mut lines,
-        paint,
         "counters of drivers and boards",
         &diagnostics(plan),
     );
@@ -259,21 +258,21 @@ fn text(plan: &Plan, paint: Paint) -> String {
     for name in &plan.expectations {
         expected.row([name.as_str().into()]);
     }
-    section(&mut lines, paint, "expectations", &expected);
+    section(&mut lines, "expectations", &expected);
     let mut left_out = Grid::new(&[Side::Left]);
     for [parts, why] in left_out::lines(&plan.left_out) {
-        let why = paint.dim(&format!("({why})"));
+        let why = styled(DIM, &format!("({why})"));
         left_out.row([format!("{parts} {why}").into()]);
     }
-    section(&mut lines, paint, "left out", &left_out);
+    section(&mut lines, "left out", &left_out);
     lines.join("\n")
 }
 
-fn section(lines: &mut Vec<String>, paint: Paint, title: &str, grid: &Grid) {
-    let rows = grid.lines(4, paint);
+fn section(lines: &mut Vec<String>, title: &str, grid: &Grid) {
+    let rows = grid.lines(4);
     if !rows.is_empty() {
         lines.push(String::new());
-        lines.push(format!("  {}", paint.bold(title)));
+        lines.push(format!("  {}", styled(BOLD, title)));
         lines.extend(rows);
     }
 }
@@ -293,7 +292,7 @@ fn wired(plan: &Plan) -> Grid {
         }
     }
     for [from, signal, unit, to] in rows {
-        let dim = |text| Cell::new(text, Tint::Dim);
+        let dim = |text| Cell::new(text, DIM);
         grid.row([dim(from), signal.into(), dim(unit), dim(to)]);
     }
     grid
@@ -312,7 +311,7 @@ fn undriven(plan: &Plan) -> Grid {
         }
     }
     for (name, measure) in rows {
-        grid.row([name.into(), Cell::new(measure, Tint::Dim)]);
+        grid.row([name.into(), Cell::new(measure, DIM)]);
     }
     grid
 }
@@ -340,16 +339,12 @@ fn signals(plan: &Plan) -> Grid {
         }
     }
     for (name, unit, computed_recorded) in rows {
-        let (status, tint) = match computed_recorded {
-            (true, true) => ("recorded", Tint::None),
-            (true, false) => ("computed, not recorded", Tint::Yellow),
-            (false, _) => ("not computed", Tint::Dim),
+        let (status, style) = match computed_recorded {
+            (true, true) => ("recorded", Style::new()),
+            (true, false) => ("computed, not recorded", YELLOW),
+            (false, _) => ("not computed", DIM),
         };
-        grid.row([
-            name.into(),
-            Cell::new(unit, Tint::Dim),
-            Cell::new(status, tint),
-        ]);
+        grid.row([name.into(), Cell::new(unit, DIM), Cell::new(status, style)]);
     }
     grid
 }
@@ -364,7 +359,7 @@ fn diagnostics(plan: &Plan) -> Grid {
         }
     }
     for (name, unit) in rows {
-        grid.row([name.into(), Cell::new(format!("[{unit}]"), Tint::Dim)]);
+        grid.row([name.into(), Cell::new(format!("[{unit}]"), DIM)]);
     }
     grid
 }

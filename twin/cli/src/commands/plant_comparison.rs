@@ -13,6 +13,7 @@ use super::run::{Session, error_of};
 use crate::args::RunArgs;
 use crate::assembly::Assembly;
 use crate::error::{TwinError, guarded};
+use crate::report::style::{BOLD, RED, styled};
 use crate::report::{Report, Status, seconds};
 use crate::run::continuation::{Continuation, resume_with_plant};
 use crate::run::execute::execute_saving;
@@ -332,21 +333,17 @@ fn print(
             pair.scenario
         ),
     };
-    let mut lines = vec![terminal.paint.bold(&heading)];
+    let mut lines = vec![styled(BOLD, &heading)];
     lines.extend(lost.iter().map(|line| format!("  not resumed: {line}")));
     if let (Some(_), Some(recording)) = (pair.continuation, pair.recordings[1]) {
         lines.push(format!("  recording: {recording}"));
     }
     if let Some(error) = &error {
-        lines.extend(
-            error
-                .lines()
-                .map(|line| format!("  {}", terminal.paint.red(line))),
-        );
+        lines.extend(error.lines().map(|line| format!("  {}", styled(RED, line))));
     }
     if let Some(difference) = &difference {
         lines.push(format!("  a is {a}, b is {b}"));
-        let text = difference.text(terminal.paint);
+        let text = difference.text();
         lines.extend(text.lines().map(|line| {
             if line.is_empty() {
                 String::new()

@@ -13,6 +13,7 @@ use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
 use crate::error::TwinError;
+use crate::report::style::{BOLD, GREEN, RED, YELLOW, styled};
 use crate::report::{Report, Status, seconds};
 use crate::run::execute::{EXCHANGED_NOTE, Execution, HARDWARE_NOTE, SETTINGS_NOTE, execute_until};
 use crate::run::interrupt;
@@ -49,7 +50,7 @@ pub(super) fn replay(registry: &Registry, args: &ReplayArgs, terminal: &mut Term
             if args.json {
                 terminal.print_json(&replayed);
             } else {
-                let text = text(&replayed, terminal);
+                let text = text(&replayed);
                 terminal.print(&text);
             }
             code
@@ -164,27 +165,26 @@ fn assembly<'r>(
     )
 }
 
-fn text(replayed: &Replayed, terminal: &Terminal<'_>) -> String {
-    let paint = terminal.paint;
-    let mut lines = vec![paint.bold(&replayed.scenario)];
+fn text(replayed: &Replayed) -> String {
+    let mut lines = vec![styled(BOLD, &replayed.scenario)];
     if let (true, Some(at)) = (replayed.identical, replayed.cut_off_s) {
-        let word = paint.green("identical up to the cut-off");
+        let word = styled(GREEN, "identical up to the cut-off");
         lines.push(format!("  {word}: the recording was cut off at {at} s"));
         return lines.join("\n");
     }
     if replayed.identical {
-        let word = paint.green("identical");
+        let word = styled(GREEN, "identical");
         let fingerprint = replayed.fingerprint.as_deref().unwrap_or_default();
         lines.push(format!("  {word}: fingerprint {fingerprint}"));
         return lines.join("\n");
     }
     if let Some(at) = replayed.cut_off_s {
-        let word = paint.yellow("cut off");
+        let word = styled(YELLOW, "cut off");
         lines.push(format!(
             "  {word}: the recording was cut off at {at} s; comparison up to there:"
         ));
     } else {
-        lines.push(format!("  {}", paint.red("not identical")));
+        lines.push(format!("  {}", styled(RED, "not identical")));
         for (name, print) in [
             ("recorded", &replayed.fingerprint_recorded),
             ("replayed", &replayed.fingerprint),
@@ -193,7 +193,7 @@ fn text(replayed: &Replayed, terminal: &Terminal<'_>) -> String {
             lines.push(format!("    {name:<9} {print}"));
         }
     }
-    let difference = replayed.difference.text(paint);
+    let difference = replayed.difference.text();
     lines.extend(difference.lines().map(|line| format!("  {line}")));
     if let Some(error) = &replayed.error {
         lines.extend(error.lines().map(|line| format!("  {line}")));

@@ -48,7 +48,7 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
     }
     let reports = session.reports;
     if !args.json && reports.len() > 1 {
-        let text = table::summary(&reports, terminal.paint);
+        let text = table::summary(&reports);
         terminal.print(&text);
     }
     let codes = reports.iter().map(|report| report.verdict.exit_code());
@@ -160,7 +160,7 @@ impl<'a> Session<'a> {
             // The run did not start, so that the report consists of the error.
             let _ = writeln!(terminal.err, "{error}\n");
         } else {
-            let text = table::report(&report, terminal.paint);
+            let text = table::report(&report);
             terminal.print(&text);
             terminal.print("");
         }

@@ -13,7 +13,6 @@ use crate::args::{StudyArgs, StudyCommand, StudyOptions};
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
-use crate::report::paint::Paint;
 use crate::run::interrupt;
 use crate::run::progress::Progress;
 use crate::study::builder::StudyBuilder;
@@ -38,7 +37,7 @@ pub(super) fn study(registry: &Registry, args: &StudyArgs, terminal: &mut Termin
             if options.json {
                 terminal.print_json(&result.json(&machine, &command(name, options)));
             } else {
-                let text = result.text(&files, terminal.paint);
+                let text = result.text(&files);
                 terminal.print(&text);
             }
             match result.error() {
@@ -94,10 +93,10 @@ impl StudyResult {
         }
     }
 
-    fn text(&self, files: &[PathBuf], paint: Paint) -> String {
+    fn text(&self, files: &[PathBuf]) -> String {
         match self {
-            Self::Plants(study) => table::text(study, files, paint),
-            Self::Coupling(study) => coupling_table::text(study, files, paint),
+            Self::Plants(study) => table::text(study, files),
+            Self::Coupling(study) => coupling_table::text(study, files),
         }
     }
 }

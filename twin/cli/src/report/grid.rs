@@ -1,6 +1,8 @@
 //! Text in aligned columns.
 
-use crate::report::paint::Paint;
+use anstyle::Style;
+
+use crate::report::style::styled;
 
 /// Alignment of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,58 +13,32 @@ pub enum Side {
     Right,
 }
 
-/// Colour of a cell.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Tint {
-    /// Default colour.
-    #[default]
-    None,
-    /// Success.
-    Green,
-    /// Failure.
-    Red,
-    /// Warning.
-    Yellow,
-    /// Secondary information.
-    Dim,
-}
-
 /// Cell of a grid.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cell {
     text: String,
-    tint: Tint,
+    style: Style,
 }
 
 impl Cell {
-    /// Creates a cell with a colour.
-    pub fn new(text: impl Into<String>, tint: Tint) -> Self {
+    /// Creates a styled cell.
+    pub fn new(text: impl Into<String>, style: Style) -> Self {
         Self {
             text: text.into(),
-            tint,
-        }
-    }
-
-    fn painted(&self, paint: Paint) -> String {
-        match self.tint {
-            Tint::None => self.text.clone(),
-            Tint::Green => paint.green(&self.text),
-            Tint::Red => paint.red(&self.text),
-            Tint::Yellow => paint.yellow(&self.text),
-            Tint::Dim => paint.dim(&self.text),
+            style,
         }
     }
 }
 
 impl From<String> for Cell {
     fn from(text: String) -> Self {
-        Self::new(text, Tint::None)
+        Self::new(text, Style::new())
     }
 }
 
 impl From<&str> for Cell {
     fn from(text: &str) -> Self {
-        Self::new(text, Tint::None)
+        Self::new(text, Style::new())
     }
 }
 
@@ -89,7 +65,7 @@ impl Grid {
     }
 
     /// Returns the lines, indented by `indent` spaces and without trailing spaces.
-    pub fn lines(&self, indent: usize, paint: Paint) -> Vec<String> {
+    pub fn lines(&self, indent: usize) -> Vec<String> {
         let width = |column: usize| {
             let cells = self.rows.iter().filter_map(|row| row.get(column));
             cells.map(|cell| width(&cell.text)).max().unwrap_or(0)
@@ -97,11 +73,11 @@ impl Grid {
         let widths: Vec<usize> = (0..self.sides.len()).map(width).collect();
         self.rows
             .iter()
-            .map(|row| self.line(row, &widths, indent, paint))
+            .map(|row| self.line(row, &widths, indent))
             .collect()
     }
 
-    fn line(&self, row: &[Cell], widths: &[usize], indent: usize, paint: Paint) -> String {
+    fn line(&self, row: &[Cell], widths: &[usize], indent: usize) -> String {
         let mut line = " ".repeat(indent);
         let mut blanks = 0;
         let columns = widths.iter().zip(&self.sides).enumerate();
@@ -119,7 +95,7 @@ impl Grid {
                 blanks += wide - padding;
             } else {
                 line.push_str(&" ".repeat(blanks));
-                line.push_str(&cell.painted(paint));
+                line.push_str(&styled(cell.style, &cell.text));
                 blanks = 0;
             }
             blanks += after + 2;
@@ -143,7 +119,7 @@ mod tests {
         grid.row(["✓".into(), "".into(), "0.5".into(), "m".into()]);
         grid.row(["✗".into(), "".into(), "12.25".into(), "".into()]);
         grid.row(["✓".into(), "".into(), "".into(), "s".into()]);
-        let lines = grid.lines(1, Paint::PLAIN);
+        let lines = grid.lines(1);
         assert_eq!(lines, [" ✓    0.5  m", " ✗  12.25", " ✓         s"]);
     }
 }

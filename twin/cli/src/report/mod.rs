@@ -3,7 +3,7 @@
 pub(crate) mod grid;
 pub(crate) mod junit;
 pub(crate) mod left_out;
-pub(crate) mod paint;
+pub(crate) mod style;
 pub(crate) mod table;
 
 use serde::{Serialize, Serializer};

@@ -4,36 +4,37 @@ mod shown;
 
 use std::fmt::Write as _;
 
+use anstyle::Style;
 use shown::Shown;
 use twinrig_scenario::{Outcome, Verdict};
 
-use crate::report::grid::{Cell, Grid, Side, Tint};
+use crate::report::grid::{Cell, Grid, Side};
 use crate::report::left_out;
-use crate::report::paint::Paint;
+use crate::report::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 use crate::report::{Report, Status};
 
 /// Maximum width of the values of facts.
 const WIDTH: usize = 100;
 
 /// Returns the report of a scenario.
-pub fn report(report: &Report, paint: Paint) -> String {
+pub fn report(report: &Report) -> String {
     let mut out = String::new();
-    let _ = writeln!(out, "{}", heading(report, paint));
+    let _ = writeln!(out, "{}", heading(report));
     if !report.expectations.is_empty() {
         let _ = writeln!(out);
-        for line in expectations(report).lines(2, paint) {
+        for line in expectations(report).lines(2) {
             let _ = writeln!(out, "{line}");
         }
     }
     let _ = writeln!(out);
     if let Some(error) = &report.error {
         for line in error.lines() {
-            let _ = writeln!(out, "  {}", paint.red(line));
+            let _ = writeln!(out, "  {}", styled(RED, line));
         }
         let _ = writeln!(out);
     }
-    let _ = writeln!(out, "  {}", verdict(report, paint));
-    for line in facts(report).lines(2, paint) {
+    let _ = writeln!(out, "  {}", verdict(report));
+    for line in facts(report).lines(2) {
         let _ = writeln!(out, "{line}");
     }
     if let Some(real_time) = &report.real_time {
@@ -42,14 +43,14 @@ pub fn report(report: &Report, paint: Paint) -> String {
             let _ = writeln!(out, "  note: {note}");
         }
         for line in real_time.times.to_string().lines() {
-            let _ = writeln!(out, "  {}", paint.dim(line));
+            let _ = writeln!(out, "  {}", styled(DIM, line));
         }
     }
     out
 }
 
 /// Returns a summary with one row per report.
-pub fn summary(reports: &[Report], paint: Paint) -> String {
+pub fn summary(reports: &[Report]) -> String {
     let mut grid = Grid::new(&[
         Side::Left,
         Side::Left,
@@ -74,20 +75,20 @@ pub fn summary(reports: &[Report], paint: Paint) -> String {
         } else {
             format!("{} of {count} hold", report.held())
         };
-        let tint = status_tint(report.verdict);
+        let style = status_style(report.verdict);
         let failure = first_failure(report).unwrap_or_default();
         grid.row([
-            Cell::new(report.verdict.word(), tint),
+            Cell::new(report.verdict.word(), style),
             report.scenario.as_str().into(),
             plant.unwrap_or_default().into(),
             held.into(),
             "".into(),
             speed(report).unwrap_or_default().into(),
-            Cell::new(failure, Tint::Dim),
+            Cell::new(failure, DIM),
         ]);
     }
     let mut out = String::new();
-    for line in grid.lines(2, paint) {
+    for line in grid.lines(2) {
         let _ = writeln!(out, "{line}");
     }
     out
@@ -102,16 +103,16 @@ fn first_failure(report: &Report) -> Option<String> {
     failed.map(|line| line.0.name.clone())
 }
 
-fn status_tint(status: Status) -> Tint {
+fn status_style(status: Status) -> Style {
     match status {
-        Status::Pass => Tint::Green,
-        Status::Fail => Tint::Red,
-        Status::Error => Tint::Yellow,
+        Status::Pass => GREEN,
+        Status::Fail => RED,
+        Status::Error => YELLOW,
     }
 }
 
-fn heading(report: &Report, paint: Paint) -> String {
-    let mut heading = paint.bold(&report.scenario);
+fn heading(report: &Report) -> String {
+    let mut heading = styled(BOLD, &report.scenario);
     let plant = report.plant.as_deref();
     let details: Vec<String> = [
         plant.map(|plant| format!("{plant} plant")),
@@ -122,29 +123,24 @@ fn heading(report: &Report, paint: Paint) -> String {
     .flatten()
     .collect();
     if !details.is_empty() {
-        let _ = write!(heading, "  {}", paint.dim(&details.join(" · ")));
+        let _ = write!(heading, "  {}", styled(DIM, &details.join(" · ")));
     }
     heading
 }
 
-fn verdict(report: &Report, paint: Paint) -> String {
+fn verdict(report: &Report) -> String {
     let count = report.expectations.len();
     let text = match count {
         0 => "no expectations".to_owned(),
         1 => format!("{} of 1 expectation holds", report.held()),
         _ => format!("{} of {count} expectations hold", report.held()),
     };
-    let word = report.verdict.word();
-    let word = match report.verdict {
-        Status::Pass => paint.green(word),
-        Status::Fail => paint.red(word),
-        Status::Error => paint.yellow(word),
-    };
+    let word = styled(status_style(report.verdict), report.verdict.word());
     format!("{word}  {text}")
 }
 
 fn expectations(report: &Report) -> Grid {
-    let dim = |text: &str| Cell::new(text, Tint::Dim);
+    let dim = |text: &str| Cell::new(text, DIM);
     let sides = [
         Side::Left,
         Side::Left,
@@ -168,31 +164,31 @@ fn expectations(report: &Report) -> Grid {
     ]);
     for line in &report.expectations {
         let outcome = &line.0;
-        let (mark, tint) = mark(outcome);
+        let (mark, style) = mark(outcome);
         let shown = Shown::of(outcome);
         let number =
             |value: Option<f64>| value.map(|value| shown.number(value)).unwrap_or_default();
-        let bad = if outcome.holds() { Tint::None } else { tint };
+        let bad = if outcome.holds() { Style::new() } else { style };
         grid.row([
-            Cell::new(mark, tint),
+            Cell::new(mark, style),
             outcome.name.as_str().into(),
             Cell::new(number(outcome.measured), bad),
-            Cell::new(sign(outcome), Tint::Dim),
+            Cell::new(sign(outcome), DIM),
             number(outcome.bound).into(),
             shown.symbol.into(),
             Cell::new(number(outcome.margin), bad),
-            Cell::new(remark(outcome), Tint::Dim),
+            Cell::new(remark(outcome), DIM),
         ]);
     }
     grid
 }
 
-fn mark(outcome: &Outcome) -> (&'static str, Tint) {
+fn mark(outcome: &Outcome) -> (&'static str, Style) {
     match (outcome.verdict, outcome.holds()) {
-        (Verdict::Pass, _) => ("✓", Tint::Green),
-        (Verdict::Fail, _) => ("✗", Tint::Red),
-        (Verdict::Unobserved, true) => ("–", Tint::Yellow),
-        (Verdict::Unobserved, false) => ("?", Tint::Red),
+        (Verdict::Pass, _) => ("✓", GREEN),
+        (Verdict::Fail, _) => ("✗", RED),
+        (Verdict::Unobserved, true) => ("–", YELLOW),
+        (Verdict::Unobserved, false) => ("?", RED),
     }
 }
 
@@ -279,7 +275,7 @@ fn facts(report: &Report) -> Grid {
     let mut fact = |name: &str, value: String| {
         let mut name = name;
         for line in wrapped(&value, WIDTH) {
-            grid.row([Cell::new(name, Tint::Dim), line.into()]);
+            grid.row([Cell::new(name, DIM), line.into()]);
             name = "";
         }
     };
@@ -354,5 +350,4 @@ pub(crate) fn folded(signal: &str, legs: &[impl AsRef<str>]) -> String {
 }
 
 #[cfg(test)]
-#[path = "table_tests.rs"]
 mod tests;

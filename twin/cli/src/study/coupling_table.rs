@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use twinrig_study::{CouplingKind, CouplingMethod, CouplingRow, CouplingStudy, Status, brief};
 
-use crate::report::grid::{Cell, Grid, Side, Tint};
-use crate::report::paint::Paint;
+use crate::report::grid::{Cell, Grid, Side};
+use crate::report::style::{BOLD, DIM, RED, YELLOW, styled};
 
 /// Row that contradicts its neighbours.
 fn doubtful(row: &CouplingRow) -> String {
@@ -17,21 +17,21 @@ fn doubtful(row: &CouplingRow) -> String {
 }
 
 /// Formats the results of a study and the names of its files.
-pub fn text(study: &CouplingStudy, files: &[PathBuf], paint: Paint) -> String {
+pub fn text(study: &CouplingStudy, files: &[PathBuf]) -> String {
     let mut lines = vec![format!(
         "{}  {}",
-        paint.bold(&study.scenario),
-        paint.dim("study of coupling")
+        styled(BOLD, &study.scenario),
+        styled(DIM, "study of coupling")
     )];
     lines.push(study.headline());
     for plant in study.plants() {
         lines.push(String::new());
-        lines.push(format!("  {}", paint.bold(plant)));
-        lines.extend(table(study, plant).lines(4, paint));
+        lines.push(format!("  {}", styled(BOLD, plant)));
+        lines.extend(table(study, plant).lines(4));
     }
     lines.push(String::new());
     let mut facts = Grid::new(&[Side::Left, Side::Left]);
-    let mut fact = |name: &str, text: String| facts.row([Cell::new(name, Tint::Dim), text.into()]);
+    let mut fact = |name: &str, text: String| facts.row([Cell::new(name, DIM), text.into()]);
     for order in study.orders() {
         let (plant, method) = (&order.plant, order.method.word());
         let points = order.points;
@@ -72,7 +72,7 @@ pub fn text(study: &CouplingStudy, files: &[PathBuf], paint: Paint) -> String {
     for file in files {
         fact("written", file.display().to_string());
     }
-    lines.extend(facts.lines(2, paint));
+    lines.extend(facts.lines(2));
     lines.join("\n")
 }
 
@@ -81,7 +81,7 @@ fn table(study: &CouplingStudy, plant: &str) -> Grid {
     let mut sides = [Side::Right; 11];
     sides[10] = Side::Left;
     let mut grid = Grid::new(&sides);
-    let dim = |text: &str| Cell::new(text, Tint::Dim);
+    let dim = |text: &str| Cell::new(text, DIM);
     let [a, b, c] = CouplingMethod::ALL.map(|method| format!("{}: RMS", method.word()));
     let (steps, speed) = (|| dim("steps/s"), || dim("× real time"));
     grid.row([
@@ -110,7 +110,7 @@ fn table(study: &CouplingStudy, plant: &str) -> Grid {
         let ([a, b, c], [d, e, f], [g, h, i]) = (exact, mean, held);
         let note = match changed {
             0 => "".into(),
-            count => Cell::new(format!("{count} counters differ"), Tint::Yellow),
+            count => Cell::new(format!("{count} counters differ"), YELLOW),
         };
         let step = brief(first.step_s, "s").into();
         grid.row([step, a, b, c, d, e, f, g, h, i, note]);
@@ -122,8 +122,8 @@ fn three(row: &CouplingRow) -> [Cell; 3] {
     let error = match (row.status, row.error_rms_m) {
         (Status::Ok, Some(error)) => brief(error, "m").into(),
         (Status::Ok, None) => "".into(),
-        _ if row.cut => Cell::new(row.word(), Tint::Dim),
-        _ => Cell::new(row.word(), Tint::Red),
+        _ if row.cut => Cell::new(row.word(), DIM),
+        _ => Cell::new(row.word(), RED),
     };
     let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.0}"));
     let speed = row

@@ -2,22 +2,23 @@
 
 use std::path::PathBuf;
 
+use anstyle::Style;
 use twinrig_study::{
     Row, RowKind, Scales, Status, StiffnessTrend, Study, StudyKind, Transport, brief,
 };
 
-use crate::report::grid::{Cell, Grid, Side, Tint};
-use crate::report::paint::Paint;
+use crate::report::grid::{Cell, Grid, Side};
+use crate::report::style::{BOLD, DIM, RED, YELLOW, styled};
 
 /// Step at which methods are compared.
 const USUAL_STEP_S: f64 = 2e-3;
 
 /// Formats the results of a study and the names of its files.
-pub fn text(study: &Study, files: &[PathBuf], paint: Paint) -> String {
+pub fn text(study: &Study, files: &[PathBuf]) -> String {
     let mut lines = vec![format!(
         "{}  {}",
-        paint.bold(&study.scenario),
-        paint.dim(&format!("study of {}", study.kind.name()))
+        styled(BOLD, &study.scenario),
+        styled(DIM, &format!("study of {}", study.kind.name()))
     )];
     lines.push(study.headline());
     let grid = match study.kind {
@@ -25,10 +26,10 @@ pub fn text(study: &Study, files: &[PathBuf], paint: Paint) -> String {
         StudyKind::Stability => stability(study),
     };
     lines.push(String::new());
-    lines.extend(grid.lines(2, paint));
+    lines.extend(grid.lines(2));
     lines.push(String::new());
     let mut facts = Grid::new(&[Side::Left, Side::Left]);
-    let mut fact = |name: &str, text: String| facts.row([Cell::new(name, Tint::Dim), text.into()]);
+    let mut fact = |name: &str, text: String| facts.row([Cell::new(name, DIM), text.into()]);
     for note in &study.references {
         fact("reference", reference(note));
     }
@@ -58,7 +59,7 @@ pub fn text(study: &Study, files: &[PathBuf], paint: Paint) -> String {
     for file in files {
         fact("written", file.display().to_string());
     }
-    lines.extend(facts.lines(2, paint));
+    lines.extend(facts.lines(2));
     lines.join("\n")
 }
 
@@ -165,7 +166,7 @@ fn precision(study: &Study) -> Grid {
         Side::Left,
         Side::Left,
     ]);
-    let dim = |text: &str| Cell::new(text, Tint::Dim);
+    let dim = |text: &str| Cell::new(text, DIM);
     grid.row([
         dim("plant"),
         dim("method"),
@@ -218,11 +219,11 @@ fn precision(study: &Study) -> Grid {
             match (failed, cut) {
                 (0, 0) => "".into(),
                 // What was cut for the budget did nothing wrong.
-                (0, cut) => Cell::new(format!("{cut} of {} truncated", rows.len()), Tint::Dim),
-                (failed, 0) => Cell::new(format!("{failed} of {} failed", rows.len()), Tint::Red),
+                (0, cut) => Cell::new(format!("{cut} of {} truncated", rows.len()), DIM),
+                (failed, 0) => Cell::new(format!("{failed} of {} failed", rows.len()), RED),
                 (failed, cut) => Cell::new(
                     format!("{failed} of {} failed, {cut} truncated", rows.len()),
-                    Tint::Red,
+                    RED,
                 ),
             },
         ]);
@@ -247,7 +248,7 @@ fn stability(study: &Study) -> Grid {
         Side::Right,
         Side::Left,
     ]);
-    let dim = |text: &str| Cell::new(text, Tint::Dim);
+    let dim = |text: &str| Cell::new(text, DIM);
     grid.row([
         dim("plant"),
         dim("method"),
@@ -267,11 +268,11 @@ fn stability(study: &Study) -> Grid {
             (None, Some(_)) => "adaptive".to_owned(),
             (None, None) => String::new(),
         };
-        let (word, tint) = match row.status {
-            Status::Ok if row.wrong => ("stable, but wrong", Tint::Yellow),
-            Status::Ok => ("", Tint::None),
-            _ if row.cut => (row.word(), Tint::Dim),
-            _ => (row.word(), Tint::Red),
+        let (word, style) = match row.status {
+            Status::Ok if row.wrong => ("stable, but wrong", YELLOW),
+            Status::Ok => ("", Style::new()),
+            _ if row.cut => (row.word(), DIM),
+            _ => (row.word(), RED),
         };
         grid.row([
             row.plant.as_str().into(),
@@ -283,7 +284,7 @@ fn stability(study: &Study) -> Grid {
             row.cost_per_step_s
                 .map_or(String::new(), |cost| brief(cost, "s"))
                 .into(),
-            Cell::new(word, tint),
+            Cell::new(word, style),
         ]);
     }
     grid

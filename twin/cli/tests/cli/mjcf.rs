@@ -79,7 +79,7 @@ mod with_mujoco {
     fn signal_errors_are_shown_at_their_place() {
         let joint = refused("joint", "{ joint = \"lf_hip\" }", "{ joint = \"lf_hipp\" }");
         let expected = "error: the model has no joint `lf_hipp`\n  --> pup.toml:21:35\n   |\n\
-                      21 | \"leg/LF/hip/position\" = { joint = \"lf_hipp\" }\n   |                                   ^^^^^^^^^\n   \
+                      21 | \"leg/LF/hip/position\" = { joint = \"lf_hipp\" }\n   |                                   ^^^^^^^^^\n   |\n   \
                       = help: did you mean `lf_hip`?";
         assert!(joint.contains(expected), "{joint}");
 

@@ -30,7 +30,7 @@ pub struct RealTimeReport {
 }
 
 /// Report on the transfers of a task.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TaskReport {
     /// Name of the task.
     pub name: String,

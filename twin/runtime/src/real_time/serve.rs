@@ -308,5 +308,4 @@ fn wall_time(clock: &dyn Clock, start: HostTime) -> SimTime {
 }
 
 #[cfg(test)]
-#[path = "serve_tests.rs"]
 mod tests;

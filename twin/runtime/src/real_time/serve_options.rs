@@ -64,7 +64,7 @@ pub enum Hold {
 }
 
 /// Report on serving.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ServeReport {
     /// Simulated time.
     pub served: SimDuration,

@@ -10,23 +10,23 @@ use figures::{figure, percent, quantity};
 
 use super::super::diff::some_of;
 use super::EventDifference;
-use crate::report::paint::Paint;
+use crate::report::style::{BOLD, GREEN, RED, YELLOW, styled};
 
 impl EventDifference {
     /// Returns the text form.
-    pub(in super::super) fn text(&self, paint: Paint) -> String {
+    pub(in super::super) fn text(&self) -> String {
         if self.bit_for_bit {
-            return paint.green("identical, bit for bit");
+            return styled(GREEN, "identical, bit for bit");
         }
-        let mut lines = self.verdict(paint);
+        let mut lines = self.verdict();
         lines.extend(self.ends());
         if self.footsteps.a + self.footsteps.b == 0 {
             lines
                 .push("  no footsteps in either recording: signals at equal times only".to_owned());
         } else {
-            lines.extend(self.footstep_lines(paint));
+            lines.extend(self.footstep_lines());
         }
-        lines.extend(self.signal_lines(paint));
+        lines.extend(self.signal_lines());
         for (name, only) in [("a", &self.only_in_a), ("b", &self.only_in_b)] {
             if !only.is_empty() {
                 lines.push(format!("  signals only in {name}: {}", some_of(only)));
@@ -36,16 +36,16 @@ impl EventDifference {
     }
 
     /// Returns the verdict, the summary of the differences at the end, and the first difference.
-    fn verdict(&self, paint: Paint) -> Vec<String> {
+    fn verdict(&self) -> Vec<String> {
         if self.nothing {
-            return vec![paint.yellow("nothing to compare")];
+            return vec![styled(YELLOW, "nothing to compare")];
         }
         let word = if self.same {
-            paint.green("equal")
+            styled(GREEN, "equal")
         } else {
-            paint.red("different")
+            styled(RED, "different")
         };
-        let why = self.why(paint);
+        let why = self.why();
         match self.summary() {
             Some(summary) => vec![format!("{word}: {summary}"), format!("  {why}")],
             None if why.starts_with("from ") => vec![format!("{word} {why}")],
@@ -54,15 +54,15 @@ impl EventDifference {
     }
 
     /// Returns the first difference, or the tolerances within which the runs are equal.
-    fn why(&self, paint: Paint) -> String {
+    fn why(&self) -> String {
         if let Some(first) = &self.first {
             let from = figure(first.at_s);
-            return format!("from {from} s: {}", paint.bold(&first.description()));
+            return format!("from {from} s: {}", styled(BOLD, &first.description()));
         }
         if let Some(first) = &self.first_signal {
             let difference = format!(
                 "{}, maximum difference {} of its range",
-                paint.bold(&first.name()),
+                styled(BOLD, &first.name()),
                 percent(Some(first.share))
             );
             return match first.at_s {

@@ -3,14 +3,14 @@
 use super::super::EventDifference;
 use super::super::footsteps::{First, Footsteps, Spread};
 use super::figures::{figure, quantity, three};
-use crate::report::grid::{Cell, Grid, Side, Tint};
-use crate::report::paint::Paint;
+use crate::report::grid::{Cell, Grid, Side};
+use crate::report::style::{DIM, YELLOW, styled};
 
 /// Maximum number of footsteps without a partner that are listed.
 const NAMED: usize = 6;
 
 impl EventDifference {
-    pub(super) fn footstep_lines(&self, paint: Paint) -> Vec<String> {
+    pub(super) fn footstep_lines(&self) -> Vec<String> {
         let of = &self.footsteps;
         let mut lines = vec![String::new()];
         lines.push(format!(
@@ -43,14 +43,14 @@ impl EventDifference {
         }
         if of.pairs > 0 {
             lines.push(String::new());
-            lines.extend(self.footstep_table().lines(2, paint));
-            lines.extend(self.suspects(paint));
+            lines.extend(self.footstep_table().lines(2));
+            lines.extend(self.suspects());
         }
         lines
     }
 
     /// Returns the legs whose footsteps may be paired with footsteps of other strides.
-    fn suspects(&self, paint: Paint) -> Option<String> {
+    fn suspects(&self) -> Option<String> {
         let stride = self.stride_s?;
         let suspects = self.legs.iter().filter(|leg| leg.footsteps.suspect);
         let legs: Vec<String> = suspects
@@ -62,7 +62,7 @@ impl EventDifference {
         (!legs.is_empty()).then(|| {
             format!(
                 "  {}: the median touch-down differs by {} of {}: pairs of different strides, or b leads or lags by as much",
-                paint.yellow("suspect"),
+                styled(YELLOW, "suspect"),
                 legs.join(", "),
                 quantity(stride, "s"),
             )
@@ -73,7 +73,7 @@ impl EventDifference {
         let mut sides = vec![Side::Left];
         sides.extend([Side::Right; 11]);
         let mut grid = Grid::new(&sides);
-        let dim = |text: &str| Cell::new(text, Tint::Dim);
+        let dim = |text: &str| Cell::new(text, DIM);
         grid.row([
             dim("b − a"),
             dim("pairs"),

@@ -3,8 +3,8 @@
 use super::super::EventDifference;
 use super::super::signals::{Drifted, OfSignal, RESIDUAL};
 use super::figures::{Scale, figure, percent, quantity, three};
-use crate::report::grid::{Cell, Grid, Side, Tint};
-use crate::report::paint::Paint;
+use crate::report::grid::{Cell, Grid, Side};
+use crate::report::style::DIM;
 use crate::report::table::folded;
 use twinrig_kernel::signal;
 
@@ -28,7 +28,7 @@ struct Kind<'d> {
 }
 
 impl EventDifference {
-    pub(super) fn signal_lines(&self, paint: Paint) -> Vec<String> {
+    pub(super) fn signal_lines(&self) -> Vec<String> {
         let kinds = self.kinds();
         let (differ, equal): (Vec<Kind<'_>>, Vec<Kind<'_>>) =
             kinds.into_iter().partition(|kind| kind.share >= ROUNDING);
@@ -48,7 +48,7 @@ impl EventDifference {
             ),
         ];
         let mut grid = Grid::new(&[[Side::Left; 1].as_slice(), &[Side::Right; 8]].concat());
-        let dim = |text: &str| Cell::new(text, Tint::Dim);
+        let dim = |text: &str| Cell::new(text, DIM);
         grid.row([
             dim("signal"),
             dim("max"),
@@ -65,7 +65,7 @@ impl EventDifference {
         for kind in differ.iter().take(SHOWN).chain(&residual) {
             grid.row(kind.row(aligned));
         }
-        lines.extend(grid.lines(2, paint));
+        lines.extend(grid.lines(2));
         let (more, equal) = (differ.len().saturating_sub(SHOWN), equal.len());
         let rest = match (more, equal) {
             (0, 0) => return lines,

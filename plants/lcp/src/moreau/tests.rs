@@ -108,7 +108,7 @@ fn weak(drives: Drives) -> Drives {
 
 /// Returns a robot with the motors of another robot file, each at its own voltage.
 fn motorised<const N: usize>(robot: &Robot) -> Flow<N> {
-    let text = include_str!("../../../robots/oncilla.toml");
+    let text = include_str!("../../../../robots/oncilla.toml");
     let file = RobotFile::parse("oncilla.toml", text).unwrap();
     let motors = file.robot().unwrap().motors.unwrap();
     let (hip, knee) = (motors.hip, motors.knee);
