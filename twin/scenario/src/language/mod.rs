@@ -204,17 +204,25 @@ impl<T> Key<T> {
     }
 }
 
-/// Declares the keys of a table as constants of a module, and the table as its constant `TABLE`.
+/// Declares the keys of a table as constants of a module, and the table as its constant `TABLE`. A
+/// key has a name, the type of its values, a description and an example, then its properties:
+/// methods of [`Key`].
 macro_rules! table {
     (
         $(#[$doc:meta])* $visible:vis $module:ident = $table:expr;
-        $($key:ident: $type:ty = $declaration:expr;)*
+        $(
+            $key:ident: $type:ty = $name:expr, $of:expr, $about:expr, $example:expr
+            $(, $property:ident($($argument:expr),*))*;
+        )*
     ) => {
         $(#[$doc])*
         $visible mod $module {
             #[allow(unused_imports, reason = "not every table uses every import of its file")]
             use super::*;
-            $(pub(crate) const $key: Key<$type> = $declaration;)*
+            $(
+                pub(crate) const $key: Key<$type> =
+                    Key::new($name, $of, $about, $example)$(.$property($($argument),*))*;
+            )*
             pub(crate) const TABLE: &TableSpec = &TableSpec {
                 keys: || vec![$($key.spec()),*],
                 ..$table

@@ -13,41 +13,25 @@ table! {
     pub(super) actuator_table = TableSpec::new("[actuator]", "drives of the robot")
         .with(servo_table::TABLE.keys)
         .refined(only_servos_have_parameters);
-    KIND: ActuatorKind = Key::new("kind", choice(), "kind of drives", r#"kind = "ideal""#)
-        .default("'servo'");
-    HIP: () = Key::new(
-        "hip", contextual(Shape::Table(servo_table::TABLE)), "servos of the hips",
-        r#"hip = { speed = "20 rad/s" }"#,
-    );
-    KNEE: () = Key::new(
-        "knee", contextual(Shape::Table(servo_table::TABLE)), "servos of the knees",
-        r#"knee = { torque = "3 N·m" }"#,
-    );
+    KIND: ActuatorKind = "kind", choice(), "kind of drives", r#"kind = "ideal""#,
+        default("'servo'");
+    HIP: () = "hip", contextual(Shape::Table(servo_table::TABLE)), "servos of the hips",
+        r#"hip = { speed = "20 rad/s" }"#;
+    KNEE: () = "knee", contextual(Shape::Table(servo_table::TABLE)), "servos of the knees",
+        r#"knee = { torque = "3 N·m" }"#;
 }
 
 table! {
     /// Keys of `hip` and `knee`.
     pub(super) servo_table = TableSpec::new("servo", "parameters of the servos of one joint");
-    LAG: f64 = Key::new(
-        "lag", quantity(Unit::Second, Range::POSITIVE), "time constant of a servo",
-        r#"lag = "5 ms""#,
-    )
-    .otherwise("the robot file's");
-    SPEED: f64 = Key::new(
-        "speed", quantity(Unit::RadianPerSecond, Range::POSITIVE), "speed limit of a servo",
-        r#"speed = "20 rad/s""#,
-    )
-    .otherwise("the robot file's");
-    TORQUE: f64 = Key::new(
-        "torque", quantity(Unit::NewtonMeter, Range::POSITIVE), "torque limit of a servo",
-        r#"torque = "5 N·m""#,
-    )
-    .otherwise("the robot file's");
-    DEAD_BAND: f64 = Key::new(
-        "dead_band", quantity(Unit::Radian, Range::NOT_NEGATIVE), "dead band of a servo",
-        r#"dead_band = "0 deg""#,
-    )
-    .otherwise("the robot file's");
+    LAG: f64 = "lag", quantity(Unit::Second, Range::POSITIVE), "time constant of a servo",
+        r#"lag = "5 ms""#, otherwise("the robot file's");
+    SPEED: f64 = "speed", quantity(Unit::RadianPerSecond, Range::POSITIVE),
+        "speed limit of a servo", r#"speed = "20 rad/s""#, otherwise("the robot file's");
+    TORQUE: f64 = "torque", quantity(Unit::NewtonMeter, Range::POSITIVE), "torque limit of a servo",
+        r#"torque = "5 N·m""#, otherwise("the robot file's");
+    DEAD_BAND: f64 = "dead_band", quantity(Unit::Radian, Range::NOT_NEGATIVE),
+        "dead band of a servo", r#"dead_band = "0 deg""#, otherwise("the robot file's");
 }
 
 fn only_servos_have_parameters(schema: &mut serde_json::Value) {

@@ -19,14 +19,11 @@ use crate::scenario::{BusSpec, FaultSpec};
 table! {
     /// Keys of `[bus]` of every kind.
     pub(super) bus_table = TableSpec::new("[bus]", "driver, wire and boards").selected_by("kind");
-    NAME: Placed<String> = Key::new(
-        "name", Type::new(Shape::Pattern("^[^/=]+$"), |item, _| item.placed_text()),
-        "name in signals and `--port NAME=DEVICE`", r#"name = "left""#,
-    )
-    .otherwise("the kind");
-    KIND: () =
-        Key::new("kind", contextual(Shape::Kind(Part::Bus)), "kind of bus", r#"kind = "sbcp""#)
-            .required();
+    NAME: Placed<String> = "name",
+        Type::new(Shape::Pattern("^[^/=]+$"), |item, _| item.placed_text()),
+        "name in signals and `--port NAME=DEVICE`", r#"name = "left""#, otherwise("the kind");
+    KIND: () = "kind", contextual(Shape::Kind(Part::Bus)), "kind of bus", r#"kind = "sbcp""#,
+        required();
 }
 
 /// Kind of a fault, without its figures.
@@ -60,44 +57,24 @@ const PROBABILITY: Type<f64> = quantity(Unit::One, Range::between(0.0, 1.0));
 table! {
     /// Keys of `[[fault]]`.
     pub(super) fault_table = TableSpec::new("[[fault]]", "fault of a wire").selected_by("kind");
-    AT: () = Key::new("at", contextual(Shape::One(Accepts::Duration)), "begin", r#"at = "1 s""#)
-        .required();
-    FOR: SimDuration = Key::new("for", POSITIVE_DURATION, "length", r#"for = "90 ms""#)
-        .otherwise("to the end");
-    ON: Placed<String> = Key::new(
-        "on", Type::new(Shape::Pattern("^wire/"), |item, _| item.placed_text()),
+    AT: () = "at", contextual(Shape::One(Accepts::Duration)), "begin", r#"at = "1 s""#, required();
+    FOR: SimDuration = "for", POSITIVE_DURATION, "length", r#"for = "90 ms""#,
+        otherwise("to the end");
+    ON: Placed<String> = "on", Type::new(Shape::Pattern("^wire/"), |item, _| item.placed_text()),
         "the wire: `wire/NAME` of a bus, or a place on it, `wire/NAME/PLACE`",
-        r#"on = "wire/sbcp/LF""#,
-    )
-    .required();
-    KIND: FaultName = Key::new("kind", choice(), "kind of fault", r#"kind = "drop""#).required();
-    PROBABILITY: f64 = Key::new(
-        "probability", super::PROBABILITY, "share of the affected bursts",
-        r#"kind = "drop", probability = 0.1"#,
-    )
-    .default("1")
-    .only_with(&["drop", "duplicate", "reorder"]);
-    RATE: f64 = Key::new(
-        "rate", super::PROBABILITY, "probability of an inversion, of each bit",
-        r#"kind = "flip", rate = 1e-4"#,
-    )
-    .required()
-    .only_with(&["flip"]);
-    BY: SimDuration =
-        Key::new("by", DURATION, "delay of each burst", r#"kind = "delay", by = "2 ms""#)
-            .required()
-            .only_with(&["delay"]);
-    FAILS: bool = Key::new(
-        "fails", BOOLEAN, "whether the host notices, which ends the run",
-        r#"kind = "unplug", fails = true"#,
-    )
-    .default("false")
-    .only_with(&["unplug"]);
-    PAUSE: SimDuration = Key::new(
-        "pause", DURATION, "mean pause between bursts", r#"kind = "babble", pause = "5 ms""#,
-    )
-    .default("'0 s'")
-    .only_with(&["babble"]);
+        r#"on = "wire/sbcp/LF""#, required();
+    KIND: FaultName = "kind", choice(), "kind of fault", r#"kind = "drop""#, required();
+    PROBABILITY: f64 = "probability", super::PROBABILITY, "share of the affected bursts",
+        r#"kind = "drop", probability = 0.1"#, default("1"),
+        only_with(&["drop", "duplicate", "reorder"]);
+    RATE: f64 = "rate", super::PROBABILITY, "probability of an inversion, of each bit",
+        r#"kind = "flip", rate = 1e-4"#, required(), only_with(&["flip"]);
+    BY: SimDuration = "by", DURATION, "delay of each burst", r#"kind = "delay", by = "2 ms""#,
+        required(), only_with(&["delay"]);
+    FAILS: bool = "fails", BOOLEAN, "whether the host notices, which ends the run",
+        r#"kind = "unplug", fails = true"#, default("false"), only_with(&["unplug"]);
+    PAUSE: SimDuration = "pause", DURATION, "mean pause between bursts",
+        r#"kind = "babble", pause = "5 ms""#, default("'0 s'"), only_with(&["babble"]);
 }
 
 /// Reads `[bus]`, or all `[[bus]]`.

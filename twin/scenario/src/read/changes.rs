@@ -17,21 +17,12 @@ use crate::scenario::{ChangeSpec, ControllerSpec};
 table! {
     /// Keys of `[[change]]`.
     pub(super) change_table = TableSpec::new("[[change]]", "change of process variables");
-    AT: () = Key::new("at", contextual(Shape::One(Accepts::Duration)), "time", r#"at = "6 s""#)
-        .required();
-    SET: () = Key::new(
-        "set", contextual(Shape::One(Accepts::Text)), "process variable", r#"set = "frequency""#,
-    )
-    .required();
-    TO: () = Key::new(
-        "to", contextual(Shape::Measured(Range::ANY)), "new value", r#"to = "3 Hz""#,
-    )
-    .one_of();
-    BY: () = Key::new(
-        "by", contextual(Shape::Measured(Range::ANY)), "difference from the value before",
-        r#"by = "0.1 Hz""#,
-    )
-    .one_of();
+    AT: () = "at", contextual(Shape::One(Accepts::Duration)), "time", r#"at = "6 s""#, required();
+    SET: () = "set", contextual(Shape::One(Accepts::Text)), "process variable",
+        r#"set = "frequency""#, required();
+    TO: () = "to", contextual(Shape::Measured(Range::ANY)), "new value", r#"to = "3 Hz""#, one_of();
+    BY: () = "by", contextual(Shape::Measured(Range::ANY)), "difference from the value before",
+        r#"by = "0.1 Hz""#, one_of();
 }
 
 /// Reads all changes, sorted by time, then in the order of the file. Since only changes set

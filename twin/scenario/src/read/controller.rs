@@ -19,16 +19,12 @@ table! {
     /// Keys of `[controller]` of every kind.
     pub(super) controller_table = TableSpec::new("[controller]", "controller and its variables")
         .selected_by("kind");
-    KIND: () = Key::new(
-        "kind", contextual(Shape::Kind(Part::Controller)), "controller; `none` for none",
-        r#"kind = "cpg""#,
-    )
-    .required();
-    PERIOD: SimDuration =
-        Key::new("period", POSITIVE_DURATION, "control period", r#"period = "2 ms""#).required();
-    COMPUTE_TIME: Timing =
-        Key::new("compute_time", TIME, "duration of an iteration", r#"compute_time = "400 us""#)
-            .default("'0 s'");
+    KIND: () = "kind", contextual(Shape::Kind(Part::Controller)), "controller; `none` for none",
+        r#"kind = "cpg""#, required();
+    PERIOD: SimDuration = "period", POSITIVE_DURATION, "control period", r#"period = "2 ms""#,
+        required();
+    COMPUTE_TIME: Timing = "compute_time", TIME, "duration of an iteration",
+        r#"compute_time = "400 us""#, default("'0 s'");
 }
 
 /// Reads `[controller]`; none if its kind is `none`.

@@ -16,16 +16,10 @@ impl Words for GridInputs {
 table! {
     /// Keys of `coupling`.
     pub(super) coupling_table = TableSpec::new("coupling", "communication grid of the plant");
-    GRID: SimDuration = Key::new(
-        "grid", POSITIVE_DURATION, "step of the grid, which divides the observation period",
-        r#"grid = "0.5 ms""#,
-    )
-    .required();
-    INPUTS: GridInputs = Key::new(
-        "inputs", choice(), "treatment of commands and samples in a step",
-        r#"grid = "0.5 ms", inputs = "held""#,
-    )
-    .default("'mean'");
+    GRID: SimDuration = "grid", POSITIVE_DURATION,
+        "step of the grid, which divides the observation period", r#"grid = "0.5 ms""#, required();
+    INPUTS: GridInputs = "inputs", choice(), "treatment of commands and samples in a step",
+        r#"grid = "0.5 ms", inputs = "held""#, default("'mean'");
 }
 
 /// Reads `coupling` of a plant with the observation period `observe`.

@@ -18,19 +18,12 @@ pub(super) const FALSE_OR_THRESHOLDS: Type<BodyClaim> = Type::new(
 table! {
     /// Keys of `fall`.
     pub(super) fall_table = TableSpec::new("fall", "thresholds of a fall of the robot");
-    HEIGHT: f64 = Key::new(
-        "height", quantity(Unit::One, Range::between(0.0, 1.0)),
+    HEIGHT: f64 = "height", quantity(Unit::One, Range::between(0.0, 1.0)),
         "least height of the trunk above the ground below it, as a share of its initial height",
-        "height = 0.2",
-    )
-    .otherwise("0.3; 0.5 in an expectation");
-    TILT: f64 = Key::new(
-        "tilt", quantity(Unit::Radian, Range::between(0.0, PI)), "greatest roll or pitch",
-        r#"tilt = "80 deg""#,
-    )
-    .otherwise("60 deg; 45 deg in an expectation");
-    END: bool = Key::new("end", BOOLEAN, "whether a fall ends the run", "end = true")
-        .default("false");
+        "height = 0.2", otherwise("0.3; 0.5 in an expectation");
+    TILT: f64 = "tilt", quantity(Unit::Radian, Range::between(0.0, PI)), "greatest roll or pitch",
+        r#"tilt = "80 deg""#, otherwise("60 deg; 45 deg in an expectation");
+    END: bool = "end", BOOLEAN, "whether a fall ends the run", "end = true", default("false");
 }
 
 /// Content of the table `fall`.

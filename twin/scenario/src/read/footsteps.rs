@@ -25,24 +25,16 @@ table! {
     /// Keys of `[footsteps]`.
     pub(super) footsteps_table = TableSpec::new("[footsteps]", "thresholds of a footstep")
         .refined(both_are_forces_or_shares);
-    TOUCH_DOWN: LoadThreshold = Key::new(
-        "touch_down", LOAD, "load at which a foot touches down; a number is a share of the weight",
-        r#"touch_down = "0.5 N", lift_off = "0.2 N""#,
-    )
-    .default("0.05");
-    LIFT_OFF: LoadThreshold =
-        Key::new("lift_off", LOAD, "load below which it lifts off, likewise", "lift_off = 0.01")
-            .default("0.02");
-    SHORTEST_SWING: SimDuration = Key::new(
-        "shortest_swing", DURATION, "shorter swings are bounces", r#"shortest_swing = "30 ms""#,
-    )
-    .default("'40 ms'");
-    LEAST_IMPULSE: f64 = Key::new(
-        "least_impulse", quantity(Unit::Second, Range::NOT_NEGATIVE),
+    TOUCH_DOWN: LoadThreshold = "touch_down", LOAD,
+        "load at which a foot touches down; a number is a share of the weight",
+        r#"touch_down = "0.5 N", lift_off = "0.2 N""#, default("0.05");
+    LIFT_OFF: LoadThreshold = "lift_off", LOAD, "load below which it lifts off, likewise",
+        "lift_off = 0.01", default("0.02");
+    SHORTEST_SWING: SimDuration = "shortest_swing", DURATION, "shorter swings are bounces",
+        r#"shortest_swing = "30 ms""#, default("'40 ms'");
+    LEAST_IMPULSE: f64 = "least_impulse", quantity(Unit::Second, Range::NOT_NEGATIVE),
         "contacts of less impulse, in times of the body weight, are scuffs",
-        r#"least_impulse = "2 ms""#,
-    )
-    .default("'5 ms'");
+        r#"least_impulse = "2 ms""#, default("'5 ms'");
 }
 
 /// Adds the condition that both thresholds are forces, or neither is; by default they are shares.

@@ -12,23 +12,18 @@ use crate::scenario::{ControllerSpec, IoSpec, RecordSpec};
 table! {
     /// Keys of `[io]`.
     pub(super) io_table = TableSpec::new("[io]", "transfers between controller and plant");
-    STEP: SimDuration = Key::new(
-        "step", POSITIVE_DURATION, "step of the I/O, which divides the controller's period",
-        r#"step = "1 ms""#,
-    )
-    .otherwise("the controller's period");
-    TRANSFER_TIME: Timing =
-        Key::new("transfer_time", TIME, "duration of a transfer", r#"transfer_time = "300 us""#)
-            .default("'0 s'");
+    STEP: SimDuration = "step", POSITIVE_DURATION,
+        "step of the I/O, which divides the controller's period", r#"step = "1 ms""#,
+        otherwise("the controller's period");
+    TRANSFER_TIME: Timing = "transfer_time", TIME, "duration of a transfer",
+        r#"transfer_time = "300 us""#, default("'0 s'");
 }
 
 table! {
     /// Keys of `[observe]`.
     pub(super) observe_table = TableSpec::new("[observe]", "observation of the plant");
-    PERIOD: SimDuration = Key::new(
-        "period", POSITIVE_DURATION, "observation period of the plant", r#"period = "1 ms""#,
-    )
-    .default("'2 ms'");
+    PERIOD: SimDuration = "period", POSITIVE_DURATION, "observation period of the plant",
+        r#"period = "1 ms""#, default("'2 ms'");
 }
 
 /// Default of `[observe] period`, for the checks of a scenario whose own is not valid.
@@ -37,19 +32,14 @@ pub(super) const OBSERVE_PERIOD: SimDuration = SimDuration::from_millis(2);
 table! {
     /// Keys of `[record]`.
     pub(super) record_table = TableSpec::new("[record]", "recording of the run");
-    SIGNALS: Vec<Placed<String>> = Key::new(
-        "signals", NAMES, "names of recorded signals; `*` and `**` are wildcards",
-        r#"signals = ["body/*", "leg/**"]"#,
-    )
-    .otherwise("all");
-    FRAMES: f64 = Key::new(
-        "frames", quantity(Unit::Hertz, Range::NOT_NEGATIVE),
+    SIGNALS: Vec<Placed<String>> = "signals", NAMES,
+        "names of recorded signals; `*` and `**` are wildcards",
+        r#"signals = ["body/*", "leg/**"]"#, otherwise("all");
+    FRAMES: f64 = "frames", quantity(Unit::Hertz, Range::NOT_NEGATIVE),
         r#"rate at which poses are recorded; `"0 Hz"`: none"#, r#"frames = "25 Hz""#,
-    )
-    .default("'50 Hz'");
-    BYTES: bool =
-        Key::new("bytes", BOOLEAN, "whether the bytes on the wires are recorded", "bytes = true")
-            .default("false");
+        default("'50 Hz'");
+    BYTES: bool = "bytes", BOOLEAN, "whether the bytes on the wires are recorded", "bytes = true",
+        default("false");
 }
 
 /// Reads `[io]`.

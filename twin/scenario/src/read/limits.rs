@@ -11,23 +11,13 @@ table! {
     /// Keys of limits.
     pub(crate) limits_table = TableSpec::new("limits", "limits of a measured value")
         .refined(either_centre_or_ends);
-    MIN: () = Key::new(
-        "min", contextual(Shape::Measured(Range::ANY)), "least accepted value",
-        "min = 1, max = 2",
-    );
-    MAX: () = Key::new(
-        "max", contextual(Shape::Measured(Range::ANY)), "greatest accepted value", "max = 2",
-    );
-    NEAR: () = Key::new(
-        "near", contextual(Shape::Measured(Range::ANY)), "centre of the accepted values",
-        r#"near = 54.5, within = "3 %""#,
-    )
-    .needs("within");
-    WITHIN: () = Key::new(
-        "within", contextual(Shape::Tolerance), "greatest distance from it",
-        "near = 54.5, within = 2.5",
-    )
-    .needs("near");
+    MIN: () = "min", contextual(Shape::Measured(Range::ANY)), "least accepted value",
+        "min = 1, max = 2";
+    MAX: () = "max", contextual(Shape::Measured(Range::ANY)), "greatest accepted value", "max = 2";
+    NEAR: () = "near", contextual(Shape::Measured(Range::ANY)), "centre of the accepted values",
+        r#"near = 54.5, within = "3 %""#, needs("within");
+    WITHIN: () = "within", contextual(Shape::Tolerance), "greatest distance from it",
+        "near = 54.5, within = 2.5", needs("near");
 }
 
 /// Adds the condition that limits have a centre, or at least one end.

@@ -39,83 +39,49 @@ use crate::scenario::{FootstepSpec, ObserveSpec, RecordSpec, Scenario, Setting};
 table! {
     /// Keys of the root table.
     pub(crate) root_table = TableSpec::new("top level", "run, its parts and its expectations");
-    NAME: String = Key::new("name", TEXT, "name in verdict and recording", r#"name = "trot""#)
-        .otherwise("the file's name");
-    ROBOT: Placed<String> = Key::new(
-        "robot", PLACED, "name of a robot or path of its file", r#"robot = "cheetah-cub""#,
-    )
-    .otherwise("none, with a standalone plant only");
-    DURATION: SimDuration =
-        Key::new("duration", POSITIVE_DURATION, "simulated time", r#"duration = "20 s""#)
-            .required();
-    SEED: u64 = Key::new("seed", NATURAL, "seed of all random streams", "seed = 2").default("1");
-    OVERRIDE: Overrides = Key::new(
-        "override", Type::new(Shape::Overrides, |item, _| item.overrides()),
+    NAME: String = "name", TEXT, "name in verdict and recording", r#"name = "trot""#,
+        otherwise("the file's name");
+    ROBOT: Placed<String> = "robot", PLACED, "name of a robot or path of its file",
+        r#"robot = "cheetah-cub""#, otherwise("none, with a standalone plant only");
+    DURATION: SimDuration = "duration", POSITIVE_DURATION, "simulated time", r#"duration = "20 s""#,
+        required();
+    SEED: u64 = "seed", NATURAL, "seed of all random streams", "seed = 2", default("1");
+    OVERRIDE: Overrides = "override", Type::new(Shape::Overrides, |item, _| item.overrides()),
         "replaced values of the robot file, by dotted key",
-        r#"override.leg.aslp.parallel.preload = "0 mm""#,
-    )
-    .needs("robot");
-    PLANT: () = Key::new(
-        "plant", contextual(Shape::Table(plant::plant_table::TABLE)),
-        "model of the physics, ground, initial pose", r#"plant = { model = "lcp" }"#,
-    )
-    .required();
-    ACTUATOR: () = Key::new(
-        "actuator", contextual(Shape::Table(actuator::actuator_table::TABLE)),
-        "drives of the robot", r#"actuator = { kind = "ideal" }"#,
-    );
-    CONTROLLER: () = Key::new(
-        "controller", contextual(Shape::Table(controller::controller_table::TABLE)),
+        r#"override.leg.aslp.parallel.preload = "0 mm""#, needs("robot");
+    PLANT: () = "plant", contextual(Shape::Table(plant::plant_table::TABLE)),
+        "model of the physics, ground, initial pose", r#"plant = { model = "lcp" }"#, required();
+    ACTUATOR: () = "actuator", contextual(Shape::Table(actuator::actuator_table::TABLE)),
+        "drives of the robot", r#"actuator = { kind = "ideal" }"#;
+    CONTROLLER: () = "controller", contextual(Shape::Table(controller::controller_table::TABLE)),
         "controller and its variables", r#"controller = { kind = "cpg", period = "2 ms" }"#,
-    )
-    .otherwise("none");
-    BUS: () = Key::new(
-        "bus", contextual(Shape::TableOrTables(bus::bus_table::TABLE)),
-        "driver, wire and boards", r#"bus = { kind = "sbcp" }"#,
-    )
-    .otherwise("none");
-    IO: () = Key::new(
-        "io", contextual(Shape::Table(io::io_table::TABLE)), "transfers",
-        r#"io = { transfer_time = "300 us" }"#,
-    );
-    OBSERVE: SimDuration = Key::new(
-        "observe", Type::new(Shape::Table(io::observe_table::TABLE), |item, _| io::observe(item)),
-        "observation of the plant", r#"observe = { period = "1 ms" }"#,
-    )
-    .default("{}");
-    FALL: fall::FallTable = Key::new(
-        "fall", Type::new(Shape::Table(fall::fall_table::TABLE), |item, _| fall::fall(item)),
+        otherwise("none");
+    BUS: () = "bus", contextual(Shape::TableOrTables(bus::bus_table::TABLE)),
+        "driver, wire and boards", r#"bus = { kind = "sbcp" }"#, otherwise("none");
+    IO: () = "io", contextual(Shape::Table(io::io_table::TABLE)), "transfers",
+        r#"io = { transfer_time = "300 us" }"#;
+    OBSERVE: SimDuration = "observe",
+        Type::new(Shape::Table(io::observe_table::TABLE), |item, _| io::observe(item)),
+        "observation of the plant", r#"observe = { period = "1 ms" }"#, default("{}");
+    FALL: fall::FallTable = "fall",
+        Type::new(Shape::Table(fall::fall_table::TABLE), |item, _| fall::fall(item)),
         "thresholds of a fall of the robot",
-        r#"fall = { height = 0.2, tilt = "80 deg", end = true }"#,
-    )
-    .default("{}");
-    FOOTSTEPS: FootstepSpec = Key::new(
-        "footsteps",
+        r#"fall = { height = 0.2, tilt = "80 deg", end = true }"#, default("{}");
+    FOOTSTEPS: FootstepSpec = "footsteps",
         Type::new(Shape::Table(footsteps::footsteps_table::TABLE), |item, _| {
             footsteps::footsteps(item)
         }),
-        "thresholds of a footstep", "footsteps = { lift_off = 0.01 }",
-    )
-    .default("{}");
-    RECORD: RecordSpec = Key::new(
-        "record", Type::new(Shape::Table(io::record_table::TABLE), |item, _| io::record(item)),
-        "recording", r#"record = { frames = "25 Hz" }"#,
-    )
-    .default("{}");
-    CHANGE: () = Key::new(
-        "change", contextual(Shape::Tables(changes::change_table::TABLE)),
+        "thresholds of a footstep", "footsteps = { lift_off = 0.01 }", default("{}");
+    RECORD: RecordSpec = "record",
+        Type::new(Shape::Table(io::record_table::TABLE), |item, _| io::record(item)), "recording",
+        r#"record = { frames = "25 Hz" }"#, default("{}");
+    CHANGE: () = "change", contextual(Shape::Tables(changes::change_table::TABLE)),
         "changes of process variables",
-        r#"change = [{ at = "6 s", set = "frequency", by = "0.1 Hz" }]"#,
-    )
-    .needs("controller");
-    FAULT: () = Key::new(
-        "fault", contextual(Shape::Tables(bus::fault_table::TABLE)), "faults of wires",
-        r#"fault = [{ at = "1 s", on = "wire/sbcp", kind = "drop" }]"#,
-    );
-    EXPECT: () = Key::new(
-        "expect", contextual(Shape::Tables(expect::expect_table::TABLE)), "expectations",
-        "expect = [{ body = { fall = false } }]",
-    );
+        r#"change = [{ at = "6 s", set = "frequency", by = "0.1 Hz" }]"#, needs("controller");
+    FAULT: () = "fault", contextual(Shape::Tables(bus::fault_table::TABLE)), "faults of wires",
+        r#"fault = [{ at = "1 s", on = "wire/sbcp", kind = "drop" }]"#;
+    EXPECT: () = "expect", contextual(Shape::Tables(expect::expect_table::TABLE)), "expectations",
+        "expect = [{ body = { fall = false } }]";
 }
 
 impl Scenario {

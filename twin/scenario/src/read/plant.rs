@@ -19,41 +19,27 @@ table! {
     /// Keys of `[plant]` of every model.
     pub(super) plant_table = TableSpec::new("[plant]", "model of the physics, ground, initial pose")
         .selected_by("model");
-    MODEL: () = Key::new("model", contextual(Shape::Kind(Part::Plant)), "model", r#"model = "lcp""#)
-        .required();
-    BASE: Base = Key::new("base", choice(), "mobility of the trunk", r#"base = "fixed""#)
-        .default("'free'")
-        .of_robot();
-    LEGS: Vec<Placed<String>> =
-        Key::new("legs", super::LEGS, "simulated legs", r#"legs = ["LF", "RH"]"#)
-            .otherwise("all")
-            .of_robot();
-    GROUND: Ground = Key::new(
-        "ground", Type::new(Shape::Table(ground_table::TABLE), |item, _| ground(item)), "ground",
-        "ground = { friction = 0.6 }",
-    )
-    .otherwise("none: the robot hangs in the air")
-    .of_robot();
-    START: StartPose = Key::new(
-        "start", Type::new(Shape::Table(start_table::TABLE), |item, _| start(item)),
+    MODEL: () = "model", contextual(Shape::Kind(Part::Plant)), "model", r#"model = "lcp""#,
+        required();
+    BASE: Base = "base", choice(), "mobility of the trunk", r#"base = "fixed""#, default("'free'"),
+        of_robot();
+    LEGS: Vec<Placed<String>> = "legs", super::LEGS, "simulated legs", r#"legs = ["LF", "RH"]"#,
+        otherwise("all"), of_robot();
+    GROUND: Ground = "ground", Type::new(Shape::Table(ground_table::TABLE), |item, _| ground(item)),
+        "ground", "ground = { friction = 0.6 }", otherwise("none: the robot hangs in the air"),
+        of_robot();
+    START: StartPose = "start", Type::new(Shape::Table(start_table::TABLE), |item, _| start(item)),
         "initial joint angles and rates of all legs", r#"start = { q1 = "10 deg" }"#,
-    )
-    .otherwise("the first commands of the controller; upright without one")
-    .of_robot();
-    STEP: SimDuration = Key::new(
-        "step", Type::new(Shape::One(Accepts::PositiveDuration), |item, _| step(item)),
-        "maximum time step, up to 10 ms", r#"step = "1 ms""#,
-    )
-    .otherwise("of the model");
-    COUPLING: () = Key::new(
-        "coupling",
+        otherwise("the first commands of the controller; upright without one"), of_robot();
+    STEP: SimDuration = "step",
+        Type::new(Shape::One(Accepts::PositiveDuration), |item, _| step(item)),
+        "maximum time step, up to 10 ms", r#"step = "1 ms""#, otherwise("of the model");
+    COUPLING: () = "coupling",
         contextual(Shape::Either(&[
             Shape::Choice(|| vec!["exact"]), Shape::Table(coupling_table::TABLE),
         ])),
         "coupling with boards and transfers: at each of their instants, or on a fixed grid",
-        r#"coupling = { grid = "1 ms" }"#,
-    )
-    .otherwise("`exact`");
+        r#"coupling = { grid = "1 ms" }"#, otherwise("`exact`");
 }
 
 const LEGS: Type<Vec<Placed<String>>> = Type::new(
@@ -71,15 +57,15 @@ const RATE: Type<f64> = quantity(Unit::RadianPerSecond, Range::ANY);
 table! {
     /// Keys of `start`.
     pub(super) start_table = TableSpec::new("start", "initial joint angles and rates");
-    Q1: f64 = Key::new("q1", ANGLE, "angle of the hip", r#"q1 = "10 deg""#).default("'0 rad'");
-    Q2: f64 = Key::new("q2", ANGLE, "angle of the knee", r#"q2 = "-9.5 deg""#).default("'0 rad'");
-    Q3: f64 = Key::new("q3", ANGLE, "angle of the ankle", r#"q3 = "9.5 deg""#).default("'0 rad'");
-    Q1_RATE: f64 = Key::new("q1_rate", RATE, "rate of the hip", r#"q1_rate = "1 rad/s""#)
-        .default("'0 rad/s'");
-    Q2_RATE: f64 = Key::new("q2_rate", RATE, "rate of the knee", r#"q2_rate = "-1 rad/s""#)
-        .default("'0 rad/s'");
-    Q3_RATE: f64 = Key::new("q3_rate", RATE, "rate of the ankle", r#"q3_rate = "1 rad/s""#)
-        .default("'0 rad/s'");
+    Q1: f64 = "q1", ANGLE, "angle of the hip", r#"q1 = "10 deg""#, default("'0 rad'");
+    Q2: f64 = "q2", ANGLE, "angle of the knee", r#"q2 = "-9.5 deg""#, default("'0 rad'");
+    Q3: f64 = "q3", ANGLE, "angle of the ankle", r#"q3 = "9.5 deg""#, default("'0 rad'");
+    Q1_RATE: f64 = "q1_rate", RATE, "rate of the hip", r#"q1_rate = "1 rad/s""#,
+        default("'0 rad/s'");
+    Q2_RATE: f64 = "q2_rate", RATE, "rate of the knee", r#"q2_rate = "-1 rad/s""#,
+        default("'0 rad/s'");
+    Q3_RATE: f64 = "q3_rate", RATE, "rate of the ankle", r#"q3_rate = "1 rad/s""#,
+        default("'0 rad/s'");
 }
 
 /// Shape of the ground, without its sizes.
@@ -102,55 +88,31 @@ table! {
     /// Keys of `ground`.
     pub(super) ground_table = TableSpec::new("ground", "friction and shape of the ground")
         .selected_by("profile");
-    FRICTION: f64 = Key::new(
-        "friction", quantity(Unit::One, Range::NOT_NEGATIVE), "coefficient of Coulomb friction",
-        "friction = 0.6",
-    )
-    .otherwise("the robot file's");
-    RESTITUTION: f64 = Key::new(
-        "restitution", quantity(Unit::One, Range::between(0.0, 1.0)),
-        "rebound speed of a foot over its impact speed", "restitution = 0.3",
-    )
-    .default("0");
-    PROFILE: ProfileName = Key::new("profile", choice(), "shape", r#"profile = "flat""#)
-        .default("'flat'");
-    AT: f64 = Key::new(
-        "at", quantity(Unit::Meter, Range::ANY), "place of the step",
-        r#"profile = "step-down", at = "1 m", height = "20 mm""#,
-    )
-    .required()
-    .only_with(&["step-down"]);
-    HEIGHT: f64 = Key::new(
-        "height", quantity(Unit::Meter, Range::NOT_NEGATIVE), "depth of the step",
-        r#"profile = "step-down", at = "1 m", height = "20 mm""#,
-    )
-    .required()
-    .only_with(&["step-down"]);
-    SPACING: f64 = Key::new(
-        "spacing", quantity(Unit::Meter, Range::POSITIVE), "distance of grid points",
-        r#"profile = "heights", spacing = "5 cm", amplitude = "4 mm""#,
-    )
-    .required()
-    .only_with(&["heights"]);
-    VALUES: Vec<Vec<f64>> = Key::new(
-        "values", Type::new(ROWS, |item, _| rows(item)), "given heights, each row along x",
+    FRICTION: f64 = "friction", quantity(Unit::One, Range::NOT_NEGATIVE),
+        "coefficient of Coulomb friction", "friction = 0.6", otherwise("the robot file's");
+    RESTITUTION: f64 = "restitution", quantity(Unit::One, Range::between(0.0, 1.0)),
+        "rebound speed of a foot over its impact speed", "restitution = 0.3", default("0");
+    PROFILE: ProfileName = "profile", choice(), "shape", r#"profile = "flat""#, default("'flat'");
+    AT: f64 = "at", quantity(Unit::Meter, Range::ANY), "place of the step",
+        r#"profile = "step-down", at = "1 m", height = "20 mm""#, required(),
+        only_with(&["step-down"]);
+    HEIGHT: f64 = "height", quantity(Unit::Meter, Range::NOT_NEGATIVE), "depth of the step",
+        r#"profile = "step-down", at = "1 m", height = "20 mm""#, required(),
+        only_with(&["step-down"]);
+    SPACING: f64 = "spacing", quantity(Unit::Meter, Range::POSITIVE), "distance of grid points",
+        r#"profile = "heights", spacing = "5 cm", amplitude = "4 mm""#, required(),
+        only_with(&["heights"]);
+    VALUES: Vec<Vec<f64>> = "values", Type::new(ROWS, |item, _| rows(item)),
+        "given heights, each row along x",
         r#"profile = "heights", spacing = "5 cm", values = [["0 mm", "5 mm"], ["2 mm", "0 mm"]]"#,
-    )
-    .one_of()
-    .only_with(&["heights"]);
-    AMPLITUDE: f64 = Key::new(
-        "amplitude", quantity(Unit::Meter, Range::NOT_NEGATIVE), "greatest of random heights",
-        r#"profile = "heights", spacing = "5 cm", amplitude = "4 mm""#,
-    )
-    .one_of()
-    .only_with(&["heights"]);
-    SEED: u64 = Key::new(
-        "seed", NATURAL, "seed of random heights",
+        one_of(), only_with(&["heights"]);
+    AMPLITUDE: f64 = "amplitude", quantity(Unit::Meter, Range::NOT_NEGATIVE),
+        "greatest of random heights",
+        r#"profile = "heights", spacing = "5 cm", amplitude = "4 mm""#, one_of(),
+        only_with(&["heights"]);
+    SEED: u64 = "seed", NATURAL, "seed of random heights",
         r#"profile = "heights", spacing = "5 cm", amplitude = "4 mm", seed = 3"#,
-    )
-    .otherwise("the run's")
-    .needs("amplitude")
-    .only_with(&["heights"]);
+        otherwise("the run's"), needs("amplitude"), only_with(&["heights"]);
 }
 
 const ROWS: Shape = Shape::List {

@@ -35,25 +35,16 @@ table! {
                 { "required": [MIN.name, MAX.name], "properties": { TRACE.name: false } },
             ]);
         });
-    MIN: SimDuration = Key::new(
-        "min", DURATION, "least duration, uniform without `mean`",
-        r#"min = "200 us", max = "900 us""#,
-    );
-    MAX: SimDuration =
-        Key::new("max", DURATION, "greatest duration", r#"min = "200 us", max = "900 us""#);
-    MEAN: SimDuration = Key::new(
-        "mean", DURATION, "mean of a normal distribution, truncated to `min` and `max`",
-        r#"mean = "0.3 ms", deviation = "50 us", min = "0 ms", max = "1 ms""#,
-    )
-    .needs("deviation");
-    DEVIATION: SimDuration = Key::new(
-        "deviation", DURATION, "its standard deviation",
-        r#"mean = "1 ms", deviation = "0.1 ms", min = "0 ms", max = "2 ms""#,
-    )
-    .needs("mean");
-    TRACE: Vec<SimDuration> = Key::new(
-        "trace", super::TRACE, "durations, used in turn", r#"trace = ["0.3 ms", "0.4 ms"]"#,
-    );
+    MIN: SimDuration = "min", DURATION, "least duration, uniform without `mean`",
+        r#"min = "200 us", max = "900 us""#;
+    MAX: SimDuration = "max", DURATION, "greatest duration", r#"min = "200 us", max = "900 us""#;
+    MEAN: SimDuration = "mean", DURATION,
+        "mean of a normal distribution, truncated to `min` and `max`",
+        r#"mean = "0.3 ms", deviation = "50 us", min = "0 ms", max = "1 ms""#, needs("deviation");
+    DEVIATION: SimDuration = "deviation", DURATION, "its standard deviation",
+        r#"mean = "1 ms", deviation = "0.1 ms", min = "0 ms", max = "2 ms""#, needs("mean");
+    TRACE: Vec<SimDuration> = "trace", super::TRACE, "durations, used in turn",
+        r#"trace = ["0.3 ms", "0.4 ms"]"#;
 }
 
 /// Reads a time model: a duration, or a table.

@@ -13,67 +13,37 @@ use crate::read::limits::{limits_of, read};
 table! {
     /// Keys of `body`.
     pub(super) body_table = TableSpec::new("body", "claim about the trunk");
-    SPEED: () = Key::new(
-        "speed", contextual(Shape::Limits(Unit::MeterPerSecond, Domain::ANY)), "mean speed",
-        r#"speed = { min = "30 cm/s" }"#,
-    )
-    .one_of();
-    ALONG: Along = Key::new(
-        "along", choice(), "direction of the speed",
-        r#"speed = { min = "30 cm/s" }, along = "path""#,
-    )
-    .default("'heading'")
-    .needs("speed")
-    .qualifier();
-    HEIGHT: BodyClaim = Key::new(
-        "height", limits_of!(Unit::Meter, Domain::ANY, BodyClaim::Height), "height of the trunk",
-        r#"height = { min = "9 cm" }"#,
-    )
-    .one_of();
-    ROLL: BodyClaim = Key::new(
-        "roll", limits_of!(Unit::Radian, Domain::HALF_TURN, BodyClaim::Roll),
-        "greatest roll, either way", r#"roll = { max = "10 deg" }"#,
-    )
-    .one_of();
-    PITCH: BodyClaim = Key::new(
-        "pitch", limits_of!(Unit::Radian, Domain::QUARTER_TURN, BodyClaim::Pitch),
-        "greatest pitch, either way", r#"pitch = { max = "10 deg" }"#,
-    )
-    .one_of();
-    ROLL_RANGE: BodyClaim = Key::new(
-        "roll_range", limits_of!(Unit::Radian, Domain::TURN, BodyClaim::RollRange),
-        "greatest less least roll", r#"roll_range = { max = "5 deg" }"#,
-    )
-    .one_of();
-    PITCH_RANGE: BodyClaim = Key::new(
-        "pitch_range", limits_of!(Unit::Radian, Domain::HALF_TURN, BodyClaim::PitchRange),
-        "greatest less least pitch", r#"pitch_range = { max = "5 deg" }"#,
-    )
-    .one_of();
-    HEIGHT_RANGE: BodyClaim = Key::new(
-        "height_range", limits_of!(Unit::Meter, Domain::NOT_NEGATIVE, BodyClaim::HeightRange),
-        "greatest less least height", r#"height_range = { max = "20 mm" }"#,
-    )
-    .one_of();
-    YAW_DRIFT: BodyClaim = Key::new(
-        "yaw_drift", limits_of!(Unit::Radian, Domain::NOT_NEGATIVE, BodyClaim::YawDrift),
-        "greatest turn from the start of the window", r#"yaw_drift = { max = "20 deg" }"#,
-    )
-    .one_of();
-    FALL: BodyClaim = Key::new(
-        "fall", FALSE_OR_THRESHOLDS, "no fall, by these thresholds",
-        r#"fall = { height = 0.5, tilt = "45 deg" }"#,
-    )
-    .one_of();
-    SETTLES: BodyClaim = Key::new(
-        "settles",
+    SPEED: () = "speed", contextual(Shape::Limits(Unit::MeterPerSecond, Domain::ANY)), "mean speed",
+        r#"speed = { min = "30 cm/s" }"#, one_of();
+    ALONG: Along = "along", choice(), "direction of the speed",
+        r#"speed = { min = "30 cm/s" }, along = "path""#, default("'heading'"), needs("speed"),
+        qualifier();
+    HEIGHT: BodyClaim = "height", limits_of!(Unit::Meter, Domain::ANY, BodyClaim::Height),
+        "height of the trunk", r#"height = { min = "9 cm" }"#, one_of();
+    ROLL: BodyClaim = "roll", limits_of!(Unit::Radian, Domain::HALF_TURN, BodyClaim::Roll),
+        "greatest roll, either way", r#"roll = { max = "10 deg" }"#, one_of();
+    PITCH: BodyClaim = "pitch", limits_of!(Unit::Radian, Domain::QUARTER_TURN, BodyClaim::Pitch),
+        "greatest pitch, either way", r#"pitch = { max = "10 deg" }"#, one_of();
+    ROLL_RANGE: BodyClaim = "roll_range",
+        limits_of!(Unit::Radian, Domain::TURN, BodyClaim::RollRange), "greatest less least roll",
+        r#"roll_range = { max = "5 deg" }"#, one_of();
+    PITCH_RANGE: BodyClaim = "pitch_range",
+        limits_of!(Unit::Radian, Domain::HALF_TURN, BodyClaim::PitchRange),
+        "greatest less least pitch", r#"pitch_range = { max = "5 deg" }"#, one_of();
+    HEIGHT_RANGE: BodyClaim = "height_range",
+        limits_of!(Unit::Meter, Domain::NOT_NEGATIVE, BodyClaim::HeightRange),
+        "greatest less least height", r#"height_range = { max = "20 mm" }"#, one_of();
+    YAW_DRIFT: BodyClaim = "yaw_drift",
+        limits_of!(Unit::Radian, Domain::NOT_NEGATIVE, BodyClaim::YawDrift),
+        "greatest turn from the start of the window", r#"yaw_drift = { max = "20 deg" }"#, one_of();
+    FALL: BodyClaim = "fall", FALSE_OR_THRESHOLDS, "no fall, by these thresholds",
+        r#"fall = { height = 0.5, tilt = "45 deg" }"#, one_of();
+    SETTLES: BodyClaim = "settles",
         Type::new(Shape::TableIn(Some(Unit::Meter), settles_table::TABLE), |item, _| {
             let (within, by) = settles(item, Unit::Meter)?;
             Ok(BodyClaim::Settles { within, by })
         }),
-        "settling to the final position", r#"settles = { within = "2 mm", by = "4 s" }"#,
-    )
-    .one_of();
+        "settling to the final position", r#"settles = { within = "2 mm", by = "4 s" }"#, one_of();
 }
 
 /// Reads `body = { … }`.

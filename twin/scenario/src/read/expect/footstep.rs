@@ -47,125 +47,75 @@ table! {
     /// Keys of `footstep`.
     pub(super) footstep_table = TableSpec::new("footstep", "claim about footsteps")
         .refined(axis_of_position_or_displacement);
-    LEG: LegChoice = Key::new(
-        "leg", Type::new(LEG_OR_LEGS, |item, _| legs(item)),
+    LEG: LegChoice = "leg", Type::new(LEG_OR_LEGS, |item, _| legs(item)),
         "a name, a list of names, `fore`, `hind` or `all`",
-        r#"leg = "fore", slip = { max = "40 mm" }"#,
-    )
-    .default("'all'")
-    .qualifier();
-    SLIP: FootstepMeasure = Key::new(
-        "slip", limits_of!(Unit::Meter, Domain::NOT_NEGATIVE, FootstepMeasure::Slip),
+        r#"leg = "fore", slip = { max = "40 mm" }"#, default("'all'"), qualifier();
+    SLIP: FootstepMeasure = "slip",
+        limits_of!(Unit::Meter, Domain::NOT_NEGATIVE, FootstepMeasure::Slip),
         "each: greatest horizontal distance from the place of touch-down in contact",
-        r#"slip = { max = "40 mm" }"#,
-    )
-    .one_of();
-    DUTY_FACTOR: FootstepMeasure = Key::new(
-        "duty_factor", limits_of!(Unit::One, Domain::SHARE, FootstepMeasure::DutyFactor),
+        r#"slip = { max = "40 mm" }"#, one_of();
+    DUTY_FACTOR: FootstepMeasure = "duty_factor",
+        limits_of!(Unit::One, Domain::SHARE, FootstepMeasure::DutyFactor),
         "mean: stance share of the cycle",
-        r#"leg = "fore", duty_factor = { near = 0.515, within = 0.05 }"#,
-    )
-    .one_of();
-    STANCE: FootstepMeasure = Key::new(
-        "stance", limits_of!(Unit::Second, Domain::POSITIVE, FootstepMeasure::StanceTime),
-        "each: duration", r#"stance = { max = "0.3 s" }"#,
-    )
-    .one_of();
-    SWING: FootstepMeasure = Key::new(
-        "swing", limits_of!(Unit::Second, Domain::POSITIVE, FootstepMeasure::SwingTime),
-        "each: duration to the next", r#"swing = { min = "80 ms" }"#,
-    )
-    .one_of();
-    FREQUENCY: FootstepMeasure = Key::new(
-        "frequency", limits_of!(Unit::Hertz, Domain::POSITIVE, FootstepMeasure::Frequency),
+        r#"leg = "fore", duty_factor = { near = 0.515, within = 0.05 }"#, one_of();
+    STANCE: FootstepMeasure = "stance",
+        limits_of!(Unit::Second, Domain::POSITIVE, FootstepMeasure::StanceTime), "each: duration",
+        r#"stance = { max = "0.3 s" }"#, one_of();
+    SWING: FootstepMeasure = "swing",
+        limits_of!(Unit::Second, Domain::POSITIVE, FootstepMeasure::SwingTime),
+        "each: duration to the next", r#"swing = { min = "80 ms" }"#, one_of();
+    FREQUENCY: FootstepMeasure = "frequency",
+        limits_of!(Unit::Hertz, Domain::POSITIVE, FootstepMeasure::Frequency),
         "mean: touch-downs per second", r#"frequency = { near = "3.64 Hz", within = "1 %" }"#,
-    )
-    .one_of();
-    STRIDE: FootstepMeasure = Key::new(
-        "stride", limits_of!(Unit::Meter, Domain::NOT_NEGATIVE, FootstepMeasure::StrideLength),
+        one_of();
+    STRIDE: FootstepMeasure = "stride",
+        limits_of!(Unit::Meter, Domain::NOT_NEGATIVE, FootstepMeasure::StrideLength),
         "each: horizontal distance to the leg's next footstep",
-        r#"leg = "LF", stride = { min = "10 cm" }"#,
-    )
-    .one_of();
-    IMPULSE: FootstepMeasure = Key::new(
-        "impulse", limits_of!(Unit::NewtonSecond, Domain::POSITIVE, FootstepMeasure::Impulse),
-        "each: impulse of the ground", r#"impulse = { max = "2 N·s" }"#,
-    )
-    .one_of();
-    PEAK_LOAD: FootstepMeasure = Key::new(
-        "peak_load", limits_of!(Unit::Newton, Domain::POSITIVE, FootstepMeasure::PeakLoad),
-        "each: greatest load", r#"peak_load = { max = "20 N" }"#,
-    )
-    .one_of();
-    POSITION: () = Key::new(
-        "position", contextual(Shape::Limits(Unit::Meter, Domain::ANY)),
+        r#"leg = "LF", stride = { min = "10 cm" }"#, one_of();
+    IMPULSE: FootstepMeasure = "impulse",
+        limits_of!(Unit::NewtonSecond, Domain::POSITIVE, FootstepMeasure::Impulse),
+        "each: impulse of the ground", r#"impulse = { max = "2 N·s" }"#, one_of();
+    PEAK_LOAD: FootstepMeasure = "peak_load",
+        limits_of!(Unit::Newton, Domain::POSITIVE, FootstepMeasure::PeakLoad),
+        "each: greatest load", r#"peak_load = { max = "20 N" }"#, one_of();
+    POSITION: () = "position", contextual(Shape::Limits(Unit::Meter, Domain::ANY)),
         "each: coordinate of touch-down along `axis`",
-        r#"position = { max = "20 cm" }, axis = "y""#,
-    )
-    .one_of();
-    COUNT: FootstepMeasure = Key::new(
-        "count", limits_of!(Unit::One, Domain::COUNT, FootstepMeasure::Count),
-        "number of touch-downs of every leg", "count = { near = 54.5, within = 2.5 }",
-    )
-    .one_of();
-    PHASE: Pattern = Key::new(
-        "phase",
+        r#"position = { max = "20 cm" }, axis = "y""#, one_of();
+    COUNT: FootstepMeasure = "count", limits_of!(Unit::One, Domain::COUNT, FootstepMeasure::Count),
+        "number of touch-downs of every leg", "count = { near = 54.5, within = 2.5 }", one_of();
+    PHASE: Pattern = "phase",
         Type::new(
             Shape::Either(&[Shape::Choice(Pattern::words), Shape::ByName(&SHARE)]),
             |item, _| pattern(item),
         ),
         "mean (circular) phase in the first leg's cycle, or a share for each leg",
-        r#"phase = "trot", tolerance = 0.05"#,
-    )
-    .one_of()
-    .needs("tolerance");
-    TOLERANCE: f64 = Key::new(
-        "tolerance", quantity(Unit::One, BELOW_HALF), "greatest deviation from `phase`",
-        "phase = { LF = 0, RF = 0.5, LH = 0.5, RH = 0 }, tolerance = 0.05",
-    )
-    .needs("phase")
-    .qualifier();
-    PHASE_SPREAD: FootstepMeasure = Key::new(
-        "phase_spread",
+        r#"phase = "trot", tolerance = 0.05"#, one_of(), needs("tolerance");
+    TOLERANCE: f64 = "tolerance", quantity(Unit::One, BELOW_HALF),
+        "greatest deviation from `phase`",
+        "phase = { LF = 0, RF = 0.5, LH = 0.5, RH = 0 }, tolerance = 0.05", needs("phase"),
+        qualifier();
+    PHASE_SPREAD: FootstepMeasure = "phase_spread",
         limits_of!(Unit::One, Domain::NOT_NEGATIVE, FootstepMeasure::PhaseSpread),
-        "circular standard deviation of the phase", "phase_spread = { max = 0.03 }",
-    )
-    .one_of();
-    ORDER: FootstepMeasure = Key::new(
-        "order", Type::new(GROUPS, |item, _| order(item).map(FootstepMeasure::Order)),
+        "circular standard deviation of the phase", "phase_spread = { max = 0.03 }", one_of();
+    ORDER: FootstepMeasure = "order",
+        Type::new(GROUPS, |item, _| order(item).map(FootstepMeasure::Order)),
         "sequence of touch-downs, repeated; any order within a group",
-        r#"order = [["LF", "RH"], ["RF", "LH"]]"#,
-    )
-    .one_of();
-    DISPLACEMENT: () = Key::new(
-        "displacement", contextual(Shape::Limits(Unit::Meter, Domain::ANY)),
+        r#"order = [["LF", "RH"], ["RF", "LH"]]"#, one_of();
+    DISPLACEMENT: () = "displacement", contextual(Shape::Limits(Unit::Meter, Domain::ANY)),
         "distance from the same footstep of a run without changes, along `axis`",
         r#"displacement = { max = "5 mm" }, against = "without changes", axis = "horizontal""#,
-    )
-    .one_of()
-    .needs("against");
-    AGAINST: () = Key::new(
-        "against", Type::new(Shape::Choice(|| vec![REFERENCE]), |item, _| {
-            item.choice(&[(REFERENCE, ())])
-        }),
+        one_of(), needs("against");
+    AGAINST: () = "against",
+        Type::new(Shape::Choice(|| vec![REFERENCE]), |item, _| { item.choice(&[(REFERENCE, ())]) }),
         "other run of a displacement",
-        r#"displacement = { max = "5 mm" }, against = "without changes""#,
-    )
-    .needs("displacement")
-    .qualifier();
-    CYCLE: u32 = Key::new(
-        "cycle", super::CYCLE, "number of the footstep, counted from 1 at `after`",
-        r#"displacement = { max = "5 mm" }, against = "without changes", cycle = 3"#,
-    )
-    .default("1")
-    .needs("displacement")
-    .qualifier();
-    AXIS: Axis = Key::new(
-        "axis", choice(), "axis of a position or displacement; `horizontal` of the latter only",
-        r#"position = { max = "20 cm" }, axis = "y""#,
-    )
-    .default("'x'")
-    .qualifier();
+        r#"displacement = { max = "5 mm" }, against = "without changes""#, needs("displacement"),
+        qualifier();
+    CYCLE: u32 = "cycle", super::CYCLE, "number of the footstep, counted from 1 at `after`",
+        r#"displacement = { max = "5 mm" }, against = "without changes", cycle = 3"#, default("1"),
+        needs("displacement"), qualifier();
+    AXIS: Axis = "axis", choice(),
+        "axis of a position or displacement; `horizontal` of the latter only",
+        r#"position = { max = "20 cm" }, axis = "y""#, default("'x'"), qualifier();
 }
 
 const REFERENCE: &str = "without changes";

@@ -18,71 +18,42 @@ use crate::options::Accepts;
 table! {
     /// Keys of `[[expect]]`.
     pub(super) expect_table = TableSpec::new("[[expect]]", "one expectation of the run");
-    NAME: String = Key::new(
-        "name", TEXT, "name in the verdict", r#"name = "walks", body = { fall = false }"#,
-    )
-    .otherwise("subject and measure");
-    AFTER: () = Key::new(
-        "after", contextual(Shape::One(Accepts::Duration)), "start of the window",
+    NAME: String = "name", TEXT, "name in the verdict",
+        r#"name = "walks", body = { fall = false }"#, otherwise("subject and measure");
+    AFTER: () = "after", contextual(Shape::One(Accepts::Duration)), "start of the window",
         r#"after = "2 s", body = { fall = false }"#,
-    )
-    .otherwise("the start; with `displacement` the first change");
-    BEFORE: () = Key::new(
-        "before", contextual(Shape::One(Accepts::Duration)), "end of the window",
-        r#"before = "8 s", body = { fall = false }"#,
-    )
-    .otherwise("the end of the run");
-    OPTIONAL: bool = Key::new(
-        "optional", BOOLEAN, "whether it passes if it is unobserved",
-        "optional = true, body = { fall = false }",
-    )
-    .default("false");
-    PLANTS: () = Key::new(
-        "plants", contextual(PLANTS_OF_BUILD), "plants to which it applies",
-        r#"plants = ["massless"], body = { fall = false }"#,
-    )
-    .otherwise("all");
-    FOOTSTEP: Claim = Key::new(
-        "footstep",
+        otherwise("the start; with `displacement` the first change");
+    BEFORE: () = "before", contextual(Shape::One(Accepts::Duration)), "end of the window",
+        r#"before = "8 s", body = { fall = false }"#, otherwise("the end of the run");
+    OPTIONAL: bool = "optional", BOOLEAN, "whether it passes if it is unobserved",
+        "optional = true, body = { fall = false }", default("false");
+    PLANTS: () = "plants", contextual(PLANTS_OF_BUILD), "plants to which it applies",
+        r#"plants = ["massless"], body = { fall = false }"#, otherwise("all");
+    FOOTSTEP: Claim = "footstep",
         Type::new(Shape::Table(footstep::footstep_table::TABLE), |item, _| {
             footstep::claim(item).map(Claim::Footstep)
         }),
-        "claim about footsteps", r#"footstep = { slip = { max = "40 mm" } }"#,
-    )
-    .one_of();
-    BODY: Claim = Key::new(
-        "body",
+        "claim about footsteps", r#"footstep = { slip = { max = "40 mm" } }"#, one_of();
+    BODY: Claim = "body",
         Type::new(Shape::Table(body::body_table::TABLE), |item, _| {
             body::claim(item).map(Claim::Body)
         }),
-        "claim about the trunk", "body = { fall = false }",
-    )
-    .one_of();
-    TIMING: Claim = Key::new(
-        "timing",
+        "claim about the trunk", "body = { fall = false }", one_of();
+    TIMING: Claim = "timing",
         Type::new(Shape::Table(timing::timing_table::TABLE), |item, _| timing::claim(item)),
         "claim about the cycle of the controller or of a bus",
-        r#"timing = { of = "control", jitter = { max = "50 us" } }"#,
-    )
-    .one_of();
-    SIGNAL: Claim = Key::new(
-        "signal",
+        r#"timing = { of = "control", jitter = { max = "50 us" } }"#, one_of();
+    SIGNAL: Claim = "signal",
         Type::new(Shape::Table(signal::signal_table::TABLE), |item, _| {
             signal::claim(item).map(Claim::Signal)
         }),
         "claim about signals", r#"signal = { name = "sbcp/errors", always = { max = 0 } }"#,
-    )
-    .one_of();
-    ENERGY: Claim = Key::new(
-        "energy", Type::new(Shape::Table(energy_table::TABLE), |item, _| energy(item)),
-        "claim about the energy balance", "energy = { residual = { max = 1e-6 } }",
-    )
-    .one_of();
-    COST: Claim = Key::new(
-        "cost", Type::new(Shape::Table(timing::cost_table::TABLE), |item, _| timing::cost(item)),
-        "claim about the computational work", "cost = { steps = { max = 20000 } }",
-    )
-    .one_of();
+        one_of();
+    ENERGY: Claim = "energy", Type::new(Shape::Table(energy_table::TABLE), |item, _| energy(item)),
+        "claim about the energy balance", "energy = { residual = { max = 1e-6 } }", one_of();
+    COST: Claim = "cost",
+        Type::new(Shape::Table(timing::cost_table::TABLE), |item, _| timing::cost(item)),
+        "claim about the computational work", "cost = { steps = { max = 20000 } }", one_of();
 }
 
 const PLANTS_OF_BUILD: Shape = Shape::List {
@@ -94,26 +65,18 @@ const PLANTS_OF_BUILD: Shape = Shape::List {
 table! {
     /// Keys of `energy`.
     pub(super) energy_table = TableSpec::new("energy", "claim about the energy balance");
-    RESIDUAL: Limits = Key::new(
-        "residual", limits(Unit::One, Domain::NOT_NEGATIVE),
+    RESIDUAL: Limits = "residual", limits(Unit::One, Domain::NOT_NEGATIVE),
         "residual at the end of the run, over the energy exchanged", "residual = { max = 1e-6 }",
-    )
-    .required();
+        required();
 }
 
 table! {
     /// Keys of `settles`.
     pub(super) settles_table = TableSpec::new("settles", "settling to the final value");
-    WITHIN: () = Key::new(
-        "within", contextual(Shape::Measured(Range::NOT_NEGATIVE)),
-        "greatest distance from the final value", r#"within = "2 mm""#,
-    )
-    .required();
-    BY: () = Key::new(
-        "by", contextual(Shape::One(Accepts::Duration)), "time from which on it holds",
-        r#"by = "4 s""#,
-    )
-    .required();
+    WITHIN: () = "within", contextual(Shape::Measured(Range::NOT_NEGATIVE)),
+        "greatest distance from the final value", r#"within = "2 mm""#, required();
+    BY: () = "by", contextual(Shape::One(Accepts::Duration)), "time from which on it holds",
+        r#"by = "4 s""#, required();
 }
 
 /// Properties of the scenario that its expectations are checked against.

@@ -21,45 +21,26 @@ const COMPONENT: Type<usize> = Type::new(
 table! {
     /// Keys of `signal`.
     pub(super) signal_table = TableSpec::new("signal", "claim about signals");
-    NAME: Placed<String> = Key::new(
-        "name", PLACED, "name, or pattern of names with the wildcards `*` and `**`",
-        r#"name = "leg/*/hip/rate""#,
-    )
-    .required()
-    .qualifier();
-    COMPONENT: usize = Key::new(
-        "component", super::COMPONENT, "element of the signal, counted from 0",
-        r#"name = "body/position", component = "z", always = { min = "5 cm" }"#,
-    )
-    .otherwise("all")
-    .qualifier();
-    WITHIN: SimDuration = Key::new(
-        "within", POSITIVE_DURATION, "time from the start of the window",
+    NAME: Placed<String> = "name", PLACED,
+        "name, or pattern of names with the wildcards `*` and `**`", r#"name = "leg/*/hip/rate""#,
+        required(), qualifier();
+    COMPONENT: usize = "component", super::COMPONENT, "element of the signal, counted from 0",
+        r#"name = "body/position", component = "z", always = { min = "5 cm" }"#, otherwise("all"),
+        qualifier();
+    WITHIN: SimDuration = "within", POSITIVE_DURATION, "time from the start of the window",
         r#"name = "leg/LF/hip/rate", eventually = { max = "-12 rad/s" }, within = "1 s""#,
-    )
-    .otherwise("the window")
-    .needs("eventually");
-    UNTIL: Until = Key::new(
-        "until", Type::new(Shape::TableIn(None, until_table::TABLE), |item, _| until(item)),
+        otherwise("the window"), needs("eventually");
+    UNTIL: Until = "until",
+        Type::new(Shape::TableIn(None, until_table::TABLE), |item, _| until(item)),
         "end of the condition, when another signal is first within its limits",
         r#"always = { max = 1 }, until = { name = "energy/kinetic", max = "1 mJ" }"#,
-    )
-    .needs("always");
-    ALWAYS: () = Key::new(
-        "always", contextual(LIMITS), "within limits in every observation",
-        r#"always = { max = 0 }"#,
-    )
-    .one_of();
-    EVENTUALLY: () = Key::new(
-        "eventually", contextual(LIMITS), "within limits in at least one observation",
-        r#"eventually = { max = "-12 rad/s" }"#,
-    )
-    .one_of();
-    SETTLES: () = Key::new(
-        "settles", contextual(Shape::TableIn(None, settles_table::TABLE)),
-        "settling to the final value", r#"settles = { within = "1 deg", by = "5 s" }"#,
-    )
-    .one_of();
+        needs("always");
+    ALWAYS: () = "always", contextual(LIMITS), "within limits in every observation",
+        r#"always = { max = 0 }"#, one_of();
+    EVENTUALLY: () = "eventually", contextual(LIMITS), "within limits in at least one observation",
+        r#"eventually = { max = "-12 rad/s" }"#, one_of();
+    SETTLES: () = "settles", contextual(Shape::TableIn(None, settles_table::TABLE)),
+        "settling to the final value", r#"settles = { within = "1 deg", by = "5 s" }"#, one_of();
 }
 
 const LIMITS: Shape = Shape::TableIn(None, limits_table::TABLE);
@@ -69,13 +50,10 @@ table! {
     pub(super) until_table = TableSpec::new("until", "limits of another signal")
         .with(limits_table::TABLE.keys)
         .refined(either_centre_or_ends);
-    NAME: Placed<String> =
-        Key::new("name", PLACED, "name", r#"name = "energy/kinetic", max = "1 mJ""#).required();
-    COMPONENT: usize = Key::new(
-        "component", super::COMPONENT, "element of the signal, counted from 0",
-        r#"name = "body/rpy", component = 2, max = "3 deg""#,
-    )
-    .default("0");
+    NAME: Placed<String> = "name", PLACED, "name", r#"name = "energy/kinetic", max = "1 mJ""#,
+        required();
+    COMPONENT: usize = "component", super::COMPONENT, "element of the signal, counted from 0",
+        r#"name = "body/rpy", component = 2, max = "3 deg""#, default("0");
 }
 
 /// Reads `signal = { … }`.

@@ -23,44 +23,23 @@ table! {
     /// Keys of `timing`.
     pub(super) timing_table =
         TableSpec::new("timing", "claim about the cycle of the controller or of a bus");
-    OF: Placed<String> = Key::new(
-        "of", PLACED, "`control`, or the name of a bus, whose transfers are its cycle",
-        r#"of = "control""#,
-    )
-    .required()
-    .qualifier();
-    DEADLINE_MISSES: (TimingMeasure, Limits) = Key::new(
-        "deadline_misses", cycle!(DeadlineMisses), "number of missed cycles",
-        "deadline_misses = { max = 0 }",
-    )
-    .one_of();
-    CYCLE_RATE: (TimingMeasure, Limits) = Key::new(
-        "cycle_rate", cycle!(CycleRate),
+    OF: Placed<String> = "of", PLACED,
+        "`control`, or the name of a bus, whose transfers are its cycle", r#"of = "control""#,
+        required(), qualifier();
+    DEADLINE_MISSES: (TimingMeasure, Limits) = "deadline_misses", cycle!(DeadlineMisses),
+        "number of missed cycles", "deadline_misses = { max = 0 }", one_of();
+    CYCLE_RATE: (TimingMeasure, Limits) = "cycle_rate", cycle!(CycleRate),
         "begins after the first over the time from the first to the last",
-        r#"cycle_rate = { min = "400 Hz" }"#,
-    )
-    .one_of();
-    JITTER: (TimingMeasure, Limits) = Key::new(
-        "jitter", cycle!(Jitter),
+        r#"cycle_rate = { min = "400 Hz" }"#, one_of();
+    JITTER: (TimingMeasure, Limits) = "jitter", cycle!(Jitter),
         "greatest difference of an interval between begins from the controller's period",
-        r#"jitter = { max = "50 us" }"#,
-    )
-    .one_of();
-    LATENCY: (TimingMeasure, Limits) = Key::new(
-        "latency", cycle!(Latency), "greatest time from begin to end",
-        r#"latency = { max = "2 ms" }"#,
-    )
-    .one_of();
-    LONGEST_CYCLE: (TimingMeasure, Limits) = Key::new(
-        "longest_cycle", cycle!(LongestCycle), "greatest interval between begins",
-        r#"longest_cycle = { max = "3 ms" }"#,
-    )
-    .one_of();
-    HALF_RANGE: (TimingMeasure, Limits) = Key::new(
-        "half_range", cycle!(HalfRange), "half of greatest less least interval",
-        r#"half_range = { max = "70 us" }"#,
-    )
-    .one_of();
+        r#"jitter = { max = "50 us" }"#, one_of();
+    LATENCY: (TimingMeasure, Limits) = "latency", cycle!(Latency),
+        "greatest time from begin to end", r#"latency = { max = "2 ms" }"#, one_of();
+    LONGEST_CYCLE: (TimingMeasure, Limits) = "longest_cycle", cycle!(LongestCycle),
+        "greatest interval between begins", r#"longest_cycle = { max = "3 ms" }"#, one_of();
+    HALF_RANGE: (TimingMeasure, Limits) = "half_range", cycle!(HalfRange),
+        "half of greatest less least interval", r#"half_range = { max = "70 us" }"#, one_of();
 }
 
 /// Reads `timing = { … }`.
@@ -88,39 +67,36 @@ pub(super) fn claim(item: &Item<'_>) -> Result<Claim, Reported> {
     }))
 }
 
-/// Returns the declaration of a work counter.
+/// Returns the type of limits of a work counter.
 macro_rules! counter {
-    ($name:literal, $about:literal) => {
-        Key::new(
-            $name,
-            limits_of!(Unit::One, Domain::COUNT, |limits| {
-                Claim::Cost(CostMeasure::Count($name), limits)
-            }),
-            $about,
-            concat!($name, " = { max = 20000 }"),
-        )
-        .one_of()
+    ($name:literal) => {
+        limits_of!(Unit::One, Domain::COUNT, |limits| {
+            Claim::Cost(CostMeasure::Count($name), limits)
+        })
     };
 }
 
 table! {
     /// Keys of `cost`.
     pub(super) cost_table = TableSpec::new("cost", "claim about the computational work");
-    STEPS: Claim = counter!("steps", "steps of the plant");
-    EVALUATIONS: Claim = counter!("evaluations", "evaluations of its equations of motion");
-    FACTORISATIONS: Claim = counter!("factorisations", "factorisations of a matrix");
-    EVENTS: Claim = counter!("events", "located events");
-    SOLVER_ITERATIONS: Claim = counter!("solver_iterations", "iterations of its solvers");
-    FALLBACKS: Claim = counter!("fallbacks", "steps by a fallback method");
-    REAL_TIME_FACTOR: Claim = Key::new(
-        "real_time_factor",
+    STEPS: Claim = "steps", counter!("steps"), "steps of the plant", "steps = { max = 20000 }",
+        one_of();
+    EVALUATIONS: Claim = "evaluations", counter!("evaluations"),
+        "evaluations of its equations of motion", "evaluations = { max = 20000 }", one_of();
+    FACTORISATIONS: Claim = "factorisations", counter!("factorisations"),
+        "factorisations of a matrix", "factorisations = { max = 20000 }", one_of();
+    EVENTS: Claim = "events", counter!("events"), "located events", "events = { max = 20000 }",
+        one_of();
+    SOLVER_ITERATIONS: Claim = "solver_iterations", counter!("solver_iterations"),
+        "iterations of its solvers", "solver_iterations = { max = 20000 }", one_of();
+    FALLBACKS: Claim = "fallbacks", counter!("fallbacks"), "steps by a fallback method",
+        "fallbacks = { max = 20000 }", one_of();
+    REAL_TIME_FACTOR: Claim = "real_time_factor",
         limits_of!(Unit::One, Domain::POSITIVE, |limits| {
             Claim::Cost(CostMeasure::RealTimeFactor, limits)
         }),
         "simulated over elapsed time, which depends on the machine",
-        "real_time_factor = { min = 10 }",
-    )
-    .one_of();
+        "real_time_factor = { min = 10 }", one_of();
 }
 
 /// Reads `cost = { … }`.
