@@ -61,29 +61,26 @@ fn add(table: &TableSpec, path: &[&'static str], tables: &mut Vec<TableReference
 }
 
 fn key_reference(key: &KeySpec) -> KeyReference {
-    let mut value = key.shape.words();
+    let words = key.shape.words();
+    let mut value = vec![match key.presence {
+        Presence::Default(toml) if toml != "{}" => {
+            format!("{words} (`{}`)", toml.trim_matches('\''))
+        }
+        Presence::Otherwise(default) => format!("{words} ({default})"),
+        _ => words,
+    }];
     match key.presence {
-        Presence::Default("{}") => {}
-        Presence::Default(toml) => value += &format!(" (`{}`)", toml.trim_matches('\'')),
-        Presence::Otherwise(words) => value += &format!(" ({words})"),
-        Presence::Required => value += "; *required*",
-        Presence::OneOf => value += "; *one of*",
-        Presence::Optional => {}
+        Presence::Required => value.push("*required*".to_owned()),
+        Presence::OneOf => value.push("*one of*".to_owned()),
+        _ => {}
     }
-    if let Some(other) = key.needs {
-        value += &format!("; requires `{other}`");
-    }
+    value.extend(key.needs.map(|other| format!("requires `{other}`")));
     if !key.only_with.is_empty() {
-        let words: Vec<_> = key
-            .only_with
-            .iter()
-            .map(|word| format!("`{word}`"))
-            .collect();
-        value += &format!("; with {}", words.join(", "));
+        value.push(format!("with `{}`", key.only_with.join("`, `")));
     }
     KeyReference {
         name: key.name,
-        value,
+        value: value.join("; "),
         about: key.about,
         example: key.example,
         is_required: key.presence == Presence::Required,

@@ -136,13 +136,10 @@ pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expe
     if let Some(measured) = &measured {
         beyond_end::warn(measured, &expectation, context.duration);
     }
-    expectation.name = match name? {
-        Some(name) => name,
-        None => {
-            let measure = measured.map_or(String::new(), |item| measure_name(subject, &item));
-            format!("{subject} {measure}").trim_end().replace('_', " ")
-        }
-    };
+    expectation.name = name?.unwrap_or_else(|| {
+        let measure = measured.map_or(String::new(), |item| measure_name(subject, &item));
+        format!("{subject} {measure}").trim_end().replace('_', " ")
+    });
     Ok(expectation)
 }
 
@@ -163,7 +160,7 @@ fn measure_name(subject: &str, item: &Item<'_>) -> String {
     let tables = subjects
         .filter(|key| key.name == subject)
         .flat_map(|key| key.shape.tables());
-    let keys: Vec<_> = tables.flat_map(|table| table.all_keys()).collect();
+    let keys: Vec<_> = tables.flat_map(TableSpec::all_keys).collect();
     let is_qualifier = |name: &&str| keys.iter().any(|key| key.name == *name && key.is_qualifier);
     let present = item.keys().into_iter().flatten();
     let names: Vec<_> = present.filter(|name| !is_qualifier(name)).collect();

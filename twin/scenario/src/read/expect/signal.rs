@@ -36,7 +36,7 @@ table! {
         r#"always = { max = 1 }, until = { name = "energy/kinetic", max = "1 mJ" }"#,
         needs("always");
     ALWAYS: () = "always", contextual(LIMITS), "within limits in every observation",
-        r#"always = { max = 0 }"#, one_of();
+        "always = { max = 0 }", one_of();
     EVENTUALLY: () = "eventually", contextual(LIMITS), "within limits in at least one observation",
         r#"eventually = { max = "-12 rad/s" }"#, one_of();
     SETTLES: () = "settles", contextual(Shape::TableIn(None, settles_table::TABLE)),
