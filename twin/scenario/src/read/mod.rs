@@ -34,7 +34,9 @@ use crate::language::{
     Declared, Key, NATURAL, PLACED, POSITIVE_DURATION, Part, Shape, TEXT, TableSpec, Type,
     contextual, table,
 };
-use crate::scenario::{FootstepSpec, ObserveSpec, RecordSpec, Scenario, Setting};
+use crate::scenario::{
+    ActuatorSpec, ChangeSpec, FootstepSpec, ObserveSpec, PlantSpec, RecordSpec, Scenario, Setting,
+};
 
 table! {
     /// Keys of the root table.
@@ -176,8 +178,8 @@ struct Source<'s> {
 
 fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<Scenario, Reported> {
     use root_table::{
-        ACTUATOR, BUS, CONTROLLER, DURATION, EXPECT, FALL, FAULT, FOOTSTEPS, IO, NAME, OBSERVE,
-        OVERRIDE, PLANT, RECORD, SEED,
+        BUS, CONTROLLER, DURATION, FALL, FAULT, FOOTSTEPS, IO, NAME, OBSERVE, OVERRIDE, PLANT,
+        RECORD, SEED,
     };
     let table = root_table::TABLE.of(root);
     let (name, robot) = (table.get(&NAME), robot(table, catalogue));
@@ -186,14 +188,7 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
     let (seed, observe) = (table.read(&SEED), table.read(&OBSERVE));
     let observed = observe.unwrap_or(io::OBSERVE_PERIOD);
     let plant = table.read_with(&PLANT, |item| plant::plant(item, catalogue, observed));
-    let actuator = match &plant {
-        Ok(plant) if plant.is_standalone && table.has(&ACTUATOR) => {
-            let message = format!("the plant `{}` brings its own actuators", plant.model);
-            table.expect(&ACTUATOR);
-            Err(table.report(&ACTUATOR, message, "leave the table out"))
-        }
-        _ => table.get_with(&ACTUATOR, |item| actuator::actuator(item, run)),
-    };
+    let actuator = actuator(table, plant.as_ref().ok(), run);
     let controller = table.get_with(&CONTROLLER, |item| {
         controller::controller(item, &catalogue.controllers)
     });
@@ -206,24 +201,17 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
     let io = table.get_with(&IO, |item| io::io(item, control.unwrap_or(None)));
     let changes = changes::changes(table, control, catalogue, run);
     let faults = table.get_with(&FAULT, |item| item.each(|item| bus::fault(item, run)));
-    let first_change = changes.as_ref().ok().and_then(|changes| changes.first());
-    let context = expect::Context {
-        plants: catalogue
-            .plants
-            .iter()
-            .map(|kind| kind.name.as_str())
-            .collect(),
-        duration: run,
-        first_change: first_change.map(|change| change.at),
-    };
-    let expectations = table.get_with(&EXPECT, |item| {
-        item.each(|item| expect::expectation(item, &context))
-    });
+    let expectations = expectations(
+        table,
+        catalogue,
+        run,
+        changes.as_deref().unwrap_or_default(),
+    );
     let (controller, io, plant) = (controller?, io?, plant?);
     let applies = |expectation: &Expectation| {
         expectation.plants.is_empty() || expectation.plants.contains(&plant.model)
     };
-    let expectations = expectations?.unwrap_or_default().into_iter();
+    let expectations = expectations?.into_iter();
     let (expectations, of_other_plants): (Vec<_>, Vec<_>) = expectations.partition(applies);
     let (buses, faults) = (buses?.unwrap_or_default(), faults?.unwrap_or_default());
     bus::check_sites(table, &buses, &faults)?;
@@ -265,6 +253,42 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
         of_other_plants,
         warnings: Vec::new(),
     })
+}
+
+/// Reads `[actuator]`, which a standalone plant does not have.
+fn actuator(
+    table: Declared<'_, '_>,
+    plant: Option<&PlantSpec>,
+    run: SimDuration,
+) -> Result<Option<ActuatorSpec>, Reported> {
+    use root_table::ACTUATOR;
+    match plant {
+        Some(plant) if plant.is_standalone && table.has(&ACTUATOR) => {
+            let message = format!("the plant `{}` brings its own actuators", plant.model);
+            table.expect(&ACTUATOR);
+            Err(table.report(&ACTUATOR, message, "leave the table out"))
+        }
+        _ => table.get_with(&ACTUATOR, |item| actuator::actuator(item, run)),
+    }
+}
+
+/// Reads all `[[expect]]`.
+fn expectations(
+    table: Declared<'_, '_>,
+    catalogue: &Catalogue,
+    run: SimDuration,
+    changes: &[ChangeSpec],
+) -> Result<Vec<Expectation>, Reported> {
+    let plants = catalogue.plants.iter().map(|kind| kind.name.as_str());
+    let context = expect::Context {
+        plants: plants.collect(),
+        duration: run,
+        first_change: changes.first().map(|change| change.at),
+    };
+    let read = |item: &Item<'_>| item.each(|item| expect::expectation(item, &context));
+    Ok(table
+        .get_with(&root_table::EXPECT, read)?
+        .unwrap_or_default())
 }
 
 fn stem(file: &str) -> String {
