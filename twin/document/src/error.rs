@@ -8,6 +8,22 @@ use annotate_snippets::{
 
 use crate::source::Place;
 
+/// A value with its position.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placed<T> {
+    /// The value.
+    pub value: T,
+    /// Its position, for errors that are detected after the document is read.
+    pub place: Place,
+}
+
+impl<T> Placed<T> {
+    /// Returns an error at the position of the value.
+    pub fn error(&self, message: impl Into<String>, help: impl Into<String>) -> DocumentError {
+        Problem::at(&self.place, message, help).into()
+    }
+}
+
 /// A problem: position, description and remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {

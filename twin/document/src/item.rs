@@ -3,7 +3,7 @@
 use twinrig_kernel::{SimDuration, Unit};
 
 use crate::document::{Overrides, SET_TWICE};
-use crate::error::Problem;
+use crate::error::{Placed, Problem};
 use crate::near;
 use crate::node::{Node, Value};
 use crate::quantity::{self, QuantityError};
@@ -143,6 +143,16 @@ impl<'d> Item<'d> {
             Value::Text(text) => Ok(text),
             _ => Err(self.wrong_type("a text in quotes")),
         }
+    }
+
+    /// Returns the value as a string with its position.
+    ///
+    /// # Errors
+    /// The value has another type.
+    pub fn placed_text(&self) -> Result<Placed<String>, Reported> {
+        let value = self.text()?.to_owned();
+        let place = self.place();
+        Ok(Placed { value, place })
     }
 
     /// Returns the value that belongs to one of several words.

@@ -56,7 +56,7 @@ mod table;
 mod units;
 
 pub use document::{Document, Overrides, quoted};
-pub use error::{DocumentError, Problem, Warning};
+pub use error::{DocumentError, Placed, Problem, Warning};
 pub use file::{STREAM_MOST, TEXT_MOST, read_file};
 pub use item::Item;
 pub use near::{nearest, suggestion};

@@ -30,17 +30,18 @@ impl Range {
     };
 
     /// The interval from `min` to `max`, both included; an infinite end is unbounded.
-    pub fn between(min: f64, max: f64) -> Self {
-        let end = |value: f64| {
-            if value.is_finite() {
-                Bound::Included(value)
-            } else {
-                Bound::Unbounded
-            }
-        };
+    pub const fn between(min: f64, max: f64) -> Self {
         Range {
-            min: end(min),
-            max: end(max),
+            min: Self::included(min),
+            max: Self::included(max),
+        }
+    }
+
+    const fn included(value: f64) -> Bound<f64> {
+        if value.is_finite() {
+            Bound::Included(value)
+        } else {
+            Bound::Unbounded
         }
     }
 

@@ -1,11 +1,9 @@
 //! Kinds of plants, controllers and buses of a build, and the keys that each of them accepts.
 
-use std::ops::RangeInclusive;
-
 use twinrig_document::Range;
 use twinrig_kernel::Unit;
 
-use crate::options::OptionValue;
+use crate::options::OptionSpec;
 
 /// Kinds of parts in a build. The program that links the parts fills it; this crate knows no kind.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -76,52 +74,6 @@ impl Kind {
             |variable: &&VariableSpec| variable.name == key || variable.key() == key;
         self.variables.iter().filter(is_set_by_key).collect()
     }
-}
-
-/// A key that a kind accepts.
-#[derive(Clone, Debug, PartialEq)]
-pub struct OptionSpec {
-    /// The key.
-    pub name: String,
-    /// One-line description for display.
-    pub about: String,
-    /// Accepted values.
-    pub accepts: Accepts,
-    /// Default value; none if the key may be absent.
-    pub default: Option<OptionValue>,
-}
-
-/// Accepted values of an option.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Accepts {
-    /// A quantity with a unit; a bare number where the unit is [`Unit::One`].
-    Quantity {
-        /// Its unit.
-        unit: Unit,
-        /// Its range, in that unit.
-        range: Range,
-    },
-    /// A duration, in whole nanoseconds.
-    Duration,
-    /// A whole number within a range.
-    Natural(RangeInclusive<u64>),
-    /// True or false.
-    Boolean,
-    /// Any text.
-    Text,
-    /// A name that only the part itself can resolve, or a file name; its position is kept for
-    /// errors of the part.
-    Name,
-    /// One of these words.
-    Choice(Vec<String>),
-    /// A time model: a duration, a distribution, or a recorded trace.
-    Time,
-    /// A table of options.
-    Group(Vec<OptionSpec>),
-    /// A table with names chosen by the user and a value for each.
-    Table(Box<Accepts>),
-    /// One value for all members of a set (boards, legs), or a table with values of named members.
-    Each(Box<Accepts>),
 }
 
 /// Numeric process variable of a controller, which may be set during a run.

@@ -71,14 +71,16 @@ mod expect;
 mod glob;
 mod ground_below;
 mod judge;
+mod language;
 mod limits;
 mod options;
 mod read;
+mod reference;
 mod scenario;
 mod scene;
 mod schema;
 
-pub use catalogue::{Accepts, Catalogue, Kind, OptionSpec, VariableSpec};
+pub use catalogue::{Catalogue, Kind, VariableSpec};
 pub use expect::{
     Along, Axis, BodyClaim, Claim, CostMeasure, Expectation, FootstepClaim, FootstepMeasure,
     LegChoice, Pattern, SignalClaim, SignalMode, TimingClaim, TimingMeasure, Until,
@@ -87,10 +89,11 @@ pub use glob::matches;
 pub use ground_below::GroundBelow;
 pub use judge::{Footstep, Judge, Layouts, Outcome, Reference, RunEnd, Verdict};
 pub use limits::{Comparison, Limits};
-pub use options::{OptionValue, Options};
+pub use options::{Accepts, OptionSpec, OptionValue, Options};
+pub use reference::{KeyReference, TableReference, language};
 pub use scenario::{
     ActuatorKind, ActuatorSpec, Base, BusSpec, ChangeSpec, ControllerSpec, FallSpec, FaultSpec,
-    FootstepSpec, Ground, Heights, IoSpec, LoadThreshold, ObserveSpec, Placed, PlantSpec, Profile,
+    FootstepSpec, Ground, Heights, IoSpec, LoadThreshold, ObserveSpec, PlantSpec, Profile,
     RecordSpec, Scenario, ServoOverride, Setting, StartPose,
 };
 pub use scene::{Facts, LeftOut, LegFact, Scene};

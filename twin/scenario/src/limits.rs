@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::ops::Bound;
 
-use twinrig_document::{Item, Range, Reported, Table, print_quantity};
+use twinrig_document::Range;
 use twinrig_kernel::Unit;
 
 /// Least and greatest accepted value, at least one of which is set.
@@ -56,7 +56,7 @@ impl Domain {
     }
 
     /// Returns whether all values are within `limits`.
-    fn is_within(&self, limits: &Limits) -> bool {
+    pub fn is_within(&self, limits: &Limits) -> bool {
         // The conversion of degrees to radians has a rounding error in the last place.
         const ROUNDING: f64 = 1.0 - 1e-12;
         let above = match (limits.min, self.range.min) {
@@ -73,7 +73,7 @@ impl Domain {
     }
 
     /// Returns whether no value is within `limits`.
-    fn is_outside(&self, limits: &Limits) -> bool {
+    pub fn is_outside(&self, limits: &Limits) -> bool {
         let below = match (limits.max, self.range.min) {
             (Some(max), Bound::Included(least)) => max < least,
             (Some(max), Bound::Excluded(least)) => max <= least,
@@ -91,7 +91,7 @@ impl Domain {
         below || above || between
     }
 
-    fn describe(&self, unit: Unit) -> String {
+    pub fn describe(&self, unit: Unit) -> String {
         let prefix = if self.is_integer {
             "a whole number, "
         } else {
@@ -173,76 +173,6 @@ impl Limits {
     pub fn hold(&self, value: f64) -> bool {
         self.margin(value) >= 0.0
     }
-
-    /// Reads a table of limits, `{ min = …, max = … }` or `{ near = …, within = … }`, of a measure
-    /// with the values `domain`.
-    pub(crate) fn read(item: &Item<'_>, unit: Unit, domain: &Domain) -> Result<Self, Reported> {
-        if !item.is_table() {
-            let example = if unit == Unit::One {
-                "0.5".to_owned()
-            } else {
-                format!("\"{}\"", print_quantity(0.5, unit))
-            };
-            let message = format!("`{}` requires limits", item.key());
-            let help = format!(
-                "write {{ max = {example} }}, {{ min = …, max = … }} or {{ near = …, within = … }}"
-            );
-            return Err(item.report(message, help));
-        }
-        let table = item.table()?;
-        let limits = Self::read_from(&table, unit, &|message, help| item.report(message, help))?;
-        let key = item.key();
-        let message = if domain.is_within(&limits) {
-            format!("no value of `{key}` violates these limits")
-        } else if domain.is_outside(&limits) {
-            format!("no value of `{key}` is within these limits")
-        } else {
-            return Ok(limits);
-        };
-        let help = format!("`{key}` is always {}", domain.describe(unit));
-        Err(item.report(message, help))
-    }
-
-    /// Reads `min`, `max`, `near` and `within` from a table that may have other keys.
-    pub(crate) fn read_from(
-        table: &Table<'_>,
-        unit: Unit,
-        report: &dyn Fn(&str, &str) -> Reported,
-    ) -> Result<Self, Reported> {
-        let quantity = |key: &str| table.optional(key, |item| item.quantity(unit, &Range::ANY));
-        let (min, max, near) = (quantity("min"), quantity("max"), quantity("near"));
-        let centre = near.as_ref().map_or(0.0, |near| near.unwrap_or(0.0));
-        let within = table.optional("within", |item| within(item, unit, centre));
-        let (min, max, near, within) = (min?, max?, near?, within?);
-        match (min, max, near, within) {
-            (None, None, Some(near), Some(within)) => Ok(Limits {
-                min: Some(near - within),
-                max: Some(near + within),
-            }),
-            (Some(min), Some(max), None, None) if min > max => Err(report(
-                "`min` is greater than `max`",
-                "no value lies between them",
-            )),
-            (None, None, None, None) => Err(report(
-                "there is no limit",
-                "give `min`, `max` or both, or `near` and `within`",
-            )),
-            (min, max, None, None) => Ok(Limits { min, max }),
-            _ => Err(report(
-                "these limits cannot be combined",
-                "give `min`, `max` or both, or `near` and `within`",
-            )),
-        }
-    }
-}
-
-/// Reads a distance from `centre`: a quantity, or a percentage of `centre`.
-fn within(item: &Item<'_>, unit: Unit, centre: f64) -> Result<f64, Reported> {
-    if item.is_text() && item.text()?.trim_end().ends_with('%') {
-        let share = item.number(&Range::NOT_NEGATIVE)?;
-        return Ok(share * centre.abs());
-    }
-    item.quantity(unit, &Range::NOT_NEGATIVE)
 }
 
 #[cfg(test)]

@@ -1,15 +1,58 @@
-//! Values of the keys that a kind of part declares.
+//! Keys that a kind of part declares, and their values.
 
 use std::ops::RangeInclusive;
 
-use twinrig_document::{Item, Reported, Table};
-use twinrig_kernel::SimDuration;
+use twinrig_document::{Placed, Range};
+use twinrig_kernel::{SimDuration, Unit};
 use twinrig_runtime::Timing;
 
-use crate::catalogue::{Accepts, OptionSpec};
-use crate::expect::placed_text;
-use crate::read::time_model;
-use crate::scenario::Placed;
+/// A key that a kind accepts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OptionSpec {
+    /// The key.
+    pub name: String,
+    /// One-line description for display.
+    pub about: String,
+    /// Accepted values.
+    pub accepts: Accepts,
+    /// Default value; none if the key may be absent.
+    pub default: Option<OptionValue>,
+}
+
+/// Accepted values of an option.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Accepts {
+    /// A quantity with a unit; a bare number where the unit is [`Unit::One`].
+    Quantity {
+        /// Its unit.
+        unit: Unit,
+        /// Its range, in that unit.
+        range: Range,
+    },
+    /// A duration, in whole nanoseconds.
+    Duration,
+    /// A duration longer than zero.
+    PositiveDuration,
+    /// A whole number within a range.
+    Natural(RangeInclusive<u64>),
+    /// True or false.
+    Boolean,
+    /// Any text.
+    Text,
+    /// A name that only the part itself can resolve, or a file name; its position is kept for
+    /// errors of the part.
+    Name,
+    /// One of these words.
+    Choice(Vec<String>),
+    /// A time model: a duration, a distribution, or a recorded trace.
+    Time,
+    /// A table of options.
+    Group(Vec<OptionSpec>),
+    /// A table with names chosen by the user and a value for each.
+    Table(Box<Accepts>),
+    /// One value for all members of a set (boards, legs), or a table with values of named members.
+    Each(Box<Accepts>),
+}
 
 /// The value of an option.
 #[derive(Clone, Debug, PartialEq)]
@@ -163,77 +206,13 @@ impl Options {
         self
     }
 
+    pub(crate) fn from_pairs(pairs: Vec<(String, OptionValue)>) -> Self {
+        Options(pairs)
+    }
+
     /// Returns the defaults of `specs`.
     pub fn defaults(specs: &[OptionSpec]) -> Self {
         let default = |spec: &OptionSpec| Some((spec.name.clone(), spec.default.clone()?));
         Options(specs.iter().filter_map(default).collect())
     }
-
-    /// Reads the options that `specs` declare from `table`.
-    pub(crate) fn read(table: &Table<'_>, specs: &[OptionSpec]) -> Result<Self, Reported> {
-        let values: Vec<_> = specs
-            .iter()
-            .map(|spec| {
-                let set = table.optional(&spec.name, |item| value(item, &spec.accepts))?;
-                let value = set.or_else(|| spec.default.clone());
-                Ok(value.map(|value| (spec.name.clone(), value)))
-            })
-            .collect();
-        let values: Result<Vec<_>, Reported> = values.into_iter().collect();
-        Ok(Options(values?.into_iter().flatten().collect()))
-    }
-}
-
-fn value(item: &Item<'_>, accepts: &Accepts) -> Result<OptionValue, Reported> {
-    Ok(match accepts {
-        Accepts::Quantity { unit, range } => OptionValue::Number(item.quantity(*unit, range)?),
-        Accepts::Duration => OptionValue::Duration(item.duration()?),
-        Accepts::Natural(range) => OptionValue::Natural(natural(item, range)?),
-        Accepts::Boolean => OptionValue::Boolean(item.boolean()?),
-        Accepts::Text => OptionValue::Text(item.text()?.to_owned()),
-        Accepts::Name => OptionValue::Name(placed_text(item)?),
-        Accepts::Choice(names) => {
-            let choices: Vec<_> = names.iter().map(|name| (name.as_str(), name)).collect();
-            OptionValue::Text(item.choice(&choices)?.clone())
-        }
-        Accepts::Time => OptionValue::Time(time_model(item)?),
-        Accepts::Group(specs) => OptionValue::Group(Options::read(&item.table()?, specs)?),
-        Accepts::Table(accepts) => OptionValue::Named(named(item, accepts)?),
-        Accepts::Each(accepts) if item.is_table() => OptionValue::Named(named(item, accepts)?),
-        Accepts::Each(accepts) => OptionValue::All(Box::new(value(item, accepts)?)),
-    })
-}
-
-fn named(
-    item: &Item<'_>,
-    accepts: &Accepts,
-) -> Result<Vec<(Placed<String>, OptionValue)>, Reported> {
-    let table = item.table()?;
-    let named: Vec<_> = table
-        .keys()
-        .map(|name| {
-            let place = table.key_place(name);
-            let value = table.required(name, |item| value(item, accepts))?;
-            let name = Placed {
-                value: name.to_owned(),
-                place,
-            };
-            Ok((name, value))
-        })
-        .collect();
-    named.into_iter().collect()
-}
-
-fn natural(item: &Item<'_>, range: &RangeInclusive<u64>) -> Result<u64, Reported> {
-    let value = item.natural()?;
-    if range.contains(&value) {
-        return Ok(value);
-    }
-    let message = format!("`{}` is {value}, which is out of range", item.key());
-    let help = format!(
-        "it must be at least {}, at most {}",
-        range.start(),
-        range.end()
-    );
-    Err(item.report(message, help))
 }

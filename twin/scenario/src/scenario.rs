@@ -1,31 +1,14 @@
 //! A scenario: the content of a scenario file.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use twinrig_document::{Document, DocumentError, Overrides, Place, Problem, Warning};
+use twinrig_document::{Overrides, Place, Placed, Warning};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{Change, Coupling, FaultKind, Timing};
 
-use crate::catalogue::Catalogue;
 use crate::expect::{BodyClaim, Claim, Expectation};
+use crate::language::Words;
 use crate::options::Options;
-use crate::read;
-
-/// A value with its position in the file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Placed<T> {
-    /// The value.
-    pub value: T,
-    /// Position, for errors that are detected later (unknown robot).
-    pub place: Place,
-}
-
-impl<T> Placed<T> {
-    /// Returns an error at the position of the value.
-    pub fn error(&self, message: impl Into<String>, help: impl Into<String>) -> DocumentError {
-        Problem::at(&self.place, message, help).into()
-    }
-}
 
 /// A value that overrides one of the scenario file, as `--set KEY=VALUE` and `--plant MODEL` do.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -105,7 +88,7 @@ pub struct Scenario {
 pub struct PlantSpec {
     /// Position of the table.
     pub place: Place,
-    /// One of [`Catalogue::plants`].
+    /// One of [`crate::Catalogue::plants`].
     pub model: String,
     /// Whether it is a standalone model; the fields from here to `step` then have no effect.
     pub is_standalone: bool,
@@ -134,6 +117,14 @@ pub enum Base {
     Planar,
     /// No motion.
     Fixed,
+}
+
+impl Words for Base {
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("free", Base::Free),
+        ("planar", Base::Planar),
+        ("fixed", Base::Fixed),
+    ];
 }
 
 /// `[plant] start`: angles and rates of hip, knee and ankle of all legs, each relative to the
@@ -218,6 +209,15 @@ pub enum ActuatorKind {
     Motor,
 }
 
+impl Words for ActuatorKind {
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("servo", ActuatorKind::Servo),
+        ("ideal", ActuatorKind::Ideal),
+        ("none", ActuatorKind::None),
+        ("motor", ActuatorKind::Motor),
+    ];
+}
+
 /// Parameters of a servo that override those of the robot file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ServoOverride {
@@ -234,7 +234,7 @@ pub struct ServoOverride {
 /// `[controller]`
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerSpec {
-    /// One of [`Catalogue::controllers`].
+    /// One of [`crate::Catalogue::controllers`].
     pub kind: String,
     /// Control period.
     pub period: SimDuration,
@@ -260,7 +260,7 @@ pub struct IoSpec {
 pub struct BusSpec {
     /// Name, as in `wire/sbcp` and `--port sbcp=DEVICE`; by default its kind.
     pub name: Placed<String>,
-    /// One of [`Catalogue::buses`].
+    /// One of [`crate::Catalogue::buses`].
     pub kind: String,
     /// Options that the kind declares.
     pub options: Options,
@@ -354,34 +354,6 @@ pub struct ChangeSpec {
 }
 
 impl Scenario {
-    /// Reads the scenario file at `path` and applies `settings`.
-    ///
-    /// # Errors
-    /// The file cannot be read, or its content is invalid: all problems, each with its position.
-    pub fn load(
-        path: &Path,
-        settings: &[Setting],
-        catalogue: &Catalogue,
-    ) -> Result<Self, DocumentError> {
-        let document = Document::read(path)?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        read::scenario(document, folder, settings, catalogue)
-    }
-
-    /// Reads the scenario `text`, which messages call `file`; robots are searched from `folder`.
-    ///
-    /// # Errors
-    /// All problems, each with its position.
-    pub fn parse(
-        file: &str,
-        text: &str,
-        folder: &Path,
-        settings: &[Setting],
-        catalogue: &Catalogue,
-    ) -> Result<Self, DocumentError> {
-        read::scenario(Document::parse(file, text)?, folder, settings, catalogue)
-    }
-
     /// Returns the control period: that of the controller, or without one the step of the I/O.
     pub fn period(&self) -> SimDuration {
         let controller = self.controller.as_ref();

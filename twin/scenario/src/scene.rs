@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use serde::Serialize;
-use twinrig_document::{DocumentError, Problem, quantity_name, suggestion};
+use twinrig_document::{DocumentError, Placed, Problem, quantity_name, suggestion};
 use twinrig_kernel::signal::{BODY_POSITION, BODY_RPY};
 use twinrig_kernel::{Direction, Port, Unit, signal};
 
@@ -12,7 +12,7 @@ use crate::expect::{
 };
 use crate::glob::{is_pattern, matches};
 use crate::ground_below::GroundBelow;
-use crate::scenario::{ActuatorKind, Base, Placed, Scenario};
+use crate::scenario::{ActuatorKind, Base, Scenario};
 
 /// A leg of the robot.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -5,10 +5,8 @@ mod common;
 use std::path::Path;
 
 use std::fs;
-use twinrig_testing::python;
 
-use serde_json::{Value, json};
-use twinrig_scenario::schema;
+use serde_json::json;
 
 /// Valid scenarios that together contain all keys and all kinds of their values.
 const VALID: &[&str] = &[
@@ -109,16 +107,6 @@ const BEYOND_SCHEMA: &[(&str, &[&str])] = &[
     ("another build", &["model_not_in_this_build"]),
 ];
 
-/// Returns the errors of the validator in documents and in mutants of the valid ones; none without
-/// Python.
-fn validated(documents: &[String], mutants: usize) -> Option<Value> {
-    let python = python::python("jsonschema, tomllib")?;
-    let schema = schema(&common::catalogue());
-    let input = json!({ "schema": schema, "documents": documents, "mutants": mutants });
-    let script = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/validate.py"));
-    Some(python::run(&python, script, &[], &input))
-}
-
 fn valid_documents() -> Vec<String> {
     let with_other_parts = VALID_WITH_OTHER_PARTS.iter().map(|text| (*text).to_owned());
     // Keys of the root table precede the tables of the minimal scenario.
@@ -143,7 +131,7 @@ fn validator_accepts_all_kinds_of_values() {
             accepted_by_reader.unwrap_err()
         );
     }
-    let Some(found) = validated(&documents, 0) else {
+    let Some(found) = common::validated(&common::catalogue(), &documents, 0) else {
         return;
     };
     for (text, errors) in documents.iter().zip(found["errors"].as_array().unwrap()) {
@@ -161,7 +149,7 @@ fn validator_rejects_malformed_files() {
         .iter()
         .map(|file| fs::read_to_string(file).unwrap())
         .collect();
-    let Some(found) = validated(&texts, 0) else {
+    let Some(found) = common::validated(&common::catalogue(), &texts, 0) else {
         return;
     };
     let found = found["errors"].as_array().unwrap();
@@ -188,7 +176,7 @@ fn validator_rejects_malformed_files() {
 /// 804 of 805.
 #[test]
 fn schema_accepts_all_mutants_that_the_reader_accepts() {
-    let Some(found) = validated(&valid_documents(), 1000) else {
+    let Some(found) = common::validated(&common::catalogue(), &valid_documents(), 1000) else {
         return;
     };
     let (mut accepted_by_reader, mut rejected, mut rejected_by_both) = (0, 0, 0);

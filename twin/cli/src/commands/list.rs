@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use twinrig_robot::RobotFile;
-use twinrig_scenario::{Accepts, Kind};
+use twinrig_scenario::{Accepts, Kind, TableReference, language};
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::ListArgs;
@@ -18,6 +18,15 @@ struct Listing {
     controllers: Vec<Part>,
     buses: Vec<Part>,
     robots: Vec<String>,
+    tables: Vec<Table>,
+}
+
+/// A table of scenarios, with the keys that every kind has.
+#[derive(Serialize)]
+struct Table {
+    name: &'static str,
+    about: &'static str,
+    keys: Vec<Opt>,
 }
 
 #[derive(Serialize)]
@@ -61,6 +70,7 @@ pub(super) fn list(registry: &Registry, args: &ListArgs, terminal: &mut Terminal
         controllers: parts(&catalogue.controllers),
         buses: parts(&catalogue.buses),
         robots: RobotFile::names(Path::new("")),
+        tables: language().iter().map(table).collect(),
     };
     if args.json {
         terminal.print_json(&listing);
@@ -69,6 +79,19 @@ pub(super) fn list(registry: &Registry, args: &ListArgs, terminal: &mut Terminal
         terminal.print(&text);
     }
     SUCCESS
+}
+
+fn table(table: &TableReference) -> Table {
+    let keys = table.keys.iter().map(|key| Opt {
+        name: key.name.to_owned(),
+        about: key.about.to_owned(),
+        accepts: key.value.clone(),
+    });
+    Table {
+        name: table.name,
+        about: table.about,
+        keys: keys.collect(),
+    }
 }
 
 fn part(kind: &Kind) -> Part {
@@ -96,6 +119,7 @@ fn accepts(accepted: &Accepts) -> String {
     match accepted {
         Accepts::Quantity { unit, .. } => format!("a quantity in {unit}"),
         Accepts::Duration => "a duration".to_owned(),
+        Accepts::PositiveDuration => "a duration longer than 0".to_owned(),
         Accepts::Natural(range) => {
             format!("an integer from {} to {}", range.start(), range.end())
         }
@@ -146,5 +170,11 @@ fn text(listing: &Listing) -> String {
     section("drivers", &listing.buses);
     lines.push(styled(BOLD, "robots"));
     lines.extend(listing.robots.iter().map(|robot| format!("  {robot}")));
+    lines.push(styled(BOLD, "tables of scenarios (keys: --json)"));
+    let mut grid = Grid::new(&[Side::Left, Side::Left]);
+    for table in &listing.tables {
+        grid.row([table.name.into(), table.about.into()]);
+    }
+    lines.extend(grid.lines(2));
     lines.join("\n")
 }

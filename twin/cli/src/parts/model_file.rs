@@ -3,14 +3,14 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use twinrig_document::{self as document, DocumentError, Problem, Source, suggestion};
+use twinrig_document::{self as document, DocumentError, Placed, Problem, Source, suggestion};
 use twinrig_kernel::{Port, SimDuration, Unit};
 use twinrig_mujoco::model_file::{
     BoundModel, ElementKind, Input, Leg, ModelFile, ModelFileError, ModelSignals, Output, Place,
     SignalError, SignalMismatch,
 };
 use twinrig_runtime::Plant;
-use twinrig_scenario::{LegFact, OptionValue, Options, Placed, PlantSpec};
+use twinrig_scenario::{LegFact, OptionValue, Options, PlantSpec};
 
 use crate::error::BuildError;
 use crate::parts::engines::MJCF;

@@ -379,9 +379,10 @@ fn list_names_all_parts() {
             .unwrap()
             .contains(&json!("oncilla"))
     );
+    assert!(names("tables").contains(&"[plant]".to_owned()));
     let text = twin(&["list"]).out;
     assert!(
-        text.contains("frequency") && text.contains("cheetah-cub"),
+        text.contains("frequency") && text.contains("cheetah-cub") && text.contains("[[expect]]"),
         "{text}"
     );
 }

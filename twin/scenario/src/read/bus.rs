@@ -1,15 +1,81 @@
 //! Reading `[bus]` and `[[fault]]`.
 
-use twinrig_document::{Item, Range, Reported, Table, suggestion};
-use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_document::{Item, Placed, Range, Reported, suggestion};
+use twinrig_kernel::{SimDuration, SimTime, Unit};
 use twinrig_runtime::FaultKind;
 
 use super::changes::time_within_run;
+use super::options::options;
+use super::root_table::FAULT;
 use super::{code, kind};
 use crate::catalogue::Kind;
-use crate::expect::placed_text;
-use crate::options::Options;
-use crate::scenario::{BusSpec, FaultSpec, Placed};
+use crate::language::{
+    BOOLEAN, DURATION, Declared, Key, POSITIVE_DURATION, Part, Shape, TableSpec, Type, Words,
+    choice, contextual, quantity, table,
+};
+use crate::options::Accepts;
+use crate::scenario::{BusSpec, FaultSpec};
+
+table! {
+    /// Keys of `[bus]` of every kind.
+    pub(super) bus_table = TableSpec::new("[bus]", "driver, wire and boards").selected_by("kind");
+    NAME: Placed<String> = "name",
+        Type::new(Shape::Pattern("^[^/=]+$"), |item, _| item.placed_text()),
+        "name in signals and `--port NAME=DEVICE`", r#"name = "left""#, otherwise("the kind");
+    KIND: () = "kind", contextual(Shape::Kind(Part::Bus)), "kind of bus", r#"kind = "sbcp""#,
+        required();
+}
+
+/// Kind of a fault, without its figures.
+#[derive(Clone, Copy)]
+pub(super) enum FaultName {
+    Drop,
+    Flip,
+    Delay,
+    Duplicate,
+    Reorder,
+    Unplug,
+    Stuck,
+    Babble,
+}
+
+impl Words for FaultName {
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("drop", FaultName::Drop),
+        ("flip", FaultName::Flip),
+        ("delay", FaultName::Delay),
+        ("duplicate", FaultName::Duplicate),
+        ("reorder", FaultName::Reorder),
+        ("unplug", FaultName::Unplug),
+        ("stuck", FaultName::Stuck),
+        ("babble", FaultName::Babble),
+    ];
+}
+
+const PROBABILITY: Type<f64> = quantity(Unit::One, Range::between(0.0, 1.0));
+
+table! {
+    /// Keys of `[[fault]]`.
+    pub(super) fault_table = TableSpec::new("[[fault]]", "fault of a wire").selected_by("kind");
+    AT: () = "at", contextual(Shape::One(Accepts::Duration)), "begin", r#"at = "1 s""#, required();
+    FOR: SimDuration = "for", POSITIVE_DURATION, "length", r#"for = "90 ms""#,
+        otherwise("to the end");
+    ON: Placed<String> = "on", Type::new(Shape::Pattern("^wire/"), |item, _| item.placed_text()),
+        "the wire: `wire/NAME` of a bus, or a place on it, `wire/NAME/PLACE`",
+        r#"on = "wire/sbcp/LF""#, required();
+    KIND: FaultName = "kind", choice(), "kind of fault", r#"kind = "drop""#, required();
+    PROBABILITY: f64 = "probability", super::PROBABILITY, "share of the affected bursts",
+        r#"kind = "drop", probability = 0.1"#, default("1"),
+        only_with(&["drop", "duplicate", "reorder"]);
+    RATE: f64 = "rate", super::PROBABILITY, "probability of an inversion, of each bit",
+        r#"kind = "flip", rate = 1e-4"#, required(), only_with(&["flip"]);
+    BY: SimDuration = "by", DURATION, "delay of each burst", r#"kind = "delay", by = "2 ms""#,
+        required(), only_with(&["delay"]);
+    FAILS: bool = "fails", BOOLEAN, "whether the host notices, which ends the run",
+        r#"kind = "unplug", fails = true"#, default("false"), only_with(&["unplug"]);
+    PAUSE: SimDuration = "pause", DURATION, "mean pause between bursts",
+        r#"kind = "babble", pause = "5 ms""#, default("'0 s'"), only_with(&["babble"]);
+}
 
 /// Reads `[bus]`, or all `[[bus]]`.
 pub(super) fn buses(item: &Item<'_>, kinds: &[Kind]) -> Result<Vec<BusSpec>, Reported> {
@@ -35,20 +101,22 @@ pub(super) fn buses(item: &Item<'_>, kinds: &[Kind]) -> Result<Vec<BusSpec>, Rep
 }
 
 fn bus(item: &Item<'_>, kinds: &[Kind]) -> Result<BusSpec, Reported> {
-    let table = item.table()?;
-    let name = table.optional("name", placed_text);
-    let place = table.get("kind").map(|kind| kind.place());
-    let kind = table
-        .required("kind", |item| kind(item, "bus", kinds))
+    use bus_table::{KIND, NAME};
+    let table = &item.table()?;
+    let keys = bus_table::TABLE.of(table);
+    let name = keys.get(&NAME);
+    let place = keys.item(&KIND).map(|kind| kind.place());
+    let kind = keys
+        .read_with(&KIND, |item| kind(item, Part::Bus, kinds))
         .inspect_err(|_| table.give_up())?;
-    let options = Options::read(&table, &kind.options);
+    let options = options(table, &kind.options);
     let name = name?.unwrap_or_else(|| Placed {
         value: kind.name.clone(),
         place: place.unwrap_or_else(|| item.place()),
     });
     if name.value.is_empty() || name.value.contains(['/', '=']) {
         let help = "it is part of signal names and of `--port NAME=DEVICE`: not empty, without `/` and `=`";
-        return Err(table.report("name", "this is not a valid name of a bus", help));
+        return Err(keys.report(&NAME, "this is not a valid name of a bus", help));
     }
     Ok(BusSpec {
         name,
@@ -59,60 +127,22 @@ fn bus(item: &Item<'_>, kinds: &[Kind]) -> Result<BusSpec, Reported> {
 
 /// Reads `[[fault]]`.
 pub(super) fn fault(item: &Item<'_>, run: SimDuration) -> Result<FaultSpec, Reported> {
-    #[derive(Clone, Copy)]
-    enum Name {
-        Drop,
-        Flip,
-        Delay,
-        Duplicate,
-        Reorder,
-        Unplug,
-        Stuck,
-        Babble,
-    }
-    const NAMES: [(&str, Name); 8] = [
-        ("drop", Name::Drop),
-        ("flip", Name::Flip),
-        ("delay", Name::Delay),
-        ("duplicate", Name::Duplicate),
-        ("reorder", Name::Reorder),
-        ("unplug", Name::Unplug),
-        ("stuck", Name::Stuck),
-        ("babble", Name::Babble),
-    ];
-    let table = item.table()?;
-    let at = table.required("at", |item| time_within_run(item, run, code::FAULT));
-    let on = table.required("on", placed_text);
-    let lasts = table.optional("for", Item::positive_duration);
-    let name = table
-        .required("kind", |item| item.choice(&NAMES))
-        .inspect_err(|_| table.give_up())?;
-    let probability = || {
-        let range = Range::between(0.0, 1.0);
-        let probability = table.optional("probability", |item| item.number(&range))?;
-        Ok(probability.unwrap_or(1.0))
-    };
+    use fault_table::{AT, BY, FAILS, FOR, KIND, ON, PAUSE, PROBABILITY, RATE};
+    let table = &item.table()?;
+    let table = fault_table::TABLE.of(table);
+    let at = table.read_with(&AT, |item| time_within_run(item, run, code::FAULT));
+    let (on, lasts) = (table.read(&ON), table.get(&FOR));
+    let name = table.read(&KIND).inspect_err(|_| table.give_up())?;
+    let probability = |kind: fn(f64) -> FaultKind| table.read(&PROBABILITY).map(kind);
     let kind = match name {
-        Name::Drop => probability().map(|probability| FaultKind::Drop { probability }),
-        Name::Duplicate => probability().map(|probability| FaultKind::Duplicate { probability }),
-        Name::Reorder => probability().map(|probability| FaultKind::Reorder { probability }),
-        Name::Flip => table
-            .required("rate", |item| item.number(&Range::between(0.0, 1.0)))
-            .map(|rate| FaultKind::Flip { rate }),
-        Name::Delay => table
-            .required("by", Item::duration)
-            .map(|by: SimDuration| FaultKind::Delay { by }),
-        Name::Unplug => table
-            .optional("fails", Item::boolean)
-            .map(|fails| FaultKind::Unplug {
-                fails: fails.unwrap_or(false),
-            }),
-        Name::Stuck => Ok(FaultKind::Stuck),
-        Name::Babble => table
-            .optional("pause", Item::duration)
-            .map(|pause| FaultKind::Babble {
-                pause: pause.unwrap_or(SimDuration::ZERO),
-            }),
+        FaultName::Drop => probability(|probability| FaultKind::Drop { probability }),
+        FaultName::Duplicate => probability(|probability| FaultKind::Duplicate { probability }),
+        FaultName::Reorder => probability(|probability| FaultKind::Reorder { probability }),
+        FaultName::Flip => table.read(&RATE).map(|rate| FaultKind::Flip { rate }),
+        FaultName::Delay => table.read(&BY).map(|by| FaultKind::Delay { by }),
+        FaultName::Unplug => table.read(&FAILS).map(|fails| FaultKind::Unplug { fails }),
+        FaultName::Stuck => Ok(FaultKind::Stuck),
+        FaultName::Babble => table.read(&PAUSE).map(|pause| FaultKind::Babble { pause }),
     };
     Ok(FaultSpec {
         at: SimTime::ZERO + at?,
@@ -125,7 +155,7 @@ pub(super) fn fault(item: &Item<'_>, run: SimDuration) -> Result<FaultSpec, Repo
 /// Checks that every fault is on the wire of an existing bus. Other sites are known only to the
 /// kind of the bus.
 pub(super) fn check_sites(
-    table: &Table<'_>,
+    root: Declared<'_, '_>,
     buses: &[BusSpec],
     faults: &[FaultSpec],
 ) -> Result<(), Reported> {
@@ -150,13 +180,13 @@ pub(super) fn check_sites(
             suggestion(on, "wires", wires.iter().map(String::as_str))
         };
         let message = format!("there is no wire `{on}` in this scene");
-        let item = table
-            .get("fault")
+        let item = root
+            .item(&FAULT)
             .and_then(|item| item.list().ok()?.into_iter().nth(n));
-        let item = item.and_then(|item| item.peek("on"));
+        let item = item.and_then(|item| item.peek(fault_table::ON.name));
         checked = Err(match item {
             Some(item) => item.report(message, help),
-            None => table.report("fault", message, help),
+            None => root.report(&FAULT, message, help),
         });
     }
     checked

@@ -2,29 +2,43 @@
 
 use std::collections::BTreeSet;
 
-use twinrig_document::{Item, Range, Reported, Table, print_quantity};
+use twinrig_document::{Item, Range, Reported, print_quantity};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::Change;
 
 use super::checks::above_nyquist;
+use super::root_table::CHANGE;
 use super::{code, controller, print_duration};
 use crate::catalogue::{Catalogue, Kind};
+use crate::language::{Declared, Key, Shape, TableSpec, contextual, table};
+use crate::options::Accepts;
 use crate::scenario::{ChangeSpec, ControllerSpec};
+
+table! {
+    /// Keys of `[[change]]`.
+    pub(super) change_table = TableSpec::new("[[change]]", "change of process variables");
+    AT: () = "at", contextual(Shape::One(Accepts::Duration)), "time", r#"at = "6 s""#, required();
+    SET: () = "set", contextual(Shape::One(Accepts::Text)), "process variable",
+        r#"set = "frequency""#, required();
+    TO: () = "to", contextual(Shape::Measured(Range::ANY)), "new value", r#"to = "3 Hz""#, one_of();
+    BY: () = "by", contextual(Shape::Measured(Range::ANY)), "difference from the value before",
+        r#"by = "0.1 Hz""#, one_of();
+}
 
 /// Reads all changes, sorted by time, then in the order of the file. Since only changes set
 /// variables at run time, their ranges are checked here.
 pub(super) fn changes(
-    table: &Table<'_>,
+    root: Declared<'_, '_>,
     control: Result<Option<&ControllerSpec>, Reported>,
     catalogue: &Catalogue,
     run: SimDuration,
 ) -> Result<Vec<ChangeSpec>, Reported> {
-    let Some(items) = table.optional("change", Item::list)? else {
+    let Some(items) = root.get_with(&CHANGE, Item::list)? else {
         return Ok(Vec::new());
     };
     let Some(control) = control? else {
         let help = "add a [controller], or remove the changes";
-        return Err(table.report("change", "there is no controller to change", help));
+        return Err(root.report(&CHANGE, "there is no controller to change", help));
     };
     let mut kinds = catalogue.controllers.iter();
     let Some(kind) = kinds.find(|kind| kind.name == control.kind) else {
@@ -64,33 +78,33 @@ pub(super) fn time_within_run(
 }
 
 fn change(item: &Item<'_>, kind: &Kind, run: SimDuration) -> Result<Vec<ChangeSpec>, Reported> {
-    let table = item.table()?;
-    let at = table.required("at", |item| time_within_run(item, run, code::CHANGE));
-    let variables = table.required("set", |item| controller::changed_variables(item, kind));
-    table.expect(["to", "by"]);
+    use change_table::{AT, BY, SET, TO};
+    let table = &item.table()?;
+    let table = change_table::TABLE.of(table);
+    let at = table.read_with(&AT, |item| time_within_run(item, run, code::CHANGE));
+    let variables = table.read_with(&SET, |item| controller::changed_variables(item, kind));
+    table.expect(&TO);
+    table.expect(&BY);
     let variables = variables.inspect_err(|_| table.give_up())?;
-    let amounts = |key: &str, amount: fn(f64) -> Change| {
-        table.optional(key, |item| {
+    let amounts = |key: &Key<()>, amount: fn(f64) -> Change| {
+        table.get_with(key, |item| {
             let read = variables.iter().map(|variable| {
-                let range = if key == "to" {
-                    variable.range
-                } else {
-                    Range::ANY
+                let range = match amount(0.0) {
+                    Change::To(_) => variable.range,
+                    Change::By(_) => Range::ANY,
                 };
-                Ok((
-                    variable.name.clone(),
-                    amount(item.quantity(variable.unit, &range)?),
-                ))
+                let value = item.quantity(variable.unit, &range)?;
+                Ok((variable.name.clone(), amount(value)))
             });
             read.collect::<Result<Vec<_>, Reported>>()
         })
     };
-    let (to, by) = (amounts("to", Change::To), amounts("by", Change::By));
+    let (to, by) = (amounts(&TO, Change::To), amounts(&BY, Change::By));
     let amounts = match (to?, by?) {
         (Some(amounts), None) | (None, Some(amounts)) => amounts,
         (Some(_), Some(_)) => {
             let message = "`to` and `by` are two changes";
-            return Err(table.report("by", message, "give one of them"));
+            return Err(table.report(&BY, message, "give one of them"));
         }
         (None, None) => return Err(item.report("the change has no value", "give `to` or `by`")),
     };

@@ -1,4 +1,4 @@
-//! Reading `[controller]`, its process variables, and time models.
+//! Reading `[controller]` and its process variables.
 
 use twinrig_document::{Item, Reported, Table, suggestion};
 use twinrig_kernel::SimDuration;
@@ -6,34 +6,49 @@ use twinrig_runtime::Timing;
 
 use super::checks::above_nyquist;
 use super::kind;
+use super::options::options;
+use super::time::TIME;
 use crate::catalogue::{Kind, VariableSpec};
-use crate::options::Options;
+use crate::language::{Key, POSITIVE_DURATION, Part, Shape, TableSpec, contextual, table};
 use crate::scenario::{ControllerSpec, IoSpec};
+
+/// Kind of a controller table without a controller.
+pub(crate) const NO_CONTROLLER: &str = "none";
+
+table! {
+    /// Keys of `[controller]` of every kind.
+    pub(super) controller_table = TableSpec::new("[controller]", "controller and its variables")
+        .selected_by("kind");
+    KIND: () = "kind", contextual(Shape::Kind(Part::Controller)), "controller; `none` for none",
+        r#"kind = "cpg""#, required();
+    PERIOD: SimDuration = "period", POSITIVE_DURATION, "control period", r#"period = "2 ms""#,
+        required();
+    COMPUTE_TIME: Timing = "compute_time", TIME, "duration of an iteration",
+        r#"compute_time = "400 us""#, default("'0 s'");
+}
 
 /// Reads `[controller]`; none if its kind is `none`.
 pub(super) fn controller(
     item: &Item<'_>,
     kinds: &[Kind],
 ) -> Result<Option<ControllerSpec>, Reported> {
-    const NONE: &str = "none";
-    let table = item.table()?;
-    if item
-        .peek("kind")
-        .is_some_and(|kind| kind.text() == Ok(NONE))
-    {
-        table.required("kind", Item::text)?;
+    use controller_table::{COMPUTE_TIME, KIND, PERIOD};
+    let table = &item.table()?;
+    let keys = controller_table::TABLE.of(table);
+    let is_none = |kind: Item<'_>| kind.text() == Ok(NO_CONTROLLER);
+    if item.peek(KIND.name).is_some_and(is_none) {
+        keys.expect(&KIND);
         return Ok(None);
     }
-    let kind = table.required("kind", |item| kind(item, "controller", kinds));
-    let period = table.required("period", Item::positive_duration);
-    let compute_time = table.optional("compute_time", time_model);
+    let kind = keys.read_with(&KIND, |item| kind(item, Part::Controller, kinds));
+    let (period, compute_time) = (keys.read(&PERIOD), keys.read(&COMPUTE_TIME));
     let kind = kind.inspect_err(|_| table.give_up())?;
-    let options = Options::read(&table, &kind.options);
-    let variables = variables(&table, kind, period.ok());
+    let options = options(table, &kind.options);
+    let variables = variables(table, kind, period.ok());
     Ok(Some(ControllerSpec {
         kind: kind.name.clone(),
         period: period?,
-        compute_time: compute_time?.unwrap_or(Timing::Constant(SimDuration::ZERO)),
+        compute_time: compute_time?,
         options: options?,
         variables: variables?,
     }))
@@ -66,7 +81,11 @@ fn variables(
     for variable in kind.variables.iter().filter(by_default) {
         let problem = period.and_then(|period| above_nyquist(variable, variable.default, period));
         if let Some((message, help)) = problem {
-            return Err(table.report("period", format!("{message}, by default"), help));
+            return Err(table.report(
+                controller_table::PERIOD.name,
+                format!("{message}, by default"),
+                help,
+            ));
         }
     }
     Ok(values)
@@ -145,33 +164,5 @@ pub(super) fn io_default(control: Option<&ControllerSpec>) -> IoSpec {
     IoSpec {
         step: control.map_or(STEP, |control| control.period),
         transfer_time: Timing::Constant(SimDuration::ZERO),
-    }
-}
-
-/// Reads a time model: a duration, or a table.
-pub(crate) fn time_model(item: &Item<'_>) -> Result<Timing, Reported> {
-    if !item.is_table() {
-        return Ok(Timing::Constant(item.duration()?));
-    }
-    let table = item.table()?;
-    let [min, max, mean, deviation] =
-        ["min", "max", "mean", "deviation"].map(|key| table.optional(key, Item::duration));
-    let trace = table.optional("trace", |item| item.each(Item::duration));
-    match (min?, max?, mean?, deviation?, trace?) {
-        (None, None, None, None, Some(trace)) if !trace.is_empty() => Ok(Timing::Trace(trace)),
-        (Some(min), Some(max), None, None, None) if min <= max => Ok(Timing::Uniform { min, max }),
-        (Some(min), Some(max), Some(mean), Some(deviation), None) if min <= mean && mean <= max => {
-            Ok(Timing::Normal {
-                mean,
-                deviation,
-                min,
-                max,
-            })
-        }
-        _ => {
-            let message = format!("`{}` is not a valid time model", item.key());
-            let help = "write a duration, { min, max }, { mean, deviation, min, max } with min ≤ mean ≤ max, or { trace = [ … ] }";
-            Err(item.report(message, help))
-        }
     }
 }

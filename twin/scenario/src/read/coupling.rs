@@ -2,12 +2,25 @@
 
 use twinrig_document::{Item, Reported};
 use twinrig_kernel::SimDuration;
+use twinrig_runtime::{Coupling, GridInputs};
 
-use twinrig_runtime::GridInputs;
-
-use twinrig_runtime::Coupling;
+use crate::language::{Key, POSITIVE_DURATION, TableSpec, Words, choice, table};
 
 const HELP: &str = "write \"exact\", or as in { grid = \"1 ms\" }";
+
+impl Words for GridInputs {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("mean", GridInputs::Mean), ("held", GridInputs::Held)];
+}
+
+table! {
+    /// Keys of `coupling`.
+    pub(super) coupling_table = TableSpec::new("coupling", "communication grid of the plant");
+    GRID: SimDuration = "grid", POSITIVE_DURATION,
+        "step of the grid, which divides the observation period", r#"grid = "0.5 ms""#, required();
+    INPUTS: GridInputs = "inputs", choice(), "treatment of commands and samples in a step",
+        r#"grid = "0.5 ms", inputs = "held""#, default("'mean'");
+}
 
 /// Reads `coupling` of a plant with the observation period `observe`.
 pub(super) fn coupling(item: &Item<'_>, observe: SimDuration) -> Result<Coupling, Reported> {
@@ -21,14 +34,13 @@ pub(super) fn coupling(item: &Item<'_>, observe: SimDuration) -> Result<Coupling
         let message = format!("`{}` is neither a text nor a table", item.key());
         return Err(item.report(message, HELP));
     }
-    let table = item.table()?;
-    let grid = table.required("grid", |item| grid(item, observe));
-    let inputs = table.optional("inputs", |item| {
-        item.choice(&[("mean", GridInputs::Mean), ("held", GridInputs::Held)])
-    });
+    let table = &item.table()?;
+    let table = coupling_table::TABLE.of(table);
+    let grid = table.read_with(&coupling_table::GRID, |item| grid(item, observe));
+    let inputs = table.read(&coupling_table::INPUTS);
     Ok(Coupling::Grid {
         step: grid?,
-        inputs: inputs?.unwrap_or_default(),
+        inputs: inputs?,
     })
 }
 

@@ -1,33 +1,123 @@
 //! Reading scenario files.
 
+mod actuator;
 mod bus;
 mod changes;
 mod checks;
 mod controller;
 mod coupling;
+mod expect;
 mod fall;
+mod footsteps;
+mod io;
+mod limits;
+mod options;
 mod plant;
+mod time;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use twinrig_document::{Document, DocumentError, Item, Overrides, Range, Reported, Table};
-use twinrig_kernel::{SimDuration, Unit};
+use twinrig_document::{Document, DocumentError, Item, Overrides, Placed, Reported, Table};
+use twinrig_kernel::SimDuration;
 
 pub(crate) use checks::{code, print_duration};
-pub(crate) use controller::time_model;
+pub(crate) use controller::NO_CONTROLLER;
+pub(crate) use limits::limits_table;
+pub(crate) use time::TIME;
 
 use checks::ScenarioChecks;
 
 use crate::catalogue::{Catalogue, Kind};
-use crate::expect::{Context, Expectation, expectation, placed_text};
+use crate::expect::Expectation;
+use crate::language::{
+    Declared, Key, NATURAL, PLACED, POSITIVE_DURATION, Part, Shape, TEXT, TableSpec, Type,
+    contextual, table,
+};
 use crate::scenario::{
-    ControllerSpec, FootstepSpec, IoSpec, LoadThreshold, ObserveSpec, Placed, RecordSpec, Scenario,
-    Setting,
+    ActuatorSpec, ChangeSpec, FootstepSpec, ObserveSpec, PlantSpec, RecordSpec, Scenario, Setting,
 };
 
+table! {
+    /// Keys of the root table.
+    pub(crate) root_table = TableSpec::new("top level", "run, its parts and its expectations");
+    NAME: String = "name", TEXT, "name in verdict and recording", r#"name = "trot""#,
+        otherwise("the file's name");
+    ROBOT: Placed<String> = "robot", PLACED, "name of a robot or path of its file",
+        r#"robot = "cheetah-cub""#, otherwise("none, with a standalone plant only");
+    DURATION: SimDuration = "duration", POSITIVE_DURATION, "simulated time", r#"duration = "20 s""#,
+        required();
+    SEED: u64 = "seed", NATURAL, "seed of all random streams", "seed = 2", default("1");
+    OVERRIDE: Overrides = "override", Type::new(Shape::Overrides, |item, _| item.overrides()),
+        "replaced values of the robot file, by dotted key",
+        r#"override.leg.aslp.parallel.preload = "0 mm""#, needs("robot");
+    PLANT: () = "plant", contextual(Shape::Table(plant::plant_table::TABLE)),
+        "model of the physics, ground, initial pose", r#"plant = { model = "lcp" }"#, required();
+    ACTUATOR: () = "actuator", contextual(Shape::Table(actuator::actuator_table::TABLE)),
+        "drives of the robot", r#"actuator = { kind = "ideal" }"#;
+    CONTROLLER: () = "controller", contextual(Shape::Table(controller::controller_table::TABLE)),
+        "controller and its variables", r#"controller = { kind = "cpg", period = "2 ms" }"#,
+        otherwise("none");
+    BUS: () = "bus", contextual(Shape::TableOrTables(bus::bus_table::TABLE)),
+        "driver, wire and boards", r#"bus = { kind = "sbcp" }"#, otherwise("none");
+    IO: () = "io", contextual(Shape::Table(io::io_table::TABLE)), "transfers",
+        r#"io = { transfer_time = "300 us" }"#;
+    OBSERVE: SimDuration = "observe",
+        Type::new(Shape::Table(io::observe_table::TABLE), |item, _| io::observe(item)),
+        "observation of the plant", r#"observe = { period = "1 ms" }"#, default("{}");
+    FALL: fall::FallTable = "fall",
+        Type::new(Shape::Table(fall::fall_table::TABLE), |item, _| fall::fall(item)),
+        "thresholds of a fall of the robot",
+        r#"fall = { height = 0.2, tilt = "80 deg", end = true }"#, default("{}");
+    FOOTSTEPS: FootstepSpec = "footsteps",
+        Type::new(Shape::Table(footsteps::footsteps_table::TABLE), |item, _| {
+            footsteps::footsteps(item)
+        }),
+        "thresholds of a footstep", "footsteps = { lift_off = 0.01 }", default("{}");
+    RECORD: RecordSpec = "record",
+        Type::new(Shape::Table(io::record_table::TABLE), |item, _| io::record(item)), "recording",
+        r#"record = { frames = "25 Hz" }"#, default("{}");
+    CHANGE: () = "change", contextual(Shape::Tables(changes::change_table::TABLE)),
+        "changes of process variables",
+        r#"change = [{ at = "6 s", set = "frequency", by = "0.1 Hz" }]"#, needs("controller");
+    FAULT: () = "fault", contextual(Shape::Tables(bus::fault_table::TABLE)), "faults of wires",
+        r#"fault = [{ at = "1 s", on = "wire/sbcp", kind = "drop" }]"#;
+    EXPECT: () = "expect", contextual(Shape::Tables(expect::expect_table::TABLE)), "expectations",
+        "expect = [{ body = { fall = false } }]";
+}
+
+impl Scenario {
+    /// Reads the scenario file at `path` and applies `settings`.
+    ///
+    /// # Errors
+    /// The file cannot be read, or its content is invalid: all problems, each with its position.
+    pub fn load(
+        path: &Path,
+        settings: &[Setting],
+        catalogue: &Catalogue,
+    ) -> Result<Self, DocumentError> {
+        let document = Document::read(path)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        scenario(document, folder, settings, catalogue)
+    }
+
+    /// Reads the scenario `text`, which messages call `file`; robots are searched from `folder`.
+    ///
+    /// # Errors
+    /// All problems, each with its position.
+    pub fn parse(
+        file: &str,
+        text: &str,
+        folder: &Path,
+        settings: &[Setting],
+        catalogue: &Catalogue,
+    ) -> Result<Self, DocumentError> {
+        scenario(Document::parse(file, text)?, folder, settings, catalogue)
+    }
+}
+
 /// Reads a scenario from a document.
-pub(crate) fn scenario(
+fn scenario(
     mut document: Document,
     folder: &Path,
     settings: &[Setting],
@@ -52,26 +142,26 @@ pub(crate) fn scenario(
 }
 
 /// Reads the robot, which only a standalone plant does not require.
-fn robot(table: &Table<'_>, catalogue: &Catalogue) -> Result<Option<Placed<String>>, Reported> {
-    if has(table, "robot") || !is_standalone(table, catalogue) {
-        return table.required("robot", placed_text).map(Some);
+fn robot(
+    table: Declared<'_, '_>,
+    catalogue: &Catalogue,
+) -> Result<Option<Placed<String>>, Reported> {
+    use root_table::{OVERRIDE, ROBOT};
+    if table.has(&ROBOT) || !is_standalone(table, catalogue) {
+        return table.read(&ROBOT).map(Some);
     }
-    table.expect(["robot"]);
-    if has(table, "override") {
+    table.expect(&ROBOT);
+    if table.has(&OVERRIDE) {
         let message = "[override] requires a robot";
-        return Err(table.report("override", message, "set `robot`, or leave the table out"));
+        return Err(table.report(&OVERRIDE, message, "set `robot`, or leave the table out"));
     }
     Ok(None)
 }
 
-fn has(table: &Table<'_>, key: &str) -> bool {
-    table.keys().any(|known| known == key)
-}
-
 /// Returns whether the plant is of a standalone kind, in this build or in another.
-fn is_standalone(table: &Table<'_>, catalogue: &Catalogue) -> bool {
-    let plant = table.get("plant");
-    let model = plant.and_then(|plant| plant.peek("model"));
+fn is_standalone(table: Declared<'_, '_>, catalogue: &Catalogue) -> bool {
+    let plant = table.item(&root_table::PLANT);
+    let model = plant.and_then(|plant| plant.peek(plant::plant_table::MODEL.name));
     let Some(Ok(name)) = model.as_ref().map(Item::text) else {
         return false;
     };
@@ -86,69 +176,47 @@ struct Source<'s> {
     settings: &'s [Setting],
 }
 
-fn read(
-    table: &Table<'_>,
-    source: Source<'_>,
-    catalogue: &Catalogue,
-) -> Result<Scenario, Reported> {
-    let name = table.optional("name", |item| item.text().map(str::to_owned));
-    let robot = robot(table, catalogue);
-    let overrides = table.optional("override", Item::overrides);
-    let duration = table.required("duration", Item::positive_duration);
-    let run = *duration.as_ref().unwrap_or(&SimDuration::MAX);
-    let seed = table.optional("seed", Item::natural);
-    let observe = table.optional("observe", |item| observe(&item.table()?));
-    let observed = observe.as_ref().ok().copied().flatten();
-    let observed = observed.unwrap_or(OBSERVE_PERIOD);
-    let plant = table.required("plant", |item| plant::plant(item, catalogue, observed));
-    let actuator = match &plant {
-        Ok(plant) if plant.is_standalone && table.get("actuator").is_some() => {
-            let message = format!("the plant `{}` brings its own actuators", plant.model);
-            Err(table.report("actuator", message, "leave the table out"))
-        }
-        _ => table.optional("actuator", |item| plant::actuator(&item.table()?, run)),
+fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<Scenario, Reported> {
+    use root_table::{
+        BUS, CONTROLLER, DURATION, FALL, FAULT, FOOTSTEPS, IO, NAME, OBSERVE, OVERRIDE, PLANT,
+        RECORD, SEED,
     };
-    let controller = table.optional("controller", |item| {
+    let table = root_table::TABLE.of(root);
+    let (name, robot) = (table.get(&NAME), robot(table, catalogue));
+    let (overrides, duration) = (table.get(&OVERRIDE), table.read(&DURATION));
+    let run = *duration.as_ref().unwrap_or(&SimDuration::MAX);
+    let (seed, observe) = (table.read(&SEED), table.read(&OBSERVE));
+    let observed = observe.unwrap_or(io::OBSERVE_PERIOD);
+    let plant = table.read_with(&PLANT, |item| plant::plant(item, catalogue, observed));
+    let actuator = actuator(table, plant.as_ref().ok(), run);
+    let controller = table.get_with(&CONTROLLER, |item| {
         controller::controller(item, &catalogue.controllers)
     });
-    let buses = table.optional("bus", |item| bus::buses(item, &catalogue.buses));
-    let fall = table.optional("fall", fall::fall);
-    let footsteps = table.optional("footsteps", |item| footsteps(&item.table()?));
-    let record = table.optional("record", |item| record(&item.table()?));
+    let buses = table.get_with(&BUS, |item| bus::buses(item, &catalogue.buses));
+    let (fall, footsteps) = (table.read(&FALL), table.read(&FOOTSTEPS));
+    let record = table.read(&RECORD);
     let controller = controller.map(Option::flatten);
-    let control = controller
-        .as_ref()
-        .map(Option::as_ref)
-        .map_err(|reported| *reported);
-    let io = table.optional("io", |item| io(&item.table()?, control.unwrap_or(None)));
+    let control = controller.as_ref().map(Option::as_ref);
+    let control = control.map_err(|reported| *reported);
+    let io = table.get_with(&IO, |item| io::io(item, control.unwrap_or(None)));
     let changes = changes::changes(table, control, catalogue, run);
-    let faults = table.optional("fault", |item| item.each(|item| bus::fault(item, run)));
-    let context = Context {
-        plants: catalogue
-            .plants
-            .iter()
-            .map(|kind| kind.name.as_str())
-            .collect(),
-        duration: run,
-        first_change: changes
-            .as_ref()
-            .map_or(None, |changes| changes.first().map(|c| c.at)),
-    };
-    let expectations = table.optional("expect", |item| {
-        item.each(|item| expectation(item, &context))
-    });
+    let faults = table.get_with(&FAULT, |item| item.each(|item| bus::fault(item, run)));
+    let expectations = expectations(
+        table,
+        catalogue,
+        run,
+        changes.as_deref().unwrap_or_default(),
+    );
     let (controller, io, plant) = (controller?, io?, plant?);
     let applies = |expectation: &Expectation| {
         expectation.plants.is_empty() || expectation.plants.contains(&plant.model)
     };
-    let (expectations, of_other_plants): (Vec<_>, Vec<_>) = expectations?
-        .unwrap_or_default()
-        .into_iter()
-        .partition(applies);
+    let expectations = expectations?.into_iter();
+    let (expectations, of_other_plants): (Vec<_>, Vec<_>) = expectations.partition(applies);
     let (buses, faults) = (buses?.unwrap_or_default(), faults?.unwrap_or_default());
     bus::check_sites(table, &buses, &faults)?;
     let io = io.unwrap_or_else(|| controller::io_default(controller.as_ref()));
-    let footsteps = footsteps?.unwrap_or(FOOTSTEPS);
+    let footsteps = footsteps?;
     let checks = ScenarioChecks {
         duration: duration?,
         observe: observed,
@@ -159,7 +227,8 @@ fn read(
         expectations: &expectations,
         of_other_plants: of_other_plants.len(),
     };
-    checks.check(table)?;
+    checks.check(root)?;
+    let period = observe?;
     Ok(Scenario {
         name: name?.unwrap_or_else(|| stem(&source.file)),
         file: source.file,
@@ -169,19 +238,16 @@ fn read(
         robot: robot?,
         overrides: overrides?.unwrap_or_else(Overrides::default),
         duration: duration?,
-        seed: seed?.unwrap_or(1),
+        seed: seed?,
         plant,
         actuator: actuator?.unwrap_or_default(),
         controller,
         io,
         buses,
         faults,
-        observe: ObserveSpec {
-            period: observe?.unwrap_or(OBSERVE_PERIOD),
-            footsteps,
-        },
-        fall: fall::spec(fall?.unwrap_or_default(), &expectations),
-        record: record?.unwrap_or(RECORD),
+        observe: ObserveSpec { period, footsteps },
+        fall: fall::spec(fall?, &expectations),
+        record: record?,
         changes: changes?,
         expectations: distinct(expectations),
         of_other_plants,
@@ -189,24 +255,41 @@ fn read(
     })
 }
 
-const OBSERVE_PERIOD: SimDuration = SimDuration::from_millis(2);
+/// Reads `[actuator]`, which a standalone plant does not have.
+fn actuator(
+    table: Declared<'_, '_>,
+    plant: Option<&PlantSpec>,
+    run: SimDuration,
+) -> Result<Option<ActuatorSpec>, Reported> {
+    use root_table::ACTUATOR;
+    match plant {
+        Some(plant) if plant.is_standalone && table.has(&ACTUATOR) => {
+            let message = format!("the plant `{}` brings its own actuators", plant.model);
+            table.expect(&ACTUATOR);
+            Err(table.report(&ACTUATOR, message, "leave the table out"))
+        }
+        _ => table.get_with(&ACTUATOR, |item| actuator::actuator(item, run)),
+    }
+}
 
-const RECORD: RecordSpec = RecordSpec {
-    signals: None,
-    frames: Some(50.0),
-    bytes: false,
-};
-
-/// Default thresholds of footsteps. The load of a stance foot is a quarter of the body weight in
-/// standing and up to the whole in a trot; residual loads in swing are below a twentieth, and
-/// stance loads above a fiftieth. A swing of the gaits takes at least 100 ms, a bounce at most 30
-/// ms.
-const FOOTSTEPS: FootstepSpec = FootstepSpec {
-    touch_down: LoadThreshold::OfWeight(0.05),
-    lift_off: LoadThreshold::OfWeight(0.02),
-    shortest_swing: SimDuration::from_millis(40),
-    least_impulse: 5e-3,
-};
+/// Reads all `[[expect]]`.
+fn expectations(
+    table: Declared<'_, '_>,
+    catalogue: &Catalogue,
+    run: SimDuration,
+    changes: &[ChangeSpec],
+) -> Result<Vec<Expectation>, Reported> {
+    let plants = catalogue.plants.iter().map(|kind| kind.name.as_str());
+    let context = expect::Context {
+        plants: plants.collect(),
+        duration: run,
+        first_change: changes.first().map(|change| change.at),
+    };
+    let read = |item: &Item<'_>| item.each(|item| expect::expectation(item, &context));
+    Ok(table
+        .get_with(&root_table::EXPECT, read)?
+        .unwrap_or_default())
+}
 
 fn stem(file: &str) -> String {
     let stem = Path::new(file).file_stem();
@@ -235,17 +318,12 @@ fn distinct(mut expectations: Vec<Expectation>) -> Vec<Expectation> {
 }
 
 /// Returns the kind that `item` names, if the build has it.
-fn kind<'k>(item: &Item<'_>, label: &str, kinds: &'k [Kind]) -> Result<&'k Kind, Reported> {
+fn kind<'k>(item: &Item<'_>, part: Part, kinds: &'k [Kind]) -> Result<&'k Kind, Reported> {
+    let (label, plural) = part.nouns();
     let name = item.text()?;
     let Some(kind) = kinds.iter().find(|kind| kind.name == name) else {
         let names = kinds.iter().map(|kind| kind.name.as_str());
-        let message = format!("there is no {label} `{name}`");
-        let plural = if label == "bus" {
-            "buses".to_owned()
-        } else {
-            format!("{label}s")
-        };
-        return Err(item.report_word(message, name, &plural, names));
+        return Err(item.report_word(format!("there is no {label} `{name}`"), name, plural, names));
     };
     if let Some(feature) = &kind.missing_feature {
         let message = format!("this build has no {label} `{name}`");
@@ -255,80 +333,4 @@ fn kind<'k>(item: &Item<'_>, label: &str, kinds: &'k [Kind]) -> Result<&'k Kind,
         return Err(item.report(message, help));
     }
     Ok(kind)
-}
-
-fn observe(table: &Table<'_>) -> Result<SimDuration, Reported> {
-    let period = table.optional("period", Item::positive_duration)?;
-    Ok(period.unwrap_or(OBSERVE_PERIOD))
-}
-
-fn footsteps(table: &Table<'_>) -> Result<FootstepSpec, Reported> {
-    let touch_down = table.optional("touch_down", load);
-    let lift_off = table.optional("lift_off", load);
-    let shortest_swing = table.optional("shortest_swing", Item::duration);
-    let least_impulse = table.optional("least_impulse", |item| {
-        item.quantity(Unit::Second, &Range::NOT_NEGATIVE)
-    });
-    let spec = FootstepSpec {
-        touch_down: touch_down?.unwrap_or(FOOTSTEPS.touch_down),
-        lift_off: lift_off?.unwrap_or(FOOTSTEPS.lift_off),
-        shortest_swing: shortest_swing?.unwrap_or(FOOTSTEPS.shortest_swing),
-        least_impulse: least_impulse?.unwrap_or(FOOTSTEPS.least_impulse),
-    };
-    let order = match (spec.lift_off, spec.touch_down) {
-        (LoadThreshold::OfWeight(low), LoadThreshold::OfWeight(high))
-        | (LoadThreshold::Newton(low), LoadThreshold::Newton(high)) => low <= high,
-        _ => {
-            let message =
-                "`touch_down` and `lift_off` are not both forces or both shares of the weight";
-            let help = "as in \"0.5 N\" and \"0.2 N\", or 0.05 and 0.02";
-            return Err(table.report("touch_down", message, help));
-        }
-    };
-    if !order {
-        let message = "`lift_off` is more than `touch_down`";
-        let help = "`lift_off` must not exceed `touch_down` (hysteresis)";
-        return Err(table.report("lift_off", message, help));
-    }
-    Ok(spec)
-}
-
-fn load(item: &Item<'_>) -> Result<LoadThreshold, Reported> {
-    if item.spelled_unit() == Unit::Newton {
-        let load = item.quantity(Unit::Newton, &Range::POSITIVE)?;
-        return Ok(LoadThreshold::Newton(load));
-    }
-    Ok(LoadThreshold::OfWeight(item.number(&Range::POSITIVE)?))
-}
-
-fn record(table: &Table<'_>) -> Result<RecordSpec, Reported> {
-    let signals = table.optional("signals", |item| item.each(placed_text));
-    let frames = table.optional("frames", |item| {
-        item.quantity(Unit::Hertz, &Range::NOT_NEGATIVE)
-    });
-    let bytes = table.optional("bytes", Item::boolean);
-    let frames = frames?.map_or(RECORD.frames, |rate| (rate > 0.0).then_some(rate));
-    Ok(RecordSpec {
-        signals: signals?,
-        frames,
-        bytes: bytes?.unwrap_or(RECORD.bytes),
-    })
-}
-
-fn io(table: &Table<'_>, control: Option<&ControllerSpec>) -> Result<IoSpec, Reported> {
-    let default = controller::io_default(control);
-    let step = table.optional("step", Item::positive_duration);
-    let transfer_time = table.optional("transfer_time", controller::time_model);
-    let step = step?.unwrap_or(default.step);
-    if let Some(control) = control
-        && !control.period.is_multiple_of(step)
-    {
-        let message = "the controller's period is not a multiple of the step of its I/O";
-        let help = format!("the period is {}; the step must divide it", control.period);
-        return Err(table.report("step", message, help));
-    }
-    Ok(IoSpec {
-        step,
-        transfer_time: transfer_time?.unwrap_or(default.transfer_time),
-    })
 }

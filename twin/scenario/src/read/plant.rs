@@ -1,18 +1,132 @@
-//! Reading `[plant]` and `[actuator]`.
+//! Reading `[plant]` and its ground.
 
-use twinrig_document::{Item, Range, Reported, Table};
+use twinrig_document::{Item, Placed, Range, Reported};
 use twinrig_kernel::{SimDuration, Unit};
-
-use super::coupling::coupling;
-use super::{code, kind, print_duration};
-use crate::catalogue::{Catalogue, Kind};
-use crate::expect::placed_text;
-use crate::options::Options;
-use crate::scenario::{
-    ActuatorKind, ActuatorSpec, Base, Ground, Heights, Placed, PlantSpec, Profile, ServoOverride,
-    StartPose,
-};
 use twinrig_runtime::Coupling;
+
+use super::coupling::{coupling, coupling_table};
+use super::kind;
+use super::options::options;
+use crate::catalogue::{Catalogue, Kind};
+use crate::language::{
+    Declared, Key, NATURAL, Part, Shape, TableSpec, Type, Words, choice, contextual, quantity,
+    table,
+};
+use crate::options::Accepts;
+use crate::scenario::{Base, Ground, Heights, PlantSpec, Profile, StartPose};
+
+table! {
+    /// Keys of `[plant]` of every model.
+    pub(super) plant_table = TableSpec::new("[plant]", "model of the physics, ground, initial pose")
+        .selected_by("model");
+    MODEL: () = "model", contextual(Shape::Kind(Part::Plant)), "model", r#"model = "lcp""#,
+        required();
+    BASE: Base = "base", choice(), "mobility of the trunk", r#"base = "fixed""#, default("'free'"),
+        of_robot();
+    LEGS: Vec<Placed<String>> = "legs", super::LEGS, "simulated legs", r#"legs = ["LF", "RH"]"#,
+        otherwise("all"), of_robot();
+    GROUND: Ground = "ground", Type::new(Shape::Table(ground_table::TABLE), |item, _| ground(item)),
+        "ground", "ground = { friction = 0.6 }", otherwise("none: the robot hangs in the air"),
+        of_robot();
+    START: StartPose = "start", Type::new(Shape::Table(start_table::TABLE), |item, _| start(item)),
+        "initial joint angles and rates of all legs", r#"start = { q1 = "10 deg" }"#,
+        otherwise("the first commands of the controller; upright without one"), of_robot();
+    STEP: SimDuration = "step",
+        Type::new(Shape::One(Accepts::PositiveDuration), |item, _| step(item)),
+        "maximum time step, up to 10 ms", r#"step = "1 ms""#, otherwise("of the model");
+    COUPLING: () = "coupling",
+        contextual(Shape::Either(&[
+            Shape::Choice(|| vec!["exact"]), Shape::Table(coupling_table::TABLE),
+        ])),
+        "coupling with boards and transfers: at each of their instants, or on a fixed grid",
+        r#"coupling = { grid = "1 ms" }"#, otherwise("`exact`");
+}
+
+const LEGS: Type<Vec<Placed<String>>> = Type::new(
+    Shape::List {
+        of: &Shape::One(Accepts::Name),
+        least: 1,
+        distinct: true,
+    },
+    |item, _| legs(item),
+);
+
+const ANGLE: Type<f64> = quantity(Unit::Radian, Range::ANY);
+const RATE: Type<f64> = quantity(Unit::RadianPerSecond, Range::ANY);
+
+table! {
+    /// Keys of `start`.
+    pub(super) start_table = TableSpec::new("start", "initial joint angles and rates");
+    Q1: f64 = "q1", ANGLE, "angle of the hip", r#"q1 = "10 deg""#, default("'0 rad'");
+    Q2: f64 = "q2", ANGLE, "angle of the knee", r#"q2 = "-9.5 deg""#, default("'0 rad'");
+    Q3: f64 = "q3", ANGLE, "angle of the ankle", r#"q3 = "9.5 deg""#, default("'0 rad'");
+    Q1_RATE: f64 = "q1_rate", RATE, "rate of the hip", r#"q1_rate = "1 rad/s""#,
+        default("'0 rad/s'");
+    Q2_RATE: f64 = "q2_rate", RATE, "rate of the knee", r#"q2_rate = "-1 rad/s""#,
+        default("'0 rad/s'");
+    Q3_RATE: f64 = "q3_rate", RATE, "rate of the ankle", r#"q3_rate = "1 rad/s""#,
+        default("'0 rad/s'");
+}
+
+/// Shape of the ground, without its sizes.
+#[derive(Clone, Copy)]
+pub(super) enum ProfileName {
+    Flat,
+    StepDown,
+    Heights,
+}
+
+impl Words for ProfileName {
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("flat", ProfileName::Flat),
+        ("step-down", ProfileName::StepDown),
+        ("heights", ProfileName::Heights),
+    ];
+}
+
+table! {
+    /// Keys of `ground`.
+    pub(super) ground_table = TableSpec::new("ground", "friction and shape of the ground")
+        .selected_by("profile");
+    FRICTION: f64 = "friction", quantity(Unit::One, Range::NOT_NEGATIVE),
+        "coefficient of Coulomb friction", "friction = 0.6", otherwise("the robot file's");
+    RESTITUTION: f64 = "restitution", quantity(Unit::One, Range::between(0.0, 1.0)),
+        "rebound speed of a foot over its impact speed", "restitution = 0.3", default("0");
+    PROFILE: ProfileName = "profile", choice(), "shape", r#"profile = "flat""#, default("'flat'");
+    AT: f64 = "at", quantity(Unit::Meter, Range::ANY), "place of the step",
+        r#"profile = "step-down", at = "1 m", height = "20 mm""#, required(),
+        only_with(&["step-down"]);
+    HEIGHT: f64 = "height", quantity(Unit::Meter, Range::NOT_NEGATIVE), "depth of the step",
+        r#"profile = "step-down", at = "1 m", height = "20 mm""#, required(),
+        only_with(&["step-down"]);
+    SPACING: f64 = "spacing", quantity(Unit::Meter, Range::POSITIVE), "distance of grid points",
+        r#"profile = "heights", spacing = "5 cm", amplitude = "4 mm""#, required(),
+        only_with(&["heights"]);
+    VALUES: Vec<Vec<f64>> = "values", Type::new(ROWS, |item, _| rows(item)),
+        "given heights, each row along x",
+        r#"profile = "heights", spacing = "5 cm", values = [["0 mm", "5 mm"], ["2 mm", "0 mm"]]"#,
+        one_of(), only_with(&["heights"]);
+    AMPLITUDE: f64 = "amplitude", quantity(Unit::Meter, Range::NOT_NEGATIVE),
+        "greatest of random heights",
+        r#"profile = "heights", spacing = "5 cm", amplitude = "4 mm""#, one_of(),
+        only_with(&["heights"]);
+    SEED: u64 = "seed", NATURAL, "seed of random heights",
+        r#"profile = "heights", spacing = "5 cm", amplitude = "4 mm", seed = 3"#,
+        otherwise("the run's"), needs("amplitude"), only_with(&["heights"]);
+}
+
+const ROWS: Shape = Shape::List {
+    of: &Shape::List {
+        of: &Shape::One(Accepts::Quantity {
+            unit: Unit::Meter,
+            range: Range::ANY,
+        }),
+        least: 1,
+        distinct: false,
+    },
+    least: 1,
+    distinct: false,
+};
 
 /// Reads `[plant]`.
 pub(super) fn plant(
@@ -20,32 +134,25 @@ pub(super) fn plant(
     catalogue: &Catalogue,
     observe: SimDuration,
 ) -> Result<PlantSpec, Reported> {
-    let table = item.table()?;
-    let coupling = table.optional("coupling", |item| coupling(item, observe));
-    let model = table.required("model", |item| kind(item, "plant", &catalogue.plants));
+    use plant_table::{BASE, COUPLING, GROUND, LEGS, MODEL, START, STEP};
+    let table = &item.table()?;
+    let table = plant_table::TABLE.of(table);
+    let coupling = table.get_with(&COUPLING, |item| coupling(item, observe));
+    let model = table.read_with(&MODEL, |item| kind(item, Part::Plant, &catalogue.plants));
     if let Ok(model) = model
         && model.is_standalone
     {
-        return standalone(&table, model, coupling?.unwrap_or_default());
+        return standalone(table, model, coupling?.unwrap_or_default());
     }
-    let base = table.optional("base", |item| {
-        item.choice(&[
-            ("free", Base::Free),
-            ("planar", Base::Planar),
-            ("fixed", Base::Fixed),
-        ])
-    });
-    let legs = table.optional("legs", legs);
-    let ground = table.optional("ground", ground);
-    let start = table.optional("start", start);
-    let step = table.optional("step", step);
+    let (base, legs) = (table.read(&BASE), table.get(&LEGS));
+    let (ground, start, step) = (table.get(&GROUND), table.get(&START), table.get(&STEP));
     let model = model.inspect_err(|_| table.give_up())?;
-    let options = Options::read(&table, &model.options);
+    let options = options(table.table(), &model.options);
     Ok(PlantSpec {
         place: item.place(),
         model: model.name.clone(),
         is_standalone: false,
-        base: base?.unwrap_or(Base::Free),
+        base: base?,
         legs: legs?,
         ground: ground?,
         start: start?,
@@ -56,9 +163,13 @@ pub(super) fn plant(
 }
 
 /// Reads `[plant]` of a standalone model, which defines base, legs, ground and start itself.
-fn standalone(table: &Table<'_>, model: &Kind, coupling: Coupling) -> Result<PlantSpec, Reported> {
-    let step = table.optional("step", step);
-    let options = Options::read(table, &model.options);
+fn standalone(
+    table: Declared<'_, '_>,
+    model: &Kind,
+    coupling: Coupling,
+) -> Result<PlantSpec, Reported> {
+    let step = table.get(&plant_table::STEP);
+    let options = options(table.table(), &model.options);
     Ok(PlantSpec {
         place: table.place(),
         model: model.name.clone(),
@@ -87,7 +198,7 @@ fn step(item: &Item<'_>) -> Result<SimDuration, Reported> {
 }
 
 fn legs(item: &Item<'_>) -> Result<Vec<Placed<String>>, Reported> {
-    let legs = item.each(placed_text)?;
+    let legs = item.each(Item::placed_text)?;
     if legs.is_empty() {
         return Err(item.report("no leg is named", "leave `legs` out for all of them"));
     }
@@ -95,14 +206,11 @@ fn legs(item: &Item<'_>) -> Result<Vec<Placed<String>>, Reported> {
 }
 
 fn start(item: &Item<'_>) -> Result<StartPose, Reported> {
-    let table = item.table()?;
-    let read = |key: &str, unit| {
-        let value = table.optional(key, |item| item.quantity(unit, &Range::ANY));
-        value.map(Option::unwrap_or_default)
-    };
-    let q = ["q1", "q2", "q3"].map(|key| read(key, Unit::Radian));
-    let rates = ["q1_rate", "q2_rate", "q3_rate"].map(|key| read(key, Unit::RadianPerSecond));
-    let ([q1, q2, q3], [hip, knee, ankle]) = (q, rates);
+    use start_table::{Q1, Q1_RATE, Q2, Q2_RATE, Q3, Q3_RATE};
+    let table = &item.table()?;
+    let table = start_table::TABLE.of(table);
+    let [q1, q2, q3] = [Q1, Q2, Q3].map(|key| table.read(&key));
+    let [hip, knee, ankle] = [Q1_RATE, Q2_RATE, Q3_RATE].map(|key| table.read(&key));
     Ok(StartPose {
         q: [q1?, q2?, q3?],
         rates: [hip?, knee?, ankle?],
@@ -110,42 +218,22 @@ fn start(item: &Item<'_>) -> Result<StartPose, Reported> {
 }
 
 fn ground(item: &Item<'_>) -> Result<Ground, Reported> {
-    #[derive(Clone, Copy)]
-    enum Shape {
-        Flat,
-        StepDown,
-        Heights,
-    }
-    let table = item.table()?;
-    let friction = table.optional("friction", |item| item.number(&Range::NOT_NEGATIVE));
-    let restitution = table.optional("restitution", |item| item.number(&Range::between(0.0, 1.0)));
-    let shape = table.optional("profile", |item| {
-        item.choice(&[
-            ("flat", Shape::Flat),
-            ("step-down", Shape::StepDown),
-            ("heights", Shape::Heights),
-        ])
-    });
-    let shape = shape
-        .inspect_err(|_| table.give_up())?
-        .unwrap_or(Shape::Flat);
-    let length =
-        |key: &str, range: Range| table.required(key, |item| item.quantity(Unit::Meter, &range));
-    let profile = match shape {
-        Shape::Flat => Profile::Flat,
-        Shape::StepDown => {
-            let (at, height) = (
-                length("at", Range::ANY),
-                length("height", Range::NOT_NEGATIVE),
-            );
+    use ground_table::{AT, FRICTION, HEIGHT, PROFILE, RESTITUTION, SPACING};
+    let table = &item.table()?;
+    let table = ground_table::TABLE.of(table);
+    let (friction, restitution) = (table.get(&FRICTION), table.read(&RESTITUTION));
+    let profile = table.read(&PROFILE).inspect_err(|_| table.give_up())?;
+    let profile = match profile {
+        ProfileName::Flat => Profile::Flat,
+        ProfileName::StepDown => {
+            let (at, height) = (table.read(&AT), table.read(&HEIGHT));
             Profile::StepDown {
                 at: at?,
                 height: height?,
             }
         }
-        Shape::Heights => {
-            let spacing = length("spacing", Range::POSITIVE);
-            let heights = heights(&table);
+        ProfileName::Heights => {
+            let (spacing, heights) = (table.read(&SPACING), heights(table));
             Profile::Heights {
                 spacing: spacing?,
                 heights: heights?,
@@ -154,122 +242,30 @@ fn ground(item: &Item<'_>) -> Result<Ground, Reported> {
     };
     Ok(Ground {
         friction: friction?,
-        restitution: restitution?.unwrap_or_default(),
+        restitution: restitution?,
         profile,
     })
 }
 
-fn heights(table: &Table<'_>) -> Result<Heights, Reported> {
-    let values = table.optional("values", |item| {
-        let rows = item.each(|row| {
-            row.each(|height| height.quantity(Unit::Meter, &Range::ANY))
-        })?;
-        let columns = rows.first().map_or(0, Vec::len);
-        if columns == 0 || rows.iter().any(|row| row.len() != columns) {
-            let help = "as in [[\"0 mm\", \"5 mm\"], [\"2 mm\", \"0 mm\"]]: rows of the same length, each along x";
-            return Err(item.report("`values` is not a grid", help));
-        }
-        Ok(rows)
-    });
-    let amplitude = table.optional("amplitude", |item| {
-        item.quantity(Unit::Meter, &Range::NOT_NEGATIVE)
-    });
-    let seed = table.optional("seed", Item::natural);
+fn heights(table: Declared<'_, '_>) -> Result<Heights, Reported> {
+    use ground_table::{AMPLITUDE, PROFILE, SEED, VALUES};
+    const HELP: &str = "give `values`, or `amplitude` and optionally `seed`";
+    let (values, amplitude) = (table.get(&VALUES), table.get(&AMPLITUDE));
+    let seed = table.get(&SEED);
     match (values?, amplitude?, seed?) {
         (Some(rows), None, None) => Ok(Heights::Given(rows)),
         (None, Some(amplitude), seed) => Ok(Heights::Random { amplitude, seed }),
-        (Some(_), _, _) => {
-            let message = "heights are either listed or random";
-            Err(table.report(
-                "values",
-                message,
-                "give `values`, or `amplitude` and optionally `seed`",
-            ))
-        }
-        (None, None, _) => {
-            let message = "the ground has no heights";
-            Err(table.report(
-                "profile",
-                message,
-                "give `values`, or `amplitude` and optionally `seed`",
-            ))
-        }
+        (Some(_), _, _) => Err(table.report(&VALUES, "heights are either listed or random", HELP)),
+        (None, None, _) => Err(table.report(&PROFILE, "the ground has no heights", HELP)),
     }
 }
 
-/// Reads `[actuator]`.
-pub(super) fn actuator(table: &Table<'_>, run: SimDuration) -> Result<ActuatorSpec, Reported> {
-    let kind = table.optional("kind", |item| {
-        item.choice(&[
-            ("servo", ActuatorKind::Servo),
-            ("ideal", ActuatorKind::Ideal),
-            ("none", ActuatorKind::None),
-            ("motor", ActuatorKind::Motor),
-        ])
-    });
-    let both = servo(table, run);
-    let hip = table.optional("hip", |item| servo(&item.table()?, run));
-    let knee = table.optional("knee", |item| servo(&item.table()?, run));
-    let (kind, both) = (kind?.unwrap_or_default(), both?);
-    let (hip, knee) = (hip?.unwrap_or_default(), knee?.unwrap_or_default());
-    let has_overrides = [both, hip, knee]
-        .iter()
-        .any(|servo| *servo != ServoOverride::default());
-    let subject = match kind {
-        ActuatorKind::Servo => None,
-        ActuatorKind::Ideal => Some("an ideal actuator has"),
-        ActuatorKind::None => Some("a leg without actuators has"),
-        ActuatorKind::Motor => Some("a motor has"),
-    };
-    if let Some(subject) = subject
-        && has_overrides
-    {
-        let message = format!("{subject} no lag, speed, torque or dead band");
-        return Err(table.report(
-            "kind",
-            message,
-            "write kind = \"servo\", or leave the figures out",
-        ));
+fn rows(item: &Item<'_>) -> Result<Vec<Vec<f64>>, Reported> {
+    let rows = item.each(|row| row.each(|height| height.quantity(Unit::Meter, &Range::ANY)))?;
+    let columns = rows.first().map_or(0, Vec::len);
+    if columns == 0 || rows.iter().any(|row| row.len() != columns) {
+        let help = "as in [[\"0 mm\", \"5 mm\"], [\"2 mm\", \"0 mm\"]]: rows of the same length, each along x";
+        return Err(item.report("`values` is not a grid", help));
     }
-    Ok(ActuatorSpec {
-        kind,
-        hip: hip.over(both),
-        knee: knee.over(both),
-    })
-}
-
-impl ServoOverride {
-    fn over(self, other: Self) -> Self {
-        ServoOverride {
-            lag: self.lag.or(other.lag),
-            speed: self.speed.or(other.speed),
-            torque: self.torque.or(other.torque),
-            dead_band: self.dead_band.or(other.dead_band),
-        }
-    }
-}
-
-fn servo(table: &Table<'_>, run: SimDuration) -> Result<ServoOverride, Reported> {
-    let parameter =
-        |key: &str, unit, range: Range| table.optional(key, |item| item.quantity(unit, &range));
-    let lag = table.optional("lag", |item| {
-        let lag = item.quantity(Unit::Second, &Range::POSITIVE)?;
-        if lag > run.as_secs_f64() {
-            let help = format!(
-                "the run lasts {}: the servo hardly moves in it",
-                print_duration(run)
-            );
-            item.warn(code::LAG, "the lag is longer than the run", help);
-        }
-        Ok(lag)
-    });
-    let speed = parameter("speed", Unit::RadianPerSecond, Range::POSITIVE);
-    let torque = parameter("torque", Unit::NewtonMeter, Range::POSITIVE);
-    let dead_band = parameter("dead_band", Unit::Radian, Range::NOT_NEGATIVE);
-    Ok(ServoOverride {
-        lag: lag?,
-        speed: speed?,
-        torque: torque?,
-        dead_band: dead_band?,
-    })
+    Ok(rows)
 }

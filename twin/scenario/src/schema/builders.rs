@@ -4,6 +4,8 @@
 //! A table therefore lists all of its keys in `properties`; conditions narrow them by `if` and
 //! `then`.
 
+use std::ops::RangeInclusive;
+
 use serde_json::{Map, Value, json};
 use twinrig_document::{
     Range, any_quantity_pattern, duration_pattern, fitting_units, quantity_name, quantity_pattern,
@@ -27,13 +29,6 @@ pub(super) fn open_object(properties: Value, required: &[&str]) -> Value {
         object.insert("required".to_owned(), json!(required));
     }
     Value::Object(object)
-}
-
-/// Returns a table with these keys and exactly one of the keys `one`.
-pub(super) fn object_of_one(properties: Value, required: &[&str], one: &[&str]) -> Value {
-    let mut object = object(properties, required);
-    object["oneOf"] = one.iter().map(|key| json!({ "required": [key] })).collect();
-    object
 }
 
 /// Returns the union of `plain`, which is not a table, and `table`. The type distinguishes the two,
@@ -77,16 +72,12 @@ pub(super) fn text() -> Value {
     json!({ "type": "string" })
 }
 
-pub(super) fn texts() -> Value {
-    list(&text())
-}
-
 pub(super) fn boolean() -> Value {
     json!({ "type": "boolean" })
 }
 
-pub(super) fn natural() -> Value {
-    json!({ "type": "integer", "minimum": 0, "maximum": u64::MAX })
+pub(super) fn natural(range: &RangeInclusive<u64>) -> Value {
+    json!({ "type": "integer", "minimum": range.start(), "maximum": range.end() })
 }
 
 pub(super) fn reference(name: &str) -> Value {
@@ -105,10 +96,6 @@ pub(super) fn quantity(unit: Unit, range: &Range) -> Value {
         numeric(&mut schema, range);
     }
     schema
-}
-
-pub(super) fn number(range: &Range) -> Value {
-    quantity(Unit::One, range)
 }
 
 /// Returns a quantity of any dimension.
@@ -199,25 +186,4 @@ pub(super) fn by_value(
 pub(super) fn only_keys<'k>(keys: impl IntoIterator<Item = &'k str>) -> Value {
     let keys: Vec<&str> = keys.into_iter().collect();
     json!({ "propertyNames": { "enum": keys } })
-}
-
-/// Returns a time model: a duration, a distribution, or a trace.
-pub(super) fn time() -> Value {
-    let mut table = object(
-        json!({
-            "min": duration(),
-            "max": duration(),
-            "mean": duration(),
-            "deviation": duration(),
-            "trace": list(&duration()),
-        }),
-        &[],
-    );
-    table["properties"]["trace"]["minItems"] = json!(1);
-    table["anyOf"] = json!([
-        { "required": ["trace"], "maxProperties": 1 },
-        { "required": ["min", "max"], "properties": { "trace": false } },
-    ]);
-    table["dependentRequired"] = json!({ "mean": ["deviation"], "deviation": ["mean"] });
-    or_table(duration(), table)
 }

@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 use serde_json::{Map, Value, json};
 
 use super::builders::{
-    boolean, by_value, described, duration, natural, object, only_keys, open_object, or_table,
-    quantity, reference, table_of, text, time,
+    by_value, described, object, only_keys, open_object, or_table, quantity, reference,
 };
-use crate::catalogue::{Accepts, Kind, VariableSpec};
+use super::tables::accepted;
+use crate::catalogue::{Kind, VariableSpec};
 
 /// Properties that all kinds of a part have in common.
 pub(super) struct Common<'a> {
@@ -143,35 +143,6 @@ fn keys(kind: &Kind) -> Vec<(String, Value)> {
         }
     }
     keys
-}
-
-fn accepted(accepts: &Accepts) -> Value {
-    match accepts {
-        Accepts::Quantity { unit, range } => quantity(*unit, range),
-        Accepts::Duration => duration(),
-        Accepts::Natural(range) => {
-            let mut schema = natural();
-            schema["minimum"] = json!(range.start());
-            schema["maximum"] = json!(range.end());
-            schema
-        }
-        Accepts::Boolean => boolean(),
-        Accepts::Text | Accepts::Name => text(),
-        Accepts::Choice(names) => json!({ "enum": names }),
-        Accepts::Time => time(),
-        Accepts::Group(options) => {
-            let keys = options.iter().map(|option| {
-                let schema = described(&option.about, accepted(&option.accepts));
-                (option.name.clone(), schema)
-            });
-            object(Value::Object(keys.collect()), &[])
-        }
-        Accepts::Table(one) => table_of(&accepted(one)),
-        Accepts::Each(one) => {
-            let one = accepted(one);
-            json!({ "anyOf": [one, table_of(&one)] })
-        }
-    }
 }
 
 /// Returns the schema of a variable: one value, or one for each of its groups. The names of groups

@@ -6,12 +6,14 @@ pub mod run;
 
 use std::path::Path;
 
+use serde_json::{Value, json};
 use twinrig_document::{DocumentError, Range};
 use twinrig_kernel::{Port, Unit};
 use twinrig_scenario::{
     Accepts, Catalogue, Facts, GroundBelow, Kind, LegFact, OptionSpec, OptionValue, Scenario,
-    Scene, VariableSpec,
+    Scene, VariableSpec, schema,
 };
+use twinrig_testing::python;
 
 /// Returns a catalogue with all declarations of kinds, and with keys whose meaning differs between
 /// kinds.
@@ -159,4 +161,13 @@ pub fn scene(text: &str) -> Result<Scene, DocumentError> {
     let scenario = parse(text)?;
     let legs = scenario.legs(&legs())?;
     scenario.scene(&facts(legs))
+}
+
+/// Returns the errors of an independent validator in documents and in mutants of the valid ones;
+/// none without Python.
+pub fn validated(catalogue: &Catalogue, documents: &[String], mutants: usize) -> Option<Value> {
+    let python = python::python("jsonschema, tomllib")?;
+    let input = json!({ "schema": schema(catalogue), "documents": documents, "mutants": mutants });
+    let script = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/validate.py"));
+    Some(python::run(&python, script, &[], &input))
 }

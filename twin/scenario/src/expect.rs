@@ -1,20 +1,11 @@
 //! Expectations of a scenario.
 
-mod beyond_end;
-mod read;
-mod read_footstep;
-
+use twinrig_document::Placed;
 use twinrig_kernel::{SimDuration, SimTime, Unit};
 use twinrig_runtime::WorkCounts;
 
+use crate::language::Words;
 use crate::limits::{Domain, Limits};
-use crate::scenario::Placed;
-
-pub(crate) use read::{
-    BODY_MEASURES, Context, SIGNAL_MODES, SUBJECTS, TIMING_MEASURES, expectation, placed_text,
-    thresholds,
-};
-pub(crate) use read_footstep::FOOTSTEP_MEASURES;
 
 /// One `[[expect]]`.
 #[derive(Clone, Debug, PartialEq)]
@@ -147,6 +138,15 @@ pub enum Axis {
     Horizontal,
 }
 
+impl Words for Axis {
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("x", Axis::X),
+        ("y", Axis::Y),
+        ("z", Axis::Z),
+        ("horizontal", Axis::Horizontal),
+    ];
+}
+
 /// The phase of each leg's touch-down in the cycle of the first leg.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pattern {
@@ -161,6 +161,15 @@ pub enum Pattern {
     Bound,
     /// Phases of the legs as shares of a cycle; only differences count.
     Given(Vec<(Placed<String>, f64)>),
+}
+
+impl Words for Pattern {
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("trot", Pattern::Trot),
+        ("pace", Pattern::Pace),
+        ("walk", Pattern::Walk),
+        ("bound", Pattern::Bound),
+    ];
 }
 
 /// A claim about the trunk.
@@ -209,6 +218,11 @@ pub enum Along {
     Heading,
     /// Length of the path.
     Path,
+}
+
+impl Words for Along {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("heading", Along::Heading), ("path", Along::Path)];
 }
 
 /// A claim about a cycle.
@@ -312,9 +326,6 @@ impl CostMeasure {
     pub fn counts() -> [&'static str; 6] {
         WorkCounts::default().named().map(|(name, _)| name)
     }
-
-    /// Key of the measure that depends on the machine.
-    pub(crate) const FACTOR: &'static str = "real_time_factor";
 }
 
 impl FootstepMeasure {
@@ -340,7 +351,7 @@ impl FootstepMeasure {
 
 impl TimingMeasure {
     /// Returns the possible values.
-    pub(crate) fn domain(self) -> Domain {
+    pub(crate) const fn domain(self) -> Domain {
         match self {
             TimingMeasure::DeadlineMisses => Domain::COUNT,
             TimingMeasure::LongestCycle => Domain::POSITIVE,
@@ -352,7 +363,7 @@ impl TimingMeasure {
     }
 
     /// Returns the unit of the measured value.
-    pub fn unit(self) -> Unit {
+    pub const fn unit(self) -> Unit {
         match self {
             TimingMeasure::DeadlineMisses => Unit::One,
             TimingMeasure::CycleRate => Unit::Hertz,

@@ -3,7 +3,7 @@
 use twinrig_document::Item;
 use twinrig_kernel::{SimDuration, SimTime};
 
-use super::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode};
+use crate::expect::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode};
 use crate::read::{code, print_duration};
 
 /// Warns about `within` and `by` of the claim in the table `subject`, in a run of duration `run`.

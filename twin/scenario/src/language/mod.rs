@@ -1,0 +1,234 @@
+//! Declarations of the built-in tables of a scenario. Reader, JSON schema and reference follow from
+//! them: the reader takes a key by its declaration, the schema and the reference enumerate the
+//! tables, beginning with the root.
+
+mod declared;
+mod shape;
+mod types;
+
+use serde_json::Value;
+
+pub(crate) use declared::Declared;
+pub(crate) use shape::{Part, Shape};
+pub(crate) use types::{
+    BOOLEAN, DURATION, NAMES, NATURAL, PLACED, POSITIVE_DURATION, TEXT, Type, Words, choice,
+    contextual, quantity,
+};
+
+/// Declaration of a table: its keys and the conditions between them.
+pub(crate) struct TableSpec {
+    /// Name in the reference.
+    pub name: &'static str,
+    /// One-line description.
+    pub about: &'static str,
+    /// Declarations of its keys.
+    pub keys: fn() -> Vec<KeySpec>,
+    /// Declarations of further keys, from another table or an array.
+    pub more: fn() -> Vec<KeySpec>,
+    /// Key whose value selects the keys that are valid with it.
+    pub selector: Option<&'static str>,
+    /// Conditions in the schema that the declarations of the keys do not express.
+    pub refine: fn(&mut Value),
+}
+
+impl TableSpec {
+    /// Returns a table without keys.
+    pub const fn new(name: &'static str, about: &'static str) -> Self {
+        TableSpec {
+            name,
+            about,
+            keys: Vec::new,
+            more: Vec::new,
+            selector: None,
+            refine: |_| (),
+        }
+    }
+
+    /// Adds keys that are declared elsewhere.
+    pub const fn with(mut self, more: fn() -> Vec<KeySpec>) -> Self {
+        self.more = more;
+        self
+    }
+
+    /// Sets the key whose value selects other keys.
+    pub const fn selected_by(mut self, key: &'static str) -> Self {
+        self.selector = Some(key);
+        self
+    }
+
+    /// Sets the conditions of the schema.
+    pub const fn refined(mut self, refine: fn(&mut Value)) -> Self {
+        self.refine = refine;
+        self
+    }
+
+    /// Returns the declarations of all keys.
+    pub fn all_keys(&self) -> Vec<KeySpec> {
+        let mut keys = (self.keys)();
+        keys.extend((self.more)());
+        keys
+    }
+}
+
+/// Whether a key is present, and the meaning of its absence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Presence {
+    /// It must be present.
+    Required,
+    /// Exactly one of the keys of this kind in the table must be present.
+    OneOf,
+    /// It may be absent.
+    Optional,
+    /// It may be absent, with the default in these words.
+    Otherwise(&'static str),
+    /// It has this TOML value by default.
+    Default(&'static str),
+}
+
+/// Declaration of a key.
+#[derive(Clone)]
+pub(crate) struct KeySpec {
+    pub name: &'static str,
+    /// One-line description.
+    pub about: &'static str,
+    /// Line of TOML with the key, and others where it requires them, without a line break.
+    pub example: &'static str,
+    pub shape: Shape,
+    pub presence: Presence,
+    /// Values of the selector of the table with which the key is valid; empty for all.
+    pub only_with: &'static [&'static str],
+    /// Key that it requires.
+    pub needs: Option<&'static str>,
+    /// Whether the name of an expectation leaves it out.
+    pub is_qualifier: bool,
+    /// Whether a standalone plant has no such key.
+    pub of_robot: bool,
+}
+
+/// Declaration of a key with values of type `T`.
+pub(crate) struct Key<T: 'static> {
+    pub name: &'static str,
+    about: &'static str,
+    example: &'static str,
+    presence: Presence,
+    only_with: &'static [&'static str],
+    needs: Option<&'static str>,
+    is_qualifier: bool,
+    of_robot: bool,
+    of: Type<T>,
+}
+
+impl<T> Key<T> {
+    /// Returns an optional key.
+    pub const fn new(
+        name: &'static str,
+        of: Type<T>,
+        about: &'static str,
+        example: &'static str,
+    ) -> Self {
+        Key {
+            name,
+            about,
+            example,
+            presence: Presence::Optional,
+            only_with: &[],
+            needs: None,
+            is_qualifier: false,
+            of_robot: false,
+            of,
+        }
+    }
+
+    const fn presence(mut self, presence: Presence) -> Self {
+        self.presence = presence;
+        self
+    }
+
+    /// Makes it required.
+    pub const fn required(self) -> Self {
+        self.presence(Presence::Required)
+    }
+
+    /// Makes it one of the keys of which the table has exactly one.
+    pub const fn one_of(self) -> Self {
+        self.presence(Presence::OneOf)
+    }
+
+    /// Describes its default.
+    pub const fn otherwise(self, words: &'static str) -> Self {
+        self.presence(Presence::Otherwise(words))
+    }
+
+    /// Sets its default, a TOML value.
+    pub const fn default(self, toml: &'static str) -> Self {
+        self.presence(Presence::Default(toml))
+    }
+
+    /// Restricts it to values of the selector of its table.
+    pub const fn only_with(mut self, words: &'static [&'static str]) -> Self {
+        self.only_with = words;
+        self
+    }
+
+    /// Makes another key required where it is present.
+    pub const fn needs(mut self, key: &'static str) -> Self {
+        self.needs = Some(key);
+        self
+    }
+
+    /// Leaves it out of the names of expectations.
+    pub const fn qualifier(mut self) -> Self {
+        self.is_qualifier = true;
+        self
+    }
+
+    /// Excludes it from standalone plants.
+    pub const fn of_robot(mut self) -> Self {
+        self.of_robot = true;
+        self
+    }
+
+    /// Returns the declaration without the type.
+    pub fn spec(self) -> KeySpec {
+        KeySpec {
+            name: self.name,
+            about: self.about,
+            example: self.example,
+            shape: self.of.shape,
+            presence: self.presence,
+            only_with: self.only_with,
+            needs: self.needs,
+            is_qualifier: self.is_qualifier,
+            of_robot: self.of_robot,
+        }
+    }
+}
+
+/// Declares the keys of a table as constants of a module, and the table as its constant `TABLE`. A
+/// key has a name, the type of its values, a description and an example, then its properties:
+/// methods of [`Key`].
+macro_rules! table {
+    (
+        $(#[$doc:meta])* $visible:vis $module:ident = $table:expr;
+        $(
+            $key:ident: $type:ty = $name:expr, $of:expr, $about:expr, $example:expr
+            $(, $property:ident($($argument:expr),*))*;
+        )*
+    ) => {
+        $(#[$doc])*
+        $visible mod $module {
+            #[allow(unused_imports, reason = "not every table uses every import of its file")]
+            use super::*;
+            $(
+                pub(crate) const $key: Key<$type> =
+                    Key::new($name, $of, $about, $example)$(.$property($($argument),*))*;
+            )*
+            pub(crate) const TABLE: &TableSpec = &TableSpec {
+                keys: || vec![$($key.spec()),*],
+                ..$table
+            };
+        }
+    };
+}
+
+pub(crate) use table;

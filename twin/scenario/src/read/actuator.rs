@@ -1,0 +1,120 @@
+//! Reading `[actuator]`.
+
+use serde_json::json;
+use twinrig_document::{Item, Range, Reported};
+use twinrig_kernel::{SimDuration, Unit};
+
+use super::{code, print_duration};
+use crate::language::{Declared, Key, Shape, TableSpec, choice, contextual, quantity, table};
+use crate::scenario::{ActuatorKind, ActuatorSpec, ServoOverride};
+
+table! {
+    /// Keys of `[actuator]`.
+    pub(super) actuator_table = TableSpec::new("[actuator]", "drives of the robot")
+        .with(servo_table::TABLE.keys)
+        .refined(only_servos_have_parameters);
+    KIND: ActuatorKind = "kind", choice(), "kind of drives", r#"kind = "ideal""#,
+        default("'servo'");
+    HIP: () = "hip", contextual(Shape::Table(servo_table::TABLE)), "servos of the hips",
+        r#"hip = { speed = "20 rad/s" }"#;
+    KNEE: () = "knee", contextual(Shape::Table(servo_table::TABLE)), "servos of the knees",
+        r#"knee = { torque = "3 N·m" }"#;
+}
+
+table! {
+    /// Keys of `hip` and `knee`.
+    pub(super) servo_table = TableSpec::new("servo", "parameters of the servos of one joint");
+    LAG: f64 = "lag", quantity(Unit::Second, Range::POSITIVE), "time constant of a servo",
+        r#"lag = "5 ms""#, otherwise("the robot file's");
+    SPEED: f64 = "speed", quantity(Unit::RadianPerSecond, Range::POSITIVE),
+        "speed limit of a servo", r#"speed = "20 rad/s""#, otherwise("the robot file's");
+    TORQUE: f64 = "torque", quantity(Unit::NewtonMeter, Range::POSITIVE), "torque limit of a servo",
+        r#"torque = "5 N·m""#, otherwise("the robot file's");
+    DEAD_BAND: f64 = "dead_band", quantity(Unit::Radian, Range::NOT_NEGATIVE),
+        "dead band of a servo", r#"dead_band = "0 deg""#, otherwise("the robot file's");
+}
+
+fn only_servos_have_parameters(schema: &mut serde_json::Value) {
+    use actuator_table::{HIP, KIND, KNEE};
+    let others = ["ideal", "none", "motor"];
+    schema["if"] = json!({
+        "properties": { KIND.name: { "enum": others } },
+        "required": [KIND.name],
+    });
+    let empty = json!({ "maxProperties": 0 });
+    schema["then"] = json!({
+        "propertyNames": { "enum": [KIND.name, HIP.name, KNEE.name] },
+        "properties": { HIP.name: empty, KNEE.name: empty },
+    });
+}
+
+/// Reads `[actuator]`.
+pub(super) fn actuator(item: &Item<'_>, run: SimDuration) -> Result<ActuatorSpec, Reported> {
+    use actuator_table::{HIP, KIND, KNEE};
+    let table = &item.table()?;
+    let table = actuator_table::TABLE.of(table);
+    let kind = table.read(&KIND);
+    let both = servo(table, run);
+    let servo_in = |item: &Item<'_>| servo(servo_table::TABLE.of(&item.table()?), run);
+    let (hip, knee) = (
+        table.get_with(&HIP, servo_in),
+        table.get_with(&KNEE, servo_in),
+    );
+    let (kind, both) = (kind?, both?);
+    let (hip, knee) = (hip?.unwrap_or_default(), knee?.unwrap_or_default());
+    let has_overrides = [both, hip, knee]
+        .iter()
+        .any(|servo| *servo != ServoOverride::default());
+    let subject = match kind {
+        ActuatorKind::Servo => None,
+        ActuatorKind::Ideal => Some("an ideal actuator has"),
+        ActuatorKind::None => Some("a leg without actuators has"),
+        ActuatorKind::Motor => Some("a motor has"),
+    };
+    if let Some(subject) = subject
+        && has_overrides
+    {
+        let message = format!("{subject} no lag, speed, torque or dead band");
+        return Err(table.report(
+            &KIND,
+            message,
+            "write kind = \"servo\", or leave the figures out",
+        ));
+    }
+    Ok(ActuatorSpec {
+        kind,
+        hip: hip.over(both),
+        knee: knee.over(both),
+    })
+}
+
+impl ServoOverride {
+    fn over(self, other: Self) -> Self {
+        ServoOverride {
+            lag: self.lag.or(other.lag),
+            speed: self.speed.or(other.speed),
+            torque: self.torque.or(other.torque),
+            dead_band: self.dead_band.or(other.dead_band),
+        }
+    }
+}
+
+fn servo(table: Declared<'_, '_>, run: SimDuration) -> Result<ServoOverride, Reported> {
+    use servo_table::{DEAD_BAND, LAG, SPEED, TORQUE};
+    let lag = table.get(&LAG);
+    if let (Ok(Some(lag)), Some(item)) = (&lag, table.item(&LAG))
+        && *lag > run.as_secs_f64()
+    {
+        let run = print_duration(run);
+        let help = format!("the run lasts {run}: the servo hardly moves in it");
+        item.warn(code::LAG, "the lag is longer than the run", help);
+    }
+    let (speed, torque) = (table.get(&SPEED), table.get(&TORQUE));
+    let dead_band = table.get(&DEAD_BAND);
+    Ok(ServoOverride {
+        lag: lag?,
+        speed: speed?,
+        torque: torque?,
+        dead_band: dead_band?,
+    })
+}

@@ -1,0 +1,79 @@
+//! Reading expectations of the trunk.
+
+use twinrig_document::{Item, Reported};
+use twinrig_kernel::Unit;
+
+use super::{settles, settles_table};
+use crate::expect::{Along, BodyClaim};
+use crate::language::{Key, Shape, TableSpec, Type, choice, contextual, table};
+use crate::limits::Domain;
+use crate::read::fall::FALSE_OR_THRESHOLDS;
+use crate::read::limits::{limits_of, read};
+
+table! {
+    /// Keys of `body`.
+    pub(super) body_table = TableSpec::new("body", "claim about the trunk");
+    SPEED: () = "speed", contextual(Shape::Limits(Unit::MeterPerSecond, Domain::ANY)), "mean speed",
+        r#"speed = { min = "30 cm/s" }"#, one_of();
+    ALONG: Along = "along", choice(), "direction of the speed",
+        r#"speed = { min = "30 cm/s" }, along = "path""#, default("'heading'"), needs("speed"),
+        qualifier();
+    HEIGHT: BodyClaim = "height", limits_of!(Unit::Meter, Domain::ANY, BodyClaim::Height),
+        "height of the trunk", r#"height = { min = "9 cm" }"#, one_of();
+    ROLL: BodyClaim = "roll", limits_of!(Unit::Radian, Domain::HALF_TURN, BodyClaim::Roll),
+        "greatest roll, either way", r#"roll = { max = "10 deg" }"#, one_of();
+    PITCH: BodyClaim = "pitch", limits_of!(Unit::Radian, Domain::QUARTER_TURN, BodyClaim::Pitch),
+        "greatest pitch, either way", r#"pitch = { max = "10 deg" }"#, one_of();
+    ROLL_RANGE: BodyClaim = "roll_range",
+        limits_of!(Unit::Radian, Domain::TURN, BodyClaim::RollRange), "greatest less least roll",
+        r#"roll_range = { max = "5 deg" }"#, one_of();
+    PITCH_RANGE: BodyClaim = "pitch_range",
+        limits_of!(Unit::Radian, Domain::HALF_TURN, BodyClaim::PitchRange),
+        "greatest less least pitch", r#"pitch_range = { max = "5 deg" }"#, one_of();
+    HEIGHT_RANGE: BodyClaim = "height_range",
+        limits_of!(Unit::Meter, Domain::NOT_NEGATIVE, BodyClaim::HeightRange),
+        "greatest less least height", r#"height_range = { max = "20 mm" }"#, one_of();
+    YAW_DRIFT: BodyClaim = "yaw_drift",
+        limits_of!(Unit::Radian, Domain::NOT_NEGATIVE, BodyClaim::YawDrift),
+        "greatest turn from the start of the window", r#"yaw_drift = { max = "20 deg" }"#, one_of();
+    FALL: BodyClaim = "fall", FALSE_OR_THRESHOLDS, "no fall, by these thresholds",
+        r#"fall = { height = 0.5, tilt = "45 deg" }"#, one_of();
+    SETTLES: BodyClaim = "settles",
+        Type::new(Shape::TableIn(Some(Unit::Meter), settles_table::TABLE), |item, _| {
+            let (within, by) = settles(item, Unit::Meter)?;
+            Ok(BodyClaim::Settles { within, by })
+        }),
+        "settling to the final position", r#"settles = { within = "2 mm", by = "4 s" }"#, one_of();
+}
+
+/// Reads `body = { … }`.
+pub(super) fn claim(item: &Item<'_>) -> Result<BodyClaim, Reported> {
+    use body_table::{
+        ALONG, FALL, HEIGHT, HEIGHT_RANGE, PITCH, PITCH_RANGE, ROLL, ROLL_RANGE, SETTLES, SPEED,
+        YAW_DRIFT,
+    };
+    let table = &item.table()?;
+    let table = body_table::TABLE.of(table);
+    let measure = table.one_of(item, "no measure of the body is given")?;
+    if measure != SPEED.name {
+        let keys = [
+            HEIGHT,
+            ROLL,
+            PITCH,
+            ROLL_RANGE,
+            PITCH_RANGE,
+            HEIGHT_RANGE,
+            YAW_DRIFT,
+            FALL,
+            SETTLES,
+        ];
+        return table.read_among(&keys, measure);
+    }
+    let along = table.read(&ALONG);
+    let domain = match along {
+        Ok(Along::Path) => Domain::NOT_NEGATIVE,
+        _ => Domain::ANY,
+    };
+    let limits = table.read_with(&SPEED, |item| read(item, Unit::MeterPerSecond, &domain))?;
+    Ok(BodyClaim::Speed(along?, limits))
+}

@@ -1,0 +1,193 @@
+//! Reading expectations.
+
+mod beyond_end;
+mod body;
+mod footstep;
+mod signal;
+mod timing;
+
+use twinrig_document::{Item, Range, Reported};
+use twinrig_kernel::{SimDuration, SimTime, Unit};
+
+use super::limits::limits;
+use crate::expect::{Claim, Expectation};
+use crate::language::{BOOLEAN, Key, Shape, TEXT, TableSpec, Type, contextual, table};
+use crate::limits::{Domain, Limits};
+use crate::options::Accepts;
+
+table! {
+    /// Keys of `[[expect]]`.
+    pub(super) expect_table = TableSpec::new("[[expect]]", "one expectation of the run");
+    NAME: String = "name", TEXT, "name in the verdict",
+        r#"name = "walks", body = { fall = false }"#, otherwise("subject and measure");
+    AFTER: () = "after", contextual(Shape::One(Accepts::Duration)), "start of the window",
+        r#"after = "2 s", body = { fall = false }"#,
+        otherwise("the start; with `displacement` the first change");
+    BEFORE: () = "before", contextual(Shape::One(Accepts::Duration)), "end of the window",
+        r#"before = "8 s", body = { fall = false }"#, otherwise("the end of the run");
+    OPTIONAL: bool = "optional", BOOLEAN, "whether it passes if it is unobserved",
+        "optional = true, body = { fall = false }", default("false");
+    PLANTS: () = "plants", contextual(PLANTS_OF_BUILD), "plants to which it applies",
+        r#"plants = ["massless"], body = { fall = false }"#, otherwise("all");
+    FOOTSTEP: Claim = "footstep",
+        Type::new(Shape::Table(footstep::footstep_table::TABLE), |item, _| {
+            footstep::claim(item).map(Claim::Footstep)
+        }),
+        "claim about footsteps", r#"footstep = { slip = { max = "40 mm" } }"#, one_of();
+    BODY: Claim = "body",
+        Type::new(Shape::Table(body::body_table::TABLE), |item, _| {
+            body::claim(item).map(Claim::Body)
+        }),
+        "claim about the trunk", "body = { fall = false }", one_of();
+    TIMING: Claim = "timing",
+        Type::new(Shape::Table(timing::timing_table::TABLE), |item, _| timing::claim(item)),
+        "claim about the cycle of the controller or of a bus",
+        r#"timing = { of = "control", jitter = { max = "50 us" } }"#, one_of();
+    SIGNAL: Claim = "signal",
+        Type::new(Shape::Table(signal::signal_table::TABLE), |item, _| {
+            signal::claim(item).map(Claim::Signal)
+        }),
+        "claim about signals", r#"signal = { name = "sbcp/errors", always = { max = 0 } }"#,
+        one_of();
+    ENERGY: Claim = "energy", Type::new(Shape::Table(energy_table::TABLE), |item, _| energy(item)),
+        "claim about the energy balance", "energy = { residual = { max = 1e-6 } }", one_of();
+    COST: Claim = "cost",
+        Type::new(Shape::Table(timing::cost_table::TABLE), |item, _| timing::cost(item)),
+        "claim about the computational work", "cost = { steps = { max = 20000 } }", one_of();
+}
+
+const PLANTS_OF_BUILD: Shape = Shape::List {
+    of: &Shape::Plant,
+    least: 1,
+    distinct: false,
+};
+
+table! {
+    /// Keys of `energy`.
+    pub(super) energy_table = TableSpec::new("energy", "claim about the energy balance");
+    RESIDUAL: Limits = "residual", limits(Unit::One, Domain::NOT_NEGATIVE),
+        "residual at the end of the run, over the energy exchanged", "residual = { max = 1e-6 }",
+        required();
+}
+
+table! {
+    /// Keys of `settles`.
+    pub(super) settles_table = TableSpec::new("settles", "settling to the final value");
+    WITHIN: () = "within", contextual(Shape::Measured(Range::NOT_NEGATIVE)),
+        "greatest distance from the final value", r#"within = "2 mm""#, required();
+    BY: () = "by", contextual(Shape::One(Accepts::Duration)), "time from which on it holds",
+        r#"by = "4 s""#, required();
+}
+
+/// Properties of the scenario that its expectations are checked against.
+pub(super) struct Context<'c> {
+    /// Names of the known plants.
+    pub plants: Vec<&'c str>,
+    /// Duration of the run.
+    pub duration: SimDuration,
+    /// Time of the first change.
+    pub first_change: Option<SimTime>,
+}
+
+/// Reads one `[[expect]]`.
+pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expectation, Reported> {
+    use expect_table::{
+        AFTER, BEFORE, BODY, COST, ENERGY, FOOTSTEP, NAME, OPTIONAL, PLANTS, SIGNAL, TIMING,
+    };
+    let table = &item.table()?;
+    let table = expect_table::TABLE.of(table);
+    let name = table.get(&NAME);
+    let after = table.get_with(&AFTER, |item| instant(item, context));
+    let before = table.get_with(&BEFORE, |item| instant(item, context));
+    let optional = table.read(&OPTIONAL);
+    let plants = table.get_with(&PLANTS, |item| {
+        let plants = item.each(|item| plant(item, context))?;
+        if plants.is_empty() {
+            return Err(item.report("no plant is named", "leave `plants` out for all of them"));
+        }
+        Ok(plants)
+    });
+    let subject = table.one_of(item, "nothing is expected")?;
+    let claim = table.read_among(&[FOOTSTEP, BODY, TIMING, SIGNAL, ENERGY, COST], subject);
+    let (explicit_after, before, claim) = (after?, before?, claim?);
+    let mut expectation = Expectation {
+        name: String::new(),
+        after: explicit_after.unwrap_or(SimTime::ZERO),
+        before,
+        optional: optional?,
+        plants: plants?.unwrap_or_default(),
+        claim,
+    };
+    if expectation.needs_reference() {
+        match (explicit_after, context.first_change) {
+            (None, Some(first)) => expectation.after = first,
+            (_, None) => {
+                let message =
+                    "a displacement against the run without changes requires a [[change]]";
+                return Err(item.report(message, "add a [[change]]"));
+            }
+            _ => {}
+        }
+    }
+    if before.is_some_and(|before| before <= expectation.after) {
+        return Err(table.report(&BEFORE, "`before` is not later than `after`", ""));
+    }
+    let measured = item.peek(subject);
+    if let Some(measured) = &measured {
+        beyond_end::warn(measured, &expectation, context.duration);
+    }
+    expectation.name = name?.unwrap_or_else(|| {
+        let measure = measured.map_or(String::new(), |item| measure_name(subject, &item));
+        format!("{subject} {measure}").trim_end().replace('_', " ")
+    });
+    Ok(expectation)
+}
+
+/// Reads the name of a plant.
+fn plant(item: &Item<'_>, context: &Context<'_>) -> Result<String, Reported> {
+    let name = item.text()?;
+    let mut plants = context.plants.iter().copied();
+    if plants.clone().any(|known| known == name) {
+        return Ok(name.to_owned());
+    }
+    let message = format!("there is no plant `{name}`");
+    Err(item.report_word(message, name, "plants", &mut plants))
+}
+
+/// Returns the keys that name the measure of `subject`, for an expectation without a name.
+fn measure_name(subject: &str, item: &Item<'_>) -> String {
+    let subjects = expect_table::TABLE.all_keys().into_iter();
+    let tables = subjects
+        .filter(|key| key.name == subject)
+        .flat_map(|key| key.shape.tables());
+    let keys: Vec<_> = tables.flat_map(TableSpec::all_keys).collect();
+    let is_qualifier = |name: &&str| keys.iter().any(|key| key.name == *name && key.is_qualifier);
+    let present = item.keys().into_iter().flatten();
+    let names: Vec<_> = present.filter(|name| !is_qualifier(name)).collect();
+    names.join(" ")
+}
+
+/// Reads a time since the start, within the run.
+fn instant(item: &Item<'_>, context: &Context<'_>) -> Result<SimTime, Reported> {
+    let since = item.duration()?;
+    if since > context.duration {
+        let message = format!("`{}` is later than the end of the run", item.key());
+        return Err(item.report(message, format!("the run lasts {}", context.duration)));
+    }
+    Ok(SimTime::ZERO + since)
+}
+
+fn settles(item: &Item<'_>, unit: Unit) -> Result<(f64, SimTime), Reported> {
+    use settles_table::{BY, WITHIN};
+    let table = &item.table()?;
+    let table = settles_table::TABLE.of(table);
+    let within = table.read_with(&WITHIN, |item| item.quantity(unit, &Range::NOT_NEGATIVE));
+    let by = table.read_with(&BY, Item::duration);
+    Ok((within?, SimTime::ZERO + by?))
+}
+
+fn energy(item: &Item<'_>) -> Result<Claim, Reported> {
+    let table = &item.table()?;
+    let residual = energy_table::TABLE.of(table).read(&energy_table::RESIDUAL);
+    residual.map(Claim::EnergyResidual)
+}

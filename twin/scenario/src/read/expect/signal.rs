@@ -1,0 +1,124 @@
+//! Reading expectations of signals.
+
+use twinrig_document::{Item, Placed, Reported};
+use twinrig_kernel::SimDuration;
+
+use super::{settles, settles_table};
+use crate::expect::{SignalClaim, SignalMode, Until};
+use crate::language::{Key, PLACED, POSITIVE_DURATION, Shape, TableSpec, Type, contextual, table};
+use crate::limits::Domain;
+use crate::options::Accepts;
+use crate::read::limits::{either_centre_or_ends, limits_table, read, read_keys, unit_of};
+
+const COMPONENT: Type<usize> = Type::new(
+    Shape::Either(&[
+        Shape::Choice(|| vec!["x", "y", "z"]),
+        Shape::One(Accepts::Natural(0..=u64::MAX)),
+    ]),
+    |item, _| component(item),
+);
+
+table! {
+    /// Keys of `signal`.
+    pub(super) signal_table = TableSpec::new("signal", "claim about signals");
+    NAME: Placed<String> = "name", PLACED,
+        "name, or pattern of names with the wildcards `*` and `**`", r#"name = "leg/*/hip/rate""#,
+        required(), qualifier();
+    COMPONENT: usize = "component", super::COMPONENT, "element of the signal, counted from 0",
+        r#"name = "body/position", component = "z", always = { min = "5 cm" }"#, otherwise("all"),
+        qualifier();
+    WITHIN: SimDuration = "within", POSITIVE_DURATION, "time from the start of the window",
+        r#"name = "leg/LF/hip/rate", eventually = { max = "-12 rad/s" }, within = "1 s""#,
+        otherwise("the window"), needs("eventually");
+    UNTIL: Until = "until",
+        Type::new(Shape::TableIn(None, until_table::TABLE), |item, _| until(item)),
+        "end of the condition, when another signal is first within its limits",
+        r#"always = { max = 1 }, until = { name = "energy/kinetic", max = "1 mJ" }"#,
+        needs("always");
+    ALWAYS: () = "always", contextual(LIMITS), "within limits in every observation",
+        "always = { max = 0 }", one_of();
+    EVENTUALLY: () = "eventually", contextual(LIMITS), "within limits in at least one observation",
+        r#"eventually = { max = "-12 rad/s" }"#, one_of();
+    SETTLES: () = "settles", contextual(Shape::TableIn(None, settles_table::TABLE)),
+        "settling to the final value", r#"settles = { within = "1 deg", by = "5 s" }"#, one_of();
+}
+
+const LIMITS: Shape = Shape::TableIn(None, limits_table::TABLE);
+
+table! {
+    /// Keys of `until`, besides limits.
+    pub(super) until_table = TableSpec::new("until", "limits of another signal")
+        .with(limits_table::TABLE.keys)
+        .refined(either_centre_or_ends);
+    NAME: Placed<String> = "name", PLACED, "name", r#"name = "energy/kinetic", max = "1 mJ""#,
+        required();
+    COMPONENT: usize = "component", super::COMPONENT, "element of the signal, counted from 0",
+        r#"name = "body/rpy", component = 2, max = "3 deg""#, default("0");
+}
+
+/// Reads `signal = { … }`.
+pub(super) fn claim(item: &Item<'_>) -> Result<SignalClaim, Reported> {
+    use signal_table::{ALWAYS, COMPONENT, EVENTUALLY, NAME, SETTLES, UNTIL, WITHIN};
+    let table = &item.table()?;
+    let table = signal_table::TABLE.of(table);
+    let (name, component) = (table.read(&NAME), table.get(&COMPONENT));
+    let (within, until) = (table.get(&WITHIN), table.get(&UNTIL));
+    let mode = table.one_of(item, "no condition on the signal is given")?;
+    let (within, until) = (within?, until?);
+    if within.is_some() && mode != EVENTUALLY.name {
+        let message = format!("`within` has no meaning with `{mode}`");
+        return Err(table.report(&WITHIN, message, "`within` requires `eventually`"));
+    }
+    if until.is_some() && mode != ALWAYS.name {
+        let message = format!("`until` has no meaning with `{mode}`");
+        return Err(table.report(&UNTIL, message, "`until` requires `always`"));
+    }
+    let key = [ALWAYS, EVENTUALLY, SETTLES]
+        .into_iter()
+        .find(|key| key.name == mode);
+    let (unit, mode) = table.read_with(&key.unwrap_or(ALWAYS), |item| {
+        // The unit of the signal is only known to the scene, which compares the two.
+        let unit = unit_of(item)?;
+        if mode == SETTLES.name {
+            let (within, by) = settles(item, unit)?;
+            return Ok((unit, SignalMode::Settles { within, by }));
+        }
+        let limits = read(item, unit, &Domain::ANY)?;
+        let mode = match until {
+            _ if mode == EVENTUALLY.name => SignalMode::Eventually(limits, within),
+            None => SignalMode::Always(limits),
+            Some(until) => SignalMode::Until(limits, until),
+        };
+        Ok((unit, mode))
+    })?;
+    Ok(SignalClaim {
+        name: name?,
+        component: component?,
+        unit,
+        mode,
+    })
+}
+
+fn until(item: &Item<'_>) -> Result<Until, Reported> {
+    use until_table::{COMPONENT, NAME};
+    let table = &item.table()?;
+    let table = until_table::TABLE.of(table);
+    let (name, component) = (table.read(&NAME), table.read(&COMPONENT));
+    let unit = unit_of(item)?;
+    let limits = read_keys(table, item, unit);
+    Ok(Until {
+        name: name?,
+        component: component?,
+        unit,
+        limits: limits?,
+    })
+}
+
+/// Reads an element of a signal: its index, or `x`, `y`, `z` for the first three.
+fn component(item: &Item<'_>) -> Result<usize, Reported> {
+    if item.is_text() {
+        return item.choice(&[("x", 0), ("y", 1), ("z", 2)]);
+    }
+    let index = item.natural()?;
+    usize::try_from(index).map_err(|_| item.report("no signal has that many elements", ""))
+}

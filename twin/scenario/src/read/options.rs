@@ -1,0 +1,76 @@
+//! Reading the options that a kind of part declares.
+
+use std::ops::RangeInclusive;
+
+use twinrig_document::{Item, Placed, Reported, Table};
+
+use super::time::time_model;
+use crate::options::{Accepts, OptionSpec, OptionValue, Options};
+
+/// Reads the options that `specs` declare from `table`.
+pub(super) fn options(table: &Table<'_>, specs: &[OptionSpec]) -> Result<Options, Reported> {
+    let values: Vec<_> = specs
+        .iter()
+        .map(|spec| {
+            let set = table.optional(&spec.name, |item| value(item, &spec.accepts))?;
+            let value = set.or_else(|| spec.default.clone());
+            Ok(value.map(|value| (spec.name.clone(), value)))
+        })
+        .collect();
+    let values: Result<Vec<_>, Reported> = values.into_iter().collect();
+    Ok(Options::from_pairs(values?.into_iter().flatten().collect()))
+}
+
+fn value(item: &Item<'_>, accepts: &Accepts) -> Result<OptionValue, Reported> {
+    Ok(match accepts {
+        Accepts::Quantity { unit, range } => OptionValue::Number(item.quantity(*unit, range)?),
+        Accepts::Duration => OptionValue::Duration(item.duration()?),
+        Accepts::PositiveDuration => OptionValue::Duration(item.positive_duration()?),
+        Accepts::Natural(range) => OptionValue::Natural(natural(item, range)?),
+        Accepts::Boolean => OptionValue::Boolean(item.boolean()?),
+        Accepts::Text => OptionValue::Text(item.text()?.to_owned()),
+        Accepts::Name => OptionValue::Name(item.placed_text()?),
+        Accepts::Choice(names) => {
+            let choices: Vec<_> = names.iter().map(|name| (name.as_str(), name)).collect();
+            OptionValue::Text(item.choice(&choices)?.clone())
+        }
+        Accepts::Time => OptionValue::Time(time_model(item)?),
+        Accepts::Group(specs) => OptionValue::Group(options(&item.table()?, specs)?),
+        Accepts::Table(accepts) => OptionValue::Named(named(item, accepts)?),
+        Accepts::Each(accepts) if item.is_table() => OptionValue::Named(named(item, accepts)?),
+        Accepts::Each(accepts) => OptionValue::All(Box::new(value(item, accepts)?)),
+    })
+}
+
+fn named(
+    item: &Item<'_>,
+    accepts: &Accepts,
+) -> Result<Vec<(Placed<String>, OptionValue)>, Reported> {
+    let table = item.table()?;
+    let named: Vec<_> = table
+        .keys()
+        .map(|name| {
+            let place = table.key_place(name);
+            let value = table.required(name, |item| value(item, accepts))?;
+            let name = Placed {
+                value: name.to_owned(),
+                place,
+            };
+            Ok((name, value))
+        })
+        .collect();
+    named.into_iter().collect()
+}
+
+fn natural(item: &Item<'_>, range: &RangeInclusive<u64>) -> Result<u64, Reported> {
+    let value = item.natural()?;
+    if range.contains(&value) {
+        return Ok(value);
+    }
+    let message = format!("`{}` is {value}, which is out of range", item.key());
+    let (start, end) = (range.start(), range.end());
+    Err(item.report(
+        message,
+        format!("it must be at least {start}, at most {end}"),
+    ))
+}

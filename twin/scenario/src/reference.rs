@@ -1,0 +1,111 @@
+//! Reference of the scenario language, from the declarations of its tables.
+
+use crate::language::{KeySpec, Presence, TableSpec};
+use crate::read::root_table;
+
+/// A table of the language: its keys, and its place in a scenario.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TableReference {
+    /// Name in the documentation.
+    pub name: &'static str,
+    /// One-line description.
+    pub about: &'static str,
+    /// Keys from the root table to this one, for the first place at which it occurs.
+    pub path: Vec<&'static str>,
+    /// Its keys.
+    pub keys: Vec<KeyReference>,
+}
+
+/// A key of a table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct KeyReference {
+    /// The key.
+    pub name: &'static str,
+    /// Description of its values, its default, and the keys that it depends on.
+    pub value: String,
+    /// One-line description.
+    pub about: &'static str,
+    /// Line of TOML with the key and those that it requires.
+    pub example: &'static str,
+    /// Whether it must be present in every table, or with these values of the selector.
+    pub is_required: bool,
+    /// Whether it is one of the keys of which the table has exactly one.
+    pub is_alternative: bool,
+    /// Values of the table's key `kind` or `profile` with which it is valid; empty for all.
+    pub only_with: &'static [&'static str],
+}
+
+/// Returns the tables of the scenario language, beginning with the root table.
+pub fn language() -> Vec<TableReference> {
+    let mut tables = Vec::new();
+    add(root_table::TABLE, &[], &mut tables);
+    tables
+}
+
+fn add(table: &TableSpec, path: &[&'static str], tables: &mut Vec<TableReference>) {
+    if tables.iter().any(|known| known.name == table.name) {
+        return;
+    }
+    let keys = table.all_keys();
+    tables.push(TableReference {
+        name: table.name,
+        about: table.about,
+        path: path.to_vec(),
+        keys: keys.iter().map(key_reference).collect(),
+    });
+    for key in keys {
+        for table in key.shape.tables() {
+            add(table, &[path, &[key.name]].concat(), tables);
+        }
+    }
+}
+
+fn key_reference(key: &KeySpec) -> KeyReference {
+    let words = key.shape.words();
+    let mut value = vec![match key.presence {
+        Presence::Default(toml) if toml != "{}" => {
+            format!("{words} (`{}`)", toml.trim_matches('\''))
+        }
+        Presence::Otherwise(default) => format!("{words} ({default})"),
+        _ => words,
+    }];
+    match key.presence {
+        Presence::Required => value.push("*required*".to_owned()),
+        Presence::OneOf => value.push("*one of*".to_owned()),
+        _ => {}
+    }
+    value.extend(key.needs.map(|other| format!("requires `{other}`")));
+    if !key.only_with.is_empty() {
+        value.push(format!("with `{}`", key.only_with.join("`, `")));
+    }
+    KeyReference {
+        name: key.name,
+        value: value.join("; "),
+        about: key.about,
+        example: key.example,
+        is_required: key.presence == Presence::Required,
+        is_alternative: key.presence == Presence::OneOf,
+        only_with: key.only_with,
+    }
+}
+
+impl TableReference {
+    /// Returns the table of the documentation, in Markdown.
+    pub fn markdown(&self) -> String {
+        let mut lines = vec![
+            "| key | value | meaning | example |".to_owned(),
+            "|---|---|---|---|".to_owned(),
+        ];
+        lines.extend(self.keys.iter().map(|key| {
+            let KeyReference {
+                name,
+                value,
+                about,
+                example,
+                ..
+            } = key;
+            format!("| `{name}` | {value} | {about} | `{example}` |")
+        }));
+        lines.join("\n")
+    }
+}
