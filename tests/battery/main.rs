@@ -6,7 +6,8 @@
 //! number of nominal drops per method, `BATTERY_AGREE` and `BATTERY_AGREE_FINELY` number of cases
 //! in which methods are compared, with steps of 0.1 ms and of 10 µs. A case that violates a law is
 //! written as a scenario file for `twin run`. Known violations are listed in `known.txt`; with
-//! counts other than the default ones, results are printed and not asserted:
+//! counts other than the default ones, results are printed and not asserted. `ci/test quick` skips
+//! the tests with `slow_` in their names:
 //!
 //! ```console
 //! $ export BATTERY_FIRST=17 BATTERY_CASES=1
@@ -60,7 +61,7 @@ fn methods() -> Vec<Method> {
 }
 
 #[test]
-fn laws_hold_in_random_drops_stands_and_walks() {
+fn slow_laws_hold_in_random_drops_stands_and_walks() {
     let registry = Registry::standard();
     let robot = run::robot();
     let methods = methods();
@@ -108,7 +109,7 @@ fn formerly_refused_nominal_drops_complete() {
 /// The methods of the full plant agree until a copy with an initial offset of 1e-9 rad has
 /// departed.
 #[test]
-fn methods_agree_until_a_perturbed_copy_departs() {
+fn slow_methods_agree_until_a_perturbed_copy_departs() {
     let registry = Registry::standard();
     let robot = run::robot();
     let first = variable("BATTERY_FIRST", 0);
