@@ -10,7 +10,8 @@
 //! Momenta are constant in the half steps ([`drift`]); forces and impulses change them in the
 //! middle ([`kick`]). Without impulses this is the generalised leapfrog: second order, symplectic,
 //! time-reversible. Momentum is balanced to round-off; the energy oscillates by an error of second
-//! order and does not drift. J, P and the gaps g are those at q̄.
+//! order and does not drift. J is that at q̄; g is the gap at the beginning of the step,
+//! extrapolated from the middle, `g(q̄) − ½h J u_a`, and γ g/h is not below −50 mm/s.
 //!
 //! Without event location a step has constant cost, and is of first order where a constraint opens
 //! or closes.
