@@ -108,9 +108,19 @@ fn doubtful(row: &Row) -> String {
         }
         _ => format!("{} {}", row.series().name(), setting(row)),
     };
-    let error = row.error_rms_m;
-    let error = error.map_or(String::new(), |error| format!(": {}", brief(error, "m")));
-    format!("{what}{error}, {}", row.why.as_deref().unwrap_or_default())
+    let result = match row.kind {
+        RowKind::Stability => row
+            .largest_stable_step_s
+            .map(|step| format!(": stable to {}", brief(step, "s"))),
+        _ => row
+            .error_rms_m
+            .map(|error| format!(": {}", brief(error, "m"))),
+    };
+    format!(
+        "{what}{}, {}",
+        result.unwrap_or_default(),
+        row.why.as_deref().unwrap_or_default()
+    )
 }
 
 /// Whether the springs set a limit.
