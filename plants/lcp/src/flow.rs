@@ -40,14 +40,20 @@ pub(crate) enum FlowError {
         "the iteration for the rates of a step of {seconds:e} s does not converge: links rotate too far"
     )]
     NotConverged { seconds: f64 },
-    #[error("steps of {seconds} s are unstable: they gained {gained:.3e} J of numerical energy")]
+    #[error(
+        "steps of {:.3} ms are unstable: they gained {gained:.3e} J of numerical energy",
+        1e3 * seconds
+    )]
     EnergyGain { seconds: f64, gained: f64 },
-    #[error("steps of {seconds} s are unstable: {why}")]
+    #[error("steps of {:.3} ms are unstable: {why}", 1e3 * seconds)]
     Dissipation {
         seconds: f64,
         why: NegativeDissipation,
     },
-    #[error("steps of {seconds} s are too long: they lost {lost:.3e} J of numerical energy")]
+    #[error(
+        "steps of {:.3} ms are too long: they lost {lost:.3e} J of numerical energy",
+        1e3 * seconds
+    )]
     EnergyLoss { seconds: f64, lost: f64 },
 }
 

@@ -95,7 +95,7 @@ pub trait Plant: Send {
 
 /// Failure of a plant; everything observed before remains valid.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("{part} failed at {time}, with {energy:.3e} J in it: {why}")]
+#[error("{part} failed at {time} with a stored energy of {energy:.3e} J: {why}")]
 pub struct PlantFault {
     /// Time of the last valid state.
     pub time: SimTime,

@@ -4,7 +4,7 @@
 //! far below both neighbours is not a property of the method but of the particular run.
 
 use crate::coupling::{CouplingKind, CouplingMethod, CouplingStudy};
-use crate::number::si;
+use crate::number::{method_setting, si};
 use crate::row::{Row, RowKind, Series, Status};
 use crate::study::Study;
 use crate::sweep::Factor;
@@ -12,10 +12,11 @@ use crate::sweep::Factor;
 /// Factor by which an outlier lies above or below both neighbours.
 const CONTRADICTS: f64 = 10.0;
 
-/// Returns the outliers among results in the order of their settings, each with its nearest known
-/// neighbours. If results should fall from setting to setting (`falling`), the last one is compared
-/// with the two before it. The worst outlier is found first and excluded from later comparisons.
-fn contradicting(results: &[Option<f64>], falling: bool) -> Vec<(usize, [f64; 2])> {
+/// Returns the outliers among results in the order of their settings, each with the indices of its
+/// nearest known neighbours. If results should fall from setting to setting (`falling`), the last
+/// one is compared with the two before it. The worst outlier is found first and excluded from later
+/// comparisons.
+fn contradicting(results: &[Option<f64>], falling: bool) -> Vec<(usize, [usize; 2])> {
     let known = results.iter().enumerate();
     let mut known: Vec<(usize, f64)> = known
         .filter_map(|(n, result)| Some((n, (*result)?)))
@@ -28,34 +29,38 @@ fn contradicting(results: &[Option<f64>], falling: bool) -> Vec<(usize, [f64; 2]
     found
 }
 
-/// Returns the worst outlier and its neighbours.
-fn worst(known: &[(usize, f64)], falling: bool) -> Option<(usize, [f64; 2])> {
-    let mut worst: Option<(f64, usize, [f64; 2])> = None;
-    let mut consider = |factor: f64, at: usize, neighbours: [f64; 2]| {
+/// Returns the worst outlier, by its place in `known`, and the indices of its neighbours.
+fn worst(known: &[(usize, f64)], falling: bool) -> Option<(usize, [usize; 2])> {
+    let mut worst: Option<(f64, usize, [usize; 2])> = None;
+    let mut consider = |factor: f64, at: usize, neighbours: [usize; 2]| {
         if factor > CONTRADICTS && worst.is_none_or(|(most, ..)| factor > most) {
             worst = Some((factor, at, neighbours));
         }
     };
     for (n, three) in known.windows(3).enumerate() {
-        let [(_, before), (_, result), (_, after)] = [three[0], three[1], three[2]];
+        let [(first, before), (_, result), (last, after)] = [three[0], three[1], three[2]];
         let above = result / before.max(after);
         let below = before.min(after) / result;
-        consider(above.max(below), n + 1, [before, after]);
+        consider(above.max(below), n + 1, [first, last]);
     }
-    if let (true, [.., (_, first), (_, second), (_, last)]) = (falling, known) {
-        consider(
-            last / first.max(*second),
-            known.len() - 1,
-            [*first, *second],
-        );
+    if let (true, [.., (n, first), (m, second), (_, last)]) = (falling, known) {
+        consider(last / first.max(*second), known.len() - 1, [*n, *m]);
     }
     worst.map(|(_, at, neighbours)| (at, neighbours))
 }
 
+/// Result of a neighbouring setting.
+struct Neighbour {
+    /// Result with its unit.
+    result: String,
+    setting: String,
+}
+
 /// Returns the reason text of an outlier.
-fn contradiction(neighbours: [f64; 2], unit: &str) -> String {
-    let [before, after] = neighbours.map(|value| si(value, unit));
-    format!("contradicts the settings next to it, which have {before} and {after}")
+fn contradiction(neighbours: [Neighbour; 2]) -> String {
+    let [before, after] =
+        neighbours.map(|Neighbour { result, setting }| format!("{result} at {setting}"));
+    format!("contradicts the settings next to it: {before} and {after}")
 }
 
 fn append_reason(why: Option<String>, contradiction: String) -> String {
@@ -66,13 +71,10 @@ fn append_reason(why: Option<String>, contradiction: String) -> String {
 }
 
 impl Row {
-    fn contradict(&mut self, neighbours: [f64; 2], unit: &str) {
+    fn contradict(&mut self, neighbours: [Neighbour; 2]) {
         // The unchanged scenario is part of several sweeps.
         if !std::mem::replace(&mut self.contradicts, true) {
-            self.why = Some(append_reason(
-                self.why.take(),
-                contradiction(neighbours, unit),
-            ));
+            self.why = Some(append_reason(self.why.take(), contradiction(neighbours)));
         }
     }
 }
@@ -91,23 +93,35 @@ impl Study {
         };
         let all: Vec<Series<'_>> = self.series();
         let mut found = Vec::new();
-        let mut consider = |places: &[usize], results: &[Option<f64>], falling, unit| {
-            let contradicting = contradicting(results, falling).into_iter();
-            found.extend(contradicting.map(|(n, neighbours)| (places[n], neighbours, unit)));
+        let mut consider = |places: &[usize],
+                            results: &[Option<f64>],
+                            falling,
+                            unit,
+                            setting: &dyn Fn(&Row) -> String| {
+            for (n, neighbours) in contradicting(results, falling) {
+                let neighbours = neighbours.map(|n| Neighbour {
+                    result: si(results[n].unwrap_or_default(), unit),
+                    setting: setting(&self.rows[places[n]]),
+                });
+                found.push((places[n], neighbours));
+            }
         };
+        let step = |row: &Row| method_setting(row.step_s, row.tolerance);
         for &series in &all {
             let of_series = |row: &Row| row.kind == RowKind::Integration && row.series() == series;
             let (places, results) = errors(self, &of_series);
-            consider(&places, &results, true, "m");
+            consider(&places, &results, true, "m", &step);
             for factor in Factor::ALL {
                 let (places, limits) = self.limits(series, factor);
-                consider(&places, &limits, false, "s");
+                let scaled = |row: &Row| factor.label(factor.of(&row.scales).unwrap_or_default());
+                consider(&places, &limits, false, "s", &scaled);
             }
         }
         let (places, results) = errors(self, &|row| row.kind == RowKind::Limit);
-        consider(&places, &results, true, "m");
-        for (place, neighbours, unit) in found {
-            self.rows[place].contradict(neighbours, unit);
+        let segments = |row: &Row| format!("segments × {:e}", row.scales.mass);
+        consider(&places, &results, true, "m", &segments);
+        for (place, neighbours) in found {
+            self.rows[place].contradict(neighbours);
         }
     }
 
@@ -148,18 +162,20 @@ impl CouplingStudy {
                         (place, error.map(|error| error.max(floor)))
                     });
                     let (places, errors): (Vec<usize>, Vec<Option<f64>>) = error.unzip();
-                    let contradicting = contradicting(&errors, true).into_iter();
-                    found.extend(contradicting.map(|(n, neighbours)| (places[n], neighbours)));
+                    for (n, neighbours) in contradicting(&errors, true) {
+                        let neighbours = neighbours.map(|n| Neighbour {
+                            result: si(errors[n].unwrap_or_default(), "m"),
+                            setting: si(self.rows[places[n]].step_s, "s"),
+                        });
+                        found.push((places[n], neighbours));
+                    }
                 }
             }
         }
         for (place, neighbours) in found {
             let row = &mut self.rows[place];
             row.contradicts = true;
-            row.why = Some(append_reason(
-                row.why.take(),
-                contradiction(neighbours, "m"),
-            ));
+            row.why = Some(append_reason(row.why.take(), contradiction(neighbours)));
         }
     }
 }

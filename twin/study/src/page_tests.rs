@@ -3,7 +3,8 @@
 use crate::dominance_tests::{page, row, study};
 use crate::factory::MethodSetting;
 use crate::number::{method_setting, si};
-use crate::row::{Row, Status};
+use crate::row::{Row, RowKind, Status};
+use crate::sweep::Factor;
 
 /// Errors of a second-order method at five steps.
 fn falling() -> Vec<Row> {
@@ -68,9 +69,9 @@ fn contradicting_run_is_marked_in_rows_and_plots() {
         .collect();
     assert_eq!(marked, [false, false, false, true, false]);
     let why = contradicting.rows[3].why.as_deref().unwrap();
-    assert!(
-        why.starts_with("contradicts the settings next to it, which have 100 nm and "),
-        "{why}"
+    assert_eq!(
+        why,
+        "contradicts the settings next to it: 100 nm at 1 ms and 10 nm at 250 µs"
     );
     let page = page(&contradicting);
     for plot in plots(&page) {
@@ -79,6 +80,25 @@ fn contradicting_run_is_marked_in_rows_and_plots() {
     assert!(
         page.contains(why),
         "the table of all runs contains the reason"
+    );
+}
+
+#[test]
+fn contradicting_limit_names_the_neighbouring_values_of_the_factor() {
+    let rows = [0.1, 1.0, 10.0].map(|stiffness| {
+        let mut row = row("full", 1000, 1e-6, 1.0);
+        row.kind = RowKind::Stability;
+        row.scales = Factor::Stiffness.scales(stiffness);
+        row.largest_stable_step_s = Some(if stiffness == 1.0 { 1e-3 } else { 0.1 });
+        row
+    });
+    let mut study = study(rows.into());
+    study.mark_contradictions();
+    assert_eq!(
+        study.rows[1].why.as_deref(),
+        Some(
+            "contradicts the settings next to it: 100 ms at stiffness × 0.1 and 100 ms at stiffness × 10"
+        )
     );
 }
 

@@ -180,7 +180,7 @@ impl Study {
 
     /// Returns the floor of a plant's errors: the RMS disagreement of its reference and the check
     /// \[m\].
-    pub(crate) fn floor_of(&self, plant: &str) -> f64 {
+    pub fn floor_of(&self, plant: &str) -> f64 {
         let note = self.references.iter().find(|note| note.plant == plant);
         let check = note.and_then(|note| note.check.as_ref());
         check.map_or(0.0, |check| check.disagreement_rms_m)

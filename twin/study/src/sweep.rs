@@ -1,6 +1,7 @@
 //! Factors varied to find the limit of the step size.
 
 use crate::factory::{Scales, StudyInput};
+use crate::number::plain;
 
 /// Property of robot or ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +48,12 @@ impl Factor {
         !matches!(self, Self::Friction | Self::Restitution)
     }
 
+    /// Formats a value of this factor: `stiffness × 0.1`, `friction of the ground 0.3`.
+    pub fn label(self, value: f64) -> String {
+        let times = if self.is_multiple() { "× " } else { "" };
+        format!("{} {times}{}", self.name(), plain(value))
+    }
+
     /// Returns the values of the sweep, those of the thesis first.
     pub(crate) fn values(self) -> &'static [f64] {
         match self {
@@ -74,7 +81,7 @@ impl Factor {
     }
 
     /// Returns the value of this factor in `scales` if no other factor is changed.
-    pub(crate) fn of(self, scales: &Scales) -> Option<f64> {
+    pub fn of(self, scales: &Scales) -> Option<f64> {
         let value = match self {
             Self::Stiffness => Some(scales.stiffness),
             Self::Mass => Some(scales.mass),

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anstyle::Style;
 use twinrig_study::{
-    Row, RowKind, Scales, Status, StiffnessTrend, Study, StudyKind, Transport, brief,
+    Factor, Row, RowKind, Scales, Status, StiffnessTrend, Study, StudyKind, Transport, brief,
 };
 
 use crate::report::grid::{Cell, Grid, Side};
@@ -97,11 +97,30 @@ fn walking(one: &Transport) -> String {
 fn doubtful(row: &Row) -> String {
     let what = match row.kind {
         RowKind::Limit => format!("{} with segments × {:e}", row.plant, row.scales.mass),
+        RowKind::Stability => {
+            let changed = Factor::ALL.iter().find_map(|factor| {
+                let value = factor
+                    .of(&row.scales)
+                    .filter(|_| row.scales != Scales::AS_IS)?;
+                Some(format!(" with {}", factor.label(value)))
+            });
+            format!("{}{}", row.series().name(), changed.unwrap_or_default())
+        }
         _ => format!("{} {}", row.series().name(), setting(row)),
     };
-    let error = row.error_rms_m;
-    let error = error.map_or(String::new(), |error| format!(": {}", brief(error, "m")));
-    format!("{what}{error}, {}", row.why.as_deref().unwrap_or_default())
+    let result = match row.kind {
+        RowKind::Stability => row
+            .largest_stable_step_s
+            .map(|step| format!(": stable to {}", brief(step, "s"))),
+        _ => row
+            .error_rms_m
+            .map(|error| format!(": {}", brief(error, "m"))),
+    };
+    format!(
+        "{what}{}, {}",
+        result.unwrap_or_default(),
+        row.why.as_deref().unwrap_or_default()
+    )
 }
 
 /// Whether the springs set a limit.
@@ -198,8 +217,14 @@ fn precision(study: &Study) -> Grid {
             .find(|order| (&*order.plant, &*order.method) == (line.plant, line.method))
             .filter(|_| !line.is_adaptive());
         let metres = |row: &Row| {
-            row.error_rms_m
-                .map_or(String::new(), |error| brief(error, "m"))
+            let error = row.error_rms_m.map(|error| {
+                if row.at_floor {
+                    format!("≤ {}", brief(study.floor_of(&row.plant), "m"))
+                } else {
+                    brief(error, "m")
+                }
+            });
+            error.unwrap_or_default()
         };
         let cut = rows.iter().filter(|row| row.cut).count();
         let failed = rows.len() - sound().count() - cut;
@@ -288,4 +313,39 @@ fn stability(study: &Study) -> Grid {
         ]);
     }
     grid
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use twinrig_kernel::SimDuration;
+    use twinrig_study::{PrecisionPlan, precision};
+
+    use super::*;
+    use crate::assembly::registry::Registry;
+    use crate::study::builder::StudyBuilder;
+
+    #[test]
+    fn error_at_the_floor_is_shown_as_the_floor() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/passive-legs.toml");
+        let registry = Registry::standard();
+        let duration = Some(SimDuration::from_millis(10));
+        let builder = StudyBuilder::new(&registry, &path, &[], &[], duration).unwrap();
+        let plan = PrecisionPlan {
+            duration,
+            steps: vec![SimDuration::from_millis(2)],
+            tolerances: Vec::new(),
+            masses: Vec::new(),
+            repetitions: 1,
+            budget_s: 1e9,
+        };
+        let mut study = precision(&builder, &plan, &mut ()).unwrap();
+        assert!(!text(&study, &[]).contains('≤'));
+        for row in &mut study.rows {
+            row.at_floor = true;
+        }
+        let floor = brief(study.floor_of("lcp"), "m");
+        assert!(text(&study, &[]).contains(&format!("≤ {floor}")));
+    }
 }

@@ -91,7 +91,8 @@ table! {
     FRICTION: f64 = "friction", quantity(Unit::One, Range::NOT_NEGATIVE),
         "coefficient of Coulomb friction", "friction = 0.6", otherwise("the robot file's");
     RESTITUTION: f64 = "restitution", quantity(Unit::One, Range::between(0.0, 1.0)),
-        "rebound speed of a foot over its impact speed", "restitution = 0.3", default("0");
+        "coefficient of restitution: a ratio of speeds, in `lcp` by `rk4` and `rodas4` of impulses",
+        "restitution = 0.3", default("0");
     PROFILE: ProfileName = "profile", choice(), "shape", r#"profile = "flat""#, default("'flat'");
     AT: f64 = "at", quantity(Unit::Meter, Range::ANY), "place of the step",
         r#"profile = "step-down", at = "1 m", height = "20 mm""#, required(),
