@@ -3,8 +3,8 @@
 
 use std::collections::VecDeque;
 
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
+use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
+use twinrig_runtime::{Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Shape {
@@ -140,9 +140,6 @@ impl Plant for Oscillator {
         let count = outputs.len();
         outputs.copy_from_slice(&all[..count]);
     }
-    fn energy(&self) -> EnergyBalance {
-        EnergyBalance::default()
-    }
     fn work(&self) -> WorkCounts {
         WorkCounts {
             steps: self.steps,
@@ -154,12 +151,6 @@ impl Plant for Oscillator {
     }
     fn events(&self) -> &[PlantEvent] {
         self.log.as_deref().unwrap_or_default()
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
     }
 }
 

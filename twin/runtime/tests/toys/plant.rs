@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
+use twinrig_runtime::{Plant, PlantFault, WorkCounts};
 
 /// A first-order lag per channel, in explicit Euler steps over each interval: advances to other
 /// instants or under other commands change the bits. Signals `NAME/command`, `NAME/value`, and
@@ -93,10 +93,6 @@ impl Plant for ToyPlant {
         for channel in &mut self.channels {
             (channel.command_seconds, channel.window_seconds) = (0.0, 0.0);
         }
-    }
-
-    fn energy(&self) -> EnergyBalance {
-        EnergyBalance::default()
     }
 
     fn work(&self) -> WorkCounts {
