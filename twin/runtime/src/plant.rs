@@ -1,3 +1,5 @@
+use std::ops::Add;
+
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
@@ -223,6 +225,23 @@ impl EnergyBalance {
     }
 }
 
+impl Add for EnergyBalance {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            kinetic: self.kinetic + other.kinetic,
+            spring: self.spring + other.spring,
+            gravity: self.gravity + other.gravity,
+            dissipated: self.dissipated + other.dissipated,
+            actuator: self.actuator + other.actuator,
+            impact: self.impact + other.impact,
+            exchanged: self.exchanged + other.exchanged,
+            residual: self.residual + other.residual,
+        }
+    }
+}
+
 /// Machine-independent counts of a plant's work since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WorkCounts {
@@ -241,6 +260,14 @@ pub struct WorkCounts {
 }
 
 impl WorkCounts {
+    /// Returns the counts of a plant that counts its steps only.
+    pub fn of_steps(steps: u64) -> Self {
+        Self {
+            steps,
+            ..Self::default()
+        }
+    }
+
     /// Returns the counts by name, in the order of the fields.
     pub fn named(&self) -> [(&'static str, u64); 6] {
         [
@@ -251,5 +278,20 @@ impl WorkCounts {
             ("solver_iterations", self.solver_iterations),
             ("fallbacks", self.fallbacks),
         ]
+    }
+}
+
+impl Add for WorkCounts {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            steps: self.steps + other.steps,
+            evaluations: self.evaluations + other.evaluations,
+            factorisations: self.factorisations + other.factorisations,
+            events: self.events + other.events,
+            solver_iterations: self.solver_iterations + other.solver_iterations,
+            fallbacks: self.fallbacks + other.fallbacks,
+        }
     }
 }

@@ -141,10 +141,7 @@ impl Plant for Oscillator {
         outputs.copy_from_slice(&all[..count]);
     }
     fn work(&self) -> WorkCounts {
-        WorkCounts {
-            steps: self.steps,
-            ..WorkCounts::default()
-        }
+        WorkCounts::of_steps(self.steps)
     }
     fn log_events(&mut self, enabled: bool) {
         self.log = enabled.then(Vec::new);

@@ -96,10 +96,7 @@ impl Plant for ToyPlant {
     }
 
     fn work(&self) -> WorkCounts {
-        WorkCounts {
-            steps: self.steps,
-            ..WorkCounts::default()
-        }
+        WorkCounts::of_steps(self.steps)
     }
 
     fn save(&self) -> Snapshot {

@@ -64,10 +64,7 @@ impl Plant for Foot {
         outputs.copy_from_slice(&[self.at[0], 0.0, 0.0]);
     }
     fn work(&self) -> WorkCounts {
-        WorkCounts {
-            steps: self.steps,
-            ..WorkCounts::default()
-        }
+        WorkCounts::of_steps(self.steps)
     }
 }
 
