@@ -102,11 +102,6 @@ impl Agenda {
         }
     }
 
-    /// Cancels the pending wake-up of `part`, if any.
-    pub fn cancel(&mut self, part: PartId) {
-        self.parts[part.0].pending = None;
-    }
-
     /// Time of the pending wake-up of `part`.
     pub fn pending(&self, part: PartId) -> Option<SimTime> {
         self.parts[part.0].pending.map(Key::time)
@@ -209,10 +204,6 @@ mod tests {
                         agenda.arm(ids[part], SimTime::from_nanos(time));
                         model.pending[part] = Some((time, u8::try_from(part).unwrap() / 2, model.armed));
                         model.armed += 1;
-                    }
-                    5 => {
-                        agenda.cancel(ids[part]);
-                        model.pending[part] = None;
                     }
                     _ => {
                         let popped = agenda.pop_until(SimTime::MAX).unwrap();
