@@ -193,26 +193,22 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
         controller::controller(item, &catalogue.controllers)
     });
     let buses = table.get_with(&BUS, |item| bus::buses(item, &catalogue.buses));
-    let (fall, footsteps) = (table.read(&FALL), table.read(&FOOTSTEPS));
-    let record = table.read(&RECORD);
+    let (fall, footsteps, record) = (
+        table.read(&FALL),
+        table.read(&FOOTSTEPS),
+        table.read(&RECORD),
+    );
     let controller = controller.map(Option::flatten);
     let control = controller.as_ref().map(Option::as_ref);
     let control = control.map_err(|reported| *reported);
     let io = table.get_with(&IO, |item| io::io(item, control.unwrap_or(None)));
     let changes = changes::changes(table, control, catalogue, run);
     let faults = table.get_with(&FAULT, |item| item.each(|item| bus::fault(item, run)));
-    let expectations = expectations(
-        table,
-        catalogue,
-        run,
-        changes.as_deref().unwrap_or_default(),
-    );
+    let changed = changes.as_deref().unwrap_or_default();
+    let expectations = expectations(table, catalogue, run, changed);
     let (controller, io, plant) = (controller?, io?, plant?);
-    let applies = |expectation: &Expectation| {
-        expectation.plants.is_empty() || expectation.plants.contains(&plant.model)
-    };
-    let expectations = expectations?.into_iter();
-    let (expectations, of_other_plants): (Vec<_>, Vec<_>) = expectations.partition(applies);
+    let applies = |one: &Expectation| one.plants.is_empty() || one.plants.contains(&plant.model);
+    let (expectations, of_other_plants): (Vec<_>, _) = expectations?.into_iter().partition(applies);
     let (buses, faults) = (buses?.unwrap_or_default(), faults?.unwrap_or_default());
     bus::check_sites(table, &buses, &faults)?;
     let io = io.unwrap_or_else(|| controller::io_default(controller.as_ref()));
