@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
+use twinrig_runtime::{Plant, PlantFault};
 
 pub const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 /// Angle per count of a motor encoder \[rad\].
@@ -166,14 +166,6 @@ impl Plant for ProbePlant {
         for (leg, values) in outputs.chunks_exact_mut(MEASURED).enumerate() {
             values.copy_from_slice(&measure(leg, stamp));
         }
-    }
-
-    fn energy(&self) -> EnergyBalance {
-        EnergyBalance::default()
-    }
-
-    fn work(&self) -> WorkCounts {
-        WorkCounts::default()
     }
 
     fn save(&self) -> Snapshot {

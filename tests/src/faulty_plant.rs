@@ -1,7 +1,7 @@
 //! A plant with an injected fault.
 
-use twinrig::kernel::{Port, SimTime, Snapshot, SnapshotError};
-use twinrig::runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
+use twinrig::kernel::{Port, SimTime};
+use twinrig::runtime::{Plant, PlantFault};
 use twinrig::{PlantKind, Registry, massless};
 
 /// Plant with a single wrong observation: in the first observation at or after `fault_at`, the
@@ -28,16 +28,20 @@ pub fn with_faulty_plant(fault_at: SimTime) -> Registry {
 }
 
 impl<P: Plant> Plant for FaultyPlant<P> {
+    fn inner(&self) -> Option<&dyn Plant> {
+        Some(&self.plant)
+    }
+
+    fn inner_mut(&mut self) -> Option<&mut dyn Plant> {
+        Some(&mut self.plant)
+    }
+
     fn name(&self) -> &str {
         self.plant.name()
     }
 
     fn ports(&self) -> Vec<Port> {
         self.plant.ports()
-    }
-
-    fn initial_inputs(&self, inputs: &mut [f64]) {
-        self.plant.initial_inputs(inputs);
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
@@ -51,25 +55,5 @@ impl<P: Plant> Plant for FaultyPlant<P> {
             self.done = true;
             outputs[0] = f64::from_bits(outputs[0].to_bits() ^ 1);
         }
-    }
-
-    fn begin_window(&mut self) {
-        self.plant.begin_window();
-    }
-
-    fn energy(&self) -> EnergyBalance {
-        self.plant.energy()
-    }
-
-    fn work(&self) -> WorkCounts {
-        self.plant.work()
-    }
-
-    fn save(&self) -> Snapshot {
-        self.plant.save()
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        self.plant.restore(snapshot)
     }
 }

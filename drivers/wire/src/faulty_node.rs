@@ -2,7 +2,7 @@ use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{Part, PlantAccess, TaskError};
 
 use crate::distortion::Distortion;
-use crate::{FaultSchedule, Node, Piece, WireError};
+use crate::{FaultSchedule, Node, Piece, WireError, earlier};
 
 /// Node with faults on its stub, in both directions. The rest of the bus has none, but receives the
 /// altered transmissions.
@@ -112,10 +112,7 @@ impl<N: Node> Node for FaultyNode<N> {
     }
 
     fn next_wake(&self) -> Option<SimTime> {
-        match (self.wake, self.node.next_wake()) {
-            (Some(faults), Some(node)) => Some(faults.min(node)),
-            (faults, node) => faults.or(node),
-        }
+        earlier(self.wake, self.node.next_wake())
     }
 
     fn min_bytes_needed(&self) -> Option<usize> {

@@ -5,10 +5,7 @@ use crate::{Arrivals, Piece};
 
 /// Returns the earlier of two optional instants.
 pub fn earlier(one: Option<SimTime>, other: Option<SimTime>) -> Option<SimTime> {
-    match (one, other) {
-        (Some(one), Some(other)) => Some(one.min(other)),
-        (one, other) => one.or(other),
-    }
+    [one, other].into_iter().flatten().min()
 }
 
 /// Byte transport in virtual time, seen from its near end (towards the host), with everything at

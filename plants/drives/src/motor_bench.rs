@@ -257,10 +257,7 @@ impl Plant for MotorBench {
     }
 
     fn work(&self) -> WorkCounts {
-        WorkCounts {
-            steps: self.steps,
-            ..WorkCounts::default()
-        }
+        WorkCounts::of_steps(self.steps)
     }
 
     fn save(&self) -> Snapshot {

@@ -177,10 +177,7 @@ impl Plant for ServoBench {
     }
 
     fn work(&self) -> WorkCounts {
-        WorkCounts {
-            steps: self.steps,
-            ..WorkCounts::default()
-        }
+        WorkCounts::of_steps(self.steps)
     }
 
     fn save(&self) -> Snapshot {

@@ -1,5 +1,7 @@
 //! Implementation of the [`Plant`] interface.
 
+use std::ops::Add;
+
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, signal};
@@ -221,17 +223,8 @@ impl Plant for Massless {
     }
 
     fn work(&self) -> WorkCounts {
-        let mut sum = WorkCounts::default();
-        for flow in &self.flows {
-            let part = flow.counts;
-            sum.steps += part.steps;
-            sum.evaluations += part.evaluations;
-            sum.factorisations += part.factorisations;
-            sum.events += part.events;
-            sum.solver_iterations += part.solver_iterations;
-            sum.fallbacks += part.fallbacks;
-        }
-        sum
+        let counts = self.flows.iter().map(|flow| flow.counts);
+        counts.fold(WorkCounts::default(), Add::add)
     }
 
     fn save(&self) -> Snapshot {

@@ -1,5 +1,7 @@
 //! Measurements of the plant.
 
+use std::ops::Add;
+
 use libm::atan2;
 use nalgebra::{Matrix3, Vector3};
 use twinrig_leg::{Planar, Stop};
@@ -48,19 +50,8 @@ impl Readings for RobotReadings<'_> {
     }
 
     fn energy(&self) -> EnergyBalance {
-        let mut sum = EnergyBalance::default();
-        for flow in self.0 {
-            let part = flow.energy();
-            sum.kinetic += part.kinetic;
-            sum.spring += part.spring;
-            sum.gravity += part.gravity;
-            sum.dissipated += part.dissipated;
-            sum.actuator += part.actuator;
-            sum.impact += part.impact;
-            sum.exchanged += part.exchanged;
-            sum.residual += part.residual;
-        }
-        sum
+        let parts = self.0.iter().map(Flow::energy);
+        parts.fold(EnergyBalance::default(), Add::add)
     }
 
     fn hip(&self, leg: usize) -> f64 {

@@ -4,10 +4,8 @@
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{
-    DirectIo, EnergyBalance, Plant, PlantFault, Process, Rig, Schedule, Timing, WorkCounts,
-};
+use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
+use twinrig_runtime::{DirectIo, Plant, PlantFault, Process, Rig, Schedule, Timing};
 
 /// Signals in each direction, as of a quadruped.
 const COMMANDS: usize = 8;
@@ -24,12 +22,6 @@ impl Process for Idle {
     }
     fn step(&mut self, _: SimDuration, inputs: &[f64], outputs: &mut [f64]) {
         outputs.copy_from_slice(&inputs[..COMMANDS]);
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
     }
 }
 
@@ -52,18 +44,6 @@ impl Plant for Still {
     }
     fn observe(&mut self, outputs: &mut [f64]) {
         outputs.fill(1.0);
-    }
-    fn energy(&self) -> EnergyBalance {
-        EnergyBalance::default()
-    }
-    fn work(&self) -> WorkCounts {
-        WorkCounts::default()
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
     }
 }
 

@@ -116,29 +116,11 @@ impl Plant for CompositePlant {
     }
 
     fn energy(&self) -> EnergyBalance {
-        let (a, b) = (self.first.energy(), self.second.energy());
-        EnergyBalance {
-            kinetic: a.kinetic + b.kinetic,
-            spring: a.spring + b.spring,
-            gravity: a.gravity + b.gravity,
-            dissipated: a.dissipated + b.dissipated,
-            actuator: a.actuator + b.actuator,
-            impact: a.impact + b.impact,
-            exchanged: a.exchanged + b.exchanged,
-            residual: a.residual + b.residual,
-        }
+        self.first.energy() + self.second.energy()
     }
 
     fn work(&self) -> WorkCounts {
-        let (a, b) = (self.first.work(), self.second.work());
-        WorkCounts {
-            steps: a.steps + b.steps,
-            evaluations: a.evaluations + b.evaluations,
-            factorisations: a.factorisations + b.factorisations,
-            events: a.events + b.events,
-            solver_iterations: a.solver_iterations + b.solver_iterations,
-            fallbacks: a.fallbacks + b.fallbacks,
-        }
+        self.first.work() + self.second.work()
     }
 
     fn constraint_violation(&self) -> Option<f64> {
@@ -291,10 +273,7 @@ mod tests {
             }
         }
         fn work(&self) -> WorkCounts {
-            WorkCounts {
-                steps: self.steps,
-                ..WorkCounts::default()
-            }
+            WorkCounts::of_steps(self.steps)
         }
         fn constraint_violation(&self) -> Option<f64> {
             (self.period > 1).then_some(self.value.abs())

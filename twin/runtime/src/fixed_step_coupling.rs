@@ -7,7 +7,7 @@ use twinrig_kernel::{
 use crate::input_average::InputAverage;
 use crate::interrupt::LongLoop;
 use crate::output_interpolator::{OutputInterpolator, Rows};
-use crate::plant::{EnergyBalance, Plant, PlantEvent, PlantFault, WorkCounts};
+use crate::plant::{Plant, PlantEvent, PlantFault};
 use crate::plant_state::PlantState;
 
 /// A plant with its own fixed step, independent of the instants at which boards sample and actuate:
@@ -218,16 +218,20 @@ fn exposed_outputs(fields: &[Field], exposed: &dyn Fn(&str) -> bool) -> Vec<Expo
 }
 
 impl Plant for FixedStepCoupling {
+    fn inner(&self) -> Option<&dyn Plant> {
+        Some(&*self.plant)
+    }
+
+    fn inner_mut(&mut self) -> Option<&mut dyn Plant> {
+        Some(&mut *self.plant)
+    }
+
     fn name(&self) -> &str {
         self.plant.name()
     }
 
     fn ports(&self) -> Vec<Port> {
         self.ports.clone()
-    }
-
-    fn initial_inputs(&self, inputs: &mut [f64]) {
-        self.plant.initial_inputs(inputs);
     }
 
     /// Advances to `to`. After a failure the plant is at the end of the last step of the grid.
@@ -270,26 +274,6 @@ impl Plant for FixedStepCoupling {
         }
     }
 
-    fn begin_window(&mut self) {
-        self.plant.begin_window();
-    }
-
-    fn energy(&self) -> EnergyBalance {
-        self.plant.energy()
-    }
-
-    fn work(&self) -> WorkCounts {
-        self.plant.work()
-    }
-
-    fn constraint_violation(&self) -> Option<f64> {
-        self.plant.constraint_violation()
-    }
-
-    fn log_events(&mut self, enabled: bool) {
-        self.plant.log_events(enabled);
-    }
-
     fn events(&self) -> &[PlantEvent] {
         let events = self.plant.events();
         let now_s = self.state.now.as_secs_f64();
@@ -326,10 +310,6 @@ impl Plant for FixedStepCoupling {
         self.plant.restore(&saved.plant)?;
         self.state = saved.state;
         Ok(())
-    }
-
-    fn state(&self) -> Option<PlantState> {
-        self.plant.state()
     }
 
     /// Resumes from `from`, where the grid is restarted.

@@ -10,8 +10,7 @@
 //! ```
 //! use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 //! use twinrig_runtime::{
-//!     DirectIo, EnergyBalance, Group, Plant, PlantFault, Process, Rig, Schedule, Timing,
-//!     WorkCounts,
+//!     DirectIo, Group, Plant, PlantFault, Process, Rig, Schedule, Timing,
 //! };
 //!
 //! /// Linear spring towards the origin, 4 N/m.
@@ -47,8 +46,6 @@
 //!         Ok(())
 //!     }
 //!     fn observe(&mut self, outputs: &mut [f64]) { outputs[0] = self.position; }
-//!     fn energy(&self) -> EnergyBalance { EnergyBalance::default() }
-//!     fn work(&self) -> WorkCounts { WorkCounts::default() }
 //!     fn save(&self) -> Snapshot { Snapshot::of(&(self.now, self.position, self.velocity)) }
 //!     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
 //!         (self.now, self.position, self.velocity) = snapshot.read()?;

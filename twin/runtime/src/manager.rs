@@ -145,9 +145,4 @@ impl Manager {
     pub fn is_busy(&self, task: usize) -> bool {
         self.tasks[task].busy
     }
-
-    /// Returns whether the process is in an iteration.
-    pub fn is_running(&self) -> bool {
-        self.running
-    }
 }

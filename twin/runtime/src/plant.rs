@@ -1,3 +1,5 @@
+use std::ops::Add;
+
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
@@ -9,7 +11,21 @@ use crate::plant_state::PlantState;
 ///
 /// The rig calls [`Plant::advance`] to every instant at which the plant is actuated, sampled or
 /// observed, in strictly increasing order of time.
+///
+/// A wrapper returns its inner plant from [`Plant::inner`] and [`Plant::inner_mut`] and implements
+/// the methods in which it differs; the others are those of the inner plant. Without an inner
+/// plant, the default is that of a plant without energy and state.
 pub trait Plant: Send {
+    /// Returns the wrapped plant.
+    fn inner(&self) -> Option<&dyn Plant> {
+        None
+    }
+
+    /// Returns the wrapped plant, for changes.
+    fn inner_mut(&mut self) -> Option<&mut dyn Plant> {
+        None
+    }
+
     /// Returns the name, used in messages and recordings.
     fn name(&self) -> &str;
 
@@ -20,7 +36,10 @@ pub trait Plant: Send {
     /// Writes the initial inputs, concatenated in order, which apply until the first command
     /// arrives. Zeros by default; a plant may return the inputs that hold its start pose.
     fn initial_inputs(&self, inputs: &mut [f64]) {
-        inputs.fill(0.0);
+        match self.inner() {
+            Some(inner) => inner.initial_inputs(inputs),
+            None => inputs.fill(0.0),
+        }
     }
 
     /// Advances to `to`, which is later than the present time, with constant `inputs`.
@@ -37,43 +56,62 @@ pub trait Plant: Send {
     /// Begins a new window for outputs that are means or sums over one (such as the mean load of a
     /// foot). The rig calls it at every instant of the observation grid, after [`Plant::observe`],
     /// and at no other.
-    fn begin_window(&mut self) {}
+    fn begin_window(&mut self) {
+        if let Some(inner) = self.inner_mut() {
+            inner.begin_window();
+        }
+    }
 
     /// Returns the energy balance at the present time.
-    fn energy(&self) -> EnergyBalance;
+    fn energy(&self) -> EnergyBalance {
+        self.inner().map(Plant::energy).unwrap_or_default()
+    }
 
     /// Returns the work counts since the start.
-    fn work(&self) -> WorkCounts;
+    fn work(&self) -> WorkCounts {
+        self.inner().map(Plant::work).unwrap_or_default()
+    }
 
     /// Returns the maximum constraint violation \[m\] at the present time: loop closure, joint
     /// limits, penetration; none if the plant has no such constraints.
     fn constraint_violation(&self) -> Option<f64> {
-        None
+        self.inner().and_then(Plant::constraint_violation)
     }
 
     /// Enables or disables the event log; either clears it. Disabled in a new plant; the log has no
     /// other effect.
-    fn log_events(&mut self, _enabled: bool) {}
+    fn log_events(&mut self, enabled: bool) {
+        if let Some(inner) = self.inner_mut() {
+            inner.log_events(enabled);
+        }
+    }
 
     /// Returns the discontinuities since [`Plant::log_events`], in order of time; always empty for
     /// a plant that does not locate events.
     fn events(&self) -> &[PlantEvent] {
-        &[]
+        self.inner().map_or(&[], Plant::events)
     }
 
     /// Saves all state that affects later behaviour, caches and warm starts included.
-    fn save(&self) -> Snapshot;
+    fn save(&self) -> Snapshot {
+        self.inner().map_or_else(|| Snapshot::of(&()), Plant::save)
+    }
 
     /// Restores a saved state, bit for bit.
     ///
     /// # Errors
     /// [`SnapshotError`] if the snapshot belongs to another kind of plant.
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        match self.inner_mut() {
+            Some(inner) => inner.restore(snapshot),
+            None => snapshot.read(),
+        }
+    }
 
     /// Returns the state by names that other models of the same system share; none if the plant has
     /// no such names.
     fn state(&self) -> Option<PlantState> {
-        None
+        self.inner().and_then(Plant::state)
     }
 
     /// Resumes from the state of another plant, at that one's time, with a new energy balance; the
@@ -83,7 +121,10 @@ pub trait Plant: Send {
     /// # Errors
     /// [`PlantFault`] if the plant cannot represent that state; it is then unchanged. The default,
     /// for plants without a named state, always fails.
-    fn resume_from(&mut self, _from: &PlantState) -> Result<Vec<String>, PlantFault> {
+    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
+        if let Some(inner) = self.inner_mut() {
+            return inner.resume_from(from);
+        }
         Err(PlantFault {
             time: SimTime::ZERO,
             part: self.name().to_owned(),
@@ -184,6 +225,23 @@ impl EnergyBalance {
     }
 }
 
+impl Add for EnergyBalance {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            kinetic: self.kinetic + other.kinetic,
+            spring: self.spring + other.spring,
+            gravity: self.gravity + other.gravity,
+            dissipated: self.dissipated + other.dissipated,
+            actuator: self.actuator + other.actuator,
+            impact: self.impact + other.impact,
+            exchanged: self.exchanged + other.exchanged,
+            residual: self.residual + other.residual,
+        }
+    }
+}
+
 /// Machine-independent counts of a plant's work since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WorkCounts {
@@ -202,6 +260,14 @@ pub struct WorkCounts {
 }
 
 impl WorkCounts {
+    /// Returns the counts of a plant that counts its steps only.
+    pub fn of_steps(steps: u64) -> Self {
+        Self {
+            steps,
+            ..Self::default()
+        }
+    }
+
     /// Returns the counts by name, in the order of the fields.
     pub fn named(&self) -> [(&'static str, u64); 6] {
         [
@@ -212,5 +278,20 @@ impl WorkCounts {
             ("solver_iterations", self.solver_iterations),
             ("fallbacks", self.fallbacks),
         ]
+    }
+}
+
+impl Add for WorkCounts {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            steps: self.steps + other.steps,
+            evaluations: self.evaluations + other.evaluations,
+            factorisations: self.factorisations + other.factorisations,
+            events: self.events + other.events,
+            solver_iterations: self.solver_iterations + other.solver_iterations,
+            fallbacks: self.fallbacks + other.fallbacks,
+        }
     }
 }

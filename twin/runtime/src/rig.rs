@@ -255,10 +255,4 @@ impl Rig {
     pub fn plant(&self) -> &dyn Plant {
         &*self.events.plant_host.plant
     }
-
-    /// Returns the plant, to be disturbed from outside between two events. The caller is
-    /// responsible for the effect on the run; a replay does not reproduce it.
-    pub fn plant_mut(&mut self) -> &mut dyn Plant {
-        &mut *self.events.plant_host.plant
-    }
 }

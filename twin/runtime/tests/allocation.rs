@@ -4,7 +4,7 @@ mod toys;
 
 use toys::{ToyPlant, ToyProcess};
 use twinrig_kernel::{Port, SimDuration, SimTime};
-use twinrig_runtime::{Change, DirectIo, Plant, Process, Rig, Schedule, Timing};
+use twinrig_runtime::{Change, DirectIo, Plant, Process, ProcessVariable, Rig, Schedule, Timing};
 
 /// Process with the toy plant's own signals.
 struct Direct(ToyProcess, Vec<Port>);
@@ -16,27 +16,14 @@ impl Process for Direct {
     fn ports(&self) -> Vec<Port> {
         self.1.clone()
     }
-    fn variables(&self) -> &[twinrig_runtime::ProcessVariable] {
+    fn variables(&self) -> &[ProcessVariable] {
         self.0.variables()
     }
-    fn set_variable(
-        &mut self,
-        index: usize,
-        value: f64,
-    ) -> Result<(), twinrig_runtime::VariableError> {
-        self.0.set_variable(index, value)
+    fn variables_mut(&mut self) -> &mut [ProcessVariable] {
+        self.0.variables_mut()
     }
     fn step(&mut self, elapsed: SimDuration, inputs: &[f64], outputs: &mut [f64]) {
         self.0.step(elapsed, inputs, outputs);
-    }
-    fn save(&self) -> twinrig_kernel::Snapshot {
-        self.0.save()
-    }
-    fn restore(
-        &mut self,
-        snapshot: &twinrig_kernel::Snapshot,
-    ) -> Result<(), twinrig_kernel::SnapshotError> {
-        self.0.restore(snapshot)
     }
 }
 

@@ -4,10 +4,9 @@
 use std::sync::{Arc, Mutex};
 
 use proptest::prelude::*;
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_runtime::{
-    DirectIo, EnergyBalance, Group, Observer, Plant, PlantFault, Process, Rig, RunEvent, Schedule,
-    Timing, WorkCounts,
+    DirectIo, Group, Observer, Plant, PlantFault, Process, Rig, RunEvent, Schedule, Timing,
 };
 
 /// Plant whose output is its time; records each advance with its command.
@@ -45,18 +44,6 @@ impl Plant for ClockPlant {
     fn begin_window(&mut self) {
         self.windows += 1.0;
     }
-    fn energy(&self) -> EnergyBalance {
-        EnergyBalance::default()
-    }
-    fn work(&self) -> WorkCounts {
-        WorkCounts::default()
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
-    }
 }
 
 /// Process that counts its iterations, and reads the clock.
@@ -75,12 +62,6 @@ impl Process for Counter {
     fn step(&mut self, _: SimDuration, _: &[f64], outputs: &mut [f64]) {
         self.0 += 1.0;
         outputs[0] = self.0;
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
     }
 }
 

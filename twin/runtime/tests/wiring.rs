@@ -1,9 +1,9 @@
 //! Signals connect by name, direction, size and unit; a mismatch is an error with similar signals.
 
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_runtime::{
-    DirectIo, EnergyBalance, IoTask, Part, Plant, PlantAccess, PlantFault, Process, Progress, Rig,
-    RigError, Schedule, TaskError, Timing, WorkCounts,
+    DirectIo, IoTask, Part, Plant, PlantAccess, PlantFault, Process, Progress, Rig, RigError,
+    Schedule, TaskError, Timing,
 };
 
 /// A part with a name and ports only.
@@ -17,12 +17,6 @@ impl Process for Stub {
         self.1.clone()
     }
     fn step(&mut self, _: SimDuration, _: &[f64], _: &mut [f64]) {}
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
-    }
 }
 
 impl Part for Stub {}
@@ -65,18 +59,6 @@ impl Plant for Stub {
         Ok(())
     }
     fn observe(&mut self, _: &mut [f64]) {}
-    fn energy(&self) -> EnergyBalance {
-        EnergyBalance::default()
-    }
-    fn work(&self) -> WorkCounts {
-        WorkCounts::default()
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
-    }
 }
 
 fn command(name: &str) -> Port {

@@ -2,8 +2,8 @@
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
+use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime};
+use twinrig_runtime::{Plant, PlantFault};
 
 /// Commands of a run: piecewise constant input values.
 ///
@@ -158,16 +158,20 @@ impl CommandTape {
 }
 
 impl Plant for CommandRecorder {
+    fn inner(&self) -> Option<&dyn Plant> {
+        Some(&*self.plant)
+    }
+
+    fn inner_mut(&mut self) -> Option<&mut dyn Plant> {
+        Some(&mut *self.plant)
+    }
+
     fn name(&self) -> &str {
         self.plant.name()
     }
 
     fn ports(&self) -> Vec<Port> {
         self.plant.ports()
-    }
-
-    fn initial_inputs(&self, inputs: &mut [f64]) {
-        self.plant.initial_inputs(inputs);
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
@@ -183,26 +187,6 @@ impl Plant for CommandRecorder {
 
     fn observe(&mut self, outputs: &mut [f64]) {
         self.plant.observe(outputs);
-    }
-
-    fn begin_window(&mut self) {
-        self.plant.begin_window();
-    }
-
-    fn energy(&self) -> EnergyBalance {
-        self.plant.energy()
-    }
-
-    fn work(&self) -> WorkCounts {
-        self.plant.work()
-    }
-
-    fn save(&self) -> Snapshot {
-        self.plant.save()
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        self.plant.restore(snapshot)
     }
 }
 

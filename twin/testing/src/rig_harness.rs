@@ -4,8 +4,8 @@ use std::sync::{Arc, Mutex};
 
 use twinrig_kernel::{Direction, Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_runtime::{
-    Driver, EnergyBalance, Group, Observer, Plant, PlantFault, Process, Rig, RigError, RunEvent,
-    Schedule, Wire, WiredTask, WorkCounts,
+    Driver, Group, Observer, Plant, PlantFault, Process, Rig, RigError, RunEvent, Schedule, Wire,
+    WiredTask,
 };
 use twinrig_wire::{Fault, FaultKind, FaultSchedule};
 
@@ -93,14 +93,6 @@ impl Plant for RecordingPlant {
         for (n, output) in outputs.iter_mut().enumerate() {
             *output = (self.signal)(self.now.as_secs_f64(), n);
         }
-    }
-
-    fn energy(&self) -> EnergyBalance {
-        EnergyBalance::default()
-    }
-
-    fn work(&self) -> WorkCounts {
-        WorkCounts::default()
     }
 
     fn save(&self) -> Snapshot {

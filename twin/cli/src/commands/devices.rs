@@ -5,7 +5,7 @@ use twinrig_wire::{PortInfo, ports};
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::DevicesArgs;
-use crate::report::grid::{Cell, Grid, Side};
+use crate::report::grid::{Cell, Grid, Left};
 use crate::report::style::DIM;
 
 #[derive(Serialize)]
@@ -63,7 +63,7 @@ pub(super) fn devices(args: &DevicesArgs, terminal: &mut Terminal<'_>) -> u8 {
 }
 
 fn grid(ports: &[Port]) -> Grid {
-    let mut grid = Grid::new(&[Side::Left, Side::Left, Side::Left, Side::Left]);
+    let mut grid = Grid::new(&[Left, Left, Left, Left]);
     for port in ports {
         let usb = port.usb.as_ref();
         let ids = usb.map(|usb| format!("{:04x}:{:04x}", usb.vendor, usb.product));

@@ -9,7 +9,7 @@ use twinrig_scenario::{Accepts, Kind, TableReference, language};
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::ListArgs;
 use crate::assembly::registry::Registry;
-use crate::report::grid::{Cell, Grid, Side};
+use crate::report::grid::{Cell, Grid, Left};
 use crate::report::style::{BOLD, DIM, styled};
 
 #[derive(Serialize)]
@@ -141,7 +141,7 @@ fn text(listing: &Listing) -> String {
     let mut lines = Vec::new();
     let mut section = |title: &str, parts: &[Part]| {
         lines.push(styled(BOLD, title));
-        let mut grid = Grid::new(&[Side::Left, Side::Left]);
+        let mut grid = Grid::new(&[Left, Left]);
         for part in parts {
             let missing = part.missing_feature.as_ref();
             let missing =
@@ -171,7 +171,7 @@ fn text(listing: &Listing) -> String {
     lines.push(styled(BOLD, "robots"));
     lines.extend(listing.robots.iter().map(|robot| format!("  {robot}")));
     lines.push(styled(BOLD, "tables of scenarios (keys: --json)"));
-    let mut grid = Grid::new(&[Side::Left, Side::Left]);
+    let mut grid = Grid::new(&[Left, Left]);
     for table in &listing.tables {
         grid.row([table.name.into(), table.about.into()]);
     }

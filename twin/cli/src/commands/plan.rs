@@ -13,7 +13,7 @@ use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::parts::coupling;
-use crate::report::grid::{Cell, Grid, Side};
+use crate::report::grid::{Cell, Grid, Left};
 use crate::report::left_out;
 use crate::report::style::{BOLD, DIM, YELLOW, styled};
 use crate::report::table::folded;
@@ -207,7 +207,7 @@ fn text(plan: &Plan) -> String {
     // Rounded to nanoseconds, the resolution of the schedule.
     let ms = |seconds: f64| format!("{} ms", (1e9 * seconds).round() / 1e6);
     let times = &plan.schedule;
-    let mut facts = Grid::new(&[Side::Left, Side::Left]);
+    let mut facts = Grid::new(&[Left, Left]);
     let mut fact = |name: &str, value: String| facts.row([Cell::new(name, DIM), value.into()]);
     fact(
         "robot",
@@ -254,12 +254,12 @@ fn text(plan: &Plan) -> String {
         "counters of drivers and boards",
         &diagnostics(plan),
     );
-    let mut expected = Grid::new(&[Side::Left]);
+    let mut expected = Grid::new(&[Left]);
     for name in &plan.expectations {
         expected.row([name.as_str().into()]);
     }
     section(&mut lines, "expectations", &expected);
-    let mut left_out = Grid::new(&[Side::Left]);
+    let mut left_out = Grid::new(&[Left]);
     for [parts, why] in left_out::lines(&plan.left_out) {
         let why = styled(DIM, &format!("({why})"));
         left_out.row([format!("{parts} {why}").into()]);
@@ -278,7 +278,7 @@ fn section(lines: &mut Vec<String>, title: &str, grid: &Grid) {
 }
 
 fn wired(plan: &Plan) -> Grid {
-    let mut grid = Grid::new(&[Side::Left, Side::Left, Side::Left, Side::Left]);
+    let mut grid = Grid::new(&[Left, Left, Left, Left]);
     let mut rows = Vec::new();
     for wire in &plan.wires {
         let row = [
@@ -299,7 +299,7 @@ fn wired(plan: &Plan) -> Grid {
 }
 
 fn undriven(plan: &Plan) -> Grid {
-    let mut grid = Grid::new(&[Side::Left, Side::Left]);
+    let mut grid = Grid::new(&[Left, Left]);
     let mut rows = Vec::new();
     for free in &plan.free {
         let row = (
@@ -325,7 +325,7 @@ fn measure(unit: &str, size: usize) -> String {
 }
 
 fn signals(plan: &Plan) -> Grid {
-    let mut grid = Grid::new(&[Side::Left, Side::Left, Side::Left]);
+    let mut grid = Grid::new(&[Left, Left, Left]);
     let mut rows = Vec::new();
     for signal in &plan.signals {
         let name = folded(&signal.name, &plan.legs);
@@ -350,7 +350,7 @@ fn signals(plan: &Plan) -> Grid {
 }
 
 fn diagnostics(plan: &Plan) -> Grid {
-    let mut grid = Grid::new(&[Side::Left, Side::Left]);
+    let mut grid = Grid::new(&[Left, Left]);
     let mut rows = Vec::new();
     for diagnostic in &plan.diagnostics {
         let row = (folded(&diagnostic.name, &plan.legs), diagnostic.unit);

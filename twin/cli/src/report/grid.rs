@@ -2,7 +2,9 @@
 
 use anstyle::Style;
 
-use crate::report::style::styled;
+use crate::report::style::{DIM, styled};
+
+pub use Side::{Left, Right};
 
 /// Alignment of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,6 +61,13 @@ impl Grid {
         }
     }
 
+    /// Adds a row with the names of the columns, separated by `|`.
+    pub fn header(&mut self, names: &str) {
+        let names = names.split('|');
+        let cells = names.map(|name| Cell::new(name.trim(), DIM));
+        self.rows.push(cells.collect());
+    }
+
     /// Adds a row; missing cells are empty.
     pub fn row<const N: usize>(&mut self, cells: [Cell; N]) {
         self.rows.push(cells.into());
@@ -86,8 +95,8 @@ impl Grid {
             let cell = row.get(column).unwrap_or(&empty);
             let padding = wide - width(&cell.text);
             let (before, after) = match side {
-                Side::Left => (0, padding),
-                Side::Right => (padding, 0),
+                Left => (0, padding),
+                Right => (padding, 0),
             };
             blanks += before;
             // Spaces are written only before the next text.
@@ -115,7 +124,7 @@ mod tests {
 
     #[test]
     fn columns_are_aligned_and_empty_columns_omitted() {
-        let mut grid = Grid::new(&[Side::Left, Side::Left, Side::Right, Side::Left]);
+        let mut grid = Grid::new(&[Left, Left, Right, Left]);
         grid.row(["✓".into(), "".into(), "0.5".into(), "m".into()]);
         grid.row(["✗".into(), "".into(), "12.25".into(), "".into()]);
         grid.row(["✓".into(), "".into(), "".into(), "s".into()]);

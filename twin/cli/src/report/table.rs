@@ -8,7 +8,7 @@ use anstyle::Style;
 use shown::Shown;
 use twinrig_scenario::{Outcome, Verdict};
 
-use crate::report::grid::{Cell, Grid, Side};
+use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::left_out;
 use crate::report::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 use crate::report::{Report, Status};
@@ -51,15 +51,7 @@ pub fn report(report: &Report) -> String {
 
 /// Returns a summary with one row per report.
 pub fn summary(reports: &[Report]) -> String {
-    let mut grid = Grid::new(&[
-        Side::Left,
-        Side::Left,
-        Side::Left,
-        Side::Right,
-        Side::Left,
-        Side::Right,
-        Side::Left,
-    ]);
+    let mut grid = Grid::new(&[Left, Left, Left, Right, Left, Right, Left]);
     // The plant is shown for scenarios that were run with several plants.
     let several = |report: &Report| {
         let same_file = reports.iter().filter(|other| other.file == report.file);
@@ -140,28 +132,9 @@ fn verdict(report: &Report) -> String {
 }
 
 fn expectations(report: &Report) -> Grid {
-    let dim = |text: &str| Cell::new(text, DIM);
-    let sides = [
-        Side::Left,
-        Side::Left,
-        Side::Right,
-        Side::Left,
-        Side::Right,
-        Side::Left,
-        Side::Right,
-        Side::Left,
-    ];
+    let sides = [Left, Left, Right, Left, Right, Left, Right, Left];
     let mut grid = Grid::new(&sides);
-    grid.row([
-        "".into(),
-        dim("expectation"),
-        dim("measured"),
-        "".into(),
-        dim("bound"),
-        "".into(),
-        dim("margin"),
-        "".into(),
-    ]);
+    grid.header("| expectation | measured | | bound | | margin |");
     for line in &report.expectations {
         let outcome = &line.0;
         let (mark, style) = mark(outcome);
@@ -271,7 +244,7 @@ fn integrator_fallbacks(report: &Report) -> Option<String> {
 }
 
 fn facts(report: &Report) -> Grid {
-    let mut grid = Grid::new(&[Side::Left, Side::Left]);
+    let mut grid = Grid::new(&[Left, Left]);
     let mut fact = |name: &str, value: String| {
         let mut name = name;
         for line in wrapped(&value, WIDTH) {

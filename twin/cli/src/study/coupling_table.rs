@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use twinrig_study::{CouplingKind, CouplingMethod, CouplingRow, CouplingStudy, Status, brief};
 
-use crate::report::grid::{Cell, Grid, Side};
+use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::style::{BOLD, DIM, RED, YELLOW, styled};
 
 /// Row that contradicts its neighbours.
@@ -30,7 +30,7 @@ pub fn text(study: &CouplingStudy, files: &[PathBuf]) -> String {
         lines.extend(table(study, plant).lines(4));
     }
     lines.push(String::new());
-    let mut facts = Grid::new(&[Side::Left, Side::Left]);
+    let mut facts = Grid::new(&[Left, Left]);
     let mut fact = |name: &str, text: String| facts.row([Cell::new(name, DIM), text.into()]);
     for order in study.orders() {
         let (plant, method) = (&order.plant, order.method.word());
@@ -78,25 +78,14 @@ pub fn text(study: &CouplingStudy, files: &[PathBuf]) -> String {
 
 /// Formats a line per step: exact coupling and grids.
 fn table(study: &CouplingStudy, plant: &str) -> Grid {
-    let mut sides = [Side::Right; 11];
-    sides[10] = Side::Left;
+    let mut sides = [Right; 11];
+    sides[10] = Left;
     let mut grid = Grid::new(&sides);
-    let dim = |text: &str| Cell::new(text, DIM);
-    let [a, b, c] = CouplingMethod::ALL.map(|method| format!("{}: RMS", method.word()));
-    let (steps, speed) = (|| dim("steps/s"), || dim("× real time"));
-    grid.row([
-        dim("step"),
-        dim(&a),
-        steps(),
-        speed(),
-        dim(&b),
-        steps(),
-        speed(),
-        dim(&c),
-        steps(),
-        speed(),
-        "".into(),
-    ]);
+    let columns = CouplingMethod::ALL.map(|method| {
+        let method = method.word();
+        format!("| {method}: RMS | steps/s | × real time ")
+    });
+    grid.header(&format!("step {}|", columns.concat()));
     let of = |method| study.series(CouplingKind::Together, plant, method);
     for first in of(CouplingMethod::Exact) {
         let mut changed = 0;

@@ -7,7 +7,7 @@ use twinrig_study::{
     Factor, Row, RowKind, Scales, Status, StiffnessTrend, Study, StudyKind, Transport, brief,
 };
 
-use crate::report::grid::{Cell, Grid, Side};
+use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::style::{BOLD, DIM, RED, YELLOW, styled};
 
 /// Step at which methods are compared.
@@ -28,7 +28,7 @@ pub fn text(study: &Study, files: &[PathBuf]) -> String {
     lines.push(String::new());
     lines.extend(grid.lines(2));
     lines.push(String::new());
-    let mut facts = Grid::new(&[Side::Left, Side::Left]);
+    let mut facts = Grid::new(&[Left, Left]);
     let mut fact = |name: &str, text: String| facts.row([Cell::new(name, DIM), text.into()]);
     for note in &study.references {
         fact("reference", reference(note));
@@ -175,27 +175,10 @@ fn reference(note: &twinrig_study::ReferenceNote) -> String {
 }
 
 fn precision(study: &Study) -> Grid {
-    let mut grid = Grid::new(&[
-        Side::Left,
-        Side::Left,
-        Side::Right,
-        Side::Right,
-        Side::Right,
-        Side::Right,
-        Side::Left,
-        Side::Left,
-    ]);
-    let dim = |text: &str| Cell::new(text, DIM);
-    grid.row([
-        dim("plant"),
-        dim("method"),
-        dim("order"),
-        dim("RMS at 2 ms"),
-        dim("× real time"),
-        dim("best RMS"),
-        dim("step / tolerance"),
-        "".into(),
-    ]);
+    let mut grid = Grid::new(&[Left, Left, Right, Right, Right, Right, Left, Left]);
+    grid.header(
+        "plant | method | order | RMS at 2 ms | × real time | best RMS | step / tolerance |",
+    );
     let orders = study.orders();
     for line in study.series() {
         let rows: Vec<&Row> = study
@@ -265,23 +248,8 @@ fn setting(row: &Row) -> String {
 }
 
 fn stability(study: &Study) -> Grid {
-    let mut grid = Grid::new(&[
-        Side::Left,
-        Side::Left,
-        Side::Right,
-        Side::Right,
-        Side::Right,
-        Side::Left,
-    ]);
-    let dim = |text: &str| Cell::new(text, DIM);
-    grid.row([
-        dim("plant"),
-        dim("method"),
-        dim("largest stable step"),
-        dim("RMS there"),
-        dim("time per step"),
-        "".into(),
-    ]);
+    let mut grid = Grid::new(&[Left, Left, Right, Right, Right, Left]);
+    grid.header("plant | method | largest stable step | RMS there | time per step |");
     for row in study.rows.iter().filter(|row| row.scales == Scales::AS_IS) {
         let bound = if row.least_unstable_step_s.is_none() {
             "≥ "

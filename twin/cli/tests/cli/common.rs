@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use twinrig::kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig::runtime::{EnergyBalance, Plant, PlantFault, Process, WorkCounts};
+use twinrig::runtime::{EnergyBalance, Plant, PlantFault, Process};
 use twinrig::{BuildError, ControllerKind, PlantContext, PlantKind, Registry, run_with};
 
 /// Trunk that oscillates around a height of 12 cm and moves forward at 0.5 m/s; it fails from
@@ -70,10 +70,6 @@ impl Plant for Toy {
             residual: 1e-9,
             ..EnergyBalance::default()
         }
-    }
-
-    fn work(&self) -> WorkCounts {
-        WorkCounts::default()
     }
 
     fn save(&self) -> Snapshot {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::common::{Done, Folder, json, registry, twin, twin_of};
 use twinrig::Method;
-use twinrig::kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig::kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig::runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 use twinrig::{PlantKind, Registry};
 
@@ -64,14 +64,6 @@ impl Plant for Spring {
             evaluations: self.steps,
             ..WorkCounts::default()
         }
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&())
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        snapshot.read()
     }
 }
 

@@ -5,14 +5,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use proptest::prelude::*;
-use twinrig_kernel::{HostTime, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_kernel::{HostTime, Port, SimDuration, SimTime, Unit};
 
 use super::clock::Clock;
 use super::scheduler::{RealTimeScheduler, Report, ReportKind, TaskInterface, Tasks};
 use crate::{
-    Change, EnergyBalance, Group, IoTask, Observer, Part, Plant, PlantAccess, PlantFault, Process,
+    Change, Group, IoTask, Observer, Part, Plant, PlantAccess, PlantFault, Process,
     ProcessVariable, Progress, Rig, RunEvent, Schedule, TaskError, TimeSource, Timing,
-    VariableError, WorkCounts,
 };
 
 /// Manual clock: sleeping sets it.
@@ -63,8 +62,8 @@ impl Process for TimedProcess {
     fn variables(&self) -> &[ProcessVariable] {
         &self.offset
     }
-    fn set_variable(&mut self, index: usize, value: f64) -> Result<(), VariableError> {
-        self.offset[index].set(value)
+    fn variables_mut(&mut self) -> &mut [ProcessVariable] {
+        &mut self.offset
     }
     fn step(&mut self, elapsed: SimDuration, inputs: &[f64], outputs: &mut [f64]) {
         for (output, sample) in outputs.iter_mut().zip(inputs.chunks_exact(2)) {
@@ -75,12 +74,6 @@ impl Process for TimedProcess {
                 .0
                 .fetch_add(compute.draw().as_nanos(), Ordering::Relaxed);
         }
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
     }
 }
 
@@ -191,18 +184,6 @@ impl Plant for EmptyPlant {
         Ok(())
     }
     fn observe(&mut self, _: &mut [f64]) {}
-    fn energy(&self) -> EnergyBalance {
-        EnergyBalance::default()
-    }
-    fn work(&self) -> WorkCounts {
-        WorkCounts::default()
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
-    }
 }
 
 #[derive(Clone, Debug, PartialEq)]

@@ -3,8 +3,8 @@
 
 use std::collections::VecDeque;
 
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
+use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
+use twinrig_runtime::{Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Shape {
@@ -140,26 +140,14 @@ impl Plant for Oscillator {
         let count = outputs.len();
         outputs.copy_from_slice(&all[..count]);
     }
-    fn energy(&self) -> EnergyBalance {
-        EnergyBalance::default()
-    }
     fn work(&self) -> WorkCounts {
-        WorkCounts {
-            steps: self.steps,
-            ..WorkCounts::default()
-        }
+        WorkCounts::of_steps(self.steps)
     }
     fn log_events(&mut self, enabled: bool) {
         self.log = enabled.then(Vec::new);
     }
     fn events(&self) -> &[PlantEvent] {
         self.log.as_deref().unwrap_or_default()
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
     }
 }
 

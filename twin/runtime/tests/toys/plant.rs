@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
+use twinrig_runtime::{Plant, PlantFault, WorkCounts};
 
 /// A first-order lag per channel, in explicit Euler steps over each interval: advances to other
 /// instants or under other commands change the bits. Signals `NAME/command`, `NAME/value`, and
@@ -95,15 +95,8 @@ impl Plant for ToyPlant {
         }
     }
 
-    fn energy(&self) -> EnergyBalance {
-        EnergyBalance::default()
-    }
-
     fn work(&self) -> WorkCounts {
-        WorkCounts {
-            steps: self.steps,
-            ..WorkCounts::default()
-        }
+        WorkCounts::of_steps(self.steps)
     }
 
     fn save(&self) -> Snapshot {

@@ -1,5 +1,5 @@
 use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{Process, ProcessVariable, VariableError};
+use twinrig_runtime::{Process, ProcessVariable};
 
 /// Process that reads `NAME/sample` of every channel (number of the transfer, value), writes
 /// `NAME/command`, and sums the elapsed times. The first command is that sum in nanoseconds.
@@ -43,8 +43,8 @@ impl Process for ToyProcess {
         &self.variables
     }
 
-    fn set_variable(&mut self, index: usize, value: f64) -> Result<(), VariableError> {
-        self.variables[index].set(value)
+    fn variables_mut(&mut self) -> &mut [ProcessVariable] {
+        &mut self.variables
     }
 
     fn step(&mut self, elapsed: SimDuration, inputs: &[f64], outputs: &mut [f64]) {

@@ -35,7 +35,8 @@ use crate::language::{
     contextual, table,
 };
 use crate::scenario::{
-    ActuatorSpec, ChangeSpec, FootstepSpec, ObserveSpec, PlantSpec, RecordSpec, Scenario, Setting,
+    ActuatorSpec, ChangeSpec, ControllerSpec, FootstepSpec, ObserveSpec, PlantSpec, RecordSpec,
+    Scenario, Setting,
 };
 
 table! {
@@ -178,8 +179,7 @@ struct Source<'s> {
 
 fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<Scenario, Reported> {
     use root_table::{
-        BUS, CONTROLLER, DURATION, FALL, FAULT, FOOTSTEPS, IO, NAME, OBSERVE, OVERRIDE, PLANT,
-        RECORD, SEED,
+        BUS, DURATION, FALL, FAULT, FOOTSTEPS, IO, NAME, OBSERVE, OVERRIDE, PLANT, RECORD, SEED,
     };
     let table = root_table::TABLE.of(root);
     let (name, robot) = (table.get(&NAME), robot(table, catalogue));
@@ -189,30 +189,23 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
     let observed = observe.unwrap_or(io::OBSERVE_PERIOD);
     let plant = table.read_with(&PLANT, |item| plant::plant(item, catalogue, observed));
     let actuator = actuator(table, plant.as_ref().ok(), run);
-    let controller = table.get_with(&CONTROLLER, |item| {
-        controller::controller(item, &catalogue.controllers)
-    });
+    let controller = controller(table, catalogue);
     let buses = table.get_with(&BUS, |item| bus::buses(item, &catalogue.buses));
-    let (fall, footsteps) = (table.read(&FALL), table.read(&FOOTSTEPS));
-    let record = table.read(&RECORD);
-    let controller = controller.map(Option::flatten);
+    let (fall, footsteps, record) = (
+        table.read(&FALL),
+        table.read(&FOOTSTEPS),
+        table.read(&RECORD),
+    );
     let control = controller.as_ref().map(Option::as_ref);
     let control = control.map_err(|reported| *reported);
     let io = table.get_with(&IO, |item| io::io(item, control.unwrap_or(None)));
     let changes = changes::changes(table, control, catalogue, run);
     let faults = table.get_with(&FAULT, |item| item.each(|item| bus::fault(item, run)));
-    let expectations = expectations(
-        table,
-        catalogue,
-        run,
-        changes.as_deref().unwrap_or_default(),
-    );
+    let changed = changes.as_deref().unwrap_or_default();
+    let expectations = expectations(table, catalogue, run, changed);
     let (controller, io, plant) = (controller?, io?, plant?);
-    let applies = |expectation: &Expectation| {
-        expectation.plants.is_empty() || expectation.plants.contains(&plant.model)
-    };
-    let expectations = expectations?.into_iter();
-    let (expectations, of_other_plants): (Vec<_>, Vec<_>) = expectations.partition(applies);
+    let applies = |one: &Expectation| one.plants.is_empty() || one.plants.contains(&plant.model);
+    let (expectations, of_other_plants): (Vec<_>, _) = expectations?.into_iter().partition(applies);
     let (buses, faults) = (buses?.unwrap_or_default(), faults?.unwrap_or_default());
     bus::check_sites(table, &buses, &faults)?;
     let io = io.unwrap_or_else(|| controller::io_default(controller.as_ref()));
@@ -228,7 +221,6 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
         of_other_plants: of_other_plants.len(),
     };
     checks.check(root)?;
-    let period = observe?;
     Ok(Scenario {
         name: name?.unwrap_or_else(|| stem(&source.file)),
         file: source.file,
@@ -245,7 +237,10 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
         io,
         buses,
         faults,
-        observe: ObserveSpec { period, footsteps },
+        observe: ObserveSpec {
+            period: observe?,
+            footsteps,
+        },
         fall: fall::spec(fall?, &expectations),
         record: record?,
         changes: changes?,
@@ -270,6 +265,15 @@ fn actuator(
         }
         _ => table.get_with(&ACTUATOR, |item| actuator::actuator(item, run)),
     }
+}
+
+/// Reads `[controller]`.
+fn controller(
+    table: Declared<'_, '_>,
+    catalogue: &Catalogue,
+) -> Result<Option<ControllerSpec>, Reported> {
+    let read = |item: &Item<'_>| controller::controller(item, &catalogue.controllers);
+    Ok(table.get_with(&root_table::CONTROLLER, read)?.flatten())
 }
 
 /// Reads all `[[expect]]`.

@@ -244,24 +244,9 @@ fn title(row: &CouplingRow) -> String {
 /// Returns the table of all runs.
 fn all(study: &CouplingStudy) -> String {
     let mut table = Table::new(
-        &[
-            "plant",
-            "coupling",
-            "step",
-            "plant step",
-            "",
-            "feet, RMS",
-            "greatest",
-            "trunk, RMS",
-            "greatest",
-            "steps per second",
-            "evaluations",
-            "fallbacks",
-            "time per step",
-            "speed",
-            "counters that differ",
-            "why",
-        ],
+        "plant | coupling | step | plant step | | feet, RMS | greatest | trunk, RMS | greatest \
+         | steps per second | evaluations | fallbacks | time per step | speed \
+         | counters that differ | why",
         5,
     );
     let mut before: Option<&CouplingRow> = None;

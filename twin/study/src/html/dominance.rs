@@ -112,19 +112,11 @@ fn front(study: &Study, plant: &str) -> Vec<Point> {
 /// settings that are better.
 fn by_method(study: &Study, dominance: &Dominance) -> String {
     let of = &dominance.of;
-    let mut table = Table::new(
-        &[
-            "plant",
-            "method",
-            &format!("{of} ahead at"),
-            "less time at no greater error",
-            "its smallest RMS",
-            "levels off from",
-            "less time than at that RMS",
-            "less error at no more time",
-        ],
-        2,
+    let head = format!(
+        "plant | method | {of} ahead at | less time at no greater error | its smallest RMS \
+         | levels off from | less time than at that RMS | less error at no more time"
     );
+    let mut table = Table::new(&head, 2);
     let floors = study.floors();
     let mut before: Option<(&str, &str)> = None;
     for comparison in &dominance.settings {
@@ -212,20 +204,11 @@ fn name(competitor: &Competitor) -> String {
 /// Returns the table of the settings at which the plant is not ahead, with their counts.
 fn behind(study: &Study, dominance: &Dominance) -> String {
     let of = &dominance.of;
-    let mut table = Table::new(
-        &[
-            "plant",
-            "setting",
-            "RMS",
-            "run time",
-            &format!("{of}, no greater error"),
-            "RMS",
-            "run time",
-            "× less time",
-            "",
-        ],
-        2,
+    let head = format!(
+        "plant | setting | RMS | run time | {of}, no greater error | RMS | run time \
+         | × less time |"
     );
+    let mut table = Table::new(&head, 2);
     for comparison in dominance.behind() {
         let competitor = comparison.no_greater_error.as_ref();
         table.row(

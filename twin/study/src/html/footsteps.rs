@@ -39,15 +39,10 @@ fn of_plant(study: &Study, plant: &str) -> String {
     }
     let full = study.massive.first().map_or("", String::as_str);
     let mut out = paragraph(&summary(plant, full, &steps));
-    let mut head = vec!["touch-down".to_owned()];
-    for leg in &legs {
-        head.extend([
-            format!("{leg} at"),
-            "delay".to_owned(),
-            "distance".to_owned(),
-        ]);
-    }
-    let head: Vec<&str> = head.iter().map(String::as_str).collect();
+    let head = legs
+        .iter()
+        .map(|leg| format!("| {leg} at | delay | distance"));
+    let head = "touch-down".to_owned() + &head.collect::<Vec<_>>().concat();
     let mut table = Table::new(&head, 1);
     let count = steps.iter().map(|step| step.number).max().unwrap_or(0);
     for number in 1..=count {

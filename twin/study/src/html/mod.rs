@@ -161,14 +161,7 @@ fn commanded(study: &Study) -> &'static str {
 /// Returns the table of references.
 fn references(notes: &[ReferenceNote]) -> String {
     let mut table = table::Table::new(
-        &[
-            "plant",
-            "reference",
-            "checked by",
-            "disagreement, RMS",
-            "greatest",
-            "",
-        ],
+        "plant | reference | checked by | disagreement, RMS | greatest |",
         3,
     );
     for note in notes {

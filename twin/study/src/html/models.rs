@@ -23,15 +23,7 @@ pub(crate) fn section(study: &Study) -> String {
          step and is not part of the curves above.",
     );
     let mut table = Table::new(
-        &[
-            "plant",
-            "reference",
-            "feet, RMS",
-            "greatest",
-            "trunk, RMS",
-            "greatest",
-            "",
-        ],
+        "plant | reference | feet, RMS | greatest | trunk, RMS | greatest |",
         2,
     );
     for row in of(RowKind::Model) {

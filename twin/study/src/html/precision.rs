@@ -315,20 +315,11 @@ fn convergence(study: &Study) -> String {
 /// Returns a table row for each method.
 fn summary(study: &Study) -> String {
     let step = si(USUAL_STEP_S, "s");
-    let mut table = Table::new(
-        &[
-            "plant",
-            "method",
-            "order",
-            &format!("RMS at {step}"),
-            &format!("speed at {step}"),
-            "smallest RMS",
-            "at",
-            "speed there",
-            "incomplete",
-        ],
-        2,
+    let head = format!(
+        "plant | method | order | RMS at {step} | speed at {step} | smallest RMS | at \
+         | speed there | incomplete"
     );
+    let mut table = Table::new(&head, 2);
     let mut plant_before = "";
     for series in study.series() {
         let plant = series.plant;
@@ -363,27 +354,9 @@ fn summary(study: &Study) -> String {
 /// Returns the table of all runs.
 fn all(study: &Study) -> String {
     let mut table = Table::new(
-        &[
-            "plant",
-            "method",
-            "setting",
-            "",
-            "feet, RMS",
-            "greatest",
-            "trunk, RMS",
-            "greatest",
-            "event time",
-            "events",
-            "energy residual",
-            "constraint violation",
-            "evalu\u{ad}ations",
-            "factori\u{ad}sations",
-            "solver",
-            "fallbacks",
-            "per step",
-            "speed",
-            "",
-        ],
+        "plant | method | setting | | feet, RMS | greatest | trunk, RMS | greatest | event time \
+         | events | energy residual | constraint violation | evalu\u{ad}ations \
+         | factori\u{ad}sations | solver | fallbacks | per step | speed |",
         4,
     );
     let mut before = None;

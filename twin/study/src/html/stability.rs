@@ -216,19 +216,8 @@ pub(crate) fn limit_cell(row: &Row) -> String {
 /// Returns a table row for each method at the unchanged scenario.
 fn as_it_is(study: &Study) -> String {
     let mut table = Table::new(
-        &[
-            "plant",
-            "method",
-            "largest stable step",
-            "",
-            "accurate up to",
-            "feet, RMS",
-            "greatest",
-            "fallbacks",
-            "time per step",
-            "speed",
-            "",
-        ],
+        "plant | method | largest stable step | | accurate up to | feet, RMS | greatest \
+         | fallbacks | time per step | speed |",
         2,
     );
     let mut before: Option<&Row> = None;
@@ -262,23 +251,9 @@ fn as_it_is(study: &Study) -> String {
 /// Returns the table of all searches.
 fn all(study: &Study) -> String {
     let mut table = Table::new(
-        &[
-            "varied",
-            "value",
-            "plant",
-            "method",
-            "largest stable step",
-            "shortest unstable",
-            "",
-            "accurate up to",
-            "feet, RMS",
-            "energy residual",
-            "fallbacks",
-            "time per step",
-            "speed",
-            "probes",
-            "",
-        ],
+        "varied | value | plant | method | largest stable step | shortest unstable | \
+         | accurate up to | feet, RMS | energy residual | fallbacks | time per step | speed \
+         | probes |",
         1,
     );
     let mut before: Option<&Row> = None;

@@ -28,18 +28,9 @@ pub(crate) fn section(study: &Study) -> String {
          in maximal coordinates (sections 2.5.2 and 2.6.1).",
     );
     let mut table = Table::new(
-        &[
-            "plant",
-            "method",
-            "depends on stiffness",
-            "constant from … to",
-            "exponent",
-            "insignificant below",
-            "smallest limit",
-            "greatest limit",
-            "limits found",
-            "stable at the longest",
-        ],
+        "plant | method | depends on stiffness | constant from … to | exponent \
+         | insignificant below | smallest limit | greatest limit | limits found \
+         | stable at the longest",
         3,
     );
     let mut before = "";

@@ -16,9 +16,10 @@ const WIDE: usize = 7;
 const WIDEST: usize = 14;
 
 impl Table {
-    pub(crate) fn new(head: &[&str], words: usize) -> Self {
+    /// Creates a table whose columns have the names in `head`, separated by `|`.
+    pub(crate) fn new(head: &str, words: usize) -> Self {
         Self {
-            head: head.iter().map(|&text| text.to_owned()).collect(),
+            head: head.split('|').map(|name| name.trim().to_owned()).collect(),
             words,
             rows: Vec::new(),
         }
@@ -88,9 +89,8 @@ mod tests {
     use super::*;
 
     fn table(columns: usize) -> String {
-        let heads = vec!["head"; columns - 1];
-        let heads: Vec<&str> = heads.into_iter().chain(["why"]).collect();
-        let mut table = Table::new(&heads, 1);
+        let head = "head |".repeat(columns - 1) + "why";
+        let mut table = Table::new(&head, 1);
         let mut cells = vec!["1".to_owned(); columns - 1];
         cells.push("it fell".to_owned());
         table.row("first bad", cells);

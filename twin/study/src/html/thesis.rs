@@ -19,14 +19,7 @@ pub(crate) fn section(study: &Study) -> String {
          words only. Orders of magnitude and trends are comparable, digits are not.",
     );
     let mut table = Table::new(
-        &[
-            "in the thesis",
-            "step",
-            "at ¼ stiffness",
-            "here",
-            "step",
-            "at ¼ stiffness",
-        ],
+        "in the thesis | step | at ¼ stiffness | here | step | at ¼ stiffness",
         1,
     );
     for thesis in &FIGURES {

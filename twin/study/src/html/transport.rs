@@ -34,19 +34,8 @@ pub(crate) fn section(study: &Study) -> String {
 
 fn table(study: &Study) -> String {
     let mut table = Table::new(
-        &[
-            "plant",
-            "method",
-            "speed",
-            "cost, net",
-            "covered",
-            "positive",
-            "work, net",
-            "residual",
-            "friction",
-            "impacts",
-            "stored",
-        ],
+        "plant | method | speed | cost, net | covered | positive | work, net | residual \
+         | friction | impacts | stored",
         2,
     );
     let mut before = "";

@@ -3,10 +3,10 @@
 
 use std::cell::RefCell;
 
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_runtime::{
-    Coupling, DirectIo, EnergyBalance, FixedStepCoupling, Plant, PlantFault, Process, Rig,
-    Schedule, Timing, WorkCounts,
+    Coupling, DirectIo, FixedStepCoupling, Plant, PlantFault, Process, Rig, Schedule, Timing,
+    WorkCounts,
 };
 use twinrig_study::{
     CouplingInput, CouplingKind, CouplingMethod, CouplingPlan, CouplingStudy, RigFactory,
@@ -63,20 +63,8 @@ impl Plant for Foot {
     fn observe(&mut self, outputs: &mut [f64]) {
         outputs.copy_from_slice(&[self.at[0], 0.0, 0.0]);
     }
-    fn energy(&self) -> EnergyBalance {
-        EnergyBalance::default()
-    }
     fn work(&self) -> WorkCounts {
-        WorkCounts {
-            steps: self.steps,
-            ..WorkCounts::default()
-        }
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
+        WorkCounts::of_steps(self.steps)
     }
 }
 
@@ -98,12 +86,6 @@ impl Process for Damper {
         let went = (inputs[0] - self.0[0]) / seconds;
         self.0 = [inputs[0], went];
         outputs[0] = -100.0 * inputs[0] - 5.0 * went;
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
     }
 }
 

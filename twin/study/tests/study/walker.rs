@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
+use twinrig_runtime::{EnergyBalance, Plant, PlantFault};
 use twinrig_study::{
     Commands, Cost, MethodOffer, PlantFactory, PlantOffer, PrecisionPlan, SettingKind, Status,
     StudyInput, Transport, Variant, precision,
@@ -102,10 +102,6 @@ impl Plant for Walker {
             residual: self.leak() * t,
             ..EnergyBalance::default()
         }
-    }
-
-    fn work(&self) -> WorkCounts {
-        WorkCounts::default()
     }
 
     fn save(&self) -> Snapshot {

@@ -1,10 +1,9 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_runtime::{
-    EnergyBalance, Part, Plant, PlantAccess, PlantFault, PlantSignals, TaskError, Wire,
-    WiringError, WorkCounts,
+    Part, Plant, PlantAccess, PlantFault, PlantSignals, TaskError, Wire, WiringError,
 };
 
 /// Answers after 100 µs and actuates the plant with each answer.
@@ -111,18 +110,6 @@ impl Plant for Lag {
     }
     fn observe(&mut self, outputs: &mut [f64]) {
         outputs[0] = self.seconds;
-    }
-    fn energy(&self) -> EnergyBalance {
-        EnergyBalance::default()
-    }
-    fn work(&self) -> WorkCounts {
-        WorkCounts::default()
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
     }
 }
 

@@ -1,7 +1,7 @@
 use std::time::Duration;
 
-use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{Process, ProcessVariable, VariableError};
+use twinrig_kernel::{Port, SimDuration, Unit};
+use twinrig_runtime::{Process, ProcessVariable};
 
 use super::ports;
 
@@ -42,8 +42,8 @@ impl Process for Summing {
     fn variables(&self) -> &[ProcessVariable] {
         &self.offset
     }
-    fn set_variable(&mut self, index: usize, value: f64) -> Result<(), VariableError> {
-        self.offset[index].set(value)
+    fn variables_mut(&mut self) -> &mut [ProcessVariable] {
+        &mut self.offset
     }
     fn step(&mut self, elapsed: SimDuration, inputs: &[f64], outputs: &mut [f64]) {
         self.iterations += 1;
@@ -59,11 +59,5 @@ impl Process for Summing {
         if !self.takes.is_zero() {
             std::thread::sleep(self.takes);
         }
-    }
-    fn save(&self) -> Snapshot {
-        Snapshot::default()
-    }
-    fn restore(&mut self, _: &Snapshot) -> Result<(), SnapshotError> {
-        Ok(())
     }
 }

@@ -3,8 +3,8 @@
 use super::super::EventDifference;
 use super::super::footsteps::{First, Footsteps, Spread};
 use super::figures::{figure, quantity, three};
-use crate::report::grid::{Cell, Grid, Side};
-use crate::report::style::{DIM, YELLOW, styled};
+use crate::report::grid::{Cell, Grid, Left, Right};
+use crate::report::style::{YELLOW, styled};
 
 /// Maximum number of footsteps without a partner that are listed.
 const NAMED: usize = 6;
@@ -70,24 +70,13 @@ impl EventDifference {
     }
 
     fn footstep_table(&self) -> Grid {
-        let mut sides = vec![Side::Left];
-        sides.extend([Side::Right; 11]);
+        let mut sides = vec![Left];
+        sides.extend([Right; 11]);
         let mut grid = Grid::new(&sides);
-        let dim = |text: &str| Cell::new(text, DIM);
-        grid.row([
-            dim("b − a"),
-            dim("pairs"),
-            dim("equal"),
-            dim("touch-down median"),
-            dim("rms"),
-            dim("max"),
-            dim("lift-off median"),
-            dim("rms"),
-            dim("max"),
-            dim("position median"),
-            dim("rms"),
-            dim("max"),
-        ]);
+        grid.header(
+            "b − a | pairs | equal | touch-down median | rms | max | lift-off median | rms \
+             | max | position median | rms | max",
+        );
         let mut row = |name: &str, of: &Footsteps| {
             let [touch_down, lift_off] =
                 [&of.touch_down, &of.lift_off].map(|spread| spread.shown("s"));

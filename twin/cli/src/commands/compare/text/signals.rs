@@ -3,8 +3,7 @@
 use super::super::EventDifference;
 use super::super::signals::{Drifted, OfSignal, RESIDUAL};
 use super::figures::{Scale, figure, percent, quantity, three};
-use crate::report::grid::{Cell, Grid, Side};
-use crate::report::style::DIM;
+use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::table::folded;
 use twinrig_kernel::signal;
 
@@ -47,19 +46,11 @@ impl EventDifference {
                 "  signals {how}: b − a, and as a share of the range in a; worst leg and component, in its unit"
             ),
         ];
-        let mut grid = Grid::new(&[[Side::Left; 1].as_slice(), &[Side::Right; 8]].concat());
-        let dim = |text: &str| Cell::new(text, DIM);
-        grid.row([
-            dim("signal"),
-            dim("max"),
-            dim(""),
-            dim("rms"),
-            dim("> 1 %"),
-            dim("> 10 %"),
-            dim("first, last tenth"),
-            dim("growth per second"),
-            dim(if aligned { "at equal times" } else { "" }),
-        ]);
+        let mut grid = Grid::new(&[[Left; 1].as_slice(), &[Right; 8]].concat());
+        let scale = if aligned { "at equal times" } else { "" };
+        grid.header(&format!(
+            "signal | max | | rms | > 1 % | > 10 % | first, last tenth | growth per second | {scale}"
+        ));
         let (residual, differ): (Vec<Kind<'_>>, Vec<Kind<'_>>) =
             differ.into_iter().partition(Kind::is_residual);
         for kind in differ.iter().take(SHOWN).chain(&residual) {
