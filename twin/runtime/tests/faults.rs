@@ -50,7 +50,7 @@ fn plant_fault_has_time_part_and_energy_and_keeps_earlier_records() {
     assert!(
         error
             .to_string()
-            .starts_with("toy/spring failed at 7.000 ms, with "),
+            .starts_with("toy/spring failed at 7.000 ms with a stored energy of "),
         "{error}"
     );
 
