@@ -5,7 +5,11 @@ use crate::{Arrivals, Piece};
 
 /// Returns the earlier of two optional instants.
 pub fn earlier(one: Option<SimTime>, other: Option<SimTime>) -> Option<SimTime> {
-    [one, other].into_iter().flatten().min()
+    // Called at every wake-up; the minimum of an iterator costs a tenth of a run over a bus.
+    match (one, other) {
+        (Some(one), Some(other)) => Some(one.min(other)),
+        (one, other) => one.or(other),
+    }
 }
 
 /// Byte transport in virtual time, seen from its near end (towards the host), with everything at

@@ -183,8 +183,10 @@ impl IoTask for WiredTask {
     fn idle_wake(&self) -> Option<SimTime> {
         let timeout = self.driver.poll_timeout();
         let timeout = timeout.map(|at| SimTime::from_nanos(at.as_nanos()));
-        let wakes = [self.wire.wire.next_wake(), timeout];
-        wakes.into_iter().flatten().min()
+        match (self.wire.wire.next_wake(), timeout) {
+            (Some(wire), Some(driver)) => Some(wire.min(driver)),
+            (wire, driver) => wire.or(driver),
+        }
     }
 
     fn to_process(&self) -> &[f64] {
