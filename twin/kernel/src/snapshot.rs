@@ -26,6 +26,12 @@ pub enum SnapshotError {
         /// The part of which the snapshot was taken.
         found: String,
     },
+    /// The part does not save its state.
+    #[error("{part} cannot be restored: it does not implement `save` and `restore`")]
+    Unsupported {
+        /// The part.
+        part: String,
+    },
 }
 
 impl Snapshot {

@@ -13,8 +13,9 @@ use crate::plant_state::PlantState;
 /// observed, in strictly increasing order of time.
 ///
 /// A wrapper returns its inner plant from [`Plant::inner`] and [`Plant::inner_mut`] and implements
-/// the methods in which it differs; the others are those of the inner plant. Without an inner
-/// plant, the default is that of a plant without energy and state.
+/// the methods in which it differs; the others are those of the inner plant. By default a plant
+/// without an inner one has no energy balance and counts no work, which leaves expectations of them
+/// unobserved, and cannot be restored.
 pub trait Plant: Send {
     /// Returns the wrapped plant.
     fn inner(&self) -> Option<&dyn Plant> {
@@ -92,20 +93,24 @@ pub trait Plant: Send {
         self.inner().map_or(&[], Plant::events)
     }
 
-    /// Saves all state that affects later behaviour, caches and warm starts included.
+    /// Saves all state that affects later behaviour, caches and warm starts included. Empty by
+    /// default.
     fn save(&self) -> Snapshot {
-        self.inner().map_or_else(|| Snapshot::of(&()), Plant::save)
+        self.inner().map(Plant::save).unwrap_or_default()
     }
 
     /// Restores a saved state, bit for bit.
     ///
     /// # Errors
-    /// [`SnapshotError`] if the snapshot belongs to another kind of plant.
+    /// [`SnapshotError`] if the snapshot belongs to another kind of plant. The default always
+    /// fails: a plant that was forgotten to be restored would continue from a wrong state.
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        match self.inner_mut() {
-            Some(inner) => inner.restore(snapshot),
-            None => snapshot.read(),
+        if let Some(inner) = self.inner_mut() {
+            return inner.restore(snapshot);
         }
+        Err(SnapshotError::Unsupported {
+            part: self.name().to_owned(),
+        })
     }
 
     /// Returns the state by names that other models of the same system share; none if the plant has

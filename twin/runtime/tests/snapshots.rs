@@ -4,8 +4,8 @@ mod toys;
 
 use proptest::prelude::*;
 use toys::{Log, any_fixture};
-use twinrig_kernel::{SimTime, Snapshot};
-use twinrig_runtime::RigError;
+use twinrig_kernel::{Port, SimTime, Snapshot};
+use twinrig_runtime::{Plant, PlantFault, RigError};
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
@@ -65,4 +65,31 @@ proptest! {
         }
         prop_assert!(rig.restore(&Snapshot(bytes)).is_err());
     }
+}
+
+/// A plant that does not implement `save` and `restore`.
+struct Forgetful;
+
+impl Plant for Forgetful {
+    fn name(&self) -> &'static str {
+        "forgetful"
+    }
+    fn ports(&self) -> Vec<Port> {
+        Vec::new()
+    }
+    fn advance(&mut self, _: SimTime, _: &[f64]) -> Result<(), PlantFault> {
+        Ok(())
+    }
+    fn observe(&mut self, _: &mut [f64]) {}
+}
+
+#[test]
+fn plant_without_saved_state_cannot_be_restored() {
+    let saved = Forgetful.save();
+    let error = Forgetful.restore(&saved).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .starts_with("forgetful cannot be restored")
+    );
 }

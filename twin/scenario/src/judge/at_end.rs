@@ -37,7 +37,9 @@ pub(super) fn cost(measure: CostMeasure, limits: &Limits, run: &RunEnd) -> Findi
     let value = match measure {
         CostMeasure::RealTimeFactor => run.real_time_factor,
         CostMeasure::Count(name) => {
-            let mut counts = run.work.iter().flat_map(WorkCounts::named);
+            // A plant that counts no steps counts nothing.
+            let counted = run.work.iter().filter(|work| work.steps > 0);
+            let mut counts = counted.flat_map(WorkCounts::named);
             let count = counts.find(|(known, _)| *known == name);
             count.map(|(_, count)| count as f64)
         }
@@ -91,7 +93,8 @@ mod tests {
             real_time_factor: None,
         };
         let verdict = |work| cost(CostMeasure::Count("steps"), &LIMITS, &end(work)).verdict;
-        assert_eq!(verdict(Some(WorkCounts::default())), Verdict::Pass);
+        assert_eq!(verdict(Some(WorkCounts::of_steps(1))), Verdict::Fail);
+        assert_eq!(verdict(Some(WorkCounts::default())), Verdict::Unobserved);
         assert_eq!(verdict(None), Verdict::Unobserved);
     }
 

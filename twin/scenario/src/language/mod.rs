@@ -217,7 +217,6 @@ macro_rules! table {
     ) => {
         $(#[$doc])*
         $visible mod $module {
-            #[allow(unused_imports, reason = "not every table uses every import of its file")]
             use super::*;
             $(
                 pub(crate) const $key: Key<$type> =
