@@ -113,6 +113,19 @@ impl Ground {
         }
     }
 
+    /// Returns the ground nearest to a point, and the gradient of its gap, along which a compressed
+    /// ground pushes: the gap is continuous, at the edge of a step, too.
+    pub fn nearest(&self, point: &Vector3<f64>) -> (Surface, Vector3<f64>) {
+        match &self.terrain {
+            Terrain::Flat => (level(point.z), Vector3::z()),
+            Terrain::StepDown { at, drop } => {
+                let surface = nearest_of_step(*at, *drop, point);
+                (surface, surface.normal)
+            }
+            Terrain::Heights(_) => (self.below(point), self.gap_gradient(point)),
+        }
+    }
+
     /// The ground below a point.
     pub fn below(&self, point: &Vector3<f64>) -> Surface {
         match &self.terrain {
@@ -132,6 +145,45 @@ impl Ground {
                 }
             }
         }
+    }
+}
+
+/// Returns the surface of a step at `at`, and of the vertical wall below its edge, nearest to a
+/// point: its distance is continuous, and the force of a compressed surface conserves energy across
+/// the edge.
+fn nearest_of_step(at: f64, drop: f64, point: &Vector3<f64>) -> Surface {
+    let (ahead, above_lower) = (point.x - at, point.z + drop);
+    let wall = |gap| Surface {
+        gap,
+        normal: Vector3::x(),
+    };
+    if ahead < 0.0 {
+        // Above the upper level, or inside the ground: nearest to the top or to the wall.
+        return if point.z >= 0.0 || -point.z <= -ahead || above_lower < 0.0 {
+            level(point.z)
+        } else {
+            wall(ahead)
+        };
+    }
+    let corner = Vector3::new(ahead, 0.0, point.z);
+    let from_wall = if point.z <= 0.0 {
+        wall(ahead)
+    } else {
+        let distance = corner.norm();
+        let normal = if distance > 0.0 {
+            corner / distance
+        } else {
+            Vector3::z()
+        };
+        Surface {
+            gap: distance,
+            normal,
+        }
+    };
+    if above_lower <= from_wall.gap {
+        level(above_lower)
+    } else {
+        from_wall
     }
 }
 

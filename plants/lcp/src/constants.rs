@@ -147,7 +147,7 @@ fn masses<const N: usize>(leg: &Leg) -> Masses<N> {
 impl<const N: usize> Constants<f64, N> {
     /// Placeholder for an absent leg: its contributions are below round-off (16 digits), and no
     /// divisor is zero.
-    fn absent() -> Self {
+    pub(crate) fn absent() -> Self {
         const NEGLIGIBLE: f64 = 1e-30;
         let diagonal = |i, j| if i == j { NEGLIGIBLE } else { 0.0 };
         Self {

@@ -57,6 +57,7 @@
 mod articulated;
 mod body;
 mod chain;
+mod compliant;
 mod constants;
 mod constraints;
 mod contacts;

@@ -1,4 +1,6 @@
-use crate::{Actuators, JointFriction, Leg, LegMass, LegMount, Robot, Servo, Spring, Trunk};
+use crate::{
+    Actuators, Compliance, JointFriction, Leg, LegMass, LegMount, OneSided, Robot, Servo, Spring, Trunk,
+};
 
 impl Leg {
     /// Leg for examples and tests of other crates: Cheetah-cub's, as in `robots/cheetah-cub.toml`.
@@ -35,6 +37,24 @@ impl Leg {
             },
             pulley_radius: 0.025,
             toe: None,
+            compliance: Some(Compliance {
+                stops: OneSided {
+                    stiffness: 100e3,
+                    damping: 20.0,
+                    toe_region: 0.3e-3,
+                },
+                cable: OneSided {
+                    stiffness: 50e3,
+                    damping: 20.0,
+                    toe_region: 0.3e-3,
+                },
+                sole: OneSided {
+                    stiffness: 20e3,
+                    damping: 30.0,
+                    toe_region: 0.5e-3,
+                },
+                slip_deflection: 0.2e-3,
+            }),
         }
     }
 }

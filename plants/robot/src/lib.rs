@@ -28,6 +28,6 @@ mod read;
 pub use error::RobotError;
 pub use file::RobotFile;
 pub use parameters::{
-    Actuators, GRAVITY, JointFriction, Leg, LegMass, LegMount, Motor, Motors, Robot, Servo, Spring,
-    Toe, Trunk,
+    Actuators, Compliance, GRAVITY, JointFriction, Leg, LegMass, LegMount, Motor, Motors, OneSided,
+    Robot, Servo, Spring, Toe, Trunk,
 };

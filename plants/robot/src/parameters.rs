@@ -84,6 +84,49 @@ pub struct Leg {
     pub pulley_radius: f64,
     /// Foot segment beyond the toe joint, if the robot has one.
     pub toe: Option<Toe>,
+    /// Compliance of stops, cable and sole, if known; rigid constraints do not need it.
+    pub compliance: Option<Compliance>,
+}
+
+/// Compliance of the constraints of a leg.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Compliance {
+    /// Stops of the diagonal and of the parallel rod.
+    pub stops: OneSided,
+    /// Knee cable.
+    pub cable: OneSided,
+    /// Sole, along the normal of the ground.
+    pub sole: OneSided,
+    /// Deflection of the sole along the ground at the limit of friction \[m\].
+    pub slip_deflection: f64,
+}
+
+impl Compliance {
+    /// Returns the same with stiffness and damping of all elements scaled.
+    pub fn scaled(self, stiffness: f64, damping: f64) -> Self {
+        let scale = |side: OneSided| OneSided {
+            stiffness: stiffness * side.stiffness,
+            damping: damping * side.damping,
+            ..side
+        };
+        Self {
+            stops: scale(self.stops),
+            cable: scale(self.cable),
+            sole: scale(self.sole),
+            ..self
+        }
+    }
+}
+
+/// Spring with a damper that only pushes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OneSided {
+    /// Stiffness beyond the toe region \[N/m\].
+    pub stiffness: f64,
+    /// Damping beyond the toe region \[N·s/m\].
+    pub damping: f64,
+    /// Depth over which stiffness and damping grow from zero \[m\].
+    pub toe_region: f64,
 }
 
 /// A linear spring.

@@ -7,7 +7,7 @@ use twinrig_document::{Item, Range, Reported, Table};
 use twinrig_kernel::Unit;
 
 use crate::parameters::{
-    Actuators, JointFriction, Leg, LegMass, LegMount, Motor, Motors, Robot, Servo, Spring, Toe,
+    Actuators, Compliance, JointFriction, Leg, LegMass, LegMount, Motor, Motors, OneSided, Robot, Servo, Spring, Toe,
     Trunk,
 };
 
@@ -107,6 +107,7 @@ fn leg(table: &Table<'_>) -> Result<Leg, Reported> {
     let mass = table.required("mass", |item| leg_mass(&item.table()?));
     let pulley_radius = positive(table, "pulley_radius", Unit::Meter);
     let toe = table.optional("toe", |item| toe(&item.table()?));
+    let compliance = table.optional("compliance", |item| compliance(&item.table()?));
     let leg = Leg {
         l1: l1?,
         l2: l2?,
@@ -121,6 +122,7 @@ fn leg(table: &Table<'_>) -> Result<Leg, Reported> {
         mass: mass?,
         pulley_radius: pulley_radius?,
         toe: toe?,
+        compliance: compliance?,
     };
     check_geometry(table, &leg)?;
     Ok(leg)
@@ -241,6 +243,29 @@ fn toe(table: &Table<'_>) -> Result<Toe, Reported> {
         length: length?,
         stiffness: stiffness?,
         rest: rest?,
+    })
+}
+
+fn compliance(table: &Table<'_>) -> Result<Compliance, Reported> {
+    let read = |key| table.required(key, |item| one_sided(&item.table()?));
+    let (stops, cable, sole) = (read("stops"), read("cable"), read("sole"));
+    let slip_deflection = positive(table, "slip_deflection", Unit::Meter);
+    Ok(Compliance {
+        stops: stops?,
+        cable: cable?,
+        sole: sole?,
+        slip_deflection: slip_deflection?,
+    })
+}
+
+fn one_sided(table: &Table<'_>) -> Result<OneSided, Reported> {
+    let stiffness = positive(table, "stiffness", Unit::NewtonPerMeter);
+    let damping = not_negative(table, "damping", Unit::NewtonSecondPerMeter);
+    let toe_region = positive(table, "toe_region", Unit::Meter);
+    Ok(OneSided {
+        stiffness: stiffness?,
+        damping: damping?,
+        toe_region: toe_region?,
     })
 }
 

@@ -1,0 +1,107 @@
+//! Sole of a foot: a one-sided element along the normal of the ground, and Coulomb friction by a
+//! bristle that the load scales.
+//!
+//! With the normal force F_n, the velocity v of the foot along the ground, the deflection z of the
+//! bristle, and z_s at the limit of friction:
+//!
+//! ```text
+//! F_t = −µ F_n z/z_s     ż = g (v − |v| z/z_s) − (1 − g) z/τ     g = clamp(1 − gap/R, 0, 1)
+//! ```
+//!
+//! |z| never exceeds z_s, so the force never leaves the cone of friction; in sliding z is z_s along
+//! v (Dahl's model, its stiffness µ F_n/z_s proportional to the load). A foot at rest stays where it
+//! is under any constant load inside the cone. In the air the bristle relaxes; g is continuous, so
+//! a foot that lands finds it relaxed.
+
+use crate::element::Element;
+use crate::lanes::{Lanes, Quad, Simd};
+
+/// Distance R from the ground within which the bristle touches it \[m\], and its time constant τ in
+/// the air \[s\]. ASSUMED: neither affects a force, as long as a foot in the air leaves the distance
+/// for some time constants.
+const RANGE: f64 = 1e-3;
+const RELAXATION: f64 = 2e-3;
+
+/// Soles of four legs; `T` is [`Quad`] in memory, or lanes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sole<T> {
+    /// Compression along the normal.
+    pub element: Element<T>,
+    /// µ/z_s \[1/m\], and 1/z_s.
+    grip: T,
+    per_deflection: T,
+}
+
+/// Motion of a contact point relative to the ground.
+#[derive(Debug, Clone, Copy)]
+pub struct Approach<L> {
+    /// Distance from the ground, negative below it \[m\], and its rate \[m/s\].
+    pub gap: L,
+    pub gap_rate: L,
+    /// Velocity along the two tangents of the ground \[m/s\].
+    pub slip: [L; 2],
+    /// Deflection of the bristle along the tangents \[m\].
+    pub bristle: [L; 2],
+}
+
+/// Force of the ground on a contact point.
+#[derive(Debug, Clone, Copy)]
+pub struct Grip<L> {
+    /// Along the normal, and along the two tangents \[N\].
+    pub normal: L,
+    pub tangential: [L; 2],
+    /// Rate of the bristle \[m/s\].
+    pub bristle_rate: [L; 2],
+    /// Dissipated power \[W\].
+    pub dissipated: L,
+}
+
+impl Sole<Quad> {
+    /// Combines elements with the coefficient of friction µ and the deflections z_s of the legs
+    /// \[m\].
+    pub fn new(element: Element<Quad>, friction: f64, deflections: &[f64]) -> Self {
+        let deflection = |lane: usize| deflections.get(lane).copied().unwrap_or(1.0);
+        let per_deflection = Quad(std::array::from_fn(|lane| 1.0 / deflection(lane)));
+        Self {
+            element,
+            grip: Quad(per_deflection.0.map(|share| friction * share)),
+            per_deflection,
+        }
+    }
+
+    /// Loads the soles into lanes.
+    #[inline(always)]
+    pub fn load<S: Simd>(&self, simd: S) -> Sole<S::Lanes> {
+        Sole {
+            element: self.element.load(simd),
+            grip: simd.load(self.grip),
+            per_deflection: simd.load(self.per_deflection),
+        }
+    }
+}
+
+impl<L: Lanes> Sole<L> {
+    /// Returns the force of the ground.
+    #[inline(always)]
+    pub fn grip(&self, approach: &Approach<L>) -> Grip<L> {
+        let Approach {
+            gap,
+            gap_rate,
+            slip: [u, v],
+            bristle: [x, y],
+        } = *approach;
+        let press = self.element.press(-gap, -gap_rate);
+        let pull = press.force * self.grip;
+        let tangential = [-(pull * x), -(pull * y)];
+        let (zero, one) = (gap.zero(), gap.like(1.0));
+        let touch = (one - gap * (1.0 / RANGE)).clamp(zero, one);
+        let slide = touch * (u * u + v * v).sqrt() * self.per_deflection;
+        let decay = slide + (one - touch) * (1.0 / RELAXATION);
+        Grip {
+            normal: press.force,
+            tangential,
+            bristle_rate: [touch * u - decay * x, touch * v - decay * y],
+            dissipated: press.dissipated - tangential[0] * u - tangential[1] * v,
+        }
+    }
+}

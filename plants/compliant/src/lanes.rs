@@ -1,0 +1,238 @@
+//! Four numbers side by side, one for each leg, in the widest registers that the processor has.
+//!
+//! The hot code is generic over [`Lanes`] and entered through [`dispatch`], which selects an
+//! implementation at run time: registers of 256 bits where the processor has AVX2, two halves of
+//! 128 bits elsewhere. Each operation is a single IEEE 754 operation in both, in the same order and
+//! never fused, so the bits of a result do not depend on the processor.
+
+mod portable;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+/// Number of lanes.
+pub const LANES: usize = 4;
+
+/// Numbers of four legs in memory.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[repr(align(32))]
+pub struct Quad(pub [f64; LANES]);
+
+impl Quad {
+    /// Returns the same number four times.
+    pub const fn splat(value: f64) -> Self {
+        Self([value; LANES])
+    }
+}
+
+/// Four numbers in registers. Constants are plain numbers on the right of an operator.
+pub trait Lanes:
+    Copy
+    + Neg<Output = Self>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
+    + Mul<f64, Output = Self>
+    + AddAssign
+    + SubAssign
+{
+    /// Result of a comparison.
+    type Mask: Copy;
+
+    /// Returns another number in all lanes.
+    fn like(self, value: f64) -> Self;
+
+    /// Returns the numbers in memory.
+    fn quad(self) -> Quad;
+
+    /// Returns the square root.
+    fn sqrt(self) -> Self;
+
+    /// Returns the magnitude.
+    fn abs(self) -> Self;
+
+    /// Returns whether the number exceeds another.
+    fn gt(self, other: Self) -> Self::Mask;
+
+    /// Returns the number where the mask is set, else the other.
+    fn or(self, mask: Self::Mask, other: Self) -> Self;
+
+    /// Returns whether the mask is set in any lane.
+    fn any(mask: Self::Mask) -> bool;
+
+    /// Returns the sums of four numbers over their lanes: (a + b) + (c + d).
+    fn sums(of: [Self; LANES]) -> Self;
+
+    /// Returns zero.
+    #[inline(always)]
+    fn zero(self) -> Self {
+        self.like(0.0)
+    }
+
+    /// Returns the larger of two numbers; the second where they are equal or not ordered.
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.or(self.gt(other), other)
+    }
+
+    /// Returns the smaller of two numbers; the second where they are equal or not ordered.
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.or(other.gt(self), other)
+    }
+
+    /// Returns the number limited to an interval.
+    #[inline(always)]
+    fn clamp(self, low: Self, high: Self) -> Self {
+        self.max(low).min(high)
+    }
+
+    /// Returns the reciprocal.
+    #[inline(always)]
+    fn reciprocal(self) -> Self {
+        self.like(1.0) / self
+    }
+
+    /// Returns sine and cosine, to a unit in the last place for arguments up to about 1e5: by
+    /// reduction to an eighth of a turn and the polynomials of fdlibm.
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        /// Adding and subtracting this constant rounds to an integer.
+        const WHOLE: f64 = 6_755_399_441_055_744.0;
+        /// π/2 in three parts of 33 bits and a remainder: the product with a number of quarters
+        /// below 2²⁰ is exact.
+        const QUARTER: [f64; 3] = [
+            1.570_796_326_734_125_6,
+            6.077_100_506_303_966e-11,
+            2.022_266_248_795_950_6e-21,
+        ];
+        let quarters = (self * core::f64::consts::FRAC_2_PI + WHOLE) - WHOLE;
+        let r = ((self - quarters * QUARTER[0]) - quarters * QUARTER[1]) - quarters * QUARTER[2];
+        let (sine, cosine) = near_zero(r);
+        // −2, −1, 0, 1 or 2 quarters.
+        let q = quarters - ((quarters * 0.25 + WHOLE) - WHOLE) * 4.0;
+        let square = q * q;
+        let odd = square * (square.like(4.0) - square) * (1.0 / 3.0);
+        let upright = (odd.like(1.0) - odd) * (square.like(1.0) - square * 0.5);
+        let turned = odd * q;
+        (
+            upright * sine + turned * cosine,
+            upright * cosine - turned * sine,
+        )
+    }
+}
+
+/// Returns sine and cosine of at most π/4.
+#[inline(always)]
+fn near_zero<L: Lanes>(r: L) -> (L, L) {
+    const SINE: [f64; 6] = [
+        1.589_690_995_211_55e-10,
+        -2.505_076_025_340_686_3e-8,
+        2.755_731_370_707_006_8e-6,
+        -1.984_126_982_985_795e-4,
+        8.333_333_333_322_49e-3,
+        -1.666_666_666_666_663_2e-1,
+    ];
+    const COSINE: [f64; 6] = [
+        -1.135_964_755_778_819_5e-11,
+        2.087_572_321_298_175e-9,
+        -2.755_731_435_139_066_3e-7,
+        2.480_158_728_947_673e-5,
+        -1.388_888_888_887_411e-3,
+        4.166_666_666_666_66e-2,
+    ];
+    let z = r * r;
+    let horner = |c: [f64; 6]| {
+        ((((z * c[0] + c[1]) * z + c[2]) * z + c[3]) * z + c[4]) * z + c[5]
+    };
+    let half = z * 0.5 - z * z * horner(COSINE);
+    (r + r * (z * horner(SINE)), half.like(1.0) - half)
+}
+
+/// Source of lanes: a processor feature that was found at run time.
+pub trait Simd: Copy {
+    /// The numbers.
+    type Lanes: Lanes;
+
+    /// Returns the same number in all lanes.
+    fn splat(self, value: f64) -> Self::Lanes;
+
+    /// Returns numbers from memory.
+    fn load(self, quad: Quad) -> Self::Lanes;
+
+    /// Runs a task as a function of its own with the same registers: for one that is too long to be
+    /// inlined in several places.
+    fn call<T: Task>(self, task: T) -> T::Output;
+}
+
+/// Part of a computation in lanes.
+pub trait Task {
+    /// Result.
+    type Output;
+
+    /// Computes the result. To be inlined always, as everything it calls.
+    fn run(self) -> Self::Output;
+}
+
+/// Kernel with its registers.
+struct Entry<K, S> {
+    kernel: K,
+    simd: S,
+}
+
+impl<K: Kernel, S: Simd> Task for Entry<K, S> {
+    type Output = K::Output;
+
+    #[inline(always)]
+    fn run(self) -> K::Output {
+        self.kernel.run(self.simd)
+    }
+}
+
+/// Computation in lanes, generic over their implementation.
+pub trait Kernel {
+    /// Result.
+    type Output;
+
+    /// Computes the result. To be inlined always, as everything it calls.
+    fn run<S: Simd>(self, simd: S) -> Self::Output;
+}
+
+/// Choice of an implementation of [`Lanes`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Features {
+    /// The widest registers that this processor has.
+    #[default]
+    Detected,
+    /// Registers of 128 bits, which every processor has.
+    Portable,
+}
+
+impl Features {
+    /// Returns the name of the implementation on this processor.
+    pub fn name(self) -> &'static str {
+        #[cfg(target_arch = "x86_64")]
+        if self == Self::Detected && x86::is_available() {
+            return "avx2";
+        }
+        portable::NAME
+    }
+}
+
+/// Runs a computation with the chosen implementation.
+#[inline]
+pub fn dispatch<K: Kernel>(features: Features, kernel: K) -> K::Output {
+    #[cfg(target_arch = "x86_64")]
+    if features == Features::Detected {
+        return x86::dispatch(kernel);
+    }
+    let _ = features;
+    portable::dispatch(kernel)
+}
+
+#[cfg(test)]
+mod tests;

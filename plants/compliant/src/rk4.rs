@@ -1,0 +1,155 @@
+//! Classical Runge–Kutta method of order 4 with error control.
+//!
+//! The slope at the end of a step is the first of the next. In the place of the fourth it gives a
+//! solution of order 3, and the difference of the two estimates the error of a step:
+//!
+//! ```text
+//! y₁ = y₀ + h/6 (k₁ + 2k₂ + 2k₃ + k₄)    k₅ = f(y₁)    ŷ₁ − y₁ = h/6 (k₅ − k₄)
+//! ```
+
+/// Shortest substep: a model that needs shorter ones is too stiff for this method \[s\].
+const SUBSTEP_MIN: f64 = 1e-7;
+
+/// Limits of the ratio of successive substeps, and the share of the optimal substep that is taken.
+const RATIO_MIN: f64 = 0.2;
+const RATIO_MAX: f64 = 4.0;
+const SAFETY: f64 = 0.9;
+
+/// Ordinary differential equation.
+pub trait System {
+    /// State.
+    type State: Copy;
+    /// Time derivative of the state, with integrands such as powers and forces.
+    type Slope: Copy;
+
+    /// Returns the slope in a state, `time` seconds after the begin of the step.
+    fn slope(&self, time: f64, state: &Self::State) -> Self::Slope;
+
+    /// Returns the state advanced by `seconds` along a slope.
+    fn along(state: &Self::State, seconds: f64, slope: &Self::Slope) -> Self::State;
+
+    /// Returns the state advanced by `seconds` along the mean (k₁ + 2k₂ + 2k₃ + k₄)/6.
+    fn along_mean(state: &Self::State, seconds: f64, slopes: [&Self::Slope; 4]) -> Self::State;
+
+    /// Returns the size of the error h/6 (k₅ − k₄) \[m\].
+    fn error(&self, seconds: f64, fourth: &Self::Slope, fifth: &Self::Slope) -> f64;
+
+    /// Adds the integrands of an accepted substep, which begins at `time` and ends in `next`.
+    fn accept(&mut self, time: f64, seconds: f64, slopes: [&Self::Slope; 4], next: &Self::State);
+}
+
+/// Control of the substeps.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct StepControl {
+    /// Greatest error of a substep \[m\]; infinite to take every step in one.
+    tolerance: f64,
+    /// Proposed length of the next substep \[s\].
+    substep: f64,
+    /// Work since the start.
+    pub work: StepWork,
+}
+
+/// Evaluations of the slope, accepted and rejected substeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+pub struct StepWork {
+    /// Evaluations of the slope.
+    pub evaluations: u64,
+    /// Accepted substeps.
+    pub accepted: u64,
+    /// Rejected substeps.
+    pub rejected: u64,
+}
+
+/// The tolerance requires substeps that are too short.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "the tolerance requires substeps below {SUBSTEP_MIN:e} s: a constraint, damping or mass is too \
+     stiff for an explicit method"
+)]
+pub struct TooStiff;
+
+impl StepControl {
+    /// Creates the control for a tolerance \[m\].
+    pub fn new(tolerance: f64) -> Self {
+        Self {
+            tolerance,
+            substep: f64::INFINITY,
+            work: StepWork::default(),
+        }
+    }
+
+    /// Advances a state by `seconds`. `slope` is the one in this state, if known, and becomes the
+    /// one at the end.
+    ///
+    /// # Errors
+    /// [`TooStiff`]; the state is then that after the last accepted substep.
+    #[inline(always)]
+    pub fn advance<F: System>(
+        &mut self,
+        system: &mut F,
+        state: &mut F::State,
+        slope: &mut Option<F::Slope>,
+        seconds: f64,
+    ) -> Result<(), TooStiff> {
+        let mut time = 0.0;
+        let mut k1 = match slope.take() {
+            Some(slope) => slope,
+            None => {
+                self.work.evaluations += 1;
+                system.slope(0.0, state)
+            }
+        };
+        while time < seconds {
+            let rest = seconds - time;
+            let count = self.substeps(rest);
+            let h = rest / count;
+            let half = 0.5 * h;
+            let k2 = system.slope(time + half, &F::along(state, half, &k1));
+            let k3 = system.slope(time + half, &F::along(state, half, &k2));
+            let k4 = system.slope(time + h, &F::along(state, h, &k3));
+            let slopes = [&k1, &k2, &k3, &k4];
+            let next = F::along_mean(state, h, slopes);
+            let k5 = system.slope(time + h, &next);
+            self.work.evaluations += 4;
+            let ratio = system.error(h, &k4, &k5) / self.tolerance;
+            // The form of the comparison rejects NaN.
+            if ratio <= 1.0 {
+                self.work.accepted += 1;
+                system.accept(time, h, slopes, &next);
+                (*state, k1) = (next, k5);
+                time = if count > 1.0 { time + h } else { seconds };
+            } else {
+                self.work.rejected += 1;
+            }
+            let growth = Self::growth(ratio);
+            // A substep cut short by the end of the step says nothing against a longer one.
+            let cut_short = growth >= 1.0 && h < self.substep;
+            self.substep = if cut_short { (h * growth).max(self.substep) } else { h * growth };
+            if self.substep < SUBSTEP_MIN && self.substep < rest {
+                return Err(TooStiff);
+            }
+        }
+        *slope = Some(k1);
+        Ok(())
+    }
+
+    /// Returns the number of equal substeps for the remaining time.
+    #[inline(always)]
+    fn substeps(&self, rest: f64) -> f64 {
+        if rest <= self.substep || self.tolerance.is_infinite() {
+            1.0
+        } else {
+            libm::ceil(rest / self.substep)
+        }
+    }
+
+    /// Returns the ratio of the next substep to one with this ratio of error to tolerance, which
+    /// grows with the fourth power of its length.
+    #[inline(always)]
+    fn growth(ratio: f64) -> f64 {
+        if ratio.is_nan() {
+            return RATIO_MIN;
+        }
+        (SAFETY / libm::sqrt(libm::sqrt(ratio))).clamp(RATIO_MIN, RATIO_MAX)
+    }
+}

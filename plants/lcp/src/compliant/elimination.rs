@@ -1,0 +1,129 @@
+//! Elimination of the links from the equations of the trunk.
+//!
+//! The links of each leg are eliminated from the last to the first, H = Lᵀ D L, and add to the
+//! equations of the trunk M a = f
+//!
+//! ```text
+//! M ← M − Σ c cᵀ/d     f ← f − Σ c τ/d
+//! ```
+//!
+//! A hip whose servo imposes its acceleration α is not eliminated: it adds −Hα and −Cα to the
+//! right-hand sides.
+
+use twinrig_compliant::lanes::Lanes;
+
+/// Rows of the trunk that are coupled to a leg: forward, up, roll, pitch, yaw; the lateral direction
+/// is normal to the plane of the leg.
+pub(crate) const COUPLED: usize = 5;
+
+/// Entries of a symmetric matrix of the coupled rows, row by row up to the diagonal.
+pub(crate) const ENTRIES: usize = COUPLED * (COUPLED + 1) / 2;
+
+/// Equations of the links of a leg: H θ̈ + C a = τ.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LinkEquations<L, const N: usize> {
+    /// H, of which the entries on and below the diagonal are used.
+    pub(crate) inertia: [[L; N]; N],
+    /// C, by link.
+    pub(crate) columns: [[L; COUPLED]; N],
+    /// τ.
+    pub(crate) torques: [L; N],
+}
+
+/// Contribution of a leg to the equations of the trunk.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TrunkShare<L> {
+    pub(crate) matrix: [L; ENTRIES],
+    pub(crate) force: [L; COUPLED],
+}
+
+impl<L: Lanes, const N: usize> LinkEquations<L, N> {
+    /// Moves the imposed acceleration of the first link to the right-hand sides.
+    #[inline(always)]
+    pub(crate) fn impose<const FREE: bool>(&mut self, acceleration: L, share: &mut TrunkShare<L>) {
+        for i in 1..N {
+            self.torques[i] -= self.inertia[i][0] * acceleration;
+        }
+        if FREE {
+            for (force, column) in share.force.iter_mut().zip(self.columns[0]) {
+                *force -= column * acceleration;
+            }
+        }
+    }
+
+    /// Eliminates the links from `FIRST` on.
+    #[inline(always)]
+    pub(crate) fn eliminate<const FIRST: usize, const FREE: bool>(
+        mut self,
+        share: &mut TrunkShare<L>,
+    ) -> Eliminated<L, N> {
+        let mut inverses = self.torques;
+        for k in (FIRST..N).rev() {
+            let inverse = self.inertia[k][k].reciprocal();
+            inverses[k] = inverse;
+            if FREE {
+                let scaled = self.columns[k].map(|c| c * inverse);
+                let mut entry = 0;
+                for a in 0..COUPLED {
+                    for b in 0..=a {
+                        share.matrix[entry] -= scaled[a] * self.columns[k][b];
+                        entry += 1;
+                    }
+                    share.force[a] -= scaled[a] * self.torques[k];
+                }
+            }
+            for i in FIRST..k {
+                let factor = self.inertia[k][i] * inverse;
+                for j in FIRST..=i {
+                    let upper = self.inertia[k][j];
+                    self.inertia[i][j] -= factor * upper;
+                }
+                if FREE {
+                    for a in 0..COUPLED {
+                        let column = self.columns[k][a];
+                        self.columns[i][a] -= factor * column;
+                    }
+                }
+                let torque = self.torques[k];
+                self.torques[i] -= factor * torque;
+            }
+        }
+        Eliminated {
+            equations: self,
+            inverses,
+        }
+    }
+}
+
+/// Factors of the eliminated links.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Eliminated<L, const N: usize> {
+    equations: LinkEquations<L, N>,
+    inverses: [L; N],
+}
+
+impl<L: Lanes, const N: usize> Eliminated<L, N> {
+    /// Returns the accelerations of the links from `FIRST` on, for the acceleration of the trunk in
+    /// the coupled rows; those before keep the values of `imposed`.
+    #[inline(always)]
+    pub(crate) fn accelerations<const FIRST: usize, const FREE: bool>(
+        &self,
+        trunk: &[L; COUPLED],
+        imposed: [L; N],
+    ) -> [L; N] {
+        let (equations, mut accelerations) = (&self.equations, imposed);
+        for k in FIRST..N {
+            let mut torque = equations.torques[k];
+            if FREE {
+                for a in 0..COUPLED {
+                    torque -= equations.columns[k][a] * trunk[a];
+                }
+            }
+            for i in FIRST..k {
+                torque -= equations.inertia[k][i] * accelerations[i];
+            }
+            accelerations[k] = torque * self.inverses[k];
+        }
+        accelerations
+    }
+}

@@ -1,0 +1,119 @@
+//! Energy of the compliant model.
+
+use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
+use twinrig_legged::{Base, Stored};
+use twinrig_robot::GRAVITY;
+
+use super::carrier::{Carried, Carrier};
+use super::chain::{Depths, Turns};
+use super::contact::{Point, TrunkMotion};
+use super::elimination::COUPLED;
+use super::model::{CompliantModel, DriveLaws, Legs};
+use super::state::State;
+
+/// Kinetic, spring and gravity energy in a state \[J\]; the springs include the elements.
+pub(crate) struct StoredEnergy<'a, const N: usize, const P: usize> {
+    pub(crate) model: &'a CompliantModel<N>,
+    pub(crate) state: &'a State<Quad, N, P>,
+}
+
+impl<const N: usize, const P: usize> Kernel for StoredEnergy<'_, N, P> {
+    type Output = Stored;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Stored {
+        let (model, state) = (self.model, self.state.load(simd));
+        let legs = model.legs.load(simd);
+        let trunk = TrunkMotion::new(&state);
+        let turns = Turns::new(&state.angles);
+        let entries = turns.inertia_and_swing(&legs);
+        let zero = state.pulley.zero();
+        let mut kinetic = zero;
+        for i in 0..N {
+            kinetic += entries[i][i] * (state.rates[i] * state.rates[i]) * 0.5;
+            for j in 0..i {
+                kinetic += entries[i][j] * (state.rates[i] * state.rates[j]);
+            }
+        }
+        let [hip, knee] = model.drive_inertias();
+        kinetic += state.rates[0] * state.rates[0] * (0.5 * hip)
+            + state.pulley_rate * state.pulley_rate * (0.5 * knee);
+        let at_rest = Carrier {
+            turning: [zero; 3],
+            field: [zero; 3],
+        };
+        let carried = Carried::new(&legs, &turns, &state.rates, &entries, &at_rest);
+        let springs = self.springs(simd, &legs, &turns, &state, &trunk);
+        let up = trunk.rotation[2];
+        let [sx, sz] = carried.moment;
+        if model.base == Base::Fixed {
+            let height =
+                (sx - legs.mass_hip[0]) * up[0] + (sz - legs.mass_hip[2]) * up[2];
+            let [kinetic, springs, height, _] =
+                S::Lanes::sums([kinetic, springs, height, zero]).quad().0;
+            return [kinetic, springs, GRAVITY * height];
+        }
+        let ([vx, vy, vz], [wx, wy, wz]) = (trunk.velocity, trunk.turning);
+        let twist = [vx, vz, wx, wy, wz];
+        let mut entry = 0;
+        for a in 0..COUPLED {
+            for b in 0..=a {
+                let share = if a == b { 0.5 } else { 1.0 };
+                kinetic += carried.share.matrix[entry] * (share * twist[a] * twist[b]);
+                entry += 1;
+            }
+            for j in 0..N {
+                kinetic += carried.columns[j][a] * state.rates[j] * twist[a];
+            }
+        }
+        kinetic += sx * (vy * wz) - sz * (vy * wx);
+        let height = sx * up[0] + legs.mass_hip[1] * up[1] + sz * up[2];
+        let [kinetic, springs, height, _] =
+            S::Lanes::sums([kinetic, springs, height, zero]).quad().0;
+        let spin: f64 = (0..3)
+            .map(|i| model.inertia[i] * trunk.turning[i] * trunk.turning[i])
+            .sum();
+        let square = vx * vx + vy * vy + vz * vz;
+        [
+            kinetic + 0.5 * (model.mass * square + spin),
+            springs,
+            GRAVITY * (model.mass * trunk.position[2] + height),
+        ]
+    }
+}
+
+impl<const N: usize, const P: usize> StoredEnergy<'_, N, P> {
+    /// Returns the energy of springs and elements, by leg.
+    #[inline(always)]
+    fn springs<S: Simd>(
+        &self,
+        simd: S,
+        legs: &Legs<S::Lanes, N>,
+        turns: &Turns<S::Lanes, N>,
+        state: &State<S::Lanes, N, P>,
+        trunk: &TrunkMotion,
+    ) -> S::Lanes {
+        let spring = |[stiffness, rest]: [S::Lanes; 2], length: S::Lanes| {
+            stiffness * ((length - rest) * (length - rest)) * 0.5
+        };
+        let depths = Depths::new(legs, turns, state);
+        let mut energy = spring(legs.diagonal, depths.diagonal)
+            + spring(legs.parallel, depths.parallel);
+        for depth in [depths.extended, depths.bottomed, depths.open, depths.closed] {
+            energy += legs.stops.energy(depth);
+        }
+        if self.model.drives != DriveLaws::None {
+            energy += legs.cable.energy(depths.cable);
+        }
+        if N > 3 {
+            energy += spring(legs.toe, state.angles[N - 1] - state.angles[2]);
+        }
+        if self.model.ground.is_some() {
+            for p in 0..P {
+                let point = Point::new(legs, turns, state, N - P + 1 + p, trunk);
+                energy += legs.sole.element.energy(-self.model.below(simd, trunk, &point).gap);
+            }
+        }
+        energy
+    }
+}

@@ -1,0 +1,133 @@
+//! The model as a differential equation in lanes.
+
+use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
+use twinrig_compliant::{StepControl, System, TooStiff};
+
+use super::model::{Commands, CompliantModel, Legs};
+use super::slope::Evaluation;
+use super::state::{Flows, Slope, State};
+
+/// Step of the model: everything that it changes, in memory.
+pub(crate) struct Step<'a, const N: usize, const P: usize> {
+    pub(crate) model: &'a CompliantModel<N>,
+    pub(crate) commands: &'a Commands<Quad>,
+    pub(crate) state: &'a mut State<Quad, N, P>,
+    /// Slope in this state, if known.
+    pub(crate) slope: &'a mut Option<Slope<Quad, N, P>>,
+    /// Integrals of powers and forces since the start.
+    pub(crate) sums: &'a mut Flows<Quad>,
+    pub(crate) control: &'a mut StepControl,
+    pub(crate) seconds: f64,
+}
+
+impl<const N: usize, const P: usize> Kernel for Step<'_, N, P> {
+    type Output = Result<(), TooStiff>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Self::Output {
+        let load = |quad: Quad| simd.load(quad);
+        let mut motion = Motion::<S, N, P> {
+            simd,
+            model: self.model,
+            legs: self.model.legs.load(simd),
+            commands: self.commands.load(simd),
+            sums: self.sums.map(load),
+        };
+        let mut state = self.state.load(simd);
+        let mut slope = self.slope.take().map(|slope| Slope {
+            state: slope.state.load(simd),
+            flows: slope.flows.map(load),
+        });
+        self.control
+            .advance(&mut motion, &mut state, &mut slope, self.seconds)?;
+        *self.state = state.store();
+        *self.slope = slope.map(|slope| Slope {
+            state: slope.state.store(),
+            flows: slope.flows.map(S::Lanes::quad),
+        });
+        *self.sums = motion.sums.map(S::Lanes::quad);
+        Ok(())
+    }
+}
+
+/// The model in lanes.
+struct Motion<'a, S: Simd, const N: usize, const P: usize> {
+    simd: S,
+    model: &'a CompliantModel<N>,
+    legs: Legs<S::Lanes, N>,
+    commands: Commands<S::Lanes>,
+    sums: Flows<S::Lanes>,
+}
+
+impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
+    type State = State<S::Lanes, N, P>;
+    type Slope = Slope<S::Lanes, N, P>;
+
+    #[inline(always)]
+    fn slope(&self, time: f64, state: &Self::State) -> Self::Slope {
+        self.simd.call(Evaluation {
+            simd: self.simd,
+            model: self.model,
+            legs: &self.legs,
+            commands: &self.commands,
+            time,
+            state,
+        })
+    }
+
+    #[inline(always)]
+    fn along(state: &Self::State, seconds: f64, slope: &Self::Slope) -> Self::State {
+        state.zip(&slope.state, |value, rate| value + rate * seconds)
+    }
+
+    #[inline(always)]
+    fn along_mean(state: &Self::State, seconds: f64, [a, b, c, d]: [&Self::Slope; 4]) -> Self::State {
+        let ends = a.state.zip(&d.state, |a, d| a + d);
+        let middle = b.state.zip(&c.state, |b, c| b + c);
+        let sum = ends.zip(&middle, |ends, middle| ends + (middle + middle));
+        state.zip(&sum, |value, sum| value + sum * (seconds / 6.0))
+    }
+
+    #[inline(always)]
+    fn error(&self, seconds: f64, fourth: &Self::Slope, fifth: &Self::Slope) -> f64 {
+        let radius = self.model.radius;
+        let State {
+            position,
+            attitude,
+            velocity,
+            turning,
+            angles,
+            rates,
+            pulley,
+            pulley_rate,
+            ..
+        } = fifth.state.zip(&fourth.state, |last, before| (last - before).abs());
+        let (mut angle, mut rate) = (attitude + attitude, turning);
+        for i in 0..N {
+            angle = angle.max(angles[i]);
+            rate = rate.max(rates[i]);
+        }
+        angle = angle.max(pulley);
+        rate = rate.max(pulley_rate);
+        let lengths = (angle * radius).max(position);
+        let speeds = (rate * radius).max(velocity);
+        let flows = fifth.flows.zip(&fourth.flows, |last, before| last - before);
+        let zero = angle.zero();
+        let powers = S::Lanes::sums([flows.actuator, flows.dissipated, zero, zero]).abs();
+        let size = lengths
+            .max(speeds * seconds)
+            .max(powers * self.model.per_weight);
+        let [a, b, c, d] = size.quad().0;
+        // The sum propagates NaN, which a maximum hides.
+        let nan = 0.0 * (lengths + speeds + powers).quad().0.iter().sum::<f64>();
+        a.max(b).max(c.max(d)) * (seconds / 6.0) + nan
+    }
+
+    #[inline(always)]
+    fn accept(&mut self, _: f64, seconds: f64, [a, b, c, d]: [&Self::Slope; 4], _: &Self::State) {
+        let ends = a.flows.zip(&d.flows, |a, d| a + d);
+        let middle = b.flows.zip(&c.flows, |b, c| b + c);
+        let sum = ends.zip(&middle, |ends, middle| ends + (middle + middle));
+        self.sums = self.sums.zip(&sum, |sum, part| sum + part * (seconds / 6.0));
+    }
+}

@@ -1,0 +1,145 @@
+//! State of the compliant model, and its time derivative.
+
+use twinrig_compliant::lanes::{Lanes, Quad, Simd};
+
+/// Positions and velocities of trunk, links and pulleys, with `N` links and `P` contact points a
+/// leg. `T` is [`Quad`] in memory, or lanes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct State<T, const N: usize, const P: usize> {
+    /// Position of the trunk's own centre of mass, world frame \[m\].
+    pub(crate) position: T,
+    /// Attitude of the trunk as a quaternion w, x, y, z from trunk to world, of any length.
+    pub(crate) attitude: T,
+    /// Velocity \[m/s\] and angular velocity of the trunk \[rad/s\], trunk axes.
+    pub(crate) velocity: T,
+    pub(crate) turning: T,
+    /// Absolute angles of the links in the leg plane, zero straight down \[rad\], and their rates.
+    pub(crate) angles: [T; N],
+    pub(crate) rates: [T; N],
+    /// Angle of the cable's pulley \[rad\], and its rate.
+    pub(crate) pulley: T,
+    pub(crate) pulley_rate: T,
+    /// Deflection of the sole along the two tangents of the ground, by contact point \[m\].
+    pub(crate) bristles: [[T; 2]; P],
+}
+
+/// Powers and forces, which are integrated with the motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Flows<T> {
+    /// Power of the drives on links and cable, beyond that into their own inertia \[W\].
+    pub(crate) actuator: T,
+    /// Power dissipated by joints, elements and friction \[W\].
+    pub(crate) dissipated: T,
+    /// Torque of the hip drive on its link, and of the cable on the pulley \[N·m\].
+    pub(crate) hip: T,
+    pub(crate) knee: T,
+    /// Tension of the cable \[N\].
+    pub(crate) cable: T,
+    /// Force of the ground on the leg, world frame \[N\].
+    pub(crate) ground: [T; 3],
+}
+
+/// Time derivative of a state, with powers and forces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Slope<T, const N: usize, const P: usize> {
+    pub(crate) state: State<T, N, P>,
+    pub(crate) flows: Flows<T>,
+}
+
+impl<T: Copy, const N: usize, const P: usize> State<T, N, P> {
+    /// Applies a function to all members.
+    #[inline(always)]
+    pub(crate) fn map<U>(&self, mut of: impl FnMut(T) -> U) -> State<U, N, P> {
+        State {
+            position: of(self.position),
+            attitude: of(self.attitude),
+            velocity: of(self.velocity),
+            turning: of(self.turning),
+            angles: self.angles.map(&mut of),
+            rates: self.rates.map(&mut of),
+            pulley: of(self.pulley),
+            pulley_rate: of(self.pulley_rate),
+            bristles: self.bristles.map(|bristle| bristle.map(&mut of)),
+        }
+    }
+
+    /// Combines two states member by member.
+    #[inline(always)]
+    pub(crate) fn zip<U: Copy>(
+        &self,
+        other: &State<U, N, P>,
+        mut of: impl FnMut(T, U) -> T,
+    ) -> Self {
+        let mut next = *self;
+        next.position = of(self.position, other.position);
+        next.attitude = of(self.attitude, other.attitude);
+        next.velocity = of(self.velocity, other.velocity);
+        next.turning = of(self.turning, other.turning);
+        for i in 0..N {
+            next.angles[i] = of(self.angles[i], other.angles[i]);
+            next.rates[i] = of(self.rates[i], other.rates[i]);
+        }
+        next.pulley = of(self.pulley, other.pulley);
+        next.pulley_rate = of(self.pulley_rate, other.pulley_rate);
+        for i in 0..P {
+            for k in 0..2 {
+                next.bristles[i][k] = of(self.bristles[i][k], other.bristles[i][k]);
+            }
+        }
+        next
+    }
+}
+
+impl<T: Copy> Flows<T> {
+    #[inline(always)]
+    pub(crate) fn map<U>(&self, mut of: impl FnMut(T) -> U) -> Flows<U> {
+        Flows {
+            actuator: of(self.actuator),
+            dissipated: of(self.dissipated),
+            hip: of(self.hip),
+            knee: of(self.knee),
+            cable: of(self.cable),
+            ground: self.ground.map(of),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn zip(&self, other: &Self, mut of: impl FnMut(T, T) -> T) -> Self {
+        Self {
+            actuator: of(self.actuator, other.actuator),
+            dissipated: of(self.dissipated, other.dissipated),
+            hip: of(self.hip, other.hip),
+            knee: of(self.knee, other.knee),
+            cable: of(self.cable, other.cable),
+            ground: std::array::from_fn(|i| of(self.ground[i], other.ground[i])),
+        }
+    }
+}
+
+impl Flows<Quad> {
+    pub(crate) fn zero() -> Self {
+        let zero = Quad::splat(0.0);
+        Self {
+            actuator: zero,
+            dissipated: zero,
+            hip: zero,
+            knee: zero,
+            cable: zero,
+            ground: [zero; 3],
+        }
+    }
+}
+
+impl<const N: usize, const P: usize> State<Quad, N, P> {
+    #[inline(always)]
+    pub(crate) fn load<S: Simd>(&self, simd: S) -> State<S::Lanes, N, P> {
+        self.map(|quad| simd.load(quad))
+    }
+}
+
+impl<L: Lanes, const N: usize, const P: usize> State<L, N, P> {
+    #[inline(always)]
+    pub(crate) fn store(&self) -> State<Quad, N, P> {
+        self.map(L::quad)
+    }
+}

@@ -1,0 +1,189 @@
+use proptest::prelude::*;
+use twinrig_compliant::lanes::{Features, Quad};
+use twinrig_contact::Ground;
+use twinrig_legged::{Base, Drives};
+use twinrig_robot::{Compliance, OneSided, Robot};
+
+use super::flow::CompliantFlow;
+use super::model::CompliantModel;
+use super::state::State;
+use crate::fixtures::{self, HARD, Pose, flow, robot, tumbling};
+use crate::flow::Flow;
+use crate::motion::Dynamics;
+use crate::real::Lanes;
+use crate::state::State as RigidState;
+
+fn quad(lanes: Lanes) -> Quad {
+    Quad(lanes.to_array())
+}
+
+fn four([x, y, z]: [f64; 3]) -> Quad {
+    Quad([x, y, z, 0.0])
+}
+
+pub(crate) fn compliance() -> Compliance {
+    let side = |stiffness, damping, toe_region| OneSided {
+        stiffness,
+        damping,
+        toe_region,
+    };
+    Compliance {
+        stops: side(100e3, 20.0, 0.3e-3),
+        cable: side(50e3, 20.0, 0.3e-3),
+        sole: side(20e3, 30.0, 0.5e-3),
+        slip_deflection: 0.2e-3,
+    }
+}
+
+fn state<const N: usize, const P: usize>(rigid: &RigidState<Lanes, N>) -> State<Quad, N, P> {
+    State {
+        position: four(rigid.position),
+        attitude: Quad(rigid.attitude),
+        velocity: four(rigid.velocity),
+        turning: four(rigid.turning),
+        angles: rigid.angles.map(quad),
+        rates: rigid.rates.map(quad),
+        pulley: quad(rigid.pulley),
+        pulley_rate: quad(rigid.pulley_rate),
+        bristles: [[Quad::splat(0.0); 2]; P],
+    }
+}
+
+/// Builds the compliant plant in the state of a rigid one, its servos at rest there.
+fn compliant<const N: usize, const P: usize>(
+    rigid: &Flow<N>,
+    compliance: Compliance,
+    tolerance: f64,
+    features: Features,
+) -> CompliantFlow<N, P> {
+    let compliances = vec![compliance; rigid.model.legs.len()];
+    let model = CompliantModel::new(&rigid.model, &compliances);
+    let mut flow = CompliantFlow::new(model, state(&rigid.state), tolerance, features);
+    flow.commands.hip[0] = quad(rigid.mode.commands.hip);
+    flow.commands.knee[0] = quad(rigid.mode.commands.pulley);
+    flow
+}
+
+fn start<const N: usize>(base: Base, pose: Pose, drives: Drives, ground: Option<Ground>) -> Flow<N> {
+    flow::<N>(&robot(), base, pose, drives, ground)
+}
+
+/// Slope of the rigid model without constraints, in the form of the compliant one.
+fn rigid_slope<const N: usize>(flow: &Flow<N>) -> Vec<f64> {
+    let dynamics = Dynamics::new(&flow.model, &flow.model.side_by_side, &flow.mode, 0.0);
+    let (slope, _) = dynamics.slope_without_contacts(&flow.state);
+    let mut numbers = Vec::new();
+    numbers.extend(slope.position);
+    numbers.extend(slope.attitude);
+    numbers.extend(slope.velocity);
+    numbers.extend(slope.turning);
+    for lanes in slope.rates {
+        numbers.extend(lanes.to_array());
+    }
+    numbers.extend(slope.dissipated.to_array());
+    numbers
+}
+
+fn compliant_slope<const N: usize, const P: usize>(flow: &mut CompliantFlow<N, P>) -> Vec<f64> {
+    let slope = flow.present_slope();
+    let mut numbers = Vec::new();
+    numbers.extend(&slope.state.position.0[..3]);
+    numbers.extend(slope.state.attitude.0);
+    numbers.extend(&slope.state.velocity.0[..3]);
+    numbers.extend(&slope.state.turning.0[..3]);
+    for lanes in slope.state.rates {
+        numbers.extend(lanes.0);
+    }
+    numbers.extend(slope.flows.dissipated.0);
+    numbers
+}
+
+fn equal_without_constraints<const N: usize, const P: usize>(base: Base, spin: [f64; 3]) {
+    let pose = ([20.0, -40.0, 55.0], [-3.0, 5.0, 8.0]);
+    let mut rigid = start::<N>(base, pose, Drives::None, None);
+    if base == Base::Free {
+        tumbling(&mut rigid);
+        rigid.state.turning = spin;
+    }
+    let mut flow = compliant::<N, P>(
+        &rigid,
+        compliance().scaled(0.0, 0.0),
+        1e-6,
+        Features::Detected,
+    );
+    let expected = rigid_slope(&rigid);
+    let found = compliant_slope(&mut flow);
+    for (i, (a, b)) in expected.iter().zip(&found).enumerate() {
+        assert!((a - b).abs() < 1e-9 * (1.0 + a.abs()), "{i}: {a} {b}");
+    }
+    let (a, b) = (rigid.stored(), flow.stored());
+    for (a, b) in a.iter().zip(b) {
+        assert!((a - b).abs() < 1e-12 * (1.0 + a.abs()), "{a} {b}");
+    }
+}
+
+#[test]
+fn slope_without_constraints_is_that_of_the_rigid_model() {
+    for spin in [[3.0, -2.0, 5.0], [0.0, 4.0, 0.0], [-1.0, 0.3, 0.0]] {
+        equal_without_constraints::<3, 1>(Base::Free, spin);
+        equal_without_constraints::<4, 2>(Base::Free, spin);
+    }
+    equal_without_constraints::<3, 1>(Base::Fixed, [0.0; 3]);
+    equal_without_constraints::<3, 1>(Base::Planar, [0.0; 3]);
+}
+
+/// A hard start on a free trunk with servos, on the ground.
+fn landing<const N: usize, const P: usize>(tolerance: f64, features: Features) -> CompliantFlow<N, P> {
+    let robot: Robot = robot();
+    let drives = fixtures::servo_drives(&robot);
+    let mut rigid = start::<N>(Base::Free, HARD, drives, Some(fixtures::flat()));
+    rigid.state.position[2] = 0.13;
+    rigid.state.velocity = [0.4, 0.1, -0.3];
+    rigid.state.turning = [0.5, -0.3, 0.2];
+    compliant::<N, P>(&rigid, compliance(), tolerance, features)
+}
+
+#[test]
+fn bits_do_not_depend_on_the_processor() {
+    let run = |features| {
+        let mut flow = landing::<3, 1>(1e-6, features);
+        for _ in 0..100 {
+            flow.step(2e-3).unwrap();
+        }
+        (flow.state, flow.sums, flow.control)
+    };
+    assert_eq!(run(Features::Detected), run(Features::Portable));
+}
+
+#[test]
+fn energy_balance_closes_with_the_tolerance() {
+    let residual = |tolerance| {
+        let mut flow = landing::<3, 1>(tolerance, Features::Detected);
+        for _ in 0..150 {
+            flow.step(2e-3).unwrap();
+        }
+        let balance = flow.ledger.balance();
+        eprintln!("{tolerance:e} {balance:?} {:?}", flow.control);
+        (balance.residual / balance.exchanged).abs()
+    };
+    assert!(residual(1e-6) < 1e-4);
+    assert!(residual(1e-9) < 1e-7);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(16))]
+    #[test]
+    fn toe_and_planar_bases_keep_the_energy_balance(pitch in -0.3..0.3_f64) {
+        let mut flow = landing::<4, 2>(1e-9, Features::Detected);
+        flow.model.base = Base::Planar;
+        flow.state.attitude = Quad([libm::cos(pitch / 2.0), 0.0, libm::sin(pitch / 2.0), 0.0]);
+        flow.state.velocity.0[1] = 0.0;
+        flow.state.turning = Quad([0.0, 0.5, 0.0, 0.0]);
+        flow.ledger = twinrig_legged::Ledger::opened(flow.stored());
+        for _ in 0..50 {
+            flow.step(2e-3).unwrap();
+        }
+        let balance = flow.ledger.balance();
+        prop_assert!(balance.residual.abs() < 1e-6 * balance.exchanged, "{balance:?}");
+    }
+}
