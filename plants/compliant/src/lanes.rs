@@ -146,11 +146,14 @@ fn near_zero<L: Lanes>(r: L) -> (L, L) {
         4.166_666_666_666_66e-2,
     ];
     let z = r * r;
-    let horner = |c: [f64; 6]| {
-        ((((z * c[0] + c[1]) * z + c[2]) * z + c[3]) * z + c[4]) * z + c[5]
-    };
-    let half = z * 0.5 - z * z * horner(COSINE);
-    (r + r * (z * horner(SINE)), half.like(1.0) - half)
+    let half = z * 0.5 - z * z * horner(z, COSINE);
+    (r + r * (z * horner(z, SINE)), half.like(1.0) - half)
+}
+
+/// Returns a polynomial, its highest coefficient first.
+#[inline(always)]
+fn horner<L: Lanes>(z: L, c: [f64; 6]) -> L {
+    ((((z * c[0] + c[1]) * z + c[2]) * z + c[3]) * z + c[4]) * z + c[5]
 }
 
 /// Source of lanes: a processor feature that was found at run time.

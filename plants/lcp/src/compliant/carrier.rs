@@ -55,8 +55,11 @@ impl<L: Lanes, const N: usize> Carried<L, N> {
         let [_, hy, _] = legs.hip;
         let [mx, my, mz] = legs.mass_hip;
         let zero = wx.zero();
-        let absolute = rates.map(|rate| rate - wy);
-        let squares = absolute.map(|rate| rate * rate);
+        let (mut absolute, mut squares) = (*rates, *rates);
+        for j in 0..N {
+            absolute[j] = rates[j] - wy;
+            squares[j] = absolute[j] * absolute[j];
+        }
         // Acceleration of the hip in the plane, and field along the links.
         let (wy2, lateral_pull) = (wy * wy, wy * hy);
         let hip = [

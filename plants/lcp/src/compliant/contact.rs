@@ -23,21 +23,28 @@ pub(crate) struct TrunkMotion {
     pub(crate) field: [f64; 3],
 }
 
+/// Returns the first three lanes.
+#[inline(always)]
+fn first_three<L: Lanes>(lanes: L) -> [f64; 3] {
+    let [x, y, z, _] = lanes.quad().0;
+    [x, y, z]
+}
+
 impl TrunkMotion {
     #[inline(always)]
     pub(crate) fn new<L: Lanes, const N: usize, const P: usize>(state: &State<L, N, P>) -> Self {
-        let three = |lanes: L| {
-            let [x, y, z, _] = lanes.quad().0;
-            [x, y, z]
-        };
         let rotation = rotation(state.attitude.quad().0);
-        let (velocity, turning) = (three(state.velocity), three(state.turning));
+        let (velocity, turning) = (first_three(state.velocity), first_three(state.turning));
         let turned = cross(turning, velocity);
         Self {
-            position: three(state.position),
+            position: first_three(state.position),
             velocity,
             turning,
-            field: std::array::from_fn(|i| -GRAVITY * rotation[2][i] - turned[i]),
+            field: [
+                -GRAVITY * rotation[2][0] - turned[0],
+                -GRAVITY * rotation[2][1] - turned[1],
+                -GRAVITY * rotation[2][2] - turned[2],
+            ],
             rotation,
         }
     }
@@ -108,27 +115,50 @@ impl<const N: usize> CompliantModel<N> {
 pub(crate) struct Below<L> {
     pub(crate) gap: L,
     pub(crate) directions: [[L; 3]; 3],
+    /// The same in the world frame; none where they are up, ahead and left.
+    in_world: Option<[[L; 3]; 3]>,
 }
 
 /// Force of the ground on a contact point.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Footforce<L> {
-    /// Trunk axes \[N\].
+    /// Trunk axes, and world frame \[N\].
     pub(crate) force: [L; 3],
+    pub(crate) force_in_world: [L; 3],
     pub(crate) bristle_rate: [L; 2],
     pub(crate) dissipated: L,
+}
+
+/// Returns a vector in all lanes.
+#[inline(always)]
+pub(crate) fn broadcast<L: Lanes>(like: L, [x, y, z]: [f64; 3]) -> [L; 3] {
+    [like.like(x), like.like(y), like.like(z)]
+}
+
+#[inline(always)]
+fn combine<L: Lanes>([n, a, b]: &[[L; 3]; 3], normal: L, [ahead, left]: [L; 2]) -> [L; 3] {
+    [
+        normal * n[0] + ahead * a[0] + left * b[0],
+        normal * n[1] + ahead * a[1] + left * b[1],
+        normal * n[2] + ahead * a[2] + left * b[2],
+    ]
+}
+
+#[inline(always)]
+fn dot<L: Lanes>(a: [L; 3], b: [L; 3]) -> L {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 impl<L: Lanes> Below<L> {
     /// Returns level ground at height zero.
     #[inline(always)]
     pub(crate) fn level(rotation: &Rotation<f64>, height: L, point: &Point<L>) -> Self {
-        let like = |row: [f64; 3]| row.map(|entry| height.like(entry));
         let [ahead, left, up] = *rotation;
         let [x, y, z] = point.place;
         Self {
             gap: height + x * up[0] + y * up[1] + z * up[2],
-            directions: [like(up), like(ahead), like(left)],
+            directions: [broadcast(height, up), broadcast(height, ahead), broadcast(height, left)],
+            in_world: None,
         }
     }
 
@@ -142,6 +172,7 @@ impl<L: Lanes> Below<L> {
     ) -> Self {
         let place = point.place.map(|x| x.quad().0);
         let (mut gap, mut directions) = ([0.0; LANES], [[[0.0; LANES]; 3]; 3]);
+        let mut in_world = directions;
         for lane in 0..LANES {
             let local = place.map(|x| x[lane]);
             let world: [f64; 3] = std::array::from_fn(|i| {
@@ -151,39 +182,41 @@ impl<L: Lanes> Below<L> {
             let (surface, gradient) = ground.nearest(&Vector3::from(world));
             gap[lane] = surface.gap;
             let [ahead, left] = surface.tangents();
-            for (direction, world) in directions.iter_mut().zip([gradient, ahead, left]) {
-                for (i, entry) in direction.iter_mut().enumerate() {
-                    entry[lane] = rotation[0][i] * world.x
+            for (k, world) in [gradient, ahead, left].into_iter().enumerate() {
+                for i in 0..3 {
+                    in_world[k][i][lane] = world[i];
+                    directions[k][i][lane] = rotation[0][i] * world.x
                         + rotation[1][i] * world.y
                         + rotation[2][i] * world.z;
                 }
             }
         }
+        let load = |rows: [[[f64; LANES]; 3]; 3]| rows.map(|row| row.map(|x| simd.load(Quad(x))));
         Self {
             gap: simd.load(Quad(gap)),
-            directions: directions.map(|direction| direction.map(|x| simd.load(Quad(x)))),
+            directions: load(directions),
+            in_world: Some(load(in_world)),
         }
     }
 
     /// Returns the force on a point.
     #[inline(always)]
     pub(crate) fn force(&self, sole: &Sole<L>, velocity: [L; 3], bristle: [L; 2]) -> Footforce<L> {
-        let [x, y, z] = velocity;
-        let [gap_rate, ahead, left] =
-            self.directions.map(|[a, b, c]| a * x + b * y + c * z);
+        let [normal, along, across] = self.directions;
         let grip = sole.grip(&Approach {
             gap: self.gap,
-            gap_rate,
-            slip: [ahead, left],
+            gap_rate: dot(normal, velocity),
+            slip: [dot(along, velocity), dot(across, velocity)],
             bristle,
         });
-        let [normal, along, across] = self.directions;
+        let [ahead, left] = grip.tangential;
+        let force_in_world = match &self.in_world {
+            None => [ahead, left, grip.normal],
+            Some(directions) => combine(directions, grip.normal, grip.tangential),
+        };
         Footforce {
-            force: std::array::from_fn(|i| {
-                grip.normal * normal[i]
-                    + grip.tangential[0] * along[i]
-                    + grip.tangential[1] * across[i]
-            }),
+            force: combine(&self.directions, grip.normal, grip.tangential),
+            force_in_world,
             bristle_rate: grip.bristle_rate,
             dissipated: grip.dissipated,
         }

@@ -51,6 +51,25 @@ impl<L: Lanes, const N: usize> LinkEquations<L, N> {
         }
     }
 
+    /// Returns the torque on the first link beyond that in its equation.
+    #[inline(always)]
+    pub(crate) fn first_torque<const FREE: bool>(
+        &self,
+        accelerations: &[L; N],
+        trunk: &[L; COUPLED],
+    ) -> L {
+        let mut torque = self.inertia[0][0] * accelerations[0] - self.torques[0];
+        for j in 1..N {
+            torque += self.inertia[j][0] * accelerations[j];
+        }
+        if FREE {
+            for a in 0..COUPLED {
+                torque += self.columns[0][a] * trunk[a];
+            }
+        }
+        torque
+    }
+
     /// Eliminates the links from `FIRST` on.
     #[inline(always)]
     pub(crate) fn eliminate<const FIRST: usize, const FREE: bool>(
@@ -62,7 +81,10 @@ impl<L: Lanes, const N: usize> LinkEquations<L, N> {
             let inverse = self.inertia[k][k].reciprocal();
             inverses[k] = inverse;
             if FREE {
-                let scaled = self.columns[k].map(|c| c * inverse);
+                let mut scaled = self.columns[k];
+                for entry in &mut scaled {
+                    *entry = *entry * inverse;
+                }
                 let mut entry = 0;
                 for a in 0..COUPLED {
                     for b in 0..=a {

@@ -72,6 +72,7 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
             commands: &self.commands,
             time,
             state,
+            limit: None,
         })
     }
 

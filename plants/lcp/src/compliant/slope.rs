@@ -1,12 +1,11 @@
 //! Right-hand side of the equations of motion.
 
-use twinrig_compliant::ServoLaw;
 use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
 use twinrig_legged::Base;
 
 use super::carrier::{Carried, Carrier};
 use super::chain::{Internal, Turns};
-use super::contact::{Footforce, Point, TrunkMotion};
+use super::contact::{Footforce, Point, TrunkMotion, broadcast};
 use super::elimination::{COUPLED, LinkEquations, TrunkShare};
 use super::model::{Commands, CompliantModel, DriveLaws, Legs};
 use super::state::{Flows, Slope, State};
@@ -23,17 +22,25 @@ pub(crate) struct Evaluation<'a, S: Simd, const N: usize, const P: usize> {
     pub(crate) commands: &'a Commands<S::Lanes>,
     pub(crate) time: f64,
     pub(crate) state: &'a State<S::Lanes, N, P>,
+    /// Torque and legs of the hips at the limit of their torque, once they are known.
+    pub(crate) limit: Option<(S::Lanes, <S::Lanes as Lanes>::Mask)>,
 }
 
-/// Action of the drives of the legs in one state.
-struct DriveAction<L> {
-    /// Acceleration of the hip, imposed by a servo; none with a torque \[rad/s²\].
-    hip_acceleration: Option<L>,
-    /// Torque \[N·m\] and inertia \[kg·m²\] of a hip without.
-    hip_torque: L,
-    hip_inertia: f64,
-    /// Acceleration of the pulley under its load \[rad/s²\].
-    pulley_acceleration: L,
+/// Everything that does not depend on the drives.
+struct Setting<L, const N: usize, const P: usize> {
+    trunk: TrunkMotion,
+    internal: Internal<L, N>,
+    equations: Equations<L, N>,
+    dissipated: L,
+    bristles: [[L; 2]; P],
+    /// World frame \[N\].
+    ground: [L; 3],
+}
+
+/// Returns a vector in the first three lanes.
+#[inline(always)]
+fn four<S: Simd>(simd: S, [x, y, z]: [f64; 3]) -> S::Lanes {
+    simd.load(Quad([x, y, z, 0.0]))
 }
 
 /// Equations of legs and trunk in one state.
@@ -58,55 +65,130 @@ impl<S: Simd, const N: usize, const P: usize> Task for Evaluation<'_, S, N, P> {
 }
 
 impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_, S, N, P> {
-    /// Returns the slope.
+    /// Returns the slope: each kind of drive in a branch of its own, with its values in registers.
     #[inline(always)]
-    fn slope<const FREE: bool>(&self) -> Slope<S::Lanes, N, P> {
-        let simd = self.simd;
+    fn slope<const FREE: bool>(&self) -> Slope<L, N, P> {
+        let [hip, knee] = self.commands.at(self.time);
+        match (&self.model.drives, self.limit) {
+            (DriveLaws::None, _) => {
+                let setting = self.setting::<FREE>(false);
+                let zero = setting.internal.tension;
+                let solution = self.solve_free::<FREE>(&setting.equations, zero, 0.0, &setting.trunk);
+                self.slope_of::<FREE>(setting, solution, zero)
+            }
+            (DriveLaws::Motors([at_hip, at_pulley]), _) => {
+                let setting = self.setting::<FREE>(true);
+                let [hip_damping, knee_damping] = self.commands.damping;
+                let torque = hip - hip_damping * self.state.rates[0];
+                let solution =
+                    self.solve_free::<FREE>(&setting.equations, torque, *at_hip, &setting.trunk);
+                let torque = knee - knee_damping * self.state.pulley_rate;
+                let load = self.legs.pulley_radius * setting.internal.tension;
+                let acceleration = (torque - load) * (1.0 / at_pulley);
+                self.slope_of::<FREE>(setting, solution, acceleration)
+            }
+            (DriveLaws::Servos { hip: law, .. }, None) => {
+                let setting = self.setting::<FREE>(true);
+                let acceleration = law.acceleration(hip, self.state.angles[0], self.state.rates[0]);
+                let solution =
+                    self.solve_imposed::<FREE>(&setting.equations, acceleration, &setting.trunk);
+                let torque = solution.hip_torque + acceleration * law.inertia();
+                let limit = law.limited(torque, self.state.rates[0]);
+                let limited = (torque - limit).abs().gt(torque.zero());
+                if L::any(limited) {
+                    // Rare: from the begin, so that nothing is kept for it otherwise.
+                    let limit = Some((limit, limited));
+                    return self.simd.call(Self { limit, ..*self });
+                }
+                let pulley = self.winding(knee, &setting);
+                self.slope_of::<FREE>(setting, solution, pulley)
+            }
+            (DriveLaws::Servos { hip: law, .. }, Some(limit)) => {
+                let setting = self.setting::<FREE>(true);
+                let acceleration = law.acceleration(hip, self.state.angles[0], self.state.rates[0]);
+                let solution = self.solve_limited::<FREE>(
+                    &setting.equations,
+                    acceleration,
+                    limit,
+                    law.inertia(),
+                    &setting.trunk,
+                );
+                let pulley = self.winding(knee, &setting);
+                self.slope_of::<FREE>(setting, solution, pulley)
+            }
+        }
+    }
+
+    /// Returns the acceleration of the pulley under its servo and its load.
+    #[inline(always)]
+    fn winding(&self, set_point: L, setting: &Setting<L, N, P>) -> L {
+        let (state, load) = (self.state, self.legs.pulley_radius * setting.internal.tension);
+        let DriveLaws::Servos { knee, .. } = &self.model.drives else {
+            return load.zero();
+        };
+        let wanted = knee.acceleration(set_point, state.pulley, state.pulley_rate);
+        let torque = knee.limited(wanted * knee.inertia() + load, state.pulley_rate);
+        (torque - load) * (1.0 / knee.inertia())
+    }
+
+    /// Returns everything but the drives.
+    #[inline(always)]
+    fn setting<const FREE: bool>(&self, has_cable: bool) -> Setting<L, N, P> {
         let (legs, state) = (self.legs, self.state);
         let trunk = TrunkMotion::new(state);
         let turns = Turns::new(&state.angles);
-        let has_cable = self.model.drives != DriveLaws::None;
         let internal = Internal::new(legs, &turns, state, has_cable);
         let entries = turns.inertia_and_swing(legs);
         let mut equations = self.equations::<FREE>(&turns, &entries, &trunk);
-        for (torque, inner) in equations.links.torques.iter_mut().zip(internal.torques) {
-            *torque += inner;
+        for j in 0..N {
+            equations.links.torques[j] += internal.torques[j];
         }
         let mut dissipated = internal.dissipated;
-        let mut bristles = state.bristles;
-        let mut ground = [dissipated.zero(); 3];
+        let zero = dissipated.zero();
+        let (mut bristles, mut ground) = ([[zero; 2]; P], [zero; 3]);
         if self.model.ground.is_some() {
-            for (p, bristle) in bristles.iter_mut().enumerate() {
+            for p in 0..P {
                 let foot = self.stand::<FREE>(&turns, &trunk, p, &mut equations);
-                *bristle = foot.bristle_rate;
+                bristles[p] = foot.bristle_rate;
                 dissipated += foot.dissipated;
-                for (sum, part) in ground.iter_mut().zip(foot.force) {
-                    *sum += part;
+                for i in 0..3 {
+                    ground[i] += foot.force_in_world[i];
                 }
             }
         }
-        let drive = self.drive(internal.tension);
-        let Solution {
-            trunk: accelerations,
-            links,
-            hip_torque,
-        } = self.solve::<FREE>(&equations, &drive, &trunk);
-        let knee = legs.pulley_radius * internal.tension;
-        let four = |x: [f64; 3]| simd.load(Quad([x[0], x[1], x[2], 0.0]));
-        let zero = dissipated.zero();
+        Setting {
+            trunk,
+            internal,
+            equations,
+            dissipated,
+            bristles,
+            ground,
+        }
+    }
+
+    #[inline(always)]
+    fn slope_of<const FREE: bool>(
+        &self,
+        setting: Setting<L, N, P>,
+        solution: Solution<L, N>,
+        pulley_acceleration: L,
+    ) -> Slope<L, N, P> {
+        let (simd, state, trunk) = (self.simd, self.state, &setting.trunk);
+        let tension = setting.internal.tension;
+        let knee = self.legs.pulley_radius * tension;
+        let zero = knee.zero();
         let [position, attitude, velocity, turning] = if FREE {
-            let [vx, vy, vz, wx, wy, wz] = accelerations;
+            let [vx, vy, vz, wx, wy, wz] = solution.trunk;
             let attitude = quaternion_rate(state.attitude.quad().0, trunk.turning);
             [
-                four(into_world(&trunk.rotation, trunk.velocity)),
+                four(simd, into_world(&trunk.rotation, trunk.velocity)),
                 simd.load(Quad(attitude)),
-                four([vx, vy, vz]),
-                four([wx, wy, wz]),
+                four(simd, [vx, vy, vz]),
+                four(simd, [wx, wy, wz]),
             ]
         } else {
             [zero; 4]
         };
-        let world = |row: [f64; 3]| ground[0] * row[0] + ground[1] * row[1] + ground[2] * row[2];
         Slope {
             state: State {
                 position,
@@ -114,18 +196,18 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 velocity,
                 turning,
                 angles: state.rates,
-                rates: links,
-                pulley: if has_cable { state.pulley_rate } else { zero },
-                pulley_rate: drive.pulley_acceleration,
-                bristles,
+                rates: solution.links,
+                pulley: state.pulley_rate,
+                pulley_rate: pulley_acceleration,
+                bristles: setting.bristles,
             },
             flows: Flows {
-                actuator: hip_torque * state.rates[0] + knee * state.pulley_rate,
-                dissipated,
-                hip: hip_torque,
+                actuator: solution.hip_torque * state.rates[0] + knee * state.pulley_rate,
+                dissipated: setting.dissipated,
+                hip: solution.hip_torque,
                 knee,
-                cable: internal.tension,
-                ground: trunk.rotation.map(world),
+                cable: tension,
+                ground: setting.ground,
             },
         }
     }
@@ -141,8 +223,8 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         let zero = rates[0].zero();
         if FREE {
             let carrier = Carrier {
-                turning: trunk.turning.map(|x| zero.like(x)),
-                field: trunk.field.map(|x| zero.like(x)),
+                turning: broadcast(zero, trunk.turning),
+                field: broadcast(zero, trunk.field),
             };
             let carried = Carried::new(legs, turns, rates, entries, &carrier);
             return Equations {
@@ -216,46 +298,6 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         }
         foot
     }
-
-    #[inline(always)]
-    fn drive(&self, tension: L) -> DriveAction<L> {
-        let (state, load) = (self.state, self.legs.pulley_radius * tension);
-        let zero = load.zero();
-        let [hip, knee] = self.commands.at(self.time);
-        match &self.model.drives {
-            DriveLaws::None => DriveAction {
-                hip_acceleration: None,
-                hip_torque: zero,
-                hip_inertia: 0.0,
-                pulley_acceleration: zero,
-            },
-            DriveLaws::Servos {
-                hip: hip_law,
-                knee: knee_law,
-            } => {
-                let winding = knee_law.acceleration(knee, state.pulley, state.pulley_rate);
-                let torque = winding * knee_law.inertia() + load;
-                let torque = knee_law.limited(torque, state.pulley_rate);
-                let [angle, rate] = [state.angles[0], state.rates[0]];
-                DriveAction {
-                    hip_acceleration: Some(hip_law.acceleration(hip, angle, rate)),
-                    hip_torque: zero,
-                    hip_inertia: hip_law.inertia(),
-                    pulley_acceleration: (torque - load) * (1.0 / knee_law.inertia()),
-                }
-            }
-            DriveLaws::Motors(inertias) => {
-                let [hip_damping, knee_damping] = self.commands.damping;
-                let torque = knee - knee_damping * state.pulley_rate;
-                DriveAction {
-                    hip_acceleration: None,
-                    hip_torque: hip - hip_damping * state.rates[0],
-                    hip_inertia: inertias[0],
-                    pulley_acceleration: (torque - load) * (1.0 / inertias[1]),
-                }
-            }
-        }
-    }
 }
 
 /// Accelerations of trunk and links, and torque of the hip drives on their links.
@@ -266,38 +308,6 @@ struct Solution<L, const N: usize> {
 }
 
 impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_, S, N, P> {
-    #[inline(always)]
-    fn solve<const FREE: bool>(
-        &self,
-        equations: &Equations<L, N>,
-        drive: &DriveAction<L>,
-        trunk: &TrunkMotion,
-    ) -> Solution<L, N> {
-        match (drive.hip_acceleration, &self.model.drives) {
-            (Some(acceleration), DriveLaws::Servos { hip, .. }) => {
-                let imposed = self.solve_imposed::<FREE>(equations, acceleration, trunk);
-                if hip.is_limited() {
-                    let rate = self.state.rates[0];
-                    let torque = imposed.hip_torque + acceleration * hip.inertia();
-                    let limited = hip.limited(torque, rate);
-                    let saturated = (torque - limited).abs().gt(torque.zero());
-                    if L::any(saturated) {
-                        return self.solve_saturated::<FREE>(
-                            equations,
-                            hip,
-                            acceleration,
-                            limited,
-                            saturated,
-                            trunk,
-                        );
-                    }
-                }
-                imposed
-            }
-            _ => self.solve_free::<FREE>(equations, drive.hip_torque, drive.hip_inertia, trunk),
-        }
-    }
-
     /// Solves with the acceleration of the hips imposed.
     #[inline(always)]
     fn solve_imposed<const FREE: bool>(
@@ -306,28 +316,17 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         acceleration: L,
         trunk: &TrunkMotion,
     ) -> Solution<L, N> {
-        let mut links = equations.links;
-        let mut share = equations.share;
+        let (mut links, mut share) = (equations.links, equations.share);
         links.impose::<FREE>(acceleration, &mut share);
         let eliminated = links.eliminate::<1, FREE>(&mut share);
         let mut imposed = equations.links.torques;
         imposed[0] = acceleration;
         let (trunk, coupled) = self.trunk::<FREE>(equations, &share, trunk);
         let links = eliminated.accelerations::<1, FREE>(&coupled, imposed);
-        let row = &equations.links;
-        let mut hip_torque = row.inertia[0][0] * acceleration - row.torques[0];
-        for j in 1..N {
-            hip_torque += row.inertia[j][0] * links[j];
-        }
-        if FREE {
-            for a in 0..COUPLED {
-                hip_torque += row.columns[0][a] * coupled[a];
-            }
-        }
         Solution {
             trunk,
             links,
-            hip_torque,
+            hip_torque: equations.links.first_torque::<FREE>(&links, &coupled),
         }
     }
 
@@ -353,49 +352,36 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         }
     }
 
-    /// Solves with the hips of `saturated` lanes under the limit of their torque, the others with
-    /// imposed acceleration: their first row becomes θ̈ = α.
+    /// Solves with some hips free under the limit of their torque, the others with imposed
+    /// acceleration: their first row becomes θ̈ = α.
     #[inline(always)]
-    fn solve_saturated<const FREE: bool>(
+    fn solve_limited<const FREE: bool>(
         &self,
         equations: &Equations<L, N>,
-        servo: &ServoLaw,
         acceleration: L,
-        limit: L,
-        saturated: L::Mask,
+        (limit, limited): (L, L::Mask),
+        inertia: f64,
         trunk: &TrunkMotion,
     ) -> Solution<L, N> {
         let (mut links, mut share) = (equations.links, equations.share);
         let zero = limit.zero();
-        let follows = acceleration.or(saturated, zero);
-        let imposed = acceleration - follows;
+        let imposed = zero.or(limited, acceleration);
         links.impose::<FREE>(imposed, &mut share);
-        let one = zero.like(1.0);
-        links.inertia[0][0] = (links.inertia[0][0] + servo.inertia()).or(saturated, one);
+        links.inertia[0][0] = (links.inertia[0][0] + inertia).or(limited, zero.like(1.0));
         for j in 1..N {
-            links.inertia[j][0] = links.inertia[j][0].or(saturated, zero);
+            links.inertia[j][0] = links.inertia[j][0].or(limited, zero);
         }
         for column in &mut links.columns[0] {
-            *column = column.or(saturated, zero);
+            *column = column.or(limited, zero);
         }
-        links.torques[0] = (links.torques[0] + limit).or(saturated, imposed);
+        links.torques[0] = (links.torques[0] + limit).or(limited, imposed);
         let eliminated = links.eliminate::<0, FREE>(&mut share);
         let (trunk, coupled) = self.trunk::<FREE>(equations, &share, trunk);
         let links = eliminated.accelerations::<0, FREE>(&coupled, links.torques);
-        let row = &equations.links;
-        let mut hip_torque = row.inertia[0][0] * links[0] - row.torques[0];
-        for j in 1..N {
-            hip_torque += row.inertia[j][0] * links[j];
-        }
-        if FREE {
-            for a in 0..COUPLED {
-                hip_torque += row.columns[0][a] * coupled[a];
-            }
-        }
         Solution {
             trunk,
             links,
-            hip_torque,
+            hip_torque: equations.links.first_torque::<FREE>(&links, &coupled),
         }
     }
 
@@ -425,7 +411,8 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         let [a, b, c, d, e, f] = sums;
         let [inertia_x, inertia_y, inertia_z] = self.model.inertia;
         let (moment, mass) = ([f[1], f[3], f[2]], self.model.mass);
-        let weight = cross(moment, trunk.field);
+        let field = trunk.field;
+        let weight = cross(moment, field);
         let [wx, wy, wz] = trunk.turning;
         let gyro = cross(
             trunk.turning,
@@ -451,17 +438,19 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 d[2] + inertia_z,
             ],
             moment: [f[1], f[2]],
-            force: std::array::from_fn(|i| {
-                if i < 3 {
-                    force[i] + mass * trunk.field[i]
-                } else {
-                    force[i] + weight[i - 3] - gyro[i - 3]
-                }
-            }),
+            force: [
+                force[0] + mass * field[0],
+                force[1] + mass * field[1],
+                force[2] + mass * field[2],
+                force[3] + weight[0] - gyro[0],
+                force[4] + weight[1] - gyro[1],
+                force[5] + weight[2] - gyro[2],
+            ],
         };
         let accelerations = system.solve(self.model.base, mass);
         let [x, _, z, roll, pitch, yaw] = accelerations;
-        let coupled = [x, z, roll, pitch, yaw].map(|a| zero.like(a));
+        let like = |a: f64| zero.like(a);
+        let coupled = [like(x), like(z), like(roll), like(pitch), like(yaw)];
         (accelerations, coupled)
     }
 }

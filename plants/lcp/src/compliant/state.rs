@@ -111,7 +111,11 @@ impl<T: Copy> Flows<T> {
             hip: of(self.hip, other.hip),
             knee: of(self.knee, other.knee),
             cable: of(self.cable, other.cable),
-            ground: std::array::from_fn(|i| of(self.ground[i], other.ground[i])),
+            ground: [
+                of(self.ground[0], other.ground[0]),
+                of(self.ground[1], other.ground[1]),
+                of(self.ground[2], other.ground[2]),
+            ],
         }
     }
 }
