@@ -55,7 +55,6 @@
 )]
 
 mod articulated;
-mod body;
 mod chain;
 mod compliant;
 mod constants;
@@ -85,10 +84,12 @@ mod motors;
 mod options;
 mod plant;
 mod posture;
+mod readings;
 mod real;
 mod rk4;
 mod rodas4;
 mod root;
+mod saved;
 mod site;
 mod state;
 mod thesis;

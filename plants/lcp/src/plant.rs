@@ -1,49 +1,37 @@
-//! Implementation of [`Plant`].
+//! Flows as the dynamics of a plant.
 
-use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError, signal};
-use twinrig_legged::{Drives, Signals, Window};
-use twinrig_robot::Robot;
-use twinrig_runtime::interrupt::LongLoop;
-use twinrig_runtime::{
-    EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, PlantState, WorkCounts,
+use nalgebra::Vector3;
+use twinrig_kernel::{SimTime, signal};
+use twinrig_legged::{
+    DriveModels, Drives, Dynamics, FromRobot, LeggedPlant, PartFault, Posture, Setup, StepInputs,
 };
+use twinrig_robot::Robot;
+use twinrig_runtime::{PlantEvent, PlantEventKind, PlantState, WorkCounts};
 
-use crate::body::{Body, SavedBody, initial_flow};
-use crate::flow::FlowError;
+use crate::flow::{Flow, FlowError};
+use crate::model::Model;
 use crate::options::{LcpError, Method, Options};
-use crate::posture::ResumeError;
+use crate::real::{Lanes, Real};
+use crate::saved::SavedFlow;
+use crate::state::State;
 
 /// Plant in which every segment of the robot has inertia.
-pub struct Lcp {
-    body: Box<dyn Body>,
-    now: SimTime,
-    step: SimDuration,
-    signals: Signals,
-    window: Window,
-    events: Vec<PlantEvent>,
-}
+pub type Lcp = LeggedPlant<dyn Formulation>;
 
-/// Serialised state.
-#[derive(Serialize, Deserialize)]
-struct Saved {
-    now: SimTime,
-    window: Window,
-    body: SavedBody,
-}
+/// Equations of motion with any number of links per leg.
+pub trait Formulation: Dynamics<Saved = SavedFlow> {}
 
-impl Lcp {
-    /// Builds the plant with the trunk level and at rest, the legs in their start pose, and the
-    /// lowest foot at height zero, or on the ground where that is higher; onto lower ground the
-    /// robot falls. `selected` selects the output signals.
-    ///
-    /// # Errors
-    /// [`LcpError`] if robot and options do not match.
-    pub fn new(
-        robot: &Robot,
-        options: &Options,
-        selected: &dyn Fn(&str) -> bool,
-    ) -> Result<Self, LcpError> {
+impl<const N: usize> Formulation for Flow<N> {}
+
+impl FromRobot for dyn Formulation {
+    type Options = Options;
+    type Error = LcpError;
+
+    fn setup(options: &Options) -> &Setup {
+        &options.setup
+    }
+
+    fn from_robot(robot: &Robot, options: &Options) -> Result<Box<Self>, LcpError> {
         if options.tolerance.is_nan() || options.tolerance <= 0.0 {
             return Err(LcpError::Tolerance(options.tolerance));
         }
@@ -60,165 +48,180 @@ impl Lcp {
             let leg = mount.name.clone();
             return Err(LcpError::Toe { leg });
         }
-        let names: Vec<&str> = selected_mounts
-            .iter()
-            .map(|mount| mount.name.as_str())
-            .collect();
-        let body: Box<dyn Body> = if toes {
+        Ok(if toes {
             Box::new(initial_flow::<4>(robot, options)?)
         } else {
             Box::new(initial_flow::<3>(robot, options)?)
-        };
-        Ok(Self {
-            body,
-            now: SimTime::ZERO,
-            step: options.setup.step,
-            signals: Signals::new(&names, &options.setup, selected),
-            window: Window::default(),
-            events: Vec::new(),
         })
     }
+}
 
-    fn fault(&self, error: &FlowError) -> PlantFault {
-        let part = match error {
-            FlowError::SolveError(_) | FlowError::Jammed(_) => "contact",
+/// Builds the flow in the start state.
+pub(crate) fn initial_flow<const N: usize>(
+    robot: &Robot,
+    options: &Options,
+) -> Result<Flow<N>, LcpError> {
+    let setup = &options.setup;
+    let model = Model::<N>::new(robot, setup)?;
+    let zero = Lanes::zero();
+    let mut state = State {
+        position: [0.0, 0.0, height::<N>(robot, setup)?],
+        attitude: [1.0, 0.0, 0.0, 0.0],
+        velocity: [0.0; 3],
+        turning: [0.0; 3],
+        angles: [zero; N],
+        rates: [zero; N],
+        pulley: zero,
+        pulley_rate: zero,
+    };
+    let mut commands = [zero; 2];
+    for (i, leg) in model.legs.iter().enumerate() {
+        let start = setup.start.of_leg(&leg.name, &leg.pantograph)?;
+        for k in 0..N {
+            // An unloaded toe follows the third segment.
+            let (angle, rate) = if k < 3 {
+                (start.angles[k], start.rates[k])
+            } else {
+                (start.angles[2] + leg.constants.toe[1], start.rates[2])
+            };
+            state.angles[k] = state.angles[k].with_lane(i, angle);
+            state.rates[k] = state.rates[k].with_lane(i, rate);
+        }
+        state.pulley = state.pulley.with_lane(i, start.command.knee);
+        commands[0] = commands[0].with_lane(i, start.angles[0]);
+        commands[1] = commands[1].with_lane(i, start.command.knee);
+    }
+    let mut flow = Flow::new(model, state, options.method, options.tolerance);
+    if let Some(DriveModels::Servos(_)) = flow.model.drives {
+        [flow.mode.commands.hip, flow.mode.commands.pulley] = commands;
+    }
+    Ok(flow)
+}
+
+/// Returns the initial height of the trunk \[m\].
+fn height<const N: usize>(robot: &Robot, setup: &Setup) -> Result<f64, LcpError> {
+    let lowest = |mount: &twinrig_robot::LegMount, start: &twinrig_legged::LegStart| {
+        let foot = Vector3::from(mount.hip) + Vector3::new(start.foot.x, 0.0, start.foot.y);
+        let Some(toe) = mount.leg.toe.filter(|_| N > 3) else {
+            return foot;
+        };
+        let angle = start.angles[2] + toe.rest;
+        let tip = foot + Vector3::new(libm::sin(angle), 0.0, -libm::cos(angle)) * toe.length;
+        if tip.z < foot.z { tip } else { foot }
+    };
+    Ok(setup.height(robot, lowest)?)
+}
+
+impl FlowError {
+    /// Returns the fault of the part that failed.
+    fn fault(&self) -> PartFault {
+        let part = match self {
+            Self::SolveError(_) | Self::Jammed(_) => "contact",
             _ => "integrator",
         };
-        PlantFault {
-            time: self.now,
-            part: part.to_owned(),
-            energy: self.energy().stored(),
-            why: error.to_string(),
+        PartFault::new(part, self.to_string())
+    }
+}
+
+impl<const N: usize> Dynamics for Flow<N> {
+    type Saved = SavedFlow;
+
+    fn name(&self) -> &'static str {
+        "lcp"
+    }
+
+    fn initial_inputs(&self, inputs: &mut [f64]) {
+        if let Some(DriveModels::Motors(_)) = self.model.drives {
+            inputs.fill(0.0);
+            return;
+        }
+        for (leg, pair) in inputs.chunks_exact_mut(2).enumerate() {
+            let reference = self.model.legs[leg].pantograph.hip_reference();
+            pair[0] = self.mode.commands.hip.lane(leg) - reference;
+            pair[1] = self.mode.commands.pulley.lane(leg);
         }
     }
 
-    /// Appends the events logged since the last call.
-    fn collect_events(&mut self) {
-        let logged = self.body.log(self.events.len());
-        let new_events = logged.iter().map(|(event, leg)| PlantEvent {
+    fn set_inputs(&mut self, inputs: &StepInputs<'_>) {
+        let commands = &mut self.mode.commands;
+        if let Some(DriveModels::Motors(motors)) = &self.model.drives {
+            for (leg, input) in inputs.mean.chunks_exact(4).enumerate() {
+                let hip = motors.hip.line(input[0], input[1]);
+                let knee = motors.knee.line(input[2], input[3]);
+                commands.hip = commands.hip.with_lane(leg, hip.torque);
+                commands.hip_damping = commands.hip_damping.with_lane(leg, hip.damping);
+                commands.pulley = commands.pulley.with_lane(leg, knee.torque);
+                commands.pulley_damping = commands.pulley_damping.with_lane(leg, knee.damping);
+            }
+            return;
+        }
+        for (leg, pair) in inputs.mean.chunks_exact(2).enumerate() {
+            let reference = self.model.legs[leg].pantograph.hip_reference();
+            commands.hip = commands.hip.with_lane(leg, pair[0] + reference);
+            commands.pulley = commands.pulley.with_lane(leg, pair[1]);
+        }
+    }
+
+    fn advance(&mut self, from: SimTime, seconds: f64) -> Result<(), PartFault> {
+        self.now_s = from.as_secs_f64();
+        let before = (self.impulse_sums_before, self.run_seconds);
+        (self.impulse_sums_before, self.run_seconds) = (self.impulse_sums, seconds);
+        let moved = self.step(seconds);
+        if moved.is_err() {
+            (self.impulse_sums_before, self.run_seconds) = before;
+        }
+        moved.map_err(|error| error.fault())
+    }
+
+    fn counts(&self) -> WorkCounts {
+        self.counts
+    }
+
+    fn constraint_violation(&self) -> Option<f64> {
+        Some(self.violation())
+    }
+
+    fn save(&self) -> SavedFlow {
+        self.saved()
+    }
+
+    fn restore(&mut self, saved: SavedFlow) -> Result<(), String> {
+        self.restore_saved(&saved)
+    }
+
+    fn posture(&self) -> Posture {
+        self.shared_posture()
+    }
+
+    fn extra_state(&self) -> Vec<(String, Vec<f64>)> {
+        self.toes()
+    }
+
+    fn resume_from(
+        &mut self,
+        posture: &Posture,
+        extra: &PlantState,
+    ) -> Result<Vec<String>, PartFault> {
+        let (next, lines) = self.resumed_from(posture, extra)?;
+        *self = next;
+        Ok(lines)
+    }
+
+    fn log_events(&mut self, enabled: bool) {
+        self.logging = enabled;
+        self.log.clear();
+    }
+
+    fn drain_events(&mut self, to: &mut Vec<PlantEvent>) {
+        let legs = &self.model.legs;
+        to.extend(self.log.drain(..).map(|event| PlantEvent {
             at_s: event.at_s,
-            part: signal::of_leg(leg, event.what),
+            part: signal::of_leg(&legs[event.leg].name, event.what),
             kind: if event.reached {
                 PlantEventKind::Reached
             } else {
                 PlantEventKind::Released
             },
-        });
-        let new_events: Vec<_> = new_events.collect();
-        self.events.extend(new_events);
-    }
-
-    fn inputs(&self) -> usize {
-        let ports = self.signals.ports().iter();
-        ports
-            .filter(|port| port.direction == Direction::Input)
-            .count()
-    }
-}
-
-impl Plant for Lcp {
-    fn name(&self) -> &'static str {
-        "lcp"
-    }
-
-    fn ports(&self) -> Vec<Port> {
-        self.signals.ports().to_vec()
-    }
-
-    fn initial_inputs(&self, inputs: &mut [f64]) {
-        let count = self.inputs().min(inputs.len());
-        self.body.initial_inputs(&mut inputs[..count]);
-    }
-
-    fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
-        self.signals
-            .check_inputs(inputs, self.now, || self.energy().stored())?;
-        self.body.set_inputs(inputs);
-        let mut steps = LongLoop::default();
-        while self.now < to {
-            if steps.is_interrupted() {
-                return Err(PlantFault::interrupted(self, self.now));
-            }
-            let next = to.min(self.now + self.step);
-            let seconds = (next - self.now).as_secs_f64();
-            let now_s = self.now.as_secs_f64();
-            if let Err(error) = self.body.run(now_s, seconds) {
-                return Err(self.fault(&error));
-            }
-            self.now = next;
-        }
-        self.collect_events();
-        Ok(())
-    }
-
-    fn observe(&mut self, outputs: &mut [f64]) {
-        let now_s = self.now.as_secs_f64();
-        self.signals
-            .write(self.body.as_ref(), &self.window, now_s, outputs);
-    }
-
-    fn begin_window(&mut self) {
-        self.window
-            .begin(self.now.as_secs_f64(), self.body.ground_impulses());
-    }
-
-    fn energy(&self) -> EnergyBalance {
-        self.body.energy()
-    }
-
-    fn work(&self) -> WorkCounts {
-        self.body.counts()
-    }
-
-    fn constraint_violation(&self) -> Option<f64> {
-        Some(self.body.constraint_violation())
-    }
-
-    fn log_events(&mut self, enabled: bool) {
-        self.body.set_logging(enabled);
-        self.events.clear();
-    }
-
-    fn events(&self) -> &[PlantEvent] {
-        &self.events
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&Saved {
-            now: self.now,
-            window: self.window,
-            body: self.body.save(),
-        })
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let saved: Saved = snapshot.read()?;
-        self.body
-            .restore(&saved.body)
-            .map_err(|found| SnapshotError::Mismatch {
-                expected: "lcp".to_owned(),
-                found,
-            })?;
-        (self.now, self.window) = (saved.now, saved.window);
-        Ok(())
-    }
-
-    fn state(&self) -> Option<PlantState> {
-        Some(self.body.state(self.now))
-    }
-
-    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
-        let resumed = self.body.resume_from(from);
-        let lines = resumed.map_err(|ResumeError { part, why }| PlantFault {
-            time: from.time,
-            part,
-            energy: self.energy().stored(),
-            why,
-        })?;
-        self.now = from.time;
-        self.events.clear();
-        self.window = Window::default();
-        self.begin_window();
-        Ok(lines)
+        }));
     }
 }

@@ -1,7 +1,7 @@
 //! Conversion between the plant's state and the coordinates shared by all plants of a robot.
 
 use twinrig_kernel::signal;
-use twinrig_legged::{DriveModels, LegPosture, Posture, Readings};
+use twinrig_legged::{DriveModels, LegPosture, PartFault, Posture, Readings};
 use twinrig_runtime::PlantState;
 
 use crate::articulated::{into_trunk, rotation};
@@ -12,16 +12,9 @@ use crate::mode::Mode;
 use crate::options::Method;
 use crate::real::{Lanes, Real};
 
-/// Reason for which a state of another plant is rejected: the part of the robot, and the cause.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct ResumeError {
-    pub(crate) part: String,
-    pub(crate) why: String,
-}
-
 impl<const N: usize> Flow<N> {
     /// Returns the posture, without the last link of a leg with a toe.
-    pub(crate) fn posture(&self) -> Posture {
+    pub(crate) fn shared_posture(&self) -> Posture {
         let legs = self.model.legs.iter().enumerate();
         let legs = legs.map(|(i, leg)| {
             let of = |lanes: &[Lanes; N]| std::array::from_fn(|k| lanes[k].lane(i));
@@ -43,10 +36,10 @@ impl<const N: usize> Flow<N> {
     }
 
     /// Returns the last link of each leg with a toe: its name in a state, its angle and its rate.
-    pub(crate) fn toes(&self) -> Vec<(String, [f64; 2])> {
+    pub(crate) fn toes(&self) -> Vec<(String, Vec<f64>)> {
         let legs = self.model.legs.iter().enumerate();
         let toe = |(i, leg): (usize, &crate::model::LegModel<N>)| {
-            let values = [
+            let values = vec![
                 self.state.angles[N - 1].lane(i),
                 self.state.rates[N - 1].lane(i),
             ];
@@ -55,24 +48,17 @@ impl<const N: usize> Flow<N> {
         legs.filter(|_| N > 3).map(toe).collect()
     }
 
-    /// Returns the same robot in the given state, with new energy balance and counters; and a line
-    /// for each value that was not taken over.
+    /// Returns the same robot in a posture with the toes of `extra`, with new energy balance and
+    /// counters; and a line for each value that was not taken over.
     pub(crate) fn resumed_from(
         &self,
-        from: &PlantState,
-    ) -> Result<(Self, Vec<String>), ResumeError> {
-        let body = |why: String| ResumeError {
-            part: "body".to_owned(),
-            why,
-        };
-        let mut posture = self.posture();
-        let mut lines = posture.resume_from(from);
-        posture.validate().map_err(body)?;
-        lines.extend(posture.project_onto(self.model.base));
-        let mut next = self.in_posture(&posture);
+        posture: &Posture,
+        extra: &PlantState,
+    ) -> Result<(Self, Vec<String>), PartFault> {
+        let mut lines = Vec::new();
+        let mut next = self.in_posture(posture);
         for (i, (name, _)) in self.toes().iter().enumerate() {
-            let values = from.get(name).filter(|values| values.len() == 2);
-            lines.retain(|line| !line.starts_with(&format!("{name} ")));
+            let values = extra.get(name).filter(|values| values.len() == 2);
             if let Some(values) =
                 values.filter(|values| values.iter().all(|value| value.is_finite()))
             {
@@ -118,16 +104,15 @@ impl<const N: usize> Flow<N> {
 
     /// Checks the violation of the constraints, and schedules the search for the active ones at the
     /// next step, when the commands are known.
-    fn check_violation(&mut self) -> Result<(), ResumeError> {
+    fn check_violation(&mut self) -> Result<(), PartFault> {
         let mut mode = self.mode;
-        self.mark_closed(&mut mode)
-            .map_err(|violation| ResumeError {
-                part: signal::of_leg(&self.model.legs[violation.leg].name, violation.what),
-                why: format!(
-                    "the limit is passed by {:.3e} m, which no force can correct",
-                    violation.by
-                ),
-            })?;
+        self.mark_closed(&mut mode).map_err(|violation| PartFault {
+            part: signal::of_leg(&self.model.legs[violation.leg].name, violation.what),
+            why: format!(
+                "the limit is passed by {:.3e} m, which no force can correct",
+                violation.by
+            ),
+        })?;
         self.modes_pending = matches!(self.method, Method::Rk4 | Method::Rodas4);
         Ok(())
     }

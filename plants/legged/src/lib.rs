@@ -1,7 +1,8 @@
 //! Common parts of all plants of legged robots, which make the plants interchangeable: the
 //! [`Setup`] selects what to simulate, [`Start`] the initial legs, [`Signals`] the ports, and the
-//! [`Ledger`] keeps the energy balance. A plant adds its state and equations of motion, and
-//! implements [`Readings`]; every plant of a robot then has the same ports, the same initial pose
+//! [`Ledger`] keeps the energy balance. [`LeggedPlant`] is the plant: it advances in steps, and
+//! handles inputs, windows, snapshots and faults. Its [`Dynamics`] are state and equations of
+//! motion with [`Readings`]; every plant of a robot then has the same ports, the same initial pose
 //! and the same errors.
 //!
 //! ```
@@ -37,8 +38,10 @@
 //! plant; options of a single plant; and the scenario language, which the builder of plants
 //! translates.
 
+mod dynamics;
 mod error;
 mod ledger;
+mod plant;
 mod posture;
 mod readings;
 mod segment;
@@ -49,8 +52,10 @@ mod start;
 mod validation;
 mod window;
 
+pub use dynamics::{Dynamics, FromRobot, PartFault, StepInputs};
 pub use error::{LeggedError, positive};
 pub use ledger::{Ledger, NegativeDissipation, Stored};
+pub use plant::LeggedPlant;
 pub use posture::{LegPosture, Posture};
 pub use readings::Readings;
 pub use segment::Segment;

@@ -15,10 +15,10 @@ pub struct Window {
 impl Window {
     /// Starts a window at `now_s` \[s\] with the ground impulses on each leg since the start of the
     /// run \[N·s\].
-    pub fn begin<'i>(&mut self, now_s: f64, impulses: impl IntoIterator<Item = &'i [f64; 3]>) {
+    pub fn begin(&mut self, now_s: f64, impulses: impl IntoIterator<Item = [f64; 3]>) {
         self.begun_s = now_s;
         for (before, now) in self.impulses.iter_mut().zip(impulses) {
-            *before = *now;
+            *before = now;
         }
     }
 

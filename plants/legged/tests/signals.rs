@@ -224,7 +224,7 @@ fn every_measurement_is_written_to_its_port() {
     let layout = Layout::of(signals.ports(), Direction::Output);
     let mut outputs = vec![f64::NAN; layout.len()];
     let mut window = Window::default();
-    window.begin(1.0, &[[1.0, 0.0, 0.0], [3.0, 0.0, 1.0]]);
+    window.begin(1.0, [[1.0, 0.0, 0.0], [3.0, 0.0, 1.0]]);
     signals.write(&LoggedReadings::default(), &window, 1.5, &mut outputs);
     assert!(outputs.iter().all(|value| value.is_finite()), "{outputs:?}");
     let read = |name: &str| &outputs[layout.find(name).unwrap()];
@@ -245,7 +245,7 @@ fn every_measurement_is_written_to_its_port() {
 #[test]
 fn empty_window_has_zero_force() {
     let mut window = Window::default();
-    window.begin(2.0, &[[5.0; 3]]);
+    window.begin(2.0, [[5.0; 3]]);
     let force = window.mean_force(0, &[9.0; 3], 2.0);
     assert_eq!(force, Vector3::zeros());
 }

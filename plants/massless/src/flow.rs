@@ -42,7 +42,7 @@ pub(crate) enum FlowError {
 
 /// Serialised state of a [`Flow`].
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(crate) struct SavedFlow {
+pub struct SavedFlow {
     state: State,
     inputs: Inputs,
     forces: [LegForces; LEGS],

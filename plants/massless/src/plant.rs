@@ -1,56 +1,42 @@
-//! Implementation of the [`Plant`] interface.
+//! The independent parts of the robot as the dynamics of a plant.
 
 use std::ops::Add;
 
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, signal};
-use twinrig_legged::{Base, DriveModels, Readings, Setup, Signals, Window};
+use twinrig_kernel::{SimTime, signal};
+use twinrig_legged::{
+    Base, DriveModels, Dynamics, FromRobot, LeggedPlant, PartFault, Posture, Setup, StepInputs,
+};
 use twinrig_robot::Robot;
-use twinrig_runtime::interrupt::LongLoop;
-use twinrig_runtime::{EnergyBalance, Plant, PlantFault, PlantState, WorkCounts};
+use twinrig_runtime::{PlantState, WorkCounts};
 
 use crate::drives::Inputs;
 use crate::flow::{Flow, FlowError, SavedFlow};
 use crate::model::{MasslessError, Model, Options};
-use crate::readings::RobotReadings;
 use crate::state::State;
 
 /// Plant of a robot whose legs have mass at the foot only.
+pub type Massless = LeggedPlant<Islands>;
+
+/// Independent parts: the whole robot, or each leg where the trunk is fixed. Removing a leg then
+/// changes no bit of the others.
 #[derive(Debug, Clone)]
-pub struct Massless {
-    /// Independent parts: the whole robot, or each leg where the trunk is fixed. Removing a leg
-    /// then changes no bit of the others.
+pub struct Islands {
     pub(crate) flows: Vec<Flow>,
     /// Flows at the start of the present step, for the case that one fails after others have
     /// advanced.
     step_start: Vec<SavedFlow>,
-    now: SimTime,
-    step: SimDuration,
-    signals: Signals,
-    window: Window,
 }
 
-/// Serialised state of the plant.
-#[derive(Serialize, Deserialize)]
-struct Saved {
-    now: SimTime,
-    window: Window,
-    flows: Vec<SavedFlow>,
-}
+impl FromRobot for Islands {
+    type Options = Options;
+    type Error = MasslessError;
 
-impl Massless {
-    /// Builds the plant with the trunk level and at rest, the legs at their start, and the lowest
-    /// foot at height zero, or on the ground where that is higher; onto lower ground it falls.
-    /// `requested` selects the output signals.
-    ///
-    /// # Errors
-    /// [`MasslessError`] if robot and options are inconsistent.
-    pub fn new(
-        robot: &Robot,
-        options: &Options,
-        requested: &dyn Fn(&str) -> bool,
-    ) -> Result<Self, MasslessError> {
+    fn setup(options: &Options) -> &Setup {
+        &options.setup
+    }
+
+    fn from_robot(robot: &Robot, options: &Options) -> Result<Box<Self>, MasslessError> {
         let flows = islands(robot, options)?
             .iter()
             .map(|island| {
@@ -60,29 +46,14 @@ impl Massless {
                     .map_err(|error| MasslessError::Start(error.to_string()))
             })
             .collect::<Result<Vec<_>, _>>()?;
-        let legs: Vec<&str> = flows
-            .iter()
-            .flat_map(|flow| &flow.model.legs)
-            .map(|leg| leg.name.as_str())
-            .collect();
-        let signals = Signals::new(&legs, &options.setup, requested);
-        Ok(Self {
+        Ok(Box::new(Self {
             step_start: Vec::with_capacity(flows.len()),
             flows,
-            now: SimTime::ZERO,
-            step: options.setup.step,
-            signals,
-            window: Window::default(),
-        })
+        }))
     }
+}
 
-    /// Replaces the flows and sets the time.
-    pub(crate) fn replace_flows(&mut self, flows: Vec<Flow>, now: SimTime) {
-        (self.flows, self.now) = (flows, now);
-        self.window = Window::default();
-        self.begin_window();
-    }
-
+impl Islands {
     /// Restores the state at the start of the step: other flows may have advanced.
     fn roll_back(&mut self) {
         for (flow, saved) in self.flows.iter_mut().zip(&self.step_start) {
@@ -90,22 +61,20 @@ impl Massless {
                 .expect("the legs have a pose in every state that was saved");
         }
     }
+}
 
-    fn fault(&self, flow: &Flow, error: &FlowError) -> PlantFault {
-        let part = match error {
-            FlowError::NoPose(no_pose) => signal::leg_path(&flow.model.legs[no_pose.leg].name),
-            FlowError::SolveError(_) => "contact".to_owned(),
-            FlowError::NotFinite
-            | FlowError::NotConverged { .. }
-            | FlowError::Penetration { .. }
-            | FlowError::Dissipation { .. } => "integrator".to_owned(),
+impl FlowError {
+    /// Fault of the part of the robot that failed.
+    fn of(&self, model: &Model) -> PartFault {
+        let part = match self {
+            Self::NoPose(no_pose) => signal::leg_path(&model.legs[no_pose.leg].name),
+            Self::SolveError(_) => "contact".to_owned(),
+            Self::NotFinite
+            | Self::NotConverged { .. }
+            | Self::Penetration { .. }
+            | Self::Dissipation { .. } => "integrator".to_owned(),
         };
-        PlantFault {
-            time: self.now,
-            part,
-            energy: self.energy().stored(),
-            why: error.to_string(),
-        }
+        PartFault::new(part, self.to_string())
     }
 }
 
@@ -159,13 +128,11 @@ fn start(robot: &Robot, model: &Model, setup: &Setup) -> Result<(State, Inputs),
     Ok((state, inputs))
 }
 
-impl Plant for Massless {
+impl Dynamics for Islands {
+    type Saved = Vec<SavedFlow>;
+
     fn name(&self) -> &'static str {
         "massless"
-    }
-
-    fn ports(&self) -> Vec<Port> {
-        self.signals.ports().to_vec()
     }
 
     fn initial_inputs(&self, inputs: &mut [f64]) {
@@ -175,90 +142,57 @@ impl Plant for Massless {
         }
     }
 
-    fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
-        self.signals
-            .check_inputs(inputs, self.now, || self.energy().stored())?;
-        let mut remaining = inputs.iter();
-        for flow in &mut self.flows {
-            for (port_input, input) in flow.port_inputs_mut().zip(&mut remaining) {
-                *port_input = *input;
-            }
+    fn set_inputs(&mut self, inputs: &StepInputs<'_>) {
+        let port_inputs = self.flows.iter_mut().flat_map(Flow::port_inputs_mut);
+        for (port_input, input) in port_inputs.zip(inputs.mean) {
+            *port_input = *input;
         }
-        let mut steps = LongLoop::default();
-        while self.now < to {
-            if steps.is_interrupted() {
-                return Err(PlantFault::interrupted(self, self.now));
+    }
+
+    fn advance(&mut self, _from: SimTime, seconds: f64) -> Result<(), PartFault> {
+        if self.flows.len() > 1 {
+            self.step_start.clear();
+            self.step_start.extend(self.flows.iter().map(Flow::save));
+        }
+        for i in 0..self.flows.len() {
+            if let Err(error) = self.flows[i].run(seconds) {
+                self.roll_back();
+                return Err(error.of(&self.flows[i].model));
             }
-            let next = to.min(self.now + self.step);
-            let seconds = (next - self.now).as_secs_f64();
-            if self.flows.len() > 1 {
-                self.step_start.clear();
-                self.step_start.extend(self.flows.iter().map(Flow::save));
-            }
-            for i in 0..self.flows.len() {
-                if let Err(error) = self.flows[i].run(seconds) {
-                    self.roll_back();
-                    return Err(self.fault(&self.flows[i], &error));
-                }
-            }
-            self.now = next;
         }
         Ok(())
     }
 
-    fn observe(&mut self, outputs: &mut [f64]) {
-        let now_s = self.now.as_secs_f64();
-        self.signals
-            .write(&RobotReadings(&self.flows), &self.window, now_s, outputs);
-    }
-
-    fn begin_window(&mut self) {
-        let flows = self.flows.iter();
-        let impulses = flows.flat_map(|flow| &flow.impulses[..flow.model.legs.len()]);
-        self.window.begin(self.now.as_secs_f64(), impulses);
-    }
-
-    fn energy(&self) -> EnergyBalance {
-        RobotReadings(&self.flows).energy()
-    }
-
-    fn work(&self) -> WorkCounts {
+    fn counts(&self) -> WorkCounts {
         let counts = self.flows.iter().map(|flow| flow.counts);
         counts.fold(WorkCounts::default(), Add::add)
     }
 
-    fn save(&self) -> Snapshot {
-        let flows = self.flows.iter().map(Flow::save).collect();
-        Snapshot::of(&Saved {
-            now: self.now,
-            window: self.window,
-            flows,
-        })
+    fn save(&self) -> Vec<SavedFlow> {
+        self.flows.iter().map(Flow::save).collect()
     }
 
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let saved: Saved = snapshot.read()?;
-        let mismatch = |found: String| SnapshotError::Mismatch {
-            expected: "massless".to_owned(),
-            found,
-        };
-        if saved.flows.len() != self.flows.len() {
-            return Err(mismatch(format!("{} independent parts", saved.flows.len())));
+    fn restore(&mut self, saved: Vec<SavedFlow>) -> Result<(), String> {
+        if saved.len() != self.flows.len() {
+            return Err(format!("{} independent parts", saved.len()));
         }
-        for (flow, saved) in self.flows.iter_mut().zip(&saved.flows) {
-            flow.restore(saved)
-                .map_err(|no_pose| mismatch(no_pose.to_string()))?;
+        for (flow, saved) in self.flows.iter_mut().zip(&saved) {
+            flow.restore(saved).map_err(|no_pose| no_pose.to_string())?;
         }
-        (self.now, self.window) = (saved.now, saved.window);
         Ok(())
     }
 
-    fn state(&self) -> Option<PlantState> {
-        Some(self.posture().state(self.now))
+    fn posture(&self) -> Posture {
+        self.shared_posture()
     }
 
-    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
-        self.resume_from_state(from)
+    fn resume_from(
+        &mut self,
+        posture: &Posture,
+        _extra: &PlantState,
+    ) -> Result<Vec<String>, PartFault> {
+        self.flows = self.flows_at(posture)?;
+        Ok(Vec::new())
     }
 }
 

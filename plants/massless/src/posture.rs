@@ -7,18 +7,17 @@
 use nalgebra::Vector3;
 use twinrig_kernel::signal;
 use twinrig_leg::Planar;
-use twinrig_legged::{DriveModels, LegPosture, Posture};
-use twinrig_runtime::{Plant, PlantFault, PlantState};
+use twinrig_legged::{DriveModels, LegPosture, PartFault, Posture};
 
 use crate::drives::Inputs;
 use crate::flow::Flow;
 use crate::model::{LegModel, Model};
-use crate::plant::Massless;
+use crate::plant::Islands;
 use crate::state::State;
 
-impl Massless {
-    /// Posture of the plant.
-    pub(crate) fn posture(&self) -> Posture {
+impl Islands {
+    /// Posture of the robot.
+    pub(crate) fn shared_posture(&self) -> Posture {
         let trunk = &self.flows[0];
         let (state, rotation) = (&trunk.state, trunk.placement.rotation);
         let arm = -trunk.model.centre;
@@ -32,33 +31,18 @@ impl Massless {
         }
     }
 
-    /// Continues from a state with a new energy balance and new counters; the plant is unchanged on
-    /// error.
-    pub(crate) fn resume_from_state(
-        &mut self,
-        from: &PlantState,
-    ) -> Result<Vec<String>, PlantFault> {
-        let fault = |part: &str, why: String| PlantFault {
-            time: from.time,
-            part: part.to_owned(),
-            energy: self.energy().stored(),
-            why,
-        };
-        let mut posture = self.posture();
-        let mut lines = posture.resume_from(from);
-        posture.validate().map_err(|why| fault("body", why))?;
-        lines.extend(posture.project_onto(self.flows[0].model.base));
+    /// Flows in a posture, with a new energy balance and new counters.
+    pub(crate) fn flows_at(&self, posture: &Posture) -> Result<Vec<Flow>, PartFault> {
         let mut legs = posture.legs.iter();
         let mut flows = Vec::with_capacity(self.flows.len());
         for flow in &self.flows {
             let flow_legs: Vec<_> = legs.by_ref().take(flow.model.legs.len()).collect();
-            let (state, inputs) = state_of_posture(&flow.model, &posture, &flow_legs)
-                .map_err(|(leg, why)| fault(&signal::leg_path(&leg), why))?;
+            let (state, inputs) = state_of_posture(&flow.model, posture, &flow_legs)
+                .map_err(|(leg, why)| PartFault::new(signal::leg_path(&leg), why))?;
             let flow = Flow::new(flow.model.clone(), &state, inputs);
-            flows.push(flow.map_err(|error| fault("integrator", error.to_string()))?);
+            flows.push(flow.map_err(|error| PartFault::new("integrator", error.to_string()))?);
         }
-        self.replace_flows(flows, from.time);
-        Ok(lines)
+        Ok(flows)
     }
 }
 

@@ -9,14 +9,12 @@ use twinrig_legged::Readings;
 use twinrig_runtime::EnergyBalance;
 
 use crate::flow::Flow;
+use crate::plant::Islands;
 
-/// Measurements of all flows as of one robot.
-pub(crate) struct RobotReadings<'f>(pub(crate) &'f [Flow]);
-
-impl RobotReadings<'_> {
+impl Islands {
     /// The flow of a leg, and the leg's index in it.
     fn of(&self, leg: usize) -> (&Flow, usize) {
-        match self.0 {
+        match self.flows.as_slice() {
             [flow] => (flow, leg),
             flows => (&flows[leg], 0),
         }
@@ -24,11 +22,11 @@ impl RobotReadings<'_> {
 
     /// The flow with the trunk; if there are several, the trunk is fixed and the same in all.
     fn trunk(&self) -> &Flow {
-        &self.0[0]
+        &self.flows[0]
     }
 }
 
-impl Readings for RobotReadings<'_> {
+impl Readings for Islands {
     fn position(&self) -> Vector3<f64> {
         self.trunk().state.position()
     }
@@ -50,7 +48,7 @@ impl Readings for RobotReadings<'_> {
     }
 
     fn energy(&self) -> EnergyBalance {
-        let parts = self.0.iter().map(Flow::energy);
+        let parts = self.flows.iter().map(Flow::energy);
         parts.fold(EnergyBalance::default(), Add::add)
     }
 

@@ -1,11 +1,11 @@
 //! Time stepping of the robot, with its energy balance.
 
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 use twinrig_contact::Surface;
-use twinrig_legged::{Base, DriveModels, LEGS, Ledger, NegativeDissipation, Posture, Stored};
+use twinrig_legged::{
+    Base, DriveModels, LEGS, Ledger, NegativeDissipation, PartFault, Posture, Stored,
+};
 use twinrig_robot::{GRAVITY, Robot};
-use twinrig_runtime::WorkCounts;
 
 use crate::addresses::Addresses;
 use crate::drives::{self, DriveStates, Inputs, Limits, MotorParameters};
@@ -44,7 +44,7 @@ pub(crate) enum FlowFault {
 }
 
 /// The robot in motion: engine, kinematics, forces and energy balance.
-pub(crate) struct Flow {
+pub struct Flow {
     pub(crate) model: Model,
     pub(crate) engine: Engine,
     pub(crate) at: Addresses,
@@ -55,9 +55,9 @@ pub(crate) struct Flow {
     /// Impulses of the ground since the start, world axes \[N·s\].
     pub(crate) impulses: [[f64; 3]; LEGS],
     pub(crate) ledger: Ledger,
-    in_contact: [bool; LEGS],
-    events: u64,
-    fallbacks: u64,
+    pub(crate) in_contact: [bool; LEGS],
+    pub(crate) events: u64,
+    pub(crate) fallbacks: u64,
     motor_parameters: MotorParameters,
     /// Velocities before a step.
     qvel: Vec<f64>,
@@ -65,19 +65,6 @@ pub(crate) struct Flow {
     pub(crate) qvel_next: Vec<f64>,
     /// First constraint row of each contact, and its changed margin.
     pub(crate) rows: [Option<(usize, f64)>; CONTACTS],
-}
-
-/// Saved state.
-#[derive(Serialize, Deserialize)]
-pub(crate) struct SavedFlow {
-    state: Vec<f64>,
-    inputs: Inputs,
-    forces: [LegForces; LEGS],
-    impulses: [[f64; 3]; LEGS],
-    ledger: Ledger,
-    in_contact: [bool; LEGS],
-    events: u64,
-    fallbacks: u64,
 }
 
 impl Flow {
@@ -114,24 +101,9 @@ impl Flow {
         Ok(flow)
     }
 
-    /// Resumes from another plant's posture.
-    pub(crate) fn resume_from(&mut self, posture: &Posture) -> Result<(), String> {
-        let [w, x, y, z] = posture.attitude;
-        let legs = posture.legs.iter().flat_map(|(_, leg)| {
-            let turns = leg.angles.into_iter().chain(leg.rates);
-            turns.chain([leg.pulley, leg.pulley_rate])
-        });
-        let trunk = [posture.position, posture.velocity, posture.angular_velocity];
-        let trunk = trunk.iter().flat_map(|v| v.iter().copied());
-        if !legs.chain(trunk).all(f64::is_finite) {
-            return Err("the state of the other plant contains NaN or infinity".to_owned());
-        }
-        let norm = w * w + x * x + y * y + z * z;
-        if norm.is_nan() || (norm - 1.0).abs() >= 1e-6 {
-            return Err(
-                "the attitude of the other plant's trunk is not a unit quaternion".to_owned(),
-            );
-        }
+    /// Checks that a posture is within the degrees of freedom of the base.
+    pub(crate) fn check_base(&self, posture: &Posture) -> Result<(), PartFault> {
+        let [_, x, y, z] = posture.attitude;
         let deviation = match self.model.base {
             Base::Free => 0.0,
             Base::Planar => x.abs().max(z.abs()).max((posture.position.y).abs()),
@@ -142,9 +114,8 @@ impl Flow {
         };
         if deviation > BASE_TOLERANCE {
             let why = "the trunk of the other plant is outside this one's degrees of freedom: use the same base";
-            return Err(why.to_owned());
+            return Err(PartFault::new("body", why));
         }
-        self.set_posture(posture);
         Ok(())
     }
 
@@ -170,21 +141,8 @@ impl Flow {
         }
     }
 
-    pub(crate) fn posture(&self) -> Posture {
-        let legs = self.model.legs.iter().zip(self.legs.iter().flatten());
-        Posture {
-            position: self.trunk.position,
-            attitude: self.trunk.attitude,
-            velocity: self.trunk.velocity,
-            angular_velocity: self.trunk.angular_velocity,
-            legs: legs
-                .map(|(leg, frame)| (leg.name.clone(), frame.posture()))
-                .collect(),
-        }
-    }
-
     /// Updates the kinematics from the engine's state.
-    fn update_kinematics(&mut self) {
+    pub(crate) fn update_kinematics(&mut self) {
         let (qpos, qvel) = (self.engine.data().qpos(), self.engine.data().qvel());
         self.trunk = TrunkFrame::new(&self.model, &self.at, qpos, qvel);
         let legs = self.model.legs.iter().zip(&self.at.legs);
@@ -447,57 +405,6 @@ impl Flow {
                 }
             }
         }
-        Ok(())
-    }
-
-    /// Returns the maximum constraint violation \[m\]: pins, stops, cable length, ground
-    /// penetration.
-    pub(crate) fn constraint_violation(&self) -> f64 {
-        let mut worst = 0.0_f64;
-        for (i, leg) in self.model.legs.iter().enumerate() {
-            if let Some(frame) = &self.legs[i] {
-                worst = worst.max(frame.constraint_violation(leg, self.model.drives.is_some()));
-            }
-            worst = worst.max(-self.below(i).gap);
-        }
-        worst
-    }
-
-    pub(crate) fn counts(&self) -> WorkCounts {
-        let [steps, evaluations, iterations] = self.engine.counts();
-        WorkCounts {
-            steps,
-            evaluations,
-            factorisations: evaluations,
-            events: self.events,
-            solver_iterations: iterations,
-            fallbacks: self.fallbacks,
-        }
-    }
-
-    pub(crate) fn save(&self) -> SavedFlow {
-        SavedFlow {
-            state: self.engine.save(),
-            inputs: self.inputs,
-            forces: self.forces,
-            impulses: self.impulses,
-            ledger: self.ledger,
-            in_contact: self.in_contact,
-            events: self.events,
-            fallbacks: self.fallbacks,
-        }
-    }
-
-    pub(crate) fn restore(&mut self, saved: &SavedFlow) -> Result<(), EngineError> {
-        self.engine.restore(&saved.state)?;
-        self.inputs = saved.inputs;
-        self.forces = saved.forces;
-        self.impulses = saved.impulses;
-        self.ledger = saved.ledger;
-        self.in_contact = saved.in_contact;
-        self.events = saved.events;
-        self.fallbacks = saved.fallbacks;
-        self.update_kinematics();
         Ok(())
     }
 }

@@ -90,6 +90,8 @@ pub(crate) struct Model {
     pub(crate) trunk_inertia: [f64; 3],
     pub(crate) legs: Vec<LegModel>,
     pub(crate) drives: Option<DriveModels>,
+    /// Number of inputs of a leg.
+    pub(crate) inputs: usize,
     pub(crate) ground: Option<GroundModel>,
     pub(crate) start: Posture,
     /// Whether stops are omitted, for comparison with a reference without stops.
@@ -114,6 +116,7 @@ impl Model {
             trunk_inertia: robot.trunk.inertia,
             legs: legs.collect::<Result<_, _>>()?,
             drives: setup.drive_models(robot)?,
+            inputs: setup.drives.inputs(),
             ground,
             start: setup.posture(robot)?,
             without_stops: false,

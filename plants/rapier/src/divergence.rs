@@ -106,7 +106,7 @@ impl Machine {
 
     /// Returns the maximum constraint violation \[m\]: joint gaps, stops, cable length, ground
     /// penetration.
-    pub(crate) fn constraint_violation(&self) -> f64 {
+    pub(crate) fn violation(&self) -> f64 {
         let mut worst = 0.0_f64;
         for (i, leg) in self.model.legs.iter().enumerate() {
             let view = self.view(i);

@@ -2,12 +2,11 @@
 
 use rapier3d_f64::math::{Pose, Vector};
 use serde::{Deserialize, Serialize};
-use twinrig_legged::{DriveModels, Ledger, LegPosture, Posture, Setup, Stored};
+use twinrig_legged::{DriveModels, Ledger, LegPosture, Posture, Stored};
 use twinrig_robot::{GRAVITY, Robot};
 use twinrig_runtime::WorkCounts;
 
 use crate::assembly::{AXIS, Handles, assemble};
-use crate::conversion::{to_nalgebra, wxyz};
 use crate::drives::Drive;
 use crate::model::{Model, Point, ROPES, TRUNK};
 use crate::options::{Options, RapierError};
@@ -111,7 +110,7 @@ pub(crate) struct State {
 }
 
 /// A robot in the engine.
-pub(crate) struct Machine {
+pub struct Machine {
     pub(crate) model: Model,
     pub(crate) options: Options,
     pub(crate) handles: Handles,
@@ -227,31 +226,5 @@ impl Machine {
             }
         }
         [kinetic, spring, gravity]
-    }
-
-    /// Returns the posture in the coordinates shared by all plants.
-    pub(crate) fn posture(&self) -> Posture {
-        let trunk = self.trunk();
-        let legs = self.model.legs.iter().enumerate().map(|(i, leg)| {
-            let leg_state = &self.state.legs[i];
-            let posture = LegPosture {
-                angles: leg_state.angles,
-                rates: self.view(i).rates(),
-                pulley: leg_state.drives[1].angle,
-                pulley_rate: leg_state.drives[1].rate,
-            };
-            (leg.name.clone(), posture)
-        });
-        Posture {
-            position: to_nalgebra(trunk.pose.translation),
-            attitude: wxyz(trunk.pose.rotation),
-            velocity: to_nalgebra(trunk.velocity),
-            angular_velocity: to_nalgebra(trunk.pose.rotation.inverse() * trunk.turning),
-            legs: legs.collect(),
-        }
-    }
-
-    pub(crate) fn setup(&self) -> &Setup {
-        &self.options.setup
     }
 }

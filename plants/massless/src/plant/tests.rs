@@ -76,14 +76,14 @@ fn plant(robot: &Robot, setup: &Setup) -> Massless {
 
 /// Sets the velocities of a rigid body's motion (trunk frame).
 fn set_velocities(plant: &mut Massless, velocity: Vector3<f64>, rate: Vector3<f64>) {
-    let mut state = plant.flows[0].state;
+    let mut state = plant.dynamics().flows[0].state;
     state.set_velocity(velocity);
     state.set_rate(rate);
-    for (i, leg) in plant.flows[0].model.legs.iter().enumerate() {
+    for (i, leg) in plant.dynamics().flows[0].model.legs.iter().enumerate() {
         let foot = velocity + rate.cross(&leg.foot_in_trunk(state.foot(i)));
         state.set_foot_velocity(i, Planar::new(foot.x, foot.z));
     }
-    plant.flows[0].replace(&state).unwrap();
+    plant.dynamics_mut().flows[0].replace(&state).unwrap();
 }
 
 fn run(plant: &mut Massless, from: SimTime, steps: u64, step: SimDuration) -> SimTime {
@@ -105,7 +105,7 @@ fn sliding_robot_stops_after_v_squared_over_two_mu_g() {
     let (mut now, mut stopped) = (SimTime::ZERO, None);
     while now < SimTime::from_nanos(400_000_000) {
         now = run(&mut plant, now, 1, step);
-        if stopped.is_none() && plant.flows[0].state.velocity().x < 1e-9 {
+        if stopped.is_none() && plant.dynamics().flows[0].state.velocity().x < 1e-9 {
             stopped = Some(now);
         }
     }
@@ -115,14 +115,17 @@ fn sliding_robot_stops_after_v_squared_over_two_mu_g() {
     let distance = 0.5 * speed * time;
     let (found, place) = (
         stopped.unwrap().as_secs_f64(),
-        plant.flows[0].state.position().x,
+        plant.dynamics().flows[0].state.position().x,
     );
     assert!((found - time).abs() < 1e-3, "{found} s, not {time} s");
     assert!(
         (place - distance).abs() < 2e-3 * distance,
         "{place} m, not {distance} m"
     );
-    assert!(plant.flows[0].state.velocity().norm() < 1e-9, "it stays");
+    assert!(
+        plant.dynamics().flows[0].state.velocity().norm() < 1e-9,
+        "it stays"
+    );
     // The kinetic energy is dissipated.
     let kinetic = 0.5 * 1.1 * speed * speed;
     let balance = plant.energy();
@@ -134,7 +137,10 @@ fn sliding_robot_stops_after_v_squared_over_two_mu_g() {
 
 /// Mass, centre of mass, momentum and angular momentum about it, world frame, of trunk and feet.
 fn moments(plant: &Massless) -> (f64, Vector3<f64>, Vector3<f64>, Vector3<f64>) {
-    let (state, model) = (&plant.flows[0].state, &plant.flows[0].model);
+    let (state, model) = (
+        &plant.dynamics().flows[0].state,
+        &plant.dynamics().flows[0].model,
+    );
     let turn = Rotation3::from_matrix_unchecked(state.rotation());
     let (velocity, rate) = (state.velocity(), state.rate());
     let mut parts = vec![(model.mass, state.position(), turn * velocity)];
@@ -234,7 +240,7 @@ fn planar_robot_in_flight_with_rigid_legs_pitches_at_constant_rate() {
         Vector3::new(0.0, 4.0, 0.0),
     );
     run(&mut plant, SimTime::ZERO, 300, step);
-    let rate = plant.flows[0].state.rate();
+    let rate = plant.dynamics().flows[0].state.rate();
     // The stops are constrained at velocity level with recovery of drift: 1e-6 of the rate.
     assert!(
         (rate.y - 4.0).abs() < 4e-6 && rate.x == 0.0 && rate.z == 0.0,
@@ -265,11 +271,11 @@ fn balanced(step: SimDuration, friction: Option<f64>) -> (Massless, Matrix2<f64>
     }
     let pose = leg.pose(libm::sin(hip), libm::cos(hip), foot).unwrap();
     assert!(leg.allows(&pose) && force(foot).norm() < 1e-9);
-    let mut state = plant.flows[0].state;
+    let mut state = plant.dynamics().flows[0].state;
     state.set_foot(0, foot);
-    let height = plant.flows[0].model.legs[0].hip.z + foot.y;
+    let height = plant.dynamics().flows[0].model.legs[0].hip.z + foot.y;
     state.set_position(Vector3::new(0.0, 0.0, 0.001 - height));
-    plant.flows[0].replace(&state).unwrap();
+    plant.dynamics_mut().flows[0].replace(&state).unwrap();
     (plant, hessian(foot))
 }
 
@@ -280,19 +286,19 @@ fn foot_oscillates_at_the_eigenfrequencies_of_the_energys_hessian() {
     for mode in 0..2 {
         let (mut plant, stiffness) = balanced(step, None);
         let modes = SymmetricEigen::new((stiffness + stiffness.transpose()) * 0.5);
-        let exact = (modes.eigenvalues[mode] / plant.flows[0].model.legs[0].mass).sqrt();
+        let exact = (modes.eigenvalues[mode] / plant.dynamics().flows[0].model.legs[0].mass).sqrt();
         let direction: Planar = modes.eigenvectors.column(mode).into();
-        let rest = plant.flows[0].state.foot(0);
-        let mut state = plant.flows[0].state;
+        let rest = plant.dynamics().flows[0].state.foot(0);
+        let mut state = plant.dynamics().flows[0].state;
         state.set_foot(0, rest + direction * 1e-6);
-        plant.flows[0].replace(&state).unwrap();
+        plant.dynamics_mut().flows[0].replace(&state).unwrap();
         // Frequency ω' of the midpoint rule: tan(ω'h/2) = ωh/2.
         let expected = 2.0 / h * libm::atan(0.5 * exact * h);
         let mut now = SimTime::ZERO;
         let mut worst = 0.0_f64;
         for k in 1..=200_u32 {
             now = run(&mut plant, now, 1, step);
-            let place = (plant.flows[0].state.foot(0) - rest).dot(&direction);
+            let place = (plant.dynamics().flows[0].state.foot(0) - rest).dot(&direction);
             let cosine = 1e-6 * libm::cos(expected * h * f64::from(k));
             worst = worst.max((place - cosine).abs());
         }
@@ -309,22 +315,27 @@ fn foot_oscillates_at_the_eigenfrequencies_of_the_energys_hessian() {
 fn landed(restitution: f64, gap: f64) -> (Massless, f64, f64) {
     let step = SimDuration::from_micros(10);
     let (mut plant, _) = balanced(step, Some(0.0));
-    plant.flows[0].model.ground.as_mut().unwrap().restitution = restitution;
-    let mut state = plant.flows[0].state;
+    plant.dynamics_mut().flows[0]
+        .model
+        .ground
+        .as_mut()
+        .unwrap()
+        .restitution = restitution;
+    let mut state = plant.dynamics().flows[0].state;
     state.set_position(state.position() - Vector3::z() * (0.001 - gap));
     state.set_foot_velocity(0, Planar::new(0.3, -1.0));
-    plant.flows[0].replace(&state).unwrap();
+    plant.dynamics_mut().flows[0].replace(&state).unwrap();
     let mut before = 1.0;
     for tick in 1..=20 {
-        let speed = -plant.flows[0].state.foot_velocity(0).y;
+        let speed = -plant.dynamics().flows[0].state.foot_velocity(0).y;
         plant
             .advance(SimTime::from_nanos(10_000 * tick), &[0.0; 2])
             .unwrap();
-        if plant.flows[0].ledger.impact == 0.0 {
+        if plant.dynamics().flows[0].ledger.impact == 0.0 {
             before = speed;
         }
     }
-    let after = plant.flows[0].state.foot_velocity(0).y;
+    let after = plant.dynamics().flows[0].state.foot_velocity(0).y;
     (plant, before, after)
 }
 
@@ -336,13 +347,13 @@ const GAPS: [f64; 4] = [30.01e-6, 33e-6, 36e-6, 39.9e-6];
 fn landing_foot_dissipates_exactly_its_kinetic_energy() {
     for gap in GAPS {
         let (plant, before, after) = landed(0.0, gap);
-        let lost = 0.5 * plant.flows[0].model.legs[0].mass * before * before;
+        let lost = 0.5 * plant.dynamics().flows[0].model.legs[0].mass * before * before;
         // The step of the impact leaves an overlap; its recovery leaves the foot the resting speed,
         // 0.05 m/s, and the corresponding energy.
         let impact = plant.energy().impact;
         assert!((impact - lost).abs() < 0.003 * lost, "{impact} of {lost}");
         assert!((-0.005..=0.05 + 0.005).contains(&after), "{after}");
-        let along = plant.flows[0].state.foot_velocity(0).x;
+        let along = plant.dynamics().flows[0].state.foot_velocity(0).x;
         assert!((along - 0.3).abs() < 5e-3, "no friction, {along}");
     }
 }
@@ -357,7 +368,7 @@ fn foot_rebounds_at_the_coefficient_of_restitution() {
                 "{after} of {before}"
             );
             let lost = 0.5
-                * plant.flows[0].model.legs[0].mass
+                * plant.dynamics().flows[0].model.legs[0].mass
                 * before
                 * before
                 * (1.0 - restitution * restitution);
@@ -382,10 +393,10 @@ fn swinging_foot_conserves_energy_without_friction() {
         for ms in [1, 2] {
             let step = SimDuration::from_millis(ms);
             let (mut plant, _) = balanced(step, None);
-            plant.flows[0].model.base = base;
-            let mut state = plant.flows[0].state;
+            plant.dynamics_mut().flows[0].model.base = base;
+            let mut state = plant.dynamics().flows[0].state;
             state.set_foot_velocity(0, Planar::new(0.1, 0.2));
-            plant.flows[0].replace(&state).unwrap();
+            plant.dynamics_mut().flows[0].replace(&state).unwrap();
             let mut now = run(&mut plant, SimTime::ZERO, 1, step);
             let energy_before = plant.energy();
             let mut greatest = 0.0_f64;

@@ -1,0 +1,221 @@
+//! Plant of a legged robot: steps, windows, signals, snapshots and faults, of any [`Dynamics`].
+
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig_robot::Robot;
+use twinrig_runtime::interrupt::LongLoop;
+use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantFault, PlantState, WorkCounts};
+
+use crate::dynamics::{Dynamics, FromRobot, PartFault, StepInputs};
+use crate::setup::{Base, Setup};
+use crate::signals::Signals;
+use crate::window::Window;
+
+/// Plant of a legged robot with the given dynamics.
+#[derive(Debug, Clone)]
+pub struct LeggedPlant<D: Dynamics + ?Sized> {
+    dynamics: Box<D>,
+    base: Base,
+    legs: usize,
+    now: SimTime,
+    step: SimDuration,
+    signals: Signals,
+    /// Rates of the inputs, one for each.
+    rates: Vec<f64>,
+    window: Window,
+    events: Vec<PlantEvent>,
+}
+
+/// Serialised state.
+#[derive(Serialize, Deserialize)]
+struct Saved<S> {
+    now: SimTime,
+    window: Window,
+    dynamics: S,
+}
+
+impl<D: FromRobot + ?Sized> LeggedPlant<D> {
+    /// Builds the plant with the trunk level and at rest, the legs at their start, and the lowest
+    /// foot at height zero, or on the ground where that is higher; onto lower ground the robot
+    /// falls. `selected` selects the output signals.
+    ///
+    /// # Errors
+    /// If robot and options are inconsistent.
+    pub fn new(
+        robot: &Robot,
+        options: &D::Options,
+        selected: &dyn Fn(&str) -> bool,
+    ) -> Result<Self, D::Error> {
+        let dynamics = D::from_robot(robot, options)?;
+        let setup = D::setup(options);
+        let legs = setup.selected_mounts(robot)?;
+        let legs: Vec<&str> = legs.iter().map(|mount| mount.name.as_str()).collect();
+        Ok(Self::of(dynamics, &legs, setup, selected))
+    }
+}
+
+impl<D: Dynamics + ?Sized> LeggedPlant<D> {
+    /// Builds the plant from dynamics in their initial state, of these legs.
+    fn of(dynamics: Box<D>, legs: &[&str], setup: &Setup, selected: &dyn Fn(&str) -> bool) -> Self {
+        let signals = Signals::new(legs, setup, selected);
+        let ports = signals.ports().iter();
+        let inputs = ports.filter(|port| port.direction == Direction::Input);
+        Self {
+            rates: vec![0.0; inputs.count()],
+            dynamics,
+            base: setup.base,
+            legs: legs.len(),
+            now: SimTime::ZERO,
+            step: setup.step,
+            signals,
+            window: Window::default(),
+            events: Vec::new(),
+        }
+    }
+
+    /// Returns the dynamics.
+    pub fn dynamics(&self) -> &D {
+        &self.dynamics
+    }
+
+    /// Returns the dynamics, for changes of their state.
+    pub fn dynamics_mut(&mut self) -> &mut D {
+        &mut self.dynamics
+    }
+
+    fn set_inputs(&mut self, inputs: &[f64]) {
+        let inputs = &inputs[..self.rates.len().min(inputs.len())];
+        self.dynamics.set_inputs(&StepInputs {
+            start: inputs,
+            rates: &self.rates,
+            mean: inputs,
+        });
+    }
+}
+
+impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
+    fn name(&self) -> &str {
+        self.dynamics.name()
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        self.signals.ports().to_vec()
+    }
+
+    fn initial_inputs(&self, inputs: &mut [f64]) {
+        let count = self.rates.len().min(inputs.len());
+        self.dynamics.initial_inputs(&mut inputs[..count]);
+    }
+
+    fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
+        self.signals
+            .check_inputs(inputs, self.now, || self.energy().stored())?;
+        self.set_inputs(inputs);
+        let mut steps = LongLoop::default();
+        while self.now < to {
+            if steps.is_interrupted() {
+                return Err(PlantFault::interrupted(self, self.now));
+            }
+            let next = to.min(self.now + self.step);
+            let seconds = (next - self.now).as_secs_f64();
+            // An engine that fails cannot return to the state before the step.
+            let energy = self.energy().stored();
+            if let Err(PartFault { part, why }) = self.dynamics.advance(self.now, seconds) {
+                return Err(PlantFault {
+                    time: self.now,
+                    part,
+                    energy,
+                    why,
+                });
+            }
+            self.now = next;
+        }
+        self.dynamics.drain_events(&mut self.events);
+        Ok(())
+    }
+
+    fn observe(&mut self, outputs: &mut [f64]) {
+        let now_s = self.now.as_secs_f64();
+        self.signals
+            .write(&*self.dynamics, &self.window, now_s, outputs);
+    }
+
+    fn begin_window(&mut self) {
+        let impulses = (0..self.legs).map(|leg| self.dynamics.ground_impulse(leg));
+        self.window.begin(self.now.as_secs_f64(), impulses);
+    }
+
+    fn energy(&self) -> EnergyBalance {
+        self.dynamics.energy()
+    }
+
+    fn work(&self) -> WorkCounts {
+        self.dynamics.counts()
+    }
+
+    fn constraint_violation(&self) -> Option<f64> {
+        self.dynamics.constraint_violation()
+    }
+
+    fn log_events(&mut self, enabled: bool) {
+        self.dynamics.log_events(enabled);
+        self.events.clear();
+    }
+
+    fn events(&self) -> &[PlantEvent] {
+        &self.events
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&Saved {
+            now: self.now,
+            window: self.window,
+            dynamics: self.dynamics.save(),
+        })
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let saved: Saved<D::Saved> = snapshot.read()?;
+        let restored = self.dynamics.restore(saved.dynamics);
+        restored.map_err(|found| SnapshotError::Mismatch {
+            expected: self.name().to_owned(),
+            found,
+        })?;
+        (self.now, self.window) = (saved.now, saved.window);
+        Ok(())
+    }
+
+    fn state(&self) -> Option<PlantState> {
+        let extra = self.dynamics.extra_state();
+        let state = self.dynamics.posture().state(self.now);
+        Some(
+            extra
+                .iter()
+                .fold(state, |state, (name, values)| state.with(name, values)),
+        )
+    }
+
+    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
+        let energy = self.energy().stored();
+        let fault = |PartFault { part, why }| PlantFault {
+            time: from.time,
+            part,
+            energy,
+            why,
+        };
+        let extra = self.dynamics.extra_state();
+        let is_extra = |name: &str| extra.iter().any(|(known, _)| known == name);
+        let mut posture = self.dynamics.posture();
+        let mut lines = posture.resume_from(&from.only(|name| !is_extra(name)));
+        let valid = posture.validate();
+        valid.map_err(|why| fault(PartFault::new("body", why)))?;
+        lines.extend(posture.project_onto(self.base));
+        let resumed = self.dynamics.resume_from(&posture, from);
+        lines.extend(resumed.map_err(fault)?);
+        self.now = from.time;
+        self.events.clear();
+        self.window = Window::default();
+        self.begin_window();
+        Ok(lines)
+    }
+}
