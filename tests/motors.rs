@@ -81,6 +81,7 @@ fn plants_agree_for_slow_motion_on_motors() {
     };
     let mut massless = Massless::new(&robot, &options, &is_compared).unwrap();
     let options = twinrig_lcp::Options {
+        constraints: twinrig_lcp::Constraints::Rigid,
         setup: setup(&robot),
         method: Method::Rk4,
         tolerance: twinrig_lcp::Options::TOLERANCE,

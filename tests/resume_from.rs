@@ -51,6 +51,7 @@ fn setup(fall: f64) -> Setup {
 
 fn lcp(setup: &Setup) -> Box<dyn Plant> {
     let options = twinrig_lcp::Options {
+        constraints: twinrig_lcp::Constraints::Rigid,
         setup: setup.clone(),
         method: twinrig_lcp::Method::Rk4,
         tolerance: twinrig_lcp::Options::TOLERANCE,

@@ -78,6 +78,11 @@ impl StepControl {
         }
     }
 
+    /// Returns the tolerance \[m\].
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
     /// Advances a state by `seconds`. `slope` is the one in this state, if known, and becomes the
     /// one at the end.
     ///
@@ -104,12 +109,13 @@ impl StepControl {
             let count = self.substeps(rest);
             let h = rest / count;
             let half = 0.5 * h;
+            let end = if count > 1.0 { time + h } else { seconds };
             let k2 = system.slope(time + half, &F::along(state, half, &k1));
             let k3 = system.slope(time + half, &F::along(state, half, &k2));
-            let k4 = system.slope(time + h, &F::along(state, h, &k3));
+            let k4 = system.slope(end, &F::along(state, h, &k3));
             let slopes = [&k1, &k2, &k3, &k4];
             let next = F::along_mean(state, h, slopes);
-            let k5 = system.slope(time + h, &next);
+            let k5 = system.slope(end, &next);
             self.work.evaluations += 4;
             let ratio = system.error(h, &k4, &k5) / self.tolerance;
             // The form of the comparison rejects NaN.
@@ -117,7 +123,7 @@ impl StepControl {
                 self.work.accepted += 1;
                 system.accept(time, h, slopes, &next);
                 (*state, k1) = (next, k5);
-                time = if count > 1.0 { time + h } else { seconds };
+                time = end;
             } else {
                 self.work.rejected += 1;
             }

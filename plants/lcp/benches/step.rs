@@ -20,6 +20,7 @@ const STEPS: usize = 20;
 
 fn build(robot: &Robot, setup: &Setup, method: Method) -> PlantHarness<Lcp> {
     let options = Options {
+        constraints: twinrig_lcp::Constraints::Rigid,
         setup: setup.clone(),
         method,
         tolerance: Options::TOLERANCE,

@@ -8,7 +8,7 @@
 //!
 //! ```
 //! use twinrig_kernel::{SimDuration, SimTime};
-//! use twinrig_lcp::{Lcp, Method, Options};
+//! use twinrig_lcp::{Constraints, Lcp, Method, Options};
 //! use twinrig_legged::{Base, Drives, Setup, StartPose};
 //! use twinrig_robot::RobotFile;
 //! use twinrig_runtime::Plant;
@@ -26,6 +26,7 @@
 //!         drives: Drives::None,
 //!         start: StartPose { q: [hip, knee, -knee], rates: [0.0; 3] }.into(),
 //!     },
+//!     constraints: Constraints::Rigid,
 //!     method: Method::Rk4,
 //!     tolerance: 1e-6,
 //!     toe: false,
@@ -96,5 +97,5 @@ mod thesis;
 mod trunk;
 
 pub use equations::{Equations, Posture};
-pub use options::{LcpError, Method, Options};
+pub use options::{Constraints, LcpError, Method, Options};
 pub use plant::Lcp;

@@ -1,6 +1,7 @@
 //! Flows as the dynamics of a plant.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
     DriveModels, Drives, Dynamics, FromRobot, LeggedPlant, PartFault, Posture, Setup, StepInputs,
@@ -8,9 +9,10 @@ use twinrig_legged::{
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantEvent, PlantEventKind, PlantState, WorkCounts};
 
+use crate::compliant::{self, SavedCompliant};
 use crate::flow::{Flow, FlowError};
 use crate::model::Model;
-use crate::options::{LcpError, Method, Options};
+use crate::options::{Constraints, LcpError, Method, Options};
 use crate::real::{Lanes, Real};
 use crate::saved::SavedFlow;
 use crate::state::State;
@@ -18,8 +20,17 @@ use crate::state::State;
 /// Plant in which every segment of the robot has inertia.
 pub type Lcp = LeggedPlant<dyn Formulation>;
 
-/// Equations of motion with any number of links per leg.
-pub trait Formulation: Dynamics<Saved = SavedFlow> {}
+/// Equations of motion with any number of links per leg, and rigid or compliant constraints.
+pub trait Formulation: Dynamics<Saved = SavedFormulation> {}
+
+/// Serialised state of a formulation.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub enum SavedFormulation {
+    /// Of rigid constraints.
+    Rigid(SavedFlow),
+    /// Of compliant constraints.
+    Compliant(SavedCompliant),
+}
 
 impl<const N: usize> Formulation for Flow<N> {}
 
@@ -48,10 +59,13 @@ impl FromRobot for dyn Formulation {
             let leg = mount.name.clone();
             return Err(LcpError::Toe { leg });
         }
-        Ok(if toes {
-            Box::new(initial_flow::<4>(robot, options)?)
-        } else {
-            Box::new(initial_flow::<3>(robot, options)?)
+        Ok(match (options.constraints, toes) {
+            (Constraints::Rigid, false) => Box::new(initial_flow::<3>(robot, options)?),
+            (Constraints::Rigid, true) => Box::new(initial_flow::<4>(robot, options)?),
+            (Constraints::Compliant, false) => {
+                Box::new(compliant::initial::<3, 1>(robot, options)?)
+            }
+            (Constraints::Compliant, true) => Box::new(compliant::initial::<4, 2>(robot, options)?),
         })
     }
 }
@@ -61,8 +75,23 @@ pub(crate) fn initial_flow<const N: usize>(
     robot: &Robot,
     options: &Options,
 ) -> Result<Flow<N>, LcpError> {
+    let model = Model::<N>::new(robot, &options.setup)?;
+    let state = start_state(&model, robot, options)?;
+    let mut flow = Flow::new(model, state, options.method, options.tolerance);
+    if let Some(DriveModels::Servos(_)) = flow.model.drives {
+        let commands = &mut flow.mode.commands;
+        (commands.hip, commands.pulley) = (state.angles[0], state.pulley);
+    }
+    Ok(flow)
+}
+
+/// Returns the start state: a taut cable, and toes without load.
+pub(crate) fn start_state<const N: usize>(
+    model: &Model<N>,
+    robot: &Robot,
+    options: &Options,
+) -> Result<State<Lanes, N>, LcpError> {
     let setup = &options.setup;
-    let model = Model::<N>::new(robot, setup)?;
     let zero = Lanes::zero();
     let mut state = State {
         position: [0.0, 0.0, height::<N>(robot, setup)?],
@@ -74,7 +103,6 @@ pub(crate) fn initial_flow<const N: usize>(
         pulley: zero,
         pulley_rate: zero,
     };
-    let mut commands = [zero; 2];
     for (i, leg) in model.legs.iter().enumerate() {
         let start = setup.start.of_leg(&leg.name, &leg.pantograph)?;
         for k in 0..N {
@@ -88,14 +116,8 @@ pub(crate) fn initial_flow<const N: usize>(
             state.rates[k] = state.rates[k].with_lane(i, rate);
         }
         state.pulley = state.pulley.with_lane(i, start.command.knee);
-        commands[0] = commands[0].with_lane(i, start.angles[0]);
-        commands[1] = commands[1].with_lane(i, start.command.knee);
     }
-    let mut flow = Flow::new(model, state, options.method, options.tolerance);
-    if let Some(DriveModels::Servos(_)) = flow.model.drives {
-        [flow.mode.commands.hip, flow.mode.commands.pulley] = commands;
-    }
-    Ok(flow)
+    Ok(state)
 }
 
 /// Returns the initial height of the trunk \[m\].
@@ -124,7 +146,7 @@ impl FlowError {
 }
 
 impl<const N: usize> Dynamics for Flow<N> {
-    type Saved = SavedFlow;
+    type Saved = SavedFormulation;
 
     fn name(&self) -> &'static str {
         "lcp"
@@ -181,12 +203,15 @@ impl<const N: usize> Dynamics for Flow<N> {
         Some(self.violation())
     }
 
-    fn save(&self) -> SavedFlow {
-        self.saved()
+    fn save(&self) -> SavedFormulation {
+        SavedFormulation::Rigid(self.saved())
     }
 
-    fn restore(&mut self, saved: SavedFlow) -> Result<(), String> {
-        self.restore_saved(&saved)
+    fn restore(&mut self, saved: SavedFormulation) -> Result<(), String> {
+        match saved {
+            SavedFormulation::Rigid(saved) => self.restore_saved(&saved),
+            SavedFormulation::Compliant(_) => Err("compliant constraints".to_owned()),
+        }
     }
 
     fn posture(&self) -> Posture {

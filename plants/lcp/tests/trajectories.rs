@@ -53,6 +53,7 @@ impl Fixture {
         integration: Integration,
     ) -> Self {
         let options = Options {
+            constraints: twinrig_lcp::Constraints::Rigid,
             setup: Setup {
                 step: SimDuration::from_micros(integration.step_us),
                 ..setup

@@ -101,7 +101,7 @@ impl<const N: usize> CompliantModel<N> {
         trunk: &TrunkMotion,
         point: &Point<S::Lanes>,
     ) -> Below<S::Lanes> {
-        match &self.ground {
+        match &self.rigid.ground {
             Some(ground) if !matches!(ground.terrain, Terrain::Flat) => {
                 Below::shaped(simd, ground, &trunk.rotation, trunk.position, point)
             }

@@ -108,12 +108,52 @@ impl<const N: usize, const P: usize> StoredEnergy<'_, N, P> {
         if N > 3 {
             energy += spring(legs.toe, state.angles[N - 1] - state.angles[2]);
         }
-        if self.model.ground.is_some() {
+        if self.model.rigid.ground.is_some() {
             for p in 0..P {
                 let point = Point::new(legs, turns, state, N - P + 1 + p, trunk);
                 energy += legs.sole.element.energy(-self.model.below(simd, trunk, &point).gap);
             }
         }
         energy
+    }
+}
+
+/// Elements inside a leg: extended, bottomed out, open, closed, cable; then its contact points.
+pub(crate) const INSIDE: usize = 5;
+
+/// Depths of all elements, negative where they are not compressed \[m\].
+pub(crate) struct ElementDepths<'a, const N: usize, const P: usize> {
+    pub(crate) model: &'a CompliantModel<N>,
+    pub(crate) state: &'a State<Quad, N, P>,
+}
+
+impl<const N: usize, const P: usize> Kernel for ElementDepths<'_, N, P> {
+    type Output = [Quad; INSIDE + 2];
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Self::Output {
+        let (model, state) = (self.model, self.state.load(simd));
+        let legs = model.legs.load(simd);
+        let turns = Turns::new(&state.angles);
+        let depths = Depths::new(&legs, &turns, &state);
+        let none = simd.splat(f64::NEG_INFINITY);
+        let mut all = [none; INSIDE + 2];
+        all[..4].copy_from_slice(&[depths.extended, depths.bottomed, depths.open, depths.closed]);
+        if model.drives != DriveLaws::None {
+            all[4] = depths.cable;
+        }
+        if model.rigid.ground.is_some() {
+            let trunk = TrunkMotion::new(&state);
+            for p in 0..P {
+                let point = Point::new(&legs, &turns, &state, N - P + 1 + p, &trunk);
+                all[INSIDE + p] = -model.below(simd, &trunk, &point).gap;
+            }
+        }
+        let mut quads = all.map(S::Lanes::quad);
+        // Lanes without a leg have no elements.
+        for quad in &mut quads {
+            quad.0[model.rigid.legs.len()..].fill(f64::NEG_INFINITY);
+        }
+        quads
     }
 }

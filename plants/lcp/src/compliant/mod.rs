@@ -8,8 +8,12 @@ mod energy;
 mod flow;
 mod model;
 mod motion;
+mod plant;
 mod slope;
 mod state;
 mod trunk;
+
+pub use plant::SavedCompliant;
+pub(crate) use plant::initial;
 #[cfg(test)]
 mod tests;

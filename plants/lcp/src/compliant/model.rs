@@ -2,7 +2,6 @@
 
 use twinrig_compliant::lanes::{LANES, Lanes, Quad, Simd};
 use twinrig_compliant::{Element, ServoLaw, Sole};
-use twinrig_contact::Ground;
 use twinrig_legged::{Base, DriveModels};
 use twinrig_robot::Compliance;
 
@@ -55,13 +54,13 @@ pub(crate) struct Sides<T> {
 /// Constants of the compliant model.
 #[derive(Debug, Clone)]
 pub(crate) struct CompliantModel<const N: usize> {
+    pub(crate) rigid: Model<N>,
     pub(crate) base: Base,
     /// Mass of trunk and legs \[kg\], principal moments of the trunk alone \[kg·m²\].
     pub(crate) mass: f64,
     pub(crate) inertia: [f64; 3],
     pub(crate) legs: Legs<Quad, N>,
     pub(crate) drives: DriveLaws,
-    pub(crate) ground: Option<Ground>,
     /// Weights of the error: radius of an angle \[m\], length per energy \[m/J\].
     pub(crate) radius: f64,
     pub(crate) per_weight: f64,
@@ -77,8 +76,8 @@ pub(crate) enum DriveLaws {
 }
 
 impl<const N: usize> CompliantModel<N> {
-    /// Takes over the rigid model; `compliances` are those of the legs.
-    pub(crate) fn new(model: &Model<N>, compliances: &[Compliance]) -> Self {
+    /// Adds the compliances of the legs to the rigid model.
+    pub(crate) fn new(model: Model<N>, compliances: &[Compliance]) -> Self {
         let friction = model.ground.as_ref().map_or(0.0, |ground| ground.friction);
         let constants: Vec<_> = model.legs.iter().map(|leg| leg.constants).collect();
         Self {
@@ -94,9 +93,9 @@ impl<const N: usize> CompliantModel<N> {
                 },
                 Some(drives @ DriveModels::Motors(_)) => DriveLaws::Motors(drives.inertias()),
             },
-            ground: model.ground.clone(),
             radius: 0.5 * model.reach,
             per_weight: model.reach / model.energy_scale,
+            rigid: model,
         }
     }
 
@@ -216,6 +215,31 @@ impl Commands<Quad> {
             hip: zero,
             knee: zero,
             damping: zero,
+        }
+    }
+
+    /// Returns whether the commands begin where others end, up to rounding errors of a ramp.
+    pub(crate) fn continues(&self, end: &Self) -> bool {
+        const ROUND_OFF: f64 = 1e-13;
+        let starts = |commands: &Self| {
+            let [hip, knee, [at_hip, at_knee]] = [commands.hip, commands.knee, commands.damping];
+            [hip[0], knee[0], at_hip, at_knee]
+        };
+        let pairs = starts(self).into_iter().zip(starts(end));
+        let mut pairs = pairs.flat_map(|(a, b)| a.0.into_iter().zip(b.0));
+        pairs.all(|(a, b)| (a - b).abs() <= ROUND_OFF)
+    }
+
+    /// Returns the set-points after some time, at rest.
+    pub(crate) fn at_end(&self, seconds: f64) -> Self {
+        let end = |[start, rate]: [Quad; 2]| {
+            let value = std::array::from_fn(|i| start.0[i] + rate.0[i] * seconds);
+            [Quad(value), Quad::splat(0.0)]
+        };
+        Self {
+            hip: end(self.hip),
+            knee: end(self.knee),
+            damping: self.damping,
         }
     }
 

@@ -146,7 +146,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         let mut dissipated = internal.dissipated;
         let zero = dissipated.zero();
         let (mut bristles, mut ground) = ([[zero; 2]; P], [zero; 3]);
-        if self.model.ground.is_some() {
+        if self.model.rigid.ground.is_some() {
             for p in 0..P {
                 let foot = self.stand::<FREE>(&turns, &trunk, p, &mut equations);
                 bristles[p] = foot.bristle_rate;

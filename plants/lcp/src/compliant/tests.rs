@@ -6,20 +6,10 @@ use twinrig_robot::{Compliance, OneSided, Robot};
 
 use super::flow::CompliantFlow;
 use super::model::CompliantModel;
-use super::state::State;
+use super::plant::compliant_state;
 use crate::fixtures::{self, HARD, Pose, flow, robot, tumbling};
 use crate::flow::Flow;
 use crate::motion::Dynamics;
-use crate::real::Lanes;
-use crate::state::State as RigidState;
-
-fn quad(lanes: Lanes) -> Quad {
-    Quad(lanes.to_array())
-}
-
-fn four([x, y, z]: [f64; 3]) -> Quad {
-    Quad([x, y, z, 0.0])
-}
 
 pub(crate) fn compliance() -> Compliance {
     let side = |stiffness, damping, toe_region| OneSided {
@@ -35,20 +25,6 @@ pub(crate) fn compliance() -> Compliance {
     }
 }
 
-fn state<const N: usize, const P: usize>(rigid: &RigidState<Lanes, N>) -> State<Quad, N, P> {
-    State {
-        position: four(rigid.position),
-        attitude: Quad(rigid.attitude),
-        velocity: four(rigid.velocity),
-        turning: four(rigid.turning),
-        angles: rigid.angles.map(quad),
-        rates: rigid.rates.map(quad),
-        pulley: quad(rigid.pulley),
-        pulley_rate: quad(rigid.pulley_rate),
-        bristles: [[Quad::splat(0.0); 2]; P],
-    }
-}
-
 /// Builds the compliant plant in the state of a rigid one, its servos at rest there.
 fn compliant<const N: usize, const P: usize>(
     rigid: &Flow<N>,
@@ -57,11 +33,8 @@ fn compliant<const N: usize, const P: usize>(
     features: Features,
 ) -> CompliantFlow<N, P> {
     let compliances = vec![compliance; rigid.model.legs.len()];
-    let model = CompliantModel::new(&rigid.model, &compliances);
-    let mut flow = CompliantFlow::new(model, state(&rigid.state), tolerance, features);
-    flow.commands.hip[0] = quad(rigid.mode.commands.hip);
-    flow.commands.knee[0] = quad(rigid.mode.commands.pulley);
-    flow
+    let model = CompliantModel::new(rigid.model.clone(), &compliances);
+    CompliantFlow::new(model, compliant_state(&rigid.state), tolerance, features)
 }
 
 fn start<const N: usize>(base: Base, pose: Pose, drives: Drives, ground: Option<Ground>) -> Flow<N> {
@@ -85,7 +58,8 @@ fn rigid_slope<const N: usize>(flow: &Flow<N>) -> Vec<f64> {
 }
 
 fn compliant_slope<const N: usize, const P: usize>(flow: &mut CompliantFlow<N, P>) -> Vec<f64> {
-    let slope = flow.present_slope();
+    flow.renew_slope();
+    let slope = flow.slope.unwrap();
     let mut numbers = Vec::new();
     numbers.extend(&slope.state.position.0[..3]);
     numbers.extend(slope.state.attitude.0);
@@ -177,6 +151,7 @@ proptest! {
         let mut flow = landing::<4, 2>(1e-9, Features::Detected);
         flow.model.base = Base::Planar;
         flow.state.attitude = Quad([libm::cos(pitch / 2.0), 0.0, libm::sin(pitch / 2.0), 0.0]);
+        flow.state.position.0[2] = 0.16;
         flow.state.velocity.0[1] = 0.0;
         flow.state.turning = Quad([0.0, 0.5, 0.0, 0.0]);
         flow.ledger = twinrig_legged::Ledger::opened(flow.stored());

@@ -136,6 +136,7 @@ fn zero_step_is_rejected() {
         ..standing_setup()
     };
     let options = Options {
+        constraints: twinrig_lcp::Constraints::Rigid,
         setup,
         method: Method::Rk4,
         tolerance: Options::TOLERANCE,

@@ -125,6 +125,7 @@ fn with_signals(
     selected: &dyn Fn(&str) -> bool,
 ) -> Result<Lcp, LcpError> {
     let options = Options {
+        constraints: twinrig_lcp::Constraints::Rigid,
         setup: Setup {
             step: SimDuration::from_micros(integration.step_us),
             ..setup.clone()

@@ -151,6 +151,7 @@ proptest! {
 fn toe_is_resumed_and_unloaded_if_missing() {
     let (robot, setup) = (robot(), suspended(passive_start()));
     let options = Options {
+        constraints: twinrig_lcp::Constraints::Rigid,
         setup: setup.clone(),
         method: DEFAULT.method,
         tolerance: DEFAULT.tolerance,
