@@ -167,6 +167,17 @@ pub trait Simd: Copy {
     /// Returns numbers from memory.
     fn load(self, quad: Quad) -> Self::Lanes;
 
+    /// Returns several numbers from memory.
+    #[inline(always)]
+    fn load_all<const M: usize>(self, quads: &[Quad; M]) -> [Self::Lanes; M] {
+        // `array::map` is not always inlined.
+        let mut all = [self.splat(0.0); M];
+        for (lanes, quad) in all.iter_mut().zip(quads) {
+            *lanes = self.load(*quad);
+        }
+        all
+    }
+
     /// Runs a task as a function of its own with the same registers: for one that is too long to be
     /// inlined in several places.
     fn call<T: Task>(self, task: T) -> T::Output;

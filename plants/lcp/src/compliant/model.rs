@@ -168,23 +168,29 @@ impl<const N: usize> Legs<Quad, N> {
     #[inline(always)]
     pub(crate) fn load<S: Simd>(&self, simd: S) -> Legs<S::Lanes, N> {
         let load = |quad: Quad| simd.load(quad);
+        let mut moments_hip = [simd.load_all(&self.moments_hip[0]); N];
+        let mut inertias = [simd.load_all(&self.inertias[0]); N];
+        for j in 1..N {
+            moments_hip[j] = simd.load_all(&self.moments_hip[j]);
+            inertias[j] = simd.load_all(&self.inertias[j]);
+        }
         Legs {
-            hip: self.hip.map(load),
-            links: self.links.map(load),
+            hip: simd.load_all(&self.hip),
+            links: simd.load_all(&self.links),
             mass: load(self.mass),
-            mass_hip: self.mass_hip.map(load),
-            moments: self.moments.map(load),
-            moments_hip: self.moments_hip.map(|moment| moment.map(load)),
-            inertias: self.inertias.map(|row| row.map(load)),
-            friction: self.friction.map(load),
+            mass_hip: simd.load_all(&self.mass_hip),
+            moments: simd.load_all(&self.moments),
+            moments_hip,
+            inertias,
+            friction: simd.load_all(&self.friction),
             l_delta: load(self.l_delta),
             sides: Sides {
-                squares: self.sides.squares.map(load),
-                products: self.sides.products.map(load),
+                squares: simd.load_all(&self.sides.squares),
+                products: simd.load_all(&self.sides.products),
             },
-            diagonal: self.diagonal.map(load),
-            parallel: self.parallel.map(load),
-            toe: self.toe.map(load),
+            diagonal: simd.load_all(&self.diagonal),
+            parallel: simd.load_all(&self.parallel),
+            toe: simd.load_all(&self.toe),
             diagonal_middle: load(self.diagonal_middle),
             diagonal_half: load(self.diagonal_half),
             parallel_max: load(self.parallel_max),
@@ -245,11 +251,10 @@ impl Commands<Quad> {
 
     #[inline(always)]
     pub(crate) fn load<S: Simd>(&self, simd: S) -> Commands<S::Lanes> {
-        let load = |quads: [Quad; 2]| quads.map(|quad| simd.load(quad));
         Commands {
-            hip: load(self.hip),
-            knee: load(self.knee),
-            damping: load(self.damping),
+            hip: simd.load_all(&self.hip),
+            knee: simd.load_all(&self.knee),
+            damping: simd.load_all(&self.damping),
         }
     }
 }

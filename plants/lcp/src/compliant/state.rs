@@ -49,17 +49,26 @@ pub(crate) struct Slope<T, const N: usize, const P: usize> {
 impl<T: Copy, const N: usize, const P: usize> State<T, N, P> {
     /// Applies a function to all members.
     #[inline(always)]
-    pub(crate) fn map<U>(&self, mut of: impl FnMut(T) -> U) -> State<U, N, P> {
+    pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> State<U, N, P> {
+        // `array::map` is not always inlined.
+        let (mut angles, mut rates) = ([of(self.angles[0]); N], [of(self.rates[0]); N]);
+        for i in 1..N {
+            (angles[i], rates[i]) = (of(self.angles[i]), of(self.rates[i]));
+        }
+        let mut bristles = [[of(self.bristles[0][0]), of(self.bristles[0][1])]; P];
+        for i in 1..P {
+            bristles[i] = [of(self.bristles[i][0]), of(self.bristles[i][1])];
+        }
         State {
             position: of(self.position),
             attitude: of(self.attitude),
             velocity: of(self.velocity),
             turning: of(self.turning),
-            angles: self.angles.map(&mut of),
-            rates: self.rates.map(&mut of),
+            angles,
+            rates,
             pulley: of(self.pulley),
             pulley_rate: of(self.pulley_rate),
-            bristles: self.bristles.map(|bristle| bristle.map(&mut of)),
+            bristles,
         }
     }
 
@@ -92,14 +101,15 @@ impl<T: Copy, const N: usize, const P: usize> State<T, N, P> {
 
 impl<T: Copy> Flows<T> {
     #[inline(always)]
-    pub(crate) fn map<U>(&self, mut of: impl FnMut(T) -> U) -> Flows<U> {
+    pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> Flows<U> {
+        let [x, y, z] = self.ground;
         Flows {
             actuator: of(self.actuator),
             dissipated: of(self.dissipated),
             hip: of(self.hip),
             knee: of(self.knee),
             cable: of(self.cable),
-            ground: self.ground.map(of),
+            ground: [of(x), of(y), of(z)],
         }
     }
 
