@@ -20,6 +20,31 @@ fn repeated_run_has_the_same_fingerprint() {
 }
 
 #[test]
+fn linear_set_points_are_repeatable_and_differ_from_held_ones() {
+    let registry = Registry::standard();
+    let fixture = |actuator| TrotFixture {
+        actuator,
+        ..TrotFixture::default()
+    };
+    for with_legs in [false, true] {
+        let fingerprint_of = |actuator| {
+            let fixture = fixture(actuator);
+            let fixture = if with_legs {
+                fixture.with_leg_inertia()
+            } else {
+                fixture
+            };
+            run(&fixture.assembly(&registry))
+        };
+        let linear = fingerprint_of("set_point = \"linear\"");
+        assert_eq!(linear, fingerprint_of("set_point = \"linear\""));
+        let held = fingerprint_of("");
+        assert_eq!(held, fingerprint_of("set_point = \"held\""));
+        assert_ne!(linear, held);
+    }
+}
+
+#[test]
 fn recording_and_expectations_do_not_change_the_fingerprint() {
     let registry = Registry::standard();
     let assembly = TrotFixture::default().assembly(&registry);

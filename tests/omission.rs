@@ -117,6 +117,21 @@ fn omitted_leg_changes_no_byte_of_the_others() {
 }
 
 #[test]
+fn omitted_leg_changes_no_byte_of_linear_set_points() {
+    let complete = TrotFixture {
+        base: "fixed",
+        record: "signals = [\"leg/**\"]",
+        actuator: "set_point = \"linear\"",
+        ..TrotFixture::default()
+    };
+    let reduced = TrotFixture {
+        legs: &["LF", "LH"],
+        ..complete.clone()
+    };
+    assert_eq!(compare(&complete, &reduced, "linear-leg").first, None);
+}
+
+#[test]
 fn unrecorded_poses_change_no_byte() {
     let complete = TrotFixture::default();
     let reduced = TrotFixture {

@@ -63,6 +63,13 @@ proptest! {
         check_continuation(&fixture().with_leg_inertia(), SimTime::from_nanos(at))?;
     }
 
+    /// Also in the middle of an approach of linear set-points.
+    #[test]
+    fn restored_at_any_instant_with_linear_set_points(at in 0..600_000_000_u64) {
+        let linear = TrotFixture { actuator: "set_point = \"linear\"", ..fixture() };
+        check_continuation(&linear, SimTime::from_nanos(at))?;
+    }
+
     /// Including frames, packets and bytes in transit, boards between two ticks, faults and jitter.
     #[test]
     fn restored_at_any_instant_with_buses(at in 0..700_000_000_u64) {

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use twinrig::Registry;
 use twinrig::kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig::runtime::Plant;
-use twinrig_legged::{Base, Drives, Setup, Start};
+use twinrig_legged::{Base, Drives, SetPoint, Setup, Start};
 use twinrig_robot::{Robot, RobotFile, Servo};
 use twinrig_tests::TrotFixture;
 
@@ -45,6 +45,7 @@ fn setup(fall: f64) -> Setup {
             hip: SERVO,
             knee: SERVO,
         },
+        set_point: SetPoint::Held,
         start: Start::default(),
     }
 }

@@ -28,6 +28,8 @@ pub struct TrotFixture {
     pub model: &'static str,
     /// Lines of the `[plant]` table.
     pub plant: &'static str,
+    /// Lines of the `[actuator]` table.
+    pub actuator: &'static str,
 }
 
 impl Default for TrotFixture {
@@ -42,6 +44,7 @@ impl Default for TrotFixture {
             record: "",
             model: "massless",
             plant: "",
+            actuator: "",
         }
     }
 }
@@ -75,6 +78,8 @@ impl TrotFixture {
             legs = {:?}
             {ground}
             {}
+            [actuator]
+            {}
             [controller]
             kind = "cpg"
             gait = "trot"
@@ -92,6 +97,7 @@ impl TrotFixture {
             self.base,
             self.legs,
             self.plant,
+            self.actuator,
             self.io,
             self.record
         )

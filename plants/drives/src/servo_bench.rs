@@ -5,7 +5,7 @@ use twinrig_actuator::PositionServo;
 use twinrig_kernel::{
     Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit, signal,
 };
-use twinrig_legged::Ledger;
+use twinrig_legged::{Ledger, Ramp, SetPoint, SetPoints};
 use twinrig_robot::Servo;
 use twinrig_runtime::interrupt::LongLoop;
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault, PlantState, WorkCounts};
@@ -29,6 +29,7 @@ const STEP: SimDuration = SimDuration::from_millis(1);
 pub struct ServoBench {
     servo: PositionServo,
     shafts: Vec<ServoState>,
+    set_points: SetPoints,
     now: SimTime,
     ledger: Ledger,
     steps: u64,
@@ -49,6 +50,7 @@ struct ServoState {
 struct Saved {
     now: SimTime,
     shafts: Vec<ServoState>,
+    ramps: Vec<Ramp>,
     ledger: Ledger,
     steps: u64,
 }
@@ -78,12 +80,20 @@ impl ServoBench {
         Ok(Self {
             servo: PositionServo::new(servo)?,
             shafts: vec![ServoState::default(); legs.len()],
+            set_points: SetPoints::new(SetPoint::Held, legs.len()),
             now: SimTime::ZERO,
             ledger: Ledger::opened([0.0; 3]),
             steps: 0,
             ports,
             observed,
         })
+    }
+
+    /// Selects the course of the set-points between commands.
+    #[must_use]
+    pub fn with_set_point(mut self, set_point: SetPoint) -> Self {
+        self.set_points = SetPoints::new(set_point, self.shafts.len());
+        self
     }
 
     /// The ports of servos of these legs, all outputs included: commands, then positions.
@@ -115,7 +125,15 @@ impl ServoBench {
             .sum()
     }
 
-    fn step(&mut self, seconds: f64, commands: &[f64]) {
+    /// Advances from the present time to `next`, or to the end of an approach before it.
+    fn step(&mut self, next: SimTime, commands: &[f64]) {
+        let (mut next, mut commands) = (next, commands);
+        if self.set_points.are_linear() {
+            next = self.set_points.step_end(self.now, next);
+            commands = self.set_points.over(self.now, next).mean;
+        }
+        let seconds = (next - self.now).as_secs_f64();
+        self.now = next;
         let servo = &self.servo;
         let rate_change_max = servo.torque() * seconds / servo.inertia();
         let mut kinetic = 0.0;
@@ -154,14 +172,13 @@ impl Plant for ServoBench {
                 why: "the command is not a number".to_owned(),
             });
         }
+        self.set_points.command(self.now, inputs);
         let mut steps = LongLoop::default();
         while self.now < to {
             if steps.is_interrupted() {
                 return Err(PlantFault::interrupted(self, self.now));
             }
-            let next = to.min(self.now + STEP);
-            self.step((next - self.now).as_secs_f64(), inputs);
-            self.now = next;
+            self.step(to.min(self.now + STEP), inputs);
         }
         Ok(())
     }
@@ -184,6 +201,7 @@ impl Plant for ServoBench {
         Snapshot::of(&Saved {
             now: self.now,
             shafts: self.shafts.clone(),
+            ramps: self.set_points.save(),
             ledger: self.ledger,
             steps: self.steps,
         })
@@ -197,6 +215,12 @@ impl Plant for ServoBench {
                 found: format!("{} servos", saved.shafts.len()),
             });
         }
+        let checked = self.set_points.check(&saved.ramps);
+        checked.map_err(|found| SnapshotError::Mismatch {
+            expected: "servos".to_owned(),
+            found,
+        })?;
+        self.set_points.restore(saved.ramps);
         (self.now, self.shafts) = (saved.now, saved.shafts);
         (self.ledger, self.steps) = (saved.ledger, saved.steps);
         Ok(())
@@ -228,6 +252,12 @@ impl Plant for ServoBench {
             .filter(|(name, _)| !legs.iter().any(|known| known == name));
         lines.extend(unknown.map(|(name, _)| format!("{name} is not a state of this plant")));
         (self.now, self.shafts, self.steps) = (from.time, shafts, 0);
+        let positions = self.shafts.iter().map(|shaft| shaft.position);
+        self.set_points.reset(|at| {
+            at.iter_mut()
+                .zip(positions)
+                .for_each(|(at, position)| *at = position);
+        });
         self.ledger = Ledger::opened([self.kinetic(), 0.0, 0.0]);
         Ok(lines)
     }

@@ -2,6 +2,7 @@
 
 use twinrig_drives::ServoBench;
 use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_legged::SetPoint;
 use twinrig_robot::Servo;
 use twinrig_runtime::Plant;
 
@@ -102,4 +103,24 @@ fn only_requested_outputs_are_ports() {
     let bench = ServoBench::new(&legs, &SERVO, &requested).unwrap();
     assert_eq!(bench.ports().len(), 3);
     assert!(ServoBench::new(&["LF", "LF"].map(str::to_owned), &SERVO, &requested).is_err());
+}
+
+#[test]
+fn linear_set_points_are_followed_with_the_lag_and_restored() {
+    let period = SimDuration::from_micros(200_500);
+    let linear = || bench(&["LF"]).with_set_point(SetPoint::Linear { period });
+    let (mut one, mut two) = (linear(), linear());
+    let mut position = [0.0];
+    one.advance(at(180), &[0.4]).unwrap();
+    one.observe(&mut position);
+    // Behind the ramp by its lag, and by the dead band less at most.
+    let behind = 0.4 / period.as_secs_f64() * (0.18 - SERVO.lag) - position[0];
+    assert!(behind.abs() < SERVO.dead_band, "{behind} rad");
+    two.restore(&one.save()).unwrap();
+    for bench in [&mut one, &mut two] {
+        bench.advance(at(190), &[0.4]).unwrap();
+        bench.advance(at(400), &[-0.1]).unwrap();
+    }
+    assert_eq!(one.save(), two.save());
+    assert!(bench(&["LF"]).restore(&one.save()).is_err(), "held");
 }

@@ -2,7 +2,7 @@
 
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::SimDuration;
-use twinrig_legged::{Base, Drives, Ledger, Setup, StartPose};
+use twinrig_legged::{Base, Drives, Ledger, SetPoint, Setup, StartPose};
 use twinrig_robot::{Robot, RobotFile};
 
 use crate::flow::Flow;
@@ -51,6 +51,7 @@ pub(crate) fn flow<const N: usize>(
         ground,
         step: SimDuration::from_millis(2),
         drives,
+        set_point: SetPoint::Held,
         start: StartPose {
             q: angles.map(f64::to_radians),
             rates,

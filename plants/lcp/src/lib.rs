@@ -9,7 +9,7 @@
 //! ```
 //! use twinrig_kernel::{SimDuration, SimTime};
 //! use twinrig_lcp::{Constraints, Lcp, Method, Options};
-//! use twinrig_legged::{Base, Drives, Setup, StartPose};
+//! use twinrig_legged::{Base, Drives, SetPoint, Setup, StartPose};
 //! use twinrig_robot::RobotFile;
 //! use twinrig_runtime::Plant;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -24,6 +24,7 @@
 //!         ground: None,
 //!         step: SimDuration::from_millis(2),
 //!         drives: Drives::None,
+//!         set_point: SetPoint::Held,
 //!         start: StartPose { q: [hip, knee, -knee], rates: [0.0; 3] }.into(),
 //!     },
 //!     constraints: Constraints::Rigid,

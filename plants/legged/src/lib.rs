@@ -8,7 +8,7 @@
 //! ```
 //! use twinrig_kernel::SimDuration;
 //! use twinrig_leg::Pantograph;
-//! use twinrig_legged::{Base, Drives, Setup, Signals, StartPose};
+//! use twinrig_legged::{Base, Drives, SetPoint, Setup, Signals, StartPose};
 //! use twinrig_robot::RobotFile;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let text = include_str!("../../../robots/cheetah-cub.toml");
@@ -19,6 +19,7 @@
 //!     ground: None,
 //!     step: SimDuration::from_millis(1),
 //!     drives: Drives::None,
+//!     set_point: SetPoint::Held,
 //!     start: StartPose { q: [0.2, -0.1, 0.1], rates: [0.0; 3] }.into(),
 //! };
 //! let mount = setup.selected_mounts(&robot)?[0];
@@ -45,6 +46,7 @@ mod plant;
 mod posture;
 mod readings;
 mod segment;
+mod set_points;
 mod setup;
 mod signals;
 mod slide;
@@ -59,6 +61,7 @@ pub use plant::LeggedPlant;
 pub use posture::{LegPosture, Posture};
 pub use readings::Readings;
 pub use segment::Segment;
+pub use set_points::{Ramp, SetPoint, SetPoints};
 pub use setup::{Base, DriveModels, Drives, Motors, Servos, Setup};
 pub use signals::Signals;
 pub use slide::{TangentialImpulse, taken_by_friction};

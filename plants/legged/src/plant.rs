@@ -7,7 +7,8 @@ use twinrig_runtime::interrupt::LongLoop;
 use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantFault, PlantState, WorkCounts};
 
 use crate::dynamics::{Dynamics, FromRobot, PartFault, StepInputs};
-use crate::setup::{Base, Setup};
+use crate::set_points::{Ramp, SetPoint, SetPoints};
+use crate::setup::{Base, Drives, Setup};
 use crate::signals::Signals;
 use crate::window::Window;
 
@@ -20,8 +21,9 @@ pub struct LeggedPlant<D: Dynamics + ?Sized> {
     now: SimTime,
     step: SimDuration,
     signals: Signals,
-    /// Rates of the inputs, one for each.
+    /// Rates of held inputs, one for each.
     rates: Vec<f64>,
+    set_points: SetPoints,
     window: Window,
     events: Vec<PlantEvent>,
 }
@@ -31,6 +33,8 @@ pub struct LeggedPlant<D: Dynamics + ?Sized> {
 struct Saved<S> {
     now: SimTime,
     window: Window,
+    /// Those of linear set-points.
+    ramps: Vec<Ramp>,
     dynamics: S,
 }
 
@@ -60,8 +64,18 @@ impl<D: Dynamics + ?Sized> LeggedPlant<D> {
         let signals = Signals::new(legs, setup, selected);
         let ports = signals.ports().iter();
         let inputs = ports.filter(|port| port.direction == Direction::Input);
+        let rates = vec![0.0; inputs.count()];
+        let servos = matches!(setup.drives, Drives::Ideal { .. } | Drives::Servos { .. });
+        let set_point = if servos {
+            setup.set_point
+        } else {
+            SetPoint::Held
+        };
+        let mut set_points = SetPoints::new(set_point, rates.len());
+        set_points.reset(|inputs| dynamics.initial_inputs(inputs));
         Self {
-            rates: vec![0.0; inputs.count()],
+            rates,
+            set_points,
             dynamics,
             base: setup.base,
             legs: legs.len(),
@@ -83,8 +97,13 @@ impl<D: Dynamics + ?Sized> LeggedPlant<D> {
         &mut self.dynamics
     }
 
+    /// Sets the inputs from the present time on.
     fn set_inputs(&mut self, inputs: &[f64]) {
         let inputs = &inputs[..self.rates.len().min(inputs.len())];
+        if self.set_points.are_linear() {
+            self.set_points.command(self.now, inputs);
+            return;
+        }
         self.dynamics.set_inputs(&StepInputs {
             start: inputs,
             rates: &self.rates,
@@ -116,7 +135,12 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
             if steps.is_interrupted() {
                 return Err(PlantFault::interrupted(self, self.now));
             }
-            let next = to.min(self.now + self.step);
+            let mut next = to.min(self.now + self.step);
+            if self.set_points.are_linear() {
+                next = self.set_points.step_end(self.now, next);
+                let inputs = self.set_points.over(self.now, next);
+                self.dynamics.set_inputs(&inputs);
+            }
             let seconds = (next - self.now).as_secs_f64();
             // An engine that fails cannot return to the state before the step.
             let energy = self.energy().stored();
@@ -170,17 +194,23 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
         Snapshot::of(&Saved {
             now: self.now,
             window: self.window,
+            ramps: self.set_points.save(),
             dynamics: self.dynamics.save(),
         })
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let saved: Saved<D::Saved> = snapshot.read()?;
-        let restored = self.dynamics.restore(saved.dynamics);
-        restored.map_err(|found| SnapshotError::Mismatch {
-            expected: self.name().to_owned(),
+        let name = self.dynamics.name();
+        let mismatch = |found| SnapshotError::Mismatch {
+            expected: name.to_owned(),
             found,
-        })?;
+        };
+        let checked = self.set_points.check(&saved.ramps);
+        checked.map_err(&mismatch)?;
+        let restored = self.dynamics.restore(saved.dynamics);
+        restored.map_err(mismatch)?;
+        self.set_points.restore(saved.ramps);
         (self.now, self.window) = (saved.now, saved.window);
         Ok(())
     }
@@ -213,6 +243,8 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
         let resumed = self.dynamics.resume_from(&posture, from);
         lines.extend(resumed.map_err(fault)?);
         self.now = from.time;
+        let initial_inputs = |inputs: &mut [f64]| self.dynamics.initial_inputs(inputs);
+        self.set_points.reset(initial_inputs);
         self.events.clear();
         self.window = Window::default();
         self.begin_window();

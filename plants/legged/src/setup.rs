@@ -7,6 +7,7 @@ use twinrig_robot::{LegMount, Robot};
 
 use crate::LEGS;
 use crate::error::LeggedError;
+use crate::set_points::SetPoint;
 use crate::start::Start;
 
 /// Degrees of freedom of the trunk.
@@ -122,6 +123,8 @@ pub struct Setup {
     pub step: SimDuration,
     /// Drives of the joints.
     pub drives: Drives,
+    /// Course of the set-points of servos between commands; without effect on motors.
+    pub set_point: SetPoint,
     /// Initial state of the legs.
     pub start: Start,
 }

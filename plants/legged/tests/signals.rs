@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use nalgebra::{Matrix3, Vector3};
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
-use twinrig_legged::{Base, Drives, Ledger, Readings, Setup, Signals, Start, Window};
+use twinrig_legged::{Base, Drives, Ledger, Readings, SetPoint, Setup, Signals, Start, Window};
 use twinrig_robot::Motor;
 use twinrig_runtime::EnergyBalance;
 
@@ -22,6 +22,7 @@ fn setup(drives: bool, ground: bool) -> Setup {
         } else {
             Drives::None
         },
+        set_point: SetPoint::Held,
         start: Start::default(),
     }
 }

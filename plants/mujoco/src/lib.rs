@@ -5,7 +5,7 @@
 //! ```no_run
 //! # // Not run: doctests do not find MuJoCo's library; `tests/plant` does the same and more.
 //! use twinrig_kernel::{SimDuration, SimTime};
-//! use twinrig_legged::{Base, Drives, Setup, StartPose};
+//! use twinrig_legged::{Base, Drives, SetPoint, Setup, StartPose};
 //! use twinrig_mujoco::{Coordinates, Mujoco, Options};
 //! use twinrig_robot::RobotFile;
 //! use twinrig_runtime::Plant;
@@ -18,6 +18,7 @@
 //!     ground: None,
 //!     step: SimDuration::from_millis(1),
 //!     drives: Drives::None,
+//!     set_point: SetPoint::Held,
 //!     start: StartPose { q: [0.2, -0.2, 0.25], rates: [0.0; 3] }.into(),
 //! };
 //! let mut plant = Mujoco::new(&robot, &Options::new(setup, Coordinates::Maximal), &|_| true)?;

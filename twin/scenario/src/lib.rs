@@ -66,6 +66,7 @@
 //! Not in this crate: execution of runs, particular plants, controllers and buses, the search for
 //! robot files, and clocks.
 
+mod actuator;
 mod catalogue;
 mod expect;
 mod glob;
@@ -80,6 +81,7 @@ mod scenario;
 mod scene;
 mod schema;
 
+pub use actuator::{ActuatorKind, ActuatorSpec, ServoOverride, SetPointKind};
 pub use catalogue::{Catalogue, Kind, VariableSpec};
 pub use expect::{
     Along, Axis, BodyClaim, Claim, CostMeasure, Expectation, FootstepClaim, FootstepMeasure,
@@ -92,9 +94,9 @@ pub use limits::{Comparison, Limits};
 pub use options::{Accepts, OptionSpec, OptionValue, Options};
 pub use reference::{KeyReference, TableReference, language};
 pub use scenario::{
-    ActuatorKind, ActuatorSpec, Base, BusSpec, ChangeSpec, ControllerSpec, FallSpec, FaultSpec,
-    FootstepSpec, Ground, Heights, IoSpec, LoadThreshold, ObserveSpec, PlantSpec, Profile,
-    RecordSpec, Scenario, ServoOverride, Setting, StartPose,
+    Base, BusSpec, ChangeSpec, ControllerSpec, FallSpec, FaultSpec, FootstepSpec, Ground, Heights,
+    IoSpec, LoadThreshold, ObserveSpec, PlantSpec, Profile, RecordSpec, Scenario, Setting,
+    StartPose,
 };
 pub use scene::{Facts, LeftOut, LegFact, Scene};
 pub use schema::schema;

@@ -6,6 +6,7 @@ use twinrig_document::{Overrides, Place, Placed, Warning};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{Change, Coupling, FaultKind, Timing};
 
+use crate::actuator::ActuatorSpec;
 use crate::expect::{BodyClaim, Claim, Expectation};
 use crate::language::Words;
 use crate::options::Options;
@@ -182,53 +183,6 @@ pub enum Heights {
         /// Seed of the heights; none for that of the scenario.
         seed: Option<u64>,
     },
-}
-
-/// `[actuator]`
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ActuatorSpec {
-    /// Actuator model.
-    pub kind: ActuatorKind,
-    /// Overrides of the parameters of the hip servos.
-    pub hip: ServoOverride,
-    /// Overrides of the parameters of the knee servos.
-    pub knee: ServoOverride,
-}
-
-/// Model of the actuator between a command and a joint.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ActuatorKind {
-    /// No motors and no cables.
-    None,
-    /// The joint follows its command exactly.
-    Ideal,
-    /// A position servo with lag, limits and dead band.
-    #[default]
-    Servo,
-    /// A direct-current motor driven by the output voltage of a board.
-    Motor,
-}
-
-impl Words for ActuatorKind {
-    const WORDS: &'static [(&'static str, Self)] = &[
-        ("servo", ActuatorKind::Servo),
-        ("ideal", ActuatorKind::Ideal),
-        ("none", ActuatorKind::None),
-        ("motor", ActuatorKind::Motor),
-    ];
-}
-
-/// Parameters of a servo that override those of the robot file.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ServoOverride {
-    /// \[s\]
-    pub lag: Option<f64>,
-    /// \[rad/s\]
-    pub speed: Option<f64>,
-    /// \[N·m\]
-    pub torque: Option<f64>,
-    /// \[rad\]
-    pub dead_band: Option<f64>,
 }
 
 /// `[controller]`

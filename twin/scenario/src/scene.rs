@@ -7,12 +7,13 @@ use twinrig_document::{DocumentError, Placed, Problem, quantity_name, suggestion
 use twinrig_kernel::signal::{BODY_POSITION, BODY_RPY};
 use twinrig_kernel::{Direction, Port, Unit, signal};
 
+use crate::actuator::ActuatorKind;
 use crate::expect::{
     Claim, Expectation, FootstepMeasure, LegChoice, Pattern, SignalClaim, SignalMode, TimingClaim,
 };
 use crate::glob::{is_pattern, matches};
 use crate::ground_below::GroundBelow;
-use crate::scenario::{ActuatorKind, Base, Scenario};
+use crate::scenario::{Base, Scenario};
 
 /// A leg of the robot.
 #[derive(Clone, Debug, PartialEq, Eq)]

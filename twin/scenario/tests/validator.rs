@@ -13,6 +13,8 @@ const VALID: &[&str] = &[
     "name = 'n'\nseed = 18446744073709551615\n[override]\nfriction = 0.5",
     "[actuator]\nkind = 'servo'\nlag = '5 ms'\nspeed = '20 rad/s'\n[actuator.hip]\ntorque = '5 N·m'\n[actuator.knee]\ndead_band = '0 deg'",
     "[actuator]\nkind = 'motor'\nhip = {}",
+    "[actuator]\nkind = 'ideal'\nset_point = 'linear'",
+    "[actuator]\nset_point = 'linear'\nlag = '5 ms'",
     "[io]\nstep = '1 ms'\ntransfer_time = { min = '0 s', max = '1 ms' }",
     "[io]\ntransfer_time = { mean = '1 ms', deviation = '10 us', min = '0 s', max = '2 ms' }",
     "[io]\ntransfer_time = { trace = ['1 ms', '2 ms'] }",

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::SimDuration;
-use twinrig_legged::{Base, Drives, Setup, Start, StartPose};
+use twinrig_legged::{Base, Drives, SetPoint, Setup, Start, StartPose};
 use twinrig_robot::{Leg, Robot, RobotFile, Servo};
 
 /// Names of all legs.
@@ -64,6 +64,7 @@ pub fn suspended(legs: &[&str], start: impl Into<Start>, step_us: u64) -> Setup 
         ground: None,
         step: SimDuration::from_micros(step_us),
         drives: Drives::None,
+        set_point: SetPoint::Held,
         start: start.into(),
     }
 }

@@ -2,7 +2,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use proptest::prelude::*;
 use twinrig_kernel::SimDuration;
 use twinrig_leg::Planar;
-use twinrig_legged::{Base, Drives, LEGS, Setup, Start};
+use twinrig_legged::{Base, Drives, LEGS, SetPoint, Setup, Start};
 use twinrig_robot::{JointFriction, RobotFile};
 
 use super::Damping;
@@ -32,6 +32,7 @@ fn model(base: Base, friction: f64) -> Model {
         ground: None,
         step: SimDuration::from_millis(1),
         drives: Drives::None,
+        set_point: SetPoint::Held,
         start: Start::default(),
     };
     let force = Force::Solve;

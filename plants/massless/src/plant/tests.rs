@@ -4,7 +4,7 @@ use nalgebra::{Matrix2, Rotation3, SymmetricEigen, Vector3};
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_leg::{LegCommand, Pantograph, Planar};
-use twinrig_legged::{Base, Drives, Setup};
+use twinrig_legged::{Base, Drives, SetPoint, Setup};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
 
@@ -59,6 +59,7 @@ fn setup(base: Base, legs: &[&str], friction: Option<f64>, step: SimDuration) ->
         ground: friction.map(|friction| Ground::new(Terrain::Flat, friction, 0.0).unwrap()),
         step,
         drives: Drives::Ideal { period: 5e-3 },
+        set_point: SetPoint::Held,
         start: legs
             .iter()
             .map(|leg| ((*leg).to_owned(), straight))

@@ -2,7 +2,7 @@
 
 use twinrig_kernel::Direction;
 use twinrig_leg::Pantograph;
-use twinrig_legged::{Base, Drives, LeggedError, Setup, StartPose};
+use twinrig_legged::{Base, Drives, LeggedError, SetPoint, Setup, StartPose};
 use twinrig_massless::{Force, Massless, MasslessError, Options};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
@@ -19,6 +19,7 @@ fn hanging(q: [f64; 3], rates: [f64; 3], step_us: u64) -> Setup {
         ground: None,
         step: twinrig_kernel::SimDuration::from_micros(step_us),
         drives: Drives::None,
+        set_point: SetPoint::Held,
         start: StartPose { q, rates }.into(),
     }
 }

@@ -45,7 +45,7 @@ mod with_mujoco {
     use twinrig_contact::{Ground, Terrain};
     use twinrig_document::{DocumentError, Problem};
     use twinrig_kernel::SimDuration;
-    use twinrig_legged::{Base, Drives, Setup, Start};
+    use twinrig_legged::{Base, Drives, SetPoint, Setup, Start};
     use twinrig_mujoco::{Coordinates, Engine, Numerics, Options, mjcf};
     use twinrig_robot::{Robot, RobotError, RobotFile};
 
@@ -83,6 +83,7 @@ mod with_mujoco {
                 knee: servos.knee,
             },
             // All legs upright.
+            set_point: SetPoint::Held,
             start: Start::Commands(Vec::new()),
         };
         let options = Options {

@@ -1,5 +1,7 @@
 //! Command `twin plan`: the scene of a scenario.
 
+mod actuator;
+
 use anstyle::Style;
 use serde::Serialize;
 use twinrig_kernel::{Direction, Port};
@@ -7,6 +9,7 @@ use twinrig_runtime::Coupling;
 use twinrig_runtime::{Group, Rig};
 use twinrig_scenario::{LeftOut, Scenario};
 
+use self::actuator::Actuator;
 use super::{FAILURE, SUCCESS, Terminal, settings};
 use crate::args::PlanArgs;
 use crate::assembly::Assembly;
@@ -30,6 +33,8 @@ struct Plan {
     robot: String,
     legs: Vec<String>,
     schedule: Timetable,
+    /// Drives of the robot; none for a standalone model.
+    actuator: Option<Actuator>,
     coupling: String,
     wires: Vec<Wire>,
     /// Inputs of the plant that are not driven: they keep their initial values.
@@ -145,6 +150,7 @@ fn of(registry: &Registry, assembly: &Assembly<'_>) -> Result<Plan, TwinError> {
                 Coupling::Grid { step, .. } => Some(seconds(step.as_nanos())),
             },
         },
+        actuator: Actuator::of(assembly),
         coupling: coupling::describe(scenario.plant.coupling),
         wires: wires(&rig),
         free: free(&rig, scenario),
@@ -203,9 +209,12 @@ fn free(rig: &Rig, scenario: &Scenario) -> Vec<Free> {
     free.map(one).collect()
 }
 
+/// Formats a time, rounded to nanoseconds, the resolution of the schedule.
+fn ms(seconds: f64) -> String {
+    format!("{} ms", (1e9 * seconds).round() / 1e6)
+}
+
 fn text(plan: &Plan) -> String {
-    // Rounded to nanoseconds, the resolution of the schedule.
-    let ms = |seconds: f64| format!("{} ms", (1e9 * seconds).round() / 1e6);
     let times = &plan.schedule;
     let mut facts = Grid::new(&[Left, Left]);
     let mut fact = |name: &str, value: String| facts.row([Cell::new(name, DIM), value.into()]);
@@ -224,6 +233,9 @@ fn text(plan: &Plan) -> String {
             ms(times.observe_period_s)
         ),
     );
+    if let Some(actuator) = &plan.actuator {
+        fact("actuator", actuator.describe());
+    }
     fact("coupling", plan.coupling.clone());
     let controller = plan.controller.as_deref().unwrap_or("none");
     let period = ms(times.control_period_s);

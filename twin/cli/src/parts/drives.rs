@@ -10,7 +10,7 @@ use twinrig_scenario::{Accepts, ActuatorKind, OptionSpec};
 use crate::error::BuildError;
 use crate::parts::option::option;
 use crate::parts::plant_kind::{PlantContext, PlantKind};
-use crate::parts::setup::motors;
+use crate::parts::setup::{motors, set_point};
 
 const INERTIA: &str = "load_inertia";
 const FRICTION: &str = "load_friction";
@@ -95,5 +95,6 @@ pub(crate) fn with_abduction(
     let servo = servo
         .ok_or("the robot file has no [actuator.abduction]: hip abduction is not available")?;
     let servos = ServoBench::new(&legs, servo, context.wanted)?;
+    let servos = servos.with_set_point(set_point(context));
     Ok(Box::new(CompositePlant::new(plant, Box::new(servos))?))
 }

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_kernel::{Port, SimDuration, signal, stream};
 use twinrig_leg::LegCommand;
-use twinrig_legged::{Base, Drives, Setup, Signals, Start, StartPose};
+use twinrig_legged::{Base, Drives, SetPoint, Setup, Signals, Start, StartPose};
 use twinrig_robot::{Motors, Robot, Servo};
 use twinrig_scenario::{
     ActuatorKind, Base as SceneBase, Ground as SceneGround, GroundBelow, Heights, PlantSpec,
-    Profile, ServoOverride, StartPose as SceneStart,
+    Profile, ServoOverride, SetPointKind, StartPose as SceneStart,
 };
 
 use crate::error::BuildError;
@@ -34,6 +34,7 @@ pub(crate) fn setup(context: &PlantContext<'_>, step: SimDuration) -> Result<Set
             .transpose()?,
         step: plant.step.unwrap_or(step),
         drives: drives(context)?,
+        set_point: set_point(context),
         start: start(context),
     })
 }
@@ -89,6 +90,16 @@ fn drives(context: &PlantContext<'_>) -> Result<Drives, BuildError> {
             Drives::Motors { hip, knee }
         }
     })
+}
+
+/// Returns the course of the set-points of servos between commands.
+pub(crate) fn set_point(context: &PlantContext<'_>) -> SetPoint {
+    match context.actuator.set_point {
+        SetPointKind::Held => SetPoint::Held,
+        SetPointKind::Linear => SetPoint::Linear {
+            period: context.command_period,
+        },
+    }
 }
 
 /// Returns the motors of a robot, or the error that it has none.

@@ -442,6 +442,40 @@ fn plan_shows_step_of_plant_or_its_default() {
 }
 
 #[test]
+fn plan_shows_set_points_of_servos_and_their_delay() {
+    let folder = Folder::new("set-points");
+    let controlled = hanging("");
+    let passive = controlled.replace("controller", "# controller");
+    let held = "servo, held set-points\n";
+    let linear =
+        "ideal, linear set-points: later than held ones by 1 ms in the mean, 2 ms at most\n";
+    let ideal = "{ kind = \"ideal\", set_point = \"linear\" }";
+    for (scenario, actuator, set_point, delays_s, text) in [
+        (&controlled, "{}", Some("held"), [0.0, 0.0], held),
+        (&controlled, ideal, Some("linear"), [0.001, 0.002], linear),
+        (
+            &passive,
+            "{ kind = \"none\" }",
+            None,
+            [0.0, 0.0],
+            "  none\n",
+        ),
+    ] {
+        let file = folder.file(
+            "hanging.toml",
+            &format!("{scenario}actuator = {actuator}\n"),
+        );
+        let plan = json(&twin(&["plan", &file, "--json"]).out).remove(0);
+        let found = &plan["actuator"];
+        assert_eq!(found["set_point"], json!(set_point), "{found}");
+        assert_eq!(found["set_point_delay_mean_s"], delays_s[0]);
+        assert_eq!(found["set_point_delay_max_s"], delays_s[1]);
+        let shown = twin(&["plan", &file]).out;
+        assert!(shown.contains(text), "{shown}");
+    }
+}
+
+#[test]
 fn robot_error_caused_by_override_names_the_override() {
     let folder = Folder::new("override");
     let file = folder.file("hanging.toml", &hanging(""));

@@ -5,8 +5,8 @@ use twinrig_document::{Item, Range, Reported};
 use twinrig_kernel::{SimDuration, Unit};
 
 use super::{code, print_duration};
+use crate::actuator::{ActuatorKind, ActuatorSpec, ServoOverride, SetPointKind};
 use crate::language::{Declared, Key, Shape, TableSpec, choice, contextual, quantity, table};
-use crate::scenario::{ActuatorKind, ActuatorSpec, ServoOverride};
 
 table! {
     /// Keys of `[actuator]`.
@@ -15,6 +15,9 @@ table! {
         .refined(only_servos_have_parameters);
     KIND: ActuatorKind = "kind", choice(), "kind of drives", r#"kind = "ideal""#,
         default("'servo'");
+    SET_POINT: SetPointKind = "set_point", choice(),
+        "set-points between commands: the last command, or a linear approach to it over one control period",
+        r#"set_point = "linear""#, default("'held'");
     HIP: () = "hip", contextual(Shape::Table(servo_table::TABLE)), "servos of the hips",
         r#"hip = { speed = "20 rad/s" }"#;
     KNEE: () = "knee", contextual(Shape::Table(servo_table::TABLE)), "servos of the knees",
@@ -35,7 +38,7 @@ table! {
 }
 
 fn only_servos_have_parameters(schema: &mut serde_json::Value) {
-    use actuator_table::{HIP, KIND, KNEE};
+    use actuator_table::{HIP, KIND, KNEE, SET_POINT};
     let others = ["ideal", "none", "motor"];
     schema["if"] = json!({
         "properties": { KIND.name: { "enum": others } },
@@ -43,24 +46,27 @@ fn only_servos_have_parameters(schema: &mut serde_json::Value) {
     });
     let empty = json!({ "maxProperties": 0 });
     schema["then"] = json!({
-        "propertyNames": { "enum": [KIND.name, HIP.name, KNEE.name] },
+        "propertyNames": { "enum": [KIND.name, SET_POINT.name, HIP.name, KNEE.name] },
         "properties": { HIP.name: empty, KNEE.name: empty },
+        "if": { "properties": { KIND.name: { "enum": ["none", "motor"] } } },
+        "then": { "properties": { SET_POINT.name: false } },
     });
 }
 
 /// Reads `[actuator]`.
 pub(super) fn actuator(item: &Item<'_>, run: SimDuration) -> Result<ActuatorSpec, Reported> {
-    use actuator_table::{HIP, KIND, KNEE};
+    use actuator_table::{HIP, KIND, KNEE, SET_POINT};
     let table = &item.table()?;
     let table = actuator_table::TABLE.of(table);
     let kind = table.read(&KIND);
+    let set_point = table.read(&SET_POINT);
     let both = servo(table, run);
     let servo_in = |item: &Item<'_>| servo(servo_table::TABLE.of(&item.table()?), run);
     let (hip, knee) = (
         table.get_with(&HIP, servo_in),
         table.get_with(&KNEE, servo_in),
     );
-    let (kind, both) = (kind?, both?);
+    let (kind, both, set_point) = (kind?, both?, set_point?);
     let (hip, knee) = (hip?.unwrap_or_default(), knee?.unwrap_or_default());
     let has_overrides = [both, hip, knee]
         .iter()
@@ -81,8 +87,19 @@ pub(super) fn actuator(item: &Item<'_>, run: SimDuration) -> Result<ActuatorSpec
             "write kind = \"servo\", or leave the figures out",
         ));
     }
+    if let Some(item) = table.item(&SET_POINT)
+        && !kind.has_set_points()
+    {
+        let why = match kind {
+            ActuatorKind::Motor => "a motor has no set-point: its board interpolates commands",
+            _ => "a leg without actuators has no set-point",
+        };
+        let help = "leave `set_point` out, or write kind = \"servo\" or kind = \"ideal\"";
+        return Err(item.report(why, help));
+    }
     Ok(ActuatorSpec {
         kind,
+        set_point,
         hip: hip.over(both),
         knee: knee.over(both),
     })

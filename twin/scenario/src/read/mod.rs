@@ -28,6 +28,7 @@ pub(crate) use time::TIME;
 
 use checks::ScenarioChecks;
 
+use crate::actuator::ActuatorSpec;
 use crate::catalogue::{Catalogue, Kind};
 use crate::expect::Expectation;
 use crate::language::{
@@ -35,8 +36,7 @@ use crate::language::{
     contextual, table,
 };
 use crate::scenario::{
-    ActuatorSpec, ChangeSpec, ControllerSpec, FootstepSpec, ObserveSpec, PlantSpec, RecordSpec,
-    Scenario, Setting,
+    ChangeSpec, ControllerSpec, FootstepSpec, ObserveSpec, PlantSpec, RecordSpec, Scenario, Setting,
 };
 
 table! {

@@ -1,0 +1,153 @@
+//! Set-points of servos between commands.
+
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{SimDuration, SimTime};
+
+use crate::dynamics::StepInputs;
+
+/// Course of the set-points of servos from one command to the next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SetPoint {
+    /// Set-points equal the last command.
+    #[default]
+    Held,
+    /// Set-points approach a command linearly, from their values at its arrival, over `period`, and
+    /// are held afterwards.
+    Linear {
+        /// Control period, after which the next command is due.
+        period: SimDuration,
+    },
+}
+
+/// Set-points of servos. Those that approach their commands linearly divide steps, and have a state;
+/// held ones are the commands.
+#[derive(Debug, Clone)]
+pub struct SetPoints {
+    period: SimDuration,
+    /// Empty if held.
+    ramps: Vec<Ramp>,
+    start: Vec<f64>,
+    rates: Vec<f64>,
+    mean: Vec<f64>,
+}
+
+/// Approach of a set-point to a command.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Ramp {
+    from: f64,
+    to: f64,
+    begin: SimTime,
+}
+
+impl Ramp {
+    /// Returns the end, if it is later than `now`.
+    fn end_after(&self, now: SimTime, period: SimDuration) -> Option<SimTime> {
+        let end = self.begin + period;
+        (now < end && self.from != self.to).then_some(end)
+    }
+
+    fn value(&self, now: SimTime, period: SimDuration) -> f64 {
+        if self.end_after(now, period).is_none() {
+            return self.to;
+        }
+        let share = (now - self.begin).as_nanos() as f64 / period.as_nanos() as f64;
+        self.from + (self.to - self.from) * share
+    }
+}
+
+impl SetPoints {
+    /// Creates set-points at rest at zero.
+    pub fn new(set_point: SetPoint, count: usize) -> Self {
+        let (period, count) = match set_point {
+            SetPoint::Held => (SimDuration::ZERO, 0),
+            SetPoint::Linear { period } => (period, count),
+        };
+        let zeros = vec![0.0; count];
+        Self {
+            period,
+            ramps: vec![Ramp::default(); count],
+            start: zeros.clone(),
+            rates: zeros.clone(),
+            mean: zeros,
+        }
+    }
+
+    /// Places all set-points at rest at the initial inputs, which `initial_inputs` writes.
+    pub fn reset(&mut self, initial_inputs: impl FnOnce(&mut [f64])) {
+        if !self.are_linear() {
+            return;
+        }
+        initial_inputs(&mut self.start);
+        for (ramp, &at) in self.ramps.iter_mut().zip(&self.start) {
+            *ramp = Ramp {
+                from: at,
+                to: at,
+                begin: SimTime::ZERO,
+            };
+        }
+    }
+
+    /// Returns whether the set-points approach their commands linearly.
+    pub fn are_linear(&self) -> bool {
+        !self.ramps.is_empty()
+    }
+
+    /// Begins the approach to the commands that differ from those before.
+    pub fn command(&mut self, now: SimTime, commands: &[f64]) {
+        for (ramp, &command) in self.ramps.iter_mut().zip(commands) {
+            if command != ramp.to {
+                *ramp = Ramp {
+                    from: ramp.value(now, self.period),
+                    to: command,
+                    begin: now,
+                };
+            }
+        }
+    }
+
+    /// Returns the end of the step from `now` to at most `next` in which all set-points are linear.
+    pub fn step_end(&self, now: SimTime, next: SimTime) -> SimTime {
+        let ramps = self.ramps.iter();
+        let ends = ramps.filter_map(|ramp| ramp.end_after(now, self.period));
+        ends.fold(next, SimTime::min)
+    }
+
+    /// Returns the set-points over a step from `now` to at most [`Self::step_end`].
+    pub fn over(&mut self, now: SimTime, next: SimTime) -> StepInputs<'_> {
+        let half_s = 0.5 * (next - now).as_secs_f64();
+        for (i, ramp) in self.ramps.iter().enumerate() {
+            self.start[i] = ramp.value(now, self.period);
+            (self.rates[i], self.mean[i]) = (0.0, self.start[i]);
+            if ramp.end_after(now, self.period).is_some() {
+                self.rates[i] = (ramp.to - ramp.from) / self.period.as_secs_f64();
+                self.mean[i] += self.rates[i] * half_s;
+            }
+        }
+        StepInputs {
+            start: &self.start,
+            rates: &self.rates,
+            mean: &self.mean,
+        }
+    }
+
+    /// Returns the state to be serialised.
+    pub fn save(&self) -> Vec<Ramp> {
+        self.ramps.clone()
+    }
+
+    /// Checks that a saved state can be restored.
+    ///
+    /// # Errors
+    /// Description of the snapshot, if its set-points are not as many.
+    pub fn check(&self, saved: &[Ramp]) -> Result<(), String> {
+        if saved.len() == self.ramps.len() {
+            return Ok(());
+        }
+        Err(format!("{} linear set-points", saved.len()))
+    }
+
+    /// Restores a checked state.
+    pub fn restore(&mut self, saved: Vec<Ramp>) {
+        self.ramps = saved;
+    }
+}

@@ -1,0 +1,51 @@
+//! Drives of the robot in a plan.
+
+use serde::Serialize;
+
+use super::ms;
+use crate::assembly::Assembly;
+use crate::report::seconds;
+
+/// Drives of the robot, and the course of their set-points.
+#[derive(Serialize)]
+pub(super) struct Actuator {
+    kind: &'static str,
+    /// Course of the set-points between commands; none without servos.
+    set_point: Option<&'static str>,
+    /// Delay that linear set-points add to held ones, in the mean and at most.
+    set_point_delay_mean_s: f64,
+    set_point_delay_max_s: f64,
+}
+
+impl Actuator {
+    /// Returns the drives of the robot; none for a standalone model.
+    pub(super) fn of(assembly: &Assembly<'_>) -> Option<Self> {
+        assembly.body().robot()?;
+        let spec = &assembly.scenario().actuator;
+        let delays = spec.set_point.added_delays(assembly.period());
+        let [mean, max] = delays.map(|delay| seconds(delay.as_nanos()));
+        let has_set_points = spec.kind.has_set_points();
+        Some(Self {
+            kind: spec.kind.name(),
+            set_point: has_set_points.then(|| spec.set_point.name()),
+            set_point_delay_mean_s: mean,
+            set_point_delay_max_s: max,
+        })
+    }
+
+    /// Returns the kind of the drives, and the course of their set-points with the delay it adds.
+    pub(super) fn describe(&self) -> String {
+        let kind = self.kind;
+        let Some(course) = self.set_point else {
+            return kind.to_owned();
+        };
+        let (mean, max) = (self.set_point_delay_mean_s, self.set_point_delay_max_s);
+        if max == 0.0 {
+            return format!("{kind}, {course} set-points");
+        }
+        let (mean, max) = (ms(mean), ms(max));
+        format!(
+            "{kind}, {course} set-points: later than held ones by {mean} in the mean, {max} at most"
+        )
+    }
+}
