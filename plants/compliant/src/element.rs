@@ -84,6 +84,12 @@ impl<L: Lanes> Element<L> {
         }
     }
 
+    /// Returns the share of the toe region at a depth, negative where it is not compressed.
+    #[inline(always)]
+    pub(crate) fn toe_share(&self, depth: L) -> L {
+        depth * self.half_per_toe_region * 2.0
+    }
+
     /// Returns the energy stored at a depth \[J\].
     #[inline(always)]
     pub fn energy(&self, depth: L) -> L {

@@ -2,25 +2,33 @@
 //! bristle that the load scales.
 //!
 //! With the normal force F_n, the velocity v of the foot along the ground, the deflection z of the
-//! bristle, and z_s at the limit of friction:
+//! bristle, z_s at the limit of friction, the depth x and the toe region δ of the element:
 //!
 //! ```text
-//! F_t = −µ F_n z/z_s     ż = g (v − |v| z/z_s) − (1 − g) z/τ     g = clamp(1 − gap/R, 0, 1)
+//! F_t = −µ F_n z/max(|z|, z_s)
+//! ż = g (v − |v| z/z_s) + (1 − g) (w z_s v/|v| − z)/τ
+//! g = clamp(x/εδ, 0, 1)    w = clamp(1 − gap/R, 0, 1)
 //! ```
 //!
-//! |z| never exceeds z_s, so the force never leaves the cone of friction; in sliding z is z_s along
-//! v (Dahl's model, its stiffness µ F_n/z_s proportional to the load). A foot at rest stays where it
-//! is under any constant load inside the cone. In the air the bristle relaxes; g is continuous, so
-//! a foot that lands finds it relaxed.
+//! The force never leaves the cone of friction. In sliding, z is z_s along v (Dahl's model, its
+//! stiffness µ F_n/z_s proportional to the load); a foot at rest stays where it is under any constant
+//! load inside the cone. |z| exceeds z_s by integration errors only. Near the ground the bristle of an
+//! unloaded foot turns along its velocity: a foot that lands in motion slides at once, as Coulomb's
+//! law demands. Away from the ground it relaxes.
 
 use crate::element::Element;
 use crate::lanes::{Lanes, Quad, Simd};
 
-/// Distance R from the ground within which the bristle touches it \[m\], and its time constant τ in
-/// the air \[s\]. ASSUMED: neither affects a force, as long as a foot in the air leaves the distance
-/// for some time constants.
-const RANGE: f64 = 1e-3;
-const RELAXATION: f64 = 2e-3;
+/// Share ε of the toe region over which the bristle begins to follow the ground. ASSUMED: the force
+/// there is below a thousandth of the one at the end of the toe region.
+const ENGAGEMENT: f64 = 0.05;
+
+/// Distance R from the ground within which the bristle of an unloaded foot turns \[m\], its time
+/// constant τ \[s\], and the speed below which it has no direction \[m/s\]. ASSUMED: a foot that
+/// lands at up to 1 m/s is near the ground for four time constants.
+const RANGE: f64 = 2e-3;
+const TURNING: f64 = 0.5e-3;
+const DIRECTED: f64 = 1e-2;
 
 /// Soles of four legs; `T` is [`Quad`] in memory, or lanes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,16 +99,21 @@ impl<L: Lanes> Sole<L> {
             bristle: [x, y],
         } = *approach;
         let press = self.element.press(-gap, -gap_rate);
-        let pull = press.force * self.grip;
-        let tangential = [-(pull * x), -(pull * y)];
         let (zero, one) = (gap.zero(), gap.like(1.0));
-        let touch = (one - gap * (1.0 / RANGE)).clamp(zero, one);
-        let slide = touch * (u * u + v * v).sqrt() * self.per_deflection;
-        let decay = slide + (one - touch) * (1.0 / RELAXATION);
+        let deflection = (x * x + y * y).sqrt() * self.per_deflection;
+        let pull = press.force * self.grip / deflection.max(one);
+        let tangential = [-(pull * x), -(pull * y)];
+        let loaded = (self.element.toe_share(-gap) * (1.0 / ENGAGEMENT)).clamp(zero, one);
+        let square = u * u + v * v;
+        let near = (one - gap * (1.0 / RANGE)).clamp(zero, one);
+        let free = (one - loaded) * (1.0 / TURNING);
+        let decay = loaded * square.sqrt() * self.per_deflection + free;
+        let turned = free * near / ((square + DIRECTED * DIRECTED).sqrt() * self.per_deflection);
+        let follow = loaded + turned;
         Grip {
             normal: press.force,
             tangential,
-            bristle_rate: [touch * u - decay * x, touch * v - decay * y],
+            bristle_rate: [follow * u - decay * x, follow * v - decay * y],
             dissipated: press.dissipated - tangential[0] * u - tangential[1] * v,
         }
     }
