@@ -15,7 +15,7 @@
 use twinrig_compliant::lanes::Lanes;
 
 use super::chain::Turns;
-use super::elimination::TrunkShare;
+use super::elimination::{PLANE, PlaneShare};
 use super::model::Legs;
 
 /// Motion of the trunk in trunk axes, equal in all lanes.
@@ -29,16 +29,20 @@ pub(crate) struct Carrier<L> {
 /// What a leg adds to the equations of the trunk and, by the motion of the trunk, to its own.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Carried<L, const N: usize> {
-    /// Columns of the inertia that couple the links to the trunk.
-    pub(crate) columns: [[L; 5]; N],
+    /// Columns of the inertia that couple the links to the plane.
+    pub(crate) columns: [[L; PLANE]; N],
     /// Torques on the links.
     pub(crate) torques: [L; N],
-    /// Inertia, and force and torque in the coupled rows.
-    pub(crate) share: TrunkShare<L>,
-    /// Lateral force \[N\].
+    /// Inertia and force in the plane.
+    pub(crate) share: PlaneShare<L>,
+    /// Lateral force \[N\], and torques about the axes of roll and yaw in the plane \[N·m\].
     pub(crate) lateral: L,
-    /// First moment of the masses, forward and up \[kg·m\].
+    pub(crate) roll: L,
+    pub(crate) yaw: L,
+    /// First moments of the masses, forward and up \[kg·m\], and second: Σ m x², Σ m z², Σ m x z
+    /// \[kg·m²\].
     pub(crate) moment: [L; 2],
+    pub(crate) spread: [L; 3],
 }
 
 impl<L: Lanes, const N: usize> Carried<L, N> {
@@ -52,36 +56,25 @@ impl<L: Lanes, const N: usize> Carried<L, N> {
         carrier: &Carrier<L>,
     ) -> Self {
         let [wx, wy, wz] = carrier.turning;
-        let [_, hy, _] = legs.hip;
-        let [mx, my, mz] = legs.mass_hip;
+        let [hx, hy, hz] = legs.hip;
+        let [mx, _, mz] = legs.mass_hip;
         let zero = wx.zero();
-        let (mut absolute, mut squares) = (*rates, *rates);
-        for j in 0..N {
-            absolute[j] = rates[j] - wy;
-            squares[j] = absolute[j] * absolute[j];
-        }
         // Acceleration of the hip in the plane, and field along the links.
         let (wy2, lateral_pull) = (wy * wy, wy * hy);
-        let hip = [
-            lateral_pull * wx - wy2 * legs.hip[0],
-            lateral_pull * wz - wy2 * legs.hip[2],
-        ];
+        let hip = [lateral_pull * wx - wy2 * hx, lateral_pull * wz - wy2 * hz];
         let along = [carrier.field[0] - hip[0], carrier.field[2] - hip[1]];
         // Acceleration across the plane, without the links.
-        let across = wy * (wx * legs.hip[0] + wz * legs.hip[2]) - (wx * wx + wz * wz) * hy;
-        let mut carried = Self {
-            columns: [[zero; 5]; N],
-            torques: *rates,
-            share: TrunkShare {
-                matrix: [zero; 15],
-                force: [zero; 5],
-            },
-            lateral: zero,
-            moment: [mx, mz],
-        };
-        let (mut xx, mut zz, mut xz) = (zero, zero, zero);
+        let across = wy * (wx * hx + wz * hz) - (wx * wx + wz * wz) * hy;
+        let (mut columns, mut torques) = ([[zero; PLANE]; N], *rates);
+        let [mut sx, mut sz] = [mx, mz];
+        let (mut xx, mut zz, mut xz) = (hx * mx, hz * mz, hx * mz);
         let (mut fx, mut fz, mut pitch) = (zero, zero, zero);
-        let (mut fy, mut around_z, mut around_x) = (zero, zero, zero);
+        let (mut lateral, mut roll, mut yaw) = (zero, zero, zero);
+        let mut squares = *rates;
+        for square in &mut squares {
+            let absolute = *square - wy;
+            *square = absolute * absolute;
+        }
         for j in 0..N {
             let (s, c) = (turns.sines[j], turns.cosines[j]);
             let [mut x, _, mut z] = legs.moments_hip[j];
@@ -90,12 +83,12 @@ impl<L: Lanes, const N: usize> Carried<L, N> {
                 z -= legs.inertias[i][j] * turns.cosines[i];
             }
             let (bx, bz) = (legs.moments[j] * c, legs.moments[j] * s);
-            carried.columns[j] = [bx, bz, hy * bz, z * c - x * s, -(hy * bx)];
-            carried.moment[0] += bz;
-            carried.moment[1] -= bx;
-            xx += s * x;
-            zz -= c * z;
-            xz += s * z;
+            columns[j] = [bx, bz, z * c - x * s];
+            sx += bz;
+            sz -= bx;
+            xx += s * x + hx * bz;
+            zz -= c * z + hz * bx;
+            xz += s * z - hx * bx;
             // w·e, which is w × n, too.
             let across_link = wx * s - wz * c;
             let mut torque = bx * along[0] + bz * along[1] + (wx * z - wz * x) * across_link;
@@ -106,49 +99,34 @@ impl<L: Lanes, const N: usize> Carried<L, N> {
                     torque -= entries[j][i] * squares[i];
                 }
             }
-            carried.torques[j] = torque;
+            torques[j] = torque;
             fx += squares[j] * bz;
             fz -= squares[j] * bx;
             pitch += squares[j] * (z * s + x * c);
-            let coriolis = across_link * (absolute[j] + absolute[j] + wy);
-            fy += legs.moments[j] * coriolis;
-            around_x += z * coriolis;
-            around_z += x * coriolis;
+            let coriolis = across_link * (rates[j] + rates[j] - wy);
+            lateral += legs.moments[j] * coriolis;
+            roll -= z * coriolis;
+            yaw += x * coriolis;
         }
-        let [sx, sz] = carried.moment;
-        let (pxx, pzz) = (xx + legs.hip[0] * sx, zz + legs.hip[2] * sz);
-        let pxz = xz + legs.hip[0] * sz;
-        let pyy = hy * my;
-        carried.share.matrix = [
-            zero,
-            zero,
-            zero,
-            zero,
-            my,
-            pyy + pzz,
-            sz,
-            -sx,
-            -(hy * sx),
-            pxx + pzz,
-            -my,
-            zero,
-            -pxz,
-            -(hy * sz),
-            pxx + pyy,
-        ];
         // Σ m κ.
         let turned = wx * sz - wz * sx;
-        let fx = fx - legs.mass * hip[0] - turned * wz;
-        let fz = fz - legs.mass * hip[1] + turned * wx;
-        carried.lateral = fy - legs.mass * across;
-        let twist = wx * wz * (pzz - pxx) + (wx * wx - wz * wz) * pxz;
-        carried.share.force = [
-            fx,
-            fz,
-            hy * fz + across * sz - around_x,
-            pitch - sz * hip[0] + sx * hip[1] - twist,
-            around_z - across * sx - hy * fx,
-        ];
-        carried
+        let twist = wx * wz * (zz - xx) + (wx * wx - wz * wz) * xz;
+        Self {
+            columns,
+            torques,
+            share: PlaneShare {
+                matrix: [legs.mass, zero, legs.mass, sz, -sx, xx + zz],
+                force: [
+                    fx - legs.mass * hip[0] - turned * wz,
+                    fz - legs.mass * hip[1] + turned * wx,
+                    pitch - sz * hip[0] + sx * hip[1] - twist,
+                ],
+            },
+            lateral: lateral - legs.mass * across,
+            roll: roll + across * sz,
+            yaw: yaw - across * sx,
+            moment: [sx, sz],
+            spread: [xx, zz, xz],
+        }
     }
 }

@@ -7,7 +7,7 @@ use twinrig_robot::GRAVITY;
 use super::carrier::{Carried, Carrier};
 use super::chain::{Depths, Turns};
 use super::contact::{Point, TrunkMotion};
-use super::elimination::COUPLED;
+use super::elimination::PLANE;
 use super::model::{CompliantModel, DriveLaws, Legs};
 use super::state::State;
 
@@ -54,19 +54,26 @@ impl<const N: usize, const P: usize> Kernel for StoredEnergy<'_, N, P> {
             return [kinetic, springs, GRAVITY * height];
         }
         let ([vx, vy, vz], [wx, wy, wz]) = (trunk.velocity, trunk.turning);
-        let twist = [vx, vz, wx, wy, wz];
+        // Velocity of the plane of each leg.
+        let plane = [
+            zero.like(vx) - legs.hip[1] * wz,
+            zero.like(vz) + legs.hip[1] * wx,
+            zero.like(wy),
+        ];
         let mut entry = 0;
-        for a in 0..COUPLED {
+        for a in 0..PLANE {
             for b in 0..=a {
                 let share = if a == b { 0.5 } else { 1.0 };
-                kinetic += carried.share.matrix[entry] * (share * twist[a] * twist[b]);
+                kinetic += carried.share.matrix[entry] * plane[a] * plane[b] * share;
                 entry += 1;
             }
             for j in 0..N {
-                kinetic += carried.columns[j][a] * state.rates[j] * twist[a];
+                kinetic += carried.columns[j][a] * state.rates[j] * plane[a];
             }
         }
-        kinetic += sx * (vy * wz) - sz * (vy * wx);
+        let [xx, zz, xz] = carried.spread;
+        kinetic += xx * (0.5 * wz * wz) + zz * (0.5 * wx * wx) - xz * (wx * wz);
+        kinetic += legs.mass * (0.5 * vy * vy) + sx * (vy * wz) - sz * (vy * wx);
         let height = sx * up[0] + legs.mass_hip[1] * up[1] + sz * up[2];
         let [kinetic, springs, height, _] =
             S::Lanes::sums([kinetic, springs, height, zero]).quad().0;
@@ -75,7 +82,7 @@ impl<const N: usize, const P: usize> Kernel for StoredEnergy<'_, N, P> {
             .sum();
         let square = vx * vx + vy * vy + vz * vz;
         [
-            kinetic + 0.5 * (model.mass * square + spin),
+            kinetic + 0.5 * (model.trunk_mass * square + spin),
             springs,
             GRAVITY * (model.mass * trunk.position[2] + height),
         ]

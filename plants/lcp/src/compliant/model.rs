@@ -56,8 +56,9 @@ pub(crate) struct Sides<T> {
 pub(crate) struct CompliantModel<const N: usize> {
     pub(crate) rigid: Model<N>,
     pub(crate) base: Base,
-    /// Mass of trunk and legs \[kg\], principal moments of the trunk alone \[kg·m²\].
+    /// Mass of trunk and legs, and of the trunk alone \[kg\], principal moments of the trunk alone \[kg·m²\].
     pub(crate) mass: f64,
+    pub(crate) trunk_mass: f64,
     pub(crate) inertia: [f64; 3],
     pub(crate) legs: Legs<Quad, N>,
     pub(crate) drives: DriveLaws,
@@ -83,6 +84,7 @@ impl<const N: usize> CompliantModel<N> {
         Self {
             base: model.base,
             mass: model.trunk.mass,
+            trunk_mass: model.trunk.mass - constants.iter().map(|leg| leg.mass).sum::<f64>(),
             inertia: model.trunk.inertia,
             legs: Legs::side_by_side(&constants, compliances, friction),
             drives: match &model.drives {

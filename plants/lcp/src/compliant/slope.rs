@@ -6,10 +6,10 @@ use twinrig_legged::Base;
 use super::carrier::{Carried, Carrier};
 use super::chain::{Internal, Turns};
 use super::contact::{Footforce, Point, TrunkMotion, broadcast};
-use super::elimination::{COUPLED, LinkEquations, TrunkShare};
+use super::elimination::{ENTRIES, LinkEquations, PLANE, PlaneShare};
 use super::model::{Commands, CompliantModel, DriveLaws, Legs};
 use super::state::{Flows, Slope, State};
-use super::trunk::TrunkSums;
+use super::trunk::TrunkSystem;
 use crate::articulated::into_world;
 use crate::motion::quaternion_rate;
 use crate::trunk::cross;
@@ -46,9 +46,12 @@ fn four<S: Simd>(simd: S, [x, y, z]: [f64; 3]) -> S::Lanes {
 /// Equations of legs and trunk in one state.
 struct Equations<L, const N: usize> {
     links: LinkEquations<L, N>,
-    share: TrunkShare<L>,
+    share: PlaneShare<L>,
     lateral: L,
+    roll: L,
+    yaw: L,
     moment: [L; 2],
+    spread: [L; 3],
 }
 
 impl<S: Simd, const N: usize, const P: usize> Task for Evaluation<'_, S, N, P> {
@@ -235,13 +238,15 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 },
                 share: carried.share,
                 lateral: carried.lateral,
+                roll: carried.roll,
+                yaw: carried.yaw,
                 moment: carried.moment,
+                spread: carried.spread,
             };
         }
         let mut torques = *rates;
         for j in 0..N {
-            let weight =
-                turns.cosines[j] * trunk.field[0] + turns.sines[j] * trunk.field[2];
+            let weight = turns.cosines[j] * trunk.field[0] + turns.sines[j] * trunk.field[2];
             let mut torque = legs.moments[j] * weight;
             for i in 0..N {
                 if i < j {
@@ -255,15 +260,18 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         Equations {
             links: LinkEquations {
                 inertia: *entries,
-                columns: [[zero; COUPLED]; N],
+                columns: [[zero; PLANE]; N],
                 torques,
             },
-            share: TrunkShare {
-                matrix: [zero; 15],
-                force: [zero; COUPLED],
+            share: PlaneShare {
+                matrix: [zero; ENTRIES],
+                force: [zero; PLANE],
             },
             lateral: zero,
+            roll: zero,
+            yaw: zero,
             moment: [zero; 2],
+            spread: [zero; 3],
         }
     }
 
@@ -287,14 +295,14 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
             equations.links.torques[j] += legs.links[j] * arm;
         }
         if FREE {
+            let [x, _, z] = point.place;
             let force = &mut equations.share.force;
             force[0] += fx;
             force[1] += fz;
-            let [x, y, z] = point.place;
-            force[2] += y * fz - z * fy;
-            force[3] += z * fx - x * fz;
-            force[4] += x * fy - y * fx;
+            force[2] += z * fx - x * fz;
             equations.lateral += fy;
+            equations.roll -= z * fy;
+            equations.yaw += x * fy;
         }
         foot
     }
@@ -385,72 +393,70 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         }
     }
 
-    /// Returns the acceleration of the trunk, and that of the coupled rows in all lanes.
+    /// Returns the acceleration of the trunk, and that of the plane of each leg.
     #[inline(always)]
     fn trunk<const FREE: bool>(
         &self,
         equations: &Equations<L, N>,
-        share: &TrunkShare<L>,
+        share: &PlaneShare<L>,
         trunk: &TrunkMotion,
-    ) -> ([f64; 6], [L; COUPLED]) {
+    ) -> ([f64; 6], [L; PLANE]) {
         let zero = equations.lateral.zero();
         if !FREE {
-            return ([0.0; 6], [zero; COUPLED]);
+            return ([0.0; 6], [zero; PLANE]);
         }
-        let m = share.matrix;
-        let [fx, fz, roll, pitch, yaw] = share.force;
+        let hy = self.legs.hip[1];
+        let [xx, zx, zz, px, pz, pp] = share.matrix;
+        let [fx, fz, pitch] = share.force;
         let [sx, sz] = equations.moment;
-        let sums = [
-            L::sums([m[0], m[1], m[2], m[3]]).quad().0,
-            L::sums([m[4], m[5], m[6], m[7]]).quad().0,
-            L::sums([m[8], m[9], m[10], m[11]]).quad().0,
-            L::sums([m[12], m[13], m[14], fx]).quad().0,
-            L::sums([fz, roll, pitch, yaw]).quad().0,
-            L::sums([equations.lateral, sx, sz, self.legs.mass_hip[1]]).quad().0,
-        ];
-        let [a, b, c, d, e, f] = sums;
-        let [inertia_x, inertia_y, inertia_z] = self.model.inertia;
-        let (moment, mass) = ([f[1], f[3], f[2]], self.model.mass);
-        let field = trunk.field;
+        let [mxx, mzz, mxz] = equations.spread;
+        // Forces forward and up act beside the centre of mass.
+        let (hxx, hzx, hzz) = (hy * xx, hy * zx, hy * zz);
+        let a = L::sums([xx, zx, zz, px]).quad().0;
+        let b = L::sums([pz, pp, hxx, hzx]).quad().0;
+        let c = L::sums([hzz, hy * px, hy * pz, hy * hxx + mxx]).quad().0;
+        let d = L::sums([hy * hzz + mzz, hy * hzx + mxz, fx, fz]).quad().0;
+        let roll = equations.roll + hy * fz;
+        let yaw = equations.yaw - hy * fx;
+        let e = L::sums([pitch, roll, yaw, equations.lateral]).quad().0;
+        let f = L::sums([sx, sz, self.legs.mass_hip[1], zero]).quad().0;
+        let model = self.model;
+        let [inertia_x, inertia_y, inertia_z] = model.inertia;
+        let (field, moment) = (trunk.field, [f[0], f[2], f[1]]);
         let weight = cross(moment, field);
         let [wx, wy, wz] = trunk.turning;
-        let gyro = cross(
-            trunk.turning,
-            [inertia_x * wx, inertia_y * wy, inertia_z * wz],
-        );
-        let force = [d[3], f[0], e[0], e[1], e[2], e[3]];
-        let system = TrunkSums {
-            matrix: [
-                a[0],
-                a[1],
-                a[2],
-                a[3],
-                b[0],
-                b[1] + inertia_x,
-                b[2],
-                b[3],
-                c[0],
-                c[1] + inertia_y,
+        let spin = [inertia_x * wx, inertia_y * wy, inertia_z * wz];
+        let gyro = cross(trunk.turning, spin);
+        let system = TrunkSystem {
+            plane: [a[0] + model.trunk_mass, a[1], a[2] + model.trunk_mass],
+            ahead: [b[3], a[3], -b[2]],
+            up: [c[0], b[0], -b[3]],
+            lateral: [-f[1], f[0]],
+            rotation: [
+                d[0] + inertia_x,
                 c[2],
-                c[3],
-                d[0],
-                d[1],
-                d[2] + inertia_z,
+                b[1] + inertia_y,
+                -d[1],
+                -c[1],
+                c[3] + inertia_z,
             ],
-            moment: [f[1], f[2]],
+            mass: model.mass,
             force: [
-                force[0] + mass * field[0],
-                force[1] + mass * field[1],
-                force[2] + mass * field[2],
-                force[3] + weight[0] - gyro[0],
-                force[4] + weight[1] - gyro[1],
-                force[5] + weight[2] - gyro[2],
+                d[2] + model.mass * field[0],
+                e[3] + model.mass * field[1],
+                d[3] + model.mass * field[2],
+                e[1] + weight[0] - gyro[0],
+                e[0] + weight[1] - gyro[1],
+                e[2] + weight[2] - gyro[2],
             ],
         };
-        let accelerations = system.solve(self.model.base, mass);
+        let accelerations = system.solve(model.base);
         let [x, _, z, roll, pitch, yaw] = accelerations;
-        let like = |a: f64| zero.like(a);
-        let coupled = [like(x), like(z), like(roll), like(pitch), like(yaw)];
-        (accelerations, coupled)
+        let plane = [
+            zero.like(x) - hy * yaw,
+            zero.like(z) + hy * roll,
+            zero.like(pitch),
+        ];
+        (accelerations, plane)
     }
 }

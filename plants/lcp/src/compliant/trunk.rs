@@ -2,31 +2,36 @@
 
 use twinrig_legged::Base;
 
-/// Sums over the legs: entries of the matrix of the coupled rows (forward, up, roll, pitch, yaw; row
-/// by row up to the diagonal), first moment of the masses, and force and torque.
+/// Equations of the trunk: blocks of a symmetric matrix, and force and torque.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct TrunkSums {
-    pub(crate) matrix: [f64; 15],
-    /// Σ m x and Σ m z about the centre of mass of the trunk \[kg·m\].
-    pub(crate) moment: [f64; 2],
+pub(crate) struct TrunkSystem {
+    /// Block of forward and up: forward, mixed, up.
+    pub(crate) plane: [f64; 3],
+    /// Coupling of forward and of up to roll, pitch and yaw.
+    pub(crate) ahead: [f64; 3],
+    pub(crate) up: [f64; 3],
+    /// Coupling of the lateral direction to roll and yaw: −Σ m z and Σ m x.
+    pub(crate) lateral: [f64; 2],
+    /// Block of the rotations, row by row up to the diagonal.
+    pub(crate) rotation: [f64; 6],
+    /// Total mass.
+    pub(crate) mass: f64,
     pub(crate) force: [f64; 6],
 }
 
-impl TrunkSums {
-    /// Solves for the acceleration of the trunk, linear then angular, for the total mass.
+impl TrunkSystem {
+    /// Returns the acceleration of the trunk, linear then angular.
     ///
-    /// The lateral row couples to the rotations by the moment alone; it and the block of forward and
-    /// up are eliminated, and the rotations are solved by cofactors.
+    /// The lateral row and the block of forward and up are eliminated, and the rotations are solved
+    /// by cofactors.
     #[inline(always)]
-    pub(crate) fn solve(&self, base: Base, mass: f64) -> [f64; 6] {
-        let m = &self.matrix;
-        let (xx, xz, zz) = (m[0] + mass, m[1], m[2] + mass);
+    pub(crate) fn solve(&self, base: Base) -> [f64; 6] {
+        let mass = self.mass;
+        let [xx, xz, zz] = self.plane;
         let [fx, mut fy, fz, mut roll, pitch, mut yaw] = self.force;
-        // Rows of forward and up: columns of roll, pitch and yaw.
-        let (mut bx, mut bz) = ([m[3], m[6], m[10]], [m[4], m[7], m[11]]);
-        let [mut y_roll, mut y_yaw] = [-self.moment[1], self.moment[0]];
-        let [mut rr, mut rp, pp, mut ry, mut py, mut yy] =
-            [m[5], m[8], m[9], m[12], m[13], m[14]];
+        let (mut bx, mut bz) = (self.ahead, self.up);
+        let [mut y_roll, mut y_yaw] = self.lateral;
+        let [mut rr, mut rp, pp, mut ry, mut py, mut yy] = self.rotation;
         if base == Base::Planar {
             (fy, roll, yaw, y_roll, y_yaw) = (0.0, 0.0, 0.0, 0.0, 0.0);
             (rr, rp, ry, py, yy) = (1.0, 0.0, 0.0, 0.0, 1.0);
@@ -35,8 +40,11 @@ impl TrunkSums {
         let per = 1.0 / (xx * zz - xz * xz);
         let per_mass = 1.0 / mass;
         // Inverse of the block times its columns: the motion per unit of rotation.
-        let kx: [f64; 3] = std::array::from_fn(|i| (zz * bx[i] - xz * bz[i]) * per);
-        let kz: [f64; 3] = std::array::from_fn(|i| (xx * bz[i] - xz * bx[i]) * per);
+        let (mut kx, mut kz) = (bx, bz);
+        for i in 0..3 {
+            kx[i] = (zz * bx[i] - xz * bz[i]) * per;
+            kz[i] = (xx * bz[i] - xz * bx[i]) * per;
+        }
         let (sx, sz) = ((zz * fx - xz * fz) * per, (xx * fz - xz * fx) * per);
         let less = |i: usize, j: usize| bx[i] * kx[j] + bz[i] * kz[j];
         rr -= less(0, 0) + y_roll * y_roll * per_mass;
