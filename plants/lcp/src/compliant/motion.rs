@@ -1,51 +1,46 @@
 //! The model as a differential equation in lanes.
 
 use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
-use twinrig_compliant::{StepControl, System, TooStiff};
+use twinrig_compliant::{Commands, Flows, Step, System, TooStiff};
 
-use super::model::{Commands, CompliantModel, Legs};
+use super::equations::CompliantEquations;
+use super::model::{CompliantModel, Legs};
 use super::slope::Evaluation;
-use super::state::{Flows, Slope, State};
+use super::state::{Slope, State};
 
-/// Step of the model: everything that it changes, in memory.
-pub(crate) struct Step<'a, const N: usize, const P: usize> {
+/// Step of the model in memory.
+pub(crate) struct Advance<'a, const N: usize, const P: usize> {
     pub(crate) model: &'a CompliantModel<N>,
-    pub(crate) commands: &'a Commands<Quad>,
-    pub(crate) state: &'a mut State<Quad, N, P>,
-    /// Slope in this state, if known.
-    pub(crate) slope: &'a mut Option<Slope<Quad, N, P>>,
-    /// Integrals of powers and forces since the start.
-    pub(crate) sums: &'a mut Flows<Quad>,
-    pub(crate) control: &'a mut StepControl,
-    pub(crate) seconds: f64,
+    pub(crate) step: Step<'a, CompliantEquations<N, P>>,
 }
 
-impl<const N: usize, const P: usize> Kernel for Step<'_, N, P> {
+impl<const N: usize, const P: usize> Kernel for Advance<'_, N, P> {
     type Output = Result<(), TooStiff>;
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Self::Output {
         let load = |quad: Quad| simd.load(quad);
+        let step = self.step;
         let mut motion = Motion::<S, N, P> {
             simd,
             model: self.model,
             legs: self.model.legs.load(simd),
-            commands: self.commands.load(simd),
-            sums: self.sums.map(load),
+            commands: step.commands.load(simd),
+            sums: step.sums.map(load),
         };
-        let mut state = self.state.load(simd);
-        let mut slope = self.slope.take().map(|slope| Slope {
+        let mut state = step.state.load(simd);
+        let mut slope = step.slope.take().map(|slope| Slope {
             state: slope.state.load(simd),
             flows: slope.flows.map(load),
         });
-        self.control
-            .advance(&mut motion, &mut state, &mut slope, self.seconds)?;
-        *self.state = state.store();
-        *self.slope = slope.map(|slope| Slope {
+        step.control
+            .advance(&mut motion, &mut state, &mut slope, step.seconds)?;
+        *step.state = state.store();
+        *step.slope = slope.map(|slope| Slope {
             state: slope.state.store(),
             flows: slope.flows.map(S::Lanes::quad),
         });
-        *self.sums = motion.sums.map(S::Lanes::quad);
+        *step.sums = motion.sums.map(S::Lanes::quad);
         Ok(())
     }
 }
@@ -82,7 +77,11 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
     }
 
     #[inline(always)]
-    fn along_mean(state: &Self::State, seconds: f64, [a, b, c, d]: [&Self::Slope; 4]) -> Self::State {
+    fn along_mean(
+        state: &Self::State,
+        seconds: f64,
+        [a, b, c, d]: [&Self::Slope; 4],
+    ) -> Self::State {
         let ends = a.state.zip(&d.state, |a, d| a + d);
         let middle = b.state.zip(&c.state, |b, c| b + c);
         let sum = ends.zip(&middle, |ends, middle| ends + (middle + middle));
@@ -102,7 +101,9 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
             pulley,
             pulley_rate,
             ..
-        } = fifth.state.zip(&fourth.state, |last, before| (last - before).abs());
+        } = fifth
+            .state
+            .zip(&fourth.state, |last, before| (last - before).abs());
         let (mut angle, mut rate) = (attitude + attitude, turning);
         for i in 0..N {
             angle = angle.max(angles[i]);
@@ -129,6 +130,8 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
         let ends = a.flows.zip(&d.flows, |a, d| a + d);
         let middle = b.flows.zip(&c.flows, |b, c| b + c);
         let sum = ends.zip(&middle, |ends, middle| ends + (middle + middle));
-        self.sums = self.sums.zip(&sum, |sum, part| sum + part * (seconds / 6.0));
+        self.sums = self
+            .sums
+            .zip(&sum, |sum, part| sum + part * (seconds / 6.0));
     }
 }

@@ -4,9 +4,8 @@ use twinrig_contact::Ground;
 use twinrig_legged::{Base, Drives};
 use twinrig_robot::{Compliance, OneSided, Robot};
 
-use super::flow::CompliantFlow;
+use super::equations::{CompliantEquations, CompliantFlow, compliant_state};
 use super::model::CompliantModel;
-use super::plant::compliant_state;
 use crate::fixtures::{self, HARD, Pose, flow, robot, tumbling};
 use crate::flow::Flow;
 use crate::motion::Dynamics;
@@ -34,10 +33,16 @@ fn compliant<const N: usize, const P: usize>(
 ) -> CompliantFlow<N, P> {
     let compliances = vec![compliance; rigid.model.legs.len()];
     let model = CompliantModel::new(rigid.model.clone(), &compliances);
-    CompliantFlow::new(model, compliant_state(&rigid.state), tolerance, features)
+    let state = compliant_state(&rigid.state);
+    CompliantFlow::new(CompliantEquations::new(model), state, tolerance, features)
 }
 
-fn start<const N: usize>(base: Base, pose: Pose, drives: Drives, ground: Option<Ground>) -> Flow<N> {
+fn start<const N: usize>(
+    base: Base,
+    pose: Pose,
+    drives: Drives,
+    ground: Option<Ground>,
+) -> Flow<N> {
     flow::<N>(&robot(), base, pose, drives, ground)
 }
 
@@ -107,7 +112,10 @@ fn slope_without_constraints_is_that_of_the_rigid_model() {
 }
 
 /// A hard start on a free trunk with servos, on the ground.
-fn landing<const N: usize, const P: usize>(tolerance: f64, features: Features) -> CompliantFlow<N, P> {
+fn landing<const N: usize, const P: usize>(
+    tolerance: f64,
+    features: Features,
+) -> CompliantFlow<N, P> {
     let robot: Robot = robot();
     let drives = fixtures::servo_drives(&robot);
     let mut rigid = start::<N>(Base::Free, HARD, drives, Some(fixtures::flat()));
@@ -149,7 +157,7 @@ proptest! {
     #[test]
     fn toe_and_planar_bases_keep_the_energy_balance(pitch in -0.3..0.3_f64) {
         let mut flow = landing::<4, 2>(1e-9, Features::Detected);
-        flow.model.base = Base::Planar;
+        flow.equations.model.base = Base::Planar;
         flow.state.attitude = Quad([libm::cos(pitch / 2.0), 0.0, libm::sin(pitch / 2.0), 0.0]);
         flow.state.position.0[2] = 0.16;
         flow.state.velocity.0[1] = 0.0;
