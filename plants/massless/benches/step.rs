@@ -33,10 +33,7 @@ fn setup_on(base: Base) -> Setup {
 }
 
 fn build(setup: &Setup, force: &str) -> Harness {
-    let options = Options {
-        setup: setup.clone(),
-        force: force_of(force),
-    };
+    let options = Options::new(setup.clone(), force_of(force));
     Harness::new(Massless::new(&robot(), &options, &|_| true).unwrap())
 }
 
@@ -126,10 +123,7 @@ fn a_second_of_trot(bencher: Bencher) {
 /// Construction of the plant, which includes filling the tables.
 #[divan::bench(args = FORCES, sample_count = 10)]
 fn building(bencher: Bencher, force: &str) {
-    let options = Options {
-        setup: setup_on(Base::Free),
-        force: force_of(force),
-    };
+    let options = Options::new(setup_on(Base::Free), force_of(force));
     let robot = robot();
     bencher.bench_local(|| Massless::new(&robot, &options, &|_| true).unwrap());
 }
