@@ -12,5 +12,5 @@ mod servo;
 
 pub use element::{Element, Press};
 pub use friction::{Approach, Grip, Sole};
-pub use rk4::{StepControl, StepWork, System, TooStiff};
+pub use rk4::{StepControl, StepError, StepWork, System};
 pub use servo::ServoLaw;

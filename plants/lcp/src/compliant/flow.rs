@@ -1,13 +1,39 @@
 //! State of the compliant plant and its integration.
 
 use twinrig_compliant::lanes::{Features, Quad, dispatch};
-use twinrig_compliant::{StepControl, TooStiff};
+use twinrig_compliant::{StepControl, StepError};
 use twinrig_legged::{Ledger, Stored};
 
 use super::energy::{ElementDepths, StoredEnergy};
 use super::model::{Commands, CompliantModel, DriveLaws};
 use super::motion::Step;
 use super::state::{Flows, Slope, State};
+
+/// Greatest residual of the energy balance as a share of the energy exchanged, and, as a share of the
+/// reference energy, the residual below which it is no error.
+const RESIDUAL_MAX: f64 = 0.1;
+const RESIDUAL_FLOOR: f64 = 0.02;
+
+/// Failure of a step.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub(crate) enum CompliantError {
+    #[error(transparent)]
+    Step(#[from] StepError),
+    #[error(
+        "steps of {:.3} ms are unstable or too long: {residual:.3e} J of energy are not accounted for",
+        1e3 * seconds
+    )]
+    Energy { seconds: f64, residual: f64 },
+}
+
+/// Everything that a step changes.
+struct Checkpoint<const N: usize, const P: usize> {
+    state: State<Quad, N, P>,
+    slope: Option<Slope<Quad, N, P>>,
+    sums: Flows<Quad>,
+    control: StepControl,
+    ledger: Ledger,
+}
 
 /// Model and state of the plant.
 #[derive(Debug, Clone)]
@@ -27,7 +53,6 @@ pub(crate) struct CompliantFlow<const N: usize, const P: usize> {
     pub(crate) features: Features,
     /// Energy of the rotors at the start \[J\].
     pub(crate) rotors_at_start: f64,
-    pub(crate) steps: u64,
 }
 
 impl<const N: usize, const P: usize> CompliantFlow<N, P> {
@@ -50,7 +75,6 @@ impl<const N: usize, const P: usize> CompliantFlow<N, P> {
             ledger: Ledger::default(),
             features,
             rotors_at_start: 0.0,
-            steps: 0,
         };
         if !matches!(flow.model.drives, DriveLaws::Motors(_)) {
             flow.commands.hip[0] = flow.state.angles[0];
@@ -70,8 +94,14 @@ impl<const N: usize, const P: usize> CompliantFlow<N, P> {
     }
 
     /// Advances by `seconds`, or leaves everything as it is on error.
-    pub(crate) fn step(&mut self, seconds: f64) -> Result<(), TooStiff> {
-        let (state, slope, sums, control) = (self.state, self.slope, self.sums, self.control);
+    pub(crate) fn step(&mut self, seconds: f64) -> Result<(), CompliantError> {
+        let before = Checkpoint {
+            state: self.state,
+            slope: self.slope,
+            sums: self.sums,
+            control: self.control,
+            ledger: self.ledger,
+        };
         let done = dispatch(
             self.features,
             Step {
@@ -84,34 +114,46 @@ impl<const N: usize, const P: usize> CompliantFlow<N, P> {
                 seconds,
             },
         );
-        if let Err(error) = done {
-            (self.state, self.slope, self.sums, self.control) = (state, slope, sums, control);
+        self.close_ledger();
+        let done = done.map_err(CompliantError::from);
+        if let Err(error) = done.and_then(|()| self.check_energy(seconds)) {
+            self.state = before.state;
+            self.slope = before.slope;
+            self.sums = before.sums;
+            self.control = before.control;
+            self.ledger = before.ledger;
             return Err(error);
         }
-        self.sums_before = sums;
-        self.rates_before = [state.rates[0], state.pulley_rate];
+        self.sums_before = before.sums;
+        self.rates_before = [before.state.rates[0], before.state.pulley_rate];
         self.step_seconds = seconds;
-        self.steps += 1;
+        Ok(())
+    }
+
+    /// Updates the energy balance.
+    fn close_ledger(&mut self) {
         let sum = |quad: Quad| {
             let [a, b, c, d] = quad.0;
             (a + b) + (c + d)
         };
+        // The work into the rotors is their energy, exactly.
         self.ledger.actuator = sum(self.sums.actuator) + self.rotors() - self.rotors_at_start;
         self.ledger.dissipated = sum(self.sums.dissipated);
         let stored = self.stored();
         self.ledger.close_step(stored);
-        Ok(())
     }
 
-    /// Computes the slope at the end of the last step again.
-    pub(crate) fn renew_slope(&mut self) {
-        let mut copy = self.clone();
-        copy.commands = self.commands.at_end(self.step_seconds);
-        copy.slope = None;
-        // A step of no duration leaves the slope at its end.
-        if copy.step(0.0).is_ok() {
-            self.slope = copy.slope;
+    /// Checks that the balance of the energy closes: steps beyond the limit of stability gain energy.
+    fn check_energy(&self, seconds: f64) -> Result<(), CompliantError> {
+        let balance = self.ledger.balance();
+        let reference = balance.kinetic + balance.spring + self.model.rigid.moving_energy;
+        let most = (RESIDUAL_MAX * balance.exchanged).max(RESIDUAL_FLOOR * reference);
+        // The form of the comparison rejects NaN.
+        if balance.residual.abs() <= most {
+            return Ok(());
         }
+        let residual = balance.residual;
+        Err(CompliantError::Energy { seconds, residual })
     }
 
     /// Returns the energy of the rotors \[J\].

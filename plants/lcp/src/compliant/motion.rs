@@ -1,7 +1,7 @@
 //! The model as a differential equation in lanes.
 
 use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
-use twinrig_compliant::{StepControl, System, TooStiff};
+use twinrig_compliant::{StepControl, StepError, System};
 
 use super::model::{Commands, CompliantModel, Legs};
 use super::slope::Evaluation;
@@ -21,7 +21,7 @@ pub(crate) struct Step<'a, const N: usize, const P: usize> {
 }
 
 impl<const N: usize, const P: usize> Kernel for Step<'_, N, P> {
-    type Output = Result<(), TooStiff>;
+    type Output = Result<(), StepError>;
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Self::Output {
@@ -34,17 +34,17 @@ impl<const N: usize, const P: usize> Kernel for Step<'_, N, P> {
             sums: self.sums.map(load),
         };
         let mut state = self.state.load(simd);
-        let mut slope = self.slope.take().map(|slope| Slope {
-            state: slope.state.load(simd),
-            flows: slope.flows.map(load),
-        });
+        let mut slope = match self.slope.take() {
+            Some(slope) => Some(slope.map(load)),
+            None => None,
+        };
         self.control
             .advance(&mut motion, &mut state, &mut slope, self.seconds)?;
         *self.state = state.store();
-        *self.slope = slope.map(|slope| Slope {
-            state: slope.state.store(),
-            flows: slope.flows.map(S::Lanes::quad),
-        });
+        *self.slope = match slope {
+            Some(slope) => Some(slope.map(S::Lanes::quad)),
+            None => None,
+        };
         *self.sums = motion.sums.map(S::Lanes::quad);
         Ok(())
     }

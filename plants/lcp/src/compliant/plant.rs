@@ -13,7 +13,7 @@ use twinrig_runtime::{EnergyBalance, PlantEvent, PlantState, WorkCounts};
 
 use super::flow::CompliantFlow;
 use super::model::CompliantModel;
-use super::state::{Flows, State};
+use super::state::{Flows, Slope, State};
 use crate::articulated::{into_trunk, into_world, rotation};
 use crate::model::Model;
 use crate::options::{LcpError, Options};
@@ -25,12 +25,12 @@ use crate::state::State as RigidState;
 /// Serialised state of the compliant formulation.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SavedCompliant {
+    /// State, sums and commands, in the order of `CompliantFlow::visit`.
     numbers: Vec<Quad>,
-    slope_known: bool,
+    slope: Option<Vec<Quad>>,
     control: StepControl,
     ledger: Ledger,
     rotors_at_start: f64,
-    steps: u64,
     step_seconds: f64,
 }
 
@@ -129,7 +129,7 @@ impl<const N: usize, const P: usize> CompliantFlow<N, P> {
         }
     }
 
-    /// Passes all numbers of the state on, in a fixed order.
+    /// Passes all numbers of state, sums and commands on, in a fixed order.
     fn visit(&mut self, mut to: impl FnMut(&mut Quad)) {
         let mut pass = |quad: Quad| {
             let mut quad = quad;
@@ -139,6 +139,7 @@ impl<const N: usize, const P: usize> CompliantFlow<N, P> {
         self.state = self.state.map(&mut pass);
         self.sums = self.sums.map(&mut pass);
         self.sums_before = self.sums_before.map(&mut pass);
+        self.rates_before = self.rates_before.map(&mut pass);
         for pair in [
             &mut self.commands.hip,
             &mut self.commands.knee,
@@ -345,14 +346,16 @@ impl<const N: usize, const P: usize> Dynamics for CompliantFlow<N, P> {
         let mut numbers = Vec::new();
         let mut copy = self.clone();
         copy.visit(|quad| numbers.push(*quad));
-        numbers.extend(self.rates_before);
         SavedFormulation::Compliant(SavedCompliant {
             numbers,
-            slope_known: self.slope.is_some(),
+            slope: self.slope.map(|slope| {
+                let mut numbers = Vec::new();
+                slope.map(|quad| numbers.push(quad));
+                numbers
+            }),
             control: self.control,
             ledger: self.ledger,
             rotors_at_start: self.rotors_at_start,
-            steps: self.steps,
             step_seconds: self.step_seconds,
         })
     }
@@ -361,7 +364,7 @@ impl<const N: usize, const P: usize> Dynamics for CompliantFlow<N, P> {
         let SavedFormulation::Compliant(saved) = saved else {
             return Err("rigid constraints".to_owned());
         };
-        let mut expected = 2;
+        let mut expected = 0;
         self.clone().visit(|_| expected += 1);
         let found = saved.numbers.len();
         if found != expected {
@@ -369,16 +372,23 @@ impl<const N: usize, const P: usize> Dynamics for CompliantFlow<N, P> {
         }
         let mut numbers = saved.numbers.iter().copied();
         self.visit(|quad| *quad = numbers.next().unwrap_or(*quad));
-        for rate in &mut self.rates_before {
-            *rate = numbers.next().unwrap_or(*rate);
-        }
         self.control = saved.control;
         (self.ledger, self.rotors_at_start) = (saved.ledger, saved.rotors_at_start);
-        (self.steps, self.step_seconds) = (saved.steps, saved.step_seconds);
-        self.slope = None;
-        if saved.slope_known {
-            self.renew_slope();
-        }
+        self.step_seconds = saved.step_seconds;
+        self.slope = match saved.slope {
+            None => None,
+            Some(numbers) => {
+                let slope = Slope::of(self.state, self.sums);
+                let mut expected = 0;
+                slope.map(|_| expected += 1);
+                let found = numbers.len();
+                if found != expected {
+                    return Err(format!("a slope of {found} numbers, expected {expected}"));
+                }
+                let mut numbers = numbers.into_iter();
+                Some(slope.map(|quad| numbers.next().unwrap_or(quad)))
+            }
+        };
         Ok(())
     }
 

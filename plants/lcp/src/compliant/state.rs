@@ -130,6 +130,22 @@ impl<T: Copy> Flows<T> {
     }
 }
 
+impl<T: Copy, const N: usize, const P: usize> Slope<T, N, P> {
+    /// Combines the members of a state and of flows.
+    pub(crate) fn of(state: State<T, N, P>, flows: Flows<T>) -> Self {
+        Self { state, flows }
+    }
+
+    /// Applies a function to all members.
+    #[inline(always)]
+    pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> Slope<U, N, P> {
+        Slope {
+            state: self.state.map(&mut of),
+            flows: self.flows.map(of),
+        }
+    }
+}
+
 impl Flows<Quad> {
     pub(crate) fn zero() -> Self {
         let zero = Quad::splat(0.0);

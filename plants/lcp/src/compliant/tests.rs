@@ -1,10 +1,11 @@
 use proptest::prelude::*;
 use twinrig_compliant::lanes::{Features, Quad};
+use twinrig_compliant::{Element, StepError};
 use twinrig_contact::Ground;
-use twinrig_legged::{Base, Drives};
+use twinrig_legged::{Base, Drives, Dynamics as _};
 use twinrig_robot::{Compliance, OneSided, Robot};
 
-use super::flow::CompliantFlow;
+use super::flow::{CompliantError, CompliantFlow};
 use super::model::CompliantModel;
 use super::plant::compliant_state;
 use crate::fixtures::{self, HARD, Pose, flow, robot, tumbling};
@@ -58,7 +59,8 @@ fn rigid_slope<const N: usize>(flow: &Flow<N>) -> Vec<f64> {
 }
 
 fn compliant_slope<const N: usize, const P: usize>(flow: &mut CompliantFlow<N, P>) -> Vec<f64> {
-    flow.renew_slope();
+    // A step of no duration leaves the slope at its end.
+    flow.step(0.0).unwrap();
     let slope = flow.slope.unwrap();
     let mut numbers = Vec::new();
     numbers.extend(&slope.state.position.0[..3]);
@@ -161,4 +163,46 @@ proptest! {
         let balance = flow.ledger.balance();
         prop_assert!(balance.residual.abs() < 1e-6 * balance.exchanged, "{balance:?}");
     }
+}
+
+#[test]
+fn restored_run_is_bit_identical() {
+    let mut flow = landing::<4, 2>(1e-6, Features::Detected);
+    for _ in 0..20 {
+        flow.step(2e-3).unwrap();
+    }
+    let saved = flow.save();
+    let mut other = landing::<4, 2>(1e-3, Features::Portable);
+    other.restore(saved).unwrap();
+    for _ in 0..20 {
+        flow.step(1.7e-3).unwrap();
+        other.step(1.7e-3).unwrap();
+    }
+    assert_eq!((flow.state, flow.sums), (other.state, other.sums));
+    assert_eq!((flow.control, flow.ledger), (other.control, other.ledger));
+    assert!(landing::<3, 1>(1e-6, Features::Detected).restore(flow.save()).is_err());
+}
+
+#[test]
+fn step_beyond_the_limit_of_stability_is_refused() {
+    // Soles a hundred thousand times as stiff: 2 ms are far too long, and the control says so.
+    let stiff = |tolerance| {
+        let mut flow = landing::<3, 1>(tolerance, Features::Detected);
+        flow.model.legs.sole.element = Element::side_by_side([OneSided {
+            stiffness: 2e9,
+            damping: 3e3,
+            toe_region: 1e-6,
+        }; 4]);
+        (0..150).try_for_each(|_| flow.step(2e-3))
+    };
+    let unstable = stiff(f64::INFINITY).unwrap_err();
+    assert!(
+        matches!(unstable, CompliantError::Energy { .. })
+            || matches!(unstable, CompliantError::Step(StepError::Diverged { .. })),
+        "{unstable}"
+    );
+    assert_eq!(
+        stiff(1e-9),
+        Err(CompliantError::Step(StepError::TooStiff))
+    );
 }
