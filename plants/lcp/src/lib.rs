@@ -84,6 +84,7 @@ mod motors;
 mod options;
 mod plant;
 mod posture;
+mod readings;
 mod real;
 mod rk4;
 mod rodas4;

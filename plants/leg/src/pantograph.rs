@@ -231,6 +231,7 @@ impl Pantograph {
     ///
     /// # Errors
     /// [`LegError::OutOfReach`], [`LegError::NotFinite`].
+    #[inline]
     pub fn inverse_closed(&self, foot: Planar) -> Result<LegCommand, LegError> {
         let length = checked_length(foot)?;
         let (least, greatest) = (self.length_min, self.length_max);

@@ -52,7 +52,7 @@ mod window;
 pub use error::{LeggedError, positive};
 pub use ledger::{Ledger, NegativeDissipation, Stored};
 pub use posture::{LegPosture, Posture};
-pub use readings::Readings;
+pub use readings::{FootMotion, Readings, surfaces_below};
 pub use segment::Segment;
 pub use setup::{Base, DriveModels, Drives, Motors, Servos, Setup};
 pub use signals::Signals;

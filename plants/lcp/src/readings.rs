@@ -1,0 +1,173 @@
+//! Measurements of the plant.
+
+use nalgebra::{Matrix3, Vector3};
+use twinrig_contact::Surface;
+use twinrig_legged::{FootMotion, LEGS, Readings, surfaces_below};
+use twinrig_runtime::EnergyBalance;
+
+use crate::articulated::{into_world, rotation};
+use crate::flow::{Flow, ImpulseSums};
+use crate::real::{Lanes, Real};
+use crate::trunk::cross;
+
+/// Vectors of all legs.
+type Vectors = [Lanes; 3];
+
+impl<const N: usize> Flow<N> {
+    /// Returns position and velocity of the ends of the first `links` links of all legs, world
+    /// frame. A [`Site`](crate::site::Site) has the same for one leg.
+    fn link_ends(&self, links: usize) -> [Vectors; 2] {
+        let (state, legs) = (&self.state, &self.model.side_by_side);
+        let mut point = legs.hip;
+        let mut relative = [Lanes::zero(); 3];
+        for i in 0..links {
+            // The method of `Lanes` itself has other bits.
+            let (sine, cosine) = Real::sin_cos(state.angles[i]);
+            let [forward, up] = [legs.links[i] * cosine, legs.links[i] * sine];
+            point[0] += up;
+            point[2] -= forward;
+            relative[0] += forward * state.rates[i];
+            relative[2] += up * state.rates[i];
+        }
+        let [carried, turning] = [state.velocity, state.turning].map(|v| v.map(Lanes::splat));
+        let rotational = cross(turning, point);
+        let velocity = std::array::from_fn(|i| carried[i] + rotational[i] + relative[i]);
+        let rotation = rotation(state.attitude).map(|row| row.map(Lanes::splat));
+        let offset = into_world(&rotation, point);
+        let position = std::array::from_fn(|i| Lanes::splat(state.position[i]) + offset[i]);
+        [position, into_world(&rotation, velocity)]
+    }
+
+    fn mean(&self, of: impl Fn(&ImpulseSums) -> Lanes, leg: usize) -> f64 {
+        let [before, after] = [&self.impulse_sums_before, &self.impulse_sums]
+            .map(|impulse_sums| of(impulse_sums).lane(leg));
+        if self.run_seconds > 0.0 {
+            (after - before) / self.run_seconds
+        } else {
+            0.0
+        }
+    }
+}
+
+impl<const N: usize> Readings for Flow<N> {
+    fn position(&self) -> Vector3<f64> {
+        self.state.position.into()
+    }
+
+    fn attitude(&self) -> [f64; 4] {
+        self.state.attitude
+    }
+
+    fn rotation(&self) -> Matrix3<f64> {
+        let rows = rotation(self.state.attitude);
+        Matrix3::from_fn(|i, j| rows[i][j])
+    }
+
+    fn velocity(&self) -> Vector3<f64> {
+        into_world(&rotation(self.state.attitude), self.state.velocity).into()
+    }
+
+    fn angular_velocity(&self) -> Vector3<f64> {
+        self.state.turning.into()
+    }
+
+    fn energy(&self) -> EnergyBalance {
+        self.ledger.balance()
+    }
+
+    fn hip(&self, leg: usize) -> f64 {
+        self.state.angles[0].lane(leg) - self.model.legs[leg].pantograph.hip_reference()
+    }
+
+    fn hip_rate(&self, leg: usize) -> f64 {
+        self.state.rates[0].lane(leg)
+    }
+
+    fn hip_torque(&self, leg: usize) -> f64 {
+        self.mean(|impulse_sums| impulse_sums.hip, leg)
+    }
+
+    fn pulley(&self, leg: usize) -> f64 {
+        self.state.pulley.lane(leg)
+    }
+
+    fn pulley_rate(&self, leg: usize) -> f64 {
+        self.state.pulley_rate.lane(leg)
+    }
+
+    fn knee_torque(&self, leg: usize) -> f64 {
+        self.mean(|impulse_sums| impulse_sums.knee, leg)
+    }
+
+    fn cable_tension(&self, leg: usize) -> f64 {
+        self.mean(|impulse_sums| impulse_sums.cable, leg)
+    }
+
+    fn angles(&self, leg: usize) -> [f64; 3] {
+        std::array::from_fn(|i| self.state.angles[i].lane(leg))
+    }
+
+    fn feet(&self) -> [FootMotion; LEGS] {
+        foot_motions(&self.link_ends(3))
+    }
+
+    fn surfaces(&self, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
+        let ground = self.model.ground.as_ref();
+        let mut surfaces = surfaces_below(ground, feet);
+        // Of foot and toe, the point nearer to the ground is the contact point.
+        for links in 4..=N {
+            let tips = foot_motions(&self.link_ends(links));
+            for (surface, below) in surfaces.iter_mut().zip(surfaces_below(ground, &tips)) {
+                if below.gap < surface.gap {
+                    *surface = below;
+                }
+            }
+        }
+        surfaces
+    }
+
+    fn ground_impulse(&self, leg: usize) -> [f64; 3] {
+        self.impulse_sums.ground[leg]
+    }
+}
+
+/// Converts positions and velocities in lanes.
+fn foot_motions(ends: &[Vectors; 2]) -> [FootMotion; LEGS] {
+    let [position, velocity] = ends.map(|vectors| vectors.map(Lanes::to_array));
+    std::array::from_fn(|leg| FootMotion {
+        position: position.map(|lanes| lanes[leg]).into(),
+        velocity: velocity.map(|lanes| lanes[leg]).into(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use twinrig_legged::{Base, Drives};
+
+    use super::*;
+    use crate::fixtures::{HARD, flat, flow, robot, tumbling};
+
+    #[test]
+    fn feet_of_all_legs_match_the_contact_points_of_each() {
+        let mut flow = flow::<4>(&robot(), Base::Free, HARD, Drives::None, Some(flat()));
+        tumbling(&mut flow);
+        for angle in &mut flow.state.angles {
+            *angle += Lanes::new([0.0, 0.7, -1.4, 2.1]);
+        }
+        let rotation = rotation(flow.state.attitude);
+        let feet = flow.feet();
+        let surfaces = flow.surfaces(&feet);
+        for leg in 0..LEGS {
+            let sites = [3, 4].map(|links| flow.site(leg, links));
+            let [foot, tip] = sites.map(|site| site.in_world(flow.state.position, &rotation));
+            let velocity = into_world(&rotation, sites[0].velocity);
+            assert_eq!(feet[leg].position, Vector3::from(foot));
+            assert_eq!(feet[leg].velocity, Vector3::from(velocity));
+            assert_eq!(surfaces[leg].gap, foot[2].min(tip[2]));
+        }
+        assert!(
+            (0..LEGS).any(|leg| surfaces[leg].gap < feet[leg].position.z),
+            "a toe is below its foot"
+        );
+    }
+}
