@@ -75,17 +75,19 @@ impl Limb {
     pub(crate) fn command(&self, target: [f64; 2], command: &mut [f64; 2]) -> bool {
         let [x, z] = target.map(|coordinate| coordinate.clamp(-TARGET_MAX, TARGET_MAX));
         let target = Planar::new(x, z);
-        let (solution, outside) = match self.pantograph.inverse_closed(target) {
-            Ok(solution) => (Ok(solution), false),
-            Err(_) => (
-                self.pantograph
-                    .inverse_closed(self.pantograph.nearest_reachable(target)),
-                true,
-            ),
-        };
-        if let Ok(LegCommand { hip, knee }) = solution {
+        let solution = self.pantograph.inverse_closed(target);
+        let outside = solution.is_err();
+        let solution = solution.ok().or_else(|| self.nearest(target));
+        if let Some(LegCommand { hip, knee }) = solution {
             *command = [hip, knee];
         }
         outside
+    }
+
+    /// Returns the command for the reachable point nearest to `target`.
+    #[cold]
+    fn nearest(&self, target: Planar) -> Option<LegCommand> {
+        let nearest = self.pantograph.nearest_reachable(target);
+        self.pantograph.inverse_closed(nearest).ok()
     }
 }
