@@ -281,7 +281,9 @@ impl Process for Cpg {
         for ((leg, (limb, command)), output) in active.zip(outputs.chunks_exact_mut(2)) {
             let (locus, duty) = &ends[limb.corner.end()];
             let target = locus.point(duty.phase(oscillators.turn(leg)));
-            *out_of_reach += u64::from(limb.command(target, command));
+            let outside;
+            (*command, outside) = limb.command(target);
+            *out_of_reach += u64::from(outside);
             output.copy_from_slice(command);
         }
         if self.abduction != Abduction::None {
