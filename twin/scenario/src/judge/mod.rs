@@ -67,6 +67,8 @@ pub struct Judge {
     step_monitors: Vec<usize>,
     cycle_monitors: Vec<usize>,
     sample_monitors: [Vec<usize>; 4],
+    /// Whether anything reads the samples of each group.
+    reads: [bool; 4],
     feet: Vec<Foot>,
     touch_downs: TouchDowns,
     /// Footsteps completed by the last samples.
@@ -132,22 +134,29 @@ impl Judge {
         let is_of_footsteps =
             |monitor: &Monitor| matches!(monitor.meter, MonitorKind::Footsteps(_));
         let is_of_signal = |monitor: &Monitor| matches!(monitor.meter, MonitorKind::Signal(_));
+        let sample_monitors = layouts.groups().map(|(group, _)| {
+            indices(&|monitor| {
+                monitor.channel == group && (is_of_signal(monitor) || is_of_footsteps(monitor))
+            })
+        });
+        let fall = FallDetector::new(scene, &layouts);
         Judge {
             expectations: scenario.expectations.clone(),
             end: scenario.end(),
             legs: scene.legs.clone(),
             step_monitors: indices(&is_of_footsteps),
             cycle_monitors: indices(&|monitor| matches!(monitor.meter, MonitorKind::Cycle(..))),
-            sample_monitors: layouts.groups().map(|(group, _)| {
-                indices(&|monitor| {
-                    monitor.channel == group && (is_of_signal(monitor) || is_of_footsteps(monitor))
-                })
+            reads: layouts.groups().map(|(group, _)| {
+                fall.reads(group)
+                    || feet.iter().any(|foot| foot.channel == group)
+                    || !sample_monitors[group as usize].is_empty()
             }),
+            sample_monitors,
             monitors,
             closed: Vec::with_capacity(feet.len()),
             feet,
             touch_downs: TouchDowns::new(),
-            fall: FallDetector::new(scene, &layouts),
+            fall,
             ended_at: None,
             has_reference: false,
             lengths: layouts.groups().map(|(_, layout)| layout.len()),
@@ -372,6 +381,9 @@ impl Observer for Judge {
             "the number of samples differs from the layout"
         );
         self.closed.clear();
+        if !self.reads[channel as usize] {
+            return;
+        }
         if self.fall.sample(now, channel, values) {
             self.handle_fall(now);
         }
