@@ -66,9 +66,8 @@ impl Readings for Flow {
 
     fn feet(&self) -> [FootMotion; LEGS] {
         let mut feet = [FootMotion::default(); LEGS];
-        for leg in 0..self.model.legs.len() {
-            let [position, velocity] = self.foot(leg);
-            feet[leg] = FootMotion { position, velocity };
+        for (leg, foot) in feet.iter_mut().enumerate().take(self.model.legs.len()) {
+            [foot.position, foot.velocity] = self.foot(leg);
         }
         feet
     }

@@ -71,12 +71,10 @@ impl Readings for Machine {
 
     fn feet(&self) -> [FootMotion; LEGS] {
         let mut feet = [FootMotion::default(); LEGS];
-        for (leg, model) in self.model.legs.iter().enumerate() {
+        for (leg, (foot, model)) in feet.iter_mut().zip(&self.model.legs).enumerate() {
             let view = self.view(leg);
-            feet[leg] = FootMotion {
-                position: to_nalgebra(view.place(&model.foot)),
-                velocity: to_nalgebra(view.speed(&model.foot)),
-            };
+            foot.position = to_nalgebra(view.place(&model.foot));
+            foot.velocity = to_nalgebra(view.speed(&model.foot));
         }
         feet
     }

@@ -24,9 +24,9 @@ pub struct Rank(pub u8);
 /// assert_eq!(order, ["wake", "bell", "lunch"]);
 /// ```
 ///
-/// Made for tens of events: they are kept sorted, so that a pop takes constant time and a push moves
-/// the events that are due earlier. Both allocate only when the queue exceeds its largest length so
-/// far.
+/// Made for tens of events: they are kept sorted, so that a pop takes constant time and a push
+/// moves the events that are due earlier. A push allocates only when the queue exceeds its largest
+/// length so far.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EventQueue<E> {
     /// In descending order: the next event is the last entry.

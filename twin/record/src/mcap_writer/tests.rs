@@ -135,10 +135,10 @@ fn nothing_is_written_after_an_error() {
     impl Write for Full<'_> {
         fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
             self.1.set(self.1.get() + 1);
-            match self.1.get() > self.0 {
-                true => Err(io::ErrorKind::StorageFull.into()),
-                false => Ok(bytes.len()),
+            if self.1.get() > self.0 {
+                return Err(io::ErrorKind::StorageFull.into());
             }
+            Ok(bytes.len())
         }
         fn flush(&mut self) -> io::Result<()> {
             Ok(())
