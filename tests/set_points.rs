@@ -43,6 +43,7 @@ fn plants(step_us: u64) -> Vec<(&'static str, Box<dyn Plant>)> {
     let is_hip = |name: &str| name == "leg/LF/hip/position";
     let lcp = |method| {
         let options = twinrig_lcp::Options {
+            constraints: twinrig_lcp::Constraints::Rigid,
             setup: setup.clone(),
             method,
             tolerance: twinrig_lcp::Options::TOLERANCE,

@@ -47,7 +47,10 @@ impl Element<Quad> {
             toe_region: 1.0,
         };
         let mut sides = [absent; crate::lanes::LANES];
-        sides.iter_mut().zip(legs).for_each(|(side, leg)| *side = leg);
+        sides
+            .iter_mut()
+            .zip(legs)
+            .for_each(|(side, leg)| *side = leg);
         let quad = |of: fn(&OneSided) -> f64| Quad(sides.each_ref().map(of));
         Self {
             stiffness: quad(|side| side.stiffness),

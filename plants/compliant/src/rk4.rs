@@ -145,7 +145,11 @@ impl StepControl {
             let growth = Self::growth(ratio);
             // A substep cut short by the end of the step says nothing against a longer one.
             let cut_short = growth >= 1.0 && h < self.substep;
-            self.substep = if cut_short { (h * growth).max(self.substep) } else { h * growth };
+            self.substep = if cut_short {
+                (h * growth).max(self.substep)
+            } else {
+                h * growth
+            };
             if self.substep < SUBSTEP_MIN && self.substep < rest {
                 return Err(StepError::TooStiff);
             }

@@ -116,7 +116,9 @@ pub enum LcpError {
         leg: String,
     },
     /// The method does not support compliant constraints.
-    #[error("compliant constraints are integrated by `rk4`, not by `{0}`; remove the integrator, or choose `constraints = \"rigid\"`")]
+    #[error(
+        "compliant constraints are integrated by `rk4`, not by `{0}`; remove the integrator, or choose `constraints = \"rigid\"`"
+    )]
     CompliantMethod(&'static str),
     /// The method does not support motors.
     #[error(

@@ -1,5 +1,6 @@
 use crate::{
-    Actuators, Compliance, JointFriction, Leg, LegMass, LegMount, OneSided, Robot, Servo, Spring, Trunk,
+    Actuators, Compliance, JointFriction, Leg, LegMass, LegMount, OneSided, Robot, Servo, Spring,
+    Trunk,
 };
 
 impl Leg {

@@ -7,8 +7,8 @@ use twinrig_document::{Item, Range, Reported, Table};
 use twinrig_kernel::Unit;
 
 use crate::parameters::{
-    Actuators, Compliance, JointFriction, Leg, LegMass, LegMount, Motor, Motors, OneSided, Robot, Servo, Spring, Toe,
-    Trunk,
+    Actuators, Compliance, JointFriction, Leg, LegMass, LegMount, Motor, Motors, OneSided, Robot,
+    Servo, Spring, Toe, Trunk,
 };
 
 /// Reads the robot of a file.

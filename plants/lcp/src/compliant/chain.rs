@@ -133,8 +133,7 @@ impl<L: Lanes, const N: usize> Internal<L, N> {
         let mut dissipated = end.dissipated + open.dissipated + closed.dissipated;
         let along_diagonal =
             legs.diagonal[0] * (legs.diagonal[1] - lengths.diagonal) - ward(end.force);
-        let along_parallel =
-            legs.parallel[0] * (legs.parallel[1] - lengths.parallel) - open.force;
+        let along_parallel = legs.parallel[0] * (legs.parallel[1] - lengths.parallel) - open.force;
         let mut knee = along_diagonal * lengths.along[0];
         let mut tension = knee.zero();
         if has_cable {

@@ -157,7 +157,11 @@ impl<L: Lanes> Below<L> {
         let [x, y, z] = point.place;
         Self {
             gap: height + x * up[0] + y * up[1] + z * up[2],
-            directions: [broadcast(height, up), broadcast(height, ahead), broadcast(height, left)],
+            directions: [
+                broadcast(height, up),
+                broadcast(height, ahead),
+                broadcast(height, left),
+            ],
             in_world: None,
         }
     }

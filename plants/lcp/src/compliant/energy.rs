@@ -47,8 +47,7 @@ impl<const N: usize, const P: usize> Kernel for StoredEnergy<'_, N, P> {
         let up = trunk.rotation[2];
         let [sx, sz] = carried.moment;
         if model.base == Base::Fixed {
-            let height =
-                (sx - legs.mass_hip[0]) * up[0] + (sz - legs.mass_hip[2]) * up[2];
+            let height = (sx - legs.mass_hip[0]) * up[0] + (sz - legs.mass_hip[2]) * up[2];
             let [kinetic, springs, height, _] =
                 S::Lanes::sums([kinetic, springs, height, zero]).quad().0;
             return [kinetic, springs, GRAVITY * height];
@@ -104,8 +103,8 @@ impl<const N: usize, const P: usize> StoredEnergy<'_, N, P> {
             stiffness * ((length - rest) * (length - rest)) * 0.5
         };
         let depths = Depths::new(legs, turns, state);
-        let mut energy = spring(legs.diagonal, depths.diagonal)
-            + spring(legs.parallel, depths.parallel);
+        let mut energy =
+            spring(legs.diagonal, depths.diagonal) + spring(legs.parallel, depths.parallel);
         for depth in [depths.extended, depths.bottomed, depths.open, depths.closed] {
             energy += legs.stops.energy(depth);
         }
@@ -118,7 +117,10 @@ impl<const N: usize, const P: usize> StoredEnergy<'_, N, P> {
         if self.model.rigid.ground.is_some() {
             for p in 0..P {
                 let point = Point::new(legs, turns, state, N - P + 1 + p, trunk);
-                energy += legs.sole.element.energy(-self.model.below(simd, trunk, &point).gap);
+                energy += legs
+                    .sole
+                    .element
+                    .energy(-self.model.below(simd, trunk, &point).gap);
             }
         }
         energy

@@ -71,7 +71,10 @@ pub(crate) struct CompliantModel<const N: usize> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum DriveLaws {
     None,
-    Servos { hip: ServoLaw, knee: ServoLaw },
+    Servos {
+        hip: ServoLaw,
+        knee: ServoLaw,
+    },
     /// Inertias of hip and pulley \[kg·m²\].
     Motors([f64; 2]),
 }
@@ -112,11 +115,7 @@ impl<const N: usize> CompliantModel<N> {
 }
 
 impl<const N: usize> Legs<Quad, N> {
-    fn side_by_side(
-        legs: &[Constants<f64, N>],
-        compliances: &[Compliance],
-        friction: f64,
-    ) -> Self {
+    fn side_by_side(legs: &[Constants<f64, N>], compliances: &[Compliance], friction: f64) -> Self {
         let absent = Constants::absent();
         let legs: [Constants<f64, N>; LANES] =
             std::array::from_fn(|lane| legs.get(lane).copied().unwrap_or(absent));

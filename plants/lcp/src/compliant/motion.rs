@@ -82,7 +82,11 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
     }
 
     #[inline(always)]
-    fn along_mean(state: &Self::State, seconds: f64, [a, b, c, d]: [&Self::Slope; 4]) -> Self::State {
+    fn along_mean(
+        state: &Self::State,
+        seconds: f64,
+        [a, b, c, d]: [&Self::Slope; 4],
+    ) -> Self::State {
         let ends = a.state.zip(&d.state, |a, d| a + d);
         let middle = b.state.zip(&c.state, |b, c| b + c);
         let sum = ends.zip(&middle, |ends, middle| ends + (middle + middle));
@@ -102,7 +106,9 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
             pulley,
             pulley_rate,
             ..
-        } = fifth.state.zip(&fourth.state, |last, before| (last - before).abs());
+        } = fifth
+            .state
+            .zip(&fourth.state, |last, before| (last - before).abs());
         let (mut angle, mut rate) = (attitude + attitude, turning);
         for i in 0..N {
             angle = angle.max(angles[i]);
@@ -129,6 +135,8 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
         let ends = a.flows.zip(&d.flows, |a, d| a + d);
         let middle = b.flows.zip(&c.flows, |b, c| b + c);
         let sum = ends.zip(&middle, |ends, middle| ends + (middle + middle));
-        self.sums = self.sums.zip(&sum, |sum, part| sum + part * (seconds / 6.0));
+        self.sums = self
+            .sums
+            .zip(&sum, |sum, part| sum + part * (seconds / 6.0));
     }
 }

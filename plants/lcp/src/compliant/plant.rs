@@ -4,9 +4,11 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use twinrig_compliant::StepControl;
 use twinrig_compliant::lanes::{Features, Quad};
+use twinrig_contact::Surface;
 use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
-    DriveModels, Dynamics, LegPosture, Ledger, PartFault, Posture, Readings, StepInputs,
+    DriveModels, Dynamics, FootMotion, LEGS, Ledger, LegPosture, PartFault, Posture, Readings,
+    StepInputs,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::{EnergyBalance, PlantEvent, PlantState, WorkCounts};
@@ -18,8 +20,8 @@ use crate::articulated::{into_trunk, into_world, rotation};
 use crate::model::Model;
 use crate::options::{LcpError, Options};
 use crate::plant::{Formulation, SavedFormulation, start_state};
-use crate::real::{Lanes, Real};
-use crate::site::Site;
+use crate::readings;
+use crate::real::Lanes;
 use crate::state::State as RigidState;
 
 /// Serialised state of the compliant formulation.
@@ -91,32 +93,20 @@ pub(crate) fn compliant_state<const N: usize, const P: usize>(
 }
 
 impl<const N: usize, const P: usize> CompliantFlow<N, P> {
-    /// Returns a contact point of one leg.
-    fn site(&self, leg: usize, links: usize) -> Site<f64, N> {
-        let of = |quads: &[Quad; N]| quads.map(|quad| quad.0[leg]);
-        let turns = of(&self.state.angles).map(Real::sin_cos);
-        let (sines, cosines) = (turns.map(|(sine, _)| sine), turns.map(|(_, cosine)| cosine));
-        Site::from_turns(
-            &self.model.rigid.legs[leg].constants,
-            [&sines, &cosines, &of(&self.state.rates)],
-            [three(self.state.velocity), three(self.state.turning)],
-            0,
-            links,
-        )
-    }
-
-    /// Returns gap \[m\] and ground normal of the contact point of a leg that is nearest to the
-    /// ground.
-    fn nearest(&self, leg: usize) -> Option<(f64, Vector3<f64>)> {
-        let ground = self.model.rigid.ground.as_ref()?;
-        let upright = rotation(self.state.attitude.0);
-        let points = (3..=N).map(|links| {
-            let site = self.site(leg, links);
-            let point = site.in_world(three(self.state.position), &upright);
-            let (below, _) = ground.nearest(&Vector3::from(point));
-            (below.gap, below.normal)
-        });
-        points.reduce(|a, b| if b.0 < a.0 { b } else { a })
+    /// Returns the state in the form of the rigid model.
+    fn rigid_state(&self) -> RigidState<Lanes, N> {
+        let lanes = |quad: Quad| Lanes::new(quad.0);
+        let state = &self.state;
+        RigidState {
+            position: three(state.position),
+            attitude: state.attitude.0,
+            velocity: three(state.velocity),
+            turning: three(state.turning),
+            angles: state.angles.map(lanes),
+            rates: state.rates.map(lanes),
+            pulley: lanes(state.pulley),
+            pulley_rate: lanes(state.pulley_rate),
+        }
     }
 
     /// Returns the mean of a force or torque over the last step.
@@ -250,28 +240,16 @@ impl<const N: usize, const P: usize> Readings for CompliantFlow<N, P> {
         std::array::from_fn(|i| self.state.angles[i].0[leg])
     }
 
-    fn foot_position(&self, leg: usize) -> Vector3<f64> {
-        let upright = rotation(self.state.attitude.0);
-        let site = self.site(leg, 3);
-        site.in_world(three(self.state.position), &upright).into()
+    fn feet(&self) -> [FootMotion; LEGS] {
+        readings::feet(&self.model.rigid, &self.rigid_state())
     }
 
-    fn foot_velocity(&self, leg: usize) -> Vector3<f64> {
-        let upright = rotation(self.state.attitude.0);
-        into_world(&upright, self.site(leg, 3).velocity).into()
+    fn surfaces(&self, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
+        readings::surfaces(&self.model.rigid, &self.rigid_state(), feet)
     }
 
     fn ground_impulse(&self, leg: usize) -> [f64; 3] {
         self.sums.ground.map(|quad| quad.0[leg])
-    }
-
-    fn ground_normal(&self, leg: usize) -> Vector3<f64> {
-        self.nearest(leg)
-            .map_or_else(Vector3::z, |(_, normal)| normal)
-    }
-
-    fn clearance(&self, leg: usize) -> f64 {
-        self.nearest(leg).map_or(f64::INFINITY, |(gap, _)| gap)
     }
 }
 

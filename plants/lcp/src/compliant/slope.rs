@@ -76,7 +76,8 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
             (DriveLaws::None, _) => {
                 let setting = self.setting::<FREE>(false);
                 let zero = setting.internal.tension;
-                let solution = self.solve_free::<FREE>(&setting.equations, zero, 0.0, &setting.trunk);
+                let solution =
+                    self.solve_free::<FREE>(&setting.equations, zero, 0.0, &setting.trunk);
                 self.slope_of::<FREE>(setting, solution, zero)
             }
             (DriveLaws::Motors([at_hip, at_pulley]), _) => {
@@ -125,7 +126,10 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
     /// Returns the acceleration of the pulley under its servo and its load.
     #[inline(always)]
     fn winding(&self, set_point: L, setting: &Setting<L, N, P>) -> L {
-        let (state, load) = (self.state, self.legs.pulley_radius * setting.internal.tension);
+        let (state, load) = (
+            self.state,
+            self.legs.pulley_radius * setting.internal.tension,
+        );
         let DriveLaws::Servos { knee, .. } = &self.model.drives else {
             return load.zero();
         };

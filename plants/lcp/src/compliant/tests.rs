@@ -38,7 +38,12 @@ fn compliant<const N: usize, const P: usize>(
     CompliantFlow::new(model, compliant_state(&rigid.state), tolerance, features)
 }
 
-fn start<const N: usize>(base: Base, pose: Pose, drives: Drives, ground: Option<Ground>) -> Flow<N> {
+fn start<const N: usize>(
+    base: Base,
+    pose: Pose,
+    drives: Drives,
+    ground: Option<Ground>,
+) -> Flow<N> {
     flow::<N>(&robot(), base, pose, drives, ground)
 }
 
@@ -109,7 +114,10 @@ fn slope_without_constraints_is_that_of_the_rigid_model() {
 }
 
 /// A hard start on a free trunk with servos, on the ground.
-fn landing<const N: usize, const P: usize>(tolerance: f64, features: Features) -> CompliantFlow<N, P> {
+fn landing<const N: usize, const P: usize>(
+    tolerance: f64,
+    features: Features,
+) -> CompliantFlow<N, P> {
     let robot: Robot = robot();
     let drives = fixtures::servo_drives(&robot);
     let mut rigid = start::<N>(Base::Free, HARD, drives, Some(fixtures::flat()));
@@ -180,7 +188,11 @@ fn restored_run_is_bit_identical() {
     }
     assert_eq!((flow.state, flow.sums), (other.state, other.sums));
     assert_eq!((flow.control, flow.ledger), (other.control, other.ledger));
-    assert!(landing::<3, 1>(1e-6, Features::Detected).restore(flow.save()).is_err());
+    assert!(
+        landing::<3, 1>(1e-6, Features::Detected)
+            .restore(flow.save())
+            .is_err()
+    );
 }
 
 #[test]
@@ -188,11 +200,13 @@ fn step_beyond_the_limit_of_stability_is_refused() {
     // Soles a hundred thousand times as stiff: 2 ms are far too long, and the control says so.
     let stiff = |tolerance| {
         let mut flow = landing::<3, 1>(tolerance, Features::Detected);
-        flow.model.legs.sole.element = Element::side_by_side([OneSided {
-            stiffness: 2e9,
-            damping: 3e3,
-            toe_region: 1e-6,
-        }; 4]);
+        flow.model.legs.sole.element = Element::side_by_side(
+            [OneSided {
+                stiffness: 2e9,
+                damping: 3e3,
+                toe_region: 1e-6,
+            }; 4],
+        );
         (0..150).try_for_each(|_| flow.step(2e-3))
     };
     let unstable = stiff(f64::INFINITY).unwrap_err();
@@ -201,8 +215,5 @@ fn step_beyond_the_limit_of_stability_is_refused() {
             || matches!(unstable, CompliantError::Step(StepError::Diverged { .. })),
         "{unstable}"
     );
-    assert_eq!(
-        stiff(1e-9),
-        Err(CompliantError::Step(StepError::TooStiff))
-    );
+    assert_eq!(stiff(1e-9), Err(CompliantError::Step(StepError::TooStiff)));
 }
