@@ -43,8 +43,9 @@ pub struct Sole<T> {
 /// Motion of a contact point relative to the ground.
 #[derive(Debug, Clone, Copy)]
 pub struct Approach<L> {
-    /// Distance from the ground, negative below it \[m\], and its rate \[m/s\].
+    /// Distance from the ground, negative below it \[m\].
     pub gap: L,
+    /// Its rate \[m/s\].
     pub gap_rate: L,
     /// Velocity along the two tangents of the ground \[m/s\].
     pub slip: [L; 2],
@@ -55,8 +56,9 @@ pub struct Approach<L> {
 /// Force of the ground on a contact point.
 #[derive(Debug, Clone, Copy)]
 pub struct Grip<L> {
-    /// Along the normal, and along the two tangents \[N\].
+    /// Along the normal \[N\].
     pub normal: L,
+    /// Along the two tangents \[N\].
     pub tangential: [L; 2],
     /// Rate of the bristle \[m/s\].
     pub bristle_rate: [L; 2],

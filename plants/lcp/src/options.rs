@@ -1,6 +1,6 @@
 //! Options of the plant.
 
-use twinrig_legged::{LeggedError, Setup};
+use twinrig_legged::{Constraints, LeggedError, Setup};
 
 /// Time integration method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -46,30 +46,6 @@ impl Method {
     }
 }
 
-/// Formulation of stops, cables and ground contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Constraints {
-    /// Complementarity: impacts, and forces that satisfy the constraints exactly.
-    #[default]
-    Rigid,
-    /// One-sided springs with dampers, and friction by bristles: a smooth system, integrated by
-    /// [`Method::Rk4`] with error control.
-    Compliant,
-}
-
-impl Constraints {
-    /// All formulations.
-    pub const ALL: [Self; 2] = [Self::Rigid, Self::Compliant];
-
-    /// Returns the name used in scenarios.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Rigid => "rigid",
-            Self::Compliant => "compliant",
-        }
-    }
-}
-
 /// Options of the plant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -105,14 +81,6 @@ pub enum LcpError {
     #[error("leg {leg} has no toe joint but others have one; simulate all without (`toe = false`)")]
     Toe {
         /// The leg without toe joint.
-        leg: String,
-    },
-    /// The compliance of a leg is not known.
-    #[error(
-        "leg {leg} has no compliance: add `[leg.….compliance]` to the robot file, or choose `constraints = \"rigid\"`"
-    )]
-    Compliance {
-        /// The leg.
         leg: String,
     },
     /// The method does not support compliant constraints.

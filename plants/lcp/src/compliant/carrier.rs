@@ -12,9 +12,9 @@
 //! The sums over the masses of a leg follow from its constants M, bⱼ and Aᵢⱼ, with Xⱼ = bⱼ h + Σᵢ
 //! Aᵢⱼ eᵢ.
 
+use twinrig_compliant::Turns;
 use twinrig_compliant::lanes::Lanes;
 
-use super::chain::Turns;
 use super::elimination::{PLANE, PlaneShare};
 use super::model::Legs;
 
