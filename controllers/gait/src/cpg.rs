@@ -253,15 +253,19 @@ impl Process for Cpg {
             [FREQUENCY, COUPLING].map(|index| self.variables[index].value());
         self.state.oscillators.advance(seconds, frequency, coupling);
 
-        let mut ends = self.ends;
         let ramp_fraction = self.ramp_fraction();
-        if ramp_fraction < 1.0 {
+        let ramped;
+        let ends = if ramp_fraction < 1.0 {
             let step_length = ramp_fraction * self.variables[STEP_LENGTH].value();
             let crouch = (1.0 - ramp_fraction) * self.variables[CROUCH].value();
-            for (locus, _) in &mut ends {
-                *locus = locus.with_step_length(step_length).with_lowered_hip(crouch);
-            }
-        }
+            ramped = self.ends.map(|(locus, duty)| {
+                let locus = locus.with_step_length(step_length);
+                (locus.with_lowered_hip(crouch), duty)
+            });
+            &ramped
+        } else {
+            &self.ends
+        };
         let State {
             oscillators,
             commands,
@@ -277,7 +281,9 @@ impl Process for Cpg {
         for ((leg, (limb, command)), output) in active.zip(outputs.chunks_exact_mut(2)) {
             let (locus, duty) = &ends[limb.corner.end()];
             let target = locus.point(duty.phase(oscillators.turn(leg)));
-            *out_of_reach += u64::from(limb.command(target, command));
+            let outside;
+            (*command, outside) = limb.command(target);
+            *out_of_reach += u64::from(outside);
             output.copy_from_slice(command);
         }
         if self.abduction != Abduction::None {

@@ -68,24 +68,13 @@ impl Limb {
         Port::output(name, Unit::Radian, 1)
     }
 
-    /// Writes the hip and knee angles \[rad\] that bring the foot to `target` \[m\], or to the
-    /// nearest point in the leg's reach; returns whether it is out of reach. If there is no
-    /// solution, `command` is unchanged.
+    /// Returns the hip and knee angles \[rad\] that bring the foot to `target` \[m\], or to the
+    /// nearest point in the leg's reach, and whether it is out of reach.
     #[inline]
-    pub(crate) fn command(&self, target: [f64; 2], command: &mut [f64; 2]) -> bool {
+    pub(crate) fn command(&self, target: [f64; 2]) -> ([f64; 2], bool) {
         let [x, z] = target.map(|coordinate| coordinate.clamp(-TARGET_MAX, TARGET_MAX));
-        let target = Planar::new(x, z);
-        let (solution, outside) = match self.pantograph.inverse_closed(target) {
-            Ok(solution) => (Ok(solution), false),
-            Err(_) => (
-                self.pantograph
-                    .inverse_closed(self.pantograph.nearest_reachable(target)),
-                true,
-            ),
-        };
-        if let Ok(LegCommand { hip, knee }) = solution {
-            *command = [hip, knee];
-        }
-        outside
+        let (LegCommand { hip, knee }, outside) =
+            self.pantograph.inverse_nearest(Planar::new(x, z));
+        ([hip, knee], outside)
     }
 }

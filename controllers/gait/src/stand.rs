@@ -77,7 +77,7 @@ impl Stand {
                 self.variables[2 + end].value(),
                 -self.variables[end].value(),
             ];
-            limb.command(target, command);
+            (*command, _) = limb.command(target);
         }
     }
 }

@@ -1,8 +1,11 @@
 //! The compliant flow as the dynamics of a plant.
 
 use nalgebra::{Matrix3, Vector3};
+use twinrig_contact::Surface;
 use twinrig_kernel::SimTime;
-use twinrig_legged::{DriveModels, Dynamics, PartFault, Posture, Readings, StepInputs};
+use twinrig_legged::{
+    DriveModels, Dynamics, FootMotion, LEGS, PartFault, Posture, Readings, StepInputs,
+};
 use twinrig_runtime::{EnergyBalance, PlantEvent, PlantState, WorkCounts};
 
 use crate::flow::{Equations, Flow};
@@ -67,26 +70,16 @@ impl<E: Equations> Readings for Flow<E> {
         self.equations.angles(&self.state, leg)
     }
 
-    fn foot_position(&self, leg: usize) -> Vector3<f64> {
-        self.equations.foot(&self.state, leg)[0].into()
+    fn feet(&self) -> [FootMotion; LEGS] {
+        self.equations.feet(&self.state)
     }
 
-    fn foot_velocity(&self, leg: usize) -> Vector3<f64> {
-        self.equations.foot(&self.state, leg)[1].into()
+    fn surfaces(&self, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
+        self.equations.surfaces(&self.state, feet)
     }
 
     fn ground_impulse(&self, leg: usize) -> [f64; 3] {
         self.sums.ground.map(|quad| quad.0[leg])
-    }
-
-    fn ground_normal(&self, leg: usize) -> Vector3<f64> {
-        let nearest = self.equations.nearest(&self.state, leg);
-        nearest.map_or_else(Vector3::z, |(_, normal)| normal)
-    }
-
-    fn clearance(&self, leg: usize) -> f64 {
-        let nearest = self.equations.nearest(&self.state, leg);
-        nearest.map_or(f64::INFINITY, |(gap, _)| gap)
     }
 }
 

@@ -4,14 +4,18 @@ use std::fmt::Debug;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use twinrig_legged::{DriveModels, Ledger, LegPosture, PartFault, Posture, StepInputs, Stored};
+use twinrig_contact::Surface;
+use twinrig_legged::{
+    DriveModels, FootMotion, LEGS, Ledger, LegPosture, PartFault, Posture, StepInputs, Stored,
+    surfaces_below,
+};
 use twinrig_runtime::PlantState;
 
 use crate::commands::Commands;
 use crate::flows::Flows;
 use crate::frame::{into_world, rotation};
 use crate::lanes::{Features, Quad};
-use crate::rk4::{StepControl, TooStiff};
+use crate::rk4::{StepControl, StepError};
 use crate::servo::DriveLaws;
 
 /// Motion of the trunk in memory.
@@ -115,11 +119,14 @@ pub trait Equations: Clone + Send {
     /// Advances a state with error control.
     ///
     /// # Errors
-    /// [`TooStiff`]; the state is undefined then.
-    fn step(&self, features: Features, step: Step<'_, Self>) -> Result<(), TooStiff>;
+    /// [`StepError`]; the state is undefined then.
+    fn step(&self, features: Features, step: Step<'_, Self>) -> Result<(), StepError>;
 
     /// Returns kinetic, spring and gravity energy \[J\]; the springs include the elements.
     fn stored(&self, features: Features, state: &Self::State) -> Stored;
+
+    /// Returns the energy that lifts the moving masses by the length of a leg \[J\].
+    fn energy_scale(&self) -> f64;
 
     /// Returns the greatest depth of a compressed element \[m\].
     fn greatest_depth(&self, features: Features, state: &Self::State) -> f64;
@@ -135,6 +142,35 @@ pub trait Equations: Clone + Send {
 
     /// Returns position and velocity of the foot of a leg, world frame.
     fn foot(&self, state: &Self::State, leg: usize) -> [[f64; 3]; 2];
+
+    /// Returns the motion of the feet of all legs.
+    fn feet(&self, state: &Self::State) -> [FootMotion; LEGS] {
+        let mut feet = [FootMotion::default(); LEGS];
+        for (leg, foot) in feet
+            .iter_mut()
+            .enumerate()
+            .take(self.hip_references().len())
+        {
+            let [position, velocity] = self.foot(state, leg).map(Into::into);
+            *foot = FootMotion { position, velocity };
+        }
+        feet
+    }
+
+    /// Returns the ground below each leg.
+    fn surfaces(&self, state: &Self::State, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
+        let mut surfaces = surfaces_below(None, feet);
+        for (leg, surface) in surfaces
+            .iter_mut()
+            .enumerate()
+            .take(self.hip_references().len())
+        {
+            if let Some((gap, normal)) = self.nearest(state, leg) {
+                *surface = Surface { gap, normal };
+            }
+        }
+        surfaces
+    }
 
     /// Returns gap \[m\] and ground normal of the contact point of a leg that is nearest to the
     /// ground; none without ground.
@@ -161,6 +197,30 @@ pub trait Equations: Clone + Send {
     ) -> Result<(Self::State, Vec<String>), PartFault>;
 }
 
+/// Greatest residual of the energy balance as a share of the energy exchanged, and, as a share of the
+/// reference energy, the residual below which it is no error.
+const RESIDUAL_MAX: f64 = 0.1;
+const RESIDUAL_FLOOR: f64 = 0.02;
+
+/// Failure of a step.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum FlowError {
+    /// The substeps fail.
+    #[error(transparent)]
+    Step(#[from] StepError),
+    /// The energy balance does not close.
+    #[error(
+        "steps of {:.3} ms are unstable or too long: {residual:.3e} J of energy are not accounted for",
+        1e3 * seconds
+    )]
+    Energy {
+        /// Length of the step \[s\].
+        seconds: f64,
+        /// Residual of the energy balance \[J\].
+        residual: f64,
+    },
+}
+
 /// Equations and state of a plant.
 #[derive(Debug, Clone)]
 pub struct Flow<E: Equations> {
@@ -184,7 +244,6 @@ pub struct Flow<E: Equations> {
     features: Features,
     /// Energy of the rotors at the start \[J\].
     rotors_at_start: f64,
-    steps: u64,
 }
 
 /// Serialised state of a compliant plant.
@@ -195,7 +254,6 @@ pub struct SavedCompliant {
     control: StepControl,
     ledger: Ledger,
     rotors_at_start: f64,
-    steps: u64,
     step_seconds: f64,
 }
 
@@ -227,7 +285,6 @@ impl<E: Equations> Flow<E> {
             step_seconds: 0.0,
             features,
             rotors_at_start: 0.0,
-            steps: 0,
         };
         flow.rotors_at_start = flow.rotors();
         flow
@@ -247,9 +304,10 @@ impl<E: Equations> Flow<E> {
     /// Advances by `seconds`.
     ///
     /// # Errors
-    /// [`TooStiff`]; everything is as before then.
-    pub fn step(&mut self, seconds: f64) -> Result<(), TooStiff> {
-        let (state, slope, sums, control) = (self.state, self.slope, self.sums, self.control);
+    /// [`FlowError`]; everything is as before then.
+    pub fn step(&mut self, seconds: f64) -> Result<(), FlowError> {
+        let (state, slope, sums) = (self.state, self.slope, self.sums);
+        let (control, ledger) = (self.control, self.ledger);
         let done = self.equations.step(
             self.features,
             Step {
@@ -261,24 +319,44 @@ impl<E: Equations> Flow<E> {
                 seconds,
             },
         );
-        if let Err(error) = done {
-            (self.state, self.slope, self.sums, self.control) = (state, slope, sums, control);
+        self.close_ledger();
+        let done = done.map_err(FlowError::from);
+        if let Err(error) = done.and_then(|()| self.check_energy(seconds)) {
+            (self.state, self.slope, self.sums) = (state, slope, sums);
+            (self.control, self.ledger) = (control, ledger);
             return Err(error);
         }
         self.sums_before = sums;
         let before = self.equations.driven(&state);
         self.rates_before = [before.hip_rate, before.pulley_rate];
         self.step_seconds = seconds;
-        self.steps += 1;
+        Ok(())
+    }
+
+    /// Updates the energy balance.
+    fn close_ledger(&mut self) {
         let sum = |quad: Quad| {
             let [a, b, c, d] = quad.0;
             (a + b) + (c + d)
         };
+        // The work into the rotors is their energy, exactly.
         self.ledger.actuator = sum(self.sums.actuator) + self.rotors() - self.rotors_at_start;
         self.ledger.dissipated = sum(self.sums.dissipated);
         let stored = self.stored();
         self.ledger.close_step(stored);
-        Ok(())
+    }
+
+    /// Checks that the energy balance closes: steps beyond the limit of stability gain energy.
+    fn check_energy(&self, seconds: f64) -> Result<(), FlowError> {
+        let balance = self.ledger.balance();
+        let reference = balance.kinetic + balance.spring + self.equations.energy_scale();
+        let most = (RESIDUAL_MAX * balance.exchanged).max(RESIDUAL_FLOOR * reference);
+        // The form of the comparison rejects NaN.
+        if balance.residual.abs() <= most {
+            return Ok(());
+        }
+        let residual = balance.residual;
+        Err(FlowError::Energy { seconds, residual })
     }
 
     /// Computes the slope at the end of the last step again.
@@ -371,7 +449,6 @@ impl<E: Equations> Flow<E> {
             control: self.control,
             ledger: self.ledger,
             rotors_at_start: self.rotors_at_start,
-            steps: self.steps,
             step_seconds: self.step_seconds,
         }
     }
@@ -388,7 +465,7 @@ impl<E: Equations> Flow<E> {
         self.visit(&mut |quad| *quad = numbers.next().unwrap_or(*quad));
         self.control = saved.control;
         (self.ledger, self.rotors_at_start) = (saved.ledger, saved.rotors_at_start);
-        (self.steps, self.step_seconds) = (saved.steps, saved.step_seconds);
+        self.step_seconds = saved.step_seconds;
         self.slope = None;
         if saved.slope_known {
             self.renew_slope();

@@ -19,10 +19,10 @@ mod servo;
 
 pub use commands::Commands;
 pub use element::{Element, Press};
-pub use flow::{DriveState, Equations, Flow, SavedCompliant, Step, TrunkState};
+pub use flow::{DriveState, Equations, Flow, FlowError, SavedCompliant, Step, TrunkState};
 pub use flows::Flows;
 pub use friction::{Approach, Grip, Sole};
 pub use ground::{Below, Footforce, Point, TrunkMotion, broadcast};
 pub use pantograph::{Depths, Internal, Joints, PantographConstants, Pantographs, Turns};
-pub use rk4::{StepControl, StepWork, System, TooStiff};
+pub use rk4::{StepControl, StepError, StepWork, System};
 pub use servo::{DriveLaws, ServoLaw};

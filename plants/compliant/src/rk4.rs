@@ -60,13 +60,25 @@ pub struct StepWork {
     pub rejected: u64,
 }
 
-/// The tolerance requires substeps that are too short.
+/// Failure of a step.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error(
-    "the tolerance requires substeps below {SUBSTEP_MIN:e} s: a constraint, damping or mass is too \
-     stiff for an explicit method"
-)]
-pub struct TooStiff;
+pub enum StepError {
+    /// The tolerance requires substeps that are too short.
+    #[error(
+        "the tolerance requires substeps below {SUBSTEP_MIN:e} s: a constraint, damping or mass is \
+         too stiff for an explicit method"
+    )]
+    TooStiff,
+    /// The state diverges, without error control.
+    #[error(
+        "a step of {seconds:e} s diverges: it is beyond the limit of stability; choose a tolerance or \
+         a shorter step"
+    )]
+    Diverged {
+        /// Length of the step \[s\].
+        seconds: f64,
+    },
+}
 
 impl StepControl {
     /// Creates the control for a tolerance \[m\].
@@ -87,7 +99,7 @@ impl StepControl {
     /// one at the end.
     ///
     /// # Errors
-    /// [`TooStiff`]; the state is then that after the last accepted substep.
+    /// [`StepError`]; the state is then that after the last accepted substep.
     #[inline(always)]
     pub fn advance<F: System>(
         &mut self,
@@ -95,7 +107,7 @@ impl StepControl {
         state: &mut F::State,
         slope: &mut Option<F::Slope>,
         seconds: f64,
-    ) -> Result<(), TooStiff> {
+    ) -> Result<(), StepError> {
         let mut time = 0.0;
         let mut k1 = match slope.take() {
             Some(slope) => slope,
@@ -126,6 +138,9 @@ impl StepControl {
                 time = end;
             } else {
                 self.work.rejected += 1;
+                if self.tolerance.is_infinite() {
+                    return Err(StepError::Diverged { seconds: h });
+                }
             }
             let growth = Self::growth(ratio);
             // A substep cut short by the end of the step says nothing against a longer one.
@@ -136,7 +151,7 @@ impl StepControl {
                 h * growth
             };
             if self.substep < SUBSTEP_MIN && self.substep < rest {
-                return Err(TooStiff);
+                return Err(StepError::TooStiff);
             }
         }
         *slope = Some(k1);

@@ -150,6 +150,14 @@ fn in_flight(bencher: Bencher, method: &str) {
     );
 }
 
+/// Observation of all signals.
+#[divan::bench]
+fn observation(bencher: Bencher) {
+    let robot = robot();
+    let mut harness = build(&robot, &setup_of_trot(&robot), Method::Moreau);
+    bencher.bench_local(|| harness.observe()[0]);
+}
+
 /// Construction of the plant.
 #[divan::bench]
 fn building(bencher: Bencher) {

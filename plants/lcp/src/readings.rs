@@ -1,17 +1,25 @@
-//! Measurements of a flow.
+//! Measurements of the plant.
 
 use nalgebra::{Matrix3, Vector3};
-use twinrig_legged::Readings;
+use twinrig_contact::Surface;
+use twinrig_legged::{FootMotion, LEGS, Readings, surfaces_below};
 use twinrig_runtime::EnergyBalance;
 
 use crate::articulated::{into_world, rotation};
+use crate::constants::Constants;
 use crate::flow::{Flow, ImpulseSums};
+use crate::model::Model;
 use crate::real::{Lanes, Real};
 use crate::site::{Footing, Site};
+use crate::state::State;
+use crate::trunk::cross;
+
+/// Vectors of all legs.
+type Vectors = [Lanes; 3];
 
 impl<const N: usize> Flow<N> {
     /// Returns a contact point of one leg; computes this leg only.
-    fn site(&self, leg: usize, links: usize) -> Site<f64, N> {
+    pub(crate) fn site(&self, leg: usize, links: usize) -> Site<f64, N> {
         let of = |lanes: &[Lanes; N]| lanes.map(|lane| lane.lane(leg));
         let turns = of(&self.state.angles).map(Real::sin_cos);
         let (sines, cosines) = (turns.map(|(sine, _)| sine), turns.map(|(_, cosine)| cosine));
@@ -22,21 +30,6 @@ impl<const N: usize> Flow<N> {
             0,
             links,
         )
-    }
-
-    /// Returns gap \[m\] and ground normal of the contact point of a leg that is nearest to the
-    /// ground.
-    fn nearest(&self, leg: usize) -> Option<(f64, Vector3<f64>)> {
-        let ground = self.model.ground.as_ref()?;
-        let upright = rotation(self.state.attitude);
-        let points = (3..=N).map(|links| {
-            let point = self
-                .site(leg, links)
-                .in_world(self.state.position, &upright);
-            let below = ground.below(&Vector3::from(point));
-            (below.gap, below.normal)
-        });
-        points.reduce(|a, b| if b.0 < a.0 { b } else { a })
     }
 
     /// Returns gap and velocity of a contact point relative to the ground; none without ground.
@@ -116,28 +109,111 @@ impl<const N: usize> Readings for Flow<N> {
         std::array::from_fn(|i| self.state.angles[i].lane(leg))
     }
 
-    fn foot_position(&self, leg: usize) -> Vector3<f64> {
-        let upright = rotation(self.state.attitude);
-        self.site(leg, 3)
-            .in_world(self.state.position, &upright)
-            .into()
+    fn feet(&self) -> [FootMotion; LEGS] {
+        feet(&self.model, &self.state)
     }
 
-    fn foot_velocity(&self, leg: usize) -> Vector3<f64> {
-        let upright = rotation(self.state.attitude);
-        into_world(&upright, self.site(leg, 3).velocity).into()
+    fn surfaces(&self, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
+        surfaces(&self.model, &self.state, feet)
     }
 
     fn ground_impulse(&self, leg: usize) -> [f64; 3] {
         self.impulse_sums.ground[leg]
     }
+}
 
-    fn ground_normal(&self, leg: usize) -> Vector3<f64> {
-        self.nearest(leg)
-            .map_or_else(Vector3::z, |(_, normal)| normal)
+/// Returns position and velocity of the ends of the first `links` links of all legs, world
+/// frame. A [`Site`](crate::site::Site) has the same for one leg.
+fn link_ends<const N: usize>(
+    legs: &Constants<Lanes, N>,
+    state: &State<Lanes, N>,
+    links: usize,
+) -> [Vectors; 2] {
+    let mut point = legs.hip;
+    let mut relative = [Lanes::zero(); 3];
+    for i in 0..links {
+        // The method of `Lanes` itself has other bits.
+        let (sine, cosine) = Real::sin_cos(state.angles[i]);
+        let [forward, up] = [legs.links[i] * cosine, legs.links[i] * sine];
+        point[0] += up;
+        point[2] -= forward;
+        relative[0] += forward * state.rates[i];
+        relative[2] += up * state.rates[i];
     }
+    let [carried, turning] = [state.velocity, state.turning].map(|v| v.map(Lanes::splat));
+    let rotational = cross(turning, point);
+    let velocity = std::array::from_fn(|i| carried[i] + rotational[i] + relative[i]);
+    let rotation = rotation(state.attitude).map(|row| row.map(Lanes::splat));
+    let offset = into_world(&rotation, point);
+    let position = std::array::from_fn(|i| Lanes::splat(state.position[i]) + offset[i]);
+    [position, into_world(&rotation, velocity)]
+}
 
-    fn clearance(&self, leg: usize) -> f64 {
-        self.nearest(leg).map_or(f64::INFINITY, |(gap, _)| gap)
+/// Returns the motion of all feet in a state.
+pub(crate) fn feet<const N: usize>(
+    model: &Model<N>,
+    state: &State<Lanes, N>,
+) -> [FootMotion; LEGS] {
+    foot_motions(&link_ends(&model.side_by_side, state, 3))
+}
+
+/// Returns the ground below each leg: of foot and toe, the point nearer to the ground is the contact
+/// point.
+pub(crate) fn surfaces<const N: usize>(
+    model: &Model<N>,
+    state: &State<Lanes, N>,
+    feet: &[FootMotion; LEGS],
+) -> [Surface; LEGS] {
+    let ground = model.ground.as_ref();
+    let mut surfaces = surfaces_below(ground, feet);
+    for links in 4..=N {
+        let tips = foot_motions(&link_ends(&model.side_by_side, state, links));
+        for (surface, below) in surfaces.iter_mut().zip(surfaces_below(ground, &tips)) {
+            if below.gap < surface.gap {
+                *surface = below;
+            }
+        }
+    }
+    surfaces
+}
+
+/// Converts positions and velocities in lanes.
+fn foot_motions(ends: &[Vectors; 2]) -> [FootMotion; LEGS] {
+    let [position, velocity] = ends.map(|vectors| vectors.map(Lanes::to_array));
+    std::array::from_fn(|leg| FootMotion {
+        position: position.map(|lanes| lanes[leg]).into(),
+        velocity: velocity.map(|lanes| lanes[leg]).into(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use twinrig_legged::{Base, Drives};
+
+    use super::*;
+    use crate::fixtures::{HARD, flat, flow, robot, tumbling};
+
+    #[test]
+    fn feet_of_all_legs_match_the_contact_points_of_each() {
+        let mut flow = flow::<4>(&robot(), Base::Free, HARD, Drives::None, Some(flat()));
+        tumbling(&mut flow);
+        for angle in &mut flow.state.angles {
+            *angle += Lanes::new([0.0, 0.7, -1.4, 2.1]);
+        }
+        let rotation = rotation(flow.state.attitude);
+        let feet = flow.feet();
+        let surfaces = flow.surfaces(&feet);
+        for leg in 0..LEGS {
+            let sites = [3, 4].map(|links| flow.site(leg, links));
+            let [foot, tip] = sites.map(|site| site.in_world(flow.state.position, &rotation));
+            let velocity = into_world(&rotation, sites[0].velocity);
+            assert_eq!(feet[leg].position, Vector3::from(foot));
+            assert_eq!(feet[leg].velocity, Vector3::from(velocity));
+            assert_eq!(surfaces[leg].gap, foot[2].min(tip[2]));
+        }
+        assert!(
+            (0..LEGS).any(|leg| surfaces[leg].gap < feet[leg].position.z),
+            "a toe is below its foot"
+        );
     }
 }

@@ -233,14 +233,40 @@ impl Pantograph {
     /// [`LegError::OutOfReach`], [`LegError::NotFinite`].
     pub fn inverse_closed(&self, foot: Planar) -> Result<LegCommand, LegError> {
         let length = checked_length(foot)?;
-        let (least, greatest) = (self.length_min, self.length_max);
-        if length < least - ROUNDING || length > greatest + ROUNDING {
+        if !self.reaches(length) {
             return Err(LegError::OutOfReach {
                 length,
-                least,
-                greatest,
+                least: self.length_min,
+                greatest: self.length_max,
             });
         }
+        Ok(self.command_at(foot, length))
+    }
+
+    /// Solves the same for the reachable point nearest to `foot`; returns also whether `foot`
+    /// itself is out of reach.
+    #[inline]
+    pub fn inverse_nearest(&self, foot: Planar) -> (LegCommand, bool) {
+        let length = foot.norm();
+        let is_outside = !self.reaches(length);
+        let (foot, length) = if is_outside {
+            let nearest = self.nearest_reachable(foot);
+            (nearest, nearest.norm())
+        } else {
+            (foot, length)
+        };
+        (self.command_at(foot, length), is_outside)
+    }
+
+    /// Returns whether a distance from hip to foot is in the range of the closed pantograph.
+    #[inline]
+    fn reaches(&self, length: f64) -> bool {
+        (self.length_min - ROUNDING..=self.length_max + ROUNDING).contains(&length)
+    }
+
+    /// Returns the command that places the foot, with its distance from the hip.
+    #[inline]
+    fn command_at(&self, foot: Planar, length: f64) -> LegCommand {
         // First and distal segment act as one link of length `a`. The foot is at (along, across) in
         // its frame, and the hip angle rotates this to the requested position: one arc tangent.
         let a = self.l1 + self.b;
@@ -253,10 +279,10 @@ impl Pantograph {
             foot.x * across - foot.y * along,
         );
         let cable = sqrt(self.l1 * self.l1 + self.l2 * self.l2 + 2.0 * self.l1 * self.l2 * cosine);
-        Ok(LegCommand {
+        LegCommand {
             hip: hip - self.hip_ref,
             knee: (self.cable_max - cable) / self.pulley_radius,
-        })
+        }
     }
 
     /// Solves the inverse kinematics with the distal segment rotated by `opening` \[rad\] against

@@ -195,6 +195,16 @@ proptest! {
     }
 
     #[test]
+    fn nearest_command_is_that_of_the_foot_or_of_the_nearest_point(x in -0.3..0.3_f64, z in -0.3..0.3_f64) {
+        let foot = Planar::new(x, z);
+        let closed = leg().inverse_closed(foot);
+        let (command, is_outside) = leg().inverse_nearest(foot);
+        prop_assert_eq!(is_outside, closed.is_err());
+        let nearest = || leg().inverse_closed(leg().nearest_reachable(foot)).unwrap();
+        prop_assert_eq!(command, closed.unwrap_or_else(|_| nearest()));
+    }
+
+    #[test]
     fn cable_lever_is_minus_derivative_of_cable_length(q2 in -1.5..-0.05_f64) {
         let h = 1e-6;
         let slope = (leg().cable_of_knee(q2 + h) - leg().cable_of_knee(q2 - h)) / (2.0 * h);

@@ -61,7 +61,7 @@ pub use error::{LeggedError, positive};
 pub use ledger::{Ledger, NegativeDissipation, Stored};
 pub use plant::LeggedPlant;
 pub use posture::{LegPosture, Posture};
-pub use readings::Readings;
+pub use readings::{FootMotion, Readings, surfaces_below};
 pub use segment::Segment;
 pub use set_points::{Ramp, SetPoint, SetPoints};
 pub use setup::{Base, DriveModels, Drives, Motors, Servos, Setup};

@@ -1,14 +1,26 @@
 //! Measurements of a plant.
 
 use nalgebra::{Matrix3, Vector3};
+use twinrig_contact::{Ground, Surface};
 use twinrig_runtime::EnergyBalance;
+
+use crate::LEGS;
+
+/// Motion of a foot, world frame.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FootMotion {
+    /// \[m\]
+    pub position: Vector3<f64>,
+    /// \[m/s\]
+    pub velocity: Vector3<f64>,
+}
 
 /// Measurements of a plant at one instant: world axes (x forward, y left, z up) and SI units unless
 /// stated otherwise.
 ///
-/// [`Signals::write`](crate::Signals::write) calls only the methods of selected signals. Legs are
-/// indexed in the order of the ports. Measurements that require drives or ground are not called
-/// without them.
+/// [`Signals::write`](crate::Signals::write) calls only the methods of selected signals, and those
+/// that return the measurements of all legs once per observation. Legs are indexed in the order of
+/// the ports. Measurements that require drives or ground are not called without them.
 pub trait Readings {
     /// Returns the position of the trunk's centre of mass \[m\].
     fn position(&self) -> Vector3<f64>;
@@ -53,18 +65,24 @@ pub trait Readings {
     /// down \[rad\].
     fn angles(&self, leg: usize) -> [f64; 3];
 
-    /// Returns the position of the foot \[m\].
-    fn foot_position(&self, leg: usize) -> Vector3<f64>;
+    /// Returns the motion of all feet; entries beyond the last leg are unused.
+    fn feet(&self) -> [FootMotion; LEGS];
 
-    /// Returns the velocity of the foot \[m/s\].
-    fn foot_velocity(&self, leg: usize) -> Vector3<f64>;
+    /// Returns the ground below each leg, whose feet are at `feet`: the clearance of its contact
+    /// point above the ground, along the normal \[m\], and the normal.
+    fn surfaces(&self, feet: &[FootMotion; LEGS]) -> [Surface; LEGS];
 
     /// Returns the impulse of the ground on the leg since the start \[N·s\].
     fn ground_impulse(&self, leg: usize) -> [f64; 3];
+}
 
-    /// Returns the ground normal below the foot.
-    fn ground_normal(&self, leg: usize) -> Vector3<f64>;
-
-    /// Returns the clearance of the foot above the ground, along the normal \[m\].
-    fn clearance(&self, leg: usize) -> f64;
+/// Returns the ground below each foot; without ground, a level one at infinite distance.
+pub fn surfaces_below(ground: Option<&Ground>, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
+    feet.map(|foot| match ground {
+        Some(ground) => ground.below(&foot.position),
+        None => Surface {
+            gap: f64::INFINITY,
+            normal: Vector3::z(),
+        },
+    })
 }

@@ -1,11 +1,12 @@
 //! Signals of the plants: names, units, sizes and output of values.
 
 use libm::{asin, atan2};
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use twinrig_kernel::{Direction, Port, SimTime, Unit, signal};
 use twinrig_runtime::PlantFault;
 
-use crate::readings::Readings;
+use crate::LEGS;
+use crate::readings::{FootMotion, Readings};
 use crate::setup::{Drives, Setup};
 use crate::window::Window;
 
@@ -18,14 +19,6 @@ enum BodySignal {
     Velocity,
     AngularVelocity,
 }
-
-const BODY: [BodySignal; 5] = [
-    BodySignal::Position,
-    BodySignal::Orientation,
-    BodySignal::Rpy,
-    BodySignal::Velocity,
-    BodySignal::AngularVelocity,
-];
 
 /// Measurement of one leg, in the order of [`signal::LEG`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,15 +36,6 @@ enum LegSignal {
     FootLoad,
     FootForce,
     FootClearance,
-}
-
-/// Selected measurement.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Signal {
-    Body(BodySignal),
-    /// With the index in [`signal::ENERGY`].
-    Energy(usize),
-    Leg(usize, LegSignal),
 }
 
 const LEG: [LegSignal; 13] = [
@@ -91,8 +75,12 @@ const OF_MOTORS: [LegSignal; 2] = [LegSignal::HipRate, LegSignal::KneeRate];
 /// Inputs and selected measurements of a plant, in the order of the ports.
 #[derive(Debug, Clone)]
 pub struct Signals {
-    selected: Vec<Signal>,
-    energy: bool,
+    body: [bool; signal::BODY.len()],
+    energy: [bool; signal::ENERGY.len()],
+    /// Selection of each leg.
+    legs: Vec<[bool; LEG.len()]>,
+    /// Measurements selected for any leg.
+    any_leg: [bool; LEG.len()],
     ports: Vec<Port>,
 }
 
@@ -115,36 +103,33 @@ impl Signals {
                 }
             }
         }
-        let mut signals = Vec::new();
-        let body = signal::BODY.iter().zip(BODY.map(Signal::Body));
-        let energy = signal::ENERGY.iter().zip((0..).map(Signal::Energy));
-        for (standard, signal) in body.chain(energy) {
-            if selected(standard.name) {
-                ports.push(standard.output());
-                signals.push(signal);
+        let mut select = |exists: bool, port: Port| {
+            let is_selected = exists && selected(&port.name);
+            if is_selected {
+                ports.push(port);
             }
-        }
+            is_selected
+        };
+        let body = signal::BODY.map(|standard| select(true, standard.output()));
+        let energy = signal::ENERGY.map(|standard| select(true, standard.output()));
         let motors = matches!(setup.drives, Drives::Motors { .. });
         let exists = |signal: &LegSignal| {
             (ground || !ON_GROUND.contains(signal))
                 && (drives || !OF_DRIVES.contains(signal))
                 && (motors || !OF_MOTORS.contains(signal))
         };
-        for (i, leg) in legs.iter().enumerate() {
-            for (standard, signal) in signal::LEG.iter().zip(LEG) {
-                let port = standard.output_of_leg(leg);
-                if exists(&signal) && selected(&port.name) {
-                    ports.push(port);
-                    signals.push(Signal::Leg(i, signal));
-                }
-            }
-        }
-        let energy = signals
-            .iter()
-            .any(|signal| matches!(signal, Signal::Energy(_)));
+        let of_leg = |leg: &&str| {
+            LEG.map(|signal| {
+                let port = signal::LEG[signal as usize].output_of_leg(leg);
+                select(exists(&signal), port)
+            })
+        };
+        let legs: Vec<_> = legs.iter().map(of_leg).collect();
         Self {
-            selected: signals,
+            body,
             energy,
+            any_leg: LEG.map(|signal| legs.iter().any(|leg| leg[signal as usize])),
+            legs,
             ports,
         }
     }
@@ -188,18 +173,78 @@ impl Signals {
         now_s: f64,
         outputs: &mut [f64],
     ) {
-        let balance = if self.energy {
-            readings.energy().values()
-        } else {
-            [0.0; 8]
+        let mut outputs = Outputs {
+            values: outputs,
+            written: 0,
         };
-        let mut rest = outputs;
-        for signal in &self.selected {
-            rest = match *signal {
-                Signal::Body(body) => body.write(readings, rest),
-                Signal::Energy(index) => put(&[balance[index]], rest),
-                Signal::Leg(leg, signal) => signal.write(readings, leg, window, now_s, rest),
+        self.write_body(readings, &mut outputs);
+        if self.energy.contains(&true) {
+            let balance = readings.energy().values();
+            for (selected, value) in self.energy.iter().zip(balance) {
+                outputs.put_if(*selected, || [value]);
+            }
+        }
+        self.write_legs(readings, window, now_s, &mut outputs);
+    }
+
+    fn write_body(&self, readings: &(impl Readings + ?Sized), outputs: &mut Outputs<'_>) {
+        let selected = |signal: BodySignal| self.body[signal as usize];
+        outputs.put_if(selected(BodySignal::Position), || {
+            readings.position().into()
+        });
+        outputs.put_if(selected(BodySignal::Orientation), || readings.attitude());
+        outputs.put_if(selected(BodySignal::Rpy), || {
+            roll_pitch_yaw(&readings.rotation())
+        });
+        outputs.put_if(selected(BodySignal::Velocity), || {
+            readings.velocity().into()
+        });
+        outputs.put_if(selected(BodySignal::AngularVelocity), || {
+            readings.angular_velocity().into()
+        });
+    }
+
+    fn write_legs(
+        &self,
+        of: &(impl Readings + ?Sized),
+        window: &Window,
+        now_s: f64,
+        outputs: &mut Outputs<'_>,
+    ) {
+        use LegSignal as S;
+        let any = |signals: &[S]| signals.iter().any(|signal| self.any_leg[*signal as usize]);
+        let on_surface = any(&[S::FootLoad, S::FootClearance]);
+        let feet = if on_surface || any(&[S::FootPosition, S::FootVelocity]) {
+            of.feet()
+        } else {
+            [FootMotion::default(); LEGS]
+        };
+        let surfaces = on_surface.then(|| of.surfaces(&feet));
+        for (leg, selected) in self.legs.iter().enumerate() {
+            let selected = |signal: S| selected[signal as usize];
+            outputs.put_if(selected(S::HipPosition), || [of.hip(leg)]);
+            outputs.put_if(selected(S::HipRate), || [of.hip_rate(leg)]);
+            outputs.put_if(selected(S::HipTorque), || [of.hip_torque(leg)]);
+            outputs.put_if(selected(S::KneePosition), || [of.pulley(leg)]);
+            outputs.put_if(selected(S::KneeRate), || [of.pulley_rate(leg)]);
+            outputs.put_if(selected(S::KneeTorque), || [of.knee_torque(leg)]);
+            outputs.put_if(selected(S::CableTension), || [of.cable_tension(leg)]);
+            outputs.put_if(selected(S::Angles), || of.angles(leg));
+            outputs.put_if(selected(S::FootPosition), || feet[leg].position.into());
+            outputs.put_if(selected(S::FootVelocity), || feet[leg].velocity.into());
+            let force = if selected(S::FootLoad) || selected(S::FootForce) {
+                window.mean_force(leg, &of.ground_impulse(leg), now_s)
+            } else {
+                Vector3::zeros()
             };
+            if let Some(surfaces) = &surfaces {
+                let load = || [force.dot(&surfaces[leg].normal)];
+                outputs.put_if(selected(S::FootLoad), load);
+            }
+            outputs.put_if(selected(S::FootForce), || force.into());
+            if let Some(surfaces) = &surfaces {
+                outputs.put_if(selected(S::FootClearance), || [surfaces[leg].gap]);
+            }
         }
     }
 }
@@ -213,53 +258,20 @@ fn inputs(drives: &Drives) -> &'static [(&'static str, Unit)] {
     }
 }
 
-/// Writes values to the front of a slice and returns the rest.
-fn put<'a>(values: &[f64], outputs: &'a mut [f64]) -> &'a mut [f64] {
-    let (front, rest) = outputs.split_at_mut(values.len());
-    front.copy_from_slice(values);
-    rest
+/// Outputs, of which the first `written` are written.
+struct Outputs<'o> {
+    values: &'o mut [f64],
+    written: usize,
 }
 
-impl BodySignal {
-    fn write<'a>(
-        self,
-        readings: &(impl Readings + ?Sized),
-        outputs: &'a mut [f64],
-    ) -> &'a mut [f64] {
-        match self {
-            Self::Position => put(readings.position().as_slice(), outputs),
-            Self::Orientation => put(&readings.attitude(), outputs),
-            Self::Rpy => put(&roll_pitch_yaw(&readings.rotation()), outputs),
-            Self::Velocity => put(readings.velocity().as_slice(), outputs),
-            Self::AngularVelocity => put(readings.angular_velocity().as_slice(), outputs),
-        }
-    }
-}
-
-impl LegSignal {
-    fn write<'a>(
-        self,
-        of: &(impl Readings + ?Sized),
-        leg: usize,
-        window: &Window,
-        now_s: f64,
-        outputs: &'a mut [f64],
-    ) -> &'a mut [f64] {
-        let mean_force = || window.mean_force(leg, &of.ground_impulse(leg), now_s);
-        match self {
-            Self::HipPosition => put(&[of.hip(leg)], outputs),
-            Self::HipRate => put(&[of.hip_rate(leg)], outputs),
-            Self::HipTorque => put(&[of.hip_torque(leg)], outputs),
-            Self::KneePosition => put(&[of.pulley(leg)], outputs),
-            Self::KneeRate => put(&[of.pulley_rate(leg)], outputs),
-            Self::KneeTorque => put(&[of.knee_torque(leg)], outputs),
-            Self::CableTension => put(&[of.cable_tension(leg)], outputs),
-            Self::Angles => put(&of.angles(leg), outputs),
-            Self::FootPosition => put(of.foot_position(leg).as_slice(), outputs),
-            Self::FootVelocity => put(of.foot_velocity(leg).as_slice(), outputs),
-            Self::FootLoad => put(&[mean_force().dot(&of.ground_normal(leg))], outputs),
-            Self::FootForce => put(mean_force().as_slice(), outputs),
-            Self::FootClearance => put(&[of.clearance(leg)], outputs),
+impl Outputs<'_> {
+    /// Writes the next values, if they are selected.
+    #[inline]
+    fn put_if<const M: usize>(&mut self, selected: bool, values: impl FnOnce() -> [f64; M]) {
+        if selected {
+            let end = self.written + M;
+            self.values[self.written..end].copy_from_slice(&values());
+            self.written = end;
         }
     }
 }

@@ -3,18 +3,20 @@
 use std::cell::RefCell;
 
 use nalgebra::{Matrix3, Vector3};
-use twinrig_contact::{Ground, Terrain};
+use twinrig_contact::{Ground, Surface, Terrain};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
-use twinrig_legged::{Base, Drives, Ledger, Readings, SetPoint, Setup, Signals, Start, Window};
+use twinrig_legged::{
+    Base, Drives, FootMotion, LEGS, Ledger, Readings, SetPoint, Setup, Signals, Start, Window,
+};
 use twinrig_robot::Motor;
 use twinrig_runtime::EnergyBalance;
 
-const LEGS: [&str; 2] = ["LF", "RH"];
+const NAMES: [&str; 2] = ["LF", "RH"];
 
 fn setup(drives: bool, ground: bool) -> Setup {
     Setup {
         base: Base::Free,
-        legs: LEGS.map(str::to_owned).to_vec(),
+        legs: NAMES.map(str::to_owned).to_vec(),
         ground: ground.then(|| Ground::new(Terrain::Flat, 0.6, 0.0).unwrap()),
         step: SimDuration::from_millis(1),
         drives: if drives {
@@ -36,8 +38,8 @@ fn names(signals: &Signals, direction: Direction) -> Vec<&str> {
 #[test]
 fn commands_torques_and_cables_require_drives() {
     let (with, without) = (
-        Signals::new(&LEGS, &setup(true, true), &|_| true),
-        Signals::new(&LEGS, &setup(false, true), &|_| true),
+        Signals::new(&NAMES, &setup(true, true), &|_| true),
+        Signals::new(&NAMES, &setup(false, true), &|_| true),
     );
     assert_eq!(
         names(&with, Direction::Input),
@@ -80,8 +82,8 @@ fn with_motors() -> Setup {
 #[test]
 fn motors_have_voltage_and_bridge_inputs_and_additional_rates() {
     let setup_with_motors = with_motors();
-    let by_servos = Signals::new(&LEGS, &setup(true, true), &|_| true);
-    let by_motors = Signals::new(&LEGS, &setup_with_motors, &|_| true);
+    let by_servos = Signals::new(&NAMES, &setup(true, true), &|_| true);
+    let by_motors = Signals::new(&NAMES, &setup_with_motors, &|_| true);
     let inputs = names(&by_motors, Direction::Input);
     assert_eq!(
         inputs[..4],
@@ -92,7 +94,10 @@ fn motors_have_voltage_and_bridge_inputs_and_additional_rates() {
             "leg/LF/knee/bridge"
         ]
     );
-    assert_eq!(inputs.len(), LEGS.len() * setup_with_motors.drives.inputs());
+    assert_eq!(
+        inputs.len(),
+        NAMES.len() * setup_with_motors.drives.inputs()
+    );
     let mut common = names(&by_motors, Direction::Output);
     common.retain(|name| !name.ends_with("/rate"));
     assert_eq!(common, names(&by_servos, Direction::Output));
@@ -111,7 +116,7 @@ fn motors_have_voltage_and_bridge_inputs_and_additional_rates() {
 
 #[test]
 fn loads_and_clearances_require_ground() {
-    let signals = Signals::new(&LEGS, &setup(true, false), &|_| true);
+    let signals = Signals::new(&NAMES, &setup(true, false), &|_| true);
     for name in names(&signals, Direction::Output) {
         let of_ground = ["foot/load", "foot/force", "foot/clearance"];
         assert!(!of_ground.iter().any(|part| name.contains(part)), "{name}");
@@ -120,7 +125,7 @@ fn loads_and_clearances_require_ground() {
 
 #[test]
 fn non_finite_command_is_reported_by_name() {
-    let signals = Signals::new(&LEGS, &setup(true, true), &|name| name == "body/rpy");
+    let signals = Signals::new(&NAMES, &setup(true, true), &|name| name == "body/rpy");
     let now = SimTime::ZERO + SimDuration::from_millis(3);
     let unused = || panic!("the energy was evaluated without a fault");
     assert!(signals.check_inputs(&[0.0; 4], now, unused).is_ok());
@@ -191,37 +196,68 @@ impl Readings for LoggedReadings {
     fn angles(&self, leg: usize) -> [f64; 3] {
         self.log("angles", [70.0 + leg as f64, 71.0, 72.0])
     }
-    fn foot_position(&self, leg: usize) -> Vector3<f64> {
-        self.log("foot position", Vector3::new(80.0 + leg as f64, 0.0, 0.0))
-    }
-    fn foot_velocity(&self, leg: usize) -> Vector3<f64> {
-        self.log("foot velocity", Vector3::new(90.0 + leg as f64, 0.0, 0.0))
+    fn feet(&self) -> [FootMotion; LEGS] {
+        let foot = |leg: usize| FootMotion {
+            position: Vector3::new(80.0 + leg as f64, 0.0, 0.0),
+            velocity: Vector3::new(90.0 + leg as f64, 0.0, 0.0),
+        };
+        self.log("feet", std::array::from_fn(foot))
     }
     fn ground_impulse(&self, leg: usize) -> [f64; 3] {
         self.log("ground impulse", [3.0, 0.0, 4.0 + leg as f64])
     }
-    fn ground_normal(&self, _: usize) -> Vector3<f64> {
-        self.log("ground normal", Vector3::new(0.6, 0.0, 0.8))
-    }
-    fn clearance(&self, leg: usize) -> f64 {
-        self.log("clearance", 100.0 + leg as f64)
+    fn surfaces(&self, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
+        let below = |foot: FootMotion| Surface {
+            gap: foot.position.x + 20.0,
+            normal: Vector3::new(0.6, 0.0, 0.8),
+        };
+        self.log("surfaces", feet.map(below))
     }
 }
 
 #[test]
 fn only_selected_signals_are_read() {
     let selected = ["body/position", "energy/kinetic", "energy/residual"];
-    let signals = Signals::new(&LEGS, &setup(true, true), &|name| selected.contains(&name));
+    let signals = Signals::new(&NAMES, &setup(true, true), &|name| selected.contains(&name));
     let readings = LoggedReadings::default();
     let mut outputs = [f64::NAN; 5];
     signals.write(&readings, &Window::default(), 1.0, &mut outputs);
     assert_eq!(outputs, [1.0, 2.0, 3.0, 10.0, 17.0]);
-    assert_eq!(readings.0.into_inner(), ["energy", "position"]);
+    assert_eq!(readings.0.into_inner(), ["position", "energy"]);
+}
+
+#[test]
+fn common_measurements_of_all_legs_are_read_once() {
+    let calls = |selected: &[&str]| {
+        let select = |name: &str| selected.iter().any(|part| name.ends_with(part));
+        let signals = Signals::new(&NAMES, &setup(true, true), &select);
+        let readings = LoggedReadings::default();
+        let mut outputs = vec![f64::NAN; Layout::of(signals.ports(), Direction::Output).len()];
+        signals.write(&readings, &Window::default(), 1.0, &mut outputs);
+        readings.0.into_inner()
+    };
+    assert_eq!(calls(&["foot/position", "foot/velocity"]), ["feet"]);
+    assert_eq!(calls(&["LF/foot/clearance"]), ["feet", "surfaces"]);
+    let impulses = ["ground impulse", "ground impulse"];
+    assert_eq!(calls(&["foot/force"]), impulses);
+    let all = ["foot/position", "foot/load", "foot/force", "foot/clearance"];
+    assert_eq!(calls(&all), [["feet", "surfaces"], impulses].concat());
+}
+
+#[test]
+fn legs_may_differ_in_their_selected_signals() {
+    let selected = ["leg/LF/foot/load", "leg/RH/foot/velocity"];
+    let signals = Signals::new(&NAMES, &setup(true, true), &|name| selected.contains(&name));
+    let mut outputs = [f64::NAN; 4];
+    let mut window = Window::default();
+    window.begin(1.0, &[[0.0; 3], [0.0; 3]]);
+    signals.write(&LoggedReadings::default(), &window, 2.0, &mut outputs);
+    assert_eq!(outputs, [0.6 * 3.0 + 0.8 * 4.0, 91.0, 0.0, 0.0]);
 }
 
 #[test]
 fn every_measurement_is_written_to_its_port() {
-    let signals = Signals::new(&LEGS, &setup(true, true), &|_| true);
+    let signals = Signals::new(&NAMES, &setup(true, true), &|_| true);
     let layout = Layout::of(signals.ports(), Direction::Output);
     let mut outputs = vec![f64::NAN; layout.len()];
     let mut window = Window::default();

@@ -120,6 +120,13 @@ fn a_second_of_trot(bencher: Bencher) {
         });
 }
 
+/// Observation of all signals.
+#[divan::bench]
+fn observation(bencher: Bencher) {
+    let mut harness = trot(setup_on(Base::Free), "solve");
+    bencher.bench_local(|| harness.observe()[0]);
+}
+
 /// Construction of the plant, which includes filling the tables.
 #[divan::bench(args = FORCES, sample_count = 10)]
 fn building(bencher: Bencher, force: &str) {

@@ -4,8 +4,9 @@ use std::ops::Add;
 
 use libm::atan2;
 use nalgebra::{Matrix3, Vector3};
+use twinrig_contact::Surface;
 use twinrig_leg::{Planar, Stop};
-use twinrig_legged::Readings;
+use twinrig_legged::{FootMotion, LEGS, Readings, surfaces_below};
 use twinrig_runtime::EnergyBalance;
 
 use crate::flow::Flow;
@@ -18,6 +19,12 @@ impl Islands {
             [flow] => (flow, leg),
             flows => (&flows[leg], 0),
         }
+    }
+
+    /// The flow of each leg, and the leg's index in it.
+    fn legs(&self) -> impl Iterator<Item = (&Flow, usize)> {
+        let flows = self.flows.iter();
+        flows.flat_map(|flow| (0..flow.model.legs.len()).map(move |leg| (flow, leg)))
     }
 
     /// The flow with the trunk; if there are several, the trunk is fixed and the same in all.
@@ -95,33 +102,37 @@ impl Readings for Islands {
         [flow.state.hip(leg), of(second), of(third)]
     }
 
-    fn foot_position(&self, leg: usize) -> Vector3<f64> {
-        let (flow, leg) = self.of(leg);
-        let foot = flow.model.legs[leg].foot_in_trunk(flow.state.foot(leg));
-        flow.state.position() + flow.placement.rotation * foot
+    fn feet(&self) -> [FootMotion; LEGS] {
+        let mut feet = [FootMotion::default(); LEGS];
+        for (foot, (flow, leg)) in feet.iter_mut().zip(self.legs()) {
+            *foot = flow.foot_motion(leg);
+        }
+        feet
     }
 
-    fn foot_velocity(&self, leg: usize) -> Vector3<f64> {
-        let (flow, leg) = self.of(leg);
-        let state = &flow.state;
-        let foot = flow.model.legs[leg].foot_in_trunk(state.foot(leg));
-        let foot_velocity = state.foot_velocity(leg);
-        let sideways = (state.velocity() + state.rate().cross(&foot)).y;
-        flow.placement.rotation * Vector3::new(foot_velocity.x, sideways, foot_velocity.y)
+    fn surfaces(&self, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
+        let mut surfaces = surfaces_below(None, feet);
+        for (surface, (flow, leg)) in surfaces.iter_mut().zip(self.legs()) {
+            *surface = flow.placement.surfaces[leg];
+        }
+        surfaces
     }
 
     fn ground_impulse(&self, leg: usize) -> [f64; 3] {
         let (flow, leg) = self.of(leg);
         flow.impulses[leg]
     }
+}
 
-    fn ground_normal(&self, leg: usize) -> Vector3<f64> {
-        let (flow, leg) = self.of(leg);
-        flow.placement.surfaces[leg].normal
-    }
-
-    fn clearance(&self, leg: usize) -> f64 {
-        let (flow, leg) = self.of(leg);
-        flow.placement.surfaces[leg].gap
+impl Flow {
+    fn foot_motion(&self, leg: usize) -> FootMotion {
+        let (state, rotation) = (&self.state, &self.placement.rotation);
+        let foot = self.model.legs[leg].foot_in_trunk(state.foot(leg));
+        let foot_velocity = state.foot_velocity(leg);
+        let sideways = (state.velocity() + state.rate().cross(&foot)).y;
+        FootMotion {
+            position: state.position() + rotation * foot,
+            velocity: rotation * Vector3::new(foot_velocity.x, sideways, foot_velocity.y),
+        }
     }
 }

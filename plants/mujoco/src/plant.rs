@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
-    Dynamics, FromRobot, LEGS, Ledger, LeggedPlant, PartFault, Posture, Readings, Setup, StepInputs,
+    Dynamics, FromRobot, LEGS, Ledger, LeggedPlant, PartFault, Posture, Setup, StepInputs,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantState, WorkCounts};
@@ -99,7 +99,7 @@ impl Dynamics for Flow {
             if let Some(frame) = &self.legs[i] {
                 worst = worst.max(frame.constraint_violation(leg, self.model.drives.is_some()));
             }
-            worst = worst.max(-self.clearance(i));
+            worst = worst.max(-self.below(i).gap);
         }
         Some(worst)
     }

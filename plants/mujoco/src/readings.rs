@@ -1,7 +1,8 @@
 //! Readings of the plant for the output signals.
 
 use nalgebra::{Matrix3, Vector3};
-use twinrig_legged::Readings;
+use twinrig_contact::Surface;
+use twinrig_legged::{FootMotion, LEGS, Readings, surfaces_below};
 use twinrig_runtime::EnergyBalance;
 
 use crate::flow::Flow;
@@ -63,23 +64,20 @@ impl Readings for Flow {
         self.legs[leg].map_or([0.0; 3], |frame| frame.bars.map(|bar| bar.angle))
     }
 
-    fn foot_position(&self, leg: usize) -> Vector3<f64> {
-        self.foot(leg)[0]
+    fn feet(&self) -> [FootMotion; LEGS] {
+        let mut feet = [FootMotion::default(); LEGS];
+        for (leg, foot) in feet.iter_mut().enumerate().take(self.model.legs.len()) {
+            [foot.position, foot.velocity] = self.foot(leg);
+        }
+        feet
     }
 
-    fn foot_velocity(&self, leg: usize) -> Vector3<f64> {
-        self.foot(leg)[1]
+    fn surfaces(&self, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
+        let ground = self.model.ground.as_ref();
+        surfaces_below(ground.map(|model| &model.ground), feet)
     }
 
     fn ground_impulse(&self, leg: usize) -> [f64; 3] {
         self.impulses[leg]
-    }
-
-    fn ground_normal(&self, leg: usize) -> Vector3<f64> {
-        self.below(leg).normal
-    }
-
-    fn clearance(&self, leg: usize) -> f64 {
-        self.below(leg).gap
     }
 }

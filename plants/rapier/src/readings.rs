@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 use rapier3d_f64::math::Vector;
-use twinrig_legged::Readings;
+use twinrig_contact::Surface;
+use twinrig_legged::{FootMotion, LEGS, Readings, surfaces_below};
 use twinrig_runtime::EnergyBalance;
 
 use crate::conversion::{to_nalgebra, wxyz};
@@ -68,29 +69,21 @@ impl Readings for Machine {
         self.state.legs[leg].angles
     }
 
-    fn foot_position(&self, leg: usize) -> Vector3<f64> {
-        to_nalgebra(self.view(leg).place(&self.model.legs[leg].foot))
+    fn feet(&self) -> [FootMotion; LEGS] {
+        let mut feet = [FootMotion::default(); LEGS];
+        for (leg, (foot, model)) in feet.iter_mut().zip(&self.model.legs).enumerate() {
+            let view = self.view(leg);
+            foot.position = to_nalgebra(view.place(&model.foot));
+            foot.velocity = to_nalgebra(view.speed(&model.foot));
+        }
+        feet
     }
 
-    fn foot_velocity(&self, leg: usize) -> Vector3<f64> {
-        to_nalgebra(self.view(leg).speed(&self.model.legs[leg].foot))
+    fn surfaces(&self, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
+        surfaces_below(self.model.ground.as_ref(), feet)
     }
 
     fn ground_impulse(&self, leg: usize) -> [f64; 3] {
         self.state.legs[leg].ground
-    }
-
-    fn ground_normal(&self, leg: usize) -> Vector3<f64> {
-        let ground = self.model.ground.as_ref();
-        ground.map_or_else(Vector3::z, |ground| {
-            ground.below(&self.foot_position(leg)).normal
-        })
-    }
-
-    fn clearance(&self, leg: usize) -> f64 {
-        let ground = self.model.ground.as_ref();
-        ground.map_or(f64::INFINITY, |ground| {
-            ground.below(&self.foot_position(leg)).gap
-        })
     }
 }

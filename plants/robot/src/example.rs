@@ -41,20 +41,20 @@ impl Leg {
             compliance: Some(Compliance {
                 stops: OneSided {
                     stiffness: 100e3,
-                    damping: 20.0,
-                    toe_region: 0.3e-3,
+                    damping: 100.0,
+                    toe_region: 0.2e-3,
                 },
                 cable: OneSided {
-                    stiffness: 50e3,
-                    damping: 20.0,
-                    toe_region: 0.3e-3,
+                    stiffness: 200e3,
+                    damping: 100.0,
+                    toe_region: 0.2e-3,
                 },
                 sole: OneSided {
-                    stiffness: 20e3,
-                    damping: 30.0,
-                    toe_region: 0.5e-3,
+                    stiffness: 10e3,
+                    damping: 40.0,
+                    toe_region: 0.2e-3,
                 },
-                slip_deflection: 0.2e-3,
+                slip_deflection: 0.3e-3,
             }),
         }
     }

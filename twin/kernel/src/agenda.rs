@@ -109,8 +109,7 @@ impl Agenda {
 
     /// Time of the next wake-up of any part.
     pub fn next_time(&mut self) -> Option<SimTime> {
-        self.discard_stale_front();
-        self.queue.peek_time()
+        self.next().map(|(key, _)| key.time())
     }
 
     /// Removes and returns the next wake-up if its time is `limit` or before.
@@ -118,13 +117,10 @@ impl Agenda {
     /// # Errors
     /// [`LivelockError`] if the wake-ups at one instant exceed the limit.
     pub fn pop_until(&mut self, limit: SimTime) -> Result<Option<Wake>, LivelockError> {
-        self.discard_stale_front();
-        if self.queue.peek_time().is_none_or(|time| time > limit) {
-            return Ok(None);
-        }
-        let Some((key, part)) = self.queue.pop_entry() else {
+        let Some((key, part)) = self.next().filter(|(key, _)| key.time() <= limit) else {
             return Ok(None);
         };
+        self.queue.pop_entry();
         let slot = &mut self.parts[part.0];
         (slot.pending, slot.queued) = (None, None);
         let by = slot.armed_by.map(PartId::index);
@@ -137,13 +133,15 @@ impl Agenda {
         }))
     }
 
-    /// Removes or re-inserts stale entries until the front entry is a pending wake-up.
-    fn discard_stale_front(&mut self) {
-        while let Some((key, &part)) = self.queue.peek_entry() {
+    /// Returns the next pending wake-up; stale entries before it are removed or re-inserted.
+    #[inline]
+    fn next(&mut self) -> Option<(Key, PartId)> {
+        loop {
+            let (key, &part) = self.queue.peek_entry()?;
             let slot = &mut self.parts[part.0];
             let is_current = slot.queued == Some(key);
             if is_current && slot.pending == Some(key) {
-                return;
+                return Some((key, part));
             }
             self.queue.pop_entry();
             if is_current {

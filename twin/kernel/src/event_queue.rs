@@ -1,6 +1,3 @@
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::SimTime;
@@ -13,7 +10,7 @@ use crate::SimTime;
 pub struct Rank(pub u8);
 
 /// Pending events in the order (time, rank, sequence): at one instant by ascending rank, within a
-/// rank in the order of insertion. The order does not depend on the internal layout of the heap.
+/// rank in the order of insertion.
 ///
 /// ```
 /// use twinrig_kernel::{EventQueue, Rank, SimTime};
@@ -27,11 +24,13 @@ pub struct Rank(pub u8);
 /// assert_eq!(order, ["wake", "bell", "lunch"]);
 /// ```
 ///
-/// Push and pop take a few tens of nanoseconds; they allocate only when the queue exceeds its
-/// largest length so far.
-#[derive(Clone, Debug)]
+/// Made for tens of events: they are kept sorted, so that a pop takes constant time and a push
+/// moves the events that are due earlier. A push allocates only when the queue exceeds its largest
+/// length so far.
+#[derive(Clone, Debug, PartialEq)]
 pub struct EventQueue<E> {
-    heap: BinaryHeap<Reverse<Entry<E>>>,
+    /// In descending order: the next event is the last entry.
+    entries: Vec<Entry<E>>,
     next_sequence: u64,
 }
 
@@ -87,28 +86,10 @@ impl Key {
     }
 }
 
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Entry<E> {
     key: Key,
     event: E,
-}
-
-// Keys are unique; comparing them is a total order of the entries.
-impl<E> PartialEq for Entry<E> {
-    fn eq(&self, other: &Self) -> bool {
-        self.key == other.key
-    }
-}
-impl<E> Eq for Entry<E> {}
-impl<E> PartialOrd for Entry<E> {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-impl<E> Ord for Entry<E> {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.key.cmp(&other.key)
-    }
 }
 
 impl<E> EventQueue<E> {
@@ -120,7 +101,7 @@ impl<E> EventQueue<E> {
     /// Creates an empty queue with room for `capacity` events.
     pub fn with_capacity(capacity: usize) -> Self {
         Self {
-            heap: BinaryHeap::with_capacity(capacity),
+            entries: Vec::with_capacity(capacity),
             next_sequence: 0,
         }
     }
@@ -152,17 +133,17 @@ impl<E> EventQueue<E> {
 
     /// Time of the next event.
     pub fn peek_time(&self) -> Option<SimTime> {
-        self.heap.peek().map(|Reverse(entry)| entry.key.time())
+        self.entries.last().map(|entry| entry.key.time())
     }
 
     /// Number of pending events.
     pub fn len(&self) -> usize {
-        self.heap.len()
+        self.entries.len()
     }
 
     /// Whether no event is pending.
     pub fn is_empty(&self) -> bool {
-        self.heap.is_empty()
+        self.entries.is_empty()
     }
 
     /// Issues a key that fixes the position of an event to be inserted now or later.
@@ -173,24 +154,20 @@ impl<E> EventQueue<E> {
     }
 
     pub(crate) fn insert(&mut self, key: Key, event: E) {
-        self.heap.push(Reverse(Entry { key, event }));
+        let index = self.entries.partition_point(|entry| entry.key > key);
+        self.entries.insert(index, Entry { key, event });
     }
 
     pub(crate) fn pop_entry(&mut self) -> Option<(Key, E)> {
-        self.heap
-            .pop()
-            .map(|Reverse(entry)| (entry.key, entry.event))
+        self.entries.pop().map(|entry| (entry.key, entry.event))
     }
 
     pub(crate) fn peek_entry(&self) -> Option<(Key, &E)> {
-        self.heap
-            .peek()
-            .map(|Reverse(entry)| (entry.key, &entry.event))
+        self.entries.last().map(|entry| (entry.key, &entry.event))
     }
 
     pub(crate) fn retain(&mut self, mut keep: impl FnMut(Key, &E) -> bool) {
-        self.heap
-            .retain(|Reverse(entry)| keep(entry.key, &entry.event));
+        self.entries.retain(|entry| keep(entry.key, &entry.event));
     }
 }
 
@@ -200,38 +177,21 @@ impl<E> Default for EventQueue<E> {
     }
 }
 
-/// Two queues are equal if they return the same events in the same order; the layout of the heap is
-/// ignored.
-impl<E: PartialEq> PartialEq for EventQueue<E> {
-    fn eq(&self, other: &Self) -> bool {
-        let (ours, theirs) = (sorted(&self.heap), sorted(&other.heap));
-        self.next_sequence == other.next_sequence
-            && ours.len() == theirs.len()
-            && ours
-                .iter()
-                .zip(theirs)
-                .all(|(a, b)| a.key == b.key && a.event == b.event)
-    }
-}
-
-fn sorted<E>(heap: &BinaryHeap<Reverse<Entry<E>>>) -> Vec<&Entry<E>> {
-    let mut entries: Vec<_> = heap.iter().map(|Reverse(entry)| entry).collect();
-    entries.sort_unstable();
-    entries
-}
-
-// Serialised in the order of the events: equal queues have equal bytes.
+// Serialised in the order of the events.
 impl<E: Serialize> Serialize for EventQueue<E> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        (self.next_sequence, sorted(&self.heap)).serialize(serializer)
+        let entries: Vec<_> = self.entries.iter().rev().collect();
+        (self.next_sequence, entries).serialize(serializer)
     }
 }
 
 impl<'de, E: Deserialize<'de>> Deserialize<'de> for EventQueue<E> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let (next_sequence, entries) = <(u64, Vec<Entry<E>>)>::deserialize(deserializer)?;
+        let (next_sequence, mut entries) = <(u64, Vec<Entry<E>>)>::deserialize(deserializer)?;
+        // A snapshot from outside may have any order.
+        entries.sort_unstable_by_key(|entry| std::cmp::Reverse(entry.key));
         Ok(Self {
-            heap: entries.into_iter().map(Reverse).collect(),
+            entries,
             next_sequence,
         })
     }

@@ -4,61 +4,36 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::Range;
 
-use mcap::Writer;
-use mcap::records::MessageHeader;
-use mcap::write::NoSeek;
-use twinrig_kernel::SimTime;
-
+use crate::mcap_writer::{ChannelId, McapWriter};
 use crate::recorder::{RecordedGroup, group_name};
 use crate::schema::{self, GROUP_KEY, SIGNALS_KEY, TRACE_KEY};
-use crate::{EPOCH, RecordError, Topic, cdr, ros};
-
-/// A channel and the number of messages written to it.
-pub(crate) struct Channel {
-    id: u16,
-    sequence: u32,
-}
+use crate::{RecordError, Topic, cdr, ros};
 
 /// Channel of a group of signals, and the parts of a sample that its messages contain.
 pub(crate) struct Sampled {
-    pub channel: Channel,
+    pub channel: ChannelId,
     pub ranges: Vec<Range<usize>>,
-    /// Last message; all messages of the channel have its length.
-    pub message: Vec<u8>,
-}
-
-impl Channel {
-    pub(crate) fn header(&mut self, now: SimTime) -> MessageHeader {
-        let log_time = now.as_nanos().saturating_add(EPOCH.as_nanos());
-        let sequence = self.sequence;
-        self.sequence = sequence.wrapping_add(1);
-        MessageHeader {
-            channel_id: self.id,
-            sequence,
-            log_time,
-            publish_time: log_time,
-        }
-    }
+    /// Length of its messages \[bytes\].
+    pub size: usize,
 }
 
 /// Adds a channel that conforms to the profile `ros2`: CDR messages and the offered quality of
 /// service.
 fn add_channel<W: Write>(
-    writer: &mut Writer<NoSeek<W>>,
+    writer: &mut McapWriter<W>,
     topic: &str,
     (message_type, definition): (&str, &str),
     mut metadata: BTreeMap<String, String>,
-) -> Result<Channel, RecordError> {
+) -> ChannelId {
     // Players may choose any quality of service.
     metadata.insert("offered_qos_profiles".to_owned(), "[]".to_owned());
     let name = ros::full_name(message_type);
-    let schema = writer.add_schema(&name, "ros2msg", definition.as_bytes())?;
-    let id = writer.add_channel(schema, topic, "cdr", &metadata)?;
-    Ok(Channel { id, sequence: 0 })
+    let schema = [name.as_str(), "ros2msg", definition];
+    writer.add_channel(topic, "cdr", schema, &metadata)
 }
 
 pub(crate) fn add_group<W: Write>(
-    writer: &mut Writer<NoSeek<W>>,
+    writer: &mut McapWriter<W>,
     group: &RecordedGroup<'_>,
 ) -> Result<Sampled, RecordError> {
     let (signals, ranges) = schema::select(group.layout, group.keep);
@@ -78,23 +53,21 @@ pub(crate) fn add_group<W: Write>(
         &ros::topic_name(name),
         (&message_type, &definition),
         metadata,
-    )?;
+    );
     let count: usize = signals.iter().map(|signal| signal.size).sum();
-    let mut message = cdr::HEADER.to_vec();
-    message.resize(cdr::HEADER.len() + 8 * count, 0);
     Ok(Sampled {
         channel,
         ranges,
-        message,
+        size: cdr::HEADER.len() + 8 * count,
     })
 }
 
 /// Adds the channels of wire traces. A number distinguishes traces whose ROS 2 topic names would
 /// coincide.
 pub(crate) fn add_traces<W: Write>(
-    writer: &mut Writer<NoSeek<W>>,
+    writer: &mut McapWriter<W>,
     traces: &[String],
-) -> Result<Vec<Channel>, RecordError> {
+) -> Vec<ChannelId> {
     const TYPE: &str = "twinrig/Bytes";
     let definition = ros::complete(TYPE);
     let mut topics: Vec<String> = Vec::new();
@@ -105,16 +78,13 @@ pub(crate) fn add_traces<W: Write>(
         let mut names = std::iter::once(name.clone()).chain(numbered);
         let topic = names.find(|name| !topics.contains(name)).unwrap_or(name);
         let metadata = BTreeMap::from([(TRACE_KEY.to_owned(), trace.clone())]);
-        channels.push(add_channel(writer, &topic, (TYPE, &definition), metadata)?);
+        channels.push(add_channel(writer, &topic, (TYPE, &definition), metadata));
         topics.push(topic);
     }
-    Ok(channels)
+    channels
 }
 
-pub(crate) fn add_topic<W: Write>(
-    writer: &mut Writer<NoSeek<W>>,
-    topic: Topic,
-) -> Result<Channel, RecordError> {
+pub(crate) fn add_topic<W: Write>(writer: &mut McapWriter<W>, topic: Topic) -> ChannelId {
     let message_type = topic.message_type();
     let definition = ros::complete(message_type);
     let of = (message_type, definition.as_str());

@@ -26,7 +26,7 @@ pub enum RecordError {
     },
     /// Writing failed, for instance because the disk is full.
     #[error("cannot write the recording")]
-    Write(#[from] mcap::McapError),
+    Write(#[from] std::io::Error),
     /// The signals of a group cannot be described.
     #[error("cannot describe the signals of `{group}`")]
     Describe {

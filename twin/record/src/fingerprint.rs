@@ -76,17 +76,22 @@ impl Fingerprint {
     /// Adds an event: its kind as a number, its arguments as `words`.
     pub fn event(&mut self, time_ns: u64, what: u32, words: &[u64]) {
         self.header(time_ns, KIND_EVENT, what, words.len());
-        for word in words {
-            self.room(8).copy_from_slice(&word.to_le_bytes());
+        for part in words.chunks(BUFFER_BYTES / 8) {
+            let room = self.room(part.len() * 8);
+            for (bytes, word) in room.chunks_exact_mut(8).zip(part) {
+                bytes.copy_from_slice(&word.to_le_bytes());
+            }
         }
     }
 
+    #[inline]
     fn header(&mut self, time_ns: u64, kind: u32, which: u32, len: usize) {
-        let header = self.room(HEADER_BYTES);
-        header[..8].copy_from_slice(&time_ns.to_le_bytes());
-        header[8..12].copy_from_slice(&kind.to_le_bytes());
-        header[12..16].copy_from_slice(&which.to_le_bytes());
-        header[16..].copy_from_slice(&(len as u64).to_le_bytes());
+        let kind_and_number = u64::from(which) << 32 | u64::from(kind);
+        let words = [time_ns, kind_and_number, len as u64];
+        let room = self.room(HEADER_BYTES);
+        for (bytes, word) in room.chunks_exact_mut(8).zip(words) {
+            bytes.copy_from_slice(&word.to_le_bytes());
+        }
     }
 
     fn bytes(&mut self, bytes: &[u8]) {
@@ -100,13 +105,18 @@ impl Fingerprint {
     #[inline]
     fn room(&mut self, len: usize) -> &mut [u8] {
         if self.filled >= BUFFER_BYTES {
-            self.hasher.update(&self.buffer[..BUFFER_BYTES]);
-            self.buffer.copy_within(BUFFER_BYTES..self.filled, 0);
-            self.filled -= BUFFER_BYTES;
+            self.hash_block();
         }
         let start = self.filled;
         self.filled += len;
         &mut self.buffer[start..self.filled]
+    }
+
+    #[cold]
+    fn hash_block(&mut self) {
+        self.hasher.update(&self.buffer[..BUFFER_BYTES]);
+        self.buffer.copy_within(BUFFER_BYTES..self.filled, 0);
+        self.filled -= BUFFER_BYTES;
     }
 
     /// Returns the digest of all items so far; more may follow.

@@ -63,6 +63,7 @@ mod error;
 mod fingerprint;
 mod framing;
 mod index;
+mod mcap_writer;
 mod messages;
 mod observe;
 mod poses;

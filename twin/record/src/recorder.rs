@@ -5,14 +5,12 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use mcap::records::Metadata;
-use mcap::write::NoSeek;
-use mcap::{Attachment, WriteOptions, Writer};
 use twinrig_kernel::{Layout, SimDuration, SimTime};
 use twinrig_runtime::Group;
 
 use crate::cdr::{self, CdrWriter};
-use crate::channels::{Channel, Sampled, add_group, add_topic, add_traces};
+use crate::channels::{Sampled, add_group, add_topic, add_traces};
+use crate::mcap_writer::{Attachment, ChannelId, McapWriter};
 use crate::poses::Poses;
 use crate::{Digest, EPOCH, Message, RecordError, Skeleton, Topic};
 
@@ -88,15 +86,14 @@ const CHUNK_BYTES_MAX: usize = 4 << 20;
 /// Call [`Recorder::sample`] and [`Recorder::message`] in order of time, and [`Recorder::finish`]
 /// at the end. A recorder that is dropped without it closes the file without a fingerprint.
 pub struct Recorder<W: Write> {
-    writer: Writer<NoSeek<W>>,
+    writer: McapWriter<W>,
     groups: [Option<Sampled>; 4],
-    topics: [Option<Channel>; Topic::ALL.len()],
-    traces: Vec<Channel>,
+    topics: [Option<ChannelId>; Topic::ALL.len()],
+    traces: Vec<ChannelId>,
     poses: Option<(Poses, SimDuration)>,
     poses_due: SimTime,
     flush: SimDuration,
     flush_due: SimTime,
-    unflushed_bytes: usize,
     /// Buffer of the message being encoded.
     scratch: Vec<u8>,
     failure: Option<RecordError>,
@@ -137,23 +134,17 @@ impl<W: Write> Recorder<W> {
         skeleton: &Skeleton,
         cadence: Cadence,
     ) -> Result<Self, RecordError> {
-        let mut writer = WriteOptions::new()
-            .compression(None)
-            .profile("ros2")
-            .library(concat!("twinrig ", env!("CARGO_PKG_VERSION")))
-            .chunk_size(None)
-            .disable_seeking(true)
-            .create(NoSeek::new(out))?;
+        let library = concat!("twinrig ", env!("CARGO_PKG_VERSION"));
+        let mut writer = McapWriter::new(out, "ros2", library)?;
         for (name, text) in &info.files {
             writer.attach(&Attachment {
-                log_time: EPOCH.as_nanos(),
-                create_time: EPOCH.as_nanos(),
-                name: name.clone(),
-                media_type: "application/toml".to_owned(),
-                data: text.as_slice().into(),
+                name,
+                media_type: "application/toml",
+                time: EPOCH.as_nanos(),
+                data: text,
             })?;
         }
-        writer.write_metadata(&run_metadata(info))?;
+        writer.metadata("run", &run_metadata(info))?;
         let plant = groups.iter().find(|group| group.group == Group::Plant);
         let poses = cadence.frames.zip(plant).map(|(period, plant)| {
             let poses = Poses::new(skeleton, plant.layout, plant.keep);
@@ -166,9 +157,9 @@ impl<W: Write> Recorder<W> {
         let mut topics = [const { None }; Topic::ALL.len()];
         let pose_topics = poses.iter().flat_map(|(poses, _)| poses.topics());
         for topic in Topic::MESSAGES.into_iter().chain(pose_topics) {
-            topics[topic as usize] = Some(add_topic(&mut writer, topic)?);
+            topics[topic as usize] = Some(add_topic(&mut writer, topic));
         }
-        let traces = add_traces(&mut writer, &info.traces)?;
+        let traces = add_traces(&mut writer, &info.traces);
         let mut recorder = Self {
             writer,
             traces,
@@ -178,7 +169,6 @@ impl<W: Write> Recorder<W> {
             poses_due: SimTime::ZERO,
             flush: cadence.flush,
             flush_due: SimTime::ZERO + cadence.flush,
-            unflushed_bytes: 0,
             scratch: Vec::with_capacity(8192),
             failure: None,
             tasks: info.tasks.clone(),
@@ -207,17 +197,16 @@ impl<W: Write> Recorder<W> {
         values: &[f64],
     ) -> Result<(), RecordError> {
         self.flush_if_due(now)?;
-        let Some(Sampled {
-            channel,
-            ranges,
-            message,
-        }) = &mut self.groups[group as usize]
-        else {
+        let Some(sampled) = &self.groups[group as usize] else {
             return Ok(());
         };
-        if !ranges.is_empty() {
-            let mut rest = &mut message[cdr::HEADER.len()..];
-            for range in ranges {
+        if !sampled.ranges.is_empty() {
+            let message = self
+                .writer
+                .message(sampled.channel, log_time(now), sampled.size);
+            let (header, mut rest) = message.split_at_mut(cdr::HEADER.len());
+            header.copy_from_slice(&cdr::HEADER);
+            for range in &sampled.ranges {
                 let kept = &values[range.clone()];
                 let (bytes, after) = rest.split_at_mut(kept.len() * 8);
                 for (bytes, value) in bytes.chunks_exact_mut(8).zip(kept) {
@@ -225,33 +214,28 @@ impl<W: Write> Recorder<W> {
                 }
                 rest = after;
             }
-            self.unflushed_bytes += message.len();
-            self.writer
-                .write_to_known_channel(&channel.header(now), message)?;
         }
         if group == Group::Plant && now >= self.poses_due {
-            self.write_poses(now, values)?;
+            self.write_poses(now, values);
         }
         Ok(())
     }
 
-    fn write_poses(&mut self, now: SimTime, values: &[f64]) -> Result<(), RecordError> {
+    fn write_poses(&mut self, now: SimTime, values: &[f64]) {
         let Some((poses, period)) = &mut self.poses else {
             self.poses_due = SimTime::from_nanos(u64::MAX);
-            return Ok(());
+            return;
         };
         self.poses_due = now + *period;
         let stamp = cdr::stamp(now);
         for topic in Topic::POSES {
-            if let Some(channel) = &mut self.topics[topic as usize]
+            if let Some(channel) = self.topics[topic as usize]
                 && let Some(message) = poses.message(topic, stamp, values)
             {
-                self.unflushed_bytes += message.len();
-                self.writer
-                    .write_to_known_channel(&channel.header(now), message)?;
+                let room = self.writer.message(channel, log_time(now), message.len());
+                room.copy_from_slice(message);
             }
         }
-        Ok(())
     }
 
     /// Records bytes transmitted on a wire trace at `now`; those of undeclared traces are not
@@ -268,10 +252,15 @@ impl<W: Write> Recorder<W> {
     fn try_bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) -> Result<(), RecordError> {
         self.flush_if_due(now)?;
         CdrWriter::new(&mut self.scratch).octets(bytes);
-        self.unflushed_bytes += self.scratch.len();
-        let header = self.traces[trace].header(now);
-        self.writer.write_to_known_channel(&header, &self.scratch)?;
+        self.write_scratch(self.traces[trace], now);
         Ok(())
+    }
+
+    fn write_scratch(&mut self, channel: ChannelId, now: SimTime) {
+        let room = self
+            .writer
+            .message(channel, log_time(now), self.scratch.len());
+        room.copy_from_slice(&self.scratch);
     }
 
     /// Records `message` at `now`.
@@ -285,20 +274,16 @@ impl<W: Write> Recorder<W> {
 
     fn try_message<M: Message>(&mut self, now: SimTime, message: &M) -> Result<(), RecordError> {
         self.flush_if_due(now)?;
-        let Some(channel) = &mut self.topics[M::TOPIC as usize] else {
-            return Ok(());
-        };
-        message.write(cdr::stamp(now), &mut CdrWriter::new(&mut self.scratch));
-        self.unflushed_bytes += self.scratch.len();
-        self.writer
-            .write_to_known_channel(&channel.header(now), &self.scratch)?;
+        if let Some(channel) = self.topics[M::TOPIC as usize] {
+            message.write(cdr::stamp(now), &mut CdrWriter::new(&mut self.scratch));
+            self.write_scratch(channel, now);
+        }
         Ok(())
     }
 
     fn flush_if_due(&mut self, now: SimTime) -> Result<(), RecordError> {
-        if now >= self.flush_due || self.unflushed_bytes > CHUNK_BYTES_MAX {
+        if now >= self.flush_due || self.writer.chunk_bytes() > CHUNK_BYTES_MAX {
             self.flush_due = now + self.flush;
-            self.unflushed_bytes = 0;
             self.writer.flush()?;
         }
         Ok(())
@@ -317,26 +302,23 @@ impl<W: Write> Recorder<W> {
         if let Some(error) = self.failure.take() {
             return Err(error);
         }
-        self.writer.write_metadata(&Metadata {
-            name: "result".to_owned(),
-            metadata: BTreeMap::from([
-                ("fingerprint".to_owned(), fingerprint.to_string()),
-                ("simulated_ns".to_owned(), reached.as_nanos().to_string()),
-            ]),
-        })?;
-        self.writer.finish()?;
-        let mut out = self.writer.into_inner().into_inner();
-        out.flush().map_err(mcap::McapError::Io)?;
-        Ok(out)
+        let result = BTreeMap::from([
+            ("fingerprint".to_owned(), fingerprint.to_string()),
+            ("simulated_ns".to_owned(), reached.as_nanos().to_string()),
+        ]);
+        self.writer.metadata("result", &result)?;
+        Ok(self.writer.finish()?)
     }
 }
 
-fn run_metadata(info: &RunInfo) -> Metadata {
+/// Converts `now` to the time line of recordings \[ns\].
+fn log_time(now: SimTime) -> u64 {
+    now.as_nanos().saturating_add(EPOCH.as_nanos())
+}
+
+fn run_metadata(info: &RunInfo) -> BTreeMap<String, String> {
     let mut metadata = info.notes.clone();
     metadata.insert("seed".to_owned(), info.seed.to_string());
     metadata.insert("build".to_owned(), info.build.clone());
-    Metadata {
-        name: "run".to_owned(),
-        metadata,
-    }
+    metadata
 }

@@ -92,27 +92,19 @@ impl DirectIo {
 
 impl Part for DirectIo {
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        let links = |direction, is_measurement: bool| {
-            let layout = Layout::of(&self.ports, direction);
-            let link = |field: &twinrig_kernel::Field| {
+        let links = |direction| {
+            let mut links = Vec::new();
+            for field in Layout::of(&self.ports, direction).fields() {
                 let plant_range = plant.find(owner, &field.port.mirrored())?;
-                let (from, to) = if is_measurement {
-                    (plant_range, field.range())
-                } else {
-                    (field.range(), plant_range)
+                let (from, to) = match direction {
+                    Direction::Input => (field.range(), plant_range),
+                    Direction::Output => (plant_range, field.range()),
                 };
-                Ok(Link { from, to })
-            };
-            layout
-                .fields()
-                .map(link)
-                .collect::<Result<Vec<_>, WiringError>>()
+                Link { from, to }.append_to(&mut links);
+            }
+            Ok::<_, WiringError>(links)
         };
-        let (commands, measurements) = (
-            links(Direction::Input, false)?,
-            links(Direction::Output, true)?,
-        );
-        (self.commands, self.measurements) = (commands, measurements);
+        (self.commands, self.measurements) = (links(Direction::Input)?, links(Direction::Output)?);
         self.plant_sizes = (plant.inputs.len(), plant.outputs.len());
         Ok(())
     }

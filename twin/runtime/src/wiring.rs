@@ -177,6 +177,17 @@ impl Link {
     pub(crate) fn copy(&self, from: &[f64], to: &mut [f64]) {
         to[self.to.clone()].copy_from_slice(&from[self.from.clone()]);
     }
+
+    /// Appends a link to `links`, as a part of the last one if it continues that: one copy costs
+    /// less than many.
+    pub(crate) fn append_to(self, links: &mut Vec<Self>) {
+        match links.last_mut() {
+            Some(last) if last.from.end == self.from.start && last.to.end == self.to.start => {
+                (last.from.end, last.to.end) = (self.from.end, self.to.end);
+            }
+            _ => links.push(self),
+        }
+    }
 }
 
 /// Links of one task with the process.
@@ -226,10 +237,8 @@ fn wire_commands(
     for ((name, ports), links) in tasks.iter().zip(links) {
         for field in Layout::of(ports, Direction::Input).fields() {
             let from = find(&written, name, &field.port)?;
-            links.commands.push(Link {
-                from,
-                to: field.range(),
-            });
+            let to = field.range();
+            Link { from, to }.append_to(&mut links.commands);
         }
     }
     Ok(())
@@ -263,10 +272,8 @@ fn wire_measurements(
                 });
             }
             source = Some(name);
-            links.measurements.push(Link {
-                from,
-                to: field.range(),
-            });
+            let to = field.range();
+            Link { from, to }.append_to(&mut links.measurements);
         }
         if source.is_none() {
             return Err(unmatched(process_name, &field.port, provided));

@@ -4,10 +4,11 @@ use nalgebra::Vector3;
 use twinrig_compliant::frame::{into_trunk, into_world, rotation};
 use twinrig_compliant::lanes::{Features, Quad, dispatch};
 use twinrig_compliant::{
-    DriveLaws, DriveState, Equations, Flow, SavedCompliant, Step, TooStiff, TrunkState,
+    DriveLaws, DriveState, Equations, Flow, SavedCompliant, Step, StepError, TrunkState,
 };
+use twinrig_contact::Surface;
 use twinrig_kernel::signal;
-use twinrig_legged::{DriveModels, LegPosture, PartFault, Posture, Stored};
+use twinrig_legged::{DriveModels, FootMotion, LEGS, LegPosture, PartFault, Posture, Stored};
 use twinrig_robot::Robot;
 use twinrig_runtime::PlantState;
 
@@ -18,6 +19,7 @@ use super::state::{Slope, State};
 use crate::model::Model;
 use crate::options::{LcpError, Options};
 use crate::plant::{Formulation, SavedFormulation, start_state};
+use crate::readings;
 use crate::real::{Lanes, Real};
 use crate::site::Site;
 use crate::state::State as RigidState;
@@ -87,6 +89,21 @@ pub(crate) fn compliant_state<const N: usize, const P: usize>(
         pulley: quad(rigid.pulley),
         pulley_rate: quad(rigid.pulley_rate),
         bristles: [[Quad::splat(0.0); 2]; P],
+    }
+}
+
+/// Returns a state in the form of the rigid model.
+fn rigid_state<const N: usize, const P: usize>(state: &State<Quad, N, P>) -> RigidState<Lanes, N> {
+    let lanes = |quad: Quad| Lanes::new(quad.0);
+    RigidState {
+        position: state.position.three(),
+        attitude: state.attitude.0,
+        velocity: state.velocity.three(),
+        turning: state.turning.three(),
+        angles: state.angles.map(lanes),
+        rates: state.rates.map(lanes),
+        pulley: lanes(state.pulley),
+        pulley_rate: lanes(state.pulley_rate),
     }
 }
 
@@ -164,7 +181,7 @@ impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
         &self.hip_references
     }
 
-    fn step(&self, features: Features, step: Step<'_, Self>) -> Result<(), TooStiff> {
+    fn step(&self, features: Features, step: Step<'_, Self>) -> Result<(), StepError> {
         let model = &self.model;
         dispatch(features, Advance { model, step })
     }
@@ -172,6 +189,10 @@ impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
     fn stored(&self, features: Features, state: &Self::State) -> Stored {
         let model = &self.model;
         dispatch(features, StoredEnergy { model, state })
+    }
+
+    fn energy_scale(&self) -> f64 {
+        self.model.rigid.moving_energy
     }
 
     fn greatest_depth(&self, features: Features, state: &Self::State) -> f64 {
@@ -205,6 +226,14 @@ impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
             site.in_world(trunk.position, &upright),
             into_world(&upright, site.velocity),
         ]
+    }
+
+    fn feet(&self, state: &Self::State) -> [FootMotion; LEGS] {
+        readings::feet(&self.model.rigid, &rigid_state(state))
+    }
+
+    fn surfaces(&self, state: &Self::State, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
+        readings::surfaces(&self.model.rigid, &rigid_state(state), feet)
     }
 
     fn nearest(&self, state: &Self::State, leg: usize) -> Option<(f64, Vector3<f64>)> {

@@ -1,7 +1,7 @@
 //! The model as a differential equation in lanes.
 
 use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
-use twinrig_compliant::{Commands, Flows, Step, System, TooStiff};
+use twinrig_compliant::{Commands, Flows, Step, StepError, System};
 
 use super::equations::CompliantEquations;
 use super::model::{CompliantModel, Legs};
@@ -15,7 +15,7 @@ pub(crate) struct Advance<'a, const N: usize, const P: usize> {
 }
 
 impl<const N: usize, const P: usize> Kernel for Advance<'_, N, P> {
-    type Output = Result<(), TooStiff>;
+    type Output = Result<(), StepError>;
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Self::Output {
@@ -29,17 +29,18 @@ impl<const N: usize, const P: usize> Kernel for Advance<'_, N, P> {
             sums: step.sums.map(load),
         };
         let mut state = step.state.load(simd);
-        let mut slope = step.slope.take().map(|slope| Slope {
-            state: slope.state.load(simd),
-            flows: slope.flows.map(load),
-        });
+        // Matches, as closures are not always inlined.
+        let mut slope = match step.slope.take() {
+            Some(slope) => Some(slope.map(load)),
+            None => None,
+        };
         step.control
             .advance(&mut motion, &mut state, &mut slope, step.seconds)?;
         *step.state = state.store();
-        *step.slope = slope.map(|slope| Slope {
-            state: slope.state.store(),
-            flows: slope.flows.map(S::Lanes::quad),
-        });
+        *step.slope = match slope {
+            Some(slope) => Some(slope.map(S::Lanes::quad)),
+            None => None,
+        };
         *step.sums = motion.sums.map(S::Lanes::quad);
         Ok(())
     }

@@ -84,6 +84,17 @@ impl<T: Copy, const N: usize, const P: usize> State<T, N, P> {
     }
 }
 
+impl<T: Copy, const N: usize, const P: usize> Slope<T, N, P> {
+    /// Applies a function to all members.
+    #[inline(always)]
+    pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> Slope<U, N, P> {
+        Slope {
+            state: self.state.map(&mut of),
+            flows: self.flows.map(of),
+        }
+    }
+}
+
 impl<const N: usize, const P: usize> State<Quad, N, P> {
     #[inline(always)]
     pub(crate) fn load<S: Simd>(&self, simd: S) -> State<S::Lanes, N, P> {

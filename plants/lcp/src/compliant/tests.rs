@@ -1,7 +1,8 @@
 use proptest::prelude::*;
 use twinrig_compliant::lanes::{Features, Quad};
+use twinrig_compliant::{Element, FlowError, StepError};
 use twinrig_contact::Ground;
-use twinrig_legged::{Base, Drives};
+use twinrig_legged::{Base, Drives, Dynamics as _};
 use twinrig_robot::{Compliance, OneSided, Robot};
 
 use super::equations::{CompliantEquations, CompliantFlow, compliant_state};
@@ -169,4 +170,49 @@ proptest! {
         let balance = flow.ledger.balance();
         prop_assert!(balance.residual.abs() < 1e-6 * balance.exchanged, "{balance:?}");
     }
+}
+
+#[test]
+fn restored_run_is_bit_identical() {
+    let mut flow = landing::<4, 2>(1e-6, Features::Detected);
+    for _ in 0..20 {
+        flow.step(2e-3).unwrap();
+    }
+    let saved = flow.save();
+    let mut other = landing::<4, 2>(1e-3, Features::Portable);
+    other.restore(saved).unwrap();
+    for _ in 0..20 {
+        flow.step(1.7e-3).unwrap();
+        other.step(1.7e-3).unwrap();
+    }
+    assert_eq!((flow.state, flow.sums), (other.state, other.sums));
+    assert_eq!((flow.control, flow.ledger), (other.control, other.ledger));
+    assert!(
+        landing::<3, 1>(1e-6, Features::Detected)
+            .restore(flow.save())
+            .is_err()
+    );
+}
+
+#[test]
+fn step_beyond_the_limit_of_stability_is_refused() {
+    // Soles a hundred thousand times as stiff: 2 ms are far too long, and the control says so.
+    let stiff = |tolerance| {
+        let mut flow = landing::<3, 1>(tolerance, Features::Detected);
+        flow.equations.model.legs.sole.element = Element::side_by_side(
+            [OneSided {
+                stiffness: 2e9,
+                damping: 3e3,
+                toe_region: 1e-6,
+            }; 4],
+        );
+        (0..150).try_for_each(|_| flow.step(2e-3))
+    };
+    let unstable = stiff(f64::INFINITY).unwrap_err();
+    assert!(
+        matches!(unstable, FlowError::Energy { .. })
+            || matches!(unstable, FlowError::Step(StepError::Diverged { .. })),
+        "{unstable}"
+    );
+    assert_eq!(stiff(1e-9), Err(FlowError::Step(StepError::TooStiff)));
 }

@@ -39,6 +39,12 @@ impl FallDetector {
         }
     }
 
+    /// Returns whether it evaluates the samples of a channel.
+    pub fn reads(&self, channel: Group) -> bool {
+        let elements = [self.position, self.roll].into_iter().flatten();
+        elements.into_iter().any(|(group, _)| group == channel)
+    }
+
     /// Returns the time of the fall.
     pub fn fell_at(&self) -> Option<SimTime> {
         self.fell_at

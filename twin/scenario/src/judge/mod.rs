@@ -62,8 +62,13 @@ pub struct Judge {
     end: SimTime,
     legs: Vec<LegFact>,
     monitors: Vec<Monitor>,
-    /// Indices of the monitors of footsteps.
+    /// Indices of the monitors of footsteps, of the monitors of cycles, and of those that read the
+    /// samples of each group.
     step_monitors: Vec<usize>,
+    cycle_monitors: Vec<usize>,
+    sample_monitors: [Vec<usize>; 4],
+    /// Whether anything reads the samples of each group.
+    reads: [bool; 4],
     feet: Vec<Foot>,
     touch_downs: TouchDowns,
     /// Footsteps completed by the last samples.
@@ -120,20 +125,38 @@ impl Judge {
         let foot_channel = feet.first().map_or(Group::Plant, |foot| foot.channel);
         let monitor = |expectation| resolve::monitor(expectation, scene, &layouts, foot_channel);
         let monitors: Vec<Monitor> = scenario.expectations.iter().map(monitor).collect();
-        let counts_footsteps =
+        let indices = |is_selected: &dyn Fn(&Monitor) -> bool| -> Vec<usize> {
+            let indices = 0..monitors.len();
+            indices
+                .filter(|index| is_selected(&monitors[*index]))
+                .collect()
+        };
+        let is_of_footsteps =
             |monitor: &Monitor| matches!(monitor.meter, MonitorKind::Footsteps(_));
+        let is_of_signal = |monitor: &Monitor| matches!(monitor.meter, MonitorKind::Signal(_));
+        let sample_monitors = layouts.groups().map(|(group, _)| {
+            indices(&|monitor| {
+                monitor.channel == group && (is_of_signal(monitor) || is_of_footsteps(monitor))
+            })
+        });
+        let fall = FallDetector::new(scene, &layouts);
         Judge {
             expectations: scenario.expectations.clone(),
             end: scenario.end(),
             legs: scene.legs.clone(),
-            step_monitors: (0..monitors.len())
-                .filter(|index| counts_footsteps(&monitors[*index]))
-                .collect(),
+            step_monitors: indices(&is_of_footsteps),
+            cycle_monitors: indices(&|monitor| matches!(monitor.meter, MonitorKind::Cycle(..))),
+            reads: layouts.groups().map(|(group, _)| {
+                fall.reads(group)
+                    || feet.iter().any(|foot| foot.channel == group)
+                    || !sample_monitors[group as usize].is_empty()
+            }),
+            sample_monitors,
             monitors,
             closed: Vec::with_capacity(feet.len()),
             feet,
             touch_downs: TouchDowns::new(),
-            fall: FallDetector::new(scene, &layouts),
+            fall,
             ended_at: None,
             has_reference: false,
             lengths: layouts.groups().map(|(_, layout)| layout.len()),
@@ -176,7 +199,9 @@ impl Judge {
                 let leg = foot.detector.leg();
                 self.touch_downs.add(TouchDown { at, leg });
             }
-            self.closed.extend(detection.closed);
+            if let Some(step) = detection.closed {
+                self.closed.push(step);
+            }
         }
         if !self.touch_downs.pending().is_empty() {
             self.release_touch_downs(now);
@@ -356,12 +381,16 @@ impl Observer for Judge {
             "the number of samples differs from the layout"
         );
         self.closed.clear();
+        if !self.reads[channel as usize] {
+            return;
+        }
         if self.fall.sample(now, channel, values) {
             self.handle_fall(now);
         }
         self.find_footsteps(now, channel, values);
-        for monitor in &mut self.monitors {
-            if monitor.channel != channel || monitor.fell {
+        for index in &self.sample_monitors[channel as usize] {
+            let monitor = &mut self.monitors[*index];
+            if monitor.fell {
                 continue;
             }
             match &mut monitor.meter {
@@ -385,7 +414,8 @@ impl Observer for Judge {
         let Some((of, event)) = CycleEvent::of(event) else {
             return;
         };
-        for monitor in &mut self.monitors {
+        for index in &self.cycle_monitors {
+            let monitor = &mut self.monitors[*index];
             if let MonitorKind::Cycle(cycle, meter) = &mut monitor.meter
                 && *cycle == of
                 && monitor.window.contains(now)
