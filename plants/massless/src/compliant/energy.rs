@@ -6,7 +6,7 @@ use twinrig_legged::{Base, Stored};
 use twinrig_robot::GRAVITY;
 
 use super::model::CompliantModel;
-use super::slope::{FootMotion, in_line};
+use super::slope::{LegMotion, in_line};
 use super::state::State;
 
 /// Kinetic, spring and gravity energy in a state \[J\]; the springs include the elements.
@@ -24,7 +24,7 @@ impl Kernel for StoredEnergy<'_> {
         let legs = model.legs.load(simd);
         let trunk = TrunkMotion::new(state.trunk());
         let turns = Turns::new(&state.angles);
-        let motion = FootMotion::new(&legs, &turns, &state, &trunk);
+        let motion = LegMotion::new(&legs, &turns, &state, &trunk);
         let joints = Joints {
             angles: &state.angles,
             rates: &motion.rates,
@@ -76,7 +76,7 @@ impl Kernel for ElementDepths<'_> {
         let legs = model.legs.load(simd);
         let trunk = TrunkMotion::new(state.trunk());
         let turns = Turns::new(&state.angles);
-        let motion = FootMotion::new(&legs, &turns, &state, &trunk);
+        let motion = LegMotion::new(&legs, &turns, &state, &trunk);
         let joints = Joints {
             angles: &state.angles,
             rates: &motion.rates,
@@ -105,32 +105,32 @@ impl Kernel for ElementDepths<'_> {
     }
 }
 
-/// Motion of feet and links, by leg.
-pub(crate) struct Motions<'a> {
+/// Computation of the motion of feet and links.
+pub(crate) struct LegMotions<'a> {
     pub(crate) model: &'a CompliantModel,
     pub(crate) state: &'a State<Quad>,
 }
 
 /// Position relative to the trunk \[m\] and velocity \[m/s\] of feet, trunk axes, and rates of links
 /// \[rad/s\].
-pub(crate) struct LegMotions {
+pub(crate) struct Motion {
     pub(crate) place: [Quad; 3],
     pub(crate) velocity: [Quad; 3],
     pub(crate) rates: [Quad; 3],
 }
 
-impl Kernel for Motions<'_> {
-    type Output = LegMotions;
+impl Kernel for LegMotions<'_> {
+    type Output = Motion;
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) -> LegMotions {
+    fn run<S: Simd>(self, simd: S) -> Motion {
         let state = self.state.load(simd);
         let legs = self.model.legs.load(simd);
         let trunk = TrunkMotion::new(state.trunk());
         let turns = Turns::new(&state.angles);
-        let motion = FootMotion::new(&legs, &turns, &state, &trunk);
+        let motion = LegMotion::new(&legs, &turns, &state, &trunk);
         let quads = |[x, y, z]: [S::Lanes; 3]| [x.quad(), y.quad(), z.quad()];
-        LegMotions {
+        Motion {
             place: quads(motion.point.place),
             velocity: quads(motion.point.velocity),
             rates: quads(motion.rates),

@@ -4,16 +4,19 @@ use nalgebra::{Matrix3, Vector3};
 use twinrig_compliant::frame::{into_world, rotation};
 use twinrig_compliant::lanes::{Features, Quad, dispatch};
 use twinrig_compliant::{
-    DriveLaws, DriveState, Equations, Flow, PantographConstants, SavedCompliant, Step, TooStiff,
+    DriveLaws, DriveState, Equations, Flow, PantographConstants, SavedCompliant, Step, StepError,
     TrunkState,
 };
+use twinrig_contact::Surface;
 use twinrig_kernel::signal;
 use twinrig_leg::Planar;
-use twinrig_legged::{DriveModels, LegPosture, PartFault, Posture, Stored};
-use twinrig_robot::Robot;
+use twinrig_legged::{
+    Base, DriveModels, FootMotion, LEGS, LegPosture, PartFault, Posture, Stored, surfaces_below,
+};
+use twinrig_robot::{GRAVITY, Robot};
 use twinrig_runtime::PlantState;
 
-use super::energy::{ElementDepths, LegMotions, Motions, StoredEnergy};
+use super::energy::{ElementDepths, LegMotions, Motion, StoredEnergy};
 use super::model::CompliantModel;
 use super::motion::Advance;
 use super::state::{Slope, State};
@@ -104,9 +107,9 @@ impl CompliantEquations {
         }
     }
 
-    fn motions(&self, state: &State<Quad>) -> LegMotions {
+    fn motion(&self, state: &State<Quad>) -> Motion {
         let model = &self.model;
-        dispatch(Features::Detected, Motions { model, state })
+        dispatch(Features::Detected, LegMotions { model, state })
     }
 }
 
@@ -131,7 +134,7 @@ impl Equations for CompliantEquations {
         &self.hip_references
     }
 
-    fn step(&self, features: Features, step: Step<'_, Self>) -> Result<(), TooStiff> {
+    fn step(&self, features: Features, step: Step<'_, Self>) -> Result<(), StepError> {
         let model = &self.model;
         dispatch(features, Advance { model, step })
     }
@@ -139,6 +142,16 @@ impl Equations for CompliantEquations {
     fn stored(&self, features: Features, state: &Self::State) -> Stored {
         let model = &self.model;
         dispatch(features, StoredEnergy { model, state })
+    }
+
+    fn energy_scale(&self) -> f64 {
+        let CompliantModel { rigid, mass, .. } = &self.model;
+        let held = if rigid.base == Base::Fixed {
+            rigid.mass
+        } else {
+            0.0
+        };
+        (mass - held) * GRAVITY * rigid.reach
     }
 
     fn greatest_depth(&self, features: Features, state: &Self::State) -> f64 {
@@ -164,23 +177,25 @@ impl Equations for CompliantEquations {
         state.angles.map(|quad| quad.0[leg])
     }
 
-    fn foot(&self, state: &Self::State, leg: usize) -> [[f64; 3]; 2] {
-        let trunk = self.trunk(state);
+    fn feet(&self, state: &Self::State) -> [FootMotion; LEGS] {
+        let (trunk, motion) = (self.trunk(state), self.motion(state));
         let upright = rotation(trunk.attitude);
-        let motions = self.motions(state);
-        let place = into_world(&upright, motions.place.map(|quad| quad.0[leg]));
-        let velocity = motions.velocity.map(|quad| quad.0[leg]);
-        [
-            std::array::from_fn(|i| trunk.position[i] + place[i]),
-            into_world(&upright, velocity),
-        ]
+        let mut feet = [FootMotion::default(); LEGS];
+        for (leg, foot) in feet
+            .iter_mut()
+            .enumerate()
+            .take(self.model.rigid.legs.len())
+        {
+            let place = into_world(&upright, motion.place.map(|quad| quad.0[leg]));
+            let velocity = into_world(&upright, motion.velocity.map(|quad| quad.0[leg]));
+            foot.position = Vector3::from(trunk.position) + Vector3::from(place);
+            foot.velocity = velocity.into();
+        }
+        feet
     }
 
-    fn nearest(&self, state: &Self::State, leg: usize) -> Option<(f64, Vector3<f64>)> {
-        let ground = self.model.rigid.ground.as_ref()?;
-        let [foot, _] = self.foot(state, leg);
-        let (below, _) = ground.nearest(&Vector3::from(foot));
-        Some((below.gap, below.normal))
+    fn surfaces(&self, _: &Self::State, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
+        surfaces_below(self.model.rigid.ground.as_ref(), feet)
     }
 
     fn visit(&self, state: &mut Self::State, to: &mut dyn FnMut(&mut Quad)) {
@@ -192,12 +207,12 @@ impl Equations for CompliantEquations {
     }
 
     fn posture(&self, state: &Self::State) -> Posture {
-        let motions = self.motions(state);
+        let motion = self.motion(state);
         let legs = self.model.rigid.legs.iter().enumerate();
         let legs = legs.map(|(i, leg)| {
             let posture = LegPosture {
                 angles: self.angles(state, i),
-                rates: motions.rates.map(|quad| quad.0[i]),
+                rates: motion.rates.map(|quad| quad.0[i]),
                 pulley: state.pulley.0[i],
                 pulley_rate: state.pulley_rate.0[i],
             };

@@ -1,7 +1,7 @@
 //! The model as a differential equation in lanes.
 
 use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
-use twinrig_compliant::{Commands, Flows, Step, System, TooStiff};
+use twinrig_compliant::{Commands, Flows, Step, StepError, System};
 
 use super::equations::CompliantEquations;
 use super::model::{CompliantModel, Legs};
@@ -15,7 +15,7 @@ pub(crate) struct Advance<'a> {
 }
 
 impl Kernel for Advance<'_> {
-    type Output = Result<(), TooStiff>;
+    type Output = Result<(), StepError>;
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Self::Output {

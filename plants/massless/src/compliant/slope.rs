@@ -30,7 +30,7 @@ const SINE_MIN: f64 = 0.1;
 
 /// Motion of legs and feet in one state.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct FootMotion<L> {
+pub(crate) struct LegMotion<L> {
     /// The foot.
     pub(crate) point: Point<L>,
     /// Velocity relative to the trunk, forward and up \[m/s\].
@@ -41,7 +41,7 @@ pub(crate) struct FootMotion<L> {
     per_sine: L,
 }
 
-impl<L: Lanes> FootMotion<L> {
+impl<L: Lanes> LegMotion<L> {
     #[inline(always)]
     pub(crate) fn new(
         legs: &Legs<L>,
@@ -125,7 +125,7 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
         let (simd, legs, state) = (self.simd, self.legs, self.state);
         let trunk = TrunkMotion::new(state.trunk());
         let turns = Turns::new(&state.angles);
-        let motion = FootMotion::new(legs, &turns, state, &trunk);
+        let motion = LegMotion::new(legs, &turns, state, &trunk);
         let forces = self.leg_forces(&turns, &motion);
         let ground = self.ground(&trunk, &motion.point);
         let [wx, wy, wz] = trunk.turning;
@@ -185,7 +185,7 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
 
     /// Returns the forces of springs, stops, cable and joint friction.
     #[inline(always)]
-    fn leg_forces(&self, turns: &Turns<L, 3>, motion: &FootMotion<L>) -> LegForces<L> {
+    fn leg_forces(&self, turns: &Turns<L, 3>, motion: &LegMotion<L>) -> LegForces<L> {
         let (legs, state) = (self.legs, self.state);
         let joints = Joints {
             angles: &state.angles,

@@ -171,6 +171,7 @@ proptest! {
         let mut flow = between_stops(Base::Free);
         tumble(&mut flow.state, turning);
         prop_assert!(flow.greatest_depth() == 0.0);
+        flow.ledger = Ledger::opened(flow.stored());
         let legs: Vec<_> = (0..4).map(|leg| closed_leg(&flow, leg)).collect();
         let expected = maximal_coordinates(&flow, &legs);
         let found = slope(&mut flow);
