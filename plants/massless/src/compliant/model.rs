@@ -4,6 +4,7 @@ use twinrig_compliant::lanes::{LANES, Quad, Simd};
 use twinrig_compliant::{DriveLaws, Element, PantographConstants, Pantographs, Sole};
 use twinrig_robot::Compliance;
 
+use super::trunk::TrunkConstants;
 use crate::model::Model;
 
 /// Constants of the legs; `T` is [`Quad`] in memory, or lanes. An absent leg has no mass and no
@@ -27,9 +28,10 @@ pub(crate) struct CompliantModel {
     pub(crate) rigid: Model,
     pub(crate) legs: Legs<Quad>,
     pub(crate) drives: DriveLaws,
+    pub(crate) trunk: TrunkConstants,
     /// Mass of trunk and feet \[kg\].
     pub(crate) mass: f64,
-    /// Weights of the error: radius of an angle \[m\], length per energy \[m/J\].
+    /// Weights of the error: radius of an angle of the trunk \[m\], length per energy \[m/J\].
     pub(crate) radius: f64,
     pub(crate) per_weight: f64,
 }
@@ -41,11 +43,12 @@ impl CompliantModel {
         pantographs: &[PantographConstants<3>],
         compliances: &[Compliance],
     ) -> Self {
-        let feet = model.legs.iter().map(|leg| leg.mass);
+        let feet = model.legs.iter().map(|leg| leg.mass).sum::<f64>();
         Self {
             legs: Legs::side_by_side(&model, pantographs, compliances),
             drives: DriveLaws::from(model.drives.as_ref()),
-            mass: model.mass + feet.sum::<f64>(),
+            trunk: TrunkConstants::new(model.mass, feet, model.inertia.into()),
+            mass: model.mass + feet,
             radius: 0.5 * model.reach,
             per_weight: model.reach / model.energy_scale,
             rigid: model,

@@ -103,12 +103,17 @@ impl<S: Simd> System for Motion<'_, S> {
         } = fifth
             .state
             .zip(&fourth.state, |last, before| (last - before).abs());
-        let angle = first.max(second).max(third).max(pulley);
-        let angle = angle.max(attitude + attitude);
-        let rate = hip_rate.max(pulley_rate).max(turning);
-        let lengths = (angle * self.model.radius).max(position);
-        let speeds = (rate * self.model.radius).max(velocity).max(ahead.max(up));
-        let zero = angle.zero();
+        // An angle of a link moves the foot by its length, one of the pulley by its radius.
+        let pantographs = &self.legs.pantographs;
+        let ([l1, l2, l3], winding) = (pantographs.links, pantographs.pulley_radius);
+        let radius = self.model.radius;
+        let links = (first * l1).max(second * l2).max(third * l3);
+        let lengths = links.max(pulley * winding).max(position);
+        let lengths = lengths.max(attitude * (2.0 * radius));
+        let drives = (hip_rate * l1).max(pulley_rate * winding);
+        let trunk = (turning * radius).max(velocity);
+        let speeds = drives.max(trunk).max(ahead.max(up));
+        let zero = lengths.zero();
         let powers = S::Lanes::sums([
             fifth.flows.actuator - fourth.flows.actuator,
             fifth.flows.dissipated - fourth.flows.dissipated,

@@ -22,7 +22,7 @@ use twinrig_robot::GRAVITY;
 
 use super::model::{CompliantModel, Legs};
 use super::state::{Slope, State};
-use super::trunk::TrunkSums;
+use super::trunk::{TrunkConstants, TrunkSums};
 
 /// Sine of the angle between second and third link below which a stop keeps them from lying in one
 /// line, where the foot does not determine their rates.
@@ -195,12 +195,18 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
         };
         let internal = Internal::new(&legs.pantographs, turns, &joints, true);
         // The stop between second and third link.
-        let lever = legs.pantographs.links[2] * turns.cosine_of_ankle();
-        let closing = lever * (motion.rates[1] - motion.rates[2]);
-        let stop = legs.pantographs.stops.press(in_line(legs, turns), closing);
-        let pushed = stop.force * lever;
-        let second = (internal.torques[1] - pushed) * legs.per_links[0];
-        let third = (internal.torques[2] + pushed) * legs.per_links[1];
+        let [_, mut second, mut third] = internal.torques;
+        let (depth, mut dissipated) = (in_line(legs, turns), internal.dissipated);
+        // Rare: only where it is pressed.
+        if L::any(depth.gt(depth.zero())) {
+            let lever = legs.pantographs.links[2] * turns.cosine_of_ankle();
+            let closing = lever * (motion.rates[1] - motion.rates[2]);
+            let stop = legs.pantographs.stops.press(depth, closing);
+            second -= stop.force * lever;
+            third += stop.force * lever;
+            dissipated += stop.dissipated;
+        }
+        let (second, third) = (second * legs.per_links[0], third * legs.per_links[1]);
         let ([s1, s2, s3], [c1, c2, c3]) = (turns.sines, turns.cosines);
         let x = (second * s3 - third * s2) * motion.per_sine;
         let z = (third * c2 - second * c3) * motion.per_sine;
@@ -208,7 +214,7 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
             foot: [x, z],
             hip: legs.pantographs.links[0] * (c1 * x + s1 * z) - internal.torques[0],
             tension: internal.tension,
-            dissipated: internal.dissipated + stop.dissipated,
+            dissipated,
         }
     }
 
@@ -262,15 +268,13 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
         let [ahead, up, pitch, roll] = L::sums([fx, fz, z * fx - x * fz, y * fz - z * fy]).quad().0;
         let [yaw, left, mx_sum, mz_sum] = L::sums([x * fy - y * fx, fy, mx, mz]).quad().0;
         let [xx, xz, zz, _] = L::sums([mx * x, mx * z, mz * z, fx.zero()]).quad().0;
-        let (mass, field) = (model.rigid.mass, trunk.field);
-        let inertia: [f64; 3] = model.rigid.inertia.into();
+        let (TrunkConstants { mass, inertia, .. }, field) = (model.trunk, trunk.field);
         let [wx, wy, wz] = trunk.turning;
         let gyro = cross(
             trunk.turning,
             [inertia[0] * wx, inertia[1] * wy, inertia[2] * wz],
         );
         let sums = TrunkSums {
-            mass: model.mass - mass,
             moment: [mx_sum, mz_sum],
             spread: [xx, xz, zz],
             force: [
@@ -282,6 +286,6 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
                 -gyro[2] - yaw,
             ],
         };
-        sums.solve(model.rigid.base, mass, inertia)
+        sums.solve(model.rigid.base, &model.trunk)
     }
 }

@@ -2,11 +2,34 @@
 
 use twinrig_legged::Base;
 
+/// Constants of the trunk.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TrunkConstants {
+    /// Mass \[kg\], and principal moments \[kg·m²\].
+    pub(crate) mass: f64,
+    pub(crate) inertia: [f64; 3],
+    /// Reciprocals of the mass, of the mass with the feet, and of the moment of pitch.
+    per_mass: f64,
+    per_total: f64,
+    per_pitch: f64,
+}
+
+impl TrunkConstants {
+    pub(crate) fn new(mass: f64, feet: f64, inertia: [f64; 3]) -> Self {
+        Self {
+            mass,
+            inertia,
+            per_mass: 1.0 / mass,
+            per_total: 1.0 / (mass + feet),
+            per_pitch: 1.0 / inertia[1],
+        }
+    }
+}
+
 /// Sums over the legs.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TrunkSums {
-    /// Mass of the feet \[kg\], and m x and m z \[kg·m\], from the centre of mass of the trunk.
-    pub(crate) mass: f64,
+    /// m x and m z \[kg·m\], from the centre of mass of the trunk.
     pub(crate) moment: [f64; 2],
     /// m x², m x z and m z² \[kg·m²\].
     pub(crate) spread: [f64; 3],
@@ -15,21 +38,20 @@ pub(crate) struct TrunkSums {
 }
 
 impl TrunkSums {
-    /// Solves for the acceleration of the trunk, linear then angular, from its mass and principal
-    /// moments of inertia.
+    /// Solves for the acceleration of the trunk, linear then angular.
     ///
     /// Forward, up and pitch are independent. The sideways inertia of the feet, m s sᵀ with s = (1,
     /// −z, x), couples y, roll and yaw, of which y is eliminated.
     #[inline(always)]
-    pub(crate) fn solve(&self, base: Base, mass: f64, inertia: [f64; 3]) -> [f64; 6] {
+    pub(crate) fn solve(&self, base: Base, trunk: &TrunkConstants) -> [f64; 6] {
         let [fx, fy, fz, roll, pitch, yaw] = self.force;
-        let per_mass = 1.0 / mass;
-        let (x, z, turn) = (fx * per_mass, fz * per_mass, pitch / inertia[1]);
+        let (x, z) = (fx * trunk.per_mass, fz * trunk.per_mass);
+        let turn = pitch * trunk.per_pitch;
         if base == Base::Planar {
             return [x, 0.0, z, 0.0, turn, 0.0];
         }
         let ([mx, mz], [mxx, mxz, mzz]) = (self.moment, self.spread);
-        let per = 1.0 / (mass + self.mass);
+        let (per, inertia) = (trunk.per_total, &trunk.inertia);
         let (to_roll, to_yaw) = (-mz * per, mx * per);
         let rr = inertia[0] + mzz + to_roll * mz;
         let ry = -mxz - to_roll * mx;
