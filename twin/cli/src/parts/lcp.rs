@@ -29,12 +29,18 @@ pub(crate) fn kind() -> PlantKind {
     .with_option(choice("integrator", "time integration method", &methods))
     .with_option(OptionSpec {
         name: "tolerance".to_owned(),
-        about: "local error tolerance of foot positions per step, for rk4 and rodas4".to_owned(),
+        about: format!(
+            "error tolerance of foot positions: per step of rk4 and rodas4 with rigid constraints \
+             ({:e} m), per millisecond with compliant ones ({:e} m)",
+            Options::TOLERANCE,
+            Options::COMPLIANT_TOLERANCE
+        ),
         accepts: Accepts::Quantity {
             unit: Unit::Meter,
             range: Range::POSITIVE,
         },
-        default: Some(OptionValue::Number(Options::TOLERANCE)),
+        // The default depends on the constraints.
+        default: None,
     })
     .with_option(OptionSpec {
         name: "toe".to_owned(),
@@ -55,15 +61,20 @@ pub fn lcp(context: &PlantContext<'_>) -> Result<Lcp, BuildError> {
     let mut methods = Method::ALL.into_iter();
     let constraints = values.text("constraints").unwrap_or_default();
     let mut formulations = Constraints::ALL.into_iter();
+    let constraints = formulations
+        .find(|formulation| formulation.name() == constraints)
+        .unwrap_or_default();
+    let tolerance = match constraints {
+        Constraints::Rigid => Options::TOLERANCE,
+        Constraints::Compliant => Options::COMPLIANT_TOLERANCE,
+    };
     let options = Options {
-        constraints: formulations
-            .find(|formulation| formulation.name() == constraints)
-            .unwrap_or_default(),
+        constraints,
         setup: setup(context, STEP)?,
         method: methods
             .find(|method| method.name() == name)
             .unwrap_or(Method::Rk4),
-        tolerance: values.number("tolerance").unwrap_or(Options::TOLERANCE),
+        tolerance: values.number("tolerance").unwrap_or(tolerance),
         toe: values.boolean("toe").unwrap_or(false),
     };
     Ok(Lcp::new(context.robot, &options, context.wanted)?)
