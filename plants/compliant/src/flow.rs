@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 use twinrig_contact::Surface;
 use twinrig_legged::{
     DriveModels, FootMotion, LEGS, Ledger, LegPosture, PartFault, Posture, StepInputs, Stored,
-    surfaces_below,
 };
 use twinrig_runtime::PlantState;
 
@@ -140,41 +139,11 @@ pub trait Equations: Clone + Send {
     /// Returns the absolute angles of the three segments of a leg \[rad\].
     fn angles(&self, state: &Self::State, leg: usize) -> [f64; 3];
 
-    /// Returns position and velocity of the foot of a leg, world frame.
-    fn foot(&self, state: &Self::State, leg: usize) -> [[f64; 3]; 2];
-
     /// Returns the motion of the feet of all legs.
-    fn feet(&self, state: &Self::State) -> [FootMotion; LEGS] {
-        let mut feet = [FootMotion::default(); LEGS];
-        for (leg, foot) in feet
-            .iter_mut()
-            .enumerate()
-            .take(self.hip_references().len())
-        {
-            let [position, velocity] = self.foot(state, leg).map(Into::into);
-            *foot = FootMotion { position, velocity };
-        }
-        feet
-    }
+    fn feet(&self, state: &Self::State) -> [FootMotion; LEGS];
 
     /// Returns the ground below each leg.
-    fn surfaces(&self, state: &Self::State, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
-        let mut surfaces = surfaces_below(None, feet);
-        for (leg, surface) in surfaces
-            .iter_mut()
-            .enumerate()
-            .take(self.hip_references().len())
-        {
-            if let Some((gap, normal)) = self.nearest(state, leg) {
-                *surface = Surface { gap, normal };
-            }
-        }
-        surfaces
-    }
-
-    /// Returns gap \[m\] and ground normal of the contact point of a leg that is nearest to the
-    /// ground; none without ground.
-    fn nearest(&self, state: &Self::State, leg: usize) -> Option<(f64, nalgebra::Vector3<f64>)>;
+    fn surfaces(&self, state: &Self::State, feet: &[FootMotion; LEGS]) -> [Surface; LEGS];
 
     /// Passes all numbers of a state on, in a fixed order.
     fn visit(&self, state: &mut Self::State, to: &mut dyn FnMut(&mut Quad));

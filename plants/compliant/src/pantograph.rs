@@ -89,7 +89,8 @@ pub struct Pantographs<T, const N: usize> {
     diagonal_half: T,
     parallel_max: T,
     cable_max: T,
-    stops: Element<T>,
+    /// Stops of the pantograph.
+    pub stops: Element<T>,
     cable: Element<T>,
 }
 
@@ -214,6 +215,18 @@ impl<L: Lanes, const N: usize> Turns<L, N> {
             sine,
             cosine,
         }
+    }
+
+    /// Returns sin(θ₃ − θ₂).
+    #[inline(always)]
+    pub fn sine_of_ankle(&self) -> L {
+        -self.sine[1][2]
+    }
+
+    /// Returns cos(θ₃ − θ₂).
+    #[inline(always)]
+    pub fn cosine_of_ankle(&self) -> L {
+        self.cosine[1][2]
     }
 
     /// Returns Hᵢⱼ = Aᵢⱼ cos(θᵢ − θⱼ) on and below the diagonal, and Aᵢⱼ sin(θᵢ − θⱼ) above it.

@@ -1,7 +1,6 @@
 //! The compliant model as the equations of motion of a plant.
 
-use nalgebra::Vector3;
-use twinrig_compliant::frame::{into_trunk, into_world, rotation};
+use twinrig_compliant::frame::{into_trunk, rotation};
 use twinrig_compliant::lanes::{Features, Quad, dispatch};
 use twinrig_compliant::{
     DriveLaws, DriveState, Equations, Flow, SavedCompliant, Step, StepError, TrunkState,
@@ -20,8 +19,7 @@ use crate::model::Model;
 use crate::options::{LcpError, Options};
 use crate::plant::{Formulation, SavedFormulation, start_state};
 use crate::readings;
-use crate::real::{Lanes, Real};
-use crate::site::Site;
+use crate::real::Lanes;
 use crate::state::State as RigidState;
 
 /// Equations of legs with `N` links and `P` contact points.
@@ -116,21 +114,6 @@ impl<const N: usize, const P: usize> CompliantEquations<N, P> {
         }
     }
 
-    /// Returns a contact point of one leg.
-    fn site(&self, state: &State<Quad, N, P>, leg: usize, links: usize) -> Site<f64, N> {
-        let of = |quads: &[Quad; N]| quads.map(|quad| quad.0[leg]);
-        let turns = of(&state.angles).map(Real::sin_cos);
-        let (sines, cosines) = (turns.map(|(sine, _)| sine), turns.map(|(_, cosine)| cosine));
-        let trunk = self.trunk(state);
-        Site::from_turns(
-            &self.model.rigid.legs[leg].constants,
-            [&sines, &cosines, &of(&state.rates)],
-            [trunk.velocity, trunk.turning],
-            0,
-            links,
-        )
-    }
-
     /// Returns the state in a posture, with toes without load.
     fn with_relaxed_toes(&self, posture: &Posture) -> State<Quad, N, P> {
         let zero = Quad::splat(0.0);
@@ -218,36 +201,12 @@ impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
         std::array::from_fn(|i| state.angles[i].0[leg])
     }
 
-    fn foot(&self, state: &Self::State, leg: usize) -> [[f64; 3]; 2] {
-        let trunk = self.trunk(state);
-        let upright = rotation(trunk.attitude);
-        let site = self.site(state, leg, 3);
-        [
-            site.in_world(trunk.position, &upright),
-            into_world(&upright, site.velocity),
-        ]
-    }
-
     fn feet(&self, state: &Self::State) -> [FootMotion; LEGS] {
         readings::feet(&self.model.rigid, &rigid_state(state))
     }
 
     fn surfaces(&self, state: &Self::State, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
         readings::surfaces(&self.model.rigid, &rigid_state(state), feet)
-    }
-
-    fn nearest(&self, state: &Self::State, leg: usize) -> Option<(f64, Vector3<f64>)> {
-        let ground = self.model.rigid.ground.as_ref()?;
-        let trunk = self.trunk(state);
-        let upright = rotation(trunk.attitude);
-        let points = (3..=N).map(|links| {
-            let point = self
-                .site(state, leg, links)
-                .in_world(trunk.position, &upright);
-            let (below, _) = ground.nearest(&Vector3::from(point));
-            (below.gap, below.normal)
-        });
-        points.reduce(|a, b| if b.0 < a.0 { b } else { a })
     }
 
     fn visit(&self, state: &mut Self::State, to: &mut dyn FnMut(&mut Quad)) {

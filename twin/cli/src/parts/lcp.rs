@@ -6,6 +6,7 @@ use twinrig_lcp::{Constraints, Lcp, Method, Options};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
 use crate::error::BuildError;
+use crate::parts::constraints::{constraints, constraints_choice};
 use crate::parts::option::choice;
 use crate::parts::plant_kind::{PlantContext, PlantKind};
 use crate::parts::setup::setup;
@@ -15,17 +16,12 @@ const STEP: SimDuration = SimDuration::from_millis(2);
 
 pub(crate) fn kind() -> PlantKind {
     let methods = Method::ALL.map(|method| method.name().to_owned());
-    let constraints = Constraints::ALL.map(|constraints| constraints.name().to_owned());
     PlantKind::new(
         "lcp",
         "rigid-body model of trunk and legs with full inertia, in generalised coordinates",
         lcp,
     )
-    .with_option(choice(
-        "constraints",
-        "stops, cables and contact: rigid, or compliant with the stiffness of the robot file",
-        &constraints,
-    ))
+    .with_option(constraints_choice())
     .with_option(choice("integrator", "time integration method", &methods))
     .with_option(OptionSpec {
         name: "tolerance".to_owned(),
@@ -59,11 +55,7 @@ pub fn lcp(context: &PlantContext<'_>) -> Result<Lcp, BuildError> {
     let values = &context.plant.options;
     let name = values.text("integrator").unwrap_or_default();
     let mut methods = Method::ALL.into_iter();
-    let constraints = values.text("constraints").unwrap_or_default();
-    let mut formulations = Constraints::ALL.into_iter();
-    let constraints = formulations
-        .find(|formulation| formulation.name() == constraints)
-        .unwrap_or_default();
+    let constraints = constraints(values);
     let tolerance = match constraints {
         Constraints::Rigid => Options::TOLERANCE,
         Constraints::Compliant => Options::COMPLIANT_TOLERANCE,
