@@ -55,10 +55,10 @@ pub struct Options {
     pub constraints: Constraints,
     /// Time integration method.
     pub method: Method,
-    /// Maximum estimated error of a step of [`Method::Rk4`] or [`Method::Rodas4`] in the position
-    /// of a foot or the trunk \[m\]: at its end, and by its velocities over the time constant of a
-    /// pendulum of leg length. Steps with larger errors are shortened. Infinite disables the
-    /// control.
+    /// Maximum estimated error in the position of a foot or the trunk \[m\]; infinite disables the
+    /// control. With rigid constraints of a step of [`Method::Rk4`] or [`Method::Rodas4`], at its
+    /// end and by its velocities over the time constant of a pendulum of leg length; longer steps
+    /// are divided. With compliant constraints per millisecond.
     pub tolerance: f64,
     /// Whether the foot is a separate segment where the robot has a toe joint; otherwise it is a
     /// point at the end of the third segment.
@@ -69,6 +69,9 @@ impl Options {
     /// Tolerance that keeps the error of a foot below 1e-6 m over 0.3 s at steps of 2 ms, also with
     /// hard impacts, and below 1e-5 m with springs a hundred times as stiff \[m\].
     pub const TOLERANCE: f64 = 3e-7;
+
+    /// Default tolerance of compliant constraints \[m\].
+    pub const COMPLIANT_TOLERANCE: f64 = twinrig_compliant::StepControl::TOLERANCE;
 }
 
 /// Errors in building a plant.

@@ -48,6 +48,9 @@ impl FromRobot for dyn Formulation {
         if options.tolerance.is_nan() || options.tolerance <= 0.0 {
             return Err(LcpError::Tolerance(options.tolerance));
         }
+        if options.constraints == Constraints::Compliant && options.method != Method::Rk4 {
+            return Err(LcpError::CompliantMethod(options.method.name()));
+        }
         let motors = matches!(options.setup.drives, Drives::Motors { .. });
         if motors && options.method == Method::Thesis {
             return Err(LcpError::Motors);

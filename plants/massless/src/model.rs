@@ -34,8 +34,8 @@ pub struct Options {
 }
 
 impl Options {
-    /// Tolerance that keeps the error of a trot below 1e-5 m over a second \[m\].
-    pub const TOLERANCE: f64 = 1e-6;
+    /// Default tolerance of compliant constraints \[m\].
+    pub const TOLERANCE: f64 = twinrig_compliant::StepControl::TOLERANCE;
 
     /// Creates options with rigid constraints.
     pub fn new(setup: Setup, force: Force) -> Self {

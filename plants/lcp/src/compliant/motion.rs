@@ -46,6 +46,10 @@ impl<const N: usize, const P: usize> Kernel for Advance<'_, N, P> {
     }
 }
 
+/// Weight of the error of a bristle against that of a position: enough to notice the friction of a
+/// landing, too little to follow the bristle of a foot in the air.
+const BRISTLE_WEIGHT: f64 = 0.3;
+
 /// The model in lanes.
 struct Motion<'a, S: Simd, const N: usize, const P: usize> {
     simd: S,
@@ -101,7 +105,7 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
             rates,
             pulley,
             pulley_rate,
-            ..
+            bristles,
         } = fifth
             .state
             .zip(&fourth.state, |last, before| (last - before).abs());
@@ -112,7 +116,10 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
         }
         angle = angle.max(pulley);
         rate = rate.max(pulley_rate);
-        let lengths = (angle * radius).max(position);
+        let mut lengths = (angle * radius).max(position);
+        for bristle in bristles {
+            lengths = lengths.max((bristle[0] + bristle[1]) * BRISTLE_WEIGHT);
+        }
         let speeds = (rate * radius).max(velocity);
         let flows = fifth.flows.zip(&fourth.flows, |last, before| last - before);
         let zero = angle.zero();

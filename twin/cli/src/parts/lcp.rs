@@ -2,7 +2,7 @@
 
 use twinrig_document::Range;
 use twinrig_kernel::{SimDuration, Unit};
-use twinrig_lcp::{Lcp, Method, Options};
+use twinrig_lcp::{Constraints, Lcp, Method, Options};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
 use crate::error::BuildError;
@@ -25,12 +25,18 @@ pub(crate) fn kind() -> PlantKind {
     .with_option(choice("integrator", "time integration method", &methods))
     .with_option(OptionSpec {
         name: "tolerance".to_owned(),
-        about: "local error tolerance of foot positions per step, for rk4 and rodas4".to_owned(),
+        about: format!(
+            "error tolerance of foot positions: per step of rk4 and rodas4 with rigid constraints \
+             ({:e} m), per millisecond with compliant ones ({:e} m)",
+            Options::TOLERANCE,
+            Options::COMPLIANT_TOLERANCE
+        ),
         accepts: Accepts::Quantity {
             unit: Unit::Meter,
             range: Range::POSITIVE,
         },
-        default: Some(OptionValue::Number(Options::TOLERANCE)),
+        // The default depends on the constraints.
+        default: None,
     })
     .with_option(OptionSpec {
         name: "toe".to_owned(),
@@ -49,13 +55,18 @@ pub fn lcp(context: &PlantContext<'_>) -> Result<Lcp, BuildError> {
     let values = &context.plant.options;
     let name = values.text("integrator").unwrap_or_default();
     let mut methods = Method::ALL.into_iter();
+    let constraints = constraints(values);
+    let tolerance = match constraints {
+        Constraints::Rigid => Options::TOLERANCE,
+        Constraints::Compliant => Options::COMPLIANT_TOLERANCE,
+    };
     let options = Options {
-        constraints: constraints(values),
+        constraints,
         setup: setup(context, STEP)?,
         method: methods
             .find(|method| method.name() == name)
             .unwrap_or(Method::Rk4),
-        tolerance: values.number("tolerance").unwrap_or(Options::TOLERANCE),
+        tolerance: values.number("tolerance").unwrap_or(tolerance),
         toe: values.boolean("toe").unwrap_or(false),
     };
     Ok(Lcp::new(context.robot, &options, context.wanted)?)
