@@ -1,7 +1,7 @@
 //! The model as a differential equation in lanes.
 
 use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
-use twinrig_compliant::{Commands, Flows, Step, StepError, System};
+use twinrig_compliant::{Commands, Flows, Step, StepControl, StepError, System};
 
 use super::equations::CompliantEquations;
 use super::model::{CompliantModel, Legs};
@@ -45,10 +45,6 @@ impl<const N: usize, const P: usize> Kernel for Advance<'_, N, P> {
         Ok(())
     }
 }
-
-/// Weight of the error of a bristle against that of a position: enough to notice the friction of a
-/// landing, too little to follow the bristle of a foot in the air.
-const BRISTLE_WEIGHT: f64 = 0.3;
 
 /// The model in lanes.
 struct Motion<'a, S: Simd, const N: usize, const P: usize> {
@@ -118,7 +114,7 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
         rate = rate.max(pulley_rate);
         let mut lengths = (angle * radius).max(position);
         for bristle in bristles {
-            lengths = lengths.max((bristle[0] + bristle[1]) * BRISTLE_WEIGHT);
+            lengths = lengths.max((bristle[0] + bristle[1]) * StepControl::BRISTLE_WEIGHT);
         }
         let speeds = (rate * radius).max(velocity);
         let flows = fifth.flows.zip(&fourth.flows, |last, before| last - before);

@@ -1,7 +1,7 @@
 //! The model as a differential equation in lanes.
 
 use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
-use twinrig_compliant::{Commands, Flows, Step, StepError, System};
+use twinrig_compliant::{Commands, Flows, Step, StepControl, StepError, System};
 
 use super::equations::CompliantEquations;
 use super::model::{CompliantModel, Legs};
@@ -99,7 +99,7 @@ impl<S: Simd> System for Motion<'_, S> {
             pulley,
             pulley_rate,
             foot: [ahead, up],
-            ..
+            bristle: [along, across],
         } = fifth
             .state
             .zip(&fourth.state, |last, before| (last - before).abs());
@@ -110,6 +110,7 @@ impl<S: Simd> System for Motion<'_, S> {
         let links = (first * l1).max(second * l2).max(third * l3);
         let lengths = links.max(pulley * winding).max(position);
         let lengths = lengths.max(attitude * (2.0 * radius));
+        let lengths = lengths.max((along + across) * StepControl::BRISTLE_WEIGHT);
         let drives = (hip_rate * l1).max(pulley_rate * winding);
         let trunk = (turning * radius).max(velocity);
         let speeds = drives.max(trunk).max(ahead.max(up));

@@ -46,7 +46,7 @@ pub(crate) fn kind() -> PlantKind {
     .with_option(OptionSpec {
         name: "tolerance".to_owned(),
         about: format!(
-            "local error tolerance of trunk and feet with compliant constraints ({:e} m)",
+            "error tolerance of trunk and feet per millisecond, with compliant constraints ({:e} m)",
             Options::TOLERANCE
         ),
         accepts: Accepts::Quantity {
