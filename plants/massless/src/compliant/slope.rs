@@ -26,7 +26,7 @@ use super::trunk::{TrunkConstants, TrunkSums};
 
 /// Sine of the angle between second and third link below which a stop keeps them from lying in one
 /// line, where the foot does not determine their rates.
-const SINE_MIN: f64 = 0.1;
+pub(crate) const SINE_MIN: f64 = 0.1;
 
 /// Motion of legs and feet in one state.
 #[derive(Debug, Clone, Copy)]

@@ -2,13 +2,14 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use proptest::prelude::*;
 use twinrig_compliant::frame::rotation;
 use twinrig_compliant::lanes::{Features, Quad};
-use twinrig_compliant::{DriveLaws, Equations, Flow};
+use twinrig_compliant::{DriveLaws, Element, Equations, Flow};
 use twinrig_leg::{Gradient, Planar};
 use twinrig_legged::{Base, Drives, Ledger, Setup, StepInputs};
-use twinrig_robot::{GRAVITY, JointFriction, Robot};
+use twinrig_robot::{GRAVITY, JointFriction, OneSided, Robot};
 use twinrig_testing::robots::{SERVO, SERVOS, pose, robot, robot_named, standing, with_legs};
 
 use super::equations::{CompliantFlow, initial};
+use super::slope::SINE_MIN;
 use super::state::{Slope, State};
 use crate::model::Options;
 
@@ -345,4 +346,32 @@ fn posture_and_state_are_equivalent() {
     for (a, b) in found.iter().zip(&expected) {
         assert!((a - b).abs() < 1e-12, "{a} {b}");
     }
+}
+
+#[test]
+fn stop_pushes_second_and_third_link_out_of_line() {
+    let mut flow = between_stops(Base::Fixed);
+    let within = 0.8 * SINE_MIN;
+    let ankle = std::f64::consts::PI - libm::asin(within);
+    flow.state.angles[2] = Quad(flow.state.angles[1].0.map(|second| second + ankle));
+    flow.state.hip_rate = Quad::splat(0.0);
+    flow.state.foot = [Quad::splat(0.0); 2];
+    // Soft, as other stops are far beyond their limit in this pose.
+    let soft = OneSided {
+        stiffness: 1e3,
+        damping: 1.0,
+        toe_region: 1e-3,
+    };
+    flow.equations.model.legs.pantographs.stops = Element::side_by_side([soft; 4]);
+    let mut flow = with_tolerance(&flow, 1e-8, Features::Detected);
+    for _ in 0..20 {
+        flow.step(1e-4).unwrap();
+    }
+    let balance = flow.ledger.balance();
+    assert!(
+        balance.residual.abs() < 1e-7 * balance.exchanged,
+        "{balance:?}"
+    );
+    let [_, second, third] = flow.state.angles.map(|quad| quad.0[0]);
+    assert!(libm::sin(third - second) > within, "{}", third - second);
 }
