@@ -92,8 +92,8 @@ impl StepControl {
     /// the first second, and the energy balance within 2e-5.
     pub const TOLERANCE: f64 = 2e-6;
 
-    /// Weight of the error of a bristle against that of a position: enough to notice the friction of
-    /// a landing, too little to follow the bristle of a foot in the air.
+    /// Weight of the error of a bristle against that of a position: enough to notice the friction
+    /// of a landing, too little to follow the bristle of a foot in the air.
     pub const BRISTLE_WEIGHT: f64 = 0.3;
 
     /// Creates the control for a tolerance \[m\].

@@ -28,8 +28,8 @@ pub struct Options {
     pub force: Force,
     /// Formulation of the constraints.
     pub constraints: Constraints,
-    /// Maximum estimated error with compliant constraints, per millisecond, in the position of trunk
-    /// or foot \[m\].
+    /// Maximum estimated error with compliant constraints, per millisecond, in the position of
+    /// trunk or foot \[m\].
     pub tolerance: f64,
 }
 
