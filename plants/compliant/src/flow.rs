@@ -166,8 +166,8 @@ pub trait Equations: Clone + Send {
     ) -> Result<(Self::State, Vec<String>), PartFault>;
 }
 
-/// Greatest residual of the energy balance as a share of the energy exchanged, and, as a share of the
-/// reference energy, the residual below which it is no error.
+/// Greatest residual of the energy balance as a share of the energy exchanged, and, as a share of
+/// the reference energy, the residual below which it is no error.
 const RESIDUAL_MAX: f64 = 0.1;
 const RESIDUAL_FLOOR: f64 = 0.02;
 

@@ -111,8 +111,8 @@ pub(crate) struct LegMotions<'a> {
     pub(crate) state: &'a State<Quad>,
 }
 
-/// Position relative to the trunk \[m\] and velocity \[m/s\] of feet, trunk axes, and rates of links
-/// \[rad/s\].
+/// Position relative to the trunk \[m\] and velocity \[m/s\] of feet, trunk axes, and rates of
+/// links \[rad/s\].
 pub(crate) struct Motion {
     pub(crate) place: [Quad; 3],
     pub(crate) velocity: [Quad; 3],

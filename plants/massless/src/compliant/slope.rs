@@ -1,16 +1,16 @@
 //! Right-hand side of the equations of motion.
 //!
-//! With the directions nⱼ = (cos θⱼ, sin θⱼ) in which the links move their ends, the velocity of the
-//! foot relative to the trunk determines the rates of the second and the third link, and the torques
-//! τⱼ of springs, stops, cable and joint friction on them determine the force f of the leg on its
-//! foot:
+//! With the directions nⱼ = (cos θⱼ, sin θⱼ) in which the links move their ends, the velocity of
+//! the foot relative to the trunk determines the rates of the second and the third link, and the
+//! torques τⱼ of springs, stops, cable and joint friction on them determine the force f of the leg
+//! on its foot:
 //!
 //! ```text
 //! Σ lⱼ nⱼ θ̇ⱼ = u − v − ω × r      lⱼ nⱼ·f = τⱼ   (j = 2, 3)
 //! ```
 //!
-//! The drive of the hip bears l₁ n₁·f − τ₁; the trunk bears −f, at the foot. Sideways the foot moves
-//! with the trunk.
+//! The drive of the hip bears l₁ n₁·f − τ₁; the trunk bears −f, at the foot. Sideways the foot
+//! moves with the trunk.
 
 use twinrig_compliant::frame::{cross, into_world, quaternion_rate};
 use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
