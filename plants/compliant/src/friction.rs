@@ -11,16 +11,17 @@
 //! ```
 //!
 //! The force never leaves the cone of friction. In sliding, z is z_s along v (Dahl's model, its
-//! stiffness µ F_n/z_s proportional to the load); a foot at rest that is pressed beyond εδ stays where
-//! it is under any constant load inside the cone. |z| exceeds z_s by integration errors only. Near the ground the bristle of an
-//! unloaded foot turns along its velocity: a foot that lands in motion slides at once, as Coulomb's
-//! law demands. Away from the ground it relaxes.
+//! stiffness µ F_n/z_s proportional to the load); a foot at rest that is pressed beyond εδ stays
+//! where it is under any constant load inside the cone. |z| exceeds z_s by integration errors only.
+//! Near the ground the bristle of an unloaded foot turns along its velocity: a foot that lands in
+//! motion slides at once, as Coulomb's law demands. Away from the ground it relaxes.
 
 use crate::element::Element;
 use crate::lanes::{Lanes, Quad, Simd};
 
-/// Share ε of the toe region over which the bristle begins to follow the ground. ASSUMED: half of it,
-/// where a foot of Cheetah-cub bears 0.25 N; less is a switch that substeps of the usual length miss.
+/// Share ε of the toe region over which the bristle begins to follow the ground. ASSUMED: half of
+/// it, where a foot of Cheetah-cub bears 0.25 N; less is a switch that substeps of the usual length
+/// miss.
 const ENGAGEMENT: f64 = 0.5;
 
 /// Distance R from the ground within which the bristle of an unloaded foot turns \[m\], its time

@@ -7,9 +7,9 @@
 //! y₁ = y₀ + h/6 (k₁ + 2k₂ + 2k₃ + k₄)    k₅ = f(y₁)    ŷ₁ − y₁ = h/6 (k₅ − k₄)
 //! ```
 //!
-//! The control keeps the error per time below the tolerance per millisecond: substeps at landings, of
-//! which there are few, may err no more than long ones, and the error of a run is proportional to the
-//! tolerance.
+//! The control keeps the error per time below the tolerance per millisecond: substeps at landings,
+//! of which there are few, may err no more than long ones, and the error of a run is proportional
+//! to the tolerance.
 
 /// Shortest substep: a model that needs shorter ones is too stiff for this method \[s\].
 const SUBSTEP_MIN: f64 = 1e-7;
@@ -88,8 +88,8 @@ pub enum StepError {
 }
 
 impl StepControl {
-    /// Default tolerance \[m\]: keeps trunk and feet of every gait of the scenarios within 5e-5 m over
-    /// the first second, and the energy balance within 2e-5.
+    /// Default tolerance \[m\]: keeps trunk and feet of every gait of the scenarios within 5e-5 m
+    /// over the first second, and the energy balance within 2e-5.
     pub const TOLERANCE: f64 = 2e-6;
 
     /// Weight of the error of a bristle against that of a position: enough to notice the friction

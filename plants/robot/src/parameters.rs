@@ -103,6 +103,7 @@ pub struct Compliance {
 
 impl Compliance {
     /// Returns the same with stiffness and damping of all elements scaled.
+    #[must_use]
     pub fn scaled(self, stiffness: f64, damping: f64) -> Self {
         let scale = |side: OneSided| OneSided {
             stiffness: stiffness * side.stiffness,
