@@ -64,6 +64,7 @@ impl Commands<Quad> {
     }
 
     /// Returns the set-points after some time, at rest.
+    #[must_use]
     pub fn at_end(&self, seconds: f64) -> Self {
         let end = |[start, rate]: [Quad; 2]| {
             let value = std::array::from_fn(|i| start.0[i] + rate.0[i] * seconds);

@@ -36,6 +36,7 @@ impl<T: Copy> Flows<T> {
 
     /// Combines two member by member.
     #[inline(always)]
+    #[must_use]
     pub fn zip(&self, other: &Self, mut of: impl FnMut(T, T) -> T) -> Self {
         Self {
             actuator: of(self.actuator, other.actuator),

@@ -175,7 +175,8 @@ impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
     }
 
     fn energy_scale(&self) -> f64 {
-        self.model.rigid.moving_energy
+        let Model { moving_energy, .. } = &self.model.rigid;
+        *moving_energy
     }
 
     fn greatest_depth(&self, features: Features, state: &Self::State) -> f64 {

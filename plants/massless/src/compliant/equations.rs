@@ -77,8 +77,8 @@ pub(crate) fn initial(robot: &Robot, options: &Options) -> Result<CompliantFlow,
     state.position = Quad::of_three(rigid.position().into());
     for (i, angles) in angles.iter().enumerate() {
         let velocity = rigid.foot_velocity(i);
-        for k in 0..3 {
-            state.angles[k].0[i] = angles[k];
+        for (quad, angle) in state.angles.iter_mut().zip(angles) {
+            quad.0[i] = *angle;
         }
         state.hip_rate.0[i] = rigid.hip_rate(i);
         state.pulley.0[i] = rigid.pulley(i);
