@@ -1,5 +1,5 @@
 //! Comparison of compliant constraints with `tests/reference/compliant.py`: point masses in the
-//! world frame, integrated by SciPy.
+//! world frame, integrated by DOP853.
 
 use std::path::{Path, PathBuf};
 
