@@ -76,10 +76,7 @@ fn stand(plant: &mut dyn Plant) -> Vec<(f64, Vec<f64>)> {
 #[test]
 fn plants_agree_for_slow_motion_on_motors() {
     let robot = oncilla();
-    let options = twinrig_massless::Options {
-        setup: setup(&robot),
-        force: Force::Solve,
-    };
+    let options = twinrig_massless::Options::new(setup(&robot), Force::Solve);
     let mut massless = Massless::new(&robot, &options, &is_compared).unwrap();
     let options = twinrig_lcp::Options {
         constraints: twinrig_lcp::Constraints::Rigid,

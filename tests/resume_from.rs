@@ -62,10 +62,7 @@ fn lcp(setup: &Setup) -> Box<dyn Plant> {
 }
 
 fn massless(setup: &Setup) -> Box<dyn Plant> {
-    let options = twinrig_massless::Options {
-        setup: setup.clone(),
-        force: twinrig_massless::Force::Solve,
-    };
+    let options = twinrig_massless::Options::new(setup.clone(), twinrig_massless::Force::Solve);
     Box::new(twinrig_massless::Massless::new(&robot(), &options, &|_| true).unwrap())
 }
 

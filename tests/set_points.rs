@@ -51,10 +51,7 @@ fn plants(step_us: u64) -> Vec<(&'static str, Box<dyn Plant>)> {
         };
         Box::new(Lcp::new(&robot, &options, &is_hip).unwrap())
     };
-    let options = twinrig_massless::Options {
-        setup: setup.clone(),
-        force: Force::Solve,
-    };
+    let options = twinrig_massless::Options::new(setup.clone(), Force::Solve);
     vec![
         (
             "massless",

@@ -11,17 +11,18 @@
 //! ```
 //!
 //! The force never leaves the cone of friction. In sliding, z is z_s along v (Dahl's model, its
-//! stiffness µ F_n/z_s proportional to the load); a foot at rest stays where it is under any constant
-//! load inside the cone. |z| exceeds z_s by integration errors only. Near the ground the bristle of an
-//! unloaded foot turns along its velocity: a foot that lands in motion slides at once, as Coulomb's
-//! law demands. Away from the ground it relaxes.
+//! stiffness µ F_n/z_s proportional to the load); a foot at rest that is pressed beyond εδ stays
+//! where it is under any constant load inside the cone. |z| exceeds z_s by integration errors only.
+//! Near the ground the bristle of an unloaded foot turns along its velocity: a foot that lands in
+//! motion slides at once, as Coulomb's law demands. Away from the ground it relaxes.
 
 use crate::element::Element;
 use crate::lanes::{Lanes, Quad, Simd};
 
-/// Share ε of the toe region over which the bristle begins to follow the ground. ASSUMED: the force
-/// there is below a thousandth of the one at the end of the toe region.
-const ENGAGEMENT: f64 = 0.05;
+/// Share ε of the toe region over which the bristle begins to follow the ground. ASSUMED: half of
+/// it, where a foot of Cheetah-cub bears 0.25 N; less is a switch that substeps of the usual length
+/// miss.
+const ENGAGEMENT: f64 = 0.5;
 
 /// Distance R from the ground within which the bristle of an unloaded foot turns \[m\], its time
 /// constant τ \[s\], and the speed below which it has no direction \[m/s\]. ASSUMED: a foot that
@@ -43,8 +44,9 @@ pub struct Sole<T> {
 /// Motion of a contact point relative to the ground.
 #[derive(Debug, Clone, Copy)]
 pub struct Approach<L> {
-    /// Distance from the ground, negative below it \[m\], and its rate \[m/s\].
+    /// Distance from the ground, negative below it \[m\].
     pub gap: L,
+    /// Its rate \[m/s\].
     pub gap_rate: L,
     /// Velocity along the two tangents of the ground \[m/s\].
     pub slip: [L; 2],
@@ -55,8 +57,9 @@ pub struct Approach<L> {
 /// Force of the ground on a contact point.
 #[derive(Debug, Clone, Copy)]
 pub struct Grip<L> {
-    /// Along the normal, and along the two tangents \[N\].
+    /// Along the normal \[N\].
     pub normal: L,
+    /// Along the two tangents \[N\].
     pub tangential: [L; 2],
     /// Rate of the bristle \[m/s\].
     pub bristle_rate: [L; 2],

@@ -24,6 +24,18 @@ impl Quad {
     pub const fn splat(value: f64) -> Self {
         Self([value; LANES])
     }
+
+    /// Returns a vector, followed by zero.
+    pub const fn of_three([x, y, z]: [f64; 3]) -> Self {
+        Self([x, y, z, 0.0])
+    }
+
+    /// Returns the first three numbers.
+    #[inline(always)]
+    pub fn three(self) -> [f64; 3] {
+        let [x, y, z, _] = self.0;
+        [x, y, z]
+    }
 }
 
 /// Four numbers in registers. Constants are plain numbers on the right of an operator.

@@ -6,14 +6,21 @@
 //! ```text
 //! y₁ = y₀ + h/6 (k₁ + 2k₂ + 2k₃ + k₄)    k₅ = f(y₁)    ŷ₁ − y₁ = h/6 (k₅ − k₄)
 //! ```
+//!
+//! The control keeps the error per time below the tolerance per millisecond: substeps at landings,
+//! of which there are few, may err no more than long ones, and the error of a run is proportional
+//! to the tolerance.
 
 /// Shortest substep: a model that needs shorter ones is too stiff for this method \[s\].
 const SUBSTEP_MIN: f64 = 1e-7;
 
+/// Time over which errors may add up to the tolerance \[s\].
+const UNIT: f64 = 1e-3;
+
 /// Limits of the ratio of successive substeps, and the share of the optimal substep that is taken.
 const RATIO_MIN: f64 = 0.2;
-const RATIO_MAX: f64 = 4.0;
-const SAFETY: f64 = 0.9;
+const RATIO_MAX: f64 = 2.0;
+const SAFETY: f64 = 0.8;
 
 /// Ordinary differential equation.
 pub trait System {
@@ -41,7 +48,7 @@ pub trait System {
 /// Control of the substeps.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct StepControl {
-    /// Greatest error of a substep \[m\]; infinite to take every step in one.
+    /// Greatest estimated error per millisecond \[m\]; infinite to take every step in one.
     tolerance: f64,
     /// Proposed length of the next substep \[s\].
     substep: f64,
@@ -81,6 +88,10 @@ pub enum StepError {
 }
 
 impl StepControl {
+    /// Default tolerance \[m\]: keeps trunk and feet of every gait of the scenarios within 5e-5 m
+    /// over the first second, and the energy balance within 2e-5.
+    pub const TOLERANCE: f64 = 2e-6;
+
     /// Creates the control for a tolerance \[m\].
     pub fn new(tolerance: f64) -> Self {
         Self {
@@ -129,7 +140,7 @@ impl StepControl {
             let next = F::along_mean(state, h, slopes);
             let k5 = system.slope(end, &next);
             self.work.evaluations += 4;
-            let ratio = system.error(h, &k4, &k5) / self.tolerance;
+            let ratio = system.error(h, &k4, &k5) * (UNIT / h) / self.tolerance;
             // The form of the comparison rejects NaN.
             if ratio <= 1.0 {
                 self.work.accepted += 1;
@@ -169,12 +180,12 @@ impl StepControl {
     }
 
     /// Returns the ratio of the next substep to one with this ratio of error to tolerance, which
-    /// grows with the fourth power of its length.
+    /// grows with the cube of its length.
     #[inline(always)]
     fn growth(ratio: f64) -> f64 {
         if ratio.is_nan() {
             return RATIO_MIN;
         }
-        (SAFETY / libm::sqrt(libm::sqrt(ratio))).clamp(RATIO_MIN, RATIO_MAX)
+        (SAFETY / libm::cbrt(ratio)).clamp(RATIO_MIN, RATIO_MAX)
     }
 }

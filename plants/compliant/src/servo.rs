@@ -1,6 +1,7 @@
-//! Position servos of four legs, in lanes.
+//! Drives of four legs, in lanes.
 
 use twinrig_actuator::PositionServo;
+use twinrig_legged::DriveModels;
 
 use crate::lanes::Lanes;
 
@@ -67,5 +68,52 @@ impl ServoLaw {
         let most = (one - share).clamp(zero, one) * self.torque;
         let least = (one + share).clamp(zero, one) * -self.torque;
         torque.clamp(least, most)
+    }
+    /// Returns the acceleration of a drive that has no inertia but its own, under a load \[N·m\]:
+    /// the commanded one, within the limit of the torque \[rad/s²\].
+    #[inline(always)]
+    pub fn acceleration_under<L: Lanes>(&self, load: L, wanted: L, rate: L) -> L {
+        let torque = self.limited(wanted * self.inertia + load, rate);
+        (torque - load) * (1.0 / self.inertia)
+    }
+}
+
+/// Laws of the drives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DriveLaws {
+    /// No drives, and no cable.
+    None,
+    /// Servos of hip and pulley.
+    Servos {
+        /// Servo of the hip.
+        hip: ServoLaw,
+        /// Servo of the pulley.
+        knee: ServoLaw,
+    },
+    /// Inertias of hip and pulley \[kg·m²\].
+    Motors([f64; 2]),
+}
+
+impl From<Option<&DriveModels>> for DriveLaws {
+    fn from(drives: Option<&DriveModels>) -> Self {
+        match drives {
+            None => Self::None,
+            Some(DriveModels::Servos(servos)) => Self::Servos {
+                hip: ServoLaw::from(&servos.hip),
+                knee: ServoLaw::from(&servos.knee),
+            },
+            Some(drives @ DriveModels::Motors(_)) => Self::Motors(drives.inertias()),
+        }
+    }
+}
+
+impl DriveLaws {
+    /// Returns the inertias of the drives of hip and pulley \[kg·m²\].
+    pub fn inertias(&self) -> [f64; 2] {
+        match self {
+            Self::None => [0.0; 2],
+            Self::Servos { hip, knee } => [hip.inertia(), knee.inertia()],
+            Self::Motors(inertias) => *inertias,
+        }
     }
 }

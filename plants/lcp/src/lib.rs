@@ -98,5 +98,6 @@ mod thesis;
 mod trunk;
 
 pub use equations::{Equations, Posture};
-pub use options::{Constraints, LcpError, Method, Options};
+pub use options::{LcpError, Method, Options};
 pub use plant::Lcp;
+pub use twinrig_legged::Constraints;

@@ -1,6 +1,6 @@
 //! Options of the plant.
 
-use twinrig_legged::{LeggedError, Setup};
+use twinrig_legged::{Constraints, LeggedError, Setup};
 
 /// Time integration method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -46,30 +46,6 @@ impl Method {
     }
 }
 
-/// Formulation of stops, cables and ground contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Constraints {
-    /// Complementarity: impacts, and forces that satisfy the constraints exactly.
-    #[default]
-    Rigid,
-    /// One-sided springs with dampers, and friction by bristles: a smooth system, integrated by
-    /// [`Method::Rk4`] with error control.
-    Compliant,
-}
-
-impl Constraints {
-    /// All formulations.
-    pub const ALL: [Self; 2] = [Self::Rigid, Self::Compliant];
-
-    /// Returns the name used in scenarios.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Rigid => "rigid",
-            Self::Compliant => "compliant",
-        }
-    }
-}
-
 /// Options of the plant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -79,10 +55,10 @@ pub struct Options {
     pub constraints: Constraints,
     /// Time integration method.
     pub method: Method,
-    /// Maximum estimated error of a step of [`Method::Rk4`] or [`Method::Rodas4`] in the position
-    /// of a foot or the trunk \[m\]: at its end, and by its velocities over the time constant of a
-    /// pendulum of leg length. Steps with larger errors are shortened. Infinite disables the
-    /// control.
+    /// Maximum estimated error in the position of a foot or the trunk \[m\]; infinite disables the
+    /// control. With rigid constraints of a step of [`Method::Rk4`] or [`Method::Rodas4`], at its
+    /// end and by its velocities over the time constant of a pendulum of leg length; longer steps
+    /// are divided. With compliant constraints per millisecond.
     pub tolerance: f64,
     /// Whether the foot is a separate segment where the robot has a toe joint; otherwise it is a
     /// point at the end of the third segment.
@@ -93,6 +69,9 @@ impl Options {
     /// Tolerance that keeps the error of a foot below 1e-6 m over 0.3 s at steps of 2 ms, also with
     /// hard impacts, and below 1e-5 m with springs a hundred times as stiff \[m\].
     pub const TOLERANCE: f64 = 3e-7;
+
+    /// Default tolerance of compliant constraints \[m\].
+    pub const COMPLIANT_TOLERANCE: f64 = twinrig_compliant::StepControl::TOLERANCE;
 }
 
 /// Errors in building a plant.
@@ -105,14 +84,6 @@ pub enum LcpError {
     #[error("leg {leg} has no toe joint but others have one; simulate all without (`toe = false`)")]
     Toe {
         /// The leg without toe joint.
-        leg: String,
-    },
-    /// The compliance of a leg is not known.
-    #[error(
-        "leg {leg} has no compliance: add `[leg.….compliance]` to the robot file, or choose `constraints = \"rigid\"`"
-    )]
-    Compliance {
-        /// The leg.
         leg: String,
     },
     /// The method does not support compliant constraints.

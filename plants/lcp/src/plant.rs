@@ -2,17 +2,19 @@
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use twinrig_compliant::SavedCompliant;
 use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
-    DriveModels, Drives, Dynamics, FromRobot, LeggedPlant, PartFault, Posture, Setup, StepInputs,
+    Constraints, DriveModels, Drives, Dynamics, FromRobot, LeggedPlant, PartFault, Posture, Setup,
+    StepInputs,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantEvent, PlantEventKind, PlantState, WorkCounts};
 
-use crate::compliant::{self, SavedCompliant};
+use crate::compliant;
 use crate::flow::{Flow, FlowError};
 use crate::model::Model;
-use crate::options::{Constraints, LcpError, Method, Options};
+use crate::options::{LcpError, Method, Options};
 use crate::real::{Lanes, Real};
 use crate::saved::SavedFlow;
 use crate::state::State;
@@ -45,6 +47,9 @@ impl FromRobot for dyn Formulation {
     fn from_robot(robot: &Robot, options: &Options) -> Result<Box<Self>, LcpError> {
         if options.tolerance.is_nan() || options.tolerance <= 0.0 {
             return Err(LcpError::Tolerance(options.tolerance));
+        }
+        if options.constraints == Constraints::Compliant && options.method != Method::Rk4 {
+            return Err(LcpError::CompliantMethod(options.method.name()));
         }
         let motors = matches!(options.setup.drives, Drives::Motors { .. });
         if motors && options.method == Method::Thesis {

@@ -157,8 +157,8 @@ pub(crate) fn feet<const N: usize>(
     foot_motions(&link_ends(&model.side_by_side, state, 3))
 }
 
-/// Returns the ground below each leg: of foot and toe, the point nearer to the ground is the contact
-/// point.
+/// Returns the ground below each leg: of foot and toe, the point nearer to the ground is the
+/// contact point.
 pub(crate) fn surfaces<const N: usize>(
     model: &Model<N>,
     state: &State<Lanes, N>,

@@ -66,6 +66,15 @@ pub enum LeggedError {
         /// Cause.
         why: MotorError,
     },
+    /// The compliance of a leg is not known.
+    #[error(
+        "leg {leg} has no compliance: add `[leg.….compliance]` to the robot file, or choose \
+         `constraints = \"rigid\"`"
+    )]
+    Compliance {
+        /// Name of the leg.
+        leg: String,
+    },
     /// A mass or a moment of inertia is not positive and finite.
     #[error("the {what} is {value} (SI units); it must be positive")]
     Mass {

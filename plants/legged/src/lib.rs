@@ -39,6 +39,7 @@
 //! plant; options of a single plant; and the scenario language, which the builder of plants
 //! translates.
 
+mod constraints;
 mod dynamics;
 mod error;
 mod ledger;
@@ -54,6 +55,7 @@ mod start;
 mod validation;
 mod window;
 
+pub use constraints::Constraints;
 pub use dynamics::{Dynamics, FromRobot, PartFault, StepInputs};
 pub use error::{LeggedError, positive};
 pub use ledger::{Ledger, NegativeDissipation, Stored};

@@ -19,8 +19,8 @@ pub enum SetPoint {
     },
 }
 
-/// Set-points of servos. Those that approach their commands linearly divide steps, and have a state;
-/// held ones are the commands.
+/// Set-points of servos. Those that approach their commands linearly divide steps, and have a
+/// state; held ones are the commands.
 #[derive(Debug, Clone)]
 pub struct SetPoints {
     period: SimDuration,

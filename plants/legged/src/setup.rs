@@ -3,7 +3,7 @@
 use twinrig_actuator::{DcMotor, PositionServo};
 use twinrig_contact::Ground;
 use twinrig_kernel::SimDuration;
-use twinrig_robot::{LegMount, Robot};
+use twinrig_robot::{Compliance, LegMount, Robot};
 
 use crate::LEGS;
 use crate::error::LeggedError;
@@ -161,6 +161,19 @@ impl Setup {
         }
         let mounts = robot.legs.iter();
         Ok(mounts.filter(|mount| names.contains(&mount.name)).collect())
+    }
+
+    /// Returns the compliances of the selected legs.
+    ///
+    /// # Errors
+    /// As [`Self::selected_mounts`], and [`LeggedError::Compliance`].
+    pub fn compliances(&self, robot: &Robot) -> Result<Vec<Compliance>, LeggedError> {
+        let mounts = self.selected_mounts(robot)?.into_iter();
+        let compliance = |mount: &LegMount| {
+            let leg = mount.name.clone();
+            mount.leg.compliance.ok_or(LeggedError::Compliance { leg })
+        };
+        mounts.map(compliance).collect()
     }
 
     /// Returns the validated drives, if any. Ideal ones have the inertia of the robot's servos.

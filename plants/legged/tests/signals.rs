@@ -250,7 +250,7 @@ fn legs_may_differ_in_their_selected_signals() {
     let signals = Signals::new(&NAMES, &setup(true, true), &|name| selected.contains(&name));
     let mut outputs = [f64::NAN; 4];
     let mut window = Window::default();
-    window.begin(1.0, &[[0.0; 3], [0.0; 3]]);
+    window.begin(1.0, [[0.0; 3], [0.0; 3]]);
     signals.write(&LoggedReadings::default(), &window, 2.0, &mut outputs);
     assert_eq!(outputs, [0.6 * 3.0 + 0.8 * 4.0, 91.0, 0.0, 0.0]);
 }

@@ -15,13 +15,14 @@ fn main() {
     divan::main();
 }
 
-/// Methods for the force of a leg.
-const FORCES: [&str; 2] = ["solve", "lookup"];
+/// Methods for the force of a leg with rigid constraints, and compliant constraints.
+const FORCES: [&str; 3] = ["solve", "lookup", "compliant"];
 
-fn force_of(force: &str) -> Force {
+fn options_of(setup: Setup, force: &str) -> Options {
     match force {
-        "solve" => Force::Solve,
-        _ => Force::Lookup { cells: 64 },
+        "solve" => Options::new(setup, Force::Solve),
+        "lookup" => Options::new(setup, Force::Lookup { cells: 64 }),
+        _ => Options::compliant(setup, Options::TOLERANCE),
     }
 }
 
@@ -33,10 +34,7 @@ fn setup_on(base: Base) -> Setup {
 }
 
 fn build(setup: &Setup, force: &str) -> Harness {
-    let options = Options {
-        setup: setup.clone(),
-        force: force_of(force),
-    };
+    let options = options_of(setup.clone(), force);
     Harness::new(Massless::new(&robot(), &options, &|_| true).unwrap())
 }
 
@@ -51,19 +49,16 @@ fn trot(setup: Setup, force: &str) -> Harness {
     harness
 }
 
-/// Mean over `steps` steps from the harness' state, which is restored before each iteration.
-fn steps(bencher: Bencher, harness: &Harness, from_ms: u64, steps: u64) {
+/// Mean over `steps` steps from the harness' state, which is restored in each iteration.
+fn steps(bencher: Bencher, mut harness: Harness, from_ms: u64, steps: u64) {
     let saved = harness.plant.save();
     let commands = harness.commands.clone();
     bencher
         .counter(divan::counter::ItemsCount::new(steps))
-        .with_inputs(|| {
-            let mut plant = harness.plant.clone();
-            plant.restore(&saved).unwrap();
-            plant
-        })
-        .bench_local_refs(|plant| {
-            plant.advance(at_ms(from_ms + steps), &commands).unwrap();
+        .bench_local(|| {
+            harness.plant.restore(&saved).unwrap();
+            let end = at_ms(from_ms + steps);
+            harness.plant.advance(end, &commands).unwrap();
         });
 }
 
@@ -75,19 +70,19 @@ const STEPS: u64 = 20;
 fn standing(bencher: Bencher, force: &str) {
     let mut harness = build(&setup_on(Base::Free), force);
     harness.advance_to_ms(500);
-    steps(bencher, &harness, 500, STEPS);
+    steps(bencher, harness, 500, STEPS);
 }
 
 #[divan::bench(args = FORCES)]
 fn trotting(bencher: Bencher, force: &str) {
     let harness = trot(setup_on(Base::Free), force);
-    steps(bencher, &harness, 480, STEPS);
+    steps(bencher, harness, 480, STEPS);
 }
 
 #[divan::bench(args = FORCES)]
 fn trotting_in_the_plane(bencher: Bencher, force: &str) {
     let harness = trot(setup_on(Base::Planar), force);
-    steps(bencher, &harness, 480, STEPS);
+    steps(bencher, harness, 480, STEPS);
 }
 
 #[divan::bench(args = FORCES)]
@@ -95,7 +90,7 @@ fn trotting_on_a_stand(bencher: Bencher, force: &str) {
     let mut setup = setup_on(Base::Fixed);
     setup.ground = None;
     let harness = trot(setup, force);
-    steps(bencher, &harness, 480, STEPS);
+    steps(bencher, harness, 480, STEPS);
 }
 
 #[divan::bench(args = FORCES)]
@@ -104,39 +99,30 @@ fn in_flight(bencher: Bencher, force: &str) {
     setup.ground = None;
     let mut harness = build(&setup, force);
     harness.advance_to_ms(50);
-    steps(bencher, &harness, 50, STEPS);
+    steps(bencher, harness, 50, STEPS);
 }
 
 /// A second of trot with commands every two milliseconds, as in a run.
-#[divan::bench(sample_count = 20)]
-fn a_second_of_trot(bencher: Bencher) {
+#[divan::bench(args = FORCES, sample_count = 20)]
+fn a_second_of_trot(bencher: Bencher, force: &str) {
     let (robot, setup) = (robot(), setup_on(Base::Free));
-    let harness = trot(setup.clone(), "solve");
+    let mut harness = trot(setup.clone(), force);
+    let saved = harness.plant.save();
     let commands = Trot::START.sampled(&robot, &setup, 480, 1480);
     bencher
         .counter(divan::counter::ItemsCount::new(1000_u32))
-        .with_inputs(|| harness.plant.clone())
-        .bench_local_refs(|plant| {
+        .bench_local(|| {
+            harness.plant.restore(&saved).unwrap();
             for (tick, commands) in (241..).zip(&commands) {
-                plant.advance(at_ms(2 * tick), commands).unwrap();
+                harness.plant.advance(at_ms(2 * tick), commands).unwrap();
             }
         });
-}
-
-/// Observation of all signals.
-#[divan::bench]
-fn observation(bencher: Bencher) {
-    let mut harness = trot(setup_on(Base::Free), "solve");
-    bencher.bench_local(|| harness.observe()[0]);
 }
 
 /// Construction of the plant, which includes filling the tables.
 #[divan::bench(args = FORCES, sample_count = 10)]
 fn building(bencher: Bencher, force: &str) {
-    let options = Options {
-        setup: setup_on(Base::Free),
-        force: force_of(force),
-    };
+    let options = options_of(setup_on(Base::Free), force);
     let robot = robot();
     bencher.bench_local(|| Massless::new(&robot, &options, &|_| true).unwrap());
 }

@@ -23,7 +23,7 @@
 //!     set_point: SetPoint::Held,
 //!     start: Start::default(),
 //! };
-//! let options = Options { setup, force: Force::Solve };
+//! let options = Options::new(setup, Force::Solve);
 //! let mut plant = Massless::new(&robot, &options, &|signal| signal == "body/position")?;
 //! plant.advance(SimTime::ZERO + SimDuration::from_millis(100), &[0.0; 8])?;
 //! let mut position = [0.0; 3];
@@ -39,7 +39,12 @@
 //! stays unloaded under a point foot), abduction of the hips, collisions other than of the feet,
 //! and the drives' electronics.
 #![doc = include_str!("../README.md")]
+#![allow(
+    clippy::inline_always,
+    reason = "code with wider registers has to be inlined into the function that enables them"
+)]
 
+mod compliant;
 mod constraints;
 mod damping;
 mod drives;

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use twinrig_contact::Ground;
 use twinrig_leg::{EnergyTable, Pantograph};
-use twinrig_legged::{Base, DriveModels, LeggedError, Setup, positive};
+use twinrig_legged::{Base, Constraints, DriveModels, LeggedError, Setup, positive};
 pub(crate) use twinrig_robot::GRAVITY;
 use twinrig_robot::{JointFriction, Robot};
 
@@ -24,8 +24,37 @@ pub enum Force {
 pub struct Options {
     /// Setup common to all plants.
     pub setup: Setup,
-    /// Method for the force of a leg's springs.
+    /// Method for the force of a leg's springs, with rigid constraints.
     pub force: Force,
+    /// Formulation of the constraints.
+    pub constraints: Constraints,
+    /// Maximum estimated error of a substep with compliant constraints, in the position of trunk or
+    /// foot \[m\].
+    pub tolerance: f64,
+}
+
+impl Options {
+    /// Default tolerance of compliant constraints \[m\].
+    pub const TOLERANCE: f64 = twinrig_compliant::StepControl::TOLERANCE;
+
+    /// Creates options with rigid constraints.
+    pub fn new(setup: Setup, force: Force) -> Self {
+        Self {
+            setup,
+            force,
+            constraints: Constraints::Rigid,
+            tolerance: Self::TOLERANCE,
+        }
+    }
+
+    /// Creates options with compliant constraints and a tolerance \[m\].
+    pub fn compliant(setup: Setup, tolerance: f64) -> Self {
+        Self {
+            constraints: Constraints::Compliant,
+            tolerance,
+            ..Self::new(setup, Force::Solve)
+        }
+    }
 }
 
 /// Reason why a plant cannot be built.
@@ -37,6 +66,15 @@ pub enum MasslessError {
     /// The start has no pose.
     #[error("invalid start state: {0}")]
     Start(String),
+    /// Without drives, compliant constraints are not supported.
+    #[error(
+        "a massless leg without drives has no inertia about its hip; choose drives, \
+         `constraints = \"rigid\"`, or the plant lcp"
+    )]
+    WithoutDrives,
+    /// The tolerance is not positive.
+    #[error("the tolerance is {0} m; it has to be positive")]
+    Tolerance(f64),
 }
 
 /// Constant data of one leg.
@@ -83,7 +121,7 @@ pub(crate) struct Model {
 
 impl Model {
     pub(crate) fn new(robot: &Robot, options: &Options) -> Result<Self, MasslessError> {
-        let Options { setup, force } = options;
+        let Options { setup, force, .. } = options;
         let selected_mounts = setup.selected_mounts(robot)?;
         // The mass of a leg beyond its lumped foot is at its hip and moves with the trunk.
         let hip_masses: Vec<(f64, Vector3<f64>)> = selected_mounts

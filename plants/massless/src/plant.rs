@@ -1,22 +1,57 @@
 //! The independent parts of the robot as the dynamics of a plant.
 
+use std::fmt::Debug;
 use std::ops::Add;
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use twinrig_compliant::SavedCompliant;
 use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
-    Base, DriveModels, Dynamics, FromRobot, LeggedPlant, PartFault, Posture, Setup, StepInputs,
+    Base, Constraints, DriveModels, Dynamics, FromRobot, LeggedPlant, PartFault, Posture, Setup,
+    StepInputs,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantState, WorkCounts};
 
+use crate::compliant;
 use crate::drives::Inputs;
 use crate::flow::{Flow, FlowError, SavedFlow};
 use crate::model::{MasslessError, Model, Options};
 use crate::state::State;
 
 /// Plant of a robot whose legs have mass at the foot only.
-pub type Massless = LeggedPlant<Islands>;
+pub type Massless = LeggedPlant<dyn Formulation>;
+
+/// Equations of motion with rigid or compliant constraints.
+pub trait Formulation: Dynamics<Saved = SavedFormulation> + Debug {}
+
+/// Serialised state of a formulation.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub enum SavedFormulation {
+    /// Of rigid constraints.
+    Rigid(Vec<SavedFlow>),
+    /// Of compliant constraints.
+    Compliant(SavedCompliant),
+}
+
+impl FromRobot for dyn Formulation {
+    type Options = Options;
+    type Error = MasslessError;
+
+    fn setup(options: &Options) -> &Setup {
+        &options.setup
+    }
+
+    fn from_robot(robot: &Robot, options: &Options) -> Result<Box<Self>, MasslessError> {
+        Ok(match options.constraints {
+            Constraints::Rigid => Islands::from_robot(robot, options)?,
+            Constraints::Compliant => Box::new(compliant::initial(robot, options)?),
+        })
+    }
+}
+
+impl Formulation for Islands {}
 
 /// Independent parts: the whole robot, or each leg where the trunk is fixed. Removing a leg then
 /// changes no bit of the others.
@@ -90,7 +125,7 @@ fn islands(robot: &Robot, options: &Options) -> Result<Vec<Options>, MasslessErr
             legs: vec![name.clone()],
             ..setup.clone()
         },
-        force: options.force,
+        ..options.clone()
     };
     Ok(selected_mounts
         .iter()
@@ -99,7 +134,11 @@ fn islands(robot: &Robot, options: &Options) -> Result<Vec<Options>, MasslessErr
 }
 
 /// State at the start, and inputs that keep servos there; motors coast.
-fn start(robot: &Robot, model: &Model, setup: &Setup) -> Result<(State, Inputs), MasslessError> {
+pub(crate) fn start(
+    robot: &Robot,
+    model: &Model,
+    setup: &Setup,
+) -> Result<(State, Inputs), MasslessError> {
     let mut state = State::zero();
     state.set_attitude([1.0, 0.0, 0.0, 0.0]);
     let mut inputs = Inputs::default();
@@ -129,7 +168,7 @@ fn start(robot: &Robot, model: &Model, setup: &Setup) -> Result<(State, Inputs),
 }
 
 impl Dynamics for Islands {
-    type Saved = Vec<SavedFlow>;
+    type Saved = SavedFormulation;
 
     fn name(&self) -> &'static str {
         "massless"
@@ -168,11 +207,14 @@ impl Dynamics for Islands {
         counts.fold(WorkCounts::default(), Add::add)
     }
 
-    fn save(&self) -> Vec<SavedFlow> {
-        self.flows.iter().map(Flow::save).collect()
+    fn save(&self) -> SavedFormulation {
+        SavedFormulation::Rigid(self.flows.iter().map(Flow::save).collect())
     }
 
-    fn restore(&mut self, saved: Vec<SavedFlow>) -> Result<(), String> {
+    fn restore(&mut self, saved: SavedFormulation) -> Result<(), String> {
+        let SavedFormulation::Rigid(saved) = saved else {
+            return Err("compliant constraints".to_owned());
+        };
         if saved.len() != self.flows.len() {
             return Err(format!("{} independent parts", saved.len()));
         }

@@ -53,7 +53,7 @@ impl Flow {
         legs.map(move |(i, leg)| {
             let pose = &self.placement.poses[i];
             let [_, second, third] = pose.angles();
-            let carried = carried(leg, state.foot(i), state.velocity(), state.rate());
+            let carried = leg.carried(state.foot(i), state.velocity(), state.rate());
             let relative = state.foot_velocity(i) - carried;
             let velocity = leg.pantograph.velocity(pose, state.hip_rate(i), relative);
             let posture = LegPosture {
@@ -67,10 +67,36 @@ impl Flow {
     }
 }
 
-/// Velocity in the leg plane that the trunk's motion gives to a foot, trunk axes \[m/s\].
-fn carried(leg: &LegModel, foot: Planar, velocity: Vector3<f64>, rate: Vector3<f64>) -> Planar {
-    let carried = velocity + rate.cross(&leg.foot_in_trunk(foot));
-    Planar::new(carried.x, carried.z)
+impl LegModel {
+    /// Velocity in the leg plane that the trunk's motion gives to a foot, trunk axes \[m/s\].
+    pub(crate) fn carried(
+        &self,
+        foot: Planar,
+        velocity: Vector3<f64>,
+        rate: Vector3<f64>,
+    ) -> Planar {
+        let carried = velocity + rate.cross(&self.foot_in_trunk(foot));
+        Planar::new(carried.x, carried.z)
+    }
+
+    /// Position \[m\] and velocity \[m/s\] of a foot relative to the hip. Fails with the reason
+    /// where hip and foot do not determine the pose.
+    pub(crate) fn foot_and_velocity(&self, of: &LegPosture) -> Result<(Planar, Planar), String> {
+        let [_, second, third] = of.angles;
+        if libm::sin(third - second) <= 0.0 {
+            return Err(
+                "its ankle is folded up beyond the second segment, where hip and foot do not determine the pose".to_owned(),
+            );
+        }
+        let pose = self.pantograph.pose_of_angles(of.angles);
+        let pose = pose.map_err(|error| error.to_string())?;
+        // A link's rotation moves the foot by that link.
+        let link_velocity = |span: Planar, rate: f64| Planar::new(-span.y, span.x) * rate;
+        let relative = link_velocity(pose.knee, of.rates[0])
+            + link_velocity(pose.ankle - pose.knee, of.rates[1])
+            + link_velocity(pose.foot - pose.ankle, of.rates[2]);
+        Ok((pose.foot, relative))
+    }
 }
 
 /// Converts a posture to the plant's coordinates, and to the inputs that keep servos there; motors
@@ -90,24 +116,13 @@ fn state_of_posture(
     state.set_rate(rate);
     let mut inputs = Inputs::default();
     for (i, (leg, (name, of))) in model.legs.iter().zip(legs).enumerate() {
-        let fault = |why: &str| (name.clone(), why.to_owned());
-        let [first, second, third] = of.angles;
-        if libm::sin(third - second) <= 0.0 {
-            return Err(fault(
-                "its ankle is folded up beyond the second segment, where hip and foot do not determine the pose",
-            ));
-        }
-        let pose = leg.pantograph.pose_of_angles(of.angles);
-        let pose = pose.map_err(|error| fault(&error.to_string()))?;
-        // A link's rotation moves the foot by that link.
-        let link_velocity = |span: Planar, rate: f64| Planar::new(-span.y, span.x) * rate;
-        let relative = link_velocity(pose.knee, of.rates[0])
-            + link_velocity(pose.ankle - pose.knee, of.rates[1])
-            + link_velocity(pose.foot - pose.ankle, of.rates[2]);
-        state.set_foot(i, pose.foot);
+        let first = of.angles[0];
+        let foot = leg.foot_and_velocity(of);
+        let (foot, relative) = foot.map_err(|why| (name.clone(), why))?;
+        state.set_foot(i, foot);
         state.set_hip(i, first);
         state.set_pulley(i, of.pulley);
-        state.set_foot_velocity(i, relative + carried(leg, pose.foot, velocity, rate));
+        state.set_foot_velocity(i, relative + leg.carried(foot, velocity, rate));
         state.set_hip_rate(i, of.rates[0]);
         state.set_pulley_rate(i, of.pulley_rate);
         if let Some(DriveModels::Servos(_)) = model.drives {

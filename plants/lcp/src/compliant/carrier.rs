@@ -1,8 +1,8 @@
 //! Inertial forces of legs on a moving trunk.
 //!
-//! With the angular velocity ω of the trunk, w = (ωx, ωz) and pⱼ = θ̇ⱼ − ω_y, the rates of the links
-//! in a frame that does not pitch, a point r = h + Σ cⱼ eⱼ of a leg has, beside v̇ + ω̇ × r + ω × v
-//! and the terms of θ̈, the acceleration
+//! With the angular velocity ω of the trunk, w = (ωx, ωz) and pⱼ = θ̇ⱼ − ω_y, the rates of the
+//! links in a frame that does not pitch, a point r = h + Σ cⱼ eⱼ of a leg has, beside v̇ + ω̇ × r +
+//! ω × v and the terms of θ̈, the acceleration
 //!
 //! ```text
 //! in the plane:  −ω_y² h + ω_y h_y w − Σ cⱼ pⱼ² eⱼ − κ (−ωz, ωx)     κ = ωx z − ωz x
@@ -12,9 +12,9 @@
 //! The sums over the masses of a leg follow from its constants M, bⱼ and Aᵢⱼ, with Xⱼ = bⱼ h + Σᵢ
 //! Aᵢⱼ eᵢ.
 
+use twinrig_compliant::Turns;
 use twinrig_compliant::lanes::Lanes;
 
-use super::chain::Turns;
 use super::elimination::{PLANE, PlaneShare};
 use super::model::Legs;
 

@@ -1,9 +1,9 @@
 //! Elimination of the links from the equations of the trunk.
 //!
-//! A leg sees three components of the motion of the trunk, those in its plane: forward and up, of the
-//! point of the trunk that lies in the plane beside its centre of mass, and pitch. With a, the
-//! acceleration in these components, and H θ̈ + C a = τ, the links are eliminated from the last to the
-//! first, H = Lᵀ D L, and add to the equations M a = f of the plane
+//! A leg sees three components of the motion of the trunk, those in its plane: forward and up, of
+//! the point of the trunk that lies in the plane beside its centre of mass, and pitch. With a, the
+//! acceleration in these components, and H θ̈ + C a = τ, the links are eliminated from the last to
+//! the first, H = Lᵀ D L, and add to the equations M a = f of the plane
 //!
 //! ```text
 //! M ← M − Σ c cᵀ/d     f ← f − Σ c τ/d

@@ -1,14 +1,14 @@
 //! Energy of the compliant model.
 
 use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
+use twinrig_compliant::{Below, Depths, DriveLaws, TrunkMotion, Turns};
 use twinrig_legged::{Base, Stored};
 use twinrig_robot::GRAVITY;
 
 use super::carrier::{Carried, Carrier};
-use super::chain::{Depths, Turns};
-use super::contact::{Point, TrunkMotion};
+use super::contact::end_of;
 use super::elimination::PLANE;
-use super::model::{CompliantModel, DriveLaws, Legs};
+use super::model::{CompliantModel, Legs};
 use super::state::State;
 
 /// Kinetic, spring and gravity energy in a state \[J\]; the springs include the elements.
@@ -24,9 +24,9 @@ impl<const N: usize, const P: usize> Kernel for StoredEnergy<'_, N, P> {
     fn run<S: Simd>(self, simd: S) -> Stored {
         let (model, state) = (self.model, self.state.load(simd));
         let legs = model.legs.load(simd);
-        let trunk = TrunkMotion::new(&state);
+        let trunk = TrunkMotion::new(state.trunk());
         let turns = Turns::new(&state.angles);
-        let entries = turns.inertia_and_swing(&legs);
+        let entries = turns.inertia_and_swing(&legs.inertias);
         let zero = state.pulley.zero();
         let mut kinetic = zero;
         for i in 0..N {
@@ -35,7 +35,7 @@ impl<const N: usize, const P: usize> Kernel for StoredEnergy<'_, N, P> {
                 kinetic += entries[i][j] * (state.rates[i] * state.rates[j]);
             }
         }
-        let [hip, knee] = model.drive_inertias();
+        let [hip, knee] = model.drives.inertias();
         kinetic += state.rates[0] * state.rates[0] * (0.5 * hip)
             + state.pulley_rate * state.pulley_rate * (0.5 * knee);
         let at_rest = Carrier {
@@ -99,28 +99,15 @@ impl<const N: usize, const P: usize> StoredEnergy<'_, N, P> {
         state: &State<S::Lanes, N, P>,
         trunk: &TrunkMotion,
     ) -> S::Lanes {
-        let spring = |[stiffness, rest]: [S::Lanes; 2], length: S::Lanes| {
-            stiffness * ((length - rest) * (length - rest)) * 0.5
-        };
-        let depths = Depths::new(legs, turns, state);
-        let mut energy =
-            spring(legs.diagonal, depths.diagonal) + spring(legs.parallel, depths.parallel);
-        for depth in [depths.extended, depths.bottomed, depths.open, depths.closed] {
-            energy += legs.stops.energy(depth);
-        }
-        if self.model.drives != DriveLaws::None {
-            energy += legs.cable.energy(depths.cable);
-        }
-        if N > 3 {
-            energy += spring(legs.toe, state.angles[N - 1] - state.angles[2]);
-        }
-        if self.model.rigid.ground.is_some() {
+        let has_cable = self.model.drives != DriveLaws::None;
+        let mut energy = legs.pantographs.energy(turns, &state.joints(), has_cable);
+        if let Some(ground) = &self.model.rigid.ground {
             for p in 0..P {
-                let point = Point::new(legs, turns, state, N - P + 1 + p, trunk);
+                let point = end_of(legs, turns, state, N - P + 1 + p, trunk);
                 energy += legs
                     .sole
                     .element
-                    .energy(-self.model.below(simd, trunk, &point).gap);
+                    .energy(-Below::new(simd, ground, trunk, &point).gap);
             }
         }
         energy
@@ -144,18 +131,18 @@ impl<const N: usize, const P: usize> Kernel for ElementDepths<'_, N, P> {
         let (model, state) = (self.model, self.state.load(simd));
         let legs = model.legs.load(simd);
         let turns = Turns::new(&state.angles);
-        let depths = Depths::new(&legs, &turns, &state);
+        let depths = Depths::new(&legs.pantographs, &turns, &state.joints());
         let none = simd.splat(f64::NEG_INFINITY);
         let mut all = [none; INSIDE + 2];
         all[..4].copy_from_slice(&[depths.extended, depths.bottomed, depths.open, depths.closed]);
         if model.drives != DriveLaws::None {
             all[4] = depths.cable;
         }
-        if model.rigid.ground.is_some() {
-            let trunk = TrunkMotion::new(&state);
+        if let Some(ground) = &model.rigid.ground {
+            let trunk = TrunkMotion::new(state.trunk());
             for p in 0..P {
-                let point = Point::new(&legs, &turns, &state, N - P + 1 + p, &trunk);
-                all[INSIDE + p] = -model.below(simd, &trunk, &point).gap;
+                let point = end_of(&legs, &turns, &state, N - P + 1 + p, &trunk);
+                all[INSIDE + p] = -Below::new(simd, ground, &trunk, &point).gap;
             }
         }
         let mut quads = all.map(S::Lanes::quad);

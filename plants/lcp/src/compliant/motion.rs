@@ -1,54 +1,54 @@
 //! The model as a differential equation in lanes.
 
 use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
-use twinrig_compliant::{StepControl, StepError, System};
+use twinrig_compliant::{Commands, Flows, Step, StepError, System};
 
-use super::model::{Commands, CompliantModel, Legs};
+use super::equations::CompliantEquations;
+use super::model::{CompliantModel, Legs};
 use super::slope::Evaluation;
-use super::state::{Flows, Slope, State};
+use super::state::{Slope, State};
 
-/// Step of the model: everything that it changes, in memory.
-pub(crate) struct Step<'a, const N: usize, const P: usize> {
+/// Step of the model in memory.
+pub(crate) struct Advance<'a, const N: usize, const P: usize> {
     pub(crate) model: &'a CompliantModel<N>,
-    pub(crate) commands: &'a Commands<Quad>,
-    pub(crate) state: &'a mut State<Quad, N, P>,
-    /// Slope in this state, if known.
-    pub(crate) slope: &'a mut Option<Slope<Quad, N, P>>,
-    /// Integrals of powers and forces since the start.
-    pub(crate) sums: &'a mut Flows<Quad>,
-    pub(crate) control: &'a mut StepControl,
-    pub(crate) seconds: f64,
+    pub(crate) step: Step<'a, CompliantEquations<N, P>>,
 }
 
-impl<const N: usize, const P: usize> Kernel for Step<'_, N, P> {
+impl<const N: usize, const P: usize> Kernel for Advance<'_, N, P> {
     type Output = Result<(), StepError>;
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Self::Output {
         let load = |quad: Quad| simd.load(quad);
+        let step = self.step;
         let mut motion = Motion::<S, N, P> {
             simd,
             model: self.model,
             legs: self.model.legs.load(simd),
-            commands: self.commands.load(simd),
-            sums: self.sums.map(load),
+            commands: step.commands.load(simd),
+            sums: step.sums.map(load),
         };
-        let mut state = self.state.load(simd);
-        let mut slope = match self.slope.take() {
+        let mut state = step.state.load(simd);
+        // Matches, as closures are not always inlined.
+        let mut slope = match step.slope.take() {
             Some(slope) => Some(slope.map(load)),
             None => None,
         };
-        self.control
-            .advance(&mut motion, &mut state, &mut slope, self.seconds)?;
-        *self.state = state.store();
-        *self.slope = match slope {
+        step.control
+            .advance(&mut motion, &mut state, &mut slope, step.seconds)?;
+        *step.state = state.store();
+        *step.slope = match slope {
             Some(slope) => Some(slope.map(S::Lanes::quad)),
             None => None,
         };
-        *self.sums = motion.sums.map(S::Lanes::quad);
+        *step.sums = motion.sums.map(S::Lanes::quad);
         Ok(())
     }
 }
+
+/// Weight of the error of a bristle against that of a position: enough to notice the friction of a
+/// landing, too little to follow the bristle of a foot in the air.
+const BRISTLE_WEIGHT: f64 = 0.3;
 
 /// The model in lanes.
 struct Motion<'a, S: Simd, const N: usize, const P: usize> {
@@ -105,7 +105,7 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
             rates,
             pulley,
             pulley_rate,
-            ..
+            bristles,
         } = fifth
             .state
             .zip(&fourth.state, |last, before| (last - before).abs());
@@ -116,7 +116,10 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
         }
         angle = angle.max(pulley);
         rate = rate.max(pulley_rate);
-        let lengths = (angle * radius).max(position);
+        let mut lengths = (angle * radius).max(position);
+        for bristle in bristles {
+            lengths = lengths.max((bristle[0] + bristle[1]) * BRISTLE_WEIGHT);
+        }
         let speeds = (rate * radius).max(velocity);
         let flows = fifth.flows.zip(&fourth.flows, |last, before| last - before);
         let zero = angle.zero();

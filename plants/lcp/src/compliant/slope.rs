@@ -1,18 +1,19 @@
 //! Right-hand side of the equations of motion.
 
+use twinrig_compliant::frame::{cross, into_world, quaternion_rate};
 use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
+use twinrig_compliant::{
+    Below, Commands, DriveLaws, Flows, Footforce, Internal, TrunkMotion, Turns, broadcast,
+};
+use twinrig_contact::Ground;
 use twinrig_legged::Base;
 
 use super::carrier::{Carried, Carrier};
-use super::chain::{Internal, Turns};
-use super::contact::{Footforce, Point, TrunkMotion, broadcast};
+use super::contact::end_of;
 use super::elimination::{ENTRIES, LinkEquations, PLANE, PlaneShare};
-use super::model::{Commands, CompliantModel, DriveLaws, Legs};
-use super::state::{Flows, Slope, State};
+use super::model::{CompliantModel, Legs};
+use super::state::{Slope, State};
 use super::trunk::TrunkSystem;
-use crate::articulated::into_world;
-use crate::motion::quaternion_rate;
-use crate::trunk::cross;
 
 /// Right-hand side in a state, to be called from several places.
 pub(crate) struct Evaluation<'a, S: Simd, const N: usize, const P: usize> {
@@ -87,7 +88,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 let solution =
                     self.solve_free::<FREE>(&setting.equations, torque, *at_hip, &setting.trunk);
                 let torque = knee - knee_damping * self.state.pulley_rate;
-                let load = self.legs.pulley_radius * setting.internal.tension;
+                let load = self.legs.pantographs.pulley_radius * setting.internal.tension;
                 let acceleration = (torque - load) * (1.0 / at_pulley);
                 self.slope_of::<FREE>(setting, solution, acceleration)
             }
@@ -128,24 +129,23 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
     fn winding(&self, set_point: L, setting: &Setting<L, N, P>) -> L {
         let (state, load) = (
             self.state,
-            self.legs.pulley_radius * setting.internal.tension,
+            self.legs.pantographs.pulley_radius * setting.internal.tension,
         );
         let DriveLaws::Servos { knee, .. } = &self.model.drives else {
             return load.zero();
         };
         let wanted = knee.acceleration(set_point, state.pulley, state.pulley_rate);
-        let torque = knee.limited(wanted * knee.inertia() + load, state.pulley_rate);
-        (torque - load) * (1.0 / knee.inertia())
+        knee.acceleration_under(load, wanted, state.pulley_rate)
     }
 
     /// Returns everything but the drives.
     #[inline(always)]
     fn setting<const FREE: bool>(&self, has_cable: bool) -> Setting<L, N, P> {
         let (legs, state) = (self.legs, self.state);
-        let trunk = TrunkMotion::new(state);
+        let trunk = TrunkMotion::new(state.trunk());
         let turns = Turns::new(&state.angles);
-        let internal = Internal::new(legs, &turns, state, has_cable);
-        let entries = turns.inertia_and_swing(legs);
+        let internal = Internal::new(&legs.pantographs, &turns, &state.joints(), has_cable);
+        let entries = turns.inertia_and_swing(&legs.inertias);
         let mut equations = self.equations::<FREE>(&turns, &entries, &trunk);
         for j in 0..N {
             equations.links.torques[j] += internal.torques[j];
@@ -153,9 +153,9 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         let mut dissipated = internal.dissipated;
         let zero = dissipated.zero();
         let (mut bristles, mut ground) = ([[zero; 2]; P], [zero; 3]);
-        if self.model.rigid.ground.is_some() {
+        if let Some(terrain) = &self.model.rigid.ground {
             for p in 0..P {
-                let foot = self.stand::<FREE>(&turns, &trunk, p, &mut equations);
+                let foot = self.stand::<FREE>(terrain, &turns, &trunk, p, &mut equations);
                 bristles[p] = foot.bristle_rate;
                 dissipated += foot.dissipated;
                 for i in 0..3 {
@@ -182,7 +182,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
     ) -> Slope<L, N, P> {
         let (simd, state, trunk) = (self.simd, self.state, &setting.trunk);
         let tension = setting.internal.tension;
-        let knee = self.legs.pulley_radius * tension;
+        let knee = self.legs.pantographs.pulley_radius * tension;
         let zero = knee.zero();
         let [position, attitude, velocity, turning] = if FREE {
             let [vx, vy, vz, wx, wy, wz] = solution.trunk;
@@ -283,6 +283,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
     #[inline(always)]
     fn stand<const FREE: bool>(
         &self,
+        ground: &Ground,
         turns: &Turns<L, N>,
         trunk: &TrunkMotion,
         p: usize,
@@ -290,13 +291,13 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
     ) -> Footforce<L> {
         let (legs, state) = (self.legs, self.state);
         let links = N - P + 1 + p;
-        let point = Point::new(legs, turns, state, links, trunk);
-        let below = self.model.below(self.simd, trunk, &point);
+        let point = end_of(legs, turns, state, links, trunk);
+        let below = Below::new(self.simd, ground, trunk, &point);
         let foot = below.force(&legs.sole, point.velocity, state.bristles[p]);
         let [fx, fy, fz] = foot.force;
         for j in 0..links {
             let arm = turns.cosines[j] * fx + turns.sines[j] * fz;
-            equations.links.torques[j] += legs.links[j] * arm;
+            equations.links.torques[j] += legs.pantographs.links[j] * arm;
         }
         if FREE {
             let [x, _, z] = point.place;

@@ -1,6 +1,7 @@
 //! State of the compliant model, and its time derivative.
 
 use twinrig_compliant::lanes::{Lanes, Quad, Simd};
+use twinrig_compliant::{Flows, Joints};
 
 /// Positions and velocities of trunk, links and pulleys, with `N` links and `P` contact points a
 /// leg. `T` is [`Quad`] in memory, or lanes.
@@ -21,22 +22,6 @@ pub(crate) struct State<T, const N: usize, const P: usize> {
     pub(crate) pulley_rate: T,
     /// Deflection of the sole along the two tangents of the ground, by contact point \[m\].
     pub(crate) bristles: [[T; 2]; P],
-}
-
-/// Powers and forces, which are integrated with the motion.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Flows<T> {
-    /// Power of the drives on links and cable, beyond that into their own inertia \[W\].
-    pub(crate) actuator: T,
-    /// Power dissipated by joints, elements and friction \[W\].
-    pub(crate) dissipated: T,
-    /// Torque of the hip drive on its link, and of the cable on the pulley \[N·m\].
-    pub(crate) hip: T,
-    pub(crate) knee: T,
-    /// Tension of the cable \[N\].
-    pub(crate) cable: T,
-    /// Force of the ground on the leg, world frame \[N\].
-    pub(crate) ground: [T; 3],
 }
 
 /// Time derivative of a state, with powers and forces.
@@ -99,63 +84,13 @@ impl<T: Copy, const N: usize, const P: usize> State<T, N, P> {
     }
 }
 
-impl<T: Copy> Flows<T> {
-    #[inline(always)]
-    pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> Flows<U> {
-        let [x, y, z] = self.ground;
-        Flows {
-            actuator: of(self.actuator),
-            dissipated: of(self.dissipated),
-            hip: of(self.hip),
-            knee: of(self.knee),
-            cable: of(self.cable),
-            ground: [of(x), of(y), of(z)],
-        }
-    }
-
-    #[inline(always)]
-    pub(crate) fn zip(&self, other: &Self, mut of: impl FnMut(T, T) -> T) -> Self {
-        Self {
-            actuator: of(self.actuator, other.actuator),
-            dissipated: of(self.dissipated, other.dissipated),
-            hip: of(self.hip, other.hip),
-            knee: of(self.knee, other.knee),
-            cable: of(self.cable, other.cable),
-            ground: [
-                of(self.ground[0], other.ground[0]),
-                of(self.ground[1], other.ground[1]),
-                of(self.ground[2], other.ground[2]),
-            ],
-        }
-    }
-}
-
 impl<T: Copy, const N: usize, const P: usize> Slope<T, N, P> {
-    /// Combines the members of a state and of flows.
-    pub(crate) fn of(state: State<T, N, P>, flows: Flows<T>) -> Self {
-        Self { state, flows }
-    }
-
     /// Applies a function to all members.
     #[inline(always)]
     pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> Slope<U, N, P> {
         Slope {
             state: self.state.map(&mut of),
             flows: self.flows.map(of),
-        }
-    }
-}
-
-impl Flows<Quad> {
-    pub(crate) fn zero() -> Self {
-        let zero = Quad::splat(0.0);
-        Self {
-            actuator: zero,
-            dissipated: zero,
-            hip: zero,
-            knee: zero,
-            cable: zero,
-            ground: [zero; 3],
         }
     }
 }
@@ -171,5 +106,24 @@ impl<L: Lanes, const N: usize, const P: usize> State<L, N, P> {
     #[inline(always)]
     pub(crate) fn store(&self) -> State<Quad, N, P> {
         self.map(L::quad)
+    }
+}
+
+impl<L: Copy, const N: usize, const P: usize> State<L, N, P> {
+    /// Returns the motion of links and pulleys.
+    #[inline(always)]
+    pub(crate) fn joints(&self) -> Joints<'_, L, N> {
+        Joints {
+            angles: &self.angles,
+            rates: &self.rates,
+            pulley: self.pulley,
+            pulley_rate: self.pulley_rate,
+        }
+    }
+
+    /// Returns the motion of the trunk: position, attitude, velocity and angular velocity.
+    #[inline(always)]
+    pub(crate) fn trunk(&self) -> [L; 4] {
+        [self.position, self.attitude, self.velocity, self.turning]
     }
 }

@@ -1,13 +1,12 @@
 use proptest::prelude::*;
 use twinrig_compliant::lanes::{Features, Quad};
-use twinrig_compliant::{Element, StepError};
+use twinrig_compliant::{Element, FlowError, StepError};
 use twinrig_contact::Ground;
 use twinrig_legged::{Base, Drives, Dynamics as _};
 use twinrig_robot::{Compliance, OneSided, Robot};
 
-use super::flow::{CompliantError, CompliantFlow};
+use super::equations::{CompliantEquations, CompliantFlow, compliant_state};
 use super::model::CompliantModel;
-use super::plant::compliant_state;
 use crate::fixtures::{self, HARD, Pose, flow, robot, tumbling};
 use crate::flow::Flow;
 use crate::motion::Dynamics;
@@ -35,7 +34,8 @@ fn compliant<const N: usize, const P: usize>(
 ) -> CompliantFlow<N, P> {
     let compliances = vec![compliance; rigid.model.legs.len()];
     let model = CompliantModel::new(rigid.model.clone(), &compliances);
-    CompliantFlow::new(model, compliant_state(&rigid.state), tolerance, features)
+    let state = compliant_state(&rigid.state);
+    CompliantFlow::new(CompliantEquations::new(model), state, tolerance, features)
 }
 
 fn start<const N: usize>(
@@ -64,8 +64,7 @@ fn rigid_slope<const N: usize>(flow: &Flow<N>) -> Vec<f64> {
 }
 
 fn compliant_slope<const N: usize, const P: usize>(flow: &mut CompliantFlow<N, P>) -> Vec<f64> {
-    // A step of no duration leaves the slope at its end.
-    flow.step(0.0).unwrap();
+    flow.renew_slope();
     let slope = flow.slope.unwrap();
     let mut numbers = Vec::new();
     numbers.extend(&slope.state.position.0[..3]);
@@ -159,7 +158,7 @@ proptest! {
     #[test]
     fn toe_and_planar_bases_keep_the_energy_balance(pitch in -0.3..0.3_f64) {
         let mut flow = landing::<4, 2>(1e-9, Features::Detected);
-        flow.model.base = Base::Planar;
+        flow.equations.model.base = Base::Planar;
         flow.state.attitude = Quad([libm::cos(pitch / 2.0), 0.0, libm::sin(pitch / 2.0), 0.0]);
         flow.state.position.0[2] = 0.16;
         flow.state.velocity.0[1] = 0.0;
@@ -200,7 +199,7 @@ fn step_beyond_the_limit_of_stability_is_refused() {
     // Soles a hundred thousand times as stiff: 2 ms are far too long, and the control says so.
     let stiff = |tolerance| {
         let mut flow = landing::<3, 1>(tolerance, Features::Detected);
-        flow.model.legs.sole.element = Element::side_by_side(
+        flow.equations.model.legs.sole.element = Element::side_by_side(
             [OneSided {
                 stiffness: 2e9,
                 damping: 3e3,
@@ -211,9 +210,9 @@ fn step_beyond_the_limit_of_stability_is_refused() {
     };
     let unstable = stiff(f64::INFINITY).unwrap_err();
     assert!(
-        matches!(unstable, CompliantError::Energy { .. })
-            || matches!(unstable, CompliantError::Step(StepError::Diverged { .. })),
+        matches!(unstable, FlowError::Energy { .. })
+            || matches!(unstable, FlowError::Step(StepError::Diverged { .. })),
         "{unstable}"
     );
-    assert_eq!(stiff(1e-9), Err(CompliantError::Step(StepError::TooStiff)));
+    assert_eq!(stiff(1e-9), Err(FlowError::Step(StepError::TooStiff)));
 }

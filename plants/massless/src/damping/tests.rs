@@ -36,7 +36,7 @@ fn model(base: Base, friction: f64) -> Model {
         start: Start::default(),
     };
     let force = Force::Solve;
-    Model::new(&robot, &Options { setup, force }).unwrap()
+    Model::new(&robot, &Options::new(setup, force)).unwrap()
 }
 
 /// State in motion: foot positions in leg lengths, and velocities of all coordinates.

@@ -4,12 +4,13 @@ use nalgebra::{Matrix2, Rotation3, SymmetricEigen, Vector3};
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_leg::{LegCommand, Pantograph, Planar};
-use twinrig_legged::{Base, Drives, SetPoint, Setup};
+use twinrig_legged::{Base, Drives, LeggedPlant, SetPoint, Setup};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
 
+use super::Islands;
 use crate::model::GRAVITY;
-use crate::{Force, Massless, Options};
+use crate::{Force, Options};
 
 const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 
@@ -67,11 +68,11 @@ fn setup(base: Base, legs: &[&str], friction: Option<f64>, step: SimDuration) ->
     }
 }
 
+/// Plant with rigid constraints.
+type Massless = LeggedPlant<Islands>;
+
 fn plant(robot: &Robot, setup: &Setup) -> Massless {
-    let options = Options {
-        setup: setup.clone(),
-        force: Force::Solve,
-    };
+    let options = Options::new(setup.clone(), Force::Solve);
     Massless::new(robot, &options, &|_| true).unwrap()
 }
 

@@ -154,10 +154,7 @@ fn trot_on_zero_and_very_high_friction_closes_its_energy_balance() {
 /// Error on construction of the plant.
 #[track_caller]
 fn build_error(robot: &Robot, setup: &Setup) -> MasslessError {
-    let options = Options {
-        setup: setup.clone(),
-        force: Force::Solve,
-    };
+    let options = Options::new(setup.clone(), Force::Solve);
     match Massless::new(robot, &options, &|_| true) {
         Err(error) => error,
         Ok(_) => panic!("construction succeeded: {:?}", setup.start),

@@ -42,7 +42,7 @@ fn hanging(base: Base, step: SimDuration) -> Setup {
 
 fn plant(robot: &Robot, setup: Setup) -> Massless {
     let force = Force::Solve;
-    Massless::new(robot, &Options { setup, force }, &|_| true).unwrap()
+    Massless::new(robot, &Options::new(setup, force), &|_| true).unwrap()
 }
 
 /// Plant whose legs swing between their stops without hitting them, as impacts would hide the order

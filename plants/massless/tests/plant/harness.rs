@@ -58,7 +58,7 @@ pub fn with_force(robot: &Robot, setup: &Setup, force: Force) -> Harness {
 
 fn build(robot: &Robot, setup: &Setup, force: Force, requested: &dyn Fn(&str) -> bool) -> Harness {
     let setup = setup.clone();
-    Harness::new(Massless::new(robot, &Options { setup, force }, requested).unwrap())
+    Harness::new(Massless::new(robot, &Options::new(setup, force), requested).unwrap())
 }
 
 /// Creates a harness in the middle of a trot.

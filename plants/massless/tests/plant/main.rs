@@ -1,6 +1,7 @@
 //! The plant against closed forms, an independent integrator, and invariants of any motion.
 
 mod allocation;
+mod compliant;
 mod energy;
 mod extremes;
 mod force;

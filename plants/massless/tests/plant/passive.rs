@@ -118,10 +118,10 @@ fn ankle_folded_up_beyond_the_second_segment_is_rejected() {
     let pantograph = Pantograph::new(&robot.legs[0].leg).unwrap();
     let knee = -1.4;
     let widest = 0.98 * pantograph.opening_stop(knee).unwrap().value;
-    let options = Options {
-        setup: hanging([0.0, knee, widest - knee], [0.0; 3], 1000),
-        force: Force::Solve,
-    };
+    let options = Options::new(
+        hanging([0.0, knee, widest - knee], [0.0; 3], 1000),
+        Force::Solve,
+    );
     let error = Massless::new(&robot, &options, &|_| true).unwrap_err();
     assert!(
         matches!(&error, MasslessError::Start(why) if why.contains("LF")),
@@ -151,10 +151,7 @@ fn drives_hold_a_start_given_by_joint_angles() {
 
 #[test]
 fn plant_without_drives_has_no_inputs_and_no_cable() {
-    let options = Options {
-        setup: hanging([0.0, -0.8, 0.8], [0.0; 3], 1000),
-        force: Force::Solve,
-    };
+    let options = Options::new(hanging([0.0, -0.8, 0.8], [0.0; 3], 1000), Force::Solve);
     let mut plant = Massless::new(&robot(), &options, &|_| true).unwrap();
     let ports = plant.ports();
     assert!(ports.iter().all(|port| port.direction == Direction::Output));
@@ -174,12 +171,12 @@ fn plant_without_drives_has_no_inputs_and_no_cable() {
 fn massless_first_segment_without_drive_is_rejected() {
     let mut robot = robot();
     robot.legs[0].leg.mass.l1 = 0.0;
-    let options = |drives| Options {
-        setup: Setup {
+    let options = |drives| {
+        let setup = Setup {
             drives,
             ..hanging([0.0; 3], [0.0; 3], 1000)
-        },
-        force: Force::Solve,
+        };
+        Options::new(setup, Force::Solve)
     };
     let error = Massless::new(&robot, &options(Drives::None), &|_| true).unwrap_err();
     assert!(

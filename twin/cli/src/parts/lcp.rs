@@ -6,6 +6,7 @@ use twinrig_lcp::{Constraints, Lcp, Method, Options};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
 use crate::error::BuildError;
+use crate::parts::constraints::{constraints, constraints_choice};
 use crate::parts::option::choice;
 use crate::parts::plant_kind::{PlantContext, PlantKind};
 use crate::parts::setup::setup;
@@ -15,26 +16,27 @@ const STEP: SimDuration = SimDuration::from_millis(2);
 
 pub(crate) fn kind() -> PlantKind {
     let methods = Method::ALL.map(|method| method.name().to_owned());
-    let constraints = Constraints::ALL.map(|constraints| constraints.name().to_owned());
     PlantKind::new(
         "lcp",
         "rigid-body model of trunk and legs with full inertia, in generalised coordinates",
         lcp,
     )
-    .with_option(choice(
-        "constraints",
-        "stops, cables and contact: rigid, or compliant with the stiffness of the robot file",
-        &constraints,
-    ))
+    .with_option(constraints_choice())
     .with_option(choice("integrator", "time integration method", &methods))
     .with_option(OptionSpec {
         name: "tolerance".to_owned(),
-        about: "local error tolerance of foot positions per step, for rk4 and rodas4".to_owned(),
+        about: format!(
+            "error tolerance of foot positions: per step of rk4 and rodas4 with rigid constraints \
+             ({:e} m), per millisecond with compliant ones ({:e} m)",
+            Options::TOLERANCE,
+            Options::COMPLIANT_TOLERANCE
+        ),
         accepts: Accepts::Quantity {
             unit: Unit::Meter,
             range: Range::POSITIVE,
         },
-        default: Some(OptionValue::Number(Options::TOLERANCE)),
+        // The default depends on the constraints.
+        default: None,
     })
     .with_option(OptionSpec {
         name: "toe".to_owned(),
@@ -53,17 +55,18 @@ pub fn lcp(context: &PlantContext<'_>) -> Result<Lcp, BuildError> {
     let values = &context.plant.options;
     let name = values.text("integrator").unwrap_or_default();
     let mut methods = Method::ALL.into_iter();
-    let constraints = values.text("constraints").unwrap_or_default();
-    let mut formulations = Constraints::ALL.into_iter();
+    let constraints = constraints(values);
+    let tolerance = match constraints {
+        Constraints::Rigid => Options::TOLERANCE,
+        Constraints::Compliant => Options::COMPLIANT_TOLERANCE,
+    };
     let options = Options {
-        constraints: formulations
-            .find(|formulation| formulation.name() == constraints)
-            .unwrap_or_default(),
+        constraints,
         setup: setup(context, STEP)?,
         method: methods
             .find(|method| method.name() == name)
             .unwrap_or(Method::Rk4),
-        tolerance: values.number("tolerance").unwrap_or(Options::TOLERANCE),
+        tolerance: values.number("tolerance").unwrap_or(tolerance),
         toe: values.boolean("toe").unwrap_or(false),
     };
     Ok(Lcp::new(context.robot, &options, context.wanted)?)

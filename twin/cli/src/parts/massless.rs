@@ -2,11 +2,14 @@
 
 use std::ops::RangeInclusive;
 
-use twinrig_kernel::SimDuration;
+use twinrig_document::Range;
+use twinrig_kernel::{SimDuration, Unit};
+use twinrig_legged::Constraints;
 use twinrig_massless::{Force, Massless, Options};
 use twinrig_scenario::{Accepts, OptionSpec, Options as SceneOptions};
 
 use crate::error::BuildError;
+use crate::parts::constraints::{constraints, constraints_choice};
 use crate::parts::option::choice;
 use crate::parts::plant_kind::{PlantContext, PlantKind};
 use crate::parts::setup::setup;
@@ -39,6 +42,20 @@ pub(crate) fn kind() -> PlantKind {
         // No default, so that a value given with another `force` is detected.
         default: None,
     })
+    .with_option(constraints_choice())
+    .with_option(OptionSpec {
+        name: "tolerance".to_owned(),
+        about: format!(
+            "local error tolerance of trunk and feet with compliant constraints ({:e} m)",
+            Options::TOLERANCE
+        ),
+        accepts: Accepts::Quantity {
+            unit: Unit::Meter,
+            range: Range::POSITIVE,
+        },
+        // No default, so that a value given with rigid constraints is detected.
+        default: None,
+    })
     .with_step(STEP)
 }
 
@@ -47,9 +64,19 @@ pub(crate) fn kind() -> PlantKind {
 /// # Errors
 /// If the plant does not support the robot or the ground.
 pub fn massless(context: &PlantContext<'_>) -> Result<Massless, BuildError> {
-    let options = Options {
-        setup: setup(context, STEP)?,
-        force: force(&context.plant.options)?,
+    let (setup, values) = (setup(context, STEP)?, &context.plant.options);
+    let (force, tolerance) = (force(values)?, values.number("tolerance"));
+    let options = match (constraints(values), force, tolerance) {
+        (Constraints::Compliant, Force::Solve, tolerance) => {
+            Options::compliant(setup, tolerance.unwrap_or(Options::TOLERANCE))
+        }
+        (Constraints::Compliant, Force::Lookup { .. }, _) => {
+            return Err("`force = \"lookup\"` requires `constraints = \"rigid\"`".into());
+        }
+        (Constraints::Rigid, force, None) => Options::new(setup, force),
+        (Constraints::Rigid, _, Some(_)) => {
+            return Err("`tolerance` requires `constraints = \"compliant\"`".into());
+        }
     };
     Ok(Massless::new(context.robot, &options, context.wanted)?)
 }

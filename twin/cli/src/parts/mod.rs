@@ -2,6 +2,7 @@
 
 pub(crate) mod analog_sources;
 pub(crate) mod bus_kind;
+pub(crate) mod constraints;
 pub(crate) mod controller_kind;
 pub(crate) mod coupling;
 pub(crate) mod drives;

@@ -1,0 +1,99 @@
+//! Commands of the drives over a step.
+
+use twinrig_legged::{DriveModels, StepInputs};
+
+use crate::lanes::{Lanes, Quad, Simd};
+
+/// Set-points of the drives: values at the begin of a step, and their rates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Commands<T> {
+    /// Absolute angle of the hip \[rad\], or stall torque \[N·m\], and rate.
+    pub hip: [T; 2],
+    /// Angle of the pulley \[rad\], or stall torque \[N·m\], and rate.
+    pub knee: [T; 2],
+    /// Damping of hip and pulley motors \[N·m·s/rad\].
+    pub damping: [T; 2],
+}
+
+impl Commands<Quad> {
+    /// Returns set-points and damping of zero.
+    pub fn zero() -> Self {
+        let zero = [Quad::splat(0.0); 2];
+        Self {
+            hip: zero,
+            knee: zero,
+            damping: zero,
+        }
+    }
+
+    /// Sets the inputs of a step; `references` are the absolute angles of the hips at the input
+    /// zero \[rad\].
+    pub fn set_inputs(
+        &mut self,
+        drives: Option<&DriveModels>,
+        references: &[f64],
+        inputs: &StepInputs<'_>,
+    ) {
+        if let Some(DriveModels::Motors(motors)) = drives {
+            for (leg, input) in inputs.start.chunks_exact(4).enumerate() {
+                let hip = motors.hip.line(input[0], input[1]);
+                let knee = motors.knee.line(input[2], input[3]);
+                (self.hip[0].0[leg], self.damping[0].0[leg]) = (hip.torque, hip.damping);
+                (self.knee[0].0[leg], self.damping[1].0[leg]) = (knee.torque, knee.damping);
+            }
+            return;
+        }
+        let pairs = inputs.start.chunks_exact(2);
+        let pairs = pairs.zip(inputs.rates.chunks_exact(2)).zip(references);
+        for (leg, ((start, rate), reference)) in pairs.enumerate() {
+            (self.hip[0].0[leg], self.hip[1].0[leg]) = (start[0] + reference, rate[0]);
+            (self.knee[0].0[leg], self.knee[1].0[leg]) = (start[1], rate[1]);
+        }
+    }
+
+    /// Returns whether the commands begin where others end, up to rounding errors of a ramp.
+    pub fn continues(&self, end: &Self) -> bool {
+        const ROUND_OFF: f64 = 1e-13;
+        let starts = |commands: &Self| {
+            let [hip, knee, [at_hip, at_knee]] = [commands.hip, commands.knee, commands.damping];
+            [hip[0], knee[0], at_hip, at_knee]
+        };
+        let pairs = starts(self).into_iter().zip(starts(end));
+        let mut pairs = pairs.flat_map(|(a, b)| a.0.into_iter().zip(b.0));
+        pairs.all(|(a, b)| (a - b).abs() <= ROUND_OFF)
+    }
+
+    /// Returns the set-points after some time, at rest.
+    pub fn at_end(&self, seconds: f64) -> Self {
+        let end = |[start, rate]: [Quad; 2]| {
+            let value = std::array::from_fn(|i| start.0[i] + rate.0[i] * seconds);
+            [Quad(value), Quad::splat(0.0)]
+        };
+        Self {
+            hip: end(self.hip),
+            knee: end(self.knee),
+            damping: self.damping,
+        }
+    }
+
+    /// Loads the set-points into lanes.
+    #[inline(always)]
+    pub fn load<S: Simd>(&self, simd: S) -> Commands<S::Lanes> {
+        Commands {
+            hip: simd.load_all(&self.hip),
+            knee: simd.load_all(&self.knee),
+            damping: simd.load_all(&self.damping),
+        }
+    }
+}
+
+impl<L: Lanes> Commands<L> {
+    /// Returns the set-points of hip and knee at a time.
+    #[inline(always)]
+    pub fn at(&self, time: f64) -> [L; 2] {
+        [
+            self.hip[0] + self.hip[1] * time,
+            self.knee[0] + self.knee[1] * time,
+        ]
+    }
+}

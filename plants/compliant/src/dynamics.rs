@@ -1,0 +1,152 @@
+//! The compliant flow as the dynamics of a plant.
+
+use nalgebra::{Matrix3, Vector3};
+use twinrig_contact::Surface;
+use twinrig_kernel::SimTime;
+use twinrig_legged::{
+    DriveModels, Dynamics, FootMotion, LEGS, PartFault, Posture, Readings, StepInputs,
+};
+use twinrig_runtime::{EnergyBalance, PlantEvent, PlantState, WorkCounts};
+
+use crate::flow::{Equations, Flow};
+use crate::frame::{into_world, rotation};
+
+impl<E: Equations> Readings for Flow<E> {
+    fn position(&self) -> Vector3<f64> {
+        self.equations.trunk(&self.state).position.into()
+    }
+
+    fn attitude(&self) -> [f64; 4] {
+        self.equations.trunk(&self.state).unit_attitude()
+    }
+
+    fn rotation(&self) -> Matrix3<f64> {
+        let rows = rotation(self.equations.trunk(&self.state).attitude);
+        Matrix3::from_fn(|i, j| rows[i][j])
+    }
+
+    fn velocity(&self) -> Vector3<f64> {
+        let trunk = self.equations.trunk(&self.state);
+        into_world(&rotation(trunk.attitude), trunk.velocity).into()
+    }
+
+    fn angular_velocity(&self) -> Vector3<f64> {
+        self.equations.trunk(&self.state).turning.into()
+    }
+
+    fn energy(&self) -> EnergyBalance {
+        self.ledger.balance()
+    }
+
+    fn hip(&self, leg: usize) -> f64 {
+        self.equations.driven(&self.state).hip.0[leg] - self.equations.hip_references()[leg]
+    }
+
+    fn hip_rate(&self, leg: usize) -> f64 {
+        self.equations.driven(&self.state).hip_rate.0[leg]
+    }
+
+    fn hip_torque(&self, leg: usize) -> f64 {
+        self.mean(|sums| sums.hip, leg) + self.rotor_torques(leg)[0]
+    }
+
+    fn pulley(&self, leg: usize) -> f64 {
+        self.equations.driven(&self.state).pulley.0[leg]
+    }
+
+    fn pulley_rate(&self, leg: usize) -> f64 {
+        self.equations.driven(&self.state).pulley_rate.0[leg]
+    }
+
+    fn knee_torque(&self, leg: usize) -> f64 {
+        self.mean(|sums| sums.knee, leg) + self.rotor_torques(leg)[1]
+    }
+
+    fn cable_tension(&self, leg: usize) -> f64 {
+        self.mean(|sums| sums.cable, leg)
+    }
+
+    fn angles(&self, leg: usize) -> [f64; 3] {
+        self.equations.angles(&self.state, leg)
+    }
+
+    fn feet(&self) -> [FootMotion; LEGS] {
+        self.equations.feet(&self.state)
+    }
+
+    fn surfaces(&self, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
+        self.equations.surfaces(&self.state, feet)
+    }
+
+    fn ground_impulse(&self, leg: usize) -> [f64; 3] {
+        self.sums.ground.map(|quad| quad.0[leg])
+    }
+}
+
+impl<E: Equations> Dynamics for Flow<E> {
+    type Saved = E::Saved;
+
+    fn name(&self) -> &'static str {
+        self.equations.name()
+    }
+
+    fn initial_inputs(&self, inputs: &mut [f64]) {
+        if let Some(DriveModels::Motors(_)) = self.equations.drives() {
+            inputs.fill(0.0);
+            return;
+        }
+        for (leg, pair) in inputs.chunks_exact_mut(2).enumerate() {
+            (pair[0], pair[1]) = (self.hip(leg), self.pulley(leg));
+        }
+    }
+
+    fn set_inputs(&mut self, inputs: &StepInputs<'_>) {
+        Self::set_inputs(self, inputs);
+    }
+
+    fn advance(&mut self, _: SimTime, seconds: f64) -> Result<(), PartFault> {
+        self.step(seconds)
+            .map_err(|error| PartFault::new("integrator", error.to_string()))
+    }
+
+    fn counts(&self) -> WorkCounts {
+        WorkCounts {
+            steps: self.control.work.accepted,
+            evaluations: self.control.work.evaluations,
+            fallbacks: self.control.work.rejected,
+            ..WorkCounts::default()
+        }
+    }
+
+    fn constraint_violation(&self) -> Option<f64> {
+        Some(self.greatest_depth())
+    }
+
+    fn save(&self) -> E::Saved {
+        self.saved().into()
+    }
+
+    fn restore(&mut self, saved: E::Saved) -> Result<(), String> {
+        self.restore_saved(&saved.try_into()?)
+    }
+
+    fn posture(&self) -> Posture {
+        self.equations.posture(&self.state)
+    }
+
+    fn extra_state(&self) -> Vec<(String, Vec<f64>)> {
+        self.equations.extra_state(&self.state)
+    }
+
+    fn resume_from(
+        &mut self,
+        posture: &Posture,
+        extra: &PlantState,
+    ) -> Result<Vec<String>, PartFault> {
+        let (state, lines) = self.equations.state_of(posture, extra)?;
+        *self = self.restarted(state);
+        Ok(lines)
+    }
+
+    fn drain_events(&mut self, _: &mut Vec<PlantEvent>) {}
+}

@@ -1,0 +1,266 @@
+//! The compliant model as the equations of motion of a plant.
+
+use twinrig_compliant::frame::{into_trunk, rotation};
+use twinrig_compliant::lanes::{Features, Quad, dispatch};
+use twinrig_compliant::{
+    DriveLaws, DriveState, Equations, Flow, SavedCompliant, Step, StepError, TrunkState,
+};
+use twinrig_contact::Surface;
+use twinrig_kernel::signal;
+use twinrig_legged::{DriveModels, FootMotion, LEGS, LegPosture, PartFault, Posture, Stored};
+use twinrig_robot::Robot;
+use twinrig_runtime::PlantState;
+
+use super::energy::{ElementDepths, StoredEnergy};
+use super::model::CompliantModel;
+use super::motion::Advance;
+use super::state::{Slope, State};
+use crate::model::Model;
+use crate::options::{LcpError, Options};
+use crate::plant::{Formulation, SavedFormulation, start_state};
+use crate::readings;
+use crate::real::Lanes;
+use crate::state::State as RigidState;
+
+/// Equations of legs with `N` links and `P` contact points.
+#[derive(Debug, Clone)]
+pub(crate) struct CompliantEquations<const N: usize, const P: usize> {
+    pub(crate) model: CompliantModel<N>,
+    /// Angles of the hips at the input zero \[rad\].
+    hip_references: Vec<f64>,
+}
+
+/// Equations and state of the plant.
+pub(crate) type CompliantFlow<const N: usize, const P: usize> = Flow<CompliantEquations<N, P>>;
+
+impl<const N: usize, const P: usize> Formulation for CompliantFlow<N, P> {}
+
+impl From<SavedCompliant> for SavedFormulation {
+    fn from(saved: SavedCompliant) -> Self {
+        Self::Compliant(saved)
+    }
+}
+
+impl TryFrom<SavedFormulation> for SavedCompliant {
+    type Error = String;
+
+    fn try_from(saved: SavedFormulation) -> Result<Self, String> {
+        match saved {
+            SavedFormulation::Compliant(saved) => Ok(saved),
+            SavedFormulation::Rigid(_) => Err("rigid constraints".to_owned()),
+        }
+    }
+}
+
+/// Builds the compliant flow in the start state.
+pub(crate) fn initial<const N: usize, const P: usize>(
+    robot: &Robot,
+    options: &Options,
+) -> Result<CompliantFlow<N, P>, LcpError> {
+    let model = Model::<N>::new(robot, &options.setup)?;
+    let state = start_state(&model, robot, options)?;
+    let compliances = options.setup.compliances(robot)?;
+    let model = CompliantModel::new(model, &compliances);
+    Ok(Flow::new(
+        CompliantEquations::new(model),
+        compliant_state(&state),
+        options.tolerance,
+        Features::Detected,
+    ))
+}
+
+fn quad(lanes: Lanes) -> Quad {
+    Quad(lanes.to_array())
+}
+
+/// Returns a state of the rigid model with relaxed soles.
+pub(crate) fn compliant_state<const N: usize, const P: usize>(
+    rigid: &RigidState<Lanes, N>,
+) -> State<Quad, N, P> {
+    State {
+        position: Quad::of_three(rigid.position),
+        attitude: Quad(rigid.attitude),
+        velocity: Quad::of_three(rigid.velocity),
+        turning: Quad::of_three(rigid.turning),
+        angles: rigid.angles.map(quad),
+        rates: rigid.rates.map(quad),
+        pulley: quad(rigid.pulley),
+        pulley_rate: quad(rigid.pulley_rate),
+        bristles: [[Quad::splat(0.0); 2]; P],
+    }
+}
+
+/// Returns a state in the form of the rigid model.
+fn rigid_state<const N: usize, const P: usize>(state: &State<Quad, N, P>) -> RigidState<Lanes, N> {
+    let lanes = |quad: Quad| Lanes::new(quad.0);
+    RigidState {
+        position: state.position.three(),
+        attitude: state.attitude.0,
+        velocity: state.velocity.three(),
+        turning: state.turning.three(),
+        angles: state.angles.map(lanes),
+        rates: state.rates.map(lanes),
+        pulley: lanes(state.pulley),
+        pulley_rate: lanes(state.pulley_rate),
+    }
+}
+
+impl<const N: usize, const P: usize> CompliantEquations<N, P> {
+    pub(crate) fn new(model: CompliantModel<N>) -> Self {
+        let legs = model.rigid.legs.iter();
+        Self {
+            hip_references: legs.map(|leg| leg.pantograph.hip_reference()).collect(),
+            model,
+        }
+    }
+
+    /// Returns the state in a posture, with toes without load.
+    fn with_relaxed_toes(&self, posture: &Posture) -> State<Quad, N, P> {
+        let zero = Quad::splat(0.0);
+        let upright = rotation(posture.attitude);
+        let mut state = State {
+            position: Quad::of_three(posture.position.into()),
+            attitude: Quad(posture.attitude),
+            velocity: Quad::of_three(into_trunk(&upright, posture.velocity.into())),
+            turning: Quad::of_three(posture.angular_velocity.into()),
+            angles: [zero; N],
+            rates: [zero; N],
+            pulley: zero,
+            pulley_rate: zero,
+            bristles: [[zero; 2]; P],
+        };
+        let legs = self.model.rigid.legs.iter().zip(&posture.legs);
+        for (i, (leg, (_, from))) in legs.enumerate() {
+            for k in 0..N {
+                let toe = if k > 2 { leg.constants.toe[1] } else { 0.0 };
+                state.angles[k].0[i] = from.angles[k.min(2)] + toe;
+                state.rates[k].0[i] = from.rates[k.min(2)];
+            }
+            state.pulley.0[i] = from.pulley;
+            state.pulley_rate.0[i] = from.pulley_rate;
+        }
+        state
+    }
+}
+
+impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
+    type State = State<Quad, N, P>;
+    type Slope = Slope<Quad, N, P>;
+    type Saved = SavedFormulation;
+
+    fn name(&self) -> &'static str {
+        "lcp"
+    }
+
+    fn drives(&self) -> Option<&DriveModels> {
+        self.model.rigid.drives.as_ref()
+    }
+
+    fn laws(&self) -> &DriveLaws {
+        &self.model.drives
+    }
+
+    fn hip_references(&self) -> &[f64] {
+        &self.hip_references
+    }
+
+    fn step(&self, features: Features, step: Step<'_, Self>) -> Result<(), StepError> {
+        let model = &self.model;
+        dispatch(features, Advance { model, step })
+    }
+
+    fn stored(&self, features: Features, state: &Self::State) -> Stored {
+        let model = &self.model;
+        dispatch(features, StoredEnergy { model, state })
+    }
+
+    fn energy_scale(&self) -> f64 {
+        self.model.rigid.moving_energy
+    }
+
+    fn greatest_depth(&self, features: Features, state: &Self::State) -> f64 {
+        let model = &self.model;
+        let depths = dispatch(features, ElementDepths { model, state });
+        depths.iter().flat_map(|quad| quad.0).fold(0.0, f64::max)
+    }
+
+    fn trunk(&self, state: &Self::State) -> TrunkState {
+        TrunkState::from(state.trunk())
+    }
+
+    fn driven(&self, state: &Self::State) -> DriveState {
+        DriveState {
+            hip: state.angles[0],
+            hip_rate: state.rates[0],
+            pulley: state.pulley,
+            pulley_rate: state.pulley_rate,
+        }
+    }
+
+    fn angles(&self, state: &Self::State, leg: usize) -> [f64; 3] {
+        std::array::from_fn(|i| state.angles[i].0[leg])
+    }
+
+    fn feet(&self, state: &Self::State) -> [FootMotion; LEGS] {
+        readings::feet(&self.model.rigid, &rigid_state(state))
+    }
+
+    fn surfaces(&self, state: &Self::State, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
+        readings::surfaces(&self.model.rigid, &rigid_state(state), feet)
+    }
+
+    fn visit(&self, state: &mut Self::State, to: &mut dyn FnMut(&mut Quad)) {
+        *state = state.map(|quad| {
+            let mut quad = quad;
+            to(&mut quad);
+            quad
+        });
+    }
+
+    fn posture(&self, state: &Self::State) -> Posture {
+        let legs = self.model.rigid.legs.iter().enumerate();
+        let legs = legs.map(|(i, leg)| {
+            let posture = LegPosture {
+                angles: self.angles(state, i),
+                rates: std::array::from_fn(|k| state.rates[k].0[i]),
+                pulley: state.pulley.0[i],
+                pulley_rate: state.pulley_rate.0[i],
+            };
+            (leg.name.clone(), posture)
+        });
+        self.trunk(state).posture(legs.collect())
+    }
+
+    fn extra_state(&self, state: &Self::State) -> Vec<(String, Vec<f64>)> {
+        let toe = |(i, leg): (usize, &crate::model::LegModel<N>)| {
+            let (angle, rate) = (state.angles[N - 1], state.rates[N - 1]);
+            (
+                signal::of_leg(&leg.name, "toe"),
+                vec![angle.0[i], rate.0[i]],
+            )
+        };
+        let legs = self.model.rigid.legs.iter().enumerate();
+        legs.filter(|_| N > 3).map(toe).collect()
+    }
+
+    fn state_of(
+        &self,
+        posture: &Posture,
+        extra: &PlantState,
+    ) -> Result<(Self::State, Vec<String>), PartFault> {
+        let mut lines = Vec::new();
+        let mut state = self.with_relaxed_toes(posture);
+        for (i, (name, _)) in self.extra_state(&state).iter().enumerate() {
+            let values = extra.get(name).filter(|values| values.len() == 2);
+            if let Some(values) = values.filter(|values| values.iter().all(|x| x.is_finite())) {
+                state.angles[N - 1].0[i] = values[0];
+                state.rates[N - 1].0[i] = values[1];
+            } else {
+                lines.push(format!(
+                    "{name} is missing; the toe follows the third segment"
+                ));
+            }
+        }
+        Ok((state, lines))
+    }
+}

@@ -1,0 +1,139 @@
+//! Energy of the compliant model, and depths of its elements.
+
+use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
+use twinrig_compliant::{Below, Depths, Joints, TrunkMotion, Turns};
+use twinrig_legged::{Base, Stored};
+use twinrig_robot::GRAVITY;
+
+use super::model::CompliantModel;
+use super::slope::{LegMotion, in_line};
+use super::state::State;
+
+/// Kinetic, spring and gravity energy in a state \[J\]; the springs include the elements.
+pub(crate) struct StoredEnergy<'a> {
+    pub(crate) model: &'a CompliantModel,
+    pub(crate) state: &'a State<Quad>,
+}
+
+impl Kernel for StoredEnergy<'_> {
+    type Output = Stored;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Stored {
+        let (model, state) = (self.model, self.state.load(simd));
+        let legs = model.legs.load(simd);
+        let trunk = TrunkMotion::new(state.trunk());
+        let turns = Turns::new(&state.angles);
+        let motion = LegMotion::new(&legs, &turns, &state, &trunk);
+        let joints = Joints {
+            angles: &state.angles,
+            rates: &motion.rates,
+            pulley: state.pulley,
+            pulley_rate: state.pulley_rate,
+        };
+        let mut springs = legs.pantographs.energy(&turns, &joints, true)
+            + legs.pantographs.stops.energy(in_line(&legs, &turns));
+        if let Some(ground) = &model.rigid.ground {
+            let below = Below::new(simd, ground, &trunk, &motion.point);
+            springs += legs.sole.element.energy(-below.gap);
+        }
+        let [ux, uy, uz] = motion.point.velocity;
+        let [hip, knee] = model.drives.inertias();
+        let twice = legs.mass * (ux * ux + uy * uy + uz * uz)
+            + state.hip_rate * state.hip_rate * hip
+            + state.pulley_rate * state.pulley_rate * knee;
+        let ([x, y, z], up) = (motion.point.place, trunk.rotation[2]);
+        let height = legs.mass * (x * up[0] + y * up[1] + z * up[2] + trunk.position[2]);
+        let [mut twice, springs, mut height, _] =
+            S::Lanes::sums([twice, springs, height, x.zero()]).quad().0;
+        // The energy of a fixed trunk is constant, and counts as zero.
+        if model.rigid.base != Base::Fixed {
+            let ([vx, vy, vz], [wx, wy, wz]) = (trunk.velocity, trunk.turning);
+            let inertia = &model.rigid.inertia;
+            twice += model.rigid.mass * (vx * vx + vy * vy + vz * vz)
+                + (inertia[0] * wx * wx + inertia[1] * wy * wy + inertia[2] * wz * wz);
+            height += model.rigid.mass * trunk.position[2];
+        }
+        [0.5 * twice, springs, GRAVITY * height]
+    }
+}
+
+/// Number of elements: four stops of the pantograph, that of the ankle, cable and sole.
+const ELEMENTS: usize = 7;
+
+/// Depths of all elements, negative where they are not compressed \[m\].
+pub(crate) struct ElementDepths<'a> {
+    pub(crate) model: &'a CompliantModel,
+    pub(crate) state: &'a State<Quad>,
+}
+
+impl Kernel for ElementDepths<'_> {
+    type Output = [Quad; ELEMENTS];
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Self::Output {
+        let (model, state) = (self.model, self.state.load(simd));
+        let legs = model.legs.load(simd);
+        let trunk = TrunkMotion::new(state.trunk());
+        let turns = Turns::new(&state.angles);
+        let motion = LegMotion::new(&legs, &turns, &state, &trunk);
+        let joints = Joints {
+            angles: &state.angles,
+            rates: &motion.rates,
+            pulley: state.pulley,
+            pulley_rate: state.pulley_rate,
+        };
+        let depths = Depths::new(&legs.pantographs, &turns, &joints);
+        let mut sole = simd.splat(f64::NEG_INFINITY);
+        if let Some(ground) = &model.rigid.ground {
+            sole = -Below::new(simd, ground, &trunk, &motion.point).gap;
+        }
+        let mut quads = [
+            depths.extended.quad(),
+            depths.bottomed.quad(),
+            depths.open.quad(),
+            depths.closed.quad(),
+            in_line(&legs, &turns).quad(),
+            depths.cable.quad(),
+            sole.quad(),
+        ];
+        // Lanes without a leg have no elements.
+        for quad in &mut quads {
+            quad.0[model.rigid.legs.len()..].fill(f64::NEG_INFINITY);
+        }
+        quads
+    }
+}
+
+/// Computation of the motion of feet and links.
+pub(crate) struct LegMotions<'a> {
+    pub(crate) model: &'a CompliantModel,
+    pub(crate) state: &'a State<Quad>,
+}
+
+/// Position relative to the trunk \[m\] and velocity \[m/s\] of feet, trunk axes, and rates of
+/// links \[rad/s\].
+pub(crate) struct Motion {
+    pub(crate) place: [Quad; 3],
+    pub(crate) velocity: [Quad; 3],
+    pub(crate) rates: [Quad; 3],
+}
+
+impl Kernel for LegMotions<'_> {
+    type Output = Motion;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Motion {
+        let state = self.state.load(simd);
+        let legs = self.model.legs.load(simd);
+        let trunk = TrunkMotion::new(state.trunk());
+        let turns = Turns::new(&state.angles);
+        let motion = LegMotion::new(&legs, &turns, &state, &trunk);
+        let quads = |[x, y, z]: [S::Lanes; 3]| [x.quad(), y.quad(), z.quad()];
+        Motion {
+            place: quads(motion.point.place),
+            velocity: quads(motion.point.velocity),
+            rates: quads(motion.rates),
+        }
+    }
+}

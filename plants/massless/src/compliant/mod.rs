@@ -1,0 +1,13 @@
+//! Compliant constraints.
+
+mod energy;
+mod equations;
+mod model;
+mod motion;
+mod slope;
+mod state;
+mod trunk;
+
+pub(crate) use equations::initial;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,287 @@
+//! Right-hand side of the equations of motion.
+//!
+//! With the directions nⱼ = (cos θⱼ, sin θⱼ) in which the links move their ends, the velocity of
+//! the foot relative to the trunk determines the rates of the second and the third link, and the
+//! torques τⱼ of springs, stops, cable and joint friction on them determine the force f of the leg
+//! on its foot:
+//!
+//! ```text
+//! Σ lⱼ nⱼ θ̇ⱼ = u − v − ω × r      lⱼ nⱼ·f = τⱼ   (j = 2, 3)
+//! ```
+//!
+//! The drive of the hip bears l₁ n₁·f − τ₁; the trunk bears −f, at the foot. Sideways the foot
+//! moves with the trunk.
+
+use twinrig_compliant::frame::{cross, into_world, quaternion_rate};
+use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
+use twinrig_compliant::{
+    Below, Commands, DriveLaws, Flows, Footforce, Internal, Joints, Point, TrunkMotion, Turns,
+};
+use twinrig_legged::Base;
+use twinrig_robot::GRAVITY;
+
+use super::model::{CompliantModel, Legs};
+use super::state::{Slope, State};
+use super::trunk::TrunkSums;
+
+/// Sine of the angle between second and third link below which a stop keeps them from lying in one
+/// line, where the foot does not determine their rates.
+const SINE_MIN: f64 = 0.1;
+
+/// Motion of legs and feet in one state.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LegMotion<L> {
+    /// The foot.
+    pub(crate) point: Point<L>,
+    /// Velocity relative to the trunk, forward and up \[m/s\].
+    relative: [L; 2],
+    /// Rates of the links \[rad/s\].
+    pub(crate) rates: [L; 3],
+    /// 1/sin(θ₃ − θ₂).
+    per_sine: L,
+}
+
+impl<L: Lanes> LegMotion<L> {
+    #[inline(always)]
+    pub(crate) fn new(
+        legs: &Legs<L>,
+        turns: &Turns<L, 3>,
+        state: &State<L>,
+        trunk: &TrunkMotion,
+    ) -> Self {
+        let ([s1, s2, s3], [c1, c2, c3]) = (turns.sines, turns.cosines);
+        let ([l1, l2, l3], [hx, hy, hz]) = (legs.pantographs.links, legs.hip);
+        let (ahead, up) = (l1 * c1, l1 * s1);
+        let x = hx + up + l2 * s2 + l3 * s3;
+        let z = hz - ahead - l2 * c2 - l3 * c3;
+        let ([wx, wy, wz], v) = (trunk.turning, trunk.velocity);
+        let [ux, uz] = state.foot;
+        let relative = [
+            ux - (z * wy - hy * wz + v[0]),
+            uz - (hy * wx - x * wy + v[2]),
+        ];
+        let ahead = relative[0] - ahead * state.hip_rate;
+        let up = relative[1] - up * state.hip_rate;
+        let per_sine = turns.sine_of_ankle().reciprocal();
+        Self {
+            point: Point {
+                place: [x, hy, z],
+                velocity: [ux, x * wz - z * wx + v[1], uz],
+            },
+            relative,
+            rates: [
+                state.hip_rate,
+                (ahead * s3 - up * c3) * per_sine * legs.per_links[0],
+                (up * c2 - ahead * s2) * per_sine * legs.per_links[1],
+            ],
+            per_sine,
+        }
+    }
+}
+
+/// Returns the depth of the stop between second and third link \[m\].
+#[inline(always)]
+pub(crate) fn in_line<L: Lanes>(legs: &Legs<L>, turns: &Turns<L, 3>) -> L {
+    let sine = turns.sine_of_ankle();
+    legs.pantographs.links[2] * (sine.like(SINE_MIN) - sine)
+}
+
+/// Right-hand side in a state, to be called from several places.
+pub(crate) struct Evaluation<'a, S: Simd> {
+    pub(crate) simd: S,
+    pub(crate) model: &'a CompliantModel,
+    pub(crate) legs: &'a Legs<S::Lanes>,
+    pub(crate) commands: &'a Commands<S::Lanes>,
+    pub(crate) time: f64,
+    pub(crate) state: &'a State<S::Lanes>,
+}
+
+/// Forces of the legs.
+struct LegForces<L> {
+    /// Force on the foot, forward and up \[N\].
+    foot: [L; 2],
+    /// Torque of the first link on the drive of the hip, and tension of the cable.
+    hip: L,
+    tension: L,
+    dissipated: L,
+}
+
+impl<S: Simd> Task for Evaluation<'_, S> {
+    type Output = Slope<S::Lanes>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        if self.model.rigid.base == Base::Fixed {
+            self.slope::<false>()
+        } else {
+            self.slope::<true>()
+        }
+    }
+}
+
+impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
+    #[inline(always)]
+    fn slope<const FREE: bool>(&self) -> Slope<L> {
+        let (simd, legs, state) = (self.simd, self.legs, self.state);
+        let trunk = TrunkMotion::new(state.trunk());
+        let turns = Turns::new(&state.angles);
+        let motion = LegMotion::new(legs, &turns, state, &trunk);
+        let forces = self.leg_forces(&turns, &motion);
+        let ground = self.ground(&trunk, &motion.point);
+        let [wx, wy, wz] = trunk.turning;
+        let [ux, uy, uz] = motion.point.velocity;
+        let up = trunk.rotation[2];
+        let [gx, gy, gz] = [-GRAVITY * up[0], -GRAVITY * up[1], -GRAVITY * up[2]];
+        let [fx, fz] = forces.foot;
+        let [ground_x, ground_y, ground_z] = ground.force;
+        let foot = [
+            (fx + ground_x + legs.mass * (uy * wz - uz * wy + gx)) * legs.per_mass,
+            (fz + ground_z + legs.mass * (ux * wy - uy * wx + gz)) * legs.per_mass,
+        ];
+        let zero = fx.zero();
+        let mut rates = [zero; 4];
+        if FREE {
+            // Sideways force on the foot with an unaccelerated trunk.
+            let [ahead, rise] = motion.relative;
+            let sideways = legs.mass * ((ahead + ux) * wz - (rise + uz) * wx - gy) - ground_y;
+            let [vx, vy, vz, roll, pitch, yaw] =
+                self.trunk(&trunk, &motion.point, [fx, sideways, fz]);
+            rates = [
+                simd.load(Quad::of_three(into_world(&trunk.rotation, trunk.velocity))),
+                simd.load(Quad(quaternion_rate(
+                    state.attitude.quad().0,
+                    trunk.turning,
+                ))),
+                simd.load(Quad([vx, vy, vz, 0.0])),
+                simd.load(Quad([roll, pitch, yaw, 0.0])),
+            ];
+        }
+        let [position, attitude, velocity, turning] = rates;
+        let knee = legs.pantographs.pulley_radius * forces.tension;
+        let [hip_rate, pulley_rate] = self.drives(forces.hip, knee);
+        Slope {
+            state: State {
+                position,
+                attitude,
+                velocity,
+                turning,
+                angles: motion.rates,
+                hip_rate,
+                pulley: state.pulley_rate,
+                pulley_rate,
+                foot,
+                bristle: ground.bristle_rate,
+            },
+            flows: Flows {
+                actuator: forces.hip * state.hip_rate + knee * state.pulley_rate,
+                dissipated: forces.dissipated + ground.dissipated,
+                hip: forces.hip,
+                knee,
+                cable: forces.tension,
+                ground: ground.force_in_world,
+            },
+        }
+    }
+
+    /// Returns the forces of springs, stops, cable and joint friction.
+    #[inline(always)]
+    fn leg_forces(&self, turns: &Turns<L, 3>, motion: &LegMotion<L>) -> LegForces<L> {
+        let (legs, state) = (self.legs, self.state);
+        let joints = Joints {
+            angles: &state.angles,
+            rates: &motion.rates,
+            pulley: state.pulley,
+            pulley_rate: state.pulley_rate,
+        };
+        let internal = Internal::new(&legs.pantographs, turns, &joints, true);
+        // The stop between second and third link.
+        let lever = legs.pantographs.links[2] * turns.cosine_of_ankle();
+        let closing = lever * (motion.rates[1] - motion.rates[2]);
+        let stop = legs.pantographs.stops.press(in_line(legs, turns), closing);
+        let pushed = stop.force * lever;
+        let second = (internal.torques[1] - pushed) * legs.per_links[0];
+        let third = (internal.torques[2] + pushed) * legs.per_links[1];
+        let ([s1, s2, s3], [c1, c2, c3]) = (turns.sines, turns.cosines);
+        let x = (second * s3 - third * s2) * motion.per_sine;
+        let z = (third * c2 - second * c3) * motion.per_sine;
+        LegForces {
+            foot: [x, z],
+            hip: legs.pantographs.links[0] * (c1 * x + s1 * z) - internal.torques[0],
+            tension: internal.tension,
+            dissipated: internal.dissipated + stop.dissipated,
+        }
+    }
+
+    /// Returns the force of the ground.
+    #[inline(always)]
+    fn ground(&self, trunk: &TrunkMotion, point: &Point<L>) -> Footforce<L> {
+        let Some(ground) = &self.model.rigid.ground else {
+            let zero = point.place[0].zero();
+            return Footforce {
+                force: [zero; 3],
+                force_in_world: [zero; 3],
+                bristle_rate: [zero; 2],
+                dissipated: zero,
+            };
+        };
+        let below = Below::new(self.simd, ground, trunk, point);
+        below.force(&self.legs.sole, point.velocity, self.state.bristle)
+    }
+
+    /// Returns the accelerations of hip and pulley under their loads, which no other inertia bears.
+    #[inline(always)]
+    fn drives(&self, hip_load: L, pulley_load: L) -> [L; 2] {
+        let ([hip, pulley], state) = (self.commands.at(self.time), self.state);
+        match &self.model.drives {
+            // Not built: a leg without mass and drive has no inertia about its hip.
+            DriveLaws::None => [hip_load.zero(); 2],
+            DriveLaws::Servos { hip: at_hip, knee } => {
+                let first = at_hip.acceleration(hip, state.angles[0], state.hip_rate);
+                let second = knee.acceleration(pulley, state.pulley, state.pulley_rate);
+                [
+                    at_hip.acceleration_under(hip_load, first, state.hip_rate),
+                    knee.acceleration_under(pulley_load, second, state.pulley_rate),
+                ]
+            }
+            DriveLaws::Motors([at_hip, at_pulley]) => {
+                let [hip_damping, pulley_damping] = self.commands.damping;
+                [
+                    (hip - hip_damping * state.hip_rate - hip_load) * (1.0 / at_hip),
+                    (pulley - pulley_damping * state.pulley_rate - pulley_load) * (1.0 / at_pulley),
+                ]
+            }
+        }
+    }
+
+    /// Returns the acceleration of the trunk under the reaction of forces on the feet.
+    #[inline(always)]
+    fn trunk(&self, trunk: &TrunkMotion, point: &Point<L>, [fx, fy, fz]: [L; 3]) -> [f64; 6] {
+        let model = self.model;
+        let [x, y, z] = point.place;
+        let (mx, mz) = (self.legs.mass * x, self.legs.mass * z);
+        let [ahead, up, pitch, roll] = L::sums([fx, fz, z * fx - x * fz, y * fz - z * fy]).quad().0;
+        let [yaw, left, mx_sum, mz_sum] = L::sums([x * fy - y * fx, fy, mx, mz]).quad().0;
+        let [xx, xz, zz, _] = L::sums([mx * x, mx * z, mz * z, fx.zero()]).quad().0;
+        let (mass, field) = (model.rigid.mass, trunk.field);
+        let inertia: [f64; 3] = model.rigid.inertia.into();
+        let [wx, wy, wz] = trunk.turning;
+        let gyro = cross(
+            trunk.turning,
+            [inertia[0] * wx, inertia[1] * wy, inertia[2] * wz],
+        );
+        let sums = TrunkSums {
+            mass: model.mass - mass,
+            moment: [mx_sum, mz_sum],
+            spread: [xx, xz, zz],
+            force: [
+                mass * field[0] - ahead,
+                mass * field[1] - left,
+                mass * field[2] - up,
+                -gyro[0] - roll,
+                -gyro[1] - pitch,
+                -gyro[2] - yaw,
+            ],
+        };
+        sums.solve(model.rigid.base, mass, inertia)
+    }
+}
