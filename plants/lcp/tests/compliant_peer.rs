@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 use twinrig_kernel::SimDuration;
-use twinrig_lcp::{Constraints, Lcp, Method, Options};
-use twinrig_legged::{Base, Drives, SetPoint, Setup, Start};
+use twinrig_lcp::{Lcp, Method, Options};
+use twinrig_legged::{Base, Constraints, Drives, SetPoint, Setup, Start};
 use twinrig_robot::{Compliance, Robot, Servo};
 use twinrig_runtime::{Plant, PlantState};
 use twinrig_testing::plant_harness::PlantHarness;

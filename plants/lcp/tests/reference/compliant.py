@@ -29,7 +29,7 @@ Friction of the sole, with the velocity v along the ground and the bristle z; |v
 
     F_t = −µ F_n z/max(|z|, z_s)
     ż = g (v − |v| z/z_s) + (1 − g) (w z_s v/|v|_ε − z)/τ
-    g = clamp(x/0.05 δ, 0, 1)   w = clamp(1 − gap/2 mm, 0, 1)   τ = 0.5 ms   ε = 10 mm/s
+    g = clamp(x/0.5 δ, 0, 1)   w = clamp(1 − gap/2 mm, 0, 1)   τ = 0.5 ms   ε = 10 mm/s
 
 Servo, with set-point s, lag T and the torque line |τ| ≤ τ_max clamp(1 ∓ q̇/q̇_max, 0, 1): q̈ =
 (4/T) (clamp((s − q)/T, ±q̇_max) − q̇) as long as torque and load permit.
@@ -45,7 +45,7 @@ from free_base import rotation_matrix
 from point_masses import rows_of_leg
 from robot_file import GRAVITY, cheetah_cub
 
-ENGAGEMENT, RANGE, TURNING, DIRECTED = 0.05, 2e-3, 0.5e-3, 1e-2
+ENGAGEMENT, RANGE, TURNING, DIRECTED = 0.5, 2e-3, 0.5e-3, 1e-2
 NAMED = ["hip", "inner", "outer", "ankle", "foot"]
 ELEMENTS = ["extended", "bottomed", "open", "closed", "cable", "sole"]
 # Whether the trunk moves along x, y, z, and turns about these axes.
