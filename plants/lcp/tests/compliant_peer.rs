@@ -30,6 +30,11 @@ const AGREEMENT: f64 = 2e-10;
 /// Greatest distance from a trajectory with twice the step \[m\]: three times the error.
 const HALVING: f64 = 3e-10;
 
+/// A tolerance of the plant's error control, and the greatest distance from the peer under it, in
+/// steps of a period \[m\].
+const CONTROLLED: f64 = 2e-8;
+const CONTROLLED_AGREEMENT: f64 = 3e-6;
+
 /// Relative tolerance of the peer.
 const TOLERANCE: f64 = 1e-12;
 
@@ -137,7 +142,7 @@ impl Case {
         })
     }
 
-    fn harness(&self, robot: &Robot, step_ns: u64) -> PlantHarness<Lcp> {
+    fn harness(&self, robot: &Robot, step_ns: u64, tolerance: f64) -> PlantHarness<Lcp> {
         let drives = self.servo.map(|servo| Drives::Servos {
             hip: servo,
             knee: servo,
@@ -153,7 +158,7 @@ impl Case {
             },
             constraints: Constraints::Compliant,
             method: Method::Rk4,
-            tolerance: f64::INFINITY,
+            tolerance,
             toe: false,
         };
         let mut plant = Lcp::new(robot, &options, &|_| true).unwrap();
@@ -178,9 +183,13 @@ impl Case {
         (0..=PERIODS).map(at).collect()
     }
 
-    /// Returns the positions of trunk and feet after each period.
+    /// Returns the positions in steps of a fixed length.
     fn trajectory(&self, change: Option<Change>, step_ns: u64) -> Vec<f64> {
-        let mut harness = self.harness(&self.robot(change), step_ns);
+        self.follow(self.harness(&self.robot(change), step_ns, f64::INFINITY))
+    }
+
+    /// Returns the positions of trunk and feet of a plant after each period.
+    fn follow(&self, mut harness: PlantHarness<Lcp>) -> Vec<f64> {
         let feet = self.legs.iter();
         let feet = feet.map(|leg| format!("leg/{leg}/foot/position"));
         let signals: Vec<String> = [String::from("body/position")]
@@ -199,7 +208,7 @@ impl Case {
     /// Returns the result of the peer.
     fn peer(&self, interpreter: &Path, tolerance: f64) -> Peer {
         let robot = self.robot(None);
-        let harness = self.harness(&robot, self.step_ns);
+        let harness = self.harness(&robot, self.step_ns, f64::INFINITY);
         let leg = &robot.legs[0].leg;
         let joints = leg.joint_friction;
         let case = json!({
@@ -243,6 +252,9 @@ impl Case {
             .map(|other| distance(&found, other));
         assert!(deviation < AGREEMENT, "{deviation:e} m");
         assert!(halving < HALVING, "{halving:e} m");
+        let controlled = self.harness(&self.robot(None), 1000 * PERIOD_US, CONTROLLED);
+        let controlled = distance(&self.follow(controlled), &expected);
+        assert!(controlled < CONTROLLED_AGREEMENT, "{controlled:e} m");
         for &change in changes {
             let changed = distance(&self.trajectory(Some(change), self.step_ns), &expected);
             assert!(changed > AGREEMENT, "{}: {changed:e} m", change.0);
