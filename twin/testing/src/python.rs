@@ -1,5 +1,5 @@
-//! Python with the third-party packages that `ci/setup` installs in two environments in `target`, or
-//! the interpreter in `TWINRIG_PYTHON`.
+//! Python with the third-party packages that `ci/setup` installs in two environments in `target`,
+//! or the interpreter in `TWINRIG_PYTHON`.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
