@@ -1,5 +1,5 @@
-//! Python with the third-party packages that `ci/setup` installs in `target/venv`, or the
-//! interpreter in `TWINRIG_PYTHON`.
+//! Python with the third-party packages that `ci/setup` installs in two environments in `target`,
+//! or the interpreter in `TWINRIG_PYTHON`.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -7,10 +7,20 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-/// Returns the Python interpreter if it can import `modules`. Otherwise the calling test prints a
-/// notice and passes, except on CI.
+/// Returns the Python interpreter of recordings and scenarios if it can import `modules`. Otherwise
+/// the calling test prints a notice and passes, except on CI.
 pub fn python(modules: &str) -> Option<PathBuf> {
-    let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/venv/bin/python");
+    interpreter("venv", modules)
+}
+
+/// Returns the Python interpreter of peers of plants under the same conditions.
+pub fn python_of_peers(modules: &str) -> Option<PathBuf> {
+    interpreter("venv-peers", modules)
+}
+
+fn interpreter(environment: &str, modules: &str) -> Option<PathBuf> {
+    let target = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target");
+    let venv = target.join(environment).join("bin/python");
     let named = std::env::var_os("TWINRIG_PYTHON").map(PathBuf::from);
     let python = named.unwrap_or(venv);
     let import = format!("import {modules}");

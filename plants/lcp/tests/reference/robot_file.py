@@ -16,6 +16,8 @@ UNITS = {
     "deg": np.pi / 180.0,
     "rad": 1.0,
     "N/m": 1.0,
+    "kN/m": 1e3,
+    "N·s/m": 1.0,
     "N·m/rad": 1.0,
     "N·m·s/rad": 1.0,
     "kg·m²": 1.0,
@@ -30,6 +32,13 @@ def si(value):
     if UNITS[unit] == 1e-3:
         return float(number + "e-3") if "e" not in number else float(number) / 1e3
     return float(number) * UNITS[unit]
+
+
+class OneSided:
+    """Stiffness k, damping c and toe region δ of a one-sided element."""
+
+    def __init__(self, table):
+        self.stiffness, self.damping, self.toe_region = (si(table[key]) for key in ("stiffness", "damping", "toe_region"))
 
 
 class Leg:
@@ -47,6 +56,10 @@ class Leg:
         self.toe_length, self.toe_stiffness, self.toe_rest = (
             si(table["toe"][key]) for key in ("length", "stiffness", "rest")
         )
+        self.pulley_radius = si(table["pulley_radius"])
+        compliance = table["compliance"]
+        self.stops, self.cable, self.sole = (OneSided(compliance[part]) for part in ("stops", "cable", "sole"))
+        self.slip_deflection = si(compliance["slip_deflection"])
 
     @property
     def diagonal_max(self):
