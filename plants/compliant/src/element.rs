@@ -5,11 +5,11 @@
 //!
 //! ```text
 //! t = clamp(x, 0, δ)   p = max(x, 0)
-//! F_e = k (t²/2δ + p − t)             F = max(0, F_e + c (t/δ) ẋ)
+//! Fₑ = k (t²/2δ + p − t)             F = max(0, Fₑ + c (t/δ) ẋ)
 //! V = k (t³/6δ + (p² − t²)/2 − δ (p − t)/2)
 //! ```
 //!
-//! F is continuous in depth and rate, F_e continuously differentiable. The power (F − F_e) ẋ is
+//! F is continuous in depth and rate, Fₑ continuously differentiable. The power (F − Fₑ) ẋ is
 //! dissipated, and never negative: where F is cut off at zero the element returns without force,
 //! and its energy is dissipated, too.
 

@@ -1,18 +1,18 @@
 //! Sole of a foot: a one-sided element along the normal of the ground, and Coulomb friction by a
 //! bristle that the load scales.
 //!
-//! With the normal force F_n, the velocity v of the foot along the ground, the deflection z of the
-//! bristle, z_s at the limit of friction, the depth x and the toe region δ of the element:
+//! With the normal force Fₙ, the velocity v of the foot along the ground, the deflection z of the
+//! bristle, zₛ at the limit of friction, the depth x and the toe region δ of the element:
 //!
 //! ```text
-//! F_t = −µ F_n z/max(|z|, z_s)
-//! ż = g (v − |v| z/z_s) + (1 − g) (w z_s v/|v| − z)/τ
+//! Fₜ = −µ Fₙ z/max(|z|, zₛ)
+//! ż = g (v − |v| z/zₛ) + (1 − g) (w zₛ v/|v| − z)/τ
 //! g = clamp(x/εδ, 0, 1)    w = clamp(1 − gap/R, 0, 1)
 //! ```
 //!
-//! The force never leaves the cone of friction. In sliding, z is z_s along v (Dahl's model, its
-//! stiffness µ F_n/z_s proportional to the load); a foot at rest that is pressed beyond εδ stays
-//! where it is under any constant load inside the cone. |z| exceeds z_s by integration errors only.
+//! The force never leaves the cone of friction. In sliding, z is zₛ along v (Dahl's model, its
+//! stiffness µ Fₙ/zₛ proportional to the load); a foot at rest that is pressed beyond εδ stays
+//! where it is under any constant load inside the cone. |z| exceeds zₛ by integration errors only.
 //! Near the ground the bristle of an unloaded foot turns along its velocity: a foot that lands in
 //! motion slides at once, as Coulomb's law demands. Away from the ground it relaxes.
 
@@ -36,7 +36,7 @@ const DIRECTED: f64 = 1e-2;
 pub struct Sole<T> {
     /// Compression along the normal.
     pub element: Element<T>,
-    /// µ/z_s \[1/m\], and 1/z_s.
+    /// µ/zₛ \[1/m\], and 1/zₛ.
     grip: T,
     per_deflection: T,
 }
@@ -68,7 +68,7 @@ pub struct Grip<L> {
 }
 
 impl Sole<Quad> {
-    /// Combines elements with the coefficient of friction µ and the deflections z_s of the legs
+    /// Combines elements with the coefficient of friction µ and the deflections zₛ of the legs
     /// \[m\].
     pub fn new(element: Element<Quad>, friction: f64, deflections: &[f64]) -> Self {
         let deflection = |lane: usize| deflections.get(lane).copied().unwrap_or(1.0);

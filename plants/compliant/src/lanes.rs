@@ -56,54 +56,64 @@ pub trait Lanes:
     type Mask: Copy;
 
     /// Returns another number in all lanes.
+    #[must_use]
     fn like(self, value: f64) -> Self;
 
     /// Returns the numbers in memory.
     fn quad(self) -> Quad;
 
     /// Returns the square root.
+    #[must_use]
     fn sqrt(self) -> Self;
 
     /// Returns the magnitude.
+    #[must_use]
     fn abs(self) -> Self;
 
     /// Returns whether the number exceeds another.
     fn gt(self, other: Self) -> Self::Mask;
 
     /// Returns the number where the mask is set, else the other.
+    #[must_use]
     fn or(self, mask: Self::Mask, other: Self) -> Self;
 
     /// Returns whether the mask is set in any lane.
     fn any(mask: Self::Mask) -> bool;
 
     /// Returns the sums of four numbers over their lanes: (a + b) + (c + d).
+    #[must_use]
     fn sums(of: [Self; LANES]) -> Self;
 
     /// Returns zero.
+    #[must_use]
     #[inline(always)]
     fn zero(self) -> Self {
         self.like(0.0)
     }
 
     /// Returns the larger of two numbers; the second where they are equal or not ordered.
+    #[must_use]
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         self.or(self.gt(other), other)
     }
 
     /// Returns the smaller of two numbers; the second where they are equal or not ordered.
+    #[must_use]
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         self.or(other.gt(self), other)
     }
 
     /// Returns the number limited to an interval.
+    #[must_use]
     #[inline(always)]
     fn clamp(self, low: Self, high: Self) -> Self {
         self.max(low).min(high)
     }
 
     /// Returns the reciprocal.
+    #[must_use]
     #[inline(always)]
     fn reciprocal(self) -> Self {
         self.like(1.0) / self

@@ -124,12 +124,11 @@ impl StepControl {
         seconds: f64,
     ) -> Result<(), StepError> {
         let mut time = 0.0;
-        let mut k1 = match slope.take() {
-            Some(slope) => slope,
-            None => {
-                self.work.evaluations += 1;
-                system.slope(0.0, state)
-            }
+        let mut k1 = if let Some(slope) = slope.take() {
+            slope
+        } else {
+            self.work.evaluations += 1;
+            system.slope(0.0, state)
         };
         while time < seconds {
             let rest = seconds - time;

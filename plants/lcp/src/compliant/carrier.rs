@@ -1,12 +1,12 @@
 //! Inertial forces of legs on a moving trunk.
 //!
-//! With the angular velocity ω of the trunk, w = (ωx, ωz) and pⱼ = θ̇ⱼ − ω_y, the rates of the
+//! With the angular velocity ω of the trunk, w = (ωx, ωz) and pⱼ = θ̇ⱼ − ωy, the rates of the
 //! links in a frame that does not pitch, a point r = h + Σ cⱼ eⱼ of a leg has, beside v̇ + ω̇ × r +
 //! ω × v and the terms of θ̈, the acceleration
 //!
 //! ```text
-//! in the plane:  −ω_y² h + ω_y h_y w − Σ cⱼ pⱼ² eⱼ − κ (−ωz, ωx)     κ = ωx z − ωz x
-//! across it:     −|w|² h_y + ω_y w·h − Σ cⱼ (w·eⱼ)(2pⱼ + ω_y)
+//! in the plane:  −ωy² h + ωy hy w − Σ cⱼ pⱼ² eⱼ − κ (−ωz, ωx)     κ = ωx z − ωz x
+//! across it:     −|w|² hy + ωy w·h − Σ cⱼ (w·eⱼ)(2pⱼ + ωy)
 //! ```
 //!
 //! The sums over the masses of a leg follow from its constants M, bⱼ and Aᵢⱼ, with Xⱼ = bⱼ h + Σᵢ

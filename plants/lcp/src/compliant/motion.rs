@@ -29,18 +29,11 @@ impl<const N: usize, const P: usize> Kernel for Advance<'_, N, P> {
             sums: step.sums.map(load),
         };
         let mut state = step.state.load(simd);
-        // Matches, as closures are not always inlined.
-        let mut slope = match step.slope.take() {
-            Some(slope) => Some(slope.map(load)),
-            None => None,
-        };
+        let mut slope = step.slope.take().map(|slope| slope.map(load));
         step.control
             .advance(&mut motion, &mut state, &mut slope, step.seconds)?;
         *step.state = state.store();
-        *step.slope = match slope {
-            Some(slope) => Some(slope.map(S::Lanes::quad)),
-            None => None,
-        };
+        *step.slope = slope.map(|slope| slope.map(S::Lanes::quad));
         *step.sums = motion.sums.map(S::Lanes::quad);
         Ok(())
     }

@@ -79,7 +79,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 let zero = setting.internal.tension;
                 let solution =
                     self.solve_free::<FREE>(&setting.equations, zero, 0.0, &setting.trunk);
-                self.slope_of::<FREE>(setting, solution, zero)
+                self.slope_of::<FREE>(&setting, &solution, zero)
             }
             (DriveLaws::Motors([at_hip, at_pulley]), _) => {
                 let setting = self.setting::<FREE>(true);
@@ -90,7 +90,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 let torque = knee - knee_damping * self.state.pulley_rate;
                 let load = self.legs.pantographs.pulley_radius * setting.internal.tension;
                 let acceleration = (torque - load) * (1.0 / at_pulley);
-                self.slope_of::<FREE>(setting, solution, acceleration)
+                self.slope_of::<FREE>(&setting, &solution, acceleration)
             }
             (DriveLaws::Servos { hip: law, .. }, None) => {
                 let setting = self.setting::<FREE>(true);
@@ -106,7 +106,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                     return self.simd.call(Self { limit, ..*self });
                 }
                 let pulley = self.winding(knee, &setting);
-                self.slope_of::<FREE>(setting, solution, pulley)
+                self.slope_of::<FREE>(&setting, &solution, pulley)
             }
             (DriveLaws::Servos { hip: law, .. }, Some(limit)) => {
                 let setting = self.setting::<FREE>(true);
@@ -119,7 +119,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                     &setting.trunk,
                 );
                 let pulley = self.winding(knee, &setting);
-                self.slope_of::<FREE>(setting, solution, pulley)
+                self.slope_of::<FREE>(&setting, &solution, pulley)
             }
         }
     }
@@ -176,8 +176,8 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
     #[inline(always)]
     fn slope_of<const FREE: bool>(
         &self,
-        setting: Setting<L, N, P>,
-        solution: Solution<L, N>,
+        setting: &Setting<L, N, P>,
+        solution: &Solution<L, N>,
         pulley_acceleration: L,
     ) -> Slope<L, N, P> {
         let (simd, state, trunk) = (self.simd, self.state, &setting.trunk);
