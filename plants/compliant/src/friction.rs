@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! Fₜ = −µ Fₙ z/max(|z|, zₛ)
-//! ż = g (v − |v| z/zₛ) + (1 − g) (w zₛ v/|v| − z)/τ
+//! ż = g (v − |v| z/zₛ) + (1 − g) (w zₛ v/√(v² + v₀²) − z)/τ
 //! g = clamp(x/εδ, 0, 1)    w = clamp(1 − gap/R, 0, 1)
 //! ```
 //!
@@ -25,7 +25,7 @@ use crate::lanes::{Lanes, Quad, Simd};
 const ENGAGEMENT: f64 = 0.5;
 
 /// Distance R from the ground within which the bristle of an unloaded foot turns \[m\], its time
-/// constant τ \[s\], and the speed below which it has no direction \[m/s\]. ASSUMED: a foot that
+/// constant τ \[s\], and the speed v₀ below which it has no direction \[m/s\]. ASSUMED: a foot that
 /// lands at up to 1 m/s is near the ground for four time constants.
 const RANGE: f64 = 2e-3;
 const TURNING: f64 = 0.5e-3;
