@@ -102,7 +102,7 @@ proptest! {
         bristle in proptest::array::uniform2(-1e-3..1e-3_f64),
     ) {
         let (normal, [ahead, left], _) = grip(Foot { gap, slip, bristle });
-        prop_assert!(ahead.hypot(left) <= FRICTION * normal * (1.0 + 1e-12));
+        prop_assert!(libm::hypot(ahead, left) <= FRICTION * normal * (1.0 + 1e-12));
         prop_assert!(ahead * bristle[0] <= 0.0 && left * bristle[1] <= 0.0);
     }
 
