@@ -20,6 +20,7 @@ use crate::assembly::builder::{BuiltParts, PartBuilder};
 use crate::assembly::registry::Registry;
 use crate::assembly::sources::{SCENARIO_FILE, Sources};
 use crate::error::TwinError;
+use crate::parts::constraints::{self, DefaultRules};
 use crate::parts::setup::ground_below;
 use crate::run::recording_size;
 
@@ -69,6 +70,7 @@ impl<'r> Assembly<'r> {
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
             robot: None,
             kept: None,
+            rules: DefaultRules::Present,
         };
         Self::new(registry, &sources, settings)
     }
@@ -83,7 +85,8 @@ impl<'r> Assembly<'r> {
         robot: &str,
         settings: &[Setting],
     ) -> Result<Self, TwinError> {
-        Self::of_kept(registry, scenario, Some(robot), Vec::new(), settings)
+        let rules = DefaultRules::Present;
+        Self::of_kept(registry, scenario, Some(robot), Vec::new(), settings, rules)
     }
 
     /// Reads a scenario from texts and the files of a standalone plant.
@@ -93,12 +96,14 @@ impl<'r> Assembly<'r> {
         robot: Option<&str>,
         kept: Vec<(String, Vec<u8>)>,
         settings: &[Setting],
+        rules: DefaultRules,
     ) -> Result<Self, TwinError> {
         let sources = Sources {
             document: Document::parse(SCENARIO_FILE, scenario)?,
             folder: PathBuf::new(),
             robot: robot.map(str::to_owned),
             kept: Some(kept),
+            rules,
         };
         Self::new(registry, &sources, settings)
     }
@@ -108,9 +113,17 @@ impl<'r> Assembly<'r> {
         sources: &Sources,
         settings: &[Setting],
     ) -> Result<Self, TwinError> {
-        let (scenario, file) = sources.read(registry, settings)?;
+        let (mut scenario, file) = sources.read(registry, settings)?;
         let body = Body::of(registry, &scenario, file.as_ref(), sources.kept.as_deref())?;
         let legs = scenario.legs(&body.legs())?;
+        let has_choice = registry.has_constraints(&scenario.plant.model);
+        constraints::complete(
+            &mut scenario,
+            has_choice,
+            body.robot(),
+            &legs,
+            sources.rules,
+        );
         let builder = PartBuilder {
             registry,
             scenario: &scenario,

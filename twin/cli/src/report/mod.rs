@@ -65,6 +65,8 @@ pub struct Report {
     pub seed: Option<u64>,
     /// Model of the plant.
     pub plant: Option<String>,
+    /// Formulation of the constraints of the plant, where there is a choice.
+    pub constraints: Option<&'static str>,
     /// Fingerprint of the run up to its end.
     pub fingerprint: Option<String>,
     /// Simulated time reached \[s\].
@@ -302,6 +304,7 @@ impl Report {
             verdict: Status::Error,
             seed: None,
             plant: None,
+            constraints: None,
             fingerprint: None,
             simulated_s: None,
             wall_s: None,
