@@ -65,8 +65,6 @@ pub struct Report {
     pub seed: Option<u64>,
     /// Model of the plant.
     pub plant: Option<String>,
-    /// Formulation of the constraints of the plant, where there is a choice.
-    pub constraints: Option<&'static str>,
     /// Fingerprint of the run up to its end.
     pub fingerprint: Option<String>,
     /// Simulated time reached \[s\].
@@ -83,6 +81,8 @@ pub struct Report {
     pub recording: Option<String>,
     /// Path of the scenario, as given on the command line.
     pub file: String,
+    /// Formulation of the constraints of the plant, where there is a choice.
+    pub constraints: Option<&'static str>,
     /// Error that prevented the run or ended it prematurely.
     pub error: Option<String>,
     /// Energy balance of the plant.
