@@ -3,4 +3,5 @@
 pub(crate) mod builder;
 pub(crate) mod coupling_builder;
 pub(crate) mod coupling_table;
+mod scaled;
 pub(crate) mod table;
