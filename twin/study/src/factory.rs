@@ -185,6 +185,10 @@ pub struct Scales {
     pub damping: f64,
     /// Factor of the gain of the servos' position loop.
     pub gain: f64,
+    /// Factor of the stiffness of compliant stops, cables and soles.
+    pub compliance: f64,
+    /// Factor of the damping of compliant stops, cables and soles.
+    pub compliance_damping: f64,
     /// Coefficient of Coulomb friction of the ground; `None`: as in the scenario.
     pub friction: Option<f64>,
     /// Coefficient of restitution of the ground; `None`: as in the scenario.
@@ -202,6 +206,8 @@ impl Scales {
         mass: 1.0,
         damping: 1.0,
         gain: 1.0,
+        compliance: 1.0,
+        compliance_damping: 1.0,
         friction: None,
         restitution: None,
         bare_foot: false,

@@ -4,4 +4,5 @@ pub(crate) mod builder;
 pub(crate) mod coupling_builder;
 pub(crate) mod coupling_table;
 mod scaled;
+mod selection;
 pub(crate) mod table;

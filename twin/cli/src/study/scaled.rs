@@ -22,6 +22,9 @@ pub(super) fn scaled_robot(robot: &Robot, scales: &Scales) -> Robot {
         ] {
             *joint *= scales.damping;
         }
+        let compliance = leg.compliance;
+        leg.compliance = compliance
+            .map(|compliance| compliance.scaled(scales.compliance, scales.compliance_damping));
         let mass = &mut leg.mass;
         for segment in [&mut mass.l1, &mut mass.l2, &mut mass.l3] {
             *segment *= scales.mass;
@@ -75,6 +78,8 @@ mod tests {
             mass: 0.5,
             damping: 3.0,
             gain: 4.0,
+            compliance: 5.0,
+            compliance_damping: 6.0,
             ..Scales::AS_IS
         };
         let scaled = scaled_robot(&robot, &scales);
@@ -87,6 +92,9 @@ mod tests {
         assert_eq!(new.joint_friction.ankle, 3.0 * own.joint_friction.ankle);
         assert_eq!(scaled.actuators.hip.lag, robot.actuators.hip.lag / 4.0);
         assert_eq!(scaled.trunk, robot.trunk);
+        let [old, new] = [own, new].map(|leg| leg.compliance.unwrap());
+        assert_eq!(new, old.scaled(5.0, 6.0));
+        assert_ne!(new, old);
         // A leg of less than its lumped foot lumps what it has.
         let light = scaled_robot(
             &robot,

@@ -238,6 +238,8 @@ fn json_keys_keep_their_order() {
         "mass",
         "damping",
         "gain",
+        "compliance",
+        "compliance_damping",
         "friction",
         "restitution",
         "status",
@@ -257,7 +259,7 @@ fn json_keys_keep_their_order() {
             .collect();
         assert_eq!(keys[..3], ["plant", "constraints", "method"]);
         assert!(["step_s", "tolerance"].contains(&keys[3]), "{keys:?}");
-        assert_eq!(keys[4..17], rest);
+        assert_eq!(keys[4..19], rest);
         assert_eq!(row["stiffness"], 1.0);
     }
 }
