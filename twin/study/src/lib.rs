@@ -45,6 +45,7 @@ mod outliers;
 #[cfg(test)]
 mod page_tests;
 mod panics;
+mod plant_id;
 mod plant_run;
 mod precision;
 mod progress;
@@ -78,6 +79,7 @@ pub use footsteps::{Footstep, WALK};
 pub use html::html;
 pub use machine::Machine;
 pub use number::si as brief;
+pub use plant_id::PlantId;
 pub use precision::{PrecisionPlan, precision};
 pub use progress::ProgressObserver;
 pub use reference::{CheckNote, ReferenceNote};

@@ -107,7 +107,7 @@ pub fn precision(
     let mut references = Vec::new();
     let mut notes = Vec::new();
     for plant in plants {
-        let share = job.begin_heavy(&format!("{}, reference", plant.name))?;
+        let share = job.begin_heavy(&format!("{}, reference", plant.plant))?;
         let AssignedReference { reference, note } = known.of(plant, share);
         notes.push(note);
         references.push(reference);
@@ -247,9 +247,9 @@ impl Job<'_> {
         let context = self.context;
         let mut last: Option<(&str, f64, f64)> = None;
         for (method, setting) in settings(plant, plan, &context) {
-            let share = self.begin(&format!("{}, {}", plant.name, method.name))?;
+            let share = self.begin(&format!("{}, {}", plant.plant, method.name))?;
             let variant = Variant {
-                plant: plant.name.clone(),
+                plant: plant.plant.clone(),
                 method: method.name.clone(),
                 setting,
                 scales: Scales::AS_IS,

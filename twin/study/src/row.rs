@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::factory::{MethodSetting, Scales, SettingKind, Variant};
+use crate::plant_id::PlantId;
 
 /// Kind of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -52,8 +53,9 @@ pub(crate) fn outcome_word(status: Status, cut: bool) -> &'static str {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a separate column")]
 pub struct Row {
-    /// Name of the plant.
-    pub plant: String,
+    /// Plant: its name, and the formulation of its constraints.
+    #[serde(flatten)]
+    pub plant: PlantId,
     /// Name of the method.
     pub method: String,
     /// Step size \[s\].
@@ -130,8 +132,8 @@ pub struct Row {
 /// Key of a series of rows. A method can have two series: by its step and by a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Series<'a> {
-    /// Name of the plant.
-    pub plant: &'a str,
+    /// Plant.
+    pub plant: &'a PlantId,
     /// Name of the method.
     pub method: &'a str,
     /// Quantity that sets the accuracy.

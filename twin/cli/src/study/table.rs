@@ -197,7 +197,7 @@ fn precision(study: &Study) -> Grid {
             });
         let order = orders
             .iter()
-            .find(|order| (&*order.plant, &*order.method) == (line.plant, line.method))
+            .find(|order| order.plant == *line.plant && order.method == line.method)
             .filter(|_| !line.is_adaptive());
         let metres = |row: &Row| {
             let error = row.error_rms_m.map(|error| {
@@ -212,7 +212,7 @@ fn precision(study: &Study) -> Grid {
         let cut = rows.iter().filter(|row| row.cut).count();
         let failed = rows.len() - sound().count() - cut;
         grid.row([
-            line.plant.into(),
+            line.plant.label().into(),
             line.method_label().into(),
             order
                 .map_or(String::new(), |order| format!("{:.1}", order.order))
@@ -268,7 +268,7 @@ fn stability(study: &Study) -> Grid {
             _ => (row.word(), RED),
         };
         grid.row([
-            row.plant.as_str().into(),
+            row.plant.label().into(),
             row.series().method_label().into(),
             limit.into(),
             row.error_rms_m
@@ -288,7 +288,7 @@ mod tests {
     use std::path::Path;
 
     use twinrig_kernel::SimDuration;
-    use twinrig_study::{PrecisionPlan, precision};
+    use twinrig_study::{PlantId, PrecisionPlan, precision};
 
     use super::*;
     use crate::assembly::registry::Registry;
@@ -313,7 +313,10 @@ mod tests {
         for row in &mut study.rows {
             row.at_floor = true;
         }
-        let floor = brief(study.floor_of("lcp"), "m");
+        let floor = brief(
+            study.floor_of(&PlantId::new("lcp").with_constraints("rigid")),
+            "m",
+        );
         assert!(text(&study, &[]).contains(&format!("≤ {floor}")));
     }
 }

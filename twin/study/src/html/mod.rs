@@ -179,7 +179,7 @@ fn references(notes: &[ReferenceNote]) -> String {
         table.row(
             "",
             vec![
-                element("b", "", &escaped(&note.plant)),
+                element("b", "", &escaped(&note.plant.label())),
                 own,
                 by.unwrap_or_default(),
                 check.map_or(String::new(), |check| si(check.disagreement_rms_m, "m")),

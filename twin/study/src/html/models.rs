@@ -30,7 +30,7 @@ pub(crate) fn section(study: &Study) -> String {
         table.row(
             rows::class(row, None),
             vec![
-                element("b", "", &escaped(&row.plant)),
+                element("b", "", &escaped(&row.plant.label())),
                 format!("{} {}", escaped(&row.method), rows::setting(row)),
                 rows::length(row.error_rms_m),
                 rows::length(row.error_max_m),

@@ -88,7 +88,7 @@ pub(crate) fn of_series<'a>(study: &'a Study, series: Series<'a>) -> impl Iterat
 /// Returns the order of a series, if it is of a fixed-step method and its errors show one.
 fn order(study: &Study, series: Series<'_>) -> Option<f64> {
     let orders = study.orders().into_iter();
-    let of_series = |order: &Order| order.plant == series.plant && order.method == series.method;
+    let of_series = |order: &Order| order.plant == *series.plant && order.method == series.method;
     let mut orders_of_series = orders.filter(of_series).map(|order| order.order);
     orders_of_series.next().filter(|_| !series.is_adaptive())
 }
@@ -268,7 +268,7 @@ fn cost(study: &Study) -> String {
 /// Returns the mark of the floor of the reference.
 pub(crate) fn floor(study: &Study) -> Mark {
     let reference = study.reference();
-    let plant = reference.map_or("", |note| note.plant.as_str());
+    let plant = reference.map_or(String::new(), |note| note.plant.label());
     let floor = study.floor();
     let label = format!(
         "floor: reference and check of {plant} differ by {}",
@@ -320,7 +320,7 @@ fn summary(study: &Study) -> String {
          | speed there | incomplete"
     );
     let mut table = Table::new(&head, 2);
-    let mut plant_before = "";
+    let mut plant_before = None;
     for series in study.series() {
         let plant = series.plant;
         let sound = || of_series(study, series).filter(|row| row.status == Status::Ok);
@@ -330,12 +330,16 @@ fn summary(study: &Study) -> String {
             error(a).total_cmp(&error(b))
         });
         let failed = of_series(study, series).filter(|row| row.status != Status::Ok);
-        let class = if plant == plant_before { "" } else { "first" };
-        plant_before = plant;
+        let class = if plant_before == Some(plant) {
+            ""
+        } else {
+            "first"
+        };
+        plant_before = Some(plant);
         table.row(
             class,
             vec![
-                element("b", "", &escaped(plant)),
+                element("b", "", &escaped(&plant.label())),
                 escaped(&series.method_label())
                     + &element("span", "wrap soft", &escaped(study.about(series))),
                 order(study, series).map_or(String::new(), |order| format!("{order:.1}")),
@@ -371,7 +375,7 @@ fn all(study: &Study) -> String {
         table.row(
             rows::class(row, before),
             vec![
-                escaped(&row.plant),
+                escaped(&row.plant.label()),
                 escaped(&row.series().method_label()),
                 rows::setting(row),
                 rows::status(row),

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
 use twinrig_study::{
-    Commands, MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind,
+    Commands, MethodOffer, MethodSetting, PlantFactory, PlantId, PlantOffer, Scales, SettingKind,
     StudyInput, Variant,
 };
 
@@ -204,7 +204,7 @@ impl Oscillators {
             _ => method(name, SettingKind::Step, None),
         };
         let full = PlantOffer {
-            name: "full".to_owned(),
+            plant: PlantId::new("full"),
             about: "an oscillator".to_owned(),
             segment_masses: true,
             model_of: None,
@@ -229,7 +229,7 @@ impl Oscillators {
 
     pub fn with_bare(mut self) -> Self {
         self.plants.push(PlantOffer {
-            name: "bare".to_owned(),
+            plant: PlantId::new("bare"),
             about: "one without segments".to_owned(),
             segment_masses: false,
             model_of: None,
@@ -242,7 +242,7 @@ impl Oscillators {
     pub fn with_engine(mut self, methods: &[&str]) -> Self {
         let offered = |&name: &&str| method(name, SettingKind::Step, None);
         self.plants.push(PlantOffer {
-            name: "engine".to_owned(),
+            plant: PlantId::new("engine"),
             about: "the same, by other means".to_owned(),
             segment_masses: true,
             model_of: Some("full".to_owned()),
