@@ -349,10 +349,10 @@ impl Case {
     fn write_plant(&self, to: &mut String) -> std::fmt::Result {
         writeln!(to, "\n[plant]")?;
         match self.method {
-            Method::Massless => writeln!(to, "model = \"massless\"")?,
+            Method::Massless => writeln!(to, "model = \"massless\"\nconstraints = \"rigid\"")?,
             method => writeln!(
                 to,
-                "model = \"lcp\"\nintegrator = \"{}\"\ntoe = {}",
+                "model = \"lcp\"\nconstraints = \"rigid\"\nintegrator = \"{}\"\ntoe = {}",
                 method.name(),
                 self.toe
             )?,

@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use twinrig_document::Document;
 use twinrig_kernel::{Port, SimDuration, SimTime, signal};
+use twinrig_legged::Constraints;
 use twinrig_robot::Robot;
 use twinrig_runtime::{Change, Plant, Rig, RigError, Schedule, Timing, WiringError};
 use twinrig_scenario::{ActuatorSpec, BusSpec, Facts, PlantSpec, Scenario, Scene, Setting};
@@ -20,7 +21,7 @@ use crate::assembly::builder::{BuiltParts, PartBuilder};
 use crate::assembly::registry::Registry;
 use crate::assembly::sources::{SCENARIO_FILE, Sources};
 use crate::error::TwinError;
-use crate::parts::constraints::{self, DefaultRules};
+use crate::parts::constraints::{self, DefaultRules, named_constraints};
 use crate::parts::setup::ground_below;
 use crate::run::recording_size;
 
@@ -262,6 +263,16 @@ impl<'r> Assembly<'r> {
     /// Returns the simulated body, before pruning.
     pub(crate) fn body(&self) -> &Body {
         &self.body
+    }
+
+    /// Returns the name of the formulation of the constraints, where the plant has a choice.
+    pub(crate) fn constraints(&self) -> Option<&'static str> {
+        let plant = &self.scenario().plant;
+        let named = || named_constraints(&plant.options).map(Constraints::name);
+        self.registry
+            .has_constraints(&plant.model)
+            .then(named)
+            .flatten()
     }
 
     /// Returns the diagnostics of drivers and boards.

@@ -49,7 +49,8 @@ pub(crate) fn named_constraints(options: &Options) -> Option<Constraints> {
 /// Legs that a controller drives have compliant constraints, where the robot file describes them:
 /// their motion is then smooth, and a Runge–Kutta method follows it. Anything else is rigid.
 /// Set-points are linear, for any plant, so that plants can be compared; those of a scenario that
-/// asks for rigid constraints are held, because nothing is gained there.
+/// asks for rigid constraints are held, because nothing is gained there. `has_choice`: whether the
+/// plant declares the option; one that wraps a plant of ours gets the default as well.
 pub(crate) fn complete(
     scenario: &mut Scenario,
     has_choice: bool,
@@ -57,21 +58,20 @@ pub(crate) fn complete(
     legs: &[LegFact],
     rules: DefaultRules,
 ) {
-    let asked = named_constraints(&scenario.plant.options)
-        .or_else(|| is_of_rigid(&scenario.plant.options).then_some(Constraints::Rigid));
+    let asked = named_constraints(&scenario.plant.options).or_else(|| {
+        (has_choice && is_of_rigid(&scenario.plant.options)).then_some(Constraints::Rigid)
+    });
     let driven = scenario.controller.is_some() && scenario.actuator.kind != ActuatorKind::None;
     let present = rules == DefaultRules::Present;
-    if has_choice {
-        let compliant = present && driven && has_compliance(scenario, robot, legs);
-        let open = if compliant {
-            Constraints::Compliant
-        } else {
-            Constraints::Rigid
-        };
-        let name = asked.unwrap_or(open).name();
-        let options = std::mem::take(&mut scenario.plant.options);
-        scenario.plant.options = options.with(CONSTRAINTS, OptionValue::Text(name.to_owned()));
-    }
+    let compliant = present && driven && has_compliance(scenario, robot, legs);
+    let open = if compliant {
+        Constraints::Compliant
+    } else {
+        Constraints::Rigid
+    };
+    let name = asked.unwrap_or(open).name();
+    let options = std::mem::take(&mut scenario.plant.options);
+    scenario.plant.options = options.with(CONSTRAINTS, OptionValue::Text(name.to_owned()));
     let actuator = &mut scenario.actuator;
     if actuator.kind.has_set_points() && actuator.set_point.is_none() {
         let linear = present && driven && asked != Some(Constraints::Rigid);

@@ -3,13 +3,11 @@
 use std::io::Write;
 
 use twinrig_kernel::SimTime;
-use twinrig_legged::Constraints;
 use twinrig_runtime::Group;
 use twinrig_scenario::{Judge, Layouts, Outcome, Reference, RunEnd};
 
 use crate::assembly::Assembly;
 use crate::error::TwinError;
-use crate::parts::constraints::named_constraints;
 use crate::report::{Line, Report, Status, Warned, seconds};
 use crate::run::execute::{Course, Execution, Stopped, run};
 use crate::run::executor::Executor;
@@ -82,11 +80,7 @@ pub(crate) fn judged_report<W: Write>(
         verdict: if pass { Status::Pass } else { Status::Fail },
         seed: Some(scenario.seed),
         plant: course.simulated.then(|| scenario.plant.model.clone()),
-        constraints: course
-            .simulated
-            .then(|| named_constraints(&scenario.plant.options))
-            .flatten()
-            .map(Constraints::name),
+        constraints: course.simulated.then(|| assembly.constraints()).flatten(),
         fingerprint: Some(observers.digest().to_string()),
         simulated_s: Some(simulated_s),
         wall_s: Some(wall_s),
