@@ -137,6 +137,7 @@ pub fn precision(
     study.budget_s = plan.budget_s;
     study.panics = panics.into_messages();
     study.mark_contradictions();
+    study.note_tolerance_slopes();
     Ok(study)
 }
 

@@ -97,6 +97,11 @@ pub struct Row {
     pub trunk_error_rms_m: Option<f64>,
     /// Greatest such distance \[m\].
     pub trunk_error_max_m: Option<f64>,
+    /// RMS distance of the worst foot relative to its hip, in the frame of the trunk \[m\].
+    pub foot_to_hip_error_rms_m: Option<f64>,
+    /// Slope of log error over log tolerance of the series between tolerances of 1e-8 and 1e-5,
+    /// with the error of `error_rms_m`.
+    pub tolerance_slope: Option<f64>,
     /// Greatest error of an event time \[s\].
     pub event_time_error_s: Option<f64>,
     /// Number of events of the run.
@@ -192,6 +197,8 @@ impl Row {
             contradicts: false,
             trunk_error_rms_m: None,
             trunk_error_max_m: None,
+            foot_to_hip_error_rms_m: None,
+            tolerance_slope: None,
             event_time_error_s: None,
             events: None,
             events_expected: None,

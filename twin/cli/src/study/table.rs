@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use anstyle::Style;
 use twinrig_study::{
-    Factor, Row, RowKind, Scales, Status, StiffnessTrend, Study, StudyKind, Transport, brief,
+    Factor, Row, RowKind, Scales, Status, StiffnessTrend, Study, StudyKind, ToleranceSlope,
+    Transport, brief,
 };
 
 use crate::report::grid::{Cell, Grid, Left, Right};
@@ -32,6 +33,9 @@ pub fn text(study: &Study, files: &[PathBuf]) -> String {
     let mut fact = |name: &str, text: String| facts.row([Cell::new(name, DIM), text.into()]);
     for note in &study.references {
         fact("reference", reference(note));
+    }
+    for slope in study.tolerance_slopes() {
+        fact("slope", tolerance_slope(&slope));
     }
     for one in &study.transports {
         fact("walking", walking(one));
@@ -90,6 +94,22 @@ fn walking(one: &Transport) -> String {
         cost.speed_m_s,
         brief(cost.residual_j.abs(), "J"),
         brief(cost.work_j, "J"),
+    )
+}
+
+/// Formats the slope of log error over log tolerance.
+fn tolerance_slope(slope: &ToleranceSlope) -> String {
+    let part = |name, slope: Option<f64>| {
+        slope.map_or(String::new(), |slope| format!(", {name} {slope:.2}"))
+    };
+    let [from, to] = slope.range;
+    format!(
+        "{} {}: log error over log tolerance from {to:e} to {from:e}: feet {:.2}{}{}",
+        slope.plant,
+        slope.method,
+        slope.feet,
+        part("trunk", slope.trunk),
+        part("worst foot to hip", slope.foot_to_hip),
     )
 }
 

@@ -10,11 +10,13 @@ mod models;
 mod plot;
 mod precision;
 mod rows;
+mod runs;
 mod stability;
 mod stiffness;
 mod table;
 mod text;
 mod thesis;
+mod tolerance;
 mod transport;
 
 use std::fmt::Write as _;
