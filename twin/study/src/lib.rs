@@ -27,6 +27,7 @@ mod commands;
 mod coupling;
 mod criteria;
 mod csv;
+mod differences;
 mod dominance;
 #[cfg(test)]
 mod dominance_tests;

@@ -253,6 +253,14 @@ impl Trace {
         self.errors_against(reference, (0..samples).map(|n| Some((n, Stencil::at(n)))))
     }
 
+    /// Returns the distance from `reference`, which has the same sampling instants, up to `until_s`.
+    pub(crate) fn errors_until(&self, reference: &Self, until_s: f64) -> Option<Errors> {
+        let samples = self.at_s.len().min(reference.at_s.len());
+        let until = self.at_s.partition_point(|&at| at <= until_s);
+        let samples = samples.min(until);
+        self.errors_against(reference, (0..samples).map(|n| Some((n, Stencil::at(n)))))
+    }
+
     /// Returns the distance from `reference` by cubic interpolation of its evenly spaced samples at
     /// the instants of this trace.
     pub(crate) fn errors_between(&self, reference: &Self) -> Option<Errors> {

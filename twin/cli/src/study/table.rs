@@ -34,6 +34,12 @@ pub fn text(study: &Study, files: &[PathBuf]) -> String {
     for note in &study.references {
         fact("reference", reference(note));
     }
+    let models = || study.rows.iter().filter(|row| row.kind == RowKind::Model);
+    let base = models().find_map(|row| row.against.as_ref());
+    // The page has the differences of all pairs.
+    for row in models().filter(|row| row.against.as_ref() == base || row.varies_compliance()) {
+        fact("model", difference(row));
+    }
     for slope in study.tolerance_slopes() {
         fact("slope", tolerance_slope(&slope));
     }
@@ -95,6 +101,30 @@ fn walking(one: &Transport) -> String {
         brief(cost.residual_j.abs(), "J"),
         brief(cost.work_j, "J"),
     )
+}
+
+/// Formats the difference between two models.
+fn difference(row: &Row) -> String {
+    let models = format!(
+        "{} against {}",
+        row.model(),
+        row.against.as_deref().unwrap_or_default()
+    );
+    let length = |name, value: Option<f64>| {
+        value.map_or(String::new(), |value| {
+            format!(", {name} {}", brief(value, "m"))
+        })
+    };
+    match (row.status, row.compared_s) {
+        (Status::Ok, Some(until_s)) => format!(
+            "{models}: feet {}{}{}, RMS over {}",
+            brief(row.error_rms_m.unwrap_or_default(), "m"),
+            length("trunk", row.trunk_error_rms_m),
+            length("worst foot to hip", row.foot_to_hip_error_rms_m),
+            brief(until_s, "s")
+        ),
+        _ => format!("{models}: {}", row.why.as_deref().unwrap_or_default()),
+    }
 }
 
 /// Formats the slope of log error over log tolerance.

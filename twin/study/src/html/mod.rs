@@ -3,6 +3,7 @@
 mod axis;
 mod constraint_violation;
 mod coupling;
+mod differences;
 mod dominance;
 mod footsteps;
 mod marker;
