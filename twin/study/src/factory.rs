@@ -5,6 +5,7 @@ use twinrig_kernel::SimDuration;
 use twinrig_runtime::Plant;
 
 use crate::commands::Commands;
+use crate::plant_id::PlantId;
 
 /// Builds the plant variants of one scenario. The caller, who knows the plants, implements it.
 pub trait PlantFactory {
@@ -27,8 +28,8 @@ pub trait PlantFactory {
         &[]
     }
 
-    /// Builds a plant at time zero. Its outputs are `leg/*/foot/position` and `body/position`
-    /// \[m\].
+    /// Builds a plant at time zero. Its outputs are `leg/*/foot/position`, `body/position`
+    /// \[m\] and `body/orientation`.
     ///
     /// # Errors
     /// The reason in plain text; it becomes a row of the study.
@@ -68,8 +69,8 @@ pub struct StudyInput {
 /// A plant and its integration methods.
 #[derive(Clone, Debug)]
 pub struct PlantOffer {
-    /// Name used in scenarios.
-    pub name: String,
+    /// Name and constraints.
+    pub plant: PlantId,
     /// One-line description.
     pub about: String,
     /// Whether the leg segments have mass. A plant without segment masses is the limit model for
@@ -163,8 +164,8 @@ impl MethodSetting {
 /// A plant with its method, the setting, and the changes of robot and ground.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variant {
-    /// Name of the plant.
-    pub plant: String,
+    /// Plant.
+    pub plant: PlantId,
     /// Name of the method.
     pub method: String,
     /// Setting of the method.
@@ -184,6 +185,10 @@ pub struct Scales {
     pub damping: f64,
     /// Factor of the gain of the servos' position loop.
     pub gain: f64,
+    /// Factor of the stiffness of compliant stops, cables and soles.
+    pub compliance: f64,
+    /// Factor of the damping of compliant stops, cables and soles.
+    pub compliance_damping: f64,
     /// Coefficient of Coulomb friction of the ground; `None`: as in the scenario.
     pub friction: Option<f64>,
     /// Coefficient of restitution of the ground; `None`: as in the scenario.
@@ -201,6 +206,8 @@ impl Scales {
         mass: 1.0,
         damping: 1.0,
         gain: 1.0,
+        compliance: 1.0,
+        compliance_damping: 1.0,
         friction: None,
         restitution: None,
         bare_foot: false,

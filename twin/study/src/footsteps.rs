@@ -5,6 +5,7 @@ use twinrig_kernel::{Direction, Layout, SimDuration, SimTime, signal};
 use twinrig_record::{Pairing, RecordedFootstep, pair_footsteps};
 use twinrig_runtime::Plant;
 
+use crate::plant_id::PlantId;
 use crate::plant_run::{Ending, PlantRun, SampleVerdict};
 
 /// Duration of the walk compared.
@@ -18,7 +19,8 @@ const SWING: SimDuration = SimDuration::from_millis(40);
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Footstep {
     /// Plant that is compared with the one with segment masses.
-    pub plant: String,
+    #[serde(flatten)]
+    pub plant: PlantId,
     /// Name of the leg.
     pub leg: String,
     /// Number of the touch-down of this leg, from 1.
@@ -148,7 +150,7 @@ fn apart(a: TouchDown, b: TouchDown) -> (f64, f64) {
 /// Compares the model with segment masses with another, leg by leg; each is given at a fine and at
 /// a coarser setting. All four walks last until `end_s`.
 pub(crate) fn compare(
-    plant: &str,
+    plant: &PlantId,
     [full, full_coarse]: [&TouchDowns; 2],
     [other, other_coarse]: [&TouchDowns; 2],
     end_s: f64,
@@ -180,7 +182,7 @@ pub(crate) fn compare(
             let between = pair.map(|(i, j)| apart(steps[i], theirs[j]));
             let unsure = pair.and_then(|(i, j)| change(i, j));
             footsteps.push(Footstep {
-                plant: plant.to_owned(),
+                plant: plant.clone(),
                 leg: leg.clone(),
                 number: number + 1,
                 at_s: i.map(|i| steps[i].at_s),
@@ -209,7 +211,7 @@ mod tests {
     type Shown = (usize, Option<f64>, Option<f64>, Option<f64>);
 
     fn shown(full: [&TouchDowns; 2], other: [&TouchDowns; 2]) -> Vec<Shown> {
-        let found = compare("other", full, other, 10.0);
+        let found = compare(&PlantId::new("other"), full, other, 10.0);
         let shown = |step: &Footstep| (step.number, step.at_s, step.later_s, step.unsure_s);
         found.iter().map(shown).collect()
     }

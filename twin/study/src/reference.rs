@@ -8,6 +8,7 @@ use crate::budget::Share;
 use crate::factory::{MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind, Variant};
 use crate::number::{instant, method_setting, si};
 use crate::panics::Panics;
+use crate::plant_id::PlantId;
 use crate::plant_run::{Ending, PlantRun};
 use crate::row::{Row, RowKind, Status};
 use crate::trace::{Errors, Trace};
@@ -32,7 +33,8 @@ pub(crate) struct Reference {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ReferenceNote {
     /// Plant.
-    pub plant: String,
+    #[serde(flatten)]
+    pub plant: PlantId,
     /// Plant simulated in the reference run, where it is another plant of the same model.
     pub of_plant: Option<String>,
     /// Method; `None` if there is no reference.
@@ -127,7 +129,7 @@ impl RunContext<'_> {
         action: impl FnOnce(&mut dyn Plant) -> R,
     ) -> Result<R, String> {
         self.panics.guarded(|| {
-            in_part(PartKind::Plant, &variant.plant, || {
+            in_part(PartKind::Plant, &variant.plant.name, || {
                 let mut plant = build(self.factory)?;
                 Ok(action(&mut *plant))
             })
@@ -177,7 +179,7 @@ pub(crate) fn ended(ending: &Ending, share: Share) -> Option<(Status, String)> {
 /// Returns the variants that qualify as references, the best first.
 fn trusted(offer: &PlantOffer, scales: Scales) -> Vec<Variant> {
     let variant = |method: &str, setting| Variant {
-        plant: offer.name.clone(),
+        plant: offer.plant.clone(),
         method: method.to_owned(),
         setting,
         scales,
@@ -365,9 +367,9 @@ impl Reference {
 
 impl ReferenceNote {
     /// The note of a `plant` without a reference.
-    pub(crate) fn missing(plant: &str, why: String) -> Self {
+    pub(crate) fn missing(plant: &PlantId, why: String) -> Self {
         Self {
-            plant: plant.to_owned(),
+            plant: plant.clone(),
             of_plant: None,
             method: None,
             step_s: None,
@@ -384,6 +386,7 @@ impl Row {
     pub(crate) fn note_errors(&mut self, errors: &Errors) {
         self.error_rms_m = Some(errors.foot_rms);
         self.error_max_m = Some(errors.foot_max);
+        self.foot_to_hip_error_rms_m = errors.foot_to_hip;
         self.trunk_error_rms_m = errors.trunk.map(|(rms, _)| rms);
         self.trunk_error_max_m = errors.trunk.map(|(_, max)| max);
     }

@@ -113,13 +113,13 @@ pub fn stability(
     for &scales in &scales {
         let mut known = References::new(job.context, scales, trust);
         for plant in plants {
-            let share = job.begin(&plant.name)?;
+            let share = job.begin(&plant.plant.label())?;
             let AssignedReference { reference, note } = known.of(plant, share);
             if scales == Scales::AS_IS {
                 study.references.push(note);
             }
             for method in &plant.methods {
-                let share = job.begin(&format!("{}, {}", plant.name, method.name))?;
+                let share = job.begin(&format!("{}, {}", plant.plant, method.name))?;
                 let row = panics
                     .guarded(|| Ok(job.row(plant, method, scales, reference.as_deref(), share)));
                 let row = row.unwrap_or_else(|why| job.failed(plant, method, scales, why));
@@ -180,7 +180,7 @@ impl Job<'_> {
         share: Share,
     ) -> Row {
         let variant = |setting| Variant {
-            plant: plant.name.clone(),
+            plant: plant.plant.clone(),
             method: method.name.clone(),
             setting,
             scales,
@@ -210,7 +210,7 @@ impl Job<'_> {
     /// Returns the row of a panic in the study itself.
     fn failed(&self, plant: &PlantOffer, method: &MethodOffer, scales: Scales, why: String) -> Row {
         let variant = Variant {
-            plant: plant.name.clone(),
+            plant: plant.plant.clone(),
             method: method.name.clone(),
             setting: match method.set_by {
                 SettingKind::Tolerance => MethodSetting::Tolerance(self.plan.tolerance),

@@ -8,6 +8,7 @@ use crate::budget::Share;
 use crate::error::StudyError;
 use crate::factory::{MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 use crate::number::instant;
+use crate::plant_id::PlantId;
 use crate::plant_run::{PlantRun, SampleVerdict};
 use crate::precision::Job;
 use crate::reference::ended;
@@ -26,8 +27,9 @@ const TOLERANCE: f64 = 1e-6;
 /// null.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Transport {
-    /// Name of the plant.
-    pub plant: String,
+    /// Plant.
+    #[serde(flatten)]
+    pub plant: PlantId,
     /// Name of the method.
     pub method: String,
     /// Step size \[s\].
@@ -99,9 +101,9 @@ impl Job<'_> {
         let mut transports = Vec::new();
         for plant in plants {
             for method in &plant.methods {
-                let share = self.begin_heavy(&format!("{}, cost of transport", plant.name))?;
+                let share = self.begin_heavy(&format!("{}, cost of transport", plant.plant))?;
                 let variant = Variant {
-                    plant: plant.name.clone(),
+                    plant: plant.plant.clone(),
                     method: method.name.clone(),
                     setting: match method.set_by {
                         SettingKind::Step => MethodSetting::Step(step),

@@ -195,9 +195,10 @@ impl Registry {
         Some(in_part(PartKind::Plant, name, || kind.build(context)))
     }
 
-    /// Returns the methods of the plant `name` for studies; `None` for an unknown name.
-    pub(crate) fn offer(&self, name: &str) -> Option<(PlantOffer, Vec<Method>)> {
-        Some(self.plant_kind(name)?.offer())
+    /// Returns the plant `name` for studies, once for each formulation of its constraints, with its
+    /// methods; none for an unknown name.
+    pub(crate) fn offers(&self, name: &str) -> Vec<(PlantOffer, Vec<Method>)> {
+        self.plant_kind(name).map_or(Vec::new(), PlantKind::offers)
     }
 
     /// Returns the step of a plant: of the scenario, otherwise of its kind, if it has one.

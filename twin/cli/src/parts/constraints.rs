@@ -6,7 +6,7 @@ use twinrig_scenario::{OptionSpec, Options};
 use crate::parts::option::choice;
 
 /// Plant option with the formulation.
-const CONSTRAINTS: &str = "constraints";
+pub(crate) const CONSTRAINTS: &str = "constraints";
 
 pub(crate) fn constraints_choice() -> OptionSpec {
     choice(

@@ -3,4 +3,6 @@
 pub(crate) mod builder;
 pub(crate) mod coupling_builder;
 pub(crate) mod coupling_table;
+mod scaled;
+mod selection;
 pub(crate) mod table;

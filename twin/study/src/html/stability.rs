@@ -231,7 +231,7 @@ fn as_it_is(study: &Study) -> String {
                 _ => "bad",
             },
             vec![
-                element("b", "", &escaped(&row.plant)),
+                element("b", "", &escaped(&row.plant.label())),
                 escaped(&row.series().method_label()),
                 limit_cell(row),
                 rows::status(row),
@@ -277,7 +277,7 @@ fn all(study: &Study) -> String {
             vec![
                 name.to_owned(),
                 value,
-                escaped(&row.plant),
+                escaped(&row.plant.label()),
                 escaped(&row.series().method_label()),
                 limit_cell(row),
                 rows::time(row.least_unstable_step_s),

@@ -1,6 +1,7 @@
 //! Page section on the cost of transport and the residual of the energy balance.
 
 use crate::number::{method_setting, si};
+use crate::plant_id::PlantId;
 use crate::row::Status;
 use crate::study::Study;
 use crate::transport::{Cost, Transport};
@@ -38,10 +39,10 @@ fn table(study: &Study) -> String {
          | friction | impacts | stored",
         2,
     );
-    let mut before = "";
+    let mut before: Option<&PlantId> = None;
     for one in &study.transports {
-        let first = !before.is_empty() && before != one.plant;
-        before = &one.plant;
+        let first = before.is_some_and(|before| *before != one.plant);
+        before = Some(&one.plant);
         let bad = one.status != Status::Ok || one.fell_at_s.is_some();
         let setting = method_setting(one.step_s, one.tolerance);
         let about = match &one.why {
@@ -50,7 +51,7 @@ fn table(study: &Study) -> String {
         };
         let about = element("span", "wrap soft", &escaped(&about));
         let mut cells = vec![
-            element("b", "", &escaped(&one.plant)),
+            element("b", "", &escaped(&one.plant.label())),
             escaped(&one.method) + &about,
         ];
         let numbers = one.cost.as_ref().map(numbers);

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault};
 use twinrig_study::{
-    Commands, Cost, MethodOffer, PlantFactory, PlantOffer, PrecisionPlan, SettingKind, Status,
-    StudyInput, Transport, Variant, precision,
+    Commands, Cost, MethodOffer, PlantFactory, PlantId, PlantOffer, PrecisionPlan, SettingKind,
+    Status, StudyInput, Transport, Variant, precision,
 };
 
 const SPEED: f64 = 0.5;
@@ -144,7 +144,7 @@ impl Walkers {
                 weight: WEIGHT,
             },
             plants: vec![PlantOffer {
-                name: "walker".to_owned(),
+                plant: PlantId::new("walker"),
                 about: String::new(),
                 segment_masses: true,
                 model_of: None,
