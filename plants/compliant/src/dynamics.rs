@@ -2,11 +2,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 use twinrig_contact::Surface;
-use twinrig_kernel::SimTime;
+use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
     DriveModels, Dynamics, FootMotion, LEGS, PartFault, Posture, Readings, StepInputs,
 };
-use twinrig_runtime::{EnergyBalance, PlantEvent, PlantState, WorkCounts};
+use twinrig_runtime::{EnergyBalance, PlantEvent, PlantEventKind, PlantState, WorkCounts};
 
 use crate::flow::{Equations, Flow};
 use crate::frame::{into_world, rotation};
@@ -104,15 +104,18 @@ impl<E: Equations> Dynamics for Flow<E> {
         Self::set_inputs(self, inputs);
     }
 
-    fn advance(&mut self, _: SimTime, seconds: f64) -> Result<(), PartFault> {
-        self.step(seconds)
-            .map_err(|error| PartFault::new("integrator", error.to_string()))
+    fn advance(&mut self, from: SimTime, seconds: f64) -> Result<(), PartFault> {
+        let events = self.log.len();
+        let done = self.step(seconds);
+        self.log.shift(events, from.as_secs_f64());
+        done.map_err(|error| PartFault::new("integrator", error.to_string()))
     }
 
     fn counts(&self) -> WorkCounts {
         WorkCounts {
             steps: self.control.work.accepted,
             evaluations: self.control.work.evaluations,
+            events: self.control.work.events,
             fallbacks: self.control.work.rejected,
             ..WorkCounts::default()
         }
@@ -148,5 +151,20 @@ impl<E: Equations> Dynamics for Flow<E> {
         Ok(lines)
     }
 
-    fn drain_events(&mut self, _: &mut Vec<PlantEvent>) {}
+    fn log_events(&mut self, enabled: bool) {
+        self.log.enable(enabled);
+    }
+
+    fn drain_events(&mut self, to: &mut Vec<PlantEvent>) {
+        let (names, equations) = (self.equations.element_names(), &self.equations);
+        to.extend(self.log.drain().map(|event| PlantEvent {
+            at_s: event.at_s,
+            part: signal::of_leg(equations.leg_name(event.leg), names[event.element]),
+            kind: if event.compressed {
+                PlantEventKind::Reached
+            } else {
+                PlantEventKind::Released
+            },
+        }));
+    }
 }

@@ -41,8 +41,23 @@ pub trait System {
     /// Returns the size of the error h/6 (k₅ − k₄) \[m\].
     fn error(&self, seconds: f64, fourth: &Self::Slope, fifth: &Self::Slope) -> f64;
 
-    /// Adds the integrands of an accepted substep, which begins at `time` and ends in `next`.
-    fn accept(&mut self, time: f64, seconds: f64, slopes: [&Self::Slope; 4], next: &Self::State);
+    /// Adds the integrands of an accepted substep, and returns the number of its events.
+    fn accept(&mut self, substep: &Substep<'_, Self>) -> u64;
+}
+
+/// Accepted substep.
+#[derive(Debug, Clone, Copy)]
+pub struct Substep<'a, F: System + ?Sized> {
+    /// Begin, since that of the step \[s\].
+    pub time: f64,
+    /// Duration \[s\].
+    pub seconds: f64,
+    /// k₁ … k₄.
+    pub slopes: [&'a F::Slope; 4],
+    /// k₅, the slope at the end.
+    pub last: &'a F::Slope,
+    /// States at both ends.
+    pub states: [&'a F::State; 2],
 }
 
 /// Control of the substeps.
@@ -56,7 +71,7 @@ pub struct StepControl {
     pub work: StepWork,
 }
 
-/// Evaluations of the slope, accepted and rejected substeps.
+/// Evaluations of the slope, accepted and rejected substeps, events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub struct StepWork {
     /// Evaluations of the slope.
@@ -65,6 +80,8 @@ pub struct StepWork {
     pub accepted: u64,
     /// Rejected substeps.
     pub rejected: u64,
+    /// Events.
+    pub events: u64,
 }
 
 /// Failure of a step.
@@ -147,7 +164,13 @@ impl StepControl {
             // The form of the comparison rejects NaN.
             if ratio <= 1.0 {
                 self.work.accepted += 1;
-                system.accept(time, h, slopes, &next);
+                self.work.events += system.accept(&Substep {
+                    time,
+                    seconds: h,
+                    slopes,
+                    last: &k5,
+                    states: [state, &next],
+                });
                 (*state, k1) = (next, k5);
                 time = end;
             } else {

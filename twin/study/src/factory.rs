@@ -28,8 +28,8 @@ pub trait PlantFactory {
         &[]
     }
 
-    /// Builds a plant at time zero. Its outputs are `leg/*/foot/position` and `body/position`
-    /// \[m\].
+    /// Builds a plant at time zero. Its outputs are `leg/*/foot/position`, `body/position`
+    /// \[m\] and `body/orientation`.
     ///
     /// # Errors
     /// The reason in plain text; it becomes a row of the study.

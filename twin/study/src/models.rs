@@ -25,23 +25,6 @@ pub(crate) fn limit_pair(factory: &dyn PlantFactory) -> Option<(&PlantOffer, &Pl
 }
 
 impl Job<'_> {
-    /// Adds a row for each model with its difference from the first one with segment masses.
-    pub(crate) fn models(&mut self, plants: &[PlantOffer], references: &[Option<Rc<Reference>>]) {
-        let full = plants.iter().position(|plant| plant.segment_masses);
-        let Some(base) = full.and_then(|n| references[n].as_ref()) else {
-            return;
-        };
-        for (plant, other) in plants.iter().zip(references) {
-            // A plant with the reference of another plant solves the same model.
-            let other = other
-                .as_ref()
-                .filter(|own| own.variant.plant == plant.plant);
-            if let Some(other) = other.filter(|own| own.variant.plant != base.variant.plant) {
-                self.rows.push(base.difference(RowKind::Model, other));
-            }
-        }
-    }
-
     /// Compares the touch-downs of the models, computed by the methods of their references at
     /// coarser settings.
     pub(crate) fn footsteps(

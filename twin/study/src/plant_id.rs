@@ -6,6 +6,7 @@ use serde::Serialize;
 
 /// Formulation of the constraints that a label does not mention.
 const RIGID: &str = "rigid";
+const COMPLIANT: &str = "compliant";
 
 /// Plant and formulation of its constraints. Each formulation is a model of its own, with its own
 /// reference.
@@ -35,6 +36,11 @@ impl PlantId {
             constraints: Some(constraints.to_owned()),
             ..self
         }
+    }
+
+    /// Returns whether the constraints are compliant.
+    pub fn is_compliant(&self) -> bool {
+        self.constraints.as_deref() == Some(COMPLIANT)
     }
 
     /// Returns the name, followed by the constraints unless they are rigid: `lcp, compliant`.

@@ -3,6 +3,7 @@
 use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::budget::{Budget, Share};
+use crate::differences;
 use crate::error::StudyError;
 use crate::events;
 use crate::factory::{
@@ -97,7 +98,7 @@ pub fn precision(
         plan,
         budget: Budget::new(
             plan.budget_s,
-            rows + plants.len() + compared.min(1) * limits + walked,
+            rows + plants.len() + compared.min(1) * limits + walked + differences::parts(plants),
             plants.len() + walked,
         ),
         progress,
@@ -120,7 +121,7 @@ pub fn precision(
     for (plant, reference) in plants.iter().zip(&references) {
         job.plant(plant, reference.as_deref())?;
     }
-    job.models(plants, &references);
+    job.differences(plants, &references)?;
     let mut footsteps = Vec::new();
     if walks {
         footsteps = job.footsteps(plants, &references)?;
@@ -137,6 +138,7 @@ pub fn precision(
     study.budget_s = plan.budget_s;
     study.panics = panics.into_messages();
     study.mark_contradictions();
+    study.note_tolerance_slopes();
     Ok(study)
 }
 

@@ -386,6 +386,7 @@ impl Row {
     pub(crate) fn note_errors(&mut self, errors: &Errors) {
         self.error_rms_m = Some(errors.foot_rms);
         self.error_max_m = Some(errors.foot_max);
+        self.foot_to_hip_error_rms_m = errors.foot_to_hip;
         self.trunk_error_rms_m = errors.trunk.map(|(rms, _)| rms);
         self.trunk_error_max_m = errors.trunk.map(|(_, max)| max);
     }

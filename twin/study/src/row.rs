@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::differences;
 use crate::factory::{MethodSetting, Scales, SettingKind, Variant};
 use crate::plant_id::PlantId;
 
@@ -11,8 +12,8 @@ use crate::plant_id::PlantId;
 pub enum RowKind {
     /// Error of a method against the reference of the same plant.
     Integration,
-    /// Difference between the references of two plants: a modelling error, independent of the
-    /// method.
+    /// Difference between the references of two models: a modelling error, independent of the
+    /// method. The model `against` is named in the row.
     Model,
     /// Modelling error as the masses of the leg segments vanish.
     Limit,
@@ -97,6 +98,15 @@ pub struct Row {
     pub trunk_error_rms_m: Option<f64>,
     /// Greatest such distance \[m\].
     pub trunk_error_max_m: Option<f64>,
+    /// RMS distance of the worst foot relative to its hip, in the frame of the trunk \[m\].
+    pub foot_to_hip_error_rms_m: Option<f64>,
+    /// Slope of log error over log tolerance of the series between tolerances of 1e-8 and 1e-5,
+    /// with the error of `error_rms_m`.
+    pub tolerance_slope: Option<f64>,
+    /// Model that a difference of models is measured against, with the factors of its compliance.
+    pub against: Option<String>,
+    /// Compared duration of a difference of models \[s\].
+    pub compared_s: Option<f64>,
     /// Greatest error of an event time \[s\].
     pub event_time_error_s: Option<f64>,
     /// Number of events of the run.
@@ -192,6 +202,10 @@ impl Row {
             contradicts: false,
             trunk_error_rms_m: None,
             trunk_error_max_m: None,
+            foot_to_hip_error_rms_m: None,
+            tolerance_slope: None,
+            against: None,
+            compared_s: None,
             event_time_error_s: None,
             events: None,
             events_expected: None,
@@ -250,6 +264,16 @@ impl Row {
     /// Returns the word for the outcome; a truncated run is not a failure of the method.
     pub fn word(&self) -> &'static str {
         outcome_word(self.status, self.cut)
+    }
+
+    /// Returns plant, constraints and factors of compliance: `lcp, compliant, stiffness × 3`.
+    pub fn model(&self) -> String {
+        differences::label(&self.plant, &self.scales)
+    }
+
+    /// Returns whether the row varies the compliance of a plant to show its sensitivity to it.
+    pub fn varies_compliance(&self) -> bool {
+        self.scales.compliance < 1.0 || self.scales.compliance_damping != 1.0
     }
 
     /// Returns the setting of the method.

@@ -246,6 +246,7 @@ impl Study {
             "budget_s": self.budget_s,
             "references": self.references,
             "orders": self.orders(),
+            "tolerance_slopes": self.tolerance_slopes(),
             "footsteps": self.footsteps,
             "dominance": self.dominances(),
             "floors": self.floors(),

@@ -1,5 +1,6 @@
 //! Right-hand side of the equations of motion.
 
+use twinrig_compliant::events::{GROUND, if_compressed};
 use twinrig_compliant::frame::{cross, into_world, quaternion_rate};
 use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
 use twinrig_compliant::{
@@ -36,6 +37,8 @@ struct Setting<L, const N: usize, const P: usize> {
     bristles: [[L; 2]; P],
     /// World frame \[N\].
     ground: [L; 3],
+    /// Compressed elements.
+    compressed: L,
 }
 
 /// Returns a vector in the first three lanes.
@@ -100,7 +103,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 let torque = solution.hip_torque + acceleration * law.inertia();
                 let limit = law.limited(torque, self.state.rates[0]);
                 let limited = (torque - limit).abs().gt(torque.zero());
-                if L::any(limited) {
+                if torque.any(limited) {
                     // Rare: from the begin, so that nothing is kept for it otherwise.
                     let limit = Some((limit, limited));
                     return self.simd.call(Self { limit, ..*self });
@@ -150,7 +153,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         for j in 0..N {
             equations.links.torques[j] += internal.torques[j];
         }
-        let mut dissipated = internal.dissipated;
+        let (mut dissipated, mut compressed) = (internal.dissipated, internal.compressed);
         let zero = dissipated.zero();
         let (mut bristles, mut ground) = ([[zero; 2]; P], [zero; 3]);
         if let Some(terrain) = &self.model.rigid.ground {
@@ -158,6 +161,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 let foot = self.stand::<FREE>(terrain, &turns, &trunk, p, &mut equations);
                 bristles[p] = foot.bristle_rate;
                 dissipated += foot.dissipated;
+                compressed += if_compressed(GROUND + p, foot.depth);
                 for i in 0..3 {
                     ground[i] += foot.force_in_world[i];
                 }
@@ -170,6 +174,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
             dissipated,
             bristles,
             ground,
+            compressed,
         }
     }
 
@@ -216,6 +221,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 cable: tension,
                 ground: setting.ground,
             },
+            compressed: setting.compressed,
         }
     }
 

@@ -1,6 +1,6 @@
 use proptest::prelude::*;
 use twinrig_compliant::lanes::{Features, Quad};
-use twinrig_compliant::{Element, FlowError, StepError};
+use twinrig_compliant::{Element, Equations as _, FlowError, StepError};
 use twinrig_contact::Ground;
 use twinrig_legged::{Base, Drives, Dynamics as _};
 use twinrig_robot::{Compliance, OneSided, Robot};
@@ -215,4 +215,70 @@ fn step_beyond_the_limit_of_stability_is_refused() {
         "{unstable}"
     );
     assert_eq!(stiff(1e-9), Err(FlowError::Step(StepError::TooStiff)));
+}
+
+/// Compressed elements of the slope and those by their depths, of each leg.
+fn compressed<const N: usize, const P: usize>(flow: &CompliantFlow<N, P>) -> [[f64; 4]; 2] {
+    let mut flow = CompliantFlow::new(flow.equations.clone(), flow.state, 1e-6, Features::Detected);
+    flow.renew_slope();
+    let motion = flow.equations.elements(Features::Detected, &flow.state);
+    let weights = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
+    let mut sums = [0.0; 4];
+    for (weight, depths) in weights.into_iter().zip(motion.depths) {
+        for (sum, depth) in sums.iter_mut().zip(depths.0) {
+            *sum += if depth > 0.0 { weight } else { 0.0 };
+        }
+    }
+    [flow.slope.unwrap().compressed.0, sums]
+}
+
+/// Depths \[m\], and their derivatives by differences and as computed \[m/s\].
+fn element_rates<const N: usize, const P: usize>(flow: &mut CompliantFlow<N, P>) -> Vec<[f64; 3]> {
+    let before = flow.equations.elements(Features::Detected, &flow.state);
+    flow.control = twinrig_compliant::StepControl::new(f64::INFINITY);
+    let step = 1e-7;
+    flow.step(step).unwrap();
+    let after = flow.equations.elements(Features::Detected, &flow.state);
+    let mut all = Vec::new();
+    for i in 0..before.depths.len() {
+        for leg in 0..4 {
+            let [a, b] = [&before, &after].map(|motion| motion.depths[i].0[leg]);
+            let [u, v] = [&before, &after].map(|motion| motion.rates[i].0[leg]);
+            all.push([a, (b - a) / step, 0.5 * (u + v)]);
+        }
+    }
+    all
+}
+
+#[test]
+fn compressed_elements_have_positive_depths_with_the_given_rates() {
+    let (mut seen, mut flow) = ([false; 128], landing::<4, 2>(1e-6, Features::Detected));
+    for _ in 0..150 {
+        flow.step(2e-3).unwrap();
+        // One leg straight, one folded: both ends of the diagonal.
+        let mut bent = flow.clone();
+        let first = bent.state.angles[0];
+        bent.state.angles[1].0[..2].copy_from_slice(&[first.0[0], first.0[1] - 2.5]);
+        let [slope, depths] = compressed(&bent);
+        assert_eq!(slope, depths);
+        assert_eq!((slope[0] % 4.0, slope[1] % 4.0), (1.0, 2.0));
+        let [slope, depths] = compressed(&flow);
+        assert_eq!(slope, depths);
+        for (number, seen) in (0_u32..).zip(&mut seen) {
+            *seen |= slope.contains(&f64::from(number));
+        }
+        for [depth, change, rate] in element_rates(&mut flow.clone()) {
+            assert!(
+                depth.is_infinite() || (change - rate).abs() < 1e-5 * (1.0 + rate.abs()),
+                "{depth} {change} {rate}"
+            );
+        }
+    }
+    for element in 3..7 {
+        let compressed = (0..128).filter(|number| number >> element & 1 == 1);
+        assert!(
+            compressed.into_iter().any(|number| seen[number]),
+            "{element}"
+        );
+    }
 }

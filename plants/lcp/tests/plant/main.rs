@@ -4,6 +4,7 @@
 
 mod accuracy;
 mod allocation;
+mod compliant_events;
 mod fallback;
 mod geometry;
 mod harness;

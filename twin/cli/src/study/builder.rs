@@ -172,7 +172,7 @@ impl PlantFactory for StudyBuilder<'_> {
 /// Whether studies compare the signal.
 pub(super) fn is_compared(name: &str) -> bool {
     let of_leg = signal::parse_leg(name).map(|(_, of_leg)| of_leg);
-    name == signal::BODY_POSITION
+    [signal::BODY_POSITION, signal::BODY_ORIENTATION].contains(&name)
         || of_leg.is_some_and(|it| [signal::FOOT_POSITION, signal::FOOT_LOAD].contains(&it))
 }
 

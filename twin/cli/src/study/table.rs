@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use anstyle::Style;
 use twinrig_study::{
-    Factor, Row, RowKind, Scales, Status, StiffnessTrend, Study, StudyKind, Transport, brief,
+    Factor, Row, RowKind, Scales, Status, StiffnessTrend, Study, StudyKind, ToleranceSlope,
+    Transport, brief,
 };
 
 use crate::report::grid::{Cell, Grid, Left, Right};
@@ -32,6 +33,15 @@ pub fn text(study: &Study, files: &[PathBuf]) -> String {
     let mut fact = |name: &str, text: String| facts.row([Cell::new(name, DIM), text.into()]);
     for note in &study.references {
         fact("reference", reference(note));
+    }
+    let models = || study.rows.iter().filter(|row| row.kind == RowKind::Model);
+    let base = models().find_map(|row| row.against.as_ref());
+    // The page has the differences of all pairs.
+    for row in models().filter(|row| row.against.as_ref() == base || row.varies_compliance()) {
+        fact("model", difference(row));
+    }
+    for slope in study.tolerance_slopes() {
+        fact("slope", tolerance_slope(&slope));
     }
     for one in &study.transports {
         fact("walking", walking(one));
@@ -90,6 +100,46 @@ fn walking(one: &Transport) -> String {
         cost.speed_m_s,
         brief(cost.residual_j.abs(), "J"),
         brief(cost.work_j, "J"),
+    )
+}
+
+/// Formats the difference between two models.
+fn difference(row: &Row) -> String {
+    let models = format!(
+        "{} against {}",
+        row.model(),
+        row.against.as_deref().unwrap_or_default()
+    );
+    let length = |name, value: Option<f64>| {
+        value.map_or(String::new(), |value| {
+            format!(", {name} {}", brief(value, "m"))
+        })
+    };
+    match (row.status, row.compared_s) {
+        (Status::Ok, Some(until_s)) => format!(
+            "{models}: feet {}{}{}, RMS over {}",
+            brief(row.error_rms_m.unwrap_or_default(), "m"),
+            length("trunk", row.trunk_error_rms_m),
+            length("worst foot to hip", row.foot_to_hip_error_rms_m),
+            brief(until_s, "s")
+        ),
+        _ => format!("{models}: {}", row.why.as_deref().unwrap_or_default()),
+    }
+}
+
+/// Formats the slope of log error over log tolerance.
+fn tolerance_slope(slope: &ToleranceSlope) -> String {
+    let part = |name, slope: Option<f64>| {
+        slope.map_or(String::new(), |slope| format!(", {name} {slope:.2}"))
+    };
+    let [from, to] = slope.range;
+    format!(
+        "{} {}: log error over log tolerance from {to:e} to {from:e}: feet {:.2}{}{}",
+        slope.plant,
+        slope.method,
+        slope.feet,
+        part("trunk", slope.trunk),
+        part("worst foot to hip", slope.foot_to_hip),
     )
 }
 

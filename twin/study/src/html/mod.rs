@@ -3,6 +3,7 @@
 mod axis;
 mod constraint_violation;
 mod coupling;
+mod differences;
 mod dominance;
 mod footsteps;
 mod marker;
@@ -10,11 +11,13 @@ mod models;
 mod plot;
 mod precision;
 mod rows;
+mod runs;
 mod stability;
 mod stiffness;
 mod table;
 mod text;
 mod thesis;
+mod tolerance;
 mod transport;
 
 use std::fmt::Write as _;

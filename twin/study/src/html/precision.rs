@@ -10,7 +10,7 @@ use super::table::Table;
 use super::text::{element, escaped, paragraph};
 use super::{
     card, commanded, constraint_violation, dominance, figure, footsteps, introduction, models,
-    references, transport,
+    references, runs, tolerance, transport,
 };
 use crate::headline::{AIM_M, Choice, HeadlineRow, USUAL_STEP_S, at_usual_step};
 use crate::number::si;
@@ -45,6 +45,7 @@ pub(crate) fn body(study: &Study) -> String {
     out += &dominance::section(study);
     out += "<h2>Error against step</h2>\n";
     out += &convergence(study);
+    out += &tolerance::section(study);
     out += &constraint_violation::section(study);
     out += "<h2>Summary by method</h2>\n";
     out += &summary(study);
@@ -60,7 +61,7 @@ pub(crate) fn body(study: &Study) -> String {
     out += &footsteps::section(study);
     out += &transport::section(study);
     out += "<h2>All runs</h2>\n";
-    out += &all(study);
+    out += &runs::table(study);
     out
 }
 
@@ -353,57 +354,4 @@ fn summary(study: &Study) -> String {
         );
     }
     table.html()
-}
-
-/// Returns the table of all runs.
-fn all(study: &Study) -> String {
-    let mut table = Table::new(
-        "plant | method | setting | | feet, RMS | greatest | trunk, RMS | greatest | event time \
-         | events | energy residual | constraint violation | evalu\u{ad}ations \
-         | factori\u{ad}sations | solver | fallbacks | per step | speed |",
-        4,
-    );
-    let mut before = None;
-    for row in integration(study) {
-        let events = match (row.events, row.events_expected) {
-            (None, Some(_)) => "none located".to_owned(),
-            (Some(own), Some(expected)) if own != expected => format!("{own} of {expected}"),
-            (own, _) => rows::count(own),
-        };
-        let floor = if row.at_floor { "≤ " } else { "" };
-        let nonzero = |value: Option<f64>| value.filter(|&value| value > 0.0);
-        table.row(
-            rows::class(row, before),
-            vec![
-                escaped(&row.plant.label()),
-                escaped(&row.series().method_label()),
-                rows::setting(row),
-                rows::status(row),
-                row.error_rms_m
-                    .map_or(String::new(), |error| format!("{floor}{}", si(error, "m"))),
-                rows::length(row.error_max_m),
-                rows::length(nonzero(row.trunk_error_rms_m)),
-                rows::length(nonzero(row.trunk_error_max_m)),
-                rows::time(row.event_time_error_s),
-                events,
-                row.energy_residual_j
-                    .map_or(String::new(), |joule| si(joule, "J")),
-                rows::length(row.drift_m),
-                rows::count(row.evaluations),
-                rows::count(row.factorisations),
-                rows::count(row.solver_iterations),
-                rows::count(row.fallbacks),
-                rows::time(row.cost_per_step_s),
-                rows::factor(row.real_time_factor),
-                rows::why(row),
-            ],
-        );
-        before = Some(row);
-    }
-    table.html()
-        + &paragraph(
-            "Energy residual: residual of the energy balance at the end. Speed: simulated time \
-             over run time, the median of several runs without sampling. ≤ marks errors at the \
-             floor. Fallbacks: steps for which another method or a shorter step was substituted.",
-        )
 }

@@ -1,6 +1,7 @@
 //! Studies of plants with closed-form solutions.
 
 mod coupling;
+mod differences;
 mod engines;
 mod oscillator;
 mod pages;

@@ -238,6 +238,21 @@ impl Oscillators {
         self
     }
 
+    /// Adds the full model with compliant constraints, which soften its spring.
+    pub fn with_compliant(mut self) -> Self {
+        let fine = Some(MethodSetting::Step(SimDuration::from_micros(20)));
+        let plant = |constraints| PlantId::new("full").with_constraints(constraints);
+        self.plants[0].plant = plant("rigid");
+        self.plants.push(PlantOffer {
+            plant: plant("compliant"),
+            about: "the same, softer".to_owned(),
+            segment_masses: true,
+            model_of: None,
+            methods: vec![method("rk4", SettingKind::Step, fine)],
+        });
+        self
+    }
+
     /// Adds an engine that solves the model of `full`, with an error at every step.
     pub fn with_engine(mut self, methods: &[&str]) -> Self {
         let offered = |&name: &&str| method(name, SettingKind::Step, None);
@@ -290,6 +305,8 @@ impl PlantFactory for Oscillators {
             stiffness,
             mass,
             damping,
+            compliance,
+            compliance_damping,
             ..
         } = variant.scales;
         let mass = if variant.plant == "bare" {
@@ -299,6 +316,8 @@ impl PlantFactory for Oscillators {
         };
         let soft = if variant.plant == "engine" {
             1.0 - SOFT
+        } else if variant.plant == "full, compliant" {
+            1.0 - SOFT / compliance
         } else {
             1.0
         };
@@ -312,7 +331,8 @@ impl PlantFactory for Oscillators {
             tolerance,
             // Unchanged, the full model has the frequency ω.
             omega_squared: OMEGA * OMEGA * stiffness * soft * (1.0 + SEGMENTS) / mass,
-            damping: 2.0 * self.zeta * OMEGA * damping * (1.0 + SEGMENTS) / mass,
+            damping: 2.0 * self.zeta * OMEGA * damping * compliance_damping * (1.0 + SEGMENTS)
+                / mass,
             mass,
             now: SimTime::ZERO,
             state: [0.01, 0.0],
