@@ -31,12 +31,14 @@ mod differences;
 mod dominance;
 #[cfg(test)]
 mod dominance_tests;
+mod ensemble;
 mod error;
 mod events;
 mod factory;
 mod fit;
 mod floors;
 mod footsteps;
+mod frame;
 mod headline;
 mod html;
 mod machine;
@@ -73,6 +75,7 @@ pub use coupling::{
 };
 pub use csv::csv;
 pub use dominance::{Comparison, Competitor, Dominance};
+pub use ensemble::{Ensemble, EnsembleDifference, Interval, QuantityInterval};
 pub use error::StudyError;
 pub use factory::{
     MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind, StudyInput, Variant,

@@ -4,6 +4,7 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 use twinrig_kernel::{SimDuration, SimTime};
 
+use crate::ensemble::Ensemble;
 use crate::factory::{PlantFactory, SettingKind};
 use crate::fit;
 use crate::footsteps::Footstep;
@@ -69,6 +70,8 @@ pub struct Study {
     pub footsteps: Vec<Footstep>,
     /// Cost of transport by plant and method.
     pub transports: Vec<Transport>,
+    /// Ensembles of perturbed walks by plant.
+    pub ensembles: Vec<Ensemble>,
     /// Definitions of the criteria: name and text.
     pub criteria: Vec<(String, String)>,
     /// Omitted plants and factors, each with the reason.
@@ -127,6 +130,7 @@ impl Study {
             rows: Vec::new(),
             footsteps: Vec::new(),
             transports: Vec::new(),
+            ensembles: Vec::new(),
             criteria: Vec::new(),
             left_out: factory.left_out().to_vec(),
             panics: Vec::new(),
@@ -251,6 +255,8 @@ impl Study {
             "dominance": self.dominances(),
             "floors": self.floors(),
             "transport": self.transports,
+            "ensembles": self.ensembles,
+            "ensembles_differ": self.ensemble_differences(),
             "stiffness": self.stiffnesses(),
             "criteria": criteria,
             "left_out": self.left_out,

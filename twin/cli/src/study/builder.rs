@@ -248,6 +248,7 @@ mod tests {
             steps: vec![SimDuration::from_millis(2)],
             tolerances: Vec::new(),
             masses: vec![0.3, 0.1, 0.03, 0.01],
+            ensemble: 0,
             repetitions: 1,
             budget_s: 1e9,
         };

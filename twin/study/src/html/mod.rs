@@ -5,6 +5,7 @@ mod constraint_violation;
 mod coupling;
 mod differences;
 mod dominance;
+mod ensemble;
 mod footsteps;
 mod marker;
 mod models;
