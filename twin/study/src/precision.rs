@@ -3,6 +3,7 @@
 use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::budget::{Budget, Share};
+use crate::contact;
 use crate::differences;
 use crate::ensemble;
 use crate::error::StudyError;
@@ -97,13 +98,18 @@ pub fn precision(
         None => 0,
     };
     let ensembles = ensemble::parts(plants, if walks { plan.ensemble } else { 0 });
+    let touching = if walks { contact::parts(plants) } else { 0 };
     let walked = if walks { transport::parts(plants) } else { 0 } + ensembles;
     let mut job = Job {
         context,
         plan,
         budget: Budget::new(
             plan.budget_s,
-            rows + plants.len() + compared.min(1) * limits + walked + differences::parts(plants),
+            rows + plants.len()
+                + touching
+                + compared.min(1) * limits
+                + walked
+                + differences::parts(plants),
             plants.len() + walked,
         ),
         progress,
@@ -128,7 +134,9 @@ pub fn precision(
     }
     job.differences(plants, &references)?;
     let (mut footsteps, mut ensembles) = (Vec::new(), Vec::new());
+    let mut contacts = Vec::new();
     if walks {
+        contacts = job.contacts(plants)?;
         footsteps = job.footsteps(plants, &references)?;
         ensembles = job.ensembles(plants)?;
     } else {
@@ -141,6 +149,7 @@ pub fn precision(
     study.rows = rows;
     study.footsteps = footsteps;
     study.transports = transports;
+    study.contacts = contacts;
     study.ensembles = ensembles;
     study.budget_s = plan.budget_s;
     study.panics = panics.into_messages();

@@ -1,6 +1,8 @@
 //! Lines of a study of precision on models, tolerances and walks.
 
-use twinrig_study::{Ensemble, Row, Status, Study, ToleranceSlope, Transport, brief};
+use twinrig_study::{
+    ContactResiduals, Ensemble, Row, Status, Study, ToleranceSlope, Transport, brief,
+};
 
 /// Formats the difference between two models.
 pub(super) fn difference(row: &Row) -> String {
@@ -79,6 +81,43 @@ pub(super) fn differing(study: &Study) -> Vec<[String; 3]> {
         }
     }
     pairs
+}
+
+/// Formats the contact of a plant's feet at rest and in the gait.
+pub(super) fn contact(one: &ContactResiduals) -> String {
+    let setting = match (one.step_s, one.tolerance) {
+        (Some(step), _) => brief(step, "s"),
+        (None, tolerance) => format!("at {:e}", tolerance.unwrap_or_default()),
+    };
+    let mut parts = Vec::new();
+    if let Some(rest) = &one.rest {
+        let expected = rest.expected_m.map_or(String::new(), |expected| {
+            format!(" (load/k {})", brief(expected, "m"))
+        });
+        parts.push(format!(
+            "{} deep at rest{expected}",
+            brief(rest.penetration_m, "m")
+        ));
+    }
+    if let Some(gait) = &one.gait {
+        parts.push(format!("gap × load {}", brief(gait.signorini_j, "J")));
+        parts.extend(
+            gait.coulomb_n
+                .map(|excess| format!("{} beyond the cone", brief(excess, "N"))),
+        );
+        parts.push(format!(
+            "{} created, {} dissipated",
+            brief(gait.created_j, "J"),
+            brief(gait.dissipated_j, "J")
+        ));
+    }
+    parts.extend(one.why.clone());
+    format!(
+        "{} {} {setting}: {}",
+        one.plant,
+        one.method,
+        parts.join(", ")
+    )
 }
 
 /// Formats the cost of a walk, or the reason of its absence.

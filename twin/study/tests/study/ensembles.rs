@@ -123,6 +123,8 @@ impl Pacers {
                 servos: true,
                 commands,
                 step: SimDuration::from_millis(2),
+                friction: None,
+                sole_stiffness: None,
                 weight: 10.0,
             },
             plants: plants.into(),
