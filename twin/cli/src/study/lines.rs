@@ -127,6 +127,11 @@ pub(super) fn walking(one: &Transport) -> String {
         (None, tolerance) => format!("at {:e}", tolerance.unwrap_or_default()),
     };
     let way = format!("{} {} {setting}", one.plant, one.method);
+    let way = match one.converged {
+        Some(true) => format!("{way}, converged"),
+        Some(false) => format!("{way}, not converged"),
+        None => way,
+    };
     let why = one
         .why
         .as_ref()

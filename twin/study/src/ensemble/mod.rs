@@ -11,14 +11,14 @@ use twinrig_runtime::{Plant, PlantState};
 
 use crate::budget::Share;
 use crate::error::StudyError;
-use crate::factory::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
+use crate::factory::{MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 use crate::plant_id::PlantId;
 use crate::plant_run::{Ending, PlantRun};
 use crate::precision::Job;
 use crate::reference::ended;
 use crate::stopwatch::Stopwatch;
 use crate::study::Study;
-use crate::transport::{SETTLING, STROLL, TOLERANCE};
+use crate::transport::{SETTLING, STROLL, TOLERANCE, usual_method};
 use gait::{GaitRecorder, Quantity};
 
 /// Greatest perturbation of each coordinate of the trunk's position \[m\], and of its attitude
@@ -140,17 +140,6 @@ pub(crate) fn parts(plants: &[PlantOffer], walks: usize) -> usize {
     if walks > 0 { plants.len() } else { 0 }
 }
 
-/// Returns the method of a plant in an ensemble: that of its reference which is set as the plant is
-/// in scenarios, otherwise the first.
-fn method(plant: &PlantOffer) -> Option<&MethodOffer> {
-    let mut methods = plant.methods.iter();
-    let stepped = |method: &&MethodOffer| {
-        method.reference.is_some()
-            && (plant.plant.is_compliant() || method.set_by == SettingKind::Step)
-    };
-    methods.clone().find(stepped).or_else(|| methods.next())
-}
-
 impl Job<'_> {
     /// Computes the ensemble of each plant.
     pub(crate) fn ensembles(&mut self, plants: &[PlantOffer]) -> Result<Vec<Ensemble>, StudyError> {
@@ -161,7 +150,7 @@ impl Job<'_> {
         let mut ensembles = Vec::new();
         for plant in plants {
             let share = self.begin_heavy(&format!("{}, ensemble", plant.plant))?;
-            let Some(method) = method(plant) else {
+            let Some(method) = usual_method(plant) else {
                 continue;
             };
             let variant = |setting| Variant {
