@@ -16,6 +16,27 @@ pub struct Catalogue {
     pub buses: Vec<Kind>,
 }
 
+impl Catalogue {
+    /// Adds the options of all plants to each that has none of that name, without defaults: a plant
+    /// can then take the place of another in a scenario.
+    pub fn unite_plant_options(&mut self) {
+        let all = self.plants.iter().flat_map(|kind| kind.options.clone());
+        let all: Vec<OptionSpec> = all
+            .map(|option| OptionSpec {
+                default: None,
+                ..option
+            })
+            .collect();
+        for kind in &mut self.plants {
+            for option in &all {
+                if kind.options.iter().all(|known| known.name != option.name) {
+                    kind.options.push(option.clone());
+                }
+            }
+        }
+    }
+}
+
 /// A kind of part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kind {

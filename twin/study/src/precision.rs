@@ -111,7 +111,8 @@ pub fn precision(
                 + walked
                 + differences::parts(plants),
             plants.len() + walked,
-        ),
+        )
+        .with_very_heavy(ensembles),
         progress,
         rows: Vec::new(),
     };
@@ -236,6 +237,12 @@ pub(crate) struct Job<'a> {
 }
 
 impl Job<'_> {
+    /// Begins a part with the still larger share of many walks.
+    pub(crate) fn begin_very_heavy(&mut self, doing: &str) -> Result<Share, StudyError> {
+        let share = self.budget.next_very_heavy();
+        self.report(doing).map(|()| share)
+    }
+
     pub(crate) fn begin(&mut self, doing: &str) -> Result<Share, StudyError> {
         self.begin_part(doing, false)
     }
@@ -247,9 +254,13 @@ impl Job<'_> {
 
     fn begin_part(&mut self, doing: &str, heavy: bool) -> Result<Share, StudyError> {
         let share = self.budget.next(heavy);
+        self.report(doing).map(|()| share)
+    }
+
+    fn report(&mut self, doing: &str) -> Result<(), StudyError> {
         let (part, of) = self.budget.progress();
         if self.progress.at(part, of, doing) {
-            Ok(share)
+            Ok(())
         } else {
             Err(StudyError::Interrupted { done: part, of })
         }

@@ -69,8 +69,32 @@ impl<'r> Assembly<'r> {
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
             robot: None,
             kept: None,
+            ignores_other_plants: false,
         };
         Self::new(registry, &sources, settings)
+    }
+
+    /// Reads the scenario file at `path` with the plant `name` in place of its own. Options of other
+    /// plants are ignored.
+    ///
+    /// # Errors
+    /// As [`Assembly::of_file`].
+    pub(crate) fn of_plant(
+        registry: &'r Registry,
+        path: &Path,
+        settings: &[Setting],
+        name: &str,
+    ) -> Result<Self, TwinError> {
+        let sources = Sources {
+            document: Document::read(path)?,
+            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+            robot: None,
+            kept: None,
+            ignores_other_plants: true,
+        };
+        let mut settings = settings.to_vec();
+        settings.push(Setting::plant(name));
+        Self::new(registry, &sources, &settings)
     }
 
     /// Reads a scenario from texts, as stored in a recording.
@@ -99,6 +123,7 @@ impl<'r> Assembly<'r> {
             folder: PathBuf::new(),
             robot: robot.map(str::to_owned),
             kept: Some(kept),
+            ignores_other_plants: false,
         };
         Self::new(registry, &sources, settings)
     }

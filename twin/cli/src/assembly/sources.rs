@@ -24,6 +24,8 @@ pub(crate) struct Sources {
     pub(crate) robot: Option<String>,
     /// Files of a standalone plant from a recording; `None`: they are read from disk.
     pub(crate) kept: Option<Vec<(String, Vec<u8>)>>,
+    /// Whether a plant accepts, and ignores, the options of the others.
+    pub(crate) ignores_other_plants: bool,
 }
 
 /// Keys that are needed before the scenario is read.
@@ -70,7 +72,10 @@ impl Sources {
         let robot = robot.map(|(_, robot)| robot.clone());
         // Any robot suffices to check the rest of a scenario whose robot cannot be read.
         let robot = robot.or_else(|| RobotFile::find(ANY_ROBOT, Path::new("")).ok()?.robot().ok());
-        let catalogue = registry.catalogue(robot.as_ref());
+        let mut catalogue = registry.catalogue(robot.as_ref());
+        if self.ignores_other_plants {
+            catalogue.unite_plant_options();
+        }
         let scenario = Scenario::parse(
             self.document.file(),
             self.document.text(),

@@ -32,6 +32,8 @@ const FINER: [u64; 3] = [20, 10, 4];
 const FINEST_ANYWAY: u64 = 2;
 /// One walk of so many is repeated at a coarser setting.
 const COARSER_SHARE: usize = 5;
+/// Share of the time for the walks at the finer setting.
+const MAIN_SHARE: f64 = 0.8;
 
 /// Walks of a model from perturbed starts, under the same commands.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -149,7 +151,7 @@ impl Job<'_> {
         }
         let mut ensembles = Vec::new();
         for plant in plants {
-            let share = self.begin_heavy(&format!("{}, ensemble", plant.plant))?;
+            let share = self.begin_very_heavy(&format!("{}, ensemble", plant.plant))?;
             let Some(method) = usual_method(plant) else {
                 continue;
             };
@@ -167,18 +169,19 @@ impl Job<'_> {
             let setting = match usual.setting {
                 MethodSetting::Step(_) => {
                     let walk_s = self.timed_walk(&usual, share).unwrap_or(f64::INFINITY);
-                    // Twice for the walks at the coarser setting.
                     let affordable = |divisor: &u64| {
-                        2.0 * walk_s * (*divisor as f64) * (walks as f64) < share.seconds
+                        walk_s * (*divisor as f64) * (walks as f64) < MAIN_SHARE * share.seconds
                     };
                     let divisor = FINER.into_iter().find(affordable).unwrap_or(FINEST_ANYWAY);
                     MethodSetting::Step(SimDuration::from_nanos(step.as_nanos() / divisor))
                 }
                 tolerance @ MethodSetting::Tolerance(_) => tolerance,
             };
-            let mut ensemble = self.ensemble(&variant(setting), walks, share);
+            let main = share.fraction(MAIN_SHARE);
+            let mut ensemble = self.ensemble(&variant(setting), walks, main);
             let few = walks.div_ceil(COARSER_SHARE).max(2);
-            let coarser = self.ensemble(&variant(setting.coarser()), few, share);
+            let rest = share.fraction(1.0 - MAIN_SHARE);
+            let coarser = self.ensemble(&variant(setting.coarser()), few, rest);
             ensemble.note_method_errors(&coarser);
             ensembles.push(ensemble);
         }
