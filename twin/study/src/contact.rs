@@ -71,7 +71,7 @@ pub struct GaitContact {
     pub signorini_j: f64,
     /// Greatest penetration \[m\].
     pub penetration_m: f64,
-    /// Greatest friction beyond the cone, |F_t| − µ F_n \[N\].
+    /// Greatest friction beyond the cone, `|F_t| − µ F_n` \[N\].
     pub coulomb_n: Option<f64>,
     /// Work of friction in the direction of slip, which friction should oppose \[J\].
     pub along_slip_j: f64,

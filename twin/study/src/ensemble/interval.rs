@@ -61,13 +61,13 @@ fn quantile(probability: f64, degrees: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Returns the probability of values below `t` ≥ 0: 1 − I_x(ν/2, ½)/2 with x = ν/(ν + t²).
+/// Returns the probability of values below `t` ≥ 0: `1 − I_x(ν/2, ½)/2` with x = ν/(ν + t²).
 fn cumulative(t: f64, degrees: f64) -> f64 {
     1.0 - 0.5 * incomplete_beta(degrees / (degrees + t * t), 0.5 * degrees, 0.5)
 }
 
-/// Regularised incomplete beta function I_x(a, b), by its continued fraction (DLMF 8.17.22) where
-/// that converges fast, elsewhere by I_x(a, b) = 1 − I_{1−x}(b, a).
+/// Regularised incomplete beta function `I_x(a, b)`, by its continued fraction (DLMF 8.17.22) where
+/// that converges fast, elsewhere by `I_x(a, b) = 1 − I_{1−x}(b, a)`.
 fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
     if x <= 0.0 {
         return 0.0;
