@@ -17,10 +17,11 @@ pub struct Catalogue {
 }
 
 impl Catalogue {
-    /// Adds the options of all plants to each that has none of that name, without defaults: a plant
-    /// can then take the place of another in a scenario.
-    pub fn unite_plant_options(&mut self) {
+    /// Adds the options of these names, of any plant, to each plant that has none of that name,
+    /// without defaults: a plant can then take the place of another in a scenario.
+    pub fn share_plant_options(&mut self, names: &[&str]) {
         let all = self.plants.iter().flat_map(|kind| kind.options.clone());
+        let all = all.filter(|option| names.contains(&option.name.as_str()));
         let all: Vec<OptionSpec> = all
             .map(|option| OptionSpec {
                 default: None,

@@ -96,8 +96,8 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// Adds the models of a plant with scaled compliance, at coarser settings where the finest fail:
-    /// models differ by far more than these err.
+    /// Adds the models of a plant with scaled compliance, at coarser settings where the finest
+    /// fail: models differ by far more than these err.
     fn scaled(&mut self, plant: &PlantOffer, models: &mut Vec<Model>) -> Result<(), StudyError> {
         let fine = trust(&self.context);
         let rough = Trust {

@@ -101,8 +101,8 @@ impl Transport {
     }
 }
 
-/// Returns the method that stands for a plant: that of its reference which is set as the plant is in
-/// scenarios, otherwise the first.
+/// Returns the method that stands for a plant: that of its reference which is set as the plant is
+/// in scenarios, otherwise the first.
 pub(crate) fn usual_method(plant: &PlantOffer) -> Option<&MethodOffer> {
     let mut methods = plant.methods.iter();
     let usual = |method: &&MethodOffer| {

@@ -20,6 +20,8 @@ use crate::assembly::builder::{BuiltParts, PartBuilder};
 use crate::assembly::registry::Registry;
 use crate::assembly::sources::{SCENARIO_FILE, Sources};
 use crate::error::TwinError;
+use crate::parts::constraints::CONSTRAINTS;
+use crate::parts::method::TOLERANCE;
 use crate::parts::setup::ground_below;
 use crate::run::recording_size;
 
@@ -69,13 +71,13 @@ impl<'r> Assembly<'r> {
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
             robot: None,
             kept: None,
-            ignores_other_plants: false,
+            shared_options: &[],
         };
         Self::new(registry, &sources, settings)
     }
 
-    /// Reads the scenario file at `path` with the plant `name` in place of its own. Options of other
-    /// plants are ignored.
+    /// Reads the scenario file at `path` with the plant `name` in place of its own. A plant without
+    /// constraints or a tolerance ignores those of the scenario.
     ///
     /// # Errors
     /// As [`Assembly::of_file`].
@@ -90,7 +92,7 @@ impl<'r> Assembly<'r> {
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
             robot: None,
             kept: None,
-            ignores_other_plants: true,
+            shared_options: &[CONSTRAINTS, TOLERANCE],
         };
         let mut settings = settings.to_vec();
         settings.push(Setting::plant(name));
@@ -123,7 +125,7 @@ impl<'r> Assembly<'r> {
             folder: PathBuf::new(),
             robot: robot.map(str::to_owned),
             kept: Some(kept),
-            ignores_other_plants: false,
+            shared_options: &[],
         };
         Self::new(registry, &sources, settings)
     }

@@ -24,8 +24,8 @@ pub(crate) struct Sources {
     pub(crate) robot: Option<String>,
     /// Files of a standalone plant from a recording; `None`: they are read from disk.
     pub(crate) kept: Option<Vec<(String, Vec<u8>)>>,
-    /// Whether a plant accepts, and ignores, the options of the others.
-    pub(crate) ignores_other_plants: bool,
+    /// Options that every plant accepts, and ignores if it has none of that name.
+    pub(crate) shared_options: &'static [&'static str],
 }
 
 /// Keys that are needed before the scenario is read.
@@ -73,9 +73,7 @@ impl Sources {
         // Any robot suffices to check the rest of a scenario whose robot cannot be read.
         let robot = robot.or_else(|| RobotFile::find(ANY_ROBOT, Path::new("")).ok()?.robot().ok());
         let mut catalogue = registry.catalogue(robot.as_ref());
-        if self.ignores_other_plants {
-            catalogue.unite_plant_options();
-        }
+        catalogue.share_plant_options(self.shared_options);
         let scenario = Scenario::parse(
             self.document.file(),
             self.document.text(),

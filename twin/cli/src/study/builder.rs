@@ -309,6 +309,13 @@ mod tests {
             ("plant.tolerance", "\"1 um\""),
         ];
         assert_eq!(offered("trot.toml", &names, &compliant).0, both);
+        // A plant without constraints is not left out for those of the scenario.
+        let (_, left_out) = offered("trot.toml", &[], &compliant);
+        let drives = left_out.iter().find(|why| why.starts_with("drives: "));
+        assert!(
+            drives.unwrap().contains("simulates motors only"),
+            "{left_out:?}"
+        );
         let legs = offered("passive-legs.toml", &["massless", "lcp"], &compliant[..1]).0;
         assert_eq!(legs, ["massless", "lcp", "lcp, compliant"]);
         let lookup = [("plant.force", "\"lookup\""), ("plant.cells", "16")];

@@ -145,7 +145,8 @@ impl PlantUnderStudy<'_> {
     }
 }
 
-/// Reads the scenario at `path` with the plant `name`, whatever options it has for other plants.
+/// Reads the scenario at `path` with the plant `name`, whatever constraints the scenario has for
+/// other plants.
 pub(crate) fn of_plant<'r>(
     registry: &'r Registry,
     path: &Path,
