@@ -24,6 +24,7 @@
 
 mod budget;
 mod commands;
+mod contact;
 mod coupling;
 mod criteria;
 mod csv;
@@ -69,6 +70,7 @@ mod transport;
 mod trial;
 
 pub use commands::{CommandRecorder, CommandTape, Commands};
+pub use contact::{ContactResiduals, GaitContact, RestContact};
 pub use coupling::{
     CouplingInput, CouplingKind, CouplingMethod, CouplingOrder, CouplingPlan, CouplingRow,
     CouplingStudy, RigFactory, RigVariant, coupling,

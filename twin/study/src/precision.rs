@@ -3,6 +3,7 @@
 use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::budget::{Budget, Share};
+use crate::contact;
 use crate::differences;
 use crate::ensemble;
 use crate::error::StudyError;
@@ -97,15 +98,21 @@ pub fn precision(
         None => 0,
     };
     let ensembles = ensemble::parts(plants, if walks { plan.ensemble } else { 0 });
+    let touching = if walks { contact::parts(plants) } else { 0 };
     let walked = if walks { transport::parts(plants) } else { 0 } + ensembles;
     let mut job = Job {
         context,
         plan,
         budget: Budget::new(
             plan.budget_s,
-            rows + plants.len() + compared.min(1) * limits + walked + differences::parts(plants),
+            rows + plants.len()
+                + touching
+                + compared.min(1) * limits
+                + walked
+                + differences::parts(plants),
             plants.len() + walked,
-        ),
+        )
+        .with_very_heavy(ensembles),
         progress,
         rows: Vec::new(),
     };
@@ -128,7 +135,9 @@ pub fn precision(
     }
     job.differences(plants, &references)?;
     let (mut footsteps, mut ensembles) = (Vec::new(), Vec::new());
+    let mut contacts = Vec::new();
     if walks {
+        contacts = job.contacts(plants)?;
         footsteps = job.footsteps(plants, &references)?;
         ensembles = job.ensembles(plants)?;
     } else {
@@ -141,6 +150,7 @@ pub fn precision(
     study.rows = rows;
     study.footsteps = footsteps;
     study.transports = transports;
+    study.contacts = contacts;
     study.ensembles = ensembles;
     study.budget_s = plan.budget_s;
     study.panics = panics.into_messages();
@@ -227,6 +237,12 @@ pub(crate) struct Job<'a> {
 }
 
 impl Job<'_> {
+    /// Begins a part with the still larger share of many walks.
+    pub(crate) fn begin_very_heavy(&mut self, doing: &str) -> Result<Share, StudyError> {
+        let share = self.budget.next_very_heavy();
+        self.report(doing).map(|()| share)
+    }
+
     pub(crate) fn begin(&mut self, doing: &str) -> Result<Share, StudyError> {
         self.begin_part(doing, false)
     }
@@ -238,9 +254,13 @@ impl Job<'_> {
 
     fn begin_part(&mut self, doing: &str, heavy: bool) -> Result<Share, StudyError> {
         let share = self.budget.next(heavy);
+        self.report(doing).map(|()| share)
+    }
+
+    fn report(&mut self, doing: &str) -> Result<(), StudyError> {
         let (part, of) = self.budget.progress();
         if self.progress.at(part, of, doing) {
-            Ok(share)
+            Ok(())
         } else {
             Err(StudyError::Interrupted { done: part, of })
         }

@@ -21,7 +21,8 @@ use crate::assembly::builder::{BuiltParts, PartBuilder};
 use crate::assembly::registry::Registry;
 use crate::assembly::sources::{SCENARIO_FILE, Sources};
 use crate::error::TwinError;
-use crate::parts::constraints::{self, DefaultRules, named_constraints};
+use crate::parts::constraints::{self, CONSTRAINTS, DefaultRules, named_constraints};
+use crate::parts::method::TOLERANCE;
 use crate::parts::setup::ground_below;
 use crate::run::recording_size;
 
@@ -72,8 +73,33 @@ impl<'r> Assembly<'r> {
             robot: None,
             kept: None,
             rules: DefaultRules::Present,
+            shared_options: &[],
         };
         Self::new(registry, &sources, settings)
+    }
+
+    /// Reads the scenario file at `path` with the plant `name` in place of its own. A plant without
+    /// constraints or a tolerance ignores those of the scenario.
+    ///
+    /// # Errors
+    /// As [`Assembly::of_file`].
+    pub(crate) fn of_plant(
+        registry: &'r Registry,
+        path: &Path,
+        settings: &[Setting],
+        name: &str,
+    ) -> Result<Self, TwinError> {
+        let sources = Sources {
+            document: Document::read(path)?,
+            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+            robot: None,
+            kept: None,
+            rules: DefaultRules::Present,
+            shared_options: &[CONSTRAINTS, TOLERANCE],
+        };
+        let mut settings = settings.to_vec();
+        settings.push(Setting::plant(name));
+        Self::new(registry, &sources, &settings)
     }
 
     /// Reads a scenario from texts, as stored in a recording.
@@ -105,6 +131,7 @@ impl<'r> Assembly<'r> {
             robot: robot.map(str::to_owned),
             kept: Some(kept),
             rules,
+            shared_options: &[],
         };
         Self::new(registry, &sources, settings)
     }

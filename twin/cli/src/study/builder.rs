@@ -14,7 +14,7 @@ use twinrig_study::{
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
-use crate::study::selection::{PlantUnderStudy, Selection, of_plant};
+use crate::study::selection::{PlantUnderStudy, Selection, with_any_constraints};
 
 /// Reason for excluding standalone plants from these studies.
 const STANDS_ALONE: &str = "studies of precision and stability vary the robot file, and this plant has a standalone model: only \
@@ -91,7 +91,7 @@ impl<'r> StudyBuilder<'r> {
         for model in models_beside(&offers) {
             for (offer, methods) in registry.offers(&model) {
                 if offer.plant == *model {
-                    let assembly = of_plant(registry, path, settings, &model);
+                    let assembly = with_any_constraints(registry, path, settings, &model);
                     let assembly = assembly.map_err(|error| first_line(&error.to_string()));
                     bystanders.push(offer);
                     benches.push(PlantUnderStudy {
@@ -167,6 +167,12 @@ impl PlantFactory for StudyBuilder<'_> {
             is_compared(signal) || is_of_a_drive(signal)
         })
     }
+
+    fn build_with_contacts(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
+        self.built(variant, &|signal| {
+            is_compared(signal) || is_of_a_contact(signal)
+        })
+    }
 }
 
 /// Whether studies compare the signal.
@@ -185,6 +191,11 @@ fn is_of_a_drive(name: &str) -> bool {
     signal::parse_leg(name).is_some_and(|(_, of_leg)| of_drive(of_leg))
 }
 
+fn is_of_a_contact(name: &str) -> bool {
+    let of_leg = signal::parse_leg(name).map(|(_, of_leg)| of_leg);
+    of_leg.is_some_and(|it| [signal::FOOT_FORCE, signal::FOOT_CLEARANCE].contains(&it))
+}
+
 pub(crate) fn first_line(error: &str) -> String {
     let line = error.lines().next().unwrap_or_default();
     line.trim_start_matches("error: ").to_owned()
@@ -197,6 +208,8 @@ fn scene(
 ) -> Result<StudyInput, TwinError> {
     let scenario = assembly.scenario();
     let step = registry.plant_step(&scenario.plant);
+    let (ground, robot) = (scenario.plant.ground.as_ref(), assembly.robot());
+    let sole = robot.and_then(|robot| robot.legs.first()?.leg.compliance);
     Ok(StudyInput {
         name: scenario.name.clone(),
         file: scenario.file.clone(),
@@ -208,6 +221,8 @@ fn scene(
             duration.map_or(STROLL, |duration| duration.max(STROLL)),
         )?,
         step: step.unwrap_or(scenario.io.step),
+        friction: ground.and_then(|ground| ground.friction.or(robot.map(|robot| robot.friction))),
+        sole_stiffness: sole.map(|sole| sole.sole.stiffness),
         weight: assembly.robot().map_or(0.0, Robot::weight),
     })
 }
@@ -294,6 +309,15 @@ mod tests {
             ("plant.tolerance", "\"1 um\""),
         ];
         assert_eq!(offered("trot.toml", &names, &compliant).0, both);
+        // A plant without constraints is not left out for those of the scenario.
+        let (_, left_out) = offered("trot.toml", &[], &compliant);
+        let drives = left_out.iter().find(|why| why.starts_with("drives: "));
+        assert!(
+            drives.unwrap().contains("simulates motors only"),
+            "{left_out:?}"
+        );
+        let legs = offered("passive-legs.toml", &["massless", "lcp"], &compliant[..1]).0;
+        assert_eq!(legs, ["massless", "lcp", "lcp, compliant"]);
         let lookup = [("plant.force", "\"lookup\""), ("plant.cells", "16")];
         assert_eq!(offered("trot.toml", &["massless"], &lookup).0, both[..2]);
     }

@@ -1,6 +1,8 @@
 //! Lines of a study of precision on models, tolerances and walks.
 
-use twinrig_study::{Ensemble, Row, Status, Study, ToleranceSlope, Transport, brief};
+use twinrig_study::{
+    ContactResiduals, Ensemble, Row, Status, Study, ToleranceSlope, Transport, brief,
+};
 
 /// Formats the difference between two models.
 pub(super) fn difference(row: &Row) -> String {
@@ -48,21 +50,20 @@ pub(super) fn ensemble(one: &Ensemble) -> String {
         (Some(step), _) => brief(step, "s"),
         (None, tolerance) => format!("at {:e}", tolerance.unwrap_or_default()),
     };
-    let mut text = format!(
+    let walks = format!(
         "{} {} {setting}: {} walks",
         one.plant, one.method, one.completed
     );
+    let mut parts = vec![walks];
     if one.fell + one.failed > 0 {
-        text += &format!(", {} fell, {} failed", one.fell, one.failed);
+        parts.push(format!("{} fell, {} failed", one.fell, one.failed));
     }
-    for quantity in &one.quantities {
+    parts.extend(one.quantities.iter().map(|quantity| {
         let (mean, half) = quantity.rounded();
-        text += &format!(", {} {mean} ± {half}", quantity.quantity);
-    }
-    if let Some(why) = &one.why {
-        text += &format!(", {why}");
-    }
-    text
+        format!("{} {mean} ± {half}", quantity.quantity)
+    }));
+    parts.extend(one.why.clone());
+    parts.join(", ")
 }
 
 /// Returns the pairs of models that differ, each with the quantities.
@@ -72,13 +73,50 @@ pub(super) fn differing(study: &Study) -> Vec<[String; 3]> {
         let [first, second] = one.models;
         match pairs
             .iter_mut()
-            .find(|[a, b, _]| (&*a, &*b) == (&first, &second))
+            .find(|[a, b, _]| *a == first && *b == second)
         {
-            Some([_, _, quantities]) => *quantities += &format!(", {}", one.quantity),
+            Some([_, _, quantities]) => quantities.extend([", ", &one.quantity]),
             None => pairs.push([first, second, one.quantity]),
         }
     }
     pairs
+}
+
+/// Formats the contact of a plant's feet at rest and in the gait.
+pub(super) fn contact(one: &ContactResiduals) -> String {
+    let setting = match (one.step_s, one.tolerance) {
+        (Some(step), _) => brief(step, "s"),
+        (None, tolerance) => format!("at {:e}", tolerance.unwrap_or_default()),
+    };
+    let mut parts = Vec::new();
+    if let Some(rest) = &one.rest {
+        let expected = rest.expected_m.map_or(String::new(), |expected| {
+            format!(" (load/k {})", brief(expected, "m"))
+        });
+        parts.push(format!(
+            "{} deep at rest{expected}",
+            brief(rest.penetration_m, "m")
+        ));
+    }
+    if let Some(gait) = &one.gait {
+        parts.push(format!("gap × load {}", brief(gait.signorini_j, "J")));
+        parts.extend(
+            gait.coulomb_n
+                .map(|excess| format!("{} beyond the cone", brief(excess, "N"))),
+        );
+        parts.push(format!(
+            "{} created, {} dissipated",
+            brief(gait.created_j, "J"),
+            brief(gait.dissipated_j, "J")
+        ));
+    }
+    parts.extend(one.why.clone());
+    format!(
+        "{} {} {setting}: {}",
+        one.plant,
+        one.method,
+        parts.join(", ")
+    )
 }
 
 /// Formats the cost of a walk, or the reason of its absence.
@@ -88,6 +126,11 @@ pub(super) fn walking(one: &Transport) -> String {
         (None, tolerance) => format!("at {:e}", tolerance.unwrap_or_default()),
     };
     let way = format!("{} {} {setting}", one.plant, one.method);
+    let way = match one.converged {
+        Some(true) => format!("{way}, converged"),
+        Some(false) => format!("{way}, not converged"),
+        None => way,
+    };
     let why = one
         .why
         .as_ref()

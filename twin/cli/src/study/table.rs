@@ -9,7 +9,7 @@ use twinrig_study::{
 
 use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::style::{BOLD, DIM, RED, YELLOW, styled};
-use crate::study::lines::{difference, differing, ensemble, tolerance_slope, walking};
+use crate::study::lines::{contact, difference, differing, ensemble, tolerance_slope, walking};
 
 /// Step at which methods are compared.
 const USUAL_STEP_S: f64 = 2e-3;
@@ -45,6 +45,9 @@ pub fn text(study: &Study, files: &[PathBuf]) -> String {
     }
     for one in &study.transports {
         fact("walking", walking(one));
+    }
+    for one in &study.contacts {
+        fact("contact", contact(one));
     }
     for one in &study.ensembles {
         fact("ensemble", ensemble(one));

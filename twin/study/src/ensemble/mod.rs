@@ -11,14 +11,14 @@ use twinrig_runtime::{Plant, PlantState};
 
 use crate::budget::Share;
 use crate::error::StudyError;
-use crate::factory::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
+use crate::factory::{MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 use crate::plant_id::PlantId;
 use crate::plant_run::{Ending, PlantRun};
 use crate::precision::Job;
 use crate::reference::ended;
 use crate::stopwatch::Stopwatch;
 use crate::study::Study;
-use crate::transport::{SETTLING, STROLL, TOLERANCE};
+use crate::transport::{SETTLING, STROLL, TOLERANCE, usual_method};
 use gait::{GaitRecorder, Quantity};
 
 /// Greatest perturbation of each coordinate of the trunk's position \[m\], and of its attitude
@@ -32,6 +32,8 @@ const FINER: [u64; 3] = [20, 10, 4];
 const FINEST_ANYWAY: u64 = 2;
 /// One walk of so many is repeated at a coarser setting.
 const COARSER_SHARE: usize = 5;
+/// Share of the time for the walks at the finer setting.
+const MAIN_SHARE: f64 = 0.8;
 
 /// Walks of a model from perturbed starts, under the same commands.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -140,17 +142,6 @@ pub(crate) fn parts(plants: &[PlantOffer], walks: usize) -> usize {
     if walks > 0 { plants.len() } else { 0 }
 }
 
-/// Returns the method of a plant in an ensemble: that of its reference which is set as the plant is
-/// in scenarios, otherwise the first.
-fn method(plant: &PlantOffer) -> Option<&MethodOffer> {
-    let mut methods = plant.methods.iter();
-    let stepped = |method: &&MethodOffer| {
-        method.reference.is_some()
-            && (plant.plant.is_compliant() || method.set_by == SettingKind::Step)
-    };
-    methods.clone().find(stepped).or_else(|| methods.next())
-}
-
 impl Job<'_> {
     /// Computes the ensemble of each plant.
     pub(crate) fn ensembles(&mut self, plants: &[PlantOffer]) -> Result<Vec<Ensemble>, StudyError> {
@@ -160,8 +151,8 @@ impl Job<'_> {
         }
         let mut ensembles = Vec::new();
         for plant in plants {
-            let share = self.begin_heavy(&format!("{}, ensemble", plant.plant))?;
-            let Some(method) = method(plant) else {
+            let share = self.begin_very_heavy(&format!("{}, ensemble", plant.plant))?;
+            let Some(method) = usual_method(plant) else {
                 continue;
             };
             let variant = |setting| Variant {
@@ -178,18 +169,19 @@ impl Job<'_> {
             let setting = match usual.setting {
                 MethodSetting::Step(_) => {
                     let walk_s = self.timed_walk(&usual, share).unwrap_or(f64::INFINITY);
-                    // Twice for the walks at the coarser setting.
                     let affordable = |divisor: &u64| {
-                        2.0 * walk_s * (*divisor as f64) * (walks as f64) < share.seconds
+                        walk_s * (*divisor as f64) * (walks as f64) < MAIN_SHARE * share.seconds
                     };
                     let divisor = FINER.into_iter().find(affordable).unwrap_or(FINEST_ANYWAY);
                     MethodSetting::Step(SimDuration::from_nanos(step.as_nanos() / divisor))
                 }
                 tolerance @ MethodSetting::Tolerance(_) => tolerance,
             };
-            let mut ensemble = self.ensemble(&variant(setting), walks, share);
+            let main = share.fraction(MAIN_SHARE);
+            let mut ensemble = self.ensemble(&variant(setting), walks, main);
             let few = walks.div_ceil(COARSER_SHARE).max(2);
-            let coarser = self.ensemble(&variant(setting.coarser()), few, share);
+            let rest = share.fraction(1.0 - MAIN_SHARE);
+            let coarser = self.ensemble(&variant(setting.coarser()), few, rest);
             ensemble.note_method_errors(&coarser);
             ensembles.push(ensemble);
         }

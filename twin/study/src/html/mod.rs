@@ -2,6 +2,7 @@
 
 mod axis;
 mod constraint_violation;
+mod contact;
 mod coupling;
 mod differences;
 mod dominance;
