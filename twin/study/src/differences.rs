@@ -94,12 +94,13 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// Adds the models of a plant with scaled compliance, at coarser settings: models differ by far
-    /// more than these err.
+    /// Adds the models of a plant with scaled compliance, at coarser settings where the finest fail:
+    /// models differ by far more than these err.
     fn scaled(&mut self, plant: &PlantOffer, models: &mut Vec<Model>) -> Result<(), StudyError> {
-        let trust = Trust {
+        let fine = trust(&self.context);
+        let rough = Trust {
             rough: true,
-            ..trust(&self.context)
+            ..fine
         };
         let stiffer = STIFFER.map(|stiffness| (stiffness, 1.0, true));
         let varied = SENSITIVITY.map(|(stiffness, damping)| (stiffness, damping, false));
@@ -110,7 +111,8 @@ impl Job<'_> {
                 ..Scales::AS_IS
             };
             let share = self.begin(&label(&plant.plant, &scales))?;
-            let reference = reference::checked(&self.context, plant, scales, trust, share);
+            let of = |trust, share| reference::checked(&self.context, plant, scales, trust, share);
+            let reference = of(fine, share.part(2)).or_else(|_| of(rough, share.part(2)));
             let variant = reference
                 .as_ref()
                 .map(|reference| reference.variant.clone());

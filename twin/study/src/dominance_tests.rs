@@ -62,6 +62,8 @@ pub(crate) fn study(rows: Vec<Row>) -> Study {
         rows,
         footsteps: Vec::new(),
         transports: Vec::new(),
+        contacts: Vec::new(),
+        ensembles: Vec::new(),
         criteria: Vec::new(),
         left_out: Vec::new(),
         panics: Vec::new(),

@@ -43,6 +43,14 @@ pub trait PlantFactory {
     fn build_with_drives(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
         self.build(variant)
     }
+
+    /// Builds a plant whose outputs include `leg/*/foot/{load,force,clearance}`, if it has them.
+    ///
+    /// # Errors
+    /// As for [`Self::build`].
+    fn build_with_contacts(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
+        self.build(variant)
+    }
 }
 
 /// Properties of the simulated scenario that do not depend on the plant.
@@ -62,6 +70,10 @@ pub struct StudyInput {
     pub commands: Commands,
     /// Step of the plant in the scenario.
     pub step: SimDuration,
+    /// Coefficient of friction of the ground, if there is one.
+    pub friction: Option<f64>,
+    /// Stiffness of the soles in the robot file, if known \[N/m\].
+    pub sole_stiffness: Option<f64>,
     /// Weight of the robot, legs included \[N\].
     pub weight: f64,
 }

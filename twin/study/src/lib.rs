@@ -24,6 +24,7 @@
 
 mod budget;
 mod commands;
+mod contact;
 mod coupling;
 mod criteria;
 mod csv;
@@ -31,12 +32,14 @@ mod differences;
 mod dominance;
 #[cfg(test)]
 mod dominance_tests;
+mod ensemble;
 mod error;
 mod events;
 mod factory;
 mod fit;
 mod floors;
 mod footsteps;
+mod frame;
 mod headline;
 mod html;
 mod machine;
@@ -67,12 +70,14 @@ mod transport;
 mod trial;
 
 pub use commands::{CommandRecorder, CommandTape, Commands};
+pub use contact::{ContactResiduals, GaitContact, RestContact};
 pub use coupling::{
     CouplingInput, CouplingKind, CouplingMethod, CouplingOrder, CouplingPlan, CouplingRow,
     CouplingStudy, RigFactory, RigVariant, coupling,
 };
 pub use csv::csv;
 pub use dominance::{Comparison, Competitor, Dominance};
+pub use ensemble::{Ensemble, EnsembleDifference, Interval, QuantityInterval};
 pub use error::StudyError;
 pub use factory::{
     MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind, StudyInput, Variant,

@@ -3,7 +3,9 @@
 use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::budget::{Budget, Share};
+use crate::contact;
 use crate::differences;
+use crate::ensemble;
 use crate::error::StudyError;
 use crate::events;
 use crate::factory::{
@@ -34,6 +36,8 @@ pub struct PrecisionPlan {
     /// Factors of the segment masses at which a plant without segment masses is compared with one
     /// that has them.
     pub masses: Vec<f64>,
+    /// Number of perturbed walks of each plant, where the scenario walks; 0 for none.
+    pub ensemble: usize,
     /// Number of runs whose median is the run time.
     pub repetitions: u64,
     /// Time budget of the whole study; truncated runs are rows of it \[s\].
@@ -48,6 +52,7 @@ impl Default for PrecisionPlan {
             steps: micros.map(SimDuration::from_micros).into(),
             tolerances: vec![1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11],
             masses: vec![1.0, 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4, 0.0],
+            ensemble: 100,
             repetitions: 7,
             budget_s: 200.0,
         }
@@ -92,13 +97,19 @@ pub fn precision(
         Some(_) => plan.masses.len(),
         None => 0,
     };
-    let walked = if walks { transport::parts(plants) } else { 0 };
+    let ensembles = ensemble::parts(plants, if walks { plan.ensemble } else { 0 });
+    let touching = if walks { contact::parts(plants) } else { 0 };
+    let walked = if walks { transport::parts(plants) } else { 0 } + ensembles;
     let mut job = Job {
         context,
         plan,
         budget: Budget::new(
             plan.budget_s,
-            rows + plants.len() + compared.min(1) * limits + walked + differences::parts(plants),
+            rows + plants.len()
+                + touching
+                + compared.min(1) * limits
+                + walked
+                + differences::parts(plants),
             plants.len() + walked,
         ),
         progress,
@@ -122,9 +133,12 @@ pub fn precision(
         job.plant(plant, reference.as_deref())?;
     }
     job.differences(plants, &references)?;
-    let mut footsteps = Vec::new();
+    let (mut footsteps, mut ensembles) = (Vec::new(), Vec::new());
+    let mut contacts = Vec::new();
     if walks {
+        contacts = job.contacts(plants)?;
         footsteps = job.footsteps(plants, &references)?;
+        ensembles = job.ensembles(plants)?;
     } else {
         job.limit()?;
     }
@@ -135,6 +149,8 @@ pub fn precision(
     study.rows = rows;
     study.footsteps = footsteps;
     study.transports = transports;
+    study.contacts = contacts;
+    study.ensembles = ensembles;
     study.budget_s = plan.budget_s;
     study.panics = panics.into_messages();
     study.mark_contradictions();

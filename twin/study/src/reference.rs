@@ -122,6 +122,16 @@ impl RunContext<'_> {
         )
     }
 
+    /// Builds a variant whose outputs include the contacts of its feet, and applies `action` to it.
+    pub(crate) fn with_contacts<R>(
+        &self,
+        variant: &Variant,
+        action: impl FnOnce(&mut dyn Plant) -> R,
+    ) -> Result<R, String> {
+        let build = |factory: &dyn PlantFactory| factory.build_with_contacts(variant);
+        self.with_built(variant, build, action)
+    }
+
     fn with_built<R>(
         &self,
         variant: &Variant,

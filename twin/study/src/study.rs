@@ -4,6 +4,8 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 use twinrig_kernel::{SimDuration, SimTime};
 
+use crate::contact::ContactResiduals;
+use crate::ensemble::Ensemble;
 use crate::factory::{PlantFactory, SettingKind};
 use crate::fit;
 use crate::footsteps::Footstep;
@@ -69,6 +71,10 @@ pub struct Study {
     pub footsteps: Vec<Footstep>,
     /// Cost of transport by plant and method.
     pub transports: Vec<Transport>,
+    /// Contact of the feet by plant and method.
+    pub contacts: Vec<ContactResiduals>,
+    /// Ensembles of perturbed walks by plant.
+    pub ensembles: Vec<Ensemble>,
     /// Definitions of the criteria: name and text.
     pub criteria: Vec<(String, String)>,
     /// Omitted plants and factors, each with the reason.
@@ -127,6 +133,8 @@ impl Study {
             rows: Vec::new(),
             footsteps: Vec::new(),
             transports: Vec::new(),
+            contacts: Vec::new(),
+            ensembles: Vec::new(),
             criteria: Vec::new(),
             left_out: factory.left_out().to_vec(),
             panics: Vec::new(),
@@ -251,6 +259,9 @@ impl Study {
             "dominance": self.dominances(),
             "floors": self.floors(),
             "transport": self.transports,
+            "contacts": self.contacts,
+            "ensembles": self.ensembles,
+            "ensembles_differ": self.ensemble_differences(),
             "stiffness": self.stiffnesses(),
             "criteria": criteria,
             "left_out": self.left_out,

@@ -17,11 +17,11 @@ use crate::row::Status;
 /// Greatest simulated duration of the walk.
 pub const STROLL: SimDuration = SimDuration::from_secs(10);
 /// Share of the walk that is excluded until the gait has settled.
-const SETTLING: f64 = 0.2;
+pub(crate) const SETTLING: f64 = 0.2;
 /// Height of the trunk, as a share of the initial height, below which the robot has fallen.
 const FALLEN: f64 = 0.5;
 /// Tolerance of adaptive methods: its effect is far below the differences between walks.
-const TOLERANCE: f64 = 1e-6;
+pub(crate) const TOLERANCE: f64 = 1e-6;
 
 /// Cost of a walk in one plant by one method, at the scenario's step. Values that do not apply are
 /// null.

@@ -167,6 +167,12 @@ impl PlantFactory for StudyBuilder<'_> {
             is_compared(signal) || is_of_a_drive(signal)
         })
     }
+
+    fn build_with_contacts(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
+        self.built(variant, &|signal| {
+            is_compared(signal) || is_of_a_contact(signal)
+        })
+    }
 }
 
 /// Whether studies compare the signal.
@@ -185,6 +191,11 @@ fn is_of_a_drive(name: &str) -> bool {
     signal::parse_leg(name).is_some_and(|(_, of_leg)| of_drive(of_leg))
 }
 
+fn is_of_a_contact(name: &str) -> bool {
+    let of_leg = signal::parse_leg(name).map(|(_, of_leg)| of_leg);
+    of_leg.is_some_and(|it| [signal::FOOT_FORCE, signal::FOOT_CLEARANCE].contains(&it))
+}
+
 pub(crate) fn first_line(error: &str) -> String {
     let line = error.lines().next().unwrap_or_default();
     line.trim_start_matches("error: ").to_owned()
@@ -197,6 +208,8 @@ fn scene(
 ) -> Result<StudyInput, TwinError> {
     let scenario = assembly.scenario();
     let step = registry.plant_step(&scenario.plant);
+    let (ground, robot) = (scenario.plant.ground.as_ref(), assembly.robot());
+    let sole = robot.and_then(|robot| robot.legs.first()?.leg.compliance);
     Ok(StudyInput {
         name: scenario.name.clone(),
         file: scenario.file.clone(),
@@ -208,6 +221,8 @@ fn scene(
             duration.map_or(STROLL, |duration| duration.max(STROLL)),
         )?,
         step: step.unwrap_or(scenario.io.step),
+        friction: ground.and_then(|ground| ground.friction.or(robot.map(|robot| robot.friction))),
+        sole_stiffness: sole.map(|sole| sole.sole.stiffness),
         weight: assembly.robot().map_or(0.0, Robot::weight),
     })
 }
@@ -248,6 +263,7 @@ mod tests {
             steps: vec![SimDuration::from_millis(2)],
             tolerances: Vec::new(),
             masses: vec![0.3, 0.1, 0.03, 0.01],
+            ensemble: 0,
             repetitions: 1,
             budget_s: 1e9,
         };

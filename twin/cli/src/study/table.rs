@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use anstyle::Style;
 use twinrig_study::{
-    Factor, Row, RowKind, Scales, Status, StiffnessTrend, Study, StudyKind, ToleranceSlope,
-    Transport, brief,
+    Factor, Row, RowKind, Scales, Status, StiffnessTrend, Study, StudyKind, brief,
 };
 
 use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::style::{BOLD, DIM, RED, YELLOW, styled};
+use crate::study::lines::{contact, difference, differing, ensemble, tolerance_slope, walking};
 
 /// Step at which methods are compared.
 const USUAL_STEP_S: f64 = 2e-3;
@@ -46,6 +46,15 @@ pub fn text(study: &Study, files: &[PathBuf]) -> String {
     for one in &study.transports {
         fact("walking", walking(one));
     }
+    for one in &study.contacts {
+        fact("contact", contact(one));
+    }
+    for one in &study.ensembles {
+        fact("ensemble", ensemble(one));
+    }
+    for [first, second, quantities] in differing(study) {
+        fact("differ", format!("{first} and {second} in {quantities}"));
+    }
     for trend in study.stiffnesses() {
         fact("stiffness", stiffness(&trend));
     }
@@ -71,76 +80,6 @@ pub fn text(study: &Study, files: &[PathBuf]) -> String {
     }
     lines.extend(facts.lines(2));
     lines.join("\n")
-}
-
-/// Formats the cost of a walk, or the reason of its absence.
-fn walking(one: &Transport) -> String {
-    let setting = match (one.step_s, one.tolerance) {
-        (Some(step), _) => brief(step, "s"),
-        (None, tolerance) => format!("at {:e}", tolerance.unwrap_or_default()),
-    };
-    let way = format!("{} {} {setting}", one.plant, one.method);
-    let why = one
-        .why
-        .as_ref()
-        .map_or(String::new(), |why| format!(", {why}"));
-    let Some(cost) = &one.cost else {
-        return format!("{way}{why}");
-    };
-    let transport = cost.cost_of_transport.map_or(String::new(), |cost| {
-        format!(", cost of transport {cost:.3}")
-    });
-    let open = if cost.residual_j < 0.0 {
-        "lost"
-    } else {
-        "created"
-    };
-    format!(
-        "{way}: {:.3} m/s{transport}, {} of {} {open}{why}",
-        cost.speed_m_s,
-        brief(cost.residual_j.abs(), "J"),
-        brief(cost.work_j, "J"),
-    )
-}
-
-/// Formats the difference between two models.
-fn difference(row: &Row) -> String {
-    let models = format!(
-        "{} against {}",
-        row.model(),
-        row.against.as_deref().unwrap_or_default()
-    );
-    let length = |name, value: Option<f64>| {
-        value.map_or(String::new(), |value| {
-            format!(", {name} {}", brief(value, "m"))
-        })
-    };
-    match (row.status, row.compared_s) {
-        (Status::Ok, Some(until_s)) => format!(
-            "{models}: feet {}{}{}, RMS over {}",
-            brief(row.error_rms_m.unwrap_or_default(), "m"),
-            length("trunk", row.trunk_error_rms_m),
-            length("worst foot to hip", row.foot_to_hip_error_rms_m),
-            brief(until_s, "s")
-        ),
-        _ => format!("{models}: {}", row.why.as_deref().unwrap_or_default()),
-    }
-}
-
-/// Formats the slope of log error over log tolerance.
-fn tolerance_slope(slope: &ToleranceSlope) -> String {
-    let part = |name, slope: Option<f64>| {
-        slope.map_or(String::new(), |slope| format!(", {name} {slope:.2}"))
-    };
-    let [from, to] = slope.range;
-    format!(
-        "{} {}: log error over log tolerance from {to:e} to {from:e}: feet {:.2}{}{}",
-        slope.plant,
-        slope.method,
-        slope.feet,
-        part("trunk", slope.trunk),
-        part("worst foot to hip", slope.foot_to_hip),
-    )
 }
 
 /// Row that contradicts its neighbours.
@@ -355,6 +294,7 @@ mod tests {
             steps: vec![SimDuration::from_millis(2)],
             tolerances: Vec::new(),
             masses: Vec::new(),
+            ensemble: 0,
             repetitions: 1,
             budget_s: 1e9,
         };

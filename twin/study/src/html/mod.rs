@@ -2,9 +2,11 @@
 
 mod axis;
 mod constraint_violation;
+mod contact;
 mod coupling;
 mod differences;
 mod dominance;
+mod ensemble;
 mod footsteps;
 mod marker;
 mod models;

@@ -9,8 +9,8 @@ use super::rows;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
 use super::{
-    card, commanded, constraint_violation, dominance, figure, footsteps, introduction, models,
-    references, runs, tolerance, transport,
+    card, commanded, constraint_violation, contact, dominance, ensemble, figure, footsteps,
+    introduction, models, references, runs, tolerance, transport,
 };
 use crate::headline::{AIM_M, Choice, HeadlineRow, USUAL_STEP_S, at_usual_step};
 use crate::number::si;
@@ -59,6 +59,8 @@ pub(crate) fn body(study: &Study) -> String {
     out += &references(&study.references);
     out += &models::section(study);
     out += &footsteps::section(study);
+    out += &contact::section(study);
+    out += &ensemble::section(study);
     out += &transport::section(study);
     out += "<h2>All runs</h2>\n";
     out += &runs::table(study);

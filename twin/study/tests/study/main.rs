@@ -3,6 +3,7 @@
 mod coupling;
 mod differences;
 mod engines;
+mod ensembles;
 mod oscillator;
 mod pages;
 mod precision;

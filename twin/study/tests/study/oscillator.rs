@@ -219,6 +219,8 @@ impl Oscillators {
                 servos: false,
                 commands: Commands::none(),
                 step: SimDuration::from_millis(2),
+                friction: None,
+                sole_stiffness: None,
                 weight: 0.0,
             },
             plants: vec![full],

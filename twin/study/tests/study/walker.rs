@@ -141,6 +141,8 @@ impl Walkers {
                 servos: true,
                 commands,
                 step: SimDuration::from_millis(2),
+                friction: None,
+                sole_stiffness: None,
                 weight: WEIGHT,
             },
             plants: vec![PlantOffer {
