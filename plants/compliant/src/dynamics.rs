@@ -134,6 +134,11 @@ impl<E: Equations> Dynamics for Flow<E> {
         Some(self.greatest_depth())
     }
 
+    fn least_substep_s(&self) -> Option<f64> {
+        let rate = self.control.work.greatest_rate;
+        (rate > 0.0).then(|| 1.0 / rate)
+    }
+
     fn save(&self) -> E::Saved {
         self.saved().into()
     }
