@@ -111,9 +111,9 @@ impl<E: Equations> Dynamics for Flow<E> {
         self.log.shift(events, from.as_secs_f64());
         done.map_err(|error| {
             let part = match &error {
-                FlowError::Step(StepError::TooStiff { fastest, .. }) => {
-                    signal::leg_path(self.equations.leg_name(fastest.leg))
-                }
+                FlowError::Step(
+                    StepError::TooStiff { fastest, .. } | StepError::Abrupt { fastest, .. },
+                ) => signal::leg_path(self.equations.leg_name(fastest.leg)),
                 _ => "integrator".to_owned(),
             };
             PartFault::new(part, error.to_string())

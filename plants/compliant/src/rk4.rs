@@ -155,6 +155,18 @@ pub enum StepError {
         /// Length of the substeps \[s\].
         substep: f64,
     },
+    /// The error of the least substep exceeds the tolerance.
+    #[error(
+        "a substep of {substep:.1e} s errs by more than the tolerance, in a motion of {:.1e} 1/s: the \
+         state is beyond what the model describes, or the tolerance too tight",
+        fastest.rate
+    )]
+    Abrupt {
+        /// Fastest motion.
+        fastest: Fastest,
+        /// Length of the substep \[s\].
+        substep: f64,
+    },
     /// The tolerance requires too many substeps.
     #[error(
         "a tolerance of {tolerance:e} m needs substeps of {substep:.1e} s without end, at motions of \
@@ -283,6 +295,8 @@ impl StepControl {
         let stiffness = substep * fastest.rate;
         if tolerance.is_infinite() || !stiffness.is_finite() {
             StepError::Diverged { seconds: substep }
+        } else if substep <= SUBSTEP_MIN {
+            StepError::Abrupt { fastest, substep }
         } else if stiffness > STIFF {
             StepError::TooStiff { fastest, substep }
         } else {
