@@ -8,8 +8,9 @@ use twinrig_legged::{
 };
 use twinrig_runtime::{EnergyBalance, PlantEvent, PlantEventKind, PlantState, WorkCounts};
 
-use crate::flow::{Equations, Flow};
+use crate::flow::{Equations, Flow, FlowError};
 use crate::frame::{into_world, rotation};
+use crate::rk4::StepError;
 
 impl<E: Equations> Readings for Flow<E> {
     fn position(&self) -> Vector3<f64> {
@@ -108,7 +109,15 @@ impl<E: Equations> Dynamics for Flow<E> {
         let events = self.log.len();
         let done = self.step(seconds);
         self.log.shift(events, from.as_secs_f64());
-        done.map_err(|error| PartFault::new("integrator", error.to_string()))
+        done.map_err(|error| {
+            let part = match &error {
+                FlowError::Step(
+                    StepError::TooStiff { fastest, .. } | StepError::Abrupt { fastest, .. },
+                ) => signal::leg_path(self.equations.leg_name(fastest.leg)),
+                _ => "integrator".to_owned(),
+            };
+            PartFault::new(part, error.to_string())
+        })
     }
 
     fn counts(&self) -> WorkCounts {
@@ -122,6 +131,11 @@ impl<E: Equations> Dynamics for Flow<E> {
 
     fn constraint_violation(&self) -> Option<f64> {
         Some(self.greatest_depth())
+    }
+
+    fn least_substep_s(&self) -> Option<f64> {
+        let rate = self.control.work.greatest_rate;
+        (rate > 0.0).then(|| 1.0 / rate)
     }
 
     fn save(&self) -> E::Saved {

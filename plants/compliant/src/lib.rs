@@ -66,5 +66,5 @@ pub use flows::Flows;
 pub use friction::{Approach, Grip, Sole};
 pub use ground::{Below, Footforce, Point, TrunkMotion, broadcast};
 pub use pantograph::{Depths, Internal, Joints, PantographConstants, Pantographs, Turns};
-pub use rk4::{StepControl, StepError, StepWork, Substep, System};
+pub use rk4::{Fastest, StepControl, StepError, StepWork, Substep, System};
 pub use servo::{DriveLaws, ServoLaw};

@@ -2,7 +2,7 @@
 
 use twinrig_compliant::events::EventLog;
 use twinrig_compliant::lanes::{Features, Kernel, Lanes, Quad, Simd, dispatch};
-use twinrig_compliant::{Commands, Flows, Step, StepControl, StepError, Substep, System};
+use twinrig_compliant::{Commands, Fastest, Flows, Step, StepControl, StepError, Substep, System};
 
 use super::energy::Elements;
 use super::equations::CompliantEquations;
@@ -124,6 +124,17 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
         // The sum propagates NaN, which a maximum hides.
         let nan = 0.0 * (lengths + speeds + powers).quad().0.iter().sum::<f64>();
         a.max(b).max(c.max(d)) * (seconds / 6.0) + nan
+    }
+
+    fn fastest(&self, states: [&Self::State; 2], slopes: [&Self::Slope; 2]) -> Fastest {
+        let difference = |[a, b]: [&Self::State; 2]| {
+            let mut members = Vec::new();
+            b.zip(a, |b, a| b - a)
+                .map(|lanes| members.push(lanes.quad()));
+            members
+        };
+        let slopes = slopes.map(|slope| &slope.state);
+        Fastest::new(&difference(states), &difference(slopes))
     }
 
     #[inline(always)]

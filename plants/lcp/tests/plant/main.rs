@@ -5,6 +5,7 @@
 mod accuracy;
 mod allocation;
 mod compliant_events;
+mod compliant_refusal;
 mod fallback;
 mod geometry;
 mod harness;
