@@ -15,8 +15,8 @@ const PHASE: f64 = 0.25;
 /// Change of the speed per distance of the start from the origin \[1/s\].
 const GAIN: f64 = 1e4;
 
-/// Load of a foot in stance \[N\], its penetration and its clearance in swing \[m\], and the friction
-/// along the motion as a share of the load.
+/// Load of a foot in stance \[N\], its penetration and its clearance in swing \[m\], and the
+/// friction along the motion as a share of the load.
 const LOAD: f64 = 2.0;
 const DEEP: f64 = 1e-3;
 const CLEARANCE: f64 = 0.01;
