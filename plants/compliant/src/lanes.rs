@@ -78,7 +78,7 @@ pub trait Lanes:
     fn or(self, mask: Self::Mask, other: Self) -> Self;
 
     /// Returns whether the mask is set in any lane.
-    fn any(mask: Self::Mask) -> bool;
+    fn any(self, mask: Self::Mask) -> bool;
 
     /// Returns the sums of four numbers over their lanes: (a + b) + (c + d).
     #[must_use]

@@ -214,6 +214,10 @@ pub struct Scales {
     pub friction: Option<f64>,
     /// Coefficient of restitution of the ground; `None`: as in the scenario.
     pub restitution: Option<f64>,
+    /// Longest step of a method with error control \[s\]; `None`: the default of the plant.
+    pub longest_step_s: Option<f64>,
+    /// Factor of the speed at which the commands are played.
+    pub speed: f64,
     /// The lumped foot mass of a leg without segment masses is the foot's own mass: the limit for
     /// vanishing segments.
     #[serde(skip)]
@@ -231,8 +235,27 @@ impl Scales {
         compliance_damping: 1.0,
         friction: None,
         restitution: None,
+        longest_step_s: None,
+        speed: 1.0,
         bare_foot: false,
     };
+}
+
+impl Scales {
+    /// Returns whether plants without compliant constraints are not run with these changes.
+    pub(crate) fn only_compliant(&self) -> bool {
+        let unchanged = Self {
+            stiffness: self.stiffness,
+            mass: self.mass,
+            damping: self.damping,
+            gain: self.gain,
+            friction: self.friction,
+            restitution: self.restitution,
+            bare_foot: self.bare_foot,
+            ..Self::AS_IS
+        };
+        *self != unchanged
+    }
 }
 
 impl Default for Scales {

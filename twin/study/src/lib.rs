@@ -34,6 +34,7 @@ mod dominance;
 mod dominance_tests;
 mod ensemble;
 mod error;
+mod error_control;
 mod events;
 mod factory;
 mod fit;
@@ -79,6 +80,7 @@ pub use csv::csv;
 pub use dominance::{Comparison, Competitor, Dominance};
 pub use ensemble::{Ensemble, EnsembleDifference, Interval, QuantityInterval};
 pub use error::StudyError;
+pub use error_control::ErrorControlTrend;
 pub use factory::{
     MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind, StudyInput, Variant,
 };

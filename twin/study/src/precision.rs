@@ -185,6 +185,7 @@ fn context<'a>(
         // The last sampling instant.
         end: SimTime::ZERO + grid * (duration.as_nanos() / grid.as_nanos()),
         grid,
+        commands: &factory.input().commands,
         panics,
     })
 }

@@ -5,6 +5,7 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{PartKind, Plant, in_part};
 
 use crate::budget::Share;
+use crate::commands::Commands;
 use crate::factory::{MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind, Variant};
 use crate::number::{instant, method_setting, si};
 use crate::panics::Panics;
@@ -79,6 +80,7 @@ pub(crate) struct RunContext<'a> {
     pub(crate) factory: &'a dyn PlantFactory,
     pub(crate) end: SimTime,
     pub(crate) grid: SimDuration,
+    pub(crate) commands: &'a Commands,
     pub(crate) panics: &'a Panics,
 }
 
@@ -148,7 +150,7 @@ impl RunContext<'_> {
 
     pub(crate) fn plant_run(&self, share: Share) -> PlantRun<'_> {
         PlantRun {
-            commands: &self.factory.input().commands,
+            commands: self.commands,
             end: self.end,
             grid: self.grid,
             deadline: share.deadline,

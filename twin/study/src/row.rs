@@ -31,6 +31,8 @@ pub enum Status {
     Unstable,
     /// It could not be built, reported a fault, or exceeded the budget.
     Failed,
+    /// A method with error control reported a fault in place of a result.
+    Refused,
 }
 
 impl Status {
@@ -40,6 +42,7 @@ impl Status {
             Self::Ok => "ok",
             Self::Unstable => "unstable",
             Self::Failed => "failed",
+            Self::Refused => "refused",
         }
     }
 }
@@ -121,6 +124,8 @@ pub struct Row {
     pub steps: Option<u64>,
     /// Mean step size \[s\].
     pub mean_step_s: Option<f64>,
+    /// Least substep of an error control, but for those cut short \[s\].
+    pub least_substep_s: Option<f64>,
     /// Matrix factorisations.
     pub factorisations: Option<u64>,
     /// Iterations of the contact solver.
@@ -213,6 +218,7 @@ impl Row {
             drift_m: None,
             steps: None,
             mean_step_s: None,
+            least_substep_s: None,
             factorisations: None,
             solver_iterations: None,
             fallbacks: None,
@@ -274,6 +280,12 @@ impl Row {
     /// Returns whether the row varies the compliance of a plant to show its sensitivity to it.
     pub fn varies_compliance(&self) -> bool {
         self.scales.compliance < 1.0 || self.scales.compliance_damping != 1.0
+    }
+
+    /// Returns the evaluations per simulated time \[1/s\].
+    pub(crate) fn evaluations_per_s(&self) -> Option<f64> {
+        let simulated_s = self.mean_step_s? * self.steps? as f64;
+        Some(self.evaluations? as f64 / simulated_s)
     }
 
     /// Returns the setting of the method.

@@ -263,6 +263,7 @@ impl Study {
             "ensembles": self.ensembles,
             "ensembles_differ": self.ensemble_differences(),
             "stiffness": self.stiffnesses(),
+            "error_control": self.error_control_trends(),
             "criteria": criteria,
             "left_out": self.left_out,
             "error": self.error(),

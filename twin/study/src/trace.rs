@@ -32,6 +32,7 @@ pub(crate) struct Trace {
     /// Maximum constraint violation \[m\].
     pub(crate) violation: Option<f64>,
     pub(crate) events: Vec<PlantEvent>,
+    pub(crate) least_substep_s: Option<f64>,
     pub(crate) work: WorkCounts,
     /// Run time, sampling included \[s\].
     pub(crate) run_s: f64,
@@ -115,6 +116,7 @@ impl Trace {
             violation: None,
             events: Vec::new(),
             work: WorkCounts::default(),
+            least_substep_s: None,
             run_s: 0.0,
         }
     }
@@ -140,6 +142,7 @@ impl Trace {
         trace.residual = plant.energy().residual;
         trace.events = plant.events().to_vec();
         trace.work = plant.work();
+        trace.least_substep_s = plant.least_substep_s();
         plant.log_events(false);
         (trace, ending)
     }

@@ -1,8 +1,10 @@
 //! The model as a differential equation in lanes.
 
-use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
-use twinrig_compliant::{Commands, Flows, Step, StepControl, StepError, System};
+use twinrig_compliant::events::EventLog;
+use twinrig_compliant::lanes::{Features, Kernel, Lanes, Quad, Simd, dispatch};
+use twinrig_compliant::{Commands, Fastest, Flows, Step, StepControl, StepError, Substep, System};
 
+use super::energy::Elements;
 use super::equations::CompliantEquations;
 use super::model::{CompliantModel, Legs};
 use super::slope::Evaluation;
@@ -27,6 +29,7 @@ impl<const N: usize, const P: usize> Kernel for Advance<'_, N, P> {
             legs: self.model.legs.load(simd),
             commands: step.commands.load(simd),
             sums: step.sums.map(load),
+            log: step.log,
         };
         let mut state = step.state.load(simd);
         let mut slope = step.slope.take().map(|slope| slope.map(load));
@@ -46,6 +49,7 @@ struct Motion<'a, S: Simd, const N: usize, const P: usize> {
     legs: Legs<S::Lanes, N>,
     commands: Commands<S::Lanes>,
     sums: Flows<S::Lanes>,
+    log: &'a mut EventLog,
 }
 
 impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
@@ -122,13 +126,36 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
         a.max(b).max(c.max(d)) * (seconds / 6.0) + nan
     }
 
+    fn fastest(&self, states: [&Self::State; 2], slopes: [&Self::Slope; 2]) -> Fastest {
+        let difference = |[a, b]: [&Self::State; 2]| {
+            let mut members = Vec::new();
+            b.zip(a, |b, a| b - a)
+                .map(|lanes| members.push(lanes.quad()));
+            members
+        };
+        let slopes = slopes.map(|slope| &slope.state);
+        Fastest::new(&difference(states), &difference(slopes))
+    }
+
     #[inline(always)]
-    fn accept(&mut self, _: f64, seconds: f64, [a, b, c, d]: [&Self::Slope; 4], _: &Self::State) {
+    fn accept(&mut self, substep: &Substep<'_, Self>) -> u64 {
+        let ([a, b, c, d], seconds) = (substep.slopes, substep.seconds);
         let ends = a.flows.zip(&d.flows, |a, d| a + d);
         let middle = b.flows.zip(&c.flows, |b, c| b + c);
         let sum = ends.zip(&middle, |ends, middle| ends + (middle + middle));
         self.sums = self
             .sums
             .zip(&sum, |sum, part| sum + part * (seconds / 6.0));
+        let (model, [before, after]) = (self.model, substep.states);
+        let elements = |state: &Self::State| {
+            let state = &state.store();
+            dispatch(Features::Detected, Elements { model, state })
+        };
+        self.log.observe(
+            [substep.time, seconds],
+            model.rigid.legs.len(),
+            [a.compressed, substep.last.compressed],
+            || [elements(before), elements(after)],
+        )
     }
 }

@@ -1,5 +1,6 @@
 //! Robot, ground and actuators with the changes of a study.
 
+use twinrig_kernel::SimDuration;
 use twinrig_robot::Robot;
 use twinrig_scenario::{ActuatorSpec, PlantSpec};
 use twinrig_study::Scales;
@@ -45,6 +46,9 @@ pub(super) fn scaled_plant(mut plant: PlantSpec, scales: &Scales) -> PlantSpec {
     if let Some(ground) = &mut plant.ground {
         ground.friction = scales.friction.or(ground.friction);
         ground.restitution = scales.restitution.unwrap_or(ground.restitution);
+    }
+    if let Some(step) = scales.longest_step_s {
+        plant.step = SimDuration::try_from_secs_f64(step).or(plant.step);
     }
     plant
 }

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use anstyle::Style;
 use twinrig_study::{
-    Factor, Row, RowKind, Scales, Status, StiffnessTrend, Study, StudyKind, brief,
+    ErrorControlTrend, Factor, Row, RowKind, Scales, Status, StiffnessTrend, Study, StudyKind,
+    brief,
 };
 
 use crate::report::grid::{Cell, Grid, Left, Right};
@@ -58,6 +59,9 @@ pub fn text(study: &Study, files: &[PathBuf]) -> String {
     for trend in study.stiffnesses() {
         fact("stiffness", stiffness(&trend));
     }
+    for trend in study.error_control_trends() {
+        fact("compliant", error_control(&trend));
+    }
     let cut = study.cut().count();
     if cut > 0 {
         let plural = if cut == 1 { "row was" } else { "rows were" };
@@ -82,6 +86,30 @@ pub fn text(study: &Study, files: &[PathBuf]) -> String {
     lines.join("\n")
 }
 
+/// Formats what a factor does to a method with error control.
+fn error_control(trend: &ErrorControlTrend) -> String {
+    let times = if trend.is_multiple { "× " } else { "" };
+    let mut text = format!("{} {}: {}", trend.plant, trend.method, trend.factor);
+    if let Some([from, to]) = trend.completed {
+        text += &format!(" {times}{from} … {to}");
+    }
+    let [completed, of] = trend.runs;
+    text += &format!(", {completed} of {of} completed");
+    if let Some([least, greatest]) = trend.evaluations_per_s {
+        text += &format!(", {least:.0} … {greatest:.0} evaluations a second");
+    }
+    if let Some(substep) = trend.least_substep_s {
+        text += &format!(", substeps ≥ {}", brief(substep, "s"));
+    }
+    if let Some(error) = trend.error_rms_m {
+        text += &format!(", RMS ≤ {}", brief(error, "m"));
+    }
+    for (value, why) in &trend.failures {
+        text += &format!("; {times}{value} {why}");
+    }
+    text
+}
+
 /// Row that contradicts its neighbours.
 fn doubtful(row: &Row) -> String {
     let what = match row.kind {
@@ -100,7 +128,11 @@ fn doubtful(row: &Row) -> String {
     let result = match row.kind {
         RowKind::Stability => row
             .largest_stable_step_s
-            .map(|step| format!(": stable to {}", brief(step, "s"))),
+            .map(|step| format!(": stable to {}", brief(step, "s")))
+            .or_else(|| {
+                row.evaluations
+                    .map(|count| format!(": {count} evaluations"))
+            }),
         _ => row
             .error_rms_m
             .map(|error| format!(": {}", brief(error, "m"))),

@@ -7,6 +7,7 @@ mod coupling;
 mod differences;
 mod dominance;
 mod ensemble;
+mod error_control;
 mod footsteps;
 mod marker;
 mod models;

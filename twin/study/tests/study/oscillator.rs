@@ -12,6 +12,8 @@ pub const OMEGA: f64 = 100.0;
 pub const ZETA: f64 = 0.1;
 /// Limit of the step of the method `capped`, independent of the oscillator \[s\].
 pub const CAP_S: f64 = 3e-3;
+/// Damping over the mass beyond which the method `tolerant` refuses \[1/s\].
+const STIFF: f64 = 1e5;
 /// Relative softness of the spring of the plant `engine`.
 pub const SOFT: f64 = 1e-3;
 /// Share of the oscillator's mass that belongs to the segments.
@@ -65,6 +67,14 @@ impl Oscillator {
     }
 
     fn step(&mut self, h: f64) -> Result<(), PlantFault> {
+        if self.method == "tolerant" && self.damping > STIFF {
+            return Err(PlantFault {
+                time: self.now,
+                part: "integrator".to_owned(),
+                energy: 0.0,
+                why: "too stiff".to_owned(),
+            });
+        }
         let before = self.state;
         let [x, v] = before;
         self.state = match self.method.as_str() {
@@ -154,6 +164,10 @@ impl Plant for Oscillator {
 
     fn work(&self) -> WorkCounts {
         self.work
+    }
+
+    fn least_substep_s(&self) -> Option<f64> {
+        (self.method == "tolerant").then_some(1e-3)
     }
 
     fn log_events(&mut self, enabled: bool) {
@@ -252,6 +266,18 @@ impl Oscillators {
             model_of: None,
             methods: vec![method("rk4", SettingKind::Step, fine)],
         });
+        self
+    }
+
+    /// Adds the full model with compliant constraints and error control, on ground.
+    pub fn with_error_control(mut self) -> Self {
+        self = self.with_compliant();
+        self.plants[1].methods = vec![method(
+            "tolerant",
+            SettingKind::Tolerance,
+            Some(MethodSetting::Tolerance(1e-9)),
+        )];
+        self.input.ground = true;
         self
     }
 

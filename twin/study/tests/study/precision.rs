@@ -242,6 +242,8 @@ fn json_keys_keep_their_order() {
         "compliance_damping",
         "friction",
         "restitution",
+        "longest_step_s",
+        "speed",
         "status",
         "error_rms_m",
         "error_max_m",
@@ -259,7 +261,7 @@ fn json_keys_keep_their_order() {
             .collect();
         assert_eq!(keys[..3], ["plant", "constraints", "method"]);
         assert!(["step_s", "tolerance"].contains(&keys[3]), "{keys:?}");
-        assert_eq!(keys[4..19], rest);
+        assert_eq!(keys[4..21], rest);
         assert_eq!(row["stiffness"], 1.0);
     }
 }
