@@ -296,4 +296,7 @@ fn contact_is_that_of_the_feet_at_rest_and_in_the_gait() {
     assert_eq!(walking.rest, None);
     let why = walking.why.as_deref().unwrap();
     assert!(why.contains("a foot still moves"), "{why}");
+    let page = html(&study, &twinrig_study::Machine::here("test"), "test");
+    // Load, penetration and their ratio to the stiffness of the robot file.
+    assert!(page.contains(">2 N<") && page.contains(">1 mm<") && page.contains(">2 mm<"));
 }
