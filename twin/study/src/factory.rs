@@ -159,7 +159,7 @@ impl MethodSetting {
     pub(crate) fn relaxed(self) -> Self {
         match self {
             Self::Step(step) => Self::Step(step * 8),
-            Self::Tolerance(tolerance) => Self::Tolerance(tolerance * 1e3),
+            Self::Tolerance(tolerance) => Self::Tolerance(tolerance / 1e-3),
         }
     }
 

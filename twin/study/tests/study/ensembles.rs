@@ -15,8 +15,8 @@ const PHASE: f64 = 0.25;
 /// Change of the speed per distance of the start from the origin \[1/s\].
 const GAIN: f64 = 1e4;
 
-/// Load of a foot in stance \[N\], its penetration and its clearance in swing \[m\], and the friction
-/// along the motion as a share of the load.
+/// Load of a foot in stance \[N\], its penetration and its clearance in swing \[m\], and the
+/// friction along the motion as a share of the load.
 const LOAD: f64 = 2.0;
 const DEEP: f64 = 1e-3;
 const CLEARANCE: f64 = 0.01;
@@ -296,4 +296,7 @@ fn contact_is_that_of_the_feet_at_rest_and_in_the_gait() {
     assert_eq!(walking.rest, None);
     let why = walking.why.as_deref().unwrap();
     assert!(why.contains("a foot still moves"), "{why}");
+    let page = html(&study, &twinrig_study::Machine::here("test"), "test");
+    // Load, penetration and their ratio to the stiffness of the robot file.
+    assert!(page.contains(">2 N<") && page.contains(">1 mm<") && page.contains(">2 mm<"));
 }
