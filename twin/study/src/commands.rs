@@ -23,7 +23,7 @@ struct HeldValues {
 }
 
 impl HeldValues {
-    fn from_s(&self) -> f64 {
+    fn start_s(&self) -> f64 {
         self.from.as_secs_f64()
     }
 }
@@ -61,7 +61,7 @@ impl Commands {
             layout: self.layout.clone(),
             changes: Vec::new(),
         };
-        let instants: Vec<f64> = self.changes.iter().map(HeldValues::from_s).collect();
+        let instants: Vec<f64> = self.changes.iter().map(HeldValues::start_s).collect();
         for (change, own_s) in self.changes.iter().zip(&instants) {
             let at_s = own_s * speed;
             let after = instants.partition_point(|&from_s| from_s <= at_s);

@@ -86,6 +86,11 @@ pub fn text(study: &Study, files: &[PathBuf]) -> String {
     lines.join("\n")
 }
 
+/// Returns a number to three digits: a multiple of a tolerance has others.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
+
 /// Formats what a factor does to a method with error control.
 fn error_control(trend: &ErrorControlTrend) -> String {
     let times = if trend.is_multiple { "× " } else { "" };
@@ -172,7 +177,7 @@ fn stiffness(trend: &StiffnessTrend) -> String {
 fn reference(note: &twinrig_study::ReferenceNote) -> String {
     let setting = |step: Option<f64>, tolerance: Option<f64>| match (step, tolerance) {
         (Some(step), _) => brief(step, "s"),
-        (None, Some(tolerance)) => format!("at {tolerance:e}"),
+        (None, Some(tolerance)) => format!("at {:e}", rounded(tolerance)),
         (None, None) => String::new(),
     };
     let own = match (&note.method, &note.why) {
