@@ -125,7 +125,6 @@ impl<E: Equations> Dynamics for Flow<E> {
             steps: self.control.work.accepted,
             evaluations: self.control.work.evaluations,
             events: self.control.work.events,
-            fallbacks: self.control.work.rejected,
             ..WorkCounts::default()
         }
     }

@@ -6,7 +6,8 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use twinrig_contact::Surface;
 use twinrig_legged::{
-    DriveModels, FootMotion, LEGS, Ledger, LegPosture, PartFault, Posture, StepInputs, Stored,
+    DriveModels, FootMotion, LEGS, Ledger, LegPosture, NegativeDissipation, PartFault, Posture,
+    StepInputs, Stored,
 };
 use twinrig_runtime::PlantState;
 
@@ -197,6 +198,9 @@ pub enum FlowError {
         /// Residual of the energy balance \[J\].
         residual: f64,
     },
+    /// Friction generates energy.
+    #[error(transparent)]
+    Dissipation(#[from] NegativeDissipation),
 }
 
 /// Equations and state of a plant.
@@ -329,14 +333,15 @@ impl<E: Equations> Flow<E> {
         self.ledger.close_step(stored);
     }
 
-    /// Checks that the energy balance closes: steps beyond the limit of stability gain energy.
+    /// Checks that the energy balance closes, for steps beyond the limit of stability gain energy,
+    /// and that friction dissipates, up to the error of the integration.
     fn check_energy(&self, seconds: f64) -> Result<(), FlowError> {
         let balance = self.ledger.balance();
         let reference = balance.kinetic + balance.spring + self.equations.energy_scale();
         let most = (RESIDUAL_MAX * balance.exchanged).max(RESIDUAL_FLOOR * reference);
         // The form of the comparison rejects NaN.
         if balance.residual.abs() <= most {
-            return Ok(());
+            return Ok(self.ledger.check_within(most)?);
         }
         let residual = balance.residual;
         Err(FlowError::Energy { seconds, residual })

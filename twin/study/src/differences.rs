@@ -47,7 +47,7 @@ pub(crate) fn label(plant: &crate::plant_id::PlantId, scales: &Scales) -> String
 
 impl Job<'_> {
     /// Adds a row for each pair of models, the first with segment masses before all others, over
-    /// the time for which all are trusted.
+    /// the time for which all are trusted; assumed compliance, over the time for which the pair is.
     pub(crate) fn differences(
         &mut self,
         plants: &[PlantOffer],
@@ -87,6 +87,8 @@ impl Job<'_> {
                     (None, Some(only)) => *only == base_label,
                 };
                 if wanted {
+                    // A model compared with itself only is known for longer.
+                    let until_s = other.against.as_ref().map_or(until_s, |_| f64::INFINITY);
                     self.rows.push(row(base, &base_label, other, until_s));
                 }
             }
@@ -94,8 +96,8 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// Adds the models of a plant with scaled compliance, at coarser settings where the finest fail:
-    /// models differ by far more than these err.
+    /// Adds the models of a plant with scaled compliance, at coarser settings where the finest
+    /// fail: models differ by far more than these err.
     fn scaled(&mut self, plant: &PlantOffer, models: &mut Vec<Model>) -> Result<(), StudyError> {
         let fine = trust(&self.context);
         let rough = Trust {
@@ -142,7 +144,8 @@ fn row(base: &Model, base_label: &str, other: &Model, until_s: f64) -> Row {
             return row.ended(Status::Failed, why.clone());
         }
     };
-    let until_s = until_s.min(reference.trace.trusted_s());
+    let trusted = [base, reference].map(|one| one.trace.trusted_s());
+    let until_s = trusted.into_iter().fold(until_s, f64::min);
     let Some(errors) = reference.trace.errors_until(&base.trace, until_s) else {
         return row.ended(Status::Failed, "the plants have no foot in common");
     };

@@ -6,7 +6,7 @@ use crate::dominance::{Comparison, Dominance};
 use crate::factory::{MethodSetting, Scales, Variant};
 use crate::machine::Machine;
 use crate::plant_id::PlantId;
-use crate::reference::{CheckNote, ReferenceNote};
+use crate::reference_note::{CheckNote, ReferenceNote};
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
 

@@ -163,6 +163,15 @@ impl MethodSetting {
         }
     }
 
+    /// Returns a clearly finer setting.
+    #[must_use]
+    pub(crate) fn finer(self) -> Self {
+        match self {
+            Self::Step(step) => Self::Step(SimDuration::from_nanos((step.as_nanos() / 2).max(1))),
+            Self::Tolerance(tolerance) => Self::Tolerance(tolerance / 10.0),
+        }
+    }
+
     /// Returns a clearly coarser setting, for a method that is its own check.
     #[must_use]
     pub fn coarser(self) -> Self {

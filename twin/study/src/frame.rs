@@ -1,7 +1,7 @@
 //! Frame of the trunk.
 
-/// Returns a point of the world in the frame of a trunk with this attitude (w, x, y, z). Relative to
-/// it, a hip does not move.
+/// Returns a point of the world in the frame of a trunk with this attitude (w, x, y, z). Relative
+/// to it, a hip does not move.
 pub(crate) fn in_trunk(point: [f64; 3], trunk: [f64; 3], [w, x, y, z]: [f64; 4]) -> [f64; 3] {
     let [a, b, c]: [f64; 3] = core::array::from_fn(|n| point[n] - trunk[n]);
     // v + 2 q × (q × v + w v), with the vector part of the conjugate.

@@ -15,6 +15,7 @@ use crate::models::limit_pair;
 use crate::number::{instant, si};
 use crate::panics::Panics;
 use crate::plant_run::Ending;
+use crate::precision_plan::PrecisionPlan;
 use crate::progress::ProgressObserver;
 use crate::reference::{Reference, RunContext, Trust, ended};
 use crate::references::{AssignedReference, References};
@@ -22,42 +23,6 @@ use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
 use crate::trace::Trace;
 use crate::transport;
-
-/// Parameters of a study of precision.
-#[derive(Clone, Debug)]
-pub struct PrecisionPlan {
-    /// Simulated duration; `None`: the first 300 ms of the scenario, or all of it if shorter.
-    pub duration: Option<SimDuration>,
-    /// Step sizes, the longest first. The sampling period is the longest, or the command period if
-    /// that is shorter.
-    pub steps: Vec<SimDuration>,
-    /// Tolerances, the loosest first.
-    pub tolerances: Vec<f64>,
-    /// Factors of the segment masses at which a plant without segment masses is compared with one
-    /// that has them.
-    pub masses: Vec<f64>,
-    /// Number of perturbed walks of each plant, where the scenario walks; 0 for none.
-    pub ensemble: usize,
-    /// Number of runs whose median is the run time.
-    pub repetitions: u64,
-    /// Time budget of the whole study; truncated runs are rows of it \[s\].
-    pub budget_s: f64,
-}
-
-impl Default for PrecisionPlan {
-    fn default() -> Self {
-        let micros = [10_000, 5_000, 2_000, 1_000, 500, 200, 100, 50, 20, 10];
-        Self {
-            duration: None,
-            steps: micros.map(SimDuration::from_micros).into(),
-            tolerances: vec![1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11],
-            masses: vec![1.0, 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4, 0.0],
-            ensemble: 100,
-            repetitions: 7,
-            budget_s: 200.0,
-        }
-    }
-}
 
 /// Default duration: that shown by the thesis for its models (figure 2.5).
 const WINDOW: SimDuration = SimDuration::from_millis(300);
@@ -111,7 +76,8 @@ pub fn precision(
                 + walked
                 + differences::parts(plants),
             plants.len() + walked,
-        ),
+        )
+        .with_very_heavy(ensembles),
         progress,
         rows: Vec::new(),
     };
@@ -237,6 +203,12 @@ pub(crate) struct Job<'a> {
 }
 
 impl Job<'_> {
+    /// Begins a part with the still larger share of many walks.
+    pub(crate) fn begin_very_heavy(&mut self, doing: &str) -> Result<Share, StudyError> {
+        let share = self.budget.next_very_heavy();
+        self.report(doing).map(|()| share)
+    }
+
     pub(crate) fn begin(&mut self, doing: &str) -> Result<Share, StudyError> {
         self.begin_part(doing, false)
     }
@@ -248,9 +220,13 @@ impl Job<'_> {
 
     fn begin_part(&mut self, doing: &str, heavy: bool) -> Result<Share, StudyError> {
         let share = self.budget.next(heavy);
+        self.report(doing).map(|()| share)
+    }
+
+    fn report(&mut self, doing: &str) -> Result<(), StudyError> {
         let (part, of) = self.budget.progress();
         if self.progress.at(part, of, doing) {
-            Ok(share)
+            Ok(())
         } else {
             Err(StudyError::Interrupted { done: part, of })
         }

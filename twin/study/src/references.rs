@@ -6,7 +6,8 @@ use std::rc::Rc;
 use crate::budget::Share;
 use crate::factory::{PlantFactory, PlantOffer, Scales};
 use crate::plant_id::PlantId;
-use crate::reference::{self, Reference, ReferenceNote, RunContext, Trust};
+use crate::reference::{self, Reference, RunContext, Trust};
+use crate::reference_note::ReferenceNote;
 
 /// References of a scenario, each built once.
 pub(crate) struct References<'a> {

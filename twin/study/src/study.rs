@@ -12,7 +12,7 @@ use crate::footsteps::Footstep;
 use crate::machine::Machine;
 use crate::panics;
 use crate::plant_id::PlantId;
-use crate::reference::ReferenceNote;
+use crate::reference_note::ReferenceNote;
 use crate::row::{Row, RowKind, Series, Status};
 use crate::transport::Transport;
 

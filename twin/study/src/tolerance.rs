@@ -49,8 +49,7 @@ impl Study {
         let known = rows.filter_map(|row| {
             let tolerance = row.tolerance?;
             // The nominal ends of the range are part of it.
-            let inside =
-                RANGE[0] * (1.0 - 1e-9) <= tolerance && tolerance <= RANGE[1] * (1.0 + 1e-9);
+            let inside = (RANGE[0] * (1.0 - 1e-9)..=RANGE[1] * (1.0 + 1e-9)).contains(&tolerance);
             (inside && !row.at_floor && row.error_rms_m? > 0.0).then_some((tolerance, row))
         });
         let known: Vec<(f64, &Row)> = known.collect();

@@ -43,8 +43,8 @@ pub(crate) struct Trace {
 pub(crate) struct Errors {
     pub(crate) foot_rms: f64,
     pub(crate) foot_max: f64,
-    /// Greatest RMS distance of a foot relative to its hip, in the frame of the trunk; `None` without
-    /// the attitude of the trunk.
+    /// Greatest RMS distance of a foot relative to its hip, in the frame of the trunk; `None`
+    /// without the attitude of the trunk.
     pub(crate) foot_to_hip: Option<f64>,
     /// RMS and maximum; `None` if one of the plants has no trunk output.
     pub(crate) trunk: Option<(f64, f64)>,
@@ -257,7 +257,8 @@ impl Trace {
         self.errors_against(reference, (0..samples).map(|n| Some((n, Stencil::at(n)))))
     }
 
-    /// Returns the distance from `reference`, which has the same sampling instants, up to `until_s`.
+    /// Returns the distance from `reference`, which has the same sampling instants, up to
+    /// `until_s`.
     pub(crate) fn errors_until(&self, reference: &Self, until_s: f64) -> Option<Errors> {
         let samples = self.at_s.len().min(reference.at_s.len());
         let until = self.at_s.partition_point(|&at| at <= until_s);

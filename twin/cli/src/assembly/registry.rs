@@ -9,6 +9,7 @@ use twinrig_study::PlantOffer;
 
 use crate::error::BuildError;
 use crate::parts::bus_kind::BusKind;
+use crate::parts::constraints::CONSTRAINTS;
 use crate::parts::controller_kind::{ControllerContext, ControllerKind, LegContext};
 use crate::parts::method::Method;
 use crate::parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
@@ -199,6 +200,12 @@ impl Registry {
     /// methods; none for an unknown name.
     pub(crate) fn offers(&self, name: &str) -> Vec<(PlantOffer, Vec<Method>)> {
         self.plant_kind(name).map_or(Vec::new(), PlantKind::offers)
+    }
+
+    /// Returns whether the constraints of the plant `name` can be rigid or compliant.
+    pub(crate) fn has_constraints(&self, name: &str) -> bool {
+        let kind = self.plant_kind(name).map(PlantKind::kind);
+        kind.is_some_and(|kind| kind.options.iter().any(|it| it.name == CONSTRAINTS))
     }
 
     /// Returns the step of a plant: of the scenario, otherwise of its kind, if it has one.

@@ -8,7 +8,7 @@ use twinrig_study::{MethodOffer, MethodSetting, SettingKind, Variant};
 use crate::parts::constraints::CONSTRAINTS;
 
 /// Plant option with the tolerance of adaptive methods.
-const TOLERANCE: &str = "tolerance";
+pub(crate) const TOLERANCE: &str = "tolerance";
 
 /// Integration method of a plant, and the plant options that select it.
 ///

@@ -14,7 +14,7 @@ use twinrig_study::{
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
-use crate::study::selection::{PlantUnderStudy, Selection, of_plant};
+use crate::study::selection::{PlantUnderStudy, Selection, with_any_constraints};
 
 /// Reason for excluding standalone plants from these studies.
 const STANDS_ALONE: &str = "studies of precision and stability vary the robot file, and this plant has a standalone model: only \
@@ -91,7 +91,7 @@ impl<'r> StudyBuilder<'r> {
         for model in models_beside(&offers) {
             for (offer, methods) in registry.offers(&model) {
                 if offer.plant == *model {
-                    let assembly = of_plant(registry, path, settings, &model);
+                    let assembly = with_any_constraints(registry, path, settings, &model);
                     let assembly = assembly.map_err(|error| first_line(&error.to_string()));
                     bystanders.push(offer);
                     benches.push(PlantUnderStudy {
@@ -309,6 +309,15 @@ mod tests {
             ("plant.tolerance", "\"1 um\""),
         ];
         assert_eq!(offered("trot.toml", &names, &compliant).0, both);
+        // A plant without constraints is not left out for those of the scenario.
+        let (_, left_out) = offered("trot.toml", &[], &compliant);
+        let drives = left_out.iter().find(|why| why.starts_with("drives: "));
+        assert!(
+            drives.unwrap().contains("simulates motors only"),
+            "{left_out:?}"
+        );
+        let legs = offered("passive-legs.toml", &["massless", "lcp"], &compliant[..1]).0;
+        assert_eq!(legs, ["massless", "lcp", "lcp, compliant"]);
         let lookup = [("plant.force", "\"lookup\""), ("plant.cells", "16")];
         assert_eq!(offered("trot.toml", &["massless"], &lookup).0, both[..2]);
     }

@@ -50,21 +50,20 @@ pub(super) fn ensemble(one: &Ensemble) -> String {
         (Some(step), _) => brief(step, "s"),
         (None, tolerance) => format!("at {:e}", tolerance.unwrap_or_default()),
     };
-    let mut text = format!(
+    let walks = format!(
         "{} {} {setting}: {} walks",
         one.plant, one.method, one.completed
     );
+    let mut parts = vec![walks];
     if one.fell + one.failed > 0 {
-        text += &format!(", {} fell, {} failed", one.fell, one.failed);
+        parts.push(format!("{} fell, {} failed", one.fell, one.failed));
     }
-    for quantity in &one.quantities {
+    parts.extend(one.quantities.iter().map(|quantity| {
         let (mean, half) = quantity.rounded();
-        text += &format!(", {} {mean} ± {half}", quantity.quantity);
-    }
-    if let Some(why) = &one.why {
-        text += &format!(", {why}");
-    }
-    text
+        format!("{} {mean} ± {half}", quantity.quantity)
+    }));
+    parts.extend(one.why.clone());
+    parts.join(", ")
 }
 
 /// Returns the pairs of models that differ, each with the quantities.
@@ -74,9 +73,9 @@ pub(super) fn differing(study: &Study) -> Vec<[String; 3]> {
         let [first, second] = one.models;
         match pairs
             .iter_mut()
-            .find(|[a, b, _]| (&*a, &*b) == (&first, &second))
+            .find(|[a, b, _]| *a == first && *b == second)
         {
-            Some([_, _, quantities]) => *quantities += &format!(", {}", one.quantity),
+            Some([_, _, quantities]) => quantities.extend([", ", &one.quantity]),
             None => pairs.push([first, second, one.quantity]),
         }
     }
@@ -127,6 +126,11 @@ pub(super) fn walking(one: &Transport) -> String {
         (None, tolerance) => format!("at {:e}", tolerance.unwrap_or_default()),
     };
     let way = format!("{} {} {setting}", one.plant, one.method);
+    let way = match one.converged {
+        Some(true) => format!("{way}, converged"),
+        Some(false) => format!("{way}, not converged"),
+        None => way,
+    };
     let why = one
         .why
         .as_ref()

@@ -11,6 +11,7 @@ use twinrig_study::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind,
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::{NO_ROBOT, TwinError, guarded};
+use crate::parts::constraints::CONSTRAINTS;
 use crate::parts::method::Method;
 use crate::study::builder::{first_line, is_compared};
 use crate::study::scaled::{scaled_actuator, scaled_plant, scaled_robot};
@@ -52,7 +53,7 @@ impl<'r> Selection<'r> {
         requested: bool,
         scenario: &Scenario,
     ) -> Result<(), TwinError> {
-        let assembly = match of_plant(registry, path, settings, name) {
+        let assembly = match with_any_constraints(registry, path, settings, name) {
             Err(TwinError::Panic { source, .. }) => {
                 self.panics.push(source.to_string());
                 Err(source.to_string())
@@ -144,16 +145,43 @@ impl PlantUnderStudy<'_> {
     }
 }
 
-/// Reads the scenario at `path` with the plant `name`.
+/// Reads the scenario at `path` with the plant `name`, whatever constraints the scenario has for
+/// other plants.
 pub(crate) fn of_plant<'r>(
     registry: &'r Registry,
     path: &Path,
     settings: &[Setting],
     name: &str,
 ) -> Result<Assembly<'r>, TwinError> {
-    let mut settings = settings.to_vec();
-    settings.push(Setting::plant(name));
     guarded(&path.display().to_string(), || {
-        Assembly::of_file(registry, path, &settings)
+        Assembly::of_plant(registry, path, settings, name)
     })
+}
+
+/// Reads the scenario at `path` with the plant `name`, with other constraints if it cannot have the
+/// scenario's: its methods set them.
+///
+/// # Errors
+/// The error with the scenario's constraints.
+pub(super) fn with_any_constraints<'r>(
+    registry: &'r Registry,
+    path: &Path,
+    settings: &[Setting],
+    name: &str,
+) -> Result<Assembly<'r>, TwinError> {
+    let own = of_plant(registry, path, settings, name);
+    if matches!(own, Ok(_) | Err(TwinError::Panic { .. })) {
+        return own;
+    }
+    let offers = registry.offers(name).into_iter();
+    let mut others = offers.filter_map(|(offer, _)| {
+        let mut settings = settings.to_vec();
+        settings.push(Setting {
+            origin: "--set".to_owned(),
+            key: format!("plant.{CONSTRAINTS}"),
+            value: offer.plant.constraints?,
+        });
+        of_plant(registry, path, &settings, name).ok()
+    });
+    others.next().map_or(own, Ok)
 }

@@ -18,7 +18,7 @@ use crate::number::si;
 use crate::panics::Panics;
 use crate::plant_id::PlantId;
 use crate::progress::ProgressObserver;
-use crate::reference::{CheckNote, ReferenceNote};
+use crate::reference_note::{CheckNote, ReferenceNote};
 use crate::row::Status;
 use run::Run;
 

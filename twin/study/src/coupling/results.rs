@@ -11,7 +11,7 @@ use crate::fit;
 use crate::machine::Machine;
 use crate::number::{grouped, grouped_factor, si};
 use crate::panics;
-use crate::reference::ReferenceNote;
+use crate::reference_note::ReferenceNote;
 use crate::row::Status;
 
 /// Results of a study of coupling, without the machine it ran on.

@@ -61,13 +61,13 @@ fn quantile(probability: f64, degrees: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Returns the probability of values below `t` ≥ 0: 1 − I_x(ν/2, ½)/2 with x = ν/(ν + t²).
+/// Returns the probability of values below `t` ≥ 0: `1 − I_x(ν/2, ½)/2` with x = ν/(ν + t²).
 fn cumulative(t: f64, degrees: f64) -> f64 {
     1.0 - 0.5 * incomplete_beta(degrees / (degrees + t * t), 0.5 * degrees, 0.5)
 }
 
-/// Regularised incomplete beta function I_x(a, b), by its continued fraction (DLMF 8.17.22) where
-/// that converges fast, elsewhere by I_x(a, b) = 1 − I_{1−x}(b, a).
+/// Regularised incomplete beta function `I_x(a, b)`, by its continued fraction (DLMF 8.17.22) where
+/// that converges fast, elsewhere by `I_x(a, b) = 1 − I_{1−x}(b, a)`.
 fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
     if x <= 0.0 {
         return 0.0;
@@ -100,17 +100,17 @@ fn fraction(x: f64, a: f64, b: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// `scipy.stats.t.ppf(0.975, degrees)` of SciPy 1.17.1.
+    /// `scipy.stats.t.ppf(0.975, degrees)` of `SciPy` 1.17.1.
     #[test]
     fn quantiles_are_those_of_scipy() {
         let quantiles = [
-            (1.0, 12.706204736174694),
-            (2.0, 4.302652729749462),
-            (5.0, 2.5705818356363146),
-            (9.0, 2.262157162798205),
-            (30.0, 2.0422724563012378),
-            (99.0, 1.9842169515864174),
-            (999.0, 1.9623414611334493),
+            (1.0, 12.706_204_736_174_694),
+            (2.0, 4.302_652_729_749_462),
+            (5.0, 2.570_581_835_636_314_6),
+            (9.0, 2.262_157_162_798_205),
+            (30.0, 2.042_272_456_301_237_8),
+            (99.0, 1.984_216_951_586_417_4),
+            (999.0, 1.962_341_461_133_449_3),
         ];
         for (degrees, expected) in quantiles {
             let found = quantile(0.975, degrees);
@@ -124,10 +124,10 @@ mod tests {
         let values = [0.951, 0.957, 0.949, 0.962, 0.955, 0.958];
         let found = Interval::of(&values).unwrap();
         let [mean, low, high, deviation] = [
-            0.9553333333333334,
-            0.9503370203248805,
-            0.9603296463417862,
-            0.004760952285695237,
+            0.955_333_333_333_333_4,
+            0.950_337_020_324_880_5,
+            0.960_329_646_341_786_2,
+            0.004_760_952_285_695_237,
         ];
         for (found, expected) in [
             (found.mean, mean),

@@ -2,28 +2,26 @@
 
 mod gait;
 mod interval;
+mod start;
 
 pub use interval::Interval;
 
 use serde::Serialize;
-use twinrig_kernel::{SimDuration, SimTime, Stream, signal, stream};
-use twinrig_runtime::{Plant, PlantState};
+use twinrig_kernel::{SimDuration, SimTime, Stream, stream};
 
 use crate::budget::Share;
 use crate::error::StudyError;
-use crate::factory::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
+use crate::factory::{MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 use crate::plant_id::PlantId;
 use crate::plant_run::{Ending, PlantRun};
 use crate::precision::Job;
 use crate::reference::ended;
 use crate::stopwatch::Stopwatch;
 use crate::study::Study;
-use crate::transport::{SETTLING, STROLL, TOLERANCE};
+use crate::transport::{SETTLING, STROLL, TOLERANCE, usual_method};
 use gait::{GaitRecorder, Quantity};
+use start::perturb;
 
-/// Greatest perturbation of each coordinate of the trunk's position \[m\], and of its attitude
-/// \[rad\].
-const PERTURBATION: f64 = 1e-6;
 /// Name of the random stream of the perturbations: the same for every model.
 const STREAM: &str = "study/ensemble";
 /// Divisors of the scenario's step, the largest first: the shortest step that the budget allows, at
@@ -32,6 +30,8 @@ const FINER: [u64; 3] = [20, 10, 4];
 const FINEST_ANYWAY: u64 = 2;
 /// One walk of so many is repeated at a coarser setting.
 const COARSER_SHARE: usize = 5;
+/// Share of the time for the walks at the finer setting.
+const MAIN_SHARE: f64 = 0.8;
 
 /// Walks of a model from perturbed starts, under the same commands.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -140,17 +140,6 @@ pub(crate) fn parts(plants: &[PlantOffer], walks: usize) -> usize {
     if walks > 0 { plants.len() } else { 0 }
 }
 
-/// Returns the method of a plant in an ensemble: that of its reference which is set as the plant is
-/// in scenarios, otherwise the first.
-fn method(plant: &PlantOffer) -> Option<&MethodOffer> {
-    let mut methods = plant.methods.iter();
-    let stepped = |method: &&MethodOffer| {
-        method.reference.is_some()
-            && (plant.plant.is_compliant() || method.set_by == SettingKind::Step)
-    };
-    methods.clone().find(stepped).or_else(|| methods.next())
-}
-
 impl Job<'_> {
     /// Computes the ensemble of each plant.
     pub(crate) fn ensembles(&mut self, plants: &[PlantOffer]) -> Result<Vec<Ensemble>, StudyError> {
@@ -160,8 +149,8 @@ impl Job<'_> {
         }
         let mut ensembles = Vec::new();
         for plant in plants {
-            let share = self.begin_heavy(&format!("{}, ensemble", plant.plant))?;
-            let Some(method) = method(plant) else {
+            let share = self.begin_very_heavy(&format!("{}, ensemble", plant.plant))?;
+            let Some(method) = usual_method(plant) else {
                 continue;
             };
             let variant = |setting| Variant {
@@ -178,18 +167,19 @@ impl Job<'_> {
             let setting = match usual.setting {
                 MethodSetting::Step(_) => {
                     let walk_s = self.timed_walk(&usual, share).unwrap_or(f64::INFINITY);
-                    // Twice for the walks at the coarser setting.
                     let affordable = |divisor: &u64| {
-                        2.0 * walk_s * (*divisor as f64) * (walks as f64) < share.seconds
+                        walk_s * (*divisor as f64) * (walks as f64) < MAIN_SHARE * share.seconds
                     };
                     let divisor = FINER.into_iter().find(affordable).unwrap_or(FINEST_ANYWAY);
                     MethodSetting::Step(SimDuration::from_nanos(step.as_nanos() / divisor))
                 }
                 tolerance @ MethodSetting::Tolerance(_) => tolerance,
             };
-            let mut ensemble = self.ensemble(&variant(setting), walks, share);
+            let main = share.fraction(MAIN_SHARE);
+            let mut ensemble = self.ensemble(&variant(setting), walks, main);
             let few = walks.div_ceil(COARSER_SHARE).max(2);
-            let coarser = self.ensemble(&variant(setting.coarser()), few, share);
+            let rest = share.fraction(1.0 - MAIN_SHARE);
+            let coarser = self.ensemble(&variant(setting.coarser()), few, rest);
             ensemble.note_method_errors(&coarser);
             ensembles.push(ensemble);
         }
@@ -281,42 +271,6 @@ impl Job<'_> {
     }
 }
 
-/// Moves and turns the trunk of a plant at its start.
-fn perturb(plant: &mut dyn Plant, perturbations: &mut Stream) -> Result<(), String> {
-    let mut next = || PERTURBATION * (2.0 * perturbations.unit() - 1.0);
-    let (shift, turn) = ([next(), next(), next()], [next(), next(), next()]);
-    let state = plant.state().ok_or("its state has no names")?;
-    let resumed = plant.resume_from(&perturbed(state, shift, turn)?);
-    resumed.map(drop).map_err(|fault| fault.to_string())
-}
-
-/// Returns the state with the trunk shifted, and turned by small angles about the axes.
-fn perturbed(state: PlantState, shift: [f64; 3], turn: [f64; 3]) -> Result<PlantState, String> {
-    let Some(&[x, y, z]) = state.get(signal::BODY_POSITION) else {
-        return Err("its state has no body/position".to_owned());
-    };
-    let moved = [x + shift[0], y + shift[1], z + shift[2]];
-    let turned = match state.get(signal::BODY_ORIENTATION) {
-        Some(&[w, x, y, z]) => {
-            let [a, b, c] = turn.map(|angle| 0.5 * angle);
-            let all = [
-                w - a * x - b * y - c * z,
-                x + a * w + b * z - c * y,
-                y + b * w + c * x - a * z,
-                z + c * w + a * y - b * x,
-            ];
-            let norm = all.iter().map(|value| value * value).sum::<f64>().sqrt();
-            Some(all.map(|value| value / norm))
-        }
-        _ => None,
-    };
-    let state = state.with(signal::BODY_POSITION, &moved);
-    Ok(match turned {
-        Some(turned) => state.with(signal::BODY_ORIENTATION, &turned),
-        None => state,
-    })
-}
-
 /// Returns the interval of each quantity, in the order of the first walk.
 fn intervals(all: &[Quantity]) -> Vec<QuantityInterval> {
     let mut names: Vec<(&str, &'static str)> = Vec::new();
@@ -393,23 +347,5 @@ mod tests {
         assert_eq!(rounded("m/s", 0.957_123, 0.000_12), "0.95712 ± 0.00012 m/s");
         assert_eq!(rounded("m", 0.001_5, 0.000_2), "1.50 ± 0.20 mm");
         assert_eq!(rounded("", 0.5, 0.0), "0.50000 ± 0.00000");
-    }
-
-    #[test]
-    fn trunk_is_shifted_and_turned_and_the_rest_of_the_state_kept() {
-        let state = PlantState::at(SimTime::ZERO)
-            .with(signal::BODY_POSITION, &[1.0, 2.0, 3.0])
-            .with(signal::BODY_ORIENTATION, &[0.0, 1.0, 0.0, 0.0])
-            .with("leg/LF/angles", &[0.5]);
-        let found = perturbed(state, [1e-6, 0.0, -1e-6], [0.0, 2e-6, 0.0]).unwrap();
-        let position = found.get(signal::BODY_POSITION).unwrap();
-        assert_eq!(position, [1.0 + 1e-6, 2.0, 3.0 - 1e-6]);
-        // (1, 0, 1e-6, 0) ⊗ (0, 1, 0, 0) = (0, 1, 0, -1e-6)
-        let attitude = found.get(signal::BODY_ORIENTATION).unwrap();
-        for (found, expected) in attitude.iter().zip([0.0, 1.0, 0.0, -1e-6]) {
-            assert!((found - expected).abs() < 1e-12, "{attitude:?}");
-        }
-        assert_eq!(found.get("leg/LF/angles"), Some(&[0.5][..]));
-        assert!(perturbed(PlantState::default(), [0.0; 3], [0.0; 3]).is_err());
     }
 }

@@ -41,7 +41,8 @@ pub(crate) fn section(study: &Study) -> String {
              seconds of the gait, from means over steps: greatest product of gap and load \
              (Signorini), greatest friction beyond the cone (Coulomb), work of friction along the \
              slip, and energy that the contacts of a foot, from touch-down to lift-off, created or \
-             dissipated. All but the last are 0 for exact rigid contact. Compliance stores energy: \
+             dissipated. All but the last are 0 for exact rigid contact, except that a bounce within a \
+             step counts with the gap at its ends. Compliance stores energy: \
              its penetration and the return of its tangential deflection are properties of the \
              model.",
         )

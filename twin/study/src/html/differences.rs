@@ -56,7 +56,7 @@ pub(crate) fn tables(study: &Study) -> String {
     if !varied.is_empty() {
         out += "<h3>Sensitivity to compliance</h3>\n";
         let mut table = Table::new(
-            "model | against | feet, RMS | greatest | trunk, RMS | worst foot to hip, RMS | why",
+            "model | against | feet, RMS | greatest | trunk, RMS | worst foot to hip, RMS | over | why",
             2,
         );
         let thrice = main
@@ -72,6 +72,7 @@ pub(crate) fn tables(study: &Study) -> String {
                     rows::length(row.error_max_m),
                     rows::length(row.trunk_error_rms_m),
                     rows::length(row.foot_to_hip_error_rms_m),
+                    rows::time(row.compared_s),
                     rows::why(row),
                 ],
             );

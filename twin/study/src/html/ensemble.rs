@@ -62,14 +62,10 @@ pub(crate) fn section(study: &Study) -> String {
 
 /// Formats the counts of walks.
 fn count(one: &Ensemble) -> String {
-    let mut text = one.completed.to_string();
-    if one.fell > 0 {
-        text += &format!(", {} fell", one.fell);
-    }
-    if one.failed > 0 {
-        text += &format!(", {} failed", one.failed);
-    }
-    text
+    let mut parts = vec![one.completed.to_string()];
+    parts.extend((one.fell > 0).then(|| format!("{} fell", one.fell)));
+    parts.extend((one.failed > 0).then(|| format!("{} failed", one.failed)));
+    parts.join(", ")
 }
 
 /// Formats a mean and half the width of its interval.

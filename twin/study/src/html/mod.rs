@@ -26,7 +26,7 @@ mod transport;
 use std::fmt::Write as _;
 
 use crate::machine::Machine;
-use crate::reference::ReferenceNote;
+use crate::reference_note::ReferenceNote;
 use crate::study::{Study, StudyKind};
 
 use crate::number::{self, si};

@@ -24,7 +24,8 @@ pub(crate) fn section(study: &Study) -> String {
          The work of the drives is dissipated by friction and impacts or stored; the residual \
          is energy created or lost by the integration. The covered cost includes the residual as \
          work of the drives; where it differs much from the net cost, the plant gives no valid \
-         consumption. Shares are of the net work.",
+         consumption. Shares are of the net work. A converged cost is one at a setting so fine \
+         that it is the same, in the printed digits, at twice the step or ten times the tolerance.",
         si(cost.to_s, "s"),
         si(cost.from_s, "s"),
     ));
@@ -45,6 +46,11 @@ fn table(study: &Study) -> String {
         before = Some(&one.plant);
         let bad = one.status != Status::Ok || one.fell_at_s.is_some();
         let setting = method_setting(one.step_s, one.tolerance);
+        let setting = match one.converged {
+            Some(true) => format!("{setting}, converged"),
+            Some(false) => format!("{setting}, the finest tried, not converged"),
+            None => setting,
+        };
         let about = match &one.why {
             Some(why) => format!("{setting}; {why}"),
             None => setting,

@@ -15,6 +15,13 @@ const PHASE: f64 = 0.25;
 /// Change of the speed per distance of the start from the origin \[1/s\].
 const GAIN: f64 = 1e4;
 
+/// Load of a foot in stance \[N\], its penetration and its clearance in swing \[m\], and the
+/// friction along the motion as a share of the load.
+const LOAD: f64 = 2.0;
+const DEEP: f64 = 1e-3;
+const CLEARANCE: f64 = 0.01;
+const PUSH: f64 = 0.5;
+
 /// Two legs that step by a clock; the speed depends on the place of the start.
 struct Pacer {
     speed: f64,
@@ -32,6 +39,8 @@ impl Plant for Pacer {
             [
                 Port::output(format!("leg/{leg}/foot/position"), Unit::Meter, 3),
                 Port::output(format!("leg/{leg}/foot/load"), Unit::Newton, 1),
+                Port::output(format!("leg/{leg}/foot/force"), Unit::Newton, 3),
+                Port::output(format!("leg/{leg}/foot/clearance"), Unit::Meter, 1),
             ]
         };
         let own = [
@@ -50,11 +59,16 @@ impl Plant for Pacer {
         let t = self.now.as_secs_f64();
         let x = self.speed * t;
         outputs[..3].copy_from_slice(&[x, 0.0, 0.1]);
-        for (n, leg) in outputs[3..].chunks_mut(4).enumerate() {
+        for (n, leg) in outputs[3..].chunks_mut(8).enumerate() {
             // Half a millisecond away from the samples.
             let strides = (t + 5e-4) / STRIDE_S - PHASE * n as f64 + 1.0;
             let stance = strides - libm::floor(strides) < DUTY;
-            leg.copy_from_slice(&[x, 0.0, 0.0, if stance { 1.0 } else { 0.0 }]);
+            let (load, clearance) = if stance {
+                (LOAD, -DEEP)
+            } else {
+                (0.0, CLEARANCE)
+            };
+            leg.copy_from_slice(&[x, 0.0, clearance, load, PUSH * load, 0.0, load, clearance]);
         }
     }
 
@@ -82,8 +96,12 @@ impl Plant for Pacer {
     }
 }
 
+/// Stiffness of the soles in the robot file, half of that of the plant \[N/m\].
+const STIFFNESS: f64 = 1e3;
+
 struct Pacers {
     input: StudyInput,
+    speeds: Vec<(PlantId, f64)>,
     plants: Vec<PlantOffer>,
 }
 
@@ -96,14 +114,14 @@ const SPEEDS: [(&str, f64); 4] = [
 ];
 
 impl Pacers {
-    fn new() -> Self {
+    fn new(speeds: Vec<(PlantId, f64)>) -> Self {
         let mut commands = Commands::of(&[Port::input("leg/A/hip/position", Unit::Radian, 1)]);
         for n in 0..10_u64 {
             let at = SimTime::ZERO + SimDuration::from_millis(4) * n;
             commands.hold(at, &[if n.is_multiple_of(2) { 0.0 } else { 1.0 }]);
         }
-        let plants = SPEEDS.map(|(name, _)| PlantOffer {
-            plant: PlantId::new(name),
+        let plants = speeds.iter().map(|(plant, _)| PlantOffer {
+            plant: plant.clone(),
             about: String::new(),
             segment_masses: true,
             model_of: None,
@@ -123,11 +141,12 @@ impl Pacers {
                 servos: true,
                 commands,
                 step: SimDuration::from_millis(2),
-                friction: None,
-                sole_stiffness: None,
+                friction: Some(0.4),
+                sole_stiffness: Some(STIFFNESS),
                 weight: 10.0,
             },
-            plants: plants.into(),
+            plants: plants.collect(),
+            speeds,
         }
     }
 }
@@ -142,10 +161,9 @@ impl PlantFactory for Pacers {
     }
 
     fn build(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
-        let (_, mut speed) = SPEEDS
-            .into_iter()
-            .find(|(name, _)| variant.plant == *name)
-            .unwrap();
+        let mut speeds = self.speeds.iter();
+        let (_, speed) = speeds.find(|(plant, _)| variant.plant == *plant).unwrap();
+        let mut speed = *speed;
         if variant.plant == "coarse" {
             speed += 1e4 * variant.setting.step_s().unwrap();
         }
@@ -166,7 +184,8 @@ fn study(ensemble: usize) -> Study {
         budget_s: 1e6,
         ..PrecisionPlan::default()
     };
-    precision(&Pacers::new(), &plan, &mut ()).unwrap()
+    let speeds = SPEEDS.map(|(name, speed)| (PlantId::new(name), speed));
+    precision(&Pacers::new(speeds.into()), &plan, &mut ()).unwrap()
 }
 
 fn of<'a>(study: &'a Study, plant: &str) -> &'a Ensemble {
@@ -229,4 +248,52 @@ fn models_differ_where_intervals_and_method_errors_do_not_overlap() {
 #[test]
 fn no_ensemble_is_computed_if_none_is_requested() {
     assert!(study(0).ensembles.is_empty());
+}
+
+#[test]
+fn contact_is_that_of_the_feet_at_rest_and_in_the_gait() {
+    let plan = PrecisionPlan {
+        steps: vec![SimDuration::from_millis(2)],
+        tolerances: Vec::new(),
+        ensemble: 0,
+        repetitions: 1,
+        budget_s: 1e6,
+        ..PrecisionPlan::default()
+    };
+    let compliant = PlantId::new("still").with_constraints("compliant");
+    let speeds = vec![(compliant, 0.0), (PlantId::new("walking"), 0.5)];
+    let study = precision(&Pacers::new(speeds), &plan, &mut ()).unwrap();
+    let [still, walking] = &study.contacts[..] else {
+        panic!("{:?}", study.contacts);
+    };
+    let rest = still.rest.unwrap();
+    assert_eq!(
+        (rest.load_n, rest.penetration_m, rest.speed_m_s),
+        (LOAD, DEEP, 0.0)
+    );
+    let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-9;
+    assert!(near(rest.expected_m.unwrap(), LOAD / STIFFNESS), "{rest:?}");
+    assert!(
+        near(rest.stiffness_realised.unwrap(), LOAD / DEEP / STIFFNESS),
+        "{rest:?}"
+    );
+    // Two seconds of stance and swing: friction beyond its limit, which pushes the feet forward.
+    let gait = walking.gait.unwrap();
+    assert!(
+        near(gait.signorini_j, LOAD * DEEP) && gait.penetration_m == DEEP,
+        "{gait:?}"
+    );
+    assert!(
+        near(gait.coulomb_n.unwrap(), (PUSH - 0.4) * LOAD),
+        "{gait:?}"
+    );
+    let work = PUSH * LOAD * 0.5 * DUTY * 2.0 * 2.0;
+    assert!((gait.along_slip_j / work - 1.0).abs() < 0.05, "{gait:?}");
+    // Ten landings against the load take some of it.
+    let landings = 10.0 * LOAD * (CLEARANCE + DEEP);
+    let net = gait.created_j - gait.dissipated_j;
+    assert!(near(net + landings, gait.along_slip_j), "{gait:?}");
+    assert_eq!(walking.rest, None);
+    let why = walking.why.as_deref().unwrap();
+    assert!(why.contains("a foot still moves"), "{why}");
 }
