@@ -53,8 +53,8 @@ impl Commands {
         }
     }
 
-    /// Returns these commands played at `speed` times their speed, with changes at the same instants
-    /// and values interpolated linearly. The last ones hold from the end on.
+    /// Returns these commands played at `speed` times their speed, with changes at the same
+    /// instants and values interpolated linearly. The last ones hold from the end on.
     #[must_use]
     pub(crate) fn at_speed(&self, speed: f64) -> Self {
         let mut played = Self {
