@@ -146,7 +146,7 @@ pub enum StepError {
     /// The model is too stiff for an explicit method.
     #[error(
         "too stiff for an explicit method: a motion with a rate of {:.1e} 1/s needs substeps of {:.1e} s \
-         without end; reduce stiffness or damping of the `compliance`, or choose rigid constraints",
+         without end; reduce stiffness or damping, add mass, or choose rigid constraints",
         fastest.rate, substep
     )]
     TooStiff {

@@ -79,8 +79,8 @@ pub trait Plant: Send {
         self.inner().and_then(Plant::constraint_violation)
     }
 
-    /// Returns the least substep of an error control since the start, but for those cut short by the
-    /// end of a step \[s\]; none without such control.
+    /// Returns the least substep of an error control since the start, but for those cut short by
+    /// the end of a step \[s\]; none without such control.
     fn least_substep_s(&self) -> Option<f64> {
         self.inner().and_then(Plant::least_substep_s)
     }

@@ -23,7 +23,7 @@ struct HeldValues {
 }
 
 impl HeldValues {
-    fn from_s(&self) -> f64 {
+    fn start_s(&self) -> f64 {
         self.from.as_secs_f64()
     }
 }
@@ -53,15 +53,15 @@ impl Commands {
         }
     }
 
-    /// Returns these commands played at `speed` times their speed, with changes at the same instants
-    /// and values interpolated linearly. The last ones hold from the end on.
+    /// Returns these commands played at `speed` times their speed, with changes at the same
+    /// instants and values interpolated linearly. The last ones hold from the end on.
     #[must_use]
     pub(crate) fn at_speed(&self, speed: f64) -> Self {
         let mut played = Self {
             layout: self.layout.clone(),
             changes: Vec::new(),
         };
-        let instants: Vec<f64> = self.changes.iter().map(HeldValues::from_s).collect();
+        let instants: Vec<f64> = self.changes.iter().map(HeldValues::start_s).collect();
         for (change, own_s) in self.changes.iter().zip(&instants) {
             let at_s = own_s * speed;
             let after = instants.partition_point(|&from_s| from_s <= at_s);

@@ -174,6 +174,8 @@ fn sweeps(factory: &dyn PlantFactory, plan: &StabilityPlan) -> (Vec<Scales>, Vec
             }
         }
     }
+    // Compliant plants first: they are fast, and the budget of later rows is what others leave.
+    scales.sort_by_key(|scales| (*scales != Scales::AS_IS, !scales.only_compliant()));
     (scales, left_out)
 }
 

@@ -71,6 +71,23 @@ mod tests {
     use super::*;
 
     #[test]
+    fn longest_step_is_that_of_the_plant() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/trot.toml");
+        let registry = crate::assembly::registry::Registry::standard();
+        let assembly = crate::assembly::Assembly::of_file(&registry, &path, &[]).unwrap();
+        let plant = assembly.scenario().plant.clone();
+        assert_eq!(scaled_plant(plant.clone(), &Scales::AS_IS), plant);
+        let scales = Scales {
+            longest_step_s: Some(2e-4),
+            friction: Some(2.0),
+            ..Scales::AS_IS
+        };
+        let scaled = scaled_plant(plant, &scales);
+        assert_eq!(scaled.step, Some(SimDuration::from_micros(200)));
+        assert_eq!(scaled.ground.unwrap().friction, Some(2.0));
+    }
+
+    #[test]
     fn scales_reach_what_they_are_of_and_nothing_else() {
         let robot = RobotFile::find("cheetah-cub", Path::new(""))
             .unwrap()

@@ -86,28 +86,31 @@ pub fn text(study: &Study, files: &[PathBuf]) -> String {
     lines.join("\n")
 }
 
+/// Returns a number to three digits: a multiple of a tolerance has others.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
+
 /// Formats what a factor does to a method with error control.
 fn error_control(trend: &ErrorControlTrend) -> String {
     let times = if trend.is_multiple { "× " } else { "" };
-    let mut text = format!("{} {}: {}", trend.plant, trend.method, trend.factor);
-    if let Some([from, to]) = trend.completed {
-        text += &format!(" {times}{from} … {to}");
-    }
     let [completed, of] = trend.runs;
-    text += &format!(", {completed} of {of} completed");
-    if let Some([least, greatest]) = trend.evaluations_per_s {
-        text += &format!(", {least:.0} … {greatest:.0} evaluations a second");
-    }
-    if let Some(substep) = trend.least_substep_s {
-        text += &format!(", substeps ≥ {}", brief(substep, "s"));
-    }
-    if let Some(error) = trend.error_rms_m {
-        text += &format!(", RMS ≤ {}", brief(error, "m"));
-    }
-    for (value, why) in &trend.failures {
-        text += &format!("; {times}{value} {why}");
-    }
-    text
+    let values = trend
+        .completed
+        .map_or(String::new(), |[from, to]| format!(" {times}{from} … {to}"));
+    let mut parts = vec![
+        format!("{} {}: {}{values}", trend.plant, trend.method, trend.factor),
+        format!("{completed} of {of} completed"),
+    ];
+    let rates = trend.evaluations_per_s;
+    parts.extend(rates.map(|[least, most]| format!("{least:.0} … {most:.0} evaluations a second")));
+    let substep = trend.least_substep_s;
+    parts.extend(substep.map(|substep| format!("substeps ≥ {}", brief(substep, "s"))));
+    let error = trend.error_rms_m;
+    parts.extend(error.map(|error| format!("RMS ≤ {}", brief(error, "m"))));
+    let failures = trend.failures.iter();
+    let failures = failures.map(|(value, why)| format!("; {times}{value} {why}"));
+    parts.join(", ") + &failures.collect::<String>()
 }
 
 /// Row that contradicts its neighbours.
@@ -172,7 +175,7 @@ fn stiffness(trend: &StiffnessTrend) -> String {
 fn reference(note: &twinrig_study::ReferenceNote) -> String {
     let setting = |step: Option<f64>, tolerance: Option<f64>| match (step, tolerance) {
         (Some(step), _) => brief(step, "s"),
-        (None, Some(tolerance)) => format!("at {tolerance:e}"),
+        (None, Some(tolerance)) => format!("at {:e}", rounded(tolerance)),
         (None, None) => String::new(),
     };
     let own = match (&note.method, &note.why) {
