@@ -39,6 +39,19 @@ impl<const N: usize, const P: usize> Kernel for Advance<'_, N, P> {
     }
 }
 
+/// Returns a sum of slopes, each times its seconds.
+#[inline(always)]
+fn sum<L: Lanes, const N: usize, const P: usize, const M: usize>(
+    slopes: [&Slope<L, N, P>; M],
+    seconds: [f64; M],
+) -> State<L, N, P> {
+    let mut sum = slopes[0].state.map(|rate| rate * seconds[0]);
+    for j in 1..M {
+        sum = sum.zip(&slopes[j].state, |sum, rate| sum + rate * seconds[j]);
+    }
+    sum
+}
+
 /// The model in lanes.
 struct Motion<'a, S: Simd, const N: usize, const P: usize> {
     simd: S,
@@ -66,24 +79,16 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
     }
 
     #[inline(always)]
-    fn along(state: &Self::State, seconds: f64, slope: &Self::Slope) -> Self::State {
-        state.zip(&slope.state, |value, rate| value + rate * seconds)
-    }
-
-    #[inline(always)]
-    fn along_mean(
+    fn along<const M: usize>(
         state: &Self::State,
-        seconds: f64,
-        [a, b, c, d]: [&Self::Slope; 4],
+        slopes: [&Self::Slope; M],
+        seconds: [f64; M],
     ) -> Self::State {
-        let ends = a.state.zip(&d.state, |a, d| a + d);
-        let middle = b.state.zip(&c.state, |b, c| b + c);
-        let sum = ends.zip(&middle, |ends, middle| ends + (middle + middle));
-        state.zip(&sum, |value, sum| value + sum * (seconds / 6.0))
+        state.zip(&sum(slopes, seconds), |value, change| value + change)
     }
 
     #[inline(always)]
-    fn error(&self, seconds: f64, fourth: &Self::Slope, fifth: &Self::Slope) -> f64 {
+    fn error(&self, substep: f64, slopes: [&Self::Slope; 5], seconds: [f64; 5]) -> f64 {
         let radius = self.model.radius;
         let State {
             position,
@@ -95,9 +100,7 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
             pulley,
             pulley_rate,
             bristles,
-        } = fifth
-            .state
-            .zip(&fourth.state, |last, before| (last - before).abs());
+        } = sum(slopes, seconds).map(S::Lanes::abs);
         let (mut angle, mut rate) = (attitude + attitude, turning);
         for i in 0..N {
             angle = angle.max(angles[i]);
@@ -110,25 +113,19 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
             lengths = lengths.max((bristle[0] + bristle[1]) * StepControl::BRISTLE_WEIGHT);
         }
         let speeds = (rate * radius).max(velocity);
-        let flows = fifth.flows.zip(&fourth.flows, |last, before| last - before);
-        let zero = angle.zero();
-        let powers = S::Lanes::sums([flows.actuator, flows.dissipated, zero, zero]).abs();
-        let size = lengths
-            .max(speeds * seconds)
-            .max(powers * self.model.per_weight);
+        let size = lengths.max(speeds * (StepControl::VELOCITY_SUBSTEPS * substep));
         let [a, b, c, d] = size.quad().0;
         // The sum propagates NaN, which a maximum hides.
-        let nan = 0.0 * (lengths + speeds + powers).quad().0.iter().sum::<f64>();
-        a.max(b).max(c.max(d)) * (seconds / 6.0) + nan
+        let nan = 0.0 * (lengths + speeds).quad().0.iter().sum::<f64>();
+        a.max(b).max(c.max(d)) + nan
     }
 
     #[inline(always)]
-    fn accept(&mut self, _: f64, seconds: f64, [a, b, c, d]: [&Self::Slope; 4], _: &Self::State) {
-        let ends = a.flows.zip(&d.flows, |a, d| a + d);
-        let middle = b.flows.zip(&c.flows, |b, c| b + c);
-        let sum = ends.zip(&middle, |ends, middle| ends + (middle + middle));
-        self.sums = self
-            .sums
-            .zip(&sum, |sum, part| sum + part * (seconds / 6.0));
+    fn accept(&mut self, _: f64, slopes: [&Self::Slope; 4], seconds: [f64; 4], _: &Self::State) {
+        for (slope, seconds) in slopes.into_iter().zip(seconds) {
+            self.sums = self
+                .sums
+                .zip(&slope.flows, |sum, flow| sum + flow * seconds);
+        }
     }
 }
