@@ -67,6 +67,17 @@ proptest! {
     }
 
     #[test]
+    fn sine_and_cosine_of_small_angles_are_as_close(
+        angles in proptest::array::uniform4(-1.570_796_326_794_896_6..=1.570_796_326_794_896_6),
+    ) {
+        let small = dispatch(Features::Detected, Everything([Quad(angles); 2]));
+        for (lane, angle) in angles.into_iter().enumerate() {
+            prop_assert!((small[12].0[lane] - libm::sin(angle)).abs() < 3e-16);
+            prop_assert!((small[13].0[lane] - libm::cos(angle)).abs() < 3e-16);
+        }
+    }
+
+    #[test]
     fn zeros_and_nan_have_one_maximum(order in 0..16_usize) {
         let values = [0.0, -0.0, f64::NAN, 1.0];
         let a = Quad([values[order % 4]; LANES]);
