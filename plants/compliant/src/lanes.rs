@@ -119,21 +119,24 @@ pub trait Lanes:
         self.like(1.0) / self
     }
 
-    /// Returns sine and cosine, to two units in the last place of one for arguments up to about
-    /// 1e5. Angles beyond a quarter of a turn, in any lane, are reduced first.
+    /// Returns sines and cosines, to two units in the last place of one for arguments up to about
+    /// 1e5. If any angle is beyond a quarter of a turn, all are reduced first.
     #[inline(always)]
-    fn sin_cos(self) -> (Self, Self) {
-        let quarter = self.like(core::f64::consts::FRAC_PI_2);
-        if Self::any(self.abs().gt(quarter)) {
-            return reduced_sin_cos(self);
+    fn sin_cos<const M: usize>(angles: [Self; M]) -> ([Self; M], [Self; M]) {
+        let mut most = angles[0].abs();
+        for angle in &angles[1..] {
+            most = most.max(angle.abs());
         }
-        near_zero(self)
+        if Self::any(most.gt(most.like(core::f64::consts::FRAC_PI_2))) {
+            return reduced_sin_cos(angles);
+        }
+        near_zero(angles)
     }
 }
 
-/// Returns sine and cosine by reduction to an eighth of a turn.
+/// Returns sines and cosines by reduction to an eighth of a turn.
 #[inline(always)]
-fn reduced_sin_cos<L: Lanes>(angle: L) -> (L, L) {
+fn reduced_sin_cos<L: Lanes, const M: usize>(angles: [L; M]) -> ([L; M], [L; M]) {
     /// Adding and subtracting this constant rounds to an integer.
     const WHOLE: f64 = 6_755_399_441_055_744.0;
     /// π/2 in three parts of 33 bits and a remainder: the product with a number of quarters below
@@ -143,25 +146,32 @@ fn reduced_sin_cos<L: Lanes>(angle: L) -> (L, L) {
         6.077_100_506_303_966e-11,
         2.022_266_248_795_950_6e-21,
     ];
-    let quarters = (angle * core::f64::consts::FRAC_2_PI + WHOLE) - WHOLE;
-    let r = ((angle - quarters * QUARTER[0]) - quarters * QUARTER[1]) - quarters * QUARTER[2];
-    let (sine, cosine) = near_zero(r);
-    // −2, −1, 0, 1 or 2 quarters.
-    let q = quarters - ((quarters * 0.25 + WHOLE) - WHOLE) * 4.0;
-    let square = q * q;
-    let odd = square * (square.like(4.0) - square) * (1.0 / 3.0);
-    let upright = (odd.like(1.0) - odd) * (square.like(1.0) - square * 0.5);
-    let turned = odd * q;
-    (
-        upright * sine + turned * cosine,
-        upright * cosine - turned * sine,
-    )
+    let (mut rests, mut turns) = (angles, angles);
+    for i in 0..M {
+        let quarters = (angles[i] * core::f64::consts::FRAC_2_PI + WHOLE) - WHOLE;
+        rests[i] =
+            ((angles[i] - quarters * QUARTER[0]) - quarters * QUARTER[1]) - quarters * QUARTER[2];
+        // −2, −1, 0, 1 or 2 quarters.
+        turns[i] = quarters - ((quarters * 0.25 + WHOLE) - WHOLE) * 4.0;
+    }
+    let (mut sines, mut cosines) = near_zero(rests);
+    for i in 0..M {
+        let (q, square) = (turns[i], turns[i] * turns[i]);
+        let odd = square * (square.like(4.0) - square) * (1.0 / 3.0);
+        let upright = (odd.like(1.0) - odd) * (square.like(1.0) - square * 0.5);
+        let turned = odd * q;
+        (sines[i], cosines[i]) = (
+            upright * sines[i] + turned * cosines[i],
+            upright * cosines[i] - turned * sines[i],
+        );
+    }
+    (sines, cosines)
 }
 
-/// Returns sine and cosine of at most π/2: by polynomials from Chebyshev interpolation, with errors
-/// of 2e-18 and 7e-17.
+/// Returns sines and cosines of at most π/2: by polynomials from Chebyshev interpolation, with
+/// errors of 2e-18 and 7e-17.
 #[inline(always)]
-fn near_zero<L: Lanes>(r: L) -> (L, L) {
+fn near_zero<L: Lanes, const M: usize>(angles: [L; M]) -> ([L; M], [L; M]) {
     const SINE: [f64; 8] = [
         2.731_428_986_122_616e-15,
         -7.643_969_031_052_769e-13,
@@ -181,19 +191,30 @@ fn near_zero<L: Lanes>(r: L) -> (L, L) {
         -1.388_888_888_888_476_3e-3,
         4.166_666_666_666_666e-2,
     ];
-    let z = r * r;
-    let half = z * 0.5 - z * z * horner(z, COSINE);
-    (r + r * (z * horner(z, SINE)), half.like(1.0) - half)
+    let mut squares = angles;
+    for square in &mut squares {
+        *square = *square * *square;
+    }
+    let (mut sines, mut cosines) = (horner(squares, SINE), horner(squares, COSINE));
+    for i in 0..M {
+        let (angle, z) = (angles[i], squares[i]);
+        sines[i] = angle + angle * (z * sines[i]);
+        let half = z * 0.5 - z * z * cosines[i];
+        cosines[i] = half.like(1.0) - half;
+    }
+    (sines, cosines)
 }
 
-/// Returns a polynomial, its highest coefficient first.
+/// Returns a polynomial of several numbers, its highest coefficient first.
 #[inline(always)]
-fn horner<L: Lanes, const M: usize>(z: L, coefficients: [f64; M]) -> L {
-    let mut value = z.like(coefficients[0]);
+fn horner<L: Lanes, const M: usize, const C: usize>(of: [L; M], coefficients: [f64; C]) -> [L; M] {
+    let mut values = [of[0].like(coefficients[0]); M];
     for coefficient in &coefficients[1..] {
-        value = value * z + *coefficient;
+        for (value, z) in values.iter_mut().zip(&of) {
+            *value = *value * *z + *coefficient;
+        }
     }
-    value
+    values
 }
 
 /// Source of lanes: a processor feature that was found at run time.

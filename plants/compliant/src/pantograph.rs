@@ -198,10 +198,7 @@ impl<L: Lanes, const N: usize> Turns<L, N> {
     /// Computes the directions of angles \[rad\].
     #[inline(always)]
     pub fn new(angles: &[L; N]) -> Self {
-        let (mut s, mut c) = (*angles, *angles);
-        for i in 0..N {
-            (s[i], c[i]) = angles[i].sin_cos();
-        }
+        let (s, c) = L::sin_cos(*angles);
         let (mut sine, mut cosine) = ([s; N], [c; N]);
         for i in 0..N {
             for j in i + 1..N {
@@ -315,17 +312,21 @@ impl<L: Lanes, const N: usize> Internal<L, N> {
         let end = legs
             .stops
             .press(ward(offset) - legs.diagonal_half, ward(lengths.rates[0]));
-        let open = legs
-            .stops
-            .press(lengths.parallel - legs.parallel_max, lengths.rates[1]);
         let closed = legs.stops.press(
             legs.l_delta * (joints.angles[0] - joints.angles[2]),
             legs.l_delta * (rates[0] - rates[2]),
         );
-        let mut dissipated = end.dissipated + open.dissipated + closed.dissipated;
+        let mut dissipated = end.dissipated + closed.dissipated;
         let along_diagonal =
             legs.diagonal[0] * (legs.diagonal[1] - lengths.diagonal) - ward(end.force);
-        let along_parallel = legs.parallel[0] * (legs.parallel[1] - lengths.parallel) - open.force;
+        let mut along_parallel = legs.parallel[0] * (legs.parallel[1] - lengths.parallel);
+        // Rare: only where it is pressed.
+        let opened = lengths.parallel - legs.parallel_max;
+        if L::any(opened.gt(opened.zero())) {
+            let open = legs.stops.press(opened, lengths.rates[1]);
+            along_parallel -= open.force;
+            dissipated += open.dissipated;
+        }
         let mut knee = along_diagonal * lengths.along[0];
         let mut tension = knee.zero();
         if has_cable {

@@ -34,7 +34,7 @@ const SHORT: f64 = 1e-5;
 /// Limits of the ratio of successive substeps, and the share of the optimal substep that is taken.
 const RATIO_MIN: f64 = 0.2;
 const RATIO_MAX: f64 = 2.0;
-const SAFETY: f64 = 0.8;
+const SAFETY: f64 = 0.85;
 
 /// Instants of the second and the third stage as shares of a substep, and the weights of the slopes
 /// in the states of the stages.
@@ -237,13 +237,13 @@ impl StepControl {
     }
 
     /// Returns the ratio of the next substep to one with this ratio of error to tolerance, which
-    /// grows with the cube of its length.
+    /// grows with the cube of its length: the fourth root damps the control.
     #[inline(always)]
     fn growth(ratio: f64) -> f64 {
         if ratio.is_nan() {
             return RATIO_MIN;
         }
-        (SAFETY / libm::cbrt(ratio)).clamp(RATIO_MIN, RATIO_MAX)
+        (SAFETY / libm::sqrt(libm::sqrt(ratio))).clamp(RATIO_MIN, RATIO_MAX)
     }
 }
 

@@ -11,7 +11,7 @@ impl Kernel for Everything {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Vec<Quad> {
         let [a, b] = self.0.map(|quad| simd.load(quad));
-        let (sine, cosine) = a.sin_cos();
+        let ([sine, _], [cosine, _]) = S::Lanes::sin_cos([a, b]);
         let mut sum = a;
         sum += b;
         sum -= b * 3.0;
