@@ -38,7 +38,8 @@ fn linear_set_points_are_repeatable_and_differ_from_held_ones() {
         };
         let linear = fingerprint_of("set_point = \"linear\"");
         assert_eq!(linear, fingerprint_of("set_point = \"linear\""));
-        let held = fingerprint_of("");
+        assert_eq!(linear, fingerprint_of(""));
+        let held = fingerprint_of("set_point = \"held\"");
         assert_eq!(held, fingerprint_of("set_point = \"held\""));
         assert_ne!(linear, held);
     }

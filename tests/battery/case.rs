@@ -15,10 +15,33 @@ pub enum Method {
     Rodas4,
     Moreau,
     Massless,
+    /// `lcp` with compliant constraints.
+    Compliant,
+    /// `massless` with compliant constraints.
+    CompliantMassless,
 }
 
 impl Method {
-    pub const ALL: [Self; 4] = [Self::Rk4, Self::Rodas4, Self::Moreau, Self::Massless];
+    pub const RIGID: [Self; 4] = [Self::Rk4, Self::Rodas4, Self::Moreau, Self::Massless];
+    pub const COMPLIANT: [Self; 2] = [Self::Compliant, Self::CompliantMassless];
+    pub const ALL: [Self; 6] = [
+        Self::Rk4,
+        Self::Rodas4,
+        Self::Moreau,
+        Self::Massless,
+        Self::Compliant,
+        Self::CompliantMassless,
+    ];
+
+    /// Whether the constraints are compliant.
+    pub const fn is_compliant(self) -> bool {
+        matches!(self, Self::Compliant | Self::CompliantMassless)
+    }
+
+    /// Whether the legs have no mass but that of the foot.
+    pub const fn is_massless(self) -> bool {
+        matches!(self, Self::Massless | Self::CompliantMassless)
+    }
 
     /// Whether the method locates events within a step.
     pub const fn locates_events(self) -> bool {
@@ -31,12 +54,17 @@ impl Method {
             Self::Rodas4 => "rodas4",
             Self::Moreau => "moreau",
             Self::Massless => "massless",
+            Self::Compliant => "compliant",
+            Self::CompliantMassless => "compliant-massless",
         }
     }
 
     /// Default step, which is also the observation period.
     pub const fn step(self) -> SimDuration {
-        SimDuration::from_millis(if self.locates_events() { 2 } else { 1 })
+        SimDuration::from_millis(match self {
+            Self::Rk4 | Self::Rodas4 | Self::Compliant | Self::CompliantMassless => 2,
+            Self::Moreau | Self::Massless => 1,
+        })
     }
 }
 
@@ -117,15 +145,25 @@ impl Case {
             2 => Method::Moreau,
             _ => Method::Massless,
         };
+        Self::of_method(seed, method, &mut stream, robot)
+    }
+
+    /// Draws the case of a seed for a plant with compliant constraints.
+    pub fn random_compliant(seed: u64, method: Method, robot: &Robot) -> Self {
+        let mut stream = stream(seed, "battery/compliant");
+        Self::of_method(seed, method, &mut stream, robot).compliant(method)
+    }
+
+    fn of_method(seed: u64, method: Method, stream: &mut Stream, robot: &Robot) -> Self {
         let kind = stream.unit();
         let case = if kind < 0.6 {
-            Self::drop(seed, method, &mut stream, robot)
+            Self::drop(seed, method, stream, robot)
         } else if kind < 0.8 {
-            Self::stand(seed, method, &mut stream, robot)
+            Self::stand(seed, method, stream, robot)
         } else {
-            Self::walk(seed, method, &mut stream)
+            Self::walk(seed, method, stream)
         };
-        case.on_any_ground(&mut stream)
+        case.on_any_ground(stream)
     }
 
     /// Draws the nominal drop of a seed: the robot of the file with all legs, on level ground
@@ -267,7 +305,7 @@ impl Case {
         Self {
             friction,
             restitution,
-            toe: self.method != Method::Massless && chance(stream, 0.4),
+            toe: !self.method.is_massless() && chance(stream, 0.4),
             heights,
             joint_friction,
             ..self
@@ -285,6 +323,23 @@ impl Case {
         Self {
             method,
             ..self.clone()
+        }
+    }
+
+    /// The same case with compliant constraints: without restitution, which they do not have;
+    /// mass-less legs without toes and with servos.
+    #[must_use]
+    pub fn compliant(&self, method: Method) -> Self {
+        let (toe, servo) = if method.is_massless() {
+            (false, self.servo.or(Some(2.0)))
+        } else {
+            (self.toe, self.servo)
+        };
+        Self {
+            restitution: 0.0,
+            toe,
+            servo,
+            ..self.by(method)
         }
     }
 
@@ -349,10 +404,18 @@ impl Case {
     fn write_plant(&self, to: &mut String) -> std::fmt::Result {
         writeln!(to, "\n[plant]")?;
         match self.method {
-            Method::Massless => writeln!(to, "model = \"massless\"")?,
+            Method::Massless => writeln!(to, "model = \"massless\"\nconstraints = \"rigid\"")?,
+            Method::CompliantMassless => {
+                writeln!(to, "model = \"massless\"\nconstraints = \"compliant\"")?;
+            }
+            Method::Compliant => writeln!(
+                to,
+                "model = \"lcp\"\nconstraints = \"compliant\"\ntoe = {}",
+                self.toe
+            )?,
             method => writeln!(
                 to,
-                "model = \"lcp\"\nintegrator = \"{}\"\ntoe = {}",
+                "model = \"lcp\"\nconstraints = \"rigid\"\nintegrator = \"{}\"\ntoe = {}",
                 method.name(),
                 self.toe
             )?,
@@ -417,9 +480,10 @@ fn pose(stream: &mut Stream, robot: &Robot, method: Method) -> Pose {
         .and_then(|leg| leg.opening_stop(q2).ok())
         .map_or(0.0, |stop| stop.value);
     let bent = robot.legs.first().map_or(0.0, |mount| mount.leg.q2_ref);
-    let opening_max = match method {
-        Method::Massless => opening_max.min(PI - FOLDED - bent + q2),
-        _ => opening_max,
+    let opening_max = if method.is_massless() {
+        opening_max.min(PI - FOLDED - bent + q2)
+    } else {
+        opening_max
     };
     let opening = if chance(stream, 0.5) {
         0.0

@@ -132,6 +132,9 @@ fn open_failure(run: &Run) -> Finding {
 /// Penetration depth \[m\]: about 0 with event location, otherwise of first order in the step.
 /// After a fallback to Moreau's rule the bound of that rule applies.
 fn penetration(run: &Run) -> Option<Finding> {
+    if run.case.method.is_compliant() {
+        return None;
+    }
     let step_ms = 1e3 * run.case.step().as_secs_f64();
     worst(run.samples.iter().flat_map(|sample| {
         let located = run.case.method.locates_events() && sample.fallbacks == 0;
@@ -144,16 +147,28 @@ fn penetration(run: &Run) -> Option<Finding> {
     }))
 }
 
-/// Energy returned by friction, relative to the maximum dissipated before \[J\].
+/// Energy returned by friction, relative to the maximum dissipated before \[J\]. Bristles of
+/// compliant soles return at most the energy of their deflection under the greatest load.
 fn dissipation(run: &Run) -> Option<Finding> {
-    let mut dissipated_max = 0.0_f64;
+    const ROUND_OFF: f64 = 1e-9;
+    /// Error of the integration, relative to the energy exchanged.
+    const SHARE: f64 = 1e-5;
+    let is_compliant = run.case.method.is_compliant();
+    let (mut dissipated_max, mut load_max) = (0.0_f64, 0.0_f64);
     worst(run.samples.iter().map(|sample| {
         let dissipated = sample.energy.dissipated;
         dissipated_max = dissipated_max.max(dissipated);
+        let load: f64 = sample.feet.iter().map(|foot| foot.force[2].abs()).sum();
+        load_max = load_max.max(load);
+        let deflected = 0.5 * run.case.friction * load_max * run.slip_deflection;
+        let bound = match is_compliant {
+            true => ROUND_OFF + deflected + SHARE * sample.energy.exchanged,
+            false => ROUND_OFF,
+        };
         Finding::new(
             sample.time_s,
             dissipated_max - dissipated,
-            1e-9,
+            bound,
             "energy returned by friction [J]",
         )
     }))
@@ -183,14 +198,15 @@ fn energy(run: &Run) -> Option<Finding> {
 /// Change of momentum in flight not explained by gravity, relative to the momenta of the bodies
 /// \[1\].
 fn momentum(run: &Run) -> Option<Finding> {
-    if !run.case.method.locates_events() || run.case.base == Base::Fixed {
+    let conserves = run.case.method.locates_events() || run.case.method == Method::Compliant;
+    if !conserves || run.case.base == Base::Fixed {
         return None;
     }
     let mut flight: Option<&Sample> = None;
     let mut findings = Vec::new();
     for pair in run.samples.windows(2) {
         let [before, after] = pair else { continue };
-        if after.fallbacks > 0 {
+        if after.fallbacks > 0 && !run.case.method.is_compliant() {
             // Moreau's rule does not conserve angular momentum.
             break;
         }
@@ -205,8 +221,10 @@ fn momentum(run: &Run) -> Option<Finding> {
     worst(findings.into_iter())
 }
 
+/// Change of momentum by the errors of substeps at the default tolerance of compliant plants \[1\].
+const SHARE_COMPLIANT: f64 = 1e-4;
+
 fn change_of_momentum(run: &Run, take_off: &Sample, now: &Sample) -> Option<Finding> {
-    const SHARE: f64 = 1e-6;
     let (from, to) = (take_off.momentum?, now.momentum?);
     let fall = run.mass * GRAVITY * (now.time_s - take_off.time_s);
     let mut linear = to.linear - from.linear;
@@ -221,16 +239,21 @@ fn change_of_momentum(run: &Run, take_off: &Sample, now: &Sample) -> Option<Find
         from.linear_scale.max(to.linear_scale).max(fall),
         from.angular_scale.max(to.angular_scale),
     ];
-    // Lower bound for round-off: a thousandth of the robot's mass times √(g l), with the leg
-    // length l.
-    let least = 1e-3 * run.mass * libm::sqrt(GRAVITY * run.length);
+    // Lower bound of the scales: a share of the robot's mass times √(g l), with the leg length l. A
+    // thousandth for round-off; with compliant constraints the whole, since the tolerance does not
+    // depend on the momentum.
+    let (share, least) = match run.case.method {
+        Method::Compliant => (SHARE_COMPLIANT, 1.0),
+        _ => (1e-6, 1e-3),
+    };
+    let least = least * run.mass * libm::sqrt(GRAVITY * run.length);
     let shares = [
         linear.norm() / scales[0].max(least),
         angular.norm() / scales[1].max(least * run.length),
     ];
     let names = ["linear", "angular"].map(|which| format!("change of {which} momentum in flight"));
     let findings = shares.into_iter().zip(names);
-    worst(findings.map(|(share, name)| Finding::new(now.time_s, share, SHARE, name)))
+    worst(findings.map(|(change, name)| Finding::new(now.time_s, change, share, name)))
 }
 
 /// Tangential force beyond the friction limit, relative to that limit \[1\]; only on level ground,
@@ -258,7 +281,8 @@ fn friction(run: &Run) -> Option<Finding> {
 /// Whether a law applies to a method, for the table.
 pub fn applies(law: Law, method: Method) -> bool {
     match law {
-        Law::Momentum => method.locates_events(),
+        Law::Momentum => method.locates_events() || method == Method::Compliant,
+        Law::Penetration => !method.is_compliant(),
         Law::Agreement => matches!(method, Method::Rodas4 | Method::Moreau),
         _ => true,
     }

@@ -2,8 +2,8 @@
 //! properties of any motion of any robot with any method.
 //!
 //! Environment variables: `BATTERY_CASES` number of cases, `BATTERY_FIRST` seed of the first,
-//! `BATTERY_METHOD` the only method (`rk4`, `rodas4`, `moreau`, `massless`), `BATTERY_NOMINAL`
-//! number of nominal drops per method, `BATTERY_AGREE` and `BATTERY_AGREE_FINELY` number of cases
+//! `BATTERY_METHOD` the only method (`rk4`, `rodas4`, `moreau`, `massless`, `compliant`,
+//! `compliant-massless`), `BATTERY_NOMINAL` number of nominal drops per method, `BATTERY_AGREE` and `BATTERY_AGREE_FINELY` number of cases
 //! in which methods are compared, with steps of 0.1 ms and of 10 µs. A case that violates a law is
 //! written as a scenario file for `twin run`. Known violations are listed in `known.txt`; with
 //! counts other than the default ones, results are printed and not asserted. `ci/test quick` skips
@@ -53,18 +53,18 @@ fn variable(name: &str, default: u64) -> u64 {
     }
 }
 
-/// Returns the method in `BATTERY_METHOD`, or all methods.
-fn methods() -> Vec<Method> {
+/// Returns the method in `BATTERY_METHOD` if it is among `methods`, or all of them.
+fn selected(methods: &[Method]) -> Vec<Method> {
     let name = std::env::var("BATTERY_METHOD").ok();
-    let is_selected = |method: &Method| name.as_deref().is_none_or(|name| name == method.name());
-    Method::ALL.into_iter().filter(is_selected).collect()
+    let is_selected = |method: &&Method| name.as_deref().is_none_or(|name| name == method.name());
+    methods.iter().filter(is_selected).copied().collect()
 }
 
 #[test]
 fn slow_laws_hold_in_random_drops_stands_and_walks() {
     let registry = Registry::standard();
     let robot = run::robot();
-    let methods = methods();
+    let methods = selected(&Method::RIGID);
     let mut report = LawReport::new("battery");
     let first = variable("BATTERY_FIRST", 0);
     let cases = variable("BATTERY_CASES", CASES);
@@ -74,7 +74,27 @@ fn slow_laws_hold_in_random_drops_stands_and_walks() {
             report.check(&Law::ALL, &run::run(&registry, &case));
         }
     }
-    let is_default = (first, cases) == (0, CASES) && methods.len() == Method::ALL.len();
+    let is_default = (first, cases) == (0, CASES) && methods.len() == Method::RIGID.len();
+    report.finish(is_default);
+}
+
+/// Each case on one of the plants with compliant constraints.
+#[test]
+fn slow_laws_hold_with_compliant_constraints() {
+    let registry = Registry::standard();
+    let robot = run::robot();
+    let methods = selected(&Method::COMPLIANT);
+    let mut report = LawReport::new("battery-compliant");
+    let first = variable("BATTERY_FIRST", 0);
+    let cases = variable("BATTERY_CASES", CASES);
+    for seed in first..first + cases {
+        let method = Method::COMPLIANT[usize::from(seed % 2 == 1)];
+        if methods.contains(&method) {
+            let case = Case::random_compliant(seed, method, &robot);
+            report.check(&Law::ALL, &run::run(&registry, &case));
+        }
+    }
+    let is_default = (first, cases) == (0, CASES) && methods.len() == Method::COMPLIANT.len();
     report.finish(is_default);
 }
 
@@ -86,8 +106,12 @@ fn nominal_drops_complete() {
     let mut report = LawReport::new("battery-nominal");
     let first = variable("BATTERY_FIRST", 0);
     for seed in first..first + variable("BATTERY_NOMINAL", NOMINAL) {
-        for method in methods() {
+        for method in selected(&Method::ALL) {
             let case = Case::nominal_drop(seed, method, &robot);
+            let case = match method.is_compliant() {
+                true => case.compliant(method),
+                false => case,
+            };
             report.check(&[Law::Refusal], &run::run(&registry, &case));
         }
     }

@@ -52,6 +52,8 @@ pub struct Run {
     pub mass: f64,
     /// Length of the longest leg \[m\].
     pub length: f64,
+    /// Greatest deflection of the bristle of a compliant sole \[m\].
+    pub slip_deflection: f64,
 }
 
 /// Observer of trunk and feet.
@@ -116,6 +118,12 @@ fn reach(mount: &LegMount) -> f64 {
     Pantograph::new(&mount.leg).map_or(0.0, |leg| leg.length_max())
 }
 
+/// Deflection of the bristle of a foot at the limit of friction \[m\].
+fn slip_deflection(mount: &LegMount) -> f64 {
+    let compliance = mount.leg.compliance.as_ref();
+    compliance.map_or(0.0, |compliance| compliance.slip_deflection)
+}
+
 /// Runs a case with the parts of a registry.
 ///
 /// # Errors
@@ -145,6 +153,7 @@ pub fn run_text(registry: &Registry, case: &Case, text: &str) -> Result<Run, Str
         refused: None,
         mass: robot.trunk.mass + legs.map(|mount| mount.leg.mass.total()).sum::<f64>(),
         length: robot.legs.iter().map(reach).fold(0.0, f64::max),
+        slip_deflection: robot.legs.iter().map(slip_deflection).fold(0.0, f64::max),
     };
     let (mut now, end) = (SimTime::ZERO, SimTime::ZERO + case.duration);
     while now <= end {

@@ -2,14 +2,15 @@
 
 use nalgebra::{Matrix3, Vector3};
 use twinrig_contact::Surface;
-use twinrig_kernel::SimTime;
+use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
     DriveModels, Dynamics, FootMotion, LEGS, PartFault, Posture, Readings, StepInputs,
 };
-use twinrig_runtime::{EnergyBalance, PlantEvent, PlantState, WorkCounts};
+use twinrig_runtime::{EnergyBalance, PlantEvent, PlantEventKind, PlantState, WorkCounts};
 
-use crate::flow::{Equations, Flow};
+use crate::flow::{Equations, Flow, FlowError};
 use crate::frame::{into_world, rotation};
+use crate::rk4::StepError;
 
 impl<E: Equations> Readings for Flow<E> {
     fn position(&self) -> Vector3<f64> {
@@ -104,22 +105,37 @@ impl<E: Equations> Dynamics for Flow<E> {
         Self::set_inputs(self, inputs);
     }
 
-    fn advance(&mut self, _: SimTime, seconds: f64) -> Result<(), PartFault> {
-        self.step(seconds)
-            .map_err(|error| PartFault::new("integrator", error.to_string()))
+    fn advance(&mut self, from: SimTime, seconds: f64) -> Result<(), PartFault> {
+        let events = self.log.len();
+        let done = self.step(seconds);
+        self.log.shift(events, from.as_secs_f64());
+        done.map_err(|error| {
+            let part = match &error {
+                FlowError::Step(
+                    StepError::TooStiff { fastest, .. } | StepError::Abrupt { fastest, .. },
+                ) => signal::leg_path(self.equations.leg_name(fastest.leg)),
+                _ => "integrator".to_owned(),
+            };
+            PartFault::new(part, error.to_string())
+        })
     }
 
     fn counts(&self) -> WorkCounts {
         WorkCounts {
             steps: self.control.work.accepted,
             evaluations: self.control.work.evaluations,
-            fallbacks: self.control.work.rejected,
+            events: self.control.work.events,
             ..WorkCounts::default()
         }
     }
 
     fn constraint_violation(&self) -> Option<f64> {
         Some(self.greatest_depth())
+    }
+
+    fn least_substep_s(&self) -> Option<f64> {
+        let rate = self.control.work.greatest_rate;
+        (rate > 0.0).then(|| 1.0 / rate)
     }
 
     fn save(&self) -> E::Saved {
@@ -148,5 +164,20 @@ impl<E: Equations> Dynamics for Flow<E> {
         Ok(lines)
     }
 
-    fn drain_events(&mut self, _: &mut Vec<PlantEvent>) {}
+    fn log_events(&mut self, enabled: bool) {
+        self.log.enable(enabled);
+    }
+
+    fn drain_events(&mut self, to: &mut Vec<PlantEvent>) {
+        let (names, equations) = (self.equations.element_names(), &self.equations);
+        to.extend(self.log.drain().map(|event| PlantEvent {
+            at_s: event.at_s,
+            part: signal::of_leg(equations.leg_name(event.leg), names[event.element]),
+            kind: if event.compressed {
+                PlantEventKind::Reached
+            } else {
+                PlantEventKind::Released
+            },
+        }));
+    }
 }

@@ -6,11 +6,13 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use twinrig_contact::Surface;
 use twinrig_legged::{
-    DriveModels, FootMotion, LEGS, Ledger, LegPosture, PartFault, Posture, StepInputs, Stored,
+    DriveModels, FootMotion, LEGS, Ledger, LegPosture, NegativeDissipation, PartFault, Posture,
+    StepInputs, Stored,
 };
 use twinrig_runtime::PlantState;
 
 use crate::commands::Commands;
+use crate::events::{ELEMENTS, ElementMotion, EventLog};
 use crate::flows::Flows;
 use crate::frame::{into_world, rotation};
 use crate::lanes::{Features, Quad};
@@ -87,6 +89,8 @@ pub struct Step<'a, E: Equations> {
     pub sums: &'a mut Flows<Quad>,
     /// Control of the substeps.
     pub control: &'a mut StepControl,
+    /// Log of events.
+    pub log: &'a mut EventLog,
     /// Duration \[s\].
     pub seconds: f64,
 }
@@ -127,8 +131,14 @@ pub trait Equations: Clone + Send {
     /// Returns the energy that lifts the moving masses by the length of a leg \[J\].
     fn energy_scale(&self) -> f64;
 
-    /// Returns the greatest depth of a compressed element \[m\].
-    fn greatest_depth(&self, features: Features, state: &Self::State) -> f64;
+    /// Returns depths and rates of the elements.
+    fn elements(&self, features: Features, state: &Self::State) -> ElementMotion;
+
+    /// Returns the names of the elements.
+    fn element_names(&self) -> [&'static str; ELEMENTS];
+
+    /// Returns the name of a leg.
+    fn leg_name(&self, leg: usize) -> &str;
 
     /// Returns the motion of the trunk.
     fn trunk(&self, state: &Self::State) -> TrunkState;
@@ -188,6 +198,9 @@ pub enum FlowError {
         /// Residual of the energy balance \[J\].
         residual: f64,
     },
+    /// Friction generates energy.
+    #[error(transparent)]
+    Dissipation(#[from] NegativeDissipation),
 }
 
 /// Equations and state of a plant.
@@ -205,6 +218,8 @@ pub struct Flow<E: Equations> {
     pub control: StepControl,
     /// Energy balance.
     pub ledger: Ledger,
+    /// Log of events.
+    pub log: EventLog,
     commands: Commands<Quad>,
     /// Sums, and rates of hip and pulley, before the last step, and its duration \[s\].
     sums_before: Flows<Quad>,
@@ -248,6 +263,7 @@ impl<E: Equations> Flow<E> {
             sums: Flows::zero(),
             control: StepControl::new(tolerance),
             ledger: Ledger::opened(stored),
+            log: EventLog::default(),
             commands,
             sums_before: Flows::zero(),
             rates_before: [hip_rate, pulley_rate],
@@ -276,7 +292,7 @@ impl<E: Equations> Flow<E> {
     /// [`FlowError`]; everything is as before then.
     pub fn step(&mut self, seconds: f64) -> Result<(), FlowError> {
         let (state, slope, sums) = (self.state, self.slope, self.sums);
-        let (control, ledger) = (self.control, self.ledger);
+        let (control, ledger, events) = (self.control, self.ledger, self.log.len());
         let done = self.equations.step(
             self.features,
             Step {
@@ -285,6 +301,7 @@ impl<E: Equations> Flow<E> {
                 slope: &mut self.slope,
                 sums: &mut self.sums,
                 control: &mut self.control,
+                log: &mut self.log,
                 seconds,
             },
         );
@@ -293,6 +310,7 @@ impl<E: Equations> Flow<E> {
         if let Err(error) = done.and_then(|()| self.check_energy(seconds)) {
             (self.state, self.slope, self.sums) = (state, slope, sums);
             (self.control, self.ledger) = (control, ledger);
+            self.log.truncate(events);
             return Err(error);
         }
         self.sums_before = sums;
@@ -315,14 +333,15 @@ impl<E: Equations> Flow<E> {
         self.ledger.close_step(stored);
     }
 
-    /// Checks that the energy balance closes: steps beyond the limit of stability gain energy.
+    /// Checks that the energy balance closes, for steps beyond the limit of stability gain energy,
+    /// and that friction dissipates, up to the error of the integration.
     fn check_energy(&self, seconds: f64) -> Result<(), FlowError> {
         let balance = self.ledger.balance();
         let reference = balance.kinetic + balance.spring + self.equations.energy_scale();
         let most = (RESIDUAL_MAX * balance.exchanged).max(RESIDUAL_FLOOR * reference);
         // The form of the comparison rejects NaN.
         if balance.residual.abs() <= most {
-            return Ok(());
+            return Ok(self.ledger.check_within(most)?);
         }
         let residual = balance.residual;
         Err(FlowError::Energy { seconds, residual })
@@ -354,7 +373,9 @@ impl<E: Equations> Flow<E> {
 
     /// Returns the greatest depth of a compressed element \[m\].
     pub fn greatest_depth(&self) -> f64 {
-        self.equations.greatest_depth(self.features, &self.state)
+        let motion = self.equations.elements(self.features, &self.state);
+        let depths = motion.depths.iter().flat_map(|quad| quad.0);
+        depths.fold(0.0, f64::max)
     }
 
     /// Returns the mean of a force or torque over the last step.
@@ -385,7 +406,9 @@ impl<E: Equations> Flow<E> {
     /// Returns this plant in another state, with a new energy balance and new counts.
     pub(crate) fn restarted(&self, state: E::State) -> Self {
         let tolerance = self.control.tolerance();
-        Self::new(self.equations.clone(), state, tolerance, self.features)
+        let mut next = Self::new(self.equations.clone(), state, tolerance, self.features);
+        next.log.enable(self.log.is_enabled());
+        next
     }
 
     /// Passes all numbers of state, sums and commands on, in a fixed order.

@@ -76,6 +76,8 @@ pub struct Footforce<L> {
     pub bristle_rate: [L; 2],
     /// Dissipated power \[W\].
     pub dissipated: L,
+    /// Depth of the sole \[m\].
+    pub depth: L,
 }
 
 /// Returns a vector in all lanes.
@@ -166,13 +168,19 @@ impl<L: Lanes> Below<L> {
         }
     }
 
+    /// Returns the rate of the distance of a point with this velocity.
+    #[inline(always)]
+    pub fn gap_rate(&self, velocity: [L; 3]) -> L {
+        dot(self.directions[0], velocity)
+    }
+
     /// Returns the force on a point.
     #[inline(always)]
     pub fn force(&self, sole: &Sole<L>, velocity: [L; 3], bristle: [L; 2]) -> Footforce<L> {
-        let [normal, along, across] = self.directions;
+        let [_, along, across] = self.directions;
         let grip = sole.grip(&Approach {
             gap: self.gap,
-            gap_rate: dot(normal, velocity),
+            gap_rate: self.gap_rate(velocity),
             slip: [dot(along, velocity), dot(across, velocity)],
             bristle,
         });
@@ -186,6 +194,7 @@ impl<L: Lanes> Below<L> {
             force_in_world,
             bristle_rate: grip.bristle_rate,
             dissipated: grip.dissipated,
+            depth: -self.gap,
         }
     }
 }

@@ -78,7 +78,7 @@ pub trait Lanes:
     fn or(self, mask: Self::Mask, other: Self) -> Self;
 
     /// Returns whether the mask is set in any lane.
-    fn any(mask: Self::Mask) -> bool;
+    fn any(self, mask: Self::Mask) -> bool;
 
     /// Returns the sums of four numbers over their lanes: (a + b) + (c + d).
     #[must_use]
@@ -127,7 +127,7 @@ pub trait Lanes:
         for angle in &angles[1..] {
             most = most.max(angle.abs());
         }
-        if Self::any(most.gt(most.like(core::f64::consts::FRAC_PI_2))) {
+        if most.any(most.gt(most.like(core::f64::consts::FRAC_PI_2))) {
             return reduced_sin_cos(angles);
         }
         near_zero(angles)

@@ -6,7 +6,8 @@
 //! side, without events, modes or complementarity problems. A plant implements [`Equations`];
 //! [`Flow`] integrates them by the classical Runge–Kutta method with error control
 //! ([`StepControl`]), keeps the energy balance, and implements `Dynamics` of `twinrig-legged`. Four
-//! legs are computed side by side in the [lanes] of the processor.
+//! legs are computed side by side in the [lanes] of the processor. The instants at which elements
+//! are compressed and released are [events], which the method does not need.
 //!
 //! ```
 //! use twinrig_compliant::lanes::{Features, Kernel, Lanes, Quad, Simd, dispatch};
@@ -47,6 +48,7 @@
 mod commands;
 mod dynamics;
 mod element;
+pub mod events;
 mod flow;
 mod flows;
 pub mod frame;
@@ -64,5 +66,5 @@ pub use flows::Flows;
 pub use friction::{Approach, Grip, Sole};
 pub use ground::{Below, Footforce, Point, TrunkMotion, broadcast};
 pub use pantograph::{Depths, Internal, Joints, PantographConstants, Pantographs, Turns};
-pub use rk4::{StepControl, StepError, StepWork, System};
+pub use rk4::{Fastest, StepControl, StepError, StepWork, Substep, System};
 pub use servo::{DriveLaws, ServoLaw};

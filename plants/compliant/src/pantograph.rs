@@ -5,6 +5,7 @@ use twinrig_leg::Pantograph;
 use twinrig_robot::{Compliance, Leg};
 
 use crate::element::Element;
+use crate::events::{INSIDE, if_compressed, weight};
 use crate::lanes::{LANES, Lanes, Quad, Simd};
 
 /// Constants of one leg of `N` links: three segments, and the foot as the fourth where it is a
@@ -292,6 +293,8 @@ pub struct Internal<L, const N: usize> {
     pub tension: L,
     /// Power dissipated by joints, stops and cable \[W\].
     pub dissipated: L,
+    /// Compressed elements ([`if_compressed`]).
+    pub compressed: L,
 }
 
 impl<L: Lanes, const N: usize> Internal<L, N> {
@@ -309,21 +312,24 @@ impl<L: Lanes, const N: usize> Internal<L, N> {
         let offset = lengths.diagonal - legs.diagonal_middle;
         let upper = offset.gt(offset.zero());
         let ward = |x: L| x.or(upper, -x);
-        let end = legs
-            .stops
-            .press(ward(offset) - legs.diagonal_half, ward(lengths.rates[0]));
-        let closed = legs.stops.press(
-            legs.l_delta * (joints.angles[0] - joints.angles[2]),
-            legs.l_delta * (rates[0] - rates[2]),
-        );
+        let zero = offset.zero();
+        let depth = ward(offset) - legs.diagonal_half;
+        let end = legs.stops.press(depth, ward(lengths.rates[0]));
+        let either = zero.like(weight(0)).or(upper, zero.like(weight(1)));
+        let mut compressed = either.or(depth.gt(zero), zero);
+        let depth = legs.l_delta * (joints.angles[0] - joints.angles[2]);
+        let rate = legs.l_delta * (rates[0] - rates[2]);
+        let closed = legs.stops.press(depth, rate);
+        compressed += if_compressed(3, depth);
         let mut dissipated = end.dissipated + closed.dissipated;
         let along_diagonal =
             legs.diagonal[0] * (legs.diagonal[1] - lengths.diagonal) - ward(end.force);
         let mut along_parallel = legs.parallel[0] * (legs.parallel[1] - lengths.parallel);
         // Rare: only where it is pressed.
-        let opened = lengths.parallel - legs.parallel_max;
-        if L::any(opened.gt(opened.zero())) {
-            let open = legs.stops.press(opened, lengths.rates[1]);
+        let depth = lengths.parallel - legs.parallel_max;
+        if depth.any(depth.gt(zero)) {
+            let open = legs.stops.press(depth, lengths.rates[1]);
+            compressed += if_compressed(2, depth);
             along_parallel -= open.force;
             dissipated += open.dissipated;
         }
@@ -332,10 +338,9 @@ impl<L: Lanes, const N: usize> Internal<L, N> {
         if has_cable {
             let wound = legs.pulley_radius * joints.pulley;
             let winding = legs.pulley_radius * joints.pulley_rate;
-            let press = legs.cable.press(
-                lengths.cable - legs.cable_max + wound,
-                lengths.rates[2] + winding,
-            );
+            let depth = lengths.cable - legs.cable_max + wound;
+            let press = legs.cable.press(depth, lengths.rates[2] + winding);
+            compressed += if_compressed(4, depth);
             tension = press.force;
             dissipated += press.dissipated;
             knee -= tension * lengths.along[1];
@@ -366,27 +371,23 @@ impl<L: Lanes, const N: usize> Internal<L, N> {
             torques,
             tension,
             dissipated,
+            compressed,
         }
     }
 }
 
-/// Lengths and depths of the elements inside a leg, for their energy and their events.
+/// Lengths, and motion of the elements inside a leg, for their energy and their events.
 #[derive(Debug, Clone, Copy)]
 pub struct Depths<L> {
     /// Length of the diagonal \[m\].
     pub diagonal: L,
     /// Length of the parallel rod \[m\].
     pub parallel: L,
-    /// Depth of the stop of the extended leg \[m\].
-    pub extended: L,
-    /// Depth of the stop of the diagonal at its minimum \[m\].
-    pub bottomed: L,
-    /// Depth of the stop of the parallel rod at its maximum \[m\].
-    pub open: L,
-    /// Depth of the stop of the closed pantograph \[m\].
-    pub closed: L,
-    /// Elongation of the cable \[m\].
-    pub cable: L,
+    /// Depths of the elements, in the order of [`INSIDE_NAMES`](crate::events::INSIDE_NAMES)
+    /// \[m\].
+    pub depths: [L; INSIDE],
+    /// Their rates \[m/s\].
+    pub rates: [L; INSIDE],
 }
 
 impl<L: Lanes> Depths<L> {
@@ -397,16 +398,26 @@ impl<L: Lanes> Depths<L> {
         turns: &Turns<L, N>,
         joints: &Joints<'_, L, N>,
     ) -> Self {
-        let lengths = turns.lengths(legs, joints.rates);
+        let (angles, rates) = (joints.angles, joints.rates);
+        let lengths = turns.lengths(legs, rates);
         let offset = lengths.diagonal - legs.diagonal_middle;
         Self {
             diagonal: lengths.diagonal,
             parallel: lengths.parallel,
-            extended: offset - legs.diagonal_half,
-            bottomed: -offset - legs.diagonal_half,
-            open: lengths.parallel - legs.parallel_max,
-            closed: legs.l_delta * (joints.angles[0] - joints.angles[2]),
-            cable: lengths.cable - legs.cable_max + legs.pulley_radius * joints.pulley,
+            depths: [
+                offset - legs.diagonal_half,
+                -offset - legs.diagonal_half,
+                lengths.parallel - legs.parallel_max,
+                legs.l_delta * (angles[0] - angles[2]),
+                lengths.cable - legs.cable_max + legs.pulley_radius * joints.pulley,
+            ],
+            rates: [
+                lengths.rates[0],
+                -lengths.rates[0],
+                lengths.rates[1],
+                legs.l_delta * (rates[0] - rates[2]),
+                lengths.rates[2] + legs.pulley_radius * joints.pulley_rate,
+            ],
         }
     }
 }
@@ -418,11 +429,12 @@ impl<L: Lanes, const N: usize> Pantographs<L, N> {
         let depths = Depths::new(self, turns, joints);
         let mut energy =
             spring(self.diagonal, depths.diagonal) + spring(self.parallel, depths.parallel);
-        for depth in [depths.extended, depths.bottomed, depths.open, depths.closed] {
+        let [extended, bottomed, open, closed, cable] = depths.depths;
+        for depth in [extended, bottomed, open, closed] {
             energy += self.stops.energy(depth);
         }
         if has_cable {
-            energy += self.cable.energy(depths.cable);
+            energy += self.cable.energy(cable);
         }
         if N > 3 {
             energy += spring(self.toe, joints.angles[N - 1] - joints.angles[2]);

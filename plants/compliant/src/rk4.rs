@@ -1,28 +1,37 @@
 //! Runge–Kutta method of order 4 with error control.
 //!
-//! The method has stages at the begin, a quarter, three fifths and the end of a substep. The slope
-//! at its end is the first of the next; with it the estimate of the error is that of a solution of
-//! order 3:
-//!
-//! ```text
-//! y₁ = y₀ + h Σ bⱼ kⱼ (j = 1 … 4)    k₅ = f(y₁)    ŷ₁ − y₁ = h Σ eⱼ kⱼ (j = 1 … 5)
-//! ```
-//!
-//! The classical stages see only the middle and the end of a substep, and the difference of two
-//! slopes at its end is their estimate: of a foot that lands in the second half it notices nothing.
-//! With unequal stages gaits need a fifth less evaluations for the same error, and their energy
-//! balance closes better; methods of order 3 and 5 need more.
-//!
 //! The control keeps the error per time below the tolerance per millisecond: substeps at landings,
 //! of which there are few, may err no more than long ones, and the error of a run is proportional
 //! to the tolerance.
+//!
+//! A kink of a force, such as the onset of a damper, takes a few very short substeps at a tight
+//! tolerance. A stiff model, in contrast, needs short substeps without end: a step of more than a
+//! number of substeps fails, so that every run ends in bounded time.
 
-/// Shortest substep: a model that needs shorter ones is too stiff for this method \[s\].
-const SUBSTEP_MIN: f64 = 1e-7;
+mod weights;
+
+use weights::{ERROR, FOURTH, MEAN, NODES, SECOND, THIRD, times};
+
+use crate::lanes::{LANES, Quad};
+
+/// Least substep: across a kink of the force on a leg (1e8 m/s³) the error per time is then below
+/// any tolerance that the number of substeps permits \[s\].
+const SUBSTEP_MIN: f64 = 1e-10;
 
 /// Longest substep with error control: it has to notice a touch of the ground between two stages
 /// \[s\].
 const SUBSTEP_MAX: f64 = 1e-3;
+
+/// Greatest number of substeps, rejected ones included, of any step, and of a step per time
+/// \[1/s\]. A trot takes 1.5e3 a second, 1.8e5 at a tolerance of 1e-13 or with a hundred times the
+/// damping of the elements 6e4; a million take about a second, and a run that is slower than the
+/// robot creeps.
+const SUBSTEPS: f64 = 200.0;
+const SUBSTEPS_PER_TIME: f64 = 1e6;
+
+/// Product of a substep and the rate of the fastest motion from which on stability, not accuracy,
+/// limits the substep; the limit of stability is 2.8.
+const STIFF: f64 = 0.5;
 
 /// Time over which errors may add up to the tolerance \[s\].
 const UNIT: f64 = 1e-3;
@@ -36,24 +45,28 @@ const RATIO_MIN: f64 = 0.2;
 const RATIO_MAX: f64 = 2.0;
 const SAFETY: f64 = 0.85;
 
-/// Instants of the second and the third stage as shares of a substep, and the weights of the slopes
-/// in the states of the stages.
-const NODES: [f64; 2] = [0.25, 0.6];
-const SECOND: [f64; 1] = [0.25];
-const THIRD: [f64; 2] = [-0.24, 0.84];
-const FOURTH: [f64; 3] = [6.0 / 5.0, -57.0 / 35.0, 10.0 / 7.0];
+/// Number of the members of a state that belong to the trunk; the lanes of the others are legs.
+const TRUNK: usize = 4;
 
-/// Weights bⱼ of the slopes.
-const WEIGHTS: [f64; 4] = [1.0 / 9.0, 16.0 / 63.0, 125.0 / 252.0, 5.0 / 36.0];
-
-/// Weights eⱼ of the slopes in the error.
-const ERROR: [f64; 5] = [
-    -1.0 / 18.0,
-    8.0 / 63.0,
-    -25.0 / 252.0,
-    -5.0 / 36.0,
-    1.0 / 6.0,
-];
+impl Fastest {
+    /// Finds the fastest motion of a leg in the differences of two states, and in those of the
+    /// slopes there, member by member.
+    pub fn new(states: &[Quad], slopes: &[Quad]) -> Self {
+        let square = |quads: &[Quad], leg: usize| {
+            let values = quads.iter().skip(TRUNK).map(|quad| quad.0[leg]);
+            values.map(|value| value * value).sum::<f64>()
+        };
+        let mut fastest = Self { rate: 0.0, leg: 0 };
+        for leg in 0..LANES {
+            let rate = libm::sqrt(square(slopes, leg) / square(states, leg));
+            // A leg without motion has no rate; one that is not finite is the fastest.
+            if square(states, leg) != 0.0 && (rate > fastest.rate || rate.is_nan()) {
+                fastest = Self { rate, leg };
+            }
+        }
+        fastest
+    }
+}
 
 /// Ordinary differential equation.
 pub trait System {
@@ -76,15 +89,37 @@ pub trait System {
     /// substep of some length \[m\].
     fn error(&self, substep: f64, slopes: [&Self::Slope; 5], seconds: [f64; 5]) -> f64;
 
-    /// Adds the integrands of an accepted substep, which begins at `time` and ends in `next`: the
-    /// sum of slopes, each times its seconds.
-    fn accept(
-        &mut self,
-        time: f64,
-        slopes: [&Self::Slope; 4],
-        seconds: [f64; 4],
-        next: &Self::State,
-    );
+    /// Returns the fastest motion, by two states close to each other and the slopes there.
+    fn fastest(&self, states: [&Self::State; 2], slopes: [&Self::Slope; 2]) -> Fastest;
+
+    /// Adds the integrands of an accepted substep, and returns the number of its events.
+    fn accept(&mut self, substep: &Substep<'_, Self>) -> u64;
+}
+
+/// Fastest motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fastest {
+    /// Rate: the ratio of the differences of slopes and states \[1/s\].
+    pub rate: f64,
+    /// Leg.
+    pub leg: usize,
+}
+
+/// Accepted substep.
+#[derive(Debug, Clone, Copy)]
+pub struct Substep<'a, F: System + ?Sized> {
+    /// Begin, since that of the step \[s\].
+    pub time: f64,
+    /// Duration \[s\].
+    pub seconds: f64,
+    /// k₁ … k₄.
+    pub slopes: [&'a F::Slope; 4],
+    /// Seconds of each in the sum that leads to the end.
+    pub shares: [f64; 4],
+    /// k₅, the slope at the end.
+    pub last: &'a F::Slope,
+    /// States at both ends.
+    pub states: [&'a F::State; 2],
 }
 
 /// Control of the substeps.
@@ -98,8 +133,8 @@ pub struct StepControl {
     pub work: StepWork,
 }
 
-/// Evaluations of the slope, accepted and rejected substeps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+/// Evaluations of the slope, accepted and rejected substeps, events.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct StepWork {
     /// Evaluations of the slope.
     pub evaluations: u64,
@@ -107,20 +142,57 @@ pub struct StepWork {
     pub accepted: u64,
     /// Rejected substeps.
     pub rejected: u64,
+    /// Events.
+    pub events: u64,
+    /// Reciprocal of the least accepted substep, but for those cut short by the end of a step
+    /// \[1/s\]; zero without any.
+    pub greatest_rate: f64,
 }
 
 /// Failure of a step.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum StepError {
-    /// The tolerance requires substeps that are too short.
+    /// The model is too stiff for an explicit method.
     #[error(
-        "the tolerance requires substeps below {SUBSTEP_MIN:e} s: a constraint, damping or mass is \
-         too stiff for an explicit method"
+        "too stiff for an explicit method: a motion with a rate of {:.1e} 1/s needs substeps of {:.1e} s \
+         without end; reduce stiffness or damping of the `compliance`, or choose rigid constraints",
+        fastest.rate, substep
     )]
-    TooStiff,
-    /// The state diverges, without error control.
+    TooStiff {
+        /// Fastest motion.
+        fastest: Fastest,
+        /// Length of the substeps \[s\].
+        substep: f64,
+    },
+    /// The error of the least substep exceeds the tolerance.
     #[error(
-        "a step of {seconds:e} s diverges: it is beyond the limit of stability; choose a tolerance or \
+        "a substep of {substep:.1e} s errs by more than the tolerance, in a motion of {:.1e} 1/s: the \
+         state is beyond what the model describes, or the tolerance too tight",
+        fastest.rate
+    )]
+    Abrupt {
+        /// Fastest motion.
+        fastest: Fastest,
+        /// Length of the substep \[s\].
+        substep: f64,
+    },
+    /// The tolerance requires too many substeps.
+    #[error(
+        "a tolerance of {tolerance:e} m needs substeps of {substep:.1e} s without end, at motions of \
+         {:.1e} 1/s: choose a larger one",
+        fastest.rate
+    )]
+    TooPrecise {
+        /// Tolerance \[m\].
+        tolerance: f64,
+        /// Fastest motion.
+        fastest: Fastest,
+        /// Length of the substeps \[s\].
+        substep: f64,
+    },
+    /// The state diverges.
+    #[error(
+        "a step of {seconds:.1e} s diverges: it is beyond the limit of stability; choose a tolerance or \
          a shorter step"
     )]
     Diverged {
@@ -168,7 +240,7 @@ impl StepControl {
         slope: &mut Option<F::Slope>,
         seconds: f64,
     ) -> Result<(), StepError> {
-        let mut time = 0.0;
+        let (mut time, mut substeps_left) = (0.0, SUBSTEPS + SUBSTEPS_PER_TIME * seconds);
         let mut k1 = if let Some(slope) = slope.take() {
             slope
         } else {
@@ -189,23 +261,38 @@ impl StepControl {
                 &F::along(state, [&k1, &k2], times(THIRD, h)),
             );
             let k4 = system.slope(end, &F::along(state, [&k1, &k2, &k3], times(FOURTH, h)));
-            let (slopes, parts) = ([&k1, &k2, &k3, &k4], times(WEIGHTS, h));
-            let next = F::along(state, slopes, parts);
+            let (slopes, shares) = ([&k1, &k2, &k3, &k4], times(MEAN, h));
+            let next = F::along(state, slopes, shares);
             let k5 = system.slope(end, &next);
             self.work.evaluations += 4;
             let error = system.error(h, [&k1, &k2, &k3, &k4, &k5], times(ERROR, h));
             let ratio = error * (UNIT / h.max(SHORT)) / self.tolerance;
+            let is_least = h <= SUBSTEP_MIN;
+            substeps_left -= 1.0;
             // The form of the comparison rejects NaN.
-            if ratio <= 1.0 {
+            let accepted = ratio <= 1.0;
+            if !accepted && (is_least || self.tolerance.is_infinite()) || substeps_left < 0.0 {
+                let fourth = F::along(state, [&k1, &k2, &k3], times(FOURTH, h));
+                let fastest = system.fastest([&fourth, &next], [&k4, &k5]);
+                return Err(self.refusal(h, fastest));
+            }
+            if accepted {
                 self.work.accepted += 1;
-                system.accept(time, slopes, parts, &next);
+                if h >= self.substep || count > 1.0 {
+                    self.work.greatest_rate = self.work.greatest_rate.max(1.0 / h);
+                }
+                self.work.events += system.accept(&Substep {
+                    time,
+                    seconds: h,
+                    slopes,
+                    shares,
+                    last: &k5,
+                    states: [state, &next],
+                });
                 (*state, k1) = (next, k5);
                 time = end;
             } else {
                 self.work.rejected += 1;
-                if self.tolerance.is_infinite() {
-                    return Err(StepError::Diverged { seconds: h });
-                }
             }
             let growth = Self::growth(ratio);
             // A substep cut short by the end of the step says nothing against a longer one.
@@ -213,14 +300,31 @@ impl StepControl {
             self.substep = if cut_short {
                 (h * growth).max(self.substep)
             } else {
-                h * growth
+                (h * growth).max(SUBSTEP_MIN)
             };
-            if self.substep < SUBSTEP_MIN && self.substep < rest {
-                return Err(StepError::TooStiff);
-            }
         }
         *slope = Some(k1);
         Ok(())
+    }
+
+    /// Returns the reason why substeps of a length do not lead to the end of a step.
+    #[cold]
+    fn refusal(&self, substep: f64, fastest: Fastest) -> StepError {
+        let tolerance = self.tolerance;
+        let stiffness = substep * fastest.rate;
+        if tolerance.is_infinite() || !stiffness.is_finite() {
+            StepError::Diverged { seconds: substep }
+        } else if substep <= SUBSTEP_MIN {
+            StepError::Abrupt { fastest, substep }
+        } else if stiffness > STIFF {
+            StepError::TooStiff { fastest, substep }
+        } else {
+            StepError::TooPrecise {
+                tolerance,
+                fastest,
+                substep,
+            }
+        }
     }
 
     /// Returns the number of equal substeps for the remaining time.
@@ -245,16 +349,6 @@ impl StepControl {
         }
         (SAFETY / libm::sqrt(libm::sqrt(ratio))).clamp(RATIO_MIN, RATIO_MAX)
     }
-}
-
-/// Returns weights times a length of time.
-#[inline(always)]
-fn times<const M: usize>(weights: [f64; M], seconds: f64) -> [f64; M] {
-    let mut all = weights;
-    for weight in &mut all {
-        *weight *= seconds;
-    }
-    all
 }
 
 #[cfg(test)]

@@ -58,6 +58,12 @@ pub trait Dynamics: Readings + Send {
         None
     }
 
+    /// Returns the least substep of an error control since the start, but for those cut short by the
+    /// end of a step \[s\]; none by default.
+    fn least_substep_s(&self) -> Option<f64> {
+        None
+    }
+
     /// Returns the state to be serialised.
     fn save(&self) -> Self::Saved;
 

@@ -75,6 +75,16 @@ pub enum LeggedError {
         /// Name of the leg.
         leg: String,
     },
+    /// Compliant ground contact has no coefficient of restitution.
+    #[error(
+        "the ground has a restitution of {restitution}, which compliant constraints do not have: \
+         how far a foot bounces follows from stiffness and damping of its sole; take \
+         `restitution = 0`, or `constraints = \"rigid\"`"
+    )]
+    Restitution {
+        /// The coefficient.
+        restitution: f64,
+    },
     /// A mass or a moment of inertia is not positive and finite.
     #[error("the {what} is {value} (SI units); it must be positive")]
     Mass {

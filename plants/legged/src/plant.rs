@@ -181,6 +181,10 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
         self.dynamics.constraint_violation()
     }
 
+    fn least_substep_s(&self) -> Option<f64> {
+        self.dynamics.least_substep_s()
+    }
+
     fn log_events(&mut self, enabled: bool) {
         self.dynamics.log_events(enabled);
         self.events.clear();

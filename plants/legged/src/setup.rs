@@ -166,8 +166,16 @@ impl Setup {
     /// Returns the compliances of the selected legs.
     ///
     /// # Errors
-    /// As [`Self::selected_mounts`], and [`LeggedError::Compliance`].
+    /// As [`Self::selected_mounts`], and [`LeggedError::Compliance`],
+    /// [`LeggedError::Restitution`].
     pub fn compliances(&self, robot: &Robot) -> Result<Vec<Compliance>, LeggedError> {
+        let restitution = self
+            .ground
+            .as_ref()
+            .map_or(0.0, |ground| ground.restitution);
+        if restitution > 0.0 {
+            return Err(LeggedError::Restitution { restitution });
+        }
         let mounts = self.selected_mounts(robot)?.into_iter();
         let compliance = |mount: &LegMount| {
             let leg = mount.name.clone();

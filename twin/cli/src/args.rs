@@ -63,7 +63,7 @@ impl Command {
             Self::Devices(args) => args.json,
             Self::Study(StudyArgs {
                 study:
-                    StudyCommand::Precision(options)
+                    StudyCommand::Precision(PrecisionOptions { study: options, .. })
                     | StudyCommand::Stability(options)
                     | StudyCommand::Coupling(options),
             }) => options.json,
@@ -281,7 +281,7 @@ pub enum StudyCommand {
     /// compares the foot positions with a reference: the best method at its finest setting,
     /// verified by a second method. Commands of a controller are recorded once and replayed to all
     /// plants. Runs that fail or exceed the budget are reported as such.
-    Precision(StudyOptions),
+    Precision(PrecisionOptions),
     /// Find the largest stable step of each plant and method, and the limiting parameters
     ///
     /// Searches for the longest step at which the motion stays bounded while stiffness, masses,
@@ -296,6 +296,17 @@ pub enum StudyCommand {
     /// exact coupling at a fine plant step, which is verified by a step twice as long.
     #[command(mut_arg("scenario", |scenario| scenario.default_value("scenarios/oncilla-clocks.toml")))]
     Coupling(StudyOptions),
+}
+
+/// Options of a study of precision.
+#[derive(Clone, Debug, Args)]
+pub struct PrecisionOptions {
+    /// Options of every study.
+    #[command(flatten)]
+    pub study: StudyOptions,
+    /// Walks from perturbed starts of each plant, where the scenario walks; 0 for none
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    pub ensemble: usize,
 }
 
 /// Options common to all studies.

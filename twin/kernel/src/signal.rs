@@ -52,6 +52,8 @@ pub const FOOT_POSITION: &str = "foot/position";
 pub const FOOT_LOAD: &str = "foot/load";
 /// Force of the ground on the foot, world frame.
 pub const FOOT_FORCE: &str = "foot/force";
+/// Height of the contact point of the foot above the ground, along its normal.
+pub const FOOT_CLEARANCE: &str = "foot/clearance";
 
 /// Declaration of a standard signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -117,7 +119,7 @@ pub const LEG: [Standard; 13] = [
     rate("foot/velocity", Unit::MeterPerSecond, 3, FOOT_POSITION),
     plain(FOOT_LOAD, Unit::Newton, 1),
     plain(FOOT_FORCE, Unit::Newton, 3),
-    plain("foot/clearance", Unit::Meter, 1),
+    plain(FOOT_CLEARANCE, Unit::Meter, 1),
 ];
 
 impl Standard {

@@ -131,6 +131,12 @@ impl Plant for CompositePlant {
         a.into_iter().chain(b).reduce(f64::max)
     }
 
+    fn least_substep_s(&self) -> Option<f64> {
+        let first = self.first.least_substep_s();
+        let both = first.into_iter().chain(self.second.least_substep_s());
+        both.reduce(f64::min)
+    }
+
     fn log_events(&mut self, enabled: bool) {
         self.first.log_events(enabled);
         self.second.log_events(enabled);

@@ -79,6 +79,12 @@ pub trait Plant: Send {
         self.inner().and_then(Plant::constraint_violation)
     }
 
+    /// Returns the least substep of an error control since the start, but for those cut short by the
+    /// end of a step \[s\]; none without such control.
+    fn least_substep_s(&self) -> Option<f64> {
+        self.inner().and_then(Plant::least_substep_s)
+    }
+
     /// Enables or disables the event log; either clears it. Disabled in a new plant; the log has no
     /// other effect.
     fn log_events(&mut self, enabled: bool) {

@@ -9,8 +9,8 @@ use crate::language::Words;
 pub struct ActuatorSpec {
     /// Actuator model.
     pub kind: ActuatorKind,
-    /// Course of the set-points between commands.
-    pub set_point: SetPointKind,
+    /// Course of the set-points between commands; none for the default, which depends on the plant.
+    pub set_point: Option<SetPointKind>,
     /// Overrides of the parameters of the hip servos.
     pub hip: ServoOverride,
     /// Overrides of the parameters of the knee servos.
@@ -58,10 +58,9 @@ impl Words for ActuatorKind {
 }
 
 /// Course of the set-points of servos from one command to the next.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SetPointKind {
     /// The last command.
-    #[default]
     Held,
     /// Linear approach to the last command over one control period.
     Linear,

@@ -16,6 +16,28 @@ pub struct Catalogue {
     pub buses: Vec<Kind>,
 }
 
+impl Catalogue {
+    /// Adds the options of these names, of any plant, to each plant that has none of that name,
+    /// without defaults: a plant can then take the place of another in a scenario.
+    pub fn share_plant_options(&mut self, names: &[&str]) {
+        let all = self.plants.iter().flat_map(|kind| kind.options.clone());
+        let all = all.filter(|option| names.contains(&option.name.as_str()));
+        let all: Vec<OptionSpec> = all
+            .map(|option| OptionSpec {
+                default: None,
+                ..option
+            })
+            .collect();
+        for kind in &mut self.plants {
+            for option in &all {
+                if kind.options.iter().all(|known| known.name != option.name) {
+                    kind.options.push(option.clone());
+                }
+            }
+        }
+    }
+}
+
 /// A kind of part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kind {

@@ -17,6 +17,9 @@ const LEAST_S: f64 = 0.02;
 /// Weight of a reference run, or of a run many times as long as that of a row.
 const HEAVY: usize = 8;
 
+/// Weight of a hundred complete walks.
+const VERY_HEAVY: usize = 40;
+
 /// Time budget of a study, shared among its parts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Budget {
@@ -38,6 +41,15 @@ pub(crate) struct Share {
 }
 
 impl Share {
+    /// Returns this share of it, from now on.
+    pub(crate) fn fraction(self, share: f64) -> Self {
+        let seconds = self.seconds * share;
+        Self {
+            seconds,
+            deadline: Deadline::within(seconds),
+        }
+    }
+
     /// Returns one of `parts` even parts of the share, from now on.
     pub(crate) fn part(self, parts: usize) -> Self {
         let seconds = self.seconds / parts.max(1) as f64;
@@ -49,6 +61,14 @@ impl Share {
 }
 
 impl Budget {
+    /// Adds the difference of the weight of so many parts, of [`VERY_HEAVY`] weight, from that of
+    /// heavy ones.
+    #[must_use]
+    pub(crate) fn with_very_heavy(mut self, parts: usize) -> Self {
+        self.weight += parts * (VERY_HEAVY - HEAVY);
+        self
+    }
+
     /// A budget for `parts` parts, of which `heavy` are heavy.
     pub(crate) fn new(total_s: f64, parts: usize, heavy: usize) -> Self {
         Self {
@@ -63,7 +83,15 @@ impl Budget {
 
     /// Begins the next part and returns its share.
     pub(crate) fn next(&mut self, heavy: bool) -> Share {
-        let weight = if heavy { HEAVY } else { 1 };
+        self.next_of(if heavy { HEAVY } else { 1 })
+    }
+
+    /// Begins a part with the weight of [`VERY_HEAVY`].
+    pub(crate) fn next_very_heavy(&mut self) -> Share {
+        self.next_of(VERY_HEAVY)
+    }
+
+    fn next_of(&mut self, weight: usize) -> Share {
         let left = self.weight.saturating_sub(self.weight_begun).max(weight);
         self.begun += 1;
         self.weight_begun += weight;

@@ -22,6 +22,12 @@ struct HeldValues {
     values: Vec<f64>,
 }
 
+impl HeldValues {
+    fn from_s(&self) -> f64 {
+        self.from.as_secs_f64()
+    }
+}
+
 impl Commands {
     /// No commands: every plant keeps its initial inputs.
     pub fn none() -> Self {
@@ -45,6 +51,35 @@ impl Commands {
                 values: values.to_vec(),
             });
         }
+    }
+
+    /// Returns these commands played at `speed` times their speed, with changes at the same instants
+    /// and values interpolated linearly. The last ones hold from the end on.
+    #[must_use]
+    pub(crate) fn at_speed(&self, speed: f64) -> Self {
+        let mut played = Self {
+            layout: self.layout.clone(),
+            changes: Vec::new(),
+        };
+        let instants: Vec<f64> = self.changes.iter().map(HeldValues::from_s).collect();
+        for (change, own_s) in self.changes.iter().zip(&instants) {
+            let at_s = own_s * speed;
+            let after = instants.partition_point(|&from_s| from_s <= at_s);
+            let (Some(before), next) = (after.checked_sub(1), self.changes.get(after)) else {
+                continue;
+            };
+            let values = &self.changes[before].values;
+            let mixed: Vec<f64> = match next {
+                None => values.clone(),
+                Some(next) => {
+                    let share = (at_s - instants[before]) / (instants[after] - instants[before]);
+                    let pairs = values.iter().zip(&next.values);
+                    pairs.map(|(a, b)| a + share * (b - a)).collect()
+                }
+            };
+            played.hold(change.from, &mixed);
+        }
+        played
     }
 
     /// Returns whether the commands change during the run. A plant step ends at each change.
@@ -195,6 +230,33 @@ mod tests {
     use twinrig_kernel::Unit;
 
     use super::*;
+
+    #[test]
+    fn commands_are_played_faster_at_their_own_instants() {
+        let mut commands = Commands::of(&[Port::input("a", Unit::Radian, 1)]);
+        for ms in 0..10_u32 {
+            commands.hold(
+                SimTime::from_nanos(u64::from(ms) * 1_000_000),
+                &[f64::from(ms)],
+            );
+        }
+        assert_eq!(commands.at_speed(1.0), commands);
+        for (speed, expected) in [(2.0, [0.0, 2.0, 4.0, 6.0]), (0.5, [0.0, 0.5, 1.0, 1.5])] {
+            let played = commands.at_speed(speed);
+            let found = played.changes.iter().map(|change| change.values[0]);
+            let found: Vec<f64> = found.take(4).collect();
+            assert!(
+                found
+                    .iter()
+                    .zip(expected)
+                    .all(|(a, b)| (a - b).abs() < 1e-12)
+            );
+            assert_eq!(played.period(), commands.period());
+        }
+        // From its end on the last command holds.
+        let last = commands.at_speed(2.0).changes.pop().unwrap();
+        assert_eq!((last.from.as_nanos(), last.values[0]), (5_000_000, 9.0));
+    }
 
     #[test]
     fn commands_are_matched_by_name_and_other_inputs_are_kept() {

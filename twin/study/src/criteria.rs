@@ -19,7 +19,8 @@ pub(crate) fn of(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(Stri
                  its peak in the last quarter exceeds {GROWTH} times that of the first quarter and {GROWTH} times \
                  that of the reference's last quarter, or exceeds the latter without falling any more where that \
                  of the reference falls (below {REST:e} of the available energy counts as rest): growth that stops \
-                 bound neither diverges nor decays",
+                 bound neither diverges nor decays; where commands change and there is no reference, growth is not \
+                 judged",
                 duration(plan.duration)
             ),
         ),
@@ -43,7 +44,8 @@ pub(crate) fn of(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(Stri
         text(
             "methods with a tolerance",
             format!(
-                "choose their steps and have no limit; their stability and error are those at a tolerance of {:e}",
+                "choose their steps and have no limit; their stability and error are those at a tolerance of {:e}; \
+                 `refused` is one that reported a fault, with the reason, in place of a result",
                 plan.tolerance
             ),
         ),

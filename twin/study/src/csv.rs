@@ -9,12 +9,12 @@ use crate::row::Row;
 /// empty.
 pub fn csv(rows: &[Row]) -> String {
     // The two keys that are omitted where they do not apply are adjacent.
-    table(rows, &["step_s", "tolerance"])
+    table(rows, "method", &["step_s", "tolerance"])
 }
 
 /// Returns rows of any kind, with texts, numbers or lists as values, as CSV; `settings` are
-/// inserted as the third and following columns.
-pub(crate) fn table(rows: &[impl Serialize], settings: &[&str]) -> String {
+/// inserted after the column `after`.
+pub(crate) fn table(rows: &[impl Serialize], after: &str, settings: &[&str]) -> String {
     let rows: Vec<Value> = rows
         .iter()
         .filter_map(|row| serde_json::to_value(row).ok())
@@ -28,7 +28,8 @@ pub(crate) fn table(rows: &[impl Serialize], settings: &[&str]) -> String {
         }
     }
     keys.retain(|key| !settings.contains(key));
-    let place = keys.len().min(2);
+    let place = keys.iter().position(|key| *key == after);
+    let place = place.map_or(0, |place| place + 1);
     keys.splice(place..place, settings.iter().copied());
     let mut text = keys.join(",") + "\n";
     for row in &rows {

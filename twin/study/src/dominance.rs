@@ -112,7 +112,7 @@ impl Comparison {
             times_less_error: other.error / own.error,
         };
         Self {
-            plant: other.row.plant.clone(),
+            plant: other.row.plant.label(),
             method: other.row.method.clone(),
             step_s: other.row.step_s,
             tolerance: other.row.tolerance,
@@ -147,7 +147,7 @@ impl Study {
     fn dominance(&self, model: &str) -> Option<Dominance> {
         let own_rows = self.known(model);
         let others = self.solves.iter().filter(|(_, solved)| solved == model);
-        let others = others.map(|(plant, _)| plant.clone());
+        let others = others.map(|(plant, _)| plant.label());
         // The error of a plant measured against its own reference is not comparable.
         let compared = others.filter(|plant| self.is_measured_against(plant, model));
         let over: Vec<String> = compared.collect();
@@ -169,7 +169,8 @@ impl Study {
     }
 
     fn known(&self, plant: &str) -> Vec<TimedRow<'_>> {
-        let floor = self.floor_of(plant);
+        let note = self.references.iter().find(|note| note.plant == plant);
+        let floor = note.map_or(0.0, |note| self.floor_of(&note.plant));
         let rows = self.rows.iter().filter(|row| {
             row.plant == plant && row.kind == RowKind::Integration && row.status == Status::Ok
         });

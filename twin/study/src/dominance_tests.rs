@@ -5,6 +5,7 @@ use twinrig_kernel::SimDuration;
 use crate::dominance::{Comparison, Dominance};
 use crate::factory::{MethodSetting, Scales, Variant};
 use crate::machine::Machine;
+use crate::plant_id::PlantId;
 use crate::reference::{CheckNote, ReferenceNote};
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
@@ -13,7 +14,7 @@ use crate::study::{Study, StudyKind};
 /// simulated time.
 pub(crate) fn row(plant: &str, micros: u64, error: f64, cost: f64) -> Row {
     let variant = Variant {
-        plant: plant.to_owned(),
+        plant: PlantId::new(plant),
         method: "euler".to_owned(),
         setting: MethodSetting::Step(SimDuration::from_micros(micros)),
         scales: Scales::AS_IS,
@@ -38,7 +39,7 @@ fn note(plant: &str, of_plant: Option<&str>) -> ReferenceNote {
             disagreement_rms_m: 1e-8,
             disagreement_max_m: 1e-8,
         }),
-        ..ReferenceNote::missing(plant, String::new())
+        ..ReferenceNote::missing(&PlantId::new(plant), String::new())
     }
 }
 
@@ -54,13 +55,15 @@ pub(crate) fn study(rows: Vec<Row>) -> Study {
         commanded: false,
         ground: false,
         budget_s: 1.0,
-        massive: vec!["full".to_owned(), "engine".to_owned()],
-        solves: vec![("engine".to_owned(), "full".to_owned())],
+        massive: ["full", "engine"].map(PlantId::new).into(),
+        solves: vec![(PlantId::new("engine"), "full".to_owned())],
         abouts: Vec::new(),
         references: vec![note("full", None), note("engine", Some("full"))],
         rows,
         footsteps: Vec::new(),
         transports: Vec::new(),
+        contacts: Vec::new(),
+        ensembles: Vec::new(),
         criteria: Vec::new(),
         left_out: Vec::new(),
         panics: Vec::new(),

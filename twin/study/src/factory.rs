@@ -5,6 +5,7 @@ use twinrig_kernel::SimDuration;
 use twinrig_runtime::Plant;
 
 use crate::commands::Commands;
+use crate::plant_id::PlantId;
 
 /// Builds the plant variants of one scenario. The caller, who knows the plants, implements it.
 pub trait PlantFactory {
@@ -27,8 +28,8 @@ pub trait PlantFactory {
         &[]
     }
 
-    /// Builds a plant at time zero. Its outputs are `leg/*/foot/position` and `body/position`
-    /// \[m\].
+    /// Builds a plant at time zero. Its outputs are `leg/*/foot/position`, `body/position`
+    /// \[m\] and `body/orientation`.
     ///
     /// # Errors
     /// The reason in plain text; it becomes a row of the study.
@@ -40,6 +41,14 @@ pub trait PlantFactory {
     /// # Errors
     /// As for [`Self::build`].
     fn build_with_drives(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
+        self.build(variant)
+    }
+
+    /// Builds a plant whose outputs include `leg/*/foot/{load,force,clearance}`, if it has them.
+    ///
+    /// # Errors
+    /// As for [`Self::build`].
+    fn build_with_contacts(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
         self.build(variant)
     }
 }
@@ -61,6 +70,10 @@ pub struct StudyInput {
     pub commands: Commands,
     /// Step of the plant in the scenario.
     pub step: SimDuration,
+    /// Coefficient of friction of the ground, if there is one.
+    pub friction: Option<f64>,
+    /// Stiffness of the soles in the robot file, if known \[N/m\].
+    pub sole_stiffness: Option<f64>,
     /// Weight of the robot, legs included \[N\].
     pub weight: f64,
 }
@@ -68,8 +81,8 @@ pub struct StudyInput {
 /// A plant and its integration methods.
 #[derive(Clone, Debug)]
 pub struct PlantOffer {
-    /// Name used in scenarios.
-    pub name: String,
+    /// Name and constraints.
+    pub plant: PlantId,
     /// One-line description.
     pub about: String,
     /// Whether the leg segments have mass. A plant without segment masses is the limit model for
@@ -150,6 +163,15 @@ impl MethodSetting {
         }
     }
 
+    /// Returns a clearly finer setting.
+    #[must_use]
+    pub(crate) fn finer(self) -> Self {
+        match self {
+            Self::Step(step) => Self::Step(SimDuration::from_nanos((step.as_nanos() / 2).max(1))),
+            Self::Tolerance(tolerance) => Self::Tolerance(tolerance / 10.0),
+        }
+    }
+
     /// Returns a clearly coarser setting, for a method that is its own check.
     #[must_use]
     pub fn coarser(self) -> Self {
@@ -163,8 +185,8 @@ impl MethodSetting {
 /// A plant with its method, the setting, and the changes of robot and ground.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variant {
-    /// Name of the plant.
-    pub plant: String,
+    /// Plant.
+    pub plant: PlantId,
     /// Name of the method.
     pub method: String,
     /// Setting of the method.
@@ -184,10 +206,18 @@ pub struct Scales {
     pub damping: f64,
     /// Factor of the gain of the servos' position loop.
     pub gain: f64,
+    /// Factor of the stiffness of compliant stops, cables and soles.
+    pub compliance: f64,
+    /// Factor of the damping of compliant stops, cables and soles.
+    pub compliance_damping: f64,
     /// Coefficient of Coulomb friction of the ground; `None`: as in the scenario.
     pub friction: Option<f64>,
     /// Coefficient of restitution of the ground; `None`: as in the scenario.
     pub restitution: Option<f64>,
+    /// Longest step of a method with error control \[s\]; `None`: the default of the plant.
+    pub longest_step_s: Option<f64>,
+    /// Factor of the speed at which the commands are played.
+    pub speed: f64,
     /// The lumped foot mass of a leg without segment masses is the foot's own mass: the limit for
     /// vanishing segments.
     #[serde(skip)]
@@ -201,10 +231,31 @@ impl Scales {
         mass: 1.0,
         damping: 1.0,
         gain: 1.0,
+        compliance: 1.0,
+        compliance_damping: 1.0,
         friction: None,
         restitution: None,
+        longest_step_s: None,
+        speed: 1.0,
         bare_foot: false,
     };
+}
+
+impl Scales {
+    /// Returns whether plants without compliant constraints are not run with these changes.
+    pub(crate) fn only_compliant(&self) -> bool {
+        let unchanged = Self {
+            stiffness: self.stiffness,
+            mass: self.mass,
+            damping: self.damping,
+            gain: self.gain,
+            friction: self.friction,
+            restitution: self.restitution,
+            bare_foot: self.bare_foot,
+            ..Self::AS_IS
+        };
+        *self != unchanged
+    }
 }
 
 impl Default for Scales {

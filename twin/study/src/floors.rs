@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::plant_id::PlantId;
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
 
@@ -9,7 +10,8 @@ use crate::study::Study;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Floor {
     /// Plant.
-    pub plant: String,
+    #[serde(flatten)]
+    pub plant: PlantId,
     /// Method.
     pub method: String,
     /// Smallest RMS error over all steps \[m\].
@@ -51,7 +53,7 @@ impl Study {
     }
 }
 
-fn floor(plant: &str, method: &str, known: &[(f64, f64, &Row)]) -> Option<Floor> {
+fn floor(plant: &PlantId, method: &str, known: &[(f64, f64, &Row)]) -> Option<Floor> {
     let best = known.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
     let finest = known.iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
     let as_good = known
@@ -60,7 +62,7 @@ fn floor(plant: &str, method: &str, known: &[(f64, f64, &Row)]) -> Option<Floor>
     let from_s = as_good.map(|(step, ..)| *step).fold(0.0, f64::max);
     let levels = !best.2.at_floor && from_s >= SHORTER * finest.0 * (1.0 - 1e-9);
     Some(Floor {
-        plant: plant.to_owned(),
+        plant: plant.clone(),
         method: method.to_owned(),
         error_rms_m: best.1,
         step_s: best.0,

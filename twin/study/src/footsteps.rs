@@ -5,6 +5,7 @@ use twinrig_kernel::{Direction, Layout, SimDuration, SimTime, signal};
 use twinrig_record::{Pairing, RecordedFootstep, pair_footsteps};
 use twinrig_runtime::Plant;
 
+use crate::plant_id::PlantId;
 use crate::plant_run::{Ending, PlantRun, SampleVerdict};
 
 /// Duration of the walk compared.
@@ -18,7 +19,8 @@ const SWING: SimDuration = SimDuration::from_millis(40);
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Footstep {
     /// Plant that is compared with the one with segment masses.
-    pub plant: String,
+    #[serde(flatten)]
+    pub plant: PlantId,
     /// Name of the leg.
     pub leg: String,
     /// Number of the touch-down of this leg, from 1.
@@ -40,8 +42,8 @@ pub struct Footstep {
 /// Touch-down of one run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TouchDown {
-    at_s: f64,
-    place: [f64; 3],
+    pub(crate) at_s: f64,
+    pub(crate) place: [f64; 3],
 }
 
 /// Touch-downs by leg.
@@ -55,50 +57,90 @@ struct Foot {
     off_since: Option<SimTime>,
 }
 
-impl TouchDowns {
-    /// Runs `plant` and records the touch-downs of its feet; `None` if the run does not complete.
-    pub(crate) fn record(plant: &mut dyn Plant, plant_run: &PlantRun<'_>) -> Option<Self> {
-        let ports = plant.ports();
-        let layout = Layout::of(&ports, Direction::Output);
-        let mut outputs = vec![0.0; layout.len()];
-        let mut feet = Vec::new();
-        let mut steps = Self::default();
+/// Detector of touch-downs in sampled outputs.
+pub(crate) struct TouchDownRecorder {
+    feet: Vec<Foot>,
+    touch_downs: TouchDowns,
+}
+
+impl TouchDownRecorder {
+    /// Creates the detector for the feet with a position and a load in `layout`.
+    pub(crate) fn of(layout: &Layout) -> Self {
+        let mut recorder = Self {
+            feet: Vec::new(),
+            touch_downs: TouchDowns::default(),
+        };
         for field in layout.fields() {
             let of_leg = signal::parse_leg(&field.port.name);
             let leg = of_leg.and_then(|(leg, name)| (name == signal::FOOT_LOAD).then_some(leg));
             let place = |leg| layout.find(&signal::of_leg(leg, signal::FOOT_POSITION));
             let place = leg.and_then(place);
             if let (Some(leg), Some(place)) = (leg, place) {
-                feet.push(Foot {
+                recorder.feet.push(Foot {
                     load: field.offset,
                     place: place.start,
                     off_since: None,
                 });
-                steps.0.push((leg.to_owned(), Vec::new()));
+                recorder.touch_downs.0.push((leg.to_owned(), Vec::new()));
             }
         }
+        recorder
+    }
+
+    /// Adds the touch-downs in a sample.
+    pub(crate) fn sample(&mut self, now: SimTime, outputs: &[f64]) {
+        for (foot, (_, touched)) in self.feet.iter_mut().zip(&mut self.touch_downs.0) {
+            if outputs[foot.load] <= 0.0 {
+                foot.off_since.get_or_insert(now);
+                continue;
+            }
+            let off_since = foot.off_since.take();
+            if off_since.is_some_and(|since| now - since >= SWING) {
+                touched.push(TouchDown {
+                    at_s: now.as_secs_f64(),
+                    place: core::array::from_fn(|n| outputs[foot.place + n]),
+                });
+            }
+        }
+    }
+
+    /// Returns the number of feet.
+    pub(crate) fn count(&self) -> usize {
+        self.feet.len()
+    }
+
+    /// Returns the number of feet on the ground in the last sample.
+    pub(crate) fn loaded(&self) -> usize {
+        let loaded = self.feet.iter().filter(|foot| foot.off_since.is_none());
+        loaded.count()
+    }
+
+    pub(crate) fn touch_downs(self) -> TouchDowns {
+        self.touch_downs
+    }
+}
+
+impl TouchDowns {
+    /// Runs `plant` and records the touch-downs of its feet; `None` if the run does not complete.
+    pub(crate) fn record(plant: &mut dyn Plant, plant_run: &PlantRun<'_>) -> Option<Self> {
+        let ports = plant.ports();
+        let layout = Layout::of(&ports, Direction::Output);
+        let mut outputs = vec![0.0; layout.len()];
+        let mut recorder = TouchDownRecorder::of(&layout);
         let ending = plant_run.run(plant, |now, plant| {
             plant.observe(&mut outputs);
             plant.begin_window();
-            for (foot, (_, touched)) in feet.iter_mut().zip(&mut steps.0) {
-                if outputs[foot.load] <= 0.0 {
-                    foot.off_since.get_or_insert(now);
-                    continue;
-                }
-                if foot
-                    .off_since
-                    .take()
-                    .is_some_and(|since| now - since >= SWING)
-                {
-                    touched.push(TouchDown {
-                        at_s: now.as_secs_f64(),
-                        place: core::array::from_fn(|n| outputs[foot.place + n]),
-                    });
-                }
-            }
+            recorder.sample(now, &outputs);
             SampleVerdict::Continue
         });
-        (ending == Ending::Completed).then_some(steps)
+        (ending == Ending::Completed).then_some(recorder.touch_downs)
+    }
+
+    /// Iterates over the legs and their touch-downs.
+    pub(crate) fn legs(&self) -> impl Iterator<Item = (&str, &[TouchDown])> {
+        self.0
+            .iter()
+            .map(|(leg, touched)| (leg.as_str(), &touched[..]))
     }
 
     fn of(&self, leg: &str) -> &[TouchDown] {
@@ -148,7 +190,7 @@ fn apart(a: TouchDown, b: TouchDown) -> (f64, f64) {
 /// Compares the model with segment masses with another, leg by leg; each is given at a fine and at
 /// a coarser setting. All four walks last until `end_s`.
 pub(crate) fn compare(
-    plant: &str,
+    plant: &PlantId,
     [full, full_coarse]: [&TouchDowns; 2],
     [other, other_coarse]: [&TouchDowns; 2],
     end_s: f64,
@@ -180,7 +222,7 @@ pub(crate) fn compare(
             let between = pair.map(|(i, j)| apart(steps[i], theirs[j]));
             let unsure = pair.and_then(|(i, j)| change(i, j));
             footsteps.push(Footstep {
-                plant: plant.to_owned(),
+                plant: plant.clone(),
                 leg: leg.clone(),
                 number: number + 1,
                 at_s: i.map(|i| steps[i].at_s),
@@ -209,7 +251,7 @@ mod tests {
     type Shown = (usize, Option<f64>, Option<f64>, Option<f64>);
 
     fn shown(full: [&TouchDowns; 2], other: [&TouchDowns; 2]) -> Vec<Shown> {
-        let found = compare("other", full, other, 10.0);
+        let found = compare(&PlantId::new("other"), full, other, 10.0);
         let shown = |step: &Footstep| (step.number, step.at_s, step.later_s, step.unsure_s);
         found.iter().map(shown).collect()
     }

@@ -24,18 +24,23 @@
 
 mod budget;
 mod commands;
+mod contact;
 mod coupling;
 mod criteria;
 mod csv;
+mod differences;
 mod dominance;
 #[cfg(test)]
 mod dominance_tests;
+mod ensemble;
 mod error;
+mod error_control;
 mod events;
 mod factory;
 mod fit;
 mod floors;
 mod footsteps;
+mod frame;
 mod headline;
 mod html;
 mod machine;
@@ -45,6 +50,7 @@ mod outliers;
 #[cfg(test)]
 mod page_tests;
 mod panics;
+mod plant_id;
 mod plant_run;
 mod precision;
 mod progress;
@@ -53,23 +59,28 @@ mod references;
 mod row;
 mod search;
 mod stability;
+mod stencil;
 mod stiffness;
 mod stopwatch;
 mod study;
 mod sweep;
 mod thesis;
+mod tolerance;
 mod trace;
 mod transport;
 mod trial;
 
 pub use commands::{CommandRecorder, CommandTape, Commands};
+pub use contact::{ContactResiduals, GaitContact, RestContact};
 pub use coupling::{
     CouplingInput, CouplingKind, CouplingMethod, CouplingOrder, CouplingPlan, CouplingRow,
     CouplingStudy, RigFactory, RigVariant, coupling,
 };
 pub use csv::csv;
 pub use dominance::{Comparison, Competitor, Dominance};
+pub use ensemble::{Ensemble, EnsembleDifference, Interval, QuantityInterval};
 pub use error::StudyError;
+pub use error_control::ErrorControlTrend;
 pub use factory::{
     MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind, StudyInput, Variant,
 };
@@ -78,6 +89,7 @@ pub use footsteps::{Footstep, WALK};
 pub use html::html;
 pub use machine::Machine;
 pub use number::si as brief;
+pub use plant_id::PlantId;
 pub use precision::{PrecisionPlan, precision};
 pub use progress::ProgressObserver;
 pub use reference::{CheckNote, ReferenceNote};
@@ -87,4 +99,5 @@ pub use stiffness::StiffnessTrend;
 pub use study::{Order, Study, StudyKind};
 pub use sweep::Factor;
 pub use thesis::{FIGURES, ModelClass, ThesisFigure};
+pub use tolerance::ToleranceSlope;
 pub use transport::{Cost, STROLL, Transport};

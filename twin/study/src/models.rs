@@ -25,21 +25,6 @@ pub(crate) fn limit_pair(factory: &dyn PlantFactory) -> Option<(&PlantOffer, &Pl
 }
 
 impl Job<'_> {
-    /// Adds a row for each model with its difference from the first one with segment masses.
-    pub(crate) fn models(&mut self, plants: &[PlantOffer], references: &[Option<Rc<Reference>>]) {
-        let full = plants.iter().position(|plant| plant.segment_masses);
-        let Some(base) = full.and_then(|n| references[n].as_ref()) else {
-            return;
-        };
-        for (plant, other) in plants.iter().zip(references) {
-            // A plant with the reference of another plant solves the same model.
-            let other = other.as_ref().filter(|own| own.variant.plant == plant.name);
-            if let Some(other) = other.filter(|own| own.variant.plant != base.variant.plant) {
-                self.rows.push(base.difference(RowKind::Model, other));
-            }
-        }
-    }
-
     /// Compares the touch-downs of the models, computed by the methods of their references at
     /// coarser settings.
     pub(crate) fn footsteps(
@@ -50,9 +35,9 @@ impl Job<'_> {
         let end = WALK.min(self.context.factory.input().duration);
         let mut walks = Vec::new();
         for (plant, reference) in plants.iter().zip(references) {
-            let share = self.begin(&format!("{}, footsteps", plant.name))?;
+            let share = self.begin(&format!("{}, footsteps", plant.plant))?;
             let own = reference.as_ref();
-            let own = own.filter(|own| own.variant.plant == plant.name);
+            let own = own.filter(|own| own.variant.plant == plant.plant);
             let walk = own.and_then(|reference| {
                 let setting = reference.variant.setting.relaxed();
                 let fine = self.walk(&reference.variant, setting, end, share)?;
@@ -64,13 +49,15 @@ impl Job<'_> {
         let Some(full) = walks.iter().find(|(plant, _)| plant.segment_masses) else {
             return Ok(Vec::new());
         };
-        let others = walks.iter().filter(|(plant, _)| plant.name != full.0.name);
+        let others = walks
+            .iter()
+            .filter(|(plant, _)| plant.plant != full.0.plant);
         let pair = |walk: &'_ [TouchDowns; 2]| [walk[0].clone(), walk[1].clone()];
         let own = pair(&full.1);
         Ok(others
             .flat_map(|(plant, other)| {
                 let (own, other) = ([&own[0], &own[1]], [&other[0], &other[1]]);
-                footsteps::compare(&plant.name, own, other, end.as_secs_f64())
+                footsteps::compare(&plant.plant, own, other, end.as_secs_f64())
             })
             .collect())
     }
@@ -104,7 +91,7 @@ impl Job<'_> {
             return Ok(());
         };
         for &mass in &self.plan.masses {
-            let share = self.begin(&format!("{} without its segments' mass", full.name))?;
+            let share = self.begin(&format!("{} without its segments' mass", full.plant))?;
             let scales = Scales {
                 mass,
                 bare_foot: true,
@@ -129,7 +116,7 @@ impl Job<'_> {
                 }
                 Err(why) => {
                     let variant = Variant {
-                        plant: full.name.clone(),
+                        plant: full.plant.clone(),
                         method: String::new(),
                         setting: MethodSetting::Step(self.context.grid),
                         scales,

@@ -114,7 +114,8 @@ impl Study {
             for factor in Factor::ALL {
                 let (places, limits) = self.limits(series, factor);
                 let scaled = |row: &Row| factor.label(factor.of(&row.scales).unwrap_or_default());
-                consider(&places, &limits, false, "s", &scaled);
+                let unit = if series.is_adaptive() { "1/s" } else { "s" };
+                consider(&places, &limits, false, unit, &scaled);
             }
         }
         let (places, results) = errors(self, &|row| row.kind == RowKind::Limit);
@@ -125,14 +126,18 @@ impl Study {
         }
     }
 
-    /// Returns the largest stable steps of a series over the values of a factor, with the indices
-    /// of their rows.
+    /// Returns the largest stable steps of a series over the values of a factor, or the evaluations
+    /// per time of a method with error control, with the indices of their rows.
     fn limits(&self, series: Series<'_>, factor: Factor) -> (Vec<usize>, Vec<Option<f64>>) {
         let rows = self.rows.iter().enumerate();
         let rows = rows.filter(|(_, row)| row.kind == RowKind::Stability && row.series() == series);
         let limit = |row: &Row| {
-            row.largest_stable_step_s
-                .filter(|_| row.status == Status::Ok)
+            let limit = if series.is_adaptive() {
+                row.evaluations_per_s()
+            } else {
+                row.largest_stable_step_s
+            };
+            limit.filter(|_| row.status == Status::Ok)
         };
         let mut values: Vec<(f64, usize, Option<f64>)> = rows
             .filter_map(|(place, row)| Some((factor.of(&row.scales)?, place, limit(row))))

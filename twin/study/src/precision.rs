@@ -3,6 +3,9 @@
 use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::budget::{Budget, Share};
+use crate::contact;
+use crate::differences;
+use crate::ensemble;
 use crate::error::StudyError;
 use crate::events;
 use crate::factory::{
@@ -33,6 +36,8 @@ pub struct PrecisionPlan {
     /// Factors of the segment masses at which a plant without segment masses is compared with one
     /// that has them.
     pub masses: Vec<f64>,
+    /// Number of perturbed walks of each plant, where the scenario walks; 0 for none.
+    pub ensemble: usize,
     /// Number of runs whose median is the run time.
     pub repetitions: u64,
     /// Time budget of the whole study; truncated runs are rows of it \[s\].
@@ -47,6 +52,7 @@ impl Default for PrecisionPlan {
             steps: micros.map(SimDuration::from_micros).into(),
             tolerances: vec![1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11],
             masses: vec![1.0, 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4, 0.0],
+            ensemble: 100,
             repetitions: 7,
             budget_s: 200.0,
         }
@@ -91,15 +97,22 @@ pub fn precision(
         Some(_) => plan.masses.len(),
         None => 0,
     };
-    let walked = if walks { transport::parts(plants) } else { 0 };
+    let ensembles = ensemble::parts(plants, if walks { plan.ensemble } else { 0 });
+    let touching = if walks { contact::parts(plants) } else { 0 };
+    let walked = if walks { transport::parts(plants) } else { 0 } + ensembles;
     let mut job = Job {
         context,
         plan,
         budget: Budget::new(
             plan.budget_s,
-            rows + plants.len() + compared.min(1) * limits + walked,
+            rows + plants.len()
+                + touching
+                + compared.min(1) * limits
+                + walked
+                + differences::parts(plants),
             plants.len() + walked,
-        ),
+        )
+        .with_very_heavy(ensembles),
         progress,
         rows: Vec::new(),
     };
@@ -107,7 +120,7 @@ pub fn precision(
     let mut references = Vec::new();
     let mut notes = Vec::new();
     for plant in plants {
-        let share = job.begin_heavy(&format!("{}, reference", plant.name))?;
+        let share = job.begin_heavy(&format!("{}, reference", plant.plant))?;
         let AssignedReference { reference, note } = known.of(plant, share);
         notes.push(note);
         references.push(reference);
@@ -120,10 +133,13 @@ pub fn precision(
     for (plant, reference) in plants.iter().zip(&references) {
         job.plant(plant, reference.as_deref())?;
     }
-    job.models(plants, &references);
-    let mut footsteps = Vec::new();
+    job.differences(plants, &references)?;
+    let (mut footsteps, mut ensembles) = (Vec::new(), Vec::new());
+    let mut contacts = Vec::new();
     if walks {
+        contacts = job.contacts(plants)?;
         footsteps = job.footsteps(plants, &references)?;
+        ensembles = job.ensembles(plants)?;
     } else {
         job.limit()?;
     }
@@ -134,9 +150,12 @@ pub fn precision(
     study.rows = rows;
     study.footsteps = footsteps;
     study.transports = transports;
+    study.contacts = contacts;
+    study.ensembles = ensembles;
     study.budget_s = plan.budget_s;
     study.panics = panics.into_messages();
     study.mark_contradictions();
+    study.note_tolerance_slopes();
     Ok(study)
 }
 
@@ -166,6 +185,7 @@ fn context<'a>(
         // The last sampling instant.
         end: SimTime::ZERO + grid * (duration.as_nanos() / grid.as_nanos()),
         grid,
+        commands: &factory.input().commands,
         panics,
     })
 }
@@ -218,6 +238,12 @@ pub(crate) struct Job<'a> {
 }
 
 impl Job<'_> {
+    /// Begins a part with the still larger share of many walks.
+    pub(crate) fn begin_very_heavy(&mut self, doing: &str) -> Result<Share, StudyError> {
+        let share = self.budget.next_very_heavy();
+        self.report(doing).map(|()| share)
+    }
+
     pub(crate) fn begin(&mut self, doing: &str) -> Result<Share, StudyError> {
         self.begin_part(doing, false)
     }
@@ -229,9 +255,13 @@ impl Job<'_> {
 
     fn begin_part(&mut self, doing: &str, heavy: bool) -> Result<Share, StudyError> {
         let share = self.budget.next(heavy);
+        self.report(doing).map(|()| share)
+    }
+
+    fn report(&mut self, doing: &str) -> Result<(), StudyError> {
         let (part, of) = self.budget.progress();
         if self.progress.at(part, of, doing) {
-            Ok(share)
+            Ok(())
         } else {
             Err(StudyError::Interrupted { done: part, of })
         }
@@ -247,9 +277,9 @@ impl Job<'_> {
         let context = self.context;
         let mut last: Option<(&str, f64, f64)> = None;
         for (method, setting) in settings(plant, plan, &context) {
-            let share = self.begin(&format!("{}, {}", plant.name, method.name))?;
+            let share = self.begin(&format!("{}, {}", plant.plant, method.name))?;
             let variant = Variant {
-                plant: plant.name.clone(),
+                plant: plant.plant.clone(),
                 method: method.name.clone(),
                 setting,
                 scales: Scales::AS_IS,

@@ -5,9 +5,11 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{PartKind, Plant, in_part};
 
 use crate::budget::Share;
+use crate::commands::Commands;
 use crate::factory::{MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind, Variant};
 use crate::number::{instant, method_setting, si};
 use crate::panics::Panics;
+use crate::plant_id::PlantId;
 use crate::plant_run::{Ending, PlantRun};
 use crate::row::{Row, RowKind, Status};
 use crate::trace::{Errors, Trace};
@@ -32,7 +34,8 @@ pub(crate) struct Reference {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ReferenceNote {
     /// Plant.
-    pub plant: String,
+    #[serde(flatten)]
+    pub plant: PlantId,
     /// Plant simulated in the reference run, where it is another plant of the same model.
     pub of_plant: Option<String>,
     /// Method; `None` if there is no reference.
@@ -77,6 +80,7 @@ pub(crate) struct RunContext<'a> {
     pub(crate) factory: &'a dyn PlantFactory,
     pub(crate) end: SimTime,
     pub(crate) grid: SimDuration,
+    pub(crate) commands: &'a Commands,
     pub(crate) panics: &'a Panics,
 }
 
@@ -120,6 +124,16 @@ impl RunContext<'_> {
         )
     }
 
+    /// Builds a variant whose outputs include the contacts of its feet, and applies `action` to it.
+    pub(crate) fn with_contacts<R>(
+        &self,
+        variant: &Variant,
+        action: impl FnOnce(&mut dyn Plant) -> R,
+    ) -> Result<R, String> {
+        let build = |factory: &dyn PlantFactory| factory.build_with_contacts(variant);
+        self.with_built(variant, build, action)
+    }
+
     fn with_built<R>(
         &self,
         variant: &Variant,
@@ -127,7 +141,7 @@ impl RunContext<'_> {
         action: impl FnOnce(&mut dyn Plant) -> R,
     ) -> Result<R, String> {
         self.panics.guarded(|| {
-            in_part(PartKind::Plant, &variant.plant, || {
+            in_part(PartKind::Plant, &variant.plant.name, || {
                 let mut plant = build(self.factory)?;
                 Ok(action(&mut *plant))
             })
@@ -136,7 +150,7 @@ impl RunContext<'_> {
 
     pub(crate) fn plant_run(&self, share: Share) -> PlantRun<'_> {
         PlantRun {
-            commands: &self.factory.input().commands,
+            commands: self.commands,
             end: self.end,
             grid: self.grid,
             deadline: share.deadline,
@@ -177,7 +191,7 @@ pub(crate) fn ended(ending: &Ending, share: Share) -> Option<(Status, String)> {
 /// Returns the variants that qualify as references, the best first.
 fn trusted(offer: &PlantOffer, scales: Scales) -> Vec<Variant> {
     let variant = |method: &str, setting| Variant {
-        plant: offer.name.clone(),
+        plant: offer.plant.clone(),
         method: method.to_owned(),
         setting,
         scales,
@@ -365,9 +379,9 @@ impl Reference {
 
 impl ReferenceNote {
     /// The note of a `plant` without a reference.
-    pub(crate) fn missing(plant: &str, why: String) -> Self {
+    pub(crate) fn missing(plant: &PlantId, why: String) -> Self {
         Self {
-            plant: plant.to_owned(),
+            plant: plant.clone(),
             of_plant: None,
             method: None,
             step_s: None,
@@ -384,6 +398,7 @@ impl Row {
     pub(crate) fn note_errors(&mut self, errors: &Errors) {
         self.error_rms_m = Some(errors.foot_rms);
         self.error_max_m = Some(errors.foot_max);
+        self.foot_to_hip_error_rms_m = errors.foot_to_hip;
         self.trunk_error_rms_m = errors.trunk.map(|(rms, _)| rms);
         self.trunk_error_max_m = errors.trunk.map(|(_, max)| max);
     }

@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use crate::budget::Share;
 use crate::factory::{PlantFactory, PlantOffer, Scales};
+use crate::plant_id::PlantId;
 use crate::reference::{self, Reference, ReferenceNote, RunContext, Trust};
 
 /// References of a scenario, each built once.
@@ -12,7 +13,7 @@ pub(crate) struct References<'a> {
     context: RunContext<'a>,
     scales: Scales,
     trust: Trust,
-    known: Vec<(String, Result<Rc<Reference>, String>)>,
+    known: Vec<(PlantId, Result<Rc<Reference>, String>)>,
 }
 
 /// Reference assigned to a plant.
@@ -28,7 +29,7 @@ pub(crate) fn model_of<'a>(
     offer: &PlantOffer,
 ) -> Option<(&'a PlantOffer, bool)> {
     let name = offer.model_of.as_ref()?;
-    let named = |plants: &'a [PlantOffer]| plants.iter().find(|plant| plant.name == *name);
+    let named = |plants: &'a [PlantOffer]| plants.iter().find(|plant| plant.plant == **name);
     let studied = named(factory.plants()).map(|plant| (plant, true));
     studied.or_else(|| named(factory.bystanders()).map(|plant| (plant, false)))
 }
@@ -60,7 +61,7 @@ impl<'a> References<'a> {
                     ", which is not in this study"
                 };
                 let why = format!("that of {name}{suffix}, whose model it solves");
-                let note = reference.note().borrowed_by(&offer.name, &why);
+                let note = reference.note().borrowed_by(&offer.plant, &why);
                 AssignedReference {
                     reference: Some(reference),
                     note,
@@ -82,7 +83,7 @@ impl<'a> References<'a> {
                 reference: Some(reference),
             },
             Err(why) => AssignedReference {
-                note: ReferenceNote::missing(&offer.name, why),
+                note: ReferenceNote::missing(&offer.plant, why),
                 reference: None,
             },
         }
@@ -90,12 +91,12 @@ impl<'a> References<'a> {
 
     fn checked(&mut self, offer: &PlantOffer, share: Share) -> Result<Rc<Reference>, String> {
         let mut known = self.known.iter();
-        if let Some((_, known)) = known.find(|(plant, _)| *plant == offer.name) {
+        if let Some((_, known)) = known.find(|(plant, _)| *plant == offer.plant) {
             return known.clone();
         }
         let found = reference::checked(&self.context, offer, self.scales, self.trust, share);
         let found = found.map(Rc::new);
-        self.known.push((offer.name.clone(), found.clone()));
+        self.known.push((offer.plant.clone(), found.clone()));
         found
     }
 }
@@ -111,10 +112,10 @@ impl AssignedReference {
 
 impl ReferenceNote {
     /// Returns the note of a plant that uses this reference.
-    fn borrowed_by(self, plant: &str, why: &str) -> Self {
+    fn borrowed_by(self, plant: &PlantId, why: &str) -> Self {
         let mut note = Self {
-            plant: plant.to_owned(),
-            of_plant: Some(self.plant),
+            plant: plant.clone(),
+            of_plant: Some(self.plant.label()),
             why: None,
             ..self
         };

@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
+use crate::differences;
 use crate::factory::{MethodSetting, Scales, SettingKind, Variant};
+use crate::plant_id::PlantId;
 
 /// Kind of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -10,8 +12,8 @@ use crate::factory::{MethodSetting, Scales, SettingKind, Variant};
 pub enum RowKind {
     /// Error of a method against the reference of the same plant.
     Integration,
-    /// Difference between the references of two plants: a modelling error, independent of the
-    /// method.
+    /// Difference between the references of two models: a modelling error, independent of the
+    /// method. The model `against` is named in the row.
     Model,
     /// Modelling error as the masses of the leg segments vanish.
     Limit,
@@ -29,6 +31,8 @@ pub enum Status {
     Unstable,
     /// It could not be built, reported a fault, or exceeded the budget.
     Failed,
+    /// A method with error control reported a fault in place of a result.
+    Refused,
 }
 
 impl Status {
@@ -38,6 +42,7 @@ impl Status {
             Self::Ok => "ok",
             Self::Unstable => "unstable",
             Self::Failed => "failed",
+            Self::Refused => "refused",
         }
     }
 }
@@ -52,8 +57,9 @@ pub(crate) fn outcome_word(status: Status, cut: bool) -> &'static str {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a separate column")]
 pub struct Row {
-    /// Name of the plant.
-    pub plant: String,
+    /// Plant: its name, and the formulation of its constraints.
+    #[serde(flatten)]
+    pub plant: PlantId,
     /// Name of the method.
     pub method: String,
     /// Step size \[s\].
@@ -95,6 +101,15 @@ pub struct Row {
     pub trunk_error_rms_m: Option<f64>,
     /// Greatest such distance \[m\].
     pub trunk_error_max_m: Option<f64>,
+    /// RMS distance of the worst foot relative to its hip, in the frame of the trunk \[m\].
+    pub foot_to_hip_error_rms_m: Option<f64>,
+    /// Slope of log error over log tolerance of the series between tolerances of 1e-8 and 1e-5,
+    /// with the error of `error_rms_m`.
+    pub tolerance_slope: Option<f64>,
+    /// Model that a difference of models is measured against, with the factors of its compliance.
+    pub against: Option<String>,
+    /// Compared duration of a difference of models \[s\].
+    pub compared_s: Option<f64>,
     /// Greatest error of an event time \[s\].
     pub event_time_error_s: Option<f64>,
     /// Number of events of the run.
@@ -109,6 +124,8 @@ pub struct Row {
     pub steps: Option<u64>,
     /// Mean step size \[s\].
     pub mean_step_s: Option<f64>,
+    /// Least substep of an error control, but for those cut short \[s\].
+    pub least_substep_s: Option<f64>,
     /// Matrix factorisations.
     pub factorisations: Option<u64>,
     /// Iterations of the contact solver.
@@ -130,8 +147,8 @@ pub struct Row {
 /// Key of a series of rows. A method can have two series: by its step and by a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Series<'a> {
-    /// Name of the plant.
-    pub plant: &'a str,
+    /// Plant.
+    pub plant: &'a PlantId,
     /// Name of the method.
     pub method: &'a str,
     /// Quantity that sets the accuracy.
@@ -190,6 +207,10 @@ impl Row {
             contradicts: false,
             trunk_error_rms_m: None,
             trunk_error_max_m: None,
+            foot_to_hip_error_rms_m: None,
+            tolerance_slope: None,
+            against: None,
+            compared_s: None,
             event_time_error_s: None,
             events: None,
             events_expected: None,
@@ -197,6 +218,7 @@ impl Row {
             drift_m: None,
             steps: None,
             mean_step_s: None,
+            least_substep_s: None,
             factorisations: None,
             solver_iterations: None,
             fallbacks: None,
@@ -248,6 +270,22 @@ impl Row {
     /// Returns the word for the outcome; a truncated run is not a failure of the method.
     pub fn word(&self) -> &'static str {
         outcome_word(self.status, self.cut)
+    }
+
+    /// Returns plant, constraints and factors of compliance: `lcp, compliant, stiffness × 3`.
+    pub fn model(&self) -> String {
+        differences::label(&self.plant, &self.scales)
+    }
+
+    /// Returns whether the row varies the compliance of a plant to show its sensitivity to it.
+    pub fn varies_compliance(&self) -> bool {
+        self.scales.compliance < 1.0 || self.scales.compliance_damping != 1.0
+    }
+
+    /// Returns the evaluations per simulated time \[1/s\].
+    pub(crate) fn evaluations_per_s(&self) -> Option<f64> {
+        let simulated_s = self.mean_step_s? * self.steps? as f64;
+        Some(self.evaluations? as f64 / simulated_s)
     }
 
     /// Returns the setting of the method.

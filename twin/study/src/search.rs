@@ -7,6 +7,8 @@ use twinrig_kernel::SimDuration;
 pub(crate) enum Probe {
     Stable,
     Unstable(String),
+    /// The plant reported a fault, under error control.
+    Refused(String),
     /// The run gave no answer.
     Unknown(String),
     /// The run exceeded its budget.
@@ -63,7 +65,7 @@ pub(crate) fn search(range: Range, mut probe: impl FnMut(SimDuration) -> Probe) 
         let refuted = shorter.into_iter().find(|&step| {
             found.probes += 1;
             match probe(step) {
-                Probe::Unstable(why) => {
+                Probe::Unstable(why) | Probe::Refused(why) => {
                     found.why = Some(why);
                     true
                 }
@@ -134,7 +136,7 @@ impl SearchResult {
         self.probes += 1;
         match probe(step) {
             Probe::Stable => self.stable = Some(step),
-            Probe::Unstable(why) => {
+            Probe::Unstable(why) | Probe::Refused(why) => {
                 self.unstable = Some(step);
                 self.why = Some(why);
             }

@@ -4,6 +4,7 @@
 use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::budget::{Budget, Share};
+use crate::commands::Commands;
 use crate::criteria;
 use crate::error::StudyError;
 use crate::factory::{
@@ -87,8 +88,13 @@ pub fn stability(
         });
     }
     let (scales, left_out) = sweeps(factory, plan);
-    let methods: usize = plants.iter().map(|plant| plant.methods.len()).sum();
-    let parts = scales.len() * (methods + plants.len());
+    let of_plant = |plant: &PlantOffer| 1 + plant.methods.len();
+    let parts = scales
+        .iter()
+        .flat_map(|&scales| runs(plants, scales).map(of_plant));
+    let parts = parts.sum();
+    let speeds = scales.iter().map(|scales| scales.speed);
+    let commands: Vec<Commands> = speeds.map(|speed| input.commands.at_speed(speed)).collect();
     let end = SimTime::ZERO + plan.duration;
     let mut study = Study::new(StudyKind::Stability, factory, end, REFERENCE_GRID);
     study.budget_s = plan.budget_s;
@@ -100,6 +106,7 @@ pub fn stability(
             factory,
             end,
             grid: REFERENCE_GRID,
+            commands: &input.commands,
             panics: &panics,
         },
         plan,
@@ -110,16 +117,17 @@ pub fn stability(
         apart_m: plan.wrong_m * REFERENCE_MARGIN,
         rough: true,
     };
-    for &scales in &scales {
+    for (&scales, commands) in scales.iter().zip(&commands) {
+        job.context.commands = commands;
         let mut known = References::new(job.context, scales, trust);
-        for plant in plants {
-            let share = job.begin(&plant.name)?;
+        for plant in runs(plants, scales) {
+            let share = job.begin(&plant.plant.label())?;
             let AssignedReference { reference, note } = known.of(plant, share);
             if scales == Scales::AS_IS {
                 study.references.push(note);
             }
             for method in &plant.methods {
-                let share = job.begin(&format!("{}, {}", plant.name, method.name))?;
+                let share = job.begin(&format!("{}, {}", plant.plant, method.name))?;
                 let row = panics
                     .guarded(|| Ok(job.row(plant, method, scales, reference.as_deref(), share)));
                 let row = row.unwrap_or_else(|why| job.failed(plant, method, scales, why));
@@ -133,11 +141,28 @@ pub fn stability(
     Ok(study)
 }
 
+/// Returns the plants that run with these changes.
+fn runs(plants: &[PlantOffer], scales: Scales) -> impl Iterator<Item = &PlantOffer> {
+    plants.iter().filter(move |plant| {
+        if plant.plant.is_compliant() {
+            // How a compliant sole rebounds follows from its damping.
+            scales.restitution.is_none()
+        } else {
+            !scales.only_compliant()
+        }
+    })
+}
+
 /// Returns the scales of all sweeps, each once, and the factors without effect, with the reason.
 fn sweeps(factory: &dyn PlantFactory, plan: &StabilityPlan) -> (Vec<Scales>, Vec<String>) {
     let mut scales = vec![Scales::AS_IS];
     let mut left_out = Vec::new();
+    let mut plants = factory.plants().iter();
+    let any_compliant = plants.any(|plant| plant.plant.is_compliant());
     for factor in &plan.factors {
+        if factor.is_of_compliance() && !any_compliant {
+            continue;
+        }
         if let Some(why) = factor.ineffective_in(factory.input()) {
             left_out.push(format!("{}: {why}", factor.name()));
             continue;
@@ -180,7 +205,7 @@ impl Job<'_> {
         share: Share,
     ) -> Row {
         let variant = |setting| Variant {
-            plant: plant.name.clone(),
+            plant: plant.plant.clone(),
             method: method.name.clone(),
             setting,
             scales,
@@ -192,7 +217,7 @@ impl Job<'_> {
                 share,
             ),
             SettingKind::Step => {
-                let commands = self.context.factory.input().commands.period();
+                let commands = self.context.commands.period();
                 let most = self.plan.most;
                 let range = Range {
                     least: self.plan.least,
@@ -210,7 +235,7 @@ impl Job<'_> {
     /// Returns the row of a panic in the study itself.
     fn failed(&self, plant: &PlantOffer, method: &MethodOffer, scales: Scales, why: String) -> Row {
         let variant = Variant {
-            plant: plant.name.clone(),
+            plant: plant.plant.clone(),
             method: method.name.clone(),
             setting: match method.set_by {
                 SettingKind::Tolerance => MethodSetting::Tolerance(self.plan.tolerance),
@@ -311,6 +336,7 @@ impl Job<'_> {
                 row
             }
             Probe::Unstable(why) => row.ended(Status::Unstable, why),
+            Probe::Refused(why) => row.ended(Status::Refused, why),
             Probe::Unknown(why) => row.ended(Status::Failed, why),
             Probe::OverBudget(why) => row.cut_off(why),
         }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::fit::Fit;
+use crate::plant_id::PlantId;
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
 use crate::sweep::Factor;
@@ -11,7 +12,8 @@ use crate::sweep::Factor;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StiffnessTrend {
     /// Plant.
-    pub plant: String,
+    #[serde(flatten)]
+    pub plant: PlantId,
     /// Method.
     pub method: String,
     /// Number of stiffnesses with a limit.
@@ -62,7 +64,7 @@ impl Study {
     }
 }
 
-fn trend(plant: &str, method: &str, rows: &[(f64, &Row)]) -> StiffnessTrend {
+fn trend(plant: &PlantId, method: &str, rows: &[(f64, &Row)]) -> StiffnessTrend {
     let stable = |row: &Row| {
         row.largest_stable_step_s
             .filter(|_| row.status == Status::Ok)
@@ -93,7 +95,7 @@ fn trend(plant: &str, method: &str, rows: &[(f64, &Row)]) -> StiffnessTrend {
     });
     let steps = || limits.iter().map(|&(_, step, _)| step);
     StiffnessTrend {
-        plant: plant.to_owned(),
+        plant: plant.clone(),
         method: method.to_owned(),
         limits: limits.len(),
         unlimited: known - limits.len(),
@@ -143,7 +145,7 @@ mod tests {
             .iter()
             .map(|&(stiffness, limit)| {
                 let variant = Variant {
-                    plant: String::new(),
+                    plant: PlantId::new(""),
                     method: String::new(),
                     setting: MethodSetting::Step(SimDuration::from_millis(1)),
                     scales: Factor::Stiffness.scales(stiffness),
@@ -155,7 +157,11 @@ mod tests {
             })
             .collect();
         let stiffnesses = limits.iter().map(|limit| limit.0);
-        trend("", "", &stiffnesses.zip(&rows).collect::<Vec<_>>())
+        trend(
+            &PlantId::new(""),
+            "",
+            &stiffnesses.zip(&rows).collect::<Vec<_>>(),
+        )
     }
 
     #[test]

@@ -4,11 +4,14 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 use twinrig_kernel::{SimDuration, SimTime};
 
+use crate::contact::ContactResiduals;
+use crate::ensemble::Ensemble;
 use crate::factory::{PlantFactory, SettingKind};
 use crate::fit;
 use crate::footsteps::Footstep;
 use crate::machine::Machine;
 use crate::panics;
+use crate::plant_id::PlantId;
 use crate::reference::ReferenceNote;
 use crate::row::{Row, RowKind, Series, Status};
 use crate::transport::Transport;
@@ -55,11 +58,11 @@ pub struct Study {
     /// Time budget \[s\].
     pub budget_s: f64,
     /// Plants whose leg segments have mass.
-    pub massive: Vec<String>,
+    pub massive: Vec<PlantId>,
     /// Pairs (plant, model): the plant solves the model of the other plant by a different engine.
-    pub solves: Vec<(String, String)>,
+    pub solves: Vec<(PlantId, String)>,
     /// Offered methods: plant, name, setting kind and description.
-    pub abouts: Vec<(String, String, SettingKind, String)>,
+    pub abouts: Vec<(PlantId, String, SettingKind, String)>,
     /// Reference of each plant.
     pub references: Vec<ReferenceNote>,
     /// Rows, one for each run or search.
@@ -68,6 +71,10 @@ pub struct Study {
     pub footsteps: Vec<Footstep>,
     /// Cost of transport by plant and method.
     pub transports: Vec<Transport>,
+    /// Contact of the feet by plant and method.
+    pub contacts: Vec<ContactResiduals>,
+    /// Ensembles of perturbed walks by plant.
+    pub ensembles: Vec<Ensemble>,
     /// Definitions of the criteria: name and text.
     pub criteria: Vec<(String, String)>,
     /// Omitted plants and factors, each with the reason.
@@ -81,7 +88,8 @@ pub struct Study {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Order {
     /// Plant.
-    pub plant: String,
+    #[serde(flatten)]
+    pub plant: PlantId,
     /// Method.
     pub method: String,
     /// Slope of log error over log step, by least squares over the settings whose error lies
@@ -106,7 +114,8 @@ impl Study {
         let input = factory.input();
         let plants = factory.plants().iter();
         let massive = plants.clone().filter(|plant| plant.segment_masses);
-        let solves = plants.filter_map(|plant| Some((plant.name.clone(), plant.model_of.clone()?)));
+        let solves =
+            plants.filter_map(|plant| Some((plant.plant.clone(), plant.model_of.clone()?)));
         Self {
             kind,
             scenario: input.name.clone(),
@@ -117,13 +126,15 @@ impl Study {
             commanded: input.commands.change(),
             ground: input.ground,
             budget_s: 0.0,
-            massive: massive.map(|plant| plant.name.clone()).collect(),
+            massive: massive.map(|plant| plant.plant.clone()).collect(),
             solves: solves.collect(),
             abouts: abouts(factory),
             references: Vec::new(),
             rows: Vec::new(),
             footsteps: Vec::new(),
             transports: Vec::new(),
+            contacts: Vec::new(),
+            ensembles: Vec::new(),
             criteria: Vec::new(),
             left_out: factory.left_out().to_vec(),
             panics: Vec::new(),
@@ -144,7 +155,7 @@ impl Study {
 
     /// Returns the series, each with a number that all setting kinds of one method share.
     pub(crate) fn numbered_series(&self) -> Vec<(usize, Series<'_>)> {
-        let mut methods: Vec<(&str, &str)> = Vec::new();
+        let mut methods: Vec<(&PlantId, &str)> = Vec::new();
         let all = self.series().into_iter();
         all.map(|series| {
             let method = (series.plant, series.method);
@@ -161,7 +172,7 @@ impl Study {
     /// Returns the description of the method of a series.
     pub(crate) fn about(&self, series: Series<'_>) -> &str {
         let known = self.abouts.iter().find(|(plant, method, set_by, _)| {
-            (&**plant, &**method, *set_by) == (series.plant, series.method, series.set_by)
+            (plant, &**method, *set_by) == (series.plant, series.method, series.set_by)
         });
         known.map_or("", |(.., about)| about)
     }
@@ -180,8 +191,8 @@ impl Study {
 
     /// Returns the floor of a plant's errors: the RMS disagreement of its reference and the check
     /// \[m\].
-    pub fn floor_of(&self, plant: &str) -> f64 {
-        let note = self.references.iter().find(|note| note.plant == plant);
+    pub fn floor_of(&self, plant: &PlantId) -> f64 {
+        let note = self.references.iter().find(|note| note.plant == *plant);
         let check = note.and_then(|note| note.check.as_ref());
         check.map_or(0.0, |check| check.disagreement_rms_m)
     }
@@ -209,7 +220,7 @@ impl Study {
                 .collect();
             let order = fit::order(&points).ok()?;
             Some(Order {
-                plant: series.plant.to_owned(),
+                plant: series.plant.clone(),
                 method: series.method.to_owned(),
                 order,
                 points: points.len(),
@@ -243,11 +254,16 @@ impl Study {
             "budget_s": self.budget_s,
             "references": self.references,
             "orders": self.orders(),
+            "tolerance_slopes": self.tolerance_slopes(),
             "footsteps": self.footsteps,
             "dominance": self.dominances(),
             "floors": self.floors(),
             "transport": self.transports,
+            "contacts": self.contacts,
+            "ensembles": self.ensembles,
+            "ensembles_differ": self.ensemble_differences(),
             "stiffness": self.stiffnesses(),
+            "error_control": self.error_control_trends(),
             "criteria": criteria,
             "left_out": self.left_out,
             "error": self.error(),
@@ -256,12 +272,12 @@ impl Study {
 }
 
 /// Returns plant, name, setting kind and description of every offered method.
-fn abouts(factory: &dyn PlantFactory) -> Vec<(String, String, SettingKind, String)> {
+fn abouts(factory: &dyn PlantFactory) -> Vec<(PlantId, String, SettingKind, String)> {
     let plants = factory.plants().iter();
     let methods = plants.flat_map(|plant| plant.methods.iter().map(move |method| (plant, method)));
     methods
         .map(|(plant, method)| {
-            let (plant, name) = (plant.name.clone(), method.name.clone());
+            let (plant, name) = (plant.plant.clone(), method.name.clone());
             (plant, name, method.set_by, method.about.clone())
         })
         .collect()

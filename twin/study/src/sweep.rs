@@ -18,17 +18,29 @@ pub enum Factor {
     Friction,
     /// Coefficient of the ground.
     Restitution,
+    /// Stiffness of compliant stops, cables and soles, a multiple.
+    Compliance,
+    /// Their damping, a multiple.
+    ComplianceDamping,
+    /// Longest step of a method with error control \[s\].
+    LongestStep,
+    /// Speed of the commands, a multiple.
+    Speed,
 }
 
 impl Factor {
     /// All factors, in the order of the study.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 10] = [
         Self::Stiffness,
         Self::Mass,
         Self::Damping,
         Self::Gain,
         Self::Friction,
         Self::Restitution,
+        Self::Compliance,
+        Self::ComplianceDamping,
+        Self::LongestStep,
+        Self::Speed,
     ];
 
     /// Returns the name.
@@ -40,12 +52,24 @@ impl Factor {
             Self::Gain => "gain of the position loop",
             Self::Friction => "friction of the ground",
             Self::Restitution => "restitution of the ground",
+            Self::Compliance => "stiffness of the compliance",
+            Self::ComplianceDamping => "damping of the compliance",
+            Self::LongestStep => "longest step in seconds",
+            Self::Speed => "speed of the commands",
         }
     }
 
     /// Returns whether the value is a multiple of the robot's, not an absolute value.
     pub fn is_multiple(self) -> bool {
-        !matches!(self, Self::Friction | Self::Restitution)
+        !matches!(self, Self::Friction | Self::Restitution | Self::LongestStep)
+    }
+
+    /// Returns whether only plants with compliant constraints are run with changes of this factor.
+    pub(crate) fn is_of_compliance(self) -> bool {
+        matches!(
+            self,
+            Self::Compliance | Self::ComplianceDamping | Self::LongestStep | Self::Speed
+        )
     }
 
     /// Formats a value of this factor: `stiffness × 0.1`, `friction of the ground 0.3`.
@@ -61,8 +85,12 @@ impl Factor {
             Self::Mass => &[0.1, 1e-2, 1e-3, 1e-4, 1e-6],
             Self::Damping => &[0.0, 0.1, 10.0, 100.0],
             Self::Gain => &[0.1, 10.0, 100.0],
-            Self::Friction => &[0.0, 0.3, 1.0, 10.0],
+            Self::Friction => &[0.0, 0.3, 1.0, 2.0, 10.0],
             Self::Restitution => &[0.0, 0.5, 1.0],
+            Self::Compliance => &[1e-2, 0.1, 10.0, 100.0, 1e3, 1e4],
+            Self::ComplianceDamping => &[0.0, 0.1, 10.0, 100.0, 1e3, 1e4],
+            Self::LongestStep => &[1e-3, 2e-4, 2e-5],
+            Self::Speed => &[0.5, 2.0, 4.0],
         }
     }
 
@@ -76,6 +104,10 @@ impl Factor {
             Self::Gain => scales.gain = value,
             Self::Friction => scales.friction = Some(value),
             Self::Restitution => scales.restitution = Some(value),
+            Self::Compliance => scales.compliance = value,
+            Self::ComplianceDamping => scales.compliance_damping = value,
+            Self::LongestStep => scales.longest_step_s = Some(value),
+            Self::Speed => scales.speed = value,
         }
         scales
     }
@@ -89,6 +121,10 @@ impl Factor {
             Self::Gain => Some(scales.gain),
             Self::Friction => scales.friction,
             Self::Restitution => scales.restitution,
+            Self::Compliance => Some(scales.compliance),
+            Self::ComplianceDamping => Some(scales.compliance_damping),
+            Self::LongestStep => scales.longest_step_s,
+            Self::Speed => Some(scales.speed),
         }?;
         (self.scales(value) == *scales).then_some(value)
     }
@@ -96,6 +132,9 @@ impl Factor {
     /// Returns the reason why this factor has no effect in the scenario, if so.
     pub(crate) fn ineffective_in(self, input: &StudyInput) -> Option<&'static str> {
         match self {
+            Self::Speed if !input.servos || !input.commands.change() => {
+                Some("no servo is commanded")
+            }
             Self::Gain if !input.servos => Some("nothing drives the legs"),
             Self::Friction | Self::Restitution if !input.ground => Some("there is no ground"),
             _ => None,

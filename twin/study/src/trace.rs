@@ -3,7 +3,9 @@
 use twinrig_kernel::{Direction, Layout, SimTime, signal};
 use twinrig_runtime::{Plant, PlantEvent, WorkCounts};
 
+use crate::frame::in_trunk;
 use crate::plant_run::{Ending, PlantRun, SampleVerdict};
+use crate::stencil::Stencil;
 
 /// Samples and totals of a run.
 #[derive(Clone, Debug)]
@@ -14,6 +16,8 @@ pub(crate) struct Trace {
     pub(crate) feet: Vec<String>,
     /// Foot positions, sample by sample, foot by foot \[m\].
     feet_at: Vec<[f64; 3]>,
+    /// The same in the frame of the trunk; empty without attitude of the trunk \[m\].
+    feet_in_trunk: Vec<[f64; 3]>,
     /// Trunk positions, sample by sample; empty if the plant has no such output \[m\].
     trunk_at: Vec<[f64; 3]>,
     /// Number of trusted samples, for a trace that is a reference.
@@ -28,6 +32,7 @@ pub(crate) struct Trace {
     /// Maximum constraint violation \[m\].
     pub(crate) violation: Option<f64>,
     pub(crate) events: Vec<PlantEvent>,
+    pub(crate) least_substep_s: Option<f64>,
     pub(crate) work: WorkCounts,
     /// Run time, sampling included \[s\].
     pub(crate) run_s: f64,
@@ -38,6 +43,9 @@ pub(crate) struct Trace {
 pub(crate) struct Errors {
     pub(crate) foot_rms: f64,
     pub(crate) foot_max: f64,
+    /// Greatest RMS distance of a foot relative to its hip, in the frame of the trunk; `None`
+    /// without the attitude of the trunk.
+    pub(crate) foot_to_hip: Option<f64>,
     /// RMS and maximum; `None` if one of the plants has no trunk output.
     pub(crate) trunk: Option<(f64, f64)>,
 }
@@ -51,6 +59,7 @@ pub(crate) fn is_foot(name: &str) -> bool {
 struct SignalOffsets {
     feet: Vec<(String, usize)>,
     trunk: Option<usize>,
+    attitude: Option<usize>,
     outputs: Vec<f64>,
 }
 
@@ -60,12 +69,16 @@ impl SignalOffsets {
         let layout = Layout::of(&ports, Direction::Output);
         let vectors = || layout.fields().filter(|field| field.port.size == 3);
         let feet = vectors().filter(|field| is_foot(&field.port.name));
+        let attitude = layout
+            .fields()
+            .find(|field| field.port.name == signal::BODY_ORIENTATION && field.port.size == 4);
         let trunk = vectors().find(|field| field.port.name == signal::BODY_POSITION);
         Self {
             feet: feet
                 .map(|field| (field.port.name.clone(), field.offset))
                 .collect(),
             trunk: trunk.map(|field| field.offset),
+            attitude: attitude.map(|field| field.offset),
             outputs: vec![0.0; layout.len()],
         }
     }
@@ -93,6 +106,7 @@ impl Trace {
             at_s: Vec::new(),
             feet: Vec::new(),
             feet_at: Vec::new(),
+            feet_in_trunk: Vec::new(),
             trunk_at: Vec::new(),
             trusted: usize::MAX,
             stored_greatest: f64::NEG_INFINITY,
@@ -102,6 +116,7 @@ impl Trace {
             violation: None,
             events: Vec::new(),
             work: WorkCounts::default(),
+            least_substep_s: None,
             run_s: 0.0,
         }
     }
@@ -127,6 +142,7 @@ impl Trace {
         trace.residual = plant.energy().residual;
         trace.events = plant.events().to_vec();
         trace.work = plant.work();
+        trace.least_substep_s = plant.least_substep_s();
         plant.log_events(false);
         (trace, ending)
     }
@@ -152,6 +168,12 @@ impl Trace {
         self.feet_at
             .extend(signals.feet.iter().map(|&(_, offset)| position(offset)));
         self.trunk_at.extend(signals.trunk.map(position));
+        if let (Some(trunk), Some(attitude)) = (signals.trunk, signals.attitude) {
+            let attitude = core::array::from_fn(|n| signals.outputs[attitude + n]);
+            let feet = signals.feet.iter();
+            self.feet_in_trunk
+                .extend(feet.map(|&(_, foot)| in_trunk(position(foot), position(trunk), attitude)));
+        }
         self.kinetic.push(kinetic);
         self.stored_greatest = self.stored_greatest.max(energy.stored());
         self.nonkinetic_least = self.nonkinetic_least.min(energy.stored() - kinetic);
@@ -235,6 +257,15 @@ impl Trace {
         self.errors_against(reference, (0..samples).map(|n| Some((n, Stencil::at(n)))))
     }
 
+    /// Returns the distance from `reference`, which has the same sampling instants, up to
+    /// `until_s`.
+    pub(crate) fn errors_until(&self, reference: &Self, until_s: f64) -> Option<Errors> {
+        let samples = self.at_s.len().min(reference.at_s.len());
+        let until = self.at_s.partition_point(|&at| at <= until_s);
+        let samples = samples.min(until);
+        self.errors_against(reference, (0..samples).map(|n| Some((n, Stencil::at(n)))))
+    }
+
     /// Returns the distance from `reference` by cubic interpolation of its evenly spaced samples at
     /// the instants of this trace.
     pub(crate) fn errors_between(&self, reference: &Self) -> Option<Errors> {
@@ -264,13 +295,20 @@ impl Trace {
         if feet.is_empty() || pairs.is_empty() {
             return None;
         }
+        let has_hips = !self.feet_in_trunk.is_empty() && !reference.feet_in_trunk.is_empty();
+        let mut to_hip = vec![Spread::default(); feet.len()];
         let mut foot = Spread::default();
         let mut trunk = Spread::default();
         for (own, stencil) in &pairs {
-            for &(foot_own, foot_other) in &feet {
-                let a = self.feet_at[own * self.feet.len() + foot_own];
-                let b = stencil.of(|n| reference.feet_at[n * reference.feet.len() + foot_other]);
-                foot.add(distance(a, b));
+            for (&(foot_own, foot_other), to_hip) in feet.iter().zip(&mut to_hip) {
+                let own = own * self.feet.len() + foot_own;
+                let other = |n| n * reference.feet.len() + foot_other;
+                let b = stencil.of(|n| reference.feet_at[other(n)]);
+                foot.add(distance(self.feet_at[own], b));
+                if has_hips {
+                    let b = stencil.of(|n| reference.feet_in_trunk[other(n)]);
+                    to_hip.add(distance(self.feet_in_trunk[own], b));
+                }
             }
             if !self.trunk_at.is_empty() && !reference.trunk_at.is_empty() {
                 let b = stencil.of(|n| reference.trunk_at[n]);
@@ -280,60 +318,9 @@ impl Trace {
         Some(Errors {
             foot_rms: foot.rms(),
             foot_max: foot.max,
+            foot_to_hip: has_hips.then(|| to_hip.iter().map(|foot| foot.rms()).fold(0.0, f64::max)),
             trunk: (trunk.count > 0).then(|| (trunk.rms(), trunk.max)),
         })
-    }
-}
-
-/// Interpolation stencil: four neighbouring samples and their weights.
-#[derive(Clone, Copy, Debug)]
-struct Stencil {
-    first: usize,
-    weights: [f64; 4],
-}
-
-impl Stencil {
-    /// The stencil of a single sample.
-    fn at(n: usize) -> Self {
-        Self {
-            first: n,
-            weights: [1.0, 0.0, 0.0, 0.0],
-        }
-    }
-
-    /// Lagrange's cubic through the samples around `at_s`; `None` beyond the last sample.
-    fn between(times: &[f64], at_s: f64) -> Option<Self> {
-        let count = times.len();
-        if count < 4 || at_s > times[count - 1] * (1.0 + 1e-12) {
-            return None;
-        }
-        let spacing = times[1] - times[0];
-        let after = times.partition_point(|&time| time <= at_s);
-        let first = after.saturating_sub(2).min(count - 4);
-        let x = (at_s - times[first]) / spacing;
-        let weight = |n: usize| {
-            let others = (0..4).filter(|&m| m != n);
-            others
-                .map(|m| (x - m as f64) / (n as f64 - m as f64))
-                .product()
-        };
-        Some(Self {
-            first,
-            weights: [weight(0), weight(1), weight(2), weight(3)],
-        })
-    }
-
-    fn of(&self, value: impl Fn(usize) -> [f64; 3]) -> [f64; 3] {
-        let mut sum = [0.0; 3];
-        for (n, &weight) in self.weights.iter().enumerate() {
-            if weight != 0.0 {
-                let value = value(self.first + n);
-                for (sum, value) in sum.iter_mut().zip(value) {
-                    *sum += weight * value;
-                }
-            }
-        }
-        sum
     }
 }
 
@@ -367,14 +354,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cubic_is_interpolated_exactly_up_to_the_last_sample() {
-        let times: Vec<f64> = (0..8).map(|n| 0.5 * f64::from(n)).collect();
-        let cubic = |x: f64| 1.0 - 2.0 * x + x * x * x;
-        for at in [0.0, 0.1, 0.7, 2.3, 3.4, 3.5] {
-            let stencil = Stencil::between(&times, at).unwrap();
-            let [value, ..] = stencil.of(|n| [cubic(times[n]), 0.0, 0.0]);
-            assert!((value - cubic(at)).abs() < 1e-12, "{at}: {value}");
-        }
-        assert!(Stencil::between(&times, 3.6).is_none());
+    fn error_against_the_hip_is_that_of_the_worst_foot_without_the_trunk() {
+        let feet = ["leg/LF/foot/position", "leg/RF/foot/position"].map(str::to_owned);
+        let mut reference = Trace::from_samples(
+            feet.into(),
+            vec![0.0, 1.0],
+            vec![[0.0; 3]; 4],
+            vec![[0.0; 3]; 2],
+        );
+        reference.feet_in_trunk = vec![[0.0; 3]; 4];
+        let mut moved = reference.clone();
+        // All of it is moved by 1 m; the second foot by 3 mm and 4 mm within the trunk, too.
+        moved.trunk_at = vec![[1.0, 0.0, 0.0]; 2];
+        moved.feet_at = vec![[1.0, 0.0, 0.0]; 4];
+        moved.feet_in_trunk[1] = [3e-3, 0.0, 0.0];
+        moved.feet_in_trunk[3] = [0.0, 4e-3, 0.0];
+        let errors = moved.errors(&reference).unwrap();
+        let rms = (12.5e-6_f64).sqrt();
+        assert!((errors.foot_to_hip.unwrap() - rms).abs() < 1e-15);
+        assert_eq!((errors.foot_rms, errors.trunk), (1.0, Some((1.0, 1.0))));
+        moved.feet_in_trunk.clear();
+        assert_eq!(moved.errors(&reference).unwrap().foot_to_hip, None);
     }
 }

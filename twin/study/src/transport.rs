@@ -6,8 +6,9 @@ use twinrig_runtime::{EnergyBalance, Plant};
 
 use crate::budget::Share;
 use crate::error::StudyError;
-use crate::factory::{MethodSetting, PlantOffer, Scales, SettingKind, Variant};
+use crate::factory::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 use crate::number::instant;
+use crate::plant_id::PlantId;
 use crate::plant_run::{PlantRun, SampleVerdict};
 use crate::precision::Job;
 use crate::reference::ended;
@@ -16,18 +17,22 @@ use crate::row::Status;
 /// Greatest simulated duration of the walk.
 pub const STROLL: SimDuration = SimDuration::from_secs(10);
 /// Share of the walk that is excluded until the gait has settled.
-const SETTLING: f64 = 0.2;
+pub(crate) const SETTLING: f64 = 0.2;
 /// Height of the trunk, as a share of the initial height, below which the robot has fallen.
 const FALLEN: f64 = 0.5;
 /// Tolerance of adaptive methods: its effect is far below the differences between walks.
-const TOLERANCE: f64 = 1e-6;
+pub(crate) const TOLERANCE: f64 = 1e-6;
+
+/// Greatest number of finer settings tried for a converged cost.
+const FINER_MOST: u32 = 6;
 
 /// Cost of a walk in one plant by one method, at the scenario's step. Values that do not apply are
 /// null.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Transport {
-    /// Name of the plant.
-    pub plant: String,
+    /// Plant.
+    #[serde(flatten)]
+    pub plant: PlantId,
     /// Name of the method.
     pub method: String,
     /// Step size \[s\].
@@ -42,6 +47,9 @@ pub struct Transport {
     pub why: Option<String>,
     /// Time at which the trunk was first below half of its initial height \[s\].
     pub fell_at_s: Option<f64>,
+    /// Whether the cost of transport, as printed, is that at a coarser setting; `None` for a walk
+    /// at the scenario's step, whose convergence is not examined.
+    pub converged: Option<bool>,
     /// Cost of the walk.
     pub cost: Option<Cost>,
 }
@@ -84,9 +92,33 @@ pub struct Cost {
     pub positive_cost_of_transport: Option<f64>,
 }
 
+impl Transport {
+    /// Returns the cost of transport of a walk that ended upright, in its printed digits.
+    fn printed_cost(&self) -> Option<String> {
+        let upright = self.status == Status::Ok && self.fell_at_s.is_none();
+        let cost = self.cost.as_ref().filter(|_| upright)?;
+        cost.cost_of_transport.map(|cost| format!("{cost:.3}"))
+    }
+}
+
+/// Returns the method that stands for a plant: that of its reference which is set as the plant is
+/// in scenarios, otherwise the first.
+pub(crate) fn usual_method(plant: &PlantOffer) -> Option<&MethodOffer> {
+    let mut methods = plant.methods.iter();
+    let usual = |method: &&MethodOffer| {
+        let set_by = if plant.plant.is_compliant() {
+            SettingKind::Tolerance
+        } else {
+            SettingKind::Step
+        };
+        method.reference.is_some() && method.set_by == set_by
+    };
+    methods.clone().find(usual).or_else(|| methods.next())
+}
+
 /// Returns the number of walks.
 pub(crate) fn parts(plants: &[PlantOffer]) -> usize {
-    plants.iter().map(|plant| plant.methods.len()).sum()
+    plants.iter().map(|plant| plant.methods.len() + 1).sum()
 }
 
 impl Job<'_> {
@@ -99,9 +131,9 @@ impl Job<'_> {
         let mut transports = Vec::new();
         for plant in plants {
             for method in &plant.methods {
-                let share = self.begin_heavy(&format!("{}, cost of transport", plant.name))?;
+                let share = self.begin_heavy(&format!("{}, cost of transport", plant.plant))?;
                 let variant = Variant {
-                    plant: plant.name.clone(),
+                    plant: plant.plant.clone(),
                     method: method.name.clone(),
                     setting: match method.set_by {
                         SettingKind::Step => MethodSetting::Step(step),
@@ -111,8 +143,55 @@ impl Job<'_> {
                 };
                 transports.push(self.transport(&variant, share));
             }
+            let share =
+                self.begin_heavy(&format!("{}, converged cost of transport", plant.plant))?;
+            transports.extend(self.converged_transport(plant, &transports, share));
         }
         Ok(transports)
+    }
+
+    /// Walks with ever finer settings of the plant's usual method until the cost of transport no
+    /// longer changes in its printed digits, or the share is spent; returns the last walk.
+    fn converged_transport(
+        &self,
+        plant: &PlantOffer,
+        known: &[Transport],
+        share: Share,
+    ) -> Option<Transport> {
+        let method = usual_method(plant)?;
+        let of_method = |one: &&Transport| {
+            let set_by = if one.tolerance.is_some() {
+                SettingKind::Tolerance
+            } else {
+                SettingKind::Step
+            };
+            (&one.plant, &one.method, set_by) == (&plant.plant, &method.name, method.set_by)
+        };
+        let mut cost = known.iter().find(of_method)?.printed_cost()?;
+        let mut setting = match method.set_by {
+            SettingKind::Step => MethodSetting::Step(self.context.factory.input().step),
+            SettingKind::Tolerance => MethodSetting::Tolerance(TOLERANCE),
+        };
+        let mut last = None;
+        for _ in 0..FINER_MOST {
+            setting = setting.finer();
+            let variant = Variant {
+                plant: plant.plant.clone(),
+                method: method.name.clone(),
+                setting,
+                scales: Scales::AS_IS,
+            };
+            let mut transport = self.transport(&variant, share);
+            let Some(finer) = transport.printed_cost() else {
+                break;
+            };
+            transport.converged = Some(finer == cost);
+            cost = finer;
+            if last.insert(transport).converged == Some(true) {
+                break;
+            }
+        }
+        last
     }
 
     fn transport(&self, variant: &Variant, share: Share) -> Transport {
@@ -125,6 +204,7 @@ impl Job<'_> {
             status: Status::Failed,
             why: None,
             fell_at_s: None,
+            converged: None,
             cost: None,
         };
         // The drives are sampled after every step, so that torque times rotation sums to their

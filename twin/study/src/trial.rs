@@ -98,6 +98,9 @@ impl Job<'_> {
                 let why = ended(&ending, share).map(|(_, why)| why);
                 return Probe::OverBudget(why.unwrap_or_default());
             }
+            Ending::Fault(fault) if variant.setting.tolerance().is_some() => {
+                return Probe::Refused(fault.to_string());
+            }
             Ending::Fault(_) | Ending::NotFinite(_) => {
                 let why = ended(&ending, share).map(|(_, why)| why);
                 return Probe::Unstable(why.unwrap_or_default());
@@ -106,7 +109,9 @@ impl Job<'_> {
         let own = trace.kinetic_by_quarter(end_s);
         let [first, .., last] = own;
         let rest = if peak.is_finite() { REST * peak } else { 0.0 };
-        if last > GROWTH * first.max(late) + rest {
+        // A commanded robot starts from rest: without a reference, growth is no sign.
+        let judged = known.is_some() || !self.context.commands.change();
+        if judged && last > GROWTH * first.max(late) + rest {
             return Probe::Unstable(format!(
                 "kinetic energy grows: its peak is {first:.2e} J in the first quarter and {last:.2e} J in the last"
             ));
@@ -133,6 +138,7 @@ impl Job<'_> {
         row.note_work(&trace.work, trace.reached_s());
         row.energy_residual_j = Some(trace.residual);
         row.drift_m = trace.violation;
+        row.least_substep_s = trace.least_substep_s;
         if let Some(errors) = &errors {
             row.note_errors(errors);
             row.wrong = errors.foot_rms > self.plan.wrong_m;

@@ -81,7 +81,7 @@ impl Lanes for Numbers {
     }
 
     #[inline(always)]
-    fn any(mask: f64x4) -> bool {
+    fn any(self, mask: f64x4) -> bool {
         mask.any()
     }
 

@@ -15,7 +15,7 @@ impl Kernel for Everything {
         let mut sum = a;
         sum += b;
         sum -= b * 3.0;
-        let any = f64::from(u8::from(S::Lanes::any(a.gt(b))));
+        let any = f64::from(u8::from(a.any(a.gt(b))));
         let results = [
             a + b,
             a - b,

@@ -105,9 +105,8 @@ impl Lanes for Numbers {
     }
 
     #[inline(always)]
-    fn any(mask: __m256d) -> bool {
-        let bits: [u64; LANES] = cast(mask);
-        bits.iter().any(|&bits| bits != 0)
+    fn any(self, mask: __m256d) -> bool {
+        self.v3.avx._mm256_movemask_pd(mask) != 0
     }
 
     #[inline(always)]

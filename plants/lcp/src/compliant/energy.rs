@@ -1,5 +1,6 @@
 //! Energy of the compliant model.
 
+use twinrig_compliant::events::{ElementMotion, GROUND, INSIDE};
 use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
 use twinrig_compliant::{Below, Depths, DriveLaws, TrunkMotion, Turns};
 use twinrig_legged::{Base, Stored};
@@ -114,42 +115,36 @@ impl<const N: usize, const P: usize> StoredEnergy<'_, N, P> {
     }
 }
 
-/// Elements inside a leg: extended, bottomed out, open, closed, cable; then its contact points.
-pub(crate) const INSIDE: usize = 5;
-
-/// Depths of all elements, negative where they are not compressed \[m\].
-pub(crate) struct ElementDepths<'a, const N: usize, const P: usize> {
+/// Computation of depths and rates of all elements.
+pub(crate) struct Elements<'a, const N: usize, const P: usize> {
     pub(crate) model: &'a CompliantModel<N>,
     pub(crate) state: &'a State<Quad, N, P>,
 }
 
-impl<const N: usize, const P: usize> Kernel for ElementDepths<'_, N, P> {
-    type Output = [Quad; INSIDE + 2];
+impl<const N: usize, const P: usize> Kernel for Elements<'_, N, P> {
+    type Output = ElementMotion;
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Self::Output {
         let (model, state) = (self.model, self.state.load(simd));
         let legs = model.legs.load(simd);
         let turns = Turns::new(&state.angles);
-        let depths = Depths::new(&legs.pantographs, &turns, &state.joints());
-        let none = simd.splat(f64::NEG_INFINITY);
-        let mut all = [none; INSIDE + 2];
-        all[..4].copy_from_slice(&[depths.extended, depths.bottomed, depths.open, depths.closed]);
-        if model.drives != DriveLaws::None {
-            all[4] = depths.cable;
+        let inside = Depths::new(&legs.pantographs, &turns, &state.joints());
+        let (mut motion, count) = (ElementMotion::none(), model.rigid.legs.len());
+        // The cable is the last.
+        let cable = usize::from(model.drives == DriveLaws::None);
+        for i in 0..INSIDE - cable {
+            motion.set(i, count, inside.depths[i], inside.rates[i]);
         }
         if let Some(ground) = &model.rigid.ground {
             let trunk = TrunkMotion::new(state.trunk());
             for p in 0..P {
                 let point = end_of(&legs, &turns, &state, N - P + 1 + p, &trunk);
-                all[INSIDE + p] = -Below::new(simd, ground, &trunk, &point).gap;
+                let below = Below::new(simd, ground, &trunk, &point);
+                let rate = -below.gap_rate(point.velocity);
+                motion.set(GROUND + p, count, -below.gap, rate);
             }
         }
-        let mut quads = all.map(S::Lanes::quad);
-        // Lanes without a leg have no elements.
-        for quad in &mut quads {
-            quad.0[model.rigid.legs.len()..].fill(f64::NEG_INFINITY);
-        }
-        quads
+        motion
     }
 }

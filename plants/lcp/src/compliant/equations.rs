@@ -1,5 +1,6 @@
 //! The compliant model as the equations of motion of a plant.
 
+use twinrig_compliant::events::{ELEMENTS, ElementMotion, INSIDE_NAMES};
 use twinrig_compliant::frame::{into_trunk, rotation};
 use twinrig_compliant::lanes::{Features, Quad, dispatch};
 use twinrig_compliant::{
@@ -11,7 +12,7 @@ use twinrig_legged::{DriveModels, FootMotion, LEGS, LegPosture, PartFault, Postu
 use twinrig_robot::Robot;
 use twinrig_runtime::PlantState;
 
-use super::energy::{ElementDepths, StoredEnergy};
+use super::energy::{Elements, StoredEnergy};
 use super::model::CompliantModel;
 use super::motion::Advance;
 use super::state::{Slope, State};
@@ -179,10 +180,18 @@ impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
         *moving_energy
     }
 
-    fn greatest_depth(&self, features: Features, state: &Self::State) -> f64 {
+    fn elements(&self, features: Features, state: &Self::State) -> ElementMotion {
         let model = &self.model;
-        let depths = dispatch(features, ElementDepths { model, state });
-        depths.iter().flat_map(|quad| quad.0).fold(0.0, f64::max)
+        dispatch(features, Elements { model, state })
+    }
+
+    fn element_names(&self) -> [&'static str; ELEMENTS] {
+        let [a, b, c, d, e] = INSIDE_NAMES;
+        [a, b, c, d, e, "ground", "toe"]
+    }
+
+    fn leg_name(&self, leg: usize) -> &str {
+        &self.model.rigid.legs[leg].name
     }
 
     fn trunk(&self, state: &Self::State) -> TrunkState {

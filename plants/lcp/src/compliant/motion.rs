@@ -1,8 +1,10 @@
 //! The model as a differential equation in lanes.
 
-use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
-use twinrig_compliant::{Commands, Flows, Step, StepControl, StepError, System};
+use twinrig_compliant::events::EventLog;
+use twinrig_compliant::lanes::{Features, Kernel, Lanes, Quad, Simd, dispatch};
+use twinrig_compliant::{Commands, Fastest, Flows, Step, StepControl, StepError, Substep, System};
 
+use super::energy::Elements;
 use super::equations::CompliantEquations;
 use super::model::{CompliantModel, Legs};
 use super::slope::Evaluation;
@@ -27,6 +29,7 @@ impl<const N: usize, const P: usize> Kernel for Advance<'_, N, P> {
             legs: self.model.legs.load(simd),
             commands: step.commands.load(simd),
             sums: step.sums.map(load),
+            log: step.log,
         };
         let mut state = step.state.load(simd);
         let mut slope = step.slope.take().map(|slope| slope.map(load));
@@ -59,6 +62,7 @@ struct Motion<'a, S: Simd, const N: usize, const P: usize> {
     legs: Legs<S::Lanes, N>,
     commands: Commands<S::Lanes>,
     sums: Flows<S::Lanes>,
+    log: &'a mut EventLog,
 }
 
 impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
@@ -120,12 +124,34 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
         a.max(b).max(c.max(d)) + nan
     }
 
+    fn fastest(&self, states: [&Self::State; 2], slopes: [&Self::Slope; 2]) -> Fastest {
+        let difference = |[a, b]: [&Self::State; 2]| {
+            let mut members = Vec::new();
+            b.zip(a, |b, a| b - a)
+                .map(|lanes| members.push(lanes.quad()));
+            members
+        };
+        let slopes = slopes.map(|slope| &slope.state);
+        Fastest::new(&difference(states), &difference(slopes))
+    }
+
     #[inline(always)]
-    fn accept(&mut self, _: f64, slopes: [&Self::Slope; 4], seconds: [f64; 4], _: &Self::State) {
-        for (slope, seconds) in slopes.into_iter().zip(seconds) {
+    fn accept(&mut self, substep: &Substep<'_, Self>) -> u64 {
+        for (slope, seconds) in substep.slopes.into_iter().zip(substep.shares) {
             self.sums = self
                 .sums
                 .zip(&slope.flows, |sum, flow| sum + flow * seconds);
         }
+        let (model, [before, after]) = (self.model, substep.states);
+        let elements = |state: &Self::State| {
+            let state = &state.store();
+            dispatch(Features::Detected, Elements { model, state })
+        };
+        self.log.observe(
+            [substep.time, substep.seconds],
+            model.rigid.legs.len(),
+            [substep.slopes[0].compressed, substep.last.compressed],
+            || [elements(before), elements(after)],
+        )
     }
 }

@@ -1,5 +1,6 @@
 //! Right-hand side of the equations of motion.
 
+use twinrig_compliant::events::{GROUND, if_compressed};
 use twinrig_compliant::frame::{cross, into_world, quaternion_rate};
 use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
 use twinrig_compliant::{
@@ -23,9 +24,60 @@ pub(crate) struct Evaluation<'a, S: Simd, const N: usize, const P: usize> {
     pub(crate) commands: &'a Commands<S::Lanes>,
     pub(crate) time: f64,
     pub(crate) state: &'a State<S::Lanes, N, P>,
-    /// Torque and legs of the hips at the limit of their torque, once they are known.
-    pub(crate) limit: Option<(S::Lanes, <S::Lanes as Lanes>::Mask)>,
+    /// Hips at the limit of their torque, once they are known.
+    pub(crate) limit: Option<Limited<S::Lanes>>,
 }
+
+/// Hips at the limit of their torque.
+#[derive(Clone, Copy)]
+pub(crate) struct Limited<L: Lanes> {
+    /// Torque \[N·m\].
+    torque: L,
+    /// 1 at the greatest torque, −1 at the least, 0 for a hip that follows its command.
+    side: L,
+    /// Number of times that they may be determined again.
+    rounds: u8,
+}
+
+impl<L: Lanes> Limited<L> {
+    /// Returns the hips that need a torque beyond its limit.
+    #[inline(always)]
+    fn beyond(torque: L, limit: L, rounds: u8) -> Self {
+        let (zero, one) = (torque.zero(), torque.like(1.0));
+        let side = one.or(torque.gt(limit), (-one).or(limit.gt(torque), zero));
+        Self {
+            torque: limit,
+            side,
+            rounds,
+        }
+    }
+
+    /// Returns whether there are such hips.
+    #[inline(always)]
+    fn any(&self) -> bool {
+        self.side.any(self.side.abs().gt(self.side.zero()))
+    }
+
+    /// Returns the hips at their limit in the next round, if they differ: whether one is at its
+    /// limit depends on the others. `beyond` has those that would need more torque, `lag` is the
+    /// commanded less the present acceleration.
+    #[inline(always)]
+    fn next(&self, beyond: &Self, lag: L) -> Option<Self> {
+        let zero = lag.zero();
+        let follows = zero.gt(self.side.abs() - 0.5);
+        let kept = zero.or(zero.gt(lag * self.side), self.side);
+        let next = Self {
+            torque: beyond.torque.or(follows, self.torque),
+            side: beyond.side.or(follows, kept),
+            rounds: self.rounds.checked_sub(1)?,
+        };
+        let differs = (next.side - self.side).abs().gt(zero);
+        zero.any(differs).then_some(next)
+    }
+}
+
+/// Greatest number of rounds; two suffice but where several hips are about to reach their limits.
+const ROUNDS: u8 = 6;
 
 /// Everything that does not depend on the drives.
 struct Setting<L, const N: usize, const P: usize> {
@@ -36,6 +88,8 @@ struct Setting<L, const N: usize, const P: usize> {
     bristles: [[L; 2]; P],
     /// World frame \[N\].
     ground: [L; 3],
+    /// Compressed elements.
+    compressed: L,
 }
 
 /// Returns a vector in the first three lanes.
@@ -99,10 +153,10 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                     self.solve_imposed::<FREE>(&setting.equations, acceleration, &setting.trunk);
                 let torque = solution.hip_torque + acceleration * law.inertia();
                 let limit = law.limited(torque, self.state.rates[0]);
-                let limited = (torque - limit).abs().gt(torque.zero());
-                if L::any(limited) {
+                let limited = Limited::beyond(torque, limit, ROUNDS);
+                if limited.any() {
                     // Rare: from the begin, so that nothing is kept for it otherwise.
-                    let limit = Some((limit, limited));
+                    let limit = Some(limited);
                     return self.simd.call(Self { limit, ..*self });
                 }
                 let pulley = self.winding(knee, &setting);
@@ -114,10 +168,18 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 let solution = self.solve_limited::<FREE>(
                     &setting.equations,
                     acceleration,
-                    limit,
+                    &limit,
                     law.inertia(),
                     &setting.trunk,
                 );
+                let torque = solution.hip_torque + solution.links[0] * law.inertia();
+                let most = law.limited(torque, self.state.rates[0]);
+                let beyond = Limited::beyond(torque, most, 0);
+                let next = limit.next(&beyond, acceleration - solution.links[0]);
+                if let Some(limit) = next {
+                    let limit = Some(limit);
+                    return self.simd.call(Self { limit, ..*self });
+                }
                 let pulley = self.winding(knee, &setting);
                 self.slope_of::<FREE>(&setting, &solution, pulley)
             }
@@ -150,7 +212,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         for j in 0..N {
             equations.links.torques[j] += internal.torques[j];
         }
-        let mut dissipated = internal.dissipated;
+        let (mut dissipated, mut compressed) = (internal.dissipated, internal.compressed);
         let zero = dissipated.zero();
         let (mut bristles, mut ground) = ([[zero; 2]; P], [zero; 3]);
         if let Some(terrain) = &self.model.rigid.ground {
@@ -158,6 +220,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 let foot = self.stand::<FREE>(terrain, &turns, &trunk, p, &mut equations);
                 bristles[p] = foot.bristle_rate;
                 dissipated += foot.dissipated;
+                compressed += if_compressed(GROUND + p, foot.depth);
                 for i in 0..3 {
                     ground[i] += foot.force_in_world[i];
                 }
@@ -170,6 +233,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
             dissipated,
             bristles,
             ground,
+            compressed,
         }
     }
 
@@ -216,6 +280,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 cable: tension,
                 ground: setting.ground,
             },
+            compressed: setting.compressed,
         }
     }
 
@@ -372,12 +437,13 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         &self,
         equations: &Equations<L, N>,
         acceleration: L,
-        (limit, limited): (L, L::Mask),
+        limited: &Limited<L>,
         inertia: f64,
         trunk: &TrunkMotion,
     ) -> Solution<L, N> {
         let (mut links, mut share) = (equations.links, equations.share);
-        let zero = limit.zero();
+        let (limit, zero) = (limited.torque, acceleration.zero());
+        let limited = limited.side.abs().gt(zero);
         let imposed = zero.or(limited, acceleration);
         links.impose::<FREE>(imposed, &mut share);
         links.inertia[0][0] = (links.inertia[0][0] + inertia).or(limited, zero.like(1.0));

@@ -29,6 +29,8 @@ pub(crate) struct State<T, const N: usize, const P: usize> {
 pub(crate) struct Slope<T, const N: usize, const P: usize> {
     pub(crate) state: State<T, N, P>,
     pub(crate) flows: Flows<T>,
+    /// Compressed elements.
+    pub(crate) compressed: T,
 }
 
 impl<T: Copy, const N: usize, const P: usize> State<T, N, P> {
@@ -90,7 +92,8 @@ impl<T: Copy, const N: usize, const P: usize> Slope<T, N, P> {
     pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> Slope<U, N, P> {
         Slope {
             state: self.state.map(&mut of),
-            flows: self.flows.map(of),
+            flows: self.flows.map(&mut of),
+            compressed: of(self.compressed),
         }
     }
 }

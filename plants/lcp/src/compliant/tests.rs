@@ -1,6 +1,6 @@
 use proptest::prelude::*;
-use twinrig_compliant::lanes::{Features, Quad};
-use twinrig_compliant::{Element, FlowError, StepError};
+use twinrig_compliant::lanes::{Features, Kernel, Lanes, Quad, Simd, dispatch};
+use twinrig_compliant::{DriveLaws, Element, Equations as _, FlowError, StepError};
 use twinrig_contact::Ground;
 use twinrig_legged::{Base, Drives, Dynamics as _};
 use twinrig_robot::{Compliance, OneSided, Robot};
@@ -196,14 +196,14 @@ fn restored_run_is_bit_identical() {
 
 #[test]
 fn step_beyond_the_limit_of_stability_is_refused() {
-    // Soles a hundred thousand times as stiff: 2 ms are far too long, and the control says so.
+    // Soles a thousand million times as stiff: 2 ms are far too long, and the control says so.
     let stiff = |tolerance| {
         let mut flow = landing::<3, 1>(tolerance, Features::Detected);
         flow.equations.model.legs.sole.element = Element::side_by_side(
             [OneSided {
-                stiffness: 2e9,
-                damping: 3e3,
-                toe_region: 1e-6,
+                stiffness: 2e13,
+                damping: 3e5,
+                toe_region: 1e-8,
             }; 4],
         );
         (0..150).try_for_each(|_| flow.step(2e-3))
@@ -214,5 +214,136 @@ fn step_beyond_the_limit_of_stability_is_refused() {
             || matches!(unstable, FlowError::Step(StepError::Diverged { .. })),
         "{unstable}"
     );
-    assert_eq!(stiff(1e-9), Err(FlowError::Step(StepError::TooStiff)));
+    let refused = stiff(1e-9).unwrap_err();
+    let FlowError::Step(
+        StepError::TooStiff { fastest, .. } | StepError::TooPrecise { fastest, .. },
+    ) = refused
+    else {
+        panic!("{refused}");
+    };
+    assert!(fastest.rate > 1e5, "{refused}");
+}
+
+/// Compressed elements of the slope and those by their depths, of each leg.
+fn compressed<const N: usize, const P: usize>(flow: &CompliantFlow<N, P>) -> [[f64; 4]; 2] {
+    let mut flow = CompliantFlow::new(flow.equations.clone(), flow.state, 1e-6, Features::Detected);
+    flow.renew_slope();
+    let motion = flow.equations.elements(Features::Detected, &flow.state);
+    let weights = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
+    let mut sums = [0.0; 4];
+    for (weight, depths) in weights.into_iter().zip(motion.depths) {
+        for (sum, depth) in sums.iter_mut().zip(depths.0) {
+            *sum += if depth > 0.0 { weight } else { 0.0 };
+        }
+    }
+    [flow.slope.unwrap().compressed.0, sums]
+}
+
+/// Depths \[m\], and their derivatives by differences and as computed \[m/s\].
+fn element_rates<const N: usize, const P: usize>(flow: &mut CompliantFlow<N, P>) -> Vec<[f64; 3]> {
+    let before = flow.equations.elements(Features::Detected, &flow.state);
+    flow.control = twinrig_compliant::StepControl::new(f64::INFINITY);
+    let step = 1e-7;
+    flow.step(step).unwrap();
+    let after = flow.equations.elements(Features::Detected, &flow.state);
+    let mut all = Vec::new();
+    for i in 0..before.depths.len() {
+        for leg in 0..4 {
+            let [a, b] = [&before, &after].map(|motion| motion.depths[i].0[leg]);
+            let [u, v] = [&before, &after].map(|motion| motion.rates[i].0[leg]);
+            all.push([a, (b - a) / step, 0.5 * (u + v)]);
+        }
+    }
+    all
+}
+
+#[test]
+fn compressed_elements_have_positive_depths_with_the_given_rates() {
+    let (mut seen, mut flow) = ([false; 128], landing::<4, 2>(1e-6, Features::Detected));
+    for _ in 0..150 {
+        flow.step(2e-3).unwrap();
+        // One leg straight, one folded: both ends of the diagonal.
+        let mut bent = flow.clone();
+        let first = bent.state.angles[0];
+        bent.state.angles[1].0[..2].copy_from_slice(&[first.0[0], first.0[1] - 2.5]);
+        let [slope, depths] = compressed(&bent);
+        assert_eq!(slope, depths);
+        assert_eq!((slope[0] % 4.0, slope[1] % 4.0), (1.0, 2.0));
+        let [slope, depths] = compressed(&flow);
+        assert_eq!(slope, depths);
+        for (number, seen) in (0_u32..).zip(&mut seen) {
+            *seen |= slope.contains(&f64::from(number));
+        }
+        for [depth, change, rate] in element_rates(&mut flow.clone()) {
+            assert!(
+                depth.is_infinite() || (change - rate).abs() < 1e-5 * (1.0 + rate.abs()),
+                "{depth} {change} {rate}"
+            );
+        }
+    }
+    for element in 3..7 {
+        let compressed = (0..128).filter(|number| number >> element & 1 == 1);
+        assert!(
+            compressed.into_iter().any(|number| seen[number]),
+            "{element}"
+        );
+    }
+}
+
+/// Accelerations of the hips \[rad/s²\], commanded and found, torque of the drives, and its least
+/// and greatest value \[N·m\].
+fn hips<const N: usize, const P: usize>(flow: &mut CompliantFlow<N, P>) -> [[f64; 4]; 5] {
+    struct Law<'a>(&'a twinrig_compliant::ServoLaw, [Quad; 2]);
+    impl Kernel for Law<'_> {
+        type Output = [Quad; 3];
+
+        #[inline(always)]
+        fn run<S: Simd>(self, simd: S) -> [Quad; 3] {
+            let [angle, rate] = self.1.map(|quad| simd.load(quad));
+            // The servos of a new plant are commanded to stay.
+            let wanted = self.0.acceleration(angle, angle, rate);
+            let limit = |torque| self.0.limited(simd.splat(torque), rate);
+            [wanted, limit(-1e9), limit(1e9)].map(Lanes::quad)
+        }
+    }
+    flow.renew_slope();
+    let (slope, state) = (flow.slope.unwrap(), flow.state);
+    let DriveLaws::Servos { hip, .. } = &flow.equations.model.drives else {
+        panic!("servos");
+    };
+    let law = Law(hip, [state.angles[0], state.rates[0]]);
+    let [wanted, least, most] = dispatch(Features::Detected, law);
+    let found = slope.state.rates[0].0;
+    let torque = std::array::from_fn(|leg| slope.flows.hip.0[leg] + hip.inertia() * found[leg]);
+    [wanted.0, found, torque, least.0, most.0]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+    #[test]
+    fn hips_follow_their_command_or_are_at_the_limit_of_their_torque(
+        rates in proptest::array::uniform4(-12.0..12.0_f64), height in 0.11..0.15_f64,
+    ) {
+        let mut rigid = start::<3>(
+            Base::Free,
+            HARD,
+            fixtures::servo_drives(&robot()),
+            Some(fixtures::flat()),
+        );
+        rigid.state.position[2] = height;
+        let mut flow = compliant::<3, 1>(&rigid, compliance(), 1e-6, Features::Detected);
+        flow.state.rates[0] = Quad(rates);
+        let mut flow = CompliantFlow::new(flow.equations, flow.state, 1e-6, Features::Detected);
+        let [wanted, found, torque, least, most] = hips(&mut flow);
+        for leg in 0..4 {
+            let (torque, limits) = (torque[leg], [least[leg], most[leg]]);
+            let within = torque.clamp(limits[0], limits[1]);
+            prop_assert!((torque - within).abs() < 1e-9, "{leg}: {torque} {limits:?}");
+            let lag = wanted[leg] - found[leg];
+            if lag.abs() > 1e-6 * (1.0 + wanted[leg].abs()) {
+                let limit = if lag > 0.0 { limits[1] } else { limits[0] };
+                prop_assert!((torque - limit).abs() < 1e-9, "{leg}: {lag} {torque} {limits:?}");
+            }
+        }
+    }
 }

@@ -4,6 +4,8 @@
 
 mod accuracy;
 mod allocation;
+mod compliant_events;
+mod compliant_refusal;
 mod fallback;
 mod geometry;
 mod harness;

@@ -1,12 +1,13 @@
 //! Energy of the compliant model, and depths of its elements.
 
+use twinrig_compliant::events::{ElementMotion, GROUND};
 use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
 use twinrig_compliant::{Below, Depths, Joints, TrunkMotion, Turns};
 use twinrig_legged::{Base, Stored};
 use twinrig_robot::GRAVITY;
 
 use super::model::CompliantModel;
-use super::slope::{LegMotion, in_line};
+use super::slope::{ANKLE, LegMotion, in_line};
 use super::state::State;
 
 /// Kinetic, spring and gravity energy in a state \[J\]; the springs include the elements.
@@ -58,17 +59,14 @@ impl Kernel for StoredEnergy<'_> {
     }
 }
 
-/// Number of elements: four stops of the pantograph, that of the ankle, cable and sole.
-const ELEMENTS: usize = 7;
-
-/// Depths of all elements, negative where they are not compressed \[m\].
-pub(crate) struct ElementDepths<'a> {
+/// Computation of depths and rates of all elements.
+pub(crate) struct Elements<'a> {
     pub(crate) model: &'a CompliantModel,
     pub(crate) state: &'a State<Quad>,
 }
 
-impl Kernel for ElementDepths<'_> {
-    type Output = [Quad; ELEMENTS];
+impl Kernel for Elements<'_> {
+    type Output = ElementMotion;
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Self::Output {
@@ -76,32 +74,27 @@ impl Kernel for ElementDepths<'_> {
         let legs = model.legs.load(simd);
         let trunk = TrunkMotion::new(state.trunk());
         let turns = Turns::new(&state.angles);
-        let motion = LegMotion::new(&legs, &turns, &state, &trunk);
+        let leg_motion = LegMotion::new(&legs, &turns, &state, &trunk);
         let joints = Joints {
             angles: &state.angles,
-            rates: &motion.rates,
+            rates: &leg_motion.rates,
             pulley: state.pulley,
             pulley_rate: state.pulley_rate,
         };
-        let depths = Depths::new(&legs.pantographs, &turns, &joints);
-        let mut sole = simd.splat(f64::NEG_INFINITY);
+        let inside = Depths::new(&legs.pantographs, &turns, &joints);
+        let (mut motion, count) = (ElementMotion::none(), model.rigid.legs.len());
+        for (i, (&depth, &rate)) in inside.depths.iter().zip(&inside.rates).enumerate() {
+            motion.set(i, count, depth, rate);
+        }
         if let Some(ground) = &model.rigid.ground {
-            sole = -Below::new(simd, ground, &trunk, &motion.point).gap;
+            let point = &leg_motion.point;
+            let below = Below::new(simd, ground, &trunk, point);
+            let rate = -below.gap_rate(point.velocity);
+            motion.set(GROUND, count, -below.gap, rate);
         }
-        let mut quads = [
-            depths.extended.quad(),
-            depths.bottomed.quad(),
-            depths.open.quad(),
-            depths.closed.quad(),
-            in_line(&legs, &turns).quad(),
-            depths.cable.quad(),
-            sole.quad(),
-        ];
-        // Lanes without a leg have no elements.
-        for quad in &mut quads {
-            quad.0[model.rigid.legs.len()..].fill(f64::NEG_INFINITY);
-        }
-        quads
+        let ankle = in_line(&legs, &turns);
+        motion.set(ANKLE, count, ankle, leg_motion.folding(&legs, &turns));
+        motion
     }
 }
 

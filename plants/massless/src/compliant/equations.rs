@@ -1,6 +1,7 @@
 //! The compliant model as the equations of motion of a plant.
 
 use nalgebra::{Matrix3, Vector3};
+use twinrig_compliant::events::{ELEMENTS, ElementMotion, INSIDE_NAMES};
 use twinrig_compliant::frame::{into_world, rotation};
 use twinrig_compliant::lanes::{Features, Quad, dispatch};
 use twinrig_compliant::{
@@ -16,7 +17,7 @@ use twinrig_legged::{
 use twinrig_robot::{GRAVITY, Robot};
 use twinrig_runtime::PlantState;
 
-use super::energy::{ElementDepths, LegMotions, Motion, StoredEnergy};
+use super::energy::{Elements, LegMotions, Motion, StoredEnergy};
 use super::model::CompliantModel;
 use super::motion::Advance;
 use super::state::{Slope, State};
@@ -154,10 +155,18 @@ impl Equations for CompliantEquations {
         (mass - held) * GRAVITY * rigid.reach
     }
 
-    fn greatest_depth(&self, features: Features, state: &Self::State) -> f64 {
+    fn elements(&self, features: Features, state: &Self::State) -> ElementMotion {
         let model = &self.model;
-        let depths = dispatch(features, ElementDepths { model, state });
-        depths.iter().flat_map(|quad| quad.0).fold(0.0, f64::max)
+        dispatch(features, Elements { model, state })
+    }
+
+    fn element_names(&self) -> [&'static str; ELEMENTS] {
+        let [a, b, c, d, e] = INSIDE_NAMES;
+        [a, b, c, d, e, "ground", "ankle"]
+    }
+
+    fn leg_name(&self, leg: usize) -> &str {
+        &self.model.rigid.legs[leg].name
     }
 
     fn trunk(&self, state: &Self::State) -> TrunkState {

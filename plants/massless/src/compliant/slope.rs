@@ -12,6 +12,7 @@
 //! The drive of the hip bears l₁ n₁·f − τ₁; the trunk bears −f, at the foot. Sideways the foot
 //! moves with the trunk.
 
+use twinrig_compliant::events::{ELEMENTS, GROUND, if_compressed};
 use twinrig_compliant::frame::{cross, into_world, quaternion_rate};
 use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
 use twinrig_compliant::{
@@ -79,11 +80,28 @@ impl<L: Lanes> LegMotion<L> {
     }
 }
 
+/// Index of the element between second and third link.
+pub(crate) const ANKLE: usize = ELEMENTS - 1;
+
 /// Returns the depth of the stop between second and third link \[m\].
 #[inline(always)]
 pub(crate) fn in_line<L: Lanes>(legs: &Legs<L>, turns: &Turns<L, 3>) -> L {
     let sine = turns.sine_of_ankle();
     legs.pantographs.links[2] * (sine.like(SINE_MIN) - sine)
+}
+
+impl<L: Lanes> LegMotion<L> {
+    /// Returns the lever of the stop between second and third link \[m\].
+    #[inline(always)]
+    fn lever(legs: &Legs<L>, turns: &Turns<L, 3>) -> L {
+        legs.pantographs.links[2] * turns.cosine_of_ankle()
+    }
+
+    /// Returns the rate of the depth of that stop \[m/s\].
+    #[inline(always)]
+    pub(crate) fn folding(&self, legs: &Legs<L>, turns: &Turns<L, 3>) -> L {
+        Self::lever(legs, turns) * (self.rates[1] - self.rates[2])
+    }
 }
 
 /// Right-hand side in a state, to be called from several places.
@@ -104,6 +122,7 @@ struct LegForces<L> {
     hip: L,
     tension: L,
     dissipated: L,
+    compressed: L,
 }
 
 impl<S: Simd> Task for Evaluation<'_, S> {
@@ -180,6 +199,7 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
                 cable: forces.tension,
                 ground: ground.force_in_world,
             },
+            compressed: forces.compressed + if_compressed(GROUND, ground.depth),
         }
     }
 
@@ -197,11 +217,15 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
         // The stop between second and third link.
         let [_, mut second, mut third] = internal.torques;
         let (depth, mut dissipated) = (in_line(legs, turns), internal.dissipated);
+        let mut compressed = internal.compressed;
         // Rare: only where it is pressed.
-        if L::any(depth.gt(depth.zero())) {
-            let lever = legs.pantographs.links[2] * turns.cosine_of_ankle();
-            let closing = lever * (motion.rates[1] - motion.rates[2]);
-            let stop = legs.pantographs.stops.press(depth, closing);
+        if depth.any(depth.gt(depth.zero())) {
+            let lever = LegMotion::lever(legs, turns);
+            let stop = legs
+                .pantographs
+                .stops
+                .press(depth, motion.folding(legs, turns));
+            compressed += if_compressed(ANKLE, depth);
             second -= stop.force * lever;
             third += stop.force * lever;
             dissipated += stop.dissipated;
@@ -215,6 +239,7 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
             hip: legs.pantographs.links[0] * (c1 * x + s1 * z) - internal.torques[0],
             tension: internal.tension,
             dissipated,
+            compressed,
         }
     }
 
@@ -228,6 +253,7 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
                 force_in_world: [zero; 3],
                 bristle_rate: [zero; 2],
                 dissipated: zero,
+                depth: zero,
             };
         };
         let below = Below::new(self.simd, ground, trunk, point);

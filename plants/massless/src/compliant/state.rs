@@ -33,6 +33,8 @@ pub(crate) struct State<T> {
 pub(crate) struct Slope<T> {
     pub(crate) state: State<T>,
     pub(crate) flows: Flows<T>,
+    /// Compressed elements.
+    pub(crate) compressed: T,
 }
 
 impl<T: Copy> State<T> {

@@ -3,7 +3,7 @@
 use twinrig_legged::{Drives, LeggedError, SetPoint, Setup};
 use twinrig_massless::{Massless, MasslessError, Options};
 use twinrig_robot::Robot;
-use twinrig_runtime::Plant;
+use twinrig_runtime::{Plant, PlantEventKind};
 use twinrig_testing::robots::robot;
 use twinrig_testing::trot::Trot;
 
@@ -113,4 +113,35 @@ fn steps_and_observations_allocate_nothing() {
         }
     });
     assert_eq!(allocations.count_total, 0);
+}
+
+#[test]
+fn touch_downs_converge_with_the_tolerance() {
+    let robot = robot();
+    let setup = linear(&robot);
+    let landings = |tolerance| {
+        let options = Options::compliant(setup.clone(), tolerance);
+        let mut harness = Harness::new(Massless::new(&robot, &options, &|_| true).unwrap());
+        harness.plant.log_events(true);
+        trot(&mut harness, &robot, &setup, 0, 600);
+        assert_eq!(
+            harness.plant.work().events,
+            harness.plant.events().len() as u64
+        );
+        let events = harness.plant.events().iter().filter(|event| {
+            let reached = event.kind == PlantEventKind::Reached;
+            event.part.ends_with("/ground") && reached && event.at_s > 0.05
+        });
+        events.cloned().collect::<Vec<_>>()
+    };
+    let fine = landings(1e-9);
+    assert!(fine.len() > 3, "{fine:?}");
+    for (tolerance, error_s) in [(1e-7, 1e-4), (1e-8, 1e-5)] {
+        let coarse = landings(tolerance);
+        assert_eq!(fine.len(), coarse.len(), "{fine:?} {coarse:?}");
+        for (a, b) in fine.iter().zip(&coarse) {
+            let apart = (a.at_s - b.at_s).abs();
+            assert!(a.part == b.part && apart < error_s, "{a:?} {b:?}");
+        }
+    }
 }

@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use twinrig_document::Document;
 use twinrig_kernel::{Port, SimDuration, SimTime, signal};
+use twinrig_legged::Constraints;
 use twinrig_robot::Robot;
 use twinrig_runtime::{Change, Plant, Rig, RigError, Schedule, Timing, WiringError};
 use twinrig_scenario::{ActuatorSpec, BusSpec, Facts, PlantSpec, Scenario, Scene, Setting};
@@ -20,6 +21,8 @@ use crate::assembly::builder::{BuiltParts, PartBuilder};
 use crate::assembly::registry::Registry;
 use crate::assembly::sources::{SCENARIO_FILE, Sources};
 use crate::error::TwinError;
+use crate::parts::constraints::{self, CONSTRAINTS, DefaultRules, named_constraints};
+use crate::parts::method::TOLERANCE;
 use crate::parts::setup::ground_below;
 use crate::run::recording_size;
 
@@ -69,8 +72,34 @@ impl<'r> Assembly<'r> {
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
             robot: None,
             kept: None,
+            rules: DefaultRules::Present,
+            shared_options: &[],
         };
         Self::new(registry, &sources, settings)
+    }
+
+    /// Reads the scenario file at `path` with the plant `name` in place of its own. A plant without
+    /// constraints or a tolerance ignores those of the scenario.
+    ///
+    /// # Errors
+    /// As [`Assembly::of_file`].
+    pub(crate) fn of_plant(
+        registry: &'r Registry,
+        path: &Path,
+        settings: &[Setting],
+        name: &str,
+    ) -> Result<Self, TwinError> {
+        let sources = Sources {
+            document: Document::read(path)?,
+            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+            robot: None,
+            kept: None,
+            rules: DefaultRules::Present,
+            shared_options: &[CONSTRAINTS, TOLERANCE],
+        };
+        let mut settings = settings.to_vec();
+        settings.push(Setting::plant(name));
+        Self::new(registry, &sources, &settings)
     }
 
     /// Reads a scenario from texts, as stored in a recording.
@@ -83,7 +112,8 @@ impl<'r> Assembly<'r> {
         robot: &str,
         settings: &[Setting],
     ) -> Result<Self, TwinError> {
-        Self::of_kept(registry, scenario, Some(robot), Vec::new(), settings)
+        let rules = DefaultRules::Present;
+        Self::of_kept(registry, scenario, Some(robot), Vec::new(), settings, rules)
     }
 
     /// Reads a scenario from texts and the files of a standalone plant.
@@ -93,12 +123,15 @@ impl<'r> Assembly<'r> {
         robot: Option<&str>,
         kept: Vec<(String, Vec<u8>)>,
         settings: &[Setting],
+        rules: DefaultRules,
     ) -> Result<Self, TwinError> {
         let sources = Sources {
             document: Document::parse(SCENARIO_FILE, scenario)?,
             folder: PathBuf::new(),
             robot: robot.map(str::to_owned),
             kept: Some(kept),
+            rules,
+            shared_options: &[],
         };
         Self::new(registry, &sources, settings)
     }
@@ -108,9 +141,17 @@ impl<'r> Assembly<'r> {
         sources: &Sources,
         settings: &[Setting],
     ) -> Result<Self, TwinError> {
-        let (scenario, file) = sources.read(registry, settings)?;
+        let (mut scenario, file) = sources.read(registry, settings)?;
         let body = Body::of(registry, &scenario, file.as_ref(), sources.kept.as_deref())?;
         let legs = scenario.legs(&body.legs())?;
+        let has_choice = registry.has_constraints(&scenario.plant.model);
+        constraints::complete(
+            &mut scenario,
+            has_choice,
+            body.robot(),
+            &legs,
+            sources.rules,
+        );
         let builder = PartBuilder {
             registry,
             scenario: &scenario,
@@ -249,6 +290,16 @@ impl<'r> Assembly<'r> {
     /// Returns the simulated body, before pruning.
     pub(crate) fn body(&self) -> &Body {
         &self.body
+    }
+
+    /// Returns the name of the formulation of the constraints, where the plant has a choice.
+    pub(crate) fn constraints(&self) -> Option<&'static str> {
+        let plant = &self.scenario().plant;
+        let named = || named_constraints(&plant.options).map(Constraints::name);
+        self.registry
+            .has_constraints(&plant.model)
+            .then(named)
+            .flatten()
     }
 
     /// Returns the diagnostics of drivers and boards.

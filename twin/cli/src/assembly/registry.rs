@@ -9,6 +9,7 @@ use twinrig_study::PlantOffer;
 
 use crate::error::BuildError;
 use crate::parts::bus_kind::BusKind;
+use crate::parts::constraints::CONSTRAINTS;
 use crate::parts::controller_kind::{ControllerContext, ControllerKind, LegContext};
 use crate::parts::method::Method;
 use crate::parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
@@ -195,9 +196,16 @@ impl Registry {
         Some(in_part(PartKind::Plant, name, || kind.build(context)))
     }
 
-    /// Returns the methods of the plant `name` for studies; `None` for an unknown name.
-    pub(crate) fn offer(&self, name: &str) -> Option<(PlantOffer, Vec<Method>)> {
-        Some(self.plant_kind(name)?.offer())
+    /// Returns the plant `name` for studies, once for each formulation of its constraints, with its
+    /// methods; none for an unknown name.
+    pub(crate) fn offers(&self, name: &str) -> Vec<(PlantOffer, Vec<Method>)> {
+        self.plant_kind(name).map_or(Vec::new(), PlantKind::offers)
+    }
+
+    /// Returns whether the constraints of the plant `name` can be rigid or compliant.
+    pub(crate) fn has_constraints(&self, name: &str) -> bool {
+        let kind = self.plant_kind(name).map(PlantKind::kind);
+        kind.is_some_and(|kind| kind.options.iter().any(|it| it.name == CONSTRAINTS))
     }
 
     /// Returns the step of a plant: of the scenario, otherwise of its kind, if it has one.

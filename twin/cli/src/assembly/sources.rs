@@ -8,6 +8,7 @@ use twinrig_scenario::{Scenario, Setting};
 
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::parts::constraints::DefaultRules;
 
 /// Names of the files in a recording.
 pub(crate) const SCENARIO_FILE: &str = "scenario.toml";
@@ -24,6 +25,10 @@ pub(crate) struct Sources {
     pub(crate) robot: Option<String>,
     /// Files of a standalone plant from a recording; `None`: they are read from disk.
     pub(crate) kept: Option<Vec<(String, Vec<u8>)>>,
+    /// Rules for values that the scenario leaves open.
+    pub(crate) rules: DefaultRules,
+    /// Options that every plant accepts, and ignores if it has none of that name.
+    pub(crate) shared_options: &'static [&'static str],
 }
 
 /// Keys that are needed before the scenario is read.
@@ -70,7 +75,8 @@ impl Sources {
         let robot = robot.map(|(_, robot)| robot.clone());
         // Any robot suffices to check the rest of a scenario whose robot cannot be read.
         let robot = robot.or_else(|| RobotFile::find(ANY_ROBOT, Path::new("")).ok()?.robot().ok());
-        let catalogue = registry.catalogue(robot.as_ref());
+        let mut catalogue = registry.catalogue(robot.as_ref());
+        catalogue.share_plant_options(self.shared_options);
         let scenario = Scenario::parse(
             self.document.file(),
             self.document.text(),

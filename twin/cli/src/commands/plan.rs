@@ -5,6 +5,7 @@ mod actuator;
 use anstyle::Style;
 use serde::Serialize;
 use twinrig_kernel::{Direction, Port};
+use twinrig_legged::Constraints;
 use twinrig_runtime::Coupling;
 use twinrig_runtime::{Group, Rig};
 use twinrig_scenario::{LeftOut, Scenario};
@@ -15,6 +16,7 @@ use crate::args::PlanArgs;
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::parts::constraints::named_constraints;
 use crate::parts::coupling;
 use crate::report::grid::{Cell, Grid, Left};
 use crate::report::left_out;
@@ -28,6 +30,8 @@ struct Plan {
     seed: u64,
     duration_s: f64,
     plant: String,
+    /// Formulation of the constraints, where there is a choice.
+    constraints: Option<&'static str>,
     controller: Option<String>,
     /// Name of the robot file, or of the standalone model.
     robot: String,
@@ -133,6 +137,7 @@ fn of(registry: &Registry, assembly: &Assembly<'_>) -> Result<Plan, TwinError> {
         seed: scenario.seed,
         duration_s: seconds(scenario.duration.as_nanos()),
         plant: scenario.plant.model.clone(),
+        constraints: named_constraints(&scenario.plant.options).map(Constraints::name),
         controller: scenario.controller.as_ref().map(|spec| spec.kind.clone()),
         robot: assembly.body().name().to_owned(),
         legs: scene.legs.iter().map(|leg| leg.name.clone()).collect(),
@@ -225,8 +230,10 @@ fn text(plan: &Plan) -> String {
     fact(
         "plant",
         format!(
-            "{}{}, observed every {}",
+            "{}{}{}, observed every {}",
             plan.plant,
+            plan.constraints
+                .map_or_else(String::new, |it| format!(", {it} constraints")),
             times
                 .plant_step_s
                 .map_or_else(String::new, |step| format!(", step {}", ms(step))),

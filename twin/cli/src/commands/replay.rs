@@ -13,9 +13,12 @@ use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
 use crate::error::TwinError;
+use crate::parts::constraints::DefaultRules;
 use crate::report::style::{BOLD, GREEN, RED, YELLOW, styled};
 use crate::report::{Report, Status, seconds};
-use crate::run::execute::{EXCHANGED_NOTE, Execution, HARDWARE_NOTE, SETTINGS_NOTE, execute_until};
+use crate::run::execute::{
+    DEFAULTS_NOTE, EXCHANGED_NOTE, Execution, HARDWARE_NOTE, SETTINGS_NOTE, execute_until,
+};
 use crate::run::interrupt;
 
 #[derive(Serialize)]
@@ -152,6 +155,10 @@ fn assembly<'r>(
         value,
     });
     let settings: Vec<Setting> = settings.collect();
+    let rules = match recorded.note(DEFAULTS_NOTE) {
+        Some(_) => DefaultRules::Present,
+        None => DefaultRules::Former,
+    };
     let robot = recorded.attachment(ROBOT_FILE).is_some();
     let robot = robot.then(|| text(ROBOT_FILE)).transpose()?;
     let kept = recorded.attachments();
@@ -162,6 +169,7 @@ fn assembly<'r>(
         robot,
         kept.collect(),
         &settings,
+        rules,
     )
 }
 

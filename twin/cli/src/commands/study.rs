@@ -9,7 +9,7 @@ use twinrig_study::{
 };
 
 use super::{FAILURE, SUCCESS, Terminal, outputs};
-use crate::args::{StudyArgs, StudyCommand, StudyOptions};
+use crate::args::{PrecisionOptions, StudyArgs, StudyCommand, StudyOptions};
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
@@ -28,14 +28,14 @@ pub(super) fn study(registry: &Registry, args: &StudyArgs, terminal: &mut Termin
         interrupt::listen();
     }
     let (name, options) = match &args.study {
-        StudyCommand::Precision(options) => ("precision", options),
+        StudyCommand::Precision(options) => ("precision", &options.study),
         StudyCommand::Stability(options) => ("stability", options),
         StudyCommand::Coupling(options) => ("coupling", options),
     };
     match execute(registry, &args.study, name, options, terminal) {
         Ok((result, machine, files)) => {
             if options.json {
-                terminal.print_json(&result.json(&machine, &command(name, options)));
+                terminal.print_json(&result.json(&machine, &command(&args.study, name, options)));
             } else {
                 let text = result.text(&files);
                 terminal.print(&text);
@@ -132,9 +132,10 @@ fn execute(
         StudyBuilder::new(registry, path, &settings, names, options.duration)
     };
     let result = match study {
-        StudyCommand::Precision(_) => {
+        StudyCommand::Precision(PrecisionOptions { ensemble, .. }) => {
             let plan = PrecisionPlan {
                 duration: options.duration,
+                ensemble: *ensemble,
                 budget_s: options.budget,
                 ..PrecisionPlan::default()
             };
@@ -168,7 +169,7 @@ fn execute(
         file: options.scenario.display().to_string(),
         source,
     })?;
-    let files = write(name, &result, &machine, options)?;
+    let files = write(study, name, &result, &machine, options)?;
     Ok((result, machine, files))
 }
 
@@ -183,7 +184,7 @@ impl ProgressObserver for ProgressLine {
 }
 
 /// Returns the command that repeats a study.
-fn command(name: &str, options: &StudyOptions) -> String {
+fn command(study: &StudyCommand, name: &str, options: &StudyOptions) -> String {
     let mut words = vec![
         "twin study".to_owned(),
         name.to_owned(),
@@ -194,6 +195,9 @@ fn command(name: &str, options: &StudyOptions) -> String {
     words.extend(set.map(|(key, value)| format!("--set {key}={value:?}")));
     if let Some(duration) = options.duration {
         words.push(format!("--duration \"{duration}\""));
+    }
+    if let StudyCommand::Precision(PrecisionOptions { ensemble, .. }) = study {
+        words.push(format!("--ensemble {ensemble}"));
     }
     words.push(format!("--budget {}", options.budget));
     words.join(" ")
@@ -208,6 +212,7 @@ fn create(folder: &Path) -> Result<(), TwinError> {
 
 /// Writes the HTML page, the CSV and the JSON file; returns their paths.
 fn write(
+    study: &StudyCommand,
     name: &str,
     result: &StudyResult,
     machine: &Machine,
@@ -215,7 +220,7 @@ fn write(
 ) -> Result<Vec<PathBuf>, TwinError> {
     let stem = options.scenario.file_stem();
     let stem = stem.map_or("scenario".into(), |stem| stem.to_string_lossy());
-    let command = command(name, options);
+    let command = command(study, name, options);
     let json = result.json(machine, &command);
     let texts = [
         ("html", result.html(machine, &command)),

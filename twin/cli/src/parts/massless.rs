@@ -9,7 +9,7 @@ use twinrig_massless::{Force, Massless, Options};
 use twinrig_scenario::{Accepts, OptionSpec, Options as SceneOptions};
 
 use crate::error::BuildError;
-use crate::parts::constraints::{constraints, constraints_choice};
+use crate::parts::constraints::{constraints_choice, named_constraints};
 use crate::parts::option::choice;
 use crate::parts::plant_kind::{PlantContext, PlantKind};
 use crate::parts::setup::setup;
@@ -66,7 +66,8 @@ pub(crate) fn kind() -> PlantKind {
 pub fn massless(context: &PlantContext<'_>) -> Result<Massless, BuildError> {
     let (setup, values) = (setup(context, STEP)?, &context.plant.options);
     let (force, tolerance) = (force(values)?, values.number("tolerance"));
-    let options = match (constraints(values), force, tolerance) {
+    let constraints = named_constraints(values).unwrap_or_default();
+    let options = match (constraints, force, tolerance) {
         (Constraints::Compliant, Force::Solve, tolerance) => {
             Options::compliant(setup, tolerance.unwrap_or(Options::TOLERANCE))
         }

@@ -1,11 +1,14 @@
 //! Integration methods of plants and their settings, for studies.
 
 use twinrig_kernel::SimDuration;
+use twinrig_legged::Constraints;
 use twinrig_scenario::{OptionValue, PlantSpec};
 use twinrig_study::{MethodOffer, MethodSetting, SettingKind, Variant};
 
+use crate::parts::constraints::CONSTRAINTS;
+
 /// Plant option with the tolerance of adaptive methods.
-const TOLERANCE: &str = "tolerance";
+pub(crate) const TOLERANCE: &str = "tolerance";
 
 /// Integration method of a plant, and the plant options that select it.
 ///
@@ -25,6 +28,7 @@ pub struct Method {
     about: String,
     set_by: SettingKind,
     options: Vec<(String, OptionValue)>,
+    removed: Vec<String>,
     reference: Option<MethodSetting>,
 }
 
@@ -36,6 +40,7 @@ impl Method {
             about: about.to_owned(),
             set_by: SettingKind::Step,
             options: Vec::new(),
+            removed: Vec::new(),
             reference: None,
         }
     }
@@ -62,6 +67,19 @@ impl Method {
         let number = OptionValue::Number(number);
         self.options.push((name.to_owned(), number));
         self
+    }
+
+    /// Removes the plant option `name`, which the method does not accept.
+    #[must_use]
+    pub fn without_option(mut self, name: &str) -> Self {
+        self.removed.push(name.to_owned());
+        self
+    }
+
+    /// Selects the formulation of the constraints.
+    #[must_use]
+    pub(crate) fn with_constraints(self, constraints: Constraints) -> Self {
+        self.with_option(CONSTRAINTS, constraints.name())
     }
 
     /// Declares the method at this step to be a reference. The first reference method of a plant is
@@ -100,6 +118,9 @@ impl Method {
         // Settings of the scenario do not apply to studies.
         plant.step = None;
         plant.options = plant.options.without(TOLERANCE);
+        for name in &self.removed {
+            plant.options = plant.options.without(name);
+        }
         for (name, value) in &self.options {
             plant.options = plant.options.with(name, value.clone());
         }

@@ -4,10 +4,11 @@ use std::path::Path;
 
 use twinrig_document::DocumentError;
 use twinrig_kernel::{Direction, Port, SimDuration};
+use twinrig_legged::Constraints;
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 use twinrig_scenario::{ActuatorSpec, Kind, LegFact, OptionSpec, PlantSpec};
-use twinrig_study::PlantOffer;
+use twinrig_study::{PlantId, PlantOffer};
 
 use crate::error::BuildError;
 use crate::parts::drives::abduction_ports;
@@ -98,6 +99,7 @@ pub struct PlantKind {
     options: Vec<OptionSpec>,
     step: Option<SimDuration>,
     methods: Vec<Method>,
+    compliant_methods: Vec<Method>,
     segment_masses: bool,
     model_of: Option<String>,
     ports: PlantPorts,
@@ -143,6 +145,7 @@ impl PlantKind {
             options: Vec::new(),
             step: None,
             methods: Vec::new(),
+            compliant_methods: Vec::new(),
             segment_masses: true,
             model_of: None,
             ports: Box::new(legged_ports),
@@ -188,6 +191,14 @@ impl PlantKind {
         self
     }
 
+    /// Adds an integration method for compliant constraints, for studies: they then offer the plant
+    /// once with rigid constraints, by its other methods, and once with compliant ones.
+    #[must_use]
+    pub fn with_compliant_method(mut self, method: Method) -> Self {
+        self.compliant_methods.push(method);
+        self
+    }
+
     /// Declares that the leg segments have no mass: studies compare the plant with other plants in
     /// the limit of vanishing segment masses.
     #[must_use]
@@ -222,14 +233,32 @@ impl PlantKind {
         }
     }
 
-    /// Returns the description of the plant for studies, and its methods.
-    pub(crate) fn offer(&self) -> (PlantOffer, Vec<Method>) {
+    /// Returns the descriptions of the plant for studies, one for each formulation of its
+    /// constraints, and the methods of each.
+    pub(crate) fn offers(&self) -> Vec<(PlantOffer, Vec<Method>)> {
         let methods = match &self.methods[..] {
             [] => vec![Method::stepped("its own", "the only method of this plant")],
             methods => methods.to_vec(),
         };
+        if self.compliant_methods.is_empty() {
+            return vec![self.offer(PlantId::new(&self.name), methods)];
+        }
+        let formulations = [
+            (Constraints::Rigid, methods),
+            (Constraints::Compliant, self.compliant_methods.clone()),
+        ];
+        let offers = formulations.map(|(constraints, methods)| {
+            let methods = methods.into_iter();
+            let methods = methods.map(|method| method.with_constraints(constraints));
+            let plant = PlantId::new(&self.name).with_constraints(constraints.name());
+            self.offer(plant, methods.collect())
+        });
+        offers.into()
+    }
+
+    fn offer(&self, plant: PlantId, methods: Vec<Method>) -> (PlantOffer, Vec<Method>) {
         let offer = PlantOffer {
-            name: self.name.clone(),
+            plant,
             about: self.about.clone(),
             segment_masses: self.segment_masses,
             model_of: self.model_of.clone(),

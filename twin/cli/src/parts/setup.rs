@@ -95,8 +95,8 @@ fn drives(context: &PlantContext<'_>) -> Result<Drives, BuildError> {
 /// Returns the course of the set-points of servos between commands.
 pub(crate) fn set_point(context: &PlantContext<'_>) -> SetPoint {
     match context.actuator.set_point {
-        SetPointKind::Held => SetPoint::Held,
-        SetPointKind::Linear => SetPoint::Linear {
+        None | Some(SetPointKind::Held) => SetPoint::Held,
+        Some(SetPointKind::Linear) => SetPoint::Linear {
             period: context.command_period,
         },
     }

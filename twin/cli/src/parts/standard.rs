@@ -27,6 +27,9 @@ use crate::parts::rb110;
 use crate::parts::sbcp;
 use crate::parts::script;
 
+/// Tolerance of the references with compliant constraints \[m\].
+const COMPLIANT_REFERENCE: f64 = 2e-10;
+
 impl Registry {
     /// Returns the registry with the standard parts of this crate.
     pub fn standard() -> Self {
@@ -63,9 +66,22 @@ fn engines(registry: Registry) -> Registry {
 fn massless_with_its_method() -> PlantKind {
     let midpoint = Method::stepped("midpoint", "implicit, conserves the energy of the springs")
         .trusted_at_step(SimDuration::from_micros(5));
+    let compliant = compliant_rk4()
+        .with_option("force", "solve")
+        .without_option("cells");
     massless::kind()
         .with_method(midpoint)
+        .with_compliant_method(compliant)
         .without_segment_masses()
+}
+
+/// Returns the method of both plants with compliant constraints.
+fn compliant_rk4() -> Method {
+    Method::tolerant(
+        "rk4",
+        "fourth order, explicit; its steps follow every contact",
+    )
+    .trusted_at_tolerance(COMPLIANT_REFERENCE)
 }
 
 fn lcp_with_its_methods() -> PlantKind {
@@ -80,6 +96,7 @@ fn lcp_with_its_methods() -> PlantKind {
     let (rk4, adaptive_rk4) = both("rk4", "fourth order, locates events");
     let (rodas4, adaptive_rodas4) = both("rodas4", "fourth order, L-stable, locates events");
     lcp::kind()
+        .with_compliant_method(compliant_rk4().with_option(OPTION, "rk4"))
         .with_method(adaptive_rodas4.trusted_at_tolerance(1e-13))
         .with_method(rodas4)
         .with_method(rk4.trusted_at_step(SimDuration::from_micros(10)))

@@ -81,6 +81,8 @@ pub struct Report {
     pub recording: Option<String>,
     /// Path of the scenario, as given on the command line.
     pub file: String,
+    /// Formulation of the constraints of the plant, where there is a choice.
+    pub constraints: Option<&'static str>,
     /// Error that prevented the run or ended it prematurely.
     pub error: Option<String>,
     /// Energy balance of the plant.
@@ -302,6 +304,7 @@ impl Report {
             verdict: Status::Error,
             seed: None,
             plant: None,
+            constraints: None,
             fingerprint: None,
             simulated_s: None,
             wall_s: None,

@@ -107,7 +107,10 @@ fn heading(report: &Report) -> String {
     let mut heading = styled(BOLD, &report.scenario);
     let plant = report.plant.as_deref();
     let details: Vec<String> = [
-        plant.map(|plant| format!("{plant} plant")),
+        plant.map(|plant| match report.constraints {
+            Some(constraints) => format!("{plant} plant, {constraints} constraints"),
+            None => format!("{plant} plant"),
+        }),
         report.seed.map(|seed| format!("seed {seed}")),
         (report.file != report.scenario).then(|| report.file.clone()),
     ]

@@ -34,6 +34,10 @@ const FLUSH: SimDuration = SimDuration::from_secs(1);
 
 /// Metadata key of a recording: settings of the run.
 pub(crate) const SETTINGS_NOTE: &str = "settings";
+/// Metadata key of the rules for values that the scenario leaves open, and their present version.
+pub(crate) const DEFAULTS_NOTE: &str = "defaults";
+const DEFAULTS: &str = "2";
+
 /// Metadata key of a recording made on hardware.
 pub(crate) const HARDWARE_NOTE: &str = "at_hardware";
 
@@ -348,6 +352,7 @@ fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
             robot.map_or_else(String::new, |(file, _)| file.to_owned()),
         ),
         ("plant", scenario.plant.model.clone()),
+        (DEFAULTS_NOTE, DEFAULTS.to_owned()),
         // Pairs of strings can always be serialised.
         (
             SETTINGS_NOTE,

@@ -80,6 +80,7 @@ pub(crate) fn judged_report<W: Write>(
         verdict: if pass { Status::Pass } else { Status::Fail },
         seed: Some(scenario.seed),
         plant: course.simulated.then(|| scenario.plant.model.clone()),
+        constraints: course.simulated.then(|| assembly.constraints()).flatten(),
         fingerprint: Some(observers.digest().to_string()),
         simulated_s: Some(simulated_s),
         wall_s: Some(wall_s),

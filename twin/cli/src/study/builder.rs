@@ -1,30 +1,24 @@
 //! Plants of a study, built from a scenario.
 
 use std::path::Path;
+use std::rc::Rc;
 
 use twinrig_kernel::{SimDuration, SimTime, signal};
 use twinrig_robot::Robot;
-use twinrig_runtime::{Plant, catch_panic};
-use twinrig_scenario::{ActuatorKind, ActuatorSpec, PlantSpec, Setting};
+use twinrig_runtime::Plant;
+use twinrig_scenario::{ActuatorKind, Setting};
 use twinrig_study::{
-    CommandRecorder, Commands, MethodOffer, MethodSetting, PlantFactory, PlantOffer, STROLL,
-    Scales, SettingKind, Study, StudyInput, Variant,
+    CommandRecorder, Commands, PlantFactory, PlantOffer, STROLL, Study, StudyInput, Variant,
 };
 
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
-use crate::error::NO_ROBOT;
-use crate::error::{TwinError, guarded};
-use crate::parts::method::Method;
+use crate::error::TwinError;
+use crate::study::selection::{PlantUnderStudy, Selection, with_any_constraints};
 
 /// Reason for excluding standalone plants from these studies.
 const STANDS_ALONE: &str = "studies of precision and stability vary the robot file, and this plant has a standalone model: only \
                             `twin study coupling` applies to it";
-
-/// Step at which every method can be built.
-const TRIED_STEP: SimDuration = SimDuration::from_millis(1);
-/// Tolerance at which every error-controlled method can be built.
-const TRIED_TOLERANCE: f64 = 1e-6;
 
 /// Builds the plants of a study from a scenario.
 pub(crate) struct StudyBuilder<'r> {
@@ -38,13 +32,6 @@ pub(crate) struct StudyBuilder<'r> {
     left_out: Vec<String>,
     /// Panics of plants that were built to check them.
     panics: Vec<String>,
-}
-
-/// Plant of a study.
-struct PlantUnderStudy<'r> {
-    methods: Vec<Method>,
-    /// The scenario with this plant; otherwise the reason of the failure, a row of the study.
-    assembly: Result<Assembly<'r>, String>,
 }
 
 impl<'r> StudyBuilder<'r> {
@@ -71,7 +58,7 @@ impl<'r> StudyBuilder<'r> {
         }
         let plants = || registry.plants_on_robots();
         if let Some(standalone) = names.iter().find(|name| {
-            registry.offer(name).is_some() && plants().all(|plant| plant != name.as_str())
+            !registry.offers(name).is_empty() && plants().all(|plant| plant != name.as_str())
         }) {
             return Err(TwinError::not_built(
                 own.scenario(),
@@ -84,57 +71,34 @@ impl<'r> StudyBuilder<'r> {
             [] => registry.plants_on_robots().map(str::to_owned).collect(),
             names => names.to_vec(),
         };
-        let (mut offers, mut benches, mut panics) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut left_out, mut refused) = (Vec::new(), None);
+        let mut selection = Selection::default();
         for name in all {
-            let Some((offer, methods)) = registry.offer(&name) else {
-                // A scenario is read against the same plants, and refuses others.
-                of_plant(registry, path, settings, &name)?;
-                continue;
-            };
-            let bench = match of_plant(registry, path, settings, &name) {
-                Err(TwinError::Panic { source, .. }) => {
-                    panics.push(source.to_string());
-                    PlantUnderStudy {
-                        methods,
-                        assembly: Err(source.to_string()),
-                    }
-                }
-                Err(error) if !names.is_empty() => return Err(error),
-                Err(error) => {
-                    left_out.push(format!("{name}: {}", first_line(&error.to_string())));
-                    refused.get_or_insert(error);
-                    continue;
-                }
-                Ok(assembly) => PlantUnderStudy {
-                    methods,
-                    assembly: Ok(assembly),
-                },
-            };
-            let panicked = bench.assembly.is_err();
-            if let (Some(why), false) = (bench.refusal(&offer), panicked) {
-                left_out.push(format!("{name}: {why}"));
-                let error = TwinError::not_built(own.scenario(), "plant", &name, why.into());
-                if !names.is_empty() {
-                    return Err(error);
-                }
-                refused.get_or_insert(error);
-                continue;
-            }
-            offers.push(offer);
-            benches.push(bench);
+            let requested = !names.is_empty();
+            selection.add(registry, path, settings, &name, requested, own.scenario())?;
         }
         // Where none can be in the scene, the scene is at fault.
-        if let (Some(error), true) = (refused, offers.is_empty()) {
+        if let (Some(error), true) = (selection.refused.take(), selection.offers.is_empty()) {
             return Err(error);
         }
+        let Selection {
+            offers,
+            mut benches,
+            left_out,
+            panics,
+            ..
+        } = selection;
         let mut bystanders: Vec<PlantOffer> = Vec::new();
         for model in models_beside(&offers) {
-            if let Some((offer, methods)) = registry.offer(&model) {
-                let assembly = of_plant(registry, path, settings, &model);
-                let assembly = assembly.map_err(|error| first_line(&error.to_string()));
-                bystanders.push(offer);
-                benches.push(PlantUnderStudy { methods, assembly });
+            for (offer, methods) in registry.offers(&model) {
+                if offer.plant == *model {
+                    let assembly = with_any_constraints(registry, path, settings, &model);
+                    let assembly = assembly.map_err(|error| first_line(&error.to_string()));
+                    bystanders.push(offer);
+                    benches.push(PlantUnderStudy {
+                        methods,
+                        assembly: Rc::new(assembly),
+                    });
+                }
             }
         }
         Ok(Self {
@@ -159,83 +123,18 @@ impl<'r> StudyBuilder<'r> {
         wanted: &dyn Fn(&str) -> bool,
     ) -> Result<Box<dyn Plant>, String> {
         let mut offers = self.offers.iter().chain(&self.bystanders);
-        let place = offers.position(|offer| offer.name == variant.plant);
+        let place = offers.position(|offer| offer.plant == variant.plant);
         let bench = place.and_then(|place| self.benches.get(place));
         let bench = bench.ok_or_else(|| format!("there is no plant `{}`", variant.plant))?;
         bench.built(variant, wanted)
     }
 }
 
-impl PlantUnderStudy<'_> {
-    /// Returns the reason why no method can simulate the scenario; `None` if one can, or panics,
-    /// which its rows report.
-    fn refusal(&self, offer: &PlantOffer) -> Option<String> {
-        let built = |method: &MethodOffer| {
-            let variant = Variant {
-                plant: offer.name.clone(),
-                method: method.name.clone(),
-                setting: match method.set_by {
-                    SettingKind::Step => MethodSetting::Step(TRIED_STEP),
-                    SettingKind::Tolerance => MethodSetting::Tolerance(TRIED_TOLERANCE),
-                },
-                scales: Scales::AS_IS,
-            };
-            match catch_panic(|| self.built(&variant, &is_compared)) {
-                Ok(built) => built.map(drop),
-                Err(_) => Ok(()),
-            }
-        };
-        let mut refused = None;
-        for method in &offer.methods {
-            refused = Some(built(method).err()?);
-        }
-        refused
-    }
-
-    fn built(
-        &self,
-        variant: &Variant,
-        wanted: &dyn Fn(&str) -> bool,
-    ) -> Result<Box<dyn Plant>, String> {
-        let assembly = self.assembly.as_ref().map_err(Clone::clone)?;
-        let methods = self.methods.iter();
-        let method = methods
-            .into_iter()
-            .find(|method| method.is_meant_by(variant));
-        let method = method.ok_or_else(|| format!("there is no method `{}`", variant.method))?;
-        let scenario = assembly.scenario();
-        let robot = assembly.robot().ok_or(NO_ROBOT)?;
-        let robot = scaled_robot(robot, &variant.scales);
-        let plant = scaled_plant(
-            method.set(&scenario.plant, variant.setting),
-            &variant.scales,
-        );
-        let actuator = scaled_actuator(&scenario.actuator, variant.scales.gain);
-        assembly
-            .plant_of(&robot, &plant, &actuator, wanted)
-            .map_err(|error| first_line(&error.to_string()))
-    }
-}
-
-/// Reads the scenario at `path` with the plant `name`.
-pub(crate) fn of_plant<'r>(
-    registry: &'r Registry,
-    path: &Path,
-    settings: &[Setting],
-    name: &str,
-) -> Result<Assembly<'r>, TwinError> {
-    let mut settings = settings.to_vec();
-    settings.push(Setting::plant(name));
-    guarded(&path.display().to_string(), || {
-        Assembly::of_file(registry, path, &settings)
-    })
-}
-
 /// Returns the plants whose models `offers` solve and that are not among them.
 fn models_beside(offers: &[PlantOffer]) -> Vec<String> {
     let mut models: Vec<String> = Vec::new();
     for model in offers.iter().filter_map(|offer| offer.model_of.as_ref()) {
-        if !models.contains(model) && offers.iter().all(|offer| offer.name != *model) {
+        if !models.contains(model) && offers.iter().all(|offer| offer.plant != **model) {
             models.push(model.clone());
         }
     }
@@ -268,12 +167,18 @@ impl PlantFactory for StudyBuilder<'_> {
             is_compared(signal) || is_of_a_drive(signal)
         })
     }
+
+    fn build_with_contacts(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
+        self.built(variant, &|signal| {
+            is_compared(signal) || is_of_a_contact(signal)
+        })
+    }
 }
 
 /// Whether studies compare the signal.
-fn is_compared(name: &str) -> bool {
+pub(super) fn is_compared(name: &str) -> bool {
     let of_leg = signal::parse_leg(name).map(|(_, of_leg)| of_leg);
-    name == signal::BODY_POSITION
+    [signal::BODY_POSITION, signal::BODY_ORIENTATION].contains(&name)
         || of_leg.is_some_and(|it| [signal::FOOT_POSITION, signal::FOOT_LOAD].contains(&it))
 }
 
@@ -284,6 +189,11 @@ fn is_of_a_drive(name: &str) -> bool {
             .any(|it| [it.0, it.1].contains(&of_leg))
     };
     signal::parse_leg(name).is_some_and(|(_, of_leg)| of_drive(of_leg))
+}
+
+fn is_of_a_contact(name: &str) -> bool {
+    let of_leg = signal::parse_leg(name).map(|(_, of_leg)| of_leg);
+    of_leg.is_some_and(|it| [signal::FOOT_FORCE, signal::FOOT_CLEARANCE].contains(&it))
 }
 
 pub(crate) fn first_line(error: &str) -> String {
@@ -298,6 +208,8 @@ fn scene(
 ) -> Result<StudyInput, TwinError> {
     let scenario = assembly.scenario();
     let step = registry.plant_step(&scenario.plant);
+    let (ground, robot) = (scenario.plant.ground.as_ref(), assembly.robot());
+    let sole = robot.and_then(|robot| robot.legs.first()?.leg.compliance);
     Ok(StudyInput {
         name: scenario.name.clone(),
         file: scenario.file.clone(),
@@ -309,6 +221,8 @@ fn scene(
             duration.map_or(STROLL, |duration| duration.max(STROLL)),
         )?,
         step: step.unwrap_or(scenario.io.step),
+        friction: ground.and_then(|ground| ground.friction.or(robot.map(|robot| robot.friction))),
+        sole_stiffness: sole.map(|sole| sole.sole.stiffness),
         weight: assembly.robot().map_or(0.0, Robot::weight),
     })
 }
@@ -331,60 +245,8 @@ fn commands(assembly: &Assembly<'_>, duration: SimDuration) -> Result<Commands, 
     Ok(tape.map_or_else(Commands::none, |tape| tape.commands()))
 }
 
-fn scaled_robot(robot: &Robot, scales: &Scales) -> Robot {
-    let mut robot = robot.clone();
-    for mount in &mut robot.legs {
-        let leg = &mut mount.leg;
-        leg.diagonal.stiffness *= scales.stiffness;
-        leg.parallel.stiffness *= scales.stiffness;
-        if let Some(toe) = &mut leg.toe {
-            toe.stiffness *= scales.stiffness;
-        }
-        let friction = &mut leg.joint_friction;
-        for joint in [
-            &mut friction.hip,
-            &mut friction.knee,
-            &mut friction.ankle,
-            &mut friction.toe,
-        ] {
-            *joint *= scales.damping;
-        }
-        let mass = &mut leg.mass;
-        for segment in [&mut mass.l1, &mut mass.l2, &mut mass.l3] {
-            *segment *= scales.mass;
-        }
-        if scales.bare_foot {
-            mass.lumped_foot = mass.foot;
-        }
-        // What a leg lumps into its foot it must have.
-        mass.lumped_foot = mass.lumped_foot.min(mass.total());
-    }
-    for servo in [&mut robot.actuators.hip, &mut robot.actuators.knee] {
-        servo.lag /= scales.gain;
-    }
-    robot
-}
-
-fn scaled_plant(mut plant: PlantSpec, scales: &Scales) -> PlantSpec {
-    if let Some(ground) = &mut plant.ground {
-        ground.friction = scales.friction.or(ground.friction);
-        ground.restitution = scales.restitution.unwrap_or(ground.restitution);
-    }
-    plant
-}
-
-/// Divides the lag of the position loops, the reciprocal of their gain.
-fn scaled_actuator(actuator: &ActuatorSpec, gain: f64) -> ActuatorSpec {
-    let mut actuator = actuator.clone();
-    for servo in [&mut actuator.hip, &mut actuator.knee] {
-        servo.lag = servo.lag.map(|lag| lag / gain);
-    }
-    actuator
-}
-
 #[cfg(test)]
 mod tests {
-    use twinrig_robot::RobotFile;
     use twinrig_study::{PrecisionPlan, RowKind, precision};
 
     use super::*;
@@ -401,6 +263,7 @@ mod tests {
             steps: vec![SimDuration::from_millis(2)],
             tolerances: Vec::new(),
             masses: vec![0.3, 0.1, 0.03, 0.01],
+            ensemble: 0,
             repetitions: 1,
             budget_s: 1e9,
         };
@@ -414,38 +277,59 @@ mod tests {
         }
     }
 
+    /// Returns the plants that a study of `scenario` offers and those that it leaves out.
+    fn offered(
+        scenario: &str,
+        names: &[&str],
+        settings: &[(&str, &str)],
+    ) -> (Vec<String>, Vec<String>) {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios");
+        let settings = settings.iter().map(|(key, value)| Setting {
+            origin: "--set".to_owned(),
+            key: (*key).to_owned(),
+            value: (*value).to_owned(),
+        });
+        let settings: Vec<Setting> = settings.collect();
+        let names: Vec<String> = names.iter().map(|&name| name.to_owned()).collect();
+        let registry = Registry::standard();
+        let duration = Some(SimDuration::from_millis(10));
+        let path = path.join(scenario);
+        let builder = StudyBuilder::new(&registry, &path, &settings, &names, duration).unwrap();
+        let labels = builder.plants().iter().map(|offer| offer.plant.label());
+        (labels.collect(), builder.left_out().to_vec())
+    }
+
     #[test]
-    fn scales_reach_what_they_are_of_and_nothing_else() {
-        let robot = RobotFile::find("cheetah-cub", Path::new(""))
-            .unwrap()
-            .robot()
-            .unwrap();
-        assert_eq!(scaled_robot(&robot, &Scales::AS_IS), robot);
-        let scales = Scales {
-            stiffness: 2.0,
-            mass: 0.5,
-            damping: 3.0,
-            gain: 4.0,
-            ..Scales::AS_IS
-        };
-        let scaled = scaled_robot(&robot, &scales);
-        let (own, new) = (&robot.legs[0].leg, &scaled.legs[0].leg);
-        assert_eq!(new.diagonal.stiffness, 2.0 * own.diagonal.stiffness);
-        assert_eq!(new.parallel.stiffness, 2.0 * own.parallel.stiffness);
-        assert_eq!(new.diagonal.preload, own.diagonal.preload);
-        assert_eq!(new.mass.l3, 0.5 * own.mass.l3);
-        assert_eq!(new.mass.foot, own.mass.foot);
-        assert_eq!(new.joint_friction.ankle, 3.0 * own.joint_friction.ankle);
-        assert_eq!(scaled.actuators.hip.lag, robot.actuators.hip.lag / 4.0);
-        assert_eq!(scaled.trunk, robot.trunk);
-        // A leg of less than its lumped foot lumps what it has.
-        let light = scaled_robot(
-            &robot,
-            &Scales {
-                mass: 0.0,
-                ..Scales::AS_IS
-            },
+    fn both_formulations_of_constraints_are_offered_whatever_the_scenario_says() {
+        let both = ["massless", "massless, compliant", "lcp", "lcp, compliant"];
+        let names = ["massless", "lcp"];
+        assert_eq!(offered("trot.toml", &names, &[]).0, both);
+        let compliant = [
+            ("plant.constraints", "\"compliant\""),
+            ("plant.tolerance", "\"1 um\""),
+        ];
+        assert_eq!(offered("trot.toml", &names, &compliant).0, both);
+        // A plant without constraints is not left out for those of the scenario.
+        let (_, left_out) = offered("trot.toml", &[], &compliant);
+        let drives = left_out.iter().find(|why| why.starts_with("drives: "));
+        assert!(
+            drives.unwrap().contains("simulates motors only"),
+            "{left_out:?}"
         );
-        assert_eq!(light.legs[0].leg.mass.lumped_foot, own.mass.foot);
+        let legs = offered("passive-legs.toml", &["massless", "lcp"], &compliant[..1]).0;
+        assert_eq!(legs, ["massless", "lcp", "lcp, compliant"]);
+        let lookup = [("plant.force", "\"lookup\""), ("plant.cells", "16")];
+        assert_eq!(offered("trot.toml", &["massless"], &lookup).0, both[..2]);
+    }
+
+    /// Without drives a massless leg has no inertia about its hip.
+    #[test]
+    fn unsuitable_formulation_is_left_out_with_its_reason() {
+        let (labels, left_out) = offered("passive-legs.toml", &["massless", "lcp"], &[]);
+        assert_eq!(labels, ["massless", "lcp", "lcp, compliant"]);
+        let [why] = &left_out[..] else {
+            panic!("{left_out:?}");
+        };
+        assert!(why.starts_with("massless, compliant: "), "{why}");
     }
 }

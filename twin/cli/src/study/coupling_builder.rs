@@ -10,7 +10,8 @@ use twinrig_study::{CouplingInput, CouplingStudy, RigFactory, RigVariant};
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
-use crate::study::builder::{first_line, of_plant};
+use crate::study::builder::first_line;
+use crate::study::selection::of_plant;
 
 /// Builds the rigs of a study from a scenario.
 pub(crate) struct RigStudyBuilder<'r> {

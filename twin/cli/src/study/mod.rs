@@ -3,4 +3,7 @@
 pub(crate) mod builder;
 pub(crate) mod coupling_builder;
 pub(crate) mod coupling_table;
+mod lines;
+mod scaled;
+mod selection;
 pub(crate) mod table;

@@ -4,11 +4,13 @@ use std::path::PathBuf;
 
 use anstyle::Style;
 use twinrig_study::{
-    Factor, Row, RowKind, Scales, Status, StiffnessTrend, Study, StudyKind, Transport, brief,
+    ErrorControlTrend, Factor, Row, RowKind, Scales, Status, StiffnessTrend, Study, StudyKind,
+    brief,
 };
 
 use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::style::{BOLD, DIM, RED, YELLOW, styled};
+use crate::study::lines::{contact, difference, differing, ensemble, tolerance_slope, walking};
 
 /// Step at which methods are compared.
 const USUAL_STEP_S: f64 = 2e-3;
@@ -33,11 +35,32 @@ pub fn text(study: &Study, files: &[PathBuf]) -> String {
     for note in &study.references {
         fact("reference", reference(note));
     }
+    let models = || study.rows.iter().filter(|row| row.kind == RowKind::Model);
+    let base = models().find_map(|row| row.against.as_ref());
+    // The page has the differences of all pairs.
+    for row in models().filter(|row| row.against.as_ref() == base || row.varies_compliance()) {
+        fact("model", difference(row));
+    }
+    for slope in study.tolerance_slopes() {
+        fact("slope", tolerance_slope(&slope));
+    }
     for one in &study.transports {
         fact("walking", walking(one));
     }
+    for one in &study.contacts {
+        fact("contact", contact(one));
+    }
+    for one in &study.ensembles {
+        fact("ensemble", ensemble(one));
+    }
+    for [first, second, quantities] in differing(study) {
+        fact("differ", format!("{first} and {second} in {quantities}"));
+    }
     for trend in study.stiffnesses() {
         fact("stiffness", stiffness(&trend));
+    }
+    for trend in study.error_control_trends() {
+        fact("compliant", error_control(&trend));
     }
     let cut = study.cut().count();
     if cut > 0 {
@@ -63,34 +86,28 @@ pub fn text(study: &Study, files: &[PathBuf]) -> String {
     lines.join("\n")
 }
 
-/// Formats the cost of a walk, or the reason of its absence.
-fn walking(one: &Transport) -> String {
-    let setting = match (one.step_s, one.tolerance) {
-        (Some(step), _) => brief(step, "s"),
-        (None, tolerance) => format!("at {:e}", tolerance.unwrap_or_default()),
-    };
-    let way = format!("{} {} {setting}", one.plant, one.method);
-    let why = one
-        .why
-        .as_ref()
-        .map_or(String::new(), |why| format!(", {why}"));
-    let Some(cost) = &one.cost else {
-        return format!("{way}{why}");
-    };
-    let transport = cost.cost_of_transport.map_or(String::new(), |cost| {
-        format!(", cost of transport {cost:.3}")
-    });
-    let open = if cost.residual_j < 0.0 {
-        "lost"
-    } else {
-        "created"
-    };
-    format!(
-        "{way}: {:.3} m/s{transport}, {} of {} {open}{why}",
-        cost.speed_m_s,
-        brief(cost.residual_j.abs(), "J"),
-        brief(cost.work_j, "J"),
-    )
+/// Formats what a factor does to a method with error control.
+fn error_control(trend: &ErrorControlTrend) -> String {
+    let times = if trend.is_multiple { "× " } else { "" };
+    let mut text = format!("{} {}: {}", trend.plant, trend.method, trend.factor);
+    if let Some([from, to]) = trend.completed {
+        text += &format!(" {times}{from} … {to}");
+    }
+    let [completed, of] = trend.runs;
+    text += &format!(", {completed} of {of} completed");
+    if let Some([least, greatest]) = trend.evaluations_per_s {
+        text += &format!(", {least:.0} … {greatest:.0} evaluations a second");
+    }
+    if let Some(substep) = trend.least_substep_s {
+        text += &format!(", substeps ≥ {}", brief(substep, "s"));
+    }
+    if let Some(error) = trend.error_rms_m {
+        text += &format!(", RMS ≤ {}", brief(error, "m"));
+    }
+    for (value, why) in &trend.failures {
+        text += &format!("; {times}{value} {why}");
+    }
+    text
 }
 
 /// Row that contradicts its neighbours.
@@ -111,7 +128,11 @@ fn doubtful(row: &Row) -> String {
     let result = match row.kind {
         RowKind::Stability => row
             .largest_stable_step_s
-            .map(|step| format!(": stable to {}", brief(step, "s"))),
+            .map(|step| format!(": stable to {}", brief(step, "s")))
+            .or_else(|| {
+                row.evaluations
+                    .map(|count| format!(": {count} evaluations"))
+            }),
         _ => row
             .error_rms_m
             .map(|error| format!(": {}", brief(error, "m"))),
@@ -197,7 +218,7 @@ fn precision(study: &Study) -> Grid {
             });
         let order = orders
             .iter()
-            .find(|order| (&*order.plant, &*order.method) == (line.plant, line.method))
+            .find(|order| order.plant == *line.plant && order.method == line.method)
             .filter(|_| !line.is_adaptive());
         let metres = |row: &Row| {
             let error = row.error_rms_m.map(|error| {
@@ -212,7 +233,7 @@ fn precision(study: &Study) -> Grid {
         let cut = rows.iter().filter(|row| row.cut).count();
         let failed = rows.len() - sound().count() - cut;
         grid.row([
-            line.plant.into(),
+            line.plant.label().into(),
             line.method_label().into(),
             order
                 .map_or(String::new(), |order| format!("{:.1}", order.order))
@@ -268,7 +289,7 @@ fn stability(study: &Study) -> Grid {
             _ => (row.word(), RED),
         };
         grid.row([
-            row.plant.as_str().into(),
+            row.plant.label().into(),
             row.series().method_label().into(),
             limit.into(),
             row.error_rms_m
@@ -288,7 +309,7 @@ mod tests {
     use std::path::Path;
 
     use twinrig_kernel::SimDuration;
-    use twinrig_study::{PrecisionPlan, precision};
+    use twinrig_study::{PlantId, PrecisionPlan, precision};
 
     use super::*;
     use crate::assembly::registry::Registry;
@@ -305,6 +326,7 @@ mod tests {
             steps: vec![SimDuration::from_millis(2)],
             tolerances: Vec::new(),
             masses: Vec::new(),
+            ensemble: 0,
             repetitions: 1,
             budget_s: 1e9,
         };
@@ -313,7 +335,10 @@ mod tests {
         for row in &mut study.rows {
             row.at_floor = true;
         }
-        let floor = brief(study.floor_of("lcp"), "m");
+        let floor = brief(
+            study.floor_of(&PlantId::new("lcp").with_constraints("rigid")),
+            "m",
+        );
         assert!(text(&study, &[]).contains(&format!("≤ {floor}")));
     }
 }

@@ -442,37 +442,113 @@ fn plan_shows_step_of_plant_or_its_default() {
 }
 
 #[test]
-fn plan_shows_set_points_of_servos_and_their_delay() {
+fn plan_shows_constraints_and_set_points_and_their_delay() {
     let folder = Folder::new("set-points");
     let controlled = hanging("");
     let passive = controlled.replace("controller", "# controller");
-    let held = "servo, held set-points\n";
-    let linear =
-        "ideal, linear set-points: later than held ones by 1 ms in the mean, 2 ms at most\n";
-    let ideal = "{ kind = \"ideal\", set_point = \"linear\" }";
-    for (scenario, actuator, set_point, delays_s, text) in [
-        (&controlled, "{}", Some("held"), [0.0, 0.0], held),
-        (&controlled, ideal, Some("linear"), [0.001, 0.002], linear),
+    let held = (Some("held"), 0.0, "held set-points\n");
+    let linear = (
+        Some("linear"),
+        0.001,
+        "linear set-points: later than held ones by 1 ms in the mean, 2 ms at most\n",
+    );
+    let without = (None, 0.0, "");
+    for (scenario, actuator, plant, constraints, set_point) in [
+        // The default, and values that a scenario names.
+        (&controlled, "{}", "lcp", Some("compliant"), linear),
+        (
+            &controlled,
+            "{ set_point = \"held\" }",
+            "lcp",
+            Some("compliant"),
+            held,
+        ),
+        (
+            &controlled,
+            "{ kind = \"ideal\" }",
+            "massless",
+            Some("compliant"),
+            linear,
+        ),
+        // Rigid where no controller drives the legs.
         (
             &passive,
             "{ kind = \"none\" }",
-            None,
-            [0.0, 0.0],
-            "  none\n",
+            "lcp",
+            Some("rigid"),
+            without,
+        ),
+        (&passive, "{}", "lcp", Some("rigid"), held),
+        // Rigid where the scenario asks for it, or for a method that only rigid constraints have.
+        (
+            &controlled,
+            "{}",
+            "lcp\", constraints = \"rigid",
+            Some("rigid"),
+            held,
+        ),
+        (
+            &controlled,
+            "{}",
+            "lcp\", integrator = \"moreau",
+            Some("rigid"),
+            held,
+        ),
+        (
+            &controlled,
+            "{}",
+            "lcp\", integrator = \"rk4",
+            Some("compliant"),
+            linear,
+        ),
+        (
+            &controlled,
+            "{}",
+            "massless\", force = \"lookup",
+            Some("rigid"),
+            held,
         ),
     ] {
         let file = folder.file(
             "hanging.toml",
-            &format!("{scenario}actuator = {actuator}\n"),
+            &format!("{scenario}actuator = {actuator}\n")
+                .replace("\"massless", &format!("\"{plant}")),
         );
+        let case = format!("{plant}, {actuator}");
         let plan = json(&twin(&["plan", &file, "--json"]).out).remove(0);
+        assert_eq!(plan["constraints"], json!(constraints), "{case}: {plan}");
         let found = &plan["actuator"];
-        assert_eq!(found["set_point"], json!(set_point), "{found}");
-        assert_eq!(found["set_point_delay_mean_s"], delays_s[0]);
-        assert_eq!(found["set_point_delay_max_s"], delays_s[1]);
+        assert_eq!(found["set_point"], json!(set_point.0), "{case}: {found}");
+        assert_eq!(found["set_point_delay_mean_s"], set_point.1);
+        assert_eq!(found["set_point_delay_max_s"], 2.0 * set_point.1);
         let shown = twin(&["plan", &file]).out;
-        assert!(shown.contains(text), "{shown}");
+        let constraints = constraints.unwrap();
+        let formulation = format!(", {constraints} constraints, step");
+        assert!(
+            shown.contains(set_point.2) && shown.contains(&formulation),
+            "{case}: {shown}"
+        );
+        let report = json(&twin(&["run", &file, "--no-record", "--json"]).out).remove(0);
+        assert_eq!(report["constraints"], constraints, "{case}: {report}");
     }
+}
+
+#[test]
+fn rebounding_ground_is_rigid_unless_the_scenario_asks_for_compliance() {
+    let folder = Folder::new("rebound");
+    let scenario = hanging("").replace("fixed", "free");
+    let file = folder.file("hanging.toml", &scenario);
+    let rebounds = ["--set", "plant.ground.restitution=0.3"];
+    let plan = twin(&[&["plan", &file, "--json"], &rebounds[..]].concat());
+    assert_eq!(json(&plan.out).remove(0)["constraints"], "rigid");
+    let compliant = ["--set", "plant.constraints=compliant"];
+    let refused = twin(&[&["check", &file], &rebounds[..], &compliant].concat());
+    assert_eq!(refused.code, 2);
+    assert!(
+        refused.err.contains("restitution of 0.3"),
+        "{}",
+        refused.err
+    );
 }
 
 #[test]

@@ -33,7 +33,7 @@ fn expectations_of_the_gait_are_unobserved_after_a_fall() {
     let (code, report) = report(&["run", &file, "--no-record", "--json"]);
     assert_eq!((code, &report["verdict"]), (1, &"fail".into()));
     let fell_at = report["fell_at_s"].as_f64().unwrap();
-    assert!(0.2 < fell_at && fell_at < 1.9, "{fell_at}");
+    assert!(0.1 < fell_at && fell_at < 1.9, "{fell_at}");
     assert_eq!(report["simulated_s"], 2.0, "the run continues");
     for line in report["expectations"].as_array().unwrap() {
         assert_eq!(line["verdict"], "unobserved");

@@ -17,7 +17,8 @@ table! {
         default("'servo'");
     SET_POINT: SetPointKind = "set_point", choice(),
         "set-points between commands: the last command, or a linear approach to it over one control period",
-        r#"set_point = "linear""#, default("'held'");
+        r#"set_point = "held""#,
+        otherwise("linear; held with rigid constraints that the scenario asks for, and without a controller");
     HIP: () = "hip", contextual(Shape::Table(servo_table::TABLE)), "servos of the hips",
         r#"hip = { speed = "20 rad/s" }"#;
     KNEE: () = "knee", contextual(Shape::Table(servo_table::TABLE)), "servos of the knees",
@@ -59,7 +60,7 @@ pub(super) fn actuator(item: &Item<'_>, run: SimDuration) -> Result<ActuatorSpec
     let table = &item.table()?;
     let table = actuator_table::TABLE.of(table);
     let kind = table.read(&KIND);
-    let set_point = table.read(&SET_POINT);
+    let set_point = table.get(&SET_POINT);
     let both = servo(table, run);
     let servo_in = |item: &Item<'_>| servo(servo_table::TABLE.of(&item.table()?), run);
     let (hip, knee) = (

@@ -16,6 +16,7 @@ use crate::budget::{Budget, Share};
 use crate::error::StudyError;
 use crate::number::si;
 use crate::panics::Panics;
+use crate::plant_id::PlantId;
 use crate::progress::ProgressObserver;
 use crate::reference::{CheckNote, ReferenceNote};
 use crate::row::Status;
@@ -197,12 +198,12 @@ impl Job<'_> {
         let check = self.completed(plant, fine * 2, "check of the reference")?;
         let mut reference = match reference {
             Ok(reference) => reference,
-            Err(why) => return Ok((None, ReferenceNote::missing(plant, why))),
+            Err(why) => return Ok((None, ReferenceNote::missing(&PlantId::new(plant), why))),
         };
         let mut note = ReferenceNote {
             method: Some(CouplingMethod::Exact.word().to_owned()),
             step_s: Some(fine.as_secs_f64()),
-            ..ReferenceNote::missing(plant, String::new())
+            ..ReferenceNote::missing(&PlantId::new(plant), String::new())
         };
         let mut why = vec!["it is checked by itself, at steps twice as long".to_owned()];
         match check {

@@ -108,7 +108,7 @@ impl CouplingStudy {
     pub fn plants(&self) -> Vec<&str> {
         self.references
             .iter()
-            .map(|note| note.plant.as_str())
+            .map(|note| &*note.plant.name)
             .collect()
     }
 
@@ -260,7 +260,7 @@ impl CouplingStudy {
 
     /// Returns the rows as comma-separated values.
     pub fn csv(&self) -> String {
-        crate::csv::table(&self.rows, &["step_s"])
+        crate::csv::table(&self.rows, "method", &["step_s"])
     }
 }
 

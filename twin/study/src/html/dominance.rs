@@ -138,7 +138,7 @@ fn by_method(study: &Study, dominance: &Dominance) -> String {
         let best = best.unwrap_or(comparison);
         let levels = floors
             .iter()
-            .find(|floor| (&*floor.plant, &*floor.method) == method);
+            .find(|floor| floor.plant == method.0 && floor.method == method.1);
         let closer = best.no_greater_error.as_ref();
         let faster = best.no_more_time.as_ref();
         table.row(
@@ -246,7 +246,8 @@ fn counts(study: &Study, of: &str, comparison: &Comparison) -> String {
         let mut rows = study.rows.iter();
         rows.find(|row| {
             row.kind == RowKind::Integration
-                && (&*row.plant, &*row.method) == (plant, method)
+                && row.plant == plant
+                && row.method == method
                 && (row.step_s, row.tolerance) == (step, tolerance)
         })
     };

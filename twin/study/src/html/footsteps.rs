@@ -2,6 +2,7 @@
 
 use crate::footsteps::Footstep;
 use crate::number::si;
+use crate::plant_id::PlantId;
 use crate::study::Study;
 
 use super::table::Table;
@@ -9,9 +10,9 @@ use super::text::{element, escaped, paragraph};
 
 /// Returns the section: differences of the touch-downs.
 pub(crate) fn section(study: &Study) -> String {
-    let mut plants: Vec<&str> = Vec::new();
+    let mut plants: Vec<&PlantId> = Vec::new();
     for step in &study.footsteps {
-        if !plants.contains(&&*step.plant) {
+        if !plants.contains(&&step.plant) {
             plants.push(&step.plant);
         }
     }
@@ -25,11 +26,11 @@ pub(crate) fn section(study: &Study) -> String {
     "<h2>Differences of touch-downs</h2>\n".to_owned() + &sections
 }
 
-fn of_plant(study: &Study, plant: &str) -> String {
+fn of_plant(study: &Study, plant: &PlantId) -> String {
     let steps: Vec<&Footstep> = study
         .footsteps
         .iter()
-        .filter(|step| step.plant == plant)
+        .filter(|step| step.plant == *plant)
         .collect();
     let mut legs: Vec<&str> = Vec::new();
     for step in &steps {
@@ -37,8 +38,8 @@ fn of_plant(study: &Study, plant: &str) -> String {
             legs.push(&step.leg);
         }
     }
-    let full = study.massive.first().map_or("", String::as_str);
-    let mut out = paragraph(&summary(plant, full, &steps));
+    let full = study.massive.first().map(PlantId::label);
+    let mut out = paragraph(&summary(&plant.label(), &full.unwrap_or_default(), &steps));
     let head = legs
         .iter()
         .map(|leg| format!("| {leg} at | delay | distance"));

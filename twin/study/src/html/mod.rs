@@ -2,19 +2,25 @@
 
 mod axis;
 mod constraint_violation;
+mod contact;
 mod coupling;
+mod differences;
 mod dominance;
+mod ensemble;
+mod error_control;
 mod footsteps;
 mod marker;
 mod models;
 mod plot;
 mod precision;
 mod rows;
+mod runs;
 mod stability;
 mod stiffness;
 mod table;
 mod text;
 mod thesis;
+mod tolerance;
 mod transport;
 
 use std::fmt::Write as _;
@@ -179,7 +185,7 @@ fn references(notes: &[ReferenceNote]) -> String {
         table.row(
             "",
             vec![
-                element("b", "", &escaped(&note.plant)),
+                element("b", "", &escaped(&note.plant.label())),
                 own,
                 by.unwrap_or_default(),
                 check.map_or(String::new(), |check| si(check.disagreement_rms_m, "m")),

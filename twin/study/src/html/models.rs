@@ -6,9 +6,8 @@ use crate::study::Study;
 
 use super::plot::{Curve, Ended, Look, Plot, Point, Setting};
 use super::precision::LEAST_M;
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
-use super::{figure, rows};
+use super::text::paragraph;
+use super::{differences, figure};
 
 /// Returns the section: differences between models, apart from the errors of methods.
 pub(crate) fn section(study: &Study) -> String {
@@ -22,25 +21,7 @@ pub(crate) fn section(study: &Study) -> String {
          difference is that between the references of two plants; it does not decrease with the \
          step and is not part of the curves above.",
     );
-    let mut table = Table::new(
-        "plant | reference | feet, RMS | greatest | trunk, RMS | greatest |",
-        2,
-    );
-    for row in of(RowKind::Model) {
-        table.row(
-            rows::class(row, None),
-            vec![
-                element("b", "", &escaped(&row.plant)),
-                format!("{} {}", escaped(&row.method), rows::setting(row)),
-                rows::length(row.error_rms_m),
-                rows::length(row.error_max_m),
-                rows::length(row.trunk_error_rms_m.filter(|&error| error > 0.0)),
-                rows::length(row.trunk_error_max_m.filter(|&error| error > 0.0)),
-                rows::why(row),
-            ],
-        );
-    }
-    out += &table.html();
+    out += &differences::tables(study);
     let limits: Vec<&Row> = of(RowKind::Limit).collect();
     if limits.is_empty() {
         return out;

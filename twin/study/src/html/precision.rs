@@ -9,8 +9,8 @@ use super::rows;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
 use super::{
-    card, commanded, constraint_violation, dominance, figure, footsteps, introduction, models,
-    references, transport,
+    card, commanded, constraint_violation, contact, dominance, ensemble, figure, footsteps,
+    introduction, models, references, runs, tolerance, transport,
 };
 use crate::headline::{AIM_M, Choice, HeadlineRow, USUAL_STEP_S, at_usual_step};
 use crate::number::si;
@@ -45,6 +45,7 @@ pub(crate) fn body(study: &Study) -> String {
     out += &dominance::section(study);
     out += "<h2>Error against step</h2>\n";
     out += &convergence(study);
+    out += &tolerance::section(study);
     out += &constraint_violation::section(study);
     out += "<h2>Summary by method</h2>\n";
     out += &summary(study);
@@ -58,9 +59,11 @@ pub(crate) fn body(study: &Study) -> String {
     out += &references(&study.references);
     out += &models::section(study);
     out += &footsteps::section(study);
+    out += &contact::section(study);
+    out += &ensemble::section(study);
     out += &transport::section(study);
     out += "<h2>All runs</h2>\n";
-    out += &all(study);
+    out += &runs::table(study);
     out
 }
 
@@ -88,7 +91,7 @@ pub(crate) fn of_series<'a>(study: &'a Study, series: Series<'a>) -> impl Iterat
 /// Returns the order of a series, if it is of a fixed-step method and its errors show one.
 fn order(study: &Study, series: Series<'_>) -> Option<f64> {
     let orders = study.orders().into_iter();
-    let of_series = |order: &Order| order.plant == series.plant && order.method == series.method;
+    let of_series = |order: &Order| order.plant == *series.plant && order.method == series.method;
     let mut orders_of_series = orders.filter(of_series).map(|order| order.order);
     orders_of_series.next().filter(|_| !series.is_adaptive())
 }
@@ -268,7 +271,7 @@ fn cost(study: &Study) -> String {
 /// Returns the mark of the floor of the reference.
 pub(crate) fn floor(study: &Study) -> Mark {
     let reference = study.reference();
-    let plant = reference.map_or("", |note| note.plant.as_str());
+    let plant = reference.map_or(String::new(), |note| note.plant.label());
     let floor = study.floor();
     let label = format!(
         "floor: reference and check of {plant} differ by {}",
@@ -320,7 +323,7 @@ fn summary(study: &Study) -> String {
          | speed there | incomplete"
     );
     let mut table = Table::new(&head, 2);
-    let mut plant_before = "";
+    let mut plant_before = None;
     for series in study.series() {
         let plant = series.plant;
         let sound = || of_series(study, series).filter(|row| row.status == Status::Ok);
@@ -330,12 +333,16 @@ fn summary(study: &Study) -> String {
             error(a).total_cmp(&error(b))
         });
         let failed = of_series(study, series).filter(|row| row.status != Status::Ok);
-        let class = if plant == plant_before { "" } else { "first" };
-        plant_before = plant;
+        let class = if plant_before == Some(plant) {
+            ""
+        } else {
+            "first"
+        };
+        plant_before = Some(plant);
         table.row(
             class,
             vec![
-                element("b", "", &escaped(plant)),
+                element("b", "", &escaped(&plant.label())),
                 escaped(&series.method_label())
                     + &element("span", "wrap soft", &escaped(study.about(series))),
                 order(study, series).map_or(String::new(), |order| format!("{order:.1}")),
@@ -349,57 +356,4 @@ fn summary(study: &Study) -> String {
         );
     }
     table.html()
-}
-
-/// Returns the table of all runs.
-fn all(study: &Study) -> String {
-    let mut table = Table::new(
-        "plant | method | setting | | feet, RMS | greatest | trunk, RMS | greatest | event time \
-         | events | energy residual | constraint violation | evalu\u{ad}ations \
-         | factori\u{ad}sations | solver | fallbacks | per step | speed |",
-        4,
-    );
-    let mut before = None;
-    for row in integration(study) {
-        let events = match (row.events, row.events_expected) {
-            (None, Some(_)) => "none located".to_owned(),
-            (Some(own), Some(expected)) if own != expected => format!("{own} of {expected}"),
-            (own, _) => rows::count(own),
-        };
-        let floor = if row.at_floor { "≤ " } else { "" };
-        let nonzero = |value: Option<f64>| value.filter(|&value| value > 0.0);
-        table.row(
-            rows::class(row, before),
-            vec![
-                escaped(&row.plant),
-                escaped(&row.series().method_label()),
-                rows::setting(row),
-                rows::status(row),
-                row.error_rms_m
-                    .map_or(String::new(), |error| format!("{floor}{}", si(error, "m"))),
-                rows::length(row.error_max_m),
-                rows::length(nonzero(row.trunk_error_rms_m)),
-                rows::length(nonzero(row.trunk_error_max_m)),
-                rows::time(row.event_time_error_s),
-                events,
-                row.energy_residual_j
-                    .map_or(String::new(), |joule| si(joule, "J")),
-                rows::length(row.drift_m),
-                rows::count(row.evaluations),
-                rows::count(row.factorisations),
-                rows::count(row.solver_iterations),
-                rows::count(row.fallbacks),
-                rows::time(row.cost_per_step_s),
-                rows::factor(row.real_time_factor),
-                rows::why(row),
-            ],
-        );
-        before = Some(row);
-    }
-    table.html()
-        + &paragraph(
-            "Energy residual: residual of the energy balance at the end. Speed: simulated time \
-             over run time, the median of several runs without sampling. ≤ marks errors at the \
-             floor. Fallbacks: steps for which another method or a shorter step was substituted.",
-        )
 }

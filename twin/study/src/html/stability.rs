@@ -11,7 +11,9 @@ use super::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
 use super::rows;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
-use super::{card, commanded, figure, introduction, legend, references, stiffness, thesis};
+use super::{
+    card, commanded, error_control, figure, introduction, legend, references, stiffness, thesis,
+};
 use crate::number::{plain, si};
 
 /// Relative stiffness of the second set of results of the thesis.
@@ -31,6 +33,7 @@ pub(crate) fn body(study: &Study) -> String {
     out += "<h2>What limits the step</h2>\n";
     out += &sweeps(study);
     out += &stiffness::section(study);
+    out += &error_control::section(study);
     out += "<h2>Unchanged scenario</h2>\n";
     out += &as_it_is(study);
     if !study.commanded && !study.ground {
@@ -231,7 +234,7 @@ fn as_it_is(study: &Study) -> String {
                 _ => "bad",
             },
             vec![
-                element("b", "", &escaped(&row.plant)),
+                element("b", "", &escaped(&row.plant.label())),
                 escaped(&row.series().method_label()),
                 limit_cell(row),
                 rows::status(row),
@@ -277,7 +280,7 @@ fn all(study: &Study) -> String {
             vec![
                 name.to_owned(),
                 value,
-                escaped(&row.plant),
+                escaped(&row.plant.label()),
                 escaped(&row.series().method_label()),
                 limit_cell(row),
                 rows::time(row.least_unstable_step_s),

@@ -1,6 +1,7 @@
 //! Page section on the dependence of the largest stable step on the stiffness of the springs.
 
 use crate::number::{plain, si};
+use crate::plant_id::PlantId;
 use crate::stiffness::StiffnessTrend;
 use crate::study::Study;
 
@@ -33,16 +34,16 @@ pub(crate) fn section(study: &Study) -> String {
          | stable at the longest",
         3,
     );
-    let mut before = "";
+    let mut before: Option<&PlantId> = None;
     for trend in &trends {
-        let first = !before.is_empty() && before != trend.plant;
-        before = &trend.plant;
+        let first = before.is_some_and(|before| *before != trend.plant);
+        before = Some(&trend.plant);
         let all = trend.limits + trend.unlimited + trend.unknown;
         let beyond = Some(trend.unlimited as u64);
         table.row(
             if first { "first" } else { "" },
             vec![
-                element("b", "", &escaped(&trend.plant)),
+                element("b", "", &escaped(&trend.plant.label())),
                 escaped(&trend.method),
                 verdict(trend).to_owned(),
                 trend.same_over.map_or(String::new(), |[from, to]| {

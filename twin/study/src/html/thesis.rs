@@ -2,6 +2,7 @@
 
 use crate::factory::Scales;
 use crate::number::si;
+use crate::plant_id::PlantId;
 use crate::row::{Series, Status};
 use crate::study::Study;
 use crate::thesis::{FIGURES, ModelClass, ThesisFigure};
@@ -70,7 +71,7 @@ struct Counterpart {
 }
 
 fn counterparts(study: &Study, thesis: &ThesisFigure) -> Vec<Counterpart> {
-    let class_of = |plant: &str| {
+    let class_of = |plant: &PlantId| {
         let engine = study.solves.iter().any(|(known, _)| known == plant);
         let massive = study.massive.iter().any(|known| known == plant);
         match (massive, engine) {

@@ -1,6 +1,7 @@
 //! Page section on the cost of transport and the residual of the energy balance.
 
 use crate::number::{method_setting, si};
+use crate::plant_id::PlantId;
 use crate::row::Status;
 use crate::study::Study;
 use crate::transport::{Cost, Transport};
@@ -23,7 +24,8 @@ pub(crate) fn section(study: &Study) -> String {
          The work of the drives is dissipated by friction and impacts or stored; the residual \
          is energy created or lost by the integration. The covered cost includes the residual as \
          work of the drives; where it differs much from the net cost, the plant gives no valid \
-         consumption. Shares are of the net work.",
+         consumption. Shares are of the net work. A converged cost is one at a setting so fine \
+         that it is the same, in the printed digits, at twice the step or ten times the tolerance.",
         si(cost.to_s, "s"),
         si(cost.from_s, "s"),
     ));
@@ -38,19 +40,24 @@ fn table(study: &Study) -> String {
          | friction | impacts | stored",
         2,
     );
-    let mut before = "";
+    let mut before: Option<&PlantId> = None;
     for one in &study.transports {
-        let first = !before.is_empty() && before != one.plant;
-        before = &one.plant;
+        let first = before.is_some_and(|before| *before != one.plant);
+        before = Some(&one.plant);
         let bad = one.status != Status::Ok || one.fell_at_s.is_some();
         let setting = method_setting(one.step_s, one.tolerance);
+        let setting = match one.converged {
+            Some(true) => format!("{setting}, converged"),
+            Some(false) => format!("{setting}, the finest tried, not converged"),
+            None => setting,
+        };
         let about = match &one.why {
             Some(why) => format!("{setting}; {why}"),
             None => setting,
         };
         let about = element("span", "wrap soft", &escaped(&about));
         let mut cells = vec![
-            element("b", "", &escaped(&one.plant)),
+            element("b", "", &escaped(&one.plant.label())),
             escaped(&one.method) + &about,
         ];
         let numbers = one.cost.as_ref().map(numbers);

@@ -31,7 +31,7 @@ fn step_independent_engine_error_shows_against_the_model_reference() {
     let found = study(&Oscillators::new(&["rk4", "semi-implicit"], 200).with_engine(&["rk4"]));
     let note = &found.references[1];
     assert_eq!(
-        (&*note.plant, note.of_plant.as_deref()),
+        (&*note.plant.name, note.of_plant.as_deref()),
         ("engine", Some("full"))
     );
     assert_eq!(note.check, found.references[0].check);
@@ -136,7 +136,7 @@ fn stiffness_trend_separates_spring_limits_from_others() {
     let all = found.stiffnesses();
     let of = |plant: &str, method: &str| -> StiffnessTrend {
         let mut all = all.iter();
-        let trend = all.find(|trend| (&*trend.plant, &*trend.method) == (plant, method));
+        let trend = all.find(|trend| (&*trend.plant.name, &*trend.method) == (plant, method));
         trend.unwrap().clone()
     };
     // 2ζ/ω; the damping does not depend on the spring.

@@ -1,7 +1,9 @@
 //! Studies of plants with closed-form solutions.
 
 mod coupling;
+mod differences;
 mod engines;
+mod ensembles;
 mod oscillator;
 mod pages;
 mod precision;

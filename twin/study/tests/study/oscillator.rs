@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
 use twinrig_study::{
-    Commands, MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind,
+    Commands, MethodOffer, MethodSetting, PlantFactory, PlantId, PlantOffer, Scales, SettingKind,
     StudyInput, Variant,
 };
 
@@ -12,6 +12,8 @@ pub const OMEGA: f64 = 100.0;
 pub const ZETA: f64 = 0.1;
 /// Limit of the step of the method `capped`, independent of the oscillator \[s\].
 pub const CAP_S: f64 = 3e-3;
+/// Damping over the mass beyond which the method `tolerant` refuses \[1/s\].
+const STIFF: f64 = 1e5;
 /// Relative softness of the spring of the plant `engine`.
 pub const SOFT: f64 = 1e-3;
 /// Share of the oscillator's mass that belongs to the segments.
@@ -65,6 +67,14 @@ impl Oscillator {
     }
 
     fn step(&mut self, h: f64) -> Result<(), PlantFault> {
+        if self.method == "tolerant" && self.damping > STIFF {
+            return Err(PlantFault {
+                time: self.now,
+                part: "integrator".to_owned(),
+                energy: 0.0,
+                why: "too stiff".to_owned(),
+            });
+        }
         let before = self.state;
         let [x, v] = before;
         self.state = match self.method.as_str() {
@@ -156,6 +166,10 @@ impl Plant for Oscillator {
         self.work
     }
 
+    fn least_substep_s(&self) -> Option<f64> {
+        (self.method == "tolerant").then_some(1e-3)
+    }
+
     fn log_events(&mut self, enabled: bool) {
         self.log = enabled.then(Vec::new);
     }
@@ -204,7 +218,7 @@ impl Oscillators {
             _ => method(name, SettingKind::Step, None),
         };
         let full = PlantOffer {
-            name: "full".to_owned(),
+            plant: PlantId::new("full"),
             about: "an oscillator".to_owned(),
             segment_masses: true,
             model_of: None,
@@ -219,6 +233,8 @@ impl Oscillators {
                 servos: false,
                 commands: Commands::none(),
                 step: SimDuration::from_millis(2),
+                friction: None,
+                sole_stiffness: None,
                 weight: 0.0,
             },
             plants: vec![full],
@@ -229,7 +245,7 @@ impl Oscillators {
 
     pub fn with_bare(mut self) -> Self {
         self.plants.push(PlantOffer {
-            name: "bare".to_owned(),
+            plant: PlantId::new("bare"),
             about: "one without segments".to_owned(),
             segment_masses: false,
             model_of: None,
@@ -238,11 +254,38 @@ impl Oscillators {
         self
     }
 
+    /// Adds the full model with compliant constraints, which soften its spring.
+    pub fn with_compliant(mut self) -> Self {
+        let fine = Some(MethodSetting::Step(SimDuration::from_micros(20)));
+        let plant = |constraints| PlantId::new("full").with_constraints(constraints);
+        self.plants[0].plant = plant("rigid");
+        self.plants.push(PlantOffer {
+            plant: plant("compliant"),
+            about: "the same, softer".to_owned(),
+            segment_masses: true,
+            model_of: None,
+            methods: vec![method("rk4", SettingKind::Step, fine)],
+        });
+        self
+    }
+
+    /// Adds the full model with compliant constraints and error control, on ground.
+    pub fn with_error_control(mut self) -> Self {
+        self = self.with_compliant();
+        self.plants[1].methods = vec![method(
+            "tolerant",
+            SettingKind::Tolerance,
+            Some(MethodSetting::Tolerance(1e-9)),
+        )];
+        self.input.ground = true;
+        self
+    }
+
     /// Adds an engine that solves the model of `full`, with an error at every step.
     pub fn with_engine(mut self, methods: &[&str]) -> Self {
         let offered = |&name: &&str| method(name, SettingKind::Step, None);
         self.plants.push(PlantOffer {
-            name: "engine".to_owned(),
+            plant: PlantId::new("engine"),
             about: "the same, by other means".to_owned(),
             segment_masses: true,
             model_of: Some("full".to_owned()),
@@ -290,6 +333,8 @@ impl PlantFactory for Oscillators {
             stiffness,
             mass,
             damping,
+            compliance,
+            compliance_damping,
             ..
         } = variant.scales;
         let mass = if variant.plant == "bare" {
@@ -299,6 +344,8 @@ impl PlantFactory for Oscillators {
         };
         let soft = if variant.plant == "engine" {
             1.0 - SOFT
+        } else if variant.plant == "full, compliant" {
+            1.0 - SOFT / compliance
         } else {
             1.0
         };
@@ -312,7 +359,8 @@ impl PlantFactory for Oscillators {
             tolerance,
             // Unchanged, the full model has the frequency ω.
             omega_squared: OMEGA * OMEGA * stiffness * soft * (1.0 + SEGMENTS) / mass,
-            damping: 2.0 * self.zeta * OMEGA * damping * (1.0 + SEGMENTS) / mass,
+            damping: 2.0 * self.zeta * OMEGA * damping * compliance_damping * (1.0 + SEGMENTS)
+                / mass,
             mass,
             now: SimTime::ZERO,
             state: [0.01, 0.0],

@@ -238,8 +238,12 @@ fn json_keys_keep_their_order() {
         "mass",
         "damping",
         "gain",
+        "compliance",
+        "compliance_damping",
         "friction",
         "restitution",
+        "longest_step_s",
+        "speed",
         "status",
         "error_rms_m",
         "error_max_m",
@@ -255,9 +259,9 @@ fn json_keys_keep_their_order() {
             .keys()
             .map(String::as_str)
             .collect();
-        assert_eq!(keys[..2], ["plant", "method"]);
-        assert!(["step_s", "tolerance"].contains(&keys[2]), "{keys:?}");
-        assert_eq!(keys[3..16], rest);
+        assert_eq!(keys[..3], ["plant", "constraints", "method"]);
+        assert!(["step_s", "tolerance"].contains(&keys[3]), "{keys:?}");
+        assert_eq!(keys[4..21], rest);
         assert_eq!(row["stiffness"], 1.0);
     }
 }
@@ -269,11 +273,11 @@ fn csv_has_a_line_per_row_and_a_cell_per_key() {
     let mut lines = text.lines();
     let head = lines.next().unwrap();
     assert!(
-        head.starts_with("plant,method,step_s,tolerance,stiffness,"),
+        head.starts_with("plant,constraints,method,step_s,tolerance,stiffness,"),
         "{head}"
     );
     assert_eq!(lines.count(), study.rows.len());
-    assert!(text.contains("full,rk4,0.002,,1.0,"), "{text}");
+    assert!(text.contains("full,,rk4,0.002,,1.0,"), "{text}");
 }
 
 #[test]

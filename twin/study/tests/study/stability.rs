@@ -1,7 +1,9 @@
 //! Study of stability: the largest stable step.
 
 use twinrig_kernel::SimDuration;
-use twinrig_study::{Factor, RowKind, StabilityPlan, Status, Study, stability};
+use twinrig_study::{
+    Factor, Machine, Row, RowKind, StabilityPlan, Status, Study, csv, html, stability,
+};
 
 use crate::oscillator::{OMEGA, Oscillators, ZETA};
 use crate::precision::without_clock;
@@ -142,6 +144,86 @@ fn ineffective_factors_are_left_out_with_reason() {
     );
     // Ten values of stiffness, five more of mass, four more of damping.
     assert_eq!(found.rows.len(), 19);
+}
+
+/// Rows of the plant with error control, by the values of a factor.
+fn compliant_rows(study: &Study, factor: Factor) -> Vec<(f64, &Row)> {
+    let rows = study.rows.iter().filter(|row| row.plant.is_compliant());
+    rows.filter_map(|row| Some((factor.of(&row.scales)?, row)))
+        .collect()
+}
+
+#[test]
+fn compliant_plant_completes_or_refuses_over_its_factors() {
+    let found = study(
+        &Oscillators::new(&["rk4"], 200).with_error_control(),
+        &Factor::ALL,
+    );
+    let of_compliance = |row: &&Row| {
+        row.scales.compliance != 1.0
+            || row.scales.compliance_damping != 1.0
+            || row.scales.longest_step_s.is_some()
+    };
+    let varied = found.rows.iter().filter(of_compliance);
+    assert!(varied.clone().all(|row| row.plant.is_compliant()));
+    assert_eq!(varied.count(), 6 + 6 + 3);
+    // How a sole rebounds follows from its damping; nothing drives the legs.
+    assert!(compliant_rows(&found, Factor::Restitution).is_empty());
+    assert_eq!(compliant_rows(&found, Factor::Speed).len(), 1);
+    assert_eq!(compliant_rows(&found, Factor::Friction).len(), 5);
+    for (value, row) in compliant_rows(&found, Factor::ComplianceDamping) {
+        let refused = value == 1e4;
+        let expected = if refused { Status::Refused } else { Status::Ok };
+        assert_eq!(
+            (row.status, row.why.is_some()),
+            (expected, refused),
+            "{row:?}"
+        );
+        assert_eq!(row.least_substep_s.is_some(), !refused);
+    }
+}
+
+#[test]
+fn trend_of_error_control_has_the_work_and_every_failure() {
+    let found = study(
+        &Oscillators::new(&["rk4", "tolerant"], 200).with_error_control(),
+        &[Factor::ComplianceDamping],
+    );
+    let trends = found.error_control_trends();
+    let [trend] = &trends[..] else {
+        panic!("rigid plants have none: {trends:?}");
+    };
+    assert_eq!(trend.plant, "full, compliant");
+    assert_eq!((trend.runs, trend.completed), ([6, 7], Some([0.0, 1e3])));
+    assert_eq!(trend.least_substep_s, Some(1e-3));
+    let [least, greatest] = trend.evaluations_per_s.unwrap();
+    assert!(least > 0.0 && greatest > least, "{trend:?}");
+    assert!(trend.error_rms_m.unwrap() < 1e-4, "{trend:?}");
+    let [(value, why)] = &trend.failures[..] else {
+        panic!("{trend:?}");
+    };
+    assert_eq!(*value, 1e4);
+    assert!(
+        why.starts_with("refused: ") && why.contains("too stiff"),
+        "{why}"
+    );
+    let page = html(&found, &Machine::here("test"), "twin study stability");
+    for part in [
+        "Compliant constraints",
+        "refused",
+        "damping of the compliance",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    let json = found.json(&Machine::here("test"), "");
+    assert_eq!(json["error_control"][0]["failures"][0][0], 1e4);
+    assert!(
+        csv(&found.rows)
+            .lines()
+            .next()
+            .unwrap()
+            .contains("least_substep_s")
+    );
 }
 
 #[test]

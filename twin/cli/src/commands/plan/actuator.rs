@@ -1,6 +1,7 @@
 //! Drives of the robot in a plan.
 
 use serde::Serialize;
+use twinrig_scenario::SetPointKind;
 
 use super::ms;
 use crate::assembly::Assembly;
@@ -22,12 +23,13 @@ impl Actuator {
     pub(super) fn of(assembly: &Assembly<'_>) -> Option<Self> {
         assembly.body().robot()?;
         let spec = &assembly.scenario().actuator;
-        let delays = spec.set_point.added_delays(assembly.period());
+        let set_point = spec.set_point;
+        let delays = set_point.map(|course| course.added_delays(assembly.period()));
+        let delays = delays.unwrap_or_default();
         let [mean, max] = delays.map(|delay| seconds(delay.as_nanos()));
-        let has_set_points = spec.kind.has_set_points();
         Some(Self {
             kind: spec.kind.name(),
-            set_point: has_set_points.then(|| spec.set_point.name()),
+            set_point: set_point.map(SetPointKind::name),
             set_point_delay_mean_s: mean,
             set_point_delay_max_s: max,
         })

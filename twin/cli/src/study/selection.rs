@@ -1,0 +1,187 @@
+//! Selection of the plants of a study that suit a scenario.
+
+use std::path::Path;
+use std::rc::Rc;
+
+use twinrig_kernel::SimDuration;
+use twinrig_runtime::{Plant, catch_panic};
+use twinrig_scenario::{Scenario, Setting};
+use twinrig_study::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
+
+use crate::assembly::Assembly;
+use crate::assembly::registry::Registry;
+use crate::error::{NO_ROBOT, TwinError, guarded};
+use crate::parts::constraints::CONSTRAINTS;
+use crate::parts::method::Method;
+use crate::study::builder::{first_line, is_compared};
+use crate::study::scaled::{scaled_actuator, scaled_plant, scaled_robot};
+
+/// Step at which every method can be built.
+const TRIED_STEP: SimDuration = SimDuration::from_millis(1);
+/// Tolerance at which every error-controlled method can be built.
+const TRIED_TOLERANCE: f64 = 1e-6;
+
+/// Plant of a study.
+pub(super) struct PlantUnderStudy<'r> {
+    pub(super) methods: Vec<Method>,
+    /// The scenario with this plant; otherwise the reason of the failure, a row of the study.
+    pub(super) assembly: Rc<Result<Assembly<'r>, String>>,
+}
+
+/// Plants that can simulate the scenario, and the reasons against the others.
+#[derive(Default)]
+pub(super) struct Selection<'r> {
+    pub(super) offers: Vec<PlantOffer>,
+    pub(super) benches: Vec<PlantUnderStudy<'r>>,
+    pub(super) left_out: Vec<String>,
+    pub(super) panics: Vec<String>,
+    /// Error of the first unsuitable plant.
+    pub(super) refused: Option<TwinError>,
+}
+
+impl<'r> Selection<'r> {
+    /// Adds the plant `name`, once for each formulation of its constraints.
+    ///
+    /// # Errors
+    /// If a `requested` plant does not suit the scenario in any formulation.
+    pub(super) fn add(
+        &mut self,
+        registry: &'r Registry,
+        path: &Path,
+        settings: &[Setting],
+        name: &str,
+        requested: bool,
+        scenario: &Scenario,
+    ) -> Result<(), TwinError> {
+        let assembly = match with_any_constraints(registry, path, settings, name) {
+            Err(TwinError::Panic { source, .. }) => {
+                self.panics.push(source.to_string());
+                Err(source.to_string())
+            }
+            Err(error) if requested => return Err(error),
+            Err(error) => {
+                self.left_out
+                    .push(format!("{name}: {}", first_line(&error.to_string())));
+                self.refused.get_or_insert(error);
+                return Ok(());
+            }
+            Ok(assembly) => Ok(assembly),
+        };
+        let panicked = assembly.is_err();
+        let assembly = Rc::new(assembly);
+        let (mut refused, before) = (None, self.offers.len());
+        for (offer, methods) in registry.offers(name) {
+            let bench = PlantUnderStudy {
+                methods,
+                assembly: Rc::clone(&assembly),
+            };
+            if let (Some(why), false) = (bench.refusal(&offer), panicked) {
+                self.left_out.push(format!("{}: {why}", offer.plant));
+                refused.get_or_insert(why);
+                continue;
+            }
+            self.offers.push(offer);
+            self.benches.push(bench);
+        }
+        if let (Some(why), true) = (refused, self.offers.len() == before) {
+            let error = TwinError::not_built(scenario, "plant", name, why.into());
+            if requested {
+                return Err(error);
+            }
+            self.refused.get_or_insert(error);
+        }
+        Ok(())
+    }
+}
+
+impl PlantUnderStudy<'_> {
+    /// Returns the reason why no method can simulate the scenario; `None` if one can, or panics,
+    /// which its rows report.
+    fn refusal(&self, offer: &PlantOffer) -> Option<String> {
+        let built = |method: &MethodOffer| {
+            let variant = Variant {
+                plant: offer.plant.clone(),
+                method: method.name.clone(),
+                setting: match method.set_by {
+                    SettingKind::Step => MethodSetting::Step(TRIED_STEP),
+                    SettingKind::Tolerance => MethodSetting::Tolerance(TRIED_TOLERANCE),
+                },
+                scales: Scales::AS_IS,
+            };
+            match catch_panic(|| self.built(&variant, &is_compared)) {
+                Ok(built) => built.map(drop),
+                Err(_) => Ok(()),
+            }
+        };
+        let mut refused = None;
+        for method in &offer.methods {
+            refused = Some(built(method).err()?);
+        }
+        refused
+    }
+
+    pub(super) fn built(
+        &self,
+        variant: &Variant,
+        wanted: &dyn Fn(&str) -> bool,
+    ) -> Result<Box<dyn Plant>, String> {
+        let assembly = (*self.assembly).as_ref().map_err(Clone::clone)?;
+        let methods = self.methods.iter();
+        let method = methods
+            .into_iter()
+            .find(|method| method.is_meant_by(variant));
+        let method = method.ok_or_else(|| format!("there is no method `{}`", variant.method))?;
+        let scenario = assembly.scenario();
+        let robot = assembly.robot().ok_or(NO_ROBOT)?;
+        let robot = scaled_robot(robot, &variant.scales);
+        let plant = scaled_plant(
+            method.set(&scenario.plant, variant.setting),
+            &variant.scales,
+        );
+        let actuator = scaled_actuator(&scenario.actuator, variant.scales.gain);
+        assembly
+            .plant_of(&robot, &plant, &actuator, wanted)
+            .map_err(|error| first_line(&error.to_string()))
+    }
+}
+
+/// Reads the scenario at `path` with the plant `name`, whatever constraints the scenario has for
+/// other plants.
+pub(crate) fn of_plant<'r>(
+    registry: &'r Registry,
+    path: &Path,
+    settings: &[Setting],
+    name: &str,
+) -> Result<Assembly<'r>, TwinError> {
+    guarded(&path.display().to_string(), || {
+        Assembly::of_plant(registry, path, settings, name)
+    })
+}
+
+/// Reads the scenario at `path` with the plant `name`, with other constraints if it cannot have the
+/// scenario's: its methods set them.
+///
+/// # Errors
+/// The error with the scenario's constraints.
+pub(super) fn with_any_constraints<'r>(
+    registry: &'r Registry,
+    path: &Path,
+    settings: &[Setting],
+    name: &str,
+) -> Result<Assembly<'r>, TwinError> {
+    let own = of_plant(registry, path, settings, name);
+    if matches!(own, Ok(_) | Err(TwinError::Panic { .. })) {
+        return own;
+    }
+    let offers = registry.offers(name).into_iter();
+    let mut others = offers.filter_map(|(offer, _)| {
+        let mut settings = settings.to_vec();
+        settings.push(Setting {
+            origin: "--set".to_owned(),
+            key: format!("plant.{CONSTRAINTS}"),
+            value: offer.plant.constraints?,
+        });
+        of_plant(registry, path, &settings, name).ok()
+    });
+    others.next().map_or(own, Ok)
+}
