@@ -36,9 +36,9 @@ const STIFF: f64 = 0.5;
 /// Time over which errors may add up to the tolerance \[s\].
 const UNIT: f64 = 1e-3;
 
-/// Substeps shorter than this may err as one of this length \[s\]: at a kink of a force law, the
-/// error is proportional to the square of the substep only, but there are few of them.
-const SHORT: f64 = 1e-5;
+/// Substeps shorter than this, of which no step has many, may err as one of this length \[s\]: at a
+/// kink of a force law, the error is proportional to the square of the substep only.
+const SHORT: f64 = 1.0 / SUBSTEPS_PER_TIME;
 
 /// Limits of the ratio of successive substeps, and the share of the optimal substep that is taken.
 const RATIO_MIN: f64 = 0.2;
