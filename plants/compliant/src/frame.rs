@@ -7,9 +7,10 @@ pub type Rotation = [[f64; 3]; 3];
 #[inline(always)]
 pub fn rotation([w, x, y, z]: [f64; 4]) -> Rotation {
     let two = 2.0 / (w * w + x * x + y * y + z * z);
-    let (wx, wy, wz) = (two * w * x, two * w * y, two * w * z);
-    let (xx, yy, zz) = (two * x * x, two * y * y, two * z * z);
-    let (xy, xz, yz) = (two * x * y, two * x * z, two * y * z);
+    let (tx, ty, tz) = (two * x, two * y, two * z);
+    let (wx, wy, wz) = (w * tx, w * ty, w * tz);
+    let (xx, yy, zz) = (x * tx, y * ty, z * tz);
+    let (xy, xz, yz) = (x * ty, x * tz, y * tz);
     [
         [1.0 - (yy + zz), xy - wz, xz + wy],
         [xy + wz, 1.0 - (xx + zz), yz - wx],

@@ -119,63 +119,102 @@ pub trait Lanes:
         self.like(1.0) / self
     }
 
-    /// Returns sine and cosine, to a unit in the last place for arguments up to about 1e5: by
-    /// reduction to an eighth of a turn and the polynomials of fdlibm.
+    /// Returns sines and cosines, to two units in the last place of one for arguments up to about
+    /// 1e5. If any angle is beyond a quarter of a turn, all are reduced first.
     #[inline(always)]
-    fn sin_cos(self) -> (Self, Self) {
-        /// Adding and subtracting this constant rounds to an integer.
-        const WHOLE: f64 = 6_755_399_441_055_744.0;
-        /// π/2 in three parts of 33 bits and a remainder: the product with a number of quarters
-        /// below 2²⁰ is exact.
-        const QUARTER: [f64; 3] = [
-            1.570_796_326_734_125_6,
-            6.077_100_506_303_966e-11,
-            2.022_266_248_795_950_6e-21,
-        ];
-        let quarters = (self * core::f64::consts::FRAC_2_PI + WHOLE) - WHOLE;
-        let r = ((self - quarters * QUARTER[0]) - quarters * QUARTER[1]) - quarters * QUARTER[2];
-        let (sine, cosine) = near_zero(r);
-        // −2, −1, 0, 1 or 2 quarters.
-        let q = quarters - ((quarters * 0.25 + WHOLE) - WHOLE) * 4.0;
-        let square = q * q;
-        let odd = square * (square.like(4.0) - square) * (1.0 / 3.0);
-        let upright = (odd.like(1.0) - odd) * (square.like(1.0) - square * 0.5);
-        let turned = odd * q;
-        (
-            upright * sine + turned * cosine,
-            upright * cosine - turned * sine,
-        )
+    fn sin_cos<const M: usize>(angles: [Self; M]) -> ([Self; M], [Self; M]) {
+        let mut most = angles[0].abs();
+        for angle in &angles[1..] {
+            most = most.max(angle.abs());
+        }
+        if most.any(most.gt(most.like(core::f64::consts::FRAC_PI_2))) {
+            return reduced_sin_cos(angles);
+        }
+        near_zero(angles)
     }
 }
 
-/// Returns sine and cosine of at most π/4.
+/// Returns sines and cosines by reduction to an eighth of a turn.
 #[inline(always)]
-fn near_zero<L: Lanes>(r: L) -> (L, L) {
-    const SINE: [f64; 6] = [
-        1.589_690_995_211_55e-10,
-        -2.505_076_025_340_686_3e-8,
-        2.755_731_370_707_006_8e-6,
-        -1.984_126_982_985_795e-4,
-        8.333_333_333_322_49e-3,
-        -1.666_666_666_666_663_2e-1,
+fn reduced_sin_cos<L: Lanes, const M: usize>(angles: [L; M]) -> ([L; M], [L; M]) {
+    /// Adding and subtracting this constant rounds to an integer.
+    const WHOLE: f64 = 6_755_399_441_055_744.0;
+    /// π/2 in three parts of 33 bits and a remainder: the product with a number of quarters below
+    /// 2²⁰ is exact.
+    const QUARTER: [f64; 3] = [
+        1.570_796_326_734_125_6,
+        6.077_100_506_303_966e-11,
+        2.022_266_248_795_950_6e-21,
     ];
-    const COSINE: [f64; 6] = [
-        -1.135_964_755_778_819_5e-11,
-        2.087_572_321_298_175e-9,
-        -2.755_731_435_139_066_3e-7,
-        2.480_158_728_947_673e-5,
-        -1.388_888_888_887_411e-3,
-        4.166_666_666_666_66e-2,
-    ];
-    let z = r * r;
-    let half = z * 0.5 - z * z * horner(z, COSINE);
-    (r + r * (z * horner(z, SINE)), half.like(1.0) - half)
+    let (mut rests, mut turns) = (angles, angles);
+    for i in 0..M {
+        let quarters = (angles[i] * core::f64::consts::FRAC_2_PI + WHOLE) - WHOLE;
+        rests[i] =
+            ((angles[i] - quarters * QUARTER[0]) - quarters * QUARTER[1]) - quarters * QUARTER[2];
+        // −2, −1, 0, 1 or 2 quarters.
+        turns[i] = quarters - ((quarters * 0.25 + WHOLE) - WHOLE) * 4.0;
+    }
+    let (mut sines, mut cosines) = near_zero(rests);
+    for i in 0..M {
+        let (q, square) = (turns[i], turns[i] * turns[i]);
+        let odd = square * (square.like(4.0) - square) * (1.0 / 3.0);
+        let upright = (odd.like(1.0) - odd) * (square.like(1.0) - square * 0.5);
+        let turned = odd * q;
+        (sines[i], cosines[i]) = (
+            upright * sines[i] + turned * cosines[i],
+            upright * cosines[i] - turned * sines[i],
+        );
+    }
+    (sines, cosines)
 }
 
-/// Returns a polynomial, its highest coefficient first.
+/// Returns sines and cosines of at most π/2: by polynomials from Chebyshev interpolation, with
+/// errors of 2e-18 and 7e-17.
 #[inline(always)]
-fn horner<L: Lanes>(z: L, c: [f64; 6]) -> L {
-    ((((z * c[0] + c[1]) * z + c[2]) * z + c[3]) * z + c[4]) * z + c[5]
+fn near_zero<L: Lanes, const M: usize>(angles: [L; M]) -> ([L; M], [L; M]) {
+    const SINE: [f64; 8] = [
+        2.731_428_986_122_616e-15,
+        -7.643_969_031_052_769e-13,
+        1.605_897_727_281_551e-10,
+        -2.505_210_761_638_459_5e-8,
+        2.755_731_921_915_843e-6,
+        -1.984_126_984_125_495_5e-4,
+        8.333_333_333_333_316e-3,
+        -1.666_666_666_666_666_6e-1,
+    ];
+    const COSINE: [f64; 7] = [
+        4.646_409_715_227_79e-14,
+        -1.146_625_047_853_674_5e-11,
+        2.087_668_151_390_718_4e-9,
+        -2.755_731_857_284_831_5e-7,
+        2.480_158_729_891_088_8e-5,
+        -1.388_888_888_888_476_3e-3,
+        4.166_666_666_666_666e-2,
+    ];
+    let mut squares = angles;
+    for square in &mut squares {
+        *square = *square * *square;
+    }
+    let (mut sines, mut cosines) = (horner(squares, SINE), horner(squares, COSINE));
+    for i in 0..M {
+        let (angle, z) = (angles[i], squares[i]);
+        sines[i] = angle + angle * (z * sines[i]);
+        let half = z * 0.5 - z * z * cosines[i];
+        cosines[i] = half.like(1.0) - half;
+    }
+    (sines, cosines)
+}
+
+/// Returns a polynomial of several numbers, its highest coefficient first.
+#[inline(always)]
+fn horner<L: Lanes, const M: usize, const C: usize>(of: [L; M], coefficients: [f64; C]) -> [L; M] {
+    let mut values = [of[0].like(coefficients[0]); M];
+    for coefficient in &coefficients[1..] {
+        for (value, z) in values.iter_mut().zip(&of) {
+            *value = *value * *z + *coefficient;
+        }
+    }
+    values
 }
 
 /// Source of lanes: a processor feature that was found at run time.

@@ -4,7 +4,7 @@
 //! Stops, cables and soles are one-sided springs with dampers ([`Element`]), and friction is a
 //! bristle scaled by the load ([`Sole`]); the equations of motion have a continuous right-hand
 //! side, without events, modes or complementarity problems. A plant implements [`Equations`];
-//! [`Flow`] integrates them by the classical Runge–Kutta method with error control
+//! [`Flow`] integrates them by the Runge–Kutta method of order 4 with error control
 //! ([`StepControl`]), keeps the energy balance, and implements `Dynamics` of `twinrig-legged`. Four
 //! legs are computed side by side in the [lanes] of the processor. The instants at which elements
 //! are compressed and released are [events], which the method does not need.

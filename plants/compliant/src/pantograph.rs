@@ -199,10 +199,7 @@ impl<L: Lanes, const N: usize> Turns<L, N> {
     /// Computes the directions of angles \[rad\].
     #[inline(always)]
     pub fn new(angles: &[L; N]) -> Self {
-        let (mut s, mut c) = (*angles, *angles);
-        for i in 0..N {
-            (s[i], c[i]) = angles[i].sin_cos();
-        }
+        let (s, c) = L::sin_cos(*angles);
         let (mut sine, mut cosine) = ([s; N], [c; N]);
         for i in 0..N {
             for j in i + 1..N {
@@ -320,17 +317,22 @@ impl<L: Lanes, const N: usize> Internal<L, N> {
         let end = legs.stops.press(depth, ward(lengths.rates[0]));
         let either = zero.like(weight(0)).or(upper, zero.like(weight(1)));
         let mut compressed = either.or(depth.gt(zero), zero);
-        let depth = lengths.parallel - legs.parallel_max;
-        let open = legs.stops.press(depth, lengths.rates[1]);
-        compressed += if_compressed(2, depth);
         let depth = legs.l_delta * (joints.angles[0] - joints.angles[2]);
         let rate = legs.l_delta * (rates[0] - rates[2]);
         let closed = legs.stops.press(depth, rate);
         compressed += if_compressed(3, depth);
-        let mut dissipated = end.dissipated + open.dissipated + closed.dissipated;
+        let mut dissipated = end.dissipated + closed.dissipated;
         let along_diagonal =
             legs.diagonal[0] * (legs.diagonal[1] - lengths.diagonal) - ward(end.force);
-        let along_parallel = legs.parallel[0] * (legs.parallel[1] - lengths.parallel) - open.force;
+        let mut along_parallel = legs.parallel[0] * (legs.parallel[1] - lengths.parallel);
+        // Rare: only where it is pressed.
+        let depth = lengths.parallel - legs.parallel_max;
+        if depth.any(depth.gt(zero)) {
+            let open = legs.stops.press(depth, lengths.rates[1]);
+            compressed += if_compressed(2, depth);
+            along_parallel -= open.force;
+            dissipated += open.dissipated;
+        }
         let mut knee = along_diagonal * lengths.along[0];
         let mut tension = knee.zero();
         if has_cable {

@@ -63,12 +63,13 @@ impl ServoLaw {
         if !self.is_limited() {
             return torque;
         }
-        let (zero, one) = (rate.zero(), rate.like(1.0));
-        let share = rate * self.per_speed;
-        let most = (one - share).clamp(zero, one) * self.torque;
-        let least = (one + share).clamp(zero, one) * -self.torque;
+        let (zero, stall) = (rate.zero(), rate.like(self.torque));
+        let lost = rate * (self.torque * self.per_speed);
+        let most = (stall - lost).clamp(zero, stall);
+        let least = (-stall - lost).clamp(-stall, zero);
         torque.clamp(least, most)
     }
+
     /// Returns the acceleration of a drive that has no inertia but its own, under a load \[N·m\]:
     /// the commanded one, within the limit of the torque \[rad/s²\].
     #[inline(always)]

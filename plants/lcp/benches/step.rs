@@ -2,8 +2,9 @@
 //! version does the same work.
 
 use divan::Bencher;
-use twinrig_lcp::{Lcp, Method, Options};
-use twinrig_legged::Setup;
+use twinrig_kernel::SimDuration;
+use twinrig_lcp::{Constraints, Features, Lcp, Method, Options};
+use twinrig_legged::{SetPoint, Setup};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 use twinrig_testing::plant_harness::{PlantHarness, at_ms};
@@ -18,15 +19,20 @@ fn main() {
 /// motion.
 const STEPS: usize = 20;
 
-fn build(robot: &Robot, setup: &Setup, method: Method) -> PlantHarness<Lcp> {
-    let options = Options {
-        constraints: twinrig_lcp::Constraints::Rigid,
+/// Returns options with rigid constraints.
+fn rigid(setup: &Setup, method: Method) -> Options {
+    Options {
+        constraints: Constraints::Rigid,
         setup: setup.clone(),
         method,
         tolerance: Options::TOLERANCE,
         toe: false,
-    };
-    PlantHarness::new(Lcp::new(robot, &options, &|_| true).unwrap())
+        features: Features::Detected,
+    }
+}
+
+fn build(robot: &Robot, options: &Options) -> PlantHarness<Lcp> {
+    PlantHarness::new(Lcp::new(robot, options, &|_| true).unwrap())
 }
 
 /// Returns the setup of a trot.
@@ -38,7 +44,7 @@ fn setup_of_trot(robot: &Robot) -> Setup {
 /// `before`.
 fn steps(
     bencher: Bencher,
-    (robot, setup, method): (&Robot, &Setup, Method),
+    (robot, options): (&Robot, &Options),
     before: &[Vec<f64>],
     commands: &[Vec<f64>],
 ) {
@@ -47,13 +53,13 @@ fn steps(
             harness.plant.advance(at_ms(2 * tick), commands).unwrap();
         }
     };
-    let mut harness = build(robot, setup, method);
+    let mut harness = build(robot, options);
     run(&mut harness, 0, before);
     let saved = harness.plant.save();
     bencher
         .counter(divan::counter::ItemsCount::new(commands.len()))
         .with_inputs(|| {
-            let mut harness = build(robot, setup, method);
+            let mut harness = build(robot, options);
             harness.plant.restore(&saved).unwrap();
             harness
         })
@@ -74,7 +80,7 @@ fn passive_legs(bencher: Bencher) {
     let none = vec![Vec::new(); 150];
     steps(
         bencher,
-        (&robot, &setup, Method::Rk4),
+        (&robot, &rigid(&setup, Method::Rk4)),
         &none,
         &none[..STEPS],
     );
@@ -91,7 +97,7 @@ fn passive_legs_off_their_stops(bencher: Bencher) {
     let none = vec![Vec::new(); 150];
     steps(
         bencher,
-        (&robot, &setup, Method::Rk4),
+        (&robot, &rigid(&setup, Method::Rk4)),
         &none,
         &none[..STEPS],
     );
@@ -113,22 +119,42 @@ fn trotting(bencher: Bencher, method: &str) {
     let (before, during) = commands.split_at(500);
     steps(
         bencher,
-        (&robot, &setup, method_of_name(method)),
+        (&robot, &rigid(&setup, method_of_name(method))),
         before,
         during,
     );
+}
+
+/// The same with compliant constraints, in the widest registers of the processor and in those of
+/// every one.
+#[divan::bench(args = [Features::Detected, Features::Portable])]
+fn trotting_on_compliant_constraints(bencher: Bencher, features: Features) {
+    let robot = robot();
+    let mut setup = setup_of_trot(&robot);
+    setup.set_point = SetPoint::Linear {
+        period: SimDuration::from_millis(2),
+    };
+    let commands = Trot::START.sampled(&robot, &setup, 0, 1200);
+    let (before, during) = commands.split_at(500);
+    let options = Options {
+        constraints: Constraints::Compliant,
+        tolerance: Options::COMPLIANT_TOLERANCE,
+        features,
+        ..rigid(&setup, Method::Rk4)
+    };
+    steps(bencher, (&robot, &options), before, during);
 }
 
 #[divan::bench(args = GAITS)]
 fn standing_still(bencher: Bencher, method: &str) {
     let robot = robot();
     let setup = setup_of_trot(&robot);
-    let harness = build(&robot, &setup, method_of_name(method));
+    let harness = build(&robot, &rigid(&setup, method_of_name(method)));
     let commands = constant_commands(&harness, 250 + STEPS);
     let (before, during) = commands.split_at(250);
     steps(
         bencher,
-        (&robot, &setup, method_of_name(method)),
+        (&robot, &rigid(&setup, method_of_name(method))),
         before,
         during,
     );
@@ -139,12 +165,12 @@ fn in_flight(bencher: Bencher, method: &str) {
     let robot = robot();
     let mut setup = setup_of_trot(&robot);
     setup.ground = None;
-    let harness = build(&robot, &setup, method_of_name(method));
+    let harness = build(&robot, &rigid(&setup, method_of_name(method)));
     let commands = constant_commands(&harness, 25 + STEPS);
     let (before, during) = commands.split_at(25);
     steps(
         bencher,
-        (&robot, &setup, method_of_name(method)),
+        (&robot, &rigid(&setup, method_of_name(method))),
         before,
         during,
     );
@@ -154,7 +180,7 @@ fn in_flight(bencher: Bencher, method: &str) {
 #[divan::bench]
 fn observation(bencher: Bencher) {
     let robot = robot();
-    let mut harness = build(&robot, &setup_of_trot(&robot), Method::Moreau);
+    let mut harness = build(&robot, &rigid(&setup_of_trot(&robot), Method::Moreau));
     bencher.bench_local(|| harness.observe()[0]);
 }
 
@@ -163,5 +189,5 @@ fn observation(bencher: Bencher) {
 fn building(bencher: Bencher) {
     let robot = robot();
     let setup = setup_of_trot(&robot);
-    bencher.bench_local(|| build(&robot, &setup, Method::Moreau));
+    bencher.bench_local(|| build(&robot, &rigid(&setup, Method::Moreau)));
 }

@@ -8,7 +8,7 @@
 //!
 //! ```
 //! use twinrig_kernel::{SimDuration, SimTime};
-//! use twinrig_lcp::{Constraints, Lcp, Method, Options};
+//! use twinrig_lcp::{Constraints, Features, Lcp, Method, Options};
 //! use twinrig_legged::{Base, Drives, SetPoint, Setup, StartPose};
 //! use twinrig_robot::RobotFile;
 //! use twinrig_runtime::Plant;
@@ -31,6 +31,7 @@
 //!     method: Method::Rk4,
 //!     tolerance: 1e-6,
 //!     toe: false,
+//!     features: Features::Detected,
 //! };
 //! let mut plant = Lcp::new(&robot, &options, &|signal| signal == "leg/LF/foot/position")?;
 //! plant.advance(SimTime::ZERO + SimDuration::from_millis(300), &[])?;
@@ -100,4 +101,5 @@ mod trunk;
 pub use equations::{Equations, Posture};
 pub use options::{LcpError, Method, Options};
 pub use plant::Lcp;
+pub use twinrig_compliant::lanes::Features;
 pub use twinrig_legged::Constraints;

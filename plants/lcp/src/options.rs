@@ -1,5 +1,6 @@
 //! Options of the plant.
 
+use twinrig_compliant::lanes::Features;
 use twinrig_legged::{Constraints, LeggedError, Setup};
 
 /// Time integration method.
@@ -63,6 +64,8 @@ pub struct Options {
     /// Whether the foot is a separate segment where the robot has a toe joint; otherwise it is a
     /// point at the end of the third segment.
     pub toe: bool,
+    /// Registers for compliant constraints; results do not depend on them.
+    pub features: Features,
 }
 
 impl Options {

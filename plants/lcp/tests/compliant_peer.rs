@@ -160,6 +160,7 @@ impl Case {
             method: Method::Rk4,
             tolerance,
             toe: false,
+            features: twinrig_lcp::Features::Detected,
         };
         let mut plant = Lcp::new(robot, &options, &|_| true).unwrap();
         if let Some(landing) = self.landing {

@@ -61,6 +61,7 @@ impl Fixture {
             method: integration.method,
             tolerance: integration.tolerance,
             toe,
+            features: twinrig_lcp::Features::Detected,
         };
         Self {
             reference,

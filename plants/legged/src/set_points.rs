@@ -115,13 +115,15 @@ impl SetPoints {
     /// Returns the set-points over a step from `now` to at most [`Self::step_end`].
     pub fn over(&mut self, now: SimTime, next: SimTime) -> StepInputs<'_> {
         let half_s = 0.5 * (next - now).as_secs_f64();
+        let period_s = self.period.as_secs_f64();
         for (i, ramp) in self.ramps.iter().enumerate() {
-            self.start[i] = ramp.value(now, self.period);
-            (self.rates[i], self.mean[i]) = (0.0, self.start[i]);
-            if ramp.end_after(now, self.period).is_some() {
-                self.rates[i] = (ramp.to - ramp.from) / self.period.as_secs_f64();
-                self.mean[i] += self.rates[i] * half_s;
-            }
+            (self.start[i], self.rates[i]) = if ramp.end_after(now, self.period).is_some() {
+                let rate = (ramp.to - ramp.from) / period_s;
+                (ramp.from + rate * (now - ramp.begin).as_secs_f64(), rate)
+            } else {
+                (ramp.to, 0.0)
+            };
+            self.mean[i] = self.start[i] + self.rates[i] * half_s;
         }
         StepInputs {
             start: &self.start,

@@ -3,7 +3,7 @@
 
 use divan::Bencher;
 use twinrig_legged::{Base, Setup};
-use twinrig_massless::{Force, Massless, Options};
+use twinrig_massless::{Features, Force, Massless, Options};
 use twinrig_runtime::Plant;
 use twinrig_testing::plant_harness::{PlantHarness, at_ms};
 use twinrig_testing::robots::{self, SERVOS, robot};
@@ -15,14 +15,19 @@ fn main() {
     divan::main();
 }
 
-/// Methods for the force of a leg with rigid constraints, and compliant constraints.
-const FORCES: [&str; 3] = ["solve", "lookup", "compliant"];
+/// Methods for the force of a leg with rigid constraints, and compliant constraints, in the widest
+/// registers of the processor and in those of every one.
+const FORCES: [&str; 4] = ["solve", "lookup", "compliant", "compliant, portable"];
 
 fn options_of(setup: Setup, force: &str) -> Options {
     match force {
         "solve" => Options::new(setup, Force::Solve),
         "lookup" => Options::new(setup, Force::Lookup { cells: 64 }),
-        _ => Options::compliant(setup, Options::TOLERANCE),
+        "compliant" => Options::compliant(setup, Options::TOLERANCE),
+        _ => Options {
+            features: Features::Portable,
+            ..Options::compliant(setup, Options::TOLERANCE)
+        },
     }
 }
 

@@ -61,3 +61,4 @@ mod step;
 
 pub use model::{Force, MasslessError, Options};
 pub use plant::Massless;
+pub use twinrig_compliant::lanes::Features;

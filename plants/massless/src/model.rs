@@ -1,6 +1,7 @@
 //! Constant part of the plant: masses, geometry, drives, and the simulated subset of the robot.
 
 use nalgebra::Vector3;
+use twinrig_compliant::lanes::Features;
 use twinrig_contact::Ground;
 use twinrig_leg::{EnergyTable, Pantograph};
 use twinrig_legged::{Base, Constraints, DriveModels, LeggedError, Setup, positive};
@@ -31,6 +32,8 @@ pub struct Options {
     /// Maximum estimated error with compliant constraints, per millisecond, in the position of
     /// trunk or foot \[m\].
     pub tolerance: f64,
+    /// Registers for compliant constraints; results do not depend on them.
+    pub features: Features,
 }
 
 impl Options {
@@ -44,6 +47,7 @@ impl Options {
             force,
             constraints: Constraints::Rigid,
             tolerance: Self::TOLERANCE,
+            features: Features::Detected,
         }
     }
 

@@ -11,7 +11,7 @@ impl Kernel for Everything {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Vec<Quad> {
         let [a, b] = self.0.map(|quad| simd.load(quad));
-        let (sine, cosine) = a.sin_cos();
+        let ([sine, _], [cosine, _]) = S::Lanes::sin_cos([a, b]);
         let mut sum = a;
         sum += b;
         sum -= b * 3.0;
@@ -64,6 +64,17 @@ proptest! {
         }
         let [p, q, r, s] = a.0;
         prop_assert_eq!(detected[10].0[0], (p + q) + (r + s));
+    }
+
+    #[test]
+    fn sine_and_cosine_of_small_angles_are_as_close(
+        angles in proptest::array::uniform4(-1.570_796_326_794_896_6..=1.570_796_326_794_896_6),
+    ) {
+        let small = dispatch(Features::Detected, Everything([Quad(angles); 2]));
+        for (lane, angle) in angles.into_iter().enumerate() {
+            prop_assert!((small[12].0[lane] - libm::sin(angle)).abs() < 3e-16);
+            prop_assert!((small[13].0[lane] - libm::cos(angle)).abs() < 3e-16);
+        }
     }
 
     #[test]

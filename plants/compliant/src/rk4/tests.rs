@@ -27,17 +27,14 @@ impl System for Bounce {
         [*speed, 9.81 - force.max(0.0) - self.drag * speed]
     }
 
-    fn along(state: &Motion, seconds: f64, slope: &Motion) -> Motion {
-        [0, 1].map(|i| state[i] + seconds * slope[i])
+    fn along<const M: usize>(state: &Motion, slopes: [&Motion; M], seconds: [f64; M]) -> Motion {
+        let change = sum(slopes, seconds);
+        [0, 1].map(|i| state[i] + change[i])
     }
 
-    fn along_mean(state: &Motion, seconds: f64, [a, b, c, d]: [&Motion; 4]) -> Motion {
-        [0, 1].map(|i| state[i] + seconds / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]))
-    }
-
-    fn error(&self, seconds: f64, fourth: &Motion, fifth: &Motion) -> f64 {
-        let [depth, speed] = [0, 1].map(|i| (fifth[i] - fourth[i]).abs());
-        seconds / 6.0 * (depth + seconds * speed)
+    fn error(&self, substep: f64, slopes: [&Motion; 5], seconds: [f64; 5]) -> f64 {
+        let [depth, speed] = sum(slopes, seconds).map(f64::abs);
+        depth + substep * speed
     }
 
     fn fastest(&self, states: [&Motion; 2], slopes: [&Motion; 2]) -> Fastest {
@@ -50,6 +47,13 @@ impl System for Bounce {
     fn accept(&mut self, _: &Substep<'_, Self>) -> u64 {
         0
     }
+}
+
+fn sum<const M: usize>(slopes: [&Motion; M], seconds: [f64; M]) -> Motion {
+    let parts = slopes.into_iter().zip(seconds);
+    parts.fold([0.0; 2], |sum, (slope, h)| {
+        [sum[0] + slope[0] * h, sum[1] + slope[1] * h]
+    })
 }
 
 /// Lets the mass fall by 5 cm onto the spring, in steps of 2 ms, until it is about to leave it.

@@ -66,7 +66,7 @@ pub(crate) fn initial<const N: usize, const P: usize>(
         CompliantEquations::new(model),
         compliant_state(&state),
         options.tolerance,
-        Features::Detected,
+        options.features,
     ))
 }
 

@@ -38,9 +38,8 @@ pub(crate) struct CompliantModel<const N: usize> {
     pub(crate) inertia: [f64; 3],
     pub(crate) legs: Legs<Quad, N>,
     pub(crate) drives: DriveLaws,
-    /// Weights of the error: radius of an angle \[m\], length per energy \[m/J\].
+    /// Radius of an angle in the error \[m\].
     pub(crate) radius: f64,
-    pub(crate) per_weight: f64,
 }
 
 impl<const N: usize> CompliantModel<N> {
@@ -56,7 +55,6 @@ impl<const N: usize> CompliantModel<N> {
             legs: Legs::side_by_side(&constants, compliances, friction),
             drives: DriveLaws::from(model.drives.as_ref()),
             radius: 0.5 * model.reach,
-            per_weight: model.reach / model.energy_scale,
             rigid: model,
         }
     }

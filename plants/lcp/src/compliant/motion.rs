@@ -42,6 +42,19 @@ impl<const N: usize, const P: usize> Kernel for Advance<'_, N, P> {
     }
 }
 
+/// Returns a sum of slopes, each times its seconds.
+#[inline(always)]
+fn sum<L: Lanes, const N: usize, const P: usize, const M: usize>(
+    slopes: [&Slope<L, N, P>; M],
+    seconds: [f64; M],
+) -> State<L, N, P> {
+    let mut sum = slopes[0].state.map(|rate| rate * seconds[0]);
+    for j in 1..M {
+        sum = sum.zip(&slopes[j].state, |sum, rate| sum + rate * seconds[j]);
+    }
+    sum
+}
+
 /// The model in lanes.
 struct Motion<'a, S: Simd, const N: usize, const P: usize> {
     simd: S,
@@ -70,24 +83,16 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
     }
 
     #[inline(always)]
-    fn along(state: &Self::State, seconds: f64, slope: &Self::Slope) -> Self::State {
-        state.zip(&slope.state, |value, rate| value + rate * seconds)
-    }
-
-    #[inline(always)]
-    fn along_mean(
+    fn along<const M: usize>(
         state: &Self::State,
-        seconds: f64,
-        [a, b, c, d]: [&Self::Slope; 4],
+        slopes: [&Self::Slope; M],
+        seconds: [f64; M],
     ) -> Self::State {
-        let ends = a.state.zip(&d.state, |a, d| a + d);
-        let middle = b.state.zip(&c.state, |b, c| b + c);
-        let sum = ends.zip(&middle, |ends, middle| ends + (middle + middle));
-        state.zip(&sum, |value, sum| value + sum * (seconds / 6.0))
+        state.zip(&sum(slopes, seconds), |value, change| value + change)
     }
 
     #[inline(always)]
-    fn error(&self, seconds: f64, fourth: &Self::Slope, fifth: &Self::Slope) -> f64 {
+    fn error(&self, substep: f64, slopes: [&Self::Slope; 5], seconds: [f64; 5]) -> f64 {
         let radius = self.model.radius;
         let State {
             position,
@@ -99,9 +104,7 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
             pulley,
             pulley_rate,
             bristles,
-        } = fifth
-            .state
-            .zip(&fourth.state, |last, before| (last - before).abs());
+        } = sum(slopes, seconds).map(S::Lanes::abs);
         let (mut angle, mut rate) = (attitude + attitude, turning);
         for i in 0..N {
             angle = angle.max(angles[i]);
@@ -114,16 +117,11 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
             lengths = lengths.max((bristle[0] + bristle[1]) * StepControl::BRISTLE_WEIGHT);
         }
         let speeds = (rate * radius).max(velocity);
-        let flows = fifth.flows.zip(&fourth.flows, |last, before| last - before);
-        let zero = angle.zero();
-        let powers = S::Lanes::sums([flows.actuator, flows.dissipated, zero, zero]).abs();
-        let size = lengths
-            .max(speeds * seconds)
-            .max(powers * self.model.per_weight);
+        let size = lengths.max(speeds * (StepControl::VELOCITY_SUBSTEPS * substep));
         let [a, b, c, d] = size.quad().0;
         // The sum propagates NaN, which a maximum hides.
-        let nan = 0.0 * (lengths + speeds + powers).quad().0.iter().sum::<f64>();
-        a.max(b).max(c.max(d)) * (seconds / 6.0) + nan
+        let nan = 0.0 * (lengths + speeds).quad().0.iter().sum::<f64>();
+        a.max(b).max(c.max(d)) + nan
     }
 
     fn fastest(&self, states: [&Self::State; 2], slopes: [&Self::Slope; 2]) -> Fastest {
@@ -139,22 +137,20 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
 
     #[inline(always)]
     fn accept(&mut self, substep: &Substep<'_, Self>) -> u64 {
-        let ([a, b, c, d], seconds) = (substep.slopes, substep.seconds);
-        let ends = a.flows.zip(&d.flows, |a, d| a + d);
-        let middle = b.flows.zip(&c.flows, |b, c| b + c);
-        let sum = ends.zip(&middle, |ends, middle| ends + (middle + middle));
-        self.sums = self
-            .sums
-            .zip(&sum, |sum, part| sum + part * (seconds / 6.0));
+        for (slope, seconds) in substep.slopes.into_iter().zip(substep.shares) {
+            self.sums = self
+                .sums
+                .zip(&slope.flows, |sum, flow| sum + flow * seconds);
+        }
         let (model, [before, after]) = (self.model, substep.states);
         let elements = |state: &Self::State| {
             let state = &state.store();
             dispatch(Features::Detected, Elements { model, state })
         };
         self.log.observe(
-            [substep.time, seconds],
+            [substep.time, substep.seconds],
             model.rigid.legs.len(),
-            [a.compressed, substep.last.compressed],
+            [substep.slopes[0].compressed, substep.last.compressed],
             || [elements(before), elements(after)],
         )
     }

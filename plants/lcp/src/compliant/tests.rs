@@ -196,14 +196,14 @@ fn restored_run_is_bit_identical() {
 
 #[test]
 fn step_beyond_the_limit_of_stability_is_refused() {
-    // Soles a hundred thousand times as stiff: 2 ms are far too long, and the control says so.
+    // Soles a thousand million times as stiff: 2 ms are far too long, and the control says so.
     let stiff = |tolerance| {
         let mut flow = landing::<3, 1>(tolerance, Features::Detected);
         flow.equations.model.legs.sole.element = Element::side_by_side(
             [OneSided {
-                stiffness: 2e9,
-                damping: 3e3,
-                toe_region: 1e-6,
+                stiffness: 2e13,
+                damping: 3e5,
+                toe_region: 1e-8,
             }; 4],
         );
         (0..150).try_for_each(|_| flow.step(2e-3))

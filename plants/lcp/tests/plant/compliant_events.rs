@@ -25,6 +25,7 @@ fn compliant(setup: &Setup, tolerance: f64, toe: bool) -> Harness {
         method: Method::Rk4,
         tolerance,
         toe,
+        features: twinrig_lcp::Features::Detected,
     };
     let mut plant = Lcp::new(&robot(), &options, &|_| true).unwrap();
     plant.log_events(true);

@@ -141,6 +141,7 @@ fn zero_step_is_rejected() {
         method: Method::Rk4,
         tolerance: Options::TOLERANCE,
         toe: false,
+        features: twinrig_lcp::Features::Detected,
     };
     let error = Lcp::new(&robot(), &options, &|_| true).err().unwrap();
     assert!(

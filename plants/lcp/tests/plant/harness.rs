@@ -133,6 +133,7 @@ fn with_signals(
         method: integration.method,
         tolerance: integration.tolerance,
         toe: integration.toe,
+        features: twinrig_lcp::Features::Detected,
     };
     Lcp::new(robot, &options, selected)
 }

@@ -156,6 +156,7 @@ fn toe_is_resumed_and_unloaded_if_missing() {
         method: DEFAULT.method,
         tolerance: DEFAULT.tolerance,
         toe: true,
+        features: twinrig_lcp::Features::Detected,
     };
     let with_toes = || Lcp::new(&robot, &options, &|_| true).unwrap();
     let mut plant = with_toes();

@@ -89,7 +89,7 @@ pub(crate) fn initial(robot: &Robot, options: &Options) -> Result<CompliantFlow,
         CompliantEquations::new(model),
         state,
         options.tolerance,
-        Features::Detected,
+        options.features,
     ))
 }
 

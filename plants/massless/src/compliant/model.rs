@@ -31,9 +31,8 @@ pub(crate) struct CompliantModel {
     pub(crate) trunk: TrunkConstants,
     /// Mass of trunk and feet \[kg\].
     pub(crate) mass: f64,
-    /// Weights of the error: radius of an angle of the trunk \[m\], length per energy \[m/J\].
+    /// Radius of an angle of the trunk in the error \[m\].
     pub(crate) radius: f64,
-    pub(crate) per_weight: f64,
 }
 
 impl CompliantModel {
@@ -50,7 +49,6 @@ impl CompliantModel {
             trunk: TrunkConstants::new(model.mass, feet, model.inertia.into()),
             mass: model.mass + feet,
             radius: 0.5 * model.reach,
-            per_weight: model.reach / model.energy_scale,
             rigid: model,
         }
     }

@@ -50,6 +50,16 @@ impl Kernel for Advance<'_> {
     }
 }
 
+/// Returns a sum of slopes, each times its seconds.
+#[inline(always)]
+fn sum<L: Lanes, const M: usize>(slopes: [&Slope<L>; M], seconds: [f64; M]) -> State<L> {
+    let mut sum = slopes[0].state.map(|rate| rate * seconds[0]);
+    for j in 1..M {
+        sum = sum.zip(&slopes[j].state, |sum, rate| sum + rate * seconds[j]);
+    }
+    sum
+}
+
 /// The model in lanes.
 struct Motion<'a, S: Simd> {
     simd: S,
@@ -77,24 +87,16 @@ impl<S: Simd> System for Motion<'_, S> {
     }
 
     #[inline(always)]
-    fn along(state: &Self::State, seconds: f64, slope: &Self::Slope) -> Self::State {
-        state.zip(&slope.state, |value, rate| value + rate * seconds)
-    }
-
-    #[inline(always)]
-    fn along_mean(
+    fn along<const M: usize>(
         state: &Self::State,
-        seconds: f64,
-        [a, b, c, d]: [&Self::Slope; 4],
+        slopes: [&Self::Slope; M],
+        seconds: [f64; M],
     ) -> Self::State {
-        let ends = a.state.zip(&d.state, |a, d| a + d);
-        let middle = b.state.zip(&c.state, |b, c| b + c);
-        let sum = ends.zip(&middle, |ends, middle| ends + (middle + middle));
-        state.zip(&sum, |value, sum| value + sum * (seconds / 6.0))
+        state.zip(&sum(slopes, seconds), |value, change| value + change)
     }
 
     #[inline(always)]
-    fn error(&self, seconds: f64, fourth: &Self::Slope, fifth: &Self::Slope) -> f64 {
+    fn error(&self, substep: f64, slopes: [&Self::Slope; 5], seconds: [f64; 5]) -> f64 {
         let State {
             position,
             attitude,
@@ -106,9 +108,7 @@ impl<S: Simd> System for Motion<'_, S> {
             pulley_rate,
             foot: [ahead, up],
             bristle: [along, across],
-        } = fifth
-            .state
-            .zip(&fourth.state, |last, before| (last - before).abs());
+        } = sum(slopes, seconds).map(S::Lanes::abs);
         // An angle of a link moves the foot by its length, one of the pulley by its radius.
         let pantographs = &self.legs.pantographs;
         let ([l1, l2, l3], winding) = (pantographs.links, pantographs.pulley_radius);
@@ -120,19 +120,14 @@ impl<S: Simd> System for Motion<'_, S> {
         let drives = (hip_rate * l1).max(pulley_rate * winding);
         let trunk = (turning * radius).max(velocity);
         let speeds = drives.max(trunk).max(ahead.max(up));
-        let zero = lengths.zero();
-        let powers = S::Lanes::sums([
-            fifth.flows.actuator - fourth.flows.actuator,
-            fifth.flows.dissipated - fourth.flows.dissipated,
-            zero,
-            zero,
-        ]);
-        let powers = powers.abs() * self.model.per_weight;
-        let [a, b, c, d] = lengths.max(speeds * seconds).max(powers).quad().0;
+        let [a, b, c, d] = lengths
+            .max(speeds * (StepControl::VELOCITY_SUBSTEPS * substep))
+            .quad()
+            .0;
         // The sum propagates NaN, which a maximum hides.
-        let [e, f, g, h] = (lengths + speeds + powers).quad().0;
+        let [e, f, g, h] = (lengths + speeds).quad().0;
         let nan = 0.0 * ((e + f) + (g + h));
-        a.max(b).max(c.max(d)) * (seconds / 6.0) + nan
+        a.max(b).max(c.max(d)) + nan
     }
 
     fn fastest(&self, states: [&Self::State; 2], slopes: [&Self::Slope; 2]) -> Fastest {
@@ -148,22 +143,20 @@ impl<S: Simd> System for Motion<'_, S> {
 
     #[inline(always)]
     fn accept(&mut self, substep: &Substep<'_, Self>) -> u64 {
-        let ([a, b, c, d], seconds) = (substep.slopes, substep.seconds);
-        let ends = a.flows.zip(&d.flows, |a, d| a + d);
-        let middle = b.flows.zip(&c.flows, |b, c| b + c);
-        let sum = ends.zip(&middle, |ends, middle| ends + (middle + middle));
-        self.sums = self
-            .sums
-            .zip(&sum, |sum, part| sum + part * (seconds / 6.0));
+        for (slope, seconds) in substep.slopes.into_iter().zip(substep.shares) {
+            self.sums = self
+                .sums
+                .zip(&slope.flows, |sum, flow| sum + flow * seconds);
+        }
         let (model, [before, after]) = (self.model, substep.states);
         let elements = |state: &Self::State| {
             let state = &state.store();
             dispatch(Features::Detected, Elements { model, state })
         };
         self.log.observe(
-            [substep.time, seconds],
+            [substep.time, substep.seconds],
             model.rigid.legs.len(),
-            [a.compressed, substep.last.compressed],
+            [substep.slopes[0].compressed, substep.last.compressed],
             || [elements(before), elements(after)],
         )
     }

@@ -2,7 +2,7 @@
 
 use twinrig_document::Range;
 use twinrig_kernel::{SimDuration, Unit};
-use twinrig_lcp::{Constraints, Lcp, Method, Options};
+use twinrig_lcp::{Constraints, Features, Lcp, Method, Options};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
 use crate::error::BuildError;
@@ -68,6 +68,7 @@ pub fn lcp(context: &PlantContext<'_>) -> Result<Lcp, BuildError> {
             .unwrap_or(Method::Rk4),
         tolerance: values.number("tolerance").unwrap_or(tolerance),
         toe: values.boolean("toe").unwrap_or(false),
+        features: Features::Detected,
     };
     Ok(Lcp::new(context.robot, &options, context.wanted)?)
 }
