@@ -1,3 +1,5 @@
+use core::f64::consts::FRAC_PI_2;
+
 use proptest::prelude::*;
 
 use super::*;
@@ -68,7 +70,7 @@ proptest! {
 
     #[test]
     fn sine_and_cosine_of_small_angles_are_as_close(
-        angles in proptest::array::uniform4(-1.570_796_326_794_896_6..=1.570_796_326_794_896_6),
+        angles in proptest::array::uniform4(-FRAC_PI_2..=FRAC_PI_2),
     ) {
         let small = dispatch(Features::Detected, Everything([Quad(angles); 2]));
         for (lane, angle) in angles.into_iter().enumerate() {

@@ -75,7 +75,7 @@ fn trot_is_smooth_and_keeps_the_energy_balance() {
     );
     let work = harness.plant.work();
     let a_step = work.evaluations as f64 / 500.0;
-    assert!(a_step < 30.0, "{a_step} evaluations a step of 2 ms");
+    assert!(a_step < 14.0, "{a_step} evaluations a step of 2 ms");
     assert!(harness.plant.constraint_violation().unwrap() < 2e-3);
 }
 
