@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use twinrig::kernel::{SimDuration, SimTime};
-use twinrig::robot::Robot;
 use twinrig::runtime::EnergyBalance;
 use twinrig::scenario::{OptionValue, PlantSpec, Setting};
 use twinrig::{Assembly, PlantContext, PlantKind, Registry, lcp, massless};
