@@ -1,4 +1,5 @@
-//! Confidence interval of a mean, by Student's t distribution.
+//! Confidence interval of a mean, by Student's t distribution. Libraries of distributions use the
+//! logarithms of the platform; this is of `libm`.
 
 use serde::Serialize;
 
