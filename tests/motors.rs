@@ -83,6 +83,7 @@ fn plants_agree_for_slow_motion_on_motors() {
         setup: setup(&robot),
         method: Method::Rk4,
         tolerance: twinrig_lcp::Options::TOLERANCE,
+        features: twinrig_lcp::Features::Detected,
         toe: false,
     };
     let mut lcp = Lcp::new(&robot, &options, &is_compared).unwrap();

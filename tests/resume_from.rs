@@ -56,6 +56,7 @@ fn lcp(setup: &Setup) -> Box<dyn Plant> {
         setup: setup.clone(),
         method: twinrig_lcp::Method::Rk4,
         tolerance: twinrig_lcp::Options::TOLERANCE,
+        features: twinrig_lcp::Features::Detected,
         toe: false,
     };
     Box::new(twinrig_lcp::Lcp::new(&robot(), &options, &|_| true).unwrap())

@@ -47,6 +47,7 @@ fn plants(step_us: u64) -> Vec<(&'static str, Box<dyn Plant>)> {
             setup: setup.clone(),
             method,
             tolerance: twinrig_lcp::Options::TOLERANCE,
+            features: twinrig_lcp::Features::Detected,
             toe: false,
         };
         Box::new(Lcp::new(&robot, &options, &is_hip).unwrap())

@@ -3,11 +3,11 @@
 //!
 //! Environment variables: `BATTERY_CASES` number of cases, `BATTERY_FIRST` seed of the first,
 //! `BATTERY_METHOD` the only method (`rk4`, `rodas4`, `moreau`, `massless`, `compliant`,
-//! `compliant-massless`), `BATTERY_NOMINAL` number of nominal drops per method, `BATTERY_AGREE` and `BATTERY_AGREE_FINELY` number of cases
-//! in which methods are compared, with steps of 0.1 ms and of 10 µs. A case that violates a law is
-//! written as a scenario file for `twin run`. Known violations are listed in `known.txt`; with
-//! counts other than the default ones, results are printed and not asserted. `ci/test quick` skips
-//! the tests with `slow_` in their names:
+//! `compliant-massless`), `BATTERY_NOMINAL` number of nominal drops per method, `BATTERY_AGREE` and
+//! `BATTERY_AGREE_FINELY` number of cases in which methods are compared, with steps of 0.1 ms and
+//! of 10 µs. A case that violates a law is written as a scenario file for `twin run`. Known
+//! violations are listed in `known.txt`; with counts other than the default ones, results are
+//! printed and not asserted. `ci/test quick` skips the tests with `slow_` in their names:
 //!
 //! ```console
 //! $ export BATTERY_FIRST=17 BATTERY_CASES=1
