@@ -161,9 +161,10 @@ fn dissipation(run: &Run) -> Option<Finding> {
         let load: f64 = sample.feet.iter().map(|foot| foot.force[2].abs()).sum();
         load_max = load_max.max(load);
         let deflected = 0.5 * run.case.friction * load_max * run.slip_deflection;
-        let bound = match is_compliant {
-            true => ROUND_OFF + deflected + SHARE * sample.energy.exchanged,
-            false => ROUND_OFF,
+        let bound = if is_compliant {
+            ROUND_OFF + deflected + SHARE * sample.energy.exchanged
+        } else {
+            ROUND_OFF
         };
         Finding::new(
             sample.time_s,

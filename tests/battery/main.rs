@@ -108,9 +108,10 @@ fn nominal_drops_complete() {
     for seed in first..first + variable("BATTERY_NOMINAL", NOMINAL) {
         for method in selected(&Method::ALL) {
             let case = Case::nominal_drop(seed, method, &robot);
-            let case = match method.is_compliant() {
-                true => case.compliant(method),
-                false => case,
+            let case = if method.is_compliant() {
+                case.compliant(method)
+            } else {
+                case
             };
             report.check(&[Law::Refusal], &run::run(&registry, &case));
         }
