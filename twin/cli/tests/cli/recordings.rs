@@ -280,3 +280,37 @@ fn third_party_packages_read_recording() {
     let legs = ["LF", "RF", "LH", "RH"].map(|leg| [format!("{leg}/hip"), format!("{leg}/knee")]);
     assert_eq!(topics["/joint_states"][0][1]["name"], json!(legs.concat()));
 }
+
+/// Recordings made before compliant constraints were the default have no note of the rules for
+/// values that a scenario leaves open.
+#[test]
+fn recording_without_note_of_defaults_is_replayed_with_rigid_constraints_and_held_set_points() {
+    let folder = Folder::new("former");
+    let scenario = folder.file(
+        "stands.toml",
+        "robot = \"cheetah-cub\"\nduration = \"50 ms\"\n\
+         plant = { model = \"massless\", ground = { friction = 0.6 } }\n\
+         controller = { kind = \"cpg\", gait = \"trot\", period = \"2 ms\" }\n",
+    );
+    let former = ["plant.constraints=rigid", "actuator.set_point=held"];
+    let run = |settings: &[&str]| {
+        let words = ["run", &scenario, "--no-record", "--json"];
+        let settings = settings.iter().flat_map(|it| ["--set", it]);
+        let report = json(&twin(&words.into_iter().chain(settings).collect::<Vec<_>>()).out);
+        report[0]["fingerprint"].clone()
+    };
+    let replayed = |recording: &str| json(&twin(&["replay", recording, "--json"]).out).remove(0);
+    let present = twin(&["run", &scenario, "--json", "--out", &folder.join("out")]);
+    let recording = json(&present.out)[0]["recording"]
+        .as_str()
+        .unwrap()
+        .to_owned();
+    assert_eq!(replayed(&recording)["fingerprint"], run(&[]));
+    // The same recording under a note of another name of this length.
+    let mut bytes = std::fs::read(&recording).unwrap();
+    let note = bytes.windows(8).position(|it| it == b"defaults").unwrap();
+    bytes[note..note + 8].copy_from_slice(b"unknown!");
+    std::fs::write(&recording, bytes).unwrap();
+    assert_eq!(replayed(&recording)["fingerprint"], run(&former));
+    assert_ne!(run(&former), run(&[]));
+}
