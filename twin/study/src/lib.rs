@@ -96,7 +96,7 @@ pub use precision::precision;
 pub use precision_plan::PrecisionPlan;
 pub use progress::ProgressObserver;
 pub use reference_note::{CheckNote, ReferenceNote};
-pub use row::{CLOCKED, Row, RowKind, Series, Status};
+pub use row::{CLOCKED, Row, RowKind, Series, Status, VariantKey};
 pub use stability::{StabilityPlan, stability};
 pub use stiffness::StiffnessTrend;
 pub use study::{Order, Study, StudyKind};

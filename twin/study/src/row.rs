@@ -144,6 +144,33 @@ pub struct Row {
     pub timed_runs: Option<u64>,
 }
 
+/// Plant, method and setting of a result, as keys of the output.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct VariantKey {
+    /// Plant.
+    #[serde(flatten)]
+    pub plant: PlantId,
+    /// Name of the method.
+    pub method: String,
+    /// Step size \[s\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_s: Option<f64>,
+    /// Tolerance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+}
+
+impl From<&Variant> for VariantKey {
+    fn from(variant: &Variant) -> Self {
+        Self {
+            plant: variant.plant.clone(),
+            method: variant.method.clone(),
+            step_s: variant.setting.step_s(),
+            tolerance: variant.setting.tolerance(),
+        }
+    }
+}
+
 /// Key of a series of rows. A method can have two series: by its step and by a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Series<'a> {

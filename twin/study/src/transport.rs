@@ -8,11 +8,10 @@ use crate::budget::Share;
 use crate::error::StudyError;
 use crate::factory::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 use crate::number::instant;
-use crate::plant_id::PlantId;
 use crate::plant_run::{PlantRun, SampleVerdict};
 use crate::precision::Job;
 use crate::reference::ended;
-use crate::row::Status;
+use crate::row::{Status, VariantKey};
 
 /// Greatest simulated duration of the walk.
 pub const STROLL: SimDuration = SimDuration::from_secs(10);
@@ -30,17 +29,9 @@ const FINER_MOST: u32 = 6;
 /// null.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Transport {
-    /// Plant.
+    /// Plant, method and setting.
     #[serde(flatten)]
-    pub plant: PlantId,
-    /// Name of the method.
-    pub method: String,
-    /// Step size \[s\].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub step_s: Option<f64>,
-    /// Tolerance.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub tolerance: Option<f64>,
+    pub key: VariantKey,
     /// Outcome.
     pub status: Status,
     /// Reason of a status other than `ok`, or the fall.
@@ -160,12 +151,12 @@ impl Job<'_> {
     ) -> Option<Transport> {
         let method = usual_method(plant)?;
         let of_method = |one: &&Transport| {
-            let set_by = if one.tolerance.is_some() {
+            let set_by = if one.key.tolerance.is_some() {
                 SettingKind::Tolerance
             } else {
                 SettingKind::Step
             };
-            (&one.plant, &one.method, set_by) == (&plant.plant, &method.name, method.set_by)
+            (&one.key.plant, &one.key.method, set_by) == (&plant.plant, &method.name, method.set_by)
         };
         let mut cost = known.iter().find(of_method)?.printed_cost()?;
         let mut setting = match method.set_by {
@@ -197,10 +188,7 @@ impl Job<'_> {
     fn transport(&self, variant: &Variant, share: Share) -> Transport {
         let input = self.context.factory.input();
         let mut transport = Transport {
-            plant: variant.plant.clone(),
-            method: variant.method.clone(),
-            step_s: variant.setting.step_s(),
-            tolerance: variant.setting.tolerance(),
+            key: variant.into(),
             status: Status::Failed,
             why: None,
             fell_at_s: None,

@@ -46,13 +46,13 @@ pub(super) fn tolerance_slope(slope: &ToleranceSlope) -> String {
 
 /// Formats the means of an ensemble with their intervals.
 pub(super) fn ensemble(one: &Ensemble) -> String {
-    let setting = match (one.step_s, one.tolerance) {
+    let setting = match (one.key.step_s, one.key.tolerance) {
         (Some(step), _) => brief(step, "s"),
         (None, tolerance) => format!("at {:e}", tolerance.unwrap_or_default()),
     };
     let walks = format!(
         "{} {} {setting}: {} walks",
-        one.plant, one.method, one.completed
+        one.key.plant, one.key.method, one.completed
     );
     let mut parts = vec![walks];
     if one.fell + one.failed > 0 {
@@ -84,7 +84,7 @@ pub(super) fn differing(study: &Study) -> Vec<[String; 3]> {
 
 /// Formats the contact of a plant's feet at rest and in the gait.
 pub(super) fn contact(one: &ContactResiduals) -> String {
-    let setting = match (one.step_s, one.tolerance) {
+    let setting = match (one.key.step_s, one.key.tolerance) {
         (Some(step), _) => brief(step, "s"),
         (None, tolerance) => format!("at {:e}", tolerance.unwrap_or_default()),
     };
@@ -113,19 +113,19 @@ pub(super) fn contact(one: &ContactResiduals) -> String {
     parts.extend(one.why.clone());
     format!(
         "{} {} {setting}: {}",
-        one.plant,
-        one.method,
+        one.key.plant,
+        one.key.method,
         parts.join(", ")
     )
 }
 
 /// Formats the cost of a walk, or the reason of its absence.
 pub(super) fn walking(one: &Transport) -> String {
-    let setting = match (one.step_s, one.tolerance) {
+    let setting = match (one.key.step_s, one.key.tolerance) {
         (Some(step), _) => brief(step, "s"),
         (None, tolerance) => format!("at {:e}", tolerance.unwrap_or_default()),
     };
-    let way = format!("{} {} {setting}", one.plant, one.method);
+    let way = format!("{} {} {setting}", one.key.plant, one.key.method);
     let way = match one.converged {
         Some(true) => format!("{way}, converged"),
         Some(false) => format!("{way}, not converged"),

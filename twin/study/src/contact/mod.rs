@@ -10,11 +10,10 @@ use crate::budget::Share;
 use crate::commands::Commands;
 use crate::error::StudyError;
 use crate::factory::{MethodSetting, PlantOffer, Scales, SettingKind, Variant};
-use crate::plant_id::PlantId;
 use crate::plant_run::{Ending, PlantRun};
 use crate::precision::Job;
 use crate::reference::ended;
-use crate::row::Status;
+use crate::row::{Status, VariantKey};
 use crate::transport::TOLERANCE;
 use recorder::ContactRecorder;
 
@@ -25,17 +24,9 @@ const GAIT: SimDuration = SimDuration::from_secs(2);
 /// Contact of a plant by one method at the scenario's step. Values that do not apply are null.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ContactResiduals {
-    /// Plant.
+    /// Plant, method and setting.
     #[serde(flatten)]
-    pub plant: PlantId,
-    /// Method.
-    pub method: String,
-    /// Step size \[s\].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub step_s: Option<f64>,
-    /// Tolerance.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub tolerance: Option<f64>,
+    pub key: VariantKey,
     /// Outcome.
     pub status: Status,
     /// Reason of a status other than `ok`, or of missing values.
@@ -115,10 +106,7 @@ impl Job<'_> {
     fn contact(&self, variant: &Variant, share: Share) -> ContactResiduals {
         let input = self.context.factory.input();
         let mut contact = ContactResiduals {
-            plant: variant.plant.clone(),
-            method: variant.method.clone(),
-            step_s: variant.setting.step_s(),
-            tolerance: variant.setting.tolerance(),
+            key: variant.into(),
             status: Status::Ok,
             why: None,
             rest: None,

@@ -12,10 +12,10 @@ use twinrig_kernel::{SimDuration, SimTime, Stream, stream};
 use crate::budget::Share;
 use crate::error::StudyError;
 use crate::factory::{MethodSetting, PlantOffer, Scales, SettingKind, Variant};
-use crate::plant_id::PlantId;
 use crate::plant_run::{Ending, PlantRun};
 use crate::precision::Job;
 use crate::reference::ended;
+use crate::row::VariantKey;
 use crate::stopwatch::Stopwatch;
 use crate::study::Study;
 use crate::transport::{SETTLING, STROLL, TOLERANCE, usual_method};
@@ -36,17 +36,9 @@ const MAIN_SHARE: f64 = 0.8;
 /// Walks of a model from perturbed starts, under the same commands.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Ensemble {
-    /// Plant.
+    /// Plant, method and setting.
     #[serde(flatten)]
-    pub plant: PlantId,
-    /// Method.
-    pub method: String,
-    /// Step size \[s\].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub step_s: Option<f64>,
-    /// Tolerance.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub tolerance: Option<f64>,
+    pub key: VariantKey,
     /// Simulated duration of each walk \[s\].
     pub simulated_s: f64,
     /// Number of completed walks.
@@ -208,10 +200,7 @@ impl Job<'_> {
     fn ensemble(&self, variant: &Variant, walks: usize, share: Share) -> Ensemble {
         let end = self.ensemble_run(share).end;
         let mut ensemble = Ensemble {
-            plant: variant.plant.clone(),
-            method: variant.method.clone(),
-            step_s: variant.setting.step_s(),
-            tolerance: variant.setting.tolerance(),
+            key: variant.into(),
             simulated_s: end.as_secs_f64(),
             completed: 0,
             fell: 0,
@@ -310,7 +299,7 @@ impl Study {
                     if let Some(other) = other.filter(differs) {
                         found.push(EnsembleDifference {
                             quantity: own.quantity.clone(),
-                            models: [first.plant.label(), second.plant.label()],
+                            models: [first.key.plant.label(), second.key.plant.label()],
                             difference: other.interval.mean - own.interval.mean,
                         });
                     }

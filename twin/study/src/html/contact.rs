@@ -23,11 +23,11 @@ pub(crate) fn section(study: &Study) -> String {
         let about = element(
             "span",
             "wrap soft",
-            &method_setting(one.step_s, one.tolerance),
+            &method_setting(one.key.step_s, one.key.tolerance),
         );
         let mut all = vec![
-            element("b", "", &escaped(&one.plant.label())),
-            escaped(&one.method) + &about,
+            element("b", "", &escaped(&one.key.plant.label())),
+            escaped(&one.key.method) + &about,
         ];
         all.extend(cells(one));
         all.push(escaped(one.why.as_deref().unwrap_or_default()));

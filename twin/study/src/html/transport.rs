@@ -42,10 +42,10 @@ fn table(study: &Study) -> String {
     );
     let mut before: Option<&PlantId> = None;
     for one in &study.transports {
-        let first = before.is_some_and(|before| *before != one.plant);
-        before = Some(&one.plant);
+        let first = before.is_some_and(|before| *before != one.key.plant);
+        before = Some(&one.key.plant);
         let bad = one.status != Status::Ok || one.fell_at_s.is_some();
-        let setting = method_setting(one.step_s, one.tolerance);
+        let setting = method_setting(one.key.step_s, one.key.tolerance);
         let setting = match one.converged {
             Some(true) => format!("{setting}, converged"),
             Some(false) => format!("{setting}, the finest tried, not converged"),
@@ -57,8 +57,8 @@ fn table(study: &Study) -> String {
         };
         let about = element("span", "wrap soft", &escaped(&about));
         let mut cells = vec![
-            element("b", "", &escaped(&one.plant.label())),
-            escaped(&one.method) + &about,
+            element("b", "", &escaped(&one.key.plant.label())),
+            escaped(&one.key.method) + &about,
         ];
         let numbers = one.cost.as_ref().map(numbers);
         cells.extend(numbers.into_iter().flatten());
@@ -200,8 +200,8 @@ fn greatest_residual(study: &Study) -> String {
 fn name(one: &Transport) -> String {
     format!(
         "{} {}, {}",
-        one.plant,
-        one.method,
-        method_setting(one.step_s, one.tolerance)
+        one.key.plant,
+        one.key.method,
+        method_setting(one.key.step_s, one.key.tolerance)
     )
 }

@@ -190,7 +190,7 @@ fn study(ensemble: usize) -> Study {
 
 fn of<'a>(study: &'a Study, plant: &str) -> &'a Ensemble {
     let mut all = study.ensembles.iter();
-    all.find(|one| one.plant == *plant).unwrap()
+    all.find(|one| one.key.plant == *plant).unwrap()
 }
 
 fn mean(ensemble: &Ensemble, name: &str) -> [f64; 3] {
@@ -233,7 +233,7 @@ fn models_differ_where_intervals_and_method_errors_do_not_overlap() {
     assert_eq!(differ, [pair("one", "faster"), pair("same", "faster")]);
     let coarse = of(&study, "coarse").quantities.iter();
     let speed = coarse.clone().find(|one| one.quantity == "speed").unwrap();
-    let error = 1e4 * of(&study, "coarse").step_s.unwrap();
+    let error = 1e4 * of(&study, "coarse").key.step_s.unwrap();
     assert!(
         (speed.method_error.unwrap() / error - 1.0).abs() < 1e-2,
         "{speed:?}"

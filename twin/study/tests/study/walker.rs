@@ -227,7 +227,7 @@ fn converged_cost_is_that_of_the_first_step_whose_half_changes_no_digit() {
     let [one] = &converged(&["coarse"])[..] else {
         panic!("one plant, one walk");
     };
-    assert_eq!((one.step_s, one.converged), (Some(2.5e-4), Some(true)));
+    assert_eq!((one.key.step_s, one.converged), (Some(2.5e-4), Some(true)));
     assert_near(one.cost.unwrap().cost_of_transport.unwrap(), 0.2006, 1e-9);
     assert!(converged(&["falling"]).is_empty());
 }
@@ -239,7 +239,7 @@ fn cost_of_transport_is_drive_work_over_weight_and_distance() {
         panic!("{found:?}");
     };
     assert_eq!(
-        (one.status, one.step_s, one.fell_at_s),
+        (one.status, one.key.step_s, one.fell_at_s),
         (Status::Ok, Some(2e-3), None)
     );
     let cost: Cost = one.cost.unwrap();
