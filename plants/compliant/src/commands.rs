@@ -51,6 +51,12 @@ impl Commands<Quad> {
         }
     }
 
+    /// Returns whether the set-points are held over the step.
+    pub fn are_held(&self) -> bool {
+        let [[_, hip], [_, knee]] = [self.hip, self.knee];
+        hip.0.iter().chain(&knee.0).all(|rate| *rate == 0.0)
+    }
+
     /// Returns whether the commands begin where others end, up to rounding errors of a ramp.
     pub fn continues(&self, end: &Self) -> bool {
         const ROUND_OFF: f64 = 1e-13;

@@ -1,6 +1,6 @@
 //! Powers and forces of legs.
 
-use crate::lanes::Quad;
+use crate::lanes::{Lanes, Quad};
 
 /// Powers and forces, which are integrated with the motion. `T` is [`Quad`] in memory, or lanes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +50,19 @@ impl<T: Copy> Flows<T> {
                 of(self.ground[2], other.ground[2]),
             ],
         }
+    }
+}
+
+impl<L: Lanes> Flows<L> {
+    /// Returns a sum of the powers of the drives less the dissipated ones, each times its seconds
+    /// \[J\].
+    #[inline(always)]
+    pub fn net_work<const M: usize>(flows: [&Self; M], seconds: [f64; M]) -> L {
+        let mut work = flows[0].actuator.zero();
+        for (flow, seconds) in flows.into_iter().zip(seconds) {
+            work += (flow.actuator - flow.dissipated) * seconds;
+        }
+        work
     }
 }
 

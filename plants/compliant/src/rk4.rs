@@ -213,6 +213,10 @@ impl StepControl {
     /// of a landing, too little to follow the bristle of a foot in the air.
     pub const BRISTLE_WEIGHT: f64 = 0.3;
 
+    /// Weight of the error of work, as the height by which it lifts the robot, against that of a
+    /// position, while set-points are held: closes the energy balance where they jump.
+    pub const WORK_WEIGHT: f64 = 0.4;
+
     /// Creates the control for a tolerance \[m\].
     pub fn new(tolerance: f64) -> Self {
         Self {

@@ -1,9 +1,9 @@
 //! Constants of the compliant model, of four legs side by side.
 
 use twinrig_compliant::lanes::{LANES, Quad, Simd};
-use twinrig_compliant::{DriveLaws, Element, PantographConstants, Pantographs, Sole};
+use twinrig_compliant::{DriveLaws, Element, PantographConstants, Pantographs, Sole, StepControl};
 use twinrig_legged::Base;
-use twinrig_robot::Compliance;
+use twinrig_robot::{Compliance, GRAVITY};
 
 use crate::constants::Constants;
 use crate::model::Model;
@@ -40,6 +40,8 @@ pub(crate) struct CompliantModel<const N: usize> {
     pub(crate) drives: DriveLaws,
     /// Radius of an angle in the error \[m\].
     pub(crate) radius: f64,
+    /// Height by which a unit of work lifts the robot, times its weight in the error \[m/J\].
+    pub(crate) work_to_length: f64,
 }
 
 impl<const N: usize> CompliantModel<N> {
@@ -55,6 +57,7 @@ impl<const N: usize> CompliantModel<N> {
             legs: Legs::side_by_side(&constants, compliances, friction),
             drives: DriveLaws::from(model.drives.as_ref()),
             radius: 0.5 * model.reach,
+            work_to_length: StepControl::WORK_WEIGHT / (GRAVITY * model.trunk.mass),
             rigid: model,
         }
     }

@@ -28,6 +28,7 @@ impl<const N: usize, const P: usize> Kernel for Advance<'_, N, P> {
             model: self.model,
             legs: self.model.legs.load(simd),
             commands: step.commands.load(simd),
+            are_held: step.commands.are_held(),
             sums: step.sums.map(load),
             log: step.log,
         };
@@ -61,6 +62,7 @@ struct Motion<'a, S: Simd, const N: usize, const P: usize> {
     model: &'a CompliantModel<N>,
     legs: Legs<S::Lanes, N>,
     commands: Commands<S::Lanes>,
+    are_held: bool,
     sums: Flows<S::Lanes>,
     log: &'a mut EventLog,
 }
@@ -115,6 +117,10 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
         let mut lengths = (angle * radius).max(position);
         for bristle in bristles {
             lengths = lengths.max((bristle[0] + bristle[1]) * StepControl::BRISTLE_WEIGHT);
+        }
+        if self.are_held {
+            let work = Flows::net_work(slopes.map(|slope| &slope.flows), seconds);
+            lengths = lengths.max(work.abs() * self.model.work_to_length);
         }
         let speeds = (rate * radius).max(velocity);
         let size = lengths.max(speeds * (StepControl::VELOCITY_SUBSTEPS * substep));

@@ -1,8 +1,8 @@
 //! Constants of the compliant model, of four legs side by side.
 
 use twinrig_compliant::lanes::{LANES, Quad, Simd};
-use twinrig_compliant::{DriveLaws, Element, PantographConstants, Pantographs, Sole};
-use twinrig_robot::Compliance;
+use twinrig_compliant::{DriveLaws, Element, PantographConstants, Pantographs, Sole, StepControl};
+use twinrig_robot::{Compliance, GRAVITY};
 
 use super::trunk::TrunkConstants;
 use crate::model::Model;
@@ -33,6 +33,8 @@ pub(crate) struct CompliantModel {
     pub(crate) mass: f64,
     /// Radius of an angle of the trunk in the error \[m\].
     pub(crate) radius: f64,
+    /// Height by which a unit of work lifts the robot, times its weight in the error \[m/J\].
+    pub(crate) work_to_length: f64,
 }
 
 impl CompliantModel {
@@ -48,6 +50,7 @@ impl CompliantModel {
             drives: DriveLaws::from(model.drives.as_ref()),
             trunk: TrunkConstants::new(model.mass, feet, model.inertia.into()),
             mass: model.mass + feet,
+            work_to_length: StepControl::WORK_WEIGHT / (GRAVITY * (model.mass + feet)),
             radius: 0.5 * model.reach,
             rigid: model,
         }

@@ -28,6 +28,7 @@ impl Kernel for Advance<'_> {
             model: self.model,
             legs: self.model.legs.load(simd),
             commands: step.commands.load(simd),
+            are_held: step.commands.are_held(),
             sums: step.sums.map(load),
             log: step.log,
         };
@@ -66,6 +67,7 @@ struct Motion<'a, S: Simd> {
     model: &'a CompliantModel,
     legs: Legs<S::Lanes>,
     commands: Commands<S::Lanes>,
+    are_held: bool,
     sums: Flows<S::Lanes>,
     log: &'a mut EventLog,
 }
@@ -116,7 +118,11 @@ impl<S: Simd> System for Motion<'_, S> {
         let links = (first * l1).max(second * l2).max(third * l3);
         let lengths = links.max(pulley * winding).max(position);
         let lengths = lengths.max(attitude * (2.0 * radius));
-        let lengths = lengths.max((along + across) * StepControl::BRISTLE_WEIGHT);
+        let mut lengths = lengths.max((along + across) * StepControl::BRISTLE_WEIGHT);
+        if self.are_held {
+            let work = Flows::net_work(slopes.map(|slope| &slope.flows), seconds);
+            lengths = lengths.max(work.abs() * self.model.work_to_length);
+        }
         let drives = (hip_rate * l1).max(pulley_rate * winding);
         let trunk = (turning * radius).max(velocity);
         let speeds = drives.max(trunk).max(ahead.max(up));
