@@ -216,7 +216,9 @@ fn step_beyond_the_limit_of_stability_is_refused() {
     );
     let refused = stiff(1e-9).unwrap_err();
     let FlowError::Step(
-        StepError::TooStiff { fastest, .. } | StepError::TooPrecise { fastest, .. },
+        StepError::TooStiff { fastest, .. }
+        | StepError::TooPrecise { fastest, .. }
+        | StepError::Abrupt { fastest, .. },
     ) = refused
     else {
         panic!("{refused}");
