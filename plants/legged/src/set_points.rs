@@ -41,22 +41,29 @@ pub struct Ramp {
 }
 
 impl Ramp {
-    /// Creates an approach that begins now.
-    fn new(from: f64, to: f64, now: SimTime, period: SimDuration) -> Self {
-        let end = if from == to { now } else { now + period };
-        Self { from, to, end }
+    /// Returns a set-point at rest.
+    fn at(value: f64) -> Self {
+        Self {
+            from: value,
+            to: value,
+            end: SimTime::ZERO,
+        }
+    }
+
+    fn has_ended(&self, now: SimTime) -> bool {
+        now >= self.end
     }
 
     /// Returns the time since the begin of an approach that has not ended.
-    fn elapsed(&self, now: SimTime, period: SimDuration) -> Option<SimDuration> {
-        (now < self.end).then(|| period - (self.end - now))
+    fn elapsed(&self, now: SimTime, period: SimDuration) -> SimDuration {
+        period - (self.end - now)
     }
 
     fn value(&self, now: SimTime, period: SimDuration) -> f64 {
-        let Some(elapsed) = self.elapsed(now, period) else {
+        if self.has_ended(now) {
             return self.to;
-        };
-        let share = elapsed.as_nanos() as f64 / period.as_nanos() as f64;
+        }
+        let share = self.elapsed(now, period).as_nanos() as f64 / period.as_nanos() as f64;
         self.from + (self.to - self.from) * share
     }
 }
@@ -85,7 +92,7 @@ impl SetPoints {
         }
         initial_inputs(&mut self.start);
         for (ramp, &at) in self.ramps.iter_mut().zip(&self.start) {
-            *ramp = Ramp::new(at, at, SimTime::ZERO, self.period);
+            *ramp = Ramp::at(at);
         }
     }
 
@@ -96,32 +103,40 @@ impl SetPoints {
 
     /// Begins the approach to the commands that differ from those before.
     pub fn command(&mut self, now: SimTime, commands: &[f64]) {
-        for (ramp, &command) in self.ramps.iter_mut().zip(commands) {
-            if command != ramp.to {
-                *ramp = Ramp::new(ramp.value(now, self.period), command, now, self.period);
+        let end = now + self.period;
+        for (ramp, &to) in self.ramps.iter_mut().zip(commands) {
+            if to != ramp.to {
+                let from = ramp.value(now, self.period);
+                let end = if from == to { now } else { end };
+                *ramp = Ramp { from, to, end };
             }
         }
     }
 
     /// Returns the end of the step from `now` to at most `next` in which all set-points are linear.
     pub fn step_end(&self, now: SimTime, next: SimTime) -> SimTime {
-        let ends = self.ramps.iter().map(|ramp| ramp.end);
-        ends.filter(|end| now < *end).fold(next, SimTime::min)
+        let approaches = self.ramps.iter().filter(|ramp| !ramp.has_ended(now));
+        approaches.map(|ramp| ramp.end).fold(next, SimTime::min)
     }
 
     /// Returns the set-points over a step from `now` to at most [`Self::step_end`].
     pub fn over(&mut self, now: SimTime, next: SimTime) -> StepInputs<'_> {
         let half_s = 0.5 * (next - now).as_secs_f64();
         let period_s = self.period.as_secs_f64();
+        // The set-points of one command have the same end, and thus the same time elapsed.
+        let (mut end, mut elapsed_s) = (now, 0.0);
         let values = self.start.iter_mut().zip(&mut self.rates);
         for ((ramp, (start, rate)), mean) in self.ramps.iter().zip(values).zip(&mut self.mean) {
-            (*start, *rate) = match ramp.elapsed(now, self.period) {
-                Some(elapsed) => {
-                    let rate = (ramp.to - ramp.from) / period_s;
-                    (ramp.from + rate * elapsed.as_secs_f64(), rate)
+            if ramp.has_ended(now) {
+                (*start, *rate) = (ramp.to, 0.0);
+            } else {
+                if ramp.end != end {
+                    end = ramp.end;
+                    elapsed_s = ramp.elapsed(now, self.period).as_secs_f64();
                 }
-                None => (ramp.to, 0.0),
-            };
+                *rate = (ramp.to - ramp.from) / period_s;
+                *start = ramp.from + *rate * elapsed_s;
+            }
             *mean = *start + *rate * half_s;
         }
         StepInputs {
