@@ -95,7 +95,8 @@ pub trait Dynamics: Readings + Send {
     /// Enables or disables the event log; either clears it. By default no events are logged.
     fn log_events(&mut self, _enabled: bool) {}
 
-    /// Moves the logged events to the end of `to`, in order of time.
+    /// Moves the logged events to the end of `to`, in order of time; called only while events are
+    /// logged.
     fn drain_events(&mut self, _to: &mut Vec<PlantEvent>) {}
 }
 

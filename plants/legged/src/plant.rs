@@ -25,6 +25,7 @@ pub struct LeggedPlant<D: Dynamics + ?Sized> {
     rates: Vec<f64>,
     set_points: SetPoints,
     window: Window,
+    logs_events: bool,
     events: Vec<PlantEvent>,
 }
 
@@ -83,6 +84,7 @@ impl<D: Dynamics + ?Sized> LeggedPlant<D> {
             step: setup.step,
             signals,
             window: Window::default(),
+            logs_events: false,
             events: Vec::new(),
         }
     }
@@ -154,7 +156,9 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
             }
             self.now = next;
         }
-        self.dynamics.drain_events(&mut self.events);
+        if self.logs_events {
+            self.dynamics.drain_events(&mut self.events);
+        }
         Ok(())
     }
 
@@ -187,6 +191,7 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
 
     fn log_events(&mut self, enabled: bool) {
         self.dynamics.log_events(enabled);
+        self.logs_events = enabled;
         self.events.clear();
     }
 

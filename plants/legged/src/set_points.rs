@@ -36,21 +36,34 @@ pub struct SetPoints {
 pub struct Ramp {
     from: f64,
     to: f64,
-    begin: SimTime,
+    /// One period after the begin; the set-point equals `to` from then on.
+    end: SimTime,
 }
 
 impl Ramp {
-    /// Returns the end, if it is later than `now`.
-    fn end_after(&self, now: SimTime, period: SimDuration) -> Option<SimTime> {
-        let end = self.begin + period;
-        (now < end && self.from != self.to).then_some(end)
+    /// Returns a set-point at rest.
+    fn at(value: f64) -> Self {
+        Self {
+            from: value,
+            to: value,
+            end: SimTime::ZERO,
+        }
+    }
+
+    fn has_ended(&self, now: SimTime) -> bool {
+        now >= self.end
+    }
+
+    /// Returns the time since the begin of an approach that has not ended.
+    fn elapsed(&self, now: SimTime, period: SimDuration) -> SimDuration {
+        period - (self.end - now)
     }
 
     fn value(&self, now: SimTime, period: SimDuration) -> f64 {
-        if self.end_after(now, period).is_none() {
+        if self.has_ended(now) {
             return self.to;
         }
-        let share = (now - self.begin).as_nanos() as f64 / period.as_nanos() as f64;
+        let share = self.elapsed(now, period).as_nanos() as f64 / period.as_nanos() as f64;
         self.from + (self.to - self.from) * share
     }
 }
@@ -79,11 +92,7 @@ impl SetPoints {
         }
         initial_inputs(&mut self.start);
         for (ramp, &at) in self.ramps.iter_mut().zip(&self.start) {
-            *ramp = Ramp {
-                from: at,
-                to: at,
-                begin: SimTime::ZERO,
-            };
+            *ramp = Ramp::at(at);
         }
     }
 
@@ -94,36 +103,41 @@ impl SetPoints {
 
     /// Begins the approach to the commands that differ from those before.
     pub fn command(&mut self, now: SimTime, commands: &[f64]) {
-        for (ramp, &command) in self.ramps.iter_mut().zip(commands) {
-            if command != ramp.to {
-                *ramp = Ramp {
-                    from: ramp.value(now, self.period),
-                    to: command,
-                    begin: now,
-                };
+        let end = now + self.period;
+        for (ramp, &to) in self.ramps.iter_mut().zip(commands) {
+            if to != ramp.to {
+                let from = ramp.value(now, self.period);
+                let end = if from == to { now } else { end };
+                *ramp = Ramp { from, to, end };
             }
         }
     }
 
     /// Returns the end of the step from `now` to at most `next` in which all set-points are linear.
     pub fn step_end(&self, now: SimTime, next: SimTime) -> SimTime {
-        let ramps = self.ramps.iter();
-        let ends = ramps.filter_map(|ramp| ramp.end_after(now, self.period));
-        ends.fold(next, SimTime::min)
+        let approaches = self.ramps.iter().filter(|ramp| !ramp.has_ended(now));
+        approaches.map(|ramp| ramp.end).fold(next, SimTime::min)
     }
 
     /// Returns the set-points over a step from `now` to at most [`Self::step_end`].
     pub fn over(&mut self, now: SimTime, next: SimTime) -> StepInputs<'_> {
         let half_s = 0.5 * (next - now).as_secs_f64();
         let period_s = self.period.as_secs_f64();
-        for (i, ramp) in self.ramps.iter().enumerate() {
-            (self.start[i], self.rates[i]) = if ramp.end_after(now, self.period).is_some() {
-                let rate = (ramp.to - ramp.from) / period_s;
-                (ramp.from + rate * (now - ramp.begin).as_secs_f64(), rate)
+        // The set-points of one command have the same end, and thus the same time elapsed.
+        let (mut end, mut elapsed_s) = (now, 0.0);
+        let values = self.start.iter_mut().zip(&mut self.rates);
+        for ((ramp, (start, rate)), mean) in self.ramps.iter().zip(values).zip(&mut self.mean) {
+            if ramp.has_ended(now) {
+                (*start, *rate) = (ramp.to, 0.0);
             } else {
-                (ramp.to, 0.0)
-            };
-            self.mean[i] = self.start[i] + self.rates[i] * half_s;
+                if ramp.end != end {
+                    end = ramp.end;
+                    elapsed_s = ramp.elapsed(now, self.period).as_secs_f64();
+                }
+                *rate = (ramp.to - ramp.from) / period_s;
+                *start = ramp.from + *rate * elapsed_s;
+            }
+            *mean = *start + *rate * half_s;
         }
         StepInputs {
             start: &self.start,

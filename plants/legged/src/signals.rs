@@ -173,10 +173,7 @@ impl Signals {
         now_s: f64,
         outputs: &mut [f64],
     ) {
-        let mut outputs = Outputs {
-            values: outputs,
-            written: 0,
-        };
+        let mut outputs = Outputs(outputs);
         self.write_body(readings, &mut outputs);
         if self.energy.contains(&true) {
             let balance = readings.energy().values();
@@ -220,7 +217,7 @@ impl Signals {
             [FootMotion::default(); LEGS]
         };
         let surfaces = on_surface.then(|| of.surfaces(&feet));
-        for (leg, selected) in self.legs.iter().enumerate() {
+        for ((leg, selected), foot) in self.legs.iter().enumerate().zip(&feet) {
             let selected = |signal: S| selected[signal as usize];
             outputs.put_if(selected(S::HipPosition), || [of.hip(leg)]);
             outputs.put_if(selected(S::HipRate), || [of.hip_rate(leg)]);
@@ -230,20 +227,20 @@ impl Signals {
             outputs.put_if(selected(S::KneeTorque), || [of.knee_torque(leg)]);
             outputs.put_if(selected(S::CableTension), || [of.cable_tension(leg)]);
             outputs.put_if(selected(S::Angles), || of.angles(leg));
-            outputs.put_if(selected(S::FootPosition), || feet[leg].position.into());
-            outputs.put_if(selected(S::FootVelocity), || feet[leg].velocity.into());
+            outputs.put_if(selected(S::FootPosition), || foot.position.into());
+            outputs.put_if(selected(S::FootVelocity), || foot.velocity.into());
             let force = if selected(S::FootLoad) || selected(S::FootForce) {
                 window.mean_force(leg, &of.ground_impulse(leg), now_s)
             } else {
                 Vector3::zeros()
             };
-            if let Some(surfaces) = &surfaces {
-                let load = || [force.dot(&surfaces[leg].normal)];
-                outputs.put_if(selected(S::FootLoad), load);
+            let surface = surfaces.as_ref().map(|surfaces| &surfaces[leg]);
+            if let Some(surface) = surface {
+                outputs.put_if(selected(S::FootLoad), || [force.dot(&surface.normal)]);
             }
             outputs.put_if(selected(S::FootForce), || force.into());
-            if let Some(surfaces) = &surfaces {
-                outputs.put_if(selected(S::FootClearance), || [surfaces[leg].gap]);
+            if let Some(surface) = surface {
+                outputs.put_if(selected(S::FootClearance), || [surface.gap]);
             }
         }
     }
@@ -258,20 +255,20 @@ fn inputs(drives: &Drives) -> &'static [(&'static str, Unit)] {
     }
 }
 
-/// Outputs, of which the first `written` are written.
-struct Outputs<'o> {
-    values: &'o mut [f64],
-    written: usize,
-}
+/// Outputs that are not written yet.
+struct Outputs<'o>(&'o mut [f64]);
 
 impl Outputs<'_> {
     /// Writes the next values, if they are selected.
     #[inline]
     fn put_if<const M: usize>(&mut self, selected: bool, values: impl FnOnce() -> [f64; M]) {
         if selected {
-            let end = self.written + M;
-            self.values[self.written..end].copy_from_slice(&values());
-            self.written = end;
+            let outputs = std::mem::take(&mut self.0);
+            let (next, rest) = outputs
+                .split_first_chunk_mut()
+                .expect("there is an output for each selected value");
+            *next = values();
+            self.0 = rest;
         }
     }
 }

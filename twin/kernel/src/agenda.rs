@@ -1,16 +1,16 @@
 use serde::{Deserialize, Serialize};
 
-use crate::event_queue::{EventQueue, Key};
+use crate::event_queue::Key;
 use crate::{LivelockError, LivelockGuard, Rank, SimTime};
 
 /// Pending wake-ups of a fixed set of parts, at most one per part.
 ///
-/// Arming a part again replaces its pending wake-up. Moving it to a later time, as for a time-out
-/// that is pushed back with every byte, costs no queue operation: the queue entry remains at the
-/// earlier time and is re-inserted at the right one when it reaches the front.
+/// Arming a part again replaces its pending wake-up. Wake-ups are returned in the order (time, rank
+/// of the part, order of arming). More wake-ups at one instant than the limit are an error
+/// ([`LivelockGuard`]).
 ///
-/// Wake-ups are returned in the order (time, rank of the part, order of arming). More wake-ups at
-/// one instant than the limit are an error ([`LivelockGuard`]).
+/// Made for a few parts: arming takes constant time, and the next wake-up is found by a comparison
+/// of all pending ones.
 ///
 /// ```
 /// use twinrig_kernel::{Agenda, Rank, SimTime};
@@ -28,8 +28,9 @@ use crate::{LivelockError, LivelockGuard, Rank, SimTime};
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Agenda {
-    queue: EventQueue<PartId>,
     parts: Vec<Part>,
+    /// Number of wake-ups armed so far.
+    armed: u64,
     guard: LivelockGuard,
     /// Part that was woken last; it is recorded as the origin of the wake-ups armed meanwhile.
     awake: Option<PartId>,
@@ -59,10 +60,8 @@ pub struct Wake {
 struct Part {
     name: String,
     rank: Rank,
-    /// Pending wake-up.
-    pending: Option<Key>,
-    /// Queue entry of the part, at `pending` or before. All other entries of the part are stale.
-    queued: Option<Key>,
+    /// Pending wake-up; [`Key::NEVER`] without one.
+    pending: Key,
     armed_by: Option<PartId>,
 }
 
@@ -70,8 +69,8 @@ impl Agenda {
     /// An agenda without parts that allows at most `events_max` wake-ups at one instant.
     pub fn new(events_max: u32) -> Self {
         Self {
-            queue: EventQueue::new(),
             parts: Vec::new(),
+            armed: 0,
             guard: LivelockGuard::new(events_max),
             awake: None,
         }
@@ -82,8 +81,7 @@ impl Agenda {
         self.parts.push(Part {
             name: name.into(),
             rank,
-            pending: None,
-            queued: None,
+            pending: Key::NEVER,
             armed_by: None,
         });
         PartId(self.parts.len() - 1)
@@ -91,25 +89,22 @@ impl Agenda {
 
     /// Schedules the wake-up of `part` at `at`, replacing a pending one.
     pub fn arm(&mut self, part: PartId, at: SimTime) {
-        let key = self.queue.issue_key(at, self.parts[part.0].rank);
         let slot = &mut self.parts[part.0];
-        slot.pending = Some(key);
+        slot.pending = Key::new(at, slot.rank, self.armed);
         slot.armed_by = self.awake;
-        if slot.queued.is_none_or(|queued| key < queued) {
-            slot.queued = Some(key);
-            self.queue.insert(key, part);
-            self.drop_stale();
-        }
+        self.armed += 1;
     }
 
     /// Time of the pending wake-up of `part`.
     pub fn pending(&self, part: PartId) -> Option<SimTime> {
-        self.parts[part.0].pending.map(Key::time)
+        let pending = self.parts[part.0].pending;
+        (pending != Key::NEVER).then(|| pending.time())
     }
 
     /// Time of the next wake-up of any part.
-    pub fn next_time(&mut self) -> Option<SimTime> {
-        self.next().map(|(key, _)| key.time())
+    pub fn next_time(&self) -> Option<SimTime> {
+        let (key, _) = self.next();
+        (key != Key::NEVER).then(|| key.time())
     }
 
     /// Removes and returns the next wake-up if its time is `limit` or before.
@@ -117,12 +112,12 @@ impl Agenda {
     /// # Errors
     /// [`LivelockError`] if the wake-ups at one instant exceed the limit.
     pub fn pop_until(&mut self, limit: SimTime) -> Result<Option<Wake>, LivelockError> {
-        let Some((key, part)) = self.next().filter(|(key, _)| key.time() <= limit) else {
+        let (key, part) = self.next();
+        if key == Key::NEVER || key.time() > limit {
             return Ok(None);
-        };
-        self.queue.pop_entry();
+        }
         let slot = &mut self.parts[part.0];
-        (slot.pending, slot.queued) = (None, None);
+        slot.pending = Key::NEVER;
         let by = slot.armed_by.map(PartId::index);
         self.awake = Some(part);
         self.guard
@@ -133,32 +128,15 @@ impl Agenda {
         }))
     }
 
-    /// Returns the next pending wake-up; stale entries before it are removed or re-inserted.
-    #[inline]
-    fn next(&mut self) -> Option<(Key, PartId)> {
-        loop {
-            let (key, &part) = self.queue.peek_entry()?;
-            let slot = &mut self.parts[part.0];
-            let is_current = slot.queued == Some(key);
-            if is_current && slot.pending == Some(key) {
-                return Some((key, part));
-            }
-            self.queue.pop_entry();
-            if is_current {
-                slot.queued = slot.pending;
-                if let Some(pending) = slot.pending {
-                    self.queue.insert(pending, part);
-                }
+    /// Returns the next pending wake-up; [`Key::NEVER`] if there is none.
+    fn next(&self) -> (Key, PartId) {
+        let mut next = (Key::NEVER, PartId(0));
+        for (n, part) in self.parts.iter().enumerate() {
+            if part.pending < next.0 {
+                next = (part.pending, PartId(n));
             }
         }
-    }
-
-    /// Bounds the queue length by a constant times the number of parts for any sequence of calls.
-    fn drop_stale(&mut self) {
-        if self.queue.len() > 2 * self.parts.len() + 16 {
-            self.queue
-                .retain(|key, part| self.parts[part.0].queued == Some(key));
-        }
+        next
     }
 }
 
@@ -205,24 +183,12 @@ mod tests {
                     let popped = agenda.pop_until(SimTime::MAX).unwrap();
                     prop_assert_eq!(popped.map(|w| (w.time.as_nanos(), w.part.index())), model.pop());
                 }
-                prop_assert!(agenda.queue.len() <= 2 * 5 + 17);
                 prop_assert_eq!(
                     agenda.pending(ids[part]).map(SimTime::as_nanos),
                     model.pending[part].map(|(time, ..)| time)
                 );
             }
         }
-    }
-
-    #[test]
-    fn postponing_a_wake_up_adds_no_queue_entry() {
-        let mut agenda = Agenda::new(10);
-        let bus = agenda.register("bus", Rank(0));
-        for time in 1..=1000 {
-            agenda.arm(bus, SimTime::from_nanos(time));
-        }
-        assert_eq!(agenda.queue.len(), 1);
-        assert_eq!(agenda.next_time(), Some(SimTime::from_nanos(1000)));
     }
 
     #[test]

@@ -56,6 +56,9 @@ const SEQUENCE_BITS: u32 = 56;
 pub(crate) struct Key(u128);
 
 impl Key {
+    /// After all events.
+    pub(crate) const NEVER: Self = Self(u128::MAX);
+
     pub(crate) fn new(time: SimTime, rank: Rank, sequence: u64) -> Self {
         assert!(
             sequence < 1 << SEQUENCE_BITS,
@@ -108,13 +111,15 @@ impl<E> EventQueue<E> {
 
     /// Schedules an event.
     pub fn push(&mut self, time: SimTime, rank: Rank, event: E) {
-        let key = self.issue_key(time, rank);
-        self.insert(key, event);
+        let key = Key::new(time, rank, self.next_sequence);
+        self.next_sequence += 1;
+        let index = self.entries.partition_point(|entry| entry.key > key);
+        self.entries.insert(index, Entry { key, event });
     }
 
     /// Removes and returns the next event.
     pub fn pop(&mut self) -> Option<Scheduled<E>> {
-        self.pop_entry().map(|(key, event)| Scheduled {
+        self.entries.pop().map(|Entry { key, event }| Scheduled {
             time: key.time(),
             rank: key.rank(),
             sequence: key.sequence(),
@@ -144,30 +149,6 @@ impl<E> EventQueue<E> {
     /// Whether no event is pending.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
-    }
-
-    /// Issues a key that fixes the position of an event to be inserted now or later.
-    pub(crate) fn issue_key(&mut self, time: SimTime, rank: Rank) -> Key {
-        let key = Key::new(time, rank, self.next_sequence);
-        self.next_sequence += 1;
-        key
-    }
-
-    pub(crate) fn insert(&mut self, key: Key, event: E) {
-        let index = self.entries.partition_point(|entry| entry.key > key);
-        self.entries.insert(index, Entry { key, event });
-    }
-
-    pub(crate) fn pop_entry(&mut self) -> Option<(Key, E)> {
-        self.entries.pop().map(|entry| (entry.key, entry.event))
-    }
-
-    pub(crate) fn peek_entry(&self) -> Option<(Key, &E)> {
-        self.entries.last().map(|entry| (entry.key, &entry.event))
-    }
-
-    pub(crate) fn retain(&mut self, mut keep: impl FnMut(Key, &E) -> bool) {
-        self.entries.retain(|entry| keep(entry.key, &entry.event));
     }
 }
 

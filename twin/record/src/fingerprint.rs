@@ -33,8 +33,6 @@ pub struct Digest([u8; 32]);
 /// Number of bytes hashed at once: a power of two, for which the hash is fastest. The buffer has
 /// twice this size.
 const BUFFER_BYTES: usize = 64 * 1024;
-/// Time, kind, number, length.
-const HEADER_BYTES: usize = 8 + 4 + 4 + 8;
 
 const KIND_SAMPLE: u32 = 1;
 const KIND_WIRE: u32 = 2;
@@ -59,12 +57,7 @@ impl Fingerprint {
     /// Adds the `values` of signal group `group` at `time_ns` of simulated time.
     pub fn sample(&mut self, time_ns: u64, group: u32, values: &[f64]) {
         self.header(time_ns, KIND_SAMPLE, group, values.len());
-        for part in values.chunks(BUFFER_BYTES / 8) {
-            let room = self.room(part.len() * 8);
-            for (bytes, value) in room.chunks_exact_mut(8).zip(part) {
-                bytes.copy_from_slice(&value.to_bits().to_le_bytes());
-            }
-        }
+        self.words(values, f64::to_bits);
     }
 
     /// Adds `bytes` transmitted on wire number `wire` at `time_ns`.
@@ -74,23 +67,26 @@ impl Fingerprint {
     }
 
     /// Adds an event: its kind as a number, its arguments as `words`.
+    #[inline]
     pub fn event(&mut self, time_ns: u64, what: u32, words: &[u64]) {
         self.header(time_ns, KIND_EVENT, what, words.len());
-        for part in words.chunks(BUFFER_BYTES / 8) {
-            let room = self.room(part.len() * 8);
-            for (bytes, word) in room.chunks_exact_mut(8).zip(part) {
-                bytes.copy_from_slice(&word.to_le_bytes());
-            }
-        }
+        self.words(words, |word| word);
     }
 
     #[inline]
     fn header(&mut self, time_ns: u64, kind: u32, which: u32, len: usize) {
         let kind_and_number = u64::from(which) << 32 | u64::from(kind);
-        let words = [time_ns, kind_and_number, len as u64];
-        let room = self.room(HEADER_BYTES);
-        for (bytes, word) in room.chunks_exact_mut(8).zip(words) {
-            bytes.copy_from_slice(&word.to_le_bytes());
+        self.words(&[time_ns, kind_and_number, len as u64], |word| word);
+    }
+
+    /// Adds the bits of numbers, in little-endian order.
+    #[inline]
+    fn words<T: Copy>(&mut self, numbers: &[T], bits: impl Fn(T) -> u64) {
+        for part in numbers.chunks(BUFFER_BYTES / 8) {
+            let (room, _) = self.room(part.len() * 8).as_chunks_mut();
+            for (bytes, number) in room.iter_mut().zip(part) {
+                *bytes = bits(*number).to_le_bytes();
+            }
         }
     }
 

@@ -122,7 +122,8 @@ impl Rig {
     fn control_step<O: Observer>(&mut self, observer: &mut O) -> Result<(), RigError> {
         let now = self.now();
         self.events.agenda.arm(self.control_step, now + self.period);
-        if self.events.plant_host.is_held() && !self.open_devices(observer)? {
+        let is_first = self.events.plant_host.is_held();
+        if is_first && !self.open_devices(observer)? {
             return Ok(());
         }
         let elapsed = match self.manager.control_step(now) {
@@ -144,8 +145,12 @@ impl Rig {
         observer.event(now, RunEvent::ProcessBegin { elapsed });
         observer.samples(now, Group::ProcessInputs, &self.process.state.inputs);
         self.process.step(now, elapsed)?;
-        let ends = now + self.compute.draw();
-        self.events.agenda.arm(self.process_end, ends);
+        let duration = self.compute.draw();
+        // Only a task that has just opened its device can be due at this instant before the end.
+        if duration.is_zero() && !is_first {
+            return self.process_end(observer);
+        }
+        self.events.agenda.arm(self.process_end, now + duration);
         Ok(())
     }
 

@@ -116,6 +116,31 @@ fn events_of_one_instant_are_ordered_by_rank() {
     assert_eq!(last, expected);
 }
 
+/// Returns the number of events that a rig without tasks handles in 100 iterations, each of which is
+/// followed by an observation.
+fn handled_events(compute: SimDuration) -> usize {
+    let millisecond = SimDuration::from_millis(1);
+    let mut schedule = twinrig_runtime::Schedule::with_period(millisecond);
+    schedule.observe = millisecond;
+    schedule.compute = Timing::Constant(compute);
+    let fixture = Fixture {
+        schedule,
+        delays: vec![],
+        order: vec![],
+        changes: vec![],
+        duration: SimTime::ZERO + SimDuration::from_millis(99),
+    };
+    let (mut rig, _) = fixture.build();
+    let handle = || rig.step(fixture.duration, &mut ()).unwrap();
+    std::iter::from_fn(handle).count()
+}
+
+#[test]
+fn iteration_of_zero_duration_ends_without_an_event_but_the_first() {
+    assert_eq!(handled_events(SimDuration::from_micros(1)), 3 * 100 - 1);
+    assert_eq!(handled_events(SimDuration::ZERO), 2 * 100 + 1);
+}
+
 #[test]
 fn rig_is_send() {
     fn is_send<T: Send>() {}
