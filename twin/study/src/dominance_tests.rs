@@ -148,6 +148,28 @@ fn headline_compares_with_the_best_settings_of_the_other_plant() {
 }
 
 #[test]
+fn peers_are_compared_each_against_its_own_reference() {
+    let mut study = study(vec![
+        row("full", 2000, 1e-5, 2.0),
+        row("engine", 2000, 1e-4, 8.0),
+    ]);
+    study.solves.clear();
+    study.references[1].of_plant = None;
+    assert!(study.dominances().is_empty());
+    study.peers = vec![(PlantId::new("engine"), "full".to_owned())];
+    let found = only(&study);
+    assert!(found.own_references);
+    let headline = study.headline();
+    let sentence = "Each against its own reference, at no greater error full takes 4 × less run time than engine";
+    assert!(headline.contains(sentence), "{headline}");
+    let page = page(&study);
+    assert!(page.contains("compared with its own reference"), "{page}");
+    // Without errors of its peer there is no comparison.
+    study.rows.remove(0);
+    assert!(study.dominances().is_empty());
+}
+
+#[test]
 fn page_lists_settings_where_the_plant_is_not_ahead_with_counts() {
     let mut locating = row("full", 1000, 1e-5, 4.0);
     locating.events = Some(57);
