@@ -64,6 +64,10 @@ pub trait Dynamics: Readings + Send {
         None
     }
 
+    /// Updates the readings before they are read, where the steps themselves do not: by default
+    /// they do.
+    fn update_readings(&mut self) {}
+
     /// Returns the state to be serialised.
     fn save(&self) -> Self::Saved;
 

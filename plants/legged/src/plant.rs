@@ -163,6 +163,7 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
     }
 
     fn observe(&mut self, outputs: &mut [f64]) {
+        self.dynamics.update_readings();
         let now_s = self.now.as_secs_f64();
         self.signals
             .write(&*self.dynamics, &self.window, now_s, outputs);

@@ -3,7 +3,7 @@
 use divan::{Bencher, black_box};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_legged::{Base, Drives, SetPoint, Setup, Start, StartPose};
-use twinrig_mujoco::{Coordinates, Mujoco, Options};
+use twinrig_mujoco::{Coordinates, Integrator, Mujoco, Options};
 use twinrig_robot::RobotFile;
 use twinrig_runtime::Plant;
 
@@ -13,11 +13,14 @@ fn main() {
 
 /// Measures consecutive steps of a robot.
 fn step(bencher: Bencher<'_, '_>, setup: Setup, coordinates: Coordinates) {
+    measure(bencher, &Options::new(setup, coordinates));
+}
+
+fn measure(bencher: Bencher<'_, '_>, options: &Options) {
     let text = include_str!("../../../robots/cheetah-cub.toml");
     let robot = RobotFile::parse("cheetah-cub.toml", text).unwrap();
     let robot = robot.robot().unwrap();
-    let options = Options::new(setup, coordinates);
-    let mut plant = Mujoco::new(&robot, &options, &|_| false).unwrap();
+    let mut plant = Mujoco::new(&robot, options, &|_| false).unwrap();
     let mut inputs = [0.0; 8];
     let count = plant.ports().len();
     plant.initial_inputs(&mut inputs);
@@ -57,4 +60,16 @@ fn standing_robot(bencher: Bencher<'_, '_>, coordinates: Coordinates) {
         ..hanging()
     };
     step(bencher, setup, coordinates);
+}
+
+/// The complete plant, and MuJoCo's step alone.
+#[divan::bench(args = [false, true])]
+fn hanging_legs_by_euler(bencher: Bencher<'_, '_>, step_only: bool) {
+    let mut options = Options::new(hanging(), Coordinates::Minimal);
+    options.numerics.integrator = Integrator::Euler;
+    if step_only {
+        options.step_only = true;
+        (options.numerics.sparse, options.numerics.islands) = (false, false);
+    }
+    measure(bencher, &options);
 }

@@ -218,6 +218,12 @@ impl Engine {
     pub fn integrate(&mut self, seconds: f64) -> Result<(), EngineFault> {
         self.data.read_state_into(STATE, &mut self.previous);
         self.data.model_opt_mut().timestep = seconds;
+        self.advance_state();
+        self.check_state()
+    }
+
+    /// Advances by the result of MuJoCo's forward computation.
+    fn advance_state(&mut self) {
         match self.data.model_opt().integrator {
             i if i == MjtIntegrator::mjINT_RK4 as i32 => {
                 self.data.runge_kutta(4);
@@ -230,7 +236,15 @@ impl Engine {
             }
             _ => self.data.euler(),
         }
-        self.check_state()
+    }
+
+    /// Performs a step without checks: a diverged state remains.
+    pub(crate) fn step_unchecked(&mut self, seconds: f64) {
+        self.set_timestep(seconds);
+        self.data.forward();
+        self.advance_state();
+        self.forwards += 1;
+        self.steps += 1;
     }
 
     /// Checks the state after a step, and restores the previous one if it diverged.

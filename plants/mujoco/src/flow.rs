@@ -153,6 +153,10 @@ impl Flow {
 
     /// Advances by a step.
     pub(crate) fn run(&mut self, seconds: f64) -> Result<(), FlowFault> {
+        if self.model.step_only {
+            self.step_alone(seconds);
+            return Ok(());
+        }
         self.check_area()?;
         self.qvel.copy_from_slice(self.engine.data().qvel());
         self.engine.set_timestep(seconds);
@@ -348,7 +352,7 @@ impl Flow {
     }
 
     /// Returns kinetic, spring and gravity energy \[J\].
-    fn stored(&self) -> Stored {
+    pub(crate) fn stored(&self) -> Stored {
         let inertias = self
             .model
             .drives

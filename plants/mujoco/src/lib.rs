@@ -118,6 +118,7 @@ mod rates;
 mod readings;
 mod sliding;
 mod stages;
+mod step_only;
 
 pub use engine::{Engine, EngineError, EngineFault, EngineWarning};
 pub use mjcf::mjcf;

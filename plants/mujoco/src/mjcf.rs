@@ -92,21 +92,27 @@ fn options(numerics: &Numerics, step_s: f64) -> String {
         ..
     } = numerics;
     let (integrator, solver, cone) = (integrator.keyword(), solver.keyword(), cone.name());
+    let jacobian = if numerics.sparse { "sparse" } else { "dense" };
     let mut text = String::new();
     line!(
         text,
         "  <option timestep=\"{step_s}\" gravity=\"0 0 -{GRAVITY}\" integrator=\"{integrator}\" solver=\"{solver}\" \
          iterations=\"{iterations}\" ls_iterations=\"50\" tolerance=\"{tolerance}\" cone=\"{cone}\" impratio=\"{impratio}\" \
-         jacobian=\"sparse\">"
+         jacobian=\"{jacobian}\">"
     );
     let refsafe = if numerics.refsafe {
         "enable"
     } else {
         "disable"
     };
+    let island = if numerics.islands {
+        ""
+    } else {
+        " island=\"disable\""
+    };
     line!(
         text,
-        "    <flag refsafe=\"{refsafe}\" autoreset=\"disable\"/>"
+        "    <flag refsafe=\"{refsafe}\" autoreset=\"disable\"{island}/>"
     );
     line!(text, "  </option>");
     let seconds = match numerics.closing {

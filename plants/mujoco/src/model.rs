@@ -94,6 +94,8 @@ pub(crate) struct Model {
     pub(crate) inputs: usize,
     pub(crate) ground: Option<GroundModel>,
     pub(crate) start: Posture,
+    /// Whether a step is MuJoCo's step alone.
+    pub(crate) step_only: bool,
     /// Whether stops are omitted, for comparison with a reference without stops.
     pub(crate) without_stops: bool,
 }
@@ -119,8 +121,15 @@ impl Model {
             inputs: setup.drives.inputs(),
             ground,
             start: setup.posture(robot)?,
+            step_only: options.step_only,
             without_stops: false,
         };
+        if model.step_only && matches!(model.drives, Some(DriveModels::Motors(_))) {
+            return Err(MujocoError::Incompatible(
+                "steps of MuJoCo alone do not include motors, whose inertia changes with the step: take servos, or `step_only = \
+                 false`",
+            ));
+        }
         check(robot, &model)?;
         Ok(model)
     }

@@ -171,6 +171,10 @@ pub struct Numerics {
     pub impedance: [f64; 2],
     /// Violation at which the second impedance is reached \[m, rad\].
     pub width: f64,
+    /// Whether Jacobians are sparse; with few degrees of freedom, dense ones take less time.
+    pub sparse: bool,
+    /// Whether MuJoCo solves each group of coupled constraints separately.
+    pub islands: bool,
     /// Stiffness of friction relative to that of the normal force \[1\].
     pub impratio: f64,
     /// Whether MuJoCo raises time constants below two steps to two steps, which is its default.
@@ -199,6 +203,8 @@ impl Numerics {
             sliding_rounds: 10,
             impedance: [0.999, 0.999],
             width: 1e-3,
+            sparse: true,
+            islands: true,
             impratio: 1.0,
             refsafe: true,
         }
@@ -230,6 +236,12 @@ pub struct Options {
     pub coordinates: Coordinates,
     /// MuJoCo's settings.
     pub numerics: Numerics,
+    /// Whether a step is MuJoCo's step alone, to measure its cost: without energy balance, forces
+    /// of the drives, limits of their torque that depend on the rate, corrected friction
+    /// ([`Numerics::sliding_rounds`]) and checks. Not for [`Drives::Motors`].
+    ///
+    /// [`Drives::Motors`]: twinrig_legged::Drives::Motors
+    pub step_only: bool,
 }
 
 impl Options {
@@ -239,6 +251,7 @@ impl Options {
             setup,
             coordinates,
             numerics: Numerics::of(coordinates),
+            step_only: false,
         }
     }
 }

@@ -92,6 +92,12 @@ impl Dynamics for Flow {
         }
     }
 
+    fn update_readings(&mut self) {
+        if self.model.step_only {
+            self.read_engine();
+        }
+    }
+
     /// Pins, stops, cable length, ground penetration.
     fn constraint_violation(&self) -> Option<f64> {
         let mut worst = 0.0_f64;

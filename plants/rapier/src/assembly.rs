@@ -14,8 +14,9 @@ use serde::{Deserialize, Serialize};
 use twinrig_legged::{Base, LegPosture, Posture};
 
 use crate::conversion::{link_attitude, rotation, to_engine};
-use crate::model::{CABLE, Leg, Model, ROPES, TRUNK};
+use crate::model::{CABLE, KNEE_STOPS, Leg, Model, ROPES, TRUNK};
 use crate::options::{Joints, Options};
+use crate::step_only::{complete_joint, insert_springs};
 use crate::world::Sets;
 
 /// Radius of the ball that represents a foot; the ground is lowered by it \[m\].
@@ -34,7 +35,7 @@ pub(crate) struct Handles {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct LegHandles {
     pub(crate) segments: [RigidBodyHandle; 3],
-    /// None for the cable if there are no drives.
+    /// None for the cable if there are no drives, and for stops that are limits of a joint.
     pub(crate) ropes: [Option<ImpulseJointHandle>; ROPES],
     pub(crate) hip: Option<ImpulseJointHandle>,
     /// Colliders of the foot and of the ground below it.
@@ -96,6 +97,9 @@ pub(crate) fn assemble(model: &Model, options: &Options, posture: &Posture) -> (
         trunk: handle,
         legs,
     };
+    if options.step_only {
+        insert_springs(model, &handles, &mut sets);
+    }
     (sets, handles)
 }
 
@@ -180,6 +184,9 @@ fn insert_leg(
         };
         revolute.set_local_anchor1(anchor);
         revolute.softness = options.solver.joint_softness.coefficients();
+        if options.step_only {
+            complete_joint(&mut revolute, leg, k);
+        }
         match options.joints {
             Joints::Impulse => {
                 sets.impulse_joints
@@ -219,7 +226,8 @@ fn insert_ropes(
 ) -> [Option<ImpulseJointHandle>; ROPES] {
     let body = |body: usize| if body == TRUNK { trunk } else { segments[body] };
     std::array::from_fn(|k| {
-        if k == CABLE && model.drives.is_none() {
+        let is_limit = options.step_only && KNEE_STOPS.contains(&k);
+        if is_limit || (k == CABLE && model.drives.is_none()) {
             return None;
         }
         let rope = &leg.ropes[k];

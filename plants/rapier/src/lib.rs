@@ -146,6 +146,7 @@ mod readings;
 mod robot;
 mod rope;
 mod step;
+mod step_only;
 mod world;
 
 pub use options::{Joints, Options, RapierError, Softness, Solver};

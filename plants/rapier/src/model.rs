@@ -3,10 +3,10 @@
 use rapier3d_f64::math::Vector;
 use twinrig_contact::Ground;
 use twinrig_leg::Pantograph;
-use twinrig_legged::{Base, DriveModels, Segment, positive};
+use twinrig_legged::{Base, DriveModels, Drives, Segment, positive};
 use twinrig_robot::{LegMount, Robot};
 
-use crate::options::{Options, RapierError};
+use crate::options::{Joints, Options, RapierError};
 
 /// Index of the trunk in place of a segment's.
 pub(crate) const TRUNK: usize = 3;
@@ -41,6 +41,9 @@ pub(crate) struct Rope {
 /// Number of ropes of a leg, and index of the one that represents the cable.
 pub(crate) const ROPES: usize = 5;
 pub(crate) const CABLE: usize = 4;
+
+/// Indices of the ropes that are stops of the knee.
+pub(crate) const KNEE_STOPS: [usize; 2] = [2, 3];
 
 /// Angle between the ends of a rope across the knee, seen from the knee, at its stop \[rad\]: wide
 /// enough for the knee to turn by as much without tightening the rope on the other side, and narrow
@@ -88,6 +91,9 @@ impl Model {
     pub(crate) fn new(robot: &Robot, options: &Options) -> Result<Self, RapierError> {
         options.check()?;
         let setup = &options.setup;
+        if options.step_only && (options.joints, setup.drives) != (Joints::Impulse, Drives::None) {
+            return Err(RapierError::StepOnly);
+        }
         let mut legs = Vec::new();
         for mount in setup.selected_mounts(robot)? {
             legs.push(Leg::new(mount)?);
@@ -218,6 +224,14 @@ impl Leg {
             .stop_angle(knee)
             .clamp(MIN_ANGLE, core::f64::consts::PI);
         2.0 * l2 * libm::sin(0.5 * stop_angle)
+    }
+
+    /// Returns least and greatest angle of the second segment relative to the first \[rad\].
+    pub(crate) fn knee_range(&self) -> [f64; 2] {
+        let [_, l2] = self.lengths;
+        let (l_delta, shortest) = (self.l_delta, self.diagonal_min);
+        let cosine = (shortest * shortest - l2 * l2 - l_delta * l_delta) / (2.0 * l2 * l_delta);
+        [-libm::acos(cosine), -self.knee_reference]
     }
 
     /// Returns the ratio of the cable's rate to that of the rope that represents it, which equals

@@ -188,6 +188,12 @@ pub struct Options {
     /// Axial moment of inertia of a segment as a share of the transverse one: a thin rod has none,
     /// but the engine requires one.
     pub axial_share: f64,
+    /// Whether a step is the engine's step alone, to measure its cost: springs and joint friction
+    /// are joints of the engine, stops are its limits and ropes of constant length, and there is
+    /// neither energy balance nor check. Only for [`Drives::None`] and [`Joints::Impulse`].
+    ///
+    /// [`Drives::None`]: twinrig_legged::Drives::None
+    pub step_only: bool,
 }
 
 impl Options {
@@ -202,6 +208,7 @@ impl Options {
             joints,
             solver: Solver::best(joints),
             axial_share: Self::AXIAL_SHARE,
+            step_only: false,
         }
     }
 
@@ -227,6 +234,12 @@ pub enum RapierError {
     /// A natural frequency or damping ratio is not positive.
     #[error("the {1} of the {0} softness is {2}; it has to be positive")]
     Softness(&'static str, &'static str, f64),
+    /// Steps of the engine alone with drives or a tree.
+    #[error(
+        "steps of the engine alone include neither drives nor multibody joints, which need values of this crate in each step: \
+         take `step_only = false`"
+    )]
+    StepOnly,
     /// The axial share of inertia is not positive.
     #[error("the axial share of the segments' inertia is {0}; it has to be positive")]
     AxialShare(f64),

@@ -85,6 +85,12 @@ impl Dynamics for Machine {
         advanced.map_err(|divergence| PartFault::new(divergence.part, divergence.why))
     }
 
+    fn update_readings(&mut self) {
+        if self.options.step_only {
+            self.read_engine();
+        }
+    }
+
     fn counts(&self) -> WorkCounts {
         self.state.counts
     }

@@ -45,6 +45,9 @@ struct StepStart {
 impl Machine {
     /// Advances by a step of the engine, and checks the result for divergence.
     pub(crate) fn step(&mut self, seconds: f64) -> Result<(), Divergence> {
+        if self.options.step_only {
+            return self.step_alone(seconds);
+        }
         let timing = self.timing(seconds);
         let share = timing.force_seconds / seconds;
         self.set_softness(timing);

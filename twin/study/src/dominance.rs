@@ -2,16 +2,20 @@
 
 use serde::Serialize;
 
+use crate::plant_id::PlantId;
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
 
-/// Comparison of a plant with the plants that solve its model with other engines, within one study.
+/// Comparison of a plant with the plants that solve its model, or a similar one, with other engines,
+/// within one study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Dominance {
     /// Plant.
     pub of: String,
     /// Compared plants.
     pub over: Vec<String>,
+    /// Whether errors are those against each plant's own reference: of similar models, not of one.
+    pub own_references: bool,
     /// All completed settings of the compared plants.
     pub settings: Vec<Comparison>,
 }
@@ -33,6 +37,9 @@ pub struct Comparison {
     pub error_rms_m: f64,
     /// Run time per simulated time.
     pub run_s_per_simulated_s: f64,
+    /// Whether no other setting of the compared plant, by any of its methods, is as accurate in
+    /// less time.
+    pub best: bool,
     /// Fastest setting with an equal or smaller error, if any.
     pub no_greater_error: Option<Competitor>,
     /// Most accurate setting with an equal or shorter run time, if any.
@@ -77,11 +84,17 @@ impl Dominance {
             .filter(|comparison| !comparison.is_won())
     }
 
+    /// Returns the best settings of the compared plants.
+    pub fn best(&self) -> impl Iterator<Item = &Comparison> {
+        self.settings.iter().filter(|comparison| comparison.best)
+    }
+
     /// Returns least and greatest ratio of run times at an equal or smaller error, over the
-    /// settings of `plant` by `method`, or by all its methods if `None`.
+    /// settings of `plant` by `method`, or over its best settings by any method if `None`.
     pub fn range(&self, plant: &str, method: Option<&str>) -> Option<(f64, f64)> {
         let own_rows = self.settings.iter().filter(|comparison| {
-            comparison.plant == plant && method.is_none_or(|method| comparison.method == method)
+            comparison.plant == plant
+                && method.map_or(comparison.best, |method| comparison.method == method)
         });
         let ratios = own_rows
             .filter_map(|comparison| Some(comparison.no_greater_error.as_ref()?.times_less_time));
@@ -118,6 +131,7 @@ impl Comparison {
             tolerance: other.row.tolerance,
             error_rms_m: other.error,
             run_s_per_simulated_s: other.cost,
+            best: false,
             no_greater_error: closer
                 .min_by(|a, b| a.cost.total_cmp(&b.cost))
                 .map(competitor),
@@ -129,35 +143,35 @@ impl Comparison {
 }
 
 impl Study {
-    /// Returns the comparison of each plant of the study whose model other plants of it solve.
+    /// Returns the comparison of each plant of the study whose model other plants of it solve, and
+    /// of each that is the peer of others.
     pub fn dominances(&self) -> Vec<Dominance> {
         if self.kind != StudyKind::Precision {
             return Vec::new();
         }
-        let mut models: Vec<&str> = Vec::new();
-        for (_, model) in &self.solves {
-            if !models.contains(&&**model) {
-                models.push(model);
-            }
-        }
-        let all = models.into_iter().filter_map(|model| self.dominance(model));
-        all.collect()
+        let shared = distinct(&self.solves).into_iter().filter_map(|model| {
+            // The error of a plant measured against its own reference is not comparable.
+            let others = paired(&self.solves, model);
+            let over = others.filter(|plant| self.is_measured_against(plant, model));
+            self.dominance(model, over.collect(), false)
+        });
+        let own = distinct(&self.peers)
+            .into_iter()
+            .filter_map(|peer| self.dominance(peer, paired(&self.peers, peer).collect(), true));
+        shared.chain(own).collect()
     }
 
-    fn dominance(&self, model: &str) -> Option<Dominance> {
-        let own_rows = self.known(model);
-        let others = self.solves.iter().filter(|(_, solved)| solved == model);
-        let others = others.map(|(plant, _)| plant.label());
-        // The error of a plant measured against its own reference is not comparable.
-        let compared = others.filter(|plant| self.is_measured_against(plant, model));
-        let over: Vec<String> = compared.collect();
+    fn dominance(&self, of: &str, over: Vec<String>, own_references: bool) -> Option<Dominance> {
+        let own_rows = self.known(of);
         let theirs = over.iter().flat_map(|plant| self.known(plant));
-        let settings: Vec<Comparison> = theirs
+        let mut settings: Vec<Comparison> = theirs
             .map(|other| Comparison::of(other, &own_rows))
             .collect();
+        mark_best(&mut settings);
         (!own_rows.is_empty() && !settings.is_empty()).then(|| Dominance {
-            of: model.to_owned(),
+            of: of.to_owned(),
             over,
+            own_references,
             settings,
         })
     }
@@ -182,5 +196,50 @@ impl Study {
             Some(TimedRow { row, error, cost })
         });
         known.collect()
+    }
+}
+
+/// Returns the plants that pairs name second, each once.
+fn distinct(pairs: &[(PlantId, String)]) -> Vec<&str> {
+    let mut all: Vec<&str> = Vec::new();
+    for (_, second) in pairs {
+        if !all.contains(&&**second) {
+            all.push(second);
+        }
+    }
+    all
+}
+
+/// Returns the plants paired with `second`.
+fn paired<'a>(
+    pairs: &'a [(PlantId, String)],
+    second: &'a str,
+) -> impl Iterator<Item = String> + 'a {
+    let pairs = pairs.iter().filter(move |(_, other)| other == second);
+    pairs.map(|(plant, _)| plant.label())
+}
+
+/// Relative difference below which two errors are equal: a method and its engine's step alone
+/// differ by rounding.
+const EQUAL_ERRORS: f64 = 1e-3;
+
+/// Marks the settings of each plant that no other of its settings surpasses; of equal ones, the
+/// first.
+fn mark_best(settings: &mut [Comparison]) {
+    for n in 0..settings.len() {
+        let one = &settings[n];
+        let surpasses = |(k, other): (usize, &Comparison)| {
+            let [cost, own] = [other, one].map(|setting| setting.run_s_per_simulated_s);
+            let [error, own_error] = [other, one].map(|setting| setting.error_rms_m);
+            k != n
+                && other.plant == one.plant
+                && if cost < own {
+                    error <= own_error * (1.0 + EQUAL_ERRORS)
+                } else {
+                    cost == own && (error, k) < (own_error, n)
+                }
+        };
+        let surpassed = settings.iter().enumerate().any(surpasses);
+        settings[n].best = !surpassed;
     }
 }

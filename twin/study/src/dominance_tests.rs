@@ -57,6 +57,7 @@ pub(crate) fn study(rows: Vec<Row>) -> Study {
         budget_s: 1.0,
         massive: ["full", "engine"].map(PlantId::new).into(),
         solves: vec![(PlantId::new("engine"), "full".to_owned())],
+        peers: Vec::new(),
         abouts: Vec::new(),
         references: vec![note("full", None), note("engine", Some("full"))],
         rows,
@@ -118,10 +119,54 @@ fn fastest_at_equal_error_and_most_accurate_at_equal_time_are_found() {
     assert_eq!(found.range("engine", None), Some((8.0, 8.0)));
     let headline = study.headline();
     assert!(
-        headline.contains("ahead at all of engine's 2 settings"),
+        headline.contains("ahead at all of engine's 2 best settings"),
         "{headline}"
     );
     assert!(!page(&study).contains("is not ahead"));
+}
+
+#[test]
+fn headline_compares_with_the_best_settings_of_the_other_plant() {
+    let mut alone = row("engine", 2000, 1e-5 * (1.0 + 1e-9), 3.0);
+    alone.method = "euler, step only".to_owned();
+    let study = study(vec![
+        row("full", 2000, 1e-5, 2.0),
+        row("full", 5000, 1e-4, 1.0),
+        // Equal but for rounding, and slower than its step alone.
+        row("engine", 2000, 1e-5, 12.0),
+        row("engine", 5000, 1e-4, 40.0),
+        alone,
+    ]);
+    let found = only(&study);
+    let best: Vec<&str> = found.best().map(|best| &*best.method).collect();
+    assert_eq!(best, ["euler, step only"]);
+    assert_eq!(found.range("engine", None), Some((1.5, 1.5)));
+    assert_eq!(found.range("engine", Some("euler")), Some((6.0, 40.0)));
+    let headline = study.headline();
+    let sentence = "At no greater error full takes 1.5 × less run time than engine";
+    assert!(headline.contains(sentence), "{headline}");
+}
+
+#[test]
+fn peers_are_compared_each_against_its_own_reference() {
+    let mut study = study(vec![
+        row("full", 2000, 1e-5, 2.0),
+        row("engine", 2000, 1e-4, 8.0),
+    ]);
+    study.solves.clear();
+    study.references[1].of_plant = None;
+    assert!(study.dominances().is_empty());
+    study.peers = vec![(PlantId::new("engine"), "full".to_owned())];
+    let found = only(&study);
+    assert!(found.own_references);
+    let headline = study.headline();
+    let sentence = "Each against its own reference, at no greater error full takes 4 × less run time than engine";
+    assert!(headline.contains(sentence), "{headline}");
+    let page = page(&study);
+    assert!(page.contains("compared with its own reference"), "{page}");
+    // Without errors of its peer there is no comparison.
+    study.rows.remove(0);
+    assert!(study.dominances().is_empty());
 }
 
 #[test]
@@ -141,7 +186,10 @@ fn page_lists_settings_where_the_plant_is_not_ahead_with_counts() {
     assert_eq!(behind, [Some(5e-3), Some(2e-3)]);
     let headline = study.headline();
     assert!(
-        headline.contains("ahead at 1 of engine's 3 settings and not at 2"),
+        headline.contains(
+            "ahead at 0 of engine's 2 best settings, and not at engine euler at 5 ms (20 µm at 0.333 × real time); engine \
+             euler at 2 ms (1 µm at 0.111 × real time)."
+        ),
         "{headline}"
     );
     let page = page(&study);

@@ -92,6 +92,9 @@ pub struct PlantOffer {
     /// reference: an error that an engine makes alike at every step would not show against its own
     /// reference.
     pub model_of: Option<String>,
+    /// Label of the plant with a similar model with whose errors those of this plant are compared,
+    /// each against its own reference.
+    pub peer: Option<String>,
     /// Integration methods.
     pub methods: Vec<MethodOffer>,
 }
@@ -108,6 +111,16 @@ pub struct MethodOffer {
     /// Setting at which the method qualifies as a reference. The first method with such a setting
     /// is the reference, the second its check.
     pub reference: Option<MethodSetting>,
+    /// Whether the steps are those of an engine alone, without energy balance, forces and checks:
+    /// the method is measured for its error and run time only.
+    pub step_only: bool,
+}
+
+impl PlantOffer {
+    /// Returns the methods that are complete plants.
+    pub(crate) fn complete_methods(&self) -> impl Iterator<Item = &MethodOffer> + Clone {
+        self.methods.iter().filter(|method| !method.step_only)
+    }
 }
 
 /// Quantity that sets the accuracy of a method.

@@ -1,6 +1,6 @@
 //! Summary of a study in one or two sentences.
 
-use crate::dominance::Dominance;
+use crate::dominance::{Comparison, Dominance};
 use crate::factory::Scales;
 use crate::number::{grouped_factor, method_setting, si};
 use crate::row::{Row, RowKind, Status};
@@ -16,19 +16,20 @@ pub(crate) fn at_usual_step(row: &Row) -> bool {
         .is_some_and(|step| (step / USUAL_STEP_S - 1.0).abs() < 1e-9)
 }
 
-/// Compares a plant with others that solve its model, in one sentence.
+/// Compares a plant with the best settings of others that solve its model, in one sentence.
 pub(crate) fn dominance_sentence(dominance: &Dominance) -> String {
     let of = &dominance.of;
-    let count = dominance.settings.len();
-    let behind = dominance.behind().count();
+    let count = dominance.best().count();
+    let behind: Vec<String> = dominance
+        .best()
+        .filter(|comparison| !comparison.is_won())
+        .map(compared_setting)
+        .collect();
     let ranges = dominance.over.iter().map(|plant| {
         let range = dominance.range(plant, None);
         range.map_or_else(
-            || format!("{plant} is more accurate than {of} at all of its settings"),
-            |(least, most)| {
-                let [least, most] = [least, most].map(grouped_factor);
-                format!("{least} to {most} less run time than {plant}")
-            },
+            || format!("{plant} is more accurate than {of} at all of its best settings"),
+            |(least, most)| format!("{} less run time than {plant}", spread(least, most)),
         )
     });
     let ranges = ranges.collect::<Vec<_>>().join(", ");
@@ -36,16 +37,44 @@ pub(crate) fn dominance_sentence(dominance: &Dominance) -> String {
         [plant] => format!("{plant}'s"),
         _ => "their".to_owned(),
     };
-    if behind == 0 {
+    let at = if dominance.own_references {
+        "Each against its own reference, at"
+    } else {
+        "At"
+    };
+    if behind.is_empty() {
         format!(
-            "At no greater error {of} takes {ranges}: it is ahead at all of {whose} {count} settings."
+            "{at} no greater error {of} takes {ranges}: it is ahead at all of {whose} {count} best settings."
         )
     } else {
         format!(
-            "At no greater error {of} takes {ranges}: it is ahead at {} of {whose} {count} settings and not at {behind}.",
-            count - behind
+            "{at} no greater error {of} takes {ranges}: it is ahead at {} of {whose} {count} best settings, and not at {}.",
+            count - behind.len(),
+            behind.join("; ")
         )
     }
+}
+
+/// Formats a range of factors: `3.1 × to 40 ×`.
+pub(crate) fn spread(least: f64, most: f64) -> String {
+    let [least, most] = [least, most].map(grouped_factor);
+    if least == most {
+        least
+    } else {
+        format!("{least} to {most}")
+    }
+}
+
+/// Formats the compared setting with its error and its speed.
+fn compared_setting(comparison: &Comparison) -> String {
+    format!(
+        "{} {} at {} ({} at {} real time)",
+        comparison.plant,
+        comparison.method,
+        method_setting(comparison.step_s, comparison.tolerance),
+        si(comparison.error_rms_m, "m"),
+        grouped_factor(1.0 / comparison.run_s_per_simulated_s)
+    )
 }
 
 /// Row that summarises a study of precision.

@@ -4,7 +4,7 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{Plant, PlantFault};
 
 use crate::commands::Commands;
-use crate::stopwatch::{Deadline, Stopwatch};
+use crate::stopwatch::{Deadline, RunStopwatch};
 
 /// Inputs of a run: commands, duration, sampling period and deadline.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +78,7 @@ impl PlantRun<'_> {
 
     /// Measures the run time without sampling \[s\].
     pub(crate) fn timed(&self, plant: &mut dyn Plant) -> (Ending, f64) {
-        let stopwatch = Stopwatch::start();
+        let stopwatch = RunStopwatch::start();
         let ending = self.run(plant, |_, _| SampleVerdict::Continue);
         (ending, stopwatch.elapsed_s())
     }

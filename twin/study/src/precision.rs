@@ -266,7 +266,7 @@ impl Job<'_> {
                 continue;
             }
             let panics = self.context.panics;
-            let row = panics.guarded(|| Ok(self.row(&variant, reference, share)));
+            let row = panics.guarded(|| Ok(self.row(&variant, method, reference, share)));
             let (row, run_s) = row.unwrap_or_else(|why| {
                 let row = Row::new(RowKind::Integration, &variant);
                 (row.ended(Status::Failed, why), 0.0)
@@ -280,7 +280,13 @@ impl Job<'_> {
     }
 
     /// Computes one row and returns it with the run time \[s\].
-    fn row(&self, variant: &Variant, reference: Option<&Reference>, share: Share) -> (Row, f64) {
+    fn row(
+        &self,
+        variant: &Variant,
+        method: &MethodOffer,
+        reference: Option<&Reference>,
+        share: Share,
+    ) -> (Row, f64) {
         let mut row = Row::new(RowKind::Integration, variant);
         let most = reference.map_or(f64::INFINITY, |reference| {
             RUNAWAY * reference.trace.kinetic_bound()
@@ -293,7 +299,8 @@ impl Job<'_> {
             Err(why) => return (row.ended(Status::Failed, why), 0.0),
         };
         row.note_work(&trace.work, trace.reached_s());
-        row.energy_residual_j = Some(trace.residual);
+        // An engine's step alone keeps no energy balance.
+        row.energy_residual_j = (!method.step_only).then_some(trace.residual);
         row.drift_m = trace.violation;
         if let Ending::Stopped(at) = ending {
             row.note_time(trace.run_s, trace.reached_s(), 1);

@@ -156,8 +156,7 @@ fn trusted(offer: &PlantOffer, scales: Scales) -> Vec<Variant> {
         Some(variant(&method.name, setting))
     });
     let others = offer
-        .methods
-        .iter()
+        .complete_methods()
         .filter(|method| method.reference.is_none());
     let others = others.map(|method| {
         let setting = match method.set_by {

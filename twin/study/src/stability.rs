@@ -88,7 +88,7 @@ pub fn stability(
         });
     }
     let (scales, left_out) = sweeps(factory, plan);
-    let of_plant = |plant: &PlantOffer| 1 + plant.methods.len();
+    let of_plant = |plant: &PlantOffer| 1 + plant.complete_methods().count();
     let parts = scales
         .iter()
         .flat_map(|&scales| runs(plants, scales).map(of_plant));
@@ -126,7 +126,7 @@ pub fn stability(
             if scales == Scales::AS_IS {
                 study.references.push(note);
             }
-            for method in &plant.methods {
+            for method in plant.complete_methods() {
                 let share = job.begin(&format!("{}, {}", plant.plant, method.name))?;
                 let row = panics
                     .guarded(|| Ok(job.row(plant, method, scales, reference.as_deref(), share)));
@@ -143,7 +143,8 @@ pub fn stability(
 
 /// Returns the plants that run with these changes.
 fn runs(plants: &[PlantOffer], scales: Scales) -> impl Iterator<Item = &PlantOffer> {
-    plants.iter().filter(move |plant| {
+    let complete = |plant: &&PlantOffer| plant.complete_methods().next().is_some();
+    plants.iter().filter(complete).filter(move |plant| {
         if plant.plant.is_compliant() {
             // How a compliant sole rebounds follows from its damping.
             scales.restitution.is_none()

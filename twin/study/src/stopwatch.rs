@@ -12,6 +12,42 @@ use twinrig_runtime::interrupt;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stopwatch(Instant);
 
+/// Wall clock that does not count the time for which this thread waited for a processor, where the
+/// system reports it: other programs then affect a run time by caches and frequency only.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RunStopwatch {
+    wall: Stopwatch,
+    waited_s: f64,
+}
+
+impl RunStopwatch {
+    pub(crate) fn start() -> Self {
+        Self {
+            waited_s: waited_s(),
+            wall: Stopwatch::start(),
+        }
+    }
+
+    /// \[s\]
+    pub(crate) fn elapsed_s(self) -> f64 {
+        let wall_s = self.wall.elapsed_s();
+        (wall_s - (waited_s() - self.waited_s).max(0.0)).max(0.0)
+    }
+}
+
+/// Returns the time for which this thread has waited for a processor; zero where the system does
+/// not report it \[s\].
+fn waited_s() -> f64 {
+    let report = std::fs::read_to_string("/proc/thread-self/schedstat");
+    parse_waited_s(&report.unwrap_or_default()).unwrap_or(0.0)
+}
+
+/// Parses run time, waiting time (both in nanoseconds) and number of time slices.
+fn parse_waited_s(report: &str) -> Option<f64> {
+    let nanos: f64 = report.split_whitespace().nth(1)?.parse().ok()?;
+    Some(nanos / 1e9)
+}
+
 /// Deadline of a run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Deadline(Option<Instant>);
@@ -37,5 +73,26 @@ impl Deadline {
     /// Returns whether the deadline has passed, or the termination of the program was requested.
     pub(crate) fn passed(self) -> bool {
         interrupt::is_requested() || self.0.is_some_and(|at| Instant::now() >= at)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn waiting_time_is_the_second_field() {
+        assert_eq!(parse_waited_s("354761 15030181 2\n"), Some(0.015_030_181));
+        assert_eq!(parse_waited_s(""), None);
+    }
+
+    #[test]
+    fn run_time_is_at_most_that_of_the_wall_clock() {
+        let (wall, run) = (Stopwatch::start(), RunStopwatch::start());
+        while wall.elapsed_s() < 0.02 {
+            std::hint::spin_loop();
+        }
+        let elapsed_s = run.elapsed_s();
+        assert!((0.0..=wall.elapsed_s()).contains(&elapsed_s), "{elapsed_s}");
     }
 }

@@ -61,6 +61,9 @@ pub struct Study {
     pub massive: Vec<PlantId>,
     /// Pairs (plant, model): the plant solves the model of the other plant by a different engine.
     pub solves: Vec<(PlantId, String)>,
+    /// Pairs (plant, peer): errors of the plant are compared with those of its peer, a similar
+    /// model, each against its own reference.
+    pub peers: Vec<(PlantId, String)>,
     /// Offered methods: plant, name, setting kind and description.
     pub abouts: Vec<(PlantId, String, SettingKind, String)>,
     /// Reference of each plant.
@@ -114,6 +117,9 @@ impl Study {
         let input = factory.input();
         let plants = factory.plants().iter();
         let massive = plants.clone().filter(|plant| plant.segment_masses);
+        let peers = plants
+            .clone()
+            .filter_map(|plant| Some((plant.plant.clone(), plant.peer.clone()?)));
         let solves =
             plants.filter_map(|plant| Some((plant.plant.clone(), plant.model_of.clone()?)));
         Self {
@@ -127,6 +133,7 @@ impl Study {
             ground: input.ground,
             budget_s: 0.0,
             massive: massive.map(|plant| plant.plant.clone()).collect(),
+            peers: peers.collect(),
             solves: solves.collect(),
             abouts: abouts(factory),
             references: Vec::new(),

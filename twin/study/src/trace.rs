@@ -134,7 +134,7 @@ impl Trace {
             ..Self::empty()
         };
         plant.log_events(true);
-        let stopwatch = crate::stopwatch::Stopwatch::start();
+        let stopwatch = crate::stopwatch::RunStopwatch::start();
         let ending = plant_run.run(plant, |now, plant| {
             trace.sample(now, plant, &mut signals, &mut stop)
         });

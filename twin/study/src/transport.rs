@@ -95,7 +95,7 @@ impl Transport {
 /// Returns the method that stands for a plant: that of its reference which is set as the plant is
 /// in scenarios, otherwise the first.
 pub(crate) fn usual_method(plant: &PlantOffer) -> Option<&MethodOffer> {
-    let mut methods = plant.methods.iter();
+    let mut methods = plant.complete_methods();
     let usual = |method: &&MethodOffer| {
         let set_by = if plant.plant.is_compliant() {
             SettingKind::Tolerance
@@ -109,7 +109,8 @@ pub(crate) fn usual_method(plant: &PlantOffer) -> Option<&MethodOffer> {
 
 /// Returns the number of walks.
 pub(crate) fn parts(plants: &[PlantOffer]) -> usize {
-    plants.iter().map(|plant| plant.methods.len() + 1).sum()
+    let walks = |plant: &PlantOffer| plant.complete_methods().count() + 1;
+    plants.iter().map(walks).sum()
 }
 
 impl Job<'_> {
@@ -121,7 +122,7 @@ impl Job<'_> {
         let step = self.context.factory.input().step;
         let mut transports = Vec::new();
         for plant in plants {
-            for method in &plant.methods {
+            for method in plant.complete_methods() {
                 let share = self.begin_heavy(&format!("{}, cost of transport", plant.plant))?;
                 let variant = Variant {
                     plant: plant.plant.clone(),

@@ -8,3 +8,4 @@ mod fixture;
 mod properties;
 mod refusals;
 mod state;
+mod step_only;

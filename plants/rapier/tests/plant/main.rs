@@ -10,3 +10,4 @@ mod hanging_legs;
 mod initial_states;
 mod partial_steps;
 mod restore;
+mod step_only;

@@ -46,7 +46,7 @@ mod with_mujoco {
     use twinrig_document::{DocumentError, Problem};
     use twinrig_kernel::SimDuration;
     use twinrig_legged::{Base, Drives, SetPoint, Setup, Start};
-    use twinrig_mujoco::{Coordinates, Engine, Numerics, Options, mjcf};
+    use twinrig_mujoco::{Coordinates, Engine, Options, mjcf};
     use twinrig_robot::{Robot, RobotError, RobotFile};
 
     use crate::args::MjcfArgs;
@@ -86,11 +86,7 @@ mod with_mujoco {
             set_point: SetPoint::Held,
             start: Start::Commands(Vec::new()),
         };
-        let options = Options {
-            setup,
-            coordinates,
-            numerics: Numerics::of(coordinates),
-        };
+        let options = Options::new(setup, coordinates);
         let text = tidy(&mjcf(robot, &options)?);
         Engine::compile(&text)?;
         Ok(text)

@@ -10,6 +10,10 @@ use crate::parts::constraints::CONSTRAINTS;
 /// Plant option with the tolerance of adaptive methods.
 pub(crate) const TOLERANCE: &str = "tolerance";
 
+/// Plant option of methods whose steps are those of an engine alone. It is not declared, so that no
+/// scenario has it.
+pub(crate) const STEP_ONLY: &str = "step_only";
+
 /// Integration method of a plant, and the plant options that select it.
 ///
 /// ```
@@ -30,6 +34,7 @@ pub struct Method {
     options: Vec<(String, OptionValue)>,
     removed: Vec<String>,
     reference: Option<MethodSetting>,
+    step_only: bool,
 }
 
 impl Method {
@@ -42,6 +47,7 @@ impl Method {
             options: Vec::new(),
             removed: Vec::new(),
             reference: None,
+            step_only: false,
         }
     }
 
@@ -69,11 +75,28 @@ impl Method {
         self
     }
 
+    /// Sets the plant option `name` to the whole number `count`.
+    #[cfg(feature = "rapier")]
+    #[must_use]
+    pub(crate) fn with_count(mut self, name: &str, count: u64) -> Self {
+        let count = OptionValue::Natural(count);
+        self.options.push((name.to_owned(), count));
+        self
+    }
+
     /// Removes the plant option `name`, which the method does not accept.
     #[must_use]
     pub fn without_option(mut self, name: &str) -> Self {
         self.removed.push(name.to_owned());
         self
+    }
+
+    /// Reduces the steps to those of the engine alone, to measure their cost.
+    #[cfg(any(feature = "mujoco", feature = "rapier"))]
+    #[must_use]
+    pub(crate) fn step_only(mut self) -> Self {
+        self.step_only = true;
+        self.with_option(STEP_ONLY, "on")
     }
 
     /// Selects the formulation of the constraints.
@@ -109,6 +132,7 @@ impl Method {
             about: self.about.clone(),
             set_by: self.set_by,
             reference: self.reference,
+            step_only: self.step_only,
         }
     }
 

@@ -16,6 +16,8 @@ pub(crate) mod mjcf;
 pub(crate) mod model_file;
 #[cfg(feature = "mujoco")]
 pub(crate) mod mujoco;
+#[cfg(feature = "mujoco")]
+mod mujoco_methods;
 pub(crate) mod option;
 pub(crate) mod optoforce;
 pub(crate) mod output_filter;

@@ -9,7 +9,8 @@ use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options as ScenarioOpti
 
 use crate::assembly::registry::Registry;
 use crate::error::BuildError;
-use crate::parts::method::Method;
+use crate::parts::method::STEP_ONLY;
+use crate::parts::mujoco_methods;
 use crate::parts::option::{choice, number, option};
 use crate::parts::plant_kind::{PlantContext, PlantKind};
 use crate::parts::setup::setup;
@@ -18,7 +19,7 @@ use crate::parts::setup::setup;
 const STEP: SimDuration = SimDuration::from_millis(1);
 
 /// Values of a switch.
-const SWITCH: [&str; 2] = ["on", "off"];
+pub(super) const SWITCH: [&str; 2] = ["on", "off"];
 
 /// Default value of the option `integrator`: the integrator that suits the coordinates best.
 const DEFAULT_INTEGRATOR: &str = "own";
@@ -55,7 +56,7 @@ fn kind() -> PlantKind {
             "shape of the friction cone",
             &Cone::ALL.map(Cone::name),
         ));
-    with_methods(with_numbers(kind)).with_step(STEP)
+    mujoco_methods::with_methods(with_numbers(kind)).with_step(STEP)
 }
 
 fn with_numbers(kind: PlantKind) -> PlantKind {
@@ -157,80 +158,6 @@ fn with_numbers(kind: PlantKind) -> PlantKind {
     ))
 }
 
-fn with_methods(kind: PlantKind) -> PlantKind {
-    let method = |name, about, coordinates: Coordinates, integrator: Integrator| {
-        Method::stepped(name, about)
-            .with_option("coordinates", coordinates.name())
-            .with_option("integrator", integrator.name())
-    };
-    let soft = Numerics::of(Coordinates::Maximal).with_soft_constraints();
-    let TimeConstant::Seconds(time) = soft.closing else {
-        unreachable!("soft constraints have a time")
-    };
-    let minimal = Coordinates::Minimal;
-    let maximal = Coordinates::Maximal;
-    kind.with_model_of("lcp")
-        .with_method(method(
-            "minimal, rk4",
-            "joint angles; fourth order without contacts",
-            minimal,
-            Integrator::Rk4,
-        ))
-        .with_method(method(
-            "minimal, implicitfast",
-            "joint angles; first order, implicit friction",
-            minimal,
-            Integrator::ImplicitFast,
-        ))
-        .with_method(method(
-            "minimal, euler",
-            "joint angles; first order",
-            minimal,
-            Integrator::Euler,
-        ))
-        .with_method(method(
-            "minimal, discrete",
-            "joint angles; springs also implicit",
-            minimal,
-            Integrator::Discrete,
-        ))
-        .with_method(method(
-            "maximal",
-            "segments connected by pins with the greatest stiffness that the step allows",
-            maximal,
-            Numerics::of(maximal).integrator,
-        ))
-        .with_method(
-            method(
-                "maximal, engine's defaults",
-                "as maximal, with the soft constraints of MuJoCo's defaults",
-                maximal,
-                Numerics::of(maximal).integrator,
-            )
-            .with_number("solref_time", time)
-            .with_number("pin_damping", soft.pin_damping)
-            .with_number("contact_damping", soft.contact_damping)
-            .with_number("contact_solimp_min", soft.contact_impedance[0])
-            .with_number("contact_solimp_max", soft.contact_impedance[1])
-            .with_number("sliding_rounds", f64::from(soft.sliding_rounds))
-            .with_number("solimp_min", soft.impedance[0])
-            .with_number("solimp_max", soft.impedance[1]),
-        )
-        .with_method(
-            method(
-                "maximal, fixed closure",
-                "pins of a stiffness independent of the step, which limits the step instead of the springs",
-                maximal,
-                Numerics::of(maximal).integrator,
-            )
-            .with_number("solref_time", CLOSURE_S)
-            .with_option("refsafe", SWITCH[1]),
-        )
-}
-
-/// Time constant of pins that is independent of the step \[s\].
-const CLOSURE_S: f64 = 1e-3;
-
 /// Builds the robot in MuJoCo, for custom plants that wrap it.
 ///
 /// # Errors
@@ -249,10 +176,17 @@ pub(crate) fn mujoco_options(context: &PlantContext<'_>) -> Result<Options, Buil
     let mut all = Coordinates::ALL.into_iter();
     let coordinates = all.find(|one| Some(one.name()) == values.text("coordinates"));
     let coordinates = coordinates.unwrap_or(Coordinates::Maximal);
+    let step_only = values.text(STEP_ONLY).is_some();
+    let mut numerics = numerics(values, Numerics::of(coordinates))?;
+    if step_only {
+        // The fastest for these sizes of model.
+        (numerics.sparse, numerics.islands) = (false, false);
+    }
     Ok(Options {
         setup: setup(context, STEP)?,
         coordinates,
-        numerics: numerics(values, Numerics::of(coordinates))?,
+        numerics,
+        step_only,
     })
 }
 
@@ -299,6 +233,8 @@ fn numerics(values: &ScenarioOptions, defaults: Numerics) -> Result<Numerics, Bu
         ],
         width: number("solimp_width", defaults.width),
         impratio: number("impratio", defaults.impratio),
+        sparse: defaults.sparse,
+        islands: defaults.islands,
         refsafe: word("refsafe") != SWITCH[1],
     })
 }

@@ -92,6 +92,9 @@ pub trait StandaloneModel: Send + Sync {
     ) -> Result<Box<dyn Plant>, BuildError>;
 }
 
+/// Name of the formulation of an engine's soft constraints, for studies.
+pub(crate) const SOFT: &str = "soft";
+
 /// Kind of plant.
 pub struct PlantKind {
     name: String,
@@ -100,6 +103,7 @@ pub struct PlantKind {
     step: Option<SimDuration>,
     methods: Vec<Method>,
     compliant_methods: Vec<Method>,
+    soft_methods: Vec<Method>,
     segment_masses: bool,
     model_of: Option<String>,
     ports: PlantPorts,
@@ -146,6 +150,7 @@ impl PlantKind {
             step: None,
             methods: Vec::new(),
             compliant_methods: Vec::new(),
+            soft_methods: Vec::new(),
             segment_masses: true,
             model_of: None,
             ports: Box::new(legged_ports),
@@ -199,6 +204,16 @@ impl PlantKind {
         self
     }
 
+    /// Adds an integration method for an engine's soft constraints, for studies of gaits: they then
+    /// offer the plant once more, as a model of its own whose errors are compared with those of
+    /// compliant constraints.
+    #[cfg(feature = "mujoco")]
+    #[must_use]
+    pub(crate) fn with_soft_method(mut self, method: Method) -> Self {
+        self.soft_methods.push(method);
+        self
+    }
+
     /// Declares that the leg segments have no mass: studies compare the plant with other plants in
     /// the limit of vanishing segment masses.
     #[must_use]
@@ -241,7 +256,23 @@ impl PlantKind {
             methods => methods.to_vec(),
         };
         if self.compliant_methods.is_empty() {
-            return vec![self.offer(PlantId::new(&self.name), methods)];
+            let mut offers = vec![self.offer(PlantId::new(&self.name), methods)];
+            if !self.soft_methods.is_empty() {
+                let plant = PlantId::new(&self.name).with_constraints(SOFT);
+                let (offer, methods) = self.offer(plant, self.soft_methods.clone());
+                let offer = PlantOffer {
+                    model_of: None,
+                    peer: self.model_of.as_ref().map(|model| {
+                        let model = PlantId::new(model);
+                        model
+                            .with_constraints(Constraints::Compliant.name())
+                            .label()
+                    }),
+                    ..offer
+                };
+                offers.push((offer, methods));
+            }
+            return offers;
         }
         let formulations = [
             (Constraints::Rigid, methods),
@@ -262,6 +293,7 @@ impl PlantKind {
             about: self.about.clone(),
             segment_masses: self.segment_masses,
             model_of: self.model_of.clone(),
+            peer: None,
             methods: methods.iter().map(Method::offer).collect(),
         };
         (offer, methods)

@@ -8,7 +8,7 @@ use twinrig_scenario::{Accepts, OptionSpec, Options as ScenarioOptions};
 use crate::assembly::registry::Registry;
 use crate::error::BuildError;
 use crate::parts::engines::RAPIER;
-use crate::parts::method::Method;
+use crate::parts::method::{Method, STEP_ONLY};
 use crate::parts::option::{choice, number, option};
 use crate::parts::plant_kind::{PlantContext, PlantKind};
 use crate::parts::setup::setup;
@@ -68,6 +68,31 @@ fn kind() -> PlantKind {
             Joints::Impulse,
             engine,
         ))
+        .with_method(loop_of(
+            "impulse joints, step only",
+            "the engine's step alone: springs, friction and stops are the engine's; a sweep",
+            [1, 1],
+        ))
+        .with_method(loop_of(
+            "impulse joints, 4 substeps, step only",
+            "the engine's step alone, with its default number of substeps",
+            [4, 1],
+        ))
+        .with_method(loop_of(
+            "impulse joints, 20 sweeps, step only",
+            "the engine's step alone, with more sweeps",
+            [1, 20],
+        ))
+}
+
+/// Returns the method of the engine's step alone, with these numbers of substeps and of sweeps.
+fn loop_of(name: &str, about: &str, [substeps, sweeps]: [u64; 2]) -> Method {
+    Method::stepped(name, about)
+        .with_option("joints", Joints::Impulse.name())
+        .with_count("solver_iterations", substeps)
+        .with_count("pgs_iterations", sweeps)
+        .with_count("stabilization_iterations", 1)
+        .step_only()
 }
 
 fn counts() -> Vec<OptionSpec> {
@@ -134,6 +159,7 @@ pub fn rapier(context: &PlantContext<'_>) -> Result<Rapier, BuildError> {
     let joints = joints.unwrap_or(Joints::Impulse);
     let options = Options {
         solver: solver(values, joints),
+        step_only: values.text(STEP_ONLY).is_some(),
         ..Options::new(setup(context, STEP)?, joints)
     };
     Ok(Rapier::new(context.robot, &options, context.wanted)?)

@@ -13,6 +13,7 @@ use crate::assembly::registry::Registry;
 use crate::error::{NO_ROBOT, TwinError, guarded};
 use crate::parts::constraints::CONSTRAINTS;
 use crate::parts::method::Method;
+use crate::parts::plant_kind::SOFT;
 use crate::study::builder::{first_line, is_compared};
 use crate::study::scaled::{scaled_actuator, scaled_plant, scaled_robot};
 
@@ -70,7 +71,12 @@ impl<'r> Selection<'r> {
         let panicked = assembly.is_err();
         let assembly = Rc::new(assembly);
         let (mut refused, before) = (None, self.offers.len());
-        for (offer, methods) in registry.offers(name) {
+        for (mut offer, methods) in registry.offers(name) {
+            // Without contact an engine's soft constraints only repeat the comparison of its others.
+            let is_soft = offer.plant.constraints.as_deref() == Some(SOFT);
+            if is_soft && scenario.plant.ground.is_none() {
+                continue;
+            }
             let bench = PlantUnderStudy {
                 methods,
                 assembly: Rc::clone(&assembly),
@@ -80,6 +86,7 @@ impl<'r> Selection<'r> {
                 refused.get_or_insert(why);
                 continue;
             }
+            bench.without_unsuitable_steps(&mut offer, &mut self.left_out);
             self.offers.push(offer);
             self.benches.push(bench);
         }
@@ -98,26 +105,44 @@ impl PlantUnderStudy<'_> {
     /// Returns the reason why no method can simulate the scenario; `None` if one can, or panics,
     /// which its rows report.
     fn refusal(&self, offer: &PlantOffer) -> Option<String> {
-        let built = |method: &MethodOffer| {
-            let variant = Variant {
-                plant: offer.plant.clone(),
-                method: method.name.clone(),
-                setting: match method.set_by {
-                    SettingKind::Step => MethodSetting::Step(TRIED_STEP),
-                    SettingKind::Tolerance => MethodSetting::Tolerance(TRIED_TOLERANCE),
-                },
-                scales: Scales::AS_IS,
-            };
-            match catch_panic(|| self.built(&variant, &is_compared)) {
-                Ok(built) => built.map(drop),
-                Err(_) => Ok(()),
-            }
-        };
         let mut refused = None;
         for method in &offer.methods {
-            refused = Some(built(method).err()?);
+            refused = Some(self.refusal_of(offer, method)?);
         }
         refused
+    }
+
+    /// Returns the reason why the method cannot simulate the scenario; `None` if it can, or panics.
+    fn refusal_of(&self, offer: &PlantOffer, method: &MethodOffer) -> Option<String> {
+        let variant = Variant {
+            plant: offer.plant.clone(),
+            method: method.name.clone(),
+            setting: match method.set_by {
+                SettingKind::Step => MethodSetting::Step(TRIED_STEP),
+                SettingKind::Tolerance => MethodSetting::Tolerance(TRIED_TOLERANCE),
+            },
+            scales: Scales::AS_IS,
+        };
+        let built = catch_panic(|| self.built(&variant, &is_compared));
+        built.ok()?.err()
+    }
+
+    /// Removes the methods that are steps of an engine alone where these do not suit the scenario,
+    /// and adds the reasons to `left_out`.
+    fn without_unsuitable_steps(&self, offer: &mut PlantOffer, left_out: &mut Vec<String>) {
+        let methods = std::mem::take(&mut offer.methods);
+        for method in methods {
+            let steps = method.step_only;
+            let refusal = if steps {
+                self.refusal_of(offer, &method)
+            } else {
+                None
+            };
+            match refusal {
+                Some(why) => left_out.push(format!("{} {}: {why}", offer.plant, method.name)),
+                None => offer.methods.push(method),
+            }
+        }
     }
 
     pub(super) fn built(

@@ -74,7 +74,8 @@ pub struct GaitContact {
 
 /// Returns the number of runs.
 pub(crate) fn parts(plants: &[PlantOffer]) -> usize {
-    plants.iter().map(|plant| plant.methods.len()).sum()
+    let runs = |plant: &PlantOffer| plant.complete_methods().count();
+    plants.iter().map(runs).sum()
 }
 
 impl Job<'_> {
@@ -86,7 +87,7 @@ impl Job<'_> {
         let step = self.context.factory.input().step;
         let mut contacts = Vec::new();
         for plant in plants {
-            for method in &plant.methods {
+            for method in plant.complete_methods() {
                 let share = self.begin(&format!("{}, contact", plant.plant))?;
                 let variant = Variant {
                     plant: plant.plant.clone(),

@@ -1,7 +1,7 @@
 //! Page section that compares a plant with others that solve the same model.
 
 use crate::dominance::{Comparison, Competitor, Dominance};
-use crate::headline::dominance_sentence;
+use crate::headline::{dominance_sentence, spread};
 use crate::number::{grouped_factor, method_setting, si};
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
@@ -20,22 +20,31 @@ pub(crate) fn section(study: &Study) -> String {
     if sections.is_empty() {
         return String::new();
     }
-    "<h2>One model, several engines</h2>\n".to_owned() + &sections.concat()
+    "<h2>Own plants and engines</h2>\n".to_owned() + &sections.concat()
 }
 
 fn of_plant(study: &Study, dominance: &Dominance) -> String {
     let of = &dominance.of;
     let mut out = paragraph(&dominance_sentence(dominance));
+    let verb = |one, many| if dominance.over.len() == 1 { one } else { many };
+    let relation = if dominance.own_references {
+        let has = verb("has a model", "have models");
+        format!(
+            "{has} similar to that of {of}, with other forces of stops and contacts; each is \
+             compared with its own reference, so that differences of the models do not count"
+        )
+    } else {
+        format!(
+            "{} the model of {of} with a different engine, so all share one reference, and an \
+             error that an engine makes at every step counts as any other",
+            verb("solves", "solve")
+        )
+    };
     out += &paragraph(&format!(
-        "{} {} the model of {of} with a different engine, so all share one reference, and an \
-         error that an engine makes at every step counts as any other. All run times are from \
-         this run of the study.",
+        "{} {relation}. The best settings of a plant are those that no other of its settings \
+         surpasses, by any method, steps of the engine alone included. All run times are from this \
+         run of the study.",
         names(&dominance.over),
-        if dominance.over.len() == 1 {
-            "solves"
-        } else {
-            "solve"
-        }
     ));
     out += &fronts(study, dominance);
     out += &by_method(study, dominance);
@@ -180,16 +189,6 @@ fn by_method(study: &Study, dominance: &Dominance) -> String {
 /// Formats a figure with a detail below it.
 fn with_detail(figure: &str, more: &str) -> String {
     format!("{figure}<br/>{}", element("span", "soft", more))
-}
-
-/// Formats a range of factors: `3.1 × to 40 ×`.
-fn spread(least: f64, most: f64) -> String {
-    let [least, most] = [least, most].map(grouped_factor);
-    if least == most {
-        least
-    } else {
-        format!("{least} to {most}")
-    }
 }
 
 fn setting(step_s: Option<f64>, tolerance: Option<f64>) -> String {

@@ -3,7 +3,7 @@
 use twinrig_kernel::SimDuration;
 use twinrig_study::{Factor, PrecisionPlan, RowKind, StiffnessTrend, Study, precision};
 
-use crate::oscillator::{Oscillators, SOFT};
+use crate::oscillator::{Oscillators, SOFT, STEP_ONLY};
 use crate::stability;
 
 fn study(factory: &Oscillators) -> Study {
@@ -191,4 +191,22 @@ fn engine_keeps_its_reference_for_changed_robots() {
     assert!(errors("engine").iter().all(Option::is_some));
     let least = SimDuration::from_micros(1);
     assert!(found.grid_s > least.as_secs_f64());
+}
+
+#[test]
+fn steps_of_an_engine_alone_have_neither_energy_nor_stability() {
+    let factory = Oscillators::new(&["rk4"], 200).with_engine(&["semi-implicit", STEP_ONLY]);
+    let found = study(&factory);
+    let residuals = |method: &str| {
+        let rows = found.rows.iter();
+        let rows = rows.filter(|row| row.plant == "engine" && row.method == method);
+        rows.map(|row| row.energy_residual_j.is_some())
+            .collect::<Vec<_>>()
+    };
+    assert!(residuals("semi-implicit").iter().all(|known| *known));
+    let alone = residuals(STEP_ONLY);
+    assert!(!alone.is_empty() && alone.iter().all(|known| !known));
+    let limits = stability::study(&factory, &[]);
+    assert!(limits.rows.iter().all(|row| row.method != STEP_ONLY));
+    assert!(limits.rows.iter().any(|row| row.method == "semi-implicit"));
 }

@@ -125,11 +125,13 @@ impl Pacers {
             about: String::new(),
             segment_masses: true,
             model_of: None,
+            peer: None,
             methods: vec![MethodOffer {
                 name: "only".to_owned(),
                 about: String::new(),
                 set_by: SettingKind::Step,
                 reference: None,
+                step_only: false,
             }],
         });
         Self {

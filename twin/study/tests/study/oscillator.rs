@@ -196,12 +196,16 @@ pub struct Oscillators {
     zeta: f64,
 }
 
+/// Method of an engine's step alone, by `rk4`.
+pub const STEP_ONLY: &str = "step only";
+
 fn method(name: &str, set_by: SettingKind, reference: Option<MethodSetting>) -> MethodOffer {
     MethodOffer {
         name: name.to_owned(),
         about: format!("the method {name}"),
         set_by,
         reference,
+        step_only: name == STEP_ONLY,
     }
 }
 
@@ -222,6 +226,7 @@ impl Oscillators {
             about: "an oscillator".to_owned(),
             segment_masses: true,
             model_of: None,
+            peer: None,
             methods: methods.iter().map(offered).collect(),
         };
         Self {
@@ -249,6 +254,7 @@ impl Oscillators {
             about: "one without segments".to_owned(),
             segment_masses: false,
             model_of: None,
+            peer: None,
             methods: vec![method("rk4", SettingKind::Step, None)],
         });
         self
@@ -264,6 +270,7 @@ impl Oscillators {
             about: "the same, softer".to_owned(),
             segment_masses: true,
             model_of: None,
+            peer: None,
             methods: vec![method("rk4", SettingKind::Step, fine)],
         });
         self
@@ -289,6 +296,7 @@ impl Oscillators {
             about: "the same, by other means".to_owned(),
             segment_masses: true,
             model_of: Some("full".to_owned()),
+            peer: None,
             methods: methods.iter().map(offered).collect(),
         });
         self

@@ -134,6 +134,7 @@ impl Walkers {
             about: String::new(),
             set_by: SettingKind::Step,
             reference: None,
+            step_only: false,
         };
         let mut commands = Commands::of(&[Port::input("leg/A/hip/position", Unit::Radian, 1)]);
         for n in 0..10_u64 {
@@ -158,6 +159,7 @@ impl Walkers {
                 about: String::new(),
                 segment_masses: true,
                 model_of: None,
+                peer: None,
                 methods: methods.iter().map(method).collect(),
             }],
         }
