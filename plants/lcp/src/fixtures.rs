@@ -5,10 +5,10 @@ use twinrig_kernel::SimDuration;
 use twinrig_legged::{Base, Drives, Ledger, SetPoint, Setup, StartPose};
 use twinrig_robot::{Robot, RobotFile};
 
-use crate::flow::Flow;
+use crate::integrators::flow::Flow;
 use crate::model::Model;
-use crate::real::{Lanes, Real};
-use crate::state::State;
+use crate::model::real::{Lanes, Real};
+use crate::model::state::State;
 
 /// Relative joint angles \[°\] and rates \[rad/s\] of a start.
 pub(crate) type Pose = ([f64; 3], [f64; 3]);

@@ -7,9 +7,9 @@ use twinrig_robot::{Compliance, OneSided, Robot};
 
 use super::equations::{CompliantEquations, CompliantFlow, compliant_state};
 use super::model::CompliantModel;
+use crate::constraints::motion::Dynamics;
 use crate::fixtures::{self, HARD, Pose, flow, robot, tumbling};
-use crate::flow::Flow;
-use crate::motion::Dynamics;
+use crate::integrators::flow::Flow;
 
 pub(crate) fn compliance() -> Compliance {
     let side = |stiffness, damping, toe_region| OneSided {

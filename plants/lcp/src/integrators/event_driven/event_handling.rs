@@ -1,0 +1,287 @@
+//! Handling of the start of a step and of events: saturation of motors, impacts, and selection of
+//! the active constraints.
+
+use twinrig_legged::DriveModels;
+
+use super::{ALL, AT_ONCE_MAX, AT_REST, Buffers, Halt, LocatedEvent, Progress, SHORTEST, TOUCHING};
+use crate::constraints::events::{ImpactTotals, Instant, ModeResolution, STOPPED};
+use crate::constraints::guards::{GUARDS, Guard, kind, links_of};
+use crate::constraints::mode::Mode;
+use crate::constraints::motion::Dynamics;
+use crate::integrators::flow::{Flow, FlowError};
+use crate::integrators::saturation::Effort;
+use crate::model::drives::commanded_acceleration;
+use crate::model::real::{Lanes, Real};
+use crate::model::state::State;
+
+/// Maximum number of impacts without collision and of resulting motor saturations at one instant.
+const JAMS_MAX: u32 = 8;
+
+/// State of an event during its resolution.
+struct Event<const N: usize> {
+    state: State<Lanes, N>,
+    /// Active constraints before the event, and the drives.
+    before: Mode,
+    /// Active constraints after the event.
+    mode: Mode,
+    totals: ImpactTotals,
+}
+
+impl<const N: usize> Flow<N> {
+    /// Computes motion and guards at the start, in a consistent mode.
+    pub(super) fn start(&mut self, recovery: f64, buffers: &mut Buffers<N>) -> Result<(), Halt> {
+        let state = self.state;
+        if buffers.key.is_none() || buffers.key != self.motion_key(recovery) {
+            self.motion_into(&state, recovery, &mut buffers.start);
+            self.guard(&state, &buffers.start, &mut buffers.guards);
+        }
+        let guards = &buffers.guards;
+        let tolerances = self.tolerances();
+        let near: [f64; GUARDS] = std::array::from_fn(|index| match kind(index) {
+            Guard::Gap => -TOUCHING,
+            _ => tolerances[index],
+        });
+        if !guards.any_below(&near) {
+            return Ok(());
+        }
+        // A constraint deactivated at this instant may become active again under new commands.
+        let resting = |index: usize, leg: usize| {
+            let [gap, rate] = [&guards.values, &guards.rates].map(|of| of[index].lane(leg));
+            gap < TOUCHING && rate.abs() < AT_REST
+        };
+        let mut changed = false;
+        for island in self.islands() {
+            let violated = |leg: usize| {
+                (0..GUARDS).any(|index| match kind(index) {
+                    Guard::Gap => resting(index, leg),
+                    _ => guards.values[index].lane(leg) < -tolerances[index],
+                })
+            };
+            if island.clone().any(violated) {
+                changed = true;
+                self.select_modes(island, recovery)?;
+            }
+        }
+        if changed {
+            let state = self.state;
+            self.motion_into(&state, recovery, &mut buffers.start);
+            self.guard(&state, &buffers.start, &mut buffers.guards);
+        }
+        Ok(())
+    }
+
+    /// Selects the active constraints of these legs anew, without an impact.
+    pub(crate) fn select_modes(
+        &mut self,
+        legs: core::ops::Range<usize>,
+        recovery: f64,
+    ) -> Result<(), FlowError> {
+        self.resolve_event(legs, recovery, self.now_s, false)
+    }
+
+    /// Handles the located events; returns whether there were any.
+    pub(super) fn handle_events(
+        &mut self,
+        events: &[Option<LocatedEvent>; 4],
+        progress: &mut Progress,
+        recovery: f64,
+        seconds: f64,
+    ) -> Result<bool, Halt> {
+        let mut handled = false;
+        for (i, (island, event)) in self.islands().zip(events).enumerate() {
+            let Some(event) = event.filter(|event| event.is_event) else {
+                continue;
+            };
+            handled = true;
+            if kind(event.index) == Guard::TangentialImpulse && self.slide_continues(&event) {
+                continue;
+            }
+            self.counts.events += 1;
+            progress.events[i] += 1;
+            progress.at_once = if event.at < SHORTEST {
+                progress.at_once + 1
+            } else {
+                0
+            };
+            if progress.at_once > AT_ONCE_MAX || progress.events[i] > self.events_max {
+                return Err(Halt::TooManyEvents);
+            }
+            let at_s = self.now_s + (seconds - progress.remaining.lane(event.leg));
+            self.handle_event(island, recovery, at_s)?;
+        }
+        Ok(handled)
+    }
+
+    /// Returns whether a slide that ends along its last direction continues along another one, and
+    /// stores the new direction. That is no event: friction follows the slide, and the speed is not
+    /// zero.
+    fn slide_continues(&mut self, event: &LocatedEvent) -> bool {
+        let links = links_of(event.index);
+        let Some(footing) = self.footing(event.leg, links) else {
+            return false;
+        };
+        let [_, a, b] = footing.velocity;
+        let speed = libm::hypot(a, b);
+        if speed < STOPPED {
+            return false;
+        }
+        let mut contacts = self.mode.contacts.iter_mut();
+        let contact = contacts.find(|c| (c.leg, c.links) == (event.leg, links));
+        if let Some(contact) = contact {
+            contact.slides = Some([a / speed, b / speed]);
+        }
+        true
+    }
+
+    /// Resolves the impact and the change of mode of these legs.
+    pub(super) fn handle_event(
+        &mut self,
+        legs: core::ops::Range<usize>,
+        recovery: f64,
+        at_s: f64,
+    ) -> Result<(), FlowError> {
+        self.resolve_event(legs, recovery, at_s, true)
+    }
+
+    /// Computes velocities and contact modes of these legs after an event, with or without an
+    /// impact.
+    fn resolve_event(
+        &mut self,
+        legs: core::ops::Range<usize>,
+        recovery: f64,
+        at_s: f64,
+        with_impact: bool,
+    ) -> Result<(), FlowError> {
+        let mut event = Event {
+            state: self.state,
+            before: self.mode,
+            mode: self.mode,
+            totals: ImpactTotals::default(),
+        };
+        let mut instant = core::mem::take(&mut self.instant);
+        let resolved =
+            self.solve_event(&mut instant, &mut event, &ALL[legs], recovery, with_impact);
+        self.instant = instant;
+        (self.counts.solver_iterations, self.counts.factorisations) =
+            (self.instant.iterations, self.instant.factorisations);
+        resolved?;
+        self.log_changes(&event.mode, at_s);
+        (self.state, self.mode) = (event.state, event.mode);
+        self.ledger.impact += event.totals.impact;
+        self.ledger.dissipated += event.totals.friction;
+        self.impulse_sums.add_ground(&event.totals.ground);
+        Ok(())
+    }
+
+    /// Computes impulses and contact modes of an event. Where no forces solve the contacts, a
+    /// sliding foot jams: an impact without collision stops it, or a motor that cannot hold against
+    /// it saturates.
+    fn solve_event(
+        &self,
+        instant: &mut Instant<N>,
+        event: &mut Event<N>,
+        legs: &[usize],
+        recovery: f64,
+        with_impact: bool,
+    ) -> Result<(), FlowError> {
+        let Event {
+            state,
+            before,
+            mode,
+            totals,
+        } = event;
+        if with_impact {
+            let dynamics = Dynamics::new(&self.model, &self.model.side_by_side, before, recovery);
+            *totals = instant.impact(&dynamics, state, legs)?;
+        }
+        for jams in 0.. {
+            let dynamics = Dynamics::new(&self.model, &self.model.side_by_side, before, recovery);
+            let unsolved = match instant.resolve_modes(&dynamics, state, legs, mode)? {
+                ModeResolution::Resolved => break,
+                ModeResolution::Jammed(unsolved) => unsolved,
+            };
+            let jam_impact = if jams < JAMS_MAX {
+                instant.resolve_jam(&dynamics, state, legs)?
+            } else {
+                None
+            };
+            if let Some(additional) = jam_impact {
+                totals.add(&additional);
+                continue;
+            }
+            let Some(unsolved) = unsolved else { break };
+            if jams >= JAMS_MAX || !self.saturate_jammed(instant, before) {
+                return Err(FlowError::Jammed(unsolved));
+            }
+            (mode.commands, mode.active.hip) = (before.commands, before.active.hip);
+        }
+        Ok(())
+    }
+
+    /// Saturates the servos of legs with a jammed foot, since the jamming force exceeds every
+    /// limit; returns whether any servo changed.
+    fn saturate_jammed(&self, instant: &Instant<N>, mode: &mut Mode) -> bool {
+        let Some(DriveModels::Servos(servos)) = self.model.drives else {
+            return false;
+        };
+        let mut changed = false;
+        for leg in 0..self.model.legs.len() {
+            let taut = instant.is_jammed_against_cable(leg) && servos.knee.torque().is_finite();
+            let saturated = mode.commands.pulley_saturated;
+            if taut && saturated.lane(leg) <= 0.0 {
+                mode.commands.pulley_saturated = saturated.with_lane(leg, 1.0);
+                changed = true;
+            }
+        }
+        changed
+    }
+
+    /// Updates the saturation of the motors after new commands or an event; returns whether any
+    /// motor changed.
+    pub(crate) fn follow_command(&mut self) -> bool {
+        /// A motor that changes more often is at the limit of its torque, where both modes are
+        /// valid.
+        const CHANGES_MAX: usize = 4;
+        let Some(DriveModels::Servos(servos)) = self.model.drives else {
+            return false;
+        };
+        if servos
+            .both()
+            .iter()
+            .all(|servo| servo.torque().is_infinite())
+        {
+            return false;
+        }
+        for changes in 0..CHANGES_MAX {
+            let state = self.state;
+            let motion = self.motion(&state, 0.0);
+            let commands = &self.mode.commands;
+            let effort = Effort {
+                torques: [motion.forces.hip_torque, motion.forces.knee_torque],
+                actual: [motion.slope.rates[0], motion.slope.pulley_rate],
+                rates: [state.rates[0], state.pulley_rate],
+                commanded: [
+                    commanded_acceleration(
+                        &servos.hip,
+                        commands.hip,
+                        state.angles[0],
+                        state.rates[0],
+                    ),
+                    commanded_acceleration(
+                        &servos.knee,
+                        commands.pulley,
+                        state.pulley,
+                        state.pulley_rate,
+                    ),
+                ],
+            };
+            if !self.saturate(&effort) {
+                return changes > 0;
+            }
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,16 @@
+//! Methods that advance a state in time, between events or across them in fixed steps. It uses
+//! `model` and `constraints`.
+
+mod energy_monitor;
+mod error_norm;
+mod euler;
+pub(crate) mod event_driven;
+pub(crate) mod flow;
+mod jacobian;
+mod lanewise;
+pub(crate) mod moreau;
+mod rk4;
+mod rodas4;
+mod root;
+mod saturation;
+mod thesis;

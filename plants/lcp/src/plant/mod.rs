@@ -1,0 +1,10 @@
+//! The plant that a rig runs: construction from a robot and options, commands and readings,
+//! snapshots and the takeover of another plant's state. It uses all other rooms.
+
+mod construction;
+pub(crate) mod equations;
+pub(crate) mod log;
+mod posture;
+mod readings;
+mod rigid;
+mod saved;

@@ -1,0 +1,149 @@
+//! Conversion between the plant's state and the coordinates shared by all plants of a robot.
+
+use twinrig_kernel::signal;
+use twinrig_legged::{DriveModels, LegPosture, PartFault, Posture, Readings};
+use twinrig_runtime::PlantState;
+
+use crate::constraints::events::ExcessViolation;
+use crate::constraints::mode::Mode;
+use crate::integrators::event_driven::ALL;
+use crate::integrators::flow::{Flow, FlowError};
+use crate::model::articulated::{into_trunk, rotation};
+use crate::model::real::{Lanes, Real};
+use crate::options::Method;
+
+impl<const N: usize> Flow<N> {
+    /// Returns the posture, without the last link of a leg with a toe.
+    pub(crate) fn shared_posture(&self) -> Posture {
+        let legs = self.model.legs.iter().enumerate();
+        let legs = legs.map(|(i, leg)| {
+            let of = |lanes: &[Lanes; N]| std::array::from_fn(|k| lanes[k].lane(i));
+            let posture = LegPosture {
+                angles: of(&self.state.angles),
+                rates: of(&self.state.rates),
+                pulley: self.state.pulley.lane(i),
+                pulley_rate: self.state.pulley_rate.lane(i),
+            };
+            (leg.name.clone(), posture)
+        });
+        Posture {
+            position: self.position(),
+            attitude: self.attitude(),
+            velocity: self.velocity(),
+            angular_velocity: self.angular_velocity(),
+            legs: legs.collect(),
+        }
+    }
+
+    /// Returns the last link of each leg with a toe: its name in a state, its angle and its rate.
+    pub(crate) fn toes(&self) -> Vec<(String, Vec<f64>)> {
+        let legs = self.model.legs.iter().enumerate();
+        let toe = |(i, leg): (usize, &crate::model::LegModel<N>)| {
+            let values = vec![
+                self.state.angles[N - 1].lane(i),
+                self.state.rates[N - 1].lane(i),
+            ];
+            (signal::of_leg(&leg.name, "toe"), values)
+        };
+        legs.filter(|_| N > 3).map(toe).collect()
+    }
+
+    /// Returns the same robot in a posture with the toes of `extra`, with new energy balance and
+    /// counters; and a line for each value that was not taken over.
+    pub(crate) fn resumed_from(
+        &self,
+        posture: &Posture,
+        extra: &PlantState,
+    ) -> Result<(Self, Vec<String>), PartFault> {
+        let mut lines = Vec::new();
+        let mut next = self.in_posture(posture);
+        for (i, (name, _)) in self.toes().iter().enumerate() {
+            let values = extra.get(name).filter(|values| values.len() == 2);
+            if let Some(values) =
+                values.filter(|values| values.iter().all(|value| value.is_finite()))
+            {
+                next.state.angles[N - 1] = next.state.angles[N - 1].with_lane(i, values[0]);
+                next.state.rates[N - 1] = next.state.rates[N - 1].with_lane(i, values[1]);
+            } else {
+                lines.push(format!(
+                    "{name} is missing; the toe follows the third segment"
+                ));
+            }
+        }
+        next.check_violation()?;
+        next.ledger = twinrig_legged::Ledger::opened(next.stored());
+        Ok((next, lines))
+    }
+
+    /// Returns the same robot in a posture; servos are commanded to stay there, motors coast, and
+    /// no constraint is active. Toes follow the third segments without load.
+    fn in_posture(&self, posture: &Posture) -> Self {
+        let mut state = self.state;
+        state.position = posture.position.into();
+        state.attitude = posture.attitude;
+        let trunk_to_world = rotation(state.attitude);
+        state.velocity = into_trunk(&trunk_to_world, posture.velocity.into());
+        state.turning = posture.angular_velocity.into();
+        for (i, (leg, (_, from))) in self.model.legs.iter().zip(&posture.legs).enumerate() {
+            for k in 0..N {
+                let toe = if k > 2 { leg.constants.toe[1] } else { 0.0 };
+                let (angle, rate) = (from.angles[k.min(2)] + toe, from.rates[k.min(2)]);
+                state.angles[k] = state.angles[k].with_lane(i, angle);
+                state.rates[k] = state.rates[k].with_lane(i, rate);
+            }
+            state.pulley = state.pulley.with_lane(i, from.pulley);
+            state.pulley_rate = state.pulley_rate.with_lane(i, from.pulley_rate);
+        }
+        let mut next = Self::new(self.model.clone(), state, self.method, self.tolerance);
+        if let Some(DriveModels::Servos(_)) = next.model.drives {
+            (next.mode.commands.hip, next.mode.commands.pulley) = (state.angles[0], state.pulley);
+        }
+        next.logging = self.logging;
+        next
+    }
+
+    /// Checks the violation of the constraints, and schedules the search for the active ones at the
+    /// next step, when the commands are known.
+    fn check_violation(&mut self) -> Result<(), PartFault> {
+        let mut mode = self.mode;
+        self.mark_closed(&mut mode).map_err(|violation| PartFault {
+            part: signal::of_leg(&self.model.legs[violation.leg].name, violation.what),
+            why: format!(
+                "the limit is passed by {:.3e} m, which no force can correct",
+                violation.by
+            ),
+        })?;
+        self.modes_pending = matches!(self.method, Method::Rk4 | Method::Rodas4);
+        Ok(())
+    }
+
+    fn mark_closed(&mut self, mode: &mut Mode) -> Result<(), ExcessViolation> {
+        let legs = self.model.legs.len();
+        let mut instant = core::mem::take(&mut self.instant);
+        let done = instant.reactivate(&self.dynamics(0.0), &self.state, &ALL[..legs], mode);
+        self.instant = instant;
+        done
+    }
+
+    /// Finds the active constraints in a state of another model or method, once the commands of the
+    /// drives are known: the sign of a constraint force depends on them. Methods that select the
+    /// active constraints in every step do not need it.
+    pub(crate) fn reactivate(&mut self) -> Result<(), FlowError> {
+        let mut mode = self.mode;
+        self.mark_closed(&mut mode)
+            .map_err(|ExcessViolation { by, .. }| FlowError::ConstraintViolation { by })?;
+        mode.update_any();
+        let before = core::mem::replace(&mut self.mode, mode);
+        let logging = core::mem::take(&mut self.logging);
+        let mut selected = Ok(());
+        for island in self.islands() {
+            selected = selected.and_then(|()| self.select_modes(island, 0.0));
+        }
+        self.logging = logging;
+        let mode = core::mem::replace(&mut self.mode, before);
+        selected?;
+        self.log_changes(&mode, self.now_s);
+        (self.mode, self.modes_pending) = (mode, false);
+        Ok(())
+    }
+}

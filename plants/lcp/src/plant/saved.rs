@@ -1,0 +1,63 @@
+//! Serialised state of a flow.
+
+mod numbers;
+
+use crate::constraints::contacts::CONTACTS;
+use crate::constraints::mode::Contact;
+use crate::formulation::SavedFlow;
+use crate::integrators::flow::Flow;
+
+impl<const N: usize> Flow<N> {
+    /// Returns the state to be serialised.
+    pub(crate) fn saved(&self) -> SavedFlow {
+        let mut numbers = Vec::new();
+        self.visit(&mut |x| numbers.push(x));
+        let contact = |c: &Contact| (c.leg as u64, c.links as u64, c.slides);
+        SavedFlow {
+            numbers,
+            contacts: self.mode.contacts.iter().map(contact).collect(),
+            ledger: self.ledger,
+            counts: self.counts,
+        }
+    }
+
+    /// Restores a saved state; returns the mismatch on error.
+    pub(crate) fn restore_saved(&mut self, saved: &SavedFlow) -> Result<(), String> {
+        let mut expected = 0;
+        self.visit(&mut |_| expected += 1);
+        if saved.numbers.len() != expected {
+            return Err(format!(
+                "{} numbers, expected {expected}",
+                saved.numbers.len()
+            ));
+        }
+        let mut numbers = saved.numbers.iter();
+        let cached_recovery =
+            self.replace(&mut || *numbers.next().expect("the number of values was checked"));
+        self.mode.contacts.clear();
+        if saved.contacts.len() > CONTACTS {
+            return Err(format!(
+                "{} contacts, at most {CONTACTS}",
+                saved.contacts.len()
+            ));
+        }
+        for &(leg, links, slides) in &saved.contacts {
+            let contact = usize::try_from(leg).ok().zip(usize::try_from(links).ok());
+            let Some((leg, links)) = contact
+                .filter(|&(leg, links)| leg < self.model.legs.len() && (3..=N).contains(&links))
+            else {
+                return Err(format!("invalid contact of leg {leg} at link {links}"));
+            };
+            self.mode.contacts.push(Contact { leg, links, slides });
+        }
+        self.mode.update_any();
+        (self.ledger, self.counts) = (saved.ledger, saved.counts);
+        self.instant.iterations = self.counts.solver_iterations;
+        self.instant.factorisations = self.counts.factorisations;
+        self.buffers = None;
+        if cached_recovery > 0.0 {
+            self.restore_cache(cached_recovery);
+        }
+        Ok(())
+    }
+}

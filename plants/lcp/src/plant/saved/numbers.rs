@@ -1,0 +1,133 @@
+//! State of a flow as a flat list of numbers, for saving.
+
+use crate::integrators::flow::{Flow, ImpulseSums};
+use crate::integrators::moreau::LastImpulses;
+use crate::model::real::Lanes;
+use crate::model::state::State;
+
+impl<const N: usize> Flow<N> {
+    /// Passes all numbers of the state to `to`.
+    pub(super) fn visit(&self, to: &mut dyn FnMut(f64)) {
+        let mut copy = self.clone_numbers();
+        copy.each(&mut |x| to(*x));
+    }
+
+    /// Replaces all numbers of the state; returns [`Flow::cached_recovery`] at the time of saving.
+    pub(super) fn replace(&mut self, by: &mut dyn FnMut() -> f64) -> f64 {
+        let mut copy = self.clone_numbers();
+        copy.each(&mut |x| *x = by());
+        (self.state, self.impulse_sums, self.impulse_sums_before) =
+            (copy.state, copy.impulse_sums, copy.impulse_sums_before);
+        [
+            self.mode.active.hip,
+            self.mode.active.closed,
+            self.mode.active.open,
+            self.mode.active.extended,
+            self.mode.active.bottomed,
+            self.mode.active.cable,
+            self.mode.commands.hip,
+            self.mode.commands.pulley,
+            self.mode.commands.hip_saturated,
+            self.mode.commands.pulley_saturated,
+            self.mode.commands.hip_damping,
+            self.mode.commands.pulley_damping,
+            self.step_size,
+        ] = copy.lanes;
+        (self.run_seconds, self.last_impulses) = (copy.run_seconds, copy.last_impulses);
+        [self.fallback_steps, self.backoff, self.steps_since_fallback] =
+            copy.counters.map(count_from);
+        (self.energy_gain, self.modes_pending) = (copy.energy_gain, copy.modes_pending != 0.0);
+        copy.cached_recovery
+    }
+
+    fn clone_numbers(&self) -> Numbers<N> {
+        let (active, commands) = (&self.mode.active, &self.mode.commands);
+        Numbers {
+            state: self.state,
+            impulse_sums: self.impulse_sums,
+            impulse_sums_before: self.impulse_sums_before,
+            lanes: [
+                active.hip,
+                active.closed,
+                active.open,
+                active.extended,
+                active.bottomed,
+                active.cable,
+                commands.hip,
+                commands.pulley,
+                commands.hip_saturated,
+                commands.pulley_saturated,
+                commands.hip_damping,
+                commands.pulley_damping,
+                self.step_size,
+            ],
+            run_seconds: self.run_seconds,
+            counters: [self.fallback_steps, self.backoff, self.steps_since_fallback].map(f64::from),
+            energy_gain: self.energy_gain,
+            modes_pending: f64::from(u8::from(self.modes_pending)),
+            cached_recovery: self.cached_recovery(),
+            last_impulses: self.last_impulses,
+        }
+    }
+}
+
+/// All numbers of a flow, visited in a fixed order.
+struct Numbers<const N: usize> {
+    state: State<Lanes, N>,
+    impulse_sums: ImpulseSums,
+    impulse_sums_before: ImpulseSums,
+    lanes: [Lanes; 13],
+    run_seconds: f64,
+    counters: [f64; 3],
+    energy_gain: f64,
+    modes_pending: f64,
+    cached_recovery: f64,
+    last_impulses: LastImpulses,
+}
+
+impl<const N: usize> Numbers<N> {
+    fn each(&mut self, to: &mut dyn FnMut(&mut f64)) {
+        let state = &mut self.state;
+        let trunk = state.position.iter_mut().chain(&mut state.attitude);
+        let trunk = trunk.chain(&mut state.velocity).chain(&mut state.turning);
+        trunk.for_each(&mut *to);
+        let sums = [&mut self.impulse_sums, &mut self.impulse_sums_before];
+        let mut lanes: Vec<&mut Lanes> = state.angles.iter_mut().chain(&mut state.rates).collect();
+        lanes.extend([&mut state.pulley, &mut state.pulley_rate]);
+        lanes.extend(&mut self.lanes);
+        for impulse_sums in sums {
+            impulse_sums.ground.iter_mut().flatten().for_each(&mut *to);
+            lanes.extend([
+                &mut impulse_sums.hip,
+                &mut impulse_sums.knee,
+                &mut impulse_sums.cable,
+            ]);
+        }
+        for lane in lanes {
+            let mut numbers = lane.to_array();
+            numbers.iter_mut().for_each(&mut *to);
+            *lane = Lanes::new(numbers);
+        }
+        to(&mut self.run_seconds);
+        self.counters.iter_mut().for_each(&mut *to);
+        to(&mut self.energy_gain);
+        to(&mut self.modes_pending);
+        to(&mut self.cached_recovery);
+        self.last_impulses
+            .impulses
+            .iter_mut()
+            .flatten()
+            .for_each(&mut *to);
+        to(&mut self.last_impulses.seconds);
+    }
+}
+
+/// Converts a counter back from its saved number.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "clamped"
+)]
+fn count_from(number: f64) -> u32 {
+    number.clamp(0.0, f64::from(u32::MAX)) as u32
+}
