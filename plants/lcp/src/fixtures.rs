@@ -81,7 +81,7 @@ pub(crate) fn flow<const N: usize>(
     }
     let [hip, pulley] = [state.angles[0], state.pulley];
     let mut flow = new_flow(model, state);
-    (flow.mode.commands.hip, flow.mode.commands.pulley) = (hip, pulley);
+    (flow.run.mode.commands.hip, flow.run.mode.commands.pulley) = (hip, pulley);
     flow
 }
 
@@ -91,21 +91,21 @@ fn new_flow<const N: usize>(model: Model<N>, state: State<Lanes, N>) -> Flow<N> 
 
 /// Gives the trunk linear and angular velocity in all directions.
 pub(crate) fn tumbling<const N: usize>(flow: &mut Flow<N>) {
-    flow.state.position = [0.1, -0.2, 0.5];
-    flow.state.attitude = [0.9, 0.3, -0.2, 0.245];
-    flow.state.velocity = [1.0, 0.5, 2.0];
-    flow.state.turning = [3.0, -2.0, 5.0];
-    let size = libm::sqrt(flow.state.attitude.iter().map(|c| c * c).sum());
-    flow.state.attitude = flow.state.attitude.map(|c| c / size);
+    flow.run.state.position = [0.1, -0.2, 0.5];
+    flow.run.state.attitude = [0.9, 0.3, -0.2, 0.245];
+    flow.run.state.velocity = [1.0, 0.5, 2.0];
+    flow.run.state.turning = [3.0, -2.0, 5.0];
+    let size = libm::sqrt(flow.run.state.attitude.iter().map(|c| c * c).sum());
+    flow.run.state.attitude = flow.run.state.attitude.map(|c| c / size);
     let stored = flow.stored();
-    flow.ledger = Ledger::opened(stored);
+    flow.run.ledger = Ledger::opened(stored);
 }
 
 /// Returns the position of the first leg's foot in the leg plane \[m\].
 pub(crate) fn foot<const N: usize>(flow: &Flow<N>) -> [f64; 2] {
     let links = &flow.model.legs[0].constants.links;
     let mut foot = [0.0; 2];
-    for (link, angle) in links.iter().zip(&flow.state.angles) {
+    for (link, angle) in links.iter().zip(&flow.run.state.angles) {
         foot[0] += link * libm::sin(angle.lane(0));
         foot[1] -= link * libm::cos(angle.lane(0));
     }

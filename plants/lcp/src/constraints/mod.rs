@@ -5,5 +5,6 @@
 pub(crate) mod contacts;
 pub(crate) mod events;
 pub(crate) mod guards;
+pub(crate) mod log;
 pub(crate) mod mode;
 pub(crate) mod motion;

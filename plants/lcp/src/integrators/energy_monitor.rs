@@ -16,7 +16,9 @@
 
 use twinrig_legged::Ledger;
 
-use crate::integrators::flow::{Checkpoint, Flow, FlowError, ImpulseSums};
+use crate::integrators::flow::{Checkpoint, Flow};
+use crate::integrators::impulse_sums::ImpulseSums;
+use crate::integrators::step_error::StepError;
 use crate::options::Method;
 
 /// Maximum gain as a share of the reference energy: three times the gain of any method at the steps
@@ -55,36 +57,36 @@ impl<const N: usize> Flow<N> {
         &mut self,
         before: &Checkpoint<N>,
         seconds: f64,
-    ) -> Result<(), FlowError> {
+    ) -> Result<(), StepError> {
         self.check_penetration(&before.impulse_sums, seconds)?;
         let before = &before.ledger;
         let gain = self.gain(before);
         if !gain.is_finite() {
-            return Err(FlowError::NotFinite);
+            return Err(StepError::NotFinite);
         }
         let reference = self.reference_energy(before);
         self.energy_gain = (self.energy_gain + gain).max(0.0);
-        let balance = self.ledger.balance();
+        let balance = self.run.ledger.balance();
         let thesis = self.method == Method::Thesis;
         let gain_max = if thesis { GAIN_MAX_THESIS } else { GAIN_MAX };
         let floor = SURPLUS_FLOOR * reference;
         let surplus = !thesis && balance.residual > floor.max(SURPLUS_MAX * balance.exchanged);
         if self.energy_gain > gain_max * reference || surplus {
             let gained = self.energy_gain.max(balance.residual);
-            return Err(FlowError::EnergyGain { seconds, gained });
+            return Err(StepError::EnergyGain { seconds, gained });
         }
         if !thesis
             && -balance.residual > (DEFICIT_FLOOR * reference).max(DEFICIT_MAX * balance.exchanged)
         {
             let lost = -balance.residual;
-            return Err(FlowError::EnergyLoss { seconds, lost });
+            return Err(StepError::EnergyLoss { seconds, lost });
         }
-        let checked = self.ledger.check();
-        checked.map_err(|why| FlowError::Dissipation { seconds, why })
+        let checked = self.run.ledger.check();
+        checked.map_err(|why| StepError::Dissipation { seconds, why })
     }
 
     /// Checks that no foot sinks that received no ground impulse since `before`.
-    fn check_penetration(&self, before: &ImpulseSums, seconds: f64) -> Result<(), FlowError> {
+    fn check_penetration(&self, before: &ImpulseSums, seconds: f64) -> Result<(), StepError> {
         let least = match self.method {
             Method::Rk4 | Method::Rodas4 | Method::Moreau => DEPTH_MAX,
             Method::SemiImplicit | Method::ExplicitEuler | Method::Thesis => DEPTH_MAX_DRIFTING,
@@ -92,16 +94,16 @@ impl<const N: usize> Flow<N> {
         let legs = 0..self.model.legs.len();
         let points = legs.flat_map(|leg| (3..=N).map(move |links| (leg, links)));
         for (leg, links) in points {
-            let Some(footing) = self.footing(leg, links) else {
+            let Some(footing) = self.run.footing(&self.model, leg, links) else {
                 return Ok(());
             };
             let depth = -footing.gap;
-            let pushed = self.impulse_sums.ground[leg] != before.ground[leg];
+            let pushed = self.run.impulse_sums.ground[leg] != before.ground[leg];
             if !pushed
                 && depth > least + LANDING_SPEED * seconds
                 && footing.velocity[0] < -SINK_RATE
             {
-                return Err(FlowError::FootSinks { leg, depth });
+                return Err(StepError::FootSinks { leg, depth });
             }
         }
         Ok(())
@@ -118,14 +120,14 @@ impl<const N: usize> Flow<N> {
     /// and impacts account for: forces that create energy are no solution, even if they satisfy
     /// their constraints.
     pub(crate) fn is_unbalanced(&self, before: &Ledger) -> bool {
-        let [was, is] = [before, &self.ledger].map(|ledger| ledger.balance().residual);
+        let [was, is] = [before, &self.run.ledger].map(|ledger| ledger.balance().residual);
         let missing = (is - was).abs();
         self.tolerance.is_finite()
             && (missing.is_nan() || missing > STEP_GAIN_MAX * self.reference_energy(before))
     }
 
     fn gain(&self, before: &Ledger) -> f64 {
-        let [before, after] = [before, &self.ledger].map(Ledger::balance);
+        let [before, after] = [before, &self.run.ledger].map(Ledger::balance);
         (after.stored() - after.actuator) - (before.stored() - before.actuator)
     }
 
@@ -151,21 +153,21 @@ mod tests {
         let start = ([0.0, -45.0, 45.0], [0.0; 3]);
         let robot = fixtures::robot();
         let mut flow = flow::<3>(&robot, Base::Free, start, Drives::None, Some(ground));
-        let gap = flow.footing(0, 3).unwrap().gap;
-        flow.state.position[2] -= gap + DEPTH_MAX + 2e-3 * LANDING_SPEED + 1e-4;
-        let before = flow.impulse_sums;
+        let gap = flow.run.footing(&flow.model, 0, 3).unwrap().gap;
+        flow.run.state.position[2] -= gap + DEPTH_MAX + 2e-3 * LANDING_SPEED + 1e-4;
+        let before = flow.run.impulse_sums;
         let mut at = |rate: f64, higher: f64, load: f64| {
-            flow.state.velocity[2] = rate;
-            flow.state.position[2] += higher;
-            flow.impulse_sums = before;
-            (0..4).for_each(|leg| flow.impulse_sums.ground[leg][2] += load);
+            flow.run.state.velocity[2] = rate;
+            flow.run.state.position[2] += higher;
+            flow.run.impulse_sums = before;
+            (0..4).for_each(|leg| flow.run.impulse_sums.ground[leg][2] += load);
             flow.check_penetration(&before, 2e-3)
         };
         assert_eq!(at(0.0, 0.0, 0.0), Ok(()));
         assert_eq!(at(0.1, 0.0, 0.0), Ok(()));
         let found = at(-0.1, 0.0, 0.0).unwrap_err();
         assert!(
-            matches!(found, FlowError::FootSinks { leg: 0, .. }),
+            matches!(found, StepError::FootSinks { leg: 0, .. }),
             "{found:?}"
         );
         assert_eq!(at(-0.1, 0.0, 1e-3), Ok(()));

@@ -14,8 +14,9 @@ use twinrig_contact::Method;
 
 use crate::constraints::events::constrained::{Constrained, ConstraintLevel};
 use crate::constraints::mode::Mode;
-use crate::constraints::motion::{Dynamics, quaternion_rate};
-use crate::integrators::flow::{Flow, FlowError};
+use crate::constraints::motion::quaternion_rate;
+use crate::integrators::flow::Flow;
+use crate::integrators::step_error::StepError;
 use crate::model::articulated::into_world;
 use crate::model::real::{Lanes, Real};
 use crate::model::state::State;
@@ -26,9 +27,9 @@ const RECOVERY: f64 = 0.2;
 
 impl<const N: usize> Flow<N> {
     /// Advances by `seconds` in one explicit step.
-    pub(crate) fn run_explicit_euler(&mut self, seconds: f64) -> Result<(), FlowError> {
+    pub(crate) fn run_explicit_euler(&mut self, seconds: f64) -> Result<(), StepError> {
         self.follow_command();
-        let before = self.state;
+        let before = self.run.state;
         self.apply_impact()?;
         let recovery = RECOVERY / seconds;
         let level = ConstraintLevel::Acceleration {
@@ -41,9 +42,9 @@ impl<const N: usize> Flow<N> {
     }
 
     /// Advances by `seconds` in one step of the symplectic method.
-    pub(crate) fn run_semi_implicit(&mut self, seconds: f64) -> Result<(), FlowError> {
+    pub(crate) fn run_semi_implicit(&mut self, seconds: f64) -> Result<(), StepError> {
         self.follow_command();
-        let before = self.state;
+        let before = self.run.state;
         let level = ConstraintLevel::Velocity { seconds };
         let constrained = self.constrain(level, Method::Newton, seconds)?;
         let mut slope = constrained.motion.slope;
@@ -67,19 +68,19 @@ impl<const N: usize> Flow<N> {
     }
 
     /// Stops closing gaps by impulses.
-    pub(crate) fn apply_impact(&mut self) -> Result<(), FlowError> {
+    pub(crate) fn apply_impact(&mut self) -> Result<(), StepError> {
         let mut instant = core::mem::take(&mut self.instant);
-        let mut state = self.state;
-        let dynamics = Dynamics::new(&self.model, &self.model.side_by_side, &self.mode, 0.0);
+        let mut state = self.run.state;
+        let dynamics = self.run.dynamics(&self.model, 0.0);
         let mut legs = [0, 1, 2, 3];
         let legs = &mut legs[..self.model.legs.len()];
         let totals = instant.impact(&dynamics, &mut state, legs);
         self.instant = instant;
         let totals = totals?;
-        self.state = state;
-        self.ledger.impact += totals.impact;
-        self.ledger.dissipated += totals.friction;
-        let sums = self.impulse_sums.ground.iter_mut().flatten();
+        self.run.state = state;
+        self.run.ledger.impact += totals.impact;
+        self.run.ledger.dissipated += totals.friction;
+        let sums = self.run.impulse_sums.ground.iter_mut().flatten();
         for (sum, part) in sums.zip(totals.ground.iter().flatten()) {
             *sum += part;
         }
@@ -93,18 +94,27 @@ impl<const N: usize> Flow<N> {
         level: ConstraintLevel,
         method: Method,
         seconds: f64,
-    ) -> Result<Constrained<N>, FlowError> {
-        self.counts.evaluations += 1;
+    ) -> Result<Constrained<N>, StepError> {
+        self.run.counts.evaluations += 1;
         let mut instant = core::mem::take(&mut self.instant);
-        let mut mode = self.mode;
-        let dynamics = Dynamics::new(&self.model, &self.model.side_by_side, &self.mode, 0.0);
-        let found = instant.constrain(&dynamics, &self.state, level, method, seconds, &mut mode);
-        (self.counts.solver_iterations, self.counts.factorisations) =
-            (instant.iterations, instant.factorisations);
+        let mut mode = self.run.mode;
+        let dynamics = self.run.dynamics(&self.model, 0.0);
+        let found = instant.constrain(
+            &dynamics,
+            &self.run.state,
+            level,
+            method,
+            seconds,
+            &mut mode,
+        );
+        (
+            self.run.counts.solver_iterations,
+            self.run.counts.factorisations,
+        ) = (instant.iterations, instant.factorisations);
         self.instant = instant;
         let found = found?;
-        self.counts.events += mode.activated_since(&self.mode);
-        self.mode = mode;
+        self.run.counts.events += mode.activated_since(&self.run.mode);
+        self.run.mode = mode;
         Ok(found)
     }
 
@@ -112,7 +122,10 @@ impl<const N: usize> Flow<N> {
     pub(crate) fn explicit(&self, constrained: &Constrained<N>, seconds: f64) -> State<Lanes, N> {
         let free = self.model.is_free();
         let slope = &constrained.motion.slope;
-        normalised(&self.state.along(Lanes::splat(seconds), slope, free), free)
+        normalised(
+            &self.run.state.along(Lanes::splat(seconds), slope, free),
+            free,
+        )
     }
 
     /// Accepts the end state of a step and enters its energies and impulses. `before` is the state
@@ -123,8 +136,8 @@ impl<const N: usize> Flow<N> {
         end: State<Lanes, N>,
         constrained: &Constrained<N>,
         seconds: f64,
-    ) -> Result<(), FlowError> {
-        let (motion, start) = (&constrained.motion, self.state);
+    ) -> Result<(), StepError> {
+        let (motion, start) = (&constrained.motion, self.run.state);
         let (h, half) = (Lanes::splat(seconds), Lanes::splat(0.5));
         // Forces at the start times mean rates: the work that agrees with the change of velocities.
         let mean = |a: Lanes, b: Lanes| half * (a + b);
@@ -134,24 +147,25 @@ impl<const N: usize> Flow<N> {
         }
         let drives = motion.forces.hip_torque * mean(start.rates[0], end.rates[0])
             + motion.forces.knee_torque * mean(start.pulley_rate, end.pulley_rate);
-        self.ledger.dissipated += seconds * friction.sum() + constrained.friction;
-        self.ledger.actuator += seconds * drives.sum();
-        self.ledger.impact += constrained.impact;
-        self.impulse_sums.hip += h * motion.forces.hip_torque;
-        self.impulse_sums.knee += h * motion.forces.knee_torque;
-        self.impulse_sums.cable += h * motion.forces.forces[crate::model::leg_constraints::CABLE];
-        let sums = self.impulse_sums.ground.iter_mut().flatten();
+        self.run.ledger.dissipated += seconds * friction.sum() + constrained.friction;
+        self.run.ledger.actuator += seconds * drives.sum();
+        self.run.ledger.impact += constrained.impact;
+        self.run.impulse_sums.hip += h * motion.forces.hip_torque;
+        self.run.impulse_sums.knee += h * motion.forces.knee_torque;
+        self.run.impulse_sums.cable +=
+            h * motion.forces.forces[crate::model::leg_constraints::CABLE];
+        let sums = self.run.impulse_sums.ground.iter_mut().flatten();
         for (sum, force) in sums.zip(constrained.ground.iter().flatten()) {
             *sum += seconds * force;
         }
         self.estimate = self.local_error(before, &end, seconds);
-        self.state = end;
-        self.counts.steps += 1;
+        self.run.state = end;
+        self.run.counts.steps += 1;
         if !self.estimate.is_finite() {
-            return Err(FlowError::NotFinite);
+            return Err(StepError::NotFinite);
         }
         let stored = self.stored();
-        self.ledger.close_step(stored);
+        self.run.ledger.close_step(stored);
         Ok(())
     }
 

@@ -12,8 +12,10 @@ mod step_size;
 use event_location::{dips, taylor};
 
 use crate::constraints::guards::{GUARDS, Guard, Guards, kind};
-use crate::constraints::motion::{Dynamics, Motion, sliding};
-use crate::integrators::flow::{Flow, FlowError, ImpulseSums};
+use crate::constraints::motion::{Motion, sliding};
+use crate::integrators::flow::Flow;
+use crate::integrators::impulse_sums::ImpulseSums;
+use crate::integrators::step_error::StepError;
 use crate::model::drives::Commands;
 use crate::model::leg_constraints::ActiveConstraints;
 use crate::model::real::{Lanes, Real};
@@ -120,10 +122,10 @@ pub(crate) enum Halt {
     Stiff,
     /// Too many events.
     TooManyEvents,
-    Failed(FlowError),
+    Failed(StepError),
 }
 
-impl<E: Into<FlowError>> From<E> for Halt {
+impl<E: Into<StepError>> From<E> for Halt {
     fn from(error: E) -> Self {
         Self::Failed(error.into())
     }
@@ -168,12 +170,12 @@ impl Progress {
 impl<const N: usize> Flow<N> {
     /// Advances by `seconds`.
     pub(crate) fn event_driven(&mut self, stepper: Stepper, seconds: f64) -> Result<(), Halt> {
-        let state = self.state;
+        let state = self.run.state;
         let mut buffers = self.buffers.take().unwrap_or_else(|| {
             // Initial content of the buffers; not used, therefore not counted.
-            let counts = self.counts;
-            let motion = self.motion(&state, 0.0);
-            self.counts = counts;
+            let counts = self.run.counts;
+            let motion = self.rhs.motion(&self.model, &mut self.run, &state, 0.0);
+            self.run.counts = counts;
             Box::new(Buffers::new(motion, state))
         });
         let done = self.integrate_substeps(stepper, seconds, &mut buffers);
@@ -190,7 +192,7 @@ impl<const N: usize> Flow<N> {
         let recovery = RECOVERY / seconds;
         self.follow_command();
         let mut progress = Progress {
-            remaining: self.leg_times(seconds),
+            remaining: self.model.leg_times(seconds),
             events: [0; 4],
             at_once: 0,
             substeps: 0,
@@ -199,7 +201,7 @@ impl<const N: usize> Flow<N> {
         buffers.key = None;
         self.estimate = 0.0;
         loop {
-            let state = self.state;
+            let state = self.run.state;
             progress.count(stepper)?;
             let (h, events, guarded) =
                 self.substep(stepper, &state, buffers, &mut progress, recovery)?;
@@ -207,25 +209,37 @@ impl<const N: usize> Flow<N> {
             progress.remaining -= h;
             core::mem::swap(&mut buffers.start, &mut buffers.trial.motion);
             let handled = self.handle_events(&events, &mut progress, recovery, seconds)?;
-            let state = self.state;
+            let state = self.run.state;
             if handled {
                 if self.follow_command() {
-                    for island in self.islands() {
+                    for island in self.model.islands() {
                         self.select_modes(island, recovery)?;
                     }
                 }
-                self.motion_into(&state, recovery, &mut buffers.start);
+                self.rhs.motion_into(
+                    &self.model,
+                    &mut self.run,
+                    &state,
+                    recovery,
+                    &mut buffers.start,
+                );
             }
             if guarded && !handled {
                 core::mem::swap(&mut buffers.guards, &mut buffers.after);
             } else {
-                self.guard(&state, &buffers.start, &mut buffers.guards);
+                self.rhs.renew_guards(
+                    &self.model,
+                    &self.run,
+                    &state,
+                    &buffers.start,
+                    &mut buffers.guards,
+                );
             }
             let left = progress.remaining.to_array();
             if left.iter().all(|&left| left <= 1e-12 * seconds) {
-                self.counts.steps += 1;
+                self.run.counts.steps += 1;
                 self.close_balance(&buffers.start);
-                self.check_finite()?;
+                self.run.check_finite(&self.model)?;
                 buffers.key = self.motion_key(recovery);
                 return Ok(());
             }
@@ -235,10 +249,10 @@ impl<const N: usize> Flow<N> {
     /// Returns the cache key of the present motion; none with contacts, where caching is not
     /// worthwhile.
     fn motion_key(&self, recovery: f64) -> Option<MotionKey<N>> {
-        self.mode.contacts.is_empty().then_some(MotionKey {
-            state: self.state,
-            active: self.mode.active,
-            commands: self.mode.commands,
+        self.run.mode.contacts.is_empty().then_some(MotionKey {
+            state: self.run.state,
+            active: self.run.mode.active,
+            commands: self.run.mode.commands,
             recovery,
         })
     }
@@ -253,24 +267,16 @@ impl<const N: usize> Flow<N> {
 
     /// Recomputes that motion after restoring; its evaluation was counted before saving.
     pub(crate) fn restore_cache(&mut self, recovery: f64) {
-        let (state, counts) = (self.state, self.counts);
-        let motion = self.motion(&state, recovery);
+        let (state, counts) = (self.run.state, self.run.counts);
+        let motion = self
+            .rhs
+            .motion(&self.model, &mut self.run, &state, recovery);
         let mut buffers = Box::new(Buffers::new(motion, state));
-        self.guard(&state, &motion, &mut buffers.guards);
+        self.rhs
+            .renew_guards(&self.model, &self.run, &state, &motion, &mut buffers.guards);
         buffers.key = self.motion_key(recovery);
         self.buffers = Some(buffers);
-        self.counts = counts;
-    }
-
-    /// Returns `seconds` in the lanes of existing legs, and zero in the others.
-    fn leg_times(&self, seconds: f64) -> Lanes {
-        let legs = self.model.legs.len();
-        if self.model.is_free() {
-            return Lanes::splat(seconds);
-        }
-        Lanes::new(std::array::from_fn(
-            |leg| if leg < legs { seconds } else { 0.0 },
-        ))
+        self.run.counts = counts;
     }
 
     /// Integrates a substep up to the next event or the end of the step. Returns its length, the
@@ -296,7 +302,7 @@ impl<const N: usize> Flow<N> {
             progress.count(stepper)?;
             if h.to_array().iter().any(|&h| h > 0.0 && h < 1e-12) {
                 let seconds = h.to_array().iter().copied().fold(0.0, f64::max);
-                return Err(Halt::Failed(FlowError::TooStiff { seconds }));
+                return Err(Halt::Failed(StepError::TooStiff { seconds }));
             }
             self.trial(stepper, state, start, h, recovery, trial);
         }
@@ -304,14 +310,15 @@ impl<const N: usize> Flow<N> {
         if !self.model_has_guards() {
             return Ok((h, [None; 4], false));
         }
-        self.guard(&trial.end, &trial.motion, after);
+        self.rhs
+            .renew_guards(&self.model, &self.run, &trial.end, &trial.motion, after);
         if !after.any_below(&self.tolerances()) && !dips(before, after, h) {
             return Ok((h, [None; 4], true));
         }
         let events = self.locate_events(trial, state, start, before, after, h, recovery);
-        for (island, event) in self.islands().zip(&events) {
+        for (island, event) in self.model.islands().zip(&events) {
             if let Some(event) = event {
-                for leg in self.lanes_of(island) {
+                for leg in self.model.lanes_of(island) {
                     h = h.with_lane(leg, event.at);
                 }
             }
@@ -319,7 +326,7 @@ impl<const N: usize> Flow<N> {
         let mut events = events;
         self.trial(stepper, state, start, h, recovery, trial);
         for _ in 0..REFINEMENTS {
-            if !self.refine(trial, &mut events, &mut h, recovery) {
+            if !self.refine(trial, &mut events, &mut h) {
                 break;
             }
             self.trial(stepper, state, start, h, recovery, trial);
@@ -333,7 +340,13 @@ impl<const N: usize> Flow<N> {
                 self.model.is_free(),
             );
             h += correction;
-            self.motion_into(&trial.end, recovery, &mut trial.motion);
+            self.rhs.motion_into(
+                &self.model,
+                &mut self.run,
+                &trial.end,
+                recovery,
+                &mut trial.motion,
+            );
         }
         Ok((h, events, false))
     }
@@ -341,23 +354,6 @@ impl<const N: usize> Flow<N> {
     /// Returns whether the model has guards.
     fn model_has_guards(&self) -> bool {
         !self.model.without_stops
-    }
-
-    /// Returns the lanes of an island: all lanes where the trunk moves.
-    fn lanes_of(&self, island: core::ops::Range<usize>) -> core::ops::Range<usize> {
-        if self.model.is_free() { 0..4 } else { island }
-    }
-
-    pub(crate) fn dynamics(&self, recovery: f64) -> Dynamics<'_, Lanes, N> {
-        Dynamics::new(&self.model, &self.model.side_by_side, &self.mode, recovery)
-    }
-
-    fn guard(&self, state: &State<Lanes, N>, motion: &Motion<Lanes, N>, guards: &mut Guards) {
-        guards.renew(&self.dynamics(0.0), state, motion, &self.workspace);
-    }
-
-    fn guards(&self, state: &State<Lanes, N>, motion: &Motion<Lanes, N>, recovery: f64) -> Guards {
-        Guards::new(&self.dynamics(recovery), state, motion, &self.workspace)
     }
 
     /// Returns the tolerances of the guards.
@@ -404,35 +400,58 @@ impl<const N: usize> Flow<N> {
     ) {
         let half = h * Lanes::splat(0.5);
         trial.impulses = ImpulseSums::new();
-        if !self.mode.contacts.is_empty() {
-            self.motion_into(start, recovery, &mut trial.motion);
-            self.add_ground_impulses(start, &trial.motion, half, &mut trial.impulses);
+        if !self.run.mode.contacts.is_empty() {
+            self.rhs.motion_into(
+                &self.model,
+                &mut self.run,
+                start,
+                recovery,
+                &mut trial.motion,
+            );
+            self.rhs.add_ground_impulses(
+                &self.model,
+                &self.run,
+                start,
+                &trial.motion,
+                half,
+                &mut trial.impulses,
+            );
         }
-        self.motion_into(end, recovery, &mut trial.motion);
-        self.add_ground_impulses(end, &trial.motion, half, &mut trial.impulses);
-        self.add_drive_impulses(&trial.motion.forces, h, &mut trial.impulses);
+        self.rhs
+            .motion_into(&self.model, &mut self.run, end, recovery, &mut trial.motion);
+        self.rhs.add_ground_impulses(
+            &self.model,
+            &self.run,
+            end,
+            &trial.motion,
+            half,
+            &mut trial.impulses,
+        );
+        trial
+            .impulses
+            .add_drives(&self.model, &trial.motion.forces, h);
     }
 
     /// Accepts the end of a substep and enters its energies and impulses.
     fn accept(&mut self, trial: &TrialStep<N>) {
-        self.ledger.dissipated += trial.dissipated.sum();
-        self.ledger.actuator += trial.actuator.sum();
-        self.impulse_sums.add(&trial.impulses);
-        self.state = trial.end;
+        self.run.ledger.dissipated += trial.dissipated.sum();
+        self.run.ledger.actuator += trial.actuator.sum();
+        self.run.impulse_sums.add(&trial.impulses);
+        self.run.state = trial.end;
     }
 
     /// Closes the energy balance of the step and stores the directions of sliding feet.
     fn close_balance(&mut self, end: &Motion<Lanes, N>) {
-        let state = self.state;
+        let state = self.run.state;
         let stored = end
             .articulated
             .stored(&self.model, &self.model.side_by_side, &state);
-        self.ledger.close_step(stored);
+        self.run.ledger.close_step(stored);
         let Some(ground) = &self.model.ground else {
             return;
         };
         let rotation = end.articulated.rotation();
-        for contact in &mut self.mode.contacts {
+        for contact in &mut self.run.mode.contacts {
             if let Some(last) = &mut contact.slides {
                 let legs = &self.model.side_by_side;
                 let site = Site::new(

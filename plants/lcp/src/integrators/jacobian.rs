@@ -108,8 +108,8 @@ impl<const N: usize> Flow<N> {
         recovery: f64,
         workspace: &mut Workspace<Dual<f64>, N>,
     ) -> Slope<Lanes, N> {
-        self.counts.evaluations += 1;
-        let dynamics = Dynamics::new(&self.model, legs, &self.mode, recovery);
+        self.run.counts.evaluations += 1;
+        let dynamics = Dynamics::new(&self.model, legs, &self.run.mode, recovery);
         let motion = dynamics.motion(&state.seeded(direction, seed), workspace);
         motion.slope.derivative()
     }

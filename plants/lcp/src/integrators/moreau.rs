@@ -25,9 +25,9 @@ use twinrig_contact::Method;
 use twinrig_legged::DriveModels;
 
 use crate::constraints::events::{Entry, Feet, Role, SLOTS, Stop};
-use crate::constraints::motion::Dynamics;
-use crate::integrators::flow::{Flow, FlowError};
+use crate::integrators::flow::Flow;
 use crate::integrators::saturation::Effort;
+use crate::integrators::step_error::StepError;
 use crate::model::articulated::{Accelerations, Articulated, rotation};
 use crate::model::chain::friction_torques;
 use crate::model::leg_constraints::{ConstraintSet, DriveAction, HIP};
@@ -166,17 +166,17 @@ struct Hip {
 
 impl<const N: usize> Flow<N> {
     /// Advances by `seconds`; halves a step whose impulses are not found.
-    pub(crate) fn run_moreau(&mut self, seconds: f64) -> Result<(), FlowError> {
+    pub(crate) fn run_moreau(&mut self, seconds: f64) -> Result<(), StepError> {
         self.moreau_halved(seconds, HALVINGS_MAX)
     }
 
-    fn moreau_halved(&mut self, seconds: f64, halvings: u32) -> Result<(), FlowError> {
+    fn moreau_halved(&mut self, seconds: f64, halvings: u32) -> Result<(), StepError> {
         let mut memory = self.midpoint.take().unwrap_or_default();
         let done = self.moreau_step(seconds, &mut memory);
         self.midpoint = Some(memory);
         match done {
-            Err(FlowError::SolveError(_) | FlowError::NotConverged { .. }) if halvings > 0 => {
-                self.counts.fallbacks += 1;
+            Err(StepError::SolveError(_) | StepError::NotConverged { .. }) if halvings > 0 => {
+                self.run.counts.fallbacks += 1;
                 self.moreau_halved(0.5 * seconds, halvings - 1)?;
                 self.moreau_halved(0.5 * seconds, halvings - 1)
             }
@@ -184,8 +184,8 @@ impl<const N: usize> Flow<N> {
         }
     }
 
-    fn moreau_step(&mut self, seconds: f64, memory: &mut Memory<N>) -> Result<(), FlowError> {
-        let before = self.state;
+    fn moreau_step(&mut self, seconds: f64, memory: &mut Memory<N>) -> Result<(), StepError> {
+        let before = self.run.state;
         let commanded = self.mean_commanded(&before, seconds);
         let mut lines = self.torque_speed_lines([before.rates[0], before.pulley_rate]);
         for change in 0.. {
@@ -212,7 +212,7 @@ impl<const N: usize> Flow<N> {
             }
             lines = now;
         }
-        self.check_finite()
+        self.run.check_finite(&self.model)
     }
 
     /// Computes the inertia with links at these angles, in the present mode of the motors.
@@ -221,10 +221,10 @@ impl<const N: usize> Flow<N> {
         // Hips that follow their commands impose a unit rate of 1 rad/s.
         drive.hip_acceleration = Lanes::splat(1.0);
         if let Some(drives) = &self.model.drives {
-            let saturated = self.mode.commands.hip_saturated;
+            let saturated = self.run.mode.commands.hip_saturated;
             drive.hip_inertia = saturated * saturated * Lanes::splat(drives.inertias()[0]);
         }
-        let mode = self.mode.drives_only();
+        let mode = self.run.mode.drives_only();
         let hips = [mode.active.hip, drive.hip_inertia];
         if node.known && node.angles == *angles && node.hips == hips {
             return;
@@ -262,8 +262,8 @@ impl<const N: usize> Flow<N> {
         commanded: [Lanes; 2],
         lines: &TorqueSpeedLines,
         seconds: f64,
-    ) -> Result<SolvedStep<N>, FlowError> {
-        self.counts.evaluations += 1;
+    ) -> Result<SolvedStep<N>, StepError> {
+        self.run.counts.evaluations += 1;
         let half = 0.5 * seconds;
         self.renew(&mut memory.start, &before.angles);
         let (start, legs) = (&memory.start.geometry, &self.model.side_by_side);
@@ -284,7 +284,7 @@ impl<const N: usize> Flow<N> {
         (middle.rates, middle.turning) = (rates.links, rates.turning);
         advance_joints(&mut middle, half);
 
-        let dynamics = Dynamics::new(&self.model, legs, &self.mode, 0.0);
+        let dynamics = self.run.dynamics(&self.model, 0.0);
         let MeanDrive { drive, hip_damping } =
             self.drive_over(&dynamics, &middle, commanded, lines, seconds);
         self.unload_middle(&mut memory.middle, &middle, &drive, half);
@@ -398,7 +398,7 @@ impl<const N: usize> Flow<N> {
         drive: &DriveAction<Lanes>,
         half: f64,
     ) {
-        let mut mode = self.mode.drives_only();
+        let mut mode = self.run.mode.drives_only();
         mode.update_any();
         let constraint_set = ConstraintSet {
             active: &mode.active,
@@ -434,7 +434,7 @@ impl<const N: usize> Flow<N> {
         let mut torque = drive.hip_torque - lost * hip.acceleration;
         solved.hip_work = h * torque * solved.mean[0];
         if let DriveModels::Servos(_) = drives {
-            let saturated = self.mode.commands.hip_saturated;
+            let saturated = self.run.mode.commands.hip_saturated;
             let follows = Lanes::splat(1.0) - saturated * saturated;
             let kick = h * (inertia[0] * hip.acceleration + hip.imposed_torque);
             let ([behind, beyond], [first, last]) = (hip.momentum_change, hip.rates);
@@ -453,17 +453,16 @@ impl<const N: usize> Flow<N> {
         drive: &DriveAction<Lanes>,
         (geometry, rates, before): (&Geometry<N>, &Rates<N>, &Momenta<N>),
         seconds: f64,
-    ) -> Result<(Accelerations<Lanes, N>, [Lanes; N]), FlowError> {
+    ) -> Result<(Accelerations<Lanes, N>, [Lanes; N]), StepError> {
         let Self {
             model,
-            mode,
+            run,
             instant,
             free_rates,
             last_impulses,
-            counts,
             ..
         } = self;
-        let dynamics = Dynamics::new(model, &model.side_by_side, mode, 0.0);
+        let dynamics = run.dynamics(model, 0.0);
         let near = |gap: f64, rate: f64| gap + 0.5 * seconds * rate.min(0.0) < SEARCH_DISTANCE;
         let legs = [0, 1, 2, 3];
         let legs = &legs[..model.legs.len()];
@@ -521,7 +520,7 @@ impl<const N: usize> Flow<N> {
             },
         )?;
         instant.problem.project_onto_bounds();
-        (counts.solver_iterations, counts.factorisations) =
+        (run.counts.solver_iterations, run.counts.factorisations) =
             (instant.iterations, instant.factorisations);
         let (mut trunk, mut torques) = (accelerations.trunk, articulated.torques);
         let impulses = instant.problem.unknowns();
@@ -566,14 +565,14 @@ impl<const N: usize> Flow<N> {
         let (h, half) = (Lanes::splat(seconds), Lanes::splat(0.5 * seconds));
         let after = solved.after;
         let [hip, knee] = solved.torques;
-        self.impulse_sums.hip += h * hip;
-        self.impulse_sums.knee += h * knee;
-        self.impulse_sums.cable += h * solved.tension;
+        self.run.impulse_sums.hip += h * hip;
+        self.run.impulse_sums.knee += h * knee;
+        self.run.impulse_sums.cable += h * solved.tension;
         let wound = half * (before.pulley_rate + after.pulley_rate);
-        self.ledger.actuator += (solved.hip_work + knee * wound).sum();
+        self.run.ledger.actuator += (solved.hip_work + knee * wound).sum();
         let torques = friction_torques(&self.model.side_by_side, &solved.mean);
         for i in 0..N {
-            self.ledger.dissipated -= (h * torques[i] * solved.mean[i]).sum();
+            self.run.ledger.dissipated -= (h * torques[i] * solved.mean[i]).sum();
         }
         self.record_impulses(seconds);
         let end = &mut memory.end.inertia;
@@ -582,10 +581,10 @@ impl<const N: usize> Flow<N> {
             base.rotation = rotation(after.attitude);
         }
         let stored = end.stored(&self.model, &self.model.side_by_side, &after);
-        self.ledger.close_step(stored);
+        self.run.ledger.close_step(stored);
         core::mem::swap(&mut memory.start, &mut memory.end);
-        self.state = after;
-        self.counts.steps += 1;
+        self.run.state = after;
+        self.run.counts.steps += 1;
     }
 
     /// Enters the work of the impulses in the energy balance, and the ground impulses in the sums.
@@ -601,17 +600,17 @@ impl<const N: usize> Flow<N> {
             let entry = &self.instant.entries[row];
             self.instant.problem.w(row) - rate_offset(entry, restitution, seconds)
         });
-        self.ledger.impact += losses.impact;
-        self.ledger.dissipated += losses.friction;
+        self.run.ledger.impact += losses.impact;
+        self.run.ledger.dissipated += losses.friction;
         let impulses = self.instant.problem.unknowns();
         for (entry, impulse) in self.instant.entries.iter().zip(impulses) {
             let (leg, slot) = (entry.row.leg, entry.role.slot());
             self.last_impulses.impulses[leg][slot] = *impulse;
             let activated = *impulse > 0.0 && before[leg][slot] <= 0.0;
-            self.counts.events += u64::from(activated && !entry.role.is_tangent());
+            self.run.counts.events += u64::from(activated && !entry.role.is_tangent());
         }
         let ground = self.instant.ground();
-        self.impulse_sums.add_ground(&ground);
+        self.run.impulse_sums.add_ground(&ground);
     }
 }
 

@@ -2,7 +2,8 @@
 
 use crate::constraints::motion::Motion;
 use crate::integrators::event_driven::TrialStep;
-use crate::integrators::flow::{Flow, ImpulseSums};
+use crate::integrators::flow::Flow;
+use crate::integrators::impulse_sums::ImpulseSums;
 use crate::model::real::Lanes;
 use crate::model::state::{Slope, State, normalised};
 
@@ -30,18 +31,32 @@ impl<const N: usize> Flow<N> {
         let mut mean = Slope::zero();
         mean.add(1.0 / 6.0, &start.slope, free);
         let second = state.along(half, &start.slope, free);
-        let second = self.stage(&second, recovery, None);
+        let second = self
+            .rhs
+            .stage(&self.model, &mut self.run, &second, recovery, None);
         mean.add(1.0 / 3.0, &second, free);
         let middle = state.along(half, &second, free);
         let third = Some((h * Lanes::splat(2.0 / 3.0), &mut impulses));
-        let third = self.stage(&middle, recovery, third);
+        let third = self
+            .rhs
+            .stage(&self.model, &mut self.run, &middle, recovery, third);
         mean.add(1.0 / 3.0, &third, free);
         let fourth = state.along(h, &third, free);
-        let fourth = self.stage(&fourth, recovery, None);
+        let fourth = self
+            .rhs
+            .stage(&self.model, &mut self.run, &fourth, recovery, None);
         mean.add(1.0 / 6.0, &fourth, free);
         trial.end = normalised(&state.along(h, &mean, free), free);
-        self.motion_into(&trial.end, recovery, &mut trial.motion);
-        self.add_impulses(
+        self.rhs.motion_into(
+            &self.model,
+            &mut self.run,
+            &trial.end,
+            recovery,
+            &mut trial.motion,
+        );
+        self.rhs.add_impulses(
+            &self.model,
+            &self.run,
             &trial.end,
             &trial.motion,
             h * Lanes::splat(1.0 / 3.0),
@@ -50,7 +65,12 @@ impl<const N: usize> Flow<N> {
         let mut off = Slope::zero();
         off.add(1.0 / 6.0, &fourth, free);
         off.add(-1.0 / 6.0, &trial.motion.slope, free);
-        let slides = self.mode.contacts.iter().any(|foot| foot.slides.is_some());
+        let slides = self
+            .run
+            .mode
+            .contacts
+            .iter()
+            .any(|foot| foot.slides.is_some());
         trial.error = self.error_of(&off, !slides) * h;
         (trial.dissipated, trial.actuator) = (h * mean.dissipated, h * mean.actuator);
         trial.impulses = impulses;

@@ -169,7 +169,7 @@ impl<const N: usize> Flow<N> {
         let coordinates = self.coordinates();
         let mut memory = core::mem::take(&mut self.rodas4);
         self.instant.factorisations += 1;
-        self.counts.factorisations = self.instant.factorisations;
+        self.run.counts.factorisations = self.instant.factorisations;
         let system = if free {
             if !self.factor_coupled(state, h.lane(0), recovery, &mut memory) {
                 self.rodas4 = memory;
@@ -193,7 +193,14 @@ impl<const N: usize> Flow<N> {
                     linear.add(C[i - 1][j], &stages[j], free);
                 }
                 let at = state.along(Lanes::splat(1.0), &sum, free);
-                right = scaled(&self.motion(&at, recovery).slope, h, free);
+                right = scaled(
+                    &self
+                        .rhs
+                        .motion(&self.model, &mut self.run, &at, recovery)
+                        .slope,
+                    h,
+                    free,
+                );
                 right.add(GAMMA, &linear, free);
             }
             stages[i] = match &system {
@@ -208,7 +215,7 @@ impl<const N: usize> Flow<N> {
         self.rodas4 = memory;
         // With feet on the ground the estimate for velocities converges more slowly than the
         // method, and would reduce the step size without need.
-        let in_flight = self.mode.contacts.iter().next().is_none();
+        let in_flight = self.run.mode.contacts.iter().next().is_none();
         let last = &stages[STAGES - 1];
         sum.add(1.0, last, free);
         Rodas {
@@ -276,7 +283,7 @@ impl<const N: usize> Flow<N> {
             let direction = trunk_direction(number);
             // Without contacts the dynamics are invariant under translation.
             let invariant =
-                matches!(direction, Direction::Position(_)) && self.mode.contacts.is_empty();
+                matches!(direction, Direction::Position(_)) && self.run.mode.contacts.is_empty();
             let column = if invariant {
                 Slope::zero()
             } else {

@@ -23,7 +23,7 @@ impl<const N: usize> Flow<N> {
         let Some(DriveModels::Servos(servos)) = self.model.drives else {
             return false;
         };
-        let commands = &mut self.mode.commands;
+        let commands = &mut self.run.mode.commands;
         let saturated = [&mut commands.hip_saturated, &mut commands.pulley_saturated];
         let mut changed = false;
         for (drive, (servo, saturated)) in servos.both().into_iter().zip(saturated).enumerate() {
@@ -52,8 +52,8 @@ impl<const N: usize> Flow<N> {
         }
         if changed {
             let saturated = commands.hip_saturated * commands.hip_saturated;
-            self.mode.active.hip = Lanes::splat(1.0) - saturated;
-            self.mode.update_any();
+            self.run.mode.active.hip = Lanes::splat(1.0) - saturated;
+            self.run.mode.update_any();
         }
         changed
     }

@@ -24,8 +24,8 @@ use twinrig_contact::Method;
 
 use crate::constraints::events::Stop;
 use crate::constraints::events::constrained::ConstraintLevel;
-use crate::constraints::motion::Dynamics;
-use crate::integrators::flow::{Flow, FlowError};
+use crate::integrators::flow::Flow;
+use crate::integrators::step_error::StepError;
 use crate::model::chain::Chain;
 use crate::model::real::Real;
 use crate::model::site::Site;
@@ -45,9 +45,9 @@ const SWEEPS: Method = Method::GaussSeidel {
 
 impl<const N: usize> Flow<N> {
     /// Advances by `seconds` in one step.
-    pub(crate) fn run_thesis(&mut self, seconds: f64) -> Result<(), FlowError> {
+    pub(crate) fn run_thesis(&mut self, seconds: f64) -> Result<(), StepError> {
         self.follow_command();
-        let before = self.state;
+        let before = self.run.state;
         self.reset();
         if self.lands() {
             // A foot is not a joint whose rate could be reset: its impact is solved as in every
@@ -68,11 +68,11 @@ impl<const N: usize> Flow<N> {
     /// inactive in the previous step. Enters the energy loss.
     fn reset(&mut self) {
         let legs = &self.model.side_by_side;
-        let dynamics = Dynamics::new(&self.model, legs, &self.mode, 0.0);
-        let mut state = self.state;
+        let dynamics = self.run.dynamics(&self.model, 0.0);
+        let mut state = self.run.state;
         let chain = Chain::new(legs, &state.angles, &state.rates);
         let drive = dynamics.drive(&state);
-        let active = &self.mode.active;
+        let active = &self.run.mode.active;
         let mut any = false;
         for (stop, constraint, active) in [
             (Stop::Extended, chain.extended(legs), active.extended),
@@ -115,9 +115,9 @@ impl<const N: usize> Flow<N> {
         }
         if any {
             let [kinetic, ..] = self.stored();
-            self.state = state;
+            self.run.state = state;
             let [after, ..] = self.stored();
-            self.ledger.impact += (kinetic - after).max(0.0);
+            self.run.ledger.impact += (kinetic - after).max(0.0);
         }
     }
 
@@ -126,14 +126,14 @@ impl<const N: usize> Flow<N> {
         let Some(ground) = &self.model.ground else {
             return false;
         };
-        let (legs, state) = (&self.model.side_by_side, &self.state);
+        let (legs, state) = (&self.model.side_by_side, &self.run.state);
         let chain = Chain::new(legs, &state.angles, &state.rates);
         let rotation = crate::model::articulated::rotation(state.attitude);
         (0..self.model.legs.len()).any(|leg| {
             (3..=N).any(|links| {
                 let stands =
                     |c: &crate::constraints::mode::Contact| (c.leg, c.links) == (leg, links);
-                if self.mode.contacts.iter().any(stands) {
+                if self.run.mode.contacts.iter().any(stands) {
                     return false;
                 }
                 let site: Site<f64, N> = Site::new(legs, &chain, state, leg, links);

@@ -5,7 +5,7 @@ use twinrig_leg::Pantograph;
 use twinrig_legged::{Base, DriveModels, LeggedError, Setup, positive};
 use twinrig_robot::{GRAVITY, Robot};
 
-use crate::model::constants::Constants;
+use crate::model::constants::{Constants, LANES};
 use crate::model::real::Lanes;
 use crate::model::trunk::TrunkConstants;
 
@@ -125,5 +125,29 @@ impl<const N: usize> Model<N> {
     /// Returns whether the trunk moves.
     pub(crate) fn is_free(&self) -> bool {
         self.base != Base::Fixed
+    }
+
+    /// Returns the islands, which move independently, as ranges of legs: the whole robot, or each
+    /// leg on a fixed trunk.
+    pub(crate) fn islands(&self) -> impl Iterator<Item = core::ops::Range<usize>> + use<N> {
+        let (legs, free) = (self.legs.len(), self.is_free());
+        let islands = if free { 1 } else { legs };
+        (0..islands).map(move |i| if free { 0..legs } else { i..i + 1 })
+    }
+
+    /// Returns the lanes of an island: all lanes where the trunk moves.
+    pub(crate) fn lanes_of(&self, island: core::ops::Range<usize>) -> core::ops::Range<usize> {
+        if self.is_free() { 0..LANES } else { island }
+    }
+
+    /// Returns `seconds` in the lanes of existing legs, and zero in the others.
+    pub(crate) fn leg_times(&self, seconds: f64) -> Lanes {
+        let legs = self.legs.len();
+        if self.is_free() {
+            return Lanes::splat(seconds);
+        }
+        Lanes::new(std::array::from_fn(
+            |leg| if leg < legs { seconds } else { 0.0 },
+        ))
     }
 }

@@ -3,7 +3,6 @@
 
 mod construction;
 pub(crate) mod equations;
-pub(crate) mod log;
 mod posture;
 mod readings;
 mod rigid;

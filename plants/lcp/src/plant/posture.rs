@@ -7,7 +7,8 @@ use twinrig_runtime::PlantState;
 use crate::constraints::events::ExcessViolation;
 use crate::constraints::mode::Mode;
 use crate::integrators::event_driven::ALL;
-use crate::integrators::flow::{Flow, FlowError};
+use crate::integrators::flow::Flow;
+use crate::integrators::step_error::StepError;
 use crate::model::articulated::{into_trunk, rotation};
 use crate::model::real::{Lanes, Real};
 use crate::options::Method;
@@ -19,10 +20,10 @@ impl<const N: usize> Flow<N> {
         let legs = legs.map(|(i, leg)| {
             let of = |lanes: &[Lanes; N]| std::array::from_fn(|k| lanes[k].lane(i));
             let posture = LegPosture {
-                angles: of(&self.state.angles),
-                rates: of(&self.state.rates),
-                pulley: self.state.pulley.lane(i),
-                pulley_rate: self.state.pulley_rate.lane(i),
+                angles: of(&self.run.state.angles),
+                rates: of(&self.run.state.rates),
+                pulley: self.run.state.pulley.lane(i),
+                pulley_rate: self.run.state.pulley_rate.lane(i),
             };
             (leg.name.clone(), posture)
         });
@@ -40,8 +41,8 @@ impl<const N: usize> Flow<N> {
         let legs = self.model.legs.iter().enumerate();
         let toe = |(i, leg): (usize, &crate::model::LegModel<N>)| {
             let values = vec![
-                self.state.angles[N - 1].lane(i),
-                self.state.rates[N - 1].lane(i),
+                self.run.state.angles[N - 1].lane(i),
+                self.run.state.rates[N - 1].lane(i),
             ];
             (signal::of_leg(&leg.name, "toe"), values)
         };
@@ -62,8 +63,8 @@ impl<const N: usize> Flow<N> {
             if let Some(values) =
                 values.filter(|values| values.iter().all(|value| value.is_finite()))
             {
-                next.state.angles[N - 1] = next.state.angles[N - 1].with_lane(i, values[0]);
-                next.state.rates[N - 1] = next.state.rates[N - 1].with_lane(i, values[1]);
+                next.run.state.angles[N - 1] = next.run.state.angles[N - 1].with_lane(i, values[0]);
+                next.run.state.rates[N - 1] = next.run.state.rates[N - 1].with_lane(i, values[1]);
             } else {
                 lines.push(format!(
                     "{name} is missing; the toe follows the third segment"
@@ -71,14 +72,14 @@ impl<const N: usize> Flow<N> {
             }
         }
         next.check_violation()?;
-        next.ledger = twinrig_legged::Ledger::opened(next.stored());
+        next.run.ledger = twinrig_legged::Ledger::opened(next.stored());
         Ok((next, lines))
     }
 
     /// Returns the same robot in a posture; servos are commanded to stay there, motors coast, and
     /// no constraint is active. Toes follow the third segments without load.
     fn in_posture(&self, posture: &Posture) -> Self {
-        let mut state = self.state;
+        let mut state = self.run.state;
         state.position = posture.position.into();
         state.attitude = posture.attitude;
         let trunk_to_world = rotation(state.attitude);
@@ -96,16 +97,17 @@ impl<const N: usize> Flow<N> {
         }
         let mut next = Self::new(self.model.clone(), state, self.method, self.tolerance);
         if let Some(DriveModels::Servos(_)) = next.model.drives {
-            (next.mode.commands.hip, next.mode.commands.pulley) = (state.angles[0], state.pulley);
+            (next.run.mode.commands.hip, next.run.mode.commands.pulley) =
+                (state.angles[0], state.pulley);
         }
-        next.logging = self.logging;
+        next.run.log.enabled = self.run.log.enabled;
         next
     }
 
     /// Checks the violation of the constraints, and schedules the search for the active ones at the
     /// next step, when the commands are known.
     fn check_violation(&mut self) -> Result<(), PartFault> {
-        let mut mode = self.mode;
+        let mut mode = self.run.mode;
         self.mark_closed(&mut mode).map_err(|violation| PartFault {
             part: signal::of_leg(&self.model.legs[violation.leg].name, violation.what),
             why: format!(
@@ -120,7 +122,12 @@ impl<const N: usize> Flow<N> {
     fn mark_closed(&mut self, mode: &mut Mode) -> Result<(), ExcessViolation> {
         let legs = self.model.legs.len();
         let mut instant = core::mem::take(&mut self.instant);
-        let done = instant.reactivate(&self.dynamics(0.0), &self.state, &ALL[..legs], mode);
+        let done = instant.reactivate(
+            &self.run.dynamics(&self.model, 0.0),
+            &self.run.state,
+            &ALL[..legs],
+            mode,
+        );
         self.instant = instant;
         done
     }
@@ -128,22 +135,22 @@ impl<const N: usize> Flow<N> {
     /// Finds the active constraints in a state of another model or method, once the commands of the
     /// drives are known: the sign of a constraint force depends on them. Methods that select the
     /// active constraints in every step do not need it.
-    pub(crate) fn reactivate(&mut self) -> Result<(), FlowError> {
-        let mut mode = self.mode;
+    pub(crate) fn reactivate(&mut self) -> Result<(), StepError> {
+        let mut mode = self.run.mode;
         self.mark_closed(&mut mode)
-            .map_err(|ExcessViolation { by, .. }| FlowError::ConstraintViolation { by })?;
+            .map_err(|ExcessViolation { by, .. }| StepError::ConstraintViolation { by })?;
         mode.update_any();
-        let before = core::mem::replace(&mut self.mode, mode);
-        let logging = core::mem::take(&mut self.logging);
+        let before = core::mem::replace(&mut self.run.mode, mode);
+        let logging = core::mem::take(&mut self.run.log.enabled);
         let mut selected = Ok(());
-        for island in self.islands() {
+        for island in self.model.islands() {
             selected = selected.and_then(|()| self.select_modes(island, 0.0));
         }
-        self.logging = logging;
-        let mode = core::mem::replace(&mut self.mode, before);
+        self.run.log.enabled = logging;
+        let mode = core::mem::replace(&mut self.run.mode, before);
         selected?;
-        self.log_changes(&mode, self.now_s);
-        (self.mode, self.modes_pending) = (mode, false);
+        self.run.log_changes(&self.model, &mode, self.run.now_s);
+        (self.run.mode, self.modes_pending) = (mode, false);
         Ok(())
     }
 }

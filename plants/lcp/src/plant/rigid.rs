@@ -6,7 +6,8 @@ use twinrig_robot::Robot;
 use twinrig_runtime::{PlantEvent, PlantEventKind, PlantState, WorkCounts};
 
 use crate::formulation::{Formulation, SavedFormulation};
-use crate::integrators::flow::{Flow, FlowError};
+use crate::integrators::flow::Flow;
+use crate::integrators::step_error::StepError;
 use crate::model::Model;
 use crate::model::real::Real;
 use crate::model::start::start_state;
@@ -23,13 +24,13 @@ pub(crate) fn initial_flow<const N: usize>(
     let state = start_state(&model, robot, options)?;
     let mut flow = Flow::new(model, state, options.method, options.tolerance);
     if let Some(DriveModels::Servos(_)) = flow.model.drives {
-        let commands = &mut flow.mode.commands;
+        let commands = &mut flow.run.mode.commands;
         (commands.hip, commands.pulley) = (state.angles[0], state.pulley);
     }
     Ok(flow)
 }
 
-impl FlowError {
+impl StepError {
     /// Returns the fault of the part that failed.
     fn fault(&self) -> PartFault {
         let part = match self {
@@ -54,13 +55,13 @@ impl<const N: usize> Dynamics for Flow<N> {
         }
         for (leg, pair) in inputs.chunks_exact_mut(2).enumerate() {
             let reference = self.model.legs[leg].pantograph.hip_reference();
-            pair[0] = self.mode.commands.hip.lane(leg) - reference;
-            pair[1] = self.mode.commands.pulley.lane(leg);
+            pair[0] = self.run.mode.commands.hip.lane(leg) - reference;
+            pair[1] = self.run.mode.commands.pulley.lane(leg);
         }
     }
 
     fn set_inputs(&mut self, inputs: &StepInputs<'_>) {
-        let commands = &mut self.mode.commands;
+        let commands = &mut self.run.mode.commands;
         if let Some(DriveModels::Motors(motors)) = &self.model.drives {
             for (leg, input) in inputs.mean.chunks_exact(4).enumerate() {
                 let hip = motors.hip.line(input[0], input[1]);
@@ -80,9 +81,9 @@ impl<const N: usize> Dynamics for Flow<N> {
     }
 
     fn advance(&mut self, from: SimTime, seconds: f64) -> Result<(), PartFault> {
-        self.now_s = from.as_secs_f64();
+        self.run.now_s = from.as_secs_f64();
         let before = (self.impulse_sums_before, self.run_seconds);
-        (self.impulse_sums_before, self.run_seconds) = (self.impulse_sums, seconds);
+        (self.impulse_sums_before, self.run_seconds) = (self.run.impulse_sums, seconds);
         let moved = self.step(seconds);
         if moved.is_err() {
             (self.impulse_sums_before, self.run_seconds) = before;
@@ -91,7 +92,7 @@ impl<const N: usize> Dynamics for Flow<N> {
     }
 
     fn counts(&self) -> WorkCounts {
-        self.counts
+        self.run.counts
     }
 
     fn constraint_violation(&self) -> Option<f64> {
@@ -128,13 +129,13 @@ impl<const N: usize> Dynamics for Flow<N> {
     }
 
     fn log_events(&mut self, enabled: bool) {
-        self.logging = enabled;
-        self.log.clear();
+        self.run.log.enabled = enabled;
+        self.run.log.events.clear();
     }
 
     fn drain_events(&mut self, to: &mut Vec<PlantEvent>) {
         let legs = &self.model.legs;
-        to.extend(self.log.drain(..).map(|event| PlantEvent {
+        to.extend(self.run.log.events.drain(..).map(|event| PlantEvent {
             at_s: event.at_s,
             part: signal::of_leg(&legs[event.leg].name, event.what),
             kind: if event.reached {

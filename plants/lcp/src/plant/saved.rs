@@ -15,9 +15,9 @@ impl<const N: usize> Flow<N> {
         let contact = |c: &Contact| (c.leg as u64, c.links as u64, c.slides);
         SavedFlow {
             numbers,
-            contacts: self.mode.contacts.iter().map(contact).collect(),
-            ledger: self.ledger,
-            counts: self.counts,
+            contacts: self.run.mode.contacts.iter().map(contact).collect(),
+            ledger: self.run.ledger,
+            counts: self.run.counts,
         }
     }
 
@@ -34,7 +34,7 @@ impl<const N: usize> Flow<N> {
         let mut numbers = saved.numbers.iter();
         let cached_recovery =
             self.replace(&mut || *numbers.next().expect("the number of values was checked"));
-        self.mode.contacts.clear();
+        self.run.mode.contacts.clear();
         if saved.contacts.len() > CONTACTS {
             return Err(format!(
                 "{} contacts, at most {CONTACTS}",
@@ -48,12 +48,12 @@ impl<const N: usize> Flow<N> {
             else {
                 return Err(format!("invalid contact of leg {leg} at link {links}"));
             };
-            self.mode.contacts.push(Contact { leg, links, slides });
+            self.run.mode.contacts.push(Contact { leg, links, slides });
         }
-        self.mode.update_any();
-        (self.ledger, self.counts) = (saved.ledger, saved.counts);
-        self.instant.iterations = self.counts.solver_iterations;
-        self.instant.factorisations = self.counts.factorisations;
+        self.run.mode.update_any();
+        (self.run.ledger, self.run.counts) = (saved.ledger, saved.counts);
+        self.instant.iterations = self.run.counts.solver_iterations;
+        self.instant.factorisations = self.run.counts.factorisations;
         self.buffers = None;
         if cached_recovery > 0.0 {
             self.restore_cache(cached_recovery);

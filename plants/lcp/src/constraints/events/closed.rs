@@ -40,6 +40,17 @@ impl Stop {
         Self::Cable,
     ];
 
+    /// Returns the name used in events and messages.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Closed => "closed",
+            Self::Open => "open",
+            Self::Extended => "extended",
+            Self::Bottomed => "bottomed",
+            Self::Cable => "cable",
+        }
+    }
+
     /// Returns the lanes in which the stop is active.
     pub(crate) fn active_in(self, mode: &Mode) -> Lanes {
         let active = &mode.active;

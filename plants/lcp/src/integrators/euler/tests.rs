@@ -6,7 +6,7 @@ use super::*;
 use crate::fixtures::{self, HARD, PASSIVE, Pose, flow, hanging, rms, trace};
 use crate::options::Method as Integrator;
 
-type Step = fn(&mut Flow<3>, f64) -> Result<(), FlowError>;
+type Step = fn(&mut Flow<3>, f64) -> Result<(), StepError>;
 
 const EXPLICIT: Step = Flow::run_explicit_euler;
 const SEMI_IMPLICIT: Step = Flow::run_semi_implicit;
@@ -64,7 +64,7 @@ fn explicit_euler_gains_energy_and_semi_implicit_euler_does_not() {
         let (_, flow) = trace(hanging(&robot, pose), 0.3, h, |flow, h| {
             step(flow, h).unwrap();
         });
-        flow.ledger.balance().residual
+        flow.run.ledger.balance().residual
     };
     // 2 ms is far above the stability limit 2ζ/ω of the explicit method and far below that of the
     // symplectic one.
@@ -109,11 +109,11 @@ fn stops_never_add_energy() {
         let stored: f64 = flow.stored().iter().sum();
         assert!(stored < before * (1.0 + 1e-3), "{before} to {stored}");
     }
-    assert!(flow.ledger.impact > 0.0 && flow.ledger.dissipated > 0.0);
+    assert!(flow.run.ledger.impact > 0.0 && flow.run.ledger.dissipated > 0.0);
     assert!(
-        flow.ledger.balance().residual.abs() < 1e-3,
+        flow.run.ledger.balance().residual.abs() < 1e-3,
         "{:?}",
-        flow.ledger.balance()
+        flow.run.ledger.balance()
     );
 }
 
@@ -124,13 +124,13 @@ fn standing(base: Base) -> Flow<3> {
     let pose = ([0.0; 3], [0.0; 3]);
     let mut flow = flow::<3>(&robot, base, pose, servos, Some(fixtures::flat()));
     let foot = fixtures::foot(&flow);
-    flow.state.position = [
+    flow.run.state.position = [
         0.0,
         0.0,
         1e-3 - foot[1] - flow.model.legs[0].constants.hip[2],
     ];
     let stored = flow.stored();
-    flow.ledger = Ledger::opened(stored);
+    flow.run.ledger = Ledger::opened(stored);
     flow
 }
 
@@ -146,6 +146,7 @@ fn ground_carries_the_weight_after_a_drop() {
             step(&mut flow, h).unwrap();
         }
         let before = flow
+            .run
             .impulse_sums
             .ground
             .iter()
@@ -155,6 +156,7 @@ fn ground_carries_the_weight_after_a_drop() {
             step(&mut flow, h).unwrap();
         }
         let after = flow
+            .run
             .impulse_sums
             .ground
             .iter()
@@ -167,9 +169,9 @@ fn ground_carries_the_weight_after_a_drop() {
             "{base:?}: {borne} of {weight}"
         );
         assert!(
-            flow.state.velocity[2].abs() < 5e-2,
+            flow.run.state.velocity[2].abs() < 5e-2,
             "{:?}",
-            flow.state.velocity
+            flow.run.state.velocity
         );
     }
 }
@@ -178,15 +180,15 @@ fn ground_carries_the_weight_after_a_drop() {
 fn energy_balance_includes_impact_losses_with_restitution() {
     let mut flow = standing(Base::Free);
     flow.model.ground = Some(Ground::new(Terrain::Flat, 0.6, 0.5).unwrap());
-    flow.state.velocity[2] = -0.5;
+    flow.run.state.velocity[2] = -0.5;
     let stored = flow.stored();
-    flow.ledger = Ledger::opened(stored);
+    flow.run.ledger = Ledger::opened(stored);
     for _ in 0..2000 {
         flow.run_semi_implicit(1e-5).unwrap();
     }
-    let balance = flow.ledger.balance();
+    let balance = flow.run.ledger.balance();
     assert!(
-        flow.counts.events > 0 && balance.impact > 1e-3,
+        flow.run.counts.events > 0 && balance.impact > 1e-3,
         "{balance:?}"
     );
     assert!(balance.residual.abs() < 0.1 * balance.impact, "{balance:?}");
@@ -200,9 +202,12 @@ fn steps_evaluations_and_events_are_counted() {
         for _ in 0..150 {
             step(&mut flow, 2e-3).unwrap();
         }
-        assert_eq!((flow.counts.steps, flow.counts.evaluations), (150, 150));
+        assert_eq!(
+            (flow.run.counts.steps, flow.run.counts.evaluations),
+            (150, 150)
+        );
         // Two events per leg: the end stop, then the closed stop.
-        assert_eq!(flow.counts.events, 8);
+        assert_eq!(flow.run.counts.events, 8);
     }
 }
 
@@ -210,7 +215,7 @@ fn steps_evaluations_and_events_are_counted() {
 fn nan_state_is_an_error() {
     for step in [EXPLICIT, SEMI_IMPLICIT] {
         let mut flow = hanging(&fixtures::without_toes(), PASSIVE);
-        flow.state.rates[1] = flow.state.rates[1].with_lane(2, f64::NAN);
+        flow.run.state.rates[1] = flow.run.state.rates[1].with_lane(2, f64::NAN);
         assert!(step(&mut flow, 1e-3).is_err());
     }
 }

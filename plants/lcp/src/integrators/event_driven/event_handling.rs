@@ -8,8 +8,9 @@ use crate::constraints::events::{ImpactTotals, Instant, ModeResolution, STOPPED}
 use crate::constraints::guards::{GUARDS, Guard, kind, links_of};
 use crate::constraints::mode::Mode;
 use crate::constraints::motion::Dynamics;
-use crate::integrators::flow::{Flow, FlowError};
+use crate::integrators::flow::Flow;
 use crate::integrators::saturation::Effort;
+use crate::integrators::step_error::StepError;
 use crate::model::drives::commanded_acceleration;
 use crate::model::real::{Lanes, Real};
 use crate::model::state::State;
@@ -30,10 +31,22 @@ struct Event<const N: usize> {
 impl<const N: usize> Flow<N> {
     /// Computes motion and guards at the start, in a consistent mode.
     pub(super) fn start(&mut self, recovery: f64, buffers: &mut Buffers<N>) -> Result<(), Halt> {
-        let state = self.state;
+        let state = self.run.state;
         if buffers.key.is_none() || buffers.key != self.motion_key(recovery) {
-            self.motion_into(&state, recovery, &mut buffers.start);
-            self.guard(&state, &buffers.start, &mut buffers.guards);
+            self.rhs.motion_into(
+                &self.model,
+                &mut self.run,
+                &state,
+                recovery,
+                &mut buffers.start,
+            );
+            self.rhs.renew_guards(
+                &self.model,
+                &self.run,
+                &state,
+                &buffers.start,
+                &mut buffers.guards,
+            );
         }
         let guards = &buffers.guards;
         let tolerances = self.tolerances();
@@ -50,7 +63,7 @@ impl<const N: usize> Flow<N> {
             gap < TOUCHING && rate.abs() < AT_REST
         };
         let mut changed = false;
-        for island in self.islands() {
+        for island in self.model.islands() {
             let violated = |leg: usize| {
                 (0..GUARDS).any(|index| match kind(index) {
                     Guard::Gap => resting(index, leg),
@@ -63,9 +76,21 @@ impl<const N: usize> Flow<N> {
             }
         }
         if changed {
-            let state = self.state;
-            self.motion_into(&state, recovery, &mut buffers.start);
-            self.guard(&state, &buffers.start, &mut buffers.guards);
+            let state = self.run.state;
+            self.rhs.motion_into(
+                &self.model,
+                &mut self.run,
+                &state,
+                recovery,
+                &mut buffers.start,
+            );
+            self.rhs.renew_guards(
+                &self.model,
+                &self.run,
+                &state,
+                &buffers.start,
+                &mut buffers.guards,
+            );
         }
         Ok(())
     }
@@ -75,8 +100,8 @@ impl<const N: usize> Flow<N> {
         &mut self,
         legs: core::ops::Range<usize>,
         recovery: f64,
-    ) -> Result<(), FlowError> {
-        self.resolve_event(legs, recovery, self.now_s, false)
+    ) -> Result<(), StepError> {
+        self.resolve_event(legs, recovery, self.run.now_s, false)
     }
 
     /// Handles the located events; returns whether there were any.
@@ -88,7 +113,7 @@ impl<const N: usize> Flow<N> {
         seconds: f64,
     ) -> Result<bool, Halt> {
         let mut handled = false;
-        for (i, (island, event)) in self.islands().zip(events).enumerate() {
+        for (i, (island, event)) in self.model.islands().zip(events).enumerate() {
             let Some(event) = event.filter(|event| event.is_event) else {
                 continue;
             };
@@ -96,7 +121,7 @@ impl<const N: usize> Flow<N> {
             if kind(event.index) == Guard::TangentialImpulse && self.slide_continues(&event) {
                 continue;
             }
-            self.counts.events += 1;
+            self.run.counts.events += 1;
             progress.events[i] += 1;
             progress.at_once = if event.at < SHORTEST {
                 progress.at_once + 1
@@ -106,7 +131,7 @@ impl<const N: usize> Flow<N> {
             if progress.at_once > AT_ONCE_MAX || progress.events[i] > self.events_max {
                 return Err(Halt::TooManyEvents);
             }
-            let at_s = self.now_s + (seconds - progress.remaining.lane(event.leg));
+            let at_s = self.run.now_s + (seconds - progress.remaining.lane(event.leg));
             self.handle_event(island, recovery, at_s)?;
         }
         Ok(handled)
@@ -117,7 +142,7 @@ impl<const N: usize> Flow<N> {
     /// zero.
     fn slide_continues(&mut self, event: &LocatedEvent) -> bool {
         let links = links_of(event.index);
-        let Some(footing) = self.footing(event.leg, links) else {
+        let Some(footing) = self.run.footing(&self.model, event.leg, links) else {
             return false;
         };
         let [_, a, b] = footing.velocity;
@@ -125,7 +150,7 @@ impl<const N: usize> Flow<N> {
         if speed < STOPPED {
             return false;
         }
-        let mut contacts = self.mode.contacts.iter_mut();
+        let mut contacts = self.run.mode.contacts.iter_mut();
         let contact = contacts.find(|c| (c.leg, c.links) == (event.leg, links));
         if let Some(contact) = contact {
             contact.slides = Some([a / speed, b / speed]);
@@ -139,7 +164,7 @@ impl<const N: usize> Flow<N> {
         legs: core::ops::Range<usize>,
         recovery: f64,
         at_s: f64,
-    ) -> Result<(), FlowError> {
+    ) -> Result<(), StepError> {
         self.resolve_event(legs, recovery, at_s, true)
     }
 
@@ -151,25 +176,27 @@ impl<const N: usize> Flow<N> {
         recovery: f64,
         at_s: f64,
         with_impact: bool,
-    ) -> Result<(), FlowError> {
+    ) -> Result<(), StepError> {
         let mut event = Event {
-            state: self.state,
-            before: self.mode,
-            mode: self.mode,
+            state: self.run.state,
+            before: self.run.mode,
+            mode: self.run.mode,
             totals: ImpactTotals::default(),
         };
         let mut instant = core::mem::take(&mut self.instant);
         let resolved =
             self.solve_event(&mut instant, &mut event, &ALL[legs], recovery, with_impact);
         self.instant = instant;
-        (self.counts.solver_iterations, self.counts.factorisations) =
-            (self.instant.iterations, self.instant.factorisations);
+        (
+            self.run.counts.solver_iterations,
+            self.run.counts.factorisations,
+        ) = (self.instant.iterations, self.instant.factorisations);
         resolved?;
-        self.log_changes(&event.mode, at_s);
-        (self.state, self.mode) = (event.state, event.mode);
-        self.ledger.impact += event.totals.impact;
-        self.ledger.dissipated += event.totals.friction;
-        self.impulse_sums.add_ground(&event.totals.ground);
+        self.run.log_changes(&self.model, &event.mode, at_s);
+        (self.run.state, self.run.mode) = (event.state, event.mode);
+        self.run.ledger.impact += event.totals.impact;
+        self.run.ledger.dissipated += event.totals.friction;
+        self.run.impulse_sums.add_ground(&event.totals.ground);
         Ok(())
     }
 
@@ -183,7 +210,7 @@ impl<const N: usize> Flow<N> {
         legs: &[usize],
         recovery: f64,
         with_impact: bool,
-    ) -> Result<(), FlowError> {
+    ) -> Result<(), StepError> {
         let Event {
             state,
             before,
@@ -211,7 +238,7 @@ impl<const N: usize> Flow<N> {
             }
             let Some(unsolved) = unsolved else { break };
             if jams >= JAMS_MAX || !self.saturate_jammed(instant, before) {
-                return Err(FlowError::Jammed(unsolved));
+                return Err(StepError::Jammed(unsolved));
             }
             (mode.commands, mode.active.hip) = (before.commands, before.active.hip);
         }
@@ -253,9 +280,9 @@ impl<const N: usize> Flow<N> {
             return false;
         }
         for changes in 0..CHANGES_MAX {
-            let state = self.state;
-            let motion = self.motion(&state, 0.0);
-            let commands = &self.mode.commands;
+            let state = self.run.state;
+            let motion = self.rhs.motion(&self.model, &mut self.run, &state, 0.0);
+            let commands = &self.run.mode.commands;
             let effort = Effort {
                 torques: [motion.forces.hip_torque, motion.forces.knee_torque],
                 actual: [motion.slope.rates[0], motion.slope.pulley_rate],

@@ -28,8 +28,10 @@ impl<const N: usize> Flow<N> {
     ) -> [Option<LocatedEvent>; 4] {
         let tolerances = self.tolerances();
         let middle = midpoint_state(state, start, trial, h, self.model.is_free());
-        let motion = self.motion(&middle, recovery);
-        let middle = self.guards(&middle, &motion, recovery);
+        let motion = self
+            .rhs
+            .motion(&self.model, &mut self.run, &middle, recovery);
+        let middle = self.rhs.guards(&self.model, &self.run, &middle, &motion);
         let first = |leg: usize| {
             let seconds = h.lane(leg);
             if seconds <= 0.0 {
@@ -76,7 +78,7 @@ impl<const N: usize> Flow<N> {
             (0..GUARDS).filter_map(crossing).reduce(earlier)
         };
         let mut events = [None; 4];
-        for (event, island) in events.iter_mut().zip(self.islands()) {
+        for (event, island) in events.iter_mut().zip(self.model.islands()) {
             *event = island.filter_map(first).reduce(earlier);
         }
         events
@@ -89,19 +91,20 @@ impl<const N: usize> Flow<N> {
         trial: &TrialStep<N>,
         events: &mut [Option<LocatedEvent>; 4],
         h: &mut Lanes,
-        recovery: f64,
     ) -> bool {
         let mut again = false;
         let mut guards = None;
-        for (island, event) in self.islands().zip(events) {
+        for (island, event) in self.model.islands().zip(events) {
             let Some(event) = event else {
                 continue;
             };
             if !event.is_event || kind(event.index) == Guard::Gap || event.low[1] <= 0.0 {
                 continue;
             }
-            let guards =
-                guards.get_or_insert_with(|| self.guards(&trial.end, &trial.motion, recovery));
+            let guards = guards.get_or_insert_with(|| {
+                self.rhs
+                    .guards(&self.model, &self.run, &trial.end, &trial.motion)
+            });
             let value = guards.values[event.index].lane(event.leg);
             if value.abs() <= REFINED * self.tolerances()[event.index] {
                 continue;
@@ -114,7 +117,7 @@ impl<const N: usize> Flow<N> {
             }
             let ([a, f], [b, g]) = (event.low, event.high);
             event.at = (a * g - b * f) / (g - f);
-            for leg in self.lanes_of(island) {
+            for leg in self.model.lanes_of(island) {
                 *h = h.with_lane(leg, event.at);
             }
             again = true;
@@ -129,9 +132,11 @@ impl<const N: usize> Flow<N> {
         events: &[Option<LocatedEvent>; 4],
         h: Lanes,
     ) -> Lanes {
-        let guards = self.guards(&trial.end, &trial.motion, 0.0);
+        let guards = self
+            .rhs
+            .guards(&self.model, &self.run, &trial.end, &trial.motion);
         let mut correction = Lanes::zero();
-        for (island, event) in self.islands().zip(events) {
+        for (island, event) in self.model.islands().zip(events) {
             let Some(event) =
                 event.filter(|event| event.is_event && kind(event.index) == Guard::Gap)
             else {
@@ -140,7 +145,7 @@ impl<const N: usize> Flow<N> {
             let of = |lanes: &[Lanes; GUARDS]| lanes[event.index].lane(event.leg);
             let later = -of(&guards.values) / of(&guards.rates);
             if later.abs() < 0.5 * h.lane(event.leg) {
-                for leg in self.lanes_of(island) {
+                for leg in self.model.lanes_of(island) {
                     correction = correction.with_lane(leg, later);
                 }
             }

@@ -13,7 +13,7 @@ impl<const N: usize> Flow<N> {
             return false;
         }
         let mut shorter = false;
-        for island in self.islands() {
+        for island in self.model.islands() {
             let leg = island.start;
             let (error, length) = (trial.error.lane(leg), h.lane(leg));
             if length == 0.0 || error <= self.tolerance {
@@ -25,7 +25,7 @@ impl<const N: usize> Flow<N> {
             } else {
                 0.1
             };
-            for leg in self.lanes_of(island) {
+            for leg in self.model.lanes_of(island) {
                 *h = h.with_lane(leg, length * factor);
             }
         }
@@ -39,7 +39,7 @@ impl<const N: usize> Flow<N> {
         let easy = trial.error.simd_lt(Lanes::splat(0.6 * self.tolerance))
             & h.simd_ge(*remaining)
             & h.simd_gt(Lanes::zero());
-        let lanes = self.leg_times(1.0).simd_gt(Lanes::zero());
+        let lanes = self.model.leg_times(1.0).simd_gt(Lanes::zero());
         if easy.to_bitmask() == lanes.to_bitmask() {
             let errors = trial.error.to_array();
             let legs = errors.iter().take(self.model.legs.len());
@@ -47,7 +47,7 @@ impl<const N: usize> Flow<N> {
             self.step_size = Lanes::splat(f64::INFINITY);
             return;
         }
-        for island in self.islands() {
+        for island in self.model.islands() {
             let leg = island.start;
             let (error, length) = (trial.error.lane(leg), h.lane(leg));
             if length == 0.0 {
@@ -68,7 +68,7 @@ impl<const N: usize> Flow<N> {
             } else {
                 next
             };
-            for leg in self.lanes_of(island) {
+            for leg in self.model.lanes_of(island) {
                 self.step_size = self.step_size.with_lane(leg, next);
             }
         }

@@ -3,6 +3,7 @@ use twinrig_robot::GRAVITY;
 use super::*;
 use crate::fixtures::{self, hanging};
 use crate::model::leg_constraints::{DIAGONAL, PANTOGRAPH};
+use crate::model::real::Real;
 
 #[test]
 fn closed_stop_forces_at_rest_match_virtual_work() {
@@ -12,17 +13,17 @@ fn closed_stop_forces_at_rest_match_virtual_work() {
     // below.
     let moments = flow.model.legs[0].constants.moments;
     let [mut x, mut z] = [0.0, 0.0];
-    for (moment, angle) in moments.iter().zip(&flow.state.angles) {
+    for (moment, angle) in moments.iter().zip(&flow.run.state.angles) {
         x += moment * libm::sin(angle.lane(0));
         z += moment * libm::cos(angle.lane(0));
     }
     let lean = Lanes::splat(libm::atan2(x, z));
-    for angle in &mut flow.state.angles {
+    for angle in &mut flow.run.state.angles {
         *angle -= lean;
     }
     flow.step(1e-3).unwrap();
-    let state = flow.state;
-    let motion = flow.motion(&state, 0.0);
+    let state = flow.run.state;
+    let motion = flow.rhs.motion(&flow.model, &mut flow.run, &state, 0.0);
     let slope = &motion.slope;
     for leg in 0..4 {
         let accelerations = slope.rates.map(|rate| rate.lane(leg));
@@ -64,12 +65,12 @@ fn closed_stops_at_rest_stay_closed() {
     let mut flow = hanging(&robot, ([5.0, 0.0, 0.0], [0.0; 3]));
     for _ in 0..100 {
         flow.step(2e-3).unwrap();
-        let active = &flow.mode.active;
+        let active = &flow.run.mode.active;
         assert_eq!(
             [active.closed, active.extended].map(Lanes::to_array),
             [[1.0; 4]; 2]
         );
     }
-    assert_eq!(flow.counts.events, 0);
+    assert_eq!(flow.run.counts.events, 0);
     assert!(flow.violation() < 1e-9, "{:e}", flow.violation());
 }

@@ -20,7 +20,7 @@
 //! follows its parabola at any step size.
 
 use crate::constraints::motion::quaternion_rate;
-use crate::integrators::flow::FlowError;
+use crate::integrators::step_error::StepError;
 use crate::model::Model;
 use crate::model::articulated::{Articulated, into_trunk, into_world, rotation};
 use crate::model::coupling::COUPLED;
@@ -199,14 +199,14 @@ pub(super) fn converged(
     mut size: Lanes,
     turn: [f64; 2],
     seconds: f64,
-) -> Result<Lanes, FlowError> {
+) -> Result<Lanes, StepError> {
     if free {
         change = Lanes::splat(change.sum() + turn[0]);
         size = Lanes::splat(size.sum() + turn[1]);
     }
     // A sum propagates NaN. A diverging iteration needs a shorter step.
     if !change.sum().is_finite() {
-        return Err(FlowError::NotConverged { seconds });
+        return Err(StepError::NotConverged { seconds });
     }
     Ok(change.simd_le(Lanes::splat(RATE_TOLERANCE) + Lanes::splat(RATE_TOLERANCE_RELATIVE) * size))
 }
@@ -264,7 +264,7 @@ impl<const N: usize> HalfStep<'_, N> {
         angles: &[Lanes; N],
         start: Rates<N>,
         momenta: &Momenta<N>,
-    ) -> Result<(Rates<N>, Momenta<N>), FlowError> {
+    ) -> Result<(Rates<N>, Momenta<N>), StepError> {
         let legs = &self.model.side_by_side;
         let h = Lanes::splat(self.seconds);
         let free = self.model.is_free();
@@ -311,6 +311,6 @@ impl<const N: usize> HalfStep<'_, N> {
             last = (!free).then_some((found, done));
         }
         let seconds = 2.0 * self.seconds;
-        Err(FlowError::NotConverged { seconds })
+        Err(StepError::NotConverged { seconds })
     }
 }

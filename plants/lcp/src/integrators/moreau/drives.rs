@@ -24,7 +24,7 @@ pub(super) struct MeanDrive {
 impl<const N: usize> Flow<N> {
     /// Returns the torque–speed lines of the motors at these rates of hips and pulleys.
     pub(super) fn torque_speed_lines(&self, rates: [Lanes; 2]) -> TorqueSpeedLines {
-        let commands = &self.mode.commands;
+        let commands = &self.run.mode.commands;
         match &self.model.drives {
             None => [[Lanes::zero(); 2]; 2],
             Some(DriveModels::Servos(servos)) => [
@@ -43,7 +43,7 @@ impl<const N: usize> Flow<N> {
         let Some(DriveModels::Servos(servos)) = &self.model.drives else {
             return [Lanes::zero(); 2];
         };
-        let commands = [self.mode.commands.hip, self.mode.commands.pulley];
+        let commands = [self.run.mode.commands.hip, self.run.mode.commands.pulley];
         let at = [before.angles[0], before.pulley];
         let rates = [before.rates[0], before.pulley_rate];
         std::array::from_fn(|i| {
@@ -74,7 +74,7 @@ impl<const N: usize> Flow<N> {
             drive.hip_torque = hip - hip_damping * middle.rates[0];
             drive.hip_inertia += half * hip_damping;
             let saturated =
-                self.mode.commands.pulley_saturated * self.mode.commands.pulley_saturated;
+                self.run.mode.commands.pulley_saturated * self.run.mode.commands.pulley_saturated;
             let inertia = Lanes::splat(drives.inertias()[1]);
             drive.pulley_mobility = saturated / (inertia + half * knee_damping);
             drive.pulley_acceleration = (Lanes::splat(1.0) - saturated) * commanded[1]

@@ -12,7 +12,7 @@
 use twinrig_robot::GRAVITY;
 
 use crate::constraints::events::{Entry, Instant, SLOTS};
-use crate::integrators::flow::FlowError;
+use crate::integrators::step_error::StepError;
 use crate::model::Model;
 use crate::model::articulated::{Accelerations, Articulated};
 use crate::model::real::{Lanes, Real};
@@ -82,7 +82,7 @@ impl<const N: usize> Kick<'_, N> {
         &self,
         articulated: &mut Articulated<Lanes, N>,
         load: &Load<N>,
-    ) -> Result<(), FlowError> {
+    ) -> Result<(), StepError> {
         let legs = &self.model.side_by_side;
         let (h, half) = (Lanes::splat(self.seconds), Lanes::splat(0.5));
         let free = self.model.is_free();
@@ -143,7 +143,7 @@ impl<const N: usize> Kick<'_, N> {
             last = next;
         }
         let seconds = self.seconds;
-        Err(FlowError::NotConverged { seconds })
+        Err(StepError::NotConverged { seconds })
     }
 
     /// Returns the gyroscopic change of Π in trunk axes: (Π − T(±τω) Π)/τ.

@@ -14,10 +14,10 @@ use crate::options::Method;
 
 /// Returns the same robot with another method, with a tolerance of 1e-12 m where it has one.
 fn with_method<const N: usize>(start: &Flow<N>, method: Method) -> Flow<N> {
-    let mut flow = Flow::new(start.model.clone(), start.state, method, 1e-12);
-    flow.mode.commands = start.mode.commands;
-    flow.mode.active.hip = start.mode.active.hip;
-    flow.mode.update_any();
+    let mut flow = Flow::new(start.model.clone(), start.run.state, method, 1e-12);
+    flow.run.mode.commands = start.run.mode.commands;
+    flow.run.mode.active.hip = start.run.mode.active.hip;
+    flow.run.mode.update_any();
     flow
 }
 
@@ -35,12 +35,12 @@ fn set_unequal_rates<const N: usize>(flow: &mut Flow<N>) {
         [-0.3, 0.5, 1.0, 0.1],
         [0.5; 4],
     ];
-    for (rate, more) in flow.state.rates.iter_mut().zip(rates) {
+    for (rate, more) in flow.run.state.rates.iter_mut().zip(rates) {
         *rate += Lanes::new(more) * Lanes::splat(3.0);
     }
-    flow.state.pulley -= Lanes::splat(0.4);
+    flow.run.state.pulley -= Lanes::splat(0.4);
     let stored = flow.stored();
-    flow.ledger = Ledger::opened(stored);
+    flow.run.ledger = Ledger::opened(stored);
 }
 
 /// Returns the robot of [`between_stops`], with the toes of its file for legs with four links, and
@@ -78,14 +78,14 @@ fn smooth<const N: usize>() -> Vec<(&'static str, Flow<N>)> {
     let robot = undamped::<N>(0.0);
     let servos = fixtures::servo_drives(&robot);
     let mut driven = swinging(&robot, Base::Free, Drives::Ideal { period: 0.03 });
-    driven.mode.commands.hip += Lanes::new([0.1, -0.1, 0.05, 0.0]);
-    driven.mode.commands.pulley -= Lanes::splat(0.5);
+    driven.run.mode.commands.hip += Lanes::new([0.1, -0.1, 0.05, 0.0]);
+    driven.run.mode.commands.pulley -= Lanes::splat(0.5);
     // Servos that stay saturated, on their torque–speed line.
     let mut saturated = swinging(&robot, Base::Free, weak(servos));
-    saturated.mode.commands.hip += Lanes::splat(50.0);
-    saturated.mode.commands.hip_saturated = Lanes::splat(1.0);
-    saturated.mode.active.hip = Lanes::zero();
-    saturated.mode.commands.pulley -= Lanes::splat(0.5);
+    saturated.run.mode.commands.hip += Lanes::splat(50.0);
+    saturated.run.mode.commands.hip_saturated = Lanes::splat(1.0);
+    saturated.run.mode.active.hip = Lanes::zero();
+    saturated.run.mode.commands.pulley -= Lanes::splat(0.5);
     vec![
         ("fixed", swinging(&robot, Base::Fixed, Drives::None)),
         ("planar", swinging(&robot, Base::Planar, Drives::None)),
@@ -113,7 +113,7 @@ fn motorised<const N: usize>(robot: &Robot) -> Flow<N> {
     let motors = file.robot().unwrap().motors.unwrap();
     let (hip, knee) = (motors.hip, motors.knee);
     let mut flow = swinging(robot, Base::Free, Drives::Motors { hip, knee });
-    let commands = &mut flow.mode.commands;
+    let commands = &mut flow.run.mode.commands;
     commands.hip = Lanes::new([0.05, -0.05, 0.02, 0.0]);
     commands.hip_damping = Lanes::splat(5e-3);
     commands.pulley = Lanes::splat(-0.01);
@@ -130,11 +130,11 @@ fn error_is_of_second_order<const N: usize>() {
             let mut flow = with_method(&start, Method::Moreau);
             run(&mut flow, seconds, steps);
             assert_eq!(
-                (flow.counts.events, flow.counts.fallbacks),
+                (flow.run.counts.events, flow.run.counts.fallbacks),
                 (0, 0),
                 "{name}"
             );
-            distance(&flow.state, &reference.state)
+            distance(&flow.run.state, &reference.run.state)
         });
         let order = libm::log2(coarse / fine);
         assert!(
@@ -156,7 +156,7 @@ fn error_is_of_second_order_with_toes() {
 
 /// Returns the momentum of a robot with a moving trunk.
 fn momentum<const N: usize>(flow: &Flow<N>) -> Momentum {
-    let state = &flow.state;
+    let state = &flow.run.state;
     let geometry = Geometry::at(&flow.model, &state.angles);
     let legs = &flow.model.side_by_side;
     let found = geometry.momenta(legs, &state.rates, state.turning);
@@ -195,7 +195,7 @@ fn flight_momentum_is_conserved_to_round_off() {
                 "{name}: {turned:?}"
             );
         }
-        assert_eq!(flow.counts.events > 0, name == "hard");
+        assert_eq!(flow.run.counts.events > 0, name == "hard");
     }
 }
 
@@ -205,17 +205,17 @@ fn ground_impulses_equal_the_momentum_change() {
     let ground = Some(fixtures::flat());
     let servos = fixtures::servo_drives(&robot);
     let mut start = flow::<3>(&robot, Base::Free, PASSIVE, servos, ground);
-    start.state.position[2] = 0.2;
-    start.state.turning = [1.0, -2.0, 0.5];
+    start.run.state.position[2] = 0.2;
+    start.run.state.turning = [1.0, -2.0, 0.5];
     let mut flow = with_method(&start, Method::Moreau);
     let mass = flow.model.trunk.mass;
     let mut greatest = 0.0_f64;
     for _ in 0..300 {
-        let (before, sums_before) = (momentum(&flow), flow.impulse_sums.ground);
+        let (before, sums_before) = (momentum(&flow), flow.run.impulse_sums.ground);
         flow.step(2e-3).unwrap();
         let after = momentum(&flow);
         for i in 0..3 {
-            let legs = flow.impulse_sums.ground.iter().zip(&sums_before);
+            let legs = flow.run.impulse_sums.ground.iter().zip(&sums_before);
             let impulse: f64 = legs.map(|(now, before)| now[i] - before[i]).sum();
             let weight = if i == 2 { mass * GRAVITY * 2e-3 } else { 0.0 };
             let gained = mass * (after.velocity[i] - before.velocity[i]) + weight;
@@ -233,14 +233,14 @@ fn friction_work_never_decreases() {
     for sideways in [-1.5, -0.5, 0.5, 1.5] {
         let servos = fixtures::servo_drives(&robot);
         let mut start = flow::<3>(&robot, Base::Free, PASSIVE, servos, Some(fixtures::flat()));
-        start.state.position[2] = 0.2;
-        start.state.velocity = [sideways, 0.3, 0.0];
-        start.state.turning = [1.0, -2.0, 0.5];
+        start.run.state.position[2] = 0.2;
+        start.run.state.velocity = [sideways, 0.3, 0.0];
+        start.run.state.turning = [1.0, -2.0, 0.5];
         let mut flow = with_method(&start, Method::Moreau);
         let mut dissipated = 0.0;
         for step in 0..300 {
             flow.step(2e-3).unwrap();
-            let now = flow.ledger.balance().dissipated;
+            let now = flow.run.ledger.balance().dissipated;
             assert!(
                 now >= dissipated,
                 "{sideways}: {:e} J in step {step}",
@@ -262,11 +262,11 @@ fn energy_does_not_drift_in_twenty_seconds() {
             let (mut sum, mut low, mut high) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
             for _ in 0..500 * seconds {
                 flow.step(2e-3).unwrap();
-                let residual = flow.ledger.balance().residual;
+                let residual = flow.run.ledger.balance().residual;
                 (low, high) = (low.min(residual), high.max(residual));
                 sum += residual;
             }
-            assert_eq!(flow.counts.events, 0, "{name}");
+            assert_eq!(flow.run.counts.events, 0, "{name}");
             (sum / f64::from(500 * seconds), high - low)
         };
         let (first, swing) = mean(4);
@@ -293,10 +293,10 @@ fn steps_are_reversible_in_time() {
     for (name, start) in [("fixed", fixed), ("thrown", thrown(&robot))] {
         let mut flow = with_method(&start, Method::Moreau);
         run(&mut flow, 0.2, 100);
-        assert!(distance(&flow.state, &start.state) > 1.0, "{name}");
-        flow.state = reversed(&flow.state);
+        assert!(distance(&flow.run.state, &start.run.state) > 1.0, "{name}");
+        flow.run.state = reversed(&flow.run.state);
         run(&mut flow, 0.2, 100);
-        let off = distance(&reversed(&flow.state), &start.state);
+        let off = distance(&reversed(&flow.run.state), &start.run.state);
         // The tolerance of the iteration, amplified tenfold by every swing.
         assert!(off < 1e-4, "{name}: {off:e}");
     }
@@ -308,8 +308,8 @@ fn legs_on_a_fixed_trunk_are_independent() {
     let mut start = swinging::<3>(&robot, Base::Fixed, Drives::None);
     let mut unperturbed = with_method(&start, Method::Moreau);
     for lane in [1, 2, 3] {
-        start.state.rates[1] = start.state.rates[1].with_lane(lane, -7.0);
-        start.state.angles[2] += Lanes::zero().with_lane(lane, 0.05);
+        start.run.state.rates[1] = start.run.state.rates[1].with_lane(lane, -7.0);
+        start.run.state.angles[2] += Lanes::zero().with_lane(lane, 0.05);
     }
     let mut perturbed = with_method(&start, Method::Moreau);
     for _ in 0..20 {
@@ -317,7 +317,7 @@ fn legs_on_a_fixed_trunk_are_independent() {
             flow.step(2e-3).unwrap();
         }
         let bits = |flow: &Flow<3>| {
-            let numbers = flow.state.angles.iter().chain(&flow.state.rates);
+            let numbers = flow.run.state.angles.iter().chain(&flow.run.state.rates);
             numbers.map(|x| x.lane(0).to_bits()).collect::<Vec<_>>()
         };
         assert_eq!(bits(&unperturbed), bits(&perturbed));
@@ -338,8 +338,9 @@ fn overlap_decays_by_the_recovery_share_per_step() {
     run(&mut flow, 0.02, 40);
     let (h, reach) = (5e-4, flow.model.side_by_side.l_delta.lane(0));
     let overlap = -2e-7;
-    flow.state.angles[2] += Lanes::splat(overlap / reach);
-    let gap = |flow: &Flow<3>| reach * (flow.state.angles[2] - flow.state.angles[0]).lane(0);
+    flow.run.state.angles[2] += Lanes::splat(overlap / reach);
+    let gap =
+        |flow: &Flow<3>| reach * (flow.run.state.angles[2] - flow.run.state.angles[0]).lane(0);
     let (mut expected, mut rate) = (gap(&flow), 0.0);
     assert!((expected - overlap).abs() < 1e-10);
     for _ in 0..8 {

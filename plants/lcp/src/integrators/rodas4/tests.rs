@@ -123,11 +123,20 @@ fn runge_kutta<const N: usize>(
 ) -> State<Lanes, N> {
     let free = flow.model.is_free();
     let mut sum = Slope::zero();
-    let mut slope = flow.motion(state, 0.0).slope;
+    let mut slope = flow
+        .rhs
+        .motion(&flow.model, &mut flow.run, state, 0.0)
+        .slope;
     for (weight, share) in [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0)] {
         sum.add(weight / 6.0, &slope, free);
         slope = flow
-            .motion(&state.along(Lanes::splat(share * h), &slope, free), 0.0)
+            .rhs
+            .motion(
+                &flow.model,
+                &mut flow.run,
+                &state.along(Lanes::splat(share * h), &slope, free),
+                0.0,
+            )
             .slope;
     }
     sum.add(1.0 / 6.0, &slope, free);
@@ -138,11 +147,11 @@ fn runge_kutta<const N: usize>(
 fn steps<const N: usize>(flow: &mut Flow<N>, h: f64, steps: u32) -> [f64; 2] {
     let mut work = [0.0; 2];
     for _ in 0..steps {
-        let state = flow.state;
-        let start = flow.motion(&state, 0.0);
+        let state = flow.run.state;
+        let start = flow.rhs.motion(&flow.model, &mut flow.run, &state, 0.0);
         let step = flow.rodas4_step(&state, &start, Lanes::splat(h), 0.0);
         assert!(step.error.to_array().iter().all(|e| e.is_finite()));
-        flow.state = step.end;
+        flow.run.state = step.end;
         work[0] += step.dissipated.sum();
         work[1] += step.actuator.sum();
     }
@@ -164,23 +173,27 @@ fn assorted<const N: usize>() -> Vec<(&'static str, Flow<N>)> {
     let mut tumbling = flow::<N>(&robot, Base::Free, OPEN, Drives::None, None);
     fixtures::tumbling(&mut tumbling);
     let mut fixed = flow::<N>(&robot, Base::Fixed, OPEN, servos, None);
-    fixed.state.pulley_rate = Lanes::new([1.0, 2.0, 0.5, 3.0]);
+    fixed.run.state.pulley_rate = Lanes::new([1.0, 2.0, 0.5, 3.0]);
     // Outside the dead band, below the maximum speed.
-    fixed.mode.commands.hip += Lanes::splat(0.1);
-    fixed.mode.commands.pulley += Lanes::splat(0.1);
-    fixed.mode.active.closed = Lanes::new([1.0, 0.0, 0.0, 1.0]);
-    fixed.mode.active.cable = Lanes::new([1.0, 1.0, 0.0, 0.0]);
-    fixed.mode.update_any();
+    fixed.run.mode.commands.hip += Lanes::splat(0.1);
+    fixed.run.mode.commands.pulley += Lanes::splat(0.1);
+    fixed.run.mode.active.closed = Lanes::new([1.0, 0.0, 0.0, 1.0]);
+    fixed.run.mode.active.cable = Lanes::new([1.0, 1.0, 0.0, 0.0]);
+    fixed.run.mode.update_any();
     let mut standing = flow::<N>(&robot, Base::Free, OPEN, servos, Some(fixtures::flat()));
     fixtures::tumbling(&mut standing);
-    standing.state.attitude = [0.995_037_438, 0.07, -0.05, 0.05];
-    standing.state = normalised(&standing.state, true);
-    standing.mode.active.open = Lanes::new([0.0, 1.0, 0.0, 1.0]);
-    standing.mode.active.cable = Lanes::new([1.0, 0.0, 0.0, 1.0]);
-    standing.mode.update_any();
+    standing.run.state.attitude = [0.995_037_438, 0.07, -0.05, 0.05];
+    standing.run.state = normalised(&standing.run.state, true);
+    standing.run.mode.active.open = Lanes::new([0.0, 1.0, 0.0, 1.0]);
+    standing.run.mode.active.cable = Lanes::new([1.0, 0.0, 0.0, 1.0]);
+    standing.run.mode.update_any();
     for (leg, slides) in [(0, None), (1, Some([1.0, 0.0])), (3, None)] {
         let links = 3;
-        standing.mode.contacts.push(Contact { leg, links, slides });
+        standing
+            .run
+            .mode
+            .contacts
+            .push(Contact { leg, links, slides });
     }
     vec![
         (
@@ -217,7 +230,7 @@ fn listed<const N: usize>(slope: &Slope<Lanes, N>) -> Vec<f64> {
 fn jacobian_matches_differences<const N: usize>() {
     const RECOVERY: f64 = 20.0;
     for (name, mut flow) in assorted::<N>() {
-        let state = flow.state;
+        let state = flow.run.state;
         let free = flow.model.is_free();
         let legs = flow.model.side_by_side.as_dual();
         let mut workspace = Workspace::default();
@@ -241,7 +254,12 @@ fn jacobian_matches_differences<const N: usize>() {
                     Direction::Pulley => moved.pulley += by,
                     Direction::PulleyRate => moved.pulley_rate += by,
                 }
-                listed(&flow.motion(&moved, RECOVERY).slope)
+                listed(
+                    &flow
+                        .rhs
+                        .motion(&flow.model, &mut flow.run, &moved, RECOVERY)
+                        .slope,
+                )
             };
             let (up, down) = (difference(1e-5), difference(-1e-5));
             let scale = exact.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
@@ -271,9 +289,12 @@ fn solves_the_full_system<const N: usize>() {
     const RECOVERY: f64 = 20.0;
     let h = 3e-3;
     for (name, mut flow) in assorted::<N>() {
-        let state = flow.state;
+        let state = flow.run.state;
         let (free, coordinates) = (flow.model.is_free(), flow.coordinates());
-        let slope = flow.motion(&state, RECOVERY).slope;
+        let slope = flow
+            .rhs
+            .motion(&flow.model, &mut flow.run, &state, RECOVERY)
+            .slope;
         let right = scaled(&slope, Lanes::splat(h), free);
         let mut memory = Memory::default();
         let u = if free {
@@ -334,7 +355,7 @@ fn error_is_of_fourth_order() {
         let ends = [16_u32, 32, 512].map(|count| {
             let mut flow = start.clone();
             let work = steps(&mut flow, 0.016 / f64::from(count), count);
-            (flow.state, work)
+            (flow.run.state, work)
         });
         let errors = [0, 1].map(|i| distance(&ends[i].0, &ends[2].0));
         let order = libm::log2(errors[0] / errors[1]);
@@ -361,10 +382,10 @@ fn short_steps_agree_with_runge_kutta() {
         let h = 1.25e-5;
         steps(&mut flow, h, 1600);
         for _ in 0..1600 {
-            let state = other.state;
-            other.state = runge_kutta(&mut other, &state, h);
+            let state = other.run.state;
+            other.run.state = runge_kutta(&mut other, &state, h);
         }
-        let deviation = distance(&flow.state, &other.state);
+        let deviation = distance(&flow.run.state, &other.run.state);
         // Rates are of the order of ten.
         assert!(deviation < 1e-10, "{name}: {deviation:e}");
         let [a, b] = [&flow, &other].map(fixtures::foot);
@@ -396,8 +417,8 @@ fn energy_balance_closes_with_the_order_of_the_method() {
 fn adaptively(flow: &mut Flow<3>, seconds: f64, longest: f64) -> f64 {
     let (mut h, mut left) = (longest, seconds);
     while left > 0.0 {
-        let state = flow.state;
-        let start = flow.motion(&state, 0.0);
+        let state = flow.run.state;
+        let start = flow.rhs.motion(&flow.model, &mut flow.run, &state, 0.0);
         let step = flow.rodas4_step(&state, &start, Lanes::splat(h.min(left)), 0.0);
         let error = step.error.to_array().into_iter().fold(0.0, f64::max);
         if error > 1e-9 {
@@ -406,7 +427,7 @@ fn adaptively(flow: &mut Flow<3>, seconds: f64, longest: f64) -> f64 {
             continue;
         }
         left -= h.min(left);
-        flow.state = step.end;
+        flow.run.state = step.end;
         if error < 1e-11 {
             h = longest.min(2.0 * h);
         }
@@ -442,7 +463,7 @@ fn stiff_leg_is_integrated_with_steps_unstable_for_rk4() {
             stored < before,
             "{mass} {stiffness} {friction}: {before} to {stored}"
         );
-        let mut other = flow.state;
+        let mut other = flow.run.state;
         for _ in 0..1000 {
             other = runge_kutta(&mut flow, &other, h);
         }
@@ -460,9 +481,9 @@ fn stiff_leg_is_integrated_with_steps_unstable_for_rk4() {
 #[test]
 fn legs_on_a_fixed_trunk_are_independent() {
     let (_, mut flow) = assorted::<4>().swap_remove(1);
-    let state = flow.state;
+    let state = flow.run.state;
     let h = Lanes::new([2e-3, 1e-3, 3e-3, 0.0]);
-    let start = flow.motion(&state, 10.0);
+    let start = flow.rhs.motion(&flow.model, &mut flow.run, &state, 10.0);
     let unperturbed = flow.rodas4_step(&state, &start, h, 10.0);
     let mut other = state;
     for lane in [1, 2, 3] {
@@ -470,7 +491,7 @@ fn legs_on_a_fixed_trunk_are_independent() {
         other.rates[2] = other.rates[2].with_lane(lane, -9.0);
         other.pulley = other.pulley.with_lane(lane, 0.4);
     }
-    let start = flow.motion(&other, 10.0);
+    let start = flow.rhs.motion(&flow.model, &mut flow.run, &other, 10.0);
     let h = Lanes::new([2e-3, 5e-3, 1e-4, 1e-3]);
     let perturbed = flow.rodas4_step(&other, &start, h, 10.0);
     let bits = |step: &Rodas<4>| {
@@ -498,10 +519,10 @@ fn energy_balance_closes_under_motors_and_taut_cables() {
         let residual = |count: u32| {
             let servos = fixtures::servo_drives(&robot);
             let mut flow = flow::<3>(&robot, Base::Fixed, pose, servos, None);
-            flow.mode.active.cable = Lanes::splat(if taut { 1.0 } else { 0.0 });
-            flow.mode.update_any();
-            flow.mode.commands.hip += Lanes::splat(0.1);
-            flow.mode.commands.pulley += Lanes::splat(0.1);
+            flow.run.mode.active.cable = Lanes::splat(if taut { 1.0 } else { 0.0 });
+            flow.run.mode.update_any();
+            flow.run.mode.commands.hip += Lanes::splat(0.1);
+            flow.run.mode.commands.pulley += Lanes::splat(0.1);
             let before: f64 = flow.stored().iter().sum();
             let [dissipated, actuator] = steps(&mut flow, 0.01 / f64::from(count), count);
             assert!(actuator > 1e-2, "{actuator}");
@@ -519,8 +540,8 @@ fn energy_balance_closes_under_motors_and_taut_cables() {
 #[test]
 fn zero_length_step_changes_nothing() {
     for (name, mut flow) in assorted::<3>() {
-        let state = flow.state;
-        let start = flow.motion(&state, 10.0);
+        let state = flow.run.state;
+        let start = flow.rhs.motion(&flow.model, &mut flow.run, &state, 10.0);
         let step = flow.rodas4_step(&state, &start, Lanes::zero(), 10.0);
         assert!(distance(&step.end, &state) < 1e-15, "{name}");
         assert_eq!(step.error.to_array(), [0.0; 4], "{name}");
@@ -530,8 +551,8 @@ fn zero_length_step_changes_nothing() {
 #[test]
 fn error_estimate_is_of_fourth_order_and_bounds_the_error() {
     let (_, mut flow) = assorted::<3>().swap_remove(0);
-    let state = flow.state;
-    let start = flow.motion(&state, 0.0);
+    let state = flow.run.state;
+    let start = flow.rhs.motion(&flow.model, &mut flow.run, &state, 0.0);
     let mut step = |h: f64| flow.rodas4_step(&state, &start, Lanes::splat(h), 0.0);
     let [long, short] = [2e-3, 1e-3].map(&mut step);
     let [estimate, half] = [&long, &short].map(|step| step.error.lane(0));
@@ -540,7 +561,7 @@ fn error_estimate_is_of_fourth_order_and_bounds_the_error() {
     // The same 2 ms in steps a hundredth as long.
     steps(&mut flow, 2e-5, 100);
     let error = flow
-        .error_of(&difference(&long.end, &flow.state), true)
+        .error_of(&difference(&long.end, &flow.run.state), true)
         .lane(0);
     // The estimate is that of the third-order method.
     assert!(
@@ -569,9 +590,9 @@ fn difference<const N: usize>(a: &State<Lanes, N>, b: &State<Lanes, N>) -> Slope
 fn nan_step_has_infinite_error() {
     for which in [0, 2] {
         let (name, mut flow) = assorted::<3>().swap_remove(which);
-        let mut state = flow.state;
+        let mut state = flow.run.state;
         state.rates[0] = state.rates[0].with_lane(0, f64::NAN);
-        let start = flow.motion(&state, 0.0);
+        let start = flow.rhs.motion(&flow.model, &mut flow.run, &state, 0.0);
         let step = flow.rodas4_step(&state, &start, Lanes::splat(1e-3), 0.0);
         assert_eq!(step.error.lane(0), f64::INFINITY, "{name}");
         assert_eq!(
@@ -585,9 +606,9 @@ fn nan_step_has_infinite_error() {
 #[test]
 fn evaluations_and_factorisations_are_counted() {
     for (name, mut flow) in assorted::<3>() {
-        let state = flow.state;
-        let start = flow.motion(&state, 0.0);
-        let before = flow.counts;
+        let state = flow.run.state;
+        let start = flow.rhs.motion(&flow.model, &mut flow.run, &state, 0.0);
+        let before = flow.run.counts;
         let _ = flow.rodas4_step(&state, &start, Lanes::splat(1e-3), 0.0);
         // Five stages, and one column per coordinate: of one leg for all legs, or of the trunk and
         // all legs, where the position counts only with contacts.
@@ -598,12 +619,12 @@ fn evaluations_and_factorisations_are_counted() {
             _ => 13 + 32,
         };
         assert_eq!(
-            flow.counts.evaluations - before.evaluations,
+            flow.run.counts.evaluations - before.evaluations,
             5 + columns,
             "{name}"
         );
         assert_eq!(
-            flow.counts.factorisations - before.factorisations,
+            flow.run.counts.factorisations - before.factorisations,
             1,
             "{name}"
         );
@@ -617,6 +638,6 @@ fn lanes_without_a_leg_stay_zero() {
     for base in [Base::Fixed, Base::Planar] {
         let mut flow = flow::<4>(&robot, base, PASSIVE, fixtures::servo_drives(&robot), None);
         steps(&mut flow, 1e-3, 10);
-        assert_eq!(flow.state.angles[0].lane(3), 0.0);
+        assert_eq!(flow.run.state.angles[0].lane(3), 0.0);
     }
 }

@@ -28,8 +28,8 @@ fn energy_created_by_resets_appears_as_residual() {
         let (_, flow) = trace(hanging(&robot, PASSIVE), 0.3, h, |flow, h| {
             flow.run_thesis(h).unwrap();
         });
-        assert!(flow.ledger.impact >= 0.0);
-        flow.ledger.balance().residual
+        assert!(flow.run.ledger.impact >= 0.0);
+        flow.run.ledger.balance().residual
     });
     assert!(
         residuals.iter().all(|&residual| residual > 0.5),
@@ -46,8 +46,8 @@ fn method_equals_explicit_euler_between_stops() {
         thesis.run_thesis(1e-4).unwrap();
         other.run_explicit_euler(1e-4).unwrap();
     }
-    assert_eq!(fixtures::distance(&thesis.state, &other.state), 0.0);
-    assert_eq!(thesis.counts.events, 0);
+    assert_eq!(fixtures::distance(&thesis.run.state, &other.run.state), 0.0);
+    assert_eq!(thesis.run.counts.events, 0);
 }
 
 #[test]
@@ -56,15 +56,15 @@ fn reset_stops_only_the_joint_of_the_reached_stop() {
     let gaps = Lanes::new([1e-4, -1e-4, -1e-4, -1e-4]);
     // The pantograph is beyond its closed stop in all legs but the first; in the second it is
     // opening.
-    flow.state.angles[2] = flow.state.angles[0] + gaps;
-    flow.state.rates = [1.0, 3.0, -5.0].map(Lanes::splat);
-    flow.state.rates[2] = flow.state.rates[2].with_lane(1, 5.0);
+    flow.run.state.angles[2] = flow.run.state.angles[0] + gaps;
+    flow.run.state.rates = [1.0, 3.0, -5.0].map(Lanes::splat);
+    flow.run.state.rates[2] = flow.run.state.rates[2].with_lane(1, 5.0);
     // The stop of the last leg was active in the previous step.
-    flow.mode.active.closed = Lanes::new([0.0, 0.0, 0.0, 1.0]);
+    flow.run.mode.active.closed = Lanes::new([0.0, 0.0, 0.0, 1.0]);
     flow.reset();
-    assert_eq!(flow.state.rates[0].to_array(), [1.0; 4]);
-    assert_eq!(flow.state.rates[1].to_array(), [3.0; 4]);
-    assert_eq!(flow.state.rates[2].to_array(), [-5.0, 5.0, 3.0, -5.0]);
+    assert_eq!(flow.run.state.rates[0].to_array(), [1.0; 4]);
+    assert_eq!(flow.run.state.rates[1].to_array(), [3.0; 4]);
+    assert_eq!(flow.run.state.rates[2].to_array(), [-5.0, 5.0, 3.0, -5.0]);
 }
 
 #[test]
@@ -76,11 +76,11 @@ fn loaded_stop_keeps_its_position() {
     for step in 0..20_000 {
         flow.run_thesis(h).unwrap();
         let legs = &flow.model.side_by_side;
-        let chain = Chain::new(legs, &flow.state.angles, &flow.state.rates);
-        let open = (chain.open(legs), flow.mode.active.open);
+        let chain = Chain::new(legs, &flow.run.state.angles, &flow.run.state.rates);
+        let open = (chain.open(legs), flow.run.mode.active.open);
         let closed = (
-            chain.closed(legs, &flow.state.angles),
-            flow.mode.active.closed,
+            chain.closed(legs, &flow.run.state.angles),
+            flow.run.mode.active.closed,
         );
         for (constraint, active) in [open, closed] {
             if step > 0 && active.lane(0) != 0.0 {

@@ -1,6 +1,7 @@
 //! State of a flow as a flat list of numbers, for saving.
 
-use crate::integrators::flow::{Flow, ImpulseSums};
+use crate::integrators::flow::Flow;
+use crate::integrators::impulse_sums::ImpulseSums;
 use crate::integrators::moreau::LastImpulses;
 use crate::model::real::Lanes;
 use crate::model::state::State;
@@ -16,21 +17,24 @@ impl<const N: usize> Flow<N> {
     pub(super) fn replace(&mut self, by: &mut dyn FnMut() -> f64) -> f64 {
         let mut copy = self.clone_numbers();
         copy.each(&mut |x| *x = by());
-        (self.state, self.impulse_sums, self.impulse_sums_before) =
-            (copy.state, copy.impulse_sums, copy.impulse_sums_before);
+        (
+            self.run.state,
+            self.run.impulse_sums,
+            self.impulse_sums_before,
+        ) = (copy.state, copy.impulse_sums, copy.impulse_sums_before);
         [
-            self.mode.active.hip,
-            self.mode.active.closed,
-            self.mode.active.open,
-            self.mode.active.extended,
-            self.mode.active.bottomed,
-            self.mode.active.cable,
-            self.mode.commands.hip,
-            self.mode.commands.pulley,
-            self.mode.commands.hip_saturated,
-            self.mode.commands.pulley_saturated,
-            self.mode.commands.hip_damping,
-            self.mode.commands.pulley_damping,
+            self.run.mode.active.hip,
+            self.run.mode.active.closed,
+            self.run.mode.active.open,
+            self.run.mode.active.extended,
+            self.run.mode.active.bottomed,
+            self.run.mode.active.cable,
+            self.run.mode.commands.hip,
+            self.run.mode.commands.pulley,
+            self.run.mode.commands.hip_saturated,
+            self.run.mode.commands.pulley_saturated,
+            self.run.mode.commands.hip_damping,
+            self.run.mode.commands.pulley_damping,
             self.step_size,
         ] = copy.lanes;
         (self.run_seconds, self.last_impulses) = (copy.run_seconds, copy.last_impulses);
@@ -41,10 +45,10 @@ impl<const N: usize> Flow<N> {
     }
 
     fn clone_numbers(&self) -> Numbers<N> {
-        let (active, commands) = (&self.mode.active, &self.mode.commands);
+        let (active, commands) = (&self.run.mode.active, &self.run.mode.commands);
         Numbers {
-            state: self.state,
-            impulse_sums: self.impulse_sums,
+            state: self.run.state,
+            impulse_sums: self.run.impulse_sums,
             impulse_sums_before: self.impulse_sums_before,
             lanes: [
                 active.hip,

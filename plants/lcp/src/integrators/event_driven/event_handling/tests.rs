@@ -82,7 +82,7 @@ impl ImpactCase {
             Some(ground),
         );
         let planar = self.base == Base::Planar;
-        let state = &mut flow.state;
+        let state = &mut flow.run.state;
         let [roll, pitch] = self.tilt.map(|angle| 0.5 * angle);
         let roll = if planar { 0.0 } else { roll };
         state.attitude = [
@@ -103,9 +103,9 @@ impl ImpactCase {
                     .map(|rate| if k == 2 { rate } else { 0.5 * rate }),
             );
         }
-        let points = footings(&flow, &flow.state);
+        let points = footings(&flow, &flow.run.state);
         let lowest = points.iter().map(|(_, footing)| footing.gap);
-        flow.state.position[2] -= lowest.fold(f64::INFINITY, f64::min);
+        flow.run.state.position[2] -= lowest.fold(f64::INFINITY, f64::min);
         flow
     }
 }
@@ -134,8 +134,8 @@ fn footings<const N: usize>(
 fn check_contacts<const N: usize>(flow: &mut Flow<N>) -> Result<(), TestCaseError> {
     /// Time over which velocities change linearly \[s\].
     const MOMENT: f64 = 1e-7;
-    let state = flow.state;
-    let motion = flow.motion(&state, 0.0);
+    let state = flow.run.state;
+    let motion = flow.rhs.motion(&flow.model, &mut flow.run, &state, 0.0);
     let free = flow.model.is_free();
     let later = state.along(Lanes::splat(MOMENT), &motion.slope, free);
     let [now, then] = [&state, &later].map(|state| footings(flow, state));
@@ -146,7 +146,7 @@ fn check_contacts<const N: usize>(flow: &mut Flow<N>) -> Result<(), TestCaseErro
         }
         let [rate, a, b] = footing.velocity;
         prop_assert!(rate > -SLOW, "{:?} closes at {}", point, rate);
-        let mut contacts = flow.mode.contacts.iter();
+        let mut contacts = flow.run.mode.contacts.iter();
         let Some(contact) = contacts.find(|c| [c.leg, c.links] == *point) else {
             let opens = (later.velocity[0] - rate) / MOMENT;
             prop_assert!(
@@ -166,8 +166,8 @@ fn check_contacts<const N: usize>(flow: &mut Flow<N>) -> Result<(), TestCaseErro
             Some(_) => {}
         }
     }
-    let mut forces = flow.workspace.forces.iter();
-    for contact in &flow.mode.contacts {
+    let mut forces = flow.rhs.workspace.forces.iter();
+    for contact in &flow.run.mode.contacts {
         let normal = *forces.next().unwrap();
         prop_assert!(normal > 0.0, "{:?} pulls by {}", contact, normal);
         if contact.slides.is_none() {
@@ -192,7 +192,7 @@ fn check_event<const N: usize>(impact_case: &ImpactCase) -> Result<(), TestCaseE
     prop_assert!(handled.is_ok(), "{:?}", handled);
     let after: f64 = flow.stored().iter().sum();
     prop_assert!(after <= before + 1e-9, "{} J of {}", after, before);
-    let lost = flow.ledger.impact + flow.ledger.dissipated;
+    let lost = flow.run.ledger.impact + flow.run.ledger.dissipated;
     prop_assert!(
         (before - after - lost).abs() < 1e-7 * (1.0 + lost),
         "{} {}",
