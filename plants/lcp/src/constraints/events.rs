@@ -21,7 +21,10 @@ pub(crate) use impact::ImpactTotals;
 pub(crate) use reactivate::ExcessViolation;
 pub(crate) use resolve_modes::ModeResolution;
 
+use core::mem;
+
 use twinrig_contact::{Bound, Method, Problem, Solution, SolveError};
+use twinrig_runtime::WorkCounts;
 
 use crate::constraints::mode::Mode;
 use crate::constraints::motion::Dynamics;
@@ -53,8 +56,9 @@ pub(crate) struct Instant<const N: usize> {
     /// Sliding feet that jam, by leg and point of the leg; `marks` is the same by row.
     jammed: [[bool; 2]; 4],
     marks: Vec<bool>,
-    pub(crate) iterations: u64,
-    pub(crate) factorisations: u64,
+    /// Work since the last [`Instant::drain_counts`].
+    iterations: u64,
+    factorisations: u64,
 }
 
 impl<const N: usize> Instant<N> {
@@ -141,7 +145,13 @@ impl<const N: usize> Instant<N> {
         solved.map(|_| ())
     }
 
-    pub(crate) fn count(&mut self, solution: &Solution) {
+    /// Adds the iterations and factorisations since the last call to the counts of a run.
+    pub(crate) fn drain_counts(&mut self, counts: &mut WorkCounts) {
+        counts.solver_iterations += mem::take(&mut self.iterations);
+        counts.factorisations += mem::take(&mut self.factorisations);
+    }
+
+    fn count(&mut self, solution: &Solution) {
         self.iterations += u64::from(solution.sweeps + solution.pivots);
         self.factorisations += u64::from(solution.factorisations);
     }

@@ -8,3 +8,4 @@ pub(crate) mod guards;
 pub(crate) mod log;
 pub(crate) mod mode;
 pub(crate) mod motion;
+pub(crate) mod saturation;

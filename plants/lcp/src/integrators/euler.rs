@@ -107,10 +107,7 @@ impl<const N: usize> Flow<N> {
             seconds,
             &mut mode,
         );
-        (
-            self.run.counts.solver_iterations,
-            self.run.counts.factorisations,
-        ) = (instant.iterations, instant.factorisations);
+        instant.drain_counts(&mut self.run.counts);
         self.instant = instant;
         let found = found?;
         self.run.counts.events += mode.activated_since(&self.run.mode);

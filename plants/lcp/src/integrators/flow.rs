@@ -5,7 +5,7 @@ use twinrig_runtime::WorkCounts;
 
 use super::event_driven::{Buffers, Halt, Stepper};
 use super::impulse_sums::ImpulseSums;
-use super::moreau::LastImpulses;
+use super::moreau::{LastImpulses, Moreau};
 use super::right_hand_side::RightHandSide;
 use super::run_state::RunState;
 use super::step_error::StepError;
@@ -63,12 +63,7 @@ pub(crate) struct Flow<const N: usize> {
     pub(crate) tolerance: f64,
     pub(crate) rhs: RightHandSide<N>,
     pub(crate) instant: Instant<N>,
-    /// Impulses of the last step of [`Method::Moreau`], the initial guess of the next; and rates
-    /// without them.
-    pub(crate) last_impulses: LastImpulses,
-    pub(crate) free_rates: Vec<f64>,
-    /// Memory of a Moreau step; none while one is in progress.
-    pub(crate) midpoint: Option<Box<crate::integrators::moreau::Memory<N>>>,
+    pub(crate) moreau: Moreau<N>,
     /// Remaining steps by Moreau's rule after event accumulation, and length of the next fallback.
     pub(crate) fallback_steps: u32,
     pub(crate) backoff: u32,
@@ -104,9 +99,7 @@ impl<const N: usize> Flow<N> {
             tolerance,
             rhs: RightHandSide::default(),
             instant: Instant::default(),
-            last_impulses: LastImpulses::default(),
-            free_rates: Vec::new(),
-            midpoint: None,
+            moreau: Moreau::default(),
             fallback_steps: 0,
             backoff: BACKOFF,
             steps_since_fallback: 0,
@@ -133,7 +126,7 @@ impl<const N: usize> Flow<N> {
         let result = match self.method {
             Method::Rk4 => self.run(Stepper::RungeKutta, &before, seconds),
             Method::Rodas4 => self.run(Stepper::Rosenbrock, &before, seconds),
-            Method::Moreau => self.run_moreau(seconds),
+            Method::Moreau => self.moreau.advance(&self.model, &mut self.run, seconds),
             Method::SemiImplicit => self.run_semi_implicit(seconds),
             Method::ExplicitEuler => self.run_explicit_euler(seconds),
             Method::Thesis => self.run_thesis(seconds),
@@ -141,12 +134,11 @@ impl<const N: usize> Flow<N> {
         let result = result.and_then(|()| self.check_step(&before, seconds));
         if result.is_err() {
             self.roll_back(&before);
-            (self.step_size, self.last_impulses) = (before.step_size, before.last_impulses);
+            self.step_size = before.step_size;
+            self.moreau.set_last_impulses(before.last_impulses);
             (self.fallback_steps, self.backoff) = (before.fallback_steps, before.backoff);
             self.steps_since_fallback = before.steps_since_fallback;
             (self.run.counts, self.energy_gain) = (before.counts, before.energy_gain);
-            self.instant.iterations = self.run.counts.solver_iterations;
-            self.instant.factorisations = self.run.counts.factorisations;
         }
         result
     }
@@ -221,9 +213,10 @@ impl<const N: usize> Flow<N> {
         for halvings in 0..=HALVINGS_MAX {
             let substeps = 1 << halvings;
             self.roll_back(before);
-            self.last_impulses = before.last_impulses;
+            self.moreau.set_last_impulses(before.last_impulses);
             for _ in 0..substeps {
-                self.run_moreau(seconds / f64::from(substeps))?;
+                self.moreau
+                    .advance(&self.model, &mut self.run, seconds / f64::from(substeps))?;
             }
             if !self.gained_too_much(&before.ledger) {
                 if halvings > 0 && self.violation() > VIOLATION_MAX {
@@ -245,7 +238,7 @@ impl<const N: usize> Flow<N> {
             ledger: self.run.ledger,
             impulse_sums: self.run.impulse_sums,
             step_size: self.step_size,
-            last_impulses: self.last_impulses,
+            last_impulses: *self.moreau.last_impulses(),
             fallback_steps: self.fallback_steps,
             backoff: self.backoff,
             steps_since_fallback: self.steps_since_fallback,

@@ -15,6 +15,5 @@ mod rk4;
 mod rodas4;
 mod root;
 pub(crate) mod run_state;
-mod saturation;
 pub(crate) mod step_error;
 mod thesis;

@@ -18,125 +18,36 @@
 
 mod drift;
 mod drives;
+mod impulses;
+mod inertia;
 mod kick;
 mod momentum;
 
-use twinrig_contact::Method;
 use twinrig_legged::DriveModels;
 
-use crate::constraints::events::{Entry, Feet, Role, SLOTS, Stop};
-use crate::integrators::flow::Flow;
-use crate::integrators::saturation::Effort;
-use crate::integrators::step_error::StepError;
-use crate::model::articulated::{Accelerations, Articulated, rotation};
+use super::run_state::RunState;
+use super::step_error::StepError;
+use crate::constraints::motion::Dynamics;
+use crate::constraints::saturation::Effort;
+use crate::model::Model;
+use crate::model::articulated::rotation;
 use crate::model::chain::friction_torques;
-use crate::model::leg_constraints::{ConstraintSet, DriveAction, HIP};
+use crate::model::leg_constraints::{DriveAction, HIP};
 use crate::model::real::{Lanes, Real};
 use crate::model::state::State;
 
 use drift::{HalfStep, Momentum, Rates, advance_joints, rotated};
-use drives::{MeanDrive, TorqueSpeedLines};
-use kick::Kick;
-use momentum::{Geometry, Momenta};
-
-/// Share γ of a gap that a step closes, or of an overlap that it corrects, at an active constraint:
-/// the maximum for which an overlap decays without oscillation, as positions advance by the mean of
-/// the velocities at both ends.
-const RECOVERY: f64 = 1.0 / 3.0;
-
-/// Approach velocity below which an impact has no restitution, and maximum velocity of the
-/// correction of an overlap \[m/s\].
-const RESTING: f64 = 0.05;
-
-/// Predicted gap below which a constraint enters the problem \[m\].
-const CLOSING: f64 = 1e-6;
-
-/// Predicted gap above which a constraint is ignored \[m\].
-const SEARCH_DISTANCE: f64 = 2e-3;
-
-/// Tolerances of the impulses, relative to the maximum speed, and in m/s.
-const TOLERANCE: [f64; 2] = [1e-6, 1e-7];
-
-/// Violation that is accepted if no method finds a better solution \[m/s\]: a hundredth of a
-/// micrometre over a step of a millisecond, which the next step corrects.
-const VIOLATION_ACCEPTED: f64 = 1e-5;
+use drives::{MeanDrive, TorqueSpeedLines, drive_over, mean_commanded, torque_speed_lines};
+use impulses::ImpulseSolver;
+pub(crate) use impulses::LastImpulses;
+use inertia::{Memory, unload_middle};
+use momentum::Geometry;
 
 /// A motor that changes more often is at the limit of its torque, where both modes are valid.
 const CHANGES_MAX: u32 = 4;
 
 /// Maximum number of halvings of a step whose impulses are not found.
 const HALVINGS_MAX: u32 = 8;
-
-/// Impulses of a step, the initial guess of the next one.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct LastImpulses {
-    /// By leg and slot \[N·s, N·m·s\].
-    pub(crate) impulses: [[f64; SLOTS]; 4],
-    /// Length of that step \[s\].
-    pub(crate) seconds: f64,
-}
-
-impl LastImpulses {
-    /// Returns the mean force of that step in a slot.
-    fn force(&self, leg: usize, slot: usize) -> f64 {
-        let impulse = self.impulses[leg][slot];
-        // Before the first step all impulses are zero, and so is its length.
-        if impulse == 0.0 {
-            return 0.0;
-        }
-        impulse / self.seconds
-    }
-
-    /// Returns the expected forces in a step of length `seconds`: those of the last step, limited
-    /// to its impulses. The impact in a short step is not a force that persists in a long one.
-    fn forces_over(&self, seconds: f64) -> [[f64; SLOTS]; 4] {
-        let longer = self.seconds.max(seconds);
-        self.impulses
-            .map(|slots| slots.map(|impulse| impulse / longer))
-    }
-}
-
-/// Inertia of the robot at one end of a step.
-#[derive(Debug, Clone)]
-struct Node<const N: usize> {
-    angles: [Lanes; N],
-    /// Mask of the hips that follow their commands, and inertia of the motors at the others.
-    hips: [Lanes; 2],
-    inertia: Articulated<Lanes, N>,
-    geometry: Geometry<N>,
-    /// Whether it is computed.
-    known: bool,
-}
-
-/// Memory of a step: large values that are swapped instead of copied.
-#[derive(Debug, Clone)]
-pub(crate) struct Memory<const N: usize> {
-    start: Box<Node<N>>,
-    end: Box<Node<N>>,
-    middle: Articulated<Lanes, N>,
-}
-
-impl<const N: usize> Node<N> {
-    fn blank() -> Self {
-        Self {
-            angles: [Lanes::zero(); N],
-            hips: [Lanes::zero(); 2],
-            inertia: Articulated::blank(),
-            geometry: Geometry::blank(),
-            known: false,
-        }
-    }
-}
-
-impl<const N: usize> Default for Memory<N> {
-    fn default() -> Self {
-        Self {
-            start: Box::new(Node::blank()),
-            end: Box::new(Node::blank()),
-            middle: Articulated::blank(),
-        }
-    }
-}
 
 /// Solution of a step.
 struct SolvedStep<const N: usize> {
@@ -164,32 +75,68 @@ struct Hip {
     momentum_change: [Lanes; 2],
 }
 
-impl<const N: usize> Flow<N> {
-    /// Advances by `seconds`; halves a step whose impulses are not found.
-    pub(crate) fn run_moreau(&mut self, seconds: f64) -> Result<(), StepError> {
-        self.moreau_halved(seconds, HALVINGS_MAX)
+/// Moreau's midpoint rule with its workspace.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Moreau<const N: usize> {
+    solver: ImpulseSolver<N>,
+    memory: Box<Memory<N>>,
+}
+
+impl<const N: usize> Moreau<N> {
+    /// Returns the impulses of the last step.
+    pub(crate) fn last_impulses(&self) -> &LastImpulses {
+        &self.solver.last_impulses
     }
 
-    fn moreau_halved(&mut self, seconds: f64, halvings: u32) -> Result<(), StepError> {
-        let mut memory = self.midpoint.take().unwrap_or_default();
-        let done = self.moreau_step(seconds, &mut memory);
-        self.midpoint = Some(memory);
-        match done {
+    /// Replaces the impulses of the last step.
+    pub(crate) fn set_last_impulses(&mut self, last_impulses: LastImpulses) {
+        self.solver.last_impulses = last_impulses;
+    }
+
+    /// Advances by `seconds`; halves a step whose impulses are not found.
+    pub(crate) fn advance(
+        &mut self,
+        model: &Model<N>,
+        run: &mut RunState<N>,
+        seconds: f64,
+    ) -> Result<(), StepError> {
+        self.advance_halved(model, run, seconds, HALVINGS_MAX)
+    }
+
+    fn advance_halved(
+        &mut self,
+        model: &Model<N>,
+        run: &mut RunState<N>,
+        seconds: f64,
+        halvings: u32,
+    ) -> Result<(), StepError> {
+        match self.step(model, run, seconds) {
             Err(StepError::SolveError(_) | StepError::NotConverged { .. }) if halvings > 0 => {
-                self.run.counts.fallbacks += 1;
-                self.moreau_halved(0.5 * seconds, halvings - 1)?;
-                self.moreau_halved(0.5 * seconds, halvings - 1)
+                run.counts.fallbacks += 1;
+                self.advance_halved(model, run, 0.5 * seconds, halvings - 1)?;
+                self.advance_halved(model, run, 0.5 * seconds, halvings - 1)
             }
             done => done,
         }
     }
 
-    fn moreau_step(&mut self, seconds: f64, memory: &mut Memory<N>) -> Result<(), StepError> {
-        let before = self.run.state;
-        let commanded = self.mean_commanded(&before, seconds);
-        let mut lines = self.torque_speed_lines([before.rates[0], before.pulley_rate]);
+    fn step(
+        &mut self,
+        model: &Model<N>,
+        run: &mut RunState<N>,
+        seconds: f64,
+    ) -> Result<(), StepError> {
+        let before = run.state;
+        let commanded = mean_commanded(model, &run.mode.commands, &before, seconds);
+        let mut lines = torque_speed_lines(
+            model,
+            &run.mode.commands,
+            [before.rates[0], before.pulley_rate],
+        );
         for change in 0.. {
-            let solved = self.solve_step(memory, &before, commanded, &lines, seconds)?;
+            let solved = self.solve_step(model, run, commanded, &lines, seconds);
+            self.solver.instant.drain_counts(&mut run.counts);
+            let solved = solved?;
             let (half, per) = (Lanes::splat(0.5), Lanes::splat(1.0 / seconds));
             let after = &solved.after;
             let effort = Effort {
@@ -204,50 +151,15 @@ impl<const N: usize> Flow<N> {
                     half * (before.pulley_rate + after.pulley_rate),
                 ],
             };
-            let saturated = self.saturate(&effort);
-            let now = self.torque_speed_lines(effort.rates);
+            let saturated = run.mode.saturate(model, &effort);
+            let now = torque_speed_lines(model, &run.mode.commands, effort.rates);
             if change == CHANGES_MAX || !saturated && now == lines {
-                self.finish(&before, &solved, memory, seconds);
+                self.finish(model, run, &solved, seconds);
                 break;
             }
             lines = now;
         }
-        self.run.check_finite(&self.model)
-    }
-
-    /// Computes the inertia with links at these angles, in the present mode of the motors.
-    fn renew(&self, node: &mut Node<N>, angles: &[Lanes; N]) {
-        let mut drive = DriveAction::none();
-        // Hips that follow their commands impose a unit rate of 1 rad/s.
-        drive.hip_acceleration = Lanes::splat(1.0);
-        if let Some(drives) = &self.model.drives {
-            let saturated = self.run.mode.commands.hip_saturated;
-            drive.hip_inertia = saturated * saturated * Lanes::splat(drives.inertias()[0]);
-        }
-        let mode = self.run.mode.drives_only();
-        let hips = [mode.active.hip, drive.hip_inertia];
-        if node.known && node.angles == *angles && node.hips == hips {
-            return;
-        }
-        let mut mode = mode;
-        mode.update_any();
-        let constraint_set = ConstraintSet {
-            active: &mode.active,
-            drive: &drive,
-            recovery: Lanes::zero(),
-            implicit_seconds: 0.0,
-            any: mode.any,
-        };
-        let zero_rates = [Lanes::zero(); N];
-        let inertia = &mut node.inertia;
-        inertia.unload(
-            &self.model,
-            &self.model.side_by_side,
-            [angles, &zero_rates],
-            &constraint_set,
-        );
-        node.geometry = Geometry::of(&self.model, inertia);
-        (node.angles, node.hips, node.known) = (*angles, hips, true);
+        run.check_finite(model)
     }
 
     /// Computes the end of a step under these drives.
@@ -257,20 +169,22 @@ impl<const N: usize> Flow<N> {
     )]
     fn solve_step(
         &mut self,
-        memory: &mut Memory<N>,
-        before: &State<Lanes, N>,
+        model: &Model<N>,
+        run: &mut RunState<N>,
         commanded: [Lanes; 2],
         lines: &TorqueSpeedLines,
         seconds: f64,
     ) -> Result<SolvedStep<N>, StepError> {
-        self.run.counts.evaluations += 1;
+        run.counts.evaluations += 1;
+        let Self { solver, memory } = self;
+        let before = &run.state;
         let half = 0.5 * seconds;
-        self.renew(&mut memory.start, &before.angles);
-        let (start, legs) = (&memory.start.geometry, &self.model.side_by_side);
+        memory.start.renew(model, &run.mode, &before.angles);
+        let (start, legs) = (&memory.start.geometry, &model.side_by_side);
         let from = start.momenta(legs, &before.rates, before.turning);
         let hip_inertia = memory.start.hips[1];
         let half_step = HalfStep {
-            model: &self.model,
+            model,
             inertia: &memory.start.inertia,
             hip_inertia,
             seconds: half,
@@ -284,11 +198,11 @@ impl<const N: usize> Flow<N> {
         (middle.rates, middle.turning) = (rates.links, rates.turning);
         advance_joints(&mut middle, half);
 
-        let dynamics = self.run.dynamics(&self.model, 0.0);
+        let dynamics = run.dynamics(model, 0.0);
         let MeanDrive { drive, hip_damping } =
-            self.drive_over(&dynamics, &middle, commanded, lines, seconds);
-        self.unload_middle(&mut memory.middle, &middle, &drive, half);
-        let geometry = Geometry::of(&self.model, &memory.middle);
+            drive_over(&dynamics, &middle, commanded, lines, seconds);
+        unload_middle(&mut memory.middle, model, &run.mode, &middle, &drive, half);
+        let geometry = Geometry::of(model, &memory.middle);
         let mut momentum = None;
         if let Some((base, (body, middle_body))) = memory
             .middle
@@ -296,7 +210,7 @@ impl<const N: usize> Flow<N> {
             .as_mut()
             .zip(start.body.zip(geometry.body))
         {
-            let mut robot = Momentum::of(&self.model, before, &body, from.relative, from.spin);
+            let mut robot = Momentum::of(model, before, &body, from.relative, from.spin);
             robot.drift(half);
             middle.attitude = rotated(before.attitude, rates.turning, half);
             let relative = geometry.relative(legs, &rates.links, rates.turning);
@@ -305,11 +219,17 @@ impl<const N: usize> Flow<N> {
             momentum = Some((robot, middle_body));
         }
         let kick = (&geometry, &rates, &last_momenta);
-        let (accelerations, torques) =
-            self.impulses(&mut memory.middle, &middle, &drive, kick, seconds)?;
-        let tension = self.tension(seconds);
+        let (accelerations, torques) = solver.impulses(
+            &dynamics,
+            &mut memory.middle,
+            &middle,
+            &drive,
+            kick,
+            seconds,
+        )?;
+        let tension = solver.tension(seconds);
 
-        let legs = &self.model.side_by_side;
+        let legs = &model.side_by_side;
         let h = Lanes::splat(seconds);
         let mut after = middle;
         for i in 0..N {
@@ -335,12 +255,12 @@ impl<const N: usize> Flow<N> {
         momenta[0] += hip_inertia * before.rates[0] - Lanes::splat(half) * hip_damping * change[0];
 
         advance_joints(&mut after, half);
-        self.renew(&mut memory.end, &after.angles);
-        let (end, legs) = (&memory.end.geometry, &self.model.side_by_side);
+        memory.end.renew(model, &run.mode, &after.angles);
+        let (end, legs) = (&memory.end.geometry, &model.side_by_side);
         let mut spin = [0.0; 3];
         if let Some(((robot, body), end_body)) = momentum.as_mut().zip(end.body) {
             let velocity_change =
-                robot.apply(&self.instant.wrench(), &memory.middle, body, seconds);
+                robot.apply(&solver.instant.wrench(), &memory.middle, body, seconds);
             let [forward, _, up] = velocity_change.map(Lanes::splat);
             let chain = &memory.middle.chain;
             for i in 0..N {
@@ -374,7 +294,7 @@ impl<const N: usize> Flow<N> {
             links: solved.after.rates,
             turning: solved.after.turning,
         };
-        if self.model.drives.is_some() {
+        if model.drives.is_some() {
             let hip = Hip {
                 rates: [rates.links[0], last.links[0]],
                 acceleration: accelerations.links[0],
@@ -385,263 +305,72 @@ impl<const N: usize> Flow<N> {
                     at(end, &ends) - at(&geometry, &last),
                 ],
             };
-            self.drive_torques(&mut solved, &drive, &hip, winding, seconds);
+            drive_torques(&dynamics, &mut solved, &drive, &hip, winding, seconds);
         }
         Ok(solved)
-    }
-
-    /// Computes the inertia in the middle of a step, with the drives as constraints.
-    fn unload_middle(
-        &self,
-        articulated: &mut Articulated<Lanes, N>,
-        middle: &State<Lanes, N>,
-        drive: &DriveAction<Lanes>,
-        half: f64,
-    ) {
-        let mut mode = self.run.mode.drives_only();
-        mode.update_any();
-        let constraint_set = ConstraintSet {
-            active: &mode.active,
-            drive,
-            recovery: Lanes::zero(),
-            implicit_seconds: half,
-            any: mode.any,
-        };
-        let moving = [&middle.angles, &middle.rates];
-        articulated.unload(
-            &self.model,
-            &self.model.side_by_side,
-            moving,
-            &constraint_set,
-        );
-    }
-
-    /// Computes the torques of the motors, mean over a step, and the work of the hip motors.
-    fn drive_torques(
-        &self,
-        solved: &mut SolvedStep<N>,
-        drive: &DriveAction<Lanes>,
-        hip: &Hip,
-        winding: Lanes,
-        seconds: f64,
-    ) {
-        let Some(drives) = &self.model.drives else {
-            return;
-        };
-        let h = Lanes::splat(seconds);
-        let inertia = drives.inertias().map(Lanes::splat);
-        let lost = Lanes::splat(0.5 * seconds) * hip.damping;
-        let mut torque = drive.hip_torque - lost * hip.acceleration;
-        solved.hip_work = h * torque * solved.mean[0];
-        if let DriveModels::Servos(_) = drives {
-            let saturated = self.run.mode.commands.hip_saturated;
-            let follows = Lanes::splat(1.0) - saturated * saturated;
-            let kick = h * (inertia[0] * hip.acceleration + hip.imposed_torque);
-            let ([behind, beyond], [first, last]) = (hip.momentum_change, hip.rates);
-            torque += follows * (behind + kick + beyond) / h;
-            solved.hip_work += follows * (behind * first + kick * solved.mean[0] + beyond * last);
-        }
-        let radius = self.model.side_by_side.pulley_radius;
-        solved.torques = [torque, inertia[1] * winding + radius * solved.tension];
-    }
-
-    /// Solves for the impulses; returns the accelerations under them, and the torques on the links.
-    fn impulses(
-        &mut self,
-        articulated: &mut Articulated<Lanes, N>,
-        middle: &State<Lanes, N>,
-        drive: &DriveAction<Lanes>,
-        (geometry, rates, before): (&Geometry<N>, &Rates<N>, &Momenta<N>),
-        seconds: f64,
-    ) -> Result<(Accelerations<Lanes, N>, [Lanes; N]), StepError> {
-        let Self {
-            model,
-            run,
-            instant,
-            free_rates,
-            last_impulses,
-            ..
-        } = self;
-        let dynamics = run.dynamics(model, 0.0);
-        let near = |gap: f64, rate: f64| gap + 0.5 * seconds * rate.min(0.0) < SEARCH_DISTANCE;
-        let legs = [0, 1, 2, 3];
-        let legs = &legs[..model.legs.len()];
-        instant.find_entries(
-            &dynamics,
-            middle,
-            articulated,
-            drive,
-            legs,
-            Feet::WithTangents,
-            &near,
-        );
-        let kick = Kick {
-            model,
-            geometry,
-            hip_torque: drive.hip_torque,
-            rates,
-            before,
-            seconds,
-        };
-        kick.apply(
-            articulated,
-            &instant.load(&last_impulses.forces_over(seconds)),
-        )?;
-        let accelerations = articulated.accelerations();
-        free_rates.clear();
-        let mut kept = false;
-        instant.entries.retain(|entry| {
-            let free = entry.rate + seconds * gap_acceleration(entry, &accelerations);
-            if !entry.role.is_tangent() {
-                kept = entry.gap + 0.5 * seconds * entry.rate.min(free) < CLOSING;
-            }
-            if kept {
-                free_rates.push(free);
-            }
-            kept
-        });
-        let ground = model.ground.as_ref();
-        let [friction, restitution] =
-            ground.map_or([0.0; 2], |ground| [ground.friction, ground.restitution]);
-        instant.prepare(articulated, friction);
-        for (i, (entry, free)) in instant.entries.iter().zip(free_rates.iter()).enumerate() {
-            instant
-                .problem
-                .offset(i, free + rate_offset(entry, restitution, seconds));
-            let last = last_impulses.force(entry.row.leg, entry.role.slot());
-            instant.problem.guess(i, last * seconds);
-        }
-        instant.solve(
-            VIOLATION_ACCEPTED,
-            Method::Newton,
-            |problem, method| match method {
-                Method::Newton => problem.solve_within(TOLERANCE[0], TOLERANCE[1]),
-                _ => problem.solve_by(method),
-            },
-        )?;
-        instant.problem.project_onto_bounds();
-        (run.counts.solver_iterations, run.counts.factorisations) =
-            (instant.iterations, instant.factorisations);
-        let (mut trunk, mut torques) = (accelerations.trunk, articulated.torques);
-        let impulses = instant.problem.unknowns();
-        for ((entry, response), impulse) in instant
-            .entries
-            .iter()
-            .zip(&instant.force_responses)
-            .zip(impulses)
-        {
-            let force = impulse / seconds;
-            for (a, r) in trunk.iter_mut().zip(&response.trunk) {
-                *a += r * force;
-            }
-            for (torque, arm) in torques.iter_mut().zip(&entry.force_row.links) {
-                let sum = torque.lane(entry.row.leg) + arm * force;
-                *torque = torque.with_lane(entry.row.leg, sum);
-            }
-        }
-        Ok((articulated.with_trunk(trunk, &torques), torques))
-    }
-
-    /// Returns the tension of each leg's cable, mean over the step \[N\].
-    fn tension(&self, seconds: f64) -> Lanes {
-        let mut tension = Lanes::zero();
-        let impulses = self.instant.problem.unknowns();
-        for (entry, impulse) in self.instant.entries.iter().zip(impulses) {
-            if entry.role == Role::Stop(Stop::Cable) {
-                tension = tension.with_lane(entry.row.leg, impulse / seconds);
-            }
-        }
-        tension
     }
 
     /// Accepts the end of the step and enters its work in the energy balance.
     fn finish(
         &mut self,
-        before: &State<Lanes, N>,
+        model: &Model<N>,
+        run: &mut RunState<N>,
         solved: &SolvedStep<N>,
-        memory: &mut Memory<N>,
         seconds: f64,
     ) {
         let (h, half) = (Lanes::splat(seconds), Lanes::splat(0.5 * seconds));
         let after = solved.after;
         let [hip, knee] = solved.torques;
-        self.run.impulse_sums.hip += h * hip;
-        self.run.impulse_sums.knee += h * knee;
-        self.run.impulse_sums.cable += h * solved.tension;
-        let wound = half * (before.pulley_rate + after.pulley_rate);
-        self.run.ledger.actuator += (solved.hip_work + knee * wound).sum();
-        let torques = friction_torques(&self.model.side_by_side, &solved.mean);
+        run.impulse_sums.hip += h * hip;
+        run.impulse_sums.knee += h * knee;
+        run.impulse_sums.cable += h * solved.tension;
+        let wound = half * (run.state.pulley_rate + after.pulley_rate);
+        run.ledger.actuator += (solved.hip_work + knee * wound).sum();
+        let torques = friction_torques(&model.side_by_side, &solved.mean);
         for i in 0..N {
-            self.run.ledger.dissipated -= (h * torques[i] * solved.mean[i]).sum();
+            run.ledger.dissipated -= (h * torques[i] * solved.mean[i]).sum();
         }
-        self.record_impulses(seconds);
-        let end = &mut memory.end.inertia;
+        self.solver.record_impulses(model, run, seconds);
+        let end = &mut self.memory.end.inertia;
         end.chain.rates = after.rates;
         if let Some(base) = &mut end.base {
             base.rotation = rotation(after.attitude);
         }
-        let stored = end.stored(&self.model, &self.model.side_by_side, &after);
-        self.run.ledger.close_step(stored);
-        core::mem::swap(&mut memory.start, &mut memory.end);
-        self.run.state = after;
-        self.run.counts.steps += 1;
-    }
-
-    /// Enters the work of the impulses in the energy balance, and the ground impulses in the sums.
-    fn record_impulses(&mut self, seconds: f64) {
-        let restitution = self
-            .model
-            .ground
-            .as_ref()
-            .map_or(0.0, |ground| ground.restitution);
-        let before = core::mem::take(&mut self.last_impulses).impulses;
-        self.last_impulses.seconds = seconds;
-        let losses = self.instant.losses(1.0, |row| {
-            let entry = &self.instant.entries[row];
-            self.instant.problem.w(row) - rate_offset(entry, restitution, seconds)
-        });
-        self.run.ledger.impact += losses.impact;
-        self.run.ledger.dissipated += losses.friction;
-        let impulses = self.instant.problem.unknowns();
-        for (entry, impulse) in self.instant.entries.iter().zip(impulses) {
-            let (leg, slot) = (entry.row.leg, entry.role.slot());
-            self.last_impulses.impulses[leg][slot] = *impulse;
-            let activated = *impulse > 0.0 && before[leg][slot] <= 0.0;
-            self.run.counts.events += u64::from(activated && !entry.role.is_tangent());
-        }
-        let ground = self.instant.ground();
-        self.run.impulse_sums.add_ground(&ground);
+        let stored = end.stored(model, &model.side_by_side, &after);
+        run.ledger.close_step(stored);
+        core::mem::swap(&mut self.memory.start, &mut self.memory.end);
+        run.state = after;
+        run.counts.steps += 1;
     }
 }
 
-/// Returns the acceleration of a gap without constraint forces.
-fn gap_acceleration<const N: usize>(
-    entry: &Entry<N>,
-    accelerations: &Accelerations<Lanes, N>,
-) -> f64 {
-    let mut sum = entry.winding;
-    for (j, a) in entry.row.trunk.iter().zip(&accelerations.trunk) {
-        sum += j * a;
+/// Computes the torques of the motors, mean over a step, and the work of the hip motors.
+fn drive_torques<const N: usize>(
+    dynamics: &Dynamics<'_, Lanes, N>,
+    solved: &mut SolvedStep<N>,
+    drive: &DriveAction<Lanes>,
+    hip: &Hip,
+    winding: Lanes,
+    seconds: f64,
+) {
+    let Some(drives) = &dynamics.model.drives else {
+        return;
+    };
+    let h = Lanes::splat(seconds);
+    let inertia = drives.inertias().map(Lanes::splat);
+    let lost = Lanes::splat(0.5 * seconds) * hip.damping;
+    let mut torque = drive.hip_torque - lost * hip.acceleration;
+    solved.hip_work = h * torque * solved.mean[0];
+    if let DriveModels::Servos(_) = drives {
+        let saturated = dynamics.mode.commands.hip_saturated;
+        let follows = Lanes::splat(1.0) - saturated * saturated;
+        let kick = h * (inertia[0] * hip.acceleration + hip.imposed_torque);
+        let ([behind, beyond], [first, last]) = (hip.momentum_change, hip.rates);
+        torque += follows * (behind + kick + beyond) / h;
+        solved.hip_work += follows * (behind * first + kick * solved.mean[0] + beyond * last);
     }
-    for (j, a) in entry.row.links.iter().zip(&accelerations.links) {
-        sum += j * a.lane(entry.row.leg);
-    }
-    sum
-}
-
-/// Returns the offset of a gap's rate at the end of the step, for the correction of the gap or the
-/// rebound of an impact.
-fn rate_offset<const N: usize>(entry: &Entry<N>, restitution: f64, seconds: f64) -> f64 {
-    let start = entry.gap - 0.5 * seconds * entry.rate;
-    // Slow correction; otherwise an impact would rebound by the overlap of its step.
-    let recovered = (RECOVERY * start / seconds).max(-RESTING);
-    match entry.role {
-        Role::Tangent { .. } => 0.0,
-        Role::Normal { .. } if restitution > 0.0 && entry.rate < -RESTING => {
-            (restitution * entry.rate).min(recovered)
-        }
-        _ => recovered,
-    }
+    let radius = dynamics.legs.pulley_radius;
+    solved.torques = [torque, inertia[1] * winding + radius * solved.tension];
 }
 
 #[cfg(test)]

@@ -168,8 +168,7 @@ impl<const N: usize> Flow<N> {
         let free = self.model.is_free();
         let coordinates = self.coordinates();
         let mut memory = core::mem::take(&mut self.rodas4);
-        self.instant.factorisations += 1;
-        self.run.counts.factorisations = self.instant.factorisations;
+        self.run.counts.factorisations += 1;
         let system = if free {
             if !self.factor_coupled(state, h.lane(0), recovery, &mut memory) {
                 self.rodas4 = memory;

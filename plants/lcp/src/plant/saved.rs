@@ -52,8 +52,6 @@ impl<const N: usize> Flow<N> {
         }
         self.run.mode.update_any();
         (self.run.ledger, self.run.counts) = (saved.ledger, saved.counts);
-        self.instant.iterations = self.run.counts.solver_iterations;
-        self.instant.factorisations = self.run.counts.factorisations;
         self.buffers = None;
         if cached_recovery > 0.0 {
             self.restore_cache(cached_recovery);

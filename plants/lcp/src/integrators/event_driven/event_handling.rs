@@ -8,8 +8,8 @@ use crate::constraints::events::{ImpactTotals, Instant, ModeResolution, STOPPED}
 use crate::constraints::guards::{GUARDS, Guard, kind, links_of};
 use crate::constraints::mode::Mode;
 use crate::constraints::motion::Dynamics;
+use crate::constraints::saturation::Effort;
 use crate::integrators::flow::Flow;
-use crate::integrators::saturation::Effort;
 use crate::integrators::step_error::StepError;
 use crate::model::drives::commanded_acceleration;
 use crate::model::real::{Lanes, Real};
@@ -187,10 +187,7 @@ impl<const N: usize> Flow<N> {
         let resolved =
             self.solve_event(&mut instant, &mut event, &ALL[legs], recovery, with_impact);
         self.instant = instant;
-        (
-            self.run.counts.solver_iterations,
-            self.run.counts.factorisations,
-        ) = (self.instant.iterations, self.instant.factorisations);
+        self.instant.drain_counts(&mut self.run.counts);
         resolved?;
         self.run.log_changes(&self.model, &event.mode, at_s);
         (self.run.state, self.run.mode) = (event.state, event.mode);
@@ -302,7 +299,7 @@ impl<const N: usize> Flow<N> {
                     ),
                 ],
             };
-            if !self.saturate(&effort) {
+            if !self.run.mode.saturate(&self.model, &effort) {
                 return changes > 0;
             }
         }

@@ -4,7 +4,8 @@
 use twinrig_legged::{Base, Drives, Ledger};
 use twinrig_robot::{GRAVITY, Robot, RobotFile};
 
-use super::{Geometry, LastImpulses, Momentum, RECOVERY};
+use super::impulses::RECOVERY;
+use super::{Geometry, LastImpulses, Momentum};
 use crate::constraints::events::SLOTS;
 use crate::fixtures::{self, HARD, PASSIVE, between_stops, distance, flow, tumbling};
 use crate::integrators::flow::Flow;

@@ -37,7 +37,8 @@ impl<const N: usize> Flow<N> {
             self.run.mode.commands.pulley_damping,
             self.step_size,
         ] = copy.lanes;
-        (self.run_seconds, self.last_impulses) = (copy.run_seconds, copy.last_impulses);
+        self.run_seconds = copy.run_seconds;
+        self.moreau.set_last_impulses(copy.last_impulses);
         [self.fallback_steps, self.backoff, self.steps_since_fallback] =
             copy.counters.map(count_from);
         (self.energy_gain, self.modes_pending) = (copy.energy_gain, copy.modes_pending != 0.0);
@@ -70,7 +71,7 @@ impl<const N: usize> Flow<N> {
             energy_gain: self.energy_gain,
             modes_pending: f64::from(u8::from(self.modes_pending)),
             cached_recovery: self.cached_recovery(),
-            last_impulses: self.last_impulses,
+            last_impulses: *self.moreau.last_impulses(),
         }
     }
 }

@@ -2,7 +2,8 @@
 
 use twinrig_legged::DriveModels;
 
-use crate::integrators::flow::Flow;
+use super::mode::Mode;
+use crate::model::Model;
 use crate::model::drives::saturation_torque;
 use crate::model::real::{Lanes, Real};
 
@@ -17,20 +18,20 @@ pub(crate) struct Effort {
     pub(crate) rates: [Lanes; 2],
 }
 
-impl<const N: usize> Flow<N> {
+impl Mode {
     /// Updates the saturation of the servos for this effort; returns whether it changed.
-    pub(crate) fn saturate(&mut self, effort: &Effort) -> bool {
-        let Some(DriveModels::Servos(servos)) = self.model.drives else {
+    pub(crate) fn saturate<const N: usize>(&mut self, model: &Model<N>, effort: &Effort) -> bool {
+        let Some(DriveModels::Servos(servos)) = model.drives else {
             return false;
         };
-        let commands = &mut self.run.mode.commands;
+        let commands = &mut self.commands;
         let saturated = [&mut commands.hip_saturated, &mut commands.pulley_saturated];
         let mut changed = false;
         for (drive, (servo, saturated)) in servos.both().into_iter().zip(saturated).enumerate() {
             if servo.torque().is_infinite() {
                 continue;
             }
-            for leg in 0..self.model.legs.len() {
+            for leg in 0..model.legs.len() {
                 let of = |lanes: &[Lanes; 2]| lanes[drive].lane(leg);
                 let now = saturated.lane(leg);
                 let next = if now == 0.0 {
@@ -52,8 +53,8 @@ impl<const N: usize> Flow<N> {
         }
         if changed {
             let saturated = commands.hip_saturated * commands.hip_saturated;
-            self.run.mode.active.hip = Lanes::splat(1.0) - saturated;
-            self.run.mode.update_any();
+            self.active.hip = Lanes::splat(1.0) - saturated;
+            self.update_any();
         }
         changed
     }
