@@ -73,6 +73,47 @@ impl Mode {
         self.any[DIAGONAL] = in_any(active.extended + active.bottomed);
         self.any[CABLE] = in_any(active.cable);
     }
+
+    /// Deactivates stops, cables and contacts.
+    pub(crate) fn deactivate(&mut self) {
+        let none = Lanes::zero();
+        let active = &mut self.active;
+        for constraint in [
+            &mut active.closed,
+            &mut active.open,
+            &mut active.extended,
+            &mut active.bottomed,
+            &mut active.cable,
+        ] {
+            *constraint = none;
+        }
+        self.contacts.clear();
+    }
+
+    /// Returns the number of constraints that are active now and were not in `before`.
+    pub(crate) fn activated_since(&self, before: &Self) -> u64 {
+        let all = |mode: &Self| {
+            let active = &mode.active;
+            [
+                active.closed,
+                active.open,
+                active.extended,
+                active.bottomed,
+                active.cable,
+            ]
+        };
+        let mut activated = 0;
+        for (now, then) in all(self).into_iter().zip(all(before)) {
+            for (now, then) in now.to_array().into_iter().zip(then.to_array()) {
+                activated += u64::from(now != 0.0 && then == 0.0);
+            }
+        }
+        for contact in &self.contacts {
+            let known = |other: &Contact| (other.leg, other.links) == (contact.leg, contact.links);
+            activated += u64::from(!before.contacts.iter().any(known));
+        }
+        activated
+    }
 }
 
 impl<R> ActiveConstraints<R> {

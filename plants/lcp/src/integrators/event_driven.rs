@@ -190,7 +190,7 @@ impl<const N: usize> Flow<N> {
         buffers: &mut Buffers<N>,
     ) -> Result<(), Halt> {
         let recovery = RECOVERY / seconds;
-        self.follow_command();
+        self.rhs.follow_command(&self.model, &mut self.run);
         let mut progress = Progress {
             remaining: self.model.leg_times(seconds),
             events: [0; 4],
@@ -199,7 +199,6 @@ impl<const N: usize> Flow<N> {
         };
         self.start(recovery, buffers)?;
         buffers.key = None;
-        self.estimate = 0.0;
         loop {
             let state = self.run.state;
             progress.count(stepper)?;
@@ -211,7 +210,7 @@ impl<const N: usize> Flow<N> {
             let handled = self.handle_events(&events, &mut progress, recovery, seconds)?;
             let state = self.run.state;
             if handled {
-                if self.follow_command() {
+                if self.rhs.follow_command(&self.model, &mut self.run) {
                     for island in self.model.islands() {
                         self.select_modes(island, recovery)?;
                     }

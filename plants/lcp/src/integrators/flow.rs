@@ -3,6 +3,7 @@
 use twinrig_legged::{Ledger, Stored};
 use twinrig_runtime::WorkCounts;
 
+use super::euler::FixedStep;
 use super::event_driven::{Buffers, Halt, Stepper};
 use super::impulse_sums::ImpulseSums;
 use super::moreau::{LastImpulses, Moreau};
@@ -64,6 +65,7 @@ pub(crate) struct Flow<const N: usize> {
     pub(crate) rhs: RightHandSide<N>,
     pub(crate) instant: Instant<N>,
     pub(crate) moreau: Moreau<N>,
+    pub(crate) fixed_step: FixedStep<N>,
     /// Remaining steps by Moreau's rule after event accumulation, and length of the next fallback.
     pub(crate) fallback_steps: u32,
     pub(crate) backoff: u32,
@@ -74,8 +76,6 @@ pub(crate) struct Flow<const N: usize> {
     pub(crate) rodas4: crate::integrators::rodas4::Memory<N>,
     /// Buffers of the event-driven integrator; none while it runs.
     pub(crate) buffers: Option<Box<Buffers<N>>>,
-    /// Error estimate of the last step for a foot \[m\].
-    pub(crate) estimate: f64,
     /// Accumulated numerical energy gain \[J\].
     pub(crate) energy_gain: f64,
     /// Whether the state was taken over and the active constraints are still to be found.
@@ -100,6 +100,7 @@ impl<const N: usize> Flow<N> {
             rhs: RightHandSide::default(),
             instant: Instant::default(),
             moreau: Moreau::default(),
+            fixed_step: FixedStep::default(),
             fallback_steps: 0,
             backoff: BACKOFF,
             steps_since_fallback: 0,
@@ -110,7 +111,6 @@ impl<const N: usize> Flow<N> {
             },
             rodas4: crate::integrators::rodas4::Memory::default(),
             buffers: None,
-            estimate: 0.0,
             energy_gain: 0.0,
             modes_pending: false,
         }
@@ -127,9 +127,15 @@ impl<const N: usize> Flow<N> {
             Method::Rk4 => self.run(Stepper::RungeKutta, &before, seconds),
             Method::Rodas4 => self.run(Stepper::Rosenbrock, &before, seconds),
             Method::Moreau => self.moreau.advance(&self.model, &mut self.run, seconds),
-            Method::SemiImplicit => self.run_semi_implicit(seconds),
-            Method::ExplicitEuler => self.run_explicit_euler(seconds),
-            Method::Thesis => self.run_thesis(seconds),
+            Method::SemiImplicit => {
+                self.fixed_step
+                    .semi_implicit(&self.model, &mut self.run, seconds)
+            }
+            Method::ExplicitEuler => {
+                self.fixed_step
+                    .explicit_euler(&self.model, &mut self.run, seconds)
+            }
+            Method::Thesis => self.fixed_step.thesis(&self.model, &mut self.run, seconds),
         };
         let result = result.and_then(|()| self.check_step(&before, seconds));
         if result.is_err() {

@@ -1,10 +1,14 @@
 //! Right-hand side of the equations of motion in the mode of a run, with its workspace.
 
+use twinrig_legged::DriveModels;
+
 use super::impulse_sums::ImpulseSums;
 use super::run_state::RunState;
 use crate::constraints::guards::Guards;
 use crate::constraints::motion::{Motion, Workspace};
+use crate::constraints::saturation::Effort;
 use crate::model::Model;
+use crate::model::drives::commanded_acceleration;
 use crate::model::real::Lanes;
 use crate::model::state::{Slope, State};
 
@@ -122,5 +126,51 @@ impl<const N: usize> RightHandSide<N> {
         motion: &Motion<Lanes, N>,
     ) -> Guards {
         Guards::new(&run.dynamics(model, 0.0), state, motion, &self.workspace)
+    }
+
+    /// Updates the saturation of the motors after new commands or an event; returns whether any
+    /// motor changed.
+    pub(crate) fn follow_command(&mut self, model: &Model<N>, run: &mut RunState<N>) -> bool {
+        /// A motor that changes more often is at the limit of its torque, where both modes are
+        /// valid.
+        const CHANGES_MAX: usize = 4;
+        let Some(DriveModels::Servos(servos)) = model.drives else {
+            return false;
+        };
+        if servos
+            .both()
+            .iter()
+            .all(|servo| servo.torque().is_infinite())
+        {
+            return false;
+        }
+        for changes in 0..CHANGES_MAX {
+            let state = run.state;
+            let motion = self.motion(model, run, &state, 0.0);
+            let commands = &run.mode.commands;
+            let effort = Effort {
+                torques: [motion.forces.hip_torque, motion.forces.knee_torque],
+                actual: [motion.slope.rates[0], motion.slope.pulley_rate],
+                rates: [state.rates[0], state.pulley_rate],
+                commanded: [
+                    commanded_acceleration(
+                        &servos.hip,
+                        commands.hip,
+                        state.angles[0],
+                        state.rates[0],
+                    ),
+                    commanded_acceleration(
+                        &servos.knee,
+                        commands.pulley,
+                        state.pulley,
+                        state.pulley_rate,
+                    ),
+                ],
+            };
+            if !run.mode.saturate(model, &effort) {
+                return changes > 0;
+            }
+        }
+        true
     }
 }

@@ -8,10 +8,8 @@ use crate::constraints::events::{ImpactTotals, Instant, ModeResolution, STOPPED}
 use crate::constraints::guards::{GUARDS, Guard, kind, links_of};
 use crate::constraints::mode::Mode;
 use crate::constraints::motion::Dynamics;
-use crate::constraints::saturation::Effort;
 use crate::integrators::flow::Flow;
 use crate::integrators::step_error::StepError;
-use crate::model::drives::commanded_acceleration;
 use crate::model::real::{Lanes, Real};
 use crate::model::state::State;
 
@@ -258,52 +256,6 @@ impl<const N: usize> Flow<N> {
             }
         }
         changed
-    }
-
-    /// Updates the saturation of the motors after new commands or an event; returns whether any
-    /// motor changed.
-    pub(crate) fn follow_command(&mut self) -> bool {
-        /// A motor that changes more often is at the limit of its torque, where both modes are
-        /// valid.
-        const CHANGES_MAX: usize = 4;
-        let Some(DriveModels::Servos(servos)) = self.model.drives else {
-            return false;
-        };
-        if servos
-            .both()
-            .iter()
-            .all(|servo| servo.torque().is_infinite())
-        {
-            return false;
-        }
-        for changes in 0..CHANGES_MAX {
-            let state = self.run.state;
-            let motion = self.rhs.motion(&self.model, &mut self.run, &state, 0.0);
-            let commands = &self.run.mode.commands;
-            let effort = Effort {
-                torques: [motion.forces.hip_torque, motion.forces.knee_torque],
-                actual: [motion.slope.rates[0], motion.slope.pulley_rate],
-                rates: [state.rates[0], state.pulley_rate],
-                commanded: [
-                    commanded_acceleration(
-                        &servos.hip,
-                        commands.hip,
-                        state.angles[0],
-                        state.rates[0],
-                    ),
-                    commanded_acceleration(
-                        &servos.knee,
-                        commands.pulley,
-                        state.pulley,
-                        state.pulley_rate,
-                    ),
-                ],
-            };
-            if !self.run.mode.saturate(&self.model, &effort) {
-                return changes > 0;
-            }
-        }
-        true
     }
 }
 

@@ -41,9 +41,6 @@ impl<const N: usize> Flow<N> {
             & h.simd_gt(Lanes::zero());
         let lanes = self.model.leg_times(1.0).simd_gt(Lanes::zero());
         if easy.to_bitmask() == lanes.to_bitmask() {
-            let errors = trial.error.to_array();
-            let legs = errors.iter().take(self.model.legs.len());
-            self.estimate = legs.fold(self.estimate, |most, error| most.max(*error));
             self.step_size = Lanes::splat(f64::INFINITY);
             return;
         }
@@ -53,7 +50,6 @@ impl<const N: usize> Flow<N> {
             if length == 0.0 {
                 continue;
             }
-            self.estimate = self.estimate.max(error);
             let factor = (0.9 * fourth_root(self.tolerance / error)).clamp(0.2, 4.0);
             // A step limited by the end of its time does not limit the next one.
             let to_end = length >= remaining.lane(leg);
