@@ -5,10 +5,12 @@ use twinrig_kernel::SimDuration;
 use twinrig_legged::{Base, Drives, Ledger, SetPoint, Setup, StartPose};
 use twinrig_robot::{Robot, RobotFile};
 
-use crate::integrators::flow::Flow;
+use crate::constraints::motion::Motion;
+use crate::integrators::right_hand_side::RightHandSide;
 use crate::model::Model;
 use crate::model::real::{Lanes, Real};
 use crate::model::state::State;
+use crate::plant::flow::Flow;
 
 /// Relative joint angles \[°\] and rates \[rad/s\] of a start.
 pub(crate) type Pose = ([f64; 3], [f64; 3]);
@@ -87,6 +89,15 @@ pub(crate) fn flow<const N: usize>(
 
 fn new_flow<const N: usize>(model: Model<N>, state: State<Lanes, N>) -> Flow<N> {
     Flow::new(model, state, crate::options::Method::Rodas4, f64::INFINITY)
+}
+
+/// Returns the right-hand side in a state, in the mode of the flow.
+pub(crate) fn motion<const N: usize>(
+    flow: &mut Flow<N>,
+    state: &State<Lanes, N>,
+    recovery: f64,
+) -> Motion<Lanes, N> {
+    RightHandSide::default().motion(&flow.model, &mut flow.run, state, recovery)
 }
 
 /// Gives the trunk linear and angular velocity in all directions.

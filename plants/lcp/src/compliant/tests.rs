@@ -9,7 +9,7 @@ use super::equations::{CompliantEquations, CompliantFlow, compliant_state};
 use super::model::CompliantModel;
 use crate::constraints::motion::Dynamics;
 use crate::fixtures::{self, HARD, Pose, flow, robot, tumbling};
-use crate::integrators::flow::Flow;
+use crate::plant::flow::Flow;
 
 pub(crate) fn compliance() -> Compliance {
     let side = |stiffness, damping, toe_region| OneSided {

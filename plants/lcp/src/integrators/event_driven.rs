@@ -7,15 +7,22 @@
 
 mod event_handling;
 mod event_location;
+mod reactivation;
 mod step_size;
 
 use event_location::{dips, taylor};
 
+use super::impulse_sums::ImpulseSums;
+use super::right_hand_side::RightHandSide;
+use super::rk4::rk4_step;
+use super::rodas4::Rodas4;
+use super::run_state::RunState;
+use super::step_error::StepError;
+use super::substep::{Substep, TrialStep};
+use crate::constraints::events::Instant;
 use crate::constraints::guards::{GUARDS, Guard, Guards, kind};
 use crate::constraints::motion::{Motion, sliding};
-use crate::integrators::flow::Flow;
-use crate::integrators::impulse_sums::ImpulseSums;
-use crate::integrators::step_error::StepError;
+use crate::model::Model;
 use crate::model::drives::Commands;
 use crate::model::leg_constraints::ActiveConstraints;
 use crate::model::real::{Lanes, Real};
@@ -38,9 +45,6 @@ const REFINED: f64 = 0.1;
 const TOUCHING: f64 = 1e-8;
 const AT_REST: f64 = 1e-7;
 
-/// Indices of the legs.
-pub(crate) const ALL: [usize; 4] = [0, 1, 2, 3];
-
 /// Decay of constraint errors per step.
 const RECOVERY: f64 = 0.2;
 
@@ -58,21 +62,6 @@ const SUBSTEPS_PER_EVENT: u32 = 4;
 pub(crate) enum Stepper {
     RungeKutta,
     Rosenbrock,
-}
-
-/// Result of a trial step.
-#[derive(Debug, Clone)]
-pub(crate) struct TrialStep<const N: usize> {
-    pub(crate) end: State<Lanes, N>,
-    /// The motion at `end`, in the same mode.
-    pub(crate) motion: Box<Motion<Lanes, N>>,
-    /// Work dissipated by friction and work of the motors, by leg \[J\].
-    pub(crate) dissipated: Lanes,
-    pub(crate) actuator: Lanes,
-    /// Impulses of drives and ground during the step.
-    pub(crate) impulses: ImpulseSums,
-    /// Error estimate of the foot position \[m\].
-    pub(crate) error: Lanes,
 }
 
 /// Buffers of the event-driven integrator: large values that are moved instead of copied.
@@ -97,20 +86,13 @@ struct MotionKey<const N: usize> {
 }
 
 impl<const N: usize> Buffers<N> {
-    pub(crate) fn new(motion: Motion<Lanes, N>, end: State<Lanes, N>) -> Self {
-        let zero = Lanes::zero();
+    /// Storage for steps from this state.
+    fn blank(state: State<Lanes, N>) -> Self {
         Self {
-            start: Box::new(motion),
+            start: Box::new(Motion::blank()),
             guards: Guards::inactive(),
             after: Guards::inactive(),
-            trial: TrialStep {
-                end,
-                motion: Box::new(motion),
-                dissipated: zero,
-                actuator: zero,
-                impulses: ImpulseSums::new(),
-                error: zero,
-            },
+            trial: TrialStep::blank(state),
             key: None,
         }
     }
@@ -147,6 +129,10 @@ struct LocatedEvent {
 
 /// Progress of the integrator within a step.
 struct Progress {
+    stepper: Stepper,
+    /// Length of the step \[s\], and decay rate of constraint errors in it \[1/s\].
+    seconds: f64,
+    recovery: f64,
     remaining: Lanes,
     events: [u32; 4],
     at_once: u32,
@@ -155,11 +141,11 @@ struct Progress {
 
 impl Progress {
     /// Counts a substep, accepted or not.
-    fn count(&mut self, stepper: Stepper) -> Result<(), Halt> {
+    fn count(&mut self) -> Result<(), Halt> {
         self.substeps += 1;
         let events = self.events.iter().sum::<u32>();
         if self.substeps > SUBSTEPS_MAX + SUBSTEPS_PER_EVENT * events
-            && stepper == Stepper::RungeKutta
+            && self.stepper == Stepper::RungeKutta
         {
             return Err(Halt::Stiff);
         }
@@ -167,220 +153,213 @@ impl Progress {
     }
 }
 
-impl<const N: usize> Flow<N> {
+/// Integrator with event location, with its workspace.
+#[derive(Debug, Clone)]
+pub(crate) struct EventDriven<const N: usize> {
+    /// Maximum error of a step \[m\].
+    tolerance: f64,
+    /// Maximum number of events of an island per step.
+    events_max: u32,
+    /// Proposed step size of each island \[s\].
+    pub(crate) step_size: Lanes,
+    rhs: RightHandSide<N>,
+    instant: Instant<N>,
+    rodas4: Rodas4<N>,
+    /// None before the first step, and while a step is in progress.
+    buffers: Option<Box<Buffers<N>>>,
+}
+
+impl<const N: usize> EventDriven<N> {
+    /// Builds an integrator for this maximum error of a step \[m\] and this number of events of an
+    /// island per step.
+    pub(crate) fn new(tolerance: f64, events_max: u32) -> Self {
+        Self {
+            tolerance,
+            events_max,
+            step_size: Lanes::splat(f64::INFINITY),
+            rhs: RightHandSide::default(),
+            instant: Instant::default(),
+            rodas4: Rodas4::default(),
+            buffers: None,
+        }
+    }
+
     /// Advances by `seconds`.
-    pub(crate) fn event_driven(&mut self, stepper: Stepper, seconds: f64) -> Result<(), Halt> {
-        let state = self.run.state;
-        let mut buffers = self.buffers.take().unwrap_or_else(|| {
-            // Initial content of the buffers; not used, therefore not counted.
-            let counts = self.run.counts;
-            let motion = self.rhs.motion(&self.model, &mut self.run, &state, 0.0);
-            self.run.counts = counts;
-            Box::new(Buffers::new(motion, state))
-        });
-        let done = self.integrate_substeps(stepper, seconds, &mut buffers);
+    pub(crate) fn advance(
+        &mut self,
+        model: &Model<N>,
+        run: &mut RunState<N>,
+        stepper: Stepper,
+        seconds: f64,
+    ) -> Result<(), Halt> {
+        let buffers = self.buffers.take();
+        let mut buffers = buffers.unwrap_or_else(|| Box::new(Buffers::blank(run.state)));
+        let mut progress = Progress {
+            stepper,
+            seconds,
+            recovery: RECOVERY / seconds,
+            remaining: model.leg_times(seconds),
+            events: [0; 4],
+            at_once: 0,
+            substeps: 0,
+        };
+        let done = self.integrate_substeps(model, run, &mut progress, &mut buffers);
         self.buffers = Some(buffers);
         done
     }
 
     fn integrate_substeps(
         &mut self,
-        stepper: Stepper,
-        seconds: f64,
+        model: &Model<N>,
+        run: &mut RunState<N>,
+        progress: &mut Progress,
         buffers: &mut Buffers<N>,
     ) -> Result<(), Halt> {
-        let recovery = RECOVERY / seconds;
-        self.rhs.follow_command(&self.model, &mut self.run);
-        let mut progress = Progress {
-            remaining: self.model.leg_times(seconds),
-            events: [0; 4],
-            at_once: 0,
-            substeps: 0,
-        };
-        self.start(recovery, buffers)?;
+        let (seconds, recovery) = (progress.seconds, progress.recovery);
+        self.rhs.follow_command(model, run);
+        self.start(model, run, recovery, buffers)?;
         buffers.key = None;
         loop {
-            let state = self.run.state;
-            progress.count(stepper)?;
-            let (h, events, guarded) =
-                self.substep(stepper, &state, buffers, &mut progress, recovery)?;
-            self.accept(&buffers.trial);
+            progress.count()?;
+            let (h, events, guarded) = self.substep(model, run, buffers, progress)?;
+            accept(run, &buffers.trial);
             progress.remaining -= h;
             core::mem::swap(&mut buffers.start, &mut buffers.trial.motion);
-            let handled = self.handle_events(&events, &mut progress, recovery, seconds)?;
-            let state = self.run.state;
+            let handled = self.handle_events(model, run, &events, progress)?;
+            let state = run.state;
+            let start = &mut buffers.start;
             if handled {
-                if self.rhs.follow_command(&self.model, &mut self.run) {
-                    for island in self.model.islands() {
-                        self.select_modes(island, recovery)?;
+                if self.rhs.follow_command(model, run) {
+                    for island in model.islands() {
+                        self.select_modes(model, run, island, recovery)?;
                     }
                 }
-                self.rhs.motion_into(
-                    &self.model,
-                    &mut self.run,
-                    &state,
-                    recovery,
-                    &mut buffers.start,
-                );
+                self.rhs.motion_into(model, run, &state, recovery, start);
             }
             if guarded && !handled {
                 core::mem::swap(&mut buffers.guards, &mut buffers.after);
             } else {
-                self.rhs.renew_guards(
-                    &self.model,
-                    &self.run,
-                    &state,
-                    &buffers.start,
-                    &mut buffers.guards,
-                );
+                self.rhs
+                    .renew_guards(model, run, &state, start, &mut buffers.guards);
             }
             let left = progress.remaining.to_array();
             if left.iter().all(|&left| left <= 1e-12 * seconds) {
-                self.run.counts.steps += 1;
-                self.close_balance(&buffers.start);
-                self.run.check_finite(&self.model)?;
-                buffers.key = self.motion_key(recovery);
+                run.counts.steps += 1;
+                close_balance(model, run, start);
+                run.check_finite(model)?;
+                buffers.key = motion_key(run, recovery);
                 return Ok(());
             }
         }
     }
 
-    /// Returns the cache key of the present motion; none with contacts, where caching is not
-    /// worthwhile.
-    fn motion_key(&self, recovery: f64) -> Option<MotionKey<N>> {
-        self.run.mode.contacts.is_empty().then_some(MotionKey {
-            state: self.run.state,
-            active: self.run.mode.active,
-            commands: self.run.mode.commands,
-            recovery,
-        })
-    }
-
     /// Returns the recovery rate for which the motion at the start of the next step is cached; zero
     /// without a cached motion.
-    pub(crate) fn cached_recovery(&self) -> f64 {
+    pub(crate) fn cached_recovery(&self, run: &RunState<N>) -> f64 {
         let key = self.buffers.as_ref().and_then(|buffers| buffers.key);
-        let key = key.filter(|key| self.motion_key(key.recovery) == Some(*key));
+        let key = key.filter(|key| motion_key(run, key.recovery) == Some(*key));
         key.map_or(0.0, |key| key.recovery)
     }
 
-    /// Recomputes that motion after restoring; its evaluation was counted before saving.
-    pub(crate) fn restore_cache(&mut self, recovery: f64) {
-        let (state, counts) = (self.run.state, self.run.counts);
-        let motion = self
-            .rhs
-            .motion(&self.model, &mut self.run, &state, recovery);
-        let mut buffers = Box::new(Buffers::new(motion, state));
-        self.rhs
-            .renew_guards(&self.model, &self.run, &state, &motion, &mut buffers.guards);
-        buffers.key = self.motion_key(recovery);
-        self.buffers = Some(buffers);
-        self.run.counts = counts;
+    /// Recomputes that motion after restoring, or drops it without a rate; its evaluation was
+    /// counted before saving.
+    pub(crate) fn restore_cache(&mut self, model: &Model<N>, run: &mut RunState<N>, recovery: f64) {
+        self.buffers = (recovery > 0.0).then(|| {
+            let (state, counts) = (run.state, run.counts);
+            let mut buffers = Box::new(Buffers::blank(state));
+            let Buffers { start, guards, .. } = &mut *buffers;
+            self.rhs.motion_into(model, run, &state, recovery, start);
+            self.rhs.renew_guards(model, run, &state, start, guards);
+            buffers.key = motion_key(run, recovery);
+            run.counts = counts;
+            buffers
+        });
     }
 
     /// Integrates a substep up to the next event or the end of the step. Returns its length, the
     /// events at its end, and whether the guards there are already computed.
     fn substep(
         &mut self,
-        stepper: Stepper,
-        state: &State<Lanes, N>,
+        model: &Model<N>,
+        run: &mut RunState<N>,
         buffers: &mut Buffers<N>,
         progress: &mut Progress,
-        recovery: f64,
     ) -> Result<(Lanes, [Option<LocatedEvent>; 4], bool), Halt> {
         let Buffers {
-            start,
+            start: motion,
             guards: before,
             after,
             trial,
             ..
         } = buffers;
-        let mut h = progress.remaining.min(self.step_size);
-        self.trial(stepper, state, start, h, recovery, trial);
-        while self.shorten(trial, &mut h) {
-            progress.count(stepper)?;
-            if h.to_array().iter().any(|&h| h > 0.0 && h < 1e-12) {
-                let seconds = h.to_array().iter().copied().fold(0.0, f64::max);
+        let (state, stepper) = (run.state, progress.stepper);
+        let mut substep = Substep {
+            start: &state,
+            motion,
+            h: progress.remaining.min(self.step_size),
+            recovery: progress.recovery,
+        };
+        self.trial(model, run, stepper, &substep, trial);
+        while self.shorten(model, trial, &mut substep.h) {
+            progress.count()?;
+            let lengths = substep.h.to_array();
+            if lengths.iter().any(|&h| h > 0.0 && h < 1e-12) {
+                let seconds = lengths.iter().copied().fold(0.0, f64::max);
                 return Err(Halt::Failed(StepError::TooStiff { seconds }));
             }
-            self.trial(stepper, state, start, h, recovery, trial);
+            self.trial(model, run, stepper, &substep, trial);
         }
-        self.propose_step_size(trial, h, &progress.remaining);
-        if !self.model_has_guards() {
-            return Ok((h, [None; 4], false));
+        self.propose_step_size(model, trial, substep.h, &progress.remaining);
+        if model.without_stops {
+            return Ok((substep.h, [None; 4], false));
         }
         self.rhs
-            .renew_guards(&self.model, &self.run, &trial.end, &trial.motion, after);
-        if !after.any_below(&self.tolerances()) && !dips(before, after, h) {
-            return Ok((h, [None; 4], true));
+            .renew_guards(model, run, &trial.end, &trial.motion, after);
+        if !after.any_below(&tolerances(model)) && !dips(before, after, substep.h) {
+            return Ok((substep.h, [None; 4], true));
         }
-        let events = self.locate_events(trial, state, start, before, after, h, recovery);
-        for (island, event) in self.model.islands().zip(&events) {
+        let mut events = self.locate_events(model, run, &substep, trial, [before, after]);
+        for (island, event) in model.islands().zip(&events) {
             if let Some(event) = event {
-                for leg in self.model.lanes_of(island) {
-                    h = h.with_lane(leg, event.at);
+                for leg in model.lanes_of(island) {
+                    substep.h = substep.h.with_lane(leg, event.at);
                 }
             }
         }
-        let mut events = events;
-        self.trial(stepper, state, start, h, recovery, trial);
+        self.trial(model, run, stepper, &substep, trial);
         for _ in 0..REFINEMENTS {
-            if !self.refine(trial, &mut events, &mut h) {
+            if !self.refine(model, run, trial, &mut events, &mut substep.h) {
                 break;
             }
-            self.trial(stepper, state, start, h, recovery, trial);
+            self.trial(model, run, stepper, &substep, trial);
         }
-        let correction = self.correction(trial, &events, h);
+        let correction = self.correction(model, run, trial, &events, substep.h);
+        let mut h = substep.h;
         if correction.to_array() != [0.0; 4] {
-            trial.end = taylor(
-                &trial.end,
-                &trial.motion.slope,
-                correction,
-                self.model.is_free(),
-            );
+            let slope = &trial.motion.slope;
+            trial.end = taylor(&trial.end, slope, correction, model.is_free());
             h += correction;
-            self.rhs.motion_into(
-                &self.model,
-                &mut self.run,
-                &trial.end,
-                recovery,
-                &mut trial.motion,
-            );
+            self.rhs
+                .motion_into(model, run, &trial.end, progress.recovery, &mut trial.motion);
         }
         Ok((h, events, false))
-    }
-
-    /// Returns whether the model has guards.
-    fn model_has_guards(&self) -> bool {
-        !self.model.without_stops
-    }
-
-    /// Returns the tolerances of the guards.
-    fn tolerances(&self) -> [f64; GUARDS] {
-        let force = self.model.least_force();
-        std::array::from_fn(|index| match kind(index) {
-            Guard::Gap => GAP,
-            Guard::Force | Guard::Friction => force,
-            Guard::TangentialImpulse => SLIDE,
-        })
     }
 
     /// Computes a trial step; its length may differ from lane to lane.
     fn trial(
         &mut self,
+        model: &Model<N>,
+        run: &mut RunState<N>,
         stepper: Stepper,
-        state: &State<Lanes, N>,
-        start: &Motion<Lanes, N>,
-        h: Lanes,
-        recovery: f64,
+        substep: &Substep<'_, N>,
         trial: &mut TrialStep<N>,
     ) {
         match stepper {
-            Stepper::RungeKutta => self.rk4_step(state, start, h, recovery, trial),
+            Stepper::RungeKutta => rk4_step(&mut self.rhs, model, run, substep, trial),
             Stepper::Rosenbrock => {
-                let step = self.rodas4_step(state, start, h, recovery);
-                self.set_trial_impulses([state, &step.end], h, recovery, trial);
+                let step = self.rodas4.step(model, run, substep);
                 trial.end = step.end;
+                self.set_trial_impulses(model, run, substep, trial);
                 (trial.dissipated, trial.actuator) = (step.dissipated, step.actuator);
                 trial.error = step.error;
             }
@@ -392,76 +371,75 @@ impl<const N: usize> Flow<N> {
     /// time, has acted until then.
     fn set_trial_impulses(
         &mut self,
-        [start, end]: [&State<Lanes, N>; 2],
-        h: Lanes,
-        recovery: f64,
+        model: &Model<N>,
+        run: &mut RunState<N>,
+        substep: &Substep<'_, N>,
         trial: &mut TrialStep<N>,
     ) {
+        let (start, h, recovery) = (substep.start, substep.h, substep.recovery);
         let half = h * Lanes::splat(0.5);
-        trial.impulses = ImpulseSums::new();
-        if !self.run.mode.contacts.is_empty() {
-            self.rhs.motion_into(
-                &self.model,
-                &mut self.run,
-                start,
-                recovery,
-                &mut trial.motion,
-            );
-            self.rhs.add_ground_impulses(
-                &self.model,
-                &self.run,
-                start,
-                &trial.motion,
-                half,
-                &mut trial.impulses,
-            );
-        }
-        self.rhs
-            .motion_into(&self.model, &mut self.run, end, recovery, &mut trial.motion);
-        self.rhs.add_ground_impulses(
-            &self.model,
-            &self.run,
+        let TrialStep {
             end,
-            &trial.motion,
-            half,
-            &mut trial.impulses,
-        );
-        trial
-            .impulses
-            .add_drives(&self.model, &trial.motion.forces, h);
+            motion,
+            impulses,
+            ..
+        } = trial;
+        let rhs = &mut self.rhs;
+        *impulses = ImpulseSums::new();
+        if !run.mode.contacts.is_empty() {
+            rhs.motion_into(model, run, start, recovery, motion);
+            rhs.add_ground_impulses(model, run, start, motion, half, impulses);
+        }
+        rhs.motion_into(model, run, end, recovery, motion);
+        rhs.add_ground_impulses(model, run, end, motion, half, impulses);
+        impulses.add_drives(model, &motion.forces, h);
     }
+}
 
-    /// Accepts the end of a substep and enters its energies and impulses.
-    fn accept(&mut self, trial: &TrialStep<N>) {
-        self.run.ledger.dissipated += trial.dissipated.sum();
-        self.run.ledger.actuator += trial.actuator.sum();
-        self.run.impulse_sums.add(&trial.impulses);
-        self.run.state = trial.end;
-    }
+/// Returns the cache key of the present motion; none with contacts, where caching is not
+/// worthwhile.
+fn motion_key<const N: usize>(run: &RunState<N>, recovery: f64) -> Option<MotionKey<N>> {
+    run.mode.contacts.is_empty().then_some(MotionKey {
+        state: run.state,
+        active: run.mode.active,
+        commands: run.mode.commands,
+        recovery,
+    })
+}
 
-    /// Closes the energy balance of the step and stores the directions of sliding feet.
-    fn close_balance(&mut self, end: &Motion<Lanes, N>) {
-        let state = self.run.state;
-        let stored = end
-            .articulated
-            .stored(&self.model, &self.model.side_by_side, &state);
-        self.run.ledger.close_step(stored);
-        let Some(ground) = &self.model.ground else {
-            return;
-        };
-        let rotation = end.articulated.rotation();
-        for contact in &mut self.run.mode.contacts {
-            if let Some(last) = &mut contact.slides {
-                let legs = &self.model.side_by_side;
-                let site = Site::new(
-                    legs,
-                    &end.articulated.chain,
-                    &state,
-                    contact.leg,
-                    contact.links,
-                );
-                *last = sliding(&site.footing(ground, state.position, &rotation), *last);
-            }
+/// Returns the tolerances of the guards.
+fn tolerances<const N: usize>(model: &Model<N>) -> [f64; GUARDS] {
+    let force = model.least_force();
+    std::array::from_fn(|index| match kind(index) {
+        Guard::Gap => GAP,
+        Guard::Force | Guard::Friction => force,
+        Guard::TangentialImpulse => SLIDE,
+    })
+}
+
+/// Accepts the end of a substep and enters its energies and impulses.
+fn accept<const N: usize>(run: &mut RunState<N>, trial: &TrialStep<N>) {
+    run.ledger.dissipated += trial.dissipated.sum();
+    run.ledger.actuator += trial.actuator.sum();
+    run.impulse_sums.add(&trial.impulses);
+    run.state = trial.end;
+}
+
+/// Closes the energy balance of the step and stores the directions of sliding feet.
+fn close_balance<const N: usize>(model: &Model<N>, run: &mut RunState<N>, end: &Motion<Lanes, N>) {
+    let state = &run.state;
+    let stored = end.articulated.stored(model, &model.side_by_side, state);
+    run.ledger.close_step(stored);
+    let Some(ground) = &model.ground else {
+        return;
+    };
+    let rotation = end.articulated.rotation();
+    let chain = &end.articulated.chain;
+    for contact in &mut run.mode.contacts {
+        if let Some(last) = &mut contact.slides {
+            let (leg, links) = (contact.leg, contact.links);
+            let site = Site::new(&model.side_by_side, chain, state, leg, links);
+            *last = sliding(&site.footing(ground, state.position, &rotation), *last);
         }
     }
 }

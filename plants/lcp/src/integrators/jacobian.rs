@@ -1,8 +1,9 @@
 //! Exact derivatives of the right-hand side: a column of the Jacobian is the right-hand side in
 //! dual numbers.
 
+use crate::constraints::mode::Mode;
 use crate::constraints::motion::{Dynamics, Workspace};
-use crate::integrators::flow::Flow;
+use crate::model::Model;
 use crate::model::constants::Constants;
 use crate::model::real::{Dual, Lanes, Real, Wide};
 use crate::model::state::{Slope, State};
@@ -94,23 +95,46 @@ impl<const N: usize> Slope<Dual<Lanes>, N> {
     }
 }
 
-impl<const N: usize> Flow<N> {
-    /// Returns the derivative of the right-hand side in one direction. On a fixed trunk one
-    /// evaluation yields the derivative of each leg; on a moving trunk the legs are coupled, and
-    /// `seed` selects the leg.
+/// Jacobian of the right-hand side in a state and a mode, column by column.
+pub(crate) struct Jacobian<'a, const N: usize> {
+    pub(crate) model: &'a Model<N>,
+    legs: Constants<Dual<Lanes>, N>,
+    pub(crate) mode: &'a Mode,
+    state: &'a State<Lanes, N>,
+    recovery: f64,
+    /// Number of evaluations of the right-hand side.
+    pub(crate) evaluations: u64,
+}
+
+impl<'a, const N: usize> Jacobian<'a, N> {
+    pub(crate) fn new(
+        model: &'a Model<N>,
+        mode: &'a Mode,
+        state: &'a State<Lanes, N>,
+        recovery: f64,
+    ) -> Self {
+        Self {
+            model,
+            legs: model.side_by_side.as_dual(),
+            mode,
+            state,
+            recovery,
+            evaluations: 0,
+        }
+    }
+
+    /// Returns the derivative of the right-hand side in one direction. On a fixed trunk it is the derivative of each leg; on a moving trunk the legs are coupled,
+    /// and `seed` selects the leg.
     #[inline(never)]
     pub(crate) fn column(
         &mut self,
-        legs: &Constants<Dual<Lanes>, N>,
-        state: &State<Lanes, N>,
         direction: Direction,
         seed: Lanes,
-        recovery: f64,
         workspace: &mut Workspace<Dual<f64>, N>,
     ) -> Slope<Lanes, N> {
-        self.run.counts.evaluations += 1;
-        let dynamics = Dynamics::new(&self.model, legs, &self.run.mode, recovery);
-        let motion = dynamics.motion(&state.seeded(direction, seed), workspace);
+        self.evaluations += 1;
+        let dynamics = Dynamics::new(self.model, &self.legs, self.mode, self.recovery);
+        let motion = dynamics.motion(&self.state.seeded(direction, seed), workspace);
         motion.slope.derivative()
     }
 }

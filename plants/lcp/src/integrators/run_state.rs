@@ -29,6 +29,16 @@ pub(crate) struct RunState<const N: usize> {
     pub(crate) now_s: f64,
 }
 
+/// What a step changes in a [`RunState`], saved without heap allocation.
+pub(crate) struct Checkpoint<const N: usize> {
+    state: State<Lanes, N>,
+    mode: Mode,
+    pub(crate) ledger: Ledger,
+    pub(crate) impulse_sums: ImpulseSums,
+    pub(crate) counts: WorkCounts,
+    events: usize,
+}
+
 impl<const N: usize> RunState<N> {
     /// Starts a run in a state, without active constraints.
     pub(crate) fn new(model: &Model<N>, state: State<Lanes, N>) -> Self {
@@ -141,5 +151,25 @@ impl<const N: usize> RunState<N> {
     pub(crate) fn log_changes(&mut self, model: &Model<N>, next: &Mode, at_s: f64) {
         self.log
             .record(model.legs.len(), N, [&self.mode, next], at_s);
+    }
+
+    /// Saves the values that a step changes.
+    pub(crate) fn checkpoint(&self) -> Checkpoint<N> {
+        Checkpoint {
+            state: self.state,
+            mode: self.mode,
+            ledger: self.ledger,
+            impulse_sums: self.impulse_sums,
+            counts: self.counts,
+            events: self.log.events.len(),
+        }
+    }
+
+    /// Restores these values, except the counts: discarded work was done.
+    pub(crate) fn roll_back(&mut self, before: &Checkpoint<N>) {
+        self.state = before.state;
+        self.mode = before.mode;
+        (self.ledger, self.impulse_sums) = (before.ledger, before.impulse_sums);
+        self.log.events.truncate(before.events);
     }
 }

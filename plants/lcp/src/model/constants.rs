@@ -8,6 +8,9 @@ use crate::model::real::Lanes;
 /// Legs computed side by side in SIMD lanes.
 pub(crate) const LANES: usize = 4;
 
+/// Indices of the legs.
+pub(crate) const ALL: [usize; LANES] = [0, 1, 2, 3];
+
 /// Constants of a leg with `N` links: three segments, and the foot as the fourth where there is a
 /// toe joint.
 ///

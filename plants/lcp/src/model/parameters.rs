@@ -127,6 +127,12 @@ impl<const N: usize> Model<N> {
         self.base != Base::Fixed
     }
 
+    /// Returns the number of coordinates of a leg: its links, and its pulley where there are
+    /// drives.
+    pub(crate) fn coordinates(&self) -> usize {
+        N + usize::from(self.drives.is_some())
+    }
+
     /// Returns the islands, which move independently, as ranges of legs: the whole robot, or each
     /// leg on a fixed trunk.
     pub(crate) fn islands(&self) -> impl Iterator<Item = core::ops::Range<usize>> + use<N> {

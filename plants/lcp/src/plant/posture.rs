@@ -4,14 +4,11 @@ use twinrig_kernel::signal;
 use twinrig_legged::{DriveModels, LegPosture, PartFault, Posture, Readings};
 use twinrig_runtime::PlantState;
 
-use crate::constraints::events::ExcessViolation;
-use crate::constraints::mode::Mode;
-use crate::integrators::event_driven::ALL;
-use crate::integrators::flow::Flow;
-use crate::integrators::step_error::StepError;
+use crate::constraints::events::Instant;
 use crate::model::articulated::{into_trunk, rotation};
 use crate::model::real::{Lanes, Real};
 use crate::options::Method;
+use crate::plant::flow::Flow;
 
 impl<const N: usize> Flow<N> {
     /// Returns the posture, without the last link of a leg with a toe.
@@ -108,7 +105,12 @@ impl<const N: usize> Flow<N> {
     /// next step, when the commands are known.
     fn check_violation(&mut self) -> Result<(), PartFault> {
         let mut mode = self.run.mode;
-        self.mark_closed(&mut mode).map_err(|violation| PartFault {
+        let closed = Instant::default().reactivate(
+            &self.run.dynamics(&self.model, 0.0),
+            &self.run.state,
+            &mut mode,
+        );
+        closed.map_err(|violation| PartFault {
             part: signal::of_leg(&self.model.legs[violation.leg].name, violation.what),
             why: format!(
                 "the limit is passed by {:.3e} m, which no force can correct",
@@ -116,41 +118,6 @@ impl<const N: usize> Flow<N> {
             ),
         })?;
         self.modes_pending = matches!(self.method, Method::Rk4 | Method::Rodas4);
-        Ok(())
-    }
-
-    fn mark_closed(&mut self, mode: &mut Mode) -> Result<(), ExcessViolation> {
-        let legs = self.model.legs.len();
-        let mut instant = core::mem::take(&mut self.instant);
-        let done = instant.reactivate(
-            &self.run.dynamics(&self.model, 0.0),
-            &self.run.state,
-            &ALL[..legs],
-            mode,
-        );
-        self.instant = instant;
-        done
-    }
-
-    /// Finds the active constraints in a state of another model or method, once the commands of the
-    /// drives are known: the sign of a constraint force depends on them. Methods that select the
-    /// active constraints in every step do not need it.
-    pub(crate) fn reactivate(&mut self) -> Result<(), StepError> {
-        let mut mode = self.run.mode;
-        self.mark_closed(&mut mode)
-            .map_err(|ExcessViolation { by, .. }| StepError::ConstraintViolation { by })?;
-        mode.update_any();
-        let before = core::mem::replace(&mut self.run.mode, mode);
-        let logging = core::mem::take(&mut self.run.log.enabled);
-        let mut selected = Ok(());
-        for island in self.model.islands() {
-            selected = selected.and_then(|()| self.select_modes(island, 0.0));
-        }
-        self.run.log.enabled = logging;
-        let mode = core::mem::replace(&mut self.run.mode, before);
-        selected?;
-        self.run.log_changes(&self.model, &mode, self.run.now_s);
-        (self.run.mode, self.modes_pending) = (mode, false);
         Ok(())
     }
 }

@@ -5,18 +5,18 @@ use twinrig_contact::Surface;
 use twinrig_legged::{FootMotion, LEGS, Readings};
 use twinrig_runtime::EnergyBalance;
 
-use crate::integrators::flow::Flow;
 use crate::integrators::impulse_sums::ImpulseSums;
 use crate::model::articulated::{into_world, rotation};
 use crate::model::feet::{feet, surfaces};
 use crate::model::real::{Lanes, Real};
+use crate::plant::flow::Flow;
 
 impl<const N: usize> Flow<N> {
     fn mean(&self, of: impl Fn(&ImpulseSums) -> Lanes, leg: usize) -> f64 {
-        let [before, after] = [&self.impulse_sums_before, &self.run.impulse_sums]
+        let [before, after] = [&self.window.before, &self.run.impulse_sums]
             .map(|impulse_sums| of(impulse_sums).lane(leg));
-        if self.run_seconds > 0.0 {
-            (after - before) / self.run_seconds
+        if self.window.seconds > 0.0 {
+            (after - before) / self.window.seconds
         } else {
             0.0
         }

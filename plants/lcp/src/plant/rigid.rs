@@ -5,8 +5,8 @@ use twinrig_legged::{DriveModels, Dynamics, PartFault, Posture, StepInputs};
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantEvent, PlantEventKind, PlantState, WorkCounts};
 
+use super::flow::{Flow, Window};
 use crate::formulation::{Formulation, SavedFormulation};
-use crate::integrators::flow::Flow;
 use crate::integrators::step_error::StepError;
 use crate::model::Model;
 use crate::model::real::Real;
@@ -82,11 +82,14 @@ impl<const N: usize> Dynamics for Flow<N> {
 
     fn advance(&mut self, from: SimTime, seconds: f64) -> Result<(), PartFault> {
         self.run.now_s = from.as_secs_f64();
-        let before = (self.impulse_sums_before, self.run_seconds);
-        (self.impulse_sums_before, self.run_seconds) = (self.run.impulse_sums, seconds);
+        let window = Window {
+            before: self.run.impulse_sums,
+            seconds,
+        };
+        let before = core::mem::replace(&mut self.window, window);
         let moved = self.step(seconds);
         if moved.is_err() {
-            (self.impulse_sums_before, self.run_seconds) = before;
+            self.window = before;
         }
         moved.map_err(|error| error.fault())
     }

@@ -5,7 +5,7 @@ mod numbers;
 use crate::constraints::contacts::CONTACTS;
 use crate::constraints::mode::Contact;
 use crate::formulation::SavedFlow;
-use crate::integrators::flow::Flow;
+use crate::plant::flow::Flow;
 
 impl<const N: usize> Flow<N> {
     /// Returns the state to be serialised.
@@ -52,10 +52,8 @@ impl<const N: usize> Flow<N> {
         }
         self.run.mode.update_any();
         (self.run.ledger, self.run.counts) = (saved.ledger, saved.counts);
-        self.buffers = None;
-        if cached_recovery > 0.0 {
-            self.restore_cache(cached_recovery);
-        }
+        self.event_driven
+            .restore_cache(&self.model, &mut self.run, cached_recovery);
         Ok(())
     }
 }

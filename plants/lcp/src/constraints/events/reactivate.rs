@@ -7,6 +7,7 @@ use super::resolve_modes::motors_only;
 use crate::constraints::contacts::CONTACTS;
 use crate::constraints::mode::{Contact, Mode};
 use crate::constraints::motion::Dynamics;
+use crate::model::constants::ALL;
 use crate::model::real::{Lanes, Real};
 use crate::model::state::State;
 
@@ -38,7 +39,6 @@ impl<const N: usize> Instant<N> {
         &mut self,
         dynamics: &Dynamics<'_, Lanes, N>,
         state: &State<Lanes, N>,
-        legs: &[usize],
         mode: &mut Mode,
     ) -> Result<(), ExcessViolation> {
         let (articulated, drive) = motors_only(dynamics, state);
@@ -49,7 +49,7 @@ impl<const N: usize> Instant<N> {
             state,
             &articulated,
             &drive,
-            legs,
+            &ALL[..dynamics.model.legs.len()],
             Feet::BySpeed,
             &near,
         );

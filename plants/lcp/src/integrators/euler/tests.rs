@@ -4,8 +4,8 @@ use twinrig_robot::Robot;
 
 use super::*;
 use crate::fixtures::{self, HARD, PASSIVE, Pose, flow, hanging, rms, trace};
-use crate::integrators::flow::Flow;
 use crate::options::Method as Integrator;
+use crate::plant::flow::Flow;
 
 type Step = fn(&mut Flow<3>, f64) -> Result<(), StepError>;
 

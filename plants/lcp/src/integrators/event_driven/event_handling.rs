@@ -3,13 +3,18 @@
 
 use twinrig_legged::DriveModels;
 
-use super::{ALL, AT_ONCE_MAX, AT_REST, Buffers, Halt, LocatedEvent, Progress, SHORTEST, TOUCHING};
+use super::{
+    AT_ONCE_MAX, AT_REST, Buffers, EventDriven, Halt, LocatedEvent, Progress, SHORTEST, TOUCHING,
+    motion_key, tolerances,
+};
 use crate::constraints::events::{ImpactTotals, Instant, ModeResolution, STOPPED};
 use crate::constraints::guards::{GUARDS, Guard, kind, links_of};
 use crate::constraints::mode::Mode;
 use crate::constraints::motion::Dynamics;
-use crate::integrators::flow::Flow;
+use crate::integrators::run_state::RunState;
 use crate::integrators::step_error::StepError;
+use crate::model::Model;
+use crate::model::constants::ALL;
 use crate::model::real::{Lanes, Real};
 use crate::model::state::State;
 
@@ -26,28 +31,24 @@ struct Event<const N: usize> {
     totals: ImpactTotals,
 }
 
-impl<const N: usize> Flow<N> {
+impl<const N: usize> EventDriven<N> {
     /// Computes motion and guards at the start, in a consistent mode.
-    pub(super) fn start(&mut self, recovery: f64, buffers: &mut Buffers<N>) -> Result<(), Halt> {
-        let state = self.run.state;
-        if buffers.key.is_none() || buffers.key != self.motion_key(recovery) {
-            self.rhs.motion_into(
-                &self.model,
-                &mut self.run,
-                &state,
-                recovery,
-                &mut buffers.start,
-            );
-            self.rhs.renew_guards(
-                &self.model,
-                &self.run,
-                &state,
-                &buffers.start,
-                &mut buffers.guards,
-            );
+    pub(super) fn start(
+        &mut self,
+        model: &Model<N>,
+        run: &mut RunState<N>,
+        recovery: f64,
+        buffers: &mut Buffers<N>,
+    ) -> Result<(), Halt> {
+        let state = run.state;
+        if buffers.key.is_none() || buffers.key != motion_key(run, recovery) {
+            self.rhs
+                .motion_into(model, run, &state, recovery, &mut buffers.start);
+            self.rhs
+                .renew_guards(model, run, &state, &buffers.start, &mut buffers.guards);
         }
         let guards = &buffers.guards;
-        let tolerances = self.tolerances();
+        let tolerances = tolerances(model);
         let near: [f64; GUARDS] = std::array::from_fn(|index| match kind(index) {
             Guard::Gap => -TOUCHING,
             _ => tolerances[index],
@@ -61,7 +62,7 @@ impl<const N: usize> Flow<N> {
             gap < TOUCHING && rate.abs() < AT_REST
         };
         let mut changed = false;
-        for island in self.model.islands() {
+        for island in model.islands() {
             let violated = |leg: usize| {
                 (0..GUARDS).any(|index| match kind(index) {
                     Guard::Gap => resting(index, leg),
@@ -70,25 +71,15 @@ impl<const N: usize> Flow<N> {
             };
             if island.clone().any(violated) {
                 changed = true;
-                self.select_modes(island, recovery)?;
+                self.select_modes(model, run, island, recovery)?;
             }
         }
         if changed {
-            let state = self.run.state;
-            self.rhs.motion_into(
-                &self.model,
-                &mut self.run,
-                &state,
-                recovery,
-                &mut buffers.start,
-            );
-            self.rhs.renew_guards(
-                &self.model,
-                &self.run,
-                &state,
-                &buffers.start,
-                &mut buffers.guards,
-            );
+            let state = run.state;
+            self.rhs
+                .motion_into(model, run, &state, recovery, &mut buffers.start);
+            self.rhs
+                .renew_guards(model, run, &state, &buffers.start, &mut buffers.guards);
         }
         Ok(())
     }
@@ -96,30 +87,33 @@ impl<const N: usize> Flow<N> {
     /// Selects the active constraints of these legs anew, without an impact.
     pub(crate) fn select_modes(
         &mut self,
+        model: &Model<N>,
+        run: &mut RunState<N>,
         legs: core::ops::Range<usize>,
         recovery: f64,
     ) -> Result<(), StepError> {
-        self.resolve_event(legs, recovery, self.run.now_s, false)
+        self.resolve_event(model, run, legs, recovery, run.now_s, false)
     }
 
     /// Handles the located events; returns whether there were any.
     pub(super) fn handle_events(
         &mut self,
+        model: &Model<N>,
+        run: &mut RunState<N>,
         events: &[Option<LocatedEvent>; 4],
         progress: &mut Progress,
-        recovery: f64,
-        seconds: f64,
     ) -> Result<bool, Halt> {
         let mut handled = false;
-        for (i, (island, event)) in self.model.islands().zip(events).enumerate() {
+        for (i, (island, event)) in model.islands().zip(events).enumerate() {
             let Some(event) = event.filter(|event| event.is_event) else {
                 continue;
             };
             handled = true;
-            if kind(event.index) == Guard::TangentialImpulse && self.slide_continues(&event) {
+            if kind(event.index) == Guard::TangentialImpulse && slide_continues(model, run, &event)
+            {
                 continue;
             }
-            self.run.counts.events += 1;
+            run.counts.events += 1;
             progress.events[i] += 1;
             progress.at_once = if event.at < SHORTEST {
                 progress.at_once + 1
@@ -129,95 +123,78 @@ impl<const N: usize> Flow<N> {
             if progress.at_once > AT_ONCE_MAX || progress.events[i] > self.events_max {
                 return Err(Halt::TooManyEvents);
             }
-            let at_s = self.run.now_s + (seconds - progress.remaining.lane(event.leg));
-            self.handle_event(island, recovery, at_s)?;
+            let at_s = run.now_s + (progress.seconds - progress.remaining.lane(event.leg));
+            self.handle_event(model, run, island, progress.recovery, at_s)?;
         }
         Ok(handled)
-    }
-
-    /// Returns whether a slide that ends along its last direction continues along another one, and
-    /// stores the new direction. That is no event: friction follows the slide, and the speed is not
-    /// zero.
-    fn slide_continues(&mut self, event: &LocatedEvent) -> bool {
-        let links = links_of(event.index);
-        let Some(footing) = self.run.footing(&self.model, event.leg, links) else {
-            return false;
-        };
-        let [_, a, b] = footing.velocity;
-        let speed = libm::hypot(a, b);
-        if speed < STOPPED {
-            return false;
-        }
-        let mut contacts = self.run.mode.contacts.iter_mut();
-        let contact = contacts.find(|c| (c.leg, c.links) == (event.leg, links));
-        if let Some(contact) = contact {
-            contact.slides = Some([a / speed, b / speed]);
-        }
-        true
     }
 
     /// Resolves the impact and the change of mode of these legs.
     pub(super) fn handle_event(
         &mut self,
+        model: &Model<N>,
+        run: &mut RunState<N>,
         legs: core::ops::Range<usize>,
         recovery: f64,
         at_s: f64,
     ) -> Result<(), StepError> {
-        self.resolve_event(legs, recovery, at_s, true)
+        self.resolve_event(model, run, legs, recovery, at_s, true)
     }
 
     /// Computes velocities and contact modes of these legs after an event, with or without an
     /// impact.
     fn resolve_event(
         &mut self,
+        model: &Model<N>,
+        run: &mut RunState<N>,
         legs: core::ops::Range<usize>,
         recovery: f64,
         at_s: f64,
         with_impact: bool,
     ) -> Result<(), StepError> {
         let mut event = Event {
-            state: self.run.state,
-            before: self.run.mode,
-            mode: self.run.mode,
+            state: run.state,
+            before: run.mode,
+            mode: run.mode,
             totals: ImpactTotals::default(),
         };
-        let mut instant = core::mem::take(&mut self.instant);
-        let resolved =
-            self.solve_event(&mut instant, &mut event, &ALL[legs], recovery, with_impact);
-        self.instant = instant;
-        self.instant.drain_counts(&mut self.run.counts);
+        let instant = &mut self.instant;
+        let resolved = event.solve(instant, model, &ALL[legs], recovery, with_impact);
+        self.instant.drain_counts(&mut run.counts);
         resolved?;
-        self.run.log_changes(&self.model, &event.mode, at_s);
-        (self.run.state, self.run.mode) = (event.state, event.mode);
-        self.run.ledger.impact += event.totals.impact;
-        self.run.ledger.dissipated += event.totals.friction;
-        self.run.impulse_sums.add_ground(&event.totals.ground);
+        run.log_changes(model, &event.mode, at_s);
+        (run.state, run.mode) = (event.state, event.mode);
+        run.ledger.impact += event.totals.impact;
+        run.ledger.dissipated += event.totals.friction;
+        run.impulse_sums.add_ground(&event.totals.ground);
         Ok(())
     }
+}
 
+impl<const N: usize> Event<N> {
     /// Computes impulses and contact modes of an event. Where no forces solve the contacts, a
     /// sliding foot jams: an impact without collision stops it, or a motor that cannot hold against
     /// it saturates.
-    fn solve_event(
-        &self,
+    fn solve(
+        &mut self,
         instant: &mut Instant<N>,
-        event: &mut Event<N>,
+        model: &Model<N>,
         legs: &[usize],
         recovery: f64,
         with_impact: bool,
     ) -> Result<(), StepError> {
-        let Event {
+        let Self {
             state,
             before,
             mode,
             totals,
-        } = event;
+        } = self;
         if with_impact {
-            let dynamics = Dynamics::new(&self.model, &self.model.side_by_side, before, recovery);
+            let dynamics = Dynamics::new(model, &model.side_by_side, before, recovery);
             *totals = instant.impact(&dynamics, state, legs)?;
         }
         for jams in 0.. {
-            let dynamics = Dynamics::new(&self.model, &self.model.side_by_side, before, recovery);
+            let dynamics = Dynamics::new(model, &model.side_by_side, before, recovery);
             let unsolved = match instant.resolve_modes(&dynamics, state, legs, mode)? {
                 ModeResolution::Resolved => break,
                 ModeResolution::Jammed(unsolved) => unsolved,
@@ -232,31 +209,60 @@ impl<const N: usize> Flow<N> {
                 continue;
             }
             let Some(unsolved) = unsolved else { break };
-            if jams >= JAMS_MAX || !self.saturate_jammed(instant, before) {
+            if jams >= JAMS_MAX || !saturate_jammed(model, instant, before) {
                 return Err(StepError::Jammed(unsolved));
             }
             (mode.commands, mode.active.hip) = (before.commands, before.active.hip);
         }
         Ok(())
     }
+}
 
-    /// Saturates the servos of legs with a jammed foot, since the jamming force exceeds every
-    /// limit; returns whether any servo changed.
-    fn saturate_jammed(&self, instant: &Instant<N>, mode: &mut Mode) -> bool {
-        let Some(DriveModels::Servos(servos)) = self.model.drives else {
-            return false;
-        };
-        let mut changed = false;
-        for leg in 0..self.model.legs.len() {
-            let taut = instant.is_jammed_against_cable(leg) && servos.knee.torque().is_finite();
-            let saturated = mode.commands.pulley_saturated;
-            if taut && saturated.lane(leg) <= 0.0 {
-                mode.commands.pulley_saturated = saturated.with_lane(leg, 1.0);
-                changed = true;
-            }
-        }
-        changed
+/// Returns whether a slide that ends along its last direction continues along another one, and
+/// stores the new direction. That is no event: friction follows the slide, and the speed is not
+/// zero.
+fn slide_continues<const N: usize>(
+    model: &Model<N>,
+    run: &mut RunState<N>,
+    event: &LocatedEvent,
+) -> bool {
+    let links = links_of(event.index);
+    let Some(footing) = run.footing(model, event.leg, links) else {
+        return false;
+    };
+    let [_, a, b] = footing.velocity;
+    let speed = libm::hypot(a, b);
+    if speed < STOPPED {
+        return false;
     }
+    let mut contacts = run.mode.contacts.iter_mut();
+    let contact = contacts.find(|c| (c.leg, c.links) == (event.leg, links));
+    if let Some(contact) = contact {
+        contact.slides = Some([a / speed, b / speed]);
+    }
+    true
+}
+
+/// Saturates the servos of legs with a jammed foot, since the jamming force exceeds every
+/// limit; returns whether any servo changed.
+fn saturate_jammed<const N: usize>(
+    model: &Model<N>,
+    instant: &Instant<N>,
+    mode: &mut Mode,
+) -> bool {
+    let Some(DriveModels::Servos(servos)) = model.drives else {
+        return false;
+    };
+    let mut changed = false;
+    for leg in 0..model.legs.len() {
+        let taut = instant.is_jammed_against_cable(leg) && servos.knee.torque().is_finite();
+        let saturated = mode.commands.pulley_saturated;
+        if taut && saturated.lane(leg) <= 0.0 {
+            mode.commands.pulley_saturated = saturated.with_lane(leg, 1.0);
+            changed = true;
+        }
+    }
+    changed
 }
 
 #[cfg(test)]

@@ -1,37 +1,31 @@
 //! Location of guard violations within a step, and refinement of their times.
 
-use super::{AT_REST, LocatedEvent, REFINED, SHORTEST, TrialStep};
+use super::{AT_REST, EventDriven, LocatedEvent, REFINED, SHORTEST, tolerances};
 use crate::constraints::guards::{GUARDS, Guard, Guards, STOPS, at_foot, kind};
-use crate::constraints::motion::Motion;
-use crate::integrators::flow::Flow;
 use crate::integrators::root::{
     first_return_of_cubic, first_root_of_cubic, first_root_of_quadratic,
 };
+use crate::integrators::run_state::RunState;
+use crate::integrators::substep::{Substep, TrialStep};
+use crate::model::Model;
 use crate::model::real::{Lanes, Real};
 use crate::model::state::{Slope, State, normalised};
 
-impl<const N: usize> Flow<N> {
+impl<const N: usize> EventDriven<N> {
     /// Returns the first event of each island.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "the inputs of one step, each by its name"
-    )]
     pub(super) fn locate_events(
         &mut self,
+        model: &Model<N>,
+        run: &mut RunState<N>,
+        substep: &Substep<'_, N>,
         trial: &TrialStep<N>,
-        state: &State<Lanes, N>,
-        start: &Motion<Lanes, N>,
-        before: &Guards,
-        after: &Guards,
-        h: Lanes,
-        recovery: f64,
+        [before, after]: [&Guards; 2],
     ) -> [Option<LocatedEvent>; 4] {
-        let tolerances = self.tolerances();
-        let middle = midpoint_state(state, start, trial, h, self.model.is_free());
-        let motion = self
-            .rhs
-            .motion(&self.model, &mut self.run, &middle, recovery);
-        let middle = self.rhs.guards(&self.model, &self.run, &middle, &motion);
+        let h = substep.h;
+        let tolerances = tolerances(model);
+        let middle = midpoint_state(substep, trial, model.is_free());
+        let motion = self.rhs.motion(model, run, &middle, substep.recovery);
+        let middle = self.rhs.guards(model, run, &middle, &motion);
         let first = |leg: usize| {
             let seconds = h.lane(leg);
             if seconds <= 0.0 {
@@ -78,7 +72,7 @@ impl<const N: usize> Flow<N> {
             (0..GUARDS).filter_map(crossing).reduce(earlier)
         };
         let mut events = [None; 4];
-        for (event, island) in events.iter_mut().zip(self.model.islands()) {
+        for (event, island) in events.iter_mut().zip(model.islands()) {
             *event = island.filter_map(first).reduce(earlier);
         }
         events
@@ -88,25 +82,25 @@ impl<const N: usize> Flow<N> {
     /// available; returns whether another trial step is needed.
     pub(super) fn refine(
         &self,
+        model: &Model<N>,
+        run: &RunState<N>,
         trial: &TrialStep<N>,
         events: &mut [Option<LocatedEvent>; 4],
         h: &mut Lanes,
     ) -> bool {
         let mut again = false;
         let mut guards = None;
-        for (island, event) in self.model.islands().zip(events) {
+        for (island, event) in model.islands().zip(events) {
             let Some(event) = event else {
                 continue;
             };
             if !event.is_event || kind(event.index) == Guard::Gap || event.low[1] <= 0.0 {
                 continue;
             }
-            let guards = guards.get_or_insert_with(|| {
-                self.rhs
-                    .guards(&self.model, &self.run, &trial.end, &trial.motion)
-            });
+            let guards = guards
+                .get_or_insert_with(|| self.rhs.guards(model, run, &trial.end, &trial.motion));
             let value = guards.values[event.index].lane(event.leg);
-            if value.abs() <= REFINED * self.tolerances()[event.index] {
+            if value.abs() <= REFINED * tolerances(model)[event.index] {
                 continue;
             }
             // False position with half the weight for a retained end (Illinois algorithm).
@@ -117,7 +111,7 @@ impl<const N: usize> Flow<N> {
             }
             let ([a, f], [b, g]) = (event.low, event.high);
             event.at = (a * g - b * f) / (g - f);
-            for leg in self.model.lanes_of(island) {
+            for leg in model.lanes_of(island) {
                 *h = h.with_lane(leg, event.at);
             }
             again = true;
@@ -127,16 +121,16 @@ impl<const N: usize> Flow<N> {
 
     /// Returns the correction of the closing time of a gap by its rate, in each lane \[s\].
     pub(super) fn correction(
-        &mut self,
+        &self,
+        model: &Model<N>,
+        run: &RunState<N>,
         trial: &TrialStep<N>,
         events: &[Option<LocatedEvent>; 4],
         h: Lanes,
     ) -> Lanes {
-        let guards = self
-            .rhs
-            .guards(&self.model, &self.run, &trial.end, &trial.motion);
+        let guards = self.rhs.guards(model, run, &trial.end, &trial.motion);
         let mut correction = Lanes::zero();
-        for (island, event) in self.model.islands().zip(events) {
+        for (island, event) in model.islands().zip(events) {
             let Some(event) =
                 event.filter(|event| event.is_event && kind(event.index) == Guard::Gap)
             else {
@@ -145,7 +139,7 @@ impl<const N: usize> Flow<N> {
             let of = |lanes: &[Lanes; GUARDS]| lanes[event.index].lane(event.leg);
             let later = -of(&guards.values) / of(&guards.rates);
             if later.abs() < 0.5 * h.lane(event.leg) {
-                for leg in self.model.lanes_of(island) {
+                for leg in model.lanes_of(island) {
                     correction = correction.with_lane(leg, later);
                 }
             }
@@ -226,12 +220,16 @@ pub(super) fn dips(before: &Guards, after: &Guards, h: Lanes) -> bool {
 
 /// Returns the state in the middle of a step from values and slopes at both ends; third order.
 pub(super) fn midpoint_state<const N: usize>(
-    state: &State<Lanes, N>,
-    start: &Motion<Lanes, N>,
+    substep: &Substep<'_, N>,
     trial: &TrialStep<N>,
-    h: Lanes,
     free: bool,
 ) -> State<Lanes, N> {
+    let Substep {
+        start: state,
+        motion: start,
+        h,
+        ..
+    } = *substep;
     let half = |a: f64, b: f64| 0.5 * (a + b);
     let mut middle = trial.end;
     for (m, a) in middle.angles.iter_mut().zip(&state.angles) {

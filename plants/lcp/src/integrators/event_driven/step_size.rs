@@ -1,19 +1,19 @@
 //! Step-size control.
 
-use super::TrialStep;
-use crate::integrators::flow::Flow;
+use super::{EventDriven, TrialStep};
+use crate::model::Model;
 use crate::model::real::{Lanes, Real};
 
-impl<const N: usize> Flow<N> {
+impl<const N: usize> EventDriven<N> {
     /// Shortens the steps of islands whose error exceeds the tolerance; returns whether there were
     /// any.
-    pub(super) fn shorten(&self, trial: &TrialStep<N>, h: &mut Lanes) -> bool {
+    pub(super) fn shorten(&self, model: &Model<N>, trial: &TrialStep<N>, h: &mut Lanes) -> bool {
         let zero = Lanes::zero();
         if (trial.error.simd_le(Lanes::splat(self.tolerance)) | h.simd_eq(zero)).all() {
             return false;
         }
         let mut shorter = false;
-        for island in self.model.islands() {
+        for island in model.islands() {
             let leg = island.start;
             let (error, length) = (trial.error.lane(leg), h.lane(leg));
             if length == 0.0 || error <= self.tolerance {
@@ -25,7 +25,7 @@ impl<const N: usize> Flow<N> {
             } else {
                 0.1
             };
-            for leg in self.model.lanes_of(island) {
+            for leg in model.lanes_of(island) {
                 *h = h.with_lane(leg, length * factor);
             }
         }
@@ -33,18 +33,24 @@ impl<const N: usize> Flow<N> {
     }
 
     /// Sets the proposed next step size of each island.
-    pub(super) fn propose_step_size(&mut self, trial: &TrialStep<N>, h: Lanes, remaining: &Lanes) {
+    pub(super) fn propose_step_size(
+        &mut self,
+        model: &Model<N>,
+        trial: &TrialStep<N>,
+        h: Lanes,
+        remaining: &Lanes,
+    ) {
         // The usual case: all islands reach the end of the step far below the tolerance, and none
         // is limited.
         let easy = trial.error.simd_lt(Lanes::splat(0.6 * self.tolerance))
             & h.simd_ge(*remaining)
             & h.simd_gt(Lanes::zero());
-        let lanes = self.model.leg_times(1.0).simd_gt(Lanes::zero());
+        let lanes = model.leg_times(1.0).simd_gt(Lanes::zero());
         if easy.to_bitmask() == lanes.to_bitmask() {
             self.step_size = Lanes::splat(f64::INFINITY);
             return;
         }
-        for island in self.model.islands() {
+        for island in model.islands() {
             let leg = island.start;
             let (error, length) = (trial.error.lane(leg), h.lane(leg));
             if length == 0.0 {
@@ -64,7 +70,7 @@ impl<const N: usize> Flow<N> {
             } else {
                 next
             };
-            for leg in self.model.lanes_of(island) {
+            for leg in model.lanes_of(island) {
                 self.step_size = self.step_size.with_lane(leg, next);
             }
         }

@@ -8,10 +8,10 @@ use super::impulses::RECOVERY;
 use super::{Geometry, LastImpulses, Momentum};
 use crate::constraints::events::SLOTS;
 use crate::fixtures::{self, HARD, PASSIVE, between_stops, distance, flow, tumbling};
-use crate::integrators::flow::Flow;
 use crate::model::real::{Lanes, Real};
 use crate::model::state::State;
 use crate::options::Method;
+use crate::plant::flow::Flow;
 
 /// Returns the same robot with another method, with a tolerance of 1e-12 m where it has one.
 fn with_method<const N: usize>(start: &Flow<N>, method: Method) -> Flow<N> {

@@ -1,8 +1,12 @@
 use twinrig_legged::{Base, Drives};
 
+use super::linear_system::{TRUNK, directions, number, positions, trunk_direction, velocities};
 use super::*;
 use crate::constraints::mode::Contact;
-use crate::fixtures::{self, PASSIVE, distance, flow, robot};
+use crate::constraints::motion::{Motion, Workspace};
+use crate::fixtures::{self, PASSIVE, distance, flow, motion, robot};
+use crate::integrators::jacobian::Direction;
+use crate::plant::flow::Flow;
 
 type Matrix = [[f64; STAGES]; STAGES];
 
@@ -123,24 +127,35 @@ fn runge_kutta<const N: usize>(
 ) -> State<Lanes, N> {
     let free = flow.model.is_free();
     let mut sum = Slope::zero();
-    let mut slope = flow
-        .rhs
-        .motion(&flow.model, &mut flow.run, state, 0.0)
-        .slope;
+    let mut slope = motion(flow, state, 0.0).slope;
     for (weight, share) in [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0)] {
         sum.add(weight / 6.0, &slope, free);
-        slope = flow
-            .rhs
-            .motion(
-                &flow.model,
-                &mut flow.run,
-                &state.along(Lanes::splat(share * h), &slope, free),
-                0.0,
-            )
-            .slope;
+        slope = motion(
+            flow,
+            &state.along(Lanes::splat(share * h), &slope, free),
+            0.0,
+        )
+        .slope;
     }
     sum.add(1.0 / 6.0, &slope, free);
     normalised(&state.along(Lanes::splat(h), &sum, free), free)
+}
+
+/// Computes one step.
+fn step_from<const N: usize>(
+    flow: &mut Flow<N>,
+    start: &State<Lanes, N>,
+    motion: &Motion<Lanes, N>,
+    h: Lanes,
+    recovery: f64,
+) -> RodasStep<N> {
+    let substep = Substep {
+        start,
+        motion,
+        h,
+        recovery,
+    };
+    Rodas4::default().step(&flow.model, &mut flow.run, &substep)
 }
 
 /// Advances by `steps` steps; returns the work of friction and motors.
@@ -148,8 +163,8 @@ fn steps<const N: usize>(flow: &mut Flow<N>, h: f64, steps: u32) -> [f64; 2] {
     let mut work = [0.0; 2];
     for _ in 0..steps {
         let state = flow.run.state;
-        let start = flow.rhs.motion(&flow.model, &mut flow.run, &state, 0.0);
-        let step = flow.rodas4_step(&state, &start, Lanes::splat(h), 0.0);
+        let start = motion(flow, &state, 0.0);
+        let step = step_from(flow, &state, &start, Lanes::splat(h), 0.0);
         assert!(step.error.to_array().iter().all(|e| e.is_finite()));
         flow.run.state = step.end;
         work[0] += step.dissipated.sum();
@@ -232,15 +247,15 @@ fn jacobian_matches_differences<const N: usize>() {
     for (name, mut flow) in assorted::<N>() {
         let state = flow.run.state;
         let free = flow.model.is_free();
-        let legs = flow.model.side_by_side.as_dual();
         let mut workspace = Workspace::default();
         let trunk = (0..TRUNK).map(|i| (trunk_direction(i), Lanes::splat(1.0)));
-        let leg = (0..flow.coordinates())
+        let leg = (0..flow.model.coordinates())
             .flat_map(directions::<N>)
             .flat_map(|to| (0..4).map(move |lane| (to, Lanes::zero().with_lane(lane, 1.0))));
         let trunk: Vec<_> = trunk.filter(|_| free).collect();
         for (to, seed) in trunk.into_iter().chain(leg) {
-            let exact = listed(&flow.column(&legs, &state, to, seed, RECOVERY, &mut workspace));
+            let mut jacobian = Jacobian::new(&flow.model, &flow.run.mode, &state, RECOVERY);
+            let exact = listed(&jacobian.column(to, seed, &mut workspace));
             let mut difference = |e: f64| {
                 let mut moved = state;
                 let by = seed * Lanes::splat(e);
@@ -254,12 +269,7 @@ fn jacobian_matches_differences<const N: usize>() {
                     Direction::Pulley => moved.pulley += by,
                     Direction::PulleyRate => moved.pulley_rate += by,
                 }
-                listed(
-                    &flow
-                        .rhs
-                        .motion(&flow.model, &mut flow.run, &moved, RECOVERY)
-                        .slope,
-                )
+                listed(&motion(&mut flow, &moved, RECOVERY).slope)
             };
             let (up, down) = (difference(1e-5), difference(-1e-5));
             let scale = exact.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
@@ -290,33 +300,23 @@ fn solves_the_full_system<const N: usize>() {
     let h = 3e-3;
     for (name, mut flow) in assorted::<N>() {
         let state = flow.run.state;
-        let (free, coordinates) = (flow.model.is_free(), flow.coordinates());
-        let slope = flow
-            .rhs
-            .motion(&flow.model, &mut flow.run, &state, RECOVERY)
-            .slope;
+        let (free, coordinates) = (flow.model.is_free(), flow.model.coordinates());
+        let slope = motion(&mut flow, &state, RECOVERY).slope;
         let right = scaled(&slope, Lanes::splat(h), free);
         let mut memory = Memory::default();
+        let mut jacobian = Jacobian::new(&flow.model, &flow.run.mode, &state, RECOVERY);
         let u = if free {
-            assert!(flow.factor_coupled(&state, h, RECOVERY, &mut memory));
+            assert!(memory.factor_coupled(&mut jacobian, h));
             memory.solve(right, h * GAMMA, coordinates, 4)
         } else {
-            let islands = flow.factor_islands(&state, Lanes::splat(h), RECOVERY, &mut memory);
+            let islands = memory.factor_islands(&mut jacobian, Lanes::splat(h));
             islands.solve(&right, Lanes::splat(h * GAMMA), coordinates)
         };
         let mut left = u;
-        let legs = flow.model.side_by_side.as_dual();
         let mut workspace = Workspace::default();
         for row in 0..if free { TRUNK } else { 0 } {
             let one = Lanes::splat(1.0);
-            let column = flow.column(
-                &legs,
-                &state,
-                trunk_direction(row),
-                one,
-                RECOVERY,
-                &mut workspace,
-            );
+            let column = jacobian.column(trunk_direction(row), one, &mut workspace);
             left.add(-h * GAMMA * number(&u, row, coordinates), &column, true);
         }
         for k in 0..coordinates {
@@ -326,7 +326,7 @@ fn solves_the_full_system<const N: usize>() {
                     .into_iter()
                     .zip([positions(&u)[k], velocities(&u)[k]])
                 {
-                    let column = flow.column(&legs, &state, to, seed, RECOVERY, &mut workspace);
+                    let column = jacobian.column(to, seed, &mut workspace);
                     left.add(-h * GAMMA * by.lane(lane), &column, free);
                 }
             }
@@ -418,8 +418,8 @@ fn adaptively(flow: &mut Flow<3>, seconds: f64, longest: f64) -> f64 {
     let (mut h, mut left) = (longest, seconds);
     while left > 0.0 {
         let state = flow.run.state;
-        let start = flow.rhs.motion(&flow.model, &mut flow.run, &state, 0.0);
-        let step = flow.rodas4_step(&state, &start, Lanes::splat(h.min(left)), 0.0);
+        let start = motion(flow, &state, 0.0);
+        let step = step_from(flow, &state, &start, Lanes::splat(h.min(left)), 0.0);
         let error = step.error.to_array().into_iter().fold(0.0, f64::max);
         if error > 1e-9 {
             h *= 0.5;
@@ -483,18 +483,18 @@ fn legs_on_a_fixed_trunk_are_independent() {
     let (_, mut flow) = assorted::<4>().swap_remove(1);
     let state = flow.run.state;
     let h = Lanes::new([2e-3, 1e-3, 3e-3, 0.0]);
-    let start = flow.rhs.motion(&flow.model, &mut flow.run, &state, 10.0);
-    let unperturbed = flow.rodas4_step(&state, &start, h, 10.0);
+    let start = motion(&mut flow, &state, 10.0);
+    let unperturbed = step_from(&mut flow, &state, &start, h, 10.0);
     let mut other = state;
     for lane in [1, 2, 3] {
         other.angles[1] = other.angles[1].with_lane(lane, 0.3 * lane as f64);
         other.rates[2] = other.rates[2].with_lane(lane, -9.0);
         other.pulley = other.pulley.with_lane(lane, 0.4);
     }
-    let start = flow.rhs.motion(&flow.model, &mut flow.run, &other, 10.0);
+    let start = motion(&mut flow, &other, 10.0);
     let h = Lanes::new([2e-3, 5e-3, 1e-4, 1e-3]);
-    let perturbed = flow.rodas4_step(&other, &start, h, 10.0);
-    let bits = |step: &Rodas<4>| {
+    let perturbed = step_from(&mut flow, &other, &start, h, 10.0);
+    let bits = |step: &RodasStep<4>| {
         let end = &step.end;
         let legs = end.angles.iter().chain(&end.rates);
         let more = [
@@ -541,8 +541,8 @@ fn energy_balance_closes_under_motors_and_taut_cables() {
 fn zero_length_step_changes_nothing() {
     for (name, mut flow) in assorted::<3>() {
         let state = flow.run.state;
-        let start = flow.rhs.motion(&flow.model, &mut flow.run, &state, 10.0);
-        let step = flow.rodas4_step(&state, &start, Lanes::zero(), 10.0);
+        let start = motion(&mut flow, &state, 10.0);
+        let step = step_from(&mut flow, &state, &start, Lanes::zero(), 10.0);
         assert!(distance(&step.end, &state) < 1e-15, "{name}");
         assert_eq!(step.error.to_array(), [0.0; 4], "{name}");
     }
@@ -552,17 +552,15 @@ fn zero_length_step_changes_nothing() {
 fn error_estimate_is_of_fourth_order_and_bounds_the_error() {
     let (_, mut flow) = assorted::<3>().swap_remove(0);
     let state = flow.run.state;
-    let start = flow.rhs.motion(&flow.model, &mut flow.run, &state, 0.0);
-    let mut step = |h: f64| flow.rodas4_step(&state, &start, Lanes::splat(h), 0.0);
+    let start = motion(&mut flow, &state, 0.0);
+    let mut step = |h: f64| step_from(&mut flow, &state, &start, Lanes::splat(h), 0.0);
     let [long, short] = [2e-3, 1e-3].map(&mut step);
     let [estimate, half] = [&long, &short].map(|step| step.error.lane(0));
     let order = libm::log2(estimate / half);
     assert!((3.5..4.5).contains(&order), "{order}");
     // The same 2 ms in steps a hundredth as long.
     steps(&mut flow, 2e-5, 100);
-    let error = flow
-        .error_of(&difference(&long.end, &flow.run.state), true)
-        .lane(0);
+    let error = error_norm(&flow.model, &difference(&long.end, &flow.run.state), true).lane(0);
     // The estimate is that of the third-order method.
     assert!(
         error < estimate && estimate < 1e3 * error,
@@ -592,8 +590,8 @@ fn nan_step_has_infinite_error() {
         let (name, mut flow) = assorted::<3>().swap_remove(which);
         let mut state = flow.run.state;
         state.rates[0] = state.rates[0].with_lane(0, f64::NAN);
-        let start = flow.rhs.motion(&flow.model, &mut flow.run, &state, 0.0);
-        let step = flow.rodas4_step(&state, &start, Lanes::splat(1e-3), 0.0);
+        let start = motion(&mut flow, &state, 0.0);
+        let step = step_from(&mut flow, &state, &start, Lanes::splat(1e-3), 0.0);
         assert_eq!(step.error.lane(0), f64::INFINITY, "{name}");
         assert_eq!(
             step.error.lane(1).is_finite(),
@@ -607,9 +605,9 @@ fn nan_step_has_infinite_error() {
 fn evaluations_and_factorisations_are_counted() {
     for (name, mut flow) in assorted::<3>() {
         let state = flow.run.state;
-        let start = flow.rhs.motion(&flow.model, &mut flow.run, &state, 0.0);
+        let start = motion(&mut flow, &state, 0.0);
         let before = flow.run.counts;
-        let _ = flow.rodas4_step(&state, &start, Lanes::splat(1e-3), 0.0);
+        let _ = step_from(&mut flow, &state, &start, Lanes::splat(1e-3), 0.0);
         // Five stages, and one column per coordinate: of one leg for all legs, or of the trunk and
         // all legs, where the position counts only with contacts.
         let columns = match name {

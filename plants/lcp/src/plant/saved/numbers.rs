@@ -1,10 +1,10 @@
 //! State of a flow as a flat list of numbers, for saving.
 
-use crate::integrators::flow::Flow;
 use crate::integrators::impulse_sums::ImpulseSums;
 use crate::integrators::moreau::LastImpulses;
 use crate::model::real::Lanes;
 use crate::model::state::State;
+use crate::plant::flow::Flow;
 
 impl<const N: usize> Flow<N> {
     /// Passes all numbers of the state to `to`.
@@ -17,11 +17,8 @@ impl<const N: usize> Flow<N> {
     pub(super) fn replace(&mut self, by: &mut dyn FnMut() -> f64) -> f64 {
         let mut copy = self.clone_numbers();
         copy.each(&mut |x| *x = by());
-        (
-            self.run.state,
-            self.run.impulse_sums,
-            self.impulse_sums_before,
-        ) = (copy.state, copy.impulse_sums, copy.impulse_sums_before);
+        (self.run.state, self.run.impulse_sums, self.window.before) =
+            (copy.state, copy.impulse_sums, copy.impulse_sums_before);
         [
             self.run.mode.active.hip,
             self.run.mode.active.closed,
@@ -35,13 +32,16 @@ impl<const N: usize> Flow<N> {
             self.run.mode.commands.pulley_saturated,
             self.run.mode.commands.hip_damping,
             self.run.mode.commands.pulley_damping,
-            self.step_size,
+            self.event_driven.step_size,
         ] = copy.lanes;
-        self.run_seconds = copy.run_seconds;
+        self.window.seconds = copy.run_seconds;
         self.moreau.set_last_impulses(copy.last_impulses);
-        [self.fallback_steps, self.backoff, self.steps_since_fallback] =
-            copy.counters.map(count_from);
-        (self.energy_gain, self.modes_pending) = (copy.energy_gain, copy.modes_pending != 0.0);
+        [
+            self.fallback.remaining,
+            self.fallback.backoff,
+            self.fallback.steps_since,
+        ] = copy.counters.map(count_from);
+        (self.monitor.gained, self.modes_pending) = (copy.energy_gain, copy.modes_pending != 0.0);
         copy.cached_recovery
     }
 
@@ -50,7 +50,7 @@ impl<const N: usize> Flow<N> {
         Numbers {
             state: self.run.state,
             impulse_sums: self.run.impulse_sums,
-            impulse_sums_before: self.impulse_sums_before,
+            impulse_sums_before: self.window.before,
             lanes: [
                 active.hip,
                 active.closed,
@@ -64,13 +64,18 @@ impl<const N: usize> Flow<N> {
                 commands.pulley_saturated,
                 commands.hip_damping,
                 commands.pulley_damping,
-                self.step_size,
+                self.event_driven.step_size,
             ],
-            run_seconds: self.run_seconds,
-            counters: [self.fallback_steps, self.backoff, self.steps_since_fallback].map(f64::from),
-            energy_gain: self.energy_gain,
+            run_seconds: self.window.seconds,
+            counters: [
+                self.fallback.remaining,
+                self.fallback.backoff,
+                self.fallback.steps_since,
+            ]
+            .map(f64::from),
+            energy_gain: self.monitor.gained,
             modes_pending: f64::from(u8::from(self.modes_pending)),
-            cached_recovery: self.cached_recovery(),
+            cached_recovery: self.event_driven.cached_recovery(&self.run),
             last_impulses: *self.moreau.last_impulses(),
         }
     }

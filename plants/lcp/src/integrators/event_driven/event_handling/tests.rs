@@ -5,12 +5,13 @@ use proptest::prelude::*;
 use twinrig_contact::{Ground, Terrain};
 use twinrig_legged::{Base, Drives};
 
-use super::*;
 use crate::fixtures::{self, flow};
+use crate::integrators::right_hand_side::RightHandSide;
 use crate::model::chain::Chain;
 use crate::model::real::Lanes;
 use crate::model::site::{Footing, Site};
 use crate::model::state::State;
+use crate::plant::flow::Flow;
 
 /// Tolerance of velocities that must be zero after an event \[m/s\].
 const SLOW: f64 = 1e-6;
@@ -135,7 +136,8 @@ fn check_contacts<const N: usize>(flow: &mut Flow<N>) -> Result<(), TestCaseErro
     /// Time over which velocities change linearly \[s\].
     const MOMENT: f64 = 1e-7;
     let state = flow.run.state;
-    let motion = flow.rhs.motion(&flow.model, &mut flow.run, &state, 0.0);
+    let mut rhs = RightHandSide::default();
+    let motion = rhs.motion(&flow.model, &mut flow.run, &state, 0.0);
     let free = flow.model.is_free();
     let later = state.along(Lanes::splat(MOMENT), &motion.slope, free);
     let [now, then] = [&state, &later].map(|state| footings(flow, state));
@@ -166,7 +168,7 @@ fn check_contacts<const N: usize>(flow: &mut Flow<N>) -> Result<(), TestCaseErro
             Some(_) => {}
         }
     }
-    let mut forces = flow.rhs.workspace.forces.iter();
+    let mut forces = rhs.workspace.forces.iter();
     for contact in &flow.run.mode.contacts {
         let normal = *forces.next().unwrap();
         prop_assert!(normal > 0.0, "{:?} pulls by {}", contact, normal);
@@ -188,7 +190,9 @@ fn check_contacts<const N: usize>(flow: &mut Flow<N>) -> Result<(), TestCaseErro
 fn check_event<const N: usize>(impact_case: &ImpactCase) -> Result<(), TestCaseError> {
     let mut flow = impact_case.flow::<N>();
     let before: f64 = flow.stored().iter().sum();
-    let handled = flow.handle_event(0..4, 0.0, 0.0);
+    let handled = flow
+        .event_driven
+        .handle_event(&flow.model, &mut flow.run, 0..4, 0.0, 0.0);
     prop_assert!(handled.is_ok(), "{:?}", handled);
     let after: f64 = flow.stored().iter().sum();
     prop_assert!(after <= before + 1e-9, "{} J of {}", after, before);

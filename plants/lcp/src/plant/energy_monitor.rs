@@ -16,9 +16,10 @@
 
 use twinrig_legged::Ledger;
 
-use crate::integrators::flow::{Checkpoint, Flow};
 use crate::integrators::impulse_sums::ImpulseSums;
+use crate::integrators::run_state::{Checkpoint, RunState};
 use crate::integrators::step_error::StepError;
+use crate::model::Model;
 use crate::options::Method;
 
 /// Maximum gain as a share of the reference energy: three times the gain of any method at the steps
@@ -51,28 +52,38 @@ const DEPTH_MAX_DRIFTING: f64 = 2e-2;
 const SINK_RATE: f64 = 1e-3;
 const LANDING_SPEED: f64 = 10.0;
 
-impl<const N: usize> Flow<N> {
+/// Accumulated energy gain.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct EnergyMonitor {
+    /// \[J\]
+    pub(super) gained: f64,
+}
+
+impl EnergyMonitor {
     /// Checks the energy and the feet after a step that started from `before`.
-    pub(crate) fn check_step(
+    pub(super) fn check<const N: usize>(
         &mut self,
+        model: &Model<N>,
+        run: &RunState<N>,
+        method: Method,
         before: &Checkpoint<N>,
         seconds: f64,
     ) -> Result<(), StepError> {
-        self.check_penetration(&before.impulse_sums, seconds)?;
+        check_penetration(model, run, method, &before.impulse_sums, seconds)?;
         let before = &before.ledger;
-        let gain = self.gain(before);
+        let gain = gain([before, &run.ledger]);
         if !gain.is_finite() {
             return Err(StepError::NotFinite);
         }
-        let reference = self.reference_energy(before);
-        self.energy_gain = (self.energy_gain + gain).max(0.0);
-        let balance = self.run.ledger.balance();
-        let thesis = self.method == Method::Thesis;
+        let reference = self.reference_energy(model, before);
+        self.gained = (self.gained + gain).max(0.0);
+        let balance = run.ledger.balance();
+        let thesis = method == Method::Thesis;
         let gain_max = if thesis { GAIN_MAX_THESIS } else { GAIN_MAX };
         let floor = SURPLUS_FLOOR * reference;
         let surplus = !thesis && balance.residual > floor.max(SURPLUS_MAX * balance.exchanged);
-        if self.energy_gain > gain_max * reference || surplus {
-            let gained = self.energy_gain.max(balance.residual);
+        if self.gained > gain_max * reference || surplus {
+            let gained = self.gained.max(balance.residual);
             return Err(StepError::EnergyGain { seconds, gained });
         }
         if !thesis
@@ -81,62 +92,72 @@ impl<const N: usize> Flow<N> {
             let lost = -balance.residual;
             return Err(StepError::EnergyLoss { seconds, lost });
         }
-        let checked = self.run.ledger.check();
+        let checked = run.ledger.check();
         checked.map_err(|why| StepError::Dissipation { seconds, why })
     }
 
-    /// Checks that no foot sinks that received no ground impulse since `before`.
-    fn check_penetration(&self, before: &ImpulseSums, seconds: f64) -> Result<(), StepError> {
-        let least = match self.method {
-            Method::Rk4 | Method::Rodas4 | Method::Moreau => DEPTH_MAX,
-            Method::SemiImplicit | Method::ExplicitEuler | Method::Thesis => DEPTH_MAX_DRIFTING,
-        };
-        let legs = 0..self.model.legs.len();
-        let points = legs.flat_map(|leg| (3..=N).map(move |links| (leg, links)));
-        for (leg, links) in points {
-            let Some(footing) = self.run.footing(&self.model, leg, links) else {
-                return Ok(());
-            };
-            let depth = -footing.gap;
-            let pushed = self.run.impulse_sums.ground[leg] != before.ground[leg];
-            if !pushed
-                && depth > least + LANDING_SPEED * seconds
-                && footing.velocity[0] < -SINK_RATE
-            {
-                return Err(StepError::FootSinks { leg, depth });
-            }
-        }
-        Ok(())
+    /// Returns whether the energy between two balances grew beyond [`STEP_GAIN_MAX`]: the step was
+    /// too long.
+    pub(super) fn gained_too_much<const N: usize>(
+        &self,
+        model: &Model<N>,
+        [before, after]: [&Ledger; 2],
+    ) -> bool {
+        let gain = gain([before, after]);
+        gain.is_nan() || gain > STEP_GAIN_MAX * self.reference_energy(model, before)
     }
 
-    /// Returns whether the steps since `before` gained energy beyond [`STEP_GAIN_MAX`]: the step
-    /// was too long.
-    pub(crate) fn gained_too_much(&self, before: &Ledger) -> bool {
-        let gain = self.gain(before);
-        gain.is_nan() || gain > STEP_GAIN_MAX * self.reference_energy(before)
-    }
-
-    /// Returns whether a step of finite tolerance gained or lost more energy than motors, friction
-    /// and impacts account for: forces that create energy are no solution, even if they satisfy
-    /// their constraints.
-    pub(crate) fn is_unbalanced(&self, before: &Ledger) -> bool {
-        let [was, is] = [before, &self.run.ledger].map(|ledger| ledger.balance().residual);
+    /// Returns whether a step gained or lost more energy than motors, friction and impacts account
+    /// for: forces that create energy are no solution, even if they satisfy their constraints.
+    pub(super) fn is_unbalanced<const N: usize>(
+        &self,
+        model: &Model<N>,
+        [before, after]: [&Ledger; 2],
+    ) -> bool {
+        let [was, is] = [before, after].map(|ledger| ledger.balance().residual);
         let missing = (is - was).abs();
-        self.tolerance.is_finite()
-            && (missing.is_nan() || missing > STEP_GAIN_MAX * self.reference_energy(before))
-    }
-
-    fn gain(&self, before: &Ledger) -> f64 {
-        let [before, after] = [before, &self.run.ledger].map(Ledger::balance);
-        (after.stored() - after.actuator) - (before.stored() - before.actuator)
+        missing.is_nan() || missing > STEP_GAIN_MAX * self.reference_energy(model, before)
     }
 
     /// Returns the reference energy: energy without numerical gain, plus the energy that lifts all
     /// moving masses by the leg length \[J\].
-    fn reference_energy(&self, before: &Ledger) -> f64 {
+    fn reference_energy<const N: usize>(&self, model: &Model<N>, before: &Ledger) -> f64 {
         let balance = before.balance();
-        (balance.kinetic + balance.spring - self.energy_gain).max(0.0) + self.model.moving_energy
+        (balance.kinetic + balance.spring - self.gained).max(0.0) + model.moving_energy
     }
+}
+
+/// Returns the growth of stored energy minus motor work between two balances \[J\].
+fn gain(ledgers: [&Ledger; 2]) -> f64 {
+    let [before, after] = ledgers.map(Ledger::balance);
+    (after.stored() - after.actuator) - (before.stored() - before.actuator)
+}
+
+/// Checks that no foot sinks that received no ground impulse since `before`.
+fn check_penetration<const N: usize>(
+    model: &Model<N>,
+    run: &RunState<N>,
+    method: Method,
+    before: &ImpulseSums,
+    seconds: f64,
+) -> Result<(), StepError> {
+    let least = match method {
+        Method::Rk4 | Method::Rodas4 | Method::Moreau => DEPTH_MAX,
+        Method::SemiImplicit | Method::ExplicitEuler | Method::Thesis => DEPTH_MAX_DRIFTING,
+    };
+    let legs = 0..model.legs.len();
+    let points = legs.flat_map(|leg| (3..=N).map(move |links| (leg, links)));
+    for (leg, links) in points {
+        let Some(footing) = run.footing(model, leg, links) else {
+            return Ok(());
+        };
+        let depth = -footing.gap;
+        let pushed = run.impulse_sums.ground[leg] != before.ground[leg];
+        if !pushed && depth > least + LANDING_SPEED * seconds && footing.velocity[0] < -SINK_RATE {
+            return Err(StepError::FootSinks { leg, depth });
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -161,7 +182,7 @@ mod tests {
             flow.run.state.position[2] += higher;
             flow.run.impulse_sums = before;
             (0..4).for_each(|leg| flow.run.impulse_sums.ground[leg][2] += load);
-            flow.check_penetration(&before, 2e-3)
+            check_penetration(&flow.model, &flow.run, flow.method, &before, 2e-3)
         };
         assert_eq!(at(0.0, 0.0, 0.0), Ok(()));
         assert_eq!(at(0.1, 0.0, 0.0), Ok(()));

@@ -1,7 +1,7 @@
 use twinrig_robot::GRAVITY;
 
 use super::*;
-use crate::fixtures::{self, hanging};
+use crate::fixtures::{self, hanging, motion};
 use crate::model::leg_constraints::{DIAGONAL, PANTOGRAPH};
 use crate::model::real::Real;
 
@@ -23,7 +23,7 @@ fn closed_stop_forces_at_rest_match_virtual_work() {
     }
     flow.step(1e-3).unwrap();
     let state = flow.run.state;
-    let motion = flow.rhs.motion(&flow.model, &mut flow.run, &state, 0.0);
+    let motion = motion(&mut flow, &state, 0.0);
     let slope = &motion.slope;
     for leg in 0..4 {
         let accelerations = slope.rates.map(|rate| rate.lane(leg));
