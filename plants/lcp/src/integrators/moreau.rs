@@ -89,8 +89,8 @@ impl<const N: usize> Moreau<N> {
     }
 
     /// Replaces the impulses of the last step.
-    pub(crate) fn set_last_impulses(&mut self, last_impulses: LastImpulses) {
-        self.solver.last_impulses = last_impulses;
+    pub(crate) fn set_last_impulses(&mut self, last_impulses: &LastImpulses) {
+        self.solver.last_impulses = *last_impulses;
     }
 
     /// Advances by `seconds`; halves a step whose impulses are not found.

@@ -99,7 +99,7 @@ impl EnergyMonitor {
     /// Returns whether the energy between two balances grew beyond [`STEP_GAIN_MAX`]: the step was
     /// too long.
     pub(super) fn gained_too_much<const N: usize>(
-        &self,
+        self,
         model: &Model<N>,
         [before, after]: [&Ledger; 2],
     ) -> bool {
@@ -110,7 +110,7 @@ impl EnergyMonitor {
     /// Returns whether a step gained or lost more energy than motors, friction and impacts account
     /// for: forces that create energy are no solution, even if they satisfy their constraints.
     pub(super) fn is_unbalanced<const N: usize>(
-        &self,
+        self,
         model: &Model<N>,
         [before, after]: [&Ledger; 2],
     ) -> bool {
@@ -121,7 +121,7 @@ impl EnergyMonitor {
 
     /// Returns the reference energy: energy without numerical gain, plus the energy that lifts all
     /// moving masses by the leg length \[J\].
-    fn reference_energy<const N: usize>(&self, model: &Model<N>, before: &Ledger) -> f64 {
+    fn reference_energy<const N: usize>(self, model: &Model<N>, before: &Ledger) -> f64 {
         let balance = before.balance();
         (balance.kinetic + balance.spring - self.gained).max(0.0) + model.moving_energy
     }

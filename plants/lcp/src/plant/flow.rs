@@ -107,7 +107,7 @@ impl<const N: usize> Flow<N> {
         if result.is_err() {
             self.roll_back(&before);
             self.event_driven.step_size = before.step_size;
-            self.moreau.set_last_impulses(before.last_impulses);
+            self.moreau.set_last_impulses(&before.last_impulses);
             (self.fallback, self.monitor) = (before.fallback, before.monitor);
             self.run.counts = before.run.counts;
         }
@@ -184,7 +184,7 @@ impl<const N: usize> Flow<N> {
         for halvings in 0..=HALVINGS_MAX {
             let substeps = 1 << halvings;
             self.roll_back(before);
-            self.moreau.set_last_impulses(before.last_impulses);
+            self.moreau.set_last_impulses(&before.last_impulses);
             for _ in 0..substeps {
                 self.moreau
                     .advance(&self.model, &mut self.run, seconds / f64::from(substeps))?;

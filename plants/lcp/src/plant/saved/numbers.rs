@@ -35,7 +35,7 @@ impl<const N: usize> Flow<N> {
             self.event_driven.step_size,
         ] = copy.lanes;
         self.window.seconds = copy.run_seconds;
-        self.moreau.set_last_impulses(copy.last_impulses);
+        self.moreau.set_last_impulses(&copy.last_impulses);
         [
             self.fallback.remaining,
             self.fallback.backoff,
