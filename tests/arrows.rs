@@ -1,5 +1,5 @@
-//! Permitted dependencies between crates. A dependency that is not in the table below requires a
-//! reason before it is added.
+//! Permitted dependencies between crates, and between the folders of the largest plant. A
+//! dependency that is not in a table below requires a reason before it is added.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -175,4 +175,70 @@ fn architecture_lists_every_crate_and_a_reason_for_every_dependency() {
             );
         }
     }
+}
+
+/// Modules at the root of `lcp`, each with the others that it may use; tests may use any.
+const LCP_ROOMS: &[(&str, &str)] = &[
+    ("compliant", "formulation model options"),
+    ("constraints", "model"),
+    ("formulation", ""),
+    ("integrators", "constraints model"),
+    ("model", "options"),
+    ("options", ""),
+    (
+        "plant",
+        "compliant constraints formulation integrators model options",
+    ),
+];
+
+/// Returns the modules at the root of their crate that a source file without its tests names.
+fn root_modules_named(source: &str) -> BTreeSet<String> {
+    let source = source.split("#[cfg(test)]").next().unwrap();
+    let paths = source.split("crate::").skip(1);
+    let name = |path: &str| {
+        let end = path.find(|c: char| !(c.is_ascii_lowercase() || c == '_'));
+        path[..end.unwrap_or(path.len())].to_owned()
+    };
+    paths.map(name).collect()
+}
+
+/// Returns the Rust files of a folder and its subfolders, except `tests.rs`.
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(sources(&path));
+        } else if path.extension().is_some_and(|end| end == "rs") && !path.ends_with("tests.rs") {
+            found.push(path);
+        }
+    }
+    found
+}
+
+#[test]
+fn rooms_of_lcp_match_the_table() {
+    let source = root().join("plants/lcp/src");
+    let mut found = BTreeMap::<String, BTreeSet<String>>::new();
+    for path in sources(&source) {
+        let inside = path.strip_prefix(&source).unwrap();
+        let first = Path::new(inside.iter().next().unwrap());
+        let room = first.file_stem().unwrap().to_str().unwrap().to_owned();
+        if ["lib", "fixtures"].contains(&room.as_str()) {
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).unwrap();
+        // From the file of a room, such a path leaves the room without its name.
+        let leaves = text.contains("super::super::")
+            || inside.ends_with("mod.rs") && text.contains("super::");
+        assert!(!leaves, "{}: write paths from `crate`", inside.display());
+        let mut named = root_modules_named(&text);
+        named.remove(&room);
+        found.entry(room).or_default().extend(named);
+    }
+    let table = LCP_ROOMS.iter().map(|(room, uses)| {
+        let uses = uses.split_whitespace().map(str::to_owned);
+        ((*room).to_owned(), uses.collect())
+    });
+    assert_eq!(found, table.collect());
 }

@@ -5,10 +5,12 @@ use twinrig_kernel::SimDuration;
 use twinrig_legged::{Base, Drives, Ledger, SetPoint, Setup, StartPose};
 use twinrig_robot::{Robot, RobotFile};
 
-use crate::flow::Flow;
+use crate::constraints::motion::Motion;
+use crate::integrators::right_hand_side::RightHandSide;
 use crate::model::Model;
-use crate::real::{Lanes, Real};
-use crate::state::State;
+use crate::model::real::{Lanes, Real};
+use crate::model::state::State;
+use crate::plant::flow::Flow;
 
 /// Relative joint angles \[°\] and rates \[rad/s\] of a start.
 pub(crate) type Pose = ([f64; 3], [f64; 3]);
@@ -81,7 +83,7 @@ pub(crate) fn flow<const N: usize>(
     }
     let [hip, pulley] = [state.angles[0], state.pulley];
     let mut flow = new_flow(model, state);
-    (flow.mode.commands.hip, flow.mode.commands.pulley) = (hip, pulley);
+    (flow.run.mode.commands.hip, flow.run.mode.commands.pulley) = (hip, pulley);
     flow
 }
 
@@ -89,23 +91,32 @@ fn new_flow<const N: usize>(model: Model<N>, state: State<Lanes, N>) -> Flow<N> 
     Flow::new(model, state, crate::options::Method::Rodas4, f64::INFINITY)
 }
 
+/// Returns the right-hand side in a state, in the mode of the flow.
+pub(crate) fn motion<const N: usize>(
+    flow: &mut Flow<N>,
+    state: &State<Lanes, N>,
+    recovery: f64,
+) -> Motion<Lanes, N> {
+    RightHandSide::default().motion(&flow.model, &mut flow.run, state, recovery)
+}
+
 /// Gives the trunk linear and angular velocity in all directions.
 pub(crate) fn tumbling<const N: usize>(flow: &mut Flow<N>) {
-    flow.state.position = [0.1, -0.2, 0.5];
-    flow.state.attitude = [0.9, 0.3, -0.2, 0.245];
-    flow.state.velocity = [1.0, 0.5, 2.0];
-    flow.state.turning = [3.0, -2.0, 5.0];
-    let size = libm::sqrt(flow.state.attitude.iter().map(|c| c * c).sum());
-    flow.state.attitude = flow.state.attitude.map(|c| c / size);
+    flow.run.state.position = [0.1, -0.2, 0.5];
+    flow.run.state.attitude = [0.9, 0.3, -0.2, 0.245];
+    flow.run.state.velocity = [1.0, 0.5, 2.0];
+    flow.run.state.turning = [3.0, -2.0, 5.0];
+    let size = libm::sqrt(flow.run.state.attitude.iter().map(|c| c * c).sum());
+    flow.run.state.attitude = flow.run.state.attitude.map(|c| c / size);
     let stored = flow.stored();
-    flow.ledger = Ledger::opened(stored);
+    flow.run.ledger = Ledger::opened(stored);
 }
 
 /// Returns the position of the first leg's foot in the leg plane \[m\].
 pub(crate) fn foot<const N: usize>(flow: &Flow<N>) -> [f64; 2] {
     let links = &flow.model.legs[0].constants.links;
     let mut foot = [0.0; 2];
-    for (link, angle) in links.iter().zip(&flow.state.angles) {
+    for (link, angle) in links.iter().zip(&flow.run.state.angles) {
         foot[0] += link * libm::sin(angle.lane(0));
         foot[1] -= link * libm::cos(angle.lane(0));
     }

@@ -57,49 +57,20 @@
     reason = "inlining exposes literal loop lengths and keeps values in registers"
 )]
 
-mod articulated;
-mod chain;
+// The rooms of this crate; an arrow points to a room that is used:
+// plant → integrators → constraints → model, and plant → compliant → model.
 mod compliant;
-mod constants;
 mod constraints;
-mod contacts;
-mod coupling;
-mod dense;
-mod drives;
-mod energy_monitor;
-mod equations;
-mod error_norm;
-mod euler;
-mod event_driven;
-mod events;
 #[cfg(test)]
 mod fixtures;
-mod flow;
-mod guards;
-mod jacobian;
-mod lanewise;
-mod log;
-mod mode;
+mod formulation;
+mod integrators;
 mod model;
-mod moreau;
-mod motion;
-mod motors;
 mod options;
 mod plant;
-mod posture;
-mod readings;
-mod real;
-mod rk4;
-mod rodas4;
-mod root;
-mod saved;
-mod site;
-mod state;
-mod thesis;
-mod trunk;
 
-pub use equations::{Equations, Posture};
+pub use formulation::Lcp;
 pub use options::{LcpError, Method, Options};
-pub use plant::Lcp;
+pub use plant::equations::{Equations, Posture};
 pub use twinrig_compliant::lanes::Features;
 pub use twinrig_legged::Constraints;

@@ -16,12 +16,13 @@ use super::energy::{Elements, StoredEnergy};
 use super::model::CompliantModel;
 use super::motion::Advance;
 use super::state::{Slope, State};
+use crate::formulation::{Formulation, SavedFormulation};
 use crate::model::Model;
+use crate::model::feet;
+use crate::model::real::Lanes;
+use crate::model::start::start_state;
+use crate::model::state::State as RigidState;
 use crate::options::{LcpError, Options};
-use crate::plant::{Formulation, SavedFormulation, start_state};
-use crate::readings;
-use crate::real::Lanes;
-use crate::state::State as RigidState;
 
 /// Equations of legs with `N` links and `P` contact points.
 #[derive(Debug, Clone)]
@@ -212,11 +213,11 @@ impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
     }
 
     fn feet(&self, state: &Self::State) -> [FootMotion; LEGS] {
-        readings::feet(&self.model.rigid, &rigid_state(state))
+        feet::feet(&self.model.rigid, &rigid_state(state))
     }
 
     fn surfaces(&self, state: &Self::State, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
-        readings::surfaces(&self.model.rigid, &rigid_state(state), feet)
+        feet::surfaces(&self.model.rigid, &rigid_state(state), feet)
     }
 
     fn visit(&self, state: &mut Self::State, to: &mut dyn FnMut(&mut Quad)) {

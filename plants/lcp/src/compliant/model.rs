@@ -5,11 +5,11 @@ use twinrig_compliant::{DriveLaws, Element, PantographConstants, Pantographs, So
 use twinrig_legged::Base;
 use twinrig_robot::{Compliance, GRAVITY};
 
-use crate::constants::Constants;
 use crate::model::Model;
+use crate::model::constants::Constants;
 
 /// Constants of the legs; `T` is [`Quad`] in memory, or lanes. Symbols as in
-/// [`Constants`](crate::constants::Constants).
+/// [`Constants`](crate::model::constants::Constants).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Legs<T, const N: usize> {
     pub(crate) pantographs: Pantographs<T, N>,

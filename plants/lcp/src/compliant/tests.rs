@@ -7,9 +7,9 @@ use twinrig_robot::{Compliance, OneSided, Robot};
 
 use super::equations::{CompliantEquations, CompliantFlow, compliant_state};
 use super::model::CompliantModel;
+use crate::constraints::motion::Dynamics;
 use crate::fixtures::{self, HARD, Pose, flow, robot, tumbling};
-use crate::flow::Flow;
-use crate::motion::Dynamics;
+use crate::plant::flow::Flow;
 
 pub(crate) fn compliance() -> Compliance {
     let side = |stiffness, damping, toe_region| OneSided {
@@ -34,7 +34,7 @@ fn compliant<const N: usize, const P: usize>(
 ) -> CompliantFlow<N, P> {
     let compliances = vec![compliance; rigid.model.legs.len()];
     let model = CompliantModel::new(rigid.model.clone(), &compliances);
-    let state = compliant_state(&rigid.state);
+    let state = compliant_state(&rigid.run.state);
     CompliantFlow::new(CompliantEquations::new(model), state, tolerance, features)
 }
 
@@ -49,8 +49,8 @@ fn start<const N: usize>(
 
 /// Slope of the rigid model without constraints, in the form of the compliant one.
 fn rigid_slope<const N: usize>(flow: &Flow<N>) -> Vec<f64> {
-    let dynamics = Dynamics::new(&flow.model, &flow.model.side_by_side, &flow.mode, 0.0);
-    let (slope, _) = dynamics.slope_without_contacts(&flow.state);
+    let dynamics = Dynamics::new(&flow.model, &flow.model.side_by_side, &flow.run.mode, 0.0);
+    let (slope, _) = dynamics.slope_without_contacts(&flow.run.state);
     let mut numbers = Vec::new();
     numbers.extend(slope.position);
     numbers.extend(slope.attitude);
@@ -83,7 +83,7 @@ fn equal_without_constraints<const N: usize, const P: usize>(base: Base, spin: [
     let mut rigid = start::<N>(base, pose, Drives::None, None);
     if base == Base::Free {
         tumbling(&mut rigid);
-        rigid.state.turning = spin;
+        rigid.run.state.turning = spin;
     }
     let mut flow = compliant::<N, P>(
         &rigid,
@@ -120,9 +120,9 @@ fn landing<const N: usize, const P: usize>(
     let robot: Robot = robot();
     let drives = fixtures::servo_drives(&robot);
     let mut rigid = start::<N>(Base::Free, HARD, drives, Some(fixtures::flat()));
-    rigid.state.position[2] = 0.13;
-    rigid.state.velocity = [0.4, 0.1, -0.3];
-    rigid.state.turning = [0.5, -0.3, 0.2];
+    rigid.run.state.position[2] = 0.13;
+    rigid.run.state.velocity = [0.4, 0.1, -0.3];
+    rigid.run.state.turning = [0.5, -0.3, 0.2];
     compliant::<N, P>(&rigid, compliance(), tolerance, features)
 }
 
@@ -332,7 +332,7 @@ proptest! {
             fixtures::servo_drives(&robot()),
             Some(fixtures::flat()),
         );
-        rigid.state.position[2] = height;
+        rigid.run.state.position[2] = height;
         let mut flow = compliant::<3, 1>(&rigid, compliance(), 1e-6, Features::Detected);
         flow.state.rates[0] = Quad(rates);
         let mut flow = CompliantFlow::new(flow.equations, flow.state, 1e-6, Features::Detected);

@@ -1,0 +1,11 @@
+//! Which constraints are active: the mode, the motion in it, the guards that end it, and impacts
+//! and the choice of the next mode as complementarity problems. A method of integration decides
+//! when these are computed. It uses `model`.
+
+pub(crate) mod contacts;
+pub(crate) mod events;
+pub(crate) mod guards;
+pub(crate) mod log;
+pub(crate) mod mode;
+pub(crate) mod motion;
+pub(crate) mod saturation;

@@ -1,0 +1,377 @@
+//! Moreau's midpoint rule: constraints as impulses over a step, independent of their time within
+//! it.
+//!
+//! ```text
+//! q̄ = q ⊕ ½h u_a                                               q⁺ = q̄ ⊕ ½h u_b
+//! (H(q̄) + ½h D)(u_b − u_a) = h (f(q̄, u_a) + ½(g(u_a) + g(u_b))) + Jᵀ P
+//! 0 ≤ P ⊥ J u_b + γ g/h ≥ 0      D: friction of the joints, damping of the motors
+//! ```
+//!
+//! Momenta are constant in the half steps ([`drift`]); forces and impulses change them in the
+//! middle ([`kick`]). Without impulses this is the generalised leapfrog: second order, symplectic,
+//! time-reversible. Momentum is balanced to round-off; the energy oscillates by an error of second
+//! order and does not drift. J is that at q̄; g is the gap at the beginning of the step,
+//! extrapolated from the middle, `g(q̄) − ½h J u_a`, and γ g/h is not below −50 mm/s.
+//!
+//! Without event location a step has constant cost, and is of first order where a constraint opens
+//! or closes.
+
+mod drift;
+mod drives;
+mod impulses;
+mod inertia;
+mod kick;
+mod momentum;
+
+use twinrig_legged::DriveModels;
+
+use super::run_state::RunState;
+use super::step_error::StepError;
+use crate::constraints::motion::Dynamics;
+use crate::constraints::saturation::Effort;
+use crate::model::Model;
+use crate::model::articulated::rotation;
+use crate::model::chain::friction_torques;
+use crate::model::leg_constraints::{DriveAction, HIP};
+use crate::model::real::{Lanes, Real};
+use crate::model::state::State;
+
+use drift::{HalfStep, Momentum, Rates, advance_joints, rotated};
+use drives::{MeanDrive, TorqueSpeedLines, drive_over, mean_commanded, torque_speed_lines};
+use impulses::ImpulseSolver;
+pub(crate) use impulses::LastImpulses;
+use inertia::{Memory, unload_middle};
+use momentum::Geometry;
+
+/// A motor that changes more often is at the limit of its torque, where both modes are valid.
+const CHANGES_MAX: u32 = 4;
+
+/// Maximum number of halvings of a step whose impulses are not found.
+const HALVINGS_MAX: u32 = 8;
+
+/// Solution of a step.
+struct SolvedStep<const N: usize> {
+    after: State<Lanes, N>,
+    /// Means of the rates before and after the impulses.
+    mean: [Lanes; N],
+    /// Tension of the cables and torques of the motors, mean over the step, and work of the hip
+    /// motors \[J\].
+    tension: Lanes,
+    torques: [Lanes; 2],
+    hip_work: Lanes,
+}
+
+/// Hips over a step.
+struct Hip {
+    /// Rates before and after the forces in the middle.
+    rates: [Lanes; 2],
+    acceleration: Lanes,
+    /// Damping of motors that impose no acceleration \[N·m·s/rad\].
+    damping: Lanes,
+    /// Torque that imposes the acceleration of the other motors \[N·m\].
+    imposed_torque: Lanes,
+    /// Changes of momentum in the half steps before and after, due to the change of the legs'
+    /// configuration \[kg·m²/s\].
+    momentum_change: [Lanes; 2],
+}
+
+/// Moreau's midpoint rule with its workspace.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Moreau<const N: usize> {
+    solver: ImpulseSolver<N>,
+    memory: Box<Memory<N>>,
+}
+
+impl<const N: usize> Moreau<N> {
+    /// Returns the impulses of the last step.
+    pub(crate) fn last_impulses(&self) -> &LastImpulses {
+        &self.solver.last_impulses
+    }
+
+    /// Replaces the impulses of the last step.
+    pub(crate) fn set_last_impulses(&mut self, last_impulses: &LastImpulses) {
+        self.solver.last_impulses = *last_impulses;
+    }
+
+    /// Advances by `seconds`; halves a step whose impulses are not found.
+    pub(crate) fn advance(
+        &mut self,
+        model: &Model<N>,
+        run: &mut RunState<N>,
+        seconds: f64,
+    ) -> Result<(), StepError> {
+        self.advance_halved(model, run, seconds, HALVINGS_MAX)
+    }
+
+    fn advance_halved(
+        &mut self,
+        model: &Model<N>,
+        run: &mut RunState<N>,
+        seconds: f64,
+        halvings: u32,
+    ) -> Result<(), StepError> {
+        match self.step(model, run, seconds) {
+            Err(StepError::SolveError(_) | StepError::NotConverged { .. }) if halvings > 0 => {
+                run.counts.fallbacks += 1;
+                self.advance_halved(model, run, 0.5 * seconds, halvings - 1)?;
+                self.advance_halved(model, run, 0.5 * seconds, halvings - 1)
+            }
+            done => done,
+        }
+    }
+
+    fn step(
+        &mut self,
+        model: &Model<N>,
+        run: &mut RunState<N>,
+        seconds: f64,
+    ) -> Result<(), StepError> {
+        let before = run.state;
+        let commanded = mean_commanded(model, &run.mode.commands, &before, seconds);
+        let mut lines = torque_speed_lines(
+            model,
+            &run.mode.commands,
+            [before.rates[0], before.pulley_rate],
+        );
+        for change in 0.. {
+            let solved = self.solve_step(model, run, commanded, &lines, seconds);
+            self.solver.instant.drain_counts(&mut run.counts);
+            let solved = solved?;
+            let (half, per) = (Lanes::splat(0.5), Lanes::splat(1.0 / seconds));
+            let after = &solved.after;
+            let effort = Effort {
+                torques: solved.torques,
+                actual: [
+                    (after.rates[0] - before.rates[0]) * per,
+                    (after.pulley_rate - before.pulley_rate) * per,
+                ],
+                commanded,
+                rates: [
+                    solved.mean[0],
+                    half * (before.pulley_rate + after.pulley_rate),
+                ],
+            };
+            let saturated = run.mode.saturate(model, &effort);
+            let now = torque_speed_lines(model, &run.mode.commands, effort.rates);
+            if change == CHANGES_MAX || !saturated && now == lines {
+                self.finish(model, run, &solved, seconds);
+                break;
+            }
+            lines = now;
+        }
+        run.check_finite(model)
+    }
+
+    /// Computes the end of a step under these drives.
+    #[expect(
+        clippy::too_many_lines,
+        reason = "the stages of one step, in the order of the equations"
+    )]
+    fn solve_step(
+        &mut self,
+        model: &Model<N>,
+        run: &mut RunState<N>,
+        commanded: [Lanes; 2],
+        lines: &TorqueSpeedLines,
+        seconds: f64,
+    ) -> Result<SolvedStep<N>, StepError> {
+        run.counts.evaluations += 1;
+        let Self { solver, memory } = self;
+        let before = &run.state;
+        let half = 0.5 * seconds;
+        memory.start.renew(model, &run.mode, &before.angles);
+        let (start, legs) = (&memory.start.geometry, &model.side_by_side);
+        let from = start.momenta(legs, &before.rates, before.turning);
+        let hip_inertia = memory.start.hips[1];
+        let half_step = HalfStep {
+            model,
+            inertia: &memory.start.inertia,
+            hip_inertia,
+            seconds: half,
+        };
+        let initial = Rates {
+            links: before.rates,
+            turning: before.turning,
+        };
+        let (rates, last_momenta) = half_step.rates(&before.angles, initial, &from)?;
+        let mut middle = *before;
+        (middle.rates, middle.turning) = (rates.links, rates.turning);
+        advance_joints(&mut middle, half);
+
+        let dynamics = run.dynamics(model, 0.0);
+        let MeanDrive { drive, hip_damping } =
+            drive_over(&dynamics, &middle, commanded, lines, seconds);
+        unload_middle(&mut memory.middle, model, &run.mode, &middle, &drive, half);
+        let geometry = Geometry::of(model, &memory.middle);
+        let mut momentum = None;
+        if let Some((base, (body, middle_body))) = memory
+            .middle
+            .base
+            .as_mut()
+            .zip(start.body.zip(geometry.body))
+        {
+            let mut robot = Momentum::of(model, before, &body, from.relative, from.spin);
+            robot.drift(half);
+            middle.attitude = rotated(before.attitude, rates.turning, half);
+            let relative = geometry.relative(legs, &rates.links, rates.turning);
+            robot.place_trunk(&mut middle, &middle_body, relative);
+            base.rotation = rotation(middle.attitude);
+            momentum = Some((robot, middle_body));
+        }
+        let kick = (&geometry, &rates, &last_momenta);
+        let (accelerations, torques) = solver.impulses(
+            &dynamics,
+            &mut memory.middle,
+            &middle,
+            &drive,
+            kick,
+            seconds,
+        )?;
+        let tension = solver.tension(seconds);
+
+        let legs = &model.side_by_side;
+        let h = Lanes::splat(seconds);
+        let mut after = middle;
+        for i in 0..N {
+            after.rates[i] += h * accelerations.links[i];
+        }
+        for i in 0..3 {
+            after.turning[i] += seconds * accelerations.trunk[3 + i];
+        }
+        let radius = legs.pulley_radius;
+        let winding = drive.pulley_acceleration - drive.pulley_mobility * radius * tension;
+        after.pulley_rate += h * winding;
+        let mean = std::array::from_fn(|i| Lanes::splat(0.5) * (rates.links[i] + after.rates[i]));
+        let last = Rates {
+            links: after.rates,
+            turning: after.turning,
+        };
+        // Momenta of the links under all forces.
+        let change = std::array::from_fn(|i| last.links[i] - rates.links[i]);
+        let damping = friction_torques(legs, &change);
+        let mut momenta: [Lanes; N] = std::array::from_fn(|i| {
+            from.links[i] + h * torques[i] + Lanes::splat(half) * damping[i]
+        });
+        momenta[0] += hip_inertia * before.rates[0] - Lanes::splat(half) * hip_damping * change[0];
+
+        advance_joints(&mut after, half);
+        memory.end.renew(model, &run.mode, &after.angles);
+        let (end, legs) = (&memory.end.geometry, &model.side_by_side);
+        let mut spin = [0.0; 3];
+        if let Some(((robot, body), end_body)) = momentum.as_mut().zip(end.body) {
+            let velocity_change =
+                robot.apply(&solver.instant.wrench(), &memory.middle, body, seconds);
+            let [forward, _, up] = velocity_change.map(Lanes::splat);
+            let chain = &memory.middle.chain;
+            for i in 0..N {
+                let along = chain.cosines[i] * forward + chain.sines[i] * up;
+                momenta[i] -= legs.moments[i] * along;
+            }
+            robot.drift(half);
+            after.attitude = rotated(middle.attitude, last.turning, half);
+            spin = robot.spin_in(after.attitude);
+            *body = end_body;
+        }
+        let rates_after = memory.end.inertia.rates_of(&momenta, spin, last.links[0]);
+        (after.rates, after.turning) = (rates_after.links, rates_after.turning);
+        if let Some((robot, body)) = momentum {
+            let relative = end.relative(legs, &after.rates, after.turning);
+            robot.place_trunk(&mut after, &body, relative);
+        }
+        let mut solved = SolvedStep {
+            after,
+            mean,
+            tension,
+            torques: [Lanes::zero(); 2],
+            hip_work: Lanes::zero(),
+        };
+        // A hip at constant rate changes its momentum as its leg bends.
+        let at = |geometry: &Geometry<N>, rates: &Rates<N>| {
+            let momenta = geometry.momenta(legs, &rates.links, rates.turning);
+            momenta.links[0]
+        };
+        let ends = Rates {
+            links: solved.after.rates,
+            turning: solved.after.turning,
+        };
+        if model.drives.is_some() {
+            let hip = Hip {
+                rates: [rates.links[0], last.links[0]],
+                acceleration: accelerations.links[0],
+                damping: hip_damping,
+                imposed_torque: memory.middle.mobility.forces(&accelerations.torques)[HIP],
+                momentum_change: [
+                    at(&geometry, &rates) - from.links[0],
+                    at(end, &ends) - at(&geometry, &last),
+                ],
+            };
+            drive_torques(&dynamics, &mut solved, &drive, &hip, winding, seconds);
+        }
+        Ok(solved)
+    }
+
+    /// Accepts the end of the step and enters its work in the energy balance.
+    fn finish(
+        &mut self,
+        model: &Model<N>,
+        run: &mut RunState<N>,
+        solved: &SolvedStep<N>,
+        seconds: f64,
+    ) {
+        let (h, half) = (Lanes::splat(seconds), Lanes::splat(0.5 * seconds));
+        let after = solved.after;
+        let [hip, knee] = solved.torques;
+        run.impulse_sums.hip += h * hip;
+        run.impulse_sums.knee += h * knee;
+        run.impulse_sums.cable += h * solved.tension;
+        let wound = half * (run.state.pulley_rate + after.pulley_rate);
+        run.ledger.actuator += (solved.hip_work + knee * wound).sum();
+        let torques = friction_torques(&model.side_by_side, &solved.mean);
+        for i in 0..N {
+            run.ledger.dissipated -= (h * torques[i] * solved.mean[i]).sum();
+        }
+        self.solver.record_impulses(model, run, seconds);
+        let end = &mut self.memory.end.inertia;
+        end.chain.rates = after.rates;
+        if let Some(base) = &mut end.base {
+            base.rotation = rotation(after.attitude);
+        }
+        let stored = end.stored(model, &model.side_by_side, &after);
+        run.ledger.close_step(stored);
+        core::mem::swap(&mut self.memory.start, &mut self.memory.end);
+        run.state = after;
+        run.counts.steps += 1;
+    }
+}
+
+/// Computes the torques of the motors, mean over a step, and the work of the hip motors.
+fn drive_torques<const N: usize>(
+    dynamics: &Dynamics<'_, Lanes, N>,
+    solved: &mut SolvedStep<N>,
+    drive: &DriveAction<Lanes>,
+    hip: &Hip,
+    winding: Lanes,
+    seconds: f64,
+) {
+    let Some(drives) = &dynamics.model.drives else {
+        return;
+    };
+    let h = Lanes::splat(seconds);
+    let inertia = drives.inertias().map(Lanes::splat);
+    let lost = Lanes::splat(0.5 * seconds) * hip.damping;
+    let mut torque = drive.hip_torque - lost * hip.acceleration;
+    solved.hip_work = h * torque * solved.mean[0];
+    if let DriveModels::Servos(_) = drives {
+        let saturated = dynamics.mode.commands.hip_saturated;
+        let follows = Lanes::splat(1.0) - saturated * saturated;
+        let kick = h * (inertia[0] * hip.acceleration + hip.imposed_torque);
+        let ([behind, beyond], [first, last]) = (hip.momentum_change, hip.rates);
+        torque += follows * (behind + kick + beyond) / h;
+        solved.hip_work += follows * (behind * first + kick * solved.mean[0] + beyond * last);
+    }
+    let radius = dynamics.legs.pulley_radius;
+    solved.torques = [torque, inertia[1] * winding + radius * solved.tension];
+}
+
+#[cfg(test)]
+mod tests;

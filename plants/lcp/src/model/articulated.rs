@@ -1,0 +1,429 @@
+//! Trunk and legs in one state: inertia, accelerations and responses to forces.
+
+use crate::model::Model;
+use crate::model::chain::Chain;
+use crate::model::constants::Constants;
+use crate::model::coupling::{COUPLED, LegCoupling, TrunkMotion};
+use crate::model::leg_constraints::{ConstraintSet, LegMobility};
+use crate::model::real::Real;
+use crate::model::state::State;
+use crate::model::trunk::{Schur, Spatial, Trunk, cross, summed};
+use twinrig_robot::GRAVITY;
+
+/// Rotation from trunk to world.
+pub(crate) type Rotation<T> = [[T; 3]; 3];
+
+/// Trunk and legs in one state, with the active constraints inside the legs eliminated.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Articulated<R: Real, const N: usize> {
+    pub(crate) chain: Chain<R, N>,
+    pub(crate) mobility: LegMobility<R, N>,
+    /// Torques on the links: springs, friction, gravity, velocity terms, saturated motors.
+    pub(crate) torques: [R; N],
+    /// Terms of a moving trunk; none where the trunk is fixed.
+    pub(crate) base: Option<Floating<R, N>>,
+}
+
+/// Terms of a moving trunk.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Floating<R: Real, const N: usize> {
+    pub(crate) coupling: LegCoupling<R, N>,
+    pub(crate) trunk: Trunk<R::Sum>,
+    pub(crate) schur: Schur<R::Sum>,
+    pub(crate) rotation: Rotation<R::Sum>,
+}
+
+/// Accelerations of trunk and links.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Accelerations<R: Real, const N: usize> {
+    pub(crate) trunk: Spatial<R::Sum>,
+    pub(crate) links: [R; N],
+    /// Torques in the equations of the legs: all except the constraint forces inside the legs.
+    pub(crate) torques: [R; N],
+}
+
+/// Row of a constraint Jacobian: gradient of a gap with respect to the velocities of the trunk and
+/// of one leg.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Row<T, const N: usize> {
+    pub(crate) leg: usize,
+    pub(crate) trunk: Spatial<T>,
+    pub(crate) links: [T; N],
+}
+
+/// Response of trunk and links to a unit force along a row.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Response<T, const N: usize> {
+    /// Φ Jᵀ: accelerations of the links with the trunk fixed.
+    pub(crate) links: [T; N],
+    /// Force on the trunk, w = Jₜ − C Φ Jᵀ, and its acceleration, S⁻¹ w.
+    pub(crate) pull: Spatial<T>,
+    pub(crate) trunk: Spatial<T>,
+}
+
+/// Returns the rotation of a quaternion of any length other than zero.
+#[inline(always)]
+pub(crate) fn rotation<T: Real>([w, x, y, z]: [T; 4]) -> Rotation<T> {
+    let one = T::splat(1.0);
+    let two = T::splat(2.0) / (w * w + x * x + y * y + z * z);
+    let (wx, wy, wz) = (two * w * x, two * w * y, two * w * z);
+    let (xx, yy, zz) = (two * x * x, two * y * y, two * z * z);
+    let (xy, xz, yz) = (two * x * y, two * x * z, two * y * z);
+    [
+        [one - (yy + zz), xy - wz, xz + wy],
+        [xy + wz, one - (xx + zz), yz - wx],
+        [xz - wy, yz + wx, one - (xx + yy)],
+    ]
+}
+
+/// Transforms a vector from world to trunk axes.
+#[inline(always)]
+pub(crate) fn into_trunk<T: Real>(rotation: &Rotation<T>, world: [T; 3]) -> [T; 3] {
+    std::array::from_fn(|i| {
+        rotation[0][i] * world[0] + rotation[1][i] * world[1] + rotation[2][i] * world[2]
+    })
+}
+
+/// Transforms a vector from trunk to world axes.
+#[inline(always)]
+pub(crate) fn into_world<T: Real>(rotation: &Rotation<T>, vector: [T; 3]) -> [T; 3] {
+    rotation.map(|row| row[0] * vector[0] + row[1] * vector[1] + row[2] * vector[2])
+}
+
+/// Returns the acceleration along `row` per unit force along `other`: `pull` is the force on the
+/// trunk by a unit force along `row`, `response` the response to a unit force along `other`.
+#[inline(always)]
+pub(crate) fn cross_mobility<T: Real, const N: usize>(
+    row: &Row<T, N>,
+    pull: &Spatial<T>,
+    other: &Row<T, N>,
+    response: &Response<T, N>,
+) -> T {
+    let mut sum = T::zero();
+    for i in 0..6 {
+        sum += pull[i] * response.trunk[i];
+    }
+    cross_mobility_links(sum, row, other, response)
+}
+
+/// Adds the links' part to `sum`, the trunk's part of the mobility.
+#[inline(always)]
+pub(crate) fn cross_mobility_links<T: Real, const N: usize>(
+    mut sum: T,
+    row: &Row<T, N>,
+    other: &Row<T, N>,
+    response: &Response<T, N>,
+) -> T {
+    if row.leg == other.leg {
+        for i in 0..N {
+            sum += row.links[i] * response.links[i];
+        }
+    }
+    sum
+}
+
+impl<R: Real, const N: usize> Floating<R, N> {
+    #[inline(always)]
+    fn new(
+        model: &Model<N>,
+        legs: &Constants<R, N>,
+        state: &State<R, N>,
+        constraint_set: &ConstraintSet<'_, R>,
+        chain: &Chain<R, N>,
+        mobility: &LegMobility<R, N>,
+    ) -> Self {
+        let none = <R::Sum as Real>::zero();
+        let rotation = rotation(state.attitude);
+        let weight = into_trunk(&rotation, [none, none, <R::Sum as Real>::splat(-GRAVITY)]);
+        let turned = cross(state.turning, state.velocity);
+        let field = std::array::from_fn(|i| weight[i] - turned[i]);
+        let carrier = TrunkMotion {
+            turning: state.turning.map(R::broadcast),
+            field: field.map(R::broadcast),
+        };
+        let mut coupling = LegCoupling::new(legs, chain, &carrier);
+        coupling.torques[0] += constraint_set.drive.hip_torque;
+        let trunk = Trunk::new(
+            &model.trunk,
+            &summed(&coupling.contribution),
+            state.turning,
+            field,
+        );
+        let schur = Schur::new(&model.trunk, &trunk, &coupling, mobility);
+        Self {
+            coupling,
+            trunk,
+            schur,
+            rotation,
+        }
+    }
+}
+
+impl<R: Real, const N: usize> Articulated<R, N> {
+    #[inline(always)]
+    pub(crate) fn new(
+        model: &Model<N>,
+        legs: &Constants<R, N>,
+        state: &State<R, N>,
+        constraint_set: &ConstraintSet<'_, R>,
+    ) -> Self {
+        let (chain, mobility, torques);
+        let mut base = None;
+        if model.is_free() {
+            chain = Chain::new(legs, &state.angles, &state.rates);
+            mobility = chain.mobility(legs, &state.angles, constraint_set);
+            let floating = Floating::new(model, legs, state, constraint_set, &chain, &mobility);
+            torques = floating.coupling.torques;
+            base = Some(floating);
+        } else {
+            (chain, mobility, torques) = Self::legs(legs, state, constraint_set);
+        }
+        Self {
+            chain,
+            mobility,
+            torques,
+            base,
+        }
+    }
+
+    /// Storage for [`Articulated::renew`].
+    #[inline(always)]
+    pub(crate) fn blank() -> Self {
+        Self {
+            chain: Chain::blank(),
+            mobility: LegMobility::blank(),
+            torques: [R::zero(); N],
+            base: None,
+        }
+    }
+
+    /// Computes another state in place, without moving the large struct.
+    #[inline(always)]
+    pub(crate) fn renew(
+        &mut self,
+        model: &Model<N>,
+        legs: &Constants<R, N>,
+        state: &State<R, N>,
+        constraint_set: &ConstraintSet<'_, R>,
+    ) {
+        if !model.is_free() {
+            (self.chain, self.mobility, self.torques) = Self::legs(legs, state, constraint_set);
+            self.base = None;
+            return;
+        }
+        self.chain = Chain::new(legs, &state.angles, &state.rates);
+        self.mobility = self.chain.mobility(legs, &state.angles, constraint_set);
+        let base = Floating::new(
+            model,
+            legs,
+            state,
+            constraint_set,
+            &self.chain,
+            &self.mobility,
+        );
+        self.torques = base.coupling.torques;
+        self.base = Some(base);
+    }
+
+    /// Computes the inertia of another state in place: no forces, trunk axes parallel to world
+    /// axes.
+    #[inline(always)]
+    pub(crate) fn unload(
+        &mut self,
+        model: &Model<N>,
+        legs: &Constants<R, N>,
+        [angles, rates]: [&[R; N]; 2],
+        constraint_set: &ConstraintSet<'_, R>,
+    ) {
+        self.chain = Chain::new(legs, angles, rates);
+        self.mobility = self.chain.mobility(legs, angles, constraint_set);
+        self.torques = [R::zero(); N];
+        if !model.is_free() {
+            self.base = None;
+            return;
+        }
+        let coupling = LegCoupling::unloaded(legs, &self.chain);
+        let trunk = Trunk::unloaded(&model.trunk, &summed(&coupling.contribution));
+        let schur = Schur::with(&model.trunk, &trunk, &coupling, &self.mobility, trunk.force);
+        let (none, one) = (<R::Sum as Real>::zero(), <R::Sum as Real>::splat(1.0));
+        self.base = Some(Floating {
+            coupling,
+            trunk,
+            schur,
+            rotation: [[one, none, none], [none, one, none], [none, none, one]],
+        });
+    }
+
+    /// Computes the legs on a fixed trunk and the torques on their links.
+    #[inline(always)]
+    pub(crate) fn legs(
+        legs: &Constants<R, N>,
+        state: &State<R, N>,
+        constraint_set: &ConstraintSet<'_, R>,
+    ) -> (Chain<R, N>, LegMobility<R, N>, [R; N]) {
+        let chain = Chain::new(legs, &state.angles, &state.rates);
+        let mobility = chain.mobility(legs, &state.angles, constraint_set);
+        let mut torques = chain.torques(legs, [R::zero(), R::splat(-GRAVITY)]);
+        torques[0] += constraint_set.drive.hip_torque;
+        (chain, mobility, torques)
+    }
+
+    /// Returns the accelerations without contact forces.
+    #[inline(always)]
+    pub(crate) fn accelerations(&self) -> Accelerations<R, N> {
+        let trunk = self
+            .base
+            .as_ref()
+            .map_or([<R::Sum as Real>::zero(); 6], |base| {
+                base.schur.solve(base.schur.force)
+            });
+        self.with_trunk(trunk, &self.torques)
+    }
+
+    /// Returns the accelerations of the links under these torques, on a trunk with this
+    /// acceleration.
+    #[inline(always)]
+    pub(crate) fn with_trunk(
+        &self,
+        trunk: Spatial<R::Sum>,
+        torques: &[R; N],
+    ) -> Accelerations<R, N> {
+        let mut torques = *torques;
+        if let Some(base) = &self.base {
+            for (torque, column) in torques.iter_mut().zip(&base.coupling.columns) {
+                for (c, &row) in column.iter().zip(&COUPLED) {
+                    *torque -= *c * R::broadcast(trunk[row]);
+                }
+            }
+        }
+        Accelerations {
+            trunk,
+            links: self.mobility.accelerations(&torques),
+            torques,
+        }
+    }
+
+    /// Computes the response to a unit force along a row.
+    pub(crate) fn response(&self, row: &Row<R::Sum, N>) -> Response<R::Sum, N> {
+        let zero = <R::Sum as Real>::zero();
+        let mut links = [zero; N];
+        for i in 0..N {
+            for j in 0..N {
+                links[i] += self.mobility.matrix[i][j].lane(row.leg) * row.links[j];
+            }
+        }
+        let Some(base) = &self.base else {
+            return Response {
+                links,
+                pull: [zero; 6],
+                trunk: [zero; 6],
+            };
+        };
+        let mut pull = row.trunk;
+        for (link, column) in links.iter().zip(&base.coupling.columns) {
+            for (c, &row_of_trunk) in column.iter().zip(&COUPLED) {
+                pull[row_of_trunk] -= c.lane(row.leg) * *link;
+            }
+        }
+        Response {
+            links,
+            pull,
+            trunk: base.schur.solve(pull),
+        }
+    }
+
+    /// Returns kinetic, spring and gravity energy \[J\].
+    pub(crate) fn stored(
+        &self,
+        model: &Model<N>,
+        legs: &Constants<R, N>,
+        state: &State<R, N>,
+    ) -> [R::Sum; 3] {
+        let base = self.base.as_ref();
+        let base = base.map(|base| (&base.coupling, &base.trunk, &base.rotation));
+        stored(model, legs, state, &self.chain, base)
+    }
+}
+
+/// Terms of a moving trunk in the energy.
+type Base<'a, R, const N: usize> = (
+    &'a LegCoupling<R, N>,
+    &'a Trunk<<R as Real>::Sum>,
+    &'a Rotation<<R as Real>::Sum>,
+);
+
+/// Returns kinetic, spring and gravity energy \[J\] of the legs in a state, and of a moving trunk.
+pub(crate) fn stored<R: Real, const N: usize>(
+    model: &Model<N>,
+    legs: &Constants<R, N>,
+    state: &State<R, N>,
+    chain: &Chain<R, N>,
+    base: Option<Base<'_, R, N>>,
+) -> [R::Sum; 3] {
+    let half = <R::Sum as Real>::splat(0.5);
+    let gravity = <R::Sum as Real>::splat(GRAVITY);
+    let mut kinetic = chain.kinetic_energy();
+    if let Some(drives) = &model.drives {
+        let [at_hip, at_pulley] = drives.inertias();
+        let [hip, pulley] = [state.rates[0], state.pulley_rate];
+        kinetic += R::splat(0.5 * at_hip) * hip * hip + R::splat(0.5 * at_pulley) * pulley * pulley;
+    }
+    let springs = chain.spring_energy(legs, &state.angles).sum();
+    let Some((coupling, trunk, rotation)) = base else {
+        let mut height = R::zero();
+        for i in 0..N {
+            height -= legs.moments[i] * chain.cosines[i];
+        }
+        return [kinetic.sum(), springs, gravity * height.sum()];
+    };
+    let mut momentum = [R::zero(); 5];
+    for (column, rate) in coupling.columns.iter().zip(&state.rates) {
+        for (sum, c) in momentum.iter_mut().zip(column) {
+            *sum += *c * *rate;
+        }
+    }
+    let mass = <R::Sum as Real>::splat(model.trunk.mass);
+    let [v, w] = [state.velocity, state.turning];
+    let twist = [v[0], v[1], v[2], w[0], w[1], w[2]];
+    let mut total = kinetic.sum();
+    for (sum, &row) in momentum.iter().zip(&COUPLED) {
+        total += sum.sum() * twist[row];
+    }
+    let turned = cross(w, trunk.moment);
+    for i in 0..3 {
+        let mut spin = <R::Sum as Real>::zero();
+        for j in 0..3 {
+            spin += trunk.inertia[i][j] * w[j];
+        }
+        total += half * (mass * v[i] * v[i] + w[i] * spin) + v[i] * turned[i];
+    }
+    let height = mass * state.position[2] + into_world(rotation, trunk.moment)[2];
+    [total, springs, gravity * height]
+}
+
+/// Returns the same from the state alone.
+pub(crate) fn stored_in<R: Real, const N: usize>(
+    model: &Model<N>,
+    legs: &Constants<R, N>,
+    state: &State<R, N>,
+) -> [R::Sum; 3] {
+    let chain = Chain::new(legs, &state.angles, &state.rates);
+    if !model.is_free() {
+        return stored(model, legs, state, &chain, None);
+    }
+    let zero = [<R::Sum as Real>::zero(); 3];
+    let carrier = TrunkMotion {
+        turning: zero.map(R::broadcast),
+        field: zero.map(R::broadcast),
+    };
+    let coupling = LegCoupling::new(legs, &chain, &carrier);
+    let trunk = Trunk::new(&model.trunk, &summed(&coupling.contribution), zero, zero);
+    let upright = rotation(state.attitude);
+    stored(
+        model,
+        legs,
+        state,
+        &chain,
+        Some((&coupling, &trunk, &upright)),
+    )
+}

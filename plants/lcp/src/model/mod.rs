@@ -1,0 +1,20 @@
+//! The robot as equations: masses, geometry, the legs' chains and their constraints, and the
+//! coupling of legs and trunk, in any number type. It knows no time, no ground contact and no
+//! method of integration. It uses no other room.
+
+pub(crate) mod articulated;
+pub(crate) mod chain;
+pub(crate) mod constants;
+pub(crate) mod coupling;
+pub(crate) mod dense;
+pub(crate) mod drives;
+pub(crate) mod feet;
+pub(crate) mod leg_constraints;
+mod parameters;
+pub(crate) mod real;
+pub(crate) mod site;
+pub(crate) mod start;
+pub(crate) mod state;
+pub(crate) mod trunk;
+
+pub(crate) use parameters::{LegModel, Model};
