@@ -2,6 +2,7 @@
 //! and the choice of the next mode as complementarity problems. When these are computed is decided
 //! by a method of integration. It uses `model`.
 
+pub(crate) mod contact_forces;
 pub(crate) mod contacts;
 pub(crate) mod events;
 pub(crate) mod guards;

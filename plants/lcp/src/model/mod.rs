@@ -8,6 +8,8 @@ pub(crate) mod constants;
 pub(crate) mod coupling;
 pub(crate) mod dense;
 pub(crate) mod drives;
+pub(crate) mod elimination;
+pub(crate) mod energy;
 pub(crate) mod feet;
 pub(crate) mod leg_constraints;
 mod parameters;
