@@ -1,8 +1,8 @@
 //! Elimination of the constraints inside a leg from its equations.
 //!
-//! None of the constraints depends on the trunk, so each is eliminated before the rest is solved, and
-//! reduces the rank of the mobility by one. Starting from Φ = H⁻¹ and x = 0, a constraint J θ̈ = b
-//! changes
+//! None of the constraints depends on the trunk, so each is eliminated before the rest is solved,
+//! and reduces the rank of the mobility by one. Starting from Φ = H⁻¹ and x = 0, a constraint
+//! J θ̈ = b changes
 //!
 //! ```text
 //! y = Φ Jᵀ    s = J y + c    Φ ← Φ − y yᵀ/s    x ← x + y (b − J x)/s
