@@ -116,8 +116,8 @@ fn events_of_one_instant_are_ordered_by_rank() {
     assert_eq!(last, expected);
 }
 
-/// Returns the number of events that a rig without tasks handles in 100 iterations, each of which is
-/// followed by an observation.
+/// Returns the number of events that a rig without tasks handles in 100 iterations, each of which
+/// is followed by an observation.
 fn handled_events(compute: SimDuration) -> usize {
     let millisecond = SimDuration::from_millis(1);
     let mut schedule = twinrig_runtime::Schedule::with_period(millisecond);

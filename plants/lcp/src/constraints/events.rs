@@ -28,7 +28,8 @@ use twinrig_runtime::WorkCounts;
 use crate::constraints::mode::Mode;
 use crate::constraints::motion::Dynamics;
 use crate::model::articulated::{Articulated, Response, cross_mobility_links};
-use crate::model::leg_constraints::{ConstraintSet, DriveAction};
+use crate::model::elimination::ConstraintSet;
+use crate::model::leg_constraints::DriveAction;
 use crate::model::real::{Lanes, Real};
 use crate::model::state::State;
 

@@ -3,7 +3,8 @@
 
 use nalgebra::Vector3;
 
-use crate::constraints::motion::{Dynamics, Motion, Workspace};
+use crate::constraints::contact_forces::Workspace;
+use crate::constraints::motion::{Dynamics, Motion};
 use crate::model::leg_constraints::{CABLE, DIAGONAL, PANTOGRAPH};
 use crate::model::real::{Lanes, Real};
 use crate::model::site::Site;

@@ -7,8 +7,8 @@
 //!
 //! Constraints that are closed at the start of a step are active in it: with the explicit method at
 //! acceleration level, after an impulse where the gap was closing; with the symplectic method at
-//! velocity level, impulses included ([`crate::constraints::events::constrained`]). A gap closes up to one step
-//! late, so both are of first order.
+//! velocity level, impulses included ([`crate::constraints::events::constrained`]). A gap closes up
+//! to one step late, so both are of first order.
 
 use twinrig_contact::Method;
 
@@ -17,9 +17,8 @@ use super::run_state::RunState;
 use super::step_error::StepError;
 use crate::constraints::events::Instant;
 use crate::constraints::events::constrained::{Constrained, ConstraintLevel};
-use crate::constraints::motion::quaternion_rate;
 use crate::model::Model;
-use crate::model::articulated::into_world;
+use crate::model::articulated::{into_world, quaternion_rate};
 use crate::model::leg_constraints::CABLE;
 use crate::model::real::{Lanes, Real};
 use crate::model::state::{State, normalised};

@@ -5,11 +5,13 @@
 //! constraints restart the integration there. Legs on a fixed trunk are independent of each other:
 //! each has its own time, computed side by side.
 
+mod buffers;
 mod event_handling;
 mod event_location;
 mod reactivation;
 mod step_size;
 
+use buffers::{Buffers, motion_key};
 use event_location::{dips, taylor};
 
 use super::impulse_sums::ImpulseSums;
@@ -19,15 +21,13 @@ use super::rodas4::Rodas4;
 use super::run_state::RunState;
 use super::step_error::StepError;
 use super::substep::{Substep, TrialStep};
+use crate::constraints::contact_forces::sliding;
 use crate::constraints::events::Instant;
-use crate::constraints::guards::{GUARDS, Guard, Guards, kind};
-use crate::constraints::motion::{Motion, sliding};
+use crate::constraints::guards::{GUARDS, Guard, kind};
+use crate::constraints::motion::Motion;
 use crate::model::Model;
-use crate::model::drives::Commands;
-use crate::model::leg_constraints::ActiveConstraints;
 use crate::model::real::{Lanes, Real};
 use crate::model::site::Site;
-use crate::model::state::State;
 
 /// Tolerance of gaps \[m\] and of slide speeds \[m/s\], beyond which a guard is violated.
 const GAP: f64 = 1e-10;
@@ -62,40 +62,6 @@ const SUBSTEPS_PER_EVENT: u32 = 4;
 pub(crate) enum Stepper {
     RungeKutta,
     Rosenbrock,
-}
-
-/// Buffers of the event-driven integrator: large values that are moved instead of copied.
-#[derive(Debug, Clone)]
-pub(crate) struct Buffers<const N: usize> {
-    start: Box<Motion<Lanes, N>>,
-    /// Guards at the start and at the end of a substep.
-    guards: Guards,
-    after: Guards,
-    trial: TrialStep<N>,
-    /// Arguments for which `start` is valid.
-    key: Option<MotionKey<N>>,
-}
-
-/// Arguments of a motion without contacts, as a cache key.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct MotionKey<const N: usize> {
-    state: State<Lanes, N>,
-    active: ActiveConstraints<Lanes>,
-    commands: Commands<Lanes>,
-    recovery: f64,
-}
-
-impl<const N: usize> Buffers<N> {
-    /// Storage for steps from this state.
-    fn blank(state: State<Lanes, N>) -> Self {
-        Self {
-            start: Box::new(Motion::blank()),
-            guards: Guards::inactive(),
-            after: Guards::inactive(),
-            trial: TrialStep::blank(state),
-            key: None,
-        }
-    }
 }
 
 /// Reason for which the integrator stopped before the end of the step.
@@ -394,17 +360,6 @@ impl<const N: usize> EventDriven<N> {
         rhs.add_ground_impulses(model, run, end, motion, half, impulses);
         impulses.add_drives(model, &motion.forces, h);
     }
-}
-
-/// Returns the cache key of the present motion; none with contacts, where caching is not
-/// worthwhile.
-fn motion_key<const N: usize>(run: &RunState<N>, recovery: f64) -> Option<MotionKey<N>> {
-    run.mode.contacts.is_empty().then_some(MotionKey {
-        state: run.state,
-        active: run.mode.active,
-        commands: run.mode.commands,
-        recovery,
-    })
 }
 
 /// Returns the tolerances of the guards.

@@ -1,7 +1,8 @@
 //! Impulses of drives and ground, summed over time.
 
+use crate::constraints::contact_forces::sliding;
 use crate::constraints::mode::Contact;
-use crate::constraints::motion::{LegForces, Motion, sliding};
+use crate::constraints::motion::{LegForces, Motion};
 use crate::model::Model;
 use crate::model::articulated::into_world;
 use crate::model::leg_constraints::CABLE;

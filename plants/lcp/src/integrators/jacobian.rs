@@ -1,8 +1,9 @@
 //! Exact derivatives of the right-hand side: a column of the Jacobian is the right-hand side in
 //! dual numbers.
 
+use crate::constraints::contact_forces::Workspace;
 use crate::constraints::mode::Mode;
-use crate::constraints::motion::{Dynamics, Workspace};
+use crate::constraints::motion::Dynamics;
 use crate::model::Model;
 use crate::model::constants::Constants;
 use crate::model::real::{Dual, Lanes, Real, Wide};
@@ -123,8 +124,9 @@ impl<'a, const N: usize> Jacobian<'a, N> {
         }
     }
 
-    /// Returns the derivative of the right-hand side in one direction. On a fixed trunk it is the derivative of each leg; on a moving trunk the legs are coupled,
-    /// and `seed` selects the leg.
+    /// Returns the derivative of the right-hand side in one direction. On a fixed trunk one
+    /// evaluation yields the derivative of each leg; on a moving trunk the legs are coupled, and
+    /// `seed` selects the leg.
     #[inline(never)]
     pub(crate) fn column(
         &mut self,

@@ -1,5 +1,6 @@
-//! Methods that advance a state in time, between events or across them in fixed steps. It uses
-//! `model` and `constraints`.
+//! Methods that advance the state of a run in time, between events or across them in steps of
+//! fixed length. Each method is a type that owns its workspace and takes the model and the state of
+//! the run. They use `model` and `constraints`.
 
 mod error_norm;
 pub(crate) mod euler;

@@ -4,8 +4,9 @@ use twinrig_legged::DriveModels;
 
 use super::impulse_sums::ImpulseSums;
 use super::run_state::RunState;
+use crate::constraints::contact_forces::Workspace;
 use crate::constraints::guards::Guards;
-use crate::constraints::motion::{Motion, Workspace};
+use crate::constraints::motion::Motion;
 use crate::constraints::saturation::Effort;
 use crate::model::Model;
 use crate::model::drives::commanded_acceleration;

@@ -74,8 +74,8 @@ impl<const N: usize> FixedStep<N> {
     }
 }
 
-/// Sets the rate of each joint at a newly reached stop to zero: closed and closing, and
-/// inactive in the previous step. Enters the energy loss.
+/// Sets the rate of each joint at a newly reached stop to zero: closed and closing, and inactive in
+/// the previous step. Enters the energy loss.
 fn reset<const N: usize>(model: &Model<N>, run: &mut RunState<N>) {
     let legs = &model.side_by_side;
     let dynamics = run.dynamics(model, 0.0);

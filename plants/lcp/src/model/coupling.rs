@@ -9,7 +9,7 @@
 //! ```
 //!
 //! The projection of m (a − g) on (v, ω, θⱼ), summed over the masses, is the equation of motion.
-//! The sums over the masses are those of [`Constants`](crate::model::constants::Constants).
+//! The sums over the masses are those of [`Constants`].
 
 use crate::model::chain::Chain;
 use crate::model::constants::Constants;

@@ -1,6 +1,6 @@
-//! The robot as equations: masses, geometry, the legs' chains and their constraints, and the
-//! coupling of legs and trunk, in any number type. It knows no time, no ground contact and no
-//! method of integration. It uses no other room.
+//! The robot as equations: masses, geometry, the legs' chains and the constraints inside them, the
+//! coupling of legs and trunk, and drives, in any number type. It knows no time, no choice of the
+//! active constraints and no method of integration. It uses no other room.
 
 pub(crate) mod articulated;
 pub(crate) mod chain;
@@ -8,6 +8,8 @@ pub(crate) mod constants;
 pub(crate) mod coupling;
 pub(crate) mod dense;
 pub(crate) mod drives;
+pub(crate) mod elimination;
+pub(crate) mod energy;
 pub(crate) mod feet;
 pub(crate) mod leg_constraints;
 mod parameters;

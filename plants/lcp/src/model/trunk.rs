@@ -2,7 +2,7 @@
 //! legs.
 
 use crate::model::coupling::{COUPLED, LegContribution, LegCoupling};
-use crate::model::leg_constraints::LegMobility;
+use crate::model::elimination::LegMobility;
 use crate::model::real::Real;
 
 /// Spatial vector of the trunk: linear, then angular, trunk axes.

@@ -1,5 +1,6 @@
-//! The plant that a rig runs: construction from a robot and options, commands and readings,
-//! snapshots and the takeover of another plant's state. It uses all other rooms.
+//! The plant that a rig runs: construction from a robot and options, steps with fallbacks and
+//! checks, commands and readings, snapshots, and resuming from the state of another plant. It uses
+//! all other rooms.
 
 mod construction;
 mod energy_monitor;

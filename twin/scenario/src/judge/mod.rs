@@ -6,6 +6,7 @@ mod cycle;
 mod fall;
 mod footstep;
 mod meter;
+mod observe;
 mod outcome;
 mod resolve;
 mod steps;
@@ -14,7 +15,7 @@ mod tracker;
 mod trunk;
 
 use twinrig_kernel::SimTime;
-use twinrig_runtime::{EnergyBalance, Group, Observer, RunEvent, WorkCounts};
+use twinrig_runtime::{EnergyBalance, Group, WorkCounts};
 
 use crate::expect::{Claim, Expectation};
 use crate::scene::{LegFact, Scene, foot_load, foot_position};
@@ -26,7 +27,7 @@ use footstep::{Detector, Thresholds};
 use meter::Meter;
 use outcome::{Finding, outcome};
 use steps::{ReferenceStep, RunFacts, StepMeter};
-use touch_downs::{TouchDown, TouchDowns};
+use touch_downs::TouchDowns;
 use tracker::Window;
 
 pub use channel::Layouts;
@@ -62,11 +63,14 @@ pub struct Judge {
     end: SimTime,
     legs: Vec<LegFact>,
     monitors: Vec<Monitor>,
-    /// Indices of the monitors of footsteps, of the monitors of cycles, and of those that read the
-    /// samples of each group.
+    /// Indices of the monitors of footsteps, of the monitors of cycles, and of those of signals of
+    /// each group.
     step_monitors: Vec<usize>,
     cycle_monitors: Vec<usize>,
-    sample_monitors: [Vec<usize>; 4],
+    signal_monitors: [Vec<usize>; 4],
+    /// Group of the feet, and its samples in each window of the monitors of footsteps.
+    foot_channel: Group,
+    foot_samples: Vec<SampleCount>,
     /// Whether anything reads the samples of each group.
     reads: [bool; 4],
     feet: Vec<Foot>,
@@ -90,7 +94,7 @@ struct Monitor {
     window: Window,
     channel: Group,
     meter: MonitorKind,
-    /// Number of evaluated samples of the channel.
+    /// Number of evaluated samples of the channel; of footsteps, see [`Judge::foot_samples`].
     samples: u64,
     /// Whether the robot fell within the window of a claim about an upright robot, which is then
     /// judged by the data before the fall.
@@ -108,6 +112,13 @@ enum MonitorKind {
     Absent(String),
 }
 
+/// Number of samples in a window.
+#[derive(Clone, Debug)]
+struct SampleCount {
+    window: Window,
+    samples: u64,
+}
+
 /// A foot whose footsteps are detected.
 #[derive(Clone, Debug)]
 struct Foot {
@@ -115,6 +126,32 @@ struct Foot {
     load: usize,
     position: usize,
     detector: Detector,
+}
+
+impl Monitor {
+    fn is_of_footsteps(&self) -> bool {
+        matches!(self.meter, MonitorKind::Footsteps(_))
+    }
+
+    /// Takes the number of samples so far over, if it is a monitor of footsteps.
+    fn take_samples(&mut self, counts: &[SampleCount]) {
+        if self.is_of_footsteps() {
+            let count = counts.iter().find(|count| count.window == self.window);
+            self.samples = count.map_or(0, |count| count.samples);
+        }
+    }
+}
+
+/// Returns a count for each window of the monitors of footsteps: most of them share one.
+fn sample_counts(monitors: &[Monitor]) -> Vec<SampleCount> {
+    let mut counts: Vec<SampleCount> = Vec::new();
+    for monitor in monitors.iter().filter(|monitor| monitor.is_of_footsteps()) {
+        let window = monitor.window;
+        if counts.iter().all(|count| count.window != window) {
+            counts.push(SampleCount { window, samples: 0 });
+        }
+    }
+    counts
 }
 
 impl Judge {
@@ -131,27 +168,27 @@ impl Judge {
                 .filter(|index| is_selected(&monitors[*index]))
                 .collect()
         };
-        let is_of_footsteps =
-            |monitor: &Monitor| matches!(monitor.meter, MonitorKind::Footsteps(_));
+        let step_monitors = indices(&Monitor::is_of_footsteps);
         let is_of_signal = |monitor: &Monitor| matches!(monitor.meter, MonitorKind::Signal(_));
-        let sample_monitors = layouts.groups().map(|(group, _)| {
-            indices(&|monitor| {
-                monitor.channel == group && (is_of_signal(monitor) || is_of_footsteps(monitor))
-            })
+        let signal_monitors = layouts.groups().map(|(group, _)| {
+            indices(&|monitor| monitor.channel == group && is_of_signal(monitor))
         });
         let fall = FallDetector::new(scene, &layouts);
         Judge {
             expectations: scenario.expectations.clone(),
             end: scenario.end(),
             legs: scene.legs.clone(),
-            step_monitors: indices(&is_of_footsteps),
             cycle_monitors: indices(&|monitor| matches!(monitor.meter, MonitorKind::Cycle(..))),
             reads: layouts.groups().map(|(group, _)| {
                 fall.reads(group)
                     || feet.iter().any(|foot| foot.channel == group)
-                    || !sample_monitors[group as usize].is_empty()
+                    || group == foot_channel && !step_monitors.is_empty()
+                    || !signal_monitors[group as usize].is_empty()
             }),
-            sample_monitors,
+            step_monitors,
+            signal_monitors,
+            foot_channel,
+            foot_samples: sample_counts(&monitors),
             monitors,
             closed: Vec::with_capacity(feet.len()),
             feet,
@@ -184,79 +221,6 @@ impl Judge {
             _ => Vec::new(),
         };
         Reference(self.monitors.iter().map(reference_steps).collect())
-    }
-
-    #[inline]
-    fn find_footsteps(&mut self, now: SimTime, channel: Group, values: &[f64]) {
-        for foot in &mut self.feet {
-            if foot.channel != channel {
-                continue;
-            }
-            let position = foot.position;
-            let position = [values[position], values[position + 1], values[position + 2]];
-            let detection = foot.detector.sample(now, values[foot.load], position);
-            if let Some(at) = detection.touch_down {
-                let leg = foot.detector.leg();
-                self.touch_downs.add(TouchDown { at, leg });
-            }
-            if let Some(step) = detection.closed {
-                self.closed.push(step);
-            }
-        }
-        if !self.touch_downs.pending().is_empty() {
-            self.release_touch_downs(now);
-        }
-        for step in &self.closed {
-            for index in &self.step_monitors {
-                let monitor = &mut self.monitors[*index];
-                if let (MonitorKind::Footsteps(meter), false) = (&mut monitor.meter, monitor.fell) {
-                    meter.step(step);
-                }
-            }
-        }
-    }
-
-    /// Releases the touch-downs that no earlier one can precede any more. A future one is not
-    /// before `now`, nor before the touch-down of a foot whose footstep is unconfirmed.
-    fn release_touch_downs(&mut self, now: SimTime) {
-        let unconfirmed = self.feet.iter().filter_map(|foot| {
-            let at = foot.detector.unconfirmed()?;
-            let leg = foot.detector.leg();
-            Some(TouchDown { at, leg })
-        });
-        let now = TouchDown { at: now, leg: 0 };
-        let horizon = unconfirmed.fold(now, TouchDown::min);
-        while let Some(touch_down) = self.touch_downs.next_before(horizon) {
-            for index in &self.step_monitors {
-                let monitor = &mut self.monitors[*index];
-                if let (MonitorKind::Footsteps(meter), false) = (&mut monitor.meter, monitor.fell) {
-                    meter.touch_down(touch_down);
-                }
-            }
-        }
-    }
-
-    /// Handles a fall at `now`: claims about an upright robot end, with the footsteps up to now.
-    fn handle_fall(&mut self, now: SimTime) {
-        if self.fall.ended_at().is_some() {
-            self.ended_at.get_or_insert(now);
-        }
-        for (monitor, expectation) in self.monitors.iter_mut().zip(&self.expectations) {
-            if !expectation.claim.requires_upright_robot() || monitor.window.before < now {
-                continue;
-            }
-            if let MonitorKind::Footsteps(meter) = &mut monitor.meter {
-                for touch_down in self.touch_downs.pending() {
-                    meter.touch_down(*touch_down);
-                }
-                for foot in &self.feet {
-                    if let Some(step) = foot.detector.provisional() {
-                        meter.step(&step);
-                    }
-                }
-            }
-            monitor.fell = true;
-        }
     }
 
     /// Returns the names of the legs, which [`Footstep::leg`] indexes.
@@ -297,6 +261,9 @@ impl Judge {
 
     /// Completes the footsteps that are open at the end of the run.
     fn close_footsteps(&mut self) {
+        for monitor in self.monitors.iter_mut().filter(|monitor| !monitor.fell) {
+            monitor.take_samples(&self.foot_samples);
+        }
         self.closed.clear();
         for foot in &mut self.feet {
             self.closed.extend(foot.detector.finish());
@@ -367,62 +334,6 @@ impl Judge {
             fell: monitor.fell,
             overflowed: self.touch_downs.has_overflowed(),
         })
-    }
-}
-
-impl Observer for Judge {
-    /// # Panics
-    /// If the length of `values` differs from that of the layout passed to [`Judge::new`].
-    #[inline]
-    fn samples(&mut self, now: SimTime, channel: Group, values: &[f64]) {
-        assert_eq!(
-            values.len(),
-            self.lengths[channel as usize],
-            "the number of samples differs from the layout"
-        );
-        self.closed.clear();
-        if !self.reads[channel as usize] {
-            return;
-        }
-        if self.fall.sample(now, channel, values) {
-            self.handle_fall(now);
-        }
-        self.find_footsteps(now, channel, values);
-        for index in &self.sample_monitors[channel as usize] {
-            let monitor = &mut self.monitors[*index];
-            if monitor.fell {
-                continue;
-            }
-            match &mut monitor.meter {
-                MonitorKind::Signal(meter) if monitor.window.contains(now) => {
-                    monitor.samples += u64::from(meter.sample(now, values));
-                    if meter.ends_the_run() {
-                        self.ended_at.get_or_insert(now);
-                    }
-                }
-                MonitorKind::Signal(meter) => meter.outside(values),
-                MonitorKind::Footsteps(_) => {
-                    monitor.samples += u64::from(monitor.window.contains(now));
-                }
-                MonitorKind::Cycle(..) | MonitorKind::AtEnd | MonitorKind::Absent(_) => {}
-            }
-        }
-    }
-
-    #[inline]
-    fn event(&mut self, now: SimTime, event: RunEvent) {
-        let Some((of, event)) = CycleEvent::of(event) else {
-            return;
-        };
-        for index in &self.cycle_monitors {
-            let monitor = &mut self.monitors[*index];
-            if let MonitorKind::Cycle(cycle, meter) = &mut monitor.meter
-                && *cycle == of
-                && monitor.window.contains(now)
-            {
-                meter.event(now, event);
-            }
-        }
     }
 }
 

@@ -3,9 +3,9 @@
 
 use twinrig_legged::DriveModels;
 
+use super::buffers::{Buffers, motion_key};
 use super::{
-    AT_ONCE_MAX, AT_REST, Buffers, EventDriven, Halt, LocatedEvent, Progress, SHORTEST, TOUCHING,
-    motion_key, tolerances,
+    AT_ONCE_MAX, AT_REST, EventDriven, Halt, LocatedEvent, Progress, SHORTEST, TOUCHING, tolerances,
 };
 use crate::constraints::events::{ImpactTotals, Instant, ModeResolution, STOPPED};
 use crate::constraints::guards::{GUARDS, Guard, kind, links_of};

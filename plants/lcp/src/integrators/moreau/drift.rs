@@ -19,10 +19,9 @@
 //! change under external forces only: momentum is balanced to round-off, and a robot in flight
 //! follows its parabola at any step size.
 
-use crate::constraints::motion::quaternion_rate;
 use crate::integrators::step_error::StepError;
 use crate::model::Model;
-use crate::model::articulated::{Articulated, into_trunk, into_world, rotation};
+use crate::model::articulated::{Articulated, into_trunk, into_world, quaternion_rate, rotation};
 use crate::model::coupling::COUPLED;
 use crate::model::real::{Lanes, Real};
 use crate::model::state::State;

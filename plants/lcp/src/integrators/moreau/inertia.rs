@@ -4,7 +4,8 @@ use super::momentum::Geometry;
 use crate::constraints::mode::Mode;
 use crate::model::Model;
 use crate::model::articulated::Articulated;
-use crate::model::leg_constraints::{ConstraintSet, DriveAction};
+use crate::model::elimination::ConstraintSet;
+use crate::model::leg_constraints::DriveAction;
 use crate::model::real::{Lanes, Real};
 use crate::model::state::State;
 

@@ -13,7 +13,8 @@ impl<const N: usize> Flow<N> {
         copy.each(&mut |x| to(*x));
     }
 
-    /// Replaces all numbers of the state; returns [`Flow::cached_recovery`] at the time of saving.
+    /// Replaces all numbers of the state; returns
+    /// `EventDriven::cached_recovery` at the time of saving.
     pub(super) fn replace(&mut self, by: &mut dyn FnMut() -> f64) -> f64 {
         let mut copy = self.clone_numbers();
         copy.each(&mut |x| *x = by());

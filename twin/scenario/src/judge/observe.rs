@@ -1,0 +1,143 @@
+//! Evaluation of the samples and events of a run.
+
+use twinrig_kernel::SimTime;
+use twinrig_runtime::{Group, Observer, RunEvent};
+
+use super::channel::CycleEvent;
+use super::touch_downs::TouchDown;
+use super::{Judge, MonitorKind};
+
+impl Judge {
+    #[inline]
+    fn find_footsteps(&mut self, now: SimTime, channel: Group, values: &[f64]) {
+        for foot in &mut self.feet {
+            if foot.channel != channel {
+                continue;
+            }
+            let position = foot.position;
+            let position = [values[position], values[position + 1], values[position + 2]];
+            let detection = foot.detector.sample(now, values[foot.load], position);
+            if let Some(at) = detection.touch_down {
+                let leg = foot.detector.leg();
+                self.touch_downs.add(TouchDown { at, leg });
+            }
+            if let Some(step) = detection.closed {
+                self.closed.push(step);
+            }
+        }
+        if !self.touch_downs.pending().is_empty() {
+            self.release_touch_downs(now);
+        }
+        for step in &self.closed {
+            for index in &self.step_monitors {
+                let monitor = &mut self.monitors[*index];
+                if let (MonitorKind::Footsteps(meter), false) = (&mut monitor.meter, monitor.fell) {
+                    meter.step(step);
+                }
+            }
+        }
+    }
+
+    /// Releases the touch-downs that no earlier one can precede any more. A future one is not
+    /// before `now`, nor before the touch-down of a foot whose footstep is unconfirmed.
+    pub(super) fn release_touch_downs(&mut self, now: SimTime) {
+        let unconfirmed = self.feet.iter().filter_map(|foot| {
+            let at = foot.detector.unconfirmed()?;
+            let leg = foot.detector.leg();
+            Some(TouchDown { at, leg })
+        });
+        let now = TouchDown { at: now, leg: 0 };
+        let horizon = unconfirmed.fold(now, TouchDown::min);
+        while let Some(touch_down) = self.touch_downs.next_before(horizon) {
+            for index in &self.step_monitors {
+                let monitor = &mut self.monitors[*index];
+                if let (MonitorKind::Footsteps(meter), false) = (&mut monitor.meter, monitor.fell) {
+                    meter.touch_down(touch_down);
+                }
+            }
+        }
+    }
+
+    /// Handles a fall at `now`: claims about an upright robot end, with the footsteps up to now.
+    fn handle_fall(&mut self, now: SimTime) {
+        if self.fall.ended_at().is_some() {
+            self.ended_at.get_or_insert(now);
+        }
+        for (monitor, expectation) in self.monitors.iter_mut().zip(&self.expectations) {
+            if !expectation.claim.requires_upright_robot() || monitor.window.before < now {
+                continue;
+            }
+            if let MonitorKind::Footsteps(meter) = &mut monitor.meter {
+                for touch_down in self.touch_downs.pending() {
+                    meter.touch_down(*touch_down);
+                }
+                for foot in &self.feet {
+                    if let Some(step) = foot.detector.provisional() {
+                        meter.step(&step);
+                    }
+                }
+            }
+            monitor.take_samples(&self.foot_samples);
+            monitor.fell = true;
+        }
+    }
+}
+
+impl Observer for Judge {
+    /// # Panics
+    /// If the length of `values` differs from that of the layout passed to [`Judge::new`].
+    #[inline]
+    fn samples(&mut self, now: SimTime, channel: Group, values: &[f64]) {
+        assert_eq!(
+            values.len(),
+            self.lengths[channel as usize],
+            "the number of samples differs from the layout"
+        );
+        self.closed.clear();
+        if !self.reads[channel as usize] {
+            return;
+        }
+        if self.fall.sample(now, channel, values) {
+            self.handle_fall(now);
+        }
+        self.find_footsteps(now, channel, values);
+        if channel == self.foot_channel {
+            for count in &mut self.foot_samples {
+                count.samples += u64::from(count.window.contains(now));
+            }
+        }
+        for index in &self.signal_monitors[channel as usize] {
+            let monitor = &mut self.monitors[*index];
+            if monitor.fell {
+                continue;
+            }
+            let MonitorKind::Signal(meter) = &mut monitor.meter else {
+                continue;
+            };
+            if monitor.window.contains(now) {
+                monitor.samples += u64::from(meter.sample(now, values));
+                if meter.ends_the_run() {
+                    self.ended_at.get_or_insert(now);
+                }
+            } else {
+                meter.outside(values);
+            }
+        }
+    }
+
+    #[inline]
+    fn event(&mut self, now: SimTime, event: RunEvent) {
+        let Some((of, event)) = CycleEvent::of(event) else {
+            return;
+        };
+        for index in &self.cycle_monitors {
+            let monitor = &mut self.monitors[*index];
+            if let MonitorKind::Cycle(cycle, meter) = &mut monitor.meter
+                && *cycle == of
+                && monitor.window.contains(now)
+            {
+                meter.event(now, event);
+            }
+        }
+    }
+}
