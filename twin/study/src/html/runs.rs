@@ -56,7 +56,8 @@ pub(crate) fn table(study: &Study) -> String {
     table.html()
         + &paragraph(
             "Energy residual: residual of the energy balance at the end. Speed: simulated time \
-             over run time, the median of several runs without sampling. ≤ marks errors at the \
-             floor. Fallbacks: steps for which another method or a shorter step was substituted.",
+             over run time, the median of several runs without sampling; time in which the program \
+             waited for a processor does not count, where the system reports it. ≤ marks errors \
+             at the floor. Fallbacks: steps for which another method or a shorter step was substituted.",
         )
 }
