@@ -4,7 +4,7 @@ use twinrig_kernel::SimDuration;
 use twinrig_mujoco::{Coordinates, Integrator, Numerics, TimeConstant};
 
 use crate::parts::method::Method;
-use crate::parts::mujoco::SWITCH;
+use crate::parts::mujoco::{POSITION_ACTUATORS, SWITCH};
 use crate::parts::plant_kind::PlantKind;
 
 /// Time constant of pins that is independent of the step \[s\].
@@ -76,7 +76,8 @@ fn step_only(integrator: Integrator) -> Method {
     .step_only()
 }
 
-/// Returns a method with constraints whose stiffness does not depend on the step.
+/// Returns a method with constraints whose stiffness does not depend on the step, and with position
+/// actuators: the model that a user of the engine writes.
 fn softened(method: Method, integrator: Integrator) -> Method {
     let method = [
         "solimp_min",
@@ -88,7 +89,8 @@ fn softened(method: Method, integrator: Integrator) -> Method {
     .fold(method, |method, name| {
         method.with_number(name, SOFT_IMPEDANCE)
     })
-    .with_number("solref_time", SOFT_S);
+    .with_number("solref_time", SOFT_S)
+    .with_option(POSITION_ACTUATORS, "on");
     if integrator == Integrator::Rk4 {
         method.trusted_at_step(SOFT_REFERENCE)
     } else {
