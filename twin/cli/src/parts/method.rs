@@ -12,6 +12,7 @@ pub(crate) const TOLERANCE: &str = "tolerance";
 
 /// Plant option of methods whose steps are those of an engine alone. It is not declared, so that no
 /// scenario has it.
+#[cfg(any(feature = "mujoco", feature = "rapier"))]
 pub(crate) const STEP_ONLY: &str = "step_only";
 
 /// Integration method of a plant, and the plant options that select it.

@@ -10,8 +10,8 @@ use crate::parts::plant_kind::PlantKind;
 /// Time constant of pins that is independent of the step \[s\].
 const CLOSURE_S: f64 = 1e-3;
 
-/// Time constant \[s\] and impedance of soft constraints: as stiff as the longest step of the studies
-/// of gaits permits, two of which MuJoCo requires.
+/// Time constant of soft constraints, two of the longest step as MuJoCo requires \[s\], and their
+/// impedance.
 const SOFT_S: f64 = 4e-3;
 const SOFT_IMPEDANCE: f64 = 0.9;
 
