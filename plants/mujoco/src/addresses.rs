@@ -66,11 +66,11 @@ impl Addresses {
             let tendon = MjtObjBase::mjOBJ_TENDON;
             let (mut flywheels, mut clutches, mut motors) = (None, None, None);
             match model.drives {
-                Some(DriveModels::Servos(_)) => {
+                Some(DriveModels::Servos(_)) if !model.position_actuators => {
                     flywheels = Some([named("hip_flywheel")?, named("knee_flywheel")?]);
                     clutches = Some(both(tendon, "_clutch")?);
                 }
-                Some(DriveModels::Motors(_)) => {
+                Some(_) => {
                     motors = Some(both(MjtObjBase::mjOBJ_ACTUATOR, "")?);
                 }
                 None => {}

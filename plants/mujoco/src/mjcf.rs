@@ -54,7 +54,7 @@ pub(crate) fn write_model(robot: &Robot, model: &Model) -> String {
     trunk(robot, model, &mut to);
     for leg in &model.legs {
         if let Some(drives) = &model.drives {
-            drives::write(leg, drives, model.coordinates, &mut to);
+            drives::write(leg, drives, model, &mut to);
         }
     }
     let mut text = String::new();

@@ -96,6 +96,8 @@ pub(crate) struct Model {
     pub(crate) start: Posture,
     /// Whether a step is MuJoCo's step alone.
     pub(crate) step_only: bool,
+    /// Whether servos are MuJoCo's position actuators.
+    pub(crate) position_actuators: bool,
     /// Whether stops are omitted, for comparison with a reference without stops.
     pub(crate) without_stops: bool,
 }
@@ -122,8 +124,14 @@ impl Model {
             ground,
             start: setup.posture(robot)?,
             step_only: options.step_only,
+            position_actuators: options.position_actuators,
             without_stops: false,
         };
+        if model.position_actuators && !model.step_only {
+            return Err(MujocoError::Incompatible(
+                "position actuators have no account of their torque: take `step_only = true`",
+            ));
+        }
         if model.step_only && matches!(model.drives, Some(DriveModels::Motors(_))) {
             return Err(MujocoError::Incompatible(
                 "steps of MuJoCo alone do not include motors, whose inertia changes with the step: take servos, or `step_only = \
@@ -141,6 +149,17 @@ impl Model {
 }
 
 impl LegModel {
+    /// Returns the moment of inertia of the stretched leg about the hip \[kg·m²\].
+    pub(crate) fn hip_inertia(&self) -> f64 {
+        let (mut above, mut sum) = (0.0, 0.0);
+        for segment in &self.segments {
+            let arm = above + segment.centre;
+            sum += segment.moment + segment.mass * arm * arm;
+            above += segment.length;
+        }
+        sum
+    }
+
     fn new(mount: &LegMount, index: usize, ground: Option<f64>) -> Result<Self, LeggedError> {
         let leg = &mount.leg;
         let pantograph = Pantograph::new(leg).map_err(LeggedError::of_leg(&mount.name))?;

@@ -242,6 +242,10 @@ pub struct Options {
     ///
     /// [`Drives::Motors`]: twinrig_legged::Drives::Motors
     pub step_only: bool,
+    /// Whether servos are MuJoCo's position actuators, which a load deflects, in place of
+    /// flywheels with clutches, which it does not up to their torque. Only for steps of MuJoCo
+    /// alone.
+    pub position_actuators: bool,
 }
 
 impl Options {
@@ -252,6 +256,7 @@ impl Options {
             coordinates,
             numerics: Numerics::of(coordinates),
             step_only: false,
+            position_actuators: false,
         }
     }
 }

@@ -1,32 +1,44 @@
 //! Steps of MuJoCo alone: the loop that a user of the engine writes without this crate.
 
-use twinrig_legged::{DriveModels, Ledger};
+use twinrig_legged::{DriveModels, Ledger, Servos};
 
 use crate::drives::{self, DriveStates};
 use crate::flow::Flow;
 use crate::options::Coordinates;
 
 impl Flow {
-    /// Advances by a step of MuJoCo, bit for bit `mj_step`, and by nothing else. Servos write their
-    /// requested rates to the flywheels before it.
+    /// Advances by a step of MuJoCo, bit for bit `mj_step`, and by nothing else. Commands are
+    /// written before it.
     pub(crate) fn step_alone(&mut self, seconds: f64) {
         if let Some(DriveModels::Servos(servos)) = self.model.drives {
             for leg in 0..self.at.legs.len() {
-                let Some(flywheels) = self.at.legs[leg].flywheels else {
-                    continue;
-                };
-                let drive_states = self.drive_states_of_leg(leg);
-                drives::set_flywheels(
-                    &mut self.engine,
-                    &flywheels,
-                    &servos,
-                    &self.inputs[leg],
-                    &drive_states,
-                    seconds,
-                );
+                self.command(leg, &servos, seconds);
             }
         }
         self.engine.step_unchecked(seconds);
+    }
+
+    /// Writes the commands of a leg to its position actuators, or the rates that its servos request
+    /// to their flywheels.
+    fn command(&mut self, leg: usize, servos: &Servos, seconds: f64) {
+        let commands = self.inputs[leg];
+        if let Some(actuators) = self.at.legs[leg].motors {
+            let controls = self.engine.data_mut().ctrl_mut();
+            for (actuator, command) in actuators.into_iter().zip(commands) {
+                controls[actuator] = command;
+            }
+        }
+        if let Some(flywheels) = self.at.legs[leg].flywheels {
+            let states = self.drive_states_of_leg(leg);
+            drives::set_flywheels(
+                &mut self.engine,
+                &flywheels,
+                servos,
+                &commands,
+                &states,
+                seconds,
+            );
+        }
     }
 
     /// Returns angles and rates of a leg's drives, from MuJoCo's coordinates.

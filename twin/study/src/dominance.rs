@@ -6,7 +6,7 @@ use crate::plant_id::PlantId;
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
 
-/// Comparison of a plant with the plants that solve its model, or a similar one, with other engines,
+/// Comparison of a plant with those that solve its model, or a similar one, with other engines,
 /// within one study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Dominance {

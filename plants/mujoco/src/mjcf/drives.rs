@@ -11,10 +11,10 @@
 
 use core::fmt::Write;
 
-use twinrig_legged::DriveModels;
+use twinrig_legged::{DriveModels, Servos};
 
 use super::{LegModel, Sections, line, triple};
-use crate::model::{FLYWHEEL, UNLIMITED};
+use crate::model::{FLYWHEEL, Model, UNLIMITED};
 use crate::options::Coordinates;
 
 /// Distance from the fixed end of the pulley's branch of the cable to the initial position of the
@@ -22,12 +22,7 @@ use crate::options::Coordinates;
 const BRANCH: f64 = 1.0;
 
 /// Writes pulley, cable and drives of a leg.
-pub(super) fn write(
-    leg: &LegModel,
-    drives: &DriveModels,
-    coordinates: Coordinates,
-    to: &mut Sections,
-) {
+pub(super) fn write(leg: &LegModel, drives: &DriveModels, model: &Model, to: &mut Sections) {
     let (tag, radius) = (&leg.tag, leg.pulley_radius);
     let [_, inertia] = drives.inertias();
     let [x, y, z] = leg.pulley_position;
@@ -51,11 +46,14 @@ pub(super) fn write(
         "    <spatial name=\"{tag}_cable\" range=\"0 {}\">\n      <site site=\"{tag}_hip\"/><site site=\"{tag}_ankle\"/><pulley divisor=\"1\"/>\n      <site site=\"{tag}_anchor\"/><site site=\"{tag}_pulley\"/>\n    </spatial>",
         leg.cable_max + BRANCH
     );
-    let hip = match coordinates {
+    let hip = match model.coordinates {
         Coordinates::Minimal => format!("{tag}_hip"),
         Coordinates::Maximal => format!("{tag}_upper_turn"),
     };
     match drives {
+        DriveModels::Servos(servos) if model.position_actuators => {
+            position_actuators(leg, servos, &hip, to);
+        }
         DriveModels::Servos(servos) => {
             let knee = (format!("{tag}_pulley"), 1.0 / radius);
             let joints = [(hip, 1.0), knee];
@@ -84,5 +82,38 @@ pub(super) fn write(
                 1.0 / radius
             );
         }
+    }
+}
+
+/// Writes the servos of a leg as position actuators, critically damped at the rate of the servos
+/// with the inertia of the stretched leg, or of the pulley.
+fn position_actuators(leg: &LegModel, servos: &Servos, hip: &str, to: &mut Sections) {
+    let tag = &leg.tag;
+    let [at_hip, at_pulley] = servos.both();
+    let pulley = format!("{tag}_pulley");
+    for (drive, servo, joint, gear, inertia) in [
+        (
+            "hip",
+            at_hip,
+            hip,
+            1.0,
+            at_hip.inertia() + leg.hip_inertia(),
+        ),
+        (
+            "knee",
+            at_pulley,
+            pulley.as_str(),
+            1.0 / leg.pulley_radius,
+            at_pulley.inertia(),
+        ),
+    ] {
+        let rate = 2.0 / servo.lag();
+        let (stiffness, damping) = (inertia * rate * rate, 2.0 * inertia * rate);
+        let torque = servo.torque().min(UNLIMITED);
+        line!(
+            to.actuators,
+            "    <position name=\"{tag}_{drive}\" joint=\"{joint}\" gear=\"{gear}\" kp=\"{stiffness}\" kv=\"{damping}\" \
+             forcerange=\"-{torque} {torque}\"/>"
+        );
     }
 }

@@ -94,3 +94,25 @@ fn motors_are_refused() {
     let refused = Mujoco::new(&robot, &options, &|_| true);
     assert!(matches!(refused, Err(MujocoError::Incompatible(_))));
 }
+
+#[test]
+fn position_actuators_follow_their_commands() {
+    let setup = crate::fixture::standing();
+    let [complete, mut options] = both(&setup, Coordinates::Minimal, Integrator::ImplicitFast);
+    options.position_actuators = true;
+    let angles = [complete, options].map(|options| {
+        let mut fixture = with_options(&robot(), &options);
+        for ms in (2..=300).step_by(2) {
+            fixture.trot(&robot(), &setup, Trot::START, ms);
+        }
+        ["LF/hip", "RH/knee"].map(|drive| fixture.value(&format!("leg/{drive}/position")))
+    });
+    for (flywheel, actuator) in angles[0].iter().zip(angles[1]) {
+        // Loads deflect the actuators.
+        assert!((flywheel - actuator).abs() < 0.05, "{angles:?}");
+    }
+    options = both(&setup, Coordinates::Minimal, Integrator::Euler)[0].clone();
+    options.position_actuators = true;
+    let refused = Mujoco::new(&robot(), &options, &|_| true);
+    assert!(matches!(refused, Err(MujocoError::Incompatible(_))));
+}

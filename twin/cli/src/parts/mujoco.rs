@@ -18,6 +18,10 @@ use crate::parts::setup::setup;
 /// Default step of the plant.
 const STEP: SimDuration = SimDuration::from_millis(1);
 
+/// Plant option of methods whose servos are MuJoCo's position actuators; not declared, as
+/// [`STEP_ONLY`].
+pub(super) const POSITION_ACTUATORS: &str = "position_actuators";
+
 /// Values of a switch.
 pub(super) const SWITCH: [&str; 2] = ["on", "off"];
 
@@ -187,6 +191,7 @@ pub(crate) fn mujoco_options(context: &PlantContext<'_>) -> Result<Options, Buil
         coordinates,
         numerics,
         step_only,
+        position_actuators: values.text(POSITION_ACTUATORS).is_some(),
     })
 }
 

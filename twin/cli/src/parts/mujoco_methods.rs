@@ -4,14 +4,14 @@ use twinrig_kernel::SimDuration;
 use twinrig_mujoco::{Coordinates, Integrator, Numerics, TimeConstant};
 
 use crate::parts::method::Method;
-use crate::parts::mujoco::SWITCH;
+use crate::parts::mujoco::{POSITION_ACTUATORS, SWITCH};
 use crate::parts::plant_kind::PlantKind;
 
 /// Time constant of pins that is independent of the step \[s\].
 const CLOSURE_S: f64 = 1e-3;
 
-/// Time constant \[s\] and impedance of soft constraints: as stiff as the longest step of the studies
-/// of gaits permits, two of which MuJoCo requires.
+/// Time constant of soft constraints, two of the longest step as MuJoCo requires \[s\], and their
+/// impedance.
 const SOFT_S: f64 = 4e-3;
 const SOFT_IMPEDANCE: f64 = 0.9;
 
@@ -76,7 +76,8 @@ fn step_only(integrator: Integrator) -> Method {
     .step_only()
 }
 
-/// Returns a method with constraints whose stiffness does not depend on the step.
+/// Returns a method with constraints whose stiffness does not depend on the step, and with position
+/// actuators: the model that a user of the engine writes.
 fn softened(method: Method, integrator: Integrator) -> Method {
     let method = [
         "solimp_min",
@@ -88,7 +89,8 @@ fn softened(method: Method, integrator: Integrator) -> Method {
     .fold(method, |method, name| {
         method.with_number(name, SOFT_IMPEDANCE)
     })
-    .with_number("solref_time", SOFT_S);
+    .with_number("solref_time", SOFT_S)
+    .with_option(POSITION_ACTUATORS, "on");
     if integrator == Integrator::Rk4 {
         method.trusted_at_step(SOFT_REFERENCE)
     } else {

@@ -72,7 +72,7 @@ impl<'r> Selection<'r> {
         let assembly = Rc::new(assembly);
         let (mut refused, before) = (None, self.offers.len());
         for (mut offer, methods) in registry.offers(name) {
-            // Without contact an engine's soft constraints only repeat the comparison of its others.
+            // Without contact an engine's soft constraints add nothing to its others.
             let is_soft = offer.plant.constraints.as_deref() == Some(SOFT);
             if is_soft && scenario.plant.ground.is_none() {
                 continue;
