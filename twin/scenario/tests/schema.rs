@@ -102,7 +102,11 @@ fn keys_of_schema(schema: &Value, pointer: &str) -> Vec<String> {
         table.unwrap_or_else(|| panic!("{pointer}"))
     };
     let mut table = at(pointer);
-    while let Some(name) = table["$ref"].as_str() {
+    // A shared table is referred to, beside a description in `anyOf`.
+    while let Some(name) = table["$ref"]
+        .as_str()
+        .or(table["anyOf"][0]["$ref"].as_str())
+    {
         table = at(name.trim_start_matches('#'));
     }
     let mut keys: Vec<String> = table["properties"]

@@ -130,7 +130,7 @@ impl<'c> Tables<'c> {
             Shape::Table(table) => self.table(table, None),
             Shape::Tables(table) => list(&self.table(table, None)),
             Shape::TableOrTables(table) => self.buses(table),
-            Shape::TableIn(unit, table) if std::ptr::eq(*table, limits_table::TABLE) => {
+            Shape::TableIn(unit, table) if table.name == limits_table::TABLE.name => {
                 self.limits(*unit)
             }
             Shape::TableIn(unit, table) => self.table(table, *unit),
