@@ -2,7 +2,9 @@
 
 use twinrig_compliant::events::EventLog;
 use twinrig_compliant::lanes::{Features, Kernel, Lanes, Quad, Simd, dispatch};
-use twinrig_compliant::{Commands, Fastest, Flows, Step, StepControl, StepError, Substep, System};
+use twinrig_compliant::{
+    Commands, DriveLaws, Fastest, Flows, Step, StepControl, StepError, Substep, System,
+};
 
 use super::energy::Elements;
 use super::equations::CompliantEquations;
@@ -28,7 +30,7 @@ impl<const N: usize, const P: usize> Kernel for Advance<'_, N, P> {
             model: self.model,
             legs: self.model.legs.load(simd),
             commands: step.commands.load(simd),
-            are_held: step.commands.are_held(),
+            are_held: self.model.drives != DriveLaws::None && step.commands.are_held(),
             sums: step.sums.map(load),
             log: step.log,
         };
