@@ -228,9 +228,9 @@ impl Judge {
         self.legs.iter().map(|leg| leg.name.as_str())
     }
 
-    /// Returns the footsteps completed by the last [`Judge::samples`]; after [`Judge::finish`]
-    /// those that were open at the end of the run, by touch-down and leg. A caller that requires
-    /// all of them reads them after each call.
+    /// Returns the footsteps completed by the last [`samples`](twinrig_runtime::Observer::samples);
+    /// after [`Judge::finish`] those that were open at the end of the run, by touch-down and leg. A
+    /// caller that requires all of them reads them after each call.
     pub fn closed(&self) -> &[Footstep] {
         &self.closed
     }
