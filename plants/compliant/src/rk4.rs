@@ -36,10 +36,6 @@ const STIFF: f64 = 0.5;
 /// Time over which errors may add up to the tolerance \[s\].
 const UNIT: f64 = 1e-3;
 
-/// Substeps shorter than this, of which no step has many, may err as one of this length \[s\]: at a
-/// kink of a force law, the error is proportional to the square of the substep only.
-const SHORT: f64 = 1.0 / SUBSTEPS_PER_TIME;
-
 /// Limits of the ratio of successive substeps, and the share of the optimal substep that is taken.
 const RATIO_MIN: f64 = 0.2;
 const RATIO_MAX: f64 = 2.0;
@@ -213,8 +209,13 @@ impl StepControl {
     /// of a landing, too little to follow the bristle of a foot in the air.
     pub const BRISTLE_WEIGHT: f64 = 0.3;
 
+    /// Substeps shorter than this, of which no step has many, may err as one of this length \[s\]:
+    /// at a kink of a force law, the error is proportional to the square of the substep only.
+    pub const SHORT: f64 = 1.0 / SUBSTEPS_PER_TIME;
+
     /// Weight of the error of work, as the height by which it lifts the robot, against that of a
-    /// position, while set-points are held: closes the energy balance where they jump.
+    /// position, while set-points are held: closes the energy balance where they jump. Short
+    /// substeps need it not.
     pub const WORK_WEIGHT: f64 = 0.4;
 
     /// Creates the control for a tolerance \[m\].
@@ -270,7 +271,7 @@ impl StepControl {
             let k5 = system.slope(end, &next);
             self.work.evaluations += 4;
             let error = system.error(h, [&k1, &k2, &k3, &k4, &k5], times(ERROR, h));
-            let ratio = error * (UNIT / h.max(SHORT)) / self.tolerance;
+            let ratio = error * (UNIT / h.max(Self::SHORT)) / self.tolerance;
             let is_least = h <= SUBSTEP_MIN;
             substeps_left -= 1.0;
             // The form of the comparison rejects NaN.

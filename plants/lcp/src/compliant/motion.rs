@@ -120,7 +120,7 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
         for bristle in bristles {
             lengths = lengths.max((bristle[0] + bristle[1]) * StepControl::BRISTLE_WEIGHT);
         }
-        if self.are_held {
+        if self.are_held && substep > StepControl::SHORT {
             let work = Flows::net_work(slopes.map(|slope| &slope.flows), seconds);
             lengths = lengths.max(work.abs() * self.model.work_to_length);
         }

@@ -121,7 +121,7 @@ impl<S: Simd> System for Motion<'_, S> {
         let lengths = links.max(pulley * winding).max(position);
         let lengths = lengths.max(attitude * (2.0 * radius));
         let mut lengths = lengths.max((along + across) * StepControl::BRISTLE_WEIGHT);
-        if self.are_held {
+        if self.are_held && substep > StepControl::SHORT {
             let work = Flows::net_work(slopes.map(|slope| &slope.flows), seconds);
             lengths = lengths.max(work.abs() * self.model.work_to_length);
         }
