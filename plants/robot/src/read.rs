@@ -329,27 +329,33 @@ fn actuators(table: &Table<'_>) -> Result<Actuators, Reported> {
 }
 
 fn motors(table: &Table<'_>) -> Result<Motors, Reported> {
-    let hip = table.required("hip", |item| motor(&item.table()?));
-    let knee = table.required("knee", |item| motor(&item.table()?));
+    let hip = table.required("hip", |item| Motor::read(&item.table()?));
+    let knee = table.required("knee", |item| Motor::read(&item.table()?));
     Ok(Motors {
         hip: hip?,
         knee: knee?,
     })
 }
 
-fn motor(table: &Table<'_>) -> Result<Motor, Reported> {
-    let resistance = positive(table, "resistance", Unit::Ohm);
-    let torque_constant = positive(table, "torque_constant", Unit::NewtonMeterPerAmpere);
-    let gear = positive(table, "gear", Unit::One);
-    let inertia = positive(table, "inertia", Unit::KilogramSquareMeter);
-    let voltage = positive(table, "voltage", Unit::Volt);
-    Ok(Motor {
-        resistance: resistance?,
-        torque_constant: torque_constant?,
-        gear: gear?,
-        inertia: inertia?,
-        voltage: voltage?,
-    })
+impl Motor {
+    /// Reads the table of a motor.
+    ///
+    /// # Errors
+    /// For a parameter that is missing or not positive, reported at its place.
+    pub fn read(table: &Table<'_>) -> Result<Self, Reported> {
+        let resistance = positive(table, "resistance", Unit::Ohm);
+        let torque_constant = positive(table, "torque_constant", Unit::NewtonMeterPerAmpere);
+        let gear = positive(table, "gear", Unit::One);
+        let inertia = positive(table, "inertia", Unit::KilogramSquareMeter);
+        let voltage = positive(table, "voltage", Unit::Volt);
+        Ok(Self {
+            resistance: resistance?,
+            torque_constant: torque_constant?,
+            gear: gear?,
+            inertia: inertia?,
+            voltage: voltage?,
+        })
+    }
 }
 
 fn servo(table: &Table<'_>) -> Result<Servo, Reported> {

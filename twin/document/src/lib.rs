@@ -46,6 +46,7 @@ mod document;
 mod error;
 mod file;
 mod item;
+mod library;
 mod near;
 mod node;
 mod pattern;
@@ -59,6 +60,7 @@ pub use document::{Document, Overrides, quoted};
 pub use error::{DocumentError, Placed, Problem, Warning};
 pub use file::{STREAM_MOST, TEXT_MOST, read_file};
 pub use item::Item;
+pub use library::Library;
 pub use near::{nearest, suggestion};
 pub use pattern::{any_quantity_pattern, duration_pattern, percentage_pattern, quantity_pattern};
 pub use quantity::{

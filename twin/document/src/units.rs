@@ -81,6 +81,11 @@ pub(crate) const KINDS: &[Kind] = &[
         spellings: &[("N", Ten(0)), ("mN", Ten(-3)), ("kN", Ten(3))],
     },
     Kind {
+        unit: Unit::NewtonPerSecond,
+        name: "a rate of force",
+        spellings: &[("N/s", Ten(0)), ("kN/s", Ten(3))],
+    },
+    Kind {
         unit: Unit::NewtonSecond,
         name: "an impulse",
         spellings: &[("N·s", Ten(0)), ("mN·s", Ten(-3))],
@@ -170,6 +175,21 @@ pub(crate) const KINDS: &[Kind] = &[
             ("kohm", Ten(3)),
             ("kΩ", Ten(3)),
         ],
+    },
+    Kind {
+        unit: Unit::Siemens,
+        name: "a conductance",
+        spellings: &[("S", Ten(0)), ("mS", Ten(-3)), ("uS", Ten(-6))],
+    },
+    Kind {
+        unit: Unit::SiemensPerNewton,
+        name: "a sensitivity of conductance",
+        spellings: &[("S/N", Ten(0)), ("uS/N", Ten(-6))],
+    },
+    Kind {
+        unit: Unit::VoltSecondPerNewton,
+        name: "a sensitivity to the rate of a force",
+        spellings: &[("V·s/N", Ten(0)), ("mV·s/N", Ten(-3))],
     },
     Kind {
         unit: Unit::NewtonMeterPerAmpere,

@@ -44,6 +44,8 @@ units! {
     MeterPerSecondSquared = "m/s²",
     /// Force.
     Newton = "N",
+    /// Rate of a force.
+    NewtonPerSecond = "N/s",
     /// Impulse.
     NewtonSecond = "N·s",
     /// Torque.
@@ -76,6 +78,12 @@ units! {
     Ampere = "A",
     /// Electrical resistance.
     Ohm = "Ω",
+    /// Electrical conductance.
+    Siemens = "S",
+    /// Sensitivity of a piezoresistive cell.
+    SiemensPerNewton = "S/N",
+    /// Sensitivity of a charge amplifier to the rate of a force.
+    VoltSecondPerNewton = "V·s/N",
     /// Torque constant of a motor.
     NewtonMeterPerAmpere = "N·m/A",
     /// Pressure.

@@ -1,0 +1,81 @@
+//! Documents of one folder, found by name.
+
+use std::path::{Path, PathBuf};
+
+use crate::document::Document;
+use crate::error::DocumentError;
+
+/// Documents of one folder, such as `robots`, with copies embedded in every build, so that an
+/// installed program works in an empty folder.
+#[derive(Clone, Copy, Debug)]
+pub struct Library {
+    /// Name of the folder.
+    pub folder: &'static str,
+    /// Names and texts of the embedded documents.
+    pub embedded: &'static [(&'static str, &'static str)],
+}
+
+impl Library {
+    /// Reads the document `name`, for a scenario in the folder `beside`; `None` if there is none.
+    /// The first of these that exists:
+    ///
+    /// 1. if `name` is a path (contains `/` or ends in `.toml`): that file, relative to `beside`,
+    ///    and no other;
+    /// 2. `FOLDER/NAME.toml` in `beside` or in the nearest of its ancestor folders;
+    /// 3. the embedded copy.
+    ///
+    /// The current directory has no influence, so that a run does not depend on where it is
+    /// started; a relative `beside` is made absolute before its ancestors are searched.
+    ///
+    /// # Errors
+    /// If the document cannot be read or is not TOML.
+    pub fn find(&self, name: &str, beside: &Path) -> Result<Option<Document>, DocumentError> {
+        if is_path(name) {
+            return Document::read(&beside.join(name)).map(Some);
+        }
+        let file = format!("{name}.toml");
+        let mut paths = self.folders(beside).map(|folder| folder.join(&file));
+        if let Some(path) = paths.find(|path| path.is_file()) {
+            return Document::read(&path).map(Some);
+        }
+        let embedded = self.embedded.iter().find(|(known, _)| *known == name);
+        let parse =
+            |(_, text): &(&str, &str)| Document::parse(&format!("{}/{file}", self.folder), text);
+        embedded.map(parse).transpose()
+    }
+
+    /// Returns the names that [`Library::find`] finds from `beside`, sorted.
+    pub fn names(&self, beside: &Path) -> Vec<String> {
+        let embedded = self.embedded.iter().map(|(name, _)| (*name).to_owned());
+        let mut names: Vec<String> = embedded.collect();
+        for folder in self.folders(beside) {
+            let Ok(entries) = std::fs::read_dir(folder) else {
+                continue;
+            };
+            for path in entries.flatten().map(|entry| entry.path()) {
+                let stem = path.file_stem().and_then(|stem| stem.to_str());
+                if let (Some(stem), true) = (stem, path.extension().is_some_and(|e| e == "toml")) {
+                    names.push(stem.to_owned());
+                }
+            }
+        }
+        names.sort();
+        names.dedup();
+        names
+    }
+
+    fn folders(&self, beside: &Path) -> impl Iterator<Item = PathBuf> {
+        let absolute = std::path::absolute(beside).unwrap_or_else(|_| beside.to_owned());
+        let folders: Vec<_> = absolute
+            .ancestors()
+            .map(|folder| folder.join(self.folder))
+            .collect();
+        folders.into_iter()
+    }
+}
+
+fn is_path(name: &str) -> bool {
+    let path = Path::new(name);
+    let extension = path.extension();
+    name.contains(['/', '\\']) || extension.is_some_and(|extension| extension == "toml")
+}
