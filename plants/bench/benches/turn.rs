@@ -18,7 +18,7 @@ fn turn(bencher: Bencher<'_, '_>, build: impl Fn() -> Box<dyn Plant> + Sync) {
         let mut now = SimTime::ZERO;
         let mut outputs = vec![0.0; plant.ports().len() - 2];
         for _ in 0..MILLISECONDS {
-            now = now + SimDuration::from_millis(1);
+            now += SimDuration::from_millis(1);
             plant.advance(now, &[5.0, 1.0]).expect("the bench runs");
             plant.observe(&mut outputs);
         }

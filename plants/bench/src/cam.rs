@@ -105,7 +105,7 @@ impl Cam {
         let t = place - below as f64;
         #[expect(
             clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
+            clippy::cast_possible_wrap,
             reason = "the remainder is the index of an interval"
         )]
         let index = below.rem_euclid(INTERVALS as i64) as usize;

@@ -81,6 +81,9 @@ pub(crate) enum Event {
     Releases,
 }
 
+/// Force below which a roller is not pulled \[N\]: rounding of forces of 10 N.
+const ROUND_OFF: f64 = 1e-9;
+
 /// Tolerance of located events, relative to the step: 0.25 ns for a step of 0.25 ms.
 const LOCATED: f64 = 1e-6;
 
@@ -232,7 +235,7 @@ impl Model {
     /// Returns the first event that has happened in `after`, a step after `before`.
     fn event(&self, before: &Point, after: &Point) -> Option<Event> {
         let contact = match after.state.roller {
-            Roller::OnCam => (after.roller_force < 0.0).then_some(Event::Leaves),
+            Roller::OnCam => (after.roller_force < -ROUND_OFF).then_some(Event::Leaves),
             Roller::Free => (self.clearance(&after.state) < 0.0).then_some(Event::Lands),
         };
         let touches = |point: &Point| self.touches(&point.state);

@@ -70,12 +70,12 @@ pub struct Creep {
 }
 
 /// Non-inverting amplifier of a reference voltage with the cell in its gain (thesis, eq. 4.2):
-/// V = (1 + R_F G) V_ref, between the rails.
+/// V = (1 + `feedback` · G) `reference`, up to the rail.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResistanceAmplifier {
-    /// Feedback resistor R_F \[Ω\].
+    /// Feedback resistor \[Ω\].
     pub feedback: f64,
-    /// Reference voltage V_ref \[V\].
+    /// Reference voltage \[V\].
     pub reference: f64,
     /// Maximum output voltage \[V\].
     pub rail: f64,
