@@ -43,3 +43,12 @@ pub(crate) const DUTY_PER_TORQUE_UNIT: i32 = 16;
 /// 14.05 mN·m/A · 14 · 1.534 rad/s = 302 mV.
 /// The firmware is specific to this motor: its current limit contains the motor's resistance.
 pub(crate) const DUTY_PER_COUNT_IN_A_TICK: i32 = 412;
+
+/// ASSUMED: unit of the speed word of velocity mode \[counts/s\]. The signed word of 16 bits then
+/// reaches ±16 turns per second, and its step is 0.1 % of half a turn per second.
+pub(crate) const SPEED_UNIT: i32 = 2;
+
+/// ASSUMED: maximum following error of velocity mode \[counts\], a quarter of a turn. The set-point
+/// waits at that distance from a shaft that cannot follow, which then makes up a quarter of a turn
+/// once it is free, not the time of the stall.
+pub(crate) const LAG_MAX: i32 = 1_024;

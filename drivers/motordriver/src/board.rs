@@ -1,21 +1,21 @@
-use std::ops::Range;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{
-    BoardClock, LocalDuration, LocalTime, Port, SimTime, Snapshot, SnapshotError, Unit, signal,
+    BoardClock, LocalDuration, LocalTime, Port, SimTime, Snapshot, SnapshotError, Unit,
 };
 use twinrig_runtime::{Part, PlantAccess, PlantSignals, TaskError, WiringError};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{AnswerPolicy, SbcpError, Slave, SlaveConfig, SlaveEvent};
 use twinrig_wire::{Node, Piece};
 
-use crate::config::{BoardConfig, Generation};
+use crate::config::{Attachment, BoardConfig, Generation};
 use crate::event_timing::EventTiming;
 use crate::firmware::Firmware;
 use crate::registers::{FORCE, MAGNETIC, MotorRegister, table};
 use crate::reply::{COMMAND_LEN, Reply, command};
 use crate::units::{Joint, Scale, force_word, magnetic_word};
+use crate::wiring::Signals;
 
 /// Tick of the firmware, by the board's own clock.
 const TICK: LocalDuration = LocalDuration::from_nanos(1_000_000);
@@ -29,6 +29,8 @@ const VOLTS_PER_DUTY: f64 = 24.0 / 32_768.0;
 /// `leg/LF/hip/position` and `leg/LF/knee/position` \[rad\], and where the plant has them
 /// `leg/LF/angles` \[rad\] and `leg/LF/foot/force` \[N\]; it writes `leg/LF/hip/voltage` \[V\] and
 /// `leg/LF/hip/bridge` (1 while the motor is driven, 0 while it coasts), and likewise for the knee.
+/// The board of a free shaft reads `motor/cam/position` \[rad\], without bounds, and writes
+/// `motor/cam/voltage` and `motor/cam/bridge`; its second motor is not connected.
 ///
 /// Diagnostics, `sbcp/LF/…`, counted from power-on:
 ///
@@ -41,13 +43,16 @@ const VOLTS_PER_DUTY: f64 = 24.0 / 32_768.0;
 ///   `request/p999` \[s\]; `request/phase/deviation` \[s\], and its alias `request/deviation`;
 /// - `response/shortest`, `response/longest` and `response/half_range` \[s\]: time from the last
 ///   bit of a request of the cycle to the first bit of its answer;
+/// - of a free shaft, `lag`: set-point minus position \[counts\]; `stalled`: ticks at which the
+///   set-point waited for a shaft that does not follow;
 /// - `answers`, `refused`, `damaged`, `garbage`, `framing_errors`, `superseded`, `events_lost`: see
 ///   [`twinrig_sbcp::SlaveCounters`].
 pub struct MotorBoard {
-    /// Name of the leg: `LF`.
+    /// Name of the leg or motor: `LF`.
     name: String,
     /// Prefix of the diagnostics: `sbcp/LF`.
     prefix: String,
+    attachment: Attachment,
     with_bytewise_reception: bool,
     signals: Signals,
     state: State,
@@ -70,16 +75,6 @@ struct State {
     saturated: u64,
 }
 
-/// Places of the board's signals in the plant.
-#[derive(Clone, Debug, Default)]
-struct Signals {
-    positions: [Range<usize>; 2],
-    voltages: [Range<usize>; 2],
-    bridges: [Range<usize>; 2],
-    angles: Option<Range<usize>>,
-    force: Option<Range<usize>>,
-}
-
 /// Names and units of a board's diagnostics, without those of the request timing.
 const DIAGNOSTICS: [(&str, Unit); 16] = [
     ("missed_points", Unit::One),
@@ -99,6 +94,9 @@ const DIAGNOSTICS: [(&str, Unit); 16] = [
     ("superseded", Unit::One),
     ("events_lost", Unit::One),
 ];
+
+/// Names and units of the additional diagnostics of the board of a free shaft.
+const SHAFT_DIAGNOSTICS: [(&str, Unit); 2] = [("lag", Unit::One), ("stalled", Unit::One)];
 
 impl MotorBoard {
     /// Creates a board at power-on, on the bus of that name.
@@ -121,10 +119,14 @@ impl MotorBoard {
         let tick = TICK.as_nanos();
         let next_tick = LocalTime::from_nanos((shown.div_euclid(tick) + 1) * tick);
         let limits = config.position_limits;
-        let scale = |n: usize| Scale::new(Joint::ALL[n], config.side, limits[n]);
+        let scale = |n: usize| match config.attachment {
+            Attachment::Leg { side } => Scale::new(Joint::ALL[n], side, limits[n]),
+            Attachment::Shaft => Scale::free(),
+        };
         Ok(Self {
             name: config.name.clone(),
             prefix: format!("{bus}/{}", config.name),
+            attachment: config.attachment,
             with_bytewise_reception: false,
             signals: Signals::default(),
             state: State {
@@ -183,17 +185,17 @@ impl State {
         if calibrating {
             self.update_mode_registers();
         }
-        for (n, duty) in duties.into_iter().enumerate() {
+        for (n, (duty, motor)) in duties.into_iter().zip(&signals.motors).enumerate() {
             let driven = duty.is_some();
             if let Some(duty) = duty {
                 let volts = self.scales[n].signed(f64::from(duty) * VOLTS_PER_DUTY);
-                plant.actuate(signals.voltages[n].clone())?[0] = volts;
+                plant.actuate(motor.voltage.clone())?[0] = volts;
             }
             if driven != self.driven[n] {
                 self.driven[n] = driven;
-                plant.actuate(signals.bridges[n].clone())?[0] = f64::from(u8::from(driven));
+                plant.actuate(motor.bridge.clone())?[0] = f64::from(u8::from(driven));
                 if !driven {
-                    plant.actuate(signals.voltages[n].clone())?[0] = 0.0;
+                    plant.actuate(motor.voltage.clone())?[0] = 0.0;
                 }
             }
         }
@@ -208,10 +210,10 @@ impl State {
     ) -> Result<[i32; 2], TaskError> {
         let before = self.reply;
         let mut positions = [0; 2];
-        for (n, position) in positions.iter_mut().enumerate() {
-            let angle = plant.sample(signals.positions[n].clone())?[0];
-            *position = self.scales[n].counts(angle);
-            self.reply.positions[n] = Scale::position_word(*position);
+        for (n, motor) in signals.motors.iter().enumerate() {
+            let angle = plant.sample(motor.position.clone())?[0];
+            positions[n] = self.scales[n].counts(angle);
+            self.reply.positions[n] = Scale::position_word(positions[n]);
         }
         if let Some(range) = &signals.angles {
             let angles = plant.sample(range.clone())?;
@@ -286,30 +288,22 @@ impl State {
 
 impl Part for MotorBoard {
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
-        let of_leg = |name: &str| signal::of_leg(&self.name, name);
-        for (n, joint) in Joint::ALL.into_iter().enumerate() {
-            let joint = joint.name();
-            let position = Port::input(of_leg(&format!("{joint}/position")), Unit::Radian, 1);
-            self.signals.positions[n] = plant.find(owner, &position)?;
-            let voltage = Port::output(of_leg(&format!("{joint}/voltage")), Unit::Volt, 1);
-            self.signals.voltages[n] = plant.find(owner, &voltage)?;
-            let bridge = Port::output(of_leg(&format!("{joint}/bridge")), Unit::One, 1);
-            self.signals.bridges[n] = plant.find(owner, &bridge)?;
-        }
-        let angles = Port::input(of_leg(signal::ANGLES), Unit::Radian, 3);
-        self.signals.angles = plant.find(owner, &angles).ok();
-        let force = Port::input(of_leg(signal::FOOT_FORCE), Unit::Newton, 3);
-        self.signals.force = plant.find(owner, &force).ok();
+        self.signals = Signals::find(owner, &self.name, self.attachment, plant)?;
         Ok(())
     }
 
     fn diagnostics(&self) -> Vec<Port> {
         let diagnostic = |(name, unit)| Port::output(format!("{}/{name}", self.prefix), unit, 1);
         let timing = EventTiming::ports(&format!("{}/request", self.prefix));
+        let of_shaft: &[_] = match self.attachment {
+            Attachment::Leg { .. } => &[],
+            Attachment::Shaft => &SHAFT_DIAGNOSTICS,
+        };
         DIAGNOSTICS
             .into_iter()
             .map(diagnostic)
             .chain(timing)
+            .chain(of_shaft.iter().copied().map(diagnostic))
             .collect()
     }
 
@@ -325,8 +319,14 @@ impl Part for MotorBoard {
         let (smooth, bus) = (firmware.smooth_counts(), slave.counters());
         let shortest = bus.response_shortest.as_secs_f64();
         let longest = bus.response_longest.as_secs_f64();
-        let (counters, timing) = values.split_at_mut(DIAGNOSTICS.len());
-        timing.copy_from_slice(&requests.values());
+        let (counters, rest) = values.split_at_mut(DIAGNOSTICS.len());
+        let timing = requests.values();
+        let (first, of_shaft) = rest.split_at_mut(timing.len());
+        first.copy_from_slice(&timing);
+        if self.attachment == Attachment::Shaft {
+            let velocity = firmware.velocity(0);
+            of_shaft.copy_from_slice(&[velocity.lag(), velocity.stalled() as f64]);
+        }
         counters.copy_from_slice(&[
             smooth.missed as f64,
             smooth.filled as f64,

@@ -5,7 +5,7 @@ use twinrig_kernel::{BoardClock, BoardClockError, LocalDuration, SimDuration};
 use twinrig_sbcp::{BYTE_TIME, ControllerConfig};
 use twinrig_wire::{FaultSchedule, UsbTiming};
 
-use crate::units::Side;
+use crate::units::{CONTINUOUS, POSITION_MASK, Side};
 
 /// ASSUMED: switching time of the near end's RS-485 transceiver from transmit to receive.
 const TURNAROUND: SimDuration = SimDuration::from_micros(2);
@@ -48,25 +48,39 @@ pub enum BusTopology {
 /// Configuration of one board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoardConfig {
-    /// Name of its leg in signals, diagnostics and faults: `LF`.
+    /// Name of its leg or motor in signals, diagnostics and faults: `LF`.
     pub name: String,
     /// Id on the bus.
     pub id: u8,
-    /// Side of the leg.
-    pub side: Side,
+    /// Mechanism that the board drives: a leg on the left side.
+    pub attachment: Attachment,
     /// Whether the board is on the bus: true.
     pub present: bool,
     /// Whether the driver uses the board: true. An unused board may be absent.
     pub used: bool,
-    /// Set-point following of the motors: smooth.
+    /// Set-point following of the motors of a leg: smooth.
     pub following: Following,
     /// Clock of the board: ideal.
     pub clock: BoardClock,
     /// Ranges of hip and knee \[counts of 4096 per turn\]: 1200 and 1350 (public user of the SBCP
     /// library, 2013). Host and board have to agree on them: the host reads them from the board.
+    /// Bit 15 of a limit permits continuous rotation (ASSUMED).
     pub position_limits: [u16; 2],
     /// Firmware of the board's processor.
     pub firmware: FirmwareConfig,
+}
+
+/// Mechanism that a board drives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Attachment {
+    /// A leg: hip and knee, each within its range.
+    Leg {
+        /// Side of the leg.
+        side: Side,
+    },
+    /// A shaft that rotates without limit, on the first motor, with commanded speed. The second
+    /// motor coasts and is not connected.
+    Shaft,
 }
 
 /// Firmware of a board's processor.
@@ -151,9 +165,11 @@ pub struct SessionGains {
     pub preload: u16,
     /// Maximum current in units of 20 mA (ASSUMED): 1100.
     pub max_torque: u16,
-    /// Maximum speed of the interpolation in counts/s (ASSUMED): 32000.
+    /// Maximum speed of the interpolation and of velocity mode in counts/s (ASSUMED): 32000, which
+    /// are 7.8 turns per second.
     pub max_speed: u16,
-    /// Maximum acceleration: 32000; without effect.
+    /// Maximum acceleration of velocity mode in counts/s² (ASSUMED): 32000; without effect on the
+    /// motors of a leg.
     pub max_acceleration: u16,
 }
 
@@ -170,7 +186,7 @@ impl Default for BusConfig {
             .map(|(name, id, side)| BoardConfig {
                 name: name.into(),
                 id,
-                side,
+                attachment: Attachment::Leg { side },
                 ..BoardConfig::default()
             })
             .into(),
@@ -209,7 +225,7 @@ impl Default for BoardConfig {
         Self {
             name: "LF".into(),
             id: 1,
-            side: Side::Left,
+            attachment: Attachment::Leg { side: Side::Left },
             present: true,
             used: true,
             following: Following::Smooth,
@@ -221,6 +237,18 @@ impl Default for BoardConfig {
 }
 
 impl BoardConfig {
+    /// Returns the board of a free shaft: with that name of its motor and that id, and set for
+    /// continuous rotation.
+    pub fn shaft(name: &str, id: u8) -> Self {
+        Self {
+            name: name.to_owned(),
+            id,
+            attachment: Attachment::Shaft,
+            position_limits: [CONTINUOUS | POSITION_MASK, 0],
+            ..Self::default()
+        }
+    }
+
     /// Sets a clock that is fast by `rate_ppb` and whose ticks initially come `phase` after the
     /// whole milliseconds.
     ///

@@ -8,7 +8,7 @@ use crate::bus::master_config;
 use crate::config::{BusConfig, SessionConfig};
 use crate::error::BusError;
 use crate::event_timing::EventTiming;
-use crate::leg::{Leg, MEASURED};
+use crate::host_board::HostBoard;
 use crate::reply::{COMMAND_LEN, Reply, command_bytes};
 use crate::session::Session;
 
@@ -20,6 +20,16 @@ use crate::session::Session;
 /// encoders) and `leg/LF/foot/force` \[N\]. The outputs of a board that did not answer keep their
 /// last values.
 ///
+/// For every free shaft its input is `motor/cam/rate/command` \[rad/s\], its outputs are:
+///
+/// - `motor/cam/position` \[rad\], unwrapped from the word of 12 bits: from within half a turn of
+///   zero at the first session, and right as long as the shaft turns by less than half a turn
+///   between two replies;
+/// - `motor/cam/rate` \[rad/s\], the mean over the last eight intervals between replies, by the
+///   starts of their cycles: it lags by four intervals, its resolution is one count over the eight
+///   (0.019 rad/s at 100 Hz), and it errs by 1 ms in eight intervals when a tick of the board's
+///   clock passes the request. 0 before the second reply.
+///
 /// Diagnostics, `sbcp/…`, counted from the creation of the driver:
 ///
 /// - `packets` (requests written), `answers`, `errors`, `cycles`, `transfers` (single registers),
@@ -28,6 +38,9 @@ use crate::session::Session;
 /// - `held`, missing replies; `implausible`, replies with a correct checksum that no board sends;
 ///   `saturated`, set-points out of range; `encoder_faults`, words of magnetic encoders with a
 ///   fault status;
+/// - on a bus with free shafts, `ambiguous`, intervals between replies in which a shaft, at its
+///   last rate or its commanded one, may have turned by half a turn or more: its position may be
+///   wrong by whole turns;
 /// - of the intervals between the starts of consecutive cycles \[s\]: `cycle/mean` = (last − first)
 ///   / (n − 1) of n starts, the inverse of the cycle rate; `cycle/shortest`, `cycle/longest`,
 ///   `cycle/half_range` (half of longest minus shortest); the percentiles `cycle/p50`, `cycle/p99`,
@@ -48,8 +61,8 @@ struct State {
     stage: Stage,
     master: Master,
     session: Session,
-    legs: Vec<Leg>,
-    /// One request per used leg.
+    boards: Vec<HostBoard>,
+    /// One request per used board.
     frame: Vec<Request>,
     to_process: Vec<f64>,
     /// Set-points were received that no completed cycle has transmitted.
@@ -101,7 +114,10 @@ impl MotorDriver {
     /// [`BusError`] if the configuration is invalid.
     pub fn new(config: &BusConfig) -> Result<Self, BusError> {
         config.check()?;
-        let legs: Vec<Leg> = config.boards.iter().map(Leg::new).collect();
+        let gains = &config.session.gains;
+        let host_board = |board| HostBoard::new(board, gains);
+        let boards: Vec<HostBoard> = config.boards.iter().map(host_board).collect();
+        let measured = boards.iter().filter(|board| board.is_used());
         let used = config.boards.iter().filter(|board| board.used);
         let request = |id| {
             let to = Address::new(CLASS_MOTORDRIVER, id)?;
@@ -117,8 +133,8 @@ impl MotorDriver {
                 stage: Stage::Closed,
                 master: Master::new(master_config(config)),
                 session: Session::new(&config.boards)?,
-                legs,
-                to_process: vec![0.0; MEASURED * frame.len()],
+                to_process: vec![0.0; measured.map(HostBoard::measured).sum()],
+                boards,
                 frame,
                 awaited: false,
                 carried: false,
@@ -145,7 +161,7 @@ impl State {
             Stage::Closed | Stage::Open => {}
             Stage::Opening | Stage::Closing => {
                 let (session, master) = (&mut self.session, &mut self.master);
-                let advanced = session.advance(now, config, master, &mut self.legs);
+                let advanced = session.advance(now, config, master, &mut self.boards);
                 if let Err(reason) = advanced {
                     self.failed = Some(reason);
                     self.stage = Stage::Closed;
@@ -186,35 +202,41 @@ impl State {
         let lasted = now.as_nanos().saturating_sub(self.begun.as_nanos());
         self.longest_ns = self.longest_ns.max(lasted);
         let mut last = None;
-        let legs = self.legs.iter_mut().filter(|leg| leg.is_used());
-        for (leg, outcome) in legs.zip(self.master.outcomes()) {
+        let used = self.boards.iter_mut().filter(|board| board.is_used());
+        for (board, outcome) in used.zip(self.master.outcomes()) {
             match outcome {
                 Ok(payload) => match Reply::parse(payload) {
-                    Some(reply) if leg.store(&reply) => {}
+                    Some(reply) if board.store(&reply, self.begun) => {}
                     _ => self.implausible += 1,
                 },
                 Err(failure) => {
                     self.held += 1;
-                    last = Some((leg, failure));
+                    last = Some((board, failure));
                 }
             }
         }
-        if let Some((leg, failure)) = last
+        if let Some((board, failure)) = last
             && self.master.error_threshold_reached()
         {
             let errors = self.master.counters().errors;
             let threshold = self.master.config().error_threshold;
             self.failed = Some(format!(
-                "{leg}: {failure} (error {errors}; the bus is given up at {threshold})"
+                "{board}: {failure} (error {errors}; the bus is given up at {threshold})"
             ));
         }
         self.publish();
     }
 
+    fn has_shafts(&self) -> bool {
+        self.boards.iter().any(HostBoard::is_shaft)
+    }
+
     fn publish(&mut self) {
-        let used = self.legs.iter().filter(|leg| leg.is_used());
-        for (leg, values) in used.zip(self.to_process.chunks_exact_mut(MEASURED)) {
-            leg.write(values);
+        let mut rest = self.to_process.as_mut_slice();
+        for board in self.boards.iter().filter(|board| board.is_used()) {
+            let (values, others) = rest.split_at_mut(board.measured());
+            board.write(values);
+            rest = others;
         }
     }
 }
@@ -225,8 +247,8 @@ impl Driver for MotorDriver {
     }
 
     fn ports(&self) -> Vec<Port> {
-        let used = self.state.legs.iter().filter(|leg| leg.is_used());
-        used.flat_map(Leg::ports).collect()
+        let used = self.state.boards.iter().filter(|board| board.is_used());
+        used.flat_map(HostBoard::ports).collect()
     }
 
     fn open(&mut self, now: HostTime) {
@@ -237,14 +259,16 @@ impl Driver for MotorDriver {
 
     fn begin(&mut self, now: HostTime, from_process: &[f64]) {
         let state = &mut self.state;
-        let used = state.legs.iter_mut().filter(|leg| leg.is_used());
-        let commands = from_process.chunks_exact(2);
-        for ((leg, angles), request) in used.zip(commands).zip(&mut state.frame) {
-            let goals = leg.goals([angles[0], angles[1]]);
+        let used = state.boards.iter_mut().filter(|board| board.is_used());
+        let mut rest = from_process;
+        for (board, request) in used.zip(&mut state.frame) {
+            let (commands, others) = rest.split_at(board.commanded());
+            rest = others;
+            let goals = board.goals(commands);
             *request = Request::new(request.to, request.instruction, &command_bytes(goals))
                 .expect("four bytes are fewer than a packet holds");
         }
-        // A scenario without used legs has nothing to exchange.
+        // A scenario without used boards has nothing to exchange.
         state.awaited = !state.frame.is_empty();
         if state.awaited && state.stage == Stage::Open && state.failed.is_none() {
             state.begin_cycle(now);
@@ -309,20 +333,27 @@ impl Driver for MotorDriver {
     fn diagnostics(&self) -> Vec<Port> {
         let diagnostic = |(name, unit)| Port::output(format!("{}/{name}", self.name), unit, 1);
         let timing = EventTiming::ports(&format!("{}/cycle", self.name));
+        let of_shafts = self.state.has_shafts().then_some(("ambiguous", Unit::One));
         DIAGNOSTICS
             .into_iter()
             .map(diagnostic)
             .chain(timing)
+            .chain(of_shafts.map(diagnostic))
             .collect()
     }
 
     fn read_diagnostics(&self, values: &mut [f64]) {
         let state = &self.state;
         let bus = state.master.counters();
-        let sum = |of: fn(&Leg) -> u64| state.legs.iter().map(of).sum::<u64>() as f64;
+        let sum = |of: fn(&HostBoard) -> u64| state.boards.iter().map(of).sum::<u64>() as f64;
         let tried = (bus.answers + bus.errors).max(1);
-        let (counters, timing) = values.split_at_mut(DIAGNOSTICS.len());
-        timing.copy_from_slice(&state.cycles.values());
+        let (counters, rest) = values.split_at_mut(DIAGNOSTICS.len());
+        let timing = state.cycles.values();
+        let (first, of_shafts) = rest.split_at_mut(timing.len());
+        first.copy_from_slice(&timing);
+        if state.has_shafts() {
+            of_shafts[0] = sum(HostBoard::ambiguous);
+        }
         counters.copy_from_slice(&[
             (bus.requests - bus.transfers) as f64,
             bus.answers as f64,
@@ -335,8 +366,8 @@ impl Driver for MotorDriver {
             bus.drain_timeouts as f64,
             state.implausible as f64,
             state.held as f64,
-            sum(|leg| leg.saturated),
-            sum(|leg| leg.encoder_faults),
+            sum(HostBoard::saturated),
+            sum(HostBoard::encoder_faults),
             1.0 - bus.errors as f64 / tried as f64,
             state.longest_ns as f64 * 1e-9,
         ]);
@@ -348,7 +379,7 @@ impl Driver for MotorDriver {
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let (name, state): (String, State) = snapshot.read()?;
-        if name != self.name || state.legs.len() != self.state.legs.len() {
+        if name != self.name || state.boards.len() != self.state.boards.len() {
             return Err(SnapshotError::Mismatch {
                 expected: self.name.clone(),
                 found: name,

@@ -1,11 +1,11 @@
 use serde::{Deserialize, Serialize};
 
-use crate::assumed::CALIBRATION_TICKS;
 use crate::config::{FirmwareConfig, Interpolation};
-use crate::pid::{Gains, Pid};
+use crate::motor::Motor;
 use crate::registers::{Mode, MotorRegister, RUNTIME_CALIBRATED, SMOOTH_POSITION_UPDATE};
 use crate::smooth::{FRACTION_BITS, Interpolator, SmoothCounts};
-use crate::units::LIMIT_MASK;
+use crate::units::{CONTINUOUS, LIMIT_MASK};
+use crate::velocity::Velocity;
 use crate::watchdog::Watchdog;
 
 /// Firmware of a board, executed once per tick, without clock, bus and sensors.
@@ -22,69 +22,6 @@ pub(crate) struct Firmware {
     dropped: bool,
 }
 
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Motor {
-    mode: Mode,
-    calibrated: bool,
-    /// Ticks until the end of calibration.
-    calibrating: u32,
-    /// The motor is activated in the next tick, at its position then.
-    start_pending: bool,
-    gains: Gains,
-    /// Maximum set-point \[counts\].
-    limit: u16,
-    /// Last set-point, if any.
-    goal: Option<u16>,
-    /// Position at the last activation \[counts\].
-    start_position: i32,
-    pid: Pid,
-}
-
-impl Motor {
-    fn new(limit: u16) -> Self {
-        Self {
-            mode: Mode::Coast,
-            calibrated: false,
-            calibrating: 0,
-            start_pending: false,
-            gains: Gains {
-                p: 0,
-                i: 0,
-                d: 0,
-                torque_max: 0,
-            },
-            limit: limit & LIMIT_MASK,
-            goal: None,
-            start_position: 0,
-            pid: Pid::default(),
-        }
-    }
-
-    fn set_mode(&mut self, mode: Mode) {
-        // An uncalibrated motor, whose position is unknown, is not driven.
-        self.mode = if mode.is_driven() && !self.calibrated {
-            Mode::Coast
-        } else {
-            mode
-        };
-        match self.mode {
-            Mode::Calibrate => self.calibrating = CALIBRATION_TICKS,
-            Mode::Position | Mode::SmoothPosition => {
-                self.start_pending = true;
-                self.goal = None;
-            }
-            Mode::Coast => {}
-        }
-    }
-
-    /// Activates the motor at its present position.
-    fn start(&mut self, position: i32) {
-        self.start_pending = false;
-        self.start_position = position;
-        self.pid = Pid::resting_at(position);
-    }
-}
-
 impl Firmware {
     pub(crate) fn new(config: FirmwareConfig, limits: [u16; 2]) -> Self {
         let heuristics = config.interpolation == Interpolation::Smooth;
@@ -97,11 +34,12 @@ impl Firmware {
         }
     }
 
-    /// Receives set-points of both motors \[counts\], limited to their ranges.
+    /// Receives the words of the set-points of both motors: positions \[counts\], which are
+    /// limited to their ranges, or speeds.
     pub(crate) fn command(&mut self, goals: [u16; 2]) {
         self.commanded = true;
         for (motor, goal) in self.motors.iter_mut().zip(goals) {
-            motor.goal = Some(goal.min(motor.limit));
+            motor.command(goal);
         }
         if self
             .motors
@@ -133,7 +71,7 @@ impl Firmware {
             if is(MotorRegister::Mode) {
                 motor.set_mode(Mode::from_register(value));
             } else if is(MotorRegister::GoalPosition) {
-                motor.goal = Some(value.min(motor.limit));
+                motor.command(value);
                 self.commanded = true;
                 if motor.mode == Mode::SmoothPosition {
                     self.push_goals();
@@ -148,8 +86,12 @@ impl Firmware {
                 motor.gains.torque_max = value;
             } else if is(MotorRegister::MaxSpeed) {
                 self.smooth.set_speed_max(n, value);
+                motor.velocity.set_speed_max(value);
+            } else if is(MotorRegister::MaxAcceleration) {
+                motor.velocity.set_acceleration_max(value);
             } else if is(MotorRegister::PositionLimit) {
                 motor.limit = value & LIMIT_MASK;
+                motor.continuous = value & CONTINUOUS != 0;
             }
         }
     }
@@ -173,6 +115,11 @@ impl Firmware {
         self.smooth.counts()
     }
 
+    /// Returns the state of a motor's velocity mode.
+    pub(crate) fn velocity(&self, motor: usize) -> &Velocity {
+        &self.motors[motor].velocity
+    }
+
     pub(crate) fn watchdog_drops(&self) -> u64 {
         self.watchdog.drops()
     }
@@ -181,6 +128,9 @@ impl Firmware {
     /// an open bridge.
     pub(crate) fn tick(&mut self, positions: [i32; 2]) -> [Option<i32>; 2] {
         self.calibrate();
+        for (motor, position) in self.motors.iter_mut().zip(positions) {
+            motor.velocity.observe(position);
+        }
         if !self.motors.iter().any(|motor| motor.mode.is_driven()) {
             self.commanded = false;
             self.watchdog.feed();
@@ -199,6 +149,11 @@ impl Firmware {
                 Mode::SmoothPosition => smooth[n],
                 Mode::Position => {
                     motor.goal.map_or(motor.start_position, i32::from) << FRACTION_BITS
+                }
+                Mode::Velocity => {
+                    let (lag, travel) = motor.velocity.tick();
+                    duties[n] = Some(motor.pid.correct(motor.gains, lag, travel));
+                    continue;
                 }
             };
             duties[n] = Some(motor.pid.tick(motor.gains, set_point, positions[n]));
@@ -251,7 +206,7 @@ impl Firmware {
         if std::mem::take(&mut self.dropped) {
             // ASSUMED: the next command re-engages the motors at their present position.
             for (motor, position) in self.motors.iter_mut().zip(positions) {
-                motor.pid = Pid::resting_at(position);
+                motor.engage(position);
             }
             self.smooth
                 .resume(positions.map(|position| position << FRACTION_BITS));
@@ -262,6 +217,7 @@ impl Firmware {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assumed::CALIBRATION_TICKS;
 
     const LIMITS: [u16; 2] = [1_200, 1_350 + 0x8000];
 
@@ -345,6 +301,24 @@ mod tests {
         assert_eq!(firmware.tick([1_200, 1_350]), [Some(0); 2]);
         firmware.written(MotorRegister::GoalPosition.address(0), 4_000);
         assert_eq!(firmware.tick([1_200, 1_350])[0], Some(0));
+    }
+
+    #[test]
+    fn velocity_mode_requires_continuous_rotation() {
+        // The first motor has a range, the second rotates without limit.
+        let mut firmware = calibrated();
+        set_modes(&mut firmware, Mode::Velocity);
+        firmware.written(MotorRegister::MaxAcceleration.address(1), 32_000);
+        firmware.command([2_048, 2_048]);
+        let mut duties = [None; 2];
+        for _ in 0..20 {
+            duties = firmware.tick([600, 0]);
+        }
+        assert!(duties[0].is_none() && duties[1] > Some(0), "{duties:?}");
+        assert_eq!(
+            firmware.mode_register(0),
+            Mode::Coast as u16 | RUNTIME_CALIBRATED
+        );
     }
 
     #[test]

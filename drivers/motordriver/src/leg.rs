@@ -13,7 +13,6 @@ pub(crate) struct Leg {
     name: String,
     id: u8,
     side: Side,
-    used: bool,
     scales: [Scale; 2],
     /// Last valid words.
     words: Reply,
@@ -23,26 +22,23 @@ pub(crate) struct Leg {
     pub(crate) encoder_faults: u64,
 }
 
+/// Commands of a leg from the process: two angles.
+pub(crate) const COMMANDED: usize = 2;
 /// Values of a leg for the process: two positions, three angles, three force components.
 pub(crate) const MEASURED: usize = 8;
 
 impl Leg {
-    pub(crate) fn new(board: &BoardConfig) -> Self {
-        let scale = |n: usize| Scale::new(Joint::ALL[n], board.side, board.position_limits[n]);
+    pub(crate) fn new(board: &BoardConfig, side: Side) -> Self {
+        let scale = |n: usize| Scale::new(Joint::ALL[n], side, board.position_limits[n]);
         Self {
             name: board.name.clone(),
             id: board.id,
-            side: board.side,
-            used: board.used,
+            side,
             scales: [scale(0), scale(1)],
             words: Reply::default(),
             saturated: 0,
             encoder_faults: 0,
         }
-    }
-
-    pub(crate) fn is_used(&self) -> bool {
-        self.used
     }
 
     /// Returns the ports of its commands and measurements.
@@ -64,7 +60,7 @@ impl Leg {
     }
 
     /// Returns the set-points for the angles \[rad\], limited to the range.
-    pub(crate) fn goals(&mut self, angles: [f64; 2]) -> [u16; 2] {
+    pub(crate) fn goals(&mut self, angles: &[f64]) -> [u16; 2] {
         [0, 1].map(|motor| {
             let (word, saturated) = self.scales[motor].command(angles[motor]);
             self.saturated += u64::from(saturated);
@@ -149,7 +145,7 @@ mod tests {
 
     #[test]
     fn implausible_words_are_rejected() {
-        let mut leg = Leg::new(&BoardConfig::default());
+        let mut leg = Leg::new(&BoardConfig::default(), Side::Left);
         assert!(leg.store(&GOOD));
         let before = values(&leg);
         for place in 0..2 {
@@ -166,7 +162,7 @@ mod tests {
 
     #[test]
     fn faulty_encoder_status_retains_last_good_angle() {
-        let mut leg = Leg::new(&BoardConfig::default());
+        let mut leg = Leg::new(&BoardConfig::default(), Side::Left);
         assert!(leg.store(&GOOD));
         let before = values(&leg);
         let mut reply = GOOD;

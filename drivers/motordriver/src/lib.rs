@@ -1,8 +1,8 @@
 //! Host driver and emulation of Oncilla's motordriver boards: four boards on one SBCP bus, each
-//! with two motors. The emulation is exact to the byte and to the firmware tick. The driver runs
-//! unchanged against the emulation and against a serial port; the emulation is coupled to the plant
-//! through signals only. Both are deterministic, and their state can be saved and restored between
-//! any two bytes.
+//! with the two motors of a leg, or with one motor on a shaft that rotates without limit. The
+//! emulation is exact to the byte and to the firmware tick. The driver runs unchanged against the
+//! emulation and against a serial port; the emulation is coupled to the plant through signals only.
+//! Both are deterministic, and their state can be saved and restored between any two bytes.
 //!
 //! ```
 //! use twinrig_motordriver::{Bus, BusConfig, BusTopology, Generation};
@@ -34,16 +34,25 @@
 //! zero of the hip is the middle of its range and the zero of the knee is the extended leg.
 //! Magnetic encoders and force sensors are not mirrored (ASSUMED).
 //!
+//! **Free shaft** ([`BoardConfig::shaft`]). Bit 15 of the register `PositionLimit`, of which only the
+//! name is known, permits continuous rotation (ASSUMED), and with it a velocity mode (ASSUMED, code
+//! 4): the set-point word is a signed speed in units of 2 counts/s, up to 16 turns per second. The
+//! firmware integrates it to a position set-point for the same position controller, within the
+//! registers of maximum speed and acceleration, so that the mean speed is exact to the board's clock
+//! and to half a unit. The following error is limited to a quarter of a turn; beyond it the motor is
+//! reported as stalled.
+//!
 //! **Watchdog.** The motors are dropped (coast) after ten periods without a command. At 500 Hz
 //! these are 20 ms; a pause of exactly 20 ms does not trigger the watchdog: intervals of
 //! up to 21 ms between commands never drop the motors, intervals of 22 ms and more always do; nine
 //! consecutive commands may be lost, ten may not. The next command re-engages the motors at their
-//! present position (ASSUMED).
+//! present position (ASSUMED), those of free shafts at their present speed, too.
 //!
 //! **Limits.** No physics: motors and gears belong to the plant, the firmware contains only their
 //! back-EMF constant and resistance to limit the current. No thermal model, no winding inductance,
-//! no supply sag. The registers of stiffness, damping, preload and maximum acceleration are stored
-//! without effect; non-volatile registers are not preserved between runs. The crate opens no serial
+//! no supply sag. The registers of stiffness, damping and preload are stored without effect, and so
+//! is the maximum acceleration outside velocity mode; the second motor of a board on a free shaft is
+//! not connected; non-volatile registers are not preserved between runs. The crate opens no serial
 //! port.
 
 mod assumed;
@@ -54,22 +63,28 @@ mod driver;
 mod error;
 mod event_timing;
 mod firmware;
+mod host_board;
 mod interval_histogram;
 mod leg;
+mod motor;
 mod phase;
 mod pid;
 mod registers;
 mod reply;
+mod requests;
 mod session;
+mod shaft;
 mod smooth;
 mod units;
+mod velocity;
 mod watchdog;
+mod wiring;
 
 pub use board::MotorBoard;
 pub use bus::{Bus, BusWire};
 pub use config::{
-    BoardConfig, BusConfig, BusTopology, FirmwareConfig, Following, Generation, Interpolation,
-    SessionConfig, SessionGains,
+    Attachment, BoardConfig, BusConfig, BusTopology, FirmwareConfig, Following, Generation,
+    Interpolation, SessionConfig, SessionGains,
 };
 pub use driver::MotorDriver;
 pub use error::BusError;

@@ -45,10 +45,16 @@ impl Pid {
     /// position \[counts\].
     pub(crate) fn tick(&mut self, gains: Gains, set_point: i32, position: i32) -> i32 {
         let error = set_point.saturating_sub(position << FRACTION_BITS);
-        let change = i64::from(error) - i64::from(self.last);
-        let travel = position - self.position;
-        self.last = error;
+        let travel = position.wrapping_sub(self.position);
         self.position = position;
+        self.correct(gains, error, travel)
+    }
+
+    /// Returns the duty of this tick for the error \[counts × 2^`FRACTION_BITS`\] and the travel
+    /// since the last tick \[counts\].
+    pub(crate) fn correct(&mut self, gains: Gains, error: i32, travel: i32) -> i32 {
+        let change = i64::from(error) - i64::from(self.last);
+        self.last = error;
 
         // The integral term is limited to the full supply.
         let sum_max = i64::from(DUTY_MAX) << (GAIN_BITS + FRACTION_BITS) >> u32::from(gains.i != 0);

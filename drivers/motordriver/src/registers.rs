@@ -5,6 +5,7 @@ use twinrig_sbcp::codes::REGISTER_FIRST_OWN;
 use twinrig_sbcp::{Register, RegisterTable, SbcpError};
 
 use crate::config::BoardConfig;
+use crate::units::{CONTINUOUS, POSITION_MASK};
 
 /// ASSUMED: version of the board and its firmware.
 const DEVICE_VERSION: u16 = 0x0100;
@@ -25,7 +26,7 @@ pub(crate) enum MotorRegister {
     Preload,
     MaxTorque,
     MaxSpeed,
-    /// Stored without effect.
+    /// Effective in velocity mode only.
     MaxAcceleration,
     PositionLimit,
 }
@@ -70,6 +71,8 @@ pub(crate) enum Mode {
     Position = 2,
     /// Position control on set-points interpolated over each period.
     SmoothPosition = 3,
+    /// Position control on a set-point that advances at the commanded speed.
+    Velocity = 4,
 }
 
 impl Mode {
@@ -79,13 +82,14 @@ impl Mode {
             1 => Self::Calibrate,
             2 => Self::Position,
             3 => Self::SmoothPosition,
+            4 => Self::Velocity,
             _ => Self::Coast,
         }
     }
 
     /// Returns whether the motor is driven in this mode.
     pub(crate) const fn is_driven(self) -> bool {
-        matches!(self, Self::Position | Self::SmoothPosition)
+        matches!(self, Self::Position | Self::SmoothPosition | Self::Velocity)
     }
 }
 
@@ -95,9 +99,15 @@ pub(crate) fn table(board: &BoardConfig) -> Result<RegisterTable, SbcpError> {
     for motor in 0..2 {
         let at = |register: MotorRegister, initial| Register::u16(register.address(motor), initial);
         let limit = board.position_limits[motor];
+        // Velocity mode is for motors with continuous rotation; its speeds use the whole word.
+        let (mode_max, goal_max) = if limit & CONTINUOUS == 0 {
+            (Mode::SmoothPosition, POSITION_MASK)
+        } else {
+            (Mode::Velocity, u16::MAX)
+        };
         registers.extend([
-            at(MotorRegister::Mode, Mode::Coast as u16).within(0, Mode::SmoothPosition as u16),
-            at(MotorRegister::GoalPosition, 0).within(0, 0x0FFF),
+            at(MotorRegister::Mode, Mode::Coast as u16).within(0, mode_max as u16),
+            at(MotorRegister::GoalPosition, 0).within(0, goal_max),
             at(MotorRegister::PresentPosition, 0).read_only(),
             at(MotorRegister::PGain, 0),
             at(MotorRegister::IGain, 0),
@@ -127,6 +137,7 @@ mod tests {
             Mode::Calibrate,
             Mode::Position,
             Mode::SmoothPosition,
+            Mode::Velocity,
         ] {
             assert_eq!(Mode::from_register(mode as u16 | RUNTIME_CALIBRATED), mode);
         }

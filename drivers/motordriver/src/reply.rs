@@ -45,16 +45,16 @@ impl Reply {
     }
 }
 
-/// Encodes set-points \[counts\].
+/// Encodes set-points: positions \[counts\] or speeds.
 pub(crate) fn command_bytes(goals: [u16; 2]) -> [u8; COMMAND_LEN] {
     let [[a, b], [c, d]] = goals.map(u16::to_le_bytes);
     [a, b, c, d]
 }
 
-/// Decodes set-points, the low 12 of 16 bits each. `None` if the length is wrong.
+/// Decodes the words of set-points. `None` if the length is wrong.
 pub(crate) fn command(bytes: &[u8]) -> Option<[u16; 2]> {
     let &[a, b, c, d] = bytes else { return None };
-    Some([[a, b], [c, d]].map(|word| u16::from_le_bytes(word) & 0x0FFF))
+    Some([[a, b], [c, d]].map(u16::from_le_bytes))
 }
 
 #[cfg(test)]

@@ -3,12 +3,11 @@ use twinrig_kernel::HostTime;
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{Address, Instruction, Master, Outcome, Request, RequestError};
 
-use crate::config::{BoardConfig, Following, SessionConfig};
+use crate::config::{Attachment, BoardConfig, Following, SessionConfig};
 use crate::error::BusError;
-use crate::leg::Leg;
-use crate::registers::{
-    FORCE, MAGNETIC, Mode, MotorRegister, RUNTIME_CALIBRATED, SMOOTH_POSITION_UPDATE,
-};
+use crate::host_board::HostBoard;
+use crate::registers::{Mode, MotorRegister, RUNTIME_CALIBRATED};
+use crate::requests::{Job, configuration, sensor};
 
 /// Attempts per request before the board is considered lost, as far as the error threshold permits.
 /// ASSUMED.
@@ -44,8 +43,12 @@ pub(crate) struct Session {
 struct Board {
     address: Address,
     used: bool,
-    following: Following,
+    /// Connected motors: the first one or both.
+    motors: usize,
+    /// Mode of the motors while the session is open.
+    mode: Mode,
     present: bool,
+    /// Whether the motors are calibrated or not connected.
     calibrated: [bool; 2],
 }
 
@@ -64,26 +67,24 @@ enum Stage {
     Coast,
 }
 
-/// A single request.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Job {
-    Ping,
-    Get(u8),
-    Set(u8, u16),
-}
-
-/// Registers written per motor.
-const SETTINGS: usize = 9;
-
 impl Session {
     pub(crate) fn new(boards: &[BoardConfig]) -> Result<Self, BusError> {
         let board = |config: &BoardConfig| {
             Ok(Board {
                 address: Address::new(CLASS_MOTORDRIVER, config.id)?,
                 used: config.used,
-                following: config.following,
+                motors: if config.attachment == Attachment::Shaft {
+                    1
+                } else {
+                    2
+                },
+                mode: match (config.attachment, config.following) {
+                    (Attachment::Shaft, _) => Mode::Velocity,
+                    (Attachment::Leg { .. }, Following::Smooth) => Mode::SmoothPosition,
+                    (Attachment::Leg { .. }, Following::Plain) => Mode::Position,
+                },
                 present: false,
-                calibrated: [false; 2],
+                calibrated: [false, config.attachment == Attachment::Shaft],
             })
         };
         Ok(Self {
@@ -126,7 +127,7 @@ impl Session {
         self.in_flight = false;
     }
 
-    /// Advances until an answer or an instant has to be awaited. `legs` are those of the boards.
+    /// Advances until an answer or an instant has to be awaited. `hosts` are the host's views of the boards.
     ///
     /// # Errors
     /// The reason why the boards cannot be used.
@@ -135,7 +136,7 @@ impl Session {
         now: HostTime,
         config: &SessionConfig,
         master: &mut Master,
-        legs: &mut [Leg],
+        hosts: &mut [HostBoard],
     ) -> Result<(), String> {
         while !master.is_busy() && self.stage != Stage::Idle {
             if let Stage::Wait(until) = self.stage {
@@ -148,12 +149,12 @@ impl Session {
                 self.in_flight = false;
                 let outcome = master.outcomes().first().copied();
                 let outcome = outcome.unwrap_or(Err(RequestError::NoAnswer));
-                self.handle_outcome(outcome, config, master, legs)?;
+                self.handle_outcome(outcome, config, master, hosts)?;
             }
             if let Some(job) = self.next_job(config) {
                 self.send(now, job, master);
             } else {
-                self.next_stage(now, config, legs)?;
+                self.next_stage(now, config, hosts)?;
             }
         }
         Ok(())
@@ -203,20 +204,19 @@ impl Session {
         }
         let step = self.step;
         let mode = |mode: Mode| {
-            (step < 2).then(|| Job::Set(MotorRegister::Mode.address(step), mode as u16))
+            (step < board.motors).then(|| Job::Set(MotorRegister::Mode.address(step), mode as u16))
         };
         let uncalibrated = board.calibrated != [true; 2];
         match self.stage {
-            Stage::Configure => configuration(config, step),
+            Stage::Configure => configuration(config, board.motors, step),
             Stage::Calibrate if uncalibrated => mode(Mode::Calibrate),
-            Stage::Poll if uncalibrated && step < 2 => {
+            Stage::Poll if uncalibrated && step < board.motors => {
                 Some(Job::Get(MotorRegister::Mode.address(step)))
             }
+            // A shaft has no sensors but its encoder.
+            Stage::Read if board.motors == 1 && step > 0 => None,
             Stage::Read => sensor(step).map(Job::Get),
-            Stage::Activate => mode(match board.following {
-                Following::Smooth => Mode::SmoothPosition,
-                Following::Plain => Mode::Position,
-            }),
+            Stage::Activate => mode(board.mode),
             Stage::Coast => mode(Mode::Coast),
             _ => None,
         }
@@ -227,13 +227,13 @@ impl Session {
         outcome: Outcome,
         config: &SessionConfig,
         master: &Master,
-        legs: &mut [Leg],
+        hosts: &mut [HostBoard],
     ) -> Result<(), String> {
         let Some(job) = self.job(config) else {
             return Ok(());
         };
-        let leg = &mut legs[self.board];
-        let reason = match outcome.map(|payload| self.apply(job, &payload, leg)) {
+        let host = &mut hosts[self.board];
+        let reason = match outcome.map(|payload| self.apply(job, &payload, host)) {
             Ok(true) => {
                 self.step += 1;
                 self.tries = 0;
@@ -252,14 +252,14 @@ impl Session {
         } else if self.tries >= TRIES || master.error_threshold_reached() {
             let errors = master.counters().errors;
             return Err(format!(
-                "{leg} failed during initialisation, after {errors} errors in total: {reason}"
+                "{host} failed during initialisation, after {errors} errors in total: {reason}"
             ));
         }
         Ok(())
     }
 
     /// Processes an answer; returns false if its length does not match the request.
-    fn apply(&mut self, job: Job, answer: &[u8], leg: &mut Leg) -> bool {
+    fn apply(&mut self, job: Job, answer: &[u8], host: &mut HostBoard) -> bool {
         let board = &mut self.boards[self.board];
         match job {
             Job::Ping => board.present = true,
@@ -271,11 +271,11 @@ impl Session {
                     if address == MotorRegister::Mode.address(motor) {
                         board.calibrated[motor] = value & RUNTIME_CALIBRATED != 0;
                     } else if address == MotorRegister::PositionLimit.address(motor) {
-                        leg.set_limit(motor, value);
+                        host.set_limit(motor, value);
                     }
                 }
                 if self.stage == Stage::Read {
-                    leg.store_word(self.step, value);
+                    host.store_word(self.step, value);
                 }
             }
         }
@@ -286,19 +286,29 @@ impl Session {
         &mut self,
         now: HostTime,
         config: &SessionConfig,
-        legs: &[Leg],
+        hosts: &[HostBoard],
     ) -> Result<(), String> {
         let calibrated = self
             .boards
             .iter()
             .filter(|board| board.used && board.present)
             .all(|board| board.calibrated == [true; 2]);
+        if self.stage == Stage::Configure {
+            let mut used = self
+                .boards
+                .iter()
+                .zip(hosts)
+                .filter(|(board, _)| board.used);
+            if let Some(reason) = used.find_map(|(_, host)| host.refusal()) {
+                return Err(reason);
+            }
+        }
         let next = match self.stage {
             Stage::Probe => {
-                let missing = |(board, _): &(&Board, &Leg)| board.used && !board.present;
-                if let Some((_, leg)) = self.boards.iter().zip(legs).find(missing) {
+                let missing = |(board, _): &(&Board, &HostBoard)| board.used && !board.present;
+                if let Some((_, host)) = self.boards.iter().zip(hosts).find(missing) {
                     return Err(format!(
-                        "{leg} is used but does not answer: is it on the bus, and powered?"
+                        "{host} is used but does not answer: is it on the bus, and powered?"
                     ));
                 }
                 Stage::Configure
@@ -310,7 +320,7 @@ impl Session {
             }
             Stage::Poll if !calibrated => {
                 if now >= self.calibrated_by {
-                    return Err(self.uncalibrated(config, legs));
+                    return Err(self.uncalibrated(config, hosts));
                 }
                 Stage::Wait(after(now, config.calibration_poll))
             }
@@ -322,11 +332,11 @@ impl Session {
         Ok(())
     }
 
-    fn uncalibrated(&self, config: &SessionConfig, legs: &[Leg]) -> String {
-        let boards = self.boards.iter().zip(legs);
+    fn uncalibrated(&self, config: &SessionConfig, hosts: &[HostBoard]) -> String {
+        let boards = self.boards.iter().zip(hosts);
         let names: Vec<String> = boards
             .filter(|(board, _)| board.used && board.present && board.calibrated != [true; 2])
-            .map(|(_, leg)| leg.to_string())
+            .map(|(_, host)| host.to_string())
             .collect();
         let timeout = config.calibration_timeout;
         format!(
@@ -334,55 +344,6 @@ impl Session {
             names.join(" and ")
         )
     }
-}
-
-/// Returns the request of a configuration step: register writes, then reads, before calibration.
-fn configuration(config: &SessionConfig, step: usize) -> Option<Job> {
-    let gains = &config.gains;
-    let (motor, setting) = (step / SETTINGS, step % SETTINGS);
-    let last = 2 * SETTINGS;
-    let (register, value) = match setting {
-        _ if step == last => return Some(Job::Set(SMOOTH_POSITION_UPDATE, ticks(config))),
-        _ if step > last => {
-            let register = match step - last {
-                1 | 2 => MotorRegister::PositionLimit,
-                3 | 4 => MotorRegister::Mode,
-                _ => return None,
-            };
-            return Some(Job::Get(register.address((step - last + 1) % 2)));
-        }
-        0 => (MotorRegister::PGain, gains.p),
-        1 => (MotorRegister::IGain, gains.i),
-        2 => (MotorRegister::DGain, gains.d),
-        3 => (MotorRegister::Stiffness, gains.stiffness),
-        4 => (MotorRegister::Damping, gains.damping),
-        5 => (MotorRegister::Preload, gains.preload),
-        6 => (MotorRegister::MaxTorque, gains.max_torque),
-        7 => (MotorRegister::MaxSpeed, gains.max_speed),
-        _ => (MotorRegister::MaxAcceleration, gains.max_acceleration),
-    };
-    Some(Job::Set(register.address(motor), value))
-}
-
-/// Returns the interpolation period of the boards \[ms\].
-fn ticks(config: &SessionConfig) -> u16 {
-    let millis = (config.period.as_nanos() + 500_000) / 1_000_000;
-    u16::try_from(millis.clamp(2, 1_000)).unwrap_or(1_000)
-}
-
-/// Returns the register of a sensor, in the order of a cycle's reply.
-fn sensor(step: usize) -> Option<u8> {
-    let register = match step {
-        0 | 1 => MotorRegister::PresentPosition.address(step),
-        2 => MAGNETIC,
-        3 => MAGNETIC + 1,
-        4 => MAGNETIC + 2,
-        5 => FORCE,
-        6 => FORCE + 1,
-        7 => FORCE + 2,
-        _ => return None,
-    };
-    Some(register)
 }
 
 /// Returns `now + by`, saturated.

@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 use libm::rint;
 use serde::{Deserialize, Serialize};
 
-use crate::assumed::{FORCE_PER_COUNT, FORCE_ZERO};
+use crate::assumed::{FORCE_PER_COUNT, FORCE_ZERO, SPEED_UNIT};
 
 /// Counts of a motor's encoder per turn of its joint (public liboncilla-hw sources, 2014).
 pub(crate) const TURN: i32 = 4_096;
@@ -13,6 +13,10 @@ pub(crate) const TURN: i32 = 4_096;
 const MAGNETIC_TURN: i32 = 1 << 14;
 /// Bits of the register `PositionLimit` that hold the limit; the bit above is a flag (same source).
 pub(crate) const LIMIT_MASK: u16 = 0x7FFF;
+/// ASSUMED: that flag permits continuous rotation, and with it velocity mode.
+pub(crate) const CONTINUOUS: u16 = !LIMIT_MASK;
+/// Bits of a position word.
+pub(crate) const POSITION_MASK: u16 = 0x0FFF;
 /// Maximum count of the force sensor: 12 bits.
 const FORCE_COUNT_MAX: i32 = 0x0FFF;
 
@@ -58,6 +62,8 @@ pub(crate) struct Scale {
     mirrored: bool,
     /// Upper end of the range \[counts\]; the lower end is 0.
     limit: i32,
+    /// Whether the angle has no bounds.
+    free: bool,
 }
 
 impl Scale {
@@ -74,12 +80,26 @@ impl Scale {
             zero,
             mirrored,
             limit,
+            free: false,
         }
     }
 
-    /// Returns the count nearest to an angle \[rad\], saturated far outside the range to fit 16
-    /// bits.
+    /// Creates the conversion for a shaft that rotates without limit.
+    pub(crate) fn free() -> Self {
+        Self {
+            zero: 0,
+            mirrored: false,
+            limit: i32::from(POSITION_MASK),
+            free: true,
+        }
+    }
+
+    /// Returns the count nearest to an angle \[rad\]: saturated far outside the range to fit 16
+    /// bits, or of a free shaft modulo 2³².
     pub(crate) fn counts(&self, angle: f64) -> i32 {
+        if self.free {
+            return free_counts(angle);
+        }
         let counts = nearest(angle * (f64::from(TURN) / TAU), 30_000);
         self.zero + if self.mirrored { -counts } else { counts }
     }
@@ -133,6 +153,47 @@ fn nearest(value: f64, most: i32) -> i32 {
     )]
     let nearest = rint(value.clamp(-most, most)) as i32;
     nearest
+}
+
+/// Returns the count nearest to an angle without bounds \[rad\], modulo 2³², like an encoder
+/// counter of 32 bits; 0 for NaN.
+fn free_counts(angle: f64) -> i32 {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "exact to 10¹² turns; the counter overflows as in hardware"
+    )]
+    let counts = rint(angle * (f64::from(TURN) / TAU)) as i64 as i32;
+    counts
+}
+
+/// Returns the count nearest to `near` that has a position word: unwraps it, provided that the
+/// shaft has turned by less than half a turn since `near`.
+pub(crate) fn unwrapped(word: u16, near: i64) -> i64 {
+    let (turn, half) = (i64::from(TURN), i64::from(TURN) / 2);
+    near + (i64::from(word) - near + half).rem_euclid(turn) - half
+}
+
+/// Returns the word of a speed in velocity mode nearest to a rate \[rad/s\], and whether it was
+/// saturated, at `most` \[counts/s\] or at the end of the word's range.
+pub(crate) fn speed_word(rate: f64, most: u16) -> (u16, bool) {
+    let most = (i32::from(most) / SPEED_UNIT).min(i32::from(i16::MAX));
+    let units = nearest(
+        rate * (f64::from(TURN) / TAU / f64::from(SPEED_UNIT)),
+        100_000,
+    );
+    let within = units.clamp(-most, most);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "within 16 bits, two's complement"
+    )]
+    let word = within as i16 as u16;
+    (word, within != units)
+}
+
+/// Returns the speed of a word in velocity mode \[counts/s\].
+pub(crate) fn speed(word: u16) -> i32 {
+    i32::from(word.cast_signed()) * SPEED_UNIT
 }
 
 /// Returns a magnetic encoder's word: the angle in the low 14 bits, the status above, 0 for no
@@ -234,6 +295,48 @@ mod tests {
             prop_assert!(magnetic_word(value) < 1 << 14);
             prop_assert!(force_word(value).0 < 1 << 12);
         }
+    }
+
+    proptest! {
+        /// Both directions, across any number of wraps of the word and of the 32-bit counter.
+        #[test]
+        fn positions_are_unwrapped_over_steps_of_less_than_half_a_turn(
+            start in -2_047..2_048_i64,
+            steps in prop::collection::vec(-2_047..2_048_i64, 1..200),
+            turns_before in -3_000_000..3_000_000_i64,
+        ) {
+            let scale = Scale::free();
+            let (mut exact, mut found) = (start, start);
+            for step in steps {
+                exact += step;
+                let true_counts = exact + turns_before * i64::from(TURN);
+                let angle = true_counts as f64 * (TAU / f64::from(TURN));
+                found = unwrapped(Scale::position_word(scale.counts(angle)), found);
+                prop_assert_eq!(found, exact);
+            }
+        }
+
+        #[test]
+        fn speed_word_is_exact_to_half_a_unit_or_saturated(
+            rate in -150.0..150.0_f64,
+            most in any::<u16>(),
+        ) {
+            let (word, saturated) = speed_word(rate, most);
+            let decoded = f64::from(speed(word));
+            let exact = rate * f64::from(TURN) / TAU;
+            prop_assert!(decoded.abs() <= f64::from(most));
+            let unit = f64::from(SPEED_UNIT);
+            prop_assert_eq!((decoded - exact).abs() > 0.5 * unit + 1e-9, saturated);
+        }
+    }
+
+    #[test]
+    fn speeds_of_the_tactile_bench_fit_the_word() {
+        // 8 Hz, and a step of at most 0.1 % of 0.5 Hz.
+        let (word, saturated) = speed_word(-8.0 * TAU, u16::MAX);
+        assert_eq!((speed(word), saturated), (-8 * TURN, false));
+        assert!(f64::from(SPEED_UNIT) <= 1e-3 * 0.5 * f64::from(TURN));
+        assert_eq!(speed_word(f64::NAN, u16::MAX), (0, false));
     }
 
     #[test]

@@ -14,6 +14,8 @@ use crate::{Port, Unit};
 
 /// Prefix of the signals of legs.
 pub const LEG_PREFIX: &str = "leg/";
+/// Prefix of the signals of motors that drive no leg.
+pub const MOTOR_PREFIX: &str = "motor/";
 /// Prefix of the terms of the energy balance.
 pub const ENERGY_PREFIX: &str = "energy/";
 
@@ -161,6 +163,12 @@ pub fn of_leg(leg: &str, name: &str) -> String {
 #[must_use]
 pub fn command(leg: &str, joint: &str) -> String {
     of_leg(leg, &format!("{joint}/command"))
+}
+
+/// Returns the name of a signal of a motor that drives no leg: `motor/cam/position`.
+#[must_use]
+pub fn of_motor(motor: &str, name: &str) -> String {
+    format!("{MOTOR_PREFIX}{motor}/{name}")
 }
 
 /// Splits the name of a signal of a leg into the leg and the rest.

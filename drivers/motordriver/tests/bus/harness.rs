@@ -21,6 +21,13 @@ pub fn at_ms(n: u64) -> SimTime {
     SimTime::ZERO + millis(n)
 }
 
+/// Plant of a harness.
+pub trait Plant: PlantAccess + Clone {
+    fn now(&self) -> SimTime;
+
+    fn set_now(&mut self, now: SimTime);
+}
+
 /// Motors of the robot behind their gears, without load.
 #[derive(Clone, PartialEq)]
 pub struct Motors {
@@ -87,18 +94,34 @@ impl Motors {
         }
         for n in 0..MOTORS {
             let (volts, bridge) = (self.inputs[2 * n], self.inputs[2 * n + 1]);
-            let (rate, position) = (self.rates[n], &mut self.outputs[n]);
-            if bridge == 0.0 {
-                *position += rate * seconds;
-                continue;
-            }
-            let end = volts * TORQUE_PER_VOLT / DAMPING;
-            let tau = INERTIA / DAMPING;
-            let rest = libm::exp(-seconds / tau);
-            *position += end * seconds + (rate - end) * tau * (1.0 - rest);
-            self.rates[n] = end + (rate - end) * rest;
+            let voltage = (bridge != 0.0).then_some(volts);
+            turn(&mut self.outputs[n], &mut self.rates[n], voltage, seconds);
             self.fastest[n] = self.fastest[n].max(self.rates[n].abs());
         }
+    }
+}
+
+/// Turns a motor of the robot behind its gear, exactly, with a constant voltage or, without one,
+/// freely.
+pub fn turn(position: &mut f64, rate: &mut f64, voltage: Option<f64>, seconds: f64) {
+    let Some(volts) = voltage else {
+        *position += *rate * seconds;
+        return;
+    };
+    let end = volts * TORQUE_PER_VOLT / DAMPING;
+    let tau = INERTIA / DAMPING;
+    let rest = libm::exp(-seconds / tau);
+    *position += end * seconds + (*rate - end) * tau * (1.0 - rest);
+    *rate = end + (*rate - end) * rest;
+}
+
+impl Plant for Motors {
+    fn now(&self) -> SimTime {
+        self.now
+    }
+
+    fn set_now(&mut self, now: SimTime) {
+        self.now = now;
     }
 }
 
@@ -116,17 +139,17 @@ impl PlantAccess for Motors {
 
 /// Saved state of a harness.
 #[derive(PartialEq)]
-pub struct Saved {
+pub struct Saved<P = Motors> {
     task: Snapshot,
-    plant: Motors,
+    plant: P,
     wake: Option<SimTime>,
     busy: bool,
 }
 
 /// Harness of a running bus.
-pub struct Harness {
+pub struct Harness<P = Motors> {
     pub task: WiredTask,
-    pub plant: Motors,
+    pub plant: P,
     wake: Option<SimTime>,
     pub busy: bool,
     /// Number of wake-ups.
@@ -137,13 +160,19 @@ pub struct Harness {
 
 impl Harness {
     pub fn new(config: &BusConfig) -> Self {
+        Self::with_plant(config, &Motors::signals(), Motors::new())
+    }
+}
+
+impl<P: Plant> Harness<P> {
+    pub fn with_plant(config: &BusConfig, signals: &PlantSignals, plant: P) -> Self {
         let driver = Box::new(Bus::driver(config).unwrap());
         let wire = Box::new(Bus::wire(config).unwrap());
         let mut task = WiredTask::new(driver, wire);
-        task.connect("sbcp", &Motors::signals()).unwrap();
+        task.connect("sbcp", signals).unwrap();
         Self {
             task,
-            plant: Motors::new(),
+            plant,
             wake: None,
             busy: false,
             woken: 0,
@@ -152,7 +181,7 @@ impl Harness {
     }
 
     pub fn now(&self) -> SimTime {
-        self.plant.now
+        self.plant.now()
     }
 
     fn follow(&mut self, progress: Result<Progress, TaskError>) -> Result<(), String> {
@@ -166,7 +195,7 @@ impl Harness {
                 self.wake = self.task.idle_wake();
             }
         }
-        let (now, passed) = (self.plant.now, &mut self.passed);
+        let (now, passed) = (self.plant.now(), &mut self.passed);
         self.task.drain_traffic(&mut |trace, bytes| {
             if let Some(passed) = passed {
                 passed.push((now, trace, bytes.to_vec()));
@@ -178,11 +207,11 @@ impl Harness {
     /// Executes the next event if it is not later than `limit`.
     pub fn step(&mut self, limit: SimTime) -> Result<bool, String> {
         let Some(at) = self.wake.filter(|at| *at <= limit) else {
-            self.plant.now = self.plant.now.max(limit);
+            self.plant.set_now(self.now().max(limit));
             return Ok(false);
         };
-        assert!(at >= self.plant.now, "time decreases");
-        self.plant.now = at;
+        assert!(at >= self.now(), "time decreases");
+        self.plant.set_now(at);
         self.woken += 1;
         let progress = self.task.wake(at, &mut self.plant);
         self.follow(progress)?;
@@ -214,7 +243,7 @@ impl Harness {
 
     /// Starts opening.
     pub fn open_until(&mut self, limit: SimTime) -> Result<(), String> {
-        let progress = self.task.open(self.plant.now, &mut self.plant);
+        let progress = self.task.open(self.plant.now(), &mut self.plant);
         self.follow(progress)?;
         self.run_until(limit)
     }
@@ -228,11 +257,11 @@ impl Harness {
 
     /// Runs one transfer per period, from the next whole period until `to`, skipping those for
     /// which the bus is busy. Returns their number.
-    pub fn run_cycles(
+    pub fn run_cycles<const N: usize>(
         &mut self,
         period: SimDuration,
         to: SimTime,
-        mut commands: impl FnMut(SimTime) -> [f64; 8],
+        mut commands: impl FnMut(SimTime) -> [f64; N],
     ) -> Result<u64, String> {
         let mut cycles = 0;
         let period_ns = period.as_nanos();
@@ -278,7 +307,7 @@ impl Harness {
     }
 
     /// Saves the complete state.
-    pub fn save(&self) -> Saved {
+    pub fn save(&self) -> Saved<P> {
         Saved {
             task: self.task.save(),
             plant: self.plant.clone(),
@@ -287,11 +316,11 @@ impl Harness {
         }
     }
 
-    pub fn try_restore(&mut self, saved: &Saved) -> Result<(), SnapshotError> {
+    pub fn try_restore(&mut self, saved: &Saved<P>) -> Result<(), SnapshotError> {
         self.task.restore(&saved.task)
     }
 
-    pub fn restore(&mut self, saved: &Saved) {
+    pub fn restore(&mut self, saved: &Saved<P>) {
         self.try_restore(saved).unwrap();
         self.plant = saved.plant.clone();
         self.wake = saved.wake;

@@ -6,6 +6,7 @@ mod harness;
 mod rates;
 mod restore;
 mod session;
+mod shaft;
 mod table_5_4;
 mod timing;
 mod wakes;

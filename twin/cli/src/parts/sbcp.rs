@@ -5,8 +5,8 @@ use std::time::Duration;
 use twinrig_document::Range;
 use twinrig_kernel::{SimDuration, signal};
 use twinrig_motordriver::{
-    BoardConfig, Bus, BusConfig, BusTopology, BusWire, FirmwareConfig, Following, Generation,
-    Interpolation, MotorDriver, SessionConfig, SessionGains, Side,
+    Attachment, BoardConfig, Bus, BusConfig, BusTopology, BusWire, FirmwareConfig, Following,
+    Generation, Interpolation, MotorDriver, SessionConfig, SessionGains, Side,
 };
 use twinrig_runtime::Timing;
 use twinrig_sbcp::{ControllerConfig, ForwardingMode};
@@ -291,7 +291,7 @@ fn boards(context: &BusContext<'_>) -> Result<Vec<BoardConfig>, BuildError> {
         let mut board = BoardConfig {
             name: leg.to_owned(),
             id,
-            side,
+            attachment: Attachment::Leg { side },
             firmware,
             ..BoardConfig::default()
         };
