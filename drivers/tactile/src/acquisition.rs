@@ -190,7 +190,9 @@ impl State {
             let elapsed = self.now.as_nanos().saturating_sub(arrived.as_nanos()) / 1000;
             let expected = newest.saturating_add(elapsed);
             let [.., a, b, c, d] = expected.to_be_bytes();
-            let ahead = stamp.wrapping_sub(u32::from_be_bytes([a, b, c, d])).cast_signed();
+            let ahead = stamp
+                .wrapping_sub(u32::from_be_bytes([a, b, c, d]))
+                .cast_signed();
             let unwrapped = expected.saturating_add_signed(i64::from(ahead));
             if unwrapped > newest {
                 full = unwrapped;

@@ -117,8 +117,7 @@ impl TactileEmulation {
     }
 
     fn start(&self, state: &mut State, now: SimTime, period_us: u16, conversions: u8) {
-        let same =
-            |run: &Run| (run.period_us, run.conversions) == (period_us, conversions);
+        let same = |run: &Run| (run.period_us, run.conversions) == (period_us, conversions);
         if state.run.as_ref().is_some_and(same) {
             return;
         }

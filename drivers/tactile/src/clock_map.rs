@@ -194,7 +194,10 @@ impl ClockMap {
         }
         let [first, .., last] = hull[..] else {
             let through = hull.first().copied().unwrap_or_default();
-            self.line = Line { through, slope: 0.0 };
+            self.line = Line {
+                through,
+                slope: 0.0,
+            };
             return;
         };
         let middle = f64::midpoint(first.board, last.board);

@@ -142,8 +142,14 @@ impl Command {
 
 impl Status {
     fn of_bits(status: u8) -> Result<Self, FrameError> {
-        let [resistive, electric, bridge, overrun, anti_aliased, rest @ ..] =
-            bits::<8>(status.into());
+        let [
+            resistive,
+            electric,
+            bridge,
+            overrun,
+            anti_aliased,
+            rest @ ..,
+        ] = bits::<8>(status.into());
         if rest.contains(&true) {
             return Err(FrameError::Range);
         }
@@ -156,14 +162,8 @@ impl Status {
 
     fn bits(self) -> u8 {
         let [resistive, electric, bridge] = self.saturated;
-        let [byte, ..] = mask(&[
-            resistive,
-            electric,
-            bridge,
-            self.overrun,
-            self.anti_aliased,
-        ])
-        .to_le_bytes();
+        let [byte, ..] =
+            mask(&[resistive, electric, bridge, self.overrun, self.anti_aliased]).to_le_bytes();
         byte
     }
 }

@@ -63,9 +63,7 @@ fn errors(map: &mut ClockMap, source: &mut Source, from_ms: u64, to_ms: u64) -> 
     let (mut early, mut late, mut last) = (0, 0, 0);
     while source.number < to_ms {
         let (stamp, sampled, arrived) = source.next();
-        let mapped = map
-            .observe(stamp, HostTime::from_nanos(arrived))
-            .as_nanos();
+        let mapped = map.observe(stamp, HostTime::from_nanos(arrived)).as_nanos();
         assert!(mapped > last, "mapped times ascend");
         assert!(mapped <= arrived - TRANSPORT || mapped == last + 1);
         last = mapped;
@@ -175,6 +173,9 @@ fn times_ascend_over_a_restart() {
     map.reset();
     let after = map.observe(0, at(1_000_000) + SimDuration::from_nanos(5));
     assert!(after > before);
-    assert!((map.offset() - 0.999_804_687).abs() < 1e-8, "{}", map.offset());
-
+    assert!(
+        (map.offset() - 0.999_804_687).abs() < 1e-8,
+        "{}",
+        map.offset()
+    );
 }
