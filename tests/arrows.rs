@@ -50,6 +50,7 @@ const ARROWS: &[(&str, &str)] = &[
     ("scenario", "document kernel runtime"),
     ("script", "kernel robot runtime"),
     ("study", "kernel record runtime"),
+    ("tactile", "kernel runtime wire"),
     ("testing", "contact kernel leg legged robot runtime wire"),
     ("tests", "twinrig record"),
     ("wire", "kernel runtime"),

@@ -1,7 +1,7 @@
 use thiserror::Error;
 use twinrig_kernel::{BoardClock, SimDuration};
 use twinrig_runtime::Wire;
-use twinrig_wire::{FaultSchedule, WireError, device_wire};
+use twinrig_wire::{FaultSchedule, SampleChoice, WireError, device_wire};
 
 use crate::assumed;
 use crate::{
@@ -27,17 +27,6 @@ pub struct OptoForce {
     pub signal: String,
     /// Clock of the sensor.
     pub clock: BoardClock,
-}
-
-/// Sample that a transfer returns.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SampleChoice {
-    /// The newest one available: the transfer takes no time.
-    #[default]
-    Newest,
-    /// The next one received, within two periods of the sensor; after that the newest one
-    /// available.
-    Fresh,
 }
 
 /// Invalid configuration of a sensor.

@@ -27,7 +27,8 @@ mod driver;
 pub mod protocol;
 mod sensor;
 
-pub use config::{OptoForce, OptoForceError, SampleChoice};
+pub use config::{OptoForce, OptoForceError};
 pub use driver::{OptoForceDriver, OptoForceProtocol};
 pub use protocol::{Cutoff, Speed};
 pub use sensor::{OptoForceEmulation, OptoForceSensor};
+pub use twinrig_wire::SampleChoice;

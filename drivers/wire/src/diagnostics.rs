@@ -30,14 +30,14 @@ impl Diagnostics<'_> {
     }
 
     /// Returns the ports of the diagnostics that `report` reports.
-    pub(crate) fn ports(owner: &str, report: impl FnOnce(&mut Diagnostics<'_>)) -> Vec<Port> {
+    pub fn ports(owner: &str, report: impl FnOnce(&mut Diagnostics<'_>)) -> Vec<Port> {
         let mut ports = Vec::new();
         report(&mut Diagnostics(Sink::Ports(owner, &mut ports)));
         ports
     }
 
     /// Writes the values of the diagnostics that `report` reports.
-    pub(crate) fn read(values: &mut [f64], report: impl FnOnce(&mut Diagnostics<'_>)) {
+    pub fn read(values: &mut [f64], report: impl FnOnce(&mut Diagnostics<'_>)) {
         report(&mut Diagnostics(Sink::Values(values.iter_mut())));
     }
 }

@@ -16,6 +16,8 @@ pub struct Duplex<N> {
     node: N,
     state: State,
     tx: Vec<u8>,
+    /// Buffers of transmissions that have been taken, for further ones.
+    spare: Vec<Vec<u8>>,
 }
 
 #[derive(Default, Serialize, Deserialize)]
@@ -48,6 +50,7 @@ impl<N: Node> Duplex<N> {
             node,
             state: State::default(),
             tx: Vec::new(),
+            spare: Vec::new(),
         }
     }
 
@@ -134,9 +137,11 @@ impl<N: Node> Line for Duplex<N> {
             if self.tx.is_empty() {
                 continue;
             }
+            let mut bytes = self.spare.pop().unwrap_or_default();
+            bytes.extend_from_slice(&self.tx);
             let burst = Burst {
                 first: start.max(self.state.transmit_end) + self.byte_time,
-                bytes: self.tx.clone(),
+                bytes,
                 framing_error,
                 taken: 0,
             };
@@ -162,6 +167,8 @@ impl<N: Node> Line for Duplex<N> {
                 self.state.from_device.push_front(burst);
                 break;
             }
+            burst.bytes.clear();
+            self.spare.push(burst.bytes);
         }
     }
 }

@@ -149,6 +149,17 @@ impl<P: Protocol> FramedDriver<P> {
         }
     }
 
+    /// Returns the changing state of the protocol, for a driver around this one.
+    pub fn state(&self) -> &P::State {
+        &self.state
+    }
+
+    /// Returns the protocol and its changing state, for a driver around this one: for example one
+    /// that passes on the times of arrivals, or every message.
+    pub fn protocol_mut(&mut self) -> (&P, &mut P::State) {
+        (&self.protocol, &mut self.state)
+    }
+
     fn begin_request(&mut self, now: HostTime, kind: RequestKind, from_process: &[f64]) {
         self.pending.attempts = 0;
         self.pending.failed = None;

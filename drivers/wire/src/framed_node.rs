@@ -78,13 +78,29 @@ pub trait Emulation: Send {
 
 /// Pending transmissions of a device, oldest first.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct TxQueue(VecDeque<(SimTime, Vec<u8>)>);
+pub struct TxQueue {
+    /// Start and length of each.
+    pending: VecDeque<(SimTime, usize)>,
+    /// Bytes of all of them, end to end.
+    bytes: Vec<u8>,
+}
 
 impl TxQueue {
     /// Queues a message for transmission from `start` on, or as soon as the previous transmission
     /// has ended.
     pub fn send(&mut self, start: SimTime, message: &impl FramedMessage) {
-        self.0.push_back((start, message.to_frame()));
+        let before = self.bytes.len();
+        message.encode(&mut self.bytes);
+        self.pending.push_back((start, self.bytes.len() - before));
+    }
+
+    /// Moves the bytes of the oldest transmission to the end of `bytes` and returns its start.
+    fn pop(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
+        let (start, length) = self.pending.pop_front()?;
+        // A snapshot of another part must not make this panic.
+        let length = length.min(self.bytes.len());
+        bytes.extend(self.bytes.drain(..length));
+        Some(start)
     }
 }
 
@@ -186,8 +202,6 @@ impl<E: Emulation> Node for FramedNode<E> {
     }
 
     fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
-        let (start, tx) = self.tx.0.pop_front()?;
-        bytes.extend(tx);
-        Some(start)
+        self.tx.pop(bytes)
     }
 }
