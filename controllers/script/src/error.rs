@@ -28,6 +28,9 @@ pub enum ScriptError {
         /// The requested name.
         name: String,
     },
+    /// The plant has no motors on free shafts.
+    #[error("the plant has no motors on free shafts")]
+    NoMotors,
     /// A value is outside its valid range.
     #[error("{what} is {value}, outside {min} to {max}")]
     OutOfRange {

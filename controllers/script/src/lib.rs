@@ -3,6 +3,7 @@
 //! executors with the same total time, in virtual time or in real time, divided in the same steps
 //! or others, produce the same bits. It is intended for rigs whose subject is not walking: the
 //! timing of a bus, a drive on a test bench, a byte-by-byte comparison of a twin with hardware.
+//! [`Turn`] turns free shafts at an even rate.
 //!
 //! ```
 //! use twinrig_kernel::SimDuration;
@@ -31,8 +32,10 @@ mod script;
 mod shape;
 #[cfg(test)]
 mod tests;
+mod turn;
 
 pub use error::ScriptError;
 pub use plan::Plan;
 pub use script::Script;
 pub use shape::Shape;
+pub use turn::Turn;

@@ -171,6 +171,12 @@ pub fn of_motor(motor: &str, name: &str) -> String {
     format!("{MOTOR_PREFIX}{motor}/{name}")
 }
 
+/// Splits the name of a signal of a motor on a free shaft into the motor and the rest.
+#[must_use]
+pub fn parse_motor(name: &str) -> Option<(&str, &str)> {
+    name.strip_prefix(MOTOR_PREFIX)?.split_once('/')
+}
+
 /// Splits the name of a signal of a leg into the leg and the rest.
 #[must_use]
 pub fn parse_leg(name: &str) -> Option<(&str, &str)> {

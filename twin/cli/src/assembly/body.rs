@@ -40,6 +40,7 @@ impl Body {
         let standalone_model = registry.standalone_model(&ModelContext {
             plant: &scenario.plant,
             folder: &scenario.folder,
+            seed: scenario.seed,
             kept,
         });
         let standalone_model = standalone_model.transpose()?.map(Arc::from);

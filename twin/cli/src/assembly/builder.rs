@@ -1,6 +1,6 @@
 //! Builds the parts of a scenario: controller, buses and plant.
 
-use twinrig_kernel::{Direction, Field, Layout, Port, SimDuration, SimTime};
+use twinrig_kernel::{Direction, Field, Layout, Port, SimDuration, SimTime, signal};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Driver, PartKind, Plant, Process, RigError, Wire, in_part};
 use twinrig_scenario::{ActuatorSpec, LegFact, PlantSpec, Scenario};
@@ -51,6 +51,17 @@ pub(crate) struct PartBuilder<'a> {
 impl<'a> PartBuilder<'a> {
     pub(crate) fn leg_names(&self) -> Vec<&'a str> {
         self.legs.iter().map(|leg| leg.name.as_str()).collect()
+    }
+
+    /// Motors on free shafts of a standalone plant.
+    pub(crate) fn motors(&self) -> Vec<String> {
+        let inputs = self.body.standalone_model();
+        let inputs = inputs.map_or_else(Vec::new, StandaloneModel::inputs);
+        let motor = |input: &String| {
+            let (motor, what) = signal::parse_motor(input)?;
+            (what == "voltage").then(|| motor.to_owned())
+        };
+        inputs.iter().filter_map(motor).collect()
     }
 
     /// The control period.

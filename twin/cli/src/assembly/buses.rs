@@ -6,7 +6,7 @@ use twinrig_runtime::{DirectIo, IoTask, RigError, WiredTask};
 use twinrig_scenario::{BusSpec, FaultSpec, matches};
 
 use crate::assembly::builder::{Bus, PartBuilder};
-use crate::error::{BuildError, NO_ROBOT, TwinError};
+use crate::error::{BuildError, TwinError};
 use crate::parts::bus_kind::{BusContext, BusKind};
 
 /// Name of the task that transfers the signals without a bus.
@@ -77,7 +77,10 @@ impl PartBuilder<'_> {
                 continue;
             };
             let kind = self.bus_kind(bus)?;
-            let places = kind.places(&self.leg_names());
+            let motors = self.motors();
+            let boards = self.leg_names().into_iter();
+            let boards: Vec<&str> = boards.chain(motors.iter().map(String::as_str)).collect();
+            let places = kind.places(&boards);
             let known = match place {
                 "" => kind.has_faults(),
                 place => places.iter().any(|known| known == place),
@@ -115,12 +118,13 @@ impl PartBuilder<'_> {
             .iter()
             .filter_map(|fault| place(bus, fault).map(|(_, place)| (place, fault)))
             .collect();
-        let robot = self.body.robot();
-        let robot = robot.ok_or_else(|| self.not_built("bus", &bus.kind, NO_ROBOT.into()))?;
+        let motors = self.motors();
+        let motors: Vec<&str> = motors.iter().map(String::as_str).collect();
         let context = BusContext {
             name: &bus.name.value,
-            robot,
+            robot: self.body.robot(),
             legs: &self.leg_names(),
+            motors: &motors,
             process_ports,
             period: self.period(),
             options: &bus.options,

@@ -21,10 +21,12 @@ const BAUD: u32 = 115_200;
 pub struct BusContext<'a> {
     /// Name of the bus in the scenario.
     pub name: &'a str,
-    /// Robot, including overrides of the scenario.
-    pub robot: &'a Robot,
+    /// Robot, including overrides of the scenario; `None` for a standalone plant without one.
+    pub robot: Option<&'a Robot>,
     /// Legs of the scene, in the robot's order.
     pub legs: &'a [&'a str],
+    /// Motors on free shafts, in the order of the plant.
+    pub motors: &'a [&'a str],
     /// Inputs and outputs of the controller.
     pub process_ports: &'a [Port],
     /// Period of the controller.
@@ -110,7 +112,8 @@ impl BusKind {
         self
     }
 
-    /// Enables faults at `place`, `wire/NAME/PLACE`; `*` stands for every leg of the scene.
+    /// Enables faults at `place`, `wire/NAME/PLACE`; `*` stands for every leg and every motor on
+    /// a free shaft of the scene.
     #[must_use]
     pub fn with_place(mut self, place: impl Into<String>) -> Self {
         self.places.push(place.into());
@@ -163,7 +166,7 @@ impl BusKind {
         self.faults
     }
 
-    /// Returns the places of faults for a scene with these legs.
+    /// Returns the places of faults for a scene with these legs and motors.
     pub(crate) fn places(&self, legs: &[&str]) -> Vec<String> {
         let places = self.places.iter().flat_map(|place| match place.as_str() {
             "*" => legs.iter().map(|&leg| leg.to_owned()).collect(),

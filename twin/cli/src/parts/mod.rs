@@ -1,6 +1,7 @@
 //! Standard kinds of parts and their builders from scenario options.
 
 pub(crate) mod analog_sources;
+pub(crate) mod bench;
 pub(crate) mod bus_kind;
 pub(crate) mod constraints;
 pub(crate) mod controller_kind;
@@ -30,3 +31,5 @@ pub(crate) mod sbcp;
 pub(crate) mod script;
 pub(crate) mod setup;
 pub(crate) mod standard;
+pub(crate) mod tactile;
+pub(crate) mod turn;

@@ -49,6 +49,8 @@ pub struct ModelContext<'a> {
     pub plant: &'a PlantSpec,
     /// Folder that paths are relative to.
     pub folder: &'a Path,
+    /// Seed of the run.
+    pub seed: u64,
     /// Files of [`StandaloneModel::files`] stored in a recording; set when a recording is replayed,
     /// where no other files are available.
     pub kept: Option<&'a [(String, Vec<u8>)]>,

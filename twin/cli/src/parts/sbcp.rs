@@ -58,8 +58,9 @@ pub(crate) fn kind() -> BusKind {
         signal::ANGLES,
         signal::FOOT_FORCE,
     ];
-    let measured = measured.map(|name| signal::of_leg("*", name));
-    let kind = kind.measuring(move |_| measured.clone().into());
+    let mut measured = measured.map(|name| signal::of_leg("*", name)).to_vec();
+    measured.push(signal::of_motor("*", "position"));
+    let kind = kind.measuring(move |_| measured.clone());
     options().into_iter().fold(kind, BusKind::with_option)
 }
 
@@ -254,7 +255,7 @@ fn controller(options: &Options) -> ControllerConfig {
     }
 }
 
-/// Returns the boards of the legs of the scene.
+/// Returns the boards of the legs and of the free shafts of the scene.
 fn boards(context: &BusContext<'_>) -> Result<Vec<BoardConfig>, BuildError> {
     let options = context.options;
     let firmware = FirmwareConfig {
@@ -265,50 +266,63 @@ fn boards(context: &BusContext<'_>) -> Result<Vec<BoardConfig>, BuildError> {
         interpolation: Interpolation::Smooth,
     };
     for member in options.members() {
-        if !context.legs.contains(&member.value.as_str()) {
+        let name = member.value.as_str();
+        if !context.legs.contains(&name) && !context.motors.contains(&name) {
             let why = format!(
-                "there is no board `{}` in this scene: boards are named after the legs",
+                "there is no board `{}` in this scene: boards are named after the legs and motors",
                 member.value
             );
             return Err(why.into());
         }
     }
-    let board = |&leg: &&str| {
-        let (_, id, side) = IDS
-            .into_iter()
-            .find(|(name, ..)| *name == leg)
-            .ok_or_else(|| {
-                format!("the leg `{leg}` has no board: boards exist for LF, RF, LH and RH")
-            })?;
-        let rate_ppb = match options.of_member("clock", leg) {
-            Some(OptionValue::Number(rate)) => libm::rint(rate * 1e9),
-            _ => 0.0,
-        };
-        let phase = match options.of_member("phase", leg) {
-            Some(OptionValue::Duration(phase)) => *phase,
-            _ => SimDuration::ZERO,
-        };
-        let mut board = BoardConfig {
+    let of_leg = |&leg: &&str| -> Result<BoardConfig, BuildError> {
+        let known = IDS.into_iter().find(|(name, ..)| *name == leg);
+        let (_, id, side) = known.ok_or_else(|| {
+            format!("the leg `{leg}` has no board: boards exist for LF, RF, LH and RH")
+        })?;
+        Ok(BoardConfig {
             name: leg.to_owned(),
             id,
             attachment: Attachment::Leg { side },
             firmware,
             ..BoardConfig::default()
-        };
-        match options.of_member("following", leg) {
-            Some(OptionValue::Text(word)) if word == PLAIN => board.following = Following::Plain,
-            Some(OptionValue::Text(word)) if word == WITHOUT => {
-                board.firmware.interpolation = Interpolation::WithoutHeuristics;
-            }
-            _ => {}
-        }
-        #[expect(
-            clippy::cast_possible_truncation,
-            reason = "the magnitude of the option is at most 0.1"
-        )]
-        Ok(board.with_clock(rate_ppb as i64, phase)?)
+        })
     };
-    context.legs.iter().map(board).collect()
+    let of_motor = |(index, &motor): (usize, &&str)| -> Result<BoardConfig, BuildError> {
+        let id = u8::try_from(IDS.len() + 1 + index)?;
+        Ok(BoardConfig {
+            firmware,
+            ..BoardConfig::shaft(motor, id)
+        })
+    };
+    let boards = context.legs.iter().map(of_leg);
+    let boards = boards.chain(context.motors.iter().enumerate().map(of_motor));
+    boards.map(|board| with_options(board?, options)).collect()
+}
+
+/// Returns the board with its clock and set-point following.
+fn with_options(mut board: BoardConfig, options: &Options) -> Result<BoardConfig, BuildError> {
+    let name = board.name.as_str();
+    let rate_ppb = match options.of_member("clock", name) {
+        Some(OptionValue::Number(rate)) => libm::rint(rate * 1e9),
+        _ => 0.0,
+    };
+    let phase = match options.of_member("phase", name) {
+        Some(OptionValue::Duration(phase)) => *phase,
+        _ => SimDuration::ZERO,
+    };
+    match options.of_member("following", name) {
+        Some(OptionValue::Text(word)) if word == PLAIN => board.following = Following::Plain,
+        Some(OptionValue::Text(word)) if word == WITHOUT => {
+            board.firmware.interpolation = Interpolation::WithoutHeuristics;
+        }
+        _ => {}
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "the magnitude of the option is at most 0.1"
+    )]
+    Ok(board.with_clock(rate_ppb as i64, phase)?)
 }
 
 fn usb(options: Option<&Options>) -> Result<UsbTiming, BuildError> {

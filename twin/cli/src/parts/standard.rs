@@ -6,6 +6,7 @@ use twinrig_scenario::OptionSpec;
 
 use crate::assembly::registry::Registry;
 use crate::error::BuildError;
+use crate::parts::bench;
 use crate::parts::controller_kind::{ControllerContext, ControllerKind};
 use crate::parts::drives;
 #[cfg(not(all(feature = "mujoco", feature = "rapier")))]
@@ -26,6 +27,8 @@ use crate::parts::rapier;
 use crate::parts::rb110;
 use crate::parts::sbcp;
 use crate::parts::script;
+use crate::parts::tactile;
+use crate::parts::turn;
 
 /// Tolerance of the references with compliant constraints \[m\].
 const COMPLIANT_REFERENCE: f64 = 2e-10;
@@ -36,15 +39,18 @@ impl Registry {
         let registry = Registry::empty()
             .with_plant(massless_with_its_method())
             .with_plant(lcp_with_its_methods())
-            .with_plant(drives::kind());
+            .with_plant(drives::kind())
+            .with_plant(bench::kind());
         engines(registry)
             .with_bus(sbcp::kind())
             .with_bus(rb110::kind())
             .with_bus(optoforce::kind())
             .with_bus(phidget::kind())
+            .with_bus(tactile::kind())
             .with_controller(cpg())
             .with_controller(stand())
             .with_controller(script::kind())
+            .with_controller(turn::kind())
     }
 }
 
