@@ -25,6 +25,7 @@ const ARROWS: &[(&str, &str)] = &[
     ("contact", ""),
     ("document", "kernel"),
     ("drives", "actuator kernel legged robot runtime"),
+    ("estimate", ""),
     ("gait", "kernel leg robot runtime"),
     ("kernel", ""),
     (

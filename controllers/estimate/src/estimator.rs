@@ -1,0 +1,207 @@
+//! Estimator of a leg's load from time-stamped measurements.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::EstimateError;
+use crate::kalman::Innovation;
+use crate::model::{AmplifierModel, FrequencyModel, Model, RateModel};
+use crate::settings::Settings;
+use crate::track::{HISTORY, Track};
+
+/// Source of a measurement. Measurements of one instant are applied in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Channel {
+    /// Voltage of the piezoresistive cell's amplifier \[V\].
+    Piezoresistive,
+    /// Voltage of the piezoelectric cell's charge amplifier \[V\].
+    Piezoelectric,
+    /// Angular frequency of the load \[rad/s\].
+    Frequency,
+}
+
+impl Channel {
+    /// Number of channels.
+    pub const COUNT: usize = 3;
+}
+
+/// A measured value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measurement {
+    /// Time of the sample \[ns\], on one clock for all channels.
+    pub at_ns: u64,
+    /// Its source.
+    pub channel: Channel,
+    /// Value, in the channel's unit.
+    pub value: f64,
+}
+
+impl Measurement {
+    pub(crate) fn key(&self) -> (u64, Channel) {
+        (self.at_ns, self.channel)
+    }
+}
+
+/// What an estimator did with a measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// It was the newest, and is applied.
+    Applied,
+    /// It was older than another, and is applied at its own time.
+    Late,
+    /// It was older than the history, and is dropped.
+    TooOld,
+    /// Its channel has a measurement with the same time stamp, and this one is dropped.
+    Duplicate,
+    /// It is infinite or NaN, and is dropped.
+    NotFinite,
+    /// Its channel is not configured, or not used by the model.
+    Ignored,
+}
+
+/// Number of measurements by [`Outcome`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counters {
+    /// In order of time.
+    pub applied: u64,
+    /// Late and applied.
+    pub late: u64,
+    /// Older than the history.
+    pub too_old: u64,
+    /// Time stamp twice.
+    pub duplicate: u64,
+    /// Infinite or NaN.
+    pub not_finite: u64,
+    /// Channels that are not used.
+    pub ignored: u64,
+}
+
+/// Estimated load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Time of the estimate \[ns\]; `None` before the first measurement.
+    pub at_ns: Option<u64>,
+    /// Force \[N\].
+    pub force: f64,
+    /// Its standard deviation \[N\].
+    pub deviation: f64,
+    /// Rate of the force \[N/s\].
+    pub rate: f64,
+    /// Its standard deviation \[N/s\].
+    pub rate_deviation: f64,
+    /// Bias of the piezoelectric voltage \[V\].
+    pub bias: f64,
+    /// Sum of ν²/S over the measurements of the newest time stamp, chi-squared with `nis_count`
+    /// degrees of freedom if the filter is consistent.
+    pub nis: f64,
+    /// Number of these measurements.
+    pub nis_count: u32,
+    /// Newest innovation of each [`Channel`].
+    pub innovations: [Option<Innovation>; Channel::COUNT],
+    /// Number of piezoresistive updates linearised at the measured voltage (see
+    /// [`Settings::recovery`]).
+    pub recoveries: u64,
+}
+
+/// Extended Kalman filter with measurements in any order of arrival.
+///
+/// A late measurement is applied at its own time: the state before it is restored, and it and all
+/// later ones are applied. The result is that of the measurements in order, bit for bit. The newest
+/// [`ForceEstimator::HISTORY`] measurements are kept; what is older than all of them is dropped. The
+/// initial state holds at the earliest measurement.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ForceEstimator(Inner);
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+enum Inner {
+    F1(Track<RateModel, 3>),
+    F2(Track<FrequencyModel, 5>),
+    F3(Track<AmplifierModel, 6>),
+}
+
+/// Evaluates an expression for the track of any model.
+macro_rules! with {
+    ($estimator:expr, $track:ident => $value:expr) => {
+        match $estimator {
+            Inner::F1($track) => $value,
+            Inner::F2($track) => $value,
+            Inner::F3($track) => $value,
+        }
+    };
+}
+
+impl ForceEstimator {
+    /// Number of measurements that are kept for late ones.
+    pub const HISTORY: usize = HISTORY;
+
+    /// Creates an estimator.
+    ///
+    /// # Errors
+    /// [`EstimateError`] with the name of the first invalid entry; [`EstimateError::NoFrequency`]
+    /// and [`EstimateError::NoSensor`].
+    pub fn new(settings: &Settings) -> Result<Self, EstimateError> {
+        settings.check()?;
+        Ok(Self(match &settings.model {
+            Model::F1 { gain, states } => {
+                Inner::F1(Track::new(RateModel { gain: *gain }, states, settings))
+            }
+            Model::F2 {
+                rate,
+                acceleration,
+                states,
+            } => {
+                let model = FrequencyModel {
+                    rate: *rate,
+                    acceleration: *acceleration,
+                };
+                Inner::F2(Track::new(model, states, settings))
+            }
+            Model::F3 { amplifier, states } => {
+                let model = AmplifierModel {
+                    amplifier: *amplifier,
+                };
+                Inner::F3(Track::new(model, states, settings))
+            }
+        }))
+    }
+
+    /// Applies a measurement.
+    pub fn push(&mut self, measurement: Measurement) -> Outcome {
+        with!(&mut self.0, track => track.push(measurement))
+    }
+
+    /// Returns the estimate at the newest measurement; before the first, the initial state.
+    pub fn estimate(&self) -> Estimate {
+        with!(&self.0, track => track.estimate())
+    }
+
+    /// Returns the estimate at `at_ns` \[ns\] from the measurements up to then: later ones are not
+    /// used. `None` if `at_ns` is before the history. Changes nothing.
+    pub fn estimate_at(&self, at_ns: u64) -> Option<Estimate> {
+        with!(&self.0, track => track.estimate_at(at_ns))
+    }
+
+    /// Returns the numbers of measurements by outcome.
+    pub fn counters(&self) -> Counters {
+        with!(&self.0, track => track.counters())
+    }
+
+    /// Returns the state at the newest measurement, in the order of [`Model::names`].
+    pub fn state(&self) -> &[f64] {
+        with!(&self.0, track => track.kalman().state().as_slice())
+    }
+
+    /// Returns the covariance at the newest measurement, row by row.
+    pub fn covariance(&self) -> &[f64] {
+        with!(&self.0, track => track.kalman().covariance().as_slice())
+    }
+
+    /// Returns the normalised estimation error squared at the newest measurement, for the first
+    /// states: force, force and rate, or more. It is chi-squared with `truth.len()` degrees of
+    /// freedom if the filter is consistent.
+    ///
+    /// # Errors
+    /// [`EstimateError::Length`] and [`EstimateError::SingularCovariance`].
+    pub fn nees(&self, truth: &[f64]) -> Result<f64, EstimateError> {
+        with!(&self.0, track => track.kalman().nees(truth))
+    }
+}
