@@ -14,10 +14,15 @@ const ARROWS: &[(&str, &str)] = &[
     ("squat", "twinrig leg"),
     (
         "twinrig",
-        "contact document drives gait kernel lcp leg legged massless motordriver mujoco \
-         optoforce phidget rapier rb110 record robot runtime sbcp scenario script study wire",
+        "bench contact document drives estimate gait kernel lcp leg legged massless motordriver \
+         mujoco optoforce phidget rapier rb110 record robot runtime sbcp scenario script sensor \
+         study tactile wire",
     ),
     ("actuator", "robot"),
+    (
+        "bench",
+        "actuator document kernel legged robot runtime sensor",
+    ),
     (
         "compliant",
         "actuator contact kernel leg legged robot runtime",
@@ -50,15 +55,16 @@ const ARROWS: &[(&str, &str)] = &[
     ("sbcp", "kernel runtime wire"),
     ("scenario", "document kernel runtime"),
     ("script", "kernel robot runtime"),
+    ("sensor", "document kernel runtime"),
     ("study", "kernel record runtime"),
-    ("tactile", "kernel runtime wire"),
+    ("tactile", "estimate kernel runtime wire"),
     ("testing", "contact kernel leg legged robot runtime wire"),
     ("tests", "twinrig record"),
     ("wire", "kernel runtime"),
 ];
 
 /// Exchangeable plants and controllers, on which only the program may depend.
-const EXCHANGEABLE: &str = "drives gait lcp massless mujoco rapier script";
+const EXCHANGEABLE: &str = "bench drives gait lcp massless mujoco rapier script";
 
 /// Returns the full names of crates.
 fn full_names(names: &str) -> impl Iterator<Item = String> {

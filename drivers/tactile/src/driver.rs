@@ -28,7 +28,25 @@ struct Mounted {
     diagnostics: usize,
 }
 
-/// Returns the number of values of output ports.
+impl Mounted {
+    /// Returns the ports of the diagnostics: the outputs, which the process need not read, and the
+    /// reported ones.
+    fn diagnostics(&self, owner: &str) -> Vec<Port> {
+        let mut ports = self.stage.ports();
+        ports.retain(|port| port.direction == Direction::Output);
+        let report = |diagnostics: &mut Diagnostics<'_>| self.stage.report(diagnostics);
+        ports.extend(Diagnostics::ports(owner, report));
+        ports
+    }
+
+    fn read_diagnostics(&self, values: &mut [f64]) {
+        let (outputs, reported) = values.split_at_mut(self.stage.outputs().len());
+        outputs.copy_from_slice(self.stage.outputs());
+        Diagnostics::read(reported, |diagnostics| self.stage.report(diagnostics));
+    }
+}
+
+/// Returns the number of values of ports of one direction.
 fn width(ports: &[Port], direction: Direction) -> usize {
     Layout::of(ports, direction).len()
 }
@@ -59,12 +77,13 @@ impl TactileDriver {
             "{}: a stage returns {values} numbers, but its output ports hold {outputs}",
             self.name()
         );
-        let diagnostics = Diagnostics::ports(self.name(), |diagnostics| stage.report(diagnostics));
-        self.stages.push(Mounted {
+        let mut mounted = Mounted {
             inputs: width(&ports, Direction::Input),
-            diagnostics: width(&diagnostics, Direction::Output),
+            diagnostics: 0,
             stage,
-        });
+        };
+        mounted.diagnostics = width(&mounted.diagnostics(self.name()), Direction::Output);
+        self.stages.push(mounted);
         self.collect();
         self
     }
@@ -163,8 +182,7 @@ impl Driver for TactileDriver {
     fn diagnostics(&self) -> Vec<Port> {
         let mut ports = self.framed.diagnostics();
         for mounted in &self.stages {
-            let report = |diagnostics: &mut Diagnostics<'_>| mounted.stage.report(diagnostics);
-            ports.extend(Diagnostics::ports(self.name(), report));
+            ports.extend(mounted.diagnostics(self.name()));
         }
         ports
     }
@@ -175,7 +193,7 @@ impl Driver for TactileDriver {
         for mounted in &self.stages {
             let values;
             (values, rest) = rest.split_at_mut(mounted.diagnostics.min(rest.len()));
-            Diagnostics::read(values, |diagnostics| mounted.stage.report(diagnostics));
+            mounted.read_diagnostics(values);
         }
     }
 

@@ -24,7 +24,7 @@
 //! **Outputs**, below the signal of the measured force: `piezoresistive` \[V\], `piezoelectric`
 //! \[V\], `reference` \[N\]; then those of the stages.
 //!
-//! **Diagnostics** of the driver: `samples`; `lost`, missing by their sequence; `stale`, repeated or
+//! **Diagnostics** of the driver: the outputs of the stages; `samples`; `lost`, missing by their sequence; `stale`, repeated or
 //! late, and transfers without a fresh sample; `restarts` of the board; `started_again`, commands
 //! to a silent board; `saturated/…`, samples of each channel out of range, the reference also
 //! beyond its nominal force; `overruns`, samples before which the board dropped others; `foreign`;
@@ -56,6 +56,7 @@ mod board;
 mod clock_map;
 mod config;
 mod driver;
+mod load_filter;
 pub mod protocol;
 mod stage;
 
@@ -64,5 +65,6 @@ pub use board::{TactileBoard, TactileEmulation};
 pub use clock_map::ClockMap;
 pub use config::{CHANNELS, ReferenceCell, Tactile, TactileError};
 pub use driver::TactileDriver;
+pub use load_filter::{LoadFilter, LoadFilterConfig};
 pub use stage::{Stage, TactileSample};
 pub use twinrig_wire::{AnalogInput, SampleChoice};

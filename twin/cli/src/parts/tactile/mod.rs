@@ -1,5 +1,7 @@
 //! Acquisition of tactile sensors, from scenario options.
 
+mod filter;
+
 use twinrig_document::Range;
 use twinrig_kernel::Unit;
 use twinrig_runtime::Wire;
@@ -16,6 +18,8 @@ use crate::parts::option::{choice, option};
 const BAUD: u32 = 921_600;
 /// Default load at which the sensors are mounted.
 const SIGNAL: &str = "bench/force";
+/// Prefix of the loads that a reference cell measures.
+const BENCH: &str = "bench/";
 const NEWEST: &str = "newest";
 const FRESH: &str = "fresh";
 /// Conversions per sample, the default first.
@@ -85,11 +89,23 @@ fn options() -> Vec<OptionSpec> {
             Accepts::Time,
         ),
         clock_option(),
+        filter::table(),
     ]
 }
 
 fn driver(context: &BusContext<'_>) -> Result<TactileDriver, BuildError> {
-    Ok(config(context)?.driver()?)
+    let config = config(context)?;
+    let filters = filter::filters(
+        context.options,
+        &config.signal,
+        config.period,
+        config.signal.starts_with(BENCH),
+    )?;
+    let mut driver = config.driver()?;
+    for filter in filters {
+        driver = driver.with_stage(Box::new(filter));
+    }
+    Ok(driver)
 }
 
 fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
