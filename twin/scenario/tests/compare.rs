@@ -205,7 +205,7 @@ fn bump(t: f64) -> f64 {
     14.0 * (1.0 - libm::cos(TAU * 2.0 * t))
 }
 
-fn with_estimate<'r>(estimate: &'r dyn Fn(f64) -> f64) -> Run<'r> {
+fn with_estimate(estimate: &dyn Fn(f64) -> f64) -> Run<'_> {
     Run {
         truth: &bump,
         estimate,
@@ -281,19 +281,17 @@ fn each_limit_can_hold_and_fail() {
     );
 }
 
-/// A noise without memory.
-fn noise(seed: u64) -> impl Fn(f64) -> f64 {
+/// A noise without memory: the fractional parts of large multiples of a sine.
+fn noise(seed: f64) -> impl Fn(f64) -> f64 {
     move |t: f64| {
-        let index = (t * 1e3).round() as u64;
-        let mixed =
-            (index ^ seed.wrapping_mul(0x9E37_79B9_7F4A_7C15)).wrapping_mul(0xD134_2543_DE82_EF95);
-        (mixed >> 40) as f64 / 16_777_216.0
+        let large = 43_758.545 * libm::sin(7_919.0 * t + seed);
+        large - large.floor()
     }
 }
 
 #[test]
 fn missing_evidence_is_unobserved_with_its_reason() {
-    let (one, two) = (noise(1), noise(2));
+    let (one, two) = (noise(1.0), noise(2.0));
     let delayed = |t: f64| bump(t - 0.02);
     // A ramp of one and a half periods per second, so that the delay has one maximum.
     let slow = |t: f64| libm::sin(TAU * 0.5 * t);

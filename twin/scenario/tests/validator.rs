@@ -97,8 +97,23 @@ const BEYOND_SCHEMA: &[(&str, &[&str])] = &[
         &["expect_timing_of_no_bus", "fault_on_another_wire"],
     ),
     (
+        "the possible values of a measure",
+        &[
+            "expect_compare_correlation_above_one",
+            "expect_compare_negative_error",
+        ],
+    ),
+    (
         "the robot or the plant",
         &[
+            "expect_compare_in_another_unit",
+            "expect_compare_of_a_fourth_element",
+            "expect_compare_of_a_pattern",
+            "expect_compare_of_a_vector",
+            "expect_compare_of_an_unknown_signal",
+            "expect_compare_of_two_units",
+            "expect_compare_with_an_unknown_signal",
+            "expect_compare_with_itself",
             "expect_of_a_fourth_element",
             "expect_of_a_signal_in_another_unit",
             "expect_of_an_unknown_leg",
