@@ -29,12 +29,23 @@ expect = [
 ]
 "#;
 
-fn scene() -> Scene {
+/// A comparison with delays up to ±100 ms, at the observation period of 1 ms of the tactile bench.
+const DELAY: &str = r#"
+robot = "cheetah-cub"
+duration = "200 s"
+plant = { model = "massless", ground = {} }
+observe = { period = "1 ms" }
+expect = [
+    { compare = { signal = "leg/LF/foot/load", with = "leg/RF/foot/load", delay = { max = "10 ms" } } },
+]
+"#;
+
+fn scene(text: &str) -> Scene {
     let catalogue = Catalogue {
         plants: vec![Kind::new("massless", "")],
         ..Catalogue::default()
     };
-    let scenario = Scenario::parse("bench.toml", SCENARIO, Path::new("."), &[], &catalogue);
+    let scenario = Scenario::parse("bench.toml", text, Path::new("."), &[], &catalogue);
     let legs: Vec<LegFact> = ["LF", "RF", "LH", "RH"]
         .into_iter()
         .map(|name| LegFact {
@@ -70,7 +81,17 @@ fn scene() -> Scene {
 /// One second of observations.
 #[divan::bench]
 fn five_hundred_observations(bencher: divan::Bencher) {
-    let scene = scene();
+    observe(bencher, SCENARIO, 500, SimDuration::from_millis(2));
+}
+
+/// Ten seconds of observations. The target is 0.2 µs each.
+#[divan::bench]
+fn ten_thousand_observations_of_a_delay(bencher: divan::Bencher) {
+    observe(bencher, DELAY, 10_000, SimDuration::from_millis(1));
+}
+
+fn observe(bencher: divan::Bencher, text: &str, count: usize, period: SimDuration) {
+    let scene = scene(text);
     let ports: Vec<Port> = required_ports(&scene);
     let layout = Layout::of(&ports, Direction::Output);
     let none = Layout::default();
@@ -81,15 +102,15 @@ fn five_hundred_observations(bencher: divan::Bencher) {
         diagnostics: &none,
         tasks: &[],
     };
-    let samples: Vec<Vec<f64>> = (0..500).map(|index| sample(&layout, index)).collect();
+    let samples: Vec<Vec<f64>> = (0..count).map(|index| sample(&layout, index)).collect();
     bencher
-        .counter(divan::counter::ItemsCount::new(500_usize))
+        .counter(divan::counter::ItemsCount::new(count))
         .with_inputs(|| Judge::new(&scene, layouts))
         .bench_local_refs(|judge| {
             let mut now = SimTime::ZERO;
             for values in &samples {
                 judge.samples(now, Group::Plant, values);
-                now += SimDuration::from_millis(2);
+                now += period;
             }
         });
 }

@@ -4,6 +4,7 @@ use twinrig_document::Placed;
 use twinrig_kernel::{SimDuration, SimTime, Unit};
 use twinrig_runtime::WorkCounts;
 
+use crate::compare::CompareClaim;
 use crate::language::Words;
 use crate::limits::{Domain, Limits};
 
@@ -35,6 +36,8 @@ pub enum Claim {
     Timing(TimingClaim),
     /// About a signal.
     Signal(SignalClaim),
+    /// About a signal compared with another.
+    Compare(CompareClaim),
     /// Residual of the energy balance: |residual| over the exchanged energy, at the end of the
     /// run.
     EnergyResidual(Limits),

@@ -68,6 +68,8 @@
 
 mod actuator;
 mod catalogue;
+mod check_signals;
+mod compare;
 mod expect;
 mod glob;
 mod ground_below;
@@ -83,6 +85,7 @@ mod schema;
 
 pub use actuator::{ActuatorKind, ActuatorSpec, ServoOverride, SetPointKind};
 pub use catalogue::{Catalogue, Kind, VariableSpec};
+pub use compare::{CompareClaim, CompareMeasure, Operand};
 pub use expect::{
     Along, Axis, BodyClaim, Claim, CostMeasure, Expectation, FootstepClaim, FootstepMeasure,
     LegChoice, Pattern, SignalClaim, SignalMode, TimingClaim, TimingMeasure, Until,

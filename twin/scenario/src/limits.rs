@@ -34,6 +34,11 @@ impl Domain {
     };
     /// Shares, 0 to 1.
     pub const SHARE: Domain = Domain::up_to(1.0);
+    /// Coefficients of correlation, −1 to 1.
+    pub const CORRELATION: Domain = Domain::of(Range {
+        min: Bound::Included(-1.0),
+        max: Bound::Included(1.0),
+    });
     /// Magnitude of a roll; peak-to-peak range of a pitch.
     pub const HALF_TURN: Domain = Domain::up_to(PI);
     /// Magnitude of a pitch, at most a quarter turn up or down.

@@ -3,15 +3,14 @@
 use std::collections::BTreeSet;
 
 use serde::Serialize;
-use twinrig_document::{DocumentError, Placed, Problem, quantity_name, suggestion};
+use twinrig_document::{DocumentError, Placed, Problem, suggestion};
 use twinrig_kernel::signal::{BODY_POSITION, BODY_RPY};
-use twinrig_kernel::{Direction, Port, Unit, signal};
+use twinrig_kernel::{Direction, Port, signal};
 
 use crate::actuator::ActuatorKind;
-use crate::expect::{
-    Claim, Expectation, FootstepMeasure, LegChoice, Pattern, SignalClaim, SignalMode, TimingClaim,
-};
-use crate::glob::{is_pattern, matches};
+use crate::check_signals::{check_comparison, check_signal, signals, unknown_signal};
+use crate::expect::{Claim, Expectation, FootstepMeasure, LegChoice, Pattern, TimingClaim};
+use crate::glob::matches;
 use crate::ground_below::GroundBelow;
 use crate::scenario::{Base, Scenario};
 
@@ -162,6 +161,10 @@ impl Scenario {
                     let optional = expectation.optional;
                     required_signals.extend(check_signal(claim, optional, facts, problems));
                 }
+                Claim::Compare(claim) => {
+                    let optional = expectation.optional;
+                    required_signals.extend(check_comparison(claim, optional, facts, problems));
+                }
                 Claim::Timing(claim) => problems.extend(self.unknown_bus(claim)),
                 Claim::EnergyResidual(_) | Claim::Cost(..) => {}
             }
@@ -292,11 +295,6 @@ pub(crate) fn foot_position(leg: &str) -> String {
     signal::of_leg(leg, signal::FOOT_POSITION)
 }
 
-fn signals(facts: &Facts) -> impl Iterator<Item = &Port> {
-    let inside = facts.plant_outputs.iter().chain(&facts.process_ports);
-    inside.chain(&facts.diagnostics)
-}
-
 /// Returns the names, with those that differ only in the leg merged: `leg/*/cable/tension`.
 fn families<'n>(names: impl Iterator<Item = &'n String>, legs: &[LegFact]) -> Vec<String> {
     let mut families: Vec<String> = Vec::new();
@@ -342,67 +340,6 @@ fn check_legs(
             problems.push(unknown_leg(leg, "the scene", &facts.legs));
         }
     }
-}
-
-/// Returns the signals of a claim. Checks that they exist, unless the claim is optional, and that
-/// they have the unit of its limits.
-fn check_signal(
-    claim: &SignalClaim,
-    optional: bool,
-    facts: &Facts,
-    problems: &mut Vec<Problem>,
-) -> Vec<String> {
-    let mut operands = vec![(&claim.name, claim.unit, claim.component)];
-    if let SignalMode::Until(_, until) = &claim.mode {
-        operands.push((&until.name, until.unit, Some(until.component)));
-    }
-    let mut required_signals = Vec::new();
-    for (name, unit, component) in operands {
-        let found: Vec<&Port> = signals(facts)
-            .filter(|port| matches(&name.value, &port.name))
-            .collect();
-        if found.is_empty() && !optional {
-            problems.push(unknown_signal(name, facts));
-        }
-        for port in found {
-            if port.unit != unit {
-                problems.push(wrong_unit(name, port, unit));
-                break;
-            }
-            if component.is_some_and(|component| component >= port.size) {
-                let message = format!("`{}` has {} elements", port.name, port.size);
-                problems.push(Problem::at(&name.place, message, "elements count from 0"));
-                break;
-            }
-            required_signals.push(port.name.clone());
-        }
-    }
-    required_signals
-}
-
-fn wrong_unit(name: &Placed<String>, port: &Port, unit: Unit) -> Problem {
-    let message = format!(
-        "`{}` is in {}, its limits are {}",
-        port.name,
-        port.unit,
-        quantity_name(unit)
-    );
-    let help = format!("give {} as a limit", quantity_name(port.unit));
-    Problem::at(&name.place, message, help)
-}
-
-fn unknown_signal(name: &Placed<String>, facts: &Facts) -> Problem {
-    let known = signals(facts).map(|port| port.name.as_str());
-    let message = if is_pattern(&name.value) {
-        format!("no signal matches `{}`", name.value)
-    } else {
-        format!("there is no signal `{}` in this scene", name.value)
-    };
-    Problem::at(
-        &name.place,
-        message,
-        suggestion(&name.value, "signals", known),
-    )
 }
 
 fn unknown_leg(leg: &Placed<String>, owner: &str, legs: &[LegFact]) -> Problem {

@@ -9,7 +9,7 @@ use twinrig_runtime::{Group, Observer, RunEvent};
 use twinrig_scenario::{Judge, Layouts, LegFact, RunEnd, Scene};
 
 /// One expectation of each kind.
-const EXPECTATIONS: [&str; 22] = [
+const EXPECTATIONS: [&str; 28] = [
     "footstep = { slip = { max = '1 mm' } }",
     "footstep = { stance = { max = '1 s' } }",
     "footstep = { swing = { max = '1 s' } }",
@@ -30,6 +30,12 @@ const EXPECTATIONS: [&str; 22] = [
     "body = { settles = { within = '1 mm', by = '9 s' } }",
     "signal = { name = 'leg/*/cable/tension', always = { max = '2 N' } }",
     "signal = { name = 'leg/*/cable/tension', eventually = { max = '2 N' } }",
+    "compare = { signal = 'leg/LF/foot/load', with = 'leg/RF/foot/load', error = { max = '1 N' } }",
+    "compare = { signal = 'leg/LF/foot/load', with = 'leg/RF/foot/load', error_peak = { max = '1 N' } }",
+    "compare = { signal = 'leg/LF/foot/load', with = 'leg/RH/foot/load', delay = { max = '1 s' } }",
+    "compare = { signal = 'leg/LF/foot/load', with = 'leg/RF/foot/load', correlation = { max = 0.5 } }",
+    "compare = { signal = 'leg/LF/foot/load', with = 'leg/RF/foot/load', gain = { max = 1 } }",
+    "compare = { signal = 'leg/LF/foot/load', with = 'leg/RF/foot/load', peaks = { max = 1 } }",
     "timing = { of = 'control', jitter = { max = '1 ms' } }",
     "timing = { of = 'control', cycle_rate = { min = '10 Hz' } }",
 ];

@@ -7,7 +7,7 @@ use twinrig_runtime::RunEvent;
 use twinrig_scenario::{Outcome, Verdict};
 
 /// Expectations that the synthetic trot satisfies in any window.
-const SATISFIED: [&str; 14] = [
+const SATISFIED: [&str; 15] = [
     "body = { fall = false }",
     "body = { speed = { max = '1 m/s' } }",
     "body = { height = { min = '10 cm' } }",
@@ -22,6 +22,7 @@ const SATISFIED: [&str; 14] = [
     "signal = { name = 'leg/LF/cable/tension', settles = { within = '1 N', by = '0 s' } }",
     "footstep = { count = { max = 99 } }",
     "signal = { name = 'leg/LF/cable/tension', always = { max = '2 N' }, until = { name = 'body/position', component = 'x', min = '1 m' } }",
+    "compare = { signal = 'leg/LF/cable/tension', with = 'leg/RF/cable/tension', error = { max = '1 N' } }",
 ];
 
 /// Judges the synthetic trot, whose trunk is 1 m ahead from `ahead_ms`.

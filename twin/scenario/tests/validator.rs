@@ -34,6 +34,7 @@ const VALID: &[&str] = &[
     "[[change]]\nat = '1 s'\nset = 'step_length'\nby = '-1 cm'\n[[expect]]\nfootstep = { displacement = { max = '1 mm' }, against = 'without changes', axis = 'horizontal', cycle = 2 }",
     "[[expect]]\ntiming = { of = 'control', cycle_rate = { near = '500 Hz', within = '1 Hz' } }",
     "[[expect]]\nsignal = { name = 'body/position', component = 'z', always = { min = '1 cm' }, until = { name = 'body/rpy', component = 2, max = '3 deg' } }\n[[expect]]\nsignal = { name = 'x', eventually = { near = 3, within = 1 }, within = '1 s' }\n[[expect]]\nsignal = { name = 'x', settles = { within = '1 N', by = '1 s' } }",
+    "[[expect]]\ncompare = { signal = 'x', component = 'y', with = 'z', with_component = 2, error = { max = '1 N' } }\n[[expect]]\ncompare = { signal = 'x', with = 'z', delay = { min = '-1 ms', max = '1 ms' }, delay_range = '1 s' }\n[[expect]]\ncompare = { signal = 'x', with = 'z', peaks = { near = 1, within = '3 %' } }",
     "[[expect]]\nenergy = { residual = { max = 1e-6 } }\n[[expect]]\ncost = { real_time_factor = { min = 10 } }\n[[expect]]\ncost = { steps = { max = 10 } }",
 ];
 
@@ -96,8 +97,23 @@ const BEYOND_SCHEMA: &[(&str, &[&str])] = &[
         &["expect_timing_of_no_bus", "fault_on_another_wire"],
     ),
     (
+        "the possible values of a measure",
+        &[
+            "expect_compare_correlation_above_one",
+            "expect_compare_negative_error",
+        ],
+    ),
+    (
         "the robot or the plant",
         &[
+            "expect_compare_in_another_unit",
+            "expect_compare_of_a_fourth_element",
+            "expect_compare_of_a_pattern",
+            "expect_compare_of_a_vector",
+            "expect_compare_of_an_unknown_signal",
+            "expect_compare_of_two_units",
+            "expect_compare_with_an_unknown_signal",
+            "expect_compare_with_itself",
             "expect_of_a_fourth_element",
             "expect_of_a_signal_in_another_unit",
             "expect_of_an_unknown_leg",

@@ -2,6 +2,7 @@
 
 mod at_end;
 mod channel;
+mod compare;
 mod cycle;
 mod fall;
 mod footstep;
@@ -21,6 +22,7 @@ use crate::expect::{Claim, Expectation};
 use crate::scene::{LegFact, Scene, foot_load, foot_position};
 use at_end::{cost, energy};
 use channel::{Cycle, CycleEvent};
+use compare::CompareMeter;
 use cycle::CycleMeter;
 use fall::FallDetector;
 use footstep::{Detector, Thresholds};
@@ -68,6 +70,8 @@ pub struct Judge {
     step_monitors: Vec<usize>,
     cycle_monitors: Vec<usize>,
     signal_monitors: [Vec<usize>; 4],
+    /// Indices of the monitors of comparisons that read each group.
+    comparison_monitors: [Vec<usize>; 4],
     /// Group of the feet, and its samples in each window of the monitors of footsteps.
     foot_channel: Group,
     foot_samples: Vec<SampleCount>,
@@ -104,6 +108,7 @@ struct Monitor {
 #[derive(Clone, Debug)]
 enum MonitorKind {
     Signal(Meter),
+    Comparison(CompareMeter),
     Cycle(Cycle, CycleMeter),
     Footsteps(StepMeter),
     /// Judged from the final data of the run.
@@ -173,6 +178,11 @@ impl Judge {
         let signal_monitors = layouts.groups().map(|(group, _)| {
             indices(&|monitor| monitor.channel == group && is_of_signal(monitor))
         });
+        let comparison_monitors = layouts.groups().map(|(group, _)| {
+            indices(&|monitor| {
+                matches!(&monitor.meter, MonitorKind::Comparison(meter) if meter.reads(group))
+            })
+        });
         let fall = FallDetector::new(scene, &layouts);
         Judge {
             expectations: scenario.expectations.clone(),
@@ -184,9 +194,11 @@ impl Judge {
                     || feet.iter().any(|foot| foot.channel == group)
                     || group == foot_channel && !step_monitors.is_empty()
                     || !signal_monitors[group as usize].is_empty()
+                    || !comparison_monitors[group as usize].is_empty()
             }),
             step_monitors,
             signal_monitors,
+            comparison_monitors,
             foot_channel,
             foot_samples: sample_counts(&monitors),
             monitors,
@@ -299,6 +311,7 @@ impl Judge {
         match (&monitor.meter, &expectation.claim) {
             (MonitorKind::Absent(reason), _) => Finding::unobserved(reason.clone()),
             (MonitorKind::Signal(meter), _) => sample_finding(meter.finding(), monitor),
+            (MonitorKind::Comparison(meter), _) => sample_finding(meter.finding(), monitor),
             (MonitorKind::Cycle(_, meter), _) => meter.finding(monitor.window.before.min(run.at)),
             (MonitorKind::Footsteps(meter), _) => {
                 sample_finding(self.footstep_finding(meter, monitor), monitor)

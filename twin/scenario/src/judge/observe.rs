@@ -123,6 +123,13 @@ impl Observer for Judge {
                 meter.outside(values);
             }
         }
+        for index in &self.comparison_monitors[channel as usize] {
+            let monitor = &mut self.monitors[*index];
+            if let MonitorKind::Comparison(meter) = &mut monitor.meter {
+                let in_window = monitor.window.contains(now);
+                monitor.samples += meter.sample(now, channel, values, in_window);
+            }
+        }
     }
 
     #[inline]

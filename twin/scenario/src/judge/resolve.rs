@@ -4,12 +4,14 @@ use std::ops::Range;
 
 use twinrig_kernel::{SimTime, Unit};
 
+use super::compare::{CompareMeter, Source};
 use super::cycle::CycleMeter;
 use super::meter::{Meter, Nearest};
 use super::steps::StepMeter;
 use super::tracker::{Extremes, Settling, Window};
 use super::trunk::{Speed, Upright, Yaw};
 use super::{Cycle, Group, Layouts, Monitor, MonitorKind};
+use crate::compare::{CompareClaim, Operand};
 use crate::expect::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode, TimingClaim};
 use crate::glob::matches;
 use crate::limits::Limits;
@@ -46,6 +48,7 @@ pub(super) fn monitor(
             }
             signal(claim, layouts)
         }
+        Claim::Compare(claim) => compare(claim, scene, layouts),
         Claim::Timing(claim) => cycle(claim, scene, layouts),
         Claim::Footstep(claim) => {
             let meter = StepMeter::new(claim, window, &scene.legs);
@@ -101,6 +104,7 @@ pub(super) fn unit(claim: &Claim) -> Unit {
         },
         Claim::Timing(claim) => claim.measure.unit(),
         Claim::Signal(claim) => claim.unit,
+        Claim::Compare(claim) => claim.unit,
         Claim::EnergyResidual(_) | Claim::Cost(..) => Unit::One,
     }
 }
@@ -228,6 +232,34 @@ fn signal(claim: &SignalClaim, layouts: &Layouts<'_>) -> Result<(Group, MonitorK
         }
     };
     Ok((channel, MonitorKind::Signal(meter)))
+}
+
+/// Returns the monitor of a comparison.
+fn compare(
+    claim: &CompareClaim,
+    scene: &Scene,
+    layouts: &Layouts<'_>,
+) -> Result<(Group, MonitorKind), String> {
+    let scenario = &scene.scenario;
+    let source = |operand: &Operand| {
+        let component = operand.component.unwrap_or(0);
+        let found = find(layouts, &operand.name.value).filter(|(_, range)| component < range.len());
+        let (group, range) =
+            found.ok_or_else(|| format!("there is no signal {}", operand.name.value))?;
+        let control = scenario.controller.as_ref().map(|control| control.period);
+        let period = match group {
+            Group::Plant | Group::Diagnostics => None,
+            Group::ProcessInputs | Group::ProcessOutputs => control,
+        };
+        Ok::<_, String>(Source {
+            group,
+            element: range.start + component,
+            period: period.unwrap_or(scenario.observe.period),
+        })
+    };
+    let (signal, with) = (source(&claim.signal)?, source(&claim.with)?);
+    let meter = CompareMeter::new(claim.measure, claim.limits, signal, with);
+    Ok((signal.group, MonitorKind::Comparison(meter)))
 }
 
 /// Returns the elements selected by `name` (a name or a pattern) and `component`, in the first

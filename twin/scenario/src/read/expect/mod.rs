@@ -2,6 +2,7 @@
 
 mod beyond_end;
 mod body;
+mod compare;
 mod footstep;
 mod signal;
 mod timing;
@@ -49,6 +50,13 @@ table! {
         }),
         "claim about signals", r#"signal = { name = "sbcp/errors", always = { max = 0 } }"#,
         one_of();
+    COMPARE: Claim = "compare",
+        Type::new(Shape::Table(compare::compare_table::TABLE), |item, _| {
+            compare::claim(item).map(Claim::Compare)
+        }),
+        "claim about a signal compared with another",
+        r#"compare = { signal = "leg/LF/hip/position", with = "leg/LF/hip/command", delay = { max = "20 ms" } }"#,
+        one_of();
     ENERGY: Claim = "energy", Type::new(Shape::Table(energy_table::TABLE), |item, _| energy(item)),
         "claim about the energy balance", "energy = { residual = { max = 1e-6 } }", one_of();
     COST: Claim = "cost",
@@ -92,7 +100,8 @@ pub(super) struct Context<'c> {
 /// Reads one `[[expect]]`.
 pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expectation, Reported> {
     use expect_table::{
-        AFTER, BEFORE, BODY, COST, ENERGY, FOOTSTEP, NAME, OPTIONAL, PLANTS, SIGNAL, TIMING,
+        AFTER, BEFORE, BODY, COMPARE, COST, ENERGY, FOOTSTEP, NAME, OPTIONAL, PLANTS, SIGNAL,
+        TIMING,
     };
     let table = &item.table()?;
     let table = expect_table::TABLE.of(table);
@@ -108,7 +117,10 @@ pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expe
         Ok(plants)
     });
     let subject = table.one_of(item, "nothing is expected")?;
-    let claim = table.read_among(&[FOOTSTEP, BODY, TIMING, SIGNAL, ENERGY, COST], subject);
+    let claim = table.read_among(
+        &[FOOTSTEP, BODY, TIMING, SIGNAL, COMPARE, ENERGY, COST],
+        subject,
+    );
     let (explicit_after, before, claim) = (after?, before?, claim?);
     let mut expectation = Expectation {
         name: String::new(),

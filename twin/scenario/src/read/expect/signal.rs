@@ -10,7 +10,7 @@ use crate::limits::Domain;
 use crate::options::Accepts;
 use crate::read::limits::{either_centre_or_ends, limits_table, read, read_keys, unit_of};
 
-const COMPONENT: Type<usize> = Type::new(
+pub(super) const COMPONENT: Type<usize> = Type::new(
     Shape::Either(&[
         Shape::Choice(|| vec!["x", "y", "z"]),
         Shape::One(Accepts::Natural(0..=u64::MAX)),
@@ -43,7 +43,7 @@ table! {
         "settling to the final value", r#"settles = { within = "1 deg", by = "5 s" }"#, one_of();
 }
 
-const LIMITS: Shape = Shape::TableIn(None, limits_table::TABLE);
+pub(super) const LIMITS: Shape = Shape::TableIn(None, limits_table::TABLE);
 
 table! {
     /// Keys of `until`, besides limits.
