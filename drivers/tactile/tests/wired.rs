@@ -241,6 +241,9 @@ fn noise_has_its_deviation_and_is_averaged_by_oversampling() {
             assert!((found - 1.0).abs() < 0.056, "{channel}: {found}");
         }
         assert_eq!(deviation(1), 0.0);
+        // The driver knows the time from the middle of the conversions to the end of the frame.
+        let error = diagnostic(&rig, &log, "tactile/clock_error_worst");
+        assert!(error > 0.0 && error < 3e-6, "{oversampling}: {error}");
     }
 }
 
@@ -470,6 +473,14 @@ fn restored_rig_continues_bit_for_bit() {
     // A frame is sent from 0.9 to 1.1 ms of the time: all saved instants are in the middle of one.
     let rig = || staged(&config, &faults);
     check_restored(rig, &[0, 1, 33, 150, 199, 240, 330], 600);
+}
+
+#[test]
+fn state_of_a_driver_with_other_stages_is_rejected() {
+    let driver = || quiet().driver().unwrap();
+    let saved = driver().with_stage(MovingAverage::new("first")).save();
+    let error = driver().restore(&saved).unwrap_err();
+    assert!(matches!(error, SnapshotError::Mismatch { .. }), "{error}");
 }
 
 #[test]
