@@ -1,6 +1,6 @@
-//! Drivers of servo board, force sensor, bridge, interface kit and acquisition board under arbitrary
-//! bytes, in arbitrary pieces and at arbitrary times: no panic, and no endless sequence of time-outs
-//! in the past.
+//! Drivers of servo board, force sensor, bridge, interface kit and acquisition board under
+//! arbitrary bytes, in arbitrary pieces and at arbitrary times: no panic, and no endless sequence
+//! of time-outs in the past.
 
 #![no_main]
 
