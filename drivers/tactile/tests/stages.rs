@@ -75,14 +75,21 @@ fn mapped_times_match_the_plants_time() {
 
 #[test]
 fn restored_rig_continues_bit_for_bit() {
-    let mut config = Tactile::new("tactile", "bench/force");
-    config.oversampling = 4;
-    config.clock = clock(-5_150_000, -80_000);
-    config.resets = vec![SimTime::ZERO + millis(200)];
-    let faults = fault(FaultKind::Flip { rate: 0.001 }, 0, 10_000);
-    // A frame is sent from 0.9 to 1.1 ms of the time: all saved instants are in the middle of one.
-    let rig = || staged(&config, &faults);
-    check_restored(rig, &[0, 1, 33, 150, 199, 240, 330], 600);
+    // At whole milliseconds a frame is being sent, or two of four conversions are done; on a slow
+    // line samples wait as well.
+    for (offset_ns, baud) in [
+        (-5_150_000, 921_600),
+        (-5_650_000, 921_600),
+        (-5_150_000, 57_600),
+    ] {
+        let mut config = Tactile::new("tactile", "bench/force");
+        (config.oversampling, config.zero, config.baud) = (4, true, baud);
+        config.clock = clock(offset_ns, -80_000);
+        config.resets = vec![SimTime::ZERO + millis(200)];
+        let faults = fault(FaultKind::Flip { rate: 0.001 }, 0, 10_000);
+        let rig = || staged(&config, &faults);
+        check_restored(rig, &[0, 1, 33, 150, 199, 240, 1_130], 1_700);
+    }
 }
 
 #[test]
