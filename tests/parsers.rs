@@ -14,6 +14,8 @@ use twinrig_sbcp::{
     Address, Controller, ControllerConfig, ErrorCode, Instruction, Master, MasterConfig, Parser,
     RegisterTable, Request, Response, Slave, SlaveConfig, SlaveEvent, Topology,
 };
+use twinrig_tactile::Tactile;
+use twinrig_tactile::protocol as tactile;
 use twinrig_wire::{Arrivals, FramedMessage, Framer, Piece};
 
 /// Number of bytes received by each participant of SBCP, and by the other parsers.
@@ -400,7 +402,23 @@ fn frame_parsers_reject_wrong_checksums_without_panic() {
     let mut driver = Phidget::new("bridge", Board::default()).driver().unwrap();
     let phidget = frames::<phidget::Message>("phidget", valid.into(), has_crc, &mut driver);
 
-    for [right, wrong] in [rb110, optoforce, phidget] {
+    let data = tactile::Message::Data {
+        boot: 0,
+        sequence: 1,
+        stamp: 1_000,
+        volts: [3_000, -1],
+        bridge: -70_000,
+        status: tactile::Status::default(),
+    };
+    let started = tactile::Message::Acknowledgement {
+        command: tactile::Command::Start,
+        done: true,
+    };
+    let valid = [data, started].map(|message| message.to_frame());
+    let mut driver = Tactile::new("tactile", "force").driver().unwrap();
+    let tactile = frames::<tactile::Message>("tactile", valid.into(), has_crc, &mut driver);
+
+    for [right, wrong] in [rb110, optoforce, phidget, tactile] {
         assert!(right > 1_000);
         assert_eq!(wrong, 0);
     }

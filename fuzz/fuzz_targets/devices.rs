@@ -1,6 +1,6 @@
-//! Drivers of servo board, force sensor, bridge and interface kit under arbitrary bytes, in
-//! arbitrary pieces and at arbitrary times: no panic, and no endless sequence of time-outs in the
-//! past.
+//! Drivers of servo board, force sensor, bridge, interface kit and acquisition board under
+//! arbitrary bytes, in arbitrary pieces and at arbitrary times: no panic, and no endless sequence
+//! of time-outs in the past.
 
 #![no_main]
 
@@ -10,8 +10,9 @@ use twinrig_optoforce::{OptoForce, SampleChoice};
 use twinrig_phidget::{Board, Phidget};
 use twinrig_rb110::{AnalogInput, PulseMap, Rb110};
 use twinrig_runtime::Driver;
+use twinrig_tactile::Tactile;
 
-fn drivers() -> Option<[Box<dyn Driver>; 4]> {
+fn drivers() -> Option<[Box<dyn Driver>; 5]> {
     let mut servos = Rb110::with_servos("rb110", PulseMap::ONCILLA, &[(15, "LF")]);
     servos.analog = vec![AnalogInput {
         channel: 3,
@@ -24,6 +25,7 @@ fn drivers() -> Option<[Box<dyn Driver>; 4]> {
         Box::new(sensor.driver().ok()?),
         Box::new(Phidget::new("bridge", Board::default()).driver().ok()?),
         Box::new(Phidget::new("kit", Board::INTERFACE_KIT).driver().ok()?),
+        Box::new(Tactile::new("tactile", "force").driver().ok()?),
     ])
 }
 

@@ -2,8 +2,8 @@
 
 use twinrig_kernel::SimDuration;
 
-/// Symbol rate of the serial line \[baud\]. ASSUMED: the highest that every serial port has. A frame
-/// of 18 bytes takes 195 µs, a fifth of the shortest period; at 115 200 it would take 1.56 ms.
+/// Symbol rate of the serial line \[baud\]. ASSUMED: the highest of common serial ports. A frame of
+/// 18 bytes takes 195 µs, a fifth of the shortest period; at 115 200 it would take 1.56 ms.
 pub(crate) const BAUD: u32 = 921_600;
 /// Force at which the reference cell has [`REFERENCE_SENSITIVITY`] \[N\]: the nominal force of the
 /// thesis' cell.

@@ -143,11 +143,7 @@ impl TactileEmulation {
             return Ok(None);
         };
         for (channel, sum) in run.sums.iter_mut().enumerate() {
-            let deviation = self.config.noise[channel];
             *sum += self.inputs.read(channel, plant)?;
-            if deviation > 0.0 {
-                *sum += deviation * state.noise.normal();
-            }
         }
         let (at, period) = (run.next, i64::from(run.period_us) * MICRO);
         let conversions = i64::from(run.conversions);
@@ -156,15 +152,17 @@ impl TactileEmulation {
         if run.converted < run.conversions {
             return Ok(None);
         }
-        let sums = run.sums;
+        let mut sums = run.sums;
         (run.converted, run.sums) = (0, [0.0; 3]);
+        // The noise of all conversions at once: a sum of `n` has √n times the deviation of one.
+        let times = f64::from(run.conversions).sqrt();
+        for (sum, deviation) in sums.iter_mut().zip(self.config.noise) {
+            if deviation > 0.0 {
+                *sum += deviation * times * state.noise.normal();
+            }
+        }
         let middle = at - period * (conversions - 1) / (2 * conversions);
-        // Modulo 2³² µs.
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "the remainder is a u32"
-        )]
+        #[expect(clippy::cast_possible_truncation, reason = "the remainder is a u32")]
         let stamp = middle.div_euclid(MICRO).rem_euclid(1 << 32) as u32;
         Ok(Some((sums, stamp)))
     }

@@ -70,8 +70,9 @@ const INTERVAL: f64 = 64e6;
 const HORIZON: f64 = 8e9;
 /// Greatest number of points: the intervals of a horizon and the one that begins in it.
 const POINTS: usize = 126;
-/// Greatest deviation of a rate from nominal \[1\]. ASSUMED: more than that of any crystal. It keeps
-/// the first second usable, in which the delays determine the rate to a few parts in a thousand.
+/// Greatest deviation of a rate from nominal \[1\]. ASSUMED: more than that of any crystal. It
+/// keeps the first second usable, in which the delays determine the rate to a few parts in a
+/// thousand.
 const SLOPE_MAX: f64 = 1e-3;
 /// An arrival earlier than the line by more than this moves the line at once \[ns\].
 const SLACK: f64 = 100.0;

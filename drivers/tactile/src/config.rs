@@ -34,8 +34,8 @@ pub struct Tactile {
     pub baud: u32,
     /// Reference cell.
     pub reference: ReferenceCell,
-    /// Measured quantities: voltages of channels 0 and 1 \[V\], force of channel 2 \[N\]; by default
-    /// the signals below `signal`. Like all that follows, not used by the driver.
+    /// Measured quantities: voltages of channels 0 and 1 \[V\], force of channel 2 \[N\]; by
+    /// default the signals below `signal`. Like all that follows, not used by the driver.
     pub inputs: Vec<AnalogInput>,
     /// Deviations of the noise of a conversion \[V, V, N\].
     pub noise: [f64; 3],

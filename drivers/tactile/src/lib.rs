@@ -24,15 +24,21 @@
 //! **Outputs**, below the signal of the measured force: `piezoresistive` \[V\], `piezoelectric`
 //! \[V\], `reference` \[N\]; then those of the stages.
 //!
-//! **Diagnostics** of the driver: the outputs of the stages; `samples`; `lost`, missing by their sequence; `stale`, repeated or
-//! late, and transfers without a fresh sample; `restarts` of the board; `started_again`, commands
-//! to a silent board; `saturated/…`, samples of each channel out of range, the reference also
-//! beyond its nominal force; `overruns`, samples before which the board dropped others; `foreign`;
-//! `garbage`, bytes outside frames, those of damaged frames included. Of the newest sample:
-//! `clock/offset`, host time less board time \[s\], `clock/rate`, relative error of the board's
-//! clock, `clock/residual`, its delay beyond the least \[s\]. Of the emulated board: `sent`;
-//! `overflows`, samples that it dropped; `clock_error` and `clock_error_worst` \[s\], of the mapped
-//! time against the true one.
+//! **Diagnostics** of the driver:
+//! - the outputs of the stages, and what these report;
+//! - `samples`; `lost`: missing by their sequence; `stale`: repeated or late, and transfers without
+//!   a fresh sample; `foreign`: messages of the other direction; `garbage`: bytes outside frames,
+//!   those of damaged frames included;
+//! - `restarts` of the board; `started_again`: commands to a silent board; `overruns`: samples
+//!   before which the board dropped others;
+//! - `saturated/piezoresistive`, `…/piezoelectric`, `…/reference`: samples out of range, the last
+//!   one also beyond the nominal force of the cell;
+//! - of the newest sample `clock/offset`: host time less board time \[s\]; `clock/rate`: relative
+//!   error of the board's clock; `clock/residual`: delay beyond the least \[s\].
+//!
+//! Of the emulated board: `sent`; `overflows`: samples that it dropped; `clock_error` and
+//! `clock_error_worst`: mapped less true time \[s\], reported once a second (in lockstep, where
+//! simulated time is that of the host).
 //!
 //! **Limits.**
 //! - The cards have no serial protocol: the frames are ASSUMED ([`protocol`]).

@@ -9,7 +9,7 @@
 //! | zero | 3 | `B2`, checksum: the next sample of the reference cell becomes its zero |
 //! | clock report | 16 | `B3`, boot (1), stamp (4), host time in ns (8), checksum |
 //! | acknowledgement | 5 | `B8`, command (1: `B0` …), status (0: done, 1: rejected), checksum |
-//! | data | 18 | `B9`, boot (1), sequence (2), stamp (4), 2 × voltage (2), bridge (3), status (1), checksum |
+//! | data | 18 | `B9`, boot (1), sequence (2), stamp (4), 2 × volts (2), bridge (3), status, checksum |
 //!
 //! - *Boot* is incremented at every start of the firmware; sequence and stamp then begin at 0.
 //! - *Stamp* is the board's time in µs, modulo 2³² (71.6 min), of the middle of the conversions of

@@ -141,6 +141,17 @@ proptest! {
     }
 }
 
+/// The delays of the first few samples must not be taken for a rate: the limit of rates, 0.1 %,
+/// over the first intervals of 64 ms, and half the delay that a few hundred samples leave.
+#[test]
+fn first_second_is_not_extrapolated_wildly() {
+    for seed in 0..50 {
+        let mut source = Source::new(board(0), 2_000_000, 0.1, seed);
+        let (early, _) = errors(&mut map(), &mut source, 0, 1_000);
+        assert!(early < 250_000, "{early}");
+    }
+}
+
 #[test]
 fn wandering_clock_is_followed() {
     // Up to 4 µs every 10 s: a crystal whose rate changes by up to 0.8 ppm.
@@ -169,9 +180,12 @@ fn unknown_transport_delays_the_mapped_times() {
 fn times_ascend_over_a_restart() {
     let mut map = map();
     let at = |micros: u64| HostTime::from_nanos(1000 * micros);
-    let before = map.observe(9_000_000, at(1_000_000));
+    // Several samples arrive at once.
+    let read = [9_000_000, 9_001_000, 9_002_000];
+    let [first, second, before] = read.map(|stamp| map.observe(stamp, at(1_000_000)));
+    assert!(first < second && second < before);
     map.reset();
-    let after = map.observe(0, at(1_000_000) + SimDuration::from_nanos(5));
+    let after = map.observe(0, at(1_000_000));
     assert!(after > before);
     assert!(
         (map.offset() - 0.999_804_687).abs() < 1e-8,

@@ -11,6 +11,7 @@ use twinrig_wire::{FrameError, FrameMatch, FramedMessage, crc16};
 const HEADERS: [u8; 6] = [0xb0, 0xb1, 0xb2, 0xb3, 0xb8, 0xb9];
 
 fn messages() -> impl Strategy<Value = Message> {
+    use Command::{Start, Stop, Unknown, Zero};
     let start = (1..=65_u16, select(&[1_u8, 2, 4][..]));
     let start = start.prop_map(|(millis, oversampling)| Message::Start {
         period_us: 1000 * millis,
@@ -22,7 +23,6 @@ fn messages() -> impl Strategy<Value = Message> {
         stamp,
         host_ns,
     });
-    use Command::{Start, Stop, Unknown, Zero};
     let command = (select(&[Start, Stop, Zero, Unknown][..]), any::<bool>());
     let numbers = (any::<u8>(), any::<u16>(), any::<u32>());
     let readings = (uniform2(any::<i16>()), -0x80_0000..0x80_0000_i32);

@@ -277,25 +277,30 @@ fn board_samples_by_its_own_clock_once_it_is_started() {
 }
 
 #[test]
-fn repeated_start_does_not_interrupt_the_samples() {
+fn repeated_start_does_not_interrupt_a_sample() {
     let mut board = config().board().unwrap();
     let (ports, mut signals) = signals();
     board.connect("tactile", &plant(&ports)).unwrap();
-    let first = run_device(&mut board, &mut signals, (at(500), &start()), at(3_100));
-    let second = run_device(&mut board, &mut signals, (at(3_500), &start()), at(5_100));
-    let sequence = |sent: Vec<(SimTime, Vec<u8>)>| {
-        let messages = sent
-            .into_iter()
-            .filter_map(|(_, frame)| match Message::decode(&frame) {
-                Ok(Message::Data {
-                    sequence, stamp, ..
-                }) => Some((sequence, stamp)),
-                _ => None,
-            });
+    let start = Message::Start {
+        period_us: 1000,
+        oversampling: 4,
+    }
+    .to_frame();
+    let first = run_device(&mut board, &mut signals, (at(500), &start), at(2_900));
+    // In the middle of the conversions of the sample of 3.375 ms.
+    let second = run_device(&mut board, &mut signals, (at(3_400), &start), at(4_900));
+    let samples = |sent: Vec<(SimTime, Vec<u8>)>| {
+        let messages = sent.into_iter();
+        let messages = messages.filter_map(|(_, frame)| match Message::decode(&frame) {
+            Ok(Message::Data {
+                sequence, stamp, ..
+            }) => Some((sequence, stamp)),
+            _ => None,
+        });
         messages.collect::<Vec<_>>()
     };
-    assert_eq!(sequence(first), [(0, 1_000), (1, 2_000), (2, 3_000)]);
-    assert_eq!(sequence(second), [(3, 4_000), (4, 5_000)]);
+    assert_eq!(samples(first), [(0, 1_375), (1, 2_375)]);
+    assert_eq!(samples(second), [(2, 3_375), (3, 4_375)]);
 }
 
 #[test]

@@ -1,157 +1,15 @@
 //! Driver and board connected by a wire, in a rig.
 
+mod support;
+
 use std::f64::consts::TAU;
 
-use twinrig_kernel::{
-    BoardClock, HostTime, LocalDuration, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit,
-};
-use twinrig_runtime::{Driver, Rig, RunEvent, Timing};
-use twinrig_tactile::{CHANNELS, SampleChoice, Stage, Tactile, TactileError, TactileSample};
-use twinrig_testing::rig_harness;
-use twinrig_testing::rig_harness::{
-    RecordingPlant, check_restored, check_zero, diagnostic, rig, run,
-};
-use twinrig_wire::{Diagnostics, FaultKind, FaultSchedule};
-
-/// Moving average of the reference force over four samples, times the gain that the process sets.
-struct MovingAverage {
-    name: String,
-    diagnostics: [String; 2],
-    window: [f64; 4],
-    received: u64,
-    latency: f64,
-    outputs: [f64; 2],
-    gain: f64,
-}
-
-impl MovingAverage {
-    fn new(name: &str) -> Box<Self> {
-        Box::new(Self {
-            name: format!("bench/force/{name}"),
-            diagnostics: ["received", "latency"].map(|it| format!("bench/force/{name}/{it}")),
-            window: [0.0; 4],
-            received: 0,
-            latency: 0.0,
-            outputs: [0.0; 2],
-            gain: 1.0,
-        })
-    }
-}
-
-impl Stage for MovingAverage {
-    fn ports(&self) -> Vec<Port> {
-        let name = &self.name;
-        vec![
-            Port::output(name, Unit::Newton, 1),
-            Port::input(format!("{name}/gain"), Unit::One, 1),
-            Port::output(format!("{name}/time"), Unit::Second, 1),
-        ]
-    }
-
-    fn handle_sample(&mut self, sample: &TactileSample) {
-        self.window.rotate_left(1);
-        self.window[3] = sample.reference;
-        self.received += 1;
-        self.latency = sample.arrived.since(sample.at).as_secs_f64();
-        let mean = self.window.iter().sum::<f64>() / 4.0;
-        let at = sample.at.since(HostTime::default()).as_secs_f64();
-        self.outputs = [self.gain * mean, at];
-    }
-
-    fn begin_transfer(&mut self, _: HostTime, from_process: &[f64]) {
-        self.gain = from_process[0];
-    }
-
-    fn outputs(&self) -> &[f64] {
-        &self.outputs
-    }
-
-    fn report(&self, diagnostics: &mut Diagnostics<'_>) {
-        let [received, latency] = &self.diagnostics;
-        diagnostics.count(received, self.received);
-        diagnostics.value(latency, Unit::Second, self.latency);
-    }
-
-    fn save(&self) -> Snapshot {
-        Snapshot::of(&(
-            self.window,
-            self.received,
-            self.latency,
-            self.outputs,
-            self.gain,
-        ))
-    }
-
-    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        (
-            self.window,
-            self.received,
-            self.latency,
-            self.outputs,
-            self.gain,
-        ) = snapshot.read()?;
-        Ok(())
-    }
-}
-
-/// Board with an exact clock rate error, and without noise.
-fn quiet() -> Tactile {
-    Tactile {
-        noise: [0.0; 3],
-        clock: clock(3_210_987, 150_000),
-        ..Tactile::new("tactile", "bench/force")
-    }
-}
-
-fn clock(offset_ns: i64, rate_ppb: i64) -> BoardClock {
-    BoardClock::new(LocalDuration::from_nanos(offset_ns), rate_ppb).unwrap()
-}
-
-/// 2 V/s, −12 V, 10 N/s.
-fn signal(seconds: f64, channel: usize) -> f64 {
-    [2.0 * seconds, -12.0, 10.0 * seconds][channel]
-}
-
-fn plant(signal: fn(f64, usize) -> f64) -> RecordingPlant {
-    let units = [Unit::Volt, Unit::Volt, Unit::Newton];
-    let ports = CHANNELS.iter().zip(units);
-    let port = |(name, unit): (&&str, Unit)| Port::output(format!("bench/force/{name}"), unit, 1);
-    RecordingPlant::new(ports.map(port).collect(), signal)
-}
-
-fn wired_to(config: &Tactile, faults: &FaultSchedule, signal: fn(f64, usize) -> f64) -> Rig {
-    let wire = config.wire(faults).unwrap();
-    rig(config.driver().unwrap(), wire, (2, |_| 0.0), plant(signal))
-}
-
-fn wired(config: &Tactile, faults: &FaultSchedule) -> Rig {
-    wired_to(config, faults, signal)
-}
-
-fn staged(config: &Tactile, faults: &FaultSchedule) -> Rig {
-    let driver = config.driver().unwrap();
-    let driver = driver
-        .with_stage(MovingAverage::new("first"))
-        .with_stage(MovingAverage::new("second"));
-    rig(
-        driver,
-        config.wire(faults).unwrap(),
-        (2, |_| 3.0),
-        plant(signal),
-    )
-}
-
-fn none() -> FaultSchedule {
-    FaultSchedule::default()
-}
-
-fn fault(kind: FaultKind, from_ms: u64, for_ms: u64) -> FaultSchedule {
-    rig_harness::fault("wire/tactile", kind, from_ms, for_ms)
-}
-
-fn millis(millis: u64) -> SimDuration {
-    SimDuration::from_millis(millis)
-}
+use support::{fault, millis, none, quiet, wired, wired_to};
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_runtime::{Driver, RunEvent, Timing};
+use twinrig_tactile::{CHANNELS, SampleChoice, Tactile, TactileError};
+use twinrig_testing::rig_harness::{check_zero, diagnostic, run};
+use twinrig_wire::FaultKind;
 
 #[test]
 fn samples_arrive_at_the_rate_of_the_board_and_transfers_never_wait() {
@@ -241,6 +99,9 @@ fn noise_has_its_deviation_and_is_averaged_by_oversampling() {
             assert!((found - 1.0).abs() < 0.056, "{channel}: {found}");
         }
         assert_eq!(deviation(1), 0.0);
+        // The driver knows the time from the middle of the conversions to the end of the frame.
+        let error = diagnostic(&rig, &log, "tactile/clock_error_worst");
+        assert!(error > 0.0 && error < 3e-6, "{oversampling}: {error}");
     }
 }
 
@@ -278,70 +139,6 @@ fn zeroed_reference_subtracts_its_offset() {
     assert!(
         (last[0] - 5.0).abs() < 0.02,
         "the voltages are not zeroed: {last:?}"
-    );
-}
-
-#[test]
-fn every_sample_passes_every_stage_and_their_outputs_follow_the_channels() {
-    let mut rig = staged(&quiet(), &none());
-    let (log, result) = run(&mut rig, 3_000);
-    result.unwrap();
-    let samples = diagnostic(&rig, &log, "tactile/samples");
-    for name in ["first", "second"] {
-        let received = format!("tactile/bench/force/{name}/received");
-        assert_eq!(diagnostic(&rig, &log, &received), samples);
-    }
-    // A frame of 18 bytes, jitter of up to 50 µs, less 1 µs of the map's error.
-    let latency = diagnostic(&rig, &log, "tactile/bench/force/first/latency");
-    assert!((194e-6..247e-6).contains(&latency), "{latency}");
-    for (at, values) in &log.inputs[500..] {
-        let &[_, _, reference, first, time, second, _] = &values[..] else {
-            panic!("{values:?}");
-        };
-        // The mean of a ramp of 10 N/s is that of 1.5 ms ago; rounded to counts of 75 µN.
-        assert!(
-            (first / 3.0 - (reference - 0.015)).abs() < 2e-4,
-            "{values:?}"
-        );
-        assert_eq!(first, second);
-        let age = at.as_secs_f64() - time;
-        assert!((0.19e-3..1.3e-3).contains(&age), "{age}");
-    }
-}
-
-#[test]
-fn mapped_times_match_the_plants_time() {
-    // The reference is a clock: 10 N/s. The plant was held while the driver opened; its time is
-    // behind that of the rig by a constant.
-    let mut config = quiet();
-    config.jitter = Timing::Uniform {
-        min: SimDuration::ZERO,
-        max: SimDuration::from_micros(300),
-    };
-    let driver = config.driver().unwrap();
-    let driver = driver.with_stage(MovingAverage::new("first"));
-    let wire = config.wire(&none()).unwrap();
-    let mut rig = rig(driver, wire, (2, |_| 1.0), plant(signal));
-    let (log, result) = run(&mut rig, 5_000);
-    result.unwrap();
-    let held: Vec<f64> = log.inputs[1_000..]
-        .iter()
-        .map(|(_, values)| values[4] - values[2] / 10.0)
-        .collect();
-    let (least, most) = held
-        .iter()
-        .fold((f64::MAX, f64::MIN), |(l, m), &v| (l.min(v), m.max(v)));
-    // 7.5 µs per count; 20 µs by the bound of the map's test.
-    assert!(most - least < 30e-6, "{least} {most}");
-    let error = diagnostic(&rig, &log, "tactile/clock_error_worst");
-    assert!(error > 0.0 && error < 15e-6, "{error}");
-    let rate = diagnostic(&rig, &log, "tactile/clock/rate");
-    assert!((rate - 150e-6).abs() < 1e-6, "{rate}");
-    // Host less board: −3.2 ms, and −150 ppm of 5 s.
-    let offset = diagnostic(&rig, &log, "tactile/clock/offset");
-    assert!(
-        (offset + 3.210_987e-3 + 5.0 * 150e-6).abs() < 20e-6,
-        "{offset}"
     );
 }
 
@@ -458,30 +255,6 @@ fn opening_is_repeated_until_the_wire_recovers() {
         message.contains("tactile") && message.contains("check the connection"),
         "{message}"
     );
-}
-
-#[test]
-fn restored_rig_continues_bit_for_bit() {
-    let mut config = Tactile::new("tactile", "bench/force");
-    config.oversampling = 4;
-    config.clock = clock(-5_150_000, -80_000);
-    config.resets = vec![SimTime::ZERO + millis(200)];
-    let faults = fault(FaultKind::Flip { rate: 0.001 }, 0, 10_000);
-    // A frame is sent from 0.9 to 1.1 ms of the time: all saved instants are in the middle of one.
-    let rig = || staged(&config, &faults);
-    check_restored(rig, &[0, 1, 33, 150, 199, 240, 330], 600);
-}
-
-#[test]
-fn running_bus_does_not_allocate() {
-    let config = Tactile::new("tactile", "bench/force");
-    let mut rig = staged(&config, &none());
-    let at = |seconds| SimTime::ZERO + SimDuration::from_secs(seconds);
-    // Buffers reach their final size, and the map its number of points.
-    rig.run_until(at(10), &mut ()).unwrap();
-    let run = || rig.run_until(at(14), &mut ()).unwrap();
-    let allocations = allocation_counter::measure(run);
-    assert_eq!(allocations.count_total, 0);
 }
 
 #[test]
