@@ -41,9 +41,14 @@ pub struct LoadFilterConfig {
 #[derive(Debug)]
 pub struct LoadFilter {
     config: LoadFilterConfig,
+    /// Names of the counters.
+    counters: [String; 4],
     state: State,
     outputs: Vec<f64>,
 }
+
+/// Counters of a filter.
+const COUNTERS: [&str; 4] = ["unused", "late", "dropped", "recoveries"];
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct State {
@@ -83,6 +88,7 @@ impl LoadFilter {
                 unused: 0,
             },
             outputs: Vec::new(),
+            counters: COUNTERS.map(|counter| format!("{}/{counter}", config.name)),
             config,
         };
         filter.publish();
@@ -190,17 +196,12 @@ impl Stage for LoadFilter {
     }
 
     fn report(&self, diagnostics: &mut Diagnostics<'_>) {
-        let name = &self.config.name;
         let counters = self.state.estimator.counters();
         let recoveries = self.state.estimator.estimate().recoveries;
         let dropped = counters.too_old + counters.duplicate + counters.not_finite;
-        for (what, count) in [
-            ("unused", self.state.unused),
-            ("late", counters.late),
-            ("dropped", dropped),
-            ("recoveries", recoveries),
-        ] {
-            diagnostics.count(&format!("{name}/{what}"), count);
+        let counts = [self.state.unused, counters.late, dropped, recoveries];
+        for (name, count) in self.counters.iter().zip(counts) {
+            diagnostics.count(name, count);
         }
     }
 
