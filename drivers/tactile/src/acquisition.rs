@@ -174,8 +174,8 @@ impl TactileAcquisition {
 }
 
 impl State {
-    /// Whether a sample of a boot is a late one of the boot before; another boot becomes the present
-    /// one. After a silence, late ones are not expected any more.
+    /// Whether a sample of a boot is a late one of the boot before; another boot becomes the
+    /// present one. After a silence, late ones are not expected any more.
     fn is_late_boot(&mut self, boot: u8, silence: SimDuration) -> bool {
         let present = *self.boot.get_or_insert(boot);
         let recent = |newest: NewestSample| self.now < newest.arrived + silence;
