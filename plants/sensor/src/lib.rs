@@ -6,7 +6,8 @@
 //! ```
 //! use twinrig_sensor::{PiezoelectricCell, SensorFile};
 //!
-//! let sensor = SensorFile::find("tactile", "".as_ref())?.sensor()?;
+//! let file = SensorFile::find("tactile", "".as_ref())?.ok_or("no sensor")?;
+//! let sensor = file.sensor()?;
 //! // Voltage of the piezoelectric cell under a sinusoidal load of 2 Hz: a Ḟ + b F̈.
 //! let [a, b] = sensor.piezoelectric.coefficients(2.0 * core::f64::consts::TAU);
 //! assert!(a > 0.0 && b < 0.0);

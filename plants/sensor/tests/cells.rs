@@ -12,7 +12,7 @@ use twinrig_sensor::{
 use twinrig_testing::python;
 
 fn parameters() -> TactileParameters {
-    let file = SensorFile::find("tactile", Path::new("")).unwrap();
+    let file = SensorFile::find("tactile", Path::new("")).unwrap().unwrap();
     file.sensor().unwrap()
 }
 

@@ -14,6 +14,7 @@ pub(crate) mod body;
 pub(crate) mod builder;
 pub(crate) mod buses;
 pub(crate) mod registry;
+pub(crate) mod sensors;
 pub(crate) mod sources;
 
 use crate::assembly::body::Body;

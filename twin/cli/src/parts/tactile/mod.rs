@@ -11,7 +11,7 @@ use twinrig_wire::{AnalogInput, AnalogSource};
 
 use crate::error::BuildError;
 use crate::parts::analog_sources::{clock, clock_option};
-use crate::parts::bus_kind::{BusContext, BusKind};
+use crate::parts::bus_kind::{BusContext, BusKind, SensorMount};
 use crate::parts::option::{choice, option};
 
 /// Baud rate of the board's serial line \[bit/s\].
@@ -31,6 +31,12 @@ pub(crate) fn kind() -> BusKind {
     let kind = BusKind::new("tactile", about, driver, wire)
         .with_faults()
         .at_baud(BAUD)
+        .mounting(|options| {
+            Some(SensorMount {
+                signal: signal(options).to_owned(),
+                sensor: options.name("sensor")?.clone(),
+            })
+        })
         .measuring(|options| sources(options).map(|source| source.1).into());
     options().into_iter().fold(kind, BusKind::with_option)
 }
@@ -50,6 +56,11 @@ fn options() -> Vec<OptionSpec> {
                 Accepts::Text,
             )
         },
+        option(
+            "sensor",
+            "name or path of the file with the sensor that is mounted there, in `benches/`; a bench has its own",
+            Accepts::Name,
+        ),
         option(
             "period",
             "time between two samples (1 ms)",
@@ -112,10 +123,15 @@ fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
     Ok(config(context)?.wire(&context.fault_schedule())?)
 }
 
+/// Returns the load at which the sensor is mounted.
+fn signal(options: &Options) -> &str {
+    options.text("signal").unwrap_or(SIGNAL)
+}
+
 /// Returns the channels with the plant signals that they measure: the voltages below the load, and
 /// the load itself, which the reference cell carries.
 fn sources(options: &Options) -> [(usize, String); 3] {
-    let signal = options.text("signal").unwrap_or(SIGNAL);
+    let signal = signal(options);
     let [piezoresistive, piezoelectric, _] = CHANNELS;
     [
         (0, format!("{signal}/{piezoresistive}")),
@@ -126,7 +142,7 @@ fn sources(options: &Options) -> [(usize, String); 3] {
 
 fn config(context: &BusContext<'_>) -> Result<Tactile, BuildError> {
     let options = context.options;
-    let mut tactile = Tactile::new(context.name, options.text("signal").unwrap_or(SIGNAL));
+    let mut tactile = Tactile::new(context.name, signal(options));
     let input = |(channel, signal)| AnalogInput {
         channel,
         analog_source: Some(AnalogSource {
