@@ -18,6 +18,7 @@ const ARROWS: &[(&str, &str)] = &[
          optoforce phidget rapier rb110 record robot runtime sbcp scenario script study wire",
     ),
     ("actuator", "robot"),
+    ("campaign", "kernel runtime"),
     (
         "compliant",
         "actuator contact kernel leg legged robot runtime",
