@@ -19,6 +19,7 @@ const ARROWS: &[(&str, &str)] = &[
          study tactile wire",
     ),
     ("actuator", "robot"),
+    ("campaign", "kernel runtime"),
     (
         "bench",
         "actuator document kernel legged robot runtime sensor",
