@@ -18,6 +18,14 @@ use crate::parts::option::{choice, number, option};
 pub(super) const FILTER: &str = "filter";
 
 const MODELS: [&str; 3] = ["F3", "F1", "F2"];
+/// Last parts of other signals below a load.
+const TAKEN: [&str; 5] = [
+    "rate",
+    "conductance",
+    "piezoresistive",
+    "piezoelectric",
+    "reference",
+];
 const LINEAR: &str = "linear";
 const LOADING: &str = "loading";
 const UNLOADING: &str = "unloading";
@@ -213,6 +221,13 @@ pub(super) fn filters(
         let OptionValue::Group(keys) = value else {
             return Err(format!("`{FILTER}.{}` is not a table", name.value).into());
         };
+        if TAKEN.contains(&name.value.as_str()) {
+            let why = format!(
+                "`{signal}/{0}` is another signal: `{FILTER}.{0}` requires another name",
+                name.value
+            );
+            return Err(why.into());
+        }
         let rate = 1.0 / period.as_secs_f64();
         let frequency = keys.group("frequency");
         let built = settings(keys).and_then(|settings| {
