@@ -86,7 +86,7 @@ impl CompareMeter {
         }
         if self.pairs.has_overflowed() {
             return Finding::unobserved(
-                "the signal that it is compared with is observed too rarely",
+                "the signal that it is compared with was not observed for a while",
             );
         }
         let (found, first_violation) = match &self.statistic {
