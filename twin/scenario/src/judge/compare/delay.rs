@@ -20,9 +20,9 @@ const IRREGULAR: f64 = 0.1;
 /// Cross-correlation of two series on a grid of lags.
 ///
 /// A sample of the signal is multiplied by those of the other series from `lags` before it to
-/// `lags` after it, so that each lag is judged by the same samples of the signal, the *centres*. The
-/// sums of the other series that belong to a lag follow from those of its complete segments, their
-/// heads and their tails, at the end of a segment: a sample costs one product for each lag.
+/// `lags` after it, so that each lag is judged by the same samples of the signal, the *centres*.
+/// The sums of the other series that belong to a lag follow from those of its complete segments,
+/// their heads and their tails, at the end of a segment: a sample costs one product for each lag.
 #[derive(Clone, Debug)]
 pub(super) struct Delay {
     lags: usize,
