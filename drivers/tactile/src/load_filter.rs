@@ -29,7 +29,9 @@ pub struct LoadFilterConfig {
 }
 
 /// Filter of the load: an extended Kalman filter that processes every sample at its own time, on
-/// the host's side of the bus.
+/// the host's side of the bus. Its clock is the board's, so that the estimates are a function of
+/// the frames alone, whenever they arrive; over a restart of the board it is continued by the
+/// clock of the host.
 ///
 /// Outputs, of the newest sample: `SIGNAL/NAME`, the load \[N\]; `…/deviation`, its standard
 /// deviation \[N\]; `…/rate` \[N/s\]; `…/nis`, the normalised innovation squared \[1\]; where a
@@ -53,6 +55,7 @@ const COUNTERS: [&str; 4] = ["unused", "late", "dropped", "recoveries"];
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct State {
     estimator: ForceEstimator,
+    clock: SampleClock,
     /// Of the voltages and of the reference.
     low_pass: Option<[Butterworth; 3]>,
     /// The low-pass filters have their initial state.
@@ -62,6 +65,41 @@ struct State {
     /// Force of the reference cell, behind the low-pass filter \[N\].
     reference: f64,
     unused: u64,
+}
+
+/// Time of samples by the clock of the board.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct SampleClock {
+    /// Time at the stamp 0 of the board \[ns\].
+    base_ns: u64,
+    last: Option<LastSample>,
+}
+
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct LastSample {
+    stamp_us: u64,
+    time_ns: u64,
+    at: HostTime,
+}
+
+impl SampleClock {
+    /// Returns the time of a sample \[ns\].
+    fn advance(&mut self, sample: &TactileSample) -> u64 {
+        let stamp_ns = sample.stamp_us * 1_000;
+        if let Some(last) = self.last
+            && sample.stamp_us <= last.stamp_us
+        {
+            let passed = sample.at.as_nanos().saturating_sub(last.at.as_nanos());
+            self.base_ns = (last.time_ns + passed.max(1)).saturating_sub(stamp_ns);
+        }
+        let time_ns = self.base_ns + stamp_ns;
+        self.last = Some(LastSample {
+            stamp_us: sample.stamp_us,
+            time_ns,
+            at: sample.at,
+        });
+        time_ns
+    }
 }
 
 impl LoadFilter {
@@ -81,6 +119,7 @@ impl LoadFilter {
         let mut filter = Self {
             state: State {
                 estimator: ForceEstimator::new(&config.settings)?,
+                clock: SampleClock::default(),
                 low_pass: config.low_pass.map(filters).transpose()?,
                 settled: false,
                 frequency: None,
@@ -134,9 +173,9 @@ impl State {
         std::array::from_fn(|n| filters[n].step(raw[n]))
     }
 
-    fn push(&mut self, at: HostTime, channel: Channel, value: f64) -> Outcome {
+    fn push(&mut self, at_ns: u64, channel: Channel, value: f64) -> Outcome {
         self.estimator.push(Measurement {
-            at_ns: at.as_nanos(),
+            at_ns,
             channel,
             value,
         })
@@ -167,6 +206,7 @@ impl Stage for LoadFilter {
 
     fn handle_sample(&mut self, sample: &TactileSample) {
         let state = &mut self.state;
+        let at_ns = state.clock.advance(sample);
         let [piezoresistive, piezoelectric, reference] = state.low_passed(sample);
         state.reference = reference;
         let voltages = [
@@ -177,11 +217,11 @@ impl Stage for LoadFilter {
             if saturated {
                 state.unused += 1;
             } else {
-                state.push(sample.at, channel, volts);
+                state.push(at_ns, channel, volts);
             }
         }
         if let Some(hertz) = state.frequency.take() {
-            state.push(sample.at, Channel::Frequency, TAU * hertz);
+            state.push(at_ns, Channel::Frequency, TAU * hertz);
         }
         self.publish();
     }
