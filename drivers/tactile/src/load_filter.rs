@@ -238,7 +238,7 @@ impl Stage for LoadFilter {
     fn report(&self, diagnostics: &mut Diagnostics<'_>) {
         let counters = self.state.estimator.counters();
         let recoveries = self.state.estimator.estimate().recoveries;
-        let dropped = counters.too_old + counters.duplicate + counters.not_finite;
+        let dropped = counters.too_old + counters.duplicate + counters.invalid;
         let counts = [self.state.unused, counters.late, dropped, recoveries];
         for (name, count) in self.counters.iter().zip(counts) {
             diagnostics.count(name, count);

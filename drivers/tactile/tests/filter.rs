@@ -1,12 +1,12 @@
 //! The filter of the load as a stage of the driver.
 
+mod support;
+
 use std::f64::consts::TAU;
 
 use proptest::prelude::*;
-use twinrig_estimate::{
-    ChargeAmplifier, Decay, EstimateError, ForceResponse, Model, Piezoresistive, Settings,
-    StateSettings,
-};
+use support::{STATE, filter, filter_of};
+use twinrig_estimate::{Decay, EstimateError, Model};
 use twinrig_kernel::SimDuration;
 use twinrig_runtime::Driver;
 use twinrig_tactile::protocol::{Command, Message, Status};
@@ -14,54 +14,12 @@ use twinrig_tactile::{LoadFilter, LoadFilterConfig, Tactile, TactileDriver};
 use twinrig_testing::driver_harness::DriverHarness;
 use twinrig_wire::FramedMessage;
 
-const STATE: StateSettings = StateSettings {
-    initial: 0.0,
-    variance: 1.0,
-    noise: 0.0,
-};
-
-fn config(model: Model) -> LoadFilterConfig {
-    LoadFilterConfig {
-        name: "estimate".to_owned(),
-        signal: "bench/force".to_owned(),
-        settings: Settings {
-            model,
-            piezoresistive: Some(Piezoresistive {
-                response: ForceResponse::Linear {
-                    gain: 0.2,
-                    offset: 1.0,
-                },
-                variance: 1e-4,
-            }),
-            piezoelectric: Some(1e-4),
-            frequency: Some(0.01),
-            period_s: 1e-3,
-            white: 1e8,
-            recovery: None,
-        },
-        low_pass: None,
-        frequency: None,
-        reference: true,
-    }
-}
-
-fn f3() -> LoadFilterConfig {
-    config(Model::F3 {
-        amplifier: ChargeAmplifier {
-            sensitivity: -0.05,
-            feedback_s: 0.1,
-            lag_s: 0.005,
-        },
-        states: [STATE; 6],
-    })
-}
-
 fn f2() -> LoadFilterConfig {
     let decay = |value| Decay {
         value,
         scale_hz: 1.7,
     };
-    config(Model::F2 {
+    filter_of(Model::F2 {
         rate: decay(0.05),
         acceleration: decay(-0.005),
         states: [STATE; 5],
@@ -137,15 +95,15 @@ proptest! {
         delays_us in proptest::collection::vec(0_u64..900, 1..50),
     ) {
         let frames = frames(600, &[]);
-        let prompt = estimates(f3(), &frames, &[0]);
-        prop_assert_eq!(&prompt, &estimates(f3(), &frames, &delays_us));
+        let prompt = estimates(filter(), &frames, &[0]);
+        prop_assert_eq!(&prompt, &estimates(filter(), &frames, &delays_us));
     }
 }
 
 #[test]
 fn estimate_follows_the_load_over_a_restart_of_the_board() {
     let frames = frames(1_500, &[700]);
-    let mut config = f3();
+    let mut config = filter();
     config.settings.piezoelectric = None;
     let estimates = estimates(config, &frames, &[120, 310, 40]);
     for (n, outputs) in estimates.iter().enumerate().skip(100) {
@@ -176,7 +134,7 @@ fn estimate_follows_the_load_over_a_restart_of_the_board() {
 
 #[test]
 fn saturated_voltages_are_not_used() {
-    let mut host = host(f3());
+    let mut host = host(filter());
     let frames = frames(50, &[]);
     for frame in &frames[..25] {
         host.receive(SimDuration::from_millis(1), frame);
@@ -228,12 +186,12 @@ fn model_f2_requires_the_signal_of_a_frequency() {
 #[test]
 fn restored_filter_continues_bit_for_bit() {
     let frames = frames(400, &[150]);
-    let mut first = host(f3());
+    let mut first = host(filter());
     for frame in &frames[..200] {
         first.receive(SimDuration::from_millis(1), frame);
     }
     let saved = first.driver.save();
-    let mut second = host(f3());
+    let mut second = host(filter());
     second.receive(SimDuration::from_millis(200), &[]);
     second.driver.restore(&saved).unwrap();
     for frame in &frames[200..] {
