@@ -69,7 +69,7 @@ mod stage;
 pub use acquisition::TactileAcquisition;
 pub use board::{TactileBoard, TactileEmulation};
 pub use clock_map::ClockMap;
-pub use config::{CHANNELS, ReferenceCell, Tactile, TactileError};
+pub use config::{CHANNELS, ReferenceCell, Tactile, TactileError, Unplugged};
 pub use driver::TactileDriver;
 pub use load_filter::{LoadFilter, LoadFilterConfig};
 pub use stage::{Stage, TactileSample};

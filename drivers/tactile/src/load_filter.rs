@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 use twinrig_estimate::{
     Butterworth, Channel, EstimateError, ForceEstimator, Measurement, Outcome, Settings,
 };
@@ -22,6 +23,9 @@ pub struct LoadFilterConfig {
     /// Low-pass filter of all channels, fourth order, before the estimator: its cut-off frequency
     /// and the rate of the samples \[Hz\]. Estimates are later by its group delay.
     pub low_pass: Option<[f64; 2]>,
+    /// Ranges in which the voltages are plausible: the response of a cell, the rails of an
+    /// amplifier \[V\].
+    pub ranges: [RangeInclusive<f64>; 2],
     /// Signal of the process with the frequency of the load \[Hz\], which model F2 requires.
     pub frequency: Option<String>,
     /// Whether the reference cell measures the load, as on the test bench.
@@ -38,7 +42,7 @@ pub struct LoadFilterConfig {
 /// reference cell measures the load, `…/reference`, its force behind the same low-pass filter
 /// \[N\], and `…/nees`, the normalised estimation error squared \[1\].
 ///
-/// A voltage out of range is not used. Diagnostics: `NAME/unused`, of such voltages; `NAME/late`
+/// A voltage that is out of range or not plausible ([`LoadFilterConfig::ranges`]) is not used. Diagnostics: `NAME/unused`, of such voltages; `NAME/late`
 /// and `NAME/dropped`, of samples out of order; `NAME/recoveries`, see [`Settings::recovery`].
 #[derive(Debug)]
 pub struct LoadFilter {
@@ -210,11 +214,11 @@ impl Stage for LoadFilter {
         let [piezoresistive, piezoelectric, reference] = state.low_passed(sample);
         state.reference = reference;
         let voltages = [
-            (Channel::Piezoresistive, piezoresistive, sample.saturated[0]),
-            (Channel::Piezoelectric, piezoelectric, sample.saturated[1]),
+            (Channel::Piezoresistive, piezoresistive),
+            (Channel::Piezoelectric, piezoelectric),
         ];
-        for (channel, volts, saturated) in voltages {
-            if saturated {
+        for (n, (channel, volts)) in voltages.into_iter().enumerate() {
+            if sample.saturated[n] || !self.config.ranges[n].contains(&sample.volts[n]) {
                 state.unused += 1;
             } else {
                 state.push(at_ns, channel, volts);

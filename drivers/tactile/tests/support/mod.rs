@@ -179,6 +179,7 @@ pub fn filter_of(model: Model) -> LoadFilterConfig {
             recovery: None,
         },
         low_pass: None,
+        ranges: [0.5..=9.9, -9.9..=9.9],
         frequency: None,
         reference: true,
     }

@@ -3,10 +3,10 @@
 mod filter;
 
 use twinrig_document::Range;
-use twinrig_kernel::Unit;
-use twinrig_runtime::Wire;
+use twinrig_kernel::{SimTime, Unit};
+use twinrig_runtime::{FaultKind, Wire};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
-use twinrig_tactile::{CHANNELS, SampleChoice, Tactile, TactileDriver};
+use twinrig_tactile::{CHANNELS, SampleChoice, Tactile, TactileDriver, Unplugged};
 use twinrig_wire::{AnalogInput, AnalogSource};
 
 use crate::error::BuildError;
@@ -30,6 +30,9 @@ pub(crate) fn kind() -> BusKind {
     let about = "acquisition cards of a tactile sensor, and filters that estimate its load";
     let kind = BusKind::new("tactile", about, driver, wire)
         .with_faults()
+        .with_place(CHANNELS[0])
+        .with_place(CHANNELS[1])
+        .with_place(CHANNELS[2])
         .at_baud(BAUD)
         .mounting(|options| {
             Some(SensorMount {
@@ -140,6 +143,30 @@ fn sources(options: &Options) -> [(usize, String); 3] {
     ]
 }
 
+/// Returns the cables that faults unplug, at places named after the channels.
+fn unplugged(context: &BusContext<'_>) -> Result<Vec<Unplugged>, BuildError> {
+    let mut all = Vec::new();
+    for (place, fault) in context.faults {
+        let Some(channel) = CHANNELS.iter().position(|channel| channel == place) else {
+            continue;
+        };
+        if !matches!(fault.kind, FaultKind::Unplug { .. }) {
+            let why = format!(
+                "the cable of a sensor can be unplugged only: `{}` is a fault of the line, `wire/{}`",
+                fault.kind.name(),
+                context.name
+            );
+            return Err(why.into());
+        }
+        all.push(Unplugged {
+            channel,
+            from: fault.at,
+            to: fault.lasts.map_or(SimTime::MAX, |lasts| fault.at + lasts),
+        });
+    }
+    Ok(all)
+}
+
 fn config(context: &BusContext<'_>) -> Result<Tactile, BuildError> {
     let options = context.options;
     let mut tactile = Tactile::new(context.name, signal(options));
@@ -168,6 +195,7 @@ fn config(context: &BusContext<'_>) -> Result<Tactile, BuildError> {
     }
     tactile.jitter = options.time("jitter").cloned().unwrap_or(tactile.jitter);
     tactile.clock = clock(options)?;
+    tactile.unplugged = unplugged(context)?;
     tactile.seed = context.seed;
     Ok(tactile)
 }
