@@ -17,8 +17,9 @@ use crate::{Abduction, DutyMap, FootLocus, Gait, GaitError, Oscillators};
 ///
 /// No inputs; outputs `leg/X/hip/command` and `leg/X/knee/command` \[rad\] for the selected legs,
 /// then, with [`Cpg::with_abduction`], `leg/X/abduction/command` \[rad\] for each of these, then,
-/// with [`Cpg::with_frequency_of`], `leg/X/frequency` \[Hz\] for one leg. All legs of the robot have an oscillator whether commanded or not, so the selection does not affect
-/// the commands of the others.
+/// with [`Cpg::with_frequency_of`], `leg/X/frequency` \[Hz\] for one leg. All legs of the robot
+/// have an oscillator whether commanded or not, so the selection does not affect the commands of
+/// the others.
 ///
 /// # Process variables
 ///

@@ -42,8 +42,9 @@ pub struct LoadFilterConfig {
 /// reference cell measures the load, `…/reference`, its force behind the same low-pass filter
 /// \[N\], and `…/nees`, the normalised estimation error squared \[1\].
 ///
-/// A voltage that is out of range or not plausible ([`LoadFilterConfig::ranges`]) is not used. Diagnostics: `NAME/unused`, of such voltages; `NAME/late`
-/// and `NAME/dropped`, of samples out of order; `NAME/recoveries`, see [`Settings::recovery`].
+/// A voltage that is out of range or not plausible ([`LoadFilterConfig::ranges`]) is not used.
+/// Diagnostics: `NAME/unused`, of such voltages; `NAME/late` and `NAME/dropped`, of samples out of
+/// order; `NAME/recoveries`, see [`Settings::recovery`].
 #[derive(Debug)]
 pub struct LoadFilter {
     config: LoadFilterConfig,

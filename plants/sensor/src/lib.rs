@@ -1,6 +1,6 @@
 //! Tactile sensors for the load of a leg (thesis, chapter 4): a piezoresistive cell for the load, a
-//! piezoelectric cell for its changes, each with its amplifier. [`TactileSensor`] is one such sensor;
-//! [`SensedPlant`] mounts sensors at loads of any plant. Parameters are read from files
+//! piezoelectric cell for its changes, each with its amplifier. [`TactileSensor`] is one such
+//! sensor; [`SensedPlant`] mounts sensors at loads of any plant. Parameters are read from files
 //! ([`SensorFile`]).
 //!
 //! ```

@@ -1,5 +1,6 @@
 //! Tests of the program through its commands.
 
+mod bench;
 mod builds;
 mod commands;
 mod common;
