@@ -1,12 +1,12 @@
-//! Design of cells: printed tables, statsmodels, SciPy, and properties of the design.
+//! Design of cells: printed tables, statsmodels, and properties of the design.
 
 use std::path::Path;
 
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use twinrig_sensor::design::{
-    CELLS, CellDesign, CellFactor, CellPrediction, CellResponse, Departure, Effect, Electrode,
-    Elimination, LinearModel, PRINTED_MODELS, THRESHOLD, TestedCell,
+    Anova, CELLS, CellDesign, CellFactor, CellPrediction, CellResponse, Departure, Effect,
+    Electrode, Elimination, LinearModel, PRINTED_MODELS, THRESHOLD, TestedCell,
 };
 use twinrig_sensor::{Characteristic, ResistanceAmplifier, SensorError};
 use twinrig_testing::python;
@@ -278,81 +278,75 @@ fn indices(effect: Effect) -> Vec<usize> {
 /// Pivoted and iterated decompositions of the peer leave more rounding than contrasts do.
 const PEER: f64 = 1e-9;
 
+/// Effect with these columns of factors.
+fn effect(columns: &Value) -> Effect {
+    let columns = columns.as_array().unwrap().iter();
+    let factor =
+        |column: &Value| CellFactor::ALL[usize::try_from(column.as_u64().unwrap()).unwrap()];
+    match columns.map(factor).collect::<Vec<_>>()[..] {
+        [one, other] => Effect::interaction(one, other),
+        [one] => Effect::main(one),
+        _ => panic!("the peer has effects of one or two factors"),
+    }
+}
+
+/// Figures of a model, and those of the peer.
+fn figures(model: &LinearModel, coded: &[[f64; 5]], peer: &Value) -> Vec<(f64, f64)> {
+    let whole = |key: &str| peer[key].as_f64().unwrap();
+    let mut pairs = vec![
+        (model.constant, whole("constant")),
+        (model.residual, whole("residual")),
+        (model.f, whole("f")),
+        (model.p, whole("p")),
+        (model.r_squared, whole("r_squared")),
+    ];
+    for (ours, theirs) in model.effects.iter().zip(peer["rows"].as_array().unwrap()) {
+        let ours = [ours.coefficient, ours.sum_of_squares, ours.f, ours.p];
+        pairs.extend(ours.into_iter().zip(numbers(theirs)));
+    }
+    let intervals = peer["intervals"].as_array().unwrap();
+    for (coded, theirs) in coded.iter().zip(intervals) {
+        let found = model.predict(coded, 0.95);
+        let ours = [found.value, found.low, found.high];
+        pairs.extend(ours.into_iter().zip(numbers(theirs)));
+    }
+    pairs
+}
+
 #[test]
-fn models_and_prediction_intervals_agree_with_statsmodels() {
+fn models_intervals_and_elimination_agree_with_statsmodels() {
     let Some(python) = python::python_of_peers("statsmodels.api") else {
         return;
     };
-    let designs = [
-        FOOT,
-        CELLS[3].design(),
-        CellDesign {
-            layers: 4,
-            width: 40e-3,
-            ..FOOT
-        },
-    ];
-    let coded = designs.map(|design| design.coded());
-    let responses: Vec<Value> = PRINTED_MODELS
-        .iter()
-        .map(|printed| {
-            let effects: Vec<_> = printed
-                .effects
-                .iter()
-                .map(|row| indices(row.effect))
-                .collect();
-            json!({
-                "values": printed.response.values(), "effects": effects,
-                "coded": coded, "threshold": THRESHOLD,
-            })
+    let large = CellDesign {
+        layers: 4,
+        width: 40e-3,
+        ..FOOT
+    };
+    let coded = [FOOT, CELLS[3].design(), large].map(|design| design.coded());
+    let responses = PRINTED_MODELS.map(|printed| {
+        let effects = printed.effects.iter().map(|row| indices(row.effect));
+        json!({
+            "values": printed.response.values(), "effects": effects.collect::<Vec<_>>(),
+            "coded": coded, "threshold": THRESHOLD,
         })
-        .collect();
+    });
     let cells = CELLS.map(|cell| cell.coded);
     let case = json!({ "cells": cells, "responses": responses });
-    let answers = script(&python, "regression.py", &case);
-    let answers = answers.as_array().unwrap();
-    for (answer, printed) in answers.iter().zip(&PRINTED_MODELS) {
+    let peer = script(&python, "regression.py", &case);
+    for (n, printed) in PRINTED_MODELS.iter().enumerate() {
         let model = printed.refit().unwrap();
-        let whole = |key: &str| answer[key].as_f64().unwrap();
-        let mut pairs = vec![
-            (model.constant, whole("constant")),
-            (model.residual, whole("residual")),
-            (model.f, whole("f")),
-            (model.p, whole("p")),
-            (model.r_squared, whole("r_squared")),
-        ];
-        for (ours, theirs) in model.effects.iter().zip(answer["rows"].as_array().unwrap()) {
-            let ours = [ours.coefficient, ours.sum_of_squares, ours.f, ours.p];
-            pairs.extend(ours.into_iter().zip(numbers(theirs)));
-        }
-        for (coded, theirs) in coded.iter().zip(answer["intervals"].as_array().unwrap()) {
-            let found = model.predict(coded, 0.95);
-            let ours = [found.value, found.low, found.high];
-            pairs.extend(ours.into_iter().zip(numbers(theirs)));
-        }
-        for (ours, theirs) in pairs {
+        for (ours, theirs) in figures(&model, &coded, &peer[n]) {
             assert!(close(ours, theirs, PEER), "{ours} {theirs}");
         }
-        let kept = Elimination::of(printed.response, THRESHOLD).unwrap().model;
-        let theirs = &answer["kept"];
-        let p: Vec<f64> = numbers(&theirs["p"]);
-        let effects = theirs["effects"].as_array().unwrap();
-        assert_eq!(effects.len(), kept.effects.len());
-        // The peer names the first of two aliased interactions.
-        for (effect, p) in effects.iter().zip(p) {
-            let of: Vec<CellFactor> = numbers(effect)
-                .iter()
-                .map(|it| CellFactor::ALL[*it as usize])
-                .collect();
-            let effect = match of[..] {
-                [one, other] => Effect::interaction(one, other),
-                _ => Effect::main(of[0]),
-            };
-            let ours = kept
-                .effects
-                .iter()
-                .find(|row| row.effect.is_aliased_with(effect));
-            assert!(close(ours.unwrap().p, p, PEER));
+        let ours = Elimination::of(printed.response, THRESHOLD).unwrap().model;
+        let kept = peer[n]["kept"]["effects"].as_array().unwrap();
+        assert_eq!(kept.len(), ours.effects.len());
+        for (columns, p) in kept.iter().zip(numbers(&peer[n]["kept"]["p"])) {
+            // The peer names the first of two aliased interactions.
+            let same = |row: &&Anova| row.effect.is_aliased_with(effect(columns));
+            let ours = ours.effects.iter().find(same).unwrap();
+            assert!(close(ours.p, p, PEER), "{} {p}", ours.p);
         }
     }
 }

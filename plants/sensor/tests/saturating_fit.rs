@@ -34,7 +34,7 @@ fn points(cell: &TestedCell, seed: u64) -> (Vec<(f64, f64)>, f64) {
         / count;
     // Three parameters take their share of the noise out of the residuals.
     let deviation = ((1.0 - cell.r_squared) * variance * count / (count - 3.0)).sqrt();
-    let mut random = stream(seed, "appendix-b");
+    let mut random = stream(seed, &format!("appendix-b/{:?}", cell.coded));
     let points = loads.into_iter().zip(exact);
     (
         points

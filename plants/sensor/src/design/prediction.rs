@@ -9,9 +9,6 @@ use super::printed::PrintedModel;
 use crate::SensorError;
 use crate::piezoresistive::{Characteristic, ResistanceAmplifier};
 
-/// Probability of a prediction interval to contain a new cell.
-const COVERAGE: f64 = 0.95;
-
 /// Electrodes of type B (section 4.2.2.1): width of a strip and distance between strips \[m\].
 const STRIP: f64 = 2e-3;
 const DISTANCE: f64 = 1e-3;
@@ -99,7 +96,7 @@ impl fmt::Display for Departure {
                 let [width, below, above] = widths.map(|it| shown(CellFactor::Width, it));
                 write!(
                     f,
-                    "type B has strips of 2 mm at distances of 1 mm, hence no width of {width} mm: the nearest are {below} and {above} mm"
+                    "type B of 2 mm strips at distances of 1 mm has no width of {width} mm: {below} mm and {above} mm are next (assumed rule)"
                 )
             }
         }
@@ -183,6 +180,9 @@ pub struct CellPrediction {
 }
 
 impl CellPrediction {
+    /// Probability of an interval to contain a new cell.
+    pub const COVERAGE: f64 = 0.95;
+
     /// Predicts the characteristic of a cell.
     ///
     /// # Errors
@@ -202,9 +202,9 @@ impl CellPrediction {
         let [a1, a2, load] = CellResponse::ALL.map(|response| {
             let model = PrintedModel::of(response).refit()?;
             // Bonferroni: three intervals that fail with a third of the probability each.
-            let joint = model.predict(&coded, 1.0 - (1.0 - COVERAGE) / 3.0);
+            let joint = model.predict(&coded, 1.0 - (1.0 - Self::COVERAGE) / 3.0);
             let readings = aliased_readings(response, &model, &coded);
-            Ok::<_, SensorError>((model.predict(&coded, COVERAGE), joint, readings))
+            Ok::<_, SensorError>((model.predict(&coded, Self::COVERAGE), joint, readings))
         });
         let (a1, a2, load) = (a1?, a2?, load?);
         Ok(Self {
@@ -264,9 +264,12 @@ fn aliased_readings(
     let reading = |effect: Effect| {
         let aliases = effect.aliases();
         let (alias, sign) = aliases.into_iter().find(|(alias, _)| alias.order() == 2)?;
-        let attributed = |other| match other == effect {
-            true => (alias, sign),
-            false => (other, 1.0),
+        let attributed = |other| {
+            if other == effect {
+                (alias, sign)
+            } else {
+                (other, 1.0)
+            }
         };
         Some(AliasedReading {
             response,

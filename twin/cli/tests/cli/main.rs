@@ -1,6 +1,7 @@
 //! Tests of the program through its commands.
 
 mod builds;
+mod cell;
 mod commands;
 mod common;
 mod falls;
