@@ -1,7 +1,7 @@
 //! Tactile sensors for the load of a leg (thesis, chapter 4): a piezoresistive cell for the load, a
 //! piezoelectric cell for its changes, each with its amplifier. [`TactileSensor`] is one such
 //! sensor; [`SensedPlant`] mounts sensors at loads of any plant. Parameters are read from files
-//! ([`SensorFile`]).
+//! ([`SensorFile`]), or predicted from the dimensions of a cell ([`design`]).
 //!
 //! ```
 //! use twinrig_sensor::{PiezoelectricCell, SensorFile};
@@ -17,6 +17,7 @@
 //! Not modelled: the influence of temperature, moisture and wear; the compliance of the sensor,
 //! which would act on the plant; noise, which the emulated acquisition cards add.
 
+pub mod design;
 mod error;
 mod low_pass;
 mod piezoelectric;

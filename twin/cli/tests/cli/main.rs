@@ -2,6 +2,7 @@
 
 mod bench;
 mod builds;
+mod cell;
 mod commands;
 mod common;
 mod falls;
