@@ -21,6 +21,12 @@ const FOOT: CellDesign = CellDesign {
     width: 25e-3,
 };
 
+const AMPLIFIER: ResistanceAmplifier = ResistanceAmplifier {
+    feedback: 75e3,
+    reference: 0.25,
+    rail: f64::INFINITY,
+};
+
 /// Half a unit of the last of `digits` significant digits.
 fn rounding(value: f64, digits: i32) -> f64 {
     let exponent = format!("{value:e}");
@@ -110,6 +116,27 @@ fn aliases_follow_from_the_defining_relation() {
     ];
     let error = LinearModel::fit(&CellResponse::Base.values(), &both).unwrap_err();
     assert!(matches!(error, SensorError::Aliased { .. }));
+}
+
+#[test]
+fn residuals_of_a_cell_with_two_and_six_layers_are_not_positively_correlated() {
+    for printed in &PRINTED_MODELS {
+        let model = printed.refit().unwrap();
+        let cells = CELLS.iter().zip(printed.response.values());
+        let residuals = cells.map(|(cell, value)| {
+            let effects = model.effects.iter();
+            let terms = effects.map(|row| row.coefficient * row.effect.value(&cell.coded));
+            (cell.coded, value - model.constant - terms.sum::<f64>())
+        });
+        let residuals: Vec<([f64; 5], f64)> = residuals.collect();
+        let other = |coded: [f64; 5]| {
+            let mut other = coded;
+            other[Layer as usize] *= -1.0;
+            residuals.iter().find(|row| row.0 == other).unwrap().1
+        };
+        let products = residuals.iter().map(|row| row.1 * other(row.0));
+        assert!(products.sum::<f64>() < 0.0);
+    }
 }
 
 #[test]
@@ -242,8 +269,7 @@ proptest! {
         let electrode = if b { Electrode::B } else { Electrode::A };
         let design = CellDesign { electrode, layers, glue, length, width };
         let found = CellPrediction::of(&design).unwrap();
-        let amplifier = ResistanceAmplifier { feedback: 75e3, reference: 0.25, rail: f64::INFINITY };
-        let output = found.volts(&amplifier, load);
+        let output = found.volts(&AMPLIFIER, load);
         prop_assert!(output.low >= 0.25 && output.low <= output.value && output.value <= output.high);
         for (a1, a2, end) in [
             (found.sensitivity.high, found.base.value, found.saturation.value),
@@ -254,7 +280,7 @@ proptest! {
             let cell = Characteristic::Saturating {
                 sensitivity: a1.max(0.0), base: a2, saturation: end.max(0.0),
             };
-            let volts = amplifier.volts(cell.conductance(load, 0.0));
+            let volts = AMPLIFIER.volts(cell.conductance(load, 0.0));
             prop_assert!(load == 0.0 || (output.low <= volts && volts <= output.high));
         }
     }
@@ -349,4 +375,13 @@ fn models_intervals_and_elimination_agree_with_statsmodels() {
             assert!(close(ours.p, p, PEER), "{} {p}", ours.p);
         }
     }
+    // The output of the foot cell at 20 N, by eq. 4.2 from the ends of the joint intervals.
+    let end = |response: usize, end: usize| peer[response]["joint"][0][end].as_f64().unwrap();
+    let volts = |n| {
+        let load = 20.0_f64.min(end(2, n).max(0.0));
+        let conductance = end(1, n) + end(0, n).max(0.0) * load;
+        (1.0 + 75e3 * conductance.max(0.0)) * 0.25
+    };
+    let output = CellPrediction::of(&FOOT).unwrap().volts(&AMPLIFIER, 20.0);
+    assert!(close(output.low, volts(0), PEER) && close(output.high, volts(1), PEER));
 }

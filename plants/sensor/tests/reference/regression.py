@@ -2,8 +2,8 @@
 
 Reads {"cells": rows of coded factors, "responses": [{"values", "effects", "coded", "threshold"}]}
 from standard input; an effect is a list of columns of factors. Prints for each response the table
-of the model, its prediction intervals at the rows of `coded`, and what backward elimination keeps
-of all effects of up to two factors.
+of the model, its prediction intervals at the rows of `coded`, those that hold for three responses
+jointly, and what backward elimination keeps of all effects of up to two factors.
 """
 
 import itertools
@@ -63,6 +63,7 @@ for response in case["responses"]:
             "intervals": [
                 [value, *ends] for value, ends in zip(prediction.predicted_mean, intervals.tolist())
             ],
+            "joint": prediction.conf_int(obs=True, alpha=0.05 / 3.0).tolist(),
             "kept": eliminate(cells, values, response["threshold"]),
         }
     )
