@@ -90,7 +90,11 @@ impl Draw {
             peak,
             hz,
             noise,
-            bias: if within([0.0, 1.0]) < 0.5 { -bias } else { bias },
+            bias: if within([0.0, 1.0]) < 0.5 {
+                -bias
+            } else {
+                bias
+            },
         }
     }
 }
@@ -122,15 +126,27 @@ pub fn load(shape: Shape, peak: f64, hz: f64, seconds: f64) -> Vec<[f64; 2]> {
     (0..count).map(at).collect()
 }
 
-/// Returns the clean voltages of a sensor that has been unloaded before.
-pub fn voltages(parameters: &TactileParameters, load: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let mut sensor = TactileSensor::new(*parameters, 0.0).unwrap();
+/// Returns a sensor that has been under 10 N for some time \[s\], and unloaded for a second.
+pub fn crept(seconds: f64) -> TactileSensor {
+    let mut sensor = TactileSensor::new(sensor(), 0.0).unwrap();
+    if seconds > 0.0 {
+        for (step, force) in [
+            (PERIOD_S, 10.0),
+            (seconds, 10.0),
+            (PERIOD_S, 0.0),
+            (1.0, 0.0),
+        ] {
+            sensor.advance(step, force);
+        }
+    }
+    sensor
+}
+
+/// Returns the clean voltages of a sensor under a load.
+pub fn voltages(mut sensor: TactileSensor, load: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let advance = |&[force, _]: &[f64; 2]| {
         sensor.advance(PERIOD_S, force);
-        [
-            sensor.piezoresistive_volts(),
-            sensor.piezoelectric_volts(),
-        ]
+        [sensor.piezoresistive_volts(), sensor.piezoelectric_volts()]
     };
     load.iter().map(advance).collect()
 }
@@ -144,10 +160,10 @@ pub enum RateSensor {
     Ideal(f64),
 }
 
-/// Simulates a draw.
-pub fn simulate(draw: &Draw, rate_sensor: RateSensor, seed: u64) -> Samples {
+/// Simulates a draw with a sensor that has crept for some time \[s\].
+pub fn simulate(draw: &Draw, rate_sensor: RateSensor, crept_s: f64, seed: u64) -> Samples {
     let load = load(draw.shape, draw.peak, draw.hz, 1.0 + PERIODS / draw.hz);
-    let mut volts = voltages(&sensor(), &load);
+    let mut volts = voltages(crept(crept_s), &load);
     let mut noise = [0, 1].map(|i| stream(seed, &format!("fused/noise/{}/{i}", draw.index)));
     for (volts, [_, rate]) in volts.iter_mut().zip(&load) {
         if let RateSensor::Ideal(gain) = rate_sensor {
