@@ -9,6 +9,9 @@ use twinrig_sensor::{SensorFile, TactileParameters, TactileSensor};
 pub const PERIOD_S: f64 = 1e-3;
 pub const PERIOD_NS: u64 = 1_000_000;
 
+/// Samples before those that are judged: one second.
+pub const SETTLING: usize = 1000;
+
 /// Periods of a run after its first second: the thesis' tests have at least ten.
 const PERIODS: f64 = 10.0;
 
@@ -105,8 +108,6 @@ pub struct Samples {
     pub load: Vec<[f64; 2]>,
     /// Piezoresistive and piezoelectric voltage \[V\].
     pub volts: Vec<[f64; 2]>,
-    /// Index of the first sample that is judged: 1 s.
-    pub judged: usize,
 }
 
 /// Returns the sensor of the tactile bench.
@@ -118,12 +119,12 @@ pub fn sensor() -> TactileParameters {
 
 /// Returns load and rate every [`PERIOD_S`]; it starts at 0 N.
 pub fn load(shape: Shape, peak: f64, hz: f64, seconds: f64) -> Vec<[f64; 2]> {
-    let count = (seconds / PERIOD_S).round() as u64;
-    let at = |index: u64| {
-        let [value, slope] = shape.at(hz * index as f64 * PERIOD_S);
+    let at = |at_s: f64| {
+        let [value, slope] = shape.at(hz * at_s);
         [peak * value, peak * slope * hz]
     };
-    (0..count).map(at).collect()
+    let times = (0_u32..).map(|index| f64::from(index) * PERIOD_S);
+    times.take_while(|&at_s| at_s < seconds).map(at).collect()
 }
 
 /// Returns a sensor that has been under 10 N for some time \[s\], and unloaded for a second.
@@ -174,9 +175,5 @@ pub fn simulate(draw: &Draw, rate_sensor: RateSensor, crept_s: f64, seed: u64) -
             *volts += deviation * noise.normal();
         }
     }
-    Samples {
-        load,
-        volts,
-        judged: (1.0 / PERIOD_S).round() as usize,
-    }
+    Samples { load, volts }
 }

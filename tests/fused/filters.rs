@@ -6,7 +6,7 @@ use twinrig_estimate::{
     Piezoresistive, RECOVERY, Settings, StateSettings,
 };
 
-use crate::draws::{PERIOD_NS, PERIOD_S, Samples, Shape, crept, load, voltages};
+use crate::draws::{PERIOD_NS, PERIOD_S, SETTLING, Samples, Shape, crept, load, voltages};
 
 /// What a clean run of the simulated sensor tells about it.
 pub struct Calibration {
@@ -162,7 +162,7 @@ pub fn estimates(settings: &Settings, samples: &Samples) -> Vec<f64> {
 /// Root of the mean square error \[N\] after the first second.
 pub fn rmse(settings: &Settings, samples: &Samples) -> f64 {
     let estimates = estimates(settings, samples);
-    let errors = estimates.iter().zip(&samples.load).skip(samples.judged);
+    let errors = estimates.iter().zip(&samples.load).skip(SETTLING);
     let count = errors.len() as f64;
     let square: f64 = errors
         .map(|(it, [force, _])| (it - force) * (it - force))
