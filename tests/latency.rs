@@ -1,5 +1,5 @@
-//! Latency of the load's estimate on the tactile bench, split by stage, on the complete twin: motor,
-//! cam, sensor, acquisition cards with their line, driver and filter.
+//! Latency of the load's estimate on the tactile bench, split by stage, on the complete twin:
+//! motor, cam, sensor, acquisition cards with their line, driver and filter.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
@@ -211,8 +211,9 @@ fn stages_of_the_bench_are_late_by_their_closed_forms() {
     assert_near(delay.filter_s, -lag, 0.5e-3);
 }
 
-/// On an observation grid of 0.1 ms the frame's time, 0.195 ms, and the jitter show: a sample is seen
-/// from the next point on, 0.2 ms or 0.3 ms after it, and for ten points, 0.45 ms in the mean.
+/// On an observation grid of 0.1 ms the frame's time, 0.195 ms, and the jitter show: a sample is
+/// seen from the next point on, 0.2 ms or 0.3 ms after it, and for ten points, which is 0.45 ms in
+/// the mean.
 #[test]
 fn acquisition_is_frame_jitter_and_hold() {
     let delay = delay(Cell::Piezoelectric, &[("observe.period", "100 us")]);

@@ -21,8 +21,8 @@ const DATA_SHEET: ChargeAmplifier = ChargeAmplifier {
     lag_s: 0.01,
 };
 
-/// Identifies the sensor as the thesis does (section 4.3.2.2): harmonic loads of 28.08 N from 0.5 to
-/// 4 Hz in steps of 0.5 Hz, without noise.
+/// Identifies the sensor as the thesis does (section 4.3.2.2): harmonic loads of 28.08 N from
+/// 0.5 to 4 Hz in steps of 0.5 Hz, without noise.
 ///
 /// One period each: that lasts 5.4 s, the draws 6.9 s in the mean. In a longer calibration the cell
 /// creeps further than in a draw; with three periods the errors of the draws are greater by half,
@@ -58,8 +58,8 @@ pub struct Tuning {
 }
 
 /// Deviations of the initial state: the filter does not know that the load starts at rest. 10 N and
-/// 100 N/s, about the mean of the draws; 1000 N/s²; 1 V and 0.1 V are above all voltages at the start
-/// and all biases.
+/// 100 N/s, about the mean of the draws; 1000 N/s²; 1 V and 0.1 V are above all voltages at the
+/// start and all biases.
 const START_FORCE: f64 = 10.0;
 const START_RATE: f64 = 100.0;
 const START_ACCELERATION: f64 = 1000.0;
@@ -173,8 +173,8 @@ pub fn rmse(settings: &Settings, samples: &Samples) -> f64 {
 /// A filter of both sensors, and those of a single one with which it is compared.
 pub struct Contest {
     pub fused: Settings,
-    /// By the piezoresistive and by the piezoelectric cell alone: the same filter with the other one
-    /// removed, and one with covariances of its own.
+    /// By the piezoresistive and by the piezoelectric cell alone: the same filter with the other
+    /// one removed, and one with covariances of its own.
     pub single: [[Settings; 2]; 2],
 }
 

@@ -2,9 +2,10 @@
 //! and biases. The sensor is that of the tactile bench, simulated; the filters know what a clean
 //! calibration run has told about it, and have one set of covariances for all draws.
 //!
-//! Every filter starts at 0 N, which is right, with a wide deviation: it does not know that the load
-//! is at rest. If it did, the first samples would tell the bias of the piezoelectric voltage, and
-//! there would be nothing to correct.
+//! Every filter starts at 0 N, which is right, with a wide deviation: it does not know that the
+//! load is at rest. If it did, the first samples would tell the bias of the piezoelectric voltage:
+//! that sensor alone would then err by 0.5 N instead of 4.6 N, and fusion would halve the error in
+//! 88 of 100 draws ([`table`]).
 
 mod draws;
 mod filters;
@@ -37,7 +38,7 @@ const fn tuning(white: f64, resistive: f64, electric: f64) -> Tuning {
 }
 
 /// The variance of the piezoresistive voltage is far above that of its noise: it stands for the
-/// error of the identified response, which is a tenth of a second long, not white.
+/// error of the identified response, which lasts a tenth of a second and is not white.
 const F3: Tunings = Tunings {
     fused: tuning(1e10, 3e-2, 1e-2),
     resistive: tuning(1e5, 1e-5, 1e-5),
@@ -205,22 +206,23 @@ fn halves_the_error(kind: Kind) {
     assert!(halved >= 95, "{halved} of 100");
 }
 
-/// In every draw, with one exception: below 1 mV the piezoelectric voltage has by chance no bias, and
-/// its integral from the right start no error. (Of 200 draws of that ensemble one in F3, five in F1.)
+/// In every draw, with one exception: below 1 mV the piezoelectric voltage has by chance no bias,
+/// and its integral from the right start no error. (Of 200 draws of that ensemble one in F3, five
+/// in F1.)
 ///
 /// Filters with covariances for the piezoresistive cell alone, which are too slow for the peaks of
 /// greater loads, follow a few small and slow ones better: at most in 5 % of an ensemble.
 fn is_not_worse(kind: Kind) {
     let filters = kind.contest();
     for (name, ranges) in &ELSEWHERE {
-        let ensemble = kind.ensemble(SEED, 60, ranges);
+        let ensemble = kind.ensemble(SEED, 40, ranges);
         let all = contest(name, &filters, &ensemble);
         for ((draw, _), errors) in ensemble.iter().zip(&all) {
             let holds = errors.ratio() <= 1.1 || draw.bias.abs() < UNBIASED;
             assert!(holds, "{name}: {draw:?} {errors:?}");
         }
         let worse = all.iter().filter(|it| it.strict_ratio() > 1.1).count();
-        assert!(worse <= 3, "{name}: {worse}");
+        assert!(worse <= 2, "{name}: {worse}");
     }
 }
 
@@ -244,8 +246,8 @@ fn fusion_with_an_ideal_rate_sensor_is_nowhere_worse() {
     is_not_worse(Kind::F1);
 }
 
-/// The filters know the sensor from the calibration run alone; the thesis' fits have R² of 0.995 and
-/// 0.9997 (figures 4.11 and 4.13).
+/// The filters know the sensor from the calibration run alone; the thesis' fits have R² of 0.995
+/// and 0.9997 (figures 4.11 and 4.13).
 #[test]
 fn calibration_identifies_the_sensor() {
     let calibration = calibrate();
@@ -307,7 +309,8 @@ fn tune() {
 }
 
 /// Draws beside the claim: biases that are shares of the greatest clean voltage of the draw, the
-/// other reading of the thesis' "0.5 %"; a cell that has crept since its calibration.
+/// other reading of the thesis' "0.5 %"; a cell that has crept since its calibration; filters that
+/// know that the load starts at rest.
 #[test]
 #[ignore = "a table"]
 fn table() {
@@ -332,5 +335,17 @@ fn table() {
         };
         let ensemble: Vec<_> = draws().map(crept).collect();
         contest(&format!("crept for {crept_s} s"), &filters, &ensemble);
+    }
+    let mut filters = filters;
+    let single = filters.single.as_flattened_mut().iter_mut();
+    for settings in single.chain([&mut filters.fused]) {
+        // Deviations: 10 mN, 0.1 N/s, 1 N/s², 0.1 N/s, 10 mV; that of the bias remains.
+        let variances = [1e-4, 1e-2, 1.0, 1e-2, 1e-4];
+        for (state, variance) in settings.model.states_mut().iter_mut().zip(variances) {
+            state.variance = variance;
+        }
+    }
+    for (name, ranges) in [("known start", CLAIM), ("known start, low", ELSEWHERE[0].1)] {
+        contest(name, &filters, &Kind::F3.ensemble(SEED, 100, &ranges));
     }
 }

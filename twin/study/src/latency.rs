@@ -55,8 +55,8 @@ impl LoadDelay {
     ///
     /// A delay is known up to a multiple of the period: each is the one nearest to zero.
     ///
-    /// `None` if there is no such period, a signal is not finite or has no fundamental, or times and
-    /// values differ in number.
+    /// `None` if there is no such period, a signal is not finite or has no fundamental, or times
+    /// and values differ in number.
     pub fn of(
         load: &SampledSignal<'_>,
         sensed: &SampledSignal<'_>,
@@ -159,7 +159,7 @@ mod tests {
 
     proptest! {
         /// Delays are those of the construction. The error of the trapezoid rule for irregular
-        /// steps h is of the order of (3ωh)²/12 of a radian, with random signs: 1e-4 over ω at most.
+        /// steps h is of the order of (3ωh)²/12 of a radian, of both signs: 1e-4 over ω at most.
         #[test]
         fn delays_are_those_of_shifted_waves(
             hz in 0.5..5.0_f64,
