@@ -9,6 +9,9 @@ use twinrig_sensor::{SensorFile, TactileParameters, TactileSensor};
 pub const PERIOD_S: f64 = 1e-3;
 pub const PERIOD_NS: u64 = 1_000_000;
 
+/// Samples before those that are judged: one second.
+pub const SETTLING: usize = 1000;
+
 /// Periods of a run after its first second: the thesis' tests have at least ten.
 const PERIODS: f64 = 10.0;
 
@@ -90,7 +93,11 @@ impl Draw {
             peak,
             hz,
             noise,
-            bias: if within([0.0, 1.0]) < 0.5 { -bias } else { bias },
+            bias: if within([0.0, 1.0]) < 0.5 {
+                -bias
+            } else {
+                bias
+            },
         }
     }
 }
@@ -101,8 +108,6 @@ pub struct Samples {
     pub load: Vec<[f64; 2]>,
     /// Piezoresistive and piezoelectric voltage \[V\].
     pub volts: Vec<[f64; 2]>,
-    /// Index of the first sample that is judged: 1 s.
-    pub judged: usize,
 }
 
 /// Returns the sensor of the tactile bench.
@@ -114,23 +119,35 @@ pub fn sensor() -> TactileParameters {
 
 /// Returns load and rate every [`PERIOD_S`]; it starts at 0 N.
 pub fn load(shape: Shape, peak: f64, hz: f64, seconds: f64) -> Vec<[f64; 2]> {
-    let count = (seconds / PERIOD_S).round() as u64;
-    let at = |index: u64| {
-        let [value, slope] = shape.at(hz * index as f64 * PERIOD_S);
+    let at = |at_s: f64| {
+        let [value, slope] = shape.at(hz * at_s);
         [peak * value, peak * slope * hz]
     };
-    (0..count).map(at).collect()
+    let times = (0_u32..).map(|index| f64::from(index) * PERIOD_S);
+    times.take_while(|&at_s| at_s < seconds).map(at).collect()
 }
 
-/// Returns the clean voltages of a sensor that has been unloaded before.
-pub fn voltages(parameters: &TactileParameters, load: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let mut sensor = TactileSensor::new(*parameters, 0.0).unwrap();
+/// Returns a sensor that has been under 10 N for some time \[s\], and unloaded for a second.
+pub fn crept(seconds: f64) -> TactileSensor {
+    let mut sensor = TactileSensor::new(sensor(), 0.0).unwrap();
+    if seconds > 0.0 {
+        for (step, force) in [
+            (PERIOD_S, 10.0),
+            (seconds, 10.0),
+            (PERIOD_S, 0.0),
+            (1.0, 0.0),
+        ] {
+            sensor.advance(step, force);
+        }
+    }
+    sensor
+}
+
+/// Returns the clean voltages of a sensor under a load.
+pub fn voltages(mut sensor: TactileSensor, load: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let advance = |&[force, _]: &[f64; 2]| {
         sensor.advance(PERIOD_S, force);
-        [
-            sensor.piezoresistive_volts(),
-            sensor.piezoelectric_volts(),
-        ]
+        [sensor.piezoresistive_volts(), sensor.piezoelectric_volts()]
     };
     load.iter().map(advance).collect()
 }
@@ -144,10 +161,10 @@ pub enum RateSensor {
     Ideal(f64),
 }
 
-/// Simulates a draw.
-pub fn simulate(draw: &Draw, rate_sensor: RateSensor, seed: u64) -> Samples {
+/// Simulates a draw with a sensor that has crept for some time \[s\].
+pub fn simulate(draw: &Draw, rate_sensor: RateSensor, crept_s: f64, seed: u64) -> Samples {
     let load = load(draw.shape, draw.peak, draw.hz, 1.0 + PERIODS / draw.hz);
-    let mut volts = voltages(&sensor(), &load);
+    let mut volts = voltages(crept(crept_s), &load);
     let mut noise = [0, 1].map(|i| stream(seed, &format!("fused/noise/{}/{i}", draw.index)));
     for (volts, [_, rate]) in volts.iter_mut().zip(&load) {
         if let RateSensor::Ideal(gain) = rate_sensor {
@@ -158,9 +175,5 @@ pub fn simulate(draw: &Draw, rate_sensor: RateSensor, seed: u64) -> Samples {
             *volts += deviation * noise.normal();
         }
     }
-    Samples {
-        load,
-        volts,
-        judged: (1.0 / PERIOD_S).round() as usize,
-    }
+    Samples { load, volts }
 }
