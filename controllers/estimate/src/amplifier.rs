@@ -10,8 +10,8 @@ use crate::error::{EstimateError, finite, positive};
 /// As states, with the crystal's rate U \[N/s\]: T₂ U̇ = Ḟ − U, T₁ V̇ = −k U − V. Both poles differ
 /// from those of the force, so two states are the least number; the form holds for T₁ = T₂, too.
 ///
-/// At low frequencies V ≈ −k Ḟ + k (T₁ + T₂) F̈: a rate sensor with a coefficient of acceleration of
-/// the opposite sign.
+/// At low frequencies V ≈ −k Ḟ + k (T₁ + T₂) F̈: a rate sensor with a coefficient of acceleration
+/// of the opposite sign.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChargeAmplifier {
     /// Sensitivity k to the rate \[V·s/N\].
@@ -28,8 +28,19 @@ type Chain = SMatrix<f64, 5, 5>;
 /// Greatest step over the smaller time constant for which the series are used; longer steps are
 /// doubled from shorter ones.
 const SERIES: f64 = 0.25;
-/// Terms of the series: 0.25¹⁵/15! is 10⁻²¹.
-const TERMS: usize = 16;
+/// Terms of the series. That of V over F̈ begins with the third power; the first one missing is
+/// 2·10⁻¹⁵ of it.
+const TERMS: usize = 14;
+/// 1/(n + 1), the factors between successive terms.
+const INVERSES: [f64; TERMS] = {
+    let mut inverses = [1.0; TERMS];
+    let mut n = 1;
+    while n < TERMS {
+        inverses[n] = 1.0 / (n + 1) as f64;
+        n += 1;
+    }
+    inverses
+};
 
 /// Nodes and weights of the Gauss–Legendre rule on \[0, 1\] of degree 9.
 const GAUSS: [(f64, f64); 5] = [
@@ -70,51 +81,40 @@ impl ChargeAmplifier {
 
     /// Transition and noise of a step that is short against both time constants.
     fn series(&self, step: f64) -> (Chain, Chain) {
-        let by_rate = self.column(step, [1.0, 0.0, 0.0, 0.0]);
-        let by_acceleration = self.column(step, [0.0, 1.0, 0.0, 0.0]);
-        let by_crystal = self.column(step, [0.0, 0.0, 1.0, 0.0]);
-        let by_voltage = self.column(step, [0.0, 0.0, 0.0, 1.0]);
+        let by_acceleration = self.column(step, [0.0, 1.0, 0.0]);
+        let by_rate = self.column(step, [1.0, 0.0, 0.0]);
+        let by_crystal = self.column(step, [0.0, 0.0, 1.0]);
         let mut transition = Chain::identity();
         transition[(0, 1)] = step;
         transition[(0, 2)] = 0.5 * step * step;
         transition[(1, 2)] = step;
-        for (column, terms) in [by_rate, by_acceleration, by_crystal, by_voltage]
-            .iter()
-            .enumerate()
-        {
-            for (row, terms) in terms.iter().enumerate() {
-                transition[(3 + row, 1 + column)] = terms.iter().rev().sum();
-            }
+        let columns = [&by_rate, &by_acceleration, &by_crystal];
+        for (column, terms) in columns.into_iter().enumerate() {
+            let sum = terms
+                .iter()
+                .rev()
+                .fold([0.0; 2], |[u, v], term| [u + term[0], v + term[1]]);
+            transition[(3, 1 + column)] = sum[0];
+            transition[(4, 1 + column)] = sum[1];
         }
-        // The noise enters with the acceleration: Q = ∫ c(s) c(s)ᵀ ds, c the column of F̈.
-        let mut noise = Chain::zeros();
-        for (node, weight) in GAUSS {
-            let s = node * step;
-            let [crystal, voltage] = by_acceleration.map(|terms| {
-                let horner = |sum: f64, term: &f64| sum * node + term;
-                terms.iter().rev().fold(0.0, horner)
-            });
-            let column = nalgebra::vector![0.5 * s * s, s, 1.0, crystal, voltage];
-            noise += (column * (weight * step)) * column.transpose();
-        }
-        (transition, noise)
+        transition[(4, 4)] = libm::exp(-step / self.feedback_s);
+        (transition, noise(step, &by_acceleration))
     }
 
-    /// Terms of the Taylor series of (U, V) over `step` from a start (Ḟ, F̈, U, V).
-    fn column(&self, step: f64, start: [f64; 4]) -> [[f64; TERMS]; 2] {
+    /// Terms of the Taylor series of (U, V) over `step` from a start (Ḟ, F̈, U).
+    fn column(&self, step: f64, start: [f64; 3]) -> [[f64; 2]; TERMS] {
         let (lag, feedback) = (step / self.lag_s, step / self.feedback_s);
-        let [mut rate, mut acceleration, mut crystal, mut voltage] = start;
-        let (mut crystals, mut voltages) = ([0.0; TERMS], [0.0; TERMS]);
-        for n in 0..TERMS {
-            crystals[n] = crystal;
-            voltages[n] = voltage;
-            let order = 1.0 / (n + 1) as f64;
-            voltage = -feedback * (self.sensitivity * crystal + voltage) * order;
-            crystal = lag * (rate - crystal) * order;
-            rate = step * acceleration * order;
+        let [mut rate, mut acceleration, mut crystal] = start;
+        let mut voltage = 0.0;
+        let mut terms = [[0.0; 2]; TERMS];
+        for (term, factor) in terms.iter_mut().zip(INVERSES) {
+            *term = [crystal, voltage];
+            voltage = -feedback * factor * (self.sensitivity * crystal + voltage);
+            crystal = lag * factor * (rate - crystal);
+            rate = step * factor * acceleration;
             acceleration = 0.0;
         }
-        [crystals, voltages]
+        terms
     }
 
     pub(crate) fn check(&self) -> Result<(), EstimateError> {
@@ -122,4 +122,24 @@ impl ChargeAmplifier {
         positive("feedback time of the charge amplifier", self.feedback_s)?;
         positive("lag of the piezoelectric cell", self.lag_s)
     }
+}
+
+/// Covariance of white noise of unit density on the derivative of the acceleration: ∫ c(s) c(s)ᵀ ds
+/// over the step, where c is the column of F̈, given by the terms of its U and V.
+fn noise(step: f64, terms: &[[f64; 2]; TERMS]) -> Chain {
+    // All nodes side by side: a polynomial at a time would wait for each of its products.
+    let (mut crystals, mut voltages) = ([0.0; GAUSS.len()], [0.0; GAUSS.len()]);
+    for term in terms.iter().rev() {
+        for (i, (node, _)) in GAUSS.iter().enumerate() {
+            crystals[i] = crystals[i] * node + term[0];
+            voltages[i] = voltages[i] * node + term[1];
+        }
+    }
+    let mut noise = Chain::zeros();
+    for (i, (node, weight)) in GAUSS.iter().enumerate() {
+        let s = node * step;
+        let column = nalgebra::vector![0.5 * s * s, s, 1.0, crystals[i], voltages[i]];
+        noise += (column * (weight * step)) * column.transpose();
+    }
+    noise
 }

@@ -78,7 +78,7 @@ impl Butterworth {
         let square = warped * warped;
         let (mut gain, mut delay) = (1.0, 0.0);
         let mut sections = Vec::with_capacity(order / 2);
-        // Poles in the order of SciPy: those next to the unit circle last.
+        // Poles ordered as by SciPy: those next to the unit circle last.
         for pair in (0..order / 2).rev() {
             let damping = libm::sin(PI * (2 * pair + 1) as f64 / (2 * order) as f64);
             let a0 = 1.0 + 2.0 * damping * warped + square;
@@ -106,7 +106,7 @@ impl Butterworth {
     }
 
     /// Returns the delay of slow signals by [`step`](Self::step) \[s\]: the group delay at 0 Hz, in
-    /// closed form Σ ζ/tan(π f_c/f_s) samples over the dampings ζ of the pole pairs.
+    /// closed form `Σ ζ/tan(π f_c/f_s)` samples over the dampings ζ of the pole pairs.
     pub fn group_delay_s(&self) -> f64 {
         self.group_delay_s
     }
@@ -128,7 +128,7 @@ impl Butterworth {
 
     /// Filters `samples` forwards and backwards: no delay, and the square of the gain. The ends are
     /// continued by odd reflection over 3·(order + 1) samples, from the steady state of the first;
-    /// that is `sosfiltfilt` of SciPy with its defaults. The streaming state is not used.
+    /// that is `scipy.signal.sosfiltfilt` with its defaults. The streaming state is not used.
     ///
     /// # Errors
     /// [`EstimateError::Length`] for 3·(order + 1) samples or fewer.

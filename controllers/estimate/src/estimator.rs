@@ -106,8 +106,8 @@ pub struct Estimate {
 ///
 /// A late measurement is applied at its own time: the state before it is restored, and it and all
 /// later ones are applied. The result is that of the measurements in order, bit for bit. The newest
-/// [`ForceEstimator::HISTORY`] measurements are kept; what is older than all of them is dropped. The
-/// initial state holds at the earliest measurement.
+/// [`ForceEstimator::HISTORY`] measurements are kept; what is older than all of them is dropped.
+/// The initial state holds at the earliest measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ForceEstimator(Inner);
 

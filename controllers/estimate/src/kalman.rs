@@ -79,8 +79,10 @@ impl<const N: usize> Kalman<N> {
     /// Predicts: x ← A x, P ← A P Aᵀ + Q (eqs. 4.9, 4.10).
     #[inline]
     pub fn predict(&mut self, transition: &SMatrix<f64, N, N>, noise: &SMatrix<f64, N, N>) {
-        self.state = transition * self.state;
-        self.covariance = transition * self.covariance * transition.transpose() + noise;
+        self.state = combine(transition, &self.state);
+        // Transitions are sparse, which a dense product does not use: it takes three times as long.
+        let product = rows_combined(transition, &self.covariance).transpose();
+        self.covariance = rows_combined(transition, &product) + noise;
         self.symmetrise();
     }
 
@@ -104,15 +106,25 @@ impl<const N: usize> Kalman<N> {
         variance("measurement", noise, true)?;
         let value = measured - expected;
         finite("innovation", value)?;
-        let cross = self.covariance * gradient;
+        let cross = combine(&self.covariance, gradient);
         let spread = gradient.dot(&cross) + noise;
         finite("variance of the innovation", spread)?;
         let gain = cross / spread;
         self.state += gain * value;
         // (I − K H) P, then the same factor from the right: rank-one changes, never N³.
-        let left = self.covariance - gain * cross.transpose();
-        let right = left * gradient;
-        self.covariance = left - right * gain.transpose() + (gain * noise) * gain.transpose();
+        let columns = &mut self.covariance.data.0;
+        for (column, cross) in columns.iter_mut().zip(cross.iter()) {
+            for (entry, gain) in column.iter_mut().zip(gain.iter()) {
+                *entry -= gain * cross;
+            }
+        }
+        let right = combine(&self.covariance, gradient) - gain * noise;
+        let columns = &mut self.covariance.data.0;
+        for (column, gain) in columns.iter_mut().zip(gain.iter()) {
+            for (entry, right) in column.iter_mut().zip(right.iter()) {
+                *entry -= right * gain;
+            }
+        }
         self.symmetrise();
         Ok(Innovation {
             value,
@@ -173,4 +185,41 @@ impl<const N: usize> Kalman<N> {
             }
         }
     }
+}
+
+/// Returns matrix times vector as a sum of columns, without those of factor zero.
+#[inline]
+fn combine<const N: usize>(
+    matrix: &SMatrix<f64, N, N>,
+    factors: &SVector<f64, N>,
+) -> SVector<f64, N> {
+    let mut sum = [0.0; N];
+    for (column, &factor) in matrix.data.0.iter().zip(factors.iter()) {
+        if factor != 0.0 {
+            for (sum, entry) in sum.iter_mut().zip(column) {
+                *sum += factor * entry;
+            }
+        }
+    }
+    SVector::from(sum)
+}
+
+/// Returns B Aᵀ: its column i is the sum of the columns of B with the factors in row i of A.
+#[inline]
+fn rows_combined<const N: usize>(
+    a: &SMatrix<f64, N, N>,
+    b: &SMatrix<f64, N, N>,
+) -> SMatrix<f64, N, N> {
+    let mut product = SMatrix::<f64, N, N>::zeros();
+    for (i, column) in product.data.0.iter_mut().enumerate() {
+        for (k, source) in b.data.0.iter().enumerate() {
+            let factor = a[(i, k)];
+            if factor != 0.0 {
+                for (entry, source) in column.iter_mut().zip(source) {
+                    *entry += factor * source;
+                }
+            }
+        }
+    }
+    product
 }

@@ -39,8 +39,9 @@ pub enum Model {
         /// State variables.
         states: [StateSettings; 5],
     },
-    /// Force \[N\], rate \[N/s\], acceleration \[N/s²\], rate in the crystal \[N/s\], voltage of the
-    /// amplifier \[V\], bias \[V\]. The amplifier is part of the state, so no frequency is required.
+    /// Force \[N\], rate \[N/s\], acceleration \[N/s²\], rate in the crystal \[N/s\], voltage of
+    /// the amplifier \[V\], bias \[V\]. The amplifier is part of the state, so no frequency is
+    /// required.
     F3 {
         /// The piezoelectric cell with its amplifier.
         amplifier: ChargeAmplifier,
@@ -49,7 +50,7 @@ pub enum Model {
     },
 }
 
-/// Coefficient that falls exponentially with the frequency: c(f) = value·exp(−f/scale_hz), f ≥ 0.
+/// Coefficient that falls exponentially with the frequency: c(f) = value·exp(−f/scale), f ≥ 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Decay {
     /// Value at frequency 0.

@@ -263,8 +263,8 @@ fn linearise<const N: usize>(
     if error * error <= threshold * variance {
         return (line, false);
     }
-    // The estimate does not explain the measurement. Where the response is steeper at the force that
-    // does, its line is the better one: here it may be saturated.
+    // The estimate does not explain the measurement. Where the response is steeper at the force
+    // that does, its line is the better one: here it may be saturated.
     let explained = cell.response.explain(measured, rate);
     let there = explained.map(|force| (force, cell.response.at(force, rate)));
     match there {

@@ -95,9 +95,9 @@ fn is_within(value: f64, [low, high]: [f64; 2]) -> bool {
     (low..high).contains(&value)
 }
 
-/// Whether NIS over a run of 5 s, and NEES over 200 runs of 0.2 s, are within their 95 % bands. With
-/// 10 000 innovations the band of the mean NIS is 1 ± 0.028, with 600 or 1200 degrees of freedom
-/// that of the mean NEES per state is 1 ± 0.11 or 1 ± 0.08.
+/// Whether NIS over a run of 5 s, and NEES over 200 runs of 0.2 s, are within their 95 % bands.
+/// With 10 000 innovations the band of the mean NIS is 1 ± 0.028, with 600 or 1200 degrees of
+/// freedom that of the mean NEES per state is 1 ± 0.11 or 1 ± 0.08.
 fn consistency<const N: usize>(process: &Process<N>, model: Model, factor: f64) -> [bool; 2] {
     let truth = settings(model, LINEAR);
     let filter = scaled(&truth, factor);

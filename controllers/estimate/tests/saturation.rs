@@ -12,8 +12,8 @@ fn cell(recovery: Option<f64>) -> Settings {
 }
 
 /// A force of 6 N is followed by 200 N for 2 s and 6 N again, while a bias of the rate carries the
-/// estimate further into saturation. Returns the deviations before and at the end of saturation, and
-/// the estimate 0.5 s after it.
+/// estimate further into saturation. Returns the deviations before and at the end of saturation,
+/// and the estimate 0.5 s after it.
 fn through_saturation(recovery: Option<f64>) -> [f64; 3] {
     let mut estimator = ForceEstimator::new(&cell(recovery)).unwrap();
     let (mut known, mut unknown) = (0.0, 0.0);

@@ -134,7 +134,8 @@ fn exponential(points: &[(f64, f64)]) -> Result<Fitted<Decay>, EstimateError> {
     let fall = -both / square;
     let start = SVector::from([sign * libm::exp(mean_log + fall * mean_hz), fall]);
     let minimum = minimise(&Points(points), start)?;
-    if !(minimum.parameters[1] > 0.0) {
+    let falls = minimum.parameters[1] > 0.0;
+    if !falls {
         return Err(undetermined);
     }
     Ok(Fitted {

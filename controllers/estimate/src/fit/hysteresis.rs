@@ -114,9 +114,9 @@ pub fn hysteresis(
     })
 }
 
-/// Returns rough parameters from samples, in the convention a > 0, b < 0: each branch over the whole
-/// range of the voltages, its centre at the mean force of the samples in the middle third, its
-/// slope between the outer thirds; the switch at a twentieth of the greatest rate.
+/// Returns rough parameters from samples, in the convention a > 0, b < 0: each branch over the
+/// whole range of the voltages, its centre at the mean force of the samples in the middle third,
+/// its slope between the outer thirds; the switch at a twentieth of the greatest rate.
 ///
 /// # Errors
 /// [`EstimateError::Undetermined`] if forces, rates or voltages do not vary or a branch has no
@@ -134,7 +134,8 @@ pub fn guess_hysteresis(samples: &[ForceSample]) -> Result<Hysteresis, EstimateE
     let (least, most) = range(|it| it.force);
     let (slowest, fastest) = range(|it| it.rate);
     let rate = fastest.max(-slowest);
-    if !(high > low && most > least && rate > 0.0) || !(high - low + most - least).is_finite() {
+    let varies = high > low && most > least && rate > 0.0;
+    if !varies || !(high - low + most - least).is_finite() {
         return Err(undetermined);
     }
     let branch = |rising: bool| -> Option<Sigmoid> {

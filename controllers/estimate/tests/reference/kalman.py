@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """The filters F1, F2 and F3 by filterpy, with gradients by complex steps and transitions by scipy.
 
-Reads {"filter": "linear" | "extended", "settings": …, "times": […], "channels": [[…], …]} as JSON: times [ns] and the values of
-every channel at each. Prints the states and covariances after each time, and chi-squared quantiles.
+Reads a list of {"filter": "linear" | "extended", "settings": …, "times": […], "channels": [[…], …]} as JSON: times [ns] and the
+values of every channel at each. Prints the states and covariances after each time of each.
 
 "linear": filterpy's KalmanFilter with both cells in one update. "extended": its ExtendedKalmanFilter, one channel after the other.
 """
@@ -12,7 +12,6 @@ import sys
 
 import numpy as np
 import scipy.linalg
-import scipy.stats
 from filterpy.kalman import ExtendedKalmanFilter, KalmanFilter
 
 STEP = 1e-30
@@ -123,11 +122,13 @@ def extended(setup, times, channels):
 
 
 def main():
-    task = json.load(sys.stdin)
+    json.dump([run(task) for task in json.load(sys.stdin)], sys.stdout)
+
+
+def run(task):
     steps = {"linear": linear, "extended": extended}[task["filter"]]
     results = [(x.tolist(), p.ravel().tolist()) for x, p in steps(Setup(task["settings"]), task["times"], task["channels"])]
-    quantiles = [scipy.stats.chi2.ppf([0.025, 0.975], count).tolist() for count in task["degrees"]]
-    json.dump({"states": [x for x, _ in results], "covariances": [p for _, p in results], "quantiles": quantiles}, sys.stdout)
+    return {"states": [x for x, _ in results], "covariances": [p for _, p in results]}
 
 
 main()

@@ -12,6 +12,7 @@ import scipy.integrate
 import scipy.linalg
 import scipy.optimize
 import scipy.signal
+import scipy.stats
 
 
 def butterworth(task):
@@ -124,7 +125,12 @@ def amplifier(task):
     return found[:4].tolist()
 
 
-TASKS = {task.__name__: task for task in (butterworth, transitions, voltages, hysteresis, coefficients, amplifier)}
+def quantiles(task):
+    """Two-sided 95 % intervals of chi-squared."""
+    return [scipy.stats.chi2.ppf([0.025, 0.975], count).tolist() for count in task["degrees"]]
+
+
+TASKS = {task.__name__: task for task in (quantiles, butterworth, transitions, voltages, hysteresis, coefficients, amplifier)}
 
 TASK = json.load(sys.stdin)
 json.dump(TASKS[TASK["task"]](TASK), sys.stdout)

@@ -1,6 +1,8 @@
 //! Settings, signals and statistics of the tests.
 #![allow(dead_code, reason = "each test program uses a part")]
 
+pub mod peer;
+
 use twinrig_estimate::{
     Channel, ChargeAmplifier, Decay, ForceEstimator, ForceResponse, Hysteresis, Measurement, Model,
     Piezoresistive, Settings, Sigmoid, StateSettings,
