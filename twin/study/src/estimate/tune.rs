@@ -1,0 +1,139 @@
+//! Tuning of covariances by particle swarm (section 4.3.1.3).
+
+use std::ops::Range;
+
+use serde::Serialize;
+use twinrig_estimate::{EstimateError, Objective, Settings, TunedSample};
+
+use super::data::{Part, Signals};
+use super::filter::{Dimension, FilterKind, untuned, with_deviations};
+use super::identify::Identification;
+use super::swarm::Swarm;
+use super::track::track;
+use crate::error::StudyError;
+
+/// Periods of each frequency in which a filter settles, and after which it is judged.
+const SETTLING: f64 = 1.0;
+const JUDGED: f64 = 2.0;
+
+/// Tuned filter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TunedFilter {
+    /// Which filter.
+    pub kind: FilterKind,
+    /// Its settings.
+    pub settings: Settings,
+    /// −ln O before and after tuning (eq. 4.19).
+    pub cost: [f64; 2],
+    /// Evaluations of the objective.
+    pub evaluations: usize,
+    /// Whether the budget ended the search.
+    pub truncated: bool,
+    /// Least cost after each iteration.
+    pub history: Vec<f64>,
+}
+
+/// Size of a search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct SearchSize {
+    /// Particles.
+    pub particles: usize,
+    /// Iterations.
+    pub iterations: usize,
+}
+
+/// Samples of the tuning run on which filters are judged: of each frequency a few periods, which
+/// begin where the force is least, so that the initial state holds.
+pub(crate) struct TuningData<'a> {
+    signals: &'a Signals,
+    /// Samples of each frequency, and the first judged one.
+    parts: Vec<(Range<usize>, usize)>,
+}
+
+impl<'a> TuningData<'a> {
+    pub(crate) fn new(signals: &'a Signals) -> Self {
+        let part = |part: &Part| {
+            let Range { start, end } = part.samples;
+            let period = signals.count(part.hz, 1.0);
+            let first = start..(start + period).min(end);
+            let least = first.min_by(|&a, &b| signals.force[a].total_cmp(&signals.force[b]));
+            let begin = least.unwrap_or(start);
+            let settled = begin + signals.count(part.hz, SETTLING);
+            let stop = settled + signals.count(part.hz, JUDGED);
+            (begin..stop.min(end), settled.min(end))
+        };
+        Self {
+            parts: signals.parts.iter().map(part).collect(),
+            signals,
+        }
+    }
+
+    /// Returns −ln O of a filter; infinite where its estimates are.
+    fn cost(&self, settings: &Settings) -> Result<f64, EstimateError> {
+        let mut samples = Vec::new();
+        let signals = self.signals;
+        for (range, settled) in &self.parts {
+            track(settings, signals, range.clone(), |i, estimate, _| {
+                if i >= *settled {
+                    samples.push(TunedSample {
+                        estimate: [estimate.force, estimate.rate, estimate.bias],
+                        truth: [signals.force[i], signals.rate[i]],
+                    });
+                }
+            })?;
+        }
+        let cost = Objective::THESIS.cost(&samples);
+        Ok(if cost.is_finite() { cost } else { f64::INFINITY })
+    }
+}
+
+/// Tunes a filter; `go_on` is called before every iteration, with its number, and ends the search.
+pub(crate) fn tune(
+    kind: FilterKind,
+    found: &Identification,
+    data: &TuningData<'_>,
+    size: SearchSize,
+    seed: u64,
+    go_on: &mut dyn FnMut(usize) -> bool,
+) -> Result<TunedFilter, StudyError> {
+    let (start, dimensions) = untuned(kind, found);
+    let before = data.cost(&start)?;
+    let deviations = |position: &[f64]| -> Vec<f64> {
+        let pairs = dimensions.iter().zip(position);
+        pairs.map(|(dimension, &x)| at(dimension, x)).collect()
+    };
+    let swarm = Swarm {
+        dimensions: dimensions.len(),
+        particles: size.particles,
+        iterations: size.iterations,
+        seed,
+        name: kind.name(),
+    };
+    let objective = |position: &[f64]| {
+        let settings = with_deviations(&start, &dimensions, &deviations(position));
+        // Settings within the ranges are valid.
+        data.cost(&settings).unwrap_or(f64::INFINITY)
+    };
+    let best = swarm.minimise(&objective, go_on);
+    let improved = best.cost < before;
+    let settings = if improved {
+        with_deviations(&start, &dimensions, &deviations(&best.position))
+    } else {
+        start
+    };
+    Ok(TunedFilter {
+        kind,
+        settings,
+        cost: [before, best.cost.min(before)],
+        evaluations: best.evaluations,
+        truncated: best.truncated,
+        history: best.history,
+    })
+}
+
+/// Deviation at a place between 0 and 1 of its range, on a logarithmic scale.
+fn at(dimension: &Dimension, place: f64) -> f64 {
+    let (low, high) = dimension.range;
+    let [low, high] = [low, high].map(libm::log);
+    libm::exp(low + place * (high - low))
+}
