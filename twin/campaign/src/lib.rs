@@ -1,0 +1,34 @@
+//! Searches over parameters: many runs, of which each is independent. The one home of optimisers,
+//! for covariances of filters, gaits and whatever else has a cost.
+//!
+//! ```
+//! use twinrig_campaign::search::{Dimension, Swarm};
+//!
+//! let swarm = Swarm {
+//!     dimensions: vec![Dimension::linear(-5.0, 5.0), Dimension::logarithmic(1e-6, 1e2)],
+//!     particles: 30,
+//!     iterations: 100,
+//!     seed: 1,
+//!     threads: 2,
+//! };
+//! // Minimum 0 at (3, 10⁻³).
+//! let cost = |x: &[f64]| (x[0] - 3.0).abs() + libm::log(x[1] / 1e-3).abs();
+//! let found = swarm.minimise(&cost, &mut |_| true)?;
+//! assert!(found.cost < 1e-3);
+//! # Ok::<(), twinrig_campaign::search::SearchError>(())
+//! ```
+//!
+//! The result is a function of the swarm and the costs: the number of threads and their timing have
+//! no influence, if the objective is a function of its argument. A search ends early on Ctrl-C
+//! (`twinrig_runtime::interrupt`) and at the wish of the caller.
+//!
+//! # Limits
+//!
+//! - A swarm is a heuristic: the best point is not proven to be a minimum, and another seed may
+//!   find a better one.
+//! - No constraints except bounds: an objective returns infinity where a point is impossible.
+//! - Results are the same with the same versions of `argmin` and `rand`, whose formulas they
+//!   contain.
+//! - A search is not saved and resumed.
+
+pub mod search;
