@@ -1,5 +1,6 @@
 //! Filters under study: their models, and the deviations that are tuned.
 
+use twinrig_campaign::search;
 use twinrig_estimate::{
     ForceResponse, Model, Piezoresistive, RECOVERY, Settings, StateSettings,
 };
@@ -64,9 +65,9 @@ impl FilterKind {
 pub(crate) struct Dimension {
     place: Place,
     /// Range of the search, in the unit of the deviation.
-    pub(crate) range: (f64, f64),
+    pub(crate) range: search::Dimension,
     /// Value before tuning.
-    pub(crate) start: f64,
+    start: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,7 +135,7 @@ pub(crate) fn untuned(kind: FilterKind, found: &Identification) -> (Settings, Ve
         if let Some(&(_, range, start)) = tuned {
             dimensions.push(Dimension {
                 place: Place::State(index),
-                range,
+                range: search::Dimension::logarithmic(range.0, range.1),
                 start,
             });
         }
@@ -148,7 +149,7 @@ pub(crate) fn untuned(kind: FilterKind, found: &Identification) -> (Settings, Ve
         };
         dimensions.push(Dimension {
             place: Place::Piezoelectric,
-            range: PIEZOELECTRIC,
+            range: search::Dimension::logarithmic(PIEZOELECTRIC.0, PIEZOELECTRIC.1),
             start: residual.clamp(PIEZOELECTRIC.0, PIEZOELECTRIC.1),
         });
     }

@@ -188,7 +188,7 @@ fn record(signals: &Signals) -> std::ops::Range<usize> {
 
 /// Voltage of the amplifier for the force of every sample \[V\]. Its state at the start is that of
 /// a constant force, which is forgotten before the first steady part, except in synthetic data.
-fn simulated(signals: &Signals, fit: &AmplifierFit) -> Vec<f64> {
+pub(crate) fn simulated(signals: &Signals, fit: &AmplifierFit) -> Vec<f64> {
     let (transition, _) = fit.amplifier.transition(signals.period_s);
     let (mut crystal, mut voltage) = (0.0, 0.0);
     let mut voltages = Vec::with_capacity(signals.force.len());

@@ -3,12 +3,12 @@
 use std::ops::Range;
 
 use serde::Serialize;
+use twinrig_campaign::search::{Progress, SearchError, Swarm};
 use twinrig_estimate::{EstimateError, Objective, Settings, TunedSample};
 
 use super::data::{Part, Signals};
-use super::filter::{Dimension, FilterKind, untuned, with_deviations};
+use super::filter::{FilterKind, untuned, with_deviations};
 use super::identify::Identification;
-use super::swarm::Swarm;
 use super::track::track;
 use crate::error::StudyError;
 
@@ -29,7 +29,7 @@ pub struct TunedFilter {
     pub evaluations: usize,
     /// Whether the budget ended the search.
     pub truncated: bool,
-    /// Least cost after each iteration.
+    /// Least cost after the initial points and each iteration.
     pub history: Vec<f64>,
 }
 
@@ -87,7 +87,8 @@ impl<'a> TuningData<'a> {
     }
 }
 
-/// Tunes a filter; `go_on` is called before every iteration, with its number, and ends the search.
+/// Tunes a filter. `go_on` is called after the initial points and after every iteration, and ends
+/// the search with the best settings so far.
 pub(crate) fn tune(
     kind: FilterKind,
     found: &Identification,
@@ -98,42 +99,43 @@ pub(crate) fn tune(
 ) -> Result<TunedFilter, StudyError> {
     let (start, dimensions) = untuned(kind, found);
     let before = data.cost(&start)?;
-    let deviations = |position: &[f64]| -> Vec<f64> {
-        let pairs = dimensions.iter().zip(position);
-        pairs.map(|(dimension, &x)| at(dimension, x)).collect()
-    };
     let swarm = Swarm {
-        dimensions: dimensions.len(),
+        dimensions: dimensions.iter().map(|it| it.range).collect(),
         particles: size.particles,
         iterations: size.iterations,
         seed,
-        name: kind.name(),
+        threads: std::thread::available_parallelism().map_or(1, usize::from),
     };
-    let objective = |position: &[f64]| {
-        let settings = with_deviations(&start, &dimensions, &deviations(position));
+    let objective = |deviations: &[f64]| {
+        let settings = with_deviations(&start, &dimensions, deviations);
         // Settings within the ranges are valid.
         data.cost(&settings).unwrap_or(f64::INFINITY)
     };
-    let best = swarm.minimise(&objective, go_on);
-    let improved = best.cost < before;
-    let settings = if improved {
-        with_deviations(&start, &dimensions, &deviations(&best.position))
+    let mut best = (Vec::new(), f64::INFINITY);
+    let (mut history, mut ended) = (Vec::new(), false);
+    let found = swarm.minimise(&objective, &mut |progress: Progress<'_>| {
+        best = (progress.best.to_vec(), progress.cost);
+        history.push(progress.cost);
+        ended = !go_on(progress.iteration);
+        !ended
+    });
+    match found {
+        Ok(_) => {}
+        Err(SearchError::Interrupted { .. }) if ended => {}
+        Err(error) => return Err(error.into()),
+    }
+    let (deviations, cost) = best;
+    let settings = if cost < before {
+        with_deviations(&start, &dimensions, &deviations)
     } else {
         start
     };
     Ok(TunedFilter {
         kind,
         settings,
-        cost: [before, best.cost.min(before)],
-        evaluations: best.evaluations,
-        truncated: best.truncated,
-        history: best.history,
+        cost: [before, cost.min(before)],
+        evaluations: size.particles * history.len(),
+        truncated: history.len() <= size.iterations,
+        history,
     })
-}
-
-/// Deviation at a place between 0 and 1 of its range, on a logarithmic scale.
-fn at(dimension: &Dimension, place: f64) -> f64 {
-    let (low, high) = dimension.range;
-    let [low, high] = [low, high].map(libm::log);
-    libm::exp(low + place * (high - low))
 }
