@@ -50,7 +50,7 @@ pub enum StudyError {
     },
     /// Too few frequencies were recorded for long enough.
     #[error(
-        "{found} frequencies last long enough, and {required} are the least; a part of a run lasts \
+        "frequencies that last long enough: {found}, of {required} at least; a part of a run lasts \
          from one second after a change of the frequency to the next change, and needs {periods} \
          periods"
     )]

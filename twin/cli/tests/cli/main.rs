@@ -3,6 +3,7 @@
 mod builds;
 mod commands;
 mod common;
+mod estimate_study;
 mod falls;
 #[cfg(unix)]
 mod hardware;

@@ -45,6 +45,10 @@ pub struct LoadRun {
 pub(crate) const LOW_PASS: (usize, f64) = (4, 10.0);
 /// Distance of two samples, in mean periods, from which samples between them are missing.
 const GAP: f64 = 1.5;
+/// Time before a change and at the ends of a record in which a filter without phase is not settled,
+/// as it runs backwards, too \[s\]: its transients decay by e^−9 (the slower pole pair has the real
+/// part −2π·10·sin 22.5° s⁻¹).
+const EDGE_S: f64 = 0.375;
 /// Least number of samples of a run: a second of a slow board.
 const LEAST: usize = 100;
 
@@ -100,10 +104,23 @@ impl Signals {
         let force = channel(&|it| it.reference)?;
         let rate = derivative(&force, period_s);
         let at_ns: Vec<u64> = samples.iter().map(|it| it.at_ns).collect();
-        let part = |steady: &SteadyPart| Part {
-            hz: steady.hz,
-            samples: at_ns.partition_point(|&at| at < steady.from_ns)
-                ..at_ns.partition_point(|&at| at < steady.to_ns),
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a positive number of samples; a cast saturates"
+        )]
+        let edge = match phase {
+            Phase::Zero => (EDGE_S / period_s) as usize,
+            Phase::Causal => 0,
+        };
+        let part = |steady: &SteadyPart| {
+            let start = at_ns.partition_point(|&at| at < steady.from_ns).max(edge);
+            let end = at_ns.partition_point(|&at| at < steady.to_ns);
+            let end = end.saturating_sub(edge);
+            Part {
+                hz: steady.hz,
+                samples: start..end.max(start),
+            }
         };
         Ok(Self {
             period_s,
@@ -121,7 +138,7 @@ impl Signals {
         })
     }
 
-    /// Returns the parts with this frequency's nearest one first, if it is within a hundredth.
+    /// Returns the part at a frequency, to a hundredth.
     pub(crate) fn at(&self, hz: f64) -> Option<&Part> {
         self.parts
             .iter()

@@ -82,12 +82,13 @@ enum Place {
 /// and bias those of eq. 4.18, the others ASSUMED. Names are those of [`Model::names`].
 const PROCESS: [(&str, (f64, f64), f64); 5] = [
     ("force", (1e-5, 1.0), 1e-2),         // N
-    ("rate", (1e-3, 1e2), 0.316),         // N/s
+    ("rate", (1e-4, 1e2), 0.316),         // N/s
     ("acceleration", (1e-1, 1e4), 100.0), // N/s²
     ("frequency", (1e-4, 1.0), 1e-2),     // rad/s
-    ("bias", (1e-8, 1e-1), 1e-2),         // V
+    ("bias", (1e-8, 1.0), 1e-2),          // V
 ];
-/// Range of the noise of the piezoelectric voltage \[V\].
+/// Range of the noise of the piezoelectric voltage \[V\]: from a third of the resolution of a card
+/// with 16 bits over ±10 V.
 const PIEZOELECTRIC: (f64, f64) = (1e-4, 1e2);
 /// Deviation of the measured frequency \[rad/s\]: 0.05 Hz, the default of a scenario.
 const FREQUENCY: f64 = 0.05 * std::f64::consts::TAU;

@@ -107,8 +107,8 @@ fn of_cells(study: &EstimateStudy) -> Vec<PrintedFigure> {
             "0.995",
             r_squared(found.hysteresis.r_squared),
             Some(found.hysteresis.r_squared >= HYSTERESIS),
-            "the simulated cell is such a pair of sigmoids with creep and amplifier noise: what the \
-             form cannot explain is less than in a real cell",
+            "the form is that of the cell; what it cannot explain is creep in the course of the run, \
+             and the low-pass filter, behind which a curve is no longer one",
         ),
         figure(
             "saturation under a dynamic load (fig. 4.11)",
@@ -133,8 +133,8 @@ fn of_cells(study: &EstimateStudy) -> Vec<PrintedFigure> {
                 r_squared(found.exponentials_r_squared)
             ),
             Some(found.planes_r_squared >= PIEZOELECTRIC),
-            "a and b of each frequency are exact for a sine; the rest is the harmonics of the \
-             scratches and noise. Exponentials follow a second-order amplifier only roughly",
+            "a and b of one frequency are exact for a sine; the rest is harmonics, as of scratches. \
+             The coefficients of a charge amplifier are no exponentials",
         ),
         figure(
             "a and b fall exponentially with the frequency",
