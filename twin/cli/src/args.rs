@@ -313,11 +313,11 @@ pub struct EstimateOptions {
     /// Options of every study.
     #[command(flatten)]
     pub study: StudyOptions,
-    /// Particles of the search of each filter
-    #[arg(long, value_name = "N", default_value_t = 40, value_parser = particles)]
+    /// Particles of each of the three swarms of a filter
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = particles)]
     pub particles: usize,
-    /// Iterations of the search of each filter
-    #[arg(long, value_name = "N", default_value_t = 40)]
+    /// Iterations of each swarm
+    #[arg(long, value_name = "N", default_value_t = 30)]
     pub iterations: usize,
 }
 

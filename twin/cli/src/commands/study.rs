@@ -194,8 +194,7 @@ fn execute(
                 value: format!("\"{duration}\""),
             }));
             let bench = BenchRecorder::new(registry, &options.scenario, &settings)?;
-            estimate(&bench, &plan, observer)
-                .map(|study| StudyResult::Estimate(Box::new(study)))
+            estimate(&bench, &plan, observer).map(|study| StudyResult::Estimate(Box::new(study)))
         }
     };
     let result = result.map_err(|source| TwinError::Study {

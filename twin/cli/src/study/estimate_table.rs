@@ -116,12 +116,11 @@ fn cells(name: &str, row: &FilterRow) -> [Cell; 10] {
     // Means outside of their band are marked.
     let marked = |value: f64, band: [f64; 2]| {
         let inside = (band[0]..=band[1]).contains(&value);
-        Cell::new(
-            format!("{value:.3}"),
-            if inside { GREEN } else { YELLOW },
-        )
+        Cell::new(format!("{value:.3}"), if inside { GREEN } else { YELLOW })
     };
-    let hz = row.hz.map_or_else(|| "all".to_owned(), |hz| format!("{hz} Hz"));
+    let hz = row
+        .hz
+        .map_or_else(|| "all".to_owned(), |hz| format!("{hz} Hz"));
     [
         name.into(),
         hz.into(),

@@ -51,8 +51,13 @@ fn study_is_the_same_twice_and_its_filters_fit_into_the_scenario() {
     assert_eq!(printed[0], printed[1]);
     let found = printed[0].take();
     assert_eq!(found["seeds"], serde_json::json!([5, 6, 7]));
-    let frequencies = found["identification"]["coefficients"]["frequencies"].as_array().unwrap();
-    let frequencies: Vec<f64> = frequencies.iter().map(|it| it["hz"].as_f64().unwrap()).collect();
+    let frequencies = found["identification"]["coefficients"]["frequencies"]
+        .as_array()
+        .unwrap();
+    let frequencies: Vec<f64> = frequencies
+        .iter()
+        .map(|it| it["hz"].as_f64().unwrap())
+        .collect();
     assert_eq!(frequencies, [2.0, 3.0, 4.0]);
     // The amplifier of benches/tactile.toml.
     let amplifier = &found["identification"]["amplifier"];
@@ -87,7 +92,11 @@ fn table_shows_the_thesis_beside_the_results() {
         "piezoresistive",
         "estimate-bench.html",
     ] {
-        assert!(done.out.contains(expected), "no {expected} in\n{}", done.out);
+        assert!(
+            done.out.contains(expected),
+            "no {expected} in\n{}",
+            done.out
+        );
     }
 }
 
@@ -97,7 +106,12 @@ fn scenario_without_what_the_study_needs_is_an_error_with_a_remedy() {
     let unchanged = BENCH.replace("set = \"frequency\"", "set = \"acceleration\"");
     let without_bus = BENCH.replace("\n[[bus]]\nkind = \"tactile\"\n", "");
     for (text, more, why, help) in [
-        (&without_bus, &[][..], "no tactile bus", "kind = \"tactile\""),
+        (
+            &without_bus,
+            &[][..],
+            "no tactile bus",
+            "kind = \"tactile\"",
+        ),
         (&unchanged, &[], "does not change", "[[change]]"),
         (
             &BENCH.replace("6.6 s", "4.9 s"),
@@ -108,7 +122,16 @@ fn scenario_without_what_the_study_needs_is_an_error_with_a_remedy() {
         (&BENCH.to_owned(), &["--particles", "0"], "--particles", ""),
     ] {
         let done = study(&folder, text, more);
-        assert_eq!((done.code, done.out.as_str()), (2, ""), "{why}: {}", done.err);
-        assert!(done.err.contains(why) && done.err.contains(help), "{}", done.err);
+        assert_eq!(
+            (done.code, done.out.as_str()),
+            (2, ""),
+            "{why}: {}",
+            done.err
+        );
+        assert!(
+            done.err.contains(why) && done.err.contains(help),
+            "{}",
+            done.err
+        );
     }
 }

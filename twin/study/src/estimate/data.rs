@@ -163,8 +163,7 @@ impl Signals {
 }
 
 fn period_s(samples: &[LoadSample]) -> Result<f64, StudyError> {
-    let (Some(first), Some(last), true) =
-        (samples.first(), samples.last(), samples.len() >= LEAST)
+    let (Some(first), Some(last), true) = (samples.first(), samples.last(), samples.len() >= LEAST)
     else {
         return Err(StudyError::FewSamples {
             found: samples.len(),

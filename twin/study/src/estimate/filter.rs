@@ -1,9 +1,7 @@
 //! Filters under study: their models, and the deviations that are tuned.
 
 use twinrig_campaign::search;
-use twinrig_estimate::{
-    ForceResponse, Model, Piezoresistive, RECOVERY, Settings, StateSettings,
-};
+use twinrig_estimate::{ForceResponse, Model, Piezoresistive, RECOVERY, Settings, StateSettings};
 
 use super::identify::Identification;
 
@@ -38,8 +36,9 @@ impl FilterKind {
             Self::F1 => "F1",
             Self::F2 => "F2",
             Self::F3 => "F3",
-            Self::Piezoresistive => "piezoresistive",
-            Self::Piezoelectric => "piezoelectric",
+            // Signals of the driver have the names of the cells.
+            Self::Piezoresistive => "piezoresistive-only",
+            Self::Piezoelectric => "piezoelectric-only",
         }
     }
 

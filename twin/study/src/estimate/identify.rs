@@ -93,7 +93,10 @@ pub(crate) fn identify(signals: &Signals) -> Result<Identification, StudyError> 
             "piezoresistive, hysteresis",
             &signals.steady().map(curve).collect::<Vec<_>>(),
         ),
-        Residuals::new("piezoelectric, a and b of each frequency", &planes.residuals),
+        Residuals::new(
+            "piezoelectric, a and b of each frequency",
+            &planes.residuals,
+        ),
         Residuals::new(
             "piezoelectric, charge amplifier",
             &signals.steady().map(of_amplifier).collect::<Vec<_>>(),

@@ -71,8 +71,8 @@ impl Default for EstimatePlan {
     fn default() -> Self {
         Self {
             search: SearchSize {
-                particles: 40,
-                iterations: 40,
+                particles: 30,
+                iterations: 30,
             },
             budget_s: 200.0,
         }
@@ -80,7 +80,7 @@ impl Default for EstimatePlan {
 }
 
 /// Least number of periods at a frequency: tuning starts within the first one, settles for one and
-/// judges two.
+/// judges one. Maxima are those of complete periods, three of four.
 const PERIODS: f64 = 4.0;
 /// Least number of frequencies: an exponential has two parameters.
 const FREQUENCIES: usize = 2;
@@ -210,12 +210,20 @@ impl Job<'_> {
         let share = self.budget.next(true);
         let mut stopped = Ok(());
         let seed = seed(self.recorder.input(), RUNS[1].0);
-        let tuned = tune::tune(kind, identification, data, size, seed, &mut |iteration| {
-            let description = format!("{}, iteration {iteration}", kind.name());
-            stopped = self.report(&description);
-            stopped.is_ok() && !share.deadline.passed()
-        });
+        let tuned = tune::tune(
+            kind,
+            identification,
+            data,
+            size,
+            seed,
+            &mut |swarm, iteration| {
+                let description = format!("{}, swarm {swarm}, iteration {iteration}", kind.name());
+                stopped = self.report(&description);
+                stopped.is_ok() && !share.deadline.passed()
+            },
+        );
         stopped?;
+        // An interrupt is not an error of the search.
         self.budget.finished()?;
         tuned
     }

@@ -91,7 +91,10 @@ fn of_cells(study: &EstimateStudy) -> Vec<PrintedFigure> {
     let found = &study.identification;
     let r_squared = |value: f64| format!("{value:.5}");
     // Where the tangent in the middle meets the upper asymptote.
-    let branches = [&found.hysteresis.model.loading, &found.hysteresis.model.unloading];
+    let branches = [
+        &found.hysteresis.model.loading,
+        &found.hysteresis.model.unloading,
+    ];
     let [up, down] = branches.map(|it| -it.c + 2.0 / it.b.abs());
     let saturates = |force: f64| (force - SATURATION).abs() <= AROUND * SATURATION;
     let (rate, acceleration) = (&found.coefficients.rate, &found.coefficients.acceleration);
@@ -175,7 +178,13 @@ fn of_filters(study: &EstimateStudy) -> Vec<PrintedFigure> {
             &format!("maxima at {hz} Hz, over those of the truth (fig. 4.15)"),
             if low { "too low" } else { "too high" },
             ours.join(", "),
-            row.map(|row| if low { row.maxima < 1.0 - RIGHT } else { row.maxima > 1.0 + RIGHT }),
+            row.map(|row| {
+                if low {
+                    row.maxima < 1.0 - RIGHT
+                } else {
+                    row.maxima > 1.0 + RIGHT
+                }
+            }),
             "judged by F2, the thesis' filter; above saturation its force is integrated from the \
              piezoelectric voltage, whose coefficients hold at the frequency only where the \
              exponentials do",
@@ -235,7 +244,11 @@ pub(crate) fn observations(study: &EstimateStudy) -> Vec<String> {
             continue;
         };
         let excess = row.maxima - 1.0;
-        let holds = if hz < 2.0 { excess < -RIGHT } else { excess > RIGHT };
+        let holds = if hz < 2.0 {
+            excess < -RIGHT
+        } else {
+            excess > RIGHT
+        };
         sentences.push(format!(
             "Maxima of {THEIRS} at {hz} Hz: {:+.1} % ({word} in the thesis: {}).",
             100.0 * excess,

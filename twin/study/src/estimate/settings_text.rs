@@ -118,7 +118,10 @@ fn piezoelectric(settings: &Settings) -> String {
             }
         }
         Model::F3 { amplifier, .. } => {
-            keys.push(format!("gain = {}", quantity(-amplifier.sensitivity, "V·s/N")));
+            keys.push(format!(
+                "gain = {}",
+                quantity(-amplifier.sensitivity, "V·s/N")
+            ));
             for (name, seconds) in [
                 ("amplifier_time", amplifier.feedback_s),
                 ("silicone_time", amplifier.lag_s),

@@ -5,6 +5,7 @@ use std::ops::Range;
 use serde::Serialize;
 use twinrig_campaign::search::{Progress, SearchError, Swarm};
 use twinrig_estimate::{EstimateError, Objective, Settings, TunedSample};
+use twinrig_kernel::stream;
 
 use super::data::{Part, Signals};
 use super::filter::{FilterKind, untuned, with_deviations};
@@ -12,9 +13,14 @@ use super::identify::Identification;
 use super::track::track;
 use crate::error::StudyError;
 
-/// Periods of each frequency in which a filter settles, and after which it is judged.
+/// Periods of each frequency in which a filter settles, and after which it is judged. One is enough:
+/// the load is periodic.
 const SETTLING: f64 = 1.0;
-const JUDGED: f64 = 2.0;
+const JUDGED: f64 = 1.0;
+
+/// Swarms of each filter, of which the best counts: the objective of F2 has several minima, and a
+/// swarm may stay at any of them. ASSUMED.
+const SWARMS: u64 = 3;
 
 /// Tuned filter.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,11 +35,12 @@ pub struct TunedFilter {
     pub evaluations: usize,
     /// Whether the budget ended the search.
     pub truncated: bool,
-    /// Least cost after the initial points and each iteration.
+    /// Least cost of the best swarm after the initial points and each iteration; empty if no swarm
+    /// was better than the start.
     pub history: Vec<f64>,
 }
 
-/// Size of a search.
+/// Size of the swarms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct SearchSize {
     /// Particles.
@@ -83,59 +90,98 @@ impl<'a> TuningData<'a> {
             })?;
         }
         let cost = Objective::THESIS.cost(&samples);
-        Ok(if cost.is_finite() { cost } else { f64::INFINITY })
+        Ok(if cost.is_finite() {
+            cost
+        } else {
+            f64::INFINITY
+        })
     }
 }
 
-/// Tunes a filter. `go_on` is called after the initial points and after every iteration, and ends
-/// the search with the best settings so far.
+/// Best point of a swarm.
+struct Best {
+    deviations: Vec<f64>,
+    cost: f64,
+    history: Vec<f64>,
+    /// Whether it was ended early.
+    ended: bool,
+}
+
+/// Tunes a filter by several swarms. `go_on` is called with the numbers of swarm and iteration after
+/// the initial points and after every iteration; it ends the search with the best settings so far.
 pub(crate) fn tune(
     kind: FilterKind,
     found: &Identification,
     data: &TuningData<'_>,
     size: SearchSize,
     seed: u64,
-    go_on: &mut dyn FnMut(usize) -> bool,
+    go_on: &mut dyn FnMut(u64, usize) -> bool,
 ) -> Result<TunedFilter, StudyError> {
     let (start, dimensions) = untuned(kind, found);
     let before = data.cost(&start)?;
-    let swarm = Swarm {
+    let objective = |deviations: &[f64]| {
+        let settings = with_deviations(&start, &dimensions, deviations);
+        // Settings within the ranges are valid.
+        data.cost(&settings).unwrap_or(f64::INFINITY)
+    };
+    let mut swarm = Swarm {
         dimensions: dimensions.iter().map(|it| it.range).collect(),
         particles: size.particles,
         iterations: size.iterations,
         seed,
         threads: std::thread::available_parallelism().map_or(1, usize::from),
     };
-    let objective = |deviations: &[f64]| {
-        let settings = with_deviations(&start, &dimensions, deviations);
-        // Settings within the ranges are valid.
-        data.cost(&settings).unwrap_or(f64::INFINITY)
-    };
-    let mut best = (Vec::new(), f64::INFINITY);
-    let (mut history, mut ended) = (Vec::new(), false);
-    let found = swarm.minimise(&objective, &mut |progress: Progress<'_>| {
-        best = (progress.best.to_vec(), progress.cost);
-        history.push(progress.cost);
-        ended = !go_on(progress.iteration);
-        !ended
-    });
-    match found {
-        Ok(_) => {}
-        Err(SearchError::Interrupted { .. }) if ended => {}
-        Err(error) => return Err(error.into()),
+    let (mut best, mut evaluations, mut truncated) = (None::<Best>, 0, false);
+    for number in 0..SWARMS {
+        swarm.seed = stream(seed, &format!("{}/{number}", kind.name())).bits();
+        let found = search(&swarm, &objective, &mut |iteration| {
+            go_on(number, iteration)
+        })?;
+        evaluations += size.particles * found.history.len();
+        truncated |= found.ended;
+        let ended = found.ended;
+        if best.as_ref().is_none_or(|best| found.cost < best.cost) {
+            best = Some(found);
+        }
+        if ended {
+            break;
+        }
     }
-    let (deviations, cost) = best;
-    let settings = if cost < before {
-        with_deviations(&start, &dimensions, &deviations)
-    } else {
-        start
-    };
+    let best = best.filter(|best| best.cost < before);
+    let settings = best.as_ref().map_or(start, |best| {
+        with_deviations(&start, &dimensions, &best.deviations)
+    });
     Ok(TunedFilter {
         kind,
         settings,
-        cost: [before, cost.min(before)],
-        evaluations: size.particles * history.len(),
-        truncated: history.len() <= size.iterations,
-        history,
+        cost: [before, best.as_ref().map_or(before, |best| best.cost)],
+        evaluations,
+        truncated,
+        history: best.map_or_else(Vec::new, |best| best.history),
     })
+}
+
+fn search(
+    swarm: &Swarm,
+    objective: &(dyn Fn(&[f64]) -> f64 + Sync),
+    go_on: &mut dyn FnMut(usize) -> bool,
+) -> Result<Best, StudyError> {
+    let mut best = Best {
+        deviations: Vec::new(),
+        cost: f64::INFINITY,
+        history: Vec::new(),
+        ended: false,
+    };
+    let found = swarm.minimise(objective, &mut |progress: Progress<'_>| {
+        best.deviations = progress.best.to_vec();
+        best.cost = progress.cost;
+        best.history.push(progress.cost);
+        best.ended = !go_on(progress.iteration);
+        !best.ended
+    });
+    match found {
+        Err(SearchError::Interrupted { .. }) if best.ended => Ok(best),
+        Err(error) => Err(error.into()),
+        Ok(_) => Ok(best),
+    }
 }

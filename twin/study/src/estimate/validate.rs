@@ -229,7 +229,10 @@ mod tests {
             (1000.0, [0.914_257_1, 1.089_530_9], 1e-6),
         ] {
             for (found, expected) in band(count).into_iter().zip(expected) {
-                assert!((found / expected - 1.0).abs() < tolerance, "{count}: {found}");
+                assert!(
+                    (found / expected - 1.0).abs() < tolerance,
+                    "{count}: {found}"
+                );
             }
         }
     }
@@ -241,6 +244,9 @@ mod tests {
         let lengths: Vec<usize> = periods(&signal, 0..400).iter().map(Range::len).collect();
         // 2π/0.1, to the next sample and the amplitude of the noise.
         assert_eq!(lengths.len(), 5);
-        assert!(lengths.iter().all(|length| (60..=66).contains(length)), "{lengths:?}");
+        assert!(
+            lengths.iter().all(|length| (60..=66).contains(length)),
+            "{lengths:?}"
+        );
     }
 }

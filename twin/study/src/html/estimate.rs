@@ -132,7 +132,9 @@ fn hysteresis(study: &EstimateStudy) -> String {
         height: 460.0,
         x_label: "force  [N]".to_owned(),
         y_label: "voltage  [V]".to_owned(),
-        series: series.map(|(number, shape)| Series { number, shape }).into(),
+        series: series
+            .map(|(number, shape)| Series { number, shape })
+            .into(),
     };
     let caption = format!(
         "Figure 4.11: the piezoresistive cell with the sigmoids of eq. 4.21, one period of each \
@@ -164,7 +166,9 @@ fn voltage(curve: &VoltageCurve) -> String {
         height: 340.0,
         x_label: "time  [s]".to_owned(),
         y_label: "voltage  [V]".to_owned(),
-        series: series.map(|(number, shape)| Series { number, shape }).into(),
+        series: series
+            .map(|(number, shape)| Series { number, shape })
+            .into(),
     };
     let entries = [
         entry(0, false, "measured"),
@@ -266,12 +270,11 @@ fn estimates(curve: &EstimateCurve) -> String {
         height: 340.0,
         x_label: "time  [s]".to_owned(),
         y_label: "force  [N]".to_owned(),
-        series: series.map(|(number, shape)| Series { number, shape }).into(),
+        series: series
+            .map(|(number, shape)| Series { number, shape })
+            .into(),
     };
-    let entries = [
-        entry(0, false, "truth"),
-        entry(1, true, "estimate, ± 3σ"),
-    ];
+    let entries = [entry(0, false, "truth"), entry(1, true, "estimate, ± 3σ")];
     let heading = format!("{} at {} Hz", curve.filter, curve.hz);
     drawing(&heading, &entries, &plot.svg(), "Figure 4.15.")
 }
@@ -291,7 +294,8 @@ fn rows(study: &EstimateStudy) -> String {
             if first { "first" } else { "" },
             vec![
                 element("b", "", row.filter),
-                row.hz.map_or_else(|| "all".to_owned(), |hz| format!("{hz} Hz")),
+                row.hz
+                    .map_or_else(|| "all".to_owned(), |hz| format!("{hz} Hz")),
                 row.periods.to_string(),
                 format!("{} N", plain(row.force_rmse_n)),
                 format!("{} N/s", plain(row.rate_rmse_n_s)),
@@ -337,7 +341,7 @@ fn tuned(study: &EstimateStudy) -> String {
         );
     }
     paragraph(
-        "Particle swarms minimise −ln O of eq. 4.19 over the deviations that a millisecond adds to \
+        "Three particle swarms for each filter minimise −ln O of eq. 4.19 over the deviations that a millisecond adds to \
          the states and the noise of the piezoelectric voltage. Estimates do not change if all \
          variances have the same factor, so the piezoresistive noise is that of the \
          identification. Ready for a tactile bus of a scenario:",

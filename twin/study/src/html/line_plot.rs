@@ -104,7 +104,11 @@ impl LinearAxis {
         (0..=self.ticks).map(move |tick| {
             let value = self.low + self.step * tick as f64;
             // Rounding of the multiples is not shown.
-            let value = if value.abs() < 1e-9 * self.step { 0.0 } else { value };
+            let value = if value.abs() < 1e-9 * self.step {
+                0.0
+            } else {
+                value
+            };
             (self.at(value), plain(value))
         })
     }
@@ -189,7 +193,10 @@ impl Shape {
                 .iter()
                 .flat_map(|&[x, low, high]| [[x, low], [x, high]])
                 .collect(),
-            Self::Bars(points) => points.iter().flat_map(|&[x, y]| [[x, 0.0], [x, y]]).collect(),
+            Self::Bars(points) => points
+                .iter()
+                .flat_map(|&[x, y]| [[x, 0.0], [x, y]])
+                .collect(),
         }
     }
 }
