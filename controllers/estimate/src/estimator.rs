@@ -52,8 +52,8 @@ pub enum Outcome {
     TooOld,
     /// Its channel has a measurement with the same time stamp, and this one is dropped.
     Duplicate,
-    /// It is infinite or NaN, and is dropped.
-    NotFinite,
+    /// It is NaN or beyond ±10⁹, and is dropped.
+    Invalid,
     /// Its channel is not configured, or not used by the model.
     Ignored,
 }
@@ -69,8 +69,8 @@ pub struct Counters {
     pub too_old: u64,
     /// Time stamp twice.
     pub duplicate: u64,
-    /// Infinite or NaN.
-    pub not_finite: u64,
+    /// NaN or beyond ±10⁹.
+    pub invalid: u64,
     /// Channels that are not used.
     pub ignored: u64,
 }

@@ -14,6 +14,10 @@ use crate::settings::{Piezoresistive, Settings};
 /// Measurements that can be applied again: at 1 kHz and two channels, 32 ms.
 pub(crate) const HISTORY: usize = 64;
 
+/// Greatest magnitude of a measurement, in V or rad/s: far beyond any sensor, and far from overflow
+/// of what follows from it.
+const GREATEST: f64 = 1e9;
+
 /// Everything that a measurement changes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Moment<const N: usize> {
@@ -80,9 +84,10 @@ impl<M: Dynamics<N>, const N: usize> Track<M, N> {
 
     pub(crate) fn push(&mut self, measurement: Measurement) -> Outcome {
         let key = measurement.key();
-        if !measurement.value.is_finite() {
-            self.counters.not_finite += 1;
-            return Outcome::NotFinite;
+        let valid = measurement.value.abs() <= GREATEST; // false for NaN
+        if !valid {
+            self.counters.invalid += 1;
+            return Outcome::Invalid;
         }
         let Some(noise) = self.noise_of(measurement.channel) else {
             self.counters.ignored += 1;

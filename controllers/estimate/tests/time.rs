@@ -91,6 +91,28 @@ proptest! {
     }
 }
 
+proptest! {
+    /// Arbitrary bits as time stamps and values.
+    #[test]
+    fn no_measurement_breaks_a_filter(all in prop::collection::vec(any::<(u64, u8, u64, bool)>(), 1..200)) {
+        for model in models() {
+            let mut estimator = estimator(model);
+            for &(at_ns, channel, bits, usual) in &all {
+                let channels = [Channel::Piezoresistive, Channel::Piezoelectric, Channel::Frequency];
+                let value = f64::from_bits(bits);
+                estimator.push(Measurement {
+                    at_ns: if usual { at_ns % (500 * MS) } else { at_ns },
+                    channel: channels[usize::from(channel) % 3],
+                    value: if usual { value % 10.0 } else { value },
+                });
+            }
+            let estimate = estimator.estimate();
+            prop_assert!(estimator.state().iter().all(|it| it.is_finite()), "{estimate:?}");
+            prop_assert!(estimator.covariance().iter().all(|it| it.is_finite()), "{estimate:?}");
+        }
+    }
+}
+
 #[test]
 fn old_and_duplicate_measurements_are_dropped_and_counted() {
     let all = measurements(3, 60);
@@ -111,14 +133,14 @@ fn old_and_duplicate_measurements_are_dropped_and_counted() {
         };
         assert_eq!(estimator.push(next_value), Outcome::Duplicate);
         assert_eq!(estimator.push(all[0]), Outcome::TooOld);
-        for value in [f64::NAN, f64::INFINITY] {
+        for value in [f64::NAN, f64::INFINITY, -2e9] {
             let at_ns = newest.at_ns + MS;
             let invalid = Measurement {
                 at_ns,
                 value,
                 ..newest
             };
-            assert_eq!(estimator.push(invalid), Outcome::NotFinite);
+            assert_eq!(estimator.push(invalid), Outcome::Invalid);
         }
         assert_eq!(bits(&estimator), before);
         let channels = if matches!(model, Model::F2 { .. }) {
@@ -131,7 +153,7 @@ fn old_and_duplicate_measurements_are_dropped_and_counted() {
             ignored: 60 * (3 - channels),
             duplicate: 2,
             too_old: 1,
-            not_finite: 2,
+            invalid: 3,
             late: 0,
         };
         assert_eq!(estimator.counters(), expected);

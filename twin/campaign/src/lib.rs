@@ -31,4 +31,5 @@
 //!   contain.
 //! - A search is not saved and resumed.
 
+mod places;
 pub mod search;

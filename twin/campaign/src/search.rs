@@ -9,6 +9,8 @@ use thiserror::Error;
 use twinrig_kernel::{Stream, stream};
 use twinrig_runtime::interrupt;
 
+use crate::places::{Places, share};
+
 /// Range of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Dimension {
@@ -263,16 +265,19 @@ impl Swarm {
         dimensions.try_for_each(|(index, dimension)| dimension.check(index))
     }
 
-    fn solver(&self) -> Result<ParticleSwarm<Vec<f64>, f64, Numbers>, SearchError> {
+    fn solver(&self) -> Result<ParticleSwarm<Places, f64, Numbers>, SearchError> {
         let count = self.dimensions.len();
         let numbers = Numbers(stream(self.seed, "campaign/search"));
-        // Shares of the ranges, so that bounds of any size have no influence on the arithmetic.
-        ParticleSwarm::new((vec![0.0; count], vec![1.0; count]), self.particles)
-            .with_rng_generator(numbers)
-            .with_inertia_factor(MOMENTUM)
-            .and_then(|solver| solver.with_cognitive_factor(ATTRACTION))
-            .and_then(|solver| solver.with_social_factor(ATTRACTION))
-            .map_err(|error| SearchError::Optimiser(error.to_string()))
+        // Places of the ranges, so that bounds of any size have no influence on the arithmetic.
+        ParticleSwarm::new(
+            (Places(vec![0.0; count]), Places(vec![1.0; count])),
+            self.particles,
+        )
+        .with_rng_generator(numbers)
+        .with_inertia_factor(MOMENTUM)
+        .and_then(|solver| solver.with_cognitive_factor(ATTRACTION))
+        .and_then(|solver| solver.with_social_factor(ATTRACTION))
+        .map_err(|error| SearchError::Optimiser(error.to_string()))
     }
 
     fn interrupted(&self, done: usize) -> SearchError {
@@ -284,12 +289,12 @@ impl Swarm {
 }
 
 /// Particles with their costs.
-type Population = PopulationState<argmin::solver::particleswarm::Particle<Vec<f64>, f64>, f64>;
+type Population = PopulationState<argmin::solver::particleswarm::Particle<Places, f64>, f64>;
 
 /// A running search.
 struct Search<'a> {
     swarm: &'a Swarm,
-    solver: ParticleSwarm<Vec<f64>, f64, Numbers>,
+    solver: ParticleSwarm<Places, f64, Numbers>,
     problem: Problem<&'a Costs<'a>>,
     history: Vec<f64>,
 }
@@ -314,16 +319,15 @@ impl Search<'_> {
     /// Best point of all, with its cost.
     fn best(&self, state: &Population) -> (Vec<f64>, f64) {
         let best = state.get_param().map(|particle| &particle.position);
-        let best = best.map(|shares| parameters(&self.swarm.dimensions, shares));
+        let best = best.map(|places| parameters(&self.swarm.dimensions, places));
         (best.unwrap_or_default(), state.get_cost())
     }
 }
 
-fn parameters(dimensions: &[Dimension], shares: &[f64]) -> Vec<f64> {
-    let pairs = dimensions.iter().zip(shares);
-    pairs
-        .map(|(dimension, &share)| dimension.at(share))
-        .collect()
+fn parameters(dimensions: &[Dimension], places: &Places) -> Vec<f64> {
+    let pairs = dimensions.iter().zip(&places.0);
+    let parameter = |(dimension, &place): (&Dimension, &f64)| dimension.at(share(place));
+    pairs.map(parameter).collect()
 }
 
 /// The objective over shares of the ranges.
@@ -335,14 +339,14 @@ struct Costs<'a> {
 }
 
 impl CostFunction for &Costs<'_> {
-    type Param = Vec<f64>;
+    type Param = Places;
     type Output = f64;
 
-    fn cost(&self, shares: &Vec<f64>) -> Result<f64, Error> {
+    fn cost(&self, places: &Places) -> Result<f64, Error> {
         if interrupt::is_requested() {
             return Err(Error::msg("interrupted"));
         }
-        let cost = (self.objective)(&parameters(self.dimensions, shares));
+        let cost = (self.objective)(&parameters(self.dimensions, places));
         self.evaluations.fetch_add(1, Ordering::Relaxed);
         if cost.is_nan() {
             self.not_a_number.fetch_add(1, Ordering::Relaxed);
@@ -357,9 +361,7 @@ struct Numbers(Stream);
 
 impl rand_core::RngCore for Numbers {
     fn next_u32(&mut self) -> u32 {
-        #[expect(clippy::cast_possible_truncation, reason = "the high half")]
-        let high = (self.0.bits() >> 32) as u32;
-        high
+        (self.0.bits() >> 32) as u32
     }
 
     fn next_u64(&mut self) -> u64 {

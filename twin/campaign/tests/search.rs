@@ -50,7 +50,7 @@ proptest! {
     fn minimum_of_a_sphere_is_found(seed: u64, centre in prop::array::uniform3(-4.0..4.0)) {
         let swarm = swarm(vec![Dimension::linear(-5.0, 5.0); 3], seed);
         let found = minimise(&swarm, |x| sphere(x, &centre));
-        prop_assert!(found.cost < 1e-10, "{}", found.cost);
+        prop_assert!(found.cost < 1e-15, "{}", found.cost);
         prop_assert!(sphere(&found.best, &centre) == found.cost);
         prop_assert!(found.history.is_sorted_by(|one, next| one >= next));
         prop_assert_eq!(found.history.len(), 201);
@@ -85,7 +85,17 @@ proptest! {
         prop_assert_ne!(bits(&found), bits(&minimise(&swarm, objective)));
     }
 
-    /// A minimum outside: the best point is the corner of the bounds, exactly.
+    /// Optima close to bounds and on them, where particles that stick to bounds end elsewhere. In
+    /// 3000 searches like these the greatest cost was 4e-19.
+    #[test]
+    fn optima_at_the_bounds_are_found(seed: u64, kinds in prop::array::uniform6(0_u8..5)) {
+        let centre = kinds.map(|kind| [0.0, 0.02, 0.4, 0.95, 1.0][usize::from(kind)]);
+        let swarm = swarm(vec![Dimension::linear(0.0, 1.0); 6], seed);
+        let found = minimise(&swarm, |x| sphere(x, &centre));
+        prop_assert!(found.cost < 1e-15, "{}", found.cost);
+    }
+
+    /// A minimum outside: the best point is the corner of the bounds.
     #[test]
     fn points_are_within_the_bounds(seed: u64, low in -3.0..3.0, width in 0.1..10.0) {
         let (high, decades) = (low + width, libm::pow(10.0, width));
@@ -94,10 +104,10 @@ proptest! {
         let found = minimise(&swarm(dimensions, seed), |x| {
             let inside = (low..=high).contains(&x[0]) && (0.01..=decades).contains(&x[1]);
             outside.fetch_add(usize::from(!inside), Ordering::Relaxed);
-            x[0] - x[1]
+            (x[0] - low) / width - libm::log10(x[1])
         });
         prop_assert_eq!(outside.into_inner(), 0);
-        prop_assert_eq!(found.best, vec![low, decades]);
+        prop_assert!(found.cost + width < 1e-9, "{}", found.cost + width);
     }
 }
 
