@@ -176,11 +176,8 @@ fn period_s(samples: &[LoadSample]) -> Result<f64, StudyError> {
 
 fn check(run: &LoadRun, period_s: f64) -> Result<(), StudyError> {
     let apart = |pair: &[LoadSample]| pair[1].at_ns.saturating_sub(pair[0].at_ns) as f64 * 1e-9;
-    let gaps = run
-        .samples
-        .windows(2)
-        .filter(|pair| !(apart(pair) < GAP * period_s));
-    let gaps = gaps.count();
+    let is_gap = |pair: &&[LoadSample]| apart(pair) >= GAP * period_s;
+    let gaps = run.samples.windows(2).filter(is_gap).count();
     if gaps > 0 {
         return Err(StudyError::MissingSamples { gaps });
     }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::distribution::Residuals;
 use super::filter::FilterKind;
 use super::results::EstimateStudy;
 use crate::number::plain;
@@ -98,7 +99,7 @@ fn of_cells(study: &EstimateStudy) -> Vec<PrintedFigure> {
     let [up, down] = branches.map(|it| -it.c + 2.0 / it.b.abs());
     let saturates = |force: f64| (force - SATURATION).abs() <= AROUND * SATURATION;
     let (rate, acceleration) = (&found.coefficients.rate, &found.coefficients.acceleration);
-    let gaussian = found.residuals.iter().any(|it| it.is_gaussian());
+    let gaussian = found.residuals.iter().any(Residuals::is_gaussian);
     let moments: Vec<String> = found
         .residuals
         .iter()

@@ -98,15 +98,13 @@ impl EstimateStudy {
         let (Some((best, error)), Some((alone, other))) = (least(&fused), least(&single)) else {
             return "No filter was validated.".to_owned();
         };
-        let mut text = format!(
+        let errors = format!(
             "{best} estimates the force to {} N RMS, the better single cell ({alone}) to {} N.",
             plain(error),
             plain(other)
         );
-        for claim in printed::observations(self) {
-            text += &format!(" {claim}");
-        }
-        text
+        let sentences = std::iter::once(errors).chain(printed::observations(self));
+        sentences.collect::<Vec<_>>().join(" ")
     }
 
     /// Returns the study as JSON, with the machine it ran on and the command that repeats it.

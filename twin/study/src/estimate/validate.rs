@@ -239,7 +239,8 @@ mod tests {
 
     #[test]
     fn periods_begin_at_the_middle_whatever_the_noise() {
-        let wave = |i: usize| libm::sin(i as f64 * 0.1) + if i % 2 == 0 { 0.05 } else { -0.05 };
+        let wave =
+            |i: usize| libm::sin(i as f64 * 0.1) + if i.is_multiple_of(2) { 0.05 } else { -0.05 };
         let signal: Vec<f64> = (0..400).map(wave).collect();
         let lengths: Vec<usize> = periods(&signal, 0..400).iter().map(Range::len).collect();
         // 2π/0.1, to the next sample and the amplitude of the noise.

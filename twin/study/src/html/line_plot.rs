@@ -65,7 +65,7 @@ impl LinearAxis {
         let finite = values.filter(|value| value.is_finite());
         let mut low = finite.clone().fold(f64::INFINITY, f64::min);
         let mut high = finite.fold(f64::NEG_INFINITY, f64::max);
-        if !(low <= high) {
+        if low > high {
             (low, high) = (0.0, 1.0);
         }
         if low == high {
@@ -175,9 +175,9 @@ impl LinePlot {
             self.height - 8.0,
             escaped(&self.x_label)
         );
-        let _ = write!(
+        let _ = writeln!(
             out,
-            "<text class=\"middle label\" transform=\"translate(14 {:.1}) rotate(-90)\">{}</text></g>\n",
+            "<text class=\"middle label\" transform=\"translate(14 {:.1}) rotate(-90)\">{}</text></g>",
             f64::midpoint(TOP, bottom),
             escaped(&self.y_label)
         );

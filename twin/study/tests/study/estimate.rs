@@ -85,7 +85,8 @@ impl LoadRecorder for Bench {
         for &hz in self.frequencies {
             let from_ns = (ms + 1000) * 1_000_000;
             let length = 1.0 + self.periods / hz;
-            for n in 0..(1000.0 * length) as u64 {
+            let milliseconds = (0_u64..).take_while(|&n| (n as f64) < 1000.0 * length);
+            for n in milliseconds {
                 let omega = TAU * hz;
                 let force = 0.5 + 14.0 * (1.0 - libm::cos(phase));
                 let rate = 14.0 * omega * libm::sin(phase);
