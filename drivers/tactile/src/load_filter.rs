@@ -193,7 +193,7 @@ impl Stage for LoadFilter {
         let name = &self.config.name;
         let counters = self.state.estimator.counters();
         let recoveries = self.state.estimator.estimate().recoveries;
-        let dropped = counters.too_old + counters.duplicate + counters.not_finite;
+        let dropped = counters.too_old + counters.duplicate + counters.invalid;
         for (what, count) in [
             ("unused", self.state.unused),
             ("late", counters.late),

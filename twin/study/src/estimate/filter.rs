@@ -79,13 +79,15 @@ enum Place {
 
 /// Ranges of the deviations that a millisecond adds, and the values before tuning: of force, rate
 /// and bias those of eq. 4.18, the others ASSUMED. Names are those of [`Model::names`].
-const PROCESS: [(&str, (f64, f64), f64); 5] = [
+const PROCESS: [(&str, (f64, f64), f64); 4] = [
     ("force", (1e-5, 1.0), 1e-2),         // N
     ("rate", (1e-4, 1e2), 0.316),         // N/s
     ("acceleration", (1e-1, 1e4), 100.0), // N/s²
-    ("frequency", (1e-4, 1.0), 1e-2),     // rad/s
     ("bias", (1e-8, 1.0), 1e-2),          // V
 ];
+/// Deviation that a millisecond adds to the frequency \[rad/s\]: 2 Hz within a second. ASSUMED: it is
+/// not tuned, as the samples of tuning have constant frequencies.
+const FREQUENCY_CHANGE: f64 = 2e-3 * std::f64::consts::TAU;
 /// Range of the noise of the piezoelectric voltage \[V\]: from a third of the resolution of a card
 /// with 16 bits over ±10 V.
 const PIEZOELECTRIC: (f64, f64) = (1e-4, 1e2);
@@ -129,6 +131,9 @@ pub(crate) fn untuned(kind: FilterKind, found: &Identification) -> (Settings, Ve
         let name = names[index];
         let initial = INITIAL.iter().find(|(known, _)| *known == name);
         state.variance = initial.map_or(0.0, |(_, deviation)| deviation * deviation);
+        if name == "frequency" {
+            state.noise = FREQUENCY_CHANGE * FREQUENCY_CHANGE;
+        }
         // Without its voltage the bias has no effect.
         let unused = kind == FilterKind::Piezoresistive && name == "bias";
         let tuned = PROCESS.iter().find(|(known, ..)| *known == name && !unused);

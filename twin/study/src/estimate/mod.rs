@@ -71,7 +71,7 @@ impl Default for EstimatePlan {
     fn default() -> Self {
         Self {
             search: SearchSize {
-                particles: 30,
+                particles: 24,
                 iterations: 30,
             },
             budget_s: 200.0,
@@ -79,7 +79,7 @@ impl Default for EstimatePlan {
     }
 }
 
-/// Least number of periods at a frequency: tuning starts within the first one, settles for one and
+/// Least number of periods at a frequency: tuning starts within the first one, settles for two and
 /// judges one. Maxima are those of complete periods, three of four.
 const PERIODS: f64 = 4.0;
 /// Least number of frequencies: an exponential has two parameters.

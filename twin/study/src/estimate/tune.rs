@@ -15,7 +15,7 @@ use crate::error::StudyError;
 
 /// Periods of each frequency in which a filter settles, and after which it is judged. One is enough:
 /// the load is periodic.
-const SETTLING: f64 = 1.0;
+const SETTLING: f64 = 2.0;
 const JUDGED: f64 = 1.0;
 
 /// Swarms of each filter, of which the best counts: the objective of F2 has several minima, and a
