@@ -314,7 +314,7 @@ pub struct EstimateOptions {
     #[command(flatten)]
     pub study: StudyOptions,
     /// Particles of each of the three swarms of a filter
-    #[arg(long, value_name = "N", default_value_t = 24, value_parser = particles)]
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = particles)]
     pub particles: usize,
     /// Iterations of each swarm
     #[arg(long, value_name = "N", default_value_t = 30)]

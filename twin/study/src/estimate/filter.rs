@@ -86,7 +86,7 @@ const PROCESS: [(&str, (f64, f64), f64); 4] = [
     ("bias", (1e-8, 1.0), 1e-2),          // V
 ];
 /// Deviation that a millisecond adds to the frequency \[rad/s\]: 2 Hz within a second. ASSUMED: it is
-/// not tuned, as the samples of tuning have constant frequencies.
+/// not tuned, as steady parts, which count, have constant frequencies.
 const FREQUENCY_CHANGE: f64 = 2e-3 * std::f64::consts::TAU;
 /// Range of the noise of the piezoelectric voltage \[V\]: from a third of the resolution of a card
 /// with 16 bits over ±10 V.

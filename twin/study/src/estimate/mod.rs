@@ -24,7 +24,6 @@ pub use tune::{SearchSize, TunedFilter};
 pub use validate::{EstimatePoint, FilterRow};
 
 use data::{Phase, Signals};
-use tune::TuningData;
 use validate::Estimates;
 
 use crate::budget::Budget;
@@ -71,7 +70,7 @@ impl Default for EstimatePlan {
     fn default() -> Self {
         Self {
             search: SearchSize {
-                particles: 24,
+                particles: 20,
                 iterations: 30,
             },
             budget_s: 200.0,
@@ -79,8 +78,7 @@ impl Default for EstimatePlan {
     }
 }
 
-/// Least number of periods at a frequency: tuning starts within the first one, settles for two and
-/// judges one. Maxima are those of complete periods, three of four.
+/// Least number of periods at a frequency. Maxima are those of complete periods, three of four.
 const PERIODS: f64 = 4.0;
 /// Least number of frequencies: an exponential has two parameters.
 const FREQUENCIES: usize = 2;
@@ -108,10 +106,9 @@ pub fn estimate(
     let identified = job.run(0, Phase::Zero, &mut left_out)?;
     let identification = identify::identify(&identified)?;
     let tuned_on = job.run(1, Phase::Causal, &mut left_out)?;
-    let data = TuningData::new(&tuned_on);
     let mut filters = Vec::new();
     for kind in FilterKind::ALL {
-        filters.push(job.tune(kind, &identification, &data, plan.search)?);
+        filters.push(job.tune(kind, &identification, &tuned_on, plan.search)?);
     }
     let validated = job.run(2, Phase::Causal, &mut left_out)?;
     let (mut rows, mut estimates) = (Vec::new(), Vec::new());
@@ -204,7 +201,7 @@ impl Job<'_> {
         &mut self,
         kind: FilterKind,
         identification: &Identification,
-        data: &TuningData<'_>,
+        signals: &Signals,
         size: SearchSize,
     ) -> Result<TunedFilter, StudyError> {
         let share = self.budget.next(true);

@@ -1,22 +1,15 @@
 //! Tuning of covariances by particle swarm (section 4.3.1.3).
 
-use std::ops::Range;
-
 use serde::Serialize;
 use twinrig_campaign::search::{Progress, SearchError, Swarm};
 use twinrig_estimate::{EstimateError, Objective, Settings, TunedSample};
 use twinrig_kernel::stream;
 
-use super::data::{Part, Signals};
+use super::data::Signals;
 use super::filter::{FilterKind, untuned, with_deviations};
 use super::identify::Identification;
 use super::track::track;
 use crate::error::StudyError;
-
-/// Periods of each frequency in which a filter settles, and after which it is judged. One is enough:
-/// the load is periodic.
-const SETTLING: f64 = 2.0;
-const JUDGED: f64 = 1.0;
 
 /// Swarms of each filter, of which the best counts: the objective of F2 has several minima, and a
 /// swarm may stay at any of them. ASSUMED.
@@ -49,53 +42,28 @@ pub struct SearchSize {
     pub iterations: usize,
 }
 
-/// Samples of the tuning run on which filters are judged: of each frequency a few periods, which
-/// begin where the force is least, so that the initial state holds.
-pub(crate) struct TuningData<'a> {
-    signals: &'a Signals,
-    /// Samples of each frequency, and the first judged one.
-    parts: Vec<(Range<usize>, usize)>,
-}
-
-impl<'a> TuningData<'a> {
-    pub(crate) fn new(signals: &'a Signals) -> Self {
-        let part = |part: &Part| {
-            let Range { start, end } = part.samples;
-            let period = signals.count(part.hz, 1.0);
-            let first = start..(start + period).min(end);
-            let least = first.min_by(|&a, &b| signals.force[a].total_cmp(&signals.force[b]));
-            let begin = least.unwrap_or(start);
-            let settled = begin + signals.count(part.hz, SETTLING);
-            let stop = settled + signals.count(part.hz, JUDGED);
-            (begin..stop.min(end), settled.min(end))
-        };
-        Self {
-            parts: signals.parts.iter().map(part).collect(),
-            signals,
+/// Returns −ln O of a filter over the steady parts of a run, through the whole of which it runs:
+/// what disturbs it while the frequency changes counts as far as it lasts. Infinite where an estimate
+/// is.
+fn cost_of(settings: &Settings, signals: &Signals) -> Result<f64, EstimateError> {
+    let mut samples = Vec::with_capacity(signals.force.len());
+    let end = signals.parts.last().map_or(0, |part| part.samples.end);
+    let mut parts = signals.parts.iter().map(|part| &part.samples).peekable();
+    track(settings, signals, 0..end, |i, estimate, _| {
+        while parts.next_if(|part| part.end <= i).is_some() {}
+        if parts.peek().is_some_and(|part| part.contains(&i)) {
+            samples.push(TunedSample {
+                estimate: [estimate.force, estimate.rate, estimate.bias],
+                truth: [signals.force[i], signals.rate[i]],
+            });
         }
-    }
-
-    /// Returns −ln O of a filter; infinite where its estimates are.
-    fn cost(&self, settings: &Settings) -> Result<f64, EstimateError> {
-        let mut samples = Vec::new();
-        let signals = self.signals;
-        for (range, settled) in &self.parts {
-            track(settings, signals, range.clone(), |i, estimate, _| {
-                if i >= *settled {
-                    samples.push(TunedSample {
-                        estimate: [estimate.force, estimate.rate, estimate.bias],
-                        truth: [signals.force[i], signals.rate[i]],
-                    });
-                }
-            })?;
-        }
-        let cost = Objective::THESIS.cost(&samples);
-        Ok(if cost.is_finite() {
-            cost
-        } else {
-            f64::INFINITY
-        })
-    }
+    })?;
+    let cost = Objective::THESIS.cost(&samples);
+    Ok(if cost.is_finite() {
+        cost
+    } else {
+        f64::INFINITY
+    })
 }
 
 /// Best point of a swarm.
@@ -112,17 +80,17 @@ struct Best {
 pub(crate) fn tune(
     kind: FilterKind,
     found: &Identification,
-    data: &TuningData<'_>,
+    signals: &Signals,
     size: SearchSize,
     seed: u64,
     go_on: &mut dyn FnMut(u64, usize) -> bool,
 ) -> Result<TunedFilter, StudyError> {
     let (start, dimensions) = untuned(kind, found);
-    let before = data.cost(&start)?;
+    let before = cost_of(&start, signals)?;
     let objective = |deviations: &[f64]| {
         let settings = with_deviations(&start, &dimensions, deviations);
         // Settings within the ranges are valid.
-        data.cost(&settings).unwrap_or(f64::INFINITY)
+        cost_of(&settings, signals).unwrap_or(f64::INFINITY)
     };
     let mut swarm = Swarm {
         dimensions: dimensions.iter().map(|it| it.range).collect(),
