@@ -57,7 +57,7 @@ const ARROWS: &[(&str, &str)] = &[
     ("scenario", "document kernel runtime"),
     ("script", "kernel robot runtime"),
     ("sensor", "document kernel runtime"),
-    ("study", "kernel record runtime"),
+    ("study", "campaign estimate kernel record runtime"),
     ("tactile", "estimate kernel runtime wire"),
     ("testing", "contact kernel leg legged robot runtime wire"),
     ("tests", "twinrig record"),

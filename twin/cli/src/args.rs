@@ -73,6 +73,7 @@ impl Command {
             Self::Study(StudyArgs {
                 study:
                     StudyCommand::Precision(PrecisionOptions { study: options, .. })
+                    | StudyCommand::Estimate(EstimateOptions { study: options, .. })
                     | StudyCommand::Stability(options)
                     | StudyCommand::Coupling(options),
             }) => options.json,
@@ -276,6 +277,28 @@ pub enum StudyCommand {
     /// exact coupling at a fine plant step, which is verified by a step twice as long.
     #[command(mut_arg("scenario", |scenario| scenario.default_value("scenarios/oncilla-clocks.toml")))]
     Coupling(StudyOptions),
+    /// Identify the cells of a load sensor, tune its filters and validate them
+    ///
+    /// Runs a bench with a tactile bus three times, with successive seeds, while the frequency of
+    /// the load changes. The first run identifies both cells, the second tunes the covariances of
+    /// the filters by particle swarms, the third validates them. Prints the tuned filters for a
+    /// scenario.
+    #[command(mut_arg("scenario", |scenario| scenario.default_value("scenarios/thesis/fig-4-11.toml")))]
+    Estimate(EstimateOptions),
+}
+
+/// Options of a study of load filters.
+#[derive(Clone, Debug, Args)]
+pub struct EstimateOptions {
+    /// Options of every study.
+    #[command(flatten)]
+    pub study: StudyOptions,
+    /// Particles of each of the three swarms of a filter
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = particles)]
+    pub particles: usize,
+    /// Iterations of each swarm
+    #[arg(long, value_name = "N", default_value_t = 30)]
+    pub iterations: usize,
 }
 
 /// Options of a study of precision.
@@ -301,7 +324,7 @@ pub struct StudyOptions {
     /// Set a key of the scenario: duration="300 ms"
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
     pub set: Vec<(String, String)>,
-    /// Simulated time: "300 ms" [default: precision the first 300 ms, stability 2 s, coupling 1 s]
+    /// Simulated time: "300 ms" [default: precision the first 300 ms, stability 2 s, coupling 1 s, estimate the scenario]
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     pub duration: Option<SimDuration>,
     /// Approximate limit of the computation time; rows truncated by it are reported
@@ -341,6 +364,13 @@ fn non_negative(text: &str, unit: Unit) -> Result<f64, String> {
         return Err("it must not be negative".to_owned());
     }
     Ok(value)
+}
+
+fn particles(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count) if count > 0 => Ok(count),
+        _ => Err("it must be a whole number above 0".to_owned()),
+    }
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

@@ -151,6 +151,16 @@ pub enum TwinError {
         /// Reason.
         source: twinrig_study::StudyError,
     },
+    /// Scenario without what a study of load filters requires.
+    #[error("error: load filters cannot be studied: {why}\n --> {file}\n  = help: {help}")]
+    NotEstimable {
+        /// Scenario file.
+        file: String,
+        /// What is missing.
+        why: String,
+        /// Remedy.
+        help: String,
+    },
     /// Failure to write a file or folder.
     #[error("error: cannot write: {source}\n --> {}", path.display())]
     Write {

@@ -23,4 +23,49 @@ pub enum StudyError {
         /// Number of parts.
         of: usize,
     },
+    /// A run of the bench cannot be built, or failed.
+    #[error("{0}")]
+    Run(String),
+    /// Too few samples of the sensor were recorded.
+    #[error("{found} samples were recorded; {required} are the least")]
+    FewSamples {
+        /// Number of samples.
+        found: usize,
+        /// Least number.
+        required: usize,
+    },
+    /// Samples are missing between the recorded ones.
+    #[error("samples are missing at {gaps} places; study a scenario without faults on the bus")]
+    MissingSamples {
+        /// Number of places.
+        gaps: usize,
+    },
+    /// The force of the reference cell is beyond its range.
+    #[error(
+        "{samples} samples of the reference cell are out of its range; take a cam with less lift"
+    )]
+    ReferenceSaturated {
+        /// Number of samples.
+        samples: usize,
+    },
+    /// Too few frequencies were recorded for long enough.
+    #[error(
+        "frequencies that last long enough: {found}, of {required} at least; a part of a run lasts \
+         from one second after a change of the frequency to the next change, and needs {periods} \
+         periods"
+    )]
+    FewFrequencies {
+        /// Number of frequencies.
+        found: usize,
+        /// Least number.
+        required: usize,
+        /// Least number of periods.
+        periods: f64,
+    },
+    /// A filter or an identification failed.
+    #[error(transparent)]
+    Estimate(#[from] twinrig_estimate::EstimateError),
+    /// A search failed.
+    #[error(transparent)]
+    Search(#[from] twinrig_campaign::search::SearchError),
 }

@@ -3,8 +3,9 @@
 //! accessed through [`twinrig_runtime::Plant`] only and are built by a [`PlantFactory`]. A variant
 //! that cannot be built, fails, panics or exceeds its time budget is a row of the study with the
 //! reason. A third study ([`coupling()`]) runs complete rigs, boards included, and compares the
-//! coupling of plant and boards on a communication grid with exact coupling. Two studies of one
-//! build give the same results except for run times, unless the budget truncates one of them.
+//! coupling of plant and boards on a communication grid with exact coupling. A fourth one
+//! ([`estimate()`]) identifies the cells of a load sensor, and tunes and validates its filters, from
+//! recorded samples. Two studies of one build give the same results except for run times, unless the budget truncates one of them.
 //!
 //! ```
 //! use twinrig_study::{PrecisionPlan, Study, StudyError, PlantFactory, precision};
@@ -35,6 +36,7 @@ mod dominance_tests;
 mod ensemble;
 mod error;
 mod error_control;
+mod estimate;
 mod events;
 mod factory;
 mod fit;
@@ -84,6 +86,11 @@ pub use dominance::{Comparison, Competitor, Dominance};
 pub use ensemble::{Ensemble, EnsembleDifference, Interval, QuantityInterval};
 pub use error::StudyError;
 pub use error_control::ErrorControlTrend;
+pub use estimate::{
+    EstimateCurve, EstimateInput, EstimatePlan, EstimatePoint, EstimateStudy, FilterKind,
+    FilterRow, Identification, LoadRecorder, LoadRun, LoadSample, LoopPoint, PrintedFigure,
+    Residuals, SearchSize, SteadyPart, TunedFilter, Verdict, VoltageCurve, VoltagePoint, estimate,
+};
 pub use factory::{
     MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind, StudyInput, Variant,
 };

@@ -106,7 +106,8 @@ impl PartBuilder<'_> {
         Ok(())
     }
 
-    fn built_bus<T>(
+    /// Builds a part of a bus for a process with these ports.
+    pub(super) fn built_bus<T>(
         &self,
         bus: &BusSpec,
         process_ports: &[Port],

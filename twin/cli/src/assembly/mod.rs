@@ -13,6 +13,7 @@ use twinrig_scenario::{ActuatorSpec, BusSpec, Facts, PlantSpec, Scenario, Scene,
 pub(crate) mod body;
 pub(crate) mod builder;
 pub(crate) mod buses;
+mod instrumented;
 pub(crate) mod registry;
 pub(crate) mod sensors;
 pub(crate) mod sources;
@@ -329,6 +330,11 @@ impl<'r> Assembly<'r> {
         }
     }
 
+    /// Returns inputs and outputs of the controller.
+    pub(crate) fn process_ports(&self) -> &[Port] {
+        &self.facts.process_ports
+    }
+
     /// Builds the parts, wires them and schedules the changes.
     ///
     /// # Errors
@@ -342,11 +348,20 @@ impl<'r> Assembly<'r> {
         &self,
         around: impl FnOnce(Box<dyn Plant>) -> Box<dyn Plant>,
     ) -> Result<Rig, TwinError> {
+        self.rig_of(self.parts()?, around)
+    }
+
+    /// Wires parts, with a wrapper around the plant.
+    fn rig_of(
+        &self,
+        parts: BuiltParts,
+        around: impl FnOnce(Box<dyn Plant>) -> Box<dyn Plant>,
+    ) -> Result<Rig, TwinError> {
         let BuiltParts {
             process,
             buses,
             plant,
-        } = self.parts()?;
+        } = parts;
         let tasks = self.builder().tasks(buses, &self.facts.process_ports)?;
         let rig = Rig::new(&self.schedule(), process, tasks, around(plant));
         let mut rig = rig.map_err(|error| self.rig_error(error))?;

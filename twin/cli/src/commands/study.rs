@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use twinrig_scenario::Setting;
 use twinrig_study::{
-    CouplingPlan, CouplingStudy, Machine, PrecisionPlan, ProgressObserver, StabilityPlan, Study,
-    coupling, csv, html, precision, stability,
+    CouplingPlan, CouplingStudy, EstimatePlan, EstimateStudy, Machine, PrecisionPlan,
+    ProgressObserver, SearchSize, StabilityPlan, Study, coupling, csv, estimate, html, precision,
+    stability,
 };
 
 use super::{FAILURE, SUCCESS, Terminal, outputs};
-use crate::args::{PrecisionOptions, StudyArgs, StudyCommand, StudyOptions};
+use crate::args::{EstimateOptions, PrecisionOptions, StudyArgs, StudyCommand, StudyOptions};
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
@@ -18,6 +19,8 @@ use crate::run::progress::Progress;
 use crate::study::builder::StudyBuilder;
 use crate::study::coupling_builder::RigStudyBuilder;
 use crate::study::coupling_table;
+use crate::study::estimate_table;
+use crate::study::load_recorder::BenchRecorder;
 use crate::study::table;
 
 /// Name and version of the program, for reports.
@@ -31,6 +34,7 @@ pub(super) fn study(registry: &Registry, args: &StudyArgs, terminal: &mut Termin
         StudyCommand::Precision(options) => ("precision", &options.study),
         StudyCommand::Stability(options) => ("stability", options),
         StudyCommand::Coupling(options) => ("coupling", options),
+        StudyCommand::Estimate(options) => ("estimate", &options.study),
     };
     match execute(registry, &args.study, name, options, terminal) {
         Ok((result, machine, files)) => {
@@ -61,6 +65,7 @@ pub(super) fn study(registry: &Registry, args: &StudyArgs, terminal: &mut Termin
 enum StudyResult {
     Plants(Study),
     Coupling(CouplingStudy),
+    Estimate(Box<EstimateStudy>),
 }
 
 impl StudyResult {
@@ -69,6 +74,7 @@ impl StudyResult {
         match self {
             Self::Plants(study) => study.error(),
             Self::Coupling(study) => study.error(),
+            Self::Estimate(_) => None,
         }
     }
 
@@ -76,6 +82,7 @@ impl StudyResult {
         match self {
             Self::Plants(study) => study.json(machine, command),
             Self::Coupling(study) => study.json(machine, command),
+            Self::Estimate(study) => study.json(machine, command),
         }
     }
 
@@ -83,6 +90,7 @@ impl StudyResult {
         match self {
             Self::Plants(study) => html(study, machine, command),
             Self::Coupling(study) => study.html(machine, command),
+            Self::Estimate(study) => study.html(machine, command),
         }
     }
 
@@ -90,6 +98,7 @@ impl StudyResult {
         match self {
             Self::Plants(study) => csv(&study.rows),
             Self::Coupling(study) => study.csv(),
+            Self::Estimate(study) => study.csv(),
         }
     }
 
@@ -97,6 +106,7 @@ impl StudyResult {
         match self {
             Self::Plants(study) => table::text(study, files),
             Self::Coupling(study) => coupling_table::text(study, files),
+            Self::Estimate(study) => estimate_table::text(study, files),
         }
     }
 }
@@ -164,6 +174,28 @@ fn execute(
             coupling(&rigs, &plan, observer)
                 .map(|study| StudyResult::Coupling(rigs.with_panics(study)))
         }
+        StudyCommand::Estimate(EstimateOptions {
+            particles,
+            iterations,
+            ..
+        }) => {
+            let plan = EstimatePlan {
+                search: SearchSize {
+                    particles: *particles,
+                    iterations: *iterations,
+                },
+                budget_s: options.budget,
+            };
+            let mut settings = settings.clone();
+            settings.extend(options.plant.iter().map(|name| Setting::plant(name)));
+            settings.extend(options.duration.map(|duration| Setting {
+                origin: "--duration".to_owned(),
+                key: "duration".to_owned(),
+                value: format!("\"{duration}\""),
+            }));
+            let bench = BenchRecorder::new(registry, &options.scenario, &settings)?;
+            estimate(&bench, &plan, observer).map(|study| StudyResult::Estimate(Box::new(study)))
+        }
     };
     let result = result.map_err(|source| TwinError::Study {
         file: options.scenario.display().to_string(),
@@ -198,6 +230,10 @@ fn command(study: &StudyCommand, name: &str, options: &StudyOptions) -> String {
     }
     if let StudyCommand::Precision(PrecisionOptions { ensemble, .. }) = study {
         words.push(format!("--ensemble {ensemble}"));
+    }
+    if let StudyCommand::Estimate(options) = study {
+        words.push(format!("--particles {}", options.particles));
+        words.push(format!("--iterations {}", options.iterations));
     }
     words.push(format!("--budget {}", options.budget));
     words.join(" ")

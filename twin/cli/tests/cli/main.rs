@@ -5,6 +5,7 @@ mod builds;
 mod cell;
 mod commands;
 mod common;
+mod estimate_study;
 mod falls;
 #[cfg(unix)]
 mod hardware;

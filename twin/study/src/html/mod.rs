@@ -8,7 +8,9 @@ mod differences;
 mod dominance;
 mod ensemble;
 mod error_control;
+mod estimate;
 mod footsteps;
+mod line_plot;
 mod marker;
 mod models;
 mod plot;
@@ -211,29 +213,31 @@ fn legend(entries: &[(String, String)]) -> String {
 
 /// Returns a plot with legend and caption.
 fn figure(heading: &str, entries: &[(String, String)], plot: &plot::Plot, caption: &str) -> String {
+    let marked = [plot.floor_legend(), plot.doubtful_legend()]
+        .into_iter()
+        .flatten();
+    let entries: Vec<_> = entries.iter().cloned().chain(marked).collect();
+    drawing(heading, &entries, &plot.svg(), caption)
+}
+
+/// Returns an SVG element with legend and caption.
+fn drawing(heading: &str, entries: &[(String, String)], svg: &str, caption: &str) -> String {
     let heading = if heading.is_empty() {
         String::new()
     } else {
         element("h3", "", &escaped(heading))
     };
-    let marked = [plot.floor_legend(), plot.doubtful_legend()]
-        .into_iter()
-        .flatten();
-    let entries: Vec<_> = entries.iter().cloned().chain(marked).collect();
     let legend = if entries.is_empty() {
         String::new()
     } else {
-        legend(&entries)
+        legend(entries)
     };
     let caption = if caption.is_empty() {
         String::new()
     } else {
         element("figcaption", "", &escaped(caption))
     };
-    format!(
-        "<figure>{heading}{legend}{}{caption}</figure>\n",
-        plot.svg()
-    )
+    format!("<figure>{heading}{legend}{svg}{caption}</figure>\n")
 }
 
 /// Returns a card: a key figure with its meaning.

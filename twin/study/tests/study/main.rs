@@ -4,6 +4,7 @@ mod coupling;
 mod differences;
 mod engines;
 mod ensembles;
+mod estimate;
 mod oscillator;
 mod pages;
 mod precision;

@@ -14,6 +14,8 @@ use crate::parts::analog_sources::{clock, clock_option};
 use crate::parts::bus_kind::{BusContext, BusKind, SensorMount};
 use crate::parts::option::{choice, option};
 
+/// Name of the kind.
+pub(crate) const NAME: &str = "tactile";
 /// Baud rate of the board's serial line \[bit/s\].
 const BAUD: u32 = 921_600;
 /// Default load at which the sensors are mounted.
@@ -28,7 +30,7 @@ const OVERSAMPLING: [&str; 3] = ["1", "2", "4"];
 /// Returns the bus kind `tactile`.
 pub(crate) fn kind() -> BusKind {
     let about = "acquisition cards of a tactile sensor, and filters that estimate its load";
-    let kind = BusKind::new("tactile", about, driver, wire)
+    let kind = BusKind::new(NAME, about, driver, wire)
         .with_faults()
         .with_place(CHANNELS[0])
         .with_place(CHANNELS[1])
@@ -107,7 +109,8 @@ fn options() -> Vec<OptionSpec> {
     ]
 }
 
-fn driver(context: &BusContext<'_>) -> Result<TactileDriver, BuildError> {
+/// Builds the driver with the filters of the scenario.
+pub(crate) fn driver(context: &BusContext<'_>) -> Result<TactileDriver, BuildError> {
     let config = config(context)?;
     let filters = filter::filters(
         context.options,

@@ -1,0 +1,153 @@
+//! Tables of a study of load filters for the terminal.
+
+use std::path::PathBuf;
+
+use twinrig_study::{EstimateStudy, FilterRow, Verdict, brief};
+
+use crate::report::grid::{Cell, Grid, Left, Right};
+use crate::report::style::{BOLD, DIM, GREEN, YELLOW, styled};
+
+/// Formats the results of a study and the names of its files.
+pub fn text(study: &EstimateStudy, files: &[PathBuf]) -> String {
+    let mut lines = vec![format!(
+        "{}  {}",
+        styled(BOLD, &study.scenario),
+        styled(DIM, "study of load filters")
+    )];
+    lines.push(study.headline());
+    let mut section = |name: &str, grid: &Grid| {
+        lines.push(String::new());
+        lines.push(format!("  {}", styled(BOLD, name)));
+        lines.extend(grid.lines(4));
+    };
+    section("the thesis and here", &thesis(study));
+    section("piezoelectric cell", &coefficients(study));
+    section("validation", &validation(study));
+    section("tuning", &tuning(study));
+    lines.push(String::new());
+    lines.push(format!("  {}", styled(BOLD, "tuned filters")));
+    lines.extend(study.settings().lines().map(str::to_owned));
+    lines.push(String::new());
+    let mut facts = Grid::new(&[Left, Left]);
+    let mut fact = |name: &str, text: String| facts.row([Cell::new(name, DIM), text.into()]);
+    let cut: Vec<&str> = study.cut().collect();
+    if !cut.is_empty() {
+        let text = format!(
+            "searches of {} by a budget of {} s",
+            cut.join(", "),
+            study.budget_s
+        );
+        fact("truncated", text);
+    }
+    for left in &study.left_out {
+        fact("left out", left.clone());
+    }
+    for file in files {
+        fact("written", file.display().to_string());
+    }
+    lines.extend(facts.lines(2));
+    lines.join("\n")
+}
+
+fn thesis(study: &EstimateStudy) -> Grid {
+    let mut grid = Grid::new(&[Left, Left, Left, Left]);
+    grid.header("quantity | printed | | ours");
+    for figure in study.printed() {
+        let style = match figure.verdict {
+            Verdict::Holds => GREEN,
+            Verdict::Differs => YELLOW,
+            Verdict::Unknown => DIM,
+        };
+        grid.row([
+            figure.what.into(),
+            figure.printed.into(),
+            Cell::new(figure.verdict.word(), style),
+            figure.ours.into(),
+        ]);
+    }
+    grid
+}
+
+fn coefficients(study: &EstimateStudy) -> Grid {
+    let found = &study.identification;
+    let mut grid = Grid::new(&[Right, Right, Right, Right]);
+    grid.header("frequency | a [V·s/N] | b [V·s²/N] | R²");
+    for (hz, plane) in found.frequencies.iter().zip(&found.coefficients.runs) {
+        let [a, b, _] = plane.model;
+        grid.row([
+            format!("{hz} Hz").into(),
+            format!("{a:.6}").into(),
+            format!("{b:.7}").into(),
+            format!("{:.6}", plane.r_squared).into(),
+        ]);
+    }
+    let amplifier = &found.amplifier.model.amplifier;
+    grid.row([
+        "amplifier".into(),
+        format!("k {:.6}", amplifier.sensitivity).into(),
+        format!(
+            "{}, {}",
+            brief(amplifier.feedback_s, "s"),
+            brief(amplifier.lag_s, "s")
+        )
+        .into(),
+        format!("{:.6}", found.amplifier.r_squared).into(),
+    ]);
+    grid
+}
+
+fn validation(study: &EstimateStudy) -> Grid {
+    let mut sides = [Right; 10];
+    sides[0] = Left;
+    let mut grid = Grid::new(&sides);
+    grid.header(
+        "filter | | force: RMS | rate: RMS | maxima | minima | σ at maxima | at minima | NIS | NEES",
+    );
+    let mut before = "";
+    for row in &study.rows {
+        let name = if row.filter == before { "" } else { row.filter };
+        before = row.filter;
+        grid.row(cells(name, row));
+    }
+    grid
+}
+
+fn cells(name: &str, row: &FilterRow) -> [Cell; 10] {
+    // Means outside of their band are marked.
+    let marked = |value: f64, band: [f64; 2]| {
+        let inside = (band[0]..=band[1]).contains(&value);
+        Cell::new(format!("{value:.3}"), if inside { GREEN } else { YELLOW })
+    };
+    let hz = row
+        .hz
+        .map_or_else(|| "all".to_owned(), |hz| format!("{hz} Hz"));
+    [
+        name.into(),
+        hz.into(),
+        brief(row.force_rmse_n, "N").into(),
+        brief(row.rate_rmse_n_s, "N/s").into(),
+        format!("{:.3}", row.maxima).into(),
+        brief(row.minima_n, "N").into(),
+        brief(row.deviation_at_maxima_n, "N").into(),
+        brief(row.deviation_at_minima_n, "N").into(),
+        marked(row.nis, row.nis_band),
+        marked(row.nees, row.nees_band),
+    ]
+}
+
+fn tuning(study: &EstimateStudy) -> Grid {
+    let mut grid = Grid::new(&[Left, Right, Right, Right, Left]);
+    grid.header("filter | −ln O before | tuned | evaluations | ");
+    for filter in &study.filters {
+        let kind = filter.kind;
+        let [before, tuned] = filter.cost.map(|cost| format!("{cost:.3}"));
+        grid.row([
+            kind.name().into(),
+            before.into(),
+            tuned.into(),
+            filter.evaluations.to_string().into(),
+            Cell::new(kind.about(), DIM),
+        ]);
+    }
+    grid
+}

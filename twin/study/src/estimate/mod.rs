@@ -1,0 +1,227 @@
+//! Study of load filters: identification of both cells, tuning of the filters and their validation,
+//! each on a run of its own (sections 4.3.2.2 and 4.3.2.3).
+
+mod curves;
+mod data;
+mod distribution;
+mod filter;
+mod identify;
+mod printed;
+mod results;
+mod settings_text;
+mod track;
+mod tune;
+mod validate;
+
+pub use curves::{EstimateCurve, LoopPoint, VoltageCurve, VoltagePoint};
+pub use data::{LoadRun, LoadSample, SteadyPart};
+pub use distribution::Residuals;
+pub use filter::FilterKind;
+pub use identify::Identification;
+pub use printed::{PrintedFigure, Verdict};
+pub use results::EstimateStudy;
+pub use tune::{SearchSize, TunedFilter};
+pub use validate::{EstimatePoint, FilterRow};
+
+use data::{Phase, Signals};
+use validate::Estimates;
+
+use crate::budget::Budget;
+use crate::error::StudyError;
+use crate::progress::ProgressObserver;
+
+/// What is studied.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EstimateInput {
+    /// Name of the scenario.
+    pub name: String,
+    /// Path of the scenario file.
+    pub file: String,
+    /// Duration of a run \[s\].
+    pub duration_s: f64,
+    /// Seed of the first run; the others have the two next ones.
+    pub seed: u64,
+    /// Signal of the measured frequency, for the settings of F2.
+    pub frequency_signal: String,
+}
+
+/// Records the samples of a sensor.
+pub trait LoadRecorder {
+    /// Returns what is studied.
+    fn input(&self) -> &EstimateInput;
+
+    /// Runs the bench with a seed.
+    ///
+    /// # Errors
+    /// The reason of a run that cannot be built, or fails.
+    fn record(&self, seed: u64) -> Result<LoadRun, String>;
+}
+
+/// Parameters of a study of load filters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EstimatePlan {
+    /// Size of the search of each filter.
+    pub search: SearchSize,
+    /// Time budget of the whole study; it ends searches early \[s\].
+    pub budget_s: f64,
+}
+
+impl Default for EstimatePlan {
+    fn default() -> Self {
+        Self {
+            search: SearchSize {
+                particles: 20,
+                iterations: 30,
+            },
+            budget_s: 200.0,
+        }
+    }
+}
+
+/// Least number of periods at a frequency. Maxima are those of complete periods, three of four.
+const PERIODS: f64 = 4.0;
+/// Least number of frequencies: an exponential has two parameters.
+const FREQUENCIES: usize = 2;
+
+/// Identifies both cells, tunes the filters and validates them.
+///
+/// The result is a function of the recorded runs and the seed, unless the budget ends a search.
+///
+/// # Errors
+/// [`StudyError`] if a run fails or is unsuitable, an identification is impossible, or `progress`
+/// stopped the study.
+pub fn estimate(
+    recorder: &dyn LoadRecorder,
+    plan: &EstimatePlan,
+    progress: &mut dyn ProgressObserver,
+) -> Result<EstimateStudy, StudyError> {
+    let input = recorder.input();
+    let mut left_out = Vec::new();
+    let parts = RUNS.len() + FilterKind::ALL.len();
+    let mut job = Job {
+        recorder,
+        budget: Budget::new(plan.budget_s, parts, FilterKind::ALL.len()),
+        progress,
+    };
+    let identified = job.run(0, Phase::Zero, &mut left_out)?;
+    let identification = identify::identify(&identified)?;
+    let tuned_on = job.run(1, Phase::Causal, &mut left_out)?;
+    let mut filters = Vec::new();
+    for kind in FilterKind::ALL {
+        filters.push(job.tune(kind, &identification, &tuned_on, plan.search)?);
+    }
+    let validated = job.run(2, Phase::Causal, &mut left_out)?;
+    let (mut rows, mut estimates) = (Vec::new(), Vec::new());
+    for filter in &filters {
+        let found = Estimates::of(filter, &validated)?;
+        rows.extend(found.rows(filter.kind.name(), &validated));
+        estimates.extend(curves::estimates(filter.kind, &found, &validated));
+    }
+    job.budget.finished()?;
+    Ok(EstimateStudy {
+        scenario: input.name.clone(),
+        file: input.file.clone(),
+        simulated_s: input.duration_s,
+        seeds: RUNS.map(|run| seed(input, run.0)),
+        frequency_signal: input.frequency_signal.clone(),
+        search: plan.search,
+        budget_s: plan.budget_s,
+        loop_points: curves::loop_points(&identified, &identification),
+        voltages: curves::voltages(&identified, &identification),
+        identification,
+        filters,
+        rows,
+        estimates,
+        left_out,
+    })
+}
+
+/// Runs: offset of the seed, and what they are for.
+const RUNS: [(u64, &str); 3] = [(0, "identification"), (1, "tuning"), (2, "validation")];
+
+fn seed(input: &EstimateInput, offset: u64) -> u64 {
+    input.seed.wrapping_add(offset)
+}
+
+/// A running study.
+struct Job<'a> {
+    recorder: &'a dyn LoadRecorder,
+    budget: Budget,
+    progress: &'a mut dyn ProgressObserver,
+}
+
+impl Job<'_> {
+    fn report(&mut self, description: &str) -> Result<(), StudyError> {
+        let (done, of) = self.budget.progress();
+        if self.progress.at(done, of, description) {
+            return Ok(());
+        }
+        Err(StudyError::Interrupted { done, of })
+    }
+
+    /// Records a run and low-passes its channels; parts that are too short are left out.
+    fn run(
+        &mut self,
+        number: usize,
+        phase: Phase,
+        left_out: &mut Vec<String>,
+    ) -> Result<Signals, StudyError> {
+        let _ = self.budget.next(false);
+        let (offset, purpose) = RUNS[number];
+        self.report(&format!("run for {purpose}"))?;
+        let seed = seed(self.recorder.input(), offset);
+        let run = self.recorder.record(seed).map_err(StudyError::Run)?;
+        self.budget.finished()?;
+        let mut signals = Signals::new(&run, phase)?;
+        let period_s = signals.period_s;
+        let periods = |part: &data::Part| part.samples.len() as f64 * period_s * part.hz;
+        signals.parts.retain(|part| {
+            let enough = periods(part) >= PERIODS;
+            if !enough {
+                left_out.push(format!(
+                    "{} Hz of the run for {purpose}: {:.1} periods are fewer than {PERIODS}",
+                    part.hz,
+                    periods(part),
+                ));
+            }
+            enough
+        });
+        let found = signals.parts.len();
+        if found < FREQUENCIES {
+            return Err(StudyError::FewFrequencies {
+                found,
+                required: FREQUENCIES,
+                periods: PERIODS,
+            });
+        }
+        Ok(signals)
+    }
+
+    fn tune(
+        &mut self,
+        kind: FilterKind,
+        identification: &Identification,
+        signals: &Signals,
+        size: SearchSize,
+    ) -> Result<TunedFilter, StudyError> {
+        let share = self.budget.next(true);
+        let mut stopped = Ok(());
+        let seed = seed(self.recorder.input(), RUNS[1].0);
+        let tuned = tune::tune(
+            kind,
+            identification,
+            data,
+            size,
+            seed,
+            &mut |swarm, iteration| {
+                let description = format!("{}, swarm {swarm}, iteration {iteration}", kind.name());
+                stopped = self.report(&description);
+                stopped.is_ok() && !share.deadline.passed()
+            },
+        );
+        stopped?;
+        // An interrupt is not an error of the search.
+        self.budget.finished()?;
+        tuned
+    }
+}

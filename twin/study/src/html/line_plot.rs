@@ -1,0 +1,284 @@
+//! Plots with linear axes as SVG.
+
+use std::fmt::Write as _;
+
+use super::plot::COLOURS;
+use super::text::escaped;
+use crate::number::plain;
+
+/// Element of a plot, of one colour.
+#[derive(Clone, Debug)]
+pub(crate) struct Series {
+    /// Number that selects the colour.
+    pub(crate) number: usize,
+    pub(crate) shape: Shape,
+}
+
+/// How its points are drawn.
+#[derive(Clone, Debug)]
+pub(crate) enum Shape {
+    Line(Vec<[f64; 2]>),
+    Dashed(Vec<[f64; 2]>),
+    Dots(Vec<[f64; 2]>),
+    /// Shaded region: x, lower and upper end.
+    Band(Vec<[f64; 3]>),
+    /// Bars from zero, as wide as the distance of the first two.
+    Bars(Vec<[f64; 2]>),
+}
+
+/// Contents of a plot.
+#[derive(Clone, Debug)]
+pub(crate) struct LinePlot {
+    pub(crate) title: String,
+    pub(crate) width: f64,
+    pub(crate) height: f64,
+    pub(crate) x_label: String,
+    pub(crate) y_label: String,
+    pub(crate) series: Vec<Series>,
+}
+
+const LEFT: f64 = 62.0;
+const RIGHT: f64 = 16.0;
+const BOTTOM: f64 = 48.0;
+const TOP: f64 = 12.0;
+/// Radius of a dot.
+const DOT: f64 = 1.7;
+/// Least distance of ticks \[px\].
+const TICK_X: f64 = 80.0;
+const TICK_Y: f64 = 40.0;
+
+/// Linear axis between two ticks.
+#[derive(Clone, Copy, Debug)]
+struct LinearAxis {
+    low: f64,
+    step: f64,
+    ticks: usize,
+    /// Positions of the ends \[px\].
+    from: f64,
+    to: f64,
+}
+
+impl LinearAxis {
+    /// Creates an axis that contains all finite `values`, with ticks at 1, 2 or 5 times a power of
+    /// ten, at least `apart` \[px\] from each other.
+    fn around(values: impl Iterator<Item = f64> + Clone, from: f64, to: f64, apart: f64) -> Self {
+        let finite = values.filter(|value| value.is_finite());
+        let mut low = finite.clone().fold(f64::INFINITY, f64::min);
+        let mut high = finite.fold(f64::NEG_INFINITY, f64::max);
+        if low > high {
+            (low, high) = (0.0, 1.0);
+        }
+        if low == high {
+            let around = low.abs().max(1.0);
+            (low, high) = (low - around, high + around);
+        }
+        let least = (high - low) * apart / (to - from).abs();
+        let power = libm::pow(10.0, libm::floor(libm::log10(least)));
+        let steps = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power);
+        let step = steps.into_iter().find(|&step| step >= least);
+        let step = step.unwrap_or(10.0 * power);
+        let low = libm::floor(low / step + 1e-9) * step;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a positive number of ticks; a cast saturates"
+        )]
+        let ticks = libm::ceil((high - low) / step - 1e-9).max(1.0) as usize;
+        Self {
+            low,
+            step,
+            ticks,
+            from,
+            to,
+        }
+    }
+
+    /// Returns the position of a value \[px\]; values outside are placed at the nearer end.
+    fn at(&self, value: f64) -> f64 {
+        let share = (value - self.low) / (self.step * self.ticks as f64);
+        let share = if share.is_finite() { share } else { 0.0 };
+        self.from + (self.to - self.from) * share.clamp(0.0, 1.0)
+    }
+
+    fn ticks(self) -> impl Iterator<Item = (f64, String)> {
+        (0..=self.ticks).map(move |tick| {
+            let value = self.low + self.step * tick as f64;
+            // Rounding of the multiples is not shown.
+            let value = if value.abs() < 1e-9 * self.step {
+                0.0
+            } else {
+                value
+            };
+            (self.at(value), plain(value))
+        })
+    }
+}
+
+impl LinePlot {
+    /// Returns the SVG element.
+    pub(crate) fn svg(&self) -> String {
+        let points = || self.series.iter().flat_map(|series| series.shape.points());
+        let [bottom, right] = [self.height - BOTTOM, self.width - RIGHT];
+        let x = LinearAxis::around(points().map(|point| point[0]), LEFT, right, TICK_X);
+        let y = LinearAxis::around(points().map(|point| point[1]), bottom, TOP, TICK_Y);
+        let mut out = format!(
+            "<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">\n",
+            self.width,
+            self.height,
+            escaped(&self.title)
+        );
+        self.frame(&mut out, x, y);
+        for series in &self.series {
+            series.draw(&mut out, &x, &y);
+        }
+        out.push_str("</svg>\n");
+        out
+    }
+
+    /// Draws grid, ticks and labels.
+    fn frame(&self, out: &mut String, x: LinearAxis, y: LinearAxis) {
+        let [bottom, right] = [self.height - BOTTOM, self.width - RIGHT];
+        // Writing to a `String` cannot fail.
+        out.push_str("<g class=\"grid\">");
+        for (at, _) in x.ticks() {
+            let _ = write!(
+                out,
+                "<line x1=\"{at:.1}\" y1=\"{TOP}\" x2=\"{at:.1}\" y2=\"{bottom}\"/>"
+            );
+        }
+        for (at, _) in y.ticks() {
+            let _ = write!(
+                out,
+                "<line x1=\"{LEFT}\" y1=\"{at:.1}\" x2=\"{right}\" y2=\"{at:.1}\"/>"
+            );
+        }
+        out.push_str("</g>\n<g class=\"axis\">");
+        for (at, label) in x.ticks() {
+            let below = bottom + 18.0;
+            let _ = write!(
+                out,
+                "<text class=\"middle\" x=\"{at:.1}\" y=\"{below}\">{label}</text>"
+            );
+        }
+        for (at, label) in y.ticks() {
+            let _ = write!(
+                out,
+                "<text class=\"end\" x=\"{}\" y=\"{:.1}\">{label}</text>",
+                LEFT - 8.0,
+                at + 4.0
+            );
+        }
+        let _ = write!(
+            out,
+            "<text class=\"middle label\" x=\"{}\" y=\"{}\">{}</text>",
+            f64::midpoint(LEFT, right),
+            self.height - 8.0,
+            escaped(&self.x_label)
+        );
+        let _ = writeln!(
+            out,
+            "<text class=\"middle label\" transform=\"translate(14 {:.1}) rotate(-90)\">{}</text></g>",
+            f64::midpoint(TOP, bottom),
+            escaped(&self.y_label)
+        );
+    }
+}
+
+impl Shape {
+    /// Points that the axes have to contain.
+    fn points(&self) -> Vec<[f64; 2]> {
+        match self {
+            Self::Line(points) | Self::Dashed(points) | Self::Dots(points) => points.clone(),
+            Self::Band(points) => points
+                .iter()
+                .flat_map(|&[x, low, high]| [[x, low], [x, high]])
+                .collect(),
+            Self::Bars(points) => points
+                .iter()
+                .flat_map(|&[x, y]| [[x, 0.0], [x, y]])
+                .collect(),
+        }
+    }
+}
+
+impl Series {
+    fn draw(&self, out: &mut String, x: &LinearAxis, y: &LinearAxis) {
+        let place = |&[a, b]: &[f64; 2]| format!("{:.1},{:.1}", x.at(a), y.at(b));
+        let joined = |points: &[[f64; 2]]| {
+            let places: Vec<String> = points.iter().map(place).collect();
+            places.join(" ")
+        };
+        let dashed = if matches!(self.shape, Shape::Dashed(_)) {
+            " dashed"
+        } else {
+            ""
+        };
+        let _ = write!(out, "<g class=\"c{}{dashed}\">", self.number % COLOURS);
+        match &self.shape {
+            Shape::Line(points) | Shape::Dashed(points) => {
+                let _ = write!(out, "<polyline points=\"{}\"/>", joined(points));
+            }
+            Shape::Dots(points) => {
+                for &[a, b] in points {
+                    let (a, b) = (x.at(a), y.at(b));
+                    let _ = write!(out, "<circle cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"{DOT}\"/>");
+                }
+            }
+            Shape::Band(points) => {
+                let upper = points.iter().map(|&[x, _, high]| [x, high]);
+                let lower = points.iter().rev().map(|&[x, low, _]| [x, low]);
+                let around: Vec<[f64; 2]> = upper.chain(lower).collect();
+                let _ = write!(
+                    out,
+                    "<polygon fill-opacity=\"0.2\" stroke=\"none\" points=\"{}\"/>",
+                    joined(&around)
+                );
+            }
+            Shape::Bars(points) => bars(out, points, x, y),
+        }
+        out.push_str("</g>\n");
+    }
+}
+
+fn bars(out: &mut String, points: &[[f64; 2]], x: &LinearAxis, y: &LinearAxis) {
+    let width = match points {
+        [first, second, ..] => (x.at(second[0]) - x.at(first[0])).abs(),
+        _ => 1.0,
+    };
+    for &[a, b] in points {
+        let (top, foot) = (y.at(b), y.at(0.0));
+        let _ = write!(
+            out,
+            "<rect fill-opacity=\"0.5\" stroke=\"none\" x=\"{:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{:.1}\"/>",
+            x.at(a) - 0.5 * width,
+            (foot - top).max(0.0)
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axis(values: &[f64]) -> LinearAxis {
+        LinearAxis::around(values.iter().copied(), 100.0, 500.0, 80.0)
+    }
+
+    #[test]
+    fn ticks_are_round_and_contain_all_values() {
+        let axis = axis(&[-0.3, 27.9]);
+        let labels: Vec<String> = axis.ticks().map(|(_, label)| label).collect();
+        assert_eq!(labels, ["-10", "0", "10", "20", "30"]);
+        assert_eq!((axis.at(-10.0), axis.at(30.0)), (100.0, 500.0));
+        assert_eq!(axis.at(10.0), 300.0);
+    }
+
+    #[test]
+    fn axis_is_valid_for_any_values() {
+        for values in [&[][..], &[f64::NAN], &[5.0], &[0.0], &[f64::INFINITY, 1.0]] {
+            let axis = axis(values);
+            assert!((100.0..=500.0).contains(&axis.at(5.0)), "{values:?}");
+            assert!(axis.ticks().count() >= 2);
+        }
+    }
+}
