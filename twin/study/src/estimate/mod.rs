@@ -210,7 +210,7 @@ impl Job<'_> {
         let tuned = tune::tune(
             kind,
             identification,
-            data,
+            signals,
             size,
             seed,
             &mut |swarm, iteration| {
