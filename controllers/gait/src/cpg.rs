@@ -3,11 +3,12 @@
 use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, stream};
+use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit, signal, stream};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Process, ProcessVariable, VariableError};
 
 use crate::limb::Limb;
+use crate::phase_meter::PhaseMeter;
 use crate::variables::{self, COUPLING, CROUCH, FREQUENCY, PHASE_DIFFERENCES, RAMP, STEP_LENGTH};
 use crate::{Abduction, DutyMap, FootLocus, Gait, GaitError, Oscillators};
 
@@ -15,9 +16,10 @@ use crate::{Abduction, DutyMap, FootLocus, Gait, GaitError, Oscillators};
 /// locus → inverse kinematics, for every leg.
 ///
 /// No inputs; outputs `leg/X/hip/command` and `leg/X/knee/command` \[rad\] for the selected legs,
-/// then, with [`Cpg::with_abduction`], `leg/X/abduction/command` \[rad\] for each of these. All
-/// legs of the robot have an oscillator whether commanded or not, so the selection does not affect
-/// the commands of the others.
+/// then, with [`Cpg::with_abduction`], `leg/X/abduction/command` \[rad\] for each of these, then,
+/// with [`Cpg::with_frequency_of`], `leg/X/frequency` \[Hz\] for one leg. All legs of the robot
+/// have an oscillator whether commanded or not, so the selection does not affect the commands of
+/// the others.
 ///
 /// # Process variables
 ///
@@ -74,6 +76,8 @@ pub struct Cpg {
     /// Locus and duty map of the fore and of the hind legs, derived from the variables.
     ends: [(FootLocus, DutyMap); 2],
     abduction: Abduction,
+    /// Leg whose mean phase rate is an output.
+    metered: Option<usize>,
     state: State,
 }
 
@@ -86,6 +90,7 @@ struct State {
     /// Last commands of every leg \[rad\].
     commands: Vec<[f64; 2]>,
     out_of_reach: u64,
+    meter: PhaseMeter,
 }
 
 impl Cpg {
@@ -106,12 +111,14 @@ impl Cpg {
             age: 0.0,
             commands: vec![[0.0; 2]; limbs.len()],
             out_of_reach: 0,
+            meter: PhaseMeter::default(),
         };
         Ok(Self {
             ends: derive(&variables)?,
             limbs,
             variables,
             abduction: Abduction::None,
+            metered: None,
             state,
         })
     }
@@ -130,6 +137,16 @@ impl Cpg {
     pub fn with_abduction(mut self, abduction: Abduction) -> Self {
         self.abduction = abduction;
         self
+    }
+
+    /// Enables the output of the mean phase rate of a leg over its last cycle, for a filter that
+    /// requires the frequency of its load; before the first cycle it is the variable `frequency`.
+    ///
+    /// # Errors
+    /// If there is no such leg.
+    pub fn with_frequency_of(mut self, leg: &str) -> Result<Self, GaitError> {
+        self.metered = Some(Limb::find(&self.limbs, leg)?);
+        Ok(self)
     }
 
     /// Starts every leg at a random phase instead of the gait's. Each leg has its own random
@@ -207,6 +224,10 @@ impl Process for Cpg {
         active
             .flat_map(Limb::ports)
             .chain(abducted.map(|limb| limb.port("abduction")))
+            .chain(self.metered.map(|leg| {
+                let name = signal::of_leg(&self.limbs[leg].name, "frequency");
+                Port::output(name, Unit::Hertz, 1)
+            }))
             .collect()
     }
 
@@ -289,8 +310,13 @@ impl Process for Cpg {
         if self.abduction != Abduction::None {
             let active = self.limbs.iter().filter(|limb| limb.active).count();
             let splay = self.variables[variables::splay(&self.variables)].value();
-            let abductions = &mut outputs[2 * active..];
+            let abductions = &mut outputs[2 * active..3 * active];
             self.abduction.command(&self.limbs, splay, abductions);
+        }
+        if let (Some(leg), Some(output)) = (self.metered, outputs.last_mut()) {
+            let turn = self.state.oscillators.turn(leg);
+            self.state.meter.step(seconds, turn);
+            *output = self.state.meter.frequency().unwrap_or(frequency);
         }
     }
 

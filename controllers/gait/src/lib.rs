@@ -31,6 +31,7 @@ mod gait;
 mod limb;
 mod locus;
 mod oscillators;
+mod phase_meter;
 mod stand;
 #[cfg(test)]
 mod tests;

@@ -9,6 +9,13 @@ use crate::{Corner, GaitError};
 /// Targets are clamped to this distance from the hip \[m\], so that their squares do not overflow.
 const TARGET_MAX: f64 = 1e6;
 
+fn unknown<'n>(name: &str, known: impl Iterator<Item = &'n str>) -> GaitError {
+    GaitError::UnknownLeg {
+        name: name.to_owned(),
+        known: known.collect::<Vec<_>>().join(", "),
+    }
+}
+
 /// One leg of the robot.
 #[derive(Debug, Clone)]
 pub(crate) struct Limb {
@@ -26,17 +33,20 @@ impl Limb {
             .iter()
             .find(|&&name| robot.legs.iter().all(|mount| mount.name != name))
         {
-            let known: Vec<_> = robot.legs.iter().map(|mount| mount.name.as_str()).collect();
-            return Err(GaitError::UnknownLeg {
-                name: (*name).to_owned(),
-                known: known.join(", "),
-            });
+            let known = robot.legs.iter().map(|mount| mount.name.as_str());
+            return Err(unknown(name, known));
         }
         robot
             .legs
             .iter()
             .map(|mount| Self::new(mount, legs.contains(&mount.name.as_str())))
             .collect()
+    }
+
+    /// Returns the index of the leg `name`.
+    pub(crate) fn find(limbs: &[Self], name: &str) -> Result<usize, GaitError> {
+        let found = limbs.iter().position(|limb| limb.name == name);
+        found.ok_or_else(|| unknown(name, limbs.iter().map(|limb| limb.name.as_str())))
     }
 
     fn new(mount: &LegMount, active: bool) -> Result<Self, GaitError> {

@@ -22,7 +22,7 @@ const FREQUENCY_MAX: f64 = 20.0;
 /// | name | unit | range | default | meaning |
 /// |---|---|---|---|---|
 /// | `frequency` | Hz | 0 to 20 | 2 | turns per second |
-/// | `acceleration` | Hz | 0 to 1000 | 2 | greatest change of the frequency in a second |
+/// | `acceleration` | rad/s² | 0 to 10000 | 12.5 | greatest angular acceleration |
 #[derive(Debug, Clone)]
 pub struct Turn {
     motors: Vec<String>,
@@ -68,7 +68,12 @@ impl Turn {
     pub fn variables_of() -> [ProcessVariable; 2] {
         [
             ProcessVariable::new("frequency", Unit::Hertz, 0.0..=FREQUENCY_MAX, 2.0),
-            ProcessVariable::new("acceleration", Unit::Hertz, 0.0..=1000.0, 2.0),
+            ProcessVariable::new(
+                "acceleration",
+                Unit::RadianPerSecondSquared,
+                0.0..=1e4,
+                12.5,
+            ),
         ]
     }
 }
@@ -104,7 +109,7 @@ impl Process for Turn {
 
     fn step(&mut self, elapsed: SimDuration, inputs: &[f64], outputs: &mut [f64]) {
         let [target, acceleration] = [0, 1].map(|n: usize| self.variables[n].value());
-        let most = acceleration * elapsed.as_secs_f64();
+        let most = acceleration / TAU * elapsed.as_secs_f64();
         let change = target - self.state.frequency;
         self.state.frequency += change.clamp(-most, most);
         let (commands, frequencies) = outputs.split_at_mut(self.motors.len());
@@ -147,7 +152,7 @@ mod tests {
         let mut outputs = [0.0; 2];
         for n in 1..=200 {
             turn.step(SimDuration::from_millis(10), &[TAU * 2.5], &mut outputs);
-            let expected = (0.02 * f64::from(n)).min(3.0);
+            let expected = (0.125 / TAU * f64::from(n)).min(3.0);
             assert!((outputs[0] - TAU * expected).abs() < 1e-12);
             assert_eq!(outputs[1], 2.5);
         }

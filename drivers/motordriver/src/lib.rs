@@ -34,13 +34,13 @@
 //! zero of the hip is the middle of its range and the zero of the knee is the extended leg.
 //! Magnetic encoders and force sensors are not mirrored (ASSUMED).
 //!
-//! **Free shaft** ([`BoardConfig::shaft`]). Bit 15 of the register `PositionLimit`, of which only the
-//! name is known, permits continuous rotation (ASSUMED), and with it a velocity mode (ASSUMED, code
-//! 4): the set-point word is a signed speed in units of 2 counts/s, up to 16 turns per second. The
-//! firmware integrates it to a position set-point for the same position controller, within the
-//! registers of maximum speed and acceleration, so that the mean speed is exact to the board's clock
-//! and to half a unit. The following error is limited to a quarter of a turn; beyond it the motor is
-//! reported as stalled.
+//! **Free shaft** ([`BoardConfig::shaft`]). Bit 15 of the register `PositionLimit`, of which only
+//! the name is known, permits continuous rotation (ASSUMED), and with it a velocity mode (ASSUMED,
+//! code 4): the set-point word is a signed speed in units of 2 counts/s, up to 16 turns per second.
+//! The firmware integrates it to a position set-point for the same position controller, within the
+//! registers of maximum speed and acceleration, so that the mean speed is exact to the board's
+//! clock and to half a unit. The following error is limited to a quarter of a turn; beyond it the
+//! motor is reported as stalled.
 //!
 //! **Watchdog.** The motors are dropped (coast) after ten periods without a command. At 500 Hz
 //! these are 20 ms; a pause of exactly 20 ms does not trigger the watchdog: intervals of
@@ -51,9 +51,9 @@
 //! **Limits.** No physics: motors and gears belong to the plant, the firmware contains only their
 //! back-EMF constant and resistance to limit the current. No thermal model, no winding inductance,
 //! no supply sag. The registers of stiffness, damping and preload are stored without effect, and so
-//! is the maximum acceleration outside velocity mode; the second motor of a board on a free shaft is
-//! not connected; non-volatile registers are not preserved between runs. The crate opens no serial
-//! port.
+//! is the maximum acceleration outside velocity mode; the second motor of a board on a free shaft
+//! is not connected; non-volatile registers are not preserved between runs. The crate opens no
+//! serial port.
 
 mod assumed;
 mod board;

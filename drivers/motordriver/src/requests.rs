@@ -14,7 +14,8 @@ pub(crate) enum Job {
 /// Registers written per motor.
 const SETTINGS: usize = 9;
 
-/// Returns the request of a configuration step of a board with one motor or two: register writes, then reads, before calibration.
+/// Returns the request of a configuration step of a board with one motor or two: register writes,
+/// then reads, before calibration.
 pub(crate) fn configuration(config: &SessionConfig, motors: usize, step: usize) -> Option<Job> {
     let gains = &config.gains;
     let (motor, setting) = (step / SETTINGS, step % SETTINGS);

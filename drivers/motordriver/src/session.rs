@@ -127,7 +127,8 @@ impl Session {
         self.in_flight = false;
     }
 
-    /// Advances until an answer or an instant has to be awaited. `hosts` are the host's views of the boards.
+    /// Advances until an answer or an instant has to be awaited. `hosts` are the host's views of
+    /// the boards.
     ///
     /// # Errors
     /// The reason why the boards cannot be used.

@@ -1,10 +1,9 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{HostTime, Port, SimDuration, Unit};
-use twinrig_wire::{
-    Diagnostics, FrameOutcome, FramedMessage, Protocol, RequestKind, SampleChoice, SequenceNumber,
-};
+use twinrig_wire::{Diagnostics, FrameOutcome, FramedMessage, Protocol, RequestKind, SampleChoice};
 
 use crate::assumed::{ANSWER_TIMEOUT, REPORT_INTERVAL, SILENT_PERIODS};
+use crate::newest_sample::{Continuity, NewestSample};
 use crate::protocol::{BRIDGE_COUNTS, Command, Message, RATIO, Status, VOLTAGE_COUNTS, VOLTS};
 use crate::{CHANNELS, ClockMap, Tactile, TactileSample};
 
@@ -34,9 +33,7 @@ pub struct State {
     zeroed: bool,
     refused: Option<Command>,
     boot: Option<u8>,
-    sequence: SequenceNumber<u16>,
-    /// Newest stamp without its wrap \[µs\], and the time of its arrival.
-    newest: Option<(u64, HostTime)>,
+    newest: Option<NewestSample>,
     clock: ClockMap,
     /// Time of the next clock report.
     report_at: Option<HostTime>,
@@ -97,15 +94,16 @@ impl TactileAcquisition {
 
     /// Processes a sample. Returns whether it is new.
     fn sample(&self, state: &mut State, data: Data) -> bool {
-        if !state.board_is_current(data.boot) {
-            state.counts.stale += 1;
-            return false;
-        }
-        let Some(lost) = state.sequence.advance(data.sequence) else {
+        let late = state.is_late_boot(data.boot, self.silence);
+        let advanced = if late {
+            None
+        } else {
+            self.advance(state, data)
+        };
+        let Some((NewestSample { stamp_us, .. }, lost)) = advanced else {
             state.counts.stale += 1;
             return false;
         };
-        let stamp_us = state.unwrap(data.stamp);
         let at = state.clock.observe(stamp_us, state.now);
         let cell = self.config.reference;
         let ratio = f64::from(data.bridge) / f64::from(BRIDGE_COUNTS) * RATIO;
@@ -142,6 +140,26 @@ impl TactileAcquisition {
         true
     }
 
+    /// Makes a sample the newest one, and returns it with the number of samples missing before it;
+    /// none if it is repeated or late.
+    fn advance(&self, state: &mut State, data: Data) -> Option<(NewestSample, u64)> {
+        let (now, numbers) = (state.now, (data.sequence, data.stamp));
+        let (period, silence) = (self.config.period, self.silence);
+        let (newest, lost) = match state.newest {
+            None => (NewestSample::first(now, data.sequence, data.stamp), 0),
+            Some(newest) => match newest.compare(now, numbers, period, silence) {
+                Continuity::Stale => return None,
+                Continuity::Later(newest, lost) => (newest, lost),
+                Continuity::Restarted(newest) => {
+                    state.restart();
+                    (newest, 0)
+                }
+            },
+        };
+        state.newest = Some(newest);
+        Some((newest, lost))
+    }
+
     fn handle_data(&self, state: &mut State, kind: Option<RequestKind>, data: Data) -> bool {
         // Samples before the acknowledgements are of an earlier session, or not zeroed.
         if !state.started || self.config.zero && !state.zeroed {
@@ -156,54 +174,27 @@ impl TactileAcquisition {
 }
 
 impl State {
-    /// Whether a boot is the present one, which it becomes if it is a later one.
-    fn board_is_current(&mut self, boot: u8) -> bool {
-        let Some(present) = self.boot.replace(boot) else {
-            return true;
-        };
-        match boot.wrapping_sub(present) {
-            0 => true,
-            1..=127 => {
-                self.restart();
-                true
-            }
-            _ => {
-                self.boot = Some(present);
-                false
-            }
+    /// Whether a sample of a boot is a late one of the boot before; another boot becomes the
+    /// present one. After a silence, late ones are not expected any more.
+    fn is_late_boot(&mut self, boot: u8, silence: SimDuration) -> bool {
+        let present = *self.boot.get_or_insert(boot);
+        let recent = |newest: NewestSample| self.now < newest.arrived + silence;
+        if boot == present {
+            return false;
         }
+        if boot == present.wrapping_sub(1) && self.newest.is_some_and(recent) {
+            return true;
+        }
+        self.boot = Some(boot);
+        self.restart();
+        false
     }
 
     /// Handles a restart of the board.
     fn restart(&mut self) {
         self.counts.restarts += 1;
-        self.sequence = SequenceNumber::default();
         self.newest = None;
         self.clock.reset();
-    }
-
-    /// Returns a stamp without its wrap, by the time that has elapsed since the newest one. A stamp
-    /// that is not later than that is of a board that has restarted.
-    fn unwrap(&mut self, stamp: u32) -> u64 {
-        let mut full = u64::from(stamp);
-        if let Some((newest, arrived)) = self.newest {
-            let elapsed = self.now.as_nanos().saturating_sub(arrived.as_nanos()) / 1000;
-            let expected = newest.saturating_add(elapsed);
-            let [.., a, b, c, d] = expected.to_be_bytes();
-            let ahead = stamp
-                .wrapping_sub(u32::from_be_bytes([a, b, c, d]))
-                .cast_signed();
-            let unwrapped = expected.saturating_add_signed(i64::from(ahead));
-            if unwrapped > newest {
-                full = unwrapped;
-            } else {
-                let sequence = self.sequence;
-                self.restart();
-                self.sequence = sequence;
-            }
-        }
-        self.newest = Some((full, self.now));
-        full
     }
 
     /// Reports the mapped time of a stamp to the board, once a second.
@@ -236,7 +227,6 @@ impl Protocol for TactileAcquisition {
             zeroed: false,
             refused: None,
             boot: None,
-            sequence: SequenceNumber::default(),
             newest: None,
             clock: ClockMap::new(self.transport),
             report_at: None,

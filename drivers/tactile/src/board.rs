@@ -137,13 +137,17 @@ impl TactileEmulation {
     fn convert(
         &self,
         state: &mut State,
+        now: SimTime,
         plant: &mut dyn PlantAccess,
     ) -> Result<Option<([f64; 3], u32)>, TaskError> {
         let Some(run) = &mut state.run else {
             return Ok(None);
         };
         for (channel, sum) in run.sums.iter_mut().enumerate() {
-            *sum += self.inputs.read(channel, plant)?;
+            let mut unplugged = self.config.unplugged.iter();
+            if !unplugged.any(|it| it.includes(channel, now)) {
+                *sum += self.inputs.read(channel, plant)?;
+            }
         }
         let (at, period) = (run.next, i64::from(run.period_us) * MICRO);
         let conversions = i64::from(run.conversions);
@@ -288,7 +292,7 @@ impl Emulation for TactileEmulation {
             return Ok(());
         }
         let conversions = state.run.map_or(1, |run| run.conversions);
-        if let Some((sums, stamp)) = self.convert(state, plant)? {
+        if let Some((sums, stamp)) = self.convert(state, now, plant)? {
             state.settled_at = state.settled_at.or(Some(now + SETTLING));
             let means = sums.map(|sum| sum / f64::from(conversions));
             self.send(state, now, (means, stamp, conversions > 1), tx);

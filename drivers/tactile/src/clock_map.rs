@@ -6,10 +6,13 @@ use twinrig_kernel::{HostTime, SimDuration};
 /// Mapping of a board's stamps to host time, on line: offset and rate from arrivals.
 ///
 /// A sample arrives a known transport time after its instant, and a delay later, which varies and
-/// is never negative. The map is therefore the line below all arrivals that is nearest to them in
-/// the mean (a linear program; its solution is the edge of the lower convex hull over the middle of
-/// the points). Each interval of 64 ms contributes its earliest point; points are forgotten after
-/// 8 s, so that a drifting oscillator is followed.
+/// is never negative. The map is therefore the line below all arrivals that is highest in the
+/// middle of their span (a linear program, whose solution is the edge of the lower convex hull
+/// there). Each interval of 64 ms contributes its earliest point; points are forgotten after 8 s,
+/// so that a drifting oscillator is followed.
+///
+/// **Error.** With delays of up to 2 ms, a tenth of the samples lost and clocks of ±200 ppm: below
+/// 0.1 ms after two seconds, below 40 µs after ten; with delays of up to 50 µs, below 1 µs.
 ///
 /// **Bias.** The smallest delay within 8 s is indistinguishable from transport: mapped times are
 /// later than the true ones by it, never earlier by more than the error of the extrapolation over

@@ -44,10 +44,30 @@ pub struct Tactile {
     /// Times at which the board is reset: it forgets that it was started, its clock begins at 0,
     /// and it accepts commands after 100 ms.
     pub resets: Vec<SimTime>,
+    /// Cables of sensors that are unplugged for a time: their channels then read 0, with noise.
+    pub unplugged: Vec<Unplugged>,
     /// Clock of the board.
     pub clock: BoardClock,
     /// Seed of noise and jitter: streams `NAME/noise` and `NAME/jitter`.
     pub seed: u64,
+}
+
+/// Cable of a sensor that is unplugged for a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unplugged {
+    /// Number of the channel.
+    pub channel: usize,
+    /// Start.
+    pub from: SimTime,
+    /// End.
+    pub to: SimTime,
+}
+
+impl Unplugged {
+    /// Returns whether a channel is unplugged at this time.
+    pub(crate) fn includes(&self, channel: usize, now: SimTime) -> bool {
+        channel == self.channel && (self.from..self.to).contains(&now)
+    }
 }
 
 /// Reference cell at the bridge.
@@ -146,6 +166,7 @@ impl Tactile {
                 max: JITTER,
             },
             resets: Vec::new(),
+            unplugged: Vec::new(),
             clock: BoardClock::IDEAL,
             seed: 0,
         }

@@ -53,8 +53,7 @@
 //!   52 %; multiples of 1 kHz are removed, except those of 2 and 4 kHz.
 //! - *Noise* is white and Gaussian; no drift, no cross-talk, no delay between channels. The zero is
 //!   that of one sample, with its noise; the board keeps it at a reset (ASSUMED).
-//! - *Reset:* frames that wait for the line at a reset are still sent. 128 or more resets between
-//!   two samples are not noticed as such.
+//! - *Reset:* frames that wait for the line at a reset are still sent.
 
 mod acquisition;
 mod assumed;
@@ -63,13 +62,14 @@ mod clock_map;
 mod config;
 mod driver;
 mod load_filter;
+mod newest_sample;
 pub mod protocol;
 mod stage;
 
 pub use acquisition::TactileAcquisition;
 pub use board::{TactileBoard, TactileEmulation};
 pub use clock_map::ClockMap;
-pub use config::{CHANNELS, ReferenceCell, Tactile, TactileError};
+pub use config::{CHANNELS, ReferenceCell, Tactile, TactileError, Unplugged};
 pub use driver::TactileDriver;
 pub use load_filter::{LoadFilter, LoadFilterConfig};
 pub use stage::{Stage, TactileSample};

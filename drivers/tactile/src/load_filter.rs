@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 use twinrig_estimate::{
     Butterworth, Channel, EstimateError, ForceEstimator, Measurement, Outcome, Settings,
 };
@@ -22,6 +23,9 @@ pub struct LoadFilterConfig {
     /// Low-pass filter of all channels, fourth order, before the estimator: its cut-off frequency
     /// and the rate of the samples \[Hz\]. Estimates are later by its group delay.
     pub low_pass: Option<[f64; 2]>,
+    /// Ranges in which the voltages are plausible: the response of a cell, the rails of an
+    /// amplifier \[V\].
+    pub ranges: [RangeInclusive<f64>; 2],
     /// Signal of the process with the frequency of the load \[Hz\], which model F2 requires.
     pub frequency: Option<String>,
     /// Whether the reference cell measures the load, as on the test bench.
@@ -29,25 +33,34 @@ pub struct LoadFilterConfig {
 }
 
 /// Filter of the load: an extended Kalman filter that processes every sample at its own time, on
-/// the host's side of the bus.
+/// the host's side of the bus. Its clock is the board's, so that the estimates are a function of
+/// the frames alone, whenever they arrive; over a restart of the board it is continued by the
+/// clock of the host.
 ///
 /// Outputs, of the newest sample: `SIGNAL/NAME`, the load \[N\]; `…/deviation`, its standard
 /// deviation \[N\]; `…/rate` \[N/s\]; `…/nis`, the normalised innovation squared \[1\]; where a
 /// reference cell measures the load, `…/reference`, its force behind the same low-pass filter
 /// \[N\], and `…/nees`, the normalised estimation error squared \[1\].
 ///
-/// A voltage out of range is not used. Diagnostics: `NAME/unused`, of such voltages; `NAME/late`
-/// and `NAME/dropped`, of samples out of order; `NAME/recoveries`, see [`Settings::recovery`].
+/// A voltage that is out of range or not plausible ([`LoadFilterConfig::ranges`]) is not used.
+/// Diagnostics: `NAME/unused`, of such voltages; `NAME/late` and `NAME/dropped`, of samples out of
+/// order; `NAME/recoveries`, see [`Settings::recovery`].
 #[derive(Debug)]
 pub struct LoadFilter {
     config: LoadFilterConfig,
+    /// Names of the counters.
+    counters: [String; 4],
     state: State,
     outputs: Vec<f64>,
 }
 
+/// Counters of a filter.
+const COUNTERS: [&str; 4] = ["unused", "late", "dropped", "recoveries"];
+
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct State {
     estimator: ForceEstimator,
+    clock: SampleClock,
     /// Of the voltages and of the reference.
     low_pass: Option<[Butterworth; 3]>,
     /// The low-pass filters have their initial state.
@@ -57,6 +70,41 @@ struct State {
     /// Force of the reference cell, behind the low-pass filter \[N\].
     reference: f64,
     unused: u64,
+}
+
+/// Time of samples by the clock of the board.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct SampleClock {
+    /// Time at the stamp 0 of the board \[ns\].
+    base_ns: u64,
+    last: Option<LastSample>,
+}
+
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct LastSample {
+    stamp_us: u64,
+    time_ns: u64,
+    at: HostTime,
+}
+
+impl SampleClock {
+    /// Returns the time of a sample \[ns\].
+    fn advance(&mut self, sample: &TactileSample) -> u64 {
+        let stamp_ns = sample.stamp_us * 1_000;
+        if let Some(last) = self.last
+            && sample.stamp_us <= last.stamp_us
+        {
+            let passed = sample.at.as_nanos().saturating_sub(last.at.as_nanos());
+            self.base_ns = (last.time_ns + passed.max(1)).saturating_sub(stamp_ns);
+        }
+        let time_ns = self.base_ns + stamp_ns;
+        self.last = Some(LastSample {
+            stamp_us: sample.stamp_us,
+            time_ns,
+            at: sample.at,
+        });
+        time_ns
+    }
 }
 
 impl LoadFilter {
@@ -76,6 +124,7 @@ impl LoadFilter {
         let mut filter = Self {
             state: State {
                 estimator: ForceEstimator::new(&config.settings)?,
+                clock: SampleClock::default(),
                 low_pass: config.low_pass.map(filters).transpose()?,
                 settled: false,
                 frequency: None,
@@ -83,6 +132,7 @@ impl LoadFilter {
                 unused: 0,
             },
             outputs: Vec::new(),
+            counters: COUNTERS.map(|counter| format!("{}/{counter}", config.name)),
             config,
         };
         filter.publish();
@@ -128,9 +178,9 @@ impl State {
         std::array::from_fn(|n| filters[n].step(raw[n]))
     }
 
-    fn push(&mut self, at: HostTime, channel: Channel, value: f64) -> Outcome {
+    fn push(&mut self, at_ns: u64, channel: Channel, value: f64) -> Outcome {
         self.estimator.push(Measurement {
-            at_ns: at.as_nanos(),
+            at_ns,
             channel,
             value,
         })
@@ -161,21 +211,22 @@ impl Stage for LoadFilter {
 
     fn handle_sample(&mut self, sample: &TactileSample) {
         let state = &mut self.state;
+        let at_ns = state.clock.advance(sample);
         let [piezoresistive, piezoelectric, reference] = state.low_passed(sample);
         state.reference = reference;
         let voltages = [
-            (Channel::Piezoresistive, piezoresistive, sample.saturated[0]),
-            (Channel::Piezoelectric, piezoelectric, sample.saturated[1]),
+            (Channel::Piezoresistive, piezoresistive),
+            (Channel::Piezoelectric, piezoelectric),
         ];
-        for (channel, volts, saturated) in voltages {
-            if saturated {
+        for (n, (channel, volts)) in voltages.into_iter().enumerate() {
+            if sample.saturated[n] || !self.config.ranges[n].contains(&sample.volts[n]) {
                 state.unused += 1;
             } else {
-                state.push(sample.at, channel, volts);
+                state.push(at_ns, channel, volts);
             }
         }
         if let Some(hertz) = state.frequency.take() {
-            state.push(sample.at, Channel::Frequency, TAU * hertz);
+            state.push(at_ns, Channel::Frequency, TAU * hertz);
         }
         self.publish();
     }
@@ -190,17 +241,12 @@ impl Stage for LoadFilter {
     }
 
     fn report(&self, diagnostics: &mut Diagnostics<'_>) {
-        let name = &self.config.name;
         let counters = self.state.estimator.counters();
         let recoveries = self.state.estimator.estimate().recoveries;
         let dropped = counters.too_old + counters.duplicate + counters.invalid;
-        for (what, count) in [
-            ("unused", self.state.unused),
-            ("late", counters.late),
-            ("dropped", dropped),
-            ("recoveries", recoveries),
-        ] {
-            diagnostics.count(&format!("{name}/{what}"), count);
+        let counts = [self.state.unused, counters.late, dropped, recoveries];
+        for (name, count) in self.counters.iter().zip(counts) {
+            diagnostics.count(name, count);
         }
     }
 

@@ -5,7 +5,7 @@ use twinrig_wire::Diagnostics;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TactileSample {
     /// Time of the sample by the clock of the host, mapped from the board's stamp: strictly
-    /// increasing from sample to sample, and not later than `arrived`.
+    /// increasing from sample to sample.
     pub at: HostTime,
     /// Time at which the driver received the sample.
     pub arrived: HostTime,

@@ -195,6 +195,46 @@ fn stamp_that_jumps_back_is_a_restart_and_a_wrap_is_not() {
 }
 
 #[test]
+fn restart_is_noticed_without_a_boot_number() {
+    let mut host = opened(SampleChoice::Newest);
+    host.receive(SHORT_DELAY, &sample(0, 3));
+    assert_eq!(host.diagnostic("tactile/stale"), 1.0, "a late sample");
+    host.expire();
+    host.receive(SHORT_DELAY, &sample(0, 0));
+    host.receive(SHORT_DELAY, &sample(0, 3));
+    let counts = ["restarts", "stale", "lost"];
+    let counts = counts.map(|name| host.diagnostic(&format!("tactile/{name}")));
+    assert_eq!(counts, [1.0, 1.0, 2.0]);
+}
+
+#[test]
+fn long_pause_is_bridged_by_the_elapsed_time() {
+    let mut host = opened(SampleChoice::Newest);
+    // The sequence wraps every 65.5 s: 40 s and 100 s without samples are not late ones.
+    let mut expected = 0.0;
+    for (pause_s, sequence, stamp) in [(40_u32, 40_007, 40_007_000), (100, 8_935, 140_007_000)] {
+        let frame = Message::Data {
+            boot: 0,
+            sequence,
+            stamp,
+            volts: [0; 2],
+            bridge: 0,
+            status: Status::default(),
+        };
+        host.receive(SimDuration::from_secs(pause_s.into()), &frame.to_frame());
+        expected += 1e3 * f64::from(pause_s) - 1.0;
+        assert_eq!(host.diagnostic("tactile/lost"), expected);
+    }
+    assert_eq!(host.diagnostic("tactile/stale"), 0.0);
+    // As many boots as a boot number has, less one, are not a late one after a silence.
+    host.receive(SILENCE, &sample(255, 0));
+    assert_eq!(host.diagnostic("restarts"), 1.0);
+    assert_eq!(host.diagnostic("tactile/stale"), 0.0);
+    host.receive(SHORT_DELAY, &sample(254, 7));
+    assert_eq!(host.diagnostic("tactile/stale"), 1.0);
+}
+
+#[test]
 fn clock_is_reported_once_a_second() {
     let mut host = opened(SampleChoice::Newest);
     let mut reports = 0;

@@ -53,8 +53,8 @@ pub(crate) struct PiezoelectricStep {
 const DISTINCT: f64 = 1e-3;
 
 impl PiezoelectricCell {
-    /// Returns the coefficients a \[V·s/N\] and b \[V·s²/N\] of V = a Ḟ + b F̈ for a sinusoidal load
-    /// of an angular frequency \[rad/s\].
+    /// Returns the coefficients a \[V·s/N\] and b \[V·s²/N\] of V = a Ḟ + b F̈ for a sinusoidal
+    /// load of an angular frequency \[rad/s\].
     pub fn coefficients(&self, frequency: f64) -> [f64; 2] {
         let (product, sum) = (
             self.amplifier_time * self.silicone_time,

@@ -4,7 +4,7 @@ use std::ops::Bound;
 use std::path::Path;
 
 use twinrig_document::{
-    Document, DocumentError, Item, Library, Problem, Range, Reported, Table, suggestion,
+    Document, DocumentError, Item, Library, Range, Reported, Table, suggestion,
 };
 use twinrig_kernel::Unit;
 
@@ -27,18 +27,20 @@ pub struct SensorFile {
 }
 
 impl SensorFile {
-    /// Reads the file `name` of [`BENCHES`], for a scenario in the folder `beside`.
+    /// Reads the file `name` of [`BENCHES`], for a scenario in the folder `beside`. `None` if there
+    /// is none of that name.
     ///
     /// # Errors
-    /// If there is none of that name, or it cannot be read or is not TOML.
-    pub fn find(name: &str, beside: &Path) -> Result<Self, DocumentError> {
-        if let Some(document) = BENCHES.find(name, beside)? {
-            return Ok(Self { document });
-        }
+    /// If it cannot be read or is not TOML.
+    pub fn find(name: &str, beside: &Path) -> Result<Option<Self>, DocumentError> {
+        let document = BENCHES.find(name, beside)?;
+        Ok(document.map(|document| Self { document }))
+    }
+
+    /// Returns a list of the files that [`SensorFile::find`] finds, with the one meant by `name`.
+    pub fn suggestion(name: &str, beside: &Path) -> String {
         let known = BENCHES.names(beside);
-        let help = suggestion(name, "sensors", known.iter().map(String::as_str));
-        let message = format!("there is no sensor `{name}`");
-        Err(Problem::of_file(name.to_owned(), message, help).into())
+        suggestion(name, "sensors", known.iter().map(String::as_str))
     }
 
     /// Parses `text`, with `file` as its name in messages.
@@ -48,6 +50,11 @@ impl SensorFile {
     pub fn parse(file: &str, text: &str) -> Result<Self, DocumentError> {
         let document = Document::parse(file, text)?;
         Ok(Self { document })
+    }
+
+    /// Text of the file.
+    pub fn text(&self) -> &str {
+        self.document.text()
     }
 
     /// Reads the sensor; the other tables of the file are ignored.

@@ -12,7 +12,7 @@ use twinrig_sensor::{
 use twinrig_testing::python;
 
 fn parameters() -> TactileParameters {
-    let file = SensorFile::find("tactile", Path::new("")).unwrap();
+    let file = SensorFile::find("tactile", Path::new("")).unwrap().unwrap();
     file.sensor().unwrap()
 }
 
@@ -108,8 +108,8 @@ fn creep_rises_to_its_share_with_its_time_constant() {
     }
 }
 
-/// Coefficients of V = a Ḟ + b F̈ by least squares over a period of a sinusoidal load, in the steady
-/// state.
+/// Coefficients of V = a Ḟ + b F̈ by least squares over a period of a sinusoidal load, in the
+/// steady state.
 fn regression(sensor: &mut TactileSensor, hertz: f64, step: f64) -> [f64; 2] {
     let omega = TAU * hertz;
     let (mut gram, mut right) = ([[0.0; 2]; 2], [0.0; 2]);

@@ -1,11 +1,17 @@
 //! Command-line arguments. The doc comments are the `--help` texts.
 #![allow(clippy::doc_markdown, reason = "the text is printed verbatim")]
 
+mod cell;
+mod export;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use twinrig_document::{parse_duration, parse_quantity};
 use twinrig_kernel::{SimDuration, Unit};
+
+pub use cell::{CellArgs, CellCommand, CellPredictArgs, ElectrodeName};
+pub use export::{ExportArgs, ExportCommand, MjcfArgs};
 
 /// Co-simulates a legged robot, its controller and its I/O in virtual time and judges the run.
 #[derive(Debug, Parser)]
@@ -42,6 +48,8 @@ pub enum Command {
     Study(StudyArgs),
     /// Convert a robot file to the format of another program
     Export(ExportArgs),
+    /// Design piezoresistive cells of tactile sensors by the models of the thesis
+    Cell(CellArgs),
     /// Print the JSON schema of the scenarios of this build, for editors
     ///
     /// The first line of a scenario references the schema file, relative to the folder of the
@@ -61,6 +69,7 @@ impl Command {
             Self::Diff(args) => args.json,
             Self::Replay(args) => args.json,
             Self::Devices(args) => args.json,
+            Self::Cell(args) => args.json(),
             Self::Study(StudyArgs {
                 study:
                     StudyCommand::Precision(PrecisionOptions { study: options, .. })
@@ -225,35 +234,6 @@ pub struct ReplayArgs {
     /// Print a JSON object
     #[arg(long)]
     pub json: bool,
-}
-
-/// Arguments of `twin export`.
-#[derive(Clone, Debug, Args)]
-pub struct ExportArgs {
-    /// Target format
-    #[command(subcommand)]
-    pub language: ExportCommand,
-}
-
-/// Target format of an export.
-#[derive(Clone, Debug, Subcommand)]
-pub enum ExportCommand {
-    /// MJCF, the format of MuJoCo: the robot on flat ground, its drives held at their start
-    /// positions
-    Mjcf(MjcfArgs),
-}
-
-/// Arguments of `twin export mjcf`.
-#[derive(Clone, Debug, Args)]
-pub struct MjcfArgs {
-    /// Name of a robot, or path of a robot file
-    pub robot: String,
-    /// Coordinates: maximal (segments connected by pin constraints) or minimal (joint angles)
-    #[arg(long, value_name = "WHICH", value_parser = ["maximal", "minimal"], default_value = "maximal")]
-    pub coordinates: String,
-    /// Write to FILE instead of standard output
-    #[arg(long, value_name = "FILE")]
-    pub out: Option<PathBuf>,
 }
 
 /// Arguments of `twin schema`.

@@ -137,6 +137,12 @@ pub enum TwinError {
         /// Reason.
         source: BuildError,
     },
+    /// Cell that cannot be predicted.
+    #[error("error: {source}")]
+    Cell {
+        /// Reason.
+        source: twinrig_sensor::SensorError,
+    },
     /// Failure of a study as a whole.
     #[error("error: {source}\n --> {file}")]
     Study {

@@ -44,10 +44,11 @@ pub enum CompareMeasure {
     /// (Pearson's coefficient at each lag), refined by a parabola.
     ///
     /// The grid of lags is the period of the samples, or 1/128 of the range if that is longer. For
-    /// a sine of angular frequency ω on a grid of h the parabola errs by at most 0.016 (ω h)² h (ω h well below 1).
-    /// Every lag is judged by the same part of the signal, from `range` after its start to `range`
-    /// before its end; an incomplete period in it biases the delay. Among maxima that differ by
-    /// less than 0.001, as those of a periodic signal, the one with the least delay counts.
+    /// a sine of angular frequency ω on a grid of h the parabola errs by at most 0.016 (ω h)² h (ω
+    /// h well below 1). Every lag is judged by the same part of the signal, from `range` after its
+    /// start to `range` before its end; an incomplete period in it biases the delay. Among maxima
+    /// that differ by less than 0.001, as those of a periodic signal, the one with the least delay
+    /// counts.
     Delay {
         /// Greatest delay, either way.
         range: SimDuration,

@@ -45,6 +45,7 @@ mod footsteps;
 mod frame;
 mod headline;
 mod html;
+mod latency;
 mod machine;
 mod models;
 mod number;
@@ -96,6 +97,7 @@ pub use factory::{
 pub use floors::Floor;
 pub use footsteps::{Footstep, WALK};
 pub use html::html;
+pub use latency::{LoadDelay, SampledSignal};
 pub use machine::Machine;
 pub use number::si as brief;
 pub use plant_id::PlantId;

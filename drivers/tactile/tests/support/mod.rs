@@ -1,11 +1,14 @@
 //! A board at the bench, its wire, and a stage.
 #![allow(dead_code, reason = "not every test uses every part")]
 
+use twinrig_estimate::{
+    ChargeAmplifier, ForceResponse, Model, Piezoresistive, Settings, StateSettings,
+};
 use twinrig_kernel::{
     BoardClock, HostTime, LocalDuration, Port, SimDuration, Snapshot, SnapshotError, Unit,
 };
 use twinrig_runtime::Rig;
-use twinrig_tactile::{CHANNELS, Stage, Tactile, TactileSample};
+use twinrig_tactile::{CHANNELS, LoadFilterConfig, Stage, Tactile, TactileSample};
 use twinrig_testing::rig_harness;
 use twinrig_testing::rig_harness::{RecordingPlant, rig};
 use twinrig_wire::{Diagnostics, FaultKind, FaultSchedule};
@@ -148,4 +151,48 @@ pub fn fault(kind: FaultKind, from_ms: u64, for_ms: u64) -> FaultSchedule {
 
 pub fn millis(millis: u64) -> SimDuration {
     SimDuration::from_millis(millis)
+}
+
+pub const STATE: StateSettings = StateSettings {
+    initial: 0.0,
+    variance: 1.0,
+    noise: 0.0,
+};
+
+pub fn filter_of(model: Model) -> LoadFilterConfig {
+    LoadFilterConfig {
+        name: "estimate".to_owned(),
+        signal: "bench/force".to_owned(),
+        settings: Settings {
+            model,
+            piezoresistive: Some(Piezoresistive {
+                response: ForceResponse::Linear {
+                    gain: 0.2,
+                    offset: 1.0,
+                },
+                variance: 1e-4,
+            }),
+            piezoelectric: Some(1e-4),
+            frequency: Some(0.01),
+            period_s: 1e-3,
+            white: 1e8,
+            recovery: None,
+        },
+        low_pass: None,
+        ranges: [0.5..=9.9, -9.9..=9.9],
+        frequency: None,
+        reference: true,
+    }
+}
+
+/// Filter F3.
+pub fn filter() -> LoadFilterConfig {
+    filter_of(Model::F3 {
+        amplifier: ChargeAmplifier {
+            sensitivity: -0.05,
+            feedback_s: 0.1,
+            lag_s: 0.005,
+        },
+        states: [STATE; 6],
+    })
 }

@@ -6,6 +6,7 @@ use twinrig_robot::{LegMount, Robot, RobotFile};
 use twinrig_scenario::{LegFact, Scenario};
 
 use crate::assembly::registry::Registry;
+use crate::assembly::sensors::Sensors;
 use crate::assembly::sources;
 use crate::error::TwinError;
 use crate::parts::plant_kind::{ModelContext, StandaloneModel};
@@ -15,6 +16,7 @@ use crate::parts::plant_kind::{ModelContext, StandaloneModel};
 pub(crate) struct Body {
     robot: Option<FiledRobot>,
     standalone_model: Option<Arc<dyn StandaloneModel>>,
+    sensors: Sensors,
 }
 
 /// Robot with its file.
@@ -47,6 +49,7 @@ impl Body {
         Ok(Self {
             robot,
             standalone_model,
+            sensors: Sensors::of(registry, scenario, kept)?,
         })
     }
 
@@ -63,6 +66,17 @@ impl Body {
     /// Returns the standalone model.
     pub(crate) fn standalone_model(&self) -> Option<&dyn StandaloneModel> {
         self.standalone_model.as_deref()
+    }
+
+    /// Returns the tactile sensors that buses mount.
+    pub(crate) fn sensors(&self) -> &Sensors {
+        &self.sensors
+    }
+
+    /// Returns the files that a recording keeps besides scenario and robot.
+    pub(crate) fn files(&self) -> Vec<(String, Vec<u8>)> {
+        let model = self.standalone_model().map(StandaloneModel::files);
+        [model.unwrap_or_default(), self.sensors.files().to_vec()].concat()
     }
 
     /// Returns the name of the simulated model or robot.

@@ -162,6 +162,7 @@ impl<'a> PartBuilder<'a> {
         };
         let mut ports = ports.map_err(|source| self.plant_error(source))?;
         ports.retain(|port| port.direction == Direction::Output);
+        ports.extend(self.body.sensors().ports());
         Ok(ports)
     }
 
@@ -201,7 +202,9 @@ impl<'a> PartBuilder<'a> {
             .filter(needed)
             .map(|it| it.name.as_str())
             .collect();
-        let computed = |name: &str| needed.contains(&name);
+        let sensors = self.body.sensors();
+        let with_sensors = |name: &str| needed.contains(&name);
+        let computed = |name: &str| needed.contains(&name) || sensors.need(name, &with_sensors);
         let plant = match (self.body.standalone_model(), self.body.robot()) {
             (Some(model), _) => {
                 let built = model.build(spec, &computed);
@@ -213,7 +216,9 @@ impl<'a> PartBuilder<'a> {
             }
             (None, None) => Err(self.plant_error(NO_ROBOT.into())),
         };
-        coupling::coupled(spec.coupling, plant?, &wanted).map_err(|source| self.plant_error(source))
+        let plant = sensors.around(plant?, &with_sensors);
+        let coupled = plant.and_then(|plant| coupling::coupled(spec.coupling, plant, &wanted));
+        coupled.map_err(|source| self.plant_error(source))
     }
 
     /// The plant on a robot, with these settings.

@@ -15,6 +15,7 @@ pub(crate) mod builder;
 pub(crate) mod buses;
 mod instrumented;
 pub(crate) mod registry;
+pub(crate) mod sensors;
 pub(crate) mod sources;
 
 use crate::assembly::body::Body;

@@ -1,5 +1,6 @@
 //! Commands of the program and their common parts.
 
+mod cell;
 mod check;
 mod compare;
 mod devices;
@@ -214,6 +215,7 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::Serve(args) => serve::serve(registry, &args, terminal),
         Command::Devices(args) => devices::devices(&args, terminal),
         Command::Study(args) => study::study(registry, &args, terminal),
+        Command::Cell(args) => cell::cell(&args, terminal),
         Command::Export(args) => export::export(&args, terminal),
         Command::Schema(args) => schema::schema(registry, &args, terminal),
     }

@@ -1,9 +1,13 @@
 //! Kinds of buses and the context for building them.
 
+use std::path::Path;
+
+use twinrig_document::{DocumentError, Placed};
 use twinrig_kernel::{Port, SimDuration, SimTime};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Driver, PartKind, Wire, in_part};
 use twinrig_scenario::{FaultSpec, Kind, OptionSpec, Options};
+use twinrig_sensor::SensorFile;
 use twinrig_wire::{Fault, FaultSchedule};
 
 use crate::error::BuildError;
@@ -11,6 +15,7 @@ use crate::error::BuildError;
 type BuildDriver =
     Box<dyn Fn(&BusContext<'_>) -> Result<Box<dyn Driver>, BuildError> + Send + Sync>;
 type BuildWire = Box<dyn Fn(&BusContext<'_>) -> Result<Box<dyn Wire>, BuildError> + Send + Sync>;
+type Mount = Box<dyn Fn(&Options) -> Option<SensorMount> + Send + Sync>;
 type Measured = Box<dyn Fn(&Options) -> Vec<String> + Send + Sync>;
 
 /// Default baud rate of a serial port \[bit/s\].
@@ -60,6 +65,38 @@ impl BusContext<'_> {
     }
 }
 
+/// Tactile sensor that a bus mounts at a load of the plant.
+pub(crate) struct SensorMount {
+    /// Signal of the load.
+    pub(crate) signal: String,
+    /// Name or path of the file with the sensor.
+    pub(crate) sensor: Placed<String>,
+}
+
+impl SensorMount {
+    /// Finds the file of the sensor for a scenario in `folder`.
+    pub(crate) fn find(&self, folder: &Path) -> Result<SensorFile, DocumentError> {
+        let name = &self.sensor.value;
+        SensorFile::find(name, folder)?.ok_or_else(|| {
+            let help = SensorFile::suggestion(name, folder);
+            self.sensor
+                .error(format!("there is no sensor `{name}`"), help)
+        })
+    }
+
+    /// Returns the file that a recording keeps as `name`.
+    pub(crate) fn of_recording(
+        &self,
+        name: &str,
+        kept: &[(String, Vec<u8>)],
+    ) -> Result<SensorFile, DocumentError> {
+        let found = kept.iter().find(|(known, _)| known == name);
+        let message = format!("the recording does not contain `{name}`");
+        let (_, bytes) = found.ok_or_else(|| self.sensor.error(message, ""))?;
+        SensorFile::parse(name, &String::from_utf8_lossy(bytes))
+    }
+}
+
 /// Kind of bus: the driver that runs on the robot, and the emulated wire with the boards at its far
 /// end.
 pub struct BusKind {
@@ -70,6 +107,7 @@ pub struct BusKind {
     faults: bool,
     places: Vec<String>,
     measured: Measured,
+    mount: Mount,
     baud: u32,
     driver: BuildDriver,
     wire: BuildWire,
@@ -91,6 +129,7 @@ impl BusKind {
             faults: false,
             places: Vec::new(),
             measured: Box::new(|_| Vec::new()),
+            mount: Box::new(|_| None),
             baud: BAUD,
             driver: Box::new(move |context| Ok(Box::new(driver(context)?))),
             wire: Box::new(move |context| Ok(Box::new(wire(context)?))),
@@ -129,6 +168,21 @@ impl BusKind {
     ) -> Self {
         self.measured = Box::new(measured);
         self
+    }
+
+    /// Declares the sensor that the bus mounts at a load of the plant, derived from the options.
+    #[must_use]
+    pub(crate) fn mounting(
+        mut self,
+        mount: impl Fn(&Options) -> Option<SensorMount> + Send + Sync + 'static,
+    ) -> Self {
+        self.mount = Box::new(mount);
+        self
+    }
+
+    /// Returns the sensor that the bus mounts at a load of the plant.
+    pub(crate) fn mount(&self, options: &Options) -> Option<SensorMount> {
+        (self.mount)(options)
     }
 
     /// Sets the baud rate of the serial port \[bit/s\].

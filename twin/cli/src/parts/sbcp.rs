@@ -46,7 +46,7 @@ const PLAIN: &str = "plain";
 const WITHOUT: &str = "without-heuristics";
 
 pub(crate) fn kind() -> BusKind {
-    let about = "Oncilla's bus: one motordriver board per leg, on RS-485 behind USB; for [actuator] kind = \"motor\"";
+    let about = "Oncilla's bus: one motordriver board per leg or motor on a free shaft, on RS-485 behind USB; for legs with [actuator] kind = \"motor\"";
     let kind = BusKind::new("sbcp", about, driver, wire)
         .at_baud(BAUD)
         .with_faults()

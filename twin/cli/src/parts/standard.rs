@@ -2,7 +2,7 @@
 
 use twinrig_gait::{Abduction, Cpg, Gait, Stand};
 use twinrig_kernel::SimDuration;
-use twinrig_scenario::OptionSpec;
+use twinrig_scenario::{Accepts, OptionSpec};
 
 use crate::assembly::registry::Registry;
 use crate::error::BuildError;
@@ -18,7 +18,7 @@ use crate::parts::method::Method;
 use crate::parts::mjcf;
 #[cfg(feature = "mujoco")]
 use crate::parts::mujoco;
-use crate::parts::option::choice;
+use crate::parts::option::{choice, option};
 use crate::parts::optoforce;
 use crate::parts::phidget;
 use crate::parts::plant_kind::PlantKind;
@@ -134,6 +134,10 @@ fn cpg() -> ControllerKind {
     ControllerKind::new(Cpg::NAME, about, |context| {
         let cpg = Cpg::new(context.robot, context.legs, gait(context)?)?;
         let cpg = cpg.with_abduction(abduction(context));
+        let cpg = match context.options.text(FREQUENCY_OF) {
+            Some(leg) => cpg.with_frequency_of(leg)?,
+            None => cpg,
+        };
         Ok(match context.options.text("start") {
             Some("random") => cpg.with_random_phases(context.seed),
             _ => cpg,
@@ -151,7 +155,15 @@ fn cpg() -> ControllerKind {
         &START,
     ))
     .with_option(abducting())
+    .with_option(option(
+        FREQUENCY_OF,
+        "leg whose mean phase rate over its last cycle is the output `leg/LEG/frequency`, for filters",
+        Accepts::Text,
+    ))
 }
+
+/// Option with the leg whose mean phase rate is an output.
+const FREQUENCY_OF: &str = "frequency_of";
 
 fn gait(context: &ControllerContext<'_>) -> Result<Gait, BuildError> {
     Ok(context.options.text("gait").unwrap_or_default().parse()?)

@@ -15,7 +15,6 @@ use twinrig_scenario::Setting;
 use crate::assembly::Assembly;
 use crate::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
 use crate::error::TwinError;
-use crate::parts::plant_kind::StandaloneModel;
 use crate::report::{Line, Report, Status, seconds};
 use crate::run::executor::Executor;
 use crate::run::hardware;
@@ -364,12 +363,7 @@ fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
         .then(|| (HARDWARE_NOTE, "true".to_owned()));
     let mut files = vec![(SCENARIO_FILE.to_owned(), scenario.text.clone().into_bytes())];
     files.extend(robot.map(|(_, text)| (ROBOT_FILE.to_owned(), text.as_bytes().to_vec())));
-    files.extend(
-        assembly
-            .body()
-            .standalone_model()
-            .map_or_else(Vec::new, StandaloneModel::files),
-    );
+    files.extend(assembly.body().files());
     let exchanged = executor.exchanged();
     let exchanged = exchanged.map(|at| (EXCHANGED_NOTE, seconds(at.as_nanos()).to_string()));
     RunInfo {

@@ -358,7 +358,9 @@ fn list_names_all_parts() {
     let mut plants = names("plants");
     plants.sort();
     // Plants on engines that this build lacks are listed with the missing feature.
-    let known = ["drives", "lcp", "massless", "mjcf", "mujoco", "rapier"];
+    let known = [
+        "bench", "drives", "lcp", "massless", "mjcf", "mujoco", "rapier",
+    ];
     let tested = ["snapping", "toy"];
     assert_eq!(plants, [&known[..], &tested].concat());
     let lacking = |name: &str| {
@@ -372,7 +374,7 @@ fn list_names_all_parts() {
         json!("mujoco")
     };
     assert_eq!((lacking("mjcf"), lacking("lcp")), (mujoco, json!(null)));
-    assert_eq!(names("controllers"), ["cpg", "stand", "script"]);
+    assert_eq!(names("controllers"), ["cpg", "stand", "script", "turn"]);
     assert!(
         listing["robots"]
             .as_array()

@@ -1,6 +1,8 @@
 //! Tests of the program through its commands.
 
+mod bench;
 mod builds;
+mod cell;
 mod commands;
 mod common;
 mod estimate_study;

@@ -1,6 +1,7 @@
 //! Filters of the load, from scenario options.
 
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 
 use twinrig_document::Range;
 use twinrig_estimate::{
@@ -18,6 +19,14 @@ use crate::parts::option::{choice, number, option};
 pub(super) const FILTER: &str = "filter";
 
 const MODELS: [&str; 3] = ["F3", "F1", "F2"];
+/// Last parts of other signals below a load.
+const TAKEN: [&str; 5] = [
+    "rate",
+    "conductance",
+    "piezoresistive",
+    "piezoelectric",
+    "reference",
+];
 const LINEAR: &str = "linear";
 const LOADING: &str = "loading";
 const UNLOADING: &str = "unloading";
@@ -129,6 +138,11 @@ fn piezoresistive() -> OptionSpec {
         "piezoresistive cell; without this table its voltage is not used",
         Accepts::Group(vec![
             noise(),
+            volts(
+                "min",
+                "least plausible voltage: a lower one is not used (none)",
+            ),
+            volts("max", "greatest plausible voltage (none)"),
             option(
                 LINEAR,
                 "linear response",
@@ -177,6 +191,11 @@ fn piezoelectric() -> OptionSpec {
                 "deviation of its voltage; without it the voltage is not used",
                 quantity(Unit::Volt, Range::POSITIVE),
             ),
+            option(
+                "max",
+                "greatest plausible magnitude of its voltage: that of the amplifier's rails (none)",
+                quantity(Unit::Volt, Range::POSITIVE),
+            ),
             gain(
                 "gain",
                 "sensitivity to the rate of the force: V = gain · rate in F1 and at low frequencies in F3",
@@ -213,6 +232,13 @@ pub(super) fn filters(
         let OptionValue::Group(keys) = value else {
             return Err(format!("`{FILTER}.{}` is not a table", name.value).into());
         };
+        if TAKEN.contains(&name.value.as_str()) {
+            let why = format!(
+                "`{signal}/{0}` is another signal: `{FILTER}.{0}` requires another name",
+                name.value
+            );
+            return Err(why.into());
+        }
         let rate = 1.0 / period.as_secs_f64();
         let frequency = keys.group("frequency");
         let built = settings(keys).and_then(|settings| {
@@ -221,6 +247,10 @@ pub(super) fn filters(
                 signal: signal.to_owned(),
                 settings,
                 low_pass: keys.number("low_pass").map(|cutoff| [cutoff, rate]),
+                ranges: [
+                    range(keys.group("piezoresistive"), f64::NEG_INFINITY),
+                    range(keys.group("piezoelectric"), -1.0),
+                ],
                 frequency: frequency
                     .and_then(|it| it.text("signal"))
                     .map(str::to_owned),
@@ -230,6 +260,14 @@ pub(super) fn filters(
         built.map_err(|error| format!("`{FILTER}.{}`: {error}", name.value).into())
     };
     options.named(FILTER).iter().map(filter).collect()
+}
+
+/// Returns the range in which a voltage is plausible: up to `max`, and from `min`, or `least` times
+/// the maximum.
+fn range(group: Option<&Options>, least: f64) -> RangeInclusive<f64> {
+    let number = |name: &str| group.and_then(|group| group.number(name));
+    let max = number("max").unwrap_or(f64::INFINITY);
+    number("min").unwrap_or(least * max)..=max
 }
 
 fn settings(keys: &Options) -> Result<Settings, BuildError> {

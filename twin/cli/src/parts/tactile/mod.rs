@@ -3,15 +3,15 @@
 mod filter;
 
 use twinrig_document::Range;
-use twinrig_kernel::Unit;
-use twinrig_runtime::Wire;
+use twinrig_kernel::{SimTime, Unit};
+use twinrig_runtime::{FaultKind, Wire};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
-use twinrig_tactile::{CHANNELS, SampleChoice, Tactile, TactileDriver};
+use twinrig_tactile::{CHANNELS, SampleChoice, Tactile, TactileDriver, Unplugged};
 use twinrig_wire::{AnalogInput, AnalogSource};
 
 use crate::error::BuildError;
 use crate::parts::analog_sources::{clock, clock_option};
-use crate::parts::bus_kind::{BusContext, BusKind};
+use crate::parts::bus_kind::{BusContext, BusKind, SensorMount};
 use crate::parts::option::{choice, option};
 
 /// Name of the kind.
@@ -32,7 +32,16 @@ pub(crate) fn kind() -> BusKind {
     let about = "acquisition cards of a tactile sensor, and filters that estimate its load";
     let kind = BusKind::new(NAME, about, driver, wire)
         .with_faults()
+        .with_place(CHANNELS[0])
+        .with_place(CHANNELS[1])
+        .with_place(CHANNELS[2])
         .at_baud(BAUD)
+        .mounting(|options| {
+            Some(SensorMount {
+                signal: signal(options).to_owned(),
+                sensor: options.name("sensor")?.clone(),
+            })
+        })
         .measuring(|options| sources(options).map(|source| source.1).into());
     options().into_iter().fold(kind, BusKind::with_option)
 }
@@ -52,6 +61,11 @@ fn options() -> Vec<OptionSpec> {
                 Accepts::Text,
             )
         },
+        option(
+            "sensor",
+            "name or path of the file with the sensor that is mounted there, in `benches/`; a bench has its own",
+            Accepts::Name,
+        ),
         option(
             "period",
             "time between two samples (1 ms)",
@@ -115,10 +129,15 @@ fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
     Ok(config(context)?.wire(&context.fault_schedule())?)
 }
 
+/// Returns the load at which the sensor is mounted.
+fn signal(options: &Options) -> &str {
+    options.text("signal").unwrap_or(SIGNAL)
+}
+
 /// Returns the channels with the plant signals that they measure: the voltages below the load, and
 /// the load itself, which the reference cell carries.
 fn sources(options: &Options) -> [(usize, String); 3] {
-    let signal = options.text("signal").unwrap_or(SIGNAL);
+    let signal = signal(options);
     let [piezoresistive, piezoelectric, _] = CHANNELS;
     [
         (0, format!("{signal}/{piezoresistive}")),
@@ -127,9 +146,33 @@ fn sources(options: &Options) -> [(usize, String); 3] {
     ]
 }
 
+/// Returns the cables that faults unplug, at places named after the channels.
+fn unplugged(context: &BusContext<'_>) -> Result<Vec<Unplugged>, BuildError> {
+    let mut all = Vec::new();
+    for (place, fault) in context.faults {
+        let Some(channel) = CHANNELS.iter().position(|channel| channel == place) else {
+            continue;
+        };
+        if !matches!(fault.kind, FaultKind::Unplug { .. }) {
+            let why = format!(
+                "the cable of a sensor can be unplugged only: `{}` is a fault of the line, `wire/{}`",
+                fault.kind.name(),
+                context.name
+            );
+            return Err(why.into());
+        }
+        all.push(Unplugged {
+            channel,
+            from: fault.at,
+            to: fault.lasts.map_or(SimTime::MAX, |lasts| fault.at + lasts),
+        });
+    }
+    Ok(all)
+}
+
 fn config(context: &BusContext<'_>) -> Result<Tactile, BuildError> {
     let options = context.options;
-    let mut tactile = Tactile::new(context.name, options.text("signal").unwrap_or(SIGNAL));
+    let mut tactile = Tactile::new(context.name, signal(options));
     let input = |(channel, signal)| AnalogInput {
         channel,
         analog_source: Some(AnalogSource {
@@ -155,6 +198,7 @@ fn config(context: &BusContext<'_>) -> Result<Tactile, BuildError> {
     }
     tactile.jitter = options.time("jitter").cloned().unwrap_or(tactile.jitter);
     tactile.clock = clock(options)?;
+    tactile.unplugged = unplugged(context)?;
     tactile.seed = context.seed;
     Ok(tactile)
 }

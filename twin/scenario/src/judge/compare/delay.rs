@@ -20,9 +20,9 @@ const IRREGULAR: f64 = 0.1;
 /// Cross-correlation of two series on a grid of lags.
 ///
 /// A sample of the signal is multiplied by those of the other series from `lags` before it to
-/// `lags` after it, so that each lag is judged by the same samples of the signal, the *centres*. The
-/// sums of the other series that belong to a lag follow from those of its complete segments, their
-/// heads and their tails, at the end of a segment: a sample costs one product for each lag.
+/// `lags` after it, so that each lag is judged by the same samples of the signal, the *centres*.
+/// The sums of the other series that belong to a lag follow from those of its complete segments,
+/// their heads and their tails, at the end of a segment: a sample costs one product for each lag.
 #[derive(Clone, Debug)]
 pub(super) struct Delay {
     lags: usize,
@@ -254,5 +254,64 @@ impl Delay {
         let nearest = equal.min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
         let (delay, coefficient) = nearest.ok_or("the delay is beyond `delay_range`")?;
         Ok((*delay, format!("correlation {coefficient:.4}")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const LAGS: usize = 4;
+
+    /// Pearson's coefficient of all pairs, by its definition.
+    fn pearson(pairs: &[(f64, f64)]) -> f64 {
+        let count = pairs.len() as f64;
+        let mean = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / count;
+        let (x, y) = (mean(|pair| pair.0), mean(|pair| pair.1));
+        let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
+            pairs.iter().map(|pair| of(pair.0 - x, pair.1 - y)).sum()
+        };
+        sum(&|a, b| a * b) / (sum(&|a, _| a * a) * sum(&|_, b| b * b)).sqrt()
+    }
+
+    proptest! {
+        /// The running sums agree with the definition on any series in any segments.
+        #[test]
+        fn coefficients_agree_with_the_definition(
+            segments in prop::collection::vec(
+                prop::collection::vec((-1.0..1.0_f64, -1.0..1.0_f64), 1..40),
+                1..5,
+            ),
+            offset in -1e3..1e3_f64,
+        ) {
+            let millis = SimDuration::from_millis;
+            // A range of three periods has four lags on either side.
+            let mut delay = Delay::new(millis(3), millis(1));
+            prop_assert_eq!(delay.lags, LAGS);
+            let mut now = SimTime::ZERO;
+            let mut pairs = vec![Vec::new(); 2 * LAGS + 1];
+            for segment in &segments {
+                for (signal, with) in segment {
+                    delay.add(now, signal + offset, with - offset);
+                    now += millis(1);
+                }
+                now += millis(5);
+                for centre in LAGS..segment.len().saturating_sub(LAGS) {
+                    for (index, pairs) in pairs.iter_mut().enumerate() {
+                        pairs.push((segment[centre].0, segment[centre - LAGS + index].1));
+                    }
+                }
+            }
+            prop_assume!(pairs[0].len() > 3);
+            delay.end_segment();
+            prop_assert_eq!(delay.centres, pairs[0].len() as u64);
+            for (index, pairs) in pairs.iter().enumerate() {
+                let (found, expected) = (delay.coefficient(index), pearson(pairs));
+                // The variances of so few values may be small beside their squares.
+                prop_assert!((found - expected).abs() < 1e-8, "{} {}", found, expected);
+            }
+        }
     }
 }

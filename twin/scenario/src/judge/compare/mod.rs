@@ -57,8 +57,8 @@ impl CompareMeter {
         self.pairs.reads(group)
     }
 
-    /// Evaluates samples of a group. Returns the number of pairs that they complete. `in_window`
-    /// tells whether `now` is within the meter's window.
+    /// Evaluates samples of a group and returns the number of pairs that they complete.
+    /// `in_window`: whether `now` is within the meter's window.
     #[inline]
     pub fn sample(&mut self, now: SimTime, group: Group, values: &[f64], in_window: bool) -> u64 {
         let CompareMeter {
@@ -86,7 +86,7 @@ impl CompareMeter {
         }
         if self.pairs.has_overflowed() {
             return Finding::unobserved(
-                "the signal that it is compared with is observed too rarely",
+                "the signal that it is compared with was not observed for a while",
             );
         }
         let (found, first_violation) = match &self.statistic {

@@ -29,7 +29,10 @@ pub(super) struct Pairs {
 
 /// Greatest number of pending samples.
 const PENDING_MAX: u64 = 4_096;
-/// Number of pending samples beyond the ratio of the periods, for irregular samples.
+/// Periods of the other signal that may pass without a sample of it: the controller may miss
+/// deadlines.
+const PERIODS_WITHOUT: u64 = 4;
+/// Number of pending samples beyond those, for irregular samples.
 const PENDING_SPARE: u64 = 8;
 
 impl Pairs {
@@ -38,7 +41,8 @@ impl Pairs {
         let capacity = if signal.group == with.group {
             0
         } else {
-            ratio.saturating_add(PENDING_SPARE).min(PENDING_MAX)
+            let expected = ratio.saturating_mul(PERIODS_WITHOUT);
+            expected.saturating_add(PENDING_SPARE).min(PENDING_MAX)
         };
         Pairs {
             signal,
@@ -78,6 +82,11 @@ impl Pairs {
             let signal = values[self.signal.element];
             match self.last {
                 Some((at, with)) if at >= now => pair(now, signal, with),
+                None => {
+                    // Only a first sample of the other signal at this instant can be its partner.
+                    self.pending.clear();
+                    self.pending.push((now, signal));
+                }
                 _ if self.pending.len() < self.pending.capacity() => {
                     self.pending.push((now, signal));
                 }
@@ -160,10 +169,19 @@ mod tests {
 
     #[test]
     fn signal_without_partners_overflows() {
-        let mut pairs = Pairs::new(source(Group::ProcessInputs, 1), source(Group::Plant, 1));
-        for ms in 0..100 {
-            pairs.sample(at(ms), Group::ProcessInputs, &[0.0], true, |_, _, _| ());
-        }
+        let mut pairs = Pairs::new(source(Group::ProcessInputs, 1), source(Group::Plant, 10));
+        let mut count = 0;
+        let mut sample = |pairs: &mut Pairs, ms: u64, group| {
+            pairs.sample(at(1_000 * ms), group, &[0.0], true, |_, _, _| count += 1);
+        };
+        // Before the first sample of the other signal, and for four of its periods.
+        (0..=100).for_each(|ms| sample(&mut pairs, ms, Group::ProcessInputs));
+        sample(&mut pairs, 100, Group::Plant);
+        (101..=140).for_each(|ms| sample(&mut pairs, ms, Group::ProcessInputs));
+        sample(&mut pairs, 140, Group::Plant);
+        assert!(!pairs.has_overflowed());
+        (141..200).for_each(|ms| sample(&mut pairs, ms, Group::ProcessInputs));
         assert!(pairs.has_overflowed());
+        assert_eq!(count, 41);
     }
 }

@@ -1,0 +1,166 @@
+//! The tactile bench and sensors under feet: runs, replays, mistakes.
+
+use std::path::Path;
+
+use crate::common::{Folder, json, twin};
+
+fn scenario(name: &str) -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios");
+    std::fs::read_to_string(root.join(name)).unwrap()
+}
+
+/// Writes a scenario with some texts replaced, and returns its path.
+fn changed(folder: &Folder, name: &str, changes: &[(&str, &str)]) -> String {
+    let mut text = scenario(name);
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from}");
+        text = text.replacen(from, to, 1);
+    }
+    folder.file("changed.toml", &text)
+}
+
+/// The error of a scenario with one text in place of another.
+fn refused(name: &str, from: &str, to: &str) -> String {
+    let folder = Folder::new("refused");
+    let path = changed(&folder, name, &[(from, to)]);
+    let done = twin(&["check", &path]);
+    assert_eq!(done.code, 2, "{}", done.out);
+    (done.out + &done.err).replace(&path, "changed.toml")
+}
+
+const SHORT: (&str, &str) = ("duration = \"8 s\"", "duration = \"700 ms\"");
+const SHORT_FOOT: (&str, &str) = ("duration = \"10 s\"", "duration = \"400 ms\"");
+
+/// Runs the start of a scenario twice and replays it without the files of bench and sensor; the
+/// fingerprints are equal.
+fn repeats(test: &str, name: &str, changes: &[(&str, &str)]) {
+    let folder = Folder::new(test);
+    let mut text = scenario(name);
+    // Expectations begin later.
+    text.truncate(text.find("[[expect]]").unwrap());
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from}");
+        text = text.replacen(from, to, 1);
+    }
+    let path = folder.file("start.toml", &text);
+    let run = |out: &str| {
+        let done = twin(&["run", &path, "--json", "--out", &folder.join(out)]);
+        assert_eq!(done.code, 0, "{done:?}");
+        json(&done.out)[0]["fingerprint"]
+            .as_str()
+            .unwrap()
+            .to_owned()
+    };
+    let fingerprint = run("first");
+    assert_eq!(fingerprint, run("second"));
+    let recording = std::fs::read_dir(folder.join("first")).unwrap().next();
+    let recording = recording.unwrap().unwrap().path().display().to_string();
+    let done = twin(&["replay", &recording, "--json"]);
+    assert_eq!(done.code, 0, "{done:?}");
+    assert_eq!(json(&done.out)[0]["fingerprint"], fingerprint.as_str());
+}
+
+#[test]
+fn bench_is_deterministic_and_replayed_without_its_file() {
+    let without_change = (
+        "[[change]]\nat = \"4 s\"\nset = \"frequency\"\nto = \"4.2 Hz\"\n",
+        "",
+    );
+    repeats("bench", "bench.toml", &[SHORT, without_change]);
+}
+
+#[test]
+fn sensor_under_a_foot_is_replayed_without_its_file() {
+    repeats("foot", "trot-foot-load.toml", &[SHORT_FOOT]);
+}
+
+#[test]
+fn bench_without_a_requested_voltage_computes_no_sensor() {
+    let folder = Folder::new("left-out");
+    let path = folder.file(
+        "stall.toml",
+        &scenario("bench-stall.toml").replace("[observe]", "[record]\nsignals = []\n[observe]"),
+    );
+    let done = twin(&["plan", &path]);
+    assert_eq!(done.code, 0, "{done:?}");
+    assert!(
+        done.out.contains("bench/force/piezoelectric"),
+        "{}",
+        done.out
+    );
+}
+
+#[test]
+fn unknown_bench_is_reported_with_the_known_ones() {
+    let error = refused("bench.toml", "file = \"tactile\"", "file = \"tactle\"");
+    assert!(error.contains("there is no bench `tactle`"), "{error}");
+    assert!(error.contains("did you mean `tactile`?"), "{error}");
+}
+
+#[test]
+fn unknown_sensor_is_reported_at_its_place() {
+    let error = refused(
+        "trot-foot-load.toml",
+        "sensor = \"tactile\"",
+        "sensor = \"skin\"",
+    );
+    assert!(error.contains("there is no sensor `skin`"), "{error}");
+    assert!(error.contains("changed.toml:28:10"), "{error}");
+}
+
+#[test]
+fn load_beyond_the_reference_cell_is_reported() {
+    let error = refused(
+        "bench.toml",
+        "file = \"tactile\"",
+        "file = \"tactile\"\ncam = \"30 mm\"",
+    );
+    let expected = "a load of 70.67 N saturates the reference cell of 50 N";
+    assert!(error.contains(expected), "{error}");
+}
+
+#[test]
+fn negative_deviation_of_a_filter_is_reported_at_its_place() {
+    let error = refused("bench.toml", "noise = \"20 mV\"", "noise = \"-20 mV\"");
+    assert!(error.contains("`noise` is -0.02 V"), "{error}");
+    assert!(error.contains("changed.toml:38:24"), "{error}");
+}
+
+#[test]
+fn filter_that_requires_a_frequency_is_refused_without_one() {
+    let error = refused(
+        "trot-foot-load.toml",
+        "frequency.signal = \"leg/LF/frequency\"\n",
+        "",
+    );
+    let expected = "`filter.thesis`: model F2 requires a measured frequency";
+    assert!(error.contains(expected), "{error}");
+}
+
+#[test]
+fn frequency_that_the_controller_does_not_write_is_an_error() {
+    let folder = Folder::new("unwritten");
+    let path = changed(
+        &folder,
+        "trot-foot-load.toml",
+        &[("frequency_of = \"LF\"\n", "")],
+    );
+    let done = twin(&["run", &path, "--no-record"]);
+    assert_eq!(done.code, 2);
+    assert!(done.err.contains("leg/LF/frequency"), "{}", done.err);
+}
+
+#[test]
+fn name_of_another_signal_is_refused_for_a_filter() {
+    let error = refused("bench.toml", "[bus.filter.estimate]", "[bus.filter.rate]");
+    let expected = "`bench/force/rate` is another signal";
+    assert!(error.contains(expected), "{error}");
+}
+
+#[test]
+fn cable_of_a_sensor_can_only_be_unplugged() {
+    let fault = "on = \"wire/tactile/piezoelectric\"\nkind = \"unplug\"";
+    let flip = "on = \"wire/tactile/piezoelectric\"\nkind = \"stuck\"";
+    let error = refused("bench-faults.toml", fault, flip);
+    assert!(error.contains("can be unplugged only"), "{error}");
+}
