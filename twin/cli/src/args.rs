@@ -293,11 +293,11 @@ pub struct EstimateOptions {
     /// Options of every study.
     #[command(flatten)]
     pub study: StudyOptions,
-    /// Particles of each of the three swarms of a filter
+    /// Particles of a swarm; F2 has three swarms, the other filters one
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = particles)]
     pub particles: usize,
     /// Iterations of each swarm
-    #[arg(long, value_name = "N", default_value_t = 30)]
+    #[arg(long, value_name = "N", default_value_t = 25)]
     pub iterations: usize,
 }
 

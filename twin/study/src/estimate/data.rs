@@ -149,17 +149,6 @@ impl Signals {
     pub(crate) fn steady(&self) -> impl Iterator<Item = usize> {
         self.parts.iter().flat_map(|part| part.samples.clone())
     }
-
-    /// Number of samples of `periods` periods at `hz`.
-    pub(crate) fn count(&self, hz: f64, periods: f64) -> usize {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a positive number of samples; a cast saturates"
-        )]
-        let count = libm::round(periods / (hz * self.period_s)) as usize;
-        count.max(1)
-    }
 }
 
 fn period_s(samples: &[LoadSample]) -> Result<f64, StudyError> {

@@ -53,6 +53,12 @@ impl FilterKind {
         }
     }
 
+    /// Number of swarms that search its covariances, of which the best counts: the objective of F2 has
+    /// several minima, and a swarm may stay at any of them. ASSUMED.
+    pub(crate) fn swarms(self) -> u64 {
+        if self == Self::F2 { 3 } else { 1 }
+    }
+
     /// Returns whether both cells are used.
     pub fn is_fused(self) -> bool {
         matches!(self, Self::F1 | Self::F2 | Self::F3)

@@ -71,7 +71,7 @@ impl Default for EstimatePlan {
         Self {
             search: SearchSize {
                 particles: 20,
-                iterations: 30,
+                iterations: 25,
             },
             budget_s: 200.0,
         }

@@ -233,7 +233,8 @@ fn variances(study: &EstimateStudy) -> Option<PrintedFigure> {
         "3 orders of magnitude",
         format!("{magnitude:.1} orders of magnitude"),
         Some((magnitude - 3.0).abs() <= 1.0),
-        "both in V²; the thesis prints neither and not whether its voltages were scaled",
+        "a search trusts the cell whose model is right: the simulated piezoelectric one, the \
+         piezoresistive one of the thesis, which met the reverse in particles of less fitness",
     ))
 }
 

@@ -11,10 +11,6 @@ use super::identify::Identification;
 use super::track::track;
 use crate::error::StudyError;
 
-/// Swarms of each filter, of which the best counts: the objective of F2 has several minima, and a
-/// swarm may stay at any of them. ASSUMED.
-const SWARMS: u64 = 3;
-
 /// Tuned filter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TunedFilter {
@@ -100,7 +96,7 @@ pub(crate) fn tune(
         threads: std::thread::available_parallelism().map_or(1, usize::from),
     };
     let (mut best, mut evaluations, mut truncated) = (None::<Best>, 0, false);
-    for number in 0..SWARMS {
+    for number in 0..kind.swarms() {
         swarm.seed = stream(seed, &format!("{}/{number}", kind.name())).bits();
         let found = search(&swarm, &objective, &mut |iteration| {
             go_on(number, iteration)
