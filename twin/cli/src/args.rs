@@ -324,7 +324,8 @@ pub struct StudyOptions {
     /// Set a key of the scenario: duration="300 ms"
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
     pub set: Vec<(String, String)>,
-    /// Simulated time: "300 ms" [default: precision the first 300 ms, stability 2 s, coupling 1 s, estimate the scenario]
+    /// Simulated time: "300 ms" [default: precision the first 300 ms, stability 2 s, coupling 1 s,
+    /// estimate the scenario]
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     pub duration: Option<SimDuration>,
     /// Approximate limit of the computation time; rows truncated by it are reported

@@ -27,15 +27,16 @@
 //! - Factors are coded: −1 at the lower and +1 at the upper tested level. A coefficient is half the
 //!   change of the response between the two levels, the other factors being in the middle.
 //! - The temperature was not varied (section 4.2.2.2). What was run of the 2^(6−2) design is then a
-//!   2^(5−1) design with the defining relation I = Glue·Shape·Length·Width: three pairs of two-factor
-//!   interactions are aliased ([`Effect::aliases`]), and no analysis can tell which of a pair acts.
-//!   The models of the thesis attribute each to one of the pair, which matters between the levels.
+//!   2^(5−1) design with the defining relation I = Glue·Shape·Length·Width: three pairs of
+//!   two-factor interactions are aliased ([`Effect::aliases`]), and no analysis can tell which of a
+//!   pair acts. The models of the thesis attribute each to one of the pair, which matters between
+//!   the levels.
 //! - The product Length·Width of coded factors is not the area: it is +1 for the smallest and for
 //!   the largest cell.
 //! - Eight cells were made, each measured with two and with six layers. As in the thesis, the
-//!   analysis takes the sixteen measurements as independent; if pairs share an error of manufacture,
-//!   p-values of all factors but the layers are too small. The residuals of pairs show none: they
-//!   are not positively correlated.
+//!   analysis takes the sixteen measurements as independent; if pairs share an error of
+//!   manufacture, p-values of all factors but the layers are too small. The residuals of pairs show
+//!   none: they are not positively correlated.
 //! - The models are linear: sensitivity and saturation load may be predicted negative.
 
 mod cells;

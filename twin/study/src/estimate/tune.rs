@@ -39,8 +39,8 @@ pub struct SearchSize {
 }
 
 /// Returns −ln O of a filter over the steady parts of a run, through the whole of which it runs:
-/// what disturbs it while the frequency changes counts as far as it lasts. Infinite where an estimate
-/// is.
+/// what disturbs it while the frequency changes counts as far as it lasts. Infinite where an
+/// estimate is.
 fn cost_of(settings: &Settings, signals: &Signals) -> Result<f64, EstimateError> {
     let mut samples = Vec::with_capacity(signals.force.len());
     let end = signals.parts.last().map_or(0, |part| part.samples.end);
@@ -71,15 +71,16 @@ struct Best {
     ended: bool,
 }
 
-/// Tunes a filter by several swarms. `go_on` is called with the numbers of swarm and iteration after
-/// the initial points and after every iteration; it ends the search with the best settings so far.
+/// Tunes a filter by several swarms. `keep_running` is called with the numbers of swarm and
+/// iteration after the initial points and after every iteration; it ends the search with the best
+/// settings so far.
 pub(crate) fn tune(
     kind: FilterKind,
     found: &Identification,
     signals: &Signals,
     size: SearchSize,
     seed: u64,
-    go_on: &mut dyn FnMut(u64, usize) -> bool,
+    keep_running: &mut dyn FnMut(u64, usize) -> bool,
 ) -> Result<TunedFilter, StudyError> {
     let (start, dimensions) = untuned(kind, found);
     let before = cost_of(&start, signals)?;
@@ -99,7 +100,7 @@ pub(crate) fn tune(
     for number in 0..kind.swarms() {
         swarm.seed = stream(seed, &format!("{}/{number}", kind.name())).bits();
         let found = search(&swarm, &objective, &mut |iteration| {
-            go_on(number, iteration)
+            keep_running(number, iteration)
         })?;
         evaluations += size.particles * found.history.len();
         truncated |= found.ended;
@@ -128,7 +129,7 @@ pub(crate) fn tune(
 fn search(
     swarm: &Swarm,
     objective: &(dyn Fn(&[f64]) -> f64 + Sync),
-    go_on: &mut dyn FnMut(usize) -> bool,
+    keep_running: &mut dyn FnMut(usize) -> bool,
 ) -> Result<Best, StudyError> {
     let mut best = Best {
         deviations: Vec::new(),
@@ -140,7 +141,7 @@ fn search(
         best.deviations = progress.best.to_vec();
         best.cost = progress.cost;
         best.history.push(progress.cost);
-        best.ended = !go_on(progress.iteration);
+        best.ended = !keep_running(progress.iteration);
         !best.ended
     });
     match found {
