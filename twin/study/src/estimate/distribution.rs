@@ -5,8 +5,8 @@ use serde::Serialize;
 /// Number of bins of a histogram, over [`SPAN`] standard deviations to either side.
 const BINS: usize = 48;
 const SPAN: f64 = 4.0;
-/// Skewness and excess kurtosis beyond which a distribution counts as not Gaussian. ASSUMED: rules of
-/// thumb, as residuals of a periodic signal are not independent, which a test would require.
+/// Skewness and excess kurtosis beyond which a distribution counts as not Gaussian. ASSUMED: rules
+/// of thumb, as residuals of a periodic signal are not independent, which a test would require.
 const SKEWED: f64 = 0.5;
 const PEAKED: f64 = 1.0;
 

@@ -53,8 +53,8 @@ impl FilterKind {
         }
     }
 
-    /// Number of swarms that search its covariances, of which the best counts: the objective of F2 has
-    /// several minima, and a swarm may stay at any of them. ASSUMED.
+    /// Number of swarms that search its covariances, of which the best counts: the objective of F2
+    /// has several minima, and a swarm may stay at any of them. ASSUMED.
     pub(crate) fn swarms(self) -> u64 {
         if self == Self::F2 { 3 } else { 1 }
     }
@@ -91,8 +91,8 @@ const PROCESS: [(&str, (f64, f64), f64); 4] = [
     ("acceleration", (1e-1, 1e4), 100.0), // N/s²
     ("bias", (1e-8, 1.0), 1e-2),          // V
 ];
-/// Deviation that a millisecond adds to the frequency \[rad/s\]: 2 Hz within a second. ASSUMED: it is
-/// not tuned, as steady parts, which count, have constant frequencies.
+/// Deviation that a millisecond adds to the frequency \[rad/s\]: 2 Hz within a second. ASSUMED: it
+/// is not tuned, as steady parts, which count, have constant frequencies.
 const FREQUENCY_CHANGE: f64 = 2e-3 * std::f64::consts::TAU;
 /// Range of the noise of the piezoelectric voltage \[V\]: from a third of the resolution of a card
 /// with 16 bits over ±10 V.

@@ -38,9 +38,8 @@ pub struct SearchSize {
     pub iterations: usize,
 }
 
-/// Returns −ln O of a filter over the steady parts of a run, through the whole of which it runs:
-/// what disturbs it while the frequency changes counts as far as it lasts. Infinite where an estimate
-/// is.
+/// Returns −ln O of a filter over the steady parts of a run, through the whole of which it runs: what
+/// disturbs it while the frequency changes counts as far as it lasts. Infinite where an estimate is.
 fn cost_of(settings: &Settings, signals: &Signals) -> Result<f64, EstimateError> {
     let mut samples = Vec::with_capacity(signals.force.len());
     let end = signals.parts.last().map_or(0, |part| part.samples.end);
@@ -71,8 +70,8 @@ struct Best {
     ended: bool,
 }
 
-/// Tunes a filter by several swarms. `go_on` is called with the numbers of swarm and iteration after
-/// the initial points and after every iteration; it ends the search with the best settings so far.
+/// Tunes a filter by its swarms. `go_on` is called with the numbers of swarm and iteration, after the
+/// initial points and after every iteration; it ends the search with the best settings so far.
 pub(crate) fn tune(
     kind: FilterKind,
     found: &Identification,

@@ -207,8 +207,8 @@ pub(crate) fn periods(signal: &[f64], range: Range<usize>) -> Vec<Range<usize>> 
 const NORMAL: f64 = 1.959_963_984_540_054;
 
 /// 95 % band of the mean of `count` independent squares of standard normal numbers: quantiles of
-/// the chi-squared distribution by the formula of Wilson and Hilferty, over `count`. From 10 on they
-/// are right to 1 %.
+/// the chi-squared distribution by the formula of Wilson and Hilferty, over `count`. From 10 on
+/// they are right to 1 %.
 fn band(count: f64) -> [f64; 2] {
     let spread = 2.0 / (9.0 * count.max(1.0));
     [-NORMAL, NORMAL].map(|z| {
