@@ -4,8 +4,8 @@
 //! that cannot be built, fails, panics or exceeds its time budget is a row of the study with the
 //! reason. A third study ([`coupling()`]) runs complete rigs, boards included, and compares the
 //! coupling of plant and boards on a communication grid with exact coupling. A fourth one
-//! ([`estimate()`]) identifies the cells of a load sensor, and tunes and validates its filters,
-//! from recorded samples. Two studies of one build give the same results except for run times,
+//! ([`estimate()`]) identifies the cells of a load sensor from recorded samples, and tunes and
+//! validates its filters. Two studies of one build give the same results except for run times,
 //! unless the budget truncates one of them.
 //!
 //! ```

@@ -38,8 +38,8 @@ impl<'r> BenchRecorder<'r> {
     /// Reads the scenario at `path` with `settings`.
     ///
     /// # Errors
-    /// Errors of the scenario; [`TwinError::NotEstimable`] without a tactile bus, or without
-    /// changes of the frequency.
+    /// Errors of the scenario; [`TwinError::NotEstimable`] without a tactile bus, changes of the
+    /// frequency, or a motor.
     pub(crate) fn new(
         registry: &'r Registry,
         path: &'r Path,

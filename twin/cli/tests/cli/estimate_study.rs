@@ -8,7 +8,7 @@ name = "a short bench"
 duration = "9.2 s"
 seed = 5
 plant = { model = "bench", file = "tactile" }
-controller = { kind = "turn", period = "10 ms", frequency = "2 Hz", acceleration = "20 Hz" }
+controller = { kind = "turn", period = "10 ms", frequency = "2 Hz", acceleration = "125 rad/s²" }
 observe = { period = "10 ms" }
 
 [[change]]
@@ -74,7 +74,7 @@ fn study_is_the_same_twice_and_its_filters_fit_into_the_scenario() {
         assert!(std::path::Path::new(&path).exists(), "{path}");
     }
     let settings = found["settings"].as_str().unwrap();
-    let measured = BENCH.replace("\"20 Hz\"", "\"20 Hz\", measure = true");
+    let measured = BENCH.replace("/s²\"", "/s²\", measure = true");
     let filtered = folder.file("filtered.toml", &format!("{measured}\n{settings}"));
     let checked = twin(&["check", &filtered]);
     assert_eq!(checked.code, 0, "{}\n{settings}", checked.err);
@@ -103,7 +103,10 @@ fn table_shows_the_thesis_beside_the_results() {
 #[test]
 fn scenario_without_what_the_study_needs_is_an_error_with_a_remedy() {
     let folder = Folder::new("study-estimate-wrong");
-    let unchanged = BENCH.replace("set = \"frequency\"", "set = \"acceleration\"");
+    let unchanged = BENCH
+        .replace("set = \"frequency\"", "set = \"acceleration\"")
+        .replace("to = \"3 Hz\"", "to = \"100 rad/s²\"")
+        .replace("by = \"1 Hz\"", "by = \"1 rad/s²\"");
     let without_bus = BENCH.replace("\n[[bus]]\nkind = \"tactile\"\n", "");
     for (text, more, why, help) in [
         (

@@ -151,7 +151,10 @@ fn filter(filter: &TunedFilter) -> Value {
 
 fn identification(found: &Identification) -> Value {
     let sigmoid = |it: &Sigmoid| json!({ "a_v": it.a, "b_per_n": it.b, "c_n": it.c, "d_v": it.d });
-    let decay = |it: &Fitted<Decay>| json!({ "value": it.model.value, "scale_hz": it.model.scale_hz, "r_squared": it.r_squared });
+    let decay = |it: &Fitted<Decay>| {
+        let Decay { value, scale_hz } = it.model;
+        json!({ "value": value, "scale_hz": scale_hz, "r_squared": it.r_squared })
+    };
     let hysteresis = &found.hysteresis;
     let amplifier = &found.amplifier.model.amplifier;
     let planes = found.frequencies.iter().zip(&found.coefficients.runs);

@@ -71,9 +71,9 @@ struct Best {
     ended: bool,
 }
 
-/// Tunes a filter by several swarms. `keep_running` is called with the numbers of swarm and
-/// iteration after the initial points and after every iteration; it ends the search with the best
-/// settings so far.
+/// Tunes a filter by its swarms. `keep_running` is called with the numbers of swarm and iteration,
+/// after the initial points and after every iteration; it ends the search with the best settings so
+/// far.
 pub(crate) fn tune(
     kind: FilterKind,
     found: &Identification,

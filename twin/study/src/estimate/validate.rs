@@ -208,7 +208,7 @@ const NORMAL: f64 = 1.959_963_984_540_054;
 
 /// 95 % band of the mean of `count` independent squares of standard normal numbers: quantiles of
 /// the chi-squared distribution by the formula of Wilson and Hilferty, over `count`. From 10 on
-/// they are right to 0.2 %.
+/// they are right to 1 %.
 fn band(count: f64) -> [f64; 2] {
     let spread = 2.0 / (9.0 * count.max(1.0));
     [-NORMAL, NORMAL].map(|z| {
@@ -225,8 +225,8 @@ mod tests {
     #[test]
     fn bands_are_quantiles_of_chi_squared() {
         for (count, expected, tolerance) in [
-            (10.0, [0.324_697_3, 2.048_317_7], 3e-3),
-            (1000.0, [0.914_257_1, 1.089_530_9], 1e-6),
+            (10.0, [0.324_697_3, 2.048_317_7], 1e-2),
+            (1000.0, [0.914_257_1, 1.089_530_9], 1e-5),
         ] {
             for (found, expected) in band(count).into_iter().zip(expected) {
                 assert!(

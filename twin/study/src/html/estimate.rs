@@ -341,9 +341,9 @@ fn tuned(study: &EstimateStudy) -> String {
         );
     }
     paragraph(
-        "Particle swarms, three of them for F2, minimise −ln O of eq. 4.19 over the deviations that a millisecond adds to \
-         the states and the noise of the piezoelectric voltage. Estimates do not change if all \
-         variances have the same factor, so the piezoresistive noise is that of the \
-         identification. Ready for a tactile bus of a scenario:",
+        "Particle swarms, three of them for F2, minimise −ln O of eq. 4.19 over the deviations that \
+         a millisecond adds to the states and the noise of the piezoelectric voltage. Estimates do \
+         not change if all variances have the same factor, so the piezoresistive noise is that of \
+         the identification. Ready for a tactile bus of a scenario:",
     ) + &table.html()
 }
