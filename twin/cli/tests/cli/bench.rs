@@ -164,3 +164,24 @@ fn cable_of_a_sensor_can_only_be_unplugged() {
     let error = refused("bench-faults.toml", fault, flip);
     assert!(error.contains("can be unplugged only"), "{error}");
 }
+
+#[test]
+fn reference_cell_is_also_read_by_a_phidget_bridge() {
+    let folder = Folder::new("phidget");
+    let path = folder.file(
+        "phidget.toml",
+        r#"
+duration = "500 ms"
+plant = { model = "bench", file = "tactile" }
+[[bus]]
+kind = "phidget"
+inputs.0 = { signal = "bench/force", scale = 4e-5 }
+[[expect]]
+signal = { name = "phidget/reports", eventually = { min = 50 } }
+[[expect]]
+signal = { name = "phidget/overloaded", always = { max = 0 } }
+"#,
+    );
+    let done = twin(&["run", &path, "--no-record"]);
+    assert_eq!(done.code, 0, "{done:?}");
+}
