@@ -103,16 +103,24 @@ fn alias(effect: Effect) -> Option<Effect> {
     pairs.next().map(|(alias, _)| alias)
 }
 
+impl Row {
+    fn of(effect: Effect, [coefficient, sum_of_squares, f, p]: [f64; 4]) -> Self {
+        Self {
+            effect: effect.to_string(),
+            alias: alias(effect).map(|alias| alias.to_string()),
+            coefficient,
+            sum_of_squares,
+            f,
+            p,
+        }
+    }
+}
+
 impl From<&LinearModel> for Model {
     fn from(model: &LinearModel) -> Self {
-        let rows = model.effects.iter().map(|row| Row {
-            effect: row.effect.to_string(),
-            alias: alias(row.effect).map(|alias| alias.to_string()),
-            coefficient: row.coefficient,
-            sum_of_squares: row.sum_of_squares,
-            f: row.f,
-            p: row.p,
-        });
+        let rows = model.effects.iter();
+        let rows =
+            rows.map(|it| Row::of(it.effect, [it.coefficient, it.sum_of_squares, it.f, it.p]));
         Self {
             constant: model.constant,
             effects: rows.collect(),
@@ -128,14 +136,9 @@ impl From<&LinearModel> for Model {
 
 impl From<&PrintedModel> for Model {
     fn from(model: &PrintedModel) -> Self {
-        let rows = model.effects.iter().map(|row| Row {
-            effect: row.effect.to_string(),
-            alias: alias(row.effect).map(|alias| alias.to_string()),
-            coefficient: row.coefficient,
-            sum_of_squares: row.sum_of_squares,
-            f: row.f,
-            p: row.p,
-        });
+        let rows = model.effects.iter();
+        let rows =
+            rows.map(|it| Row::of(it.effect, [it.coefficient, it.sum_of_squares, it.f, it.p]));
         Self {
             constant: model.constant,
             effects: rows.collect(),

@@ -161,10 +161,11 @@ fn unplugged(context: &BusContext<'_>) -> Result<Vec<Unplugged>, BuildError> {
             );
             return Err(why.into());
         }
+        let end = fault.lasts.and_then(|lasts| fault.at.checked_add(lasts));
         all.push(Unplugged {
             channel,
             from: fault.at,
-            to: fault.lasts.map_or(SimTime::MAX, |lasts| fault.at + lasts),
+            to: end.unwrap_or(SimTime::MAX),
         });
     }
     Ok(all)
