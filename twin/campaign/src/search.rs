@@ -7,7 +7,7 @@ use argmin::solver::particleswarm::ParticleSwarm;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use twinrig_kernel::{Stream, stream};
-use twinrig_runtime::interrupt;
+use twinrig_runtime::interrupt::{self, Token};
 
 use crate::places::{Places, share};
 
@@ -210,6 +210,7 @@ impl Swarm {
             objective,
             evaluations: AtomicU64::new(0),
             not_a_number: AtomicU64::new(0),
+            token: interrupt::current(),
         };
         let mut search = Search {
             swarm: self,
@@ -220,7 +221,8 @@ impl Swarm {
         let mut state = PopulationState::new();
         for done in 0..=self.iterations {
             // Costs are evaluated in the pool, progress is reported on this thread.
-            state = pool.install(|| search.iterate(done, state))?;
+            let iterate = || search.iterate(done, state);
+            state = pool.install(|| interrupt::in_scope(costs.token.as_ref(), iterate))?;
             let (best, cost) = search.best(&state);
             search.history.push(cost);
             let report = Progress {
@@ -336,6 +338,8 @@ struct Costs<'a> {
     objective: &'a (dyn Fn(&[f64]) -> f64 + Sync),
     evaluations: AtomicU64,
     not_a_number: AtomicU64,
+    /// Interrupt token of the caller, for the threads of the pool.
+    token: Option<Token>,
 }
 
 impl CostFunction for &Costs<'_> {
@@ -343,10 +347,11 @@ impl CostFunction for &Costs<'_> {
     type Output = f64;
 
     fn cost(&self, places: &Places) -> Result<f64, Error> {
-        if interrupt::is_requested() {
-            return Err(Error::msg("interrupted"));
-        }
-        let cost = (self.objective)(&parameters(self.dimensions, places));
+        let parameters = parameters(self.dimensions, places);
+        let cost = interrupt::in_scope(self.token.as_ref(), || {
+            (!interrupt::is_requested()).then(|| (self.objective)(&parameters))
+        });
+        let cost = cost.ok_or_else(|| Error::msg("interrupted"))?;
         self.evaluations.fetch_add(1, Ordering::Relaxed);
         if cost.is_nan() {
             self.not_a_number.fetch_add(1, Ordering::Relaxed);

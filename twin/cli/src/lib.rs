@@ -41,7 +41,7 @@ pub use twinrig_scenario as scenario;
 
 pub use assembly::Assembly;
 pub use assembly::registry::Registry;
-pub use commands::{run, run_with};
+pub use commands::{run, run_args, run_with};
 pub use error::{BuildError, TwinError};
 pub use parts::bus_kind::{BusContext, BusKind};
 pub use parts::controller_kind::{ControllerContext, ControllerKind, LegContext};
@@ -50,4 +50,5 @@ pub use parts::massless::massless;
 pub use parts::method::Method;
 pub use parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
 pub use report::{Energy, Line, RealTime, Report, Status, Warned};
-pub use run::execute::{Execution, execute};
+pub use run::execute::{Execution, execute, execute_watched};
+pub use run::observers::{RunLayouts, RunWatch};

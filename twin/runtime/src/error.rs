@@ -41,6 +41,16 @@ pub enum RigError {
         /// The requested time.
         wanted: SimTime,
     },
+    /// An iteration of the process failed ([`crate::Process::fault`]).
+    #[error("{process} failed at {time}: {why}")]
+    Process {
+        /// The process.
+        process: String,
+        /// The cause.
+        why: String,
+        /// Beginning of the iteration.
+        time: SimTime,
+    },
     /// The process wrote an infinity or NaN.
     #[error("{process} wrote {value} to `{signal}` at {time}")]
     NotFinite {

@@ -1,24 +1,114 @@
-//! Request to end the program, as by Ctrl-C or SIGTERM: a global flag that is polled by every long
-//! operation. The signal handler sets it by [`request`]; this crate installs none.
+//! Request to end long operations: of the whole program, as by Ctrl-C or SIGTERM, or of the work
+//! under a [`Token`]. Every long operation polls [`is_requested`]. The signal handler calls
+//! [`request`]; this crate installs none.
+//!
+//! ```
+//! use twinrig_runtime::interrupt::{self, Token};
+//!
+//! let token = Token::new();
+//! token.request();
+//! assert!(token.scope(interrupt::is_requested));
+//! assert!(!interrupt::is_requested(), "other work continues");
+//! ```
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::cell::RefCell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
-/// Requests the end; returns whether it had been requested before.
+/// Number of requests in force, of the program and of tokens. It keeps the check of a program
+/// without requests at one load.
+static REQUESTS: AtomicUsize = AtomicUsize::new(0);
+
+/// Requests the end of the program; returns whether it had been requested before.
 pub fn request() -> bool {
-    REQUESTED.swap(true, Ordering::SeqCst)
+    let before = REQUESTED.swap(true, Ordering::SeqCst);
+    if !before {
+        REQUESTS.fetch_add(1, Ordering::SeqCst);
+    }
+    before
 }
 
-/// Returns whether the end is requested.
+/// Returns whether the end of the program, or of the work of this thread, is requested.
 #[inline]
 pub fn is_requested() -> bool {
-    REQUESTED.load(Ordering::Relaxed)
+    REQUESTS.load(Ordering::Relaxed) != 0 && is_requested_here()
 }
 
-/// Returns the flag, to be polled by another thread.
+#[cold]
+fn is_requested_here() -> bool {
+    REQUESTED.load(Ordering::Relaxed)
+        || CURRENT.with_borrow(|token| token.as_ref().is_some_and(Token::is_requested))
+}
+
+/// Returns the flag of the program, to be polled by another thread.
 pub fn flag() -> &'static AtomicBool {
     &REQUESTED
+}
+
+thread_local! {
+    static CURRENT: RefCell<Option<Token>> = const { RefCell::new(None) };
+}
+
+/// Request to end a part of the work of a program: that of the threads in its [`Token::scope`].
+/// Clones share the request. For a program that hosts several runs, each with a user of its own.
+#[derive(Clone, Debug, Default)]
+pub struct Token(Arc<Request>);
+
+#[derive(Debug, Default)]
+struct Request(AtomicBool);
+
+impl Drop for Request {
+    fn drop(&mut self) {
+        if *self.0.get_mut() {
+            REQUESTS.fetch_sub(1, Ordering::SeqCst);
+        }
+    }
+}
+
+impl Token {
+    /// Creates a token without a request.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Requests the end of the work in the scope of the token.
+    pub fn request(&self) {
+        if !self.0.0.swap(true, Ordering::SeqCst) {
+            REQUESTS.fetch_add(1, Ordering::SeqCst);
+        }
+    }
+
+    /// Returns whether its end is requested.
+    pub fn is_requested(&self) -> bool {
+        self.0.0.load(Ordering::Relaxed)
+    }
+
+    /// Does `work` on this thread in the scope of the token, in place of an outer one.
+    pub fn scope<R>(&self, work: impl FnOnce() -> R) -> R {
+        in_scope(Some(self), work)
+    }
+}
+
+/// Returns the token of this thread, for the threads that it starts: they do not inherit it.
+pub fn current() -> Option<Token> {
+    CURRENT.with_borrow(Clone::clone)
+}
+
+/// Does `work` in the scope of the token of another thread, as returned by [`current`].
+pub fn in_scope<R>(token: Option<&Token>, work: impl FnOnce() -> R) -> R {
+    let _outer = Outer(CURRENT.replace(token.cloned()));
+    work()
+}
+
+/// Token to return to, also after a panic.
+struct Outer(Option<Token>);
+
+impl Drop for Outer {
+    fn drop(&mut self) {
+        CURRENT.set(self.0.take());
+    }
 }
 
 /// Interruption check for a long loop.
@@ -47,13 +137,8 @@ impl LongLoop {
     /// Counts a turn; returns whether the end is requested, checked every 256th turn.
     #[inline]
     pub fn is_interrupted(&mut self) -> bool {
-        self.is_interrupted_by(&REQUESTED)
-    }
-
-    #[inline]
-    fn is_interrupted_by(&mut self, flag: &AtomicBool) -> bool {
         self.turns = self.turns.wrapping_add(1);
-        self.turns.is_multiple_of(TURNS) && flag.load(Ordering::Relaxed)
+        self.turns.is_multiple_of(TURNS) && is_requested()
     }
 }
 
@@ -63,11 +148,51 @@ mod tests {
 
     #[test]
     fn only_long_loops_are_interrupted() {
-        let flag = AtomicBool::new(true);
         let mut turns = LongLoop::default();
-        let first = (1..=3 * TURNS).find(|_| turns.is_interrupted_by(&flag));
-        assert_eq!(first, Some(TURNS));
-        flag.store(false, Ordering::Relaxed);
-        assert!((0..3 * TURNS).all(|_| !turns.is_interrupted_by(&flag)));
+        let token = Token::new();
+        token.scope(|| {
+            token.request();
+            let first = (1..=3 * TURNS).find(|_| turns.is_interrupted());
+            assert_eq!(first, Some(TURNS));
+        });
+        assert!((0..3 * TURNS).all(|_| !turns.is_interrupted()));
+    }
+
+    #[test]
+    fn request_of_a_token_ends_the_work_in_its_scope_only() {
+        let (outer, inner) = (Token::new(), Token::new());
+        outer.scope(|| {
+            inner.scope(|| {
+                inner.clone().request();
+                assert!(is_requested());
+                let of_other_thread = std::thread::Builder::new().spawn(is_requested);
+                assert!(
+                    !of_other_thread.unwrap().join().unwrap(),
+                    "threads do not inherit it"
+                );
+                let token = current();
+                let handed = std::thread::Builder::new()
+                    .spawn(move || in_scope(token.as_ref(), is_requested));
+                assert!(handed.unwrap().join().unwrap());
+            });
+            assert!(!is_requested(), "the outer scope has a token of its own");
+            let _ = std::panic::catch_unwind(|| inner.scope(|| std::panic::panic_any(())));
+            assert!(!is_requested(), "a panic leaves the scope");
+        });
+        assert!(current().is_none());
+    }
+
+    #[test]
+    fn request_ends_with_its_token() {
+        // A count of its own: other tests of this program request, too.
+        let token = Token::new();
+        token.request();
+        token.request();
+        let while_requested = REQUESTS.load(Ordering::SeqCst);
+        assert!(while_requested >= 1);
+        drop(token.clone());
+        assert!(token.is_requested());
+        drop(token);
+        assert!(!is_requested());
     }
 }

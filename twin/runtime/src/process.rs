@@ -48,6 +48,12 @@ pub trait Process: Send {
     /// outputs of the last iteration, zeros at first.
     fn step(&mut self, elapsed: SimDuration, inputs: &[f64], outputs: &mut [f64]);
 
+    /// Returns the reason why the last iteration failed, after which the run ends. By default no
+    /// iteration fails: one that runs in another language or reads a file may.
+    fn fault(&self) -> Option<String> {
+        None
+    }
+
     /// Saves all state that affects later iterations, variables included. By default the values of
     /// the variables are the state.
     fn save(&self) -> Snapshot {

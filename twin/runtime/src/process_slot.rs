@@ -149,15 +149,23 @@ impl ProcessSlot {
         Ok(())
     }
 
-    /// Runs one iteration. A non-finite output is an error: in the plant it would surface much
-    /// later, without its cause.
+    /// Runs one iteration. A fault of the process ends the run, and so does a non-finite output: in
+    /// the plant it would surface much later, without its cause.
     pub(crate) fn step(&mut self, now: SimTime, elapsed: SimDuration) -> Result<(), RigError> {
         let ProcessSlotState {
             inputs, outputs, ..
         } = &mut self.state;
-        in_part(PartKind::Controller, &self.name, || {
+        let fault = in_part(PartKind::Controller, &self.name, || {
             self.process.step(elapsed, inputs, outputs);
+            self.process.fault()
         });
+        if let Some(why) = fault {
+            return Err(RigError::Process {
+                process: self.name.clone(),
+                why,
+                time: now,
+            });
+        }
         let outputs = &self.state.outputs;
         let Some(index) = outputs.iter().position(|value| !value.is_finite()) else {
             return Ok(());

@@ -143,34 +143,57 @@ fn device_failure_has_task_and_time() {
     );
 }
 
+/// Process that writes `output` and has `fault` after each iteration.
+struct Failing {
+    inner: ToyProcess,
+    output: f64,
+    fault: Option<&'static str>,
+}
+
+impl Process for Failing {
+    fn name(&self) -> &'static str {
+        "failing"
+    }
+    fn ports(&self) -> Vec<Port> {
+        self.inner.ports()
+    }
+    fn step(&mut self, _: SimDuration, _: &[f64], outputs: &mut [f64]) {
+        outputs[0] = self.output;
+    }
+    fn fault(&self) -> Option<String> {
+        self.fault.map(str::to_owned)
+    }
+    fn save(&self) -> Snapshot {
+        self.inner.save()
+    }
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        self.inner.restore(snapshot)
+    }
+}
+
+/// Returns the error that ends a run of [`Failing`], at its first iteration.
+fn failure(output: f64, fault: Option<&'static str>) -> String {
+    let inner = ToyProcess::new(&names());
+    let process = Box::new(Failing {
+        inner,
+        output,
+        fault,
+    });
+    let plant = Box::new(ToyPlant::new(&names()));
+    let mut rig = Rig::new(&schedule(), process, vec![toy_task()], plant).unwrap();
+    rig.run_until(millis(4), &mut ()).unwrap_err().to_string()
+}
+
 #[test]
 fn non_finite_output_ends_the_run() {
-    struct DivergingProcess(ToyProcess);
-    impl Process for DivergingProcess {
-        fn name(&self) -> &'static str {
-            "diverging"
-        }
-        fn ports(&self) -> Vec<Port> {
-            self.0.ports()
-        }
-        fn step(&mut self, elapsed: SimDuration, _: &[f64], outputs: &mut [f64]) {
-            outputs[0] = elapsed.as_secs_f64().recip();
-        }
-        fn save(&self) -> Snapshot {
-            self.0.save()
-        }
-        fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-            self.0.restore(snapshot)
-        }
-    }
-    let process = DivergingProcess(ToyProcess::new(&names()));
-    let plant = Box::new(ToyPlant::new(&names()));
-    let mut rig = Rig::new(&schedule(), Box::new(process), vec![toy_task()], plant).unwrap();
-    let error = rig.run_until(millis(4), &mut ()).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "diverging wrote inf to `toy0/command` at 0 ns"
-    );
+    let error = failure(f64::INFINITY, None);
+    assert_eq!(error, "failing wrote inf to `toy0/command` at 0 ns");
+}
+
+#[test]
+fn fault_of_the_process_ends_the_run_and_comes_before_its_outputs() {
+    let error = failure(f64::NAN, Some("it lost its table"));
+    assert_eq!(error, "failing failed at 0 ns: it lost its table");
 }
 
 #[test]

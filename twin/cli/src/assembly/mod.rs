@@ -1,6 +1,6 @@
 //! From a scenario file to a rig.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use twinrig_document::Document;
@@ -34,6 +34,11 @@ const FRAME_SIGNALS: [&str; 3] = [
     signal::BODY_ORIENTATION,
     "leg/*/angles",
 ];
+
+/// Folder that paths in the scenario at `path` are relative to.
+fn folder_of(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
+}
 
 /// A checked scenario with its pruned scene, from which rigs are built.
 ///
@@ -69,14 +74,23 @@ impl<'r> Assembly<'r> {
         path: &Path,
         settings: &[Setting],
     ) -> Result<Self, TwinError> {
-        let sources = Sources {
-            document: Document::read(path)?,
-            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
-            robot: None,
-            kept: None,
-            rules: DefaultRules::Present,
-            shared_options: &[],
-        };
+        let sources = Sources::of(Document::read(path)?, folder_of(path));
+        Self::new(registry, &sources, settings)
+    }
+
+    /// Reads a scenario from `text`; messages and the report call it `file`, and paths and robots
+    /// are relative to `folder`.
+    ///
+    /// # Errors
+    /// As [`Assembly::of_file`].
+    pub fn of_text(
+        registry: &'r Registry,
+        file: &str,
+        text: &str,
+        folder: &Path,
+        settings: &[Setting],
+    ) -> Result<Self, TwinError> {
+        let sources = Sources::of(Document::parse(file, text)?, folder);
         Self::new(registry, &sources, settings)
     }
 
@@ -92,12 +106,8 @@ impl<'r> Assembly<'r> {
         name: &str,
     ) -> Result<Self, TwinError> {
         let sources = Sources {
-            document: Document::read(path)?,
-            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
-            robot: None,
-            kept: None,
-            rules: DefaultRules::Present,
             shared_options: &[CONSTRAINTS, TOLERANCE],
+            ..Sources::of(Document::read(path)?, folder_of(path))
         };
         let mut settings = settings.to_vec();
         settings.push(Setting::plant(name));
@@ -127,13 +137,12 @@ impl<'r> Assembly<'r> {
         settings: &[Setting],
         rules: DefaultRules,
     ) -> Result<Self, TwinError> {
+        let document = Document::parse(SCENARIO_FILE, scenario)?;
         let sources = Sources {
-            document: Document::parse(SCENARIO_FILE, scenario)?,
-            folder: PathBuf::new(),
             robot: robot.map(str::to_owned),
             kept: Some(kept),
             rules,
-            shared_options: &[],
+            ..Sources::of(document, Path::new(""))
         };
         Self::new(registry, &sources, settings)
     }

@@ -41,6 +41,18 @@ struct Peeked {
 }
 
 impl Sources {
+    /// Returns the sources of a scenario whose paths are relative to `folder`.
+    pub(crate) fn of(document: Document, folder: &Path) -> Self {
+        Self {
+            document,
+            folder: folder.to_owned(),
+            robot: None,
+            kept: None,
+            rules: DefaultRules::Present,
+            shared_options: &[],
+        }
+    }
+
     /// Reads the scenario. The keys of its controllers depend on the robot, which the scenario
     /// names: the robot is read first, and if it is wrong, the scenario is still checked.
     pub(crate) fn read(

@@ -130,6 +130,15 @@ impl Terminal<'_> {
     reason = "`main` does not use the registry afterwards"
 )]
 pub fn run(registry: Registry) -> ExitCode {
+    run_args(&registry, std::env::args_os().skip(1)).into()
+}
+
+/// Runs the program as [`run`] does with the given command-line arguments, without the program's
+/// name, and returns the exit code: for programs whose command line begins elsewhere.
+pub fn run_args(
+    registry: &Registry,
+    arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>,
+) -> u8 {
     let mut terminal = Terminal {
         out: &mut std::io::stdout(),
         err: &mut std::io::stderr(),
@@ -137,13 +146,21 @@ pub fn run(registry: Registry) -> ExitCode {
         interactive: true,
         write_error: None,
     };
-    match Cli::try_parse() {
-        Ok(cli) => dispatch(&registry, cli, &mut terminal).into(),
+    match parse(arguments) {
+        Ok(cli) => dispatch(registry, cli, &mut terminal),
         Err(error) => {
             let printed = error.print();
-            no_command(&error, printed, &mut terminal).into()
+            no_command(&error, printed, &mut terminal)
         }
     }
+}
+
+/// Parses command-line arguments. Help and messages call the program `twin`.
+fn parse(
+    arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>,
+) -> Result<Cli, clap::Error> {
+    let name = std::iter::once(OsString::from("twin"));
+    Cli::try_parse_from(name.chain(arguments.into_iter().map(Into::into)))
 }
 
 /// Runs the program with the given command-line arguments and output streams, for tests: without
@@ -161,8 +178,7 @@ pub fn run_with(
         interactive: false,
         write_error: None,
     };
-    let name = std::iter::once(OsString::from("twin"));
-    match Cli::try_parse_from(name.chain(words.into_iter().map(Into::into))) {
+    match parse(words) {
         Ok(cli) => dispatch(registry, cli, &mut terminal),
         Err(error) => {
             let text = error.render().to_string();

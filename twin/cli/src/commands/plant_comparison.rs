@@ -231,7 +231,7 @@ impl<'s, 'a> PlantComparison<'s, 'a> {
         self.session.warn(&first, terminal);
         let execution = self.session.execution(&first, "", terminal);
         let (report, saved) = guarded(&first.scenario().file, || {
-            execute_saving(&first, &execution, first.end(), Some(from))
+            execute_saving(&first, &execution, first.end(), Some(from), None)
         })?;
         Ok((first, report, saved))
     }

@@ -16,10 +16,9 @@ use crate::error::TwinError;
 use crate::parts::constraints::DefaultRules;
 use crate::report::style::{BOLD, GREEN, RED, YELLOW, styled};
 use crate::report::{Report, Status, seconds};
-use crate::run::execute::{
-    DEFAULTS_NOTE, EXCHANGED_NOTE, Execution, HARDWARE_NOTE, SETTINGS_NOTE, execute_until,
-};
+use crate::run::execute::{Execution, execute_until};
 use crate::run::interrupt;
+use crate::run::recording::{DEFAULTS_NOTE, EXCHANGED_NOTE, HARDWARE_NOTE, SETTINGS_NOTE};
 
 #[derive(Serialize)]
 struct Replayed {

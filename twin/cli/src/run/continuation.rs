@@ -11,6 +11,7 @@ use crate::run::execute::{self, Course, Execution};
 use crate::run::judging;
 use crate::run::observers::RunObservers;
 use crate::run::progress::Progress;
+use crate::run::recording::recorder;
 
 /// Result of a continuation.
 pub(crate) struct Continuation {
@@ -39,7 +40,7 @@ pub(crate) fn resume_with_plant(
     let lost = lost.map_err(|error| other.rig_error(error))?;
     let unjudged = other.without_changes();
     let end: SimTime = other.end();
-    let recorder = execute::recorder(other, &rig, execution)?;
+    let recorder = recorder(other, &rig, execution)?;
     let mut observers = RunObservers::new(judging::judge(&unjudged, &rig), recorder);
     let scenario = other.scenario();
     let title = format!("{}, continued with {}", scenario.name, scenario.plant.model);

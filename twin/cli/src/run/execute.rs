@@ -1,47 +1,28 @@
 //! Execution of runs in virtual time, with recording and report.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use twinrig_kernel::{SimDuration, SimTime, Snapshot};
-use twinrig_record::{
-    Cadence, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg, VerdictMessage,
-};
-use twinrig_runtime::{EnergyBalance, Group, Rig, WorkCounts, catch_panic};
-use twinrig_scenario::Setting;
+use twinrig_record::VerdictMessage;
+use twinrig_runtime::{EnergyBalance, Rig, WorkCounts, catch_panic};
 
 use crate::assembly::Assembly;
-use crate::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
 use crate::error::TwinError;
-use crate::report::{Line, Report, Status, seconds};
-use crate::run::executor::Executor;
+use crate::report::{Line, Report, Status};
 use crate::run::hardware;
 use crate::run::interrupt;
 use crate::run::judging::{judge, judged_report, reference};
-use crate::run::observers::RunObservers;
+use crate::run::observers::{Polled, RunObservers, RunWatch};
 use crate::run::progress::Progress;
+use crate::run::recording::recorder;
 use crate::run::recording_size::LARGE_RECORDING;
 
 /// Maximum simulated time between checks for interrupts, failed recordings and progress updates.
 const SLICE: SimDuration = SimDuration::from_millis(100);
 /// Maximum number of the shortest periods between these checks.
 const SLICE_PERIODS: u64 = 4096;
-/// Simulated time between flushes of the recording; flushed data survive a crash.
-const FLUSH: SimDuration = SimDuration::from_secs(1);
-
-/// Metadata key of a recording: settings of the run.
-pub(crate) const SETTINGS_NOTE: &str = "settings";
-/// Metadata key of the rules for values that the scenario leaves open, and their present version.
-pub(crate) const DEFAULTS_NOTE: &str = "defaults";
-const DEFAULTS: &str = "2";
-
-/// Metadata key of a recording made on hardware.
-pub(crate) const HARDWARE_NOTE: &str = "at_hardware";
-
-/// Metadata key of a recording with an exchanged plant: time of the exchange \[s\].
-pub(crate) const EXCHANGED_NOTE: &str = "exchanged_at_s";
 
 /// Settings of the execution of a scenario.
 #[derive(Clone, Debug, Default)]
@@ -68,32 +49,47 @@ pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report,
     }
 }
 
+/// Runs `assembly` in virtual time as [`execute`] does, under a watch.
+///
+/// # Errors
+/// As [`execute`].
+pub fn execute_watched(
+    assembly: &Assembly<'_>,
+    execution: &Execution,
+    watch: &mut dyn RunWatch,
+) -> Result<Report, TwinError> {
+    let end = assembly.end();
+    execute_saving(assembly, execution, end, None, Some(watch)).map(|(report, _)| report)
+}
+
 /// Executes a run in virtual time, up to `end` at most.
 pub(crate) fn execute_until(
     assembly: &Assembly<'_>,
     execution: &Execution,
     end: SimTime,
 ) -> Result<Report, TwinError> {
-    execute_saving(assembly, execution, end, None).map(|(report, _)| report)
+    execute_saving(assembly, execution, end, None, None).map(|(report, _)| report)
 }
 
-/// Executes a run in virtual time, up to `end` at most; also returns the snapshot of the rig at
+/// Executes a run in virtual time under a watch, up to `end` at most; also returns the snapshot of the rig at
 /// `save_at` if the run reached it.
 pub(crate) fn execute_saving(
     assembly: &Assembly<'_>,
     execution: &Execution,
     end: SimTime,
     save_at: Option<SimTime>,
+    mut watch: Option<&mut dyn RunWatch>,
 ) -> Result<(Report, Option<Snapshot>), TwinError> {
     let end = end.min(assembly.end());
-    let reference = reference(assembly, execution, end)?;
+    let polled = watch.as_mut().map(|watch| Polled(&mut **watch));
+    let reference = reference(assembly, execution, end, polled)?;
     let mut rig = assembly.rig()?;
     let recorder = recorder(assembly, &rig, execution)?;
     let mut judge = judge(assembly, &rig);
     if let Some(reference) = reference {
         judge = judge.with_reference(&reference);
     }
-    let mut observers = RunObservers::new(judge, recorder);
+    let mut observers = RunObservers::new(judge, recorder).watched(watch, &rig);
     let title = &assembly.scenario().name;
     let mut progress = Progress::new(title, end.as_secs_f64(), execution.progress);
     #[expect(
@@ -173,7 +169,7 @@ pub(crate) enum Stopped {
 pub(crate) fn report<W: Write>(
     assembly: &Assembly<'_>,
     execution: &Execution,
-    mut observers: RunObservers<W>,
+    mut observers: RunObservers<'_, W>,
     course: Course,
 ) -> Report {
     let mut report = judged_report(assembly, &mut observers, &course);
@@ -221,7 +217,7 @@ fn next_multiple(now: SimTime, period: SimDuration) -> Option<SimTime> {
 pub(crate) fn run<W: Write>(
     assembly: &Assembly<'_>,
     rig: &mut Rig,
-    observers: &mut RunObservers<W>,
+    observers: &mut RunObservers<'_, W>,
     progress: &mut Progress,
     end: SimTime,
 ) -> Result<SimTime, Stopped> {
@@ -243,7 +239,7 @@ fn slice(assembly: &Assembly<'_>) -> SimDuration {
 fn run_in_slices<W: Write>(
     assembly: &Assembly<'_>,
     rig: &mut Rig,
-    observers: &mut RunObservers<W>,
+    observers: &mut RunObservers<'_, W>,
     progress: &mut Progress,
     end: SimTime,
 ) -> Result<SimTime, Stopped> {
@@ -261,6 +257,7 @@ fn run_in_slices<W: Write>(
         let next = now.checked_add(slice).map_or(end, |next| next.min(end));
         let observed = observation.and_then(|period| next_multiple(now, period));
         now = observed.map_or(next, |observed| observed.min(next));
+        observers.poll();
         let ran = rig.run_until(now, observers);
         if interrupt::is_requested() {
             // Takes precedence over other errors.
@@ -277,127 +274,4 @@ fn run_in_slices<W: Write>(
         return Err(Stopped::NotOpen(end));
     }
     Ok(end)
-}
-
-/// Creates the recording of a run, if requested.
-pub(crate) fn recorder(
-    assembly: &Assembly<'_>,
-    executor: &dyn Executor,
-    execution: &Execution,
-) -> Result<Option<Recorder<BufWriter<File>>>, TwinError> {
-    let path = execution.recording.as_deref();
-    path.map(|path| create(assembly, executor, path))
-        .transpose()
-}
-
-fn create(
-    assembly: &Assembly<'_>,
-    executor: &dyn Executor,
-    path: &Path,
-) -> Result<Recorder<BufWriter<File>>, TwinError> {
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(|source| TwinError::Write {
-            path: folder.to_owned(),
-            source,
-        })?;
-    }
-    let scene = assembly.scene();
-    let keep = |name: &str| scene.recorded.iter().any(|other| other == name);
-    let group = |group| RecordedGroup {
-        group,
-        layout: executor.layout(group),
-        keep: &keep,
-    };
-    let groups = [
-        group(Group::Plant),
-        group(Group::ProcessInputs),
-        group(Group::ProcessOutputs),
-    ];
-    let diagnostics = group(Group::Diagnostics);
-    let groups = groups.into_iter();
-    let groups: Vec<_> = groups
-        .chain((!diagnostics.layout.is_empty()).then_some(diagnostics))
-        .collect();
-    let cadence = Cadence {
-        frames: scene
-            .scenario
-            .record
-            .frames
-            .and_then(|rate| SimDuration::try_from_secs_f64(1.0 / rate)),
-        flush: FLUSH,
-    };
-    Recorder::create(
-        path,
-        &info(assembly, executor),
-        &groups,
-        &skeleton(assembly),
-        cadence,
-    )
-    .map_err(|source| TwinError::Record {
-        path: path.to_owned(),
-        source,
-    })
-}
-
-fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
-    let scenario = assembly.scenario();
-    let robot = assembly.robot_file();
-    let settings: Vec<[&str; 2]> = scenario.settings.iter().map(pair).collect();
-    let notes = [
-        ("scenario", scenario.name.clone()),
-        ("scenario_file", scenario.file.clone()),
-        (
-            "robot_file",
-            robot.map_or_else(String::new, |(file, _)| file.to_owned()),
-        ),
-        ("plant", scenario.plant.model.clone()),
-        (DEFAULTS_NOTE, DEFAULTS.to_owned()),
-        // Pairs of strings can always be serialised.
-        (
-            SETTINGS_NOTE,
-            serde_json::to_string(&settings).unwrap_or_default(),
-        ),
-    ];
-    let on_hardware = executor
-        .on_hardware()
-        .then(|| (HARDWARE_NOTE, "true".to_owned()));
-    let mut files = vec![(SCENARIO_FILE.to_owned(), scenario.text.clone().into_bytes())];
-    files.extend(robot.map(|(_, text)| (ROBOT_FILE.to_owned(), text.as_bytes().to_vec())));
-    files.extend(assembly.body().files());
-    let exchanged = executor.exchanged();
-    let exchanged = exchanged.map(|at| (EXCHANGED_NOTE, seconds(at.as_nanos()).to_string()));
-    RunInfo {
-        files,
-        seed: scenario.seed,
-        build: concat!("twinrig ", env!("CARGO_PKG_VERSION")).to_owned(),
-        notes: notes
-            .into_iter()
-            .chain(on_hardware)
-            .chain(exchanged)
-            .map(|(key, value)| (key.to_owned(), value))
-            .collect(),
-        tasks: executor.tasks(),
-        variables: executor.variables(),
-        traces: if scenario.record.bytes {
-            executor.traces().to_vec()
-        } else {
-            Vec::new()
-        },
-    }
-}
-
-fn pair(setting: &Setting) -> [&str; 2] {
-    [&setting.key, &setting.value]
-}
-
-fn skeleton(assembly: &Assembly<'_>) -> Skeleton {
-    let mounts = assembly.robot().map_or(&[][..], |robot| &robot.legs);
-    let legs = mounts.iter().map(|mount| SkeletonLeg {
-        name: mount.name.clone(),
-        hip: mount.hip,
-        segments: [mount.leg.l1, mount.leg.l2, mount.leg.l3 - mount.leg.l_delta],
-    });
-    Skeleton {
-        legs: legs.collect(),
-    }
 }

@@ -16,11 +16,12 @@ use crate::error::TwinError;
 use crate::parts::output_filter::OutputFilter;
 use crate::report::table::folded;
 use crate::report::{RealTime, Report};
-use crate::run::execute::{Course, Execution, recorder, report};
+use crate::run::execute::{Course, Execution, report};
 use crate::run::interrupt;
 use crate::run::judging::judge;
 use crate::run::observers::RunObservers;
 use crate::run::progress::Progress;
+use crate::run::recording::recorder;
 
 /// Runs the controller of `assembly` and the drivers of its buses in real time, on the devices
 /// given in `execution`.
@@ -189,7 +190,7 @@ pub(crate) fn check_places(
 
 /// Forwards observations and stores the time of the last one.
 struct TimingObserver<W: Write> {
-    observers: RunObservers<W>,
+    observers: RunObservers<'static, W>,
     progress: Progress,
     reached: SimTime,
 }

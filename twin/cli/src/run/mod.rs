@@ -8,4 +8,5 @@ pub(crate) mod interrupt;
 pub(crate) mod judging;
 pub(crate) mod observers;
 pub(crate) mod progress;
+pub(crate) mod recording;
 pub(crate) mod recording_size;

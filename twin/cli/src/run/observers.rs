@@ -1,29 +1,103 @@
-//! Observers of a run: fingerprint, recorder and judge.
+//! Observers of a run: fingerprint, judge, recorder, and the caller's.
 
 use std::io::Write;
 
-use twinrig_kernel::SimTime;
+use twinrig_kernel::{Layout, SimTime};
 use twinrig_record::{Digest, Fingerprint, FootstepMessage, RecordError, Recorder, VerdictMessage};
 use twinrig_runtime::{Group, Observer, RunEvent};
 use twinrig_scenario::{Footstep, Judge, Outcome, Reference, RunEnd};
 
 use crate::report::seconds;
+use crate::run::executor::Executor;
 
-/// Observer that combines fingerprint, recorder and judge.
-pub(crate) struct RunObservers<W: Write> {
+/// Receives samples and footsteps of a run besides judge and recorder, without effect on the run:
+/// for programs that keep them in memory.
+pub trait RunWatch {
+    /// Receives the layouts of the samples, before the first of them.
+    fn begin(&mut self, layouts: &RunLayouts<'_>) {
+        let _ = layouts;
+    }
+
+    /// Receives the values of a group at `now`.
+    fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
+        let _ = (now, group, values);
+    }
+
+    /// Receives a footstep after its lift-off, once its end is certain; its leg is an index into
+    /// [`RunLayouts::legs`].
+    fn footstep(&mut self, footstep: &Footstep) {
+        let _ = footstep;
+    }
+
+    /// Is called between slices of the run, several times per simulated second, also of the
+    /// reference run: to poll for interrupts ([`twinrig_runtime::interrupt::Token`]).
+    fn poll(&mut self) {}
+}
+
+/// Layouts of the samples of a run, and names of its legs.
+#[derive(Clone, Copy)]
+pub struct RunLayouts<'a> {
+    executor: &'a dyn Executor,
+    /// Names of the legs, in the order of their indices in footsteps.
+    pub legs: &'a [String],
+}
+
+impl<'a> RunLayouts<'a> {
+    /// Returns the layout of the values of a group.
+    pub fn layout(&self, group: Group) -> &'a Layout {
+        self.executor.layout(group)
+    }
+}
+
+/// Watch of a reference run: it is polled only.
+pub(crate) struct Polled<'a>(pub(crate) &'a mut dyn RunWatch);
+
+impl RunWatch for Polled<'_> {
+    fn poll(&mut self) {
+        self.0.poll();
+    }
+}
+
+/// Observer that combines fingerprint, judge, recorder and watch.
+pub(crate) struct RunObservers<'w, W: Write> {
     fingerprint: Fingerprint,
     recorder: Option<Recorder<W>>,
     judge: Judge,
     legs: Vec<String>,
+    watch: Option<&'w mut dyn RunWatch>,
 }
 
-impl<W: Write> RunObservers<W> {
+impl<'w, W: Write> RunObservers<'w, W> {
     pub(crate) fn new(judge: Judge, recorder: Option<Recorder<W>>) -> Self {
         Self {
             fingerprint: Fingerprint::new(),
             legs: judge.legs().map(str::to_owned).collect(),
             recorder,
             judge,
+            watch: None,
+        }
+    }
+
+    /// Adds a watch, which receives the samples of `executor`.
+    pub(crate) fn watched(
+        mut self,
+        watch: Option<&'w mut dyn RunWatch>,
+        executor: &dyn Executor,
+    ) -> Self {
+        self.watch = watch;
+        if let Some(watch) = &mut self.watch {
+            watch.begin(&RunLayouts {
+                executor,
+                legs: &self.legs,
+            });
+        }
+        self
+    }
+
+    /// Lets the watch poll.
+    pub(crate) fn poll(&mut self) {
+        if let Some(watch) = &mut self.watch {
+            watch.poll();
         }
     }
 
@@ -37,7 +111,7 @@ impl<W: Write> RunObservers<W> {
     /// footsteps.
     pub(crate) fn judge(&mut self, run: &RunEnd) -> Vec<Outcome> {
         let outcomes = self.judge.finish(run);
-        self.write_footsteps(run.at);
+        self.pass_footsteps(run.at);
         outcomes
     }
 
@@ -56,10 +130,16 @@ impl<W: Write> RunObservers<W> {
         self.judge.ended_at()
     }
 
-    fn write_footsteps(&mut self, now: SimTime) {
-        if let Some(recorder) = &mut self.recorder {
-            for footstep in self.judge.closed() {
+    /// Passes the footsteps completed by the last samples to recorder and watch.
+    fn pass_footsteps(&mut self, now: SimTime) {
+        // The run may end within a footstep.
+        let closed = self.judge.closed().iter();
+        for footstep in closed.filter(|footstep| footstep.lift_off.is_some()) {
+            if let Some(recorder) = &mut self.recorder {
                 write(recorder, &self.legs, now, footstep);
+            }
+            if let Some(watch) = &mut self.watch {
+                watch.footstep(footstep);
             }
         }
     }
@@ -99,16 +179,17 @@ fn write<W: Write>(recorder: &mut Recorder<W>, legs: &[String], now: SimTime, fo
     recorder.message(now, &message);
 }
 
-impl<W: Write> Observer for RunObservers<W> {
+impl<W: Write> Observer for RunObservers<'_, W> {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         Observer::samples(&mut self.fingerprint, now, group, values);
         self.judge.samples(now, group, values);
         if let Some(recorder) = &mut self.recorder {
             Observer::samples(recorder, now, group, values);
-            for footstep in self.judge.closed() {
-                write(recorder, &self.legs, now, footstep);
-            }
         }
+        if let Some(watch) = &mut self.watch {
+            watch.samples(now, group, values);
+        }
+        self.pass_footsteps(now);
     }
 
     fn event(&mut self, now: SimTime, event: RunEvent) {

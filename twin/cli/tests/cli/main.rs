@@ -20,3 +20,4 @@ mod recordings;
 mod schema;
 mod studies;
 mod warnings;
+mod watch;

@@ -1,0 +1,155 @@
+//! Recordings of runs: their contents, and what a replay requires.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+use twinrig_kernel::SimDuration;
+use twinrig_record::{Cadence, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg};
+use twinrig_runtime::Group;
+use twinrig_scenario::Setting;
+
+use crate::assembly::Assembly;
+use crate::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
+use crate::error::TwinError;
+use crate::report::seconds;
+use crate::run::execute::Execution;
+use crate::run::executor::Executor;
+
+/// Simulated time between flushes of the recording; flushed data survive a crash.
+const FLUSH: SimDuration = SimDuration::from_secs(1);
+
+/// Metadata key of a recording: settings of the run.
+pub(crate) const SETTINGS_NOTE: &str = "settings";
+/// Metadata key of the rules for values that the scenario leaves open, and their present version.
+pub(crate) const DEFAULTS_NOTE: &str = "defaults";
+const DEFAULTS: &str = "2";
+
+/// Metadata key of a recording made on hardware.
+pub(crate) const HARDWARE_NOTE: &str = "at_hardware";
+
+/// Metadata key of a recording with an exchanged plant: time of the exchange \[s\].
+pub(crate) const EXCHANGED_NOTE: &str = "exchanged_at_s";
+
+/// Creates the recording of a run, if requested.
+pub(crate) fn recorder(
+    assembly: &Assembly<'_>,
+    executor: &dyn Executor,
+    execution: &Execution,
+) -> Result<Option<Recorder<BufWriter<File>>>, TwinError> {
+    let path = execution.recording.as_deref();
+    path.map(|path| create(assembly, executor, path))
+        .transpose()
+}
+
+fn create(
+    assembly: &Assembly<'_>,
+    executor: &dyn Executor,
+    path: &Path,
+) -> Result<Recorder<BufWriter<File>>, TwinError> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(|source| TwinError::Write {
+            path: folder.to_owned(),
+            source,
+        })?;
+    }
+    let scene = assembly.scene();
+    let keep = |name: &str| scene.recorded.iter().any(|other| other == name);
+    let group = |group| RecordedGroup {
+        group,
+        layout: executor.layout(group),
+        keep: &keep,
+    };
+    let groups = [
+        group(Group::Plant),
+        group(Group::ProcessInputs),
+        group(Group::ProcessOutputs),
+    ];
+    let diagnostics = group(Group::Diagnostics);
+    let groups = groups.into_iter();
+    let groups: Vec<_> = groups
+        .chain((!diagnostics.layout.is_empty()).then_some(diagnostics))
+        .collect();
+    let cadence = Cadence {
+        frames: scene
+            .scenario
+            .record
+            .frames
+            .and_then(|rate| SimDuration::try_from_secs_f64(1.0 / rate)),
+        flush: FLUSH,
+    };
+    Recorder::create(
+        path,
+        &info(assembly, executor),
+        &groups,
+        &skeleton(assembly),
+        cadence,
+    )
+    .map_err(|source| TwinError::Record {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
+    let scenario = assembly.scenario();
+    let robot = assembly.robot_file();
+    let settings: Vec<[&str; 2]> = scenario.settings.iter().map(pair).collect();
+    let notes = [
+        ("scenario", scenario.name.clone()),
+        ("scenario_file", scenario.file.clone()),
+        (
+            "robot_file",
+            robot.map_or_else(String::new, |(file, _)| file.to_owned()),
+        ),
+        ("plant", scenario.plant.model.clone()),
+        (DEFAULTS_NOTE, DEFAULTS.to_owned()),
+        // Pairs of strings can always be serialised.
+        (
+            SETTINGS_NOTE,
+            serde_json::to_string(&settings).unwrap_or_default(),
+        ),
+    ];
+    let on_hardware = executor
+        .on_hardware()
+        .then(|| (HARDWARE_NOTE, "true".to_owned()));
+    let mut files = vec![(SCENARIO_FILE.to_owned(), scenario.text.clone().into_bytes())];
+    files.extend(robot.map(|(_, text)| (ROBOT_FILE.to_owned(), text.as_bytes().to_vec())));
+    files.extend(assembly.body().files());
+    let exchanged = executor.exchanged();
+    let exchanged = exchanged.map(|at| (EXCHANGED_NOTE, seconds(at.as_nanos()).to_string()));
+    RunInfo {
+        files,
+        seed: scenario.seed,
+        build: concat!("twinrig ", env!("CARGO_PKG_VERSION")).to_owned(),
+        notes: notes
+            .into_iter()
+            .chain(on_hardware)
+            .chain(exchanged)
+            .map(|(key, value)| (key.to_owned(), value))
+            .collect(),
+        tasks: executor.tasks(),
+        variables: executor.variables(),
+        traces: if scenario.record.bytes {
+            executor.traces().to_vec()
+        } else {
+            Vec::new()
+        },
+    }
+}
+
+fn pair(setting: &Setting) -> [&str; 2] {
+    [&setting.key, &setting.value]
+}
+
+fn skeleton(assembly: &Assembly<'_>) -> Skeleton {
+    let mounts = assembly.robot().map_or(&[][..], |robot| &robot.legs);
+    let legs = mounts.iter().map(|mount| SkeletonLeg {
+        name: mount.name.clone(),
+        hip: mount.hip,
+        segments: [mount.leg.l1, mount.leg.l2, mount.leg.l3 - mount.leg.l_delta],
+    });
+    Skeleton {
+        legs: legs.collect(),
+    }
+}
