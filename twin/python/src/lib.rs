@@ -1,19 +1,47 @@
-//! x
-use pyo3::prelude::*;
-/// m
+//! The native half of the Python package `twinrig`: runs, checks and reads for the package, whose
+//! Python half (`python/twinrig`) has the interface that users see. Numbers reach `NumPy` without a
+//! copy, the interpreter is released while Rust works, and Python's own signal handlers stay in
+//! charge: a run ends when one of them raises.
+//!
+//! Every function here takes and returns plain Python values; names and units of what it returns
+//! are in `_native.pyi`.
+//!
+//! ```python
+//! import twinrig
+//!
+//! run = twinrig.run("scenarios/trot.toml", seed=2)
+//! print(run.verdict, run.signals["leg/LF/hip/position"].unit)
+//! ```
+//!
+//! Out of scope: physics, scenarios and verdicts, which are those of the crate `twinrig`.
+
+mod check;
+mod errors;
+mod fork;
+mod kept;
+mod program;
+mod recording;
+mod run;
+mod scenario;
+mod supervised;
+
+use pyo3::prelude::pymodule;
+
+/// Functions behind the package `twinrig`.
 #[pymodule]
 mod _native {
-    use pyo3::prelude::*;
-    /// f
-    #[pyfunction]
-    fn f() -> usize { 1 }
-    /// S
-    #[pyclass(frozen, module = "twinrig._native")]
-    struct S {}
-    #[pymethods]
-    impl S {
-        /// g
-        #[new]
-        fn new() -> S { S {} }
-    }
+    #[pymodule_export]
+    use crate::check::{check, plan};
+    #[pymodule_export]
+    use crate::fork::forked;
+    #[pymodule_export]
+    use crate::program::{command, main};
+    #[pymodule_export]
+    use crate::recording::read;
+    #[pymodule_export]
+    use crate::run::run;
+
+    /// Version of the package.
+    #[pymodule_export]
+    const VERSION: &str = env!("CARGO_PKG_VERSION");
 }

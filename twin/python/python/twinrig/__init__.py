@@ -1,0 +1,60 @@
+"""Twinrig: deterministic co-simulation and digital-twin test rig for low-cost quadrupeds.
+
+>>> import twinrig
+>>> run = twinrig.run("scenarios/trot.toml")
+>>> run.verdict
+'pass'
+>>> hip = run.signals["leg/LF/hip/position"]
+>>> hip.unit, hip.time[-1]
+('rad', 20.0)
+
+A run is the same, bit for bit, as that of the program ``twin`` with the same scenario and
+settings: `Run.fingerprint` is equal.
+"""
+
+from __future__ import annotations
+
+import os
+
+from twinrig import _native
+from twinrig._commands import check, diff, parts, plan, read, robots, run, study
+from twinrig._errors import (
+    Problem,
+    RecordingError,
+    RunError,
+    ScenarioError,
+    ScenarioWarning,
+    TwinError,
+)
+from twinrig._frames import Frame
+from twinrig._run import Energy, Expectation, Recording, Run
+from twinrig._signal import Signal, SignalGroup, Signals
+
+__version__ = _native.VERSION
+
+__all__ = [
+    "Energy",
+    "Expectation",
+    "Frame",
+    "Problem",
+    "Recording",
+    "RecordingError",
+    "Run",
+    "RunError",
+    "ScenarioError",
+    "ScenarioWarning",
+    "Signal",
+    "SignalGroup",
+    "Signals",
+    "TwinError",
+    "check",
+    "diff",
+    "parts",
+    "plan",
+    "read",
+    "robots",
+    "run",
+    "study",
+]
+
+os.register_at_fork(after_in_child=_native.forked)
