@@ -16,11 +16,18 @@
 //! Out of scope: physics, scenarios and verdicts, which are those of the crate `twinrig`.
 
 mod check;
+mod controller;
 mod errors;
+mod exceptions;
 mod fork;
 mod kept;
+mod part;
+mod parts;
+mod plant;
+mod poll;
 mod program;
 mod recording;
+mod rig;
 mod run;
 mod scenario;
 mod supervised;
@@ -38,6 +45,8 @@ mod _native {
     use crate::program::{command, main};
     #[pymodule_export]
     use crate::recording::read;
+    #[pymodule_export]
+    use crate::rig::{PyRig, step_all};
     #[pymodule_export]
     use crate::run::run;
 

@@ -1,0 +1,446 @@
+//! The stepped interface: a rig that Python advances.
+
+use std::sync::{Mutex, MutexGuard, TryLockError};
+use std::time::Duration;
+
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::{PyKeyError, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use twinrig::kernel::{SimDuration, SimTime, Snapshot, near_misses};
+use twinrig::runtime::{
+    Change, Group, Observer, PanicReport, Rig, RigError, RunEvent, catch_panic,
+};
+use twinrig::TwinError;
+use twinrig_record::Fingerprint;
+
+use crate::errors::Failure;
+use crate::exceptions::Exceptions;
+use crate::fork::Generation;
+use crate::parts::PythonParts;
+use crate::poll::Poll;
+use crate::scenario::ScenarioArgument;
+
+/// Simulated time between two polls of Python's signals.
+const SLICE: SimDuration = SimDuration::from_millis(100);
+/// Least wall time between them.
+const POLL_PERIOD: Duration = Duration::from_millis(20);
+
+/// Signals of all groups, in the order in which a name is looked up.
+const GROUPS: [Group; 4] = [
+    Group::Plant,
+    Group::ProcessInputs,
+    Group::ProcessOutputs,
+    Group::Diagnostics,
+];
+
+/// Observer with the newest values of each group.
+struct Latest([Vec<f64>; 4]);
+
+impl Observer for Latest {
+    fn samples(&mut self, _: SimTime, group: Group, values: &[f64]) {
+        self.0[group as usize].copy_from_slice(values);
+    }
+    fn event(&mut self, _: SimTime, _: RunEvent) {}
+}
+
+/// Result of a run up to a time.
+type Ran = Result<Result<(), RigError>, PanicReport>;
+
+/// A rig with its observers.
+struct Running {
+    rig: Rig,
+    observers: (Fingerprint, Latest),
+    exceptions: Exceptions,
+    file: String,
+    /// Simulated time up to which all events have been handled.
+    reached: SimTime,
+}
+
+/// A scenario as a rig that is advanced step by step.
+#[pyclass(name = "Rig", module = "twinrig._native", frozen, subclass)]
+pub(crate) struct PyRig {
+    /// None: closed.
+    running: Mutex<Option<Running>>,
+    period: SimDuration,
+    made: Generation,
+}
+
+impl PyRig {
+    /// Refuses a rig that is a copy made by a fork.
+    fn check_process(&self) -> PyResult<()> {
+        if self.made.is_past() {
+            return Err(PyRuntimeError::new_err(
+                "the rig belongs to the process from which this one was forked: make one here, and restore the saved state of the other",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Returns the rig for one call, in the process that made it.
+    fn lock(&self) -> PyResult<Locked<'_>> {
+        self.check_process()?;
+        match self.running.try_lock() {
+            Ok(guard) if guard.is_some() => Ok(Locked(guard)),
+            Ok(_) => Err(PyValueError::new_err("the rig is closed")),
+            Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
+                "the rig is in use: by another thread, or by the part of it that makes this call",
+            )),
+            Err(TryLockError::Poisoned(_)) => Err(PyRuntimeError::new_err(
+                "a part of the rig has panicked: it cannot be used any more",
+            )),
+        }
+    }
+}
+
+/// A rig in use by one call.
+struct Locked<'a>(MutexGuard<'a, Option<Running>>);
+
+impl Locked<'_> {
+    fn running(&mut self) -> PyResult<&mut Running> {
+        let closed = || PyValueError::new_err("the rig is closed");
+        self.0.as_mut().ok_or_else(closed)
+    }
+}
+
+impl Running {
+    /// Returns the exception for an error of the rig: that of a Python part, if it is the cause.
+    fn raised(&self, py: Python<'_>, error: RigError) -> PyErr {
+        let exception = self.exceptions.take();
+        exception.unwrap_or_else(|| {
+            let error = TwinError::Rig {
+                file: self.file.clone(),
+                help: String::new(),
+                source: Box::new(error),
+            };
+            Failure::from(error).raised(py)
+        })
+    }
+
+    /// Advances to `to` without the interpreter, and polls its signals in between.
+    fn advance(&mut self, py: Python<'_>, to: SimTime) -> PyResult<()> {
+        // A short step leaves the signals to the interpreter, and reads no clock.
+        let is_long = self.reached.checked_add(SLICE).is_some_and(|next| next < to);
+        let mut poll = is_long.then(|| Poll::new(POLL_PERIOD));
+        while self.reached < to {
+            let slice = self.reached.checked_add(SLICE);
+            self.advance_slice(py, slice.map_or(to, |next| next.min(to)))?;
+            if let Some(poll) = &mut poll {
+                poll.signals(py)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Advances to `to`, which may be the present time: to the events that are due at once.
+    fn advance_slice(&mut self, py: Python<'_>, to: SimTime) -> PyResult<()> {
+        let ran = py.detach(|| self.run_until(to));
+        self.finish(py, to, ran)
+    }
+
+    /// Runs without the interpreter.
+    fn run_until(&mut self, to: SimTime) -> Ran {
+        let Self { rig, observers, .. } = self;
+        catch_panic(|| rig.run_until(to, observers))
+    }
+
+    /// Returns the result of a run to `to`.
+    fn finish(&mut self, py: Python<'_>, to: SimTime, ran: Ran) -> PyResult<()> {
+        match ran {
+            Ok(Ok(())) => {
+                self.reached = to;
+                self.exceptions.take().map_or(Ok(()), Err)
+            }
+            Ok(Err(error)) => {
+                self.reached = self.rig.now();
+                Err(self.raised(py, error))
+            }
+            Err(source) => Err(self.panicked(py, source)),
+        }
+    }
+
+    /// Returns the exception for a panic of a part.
+    fn panicked(&self, py: Python<'_>, source: PanicReport) -> PyErr {
+        let file = self.file.clone();
+        Failure::from(TwinError::Panic { file, source }).raised(py)
+    }
+
+    /// Returns the newest values of a signal.
+    fn newest(&self, name: &str) -> PyResult<&[f64]> {
+        let latest = &self.observers.1.0;
+        let find = |group| Some(&latest[group as usize][self.rig.layout(group).find(name)?]);
+        GROUPS.into_iter().find_map(find).ok_or_else(|| {
+            let fields = GROUPS.into_iter().flat_map(|group| self.rig.layout(group).fields());
+            let known = fields.map(|field| field.port.name.as_str());
+            PyKeyError::new_err(no_such_signal(name, known))
+        })
+    }
+}
+
+/// Names of signals.
+#[derive(FromPyObject)]
+enum Names {
+    One(String),
+    Several(Vec<String>),
+}
+
+#[pymethods]
+impl PyRig {
+    /// Builds the rig of a scenario, with Python objects as further controllers and plants.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        scenario: ScenarioArgument,
+        controllers: &Bound<'_, PyDict>,
+        plants: &Bound<'_, PyDict>,
+    ) -> PyResult<Self> {
+        let parts = PythonParts::new(controllers, plants)?;
+        let built = py.detach(|| {
+            catch_panic(|| {
+                let assembly = scenario.assembly(&parts.registry)?;
+                let file = assembly.scenario().file.clone();
+                Ok((assembly.rig()?, assembly.period(), file))
+            })
+        });
+        let built = built.map_err(Failure::from);
+        let built = built.and_then(|built| built.map_err(|error: TwinError| error.into()));
+        let (rig, period, file) = built.map_err(|failure| parts.raised(py, &failure))?;
+        let latest = GROUPS.map(|group| vec![0.0; rig.layout(group).len()]);
+        let mut running = Running {
+            rig,
+            observers: (Fingerprint::new(), Latest(latest)),
+            exceptions: parts.exceptions,
+            file,
+            reached: SimTime::ZERO,
+        };
+        // The events of time 0, so that all signals have a value.
+        running.advance_slice(py, SimTime::ZERO)?;
+        Ok(Self {
+            running: Mutex::new(Some(running)),
+            period,
+            made: Generation::current(),
+        })
+    }
+
+    /// Advances to `until` [s], by default by one control period, and returns the time reached.
+    #[pyo3(signature = (until = None))]
+    fn step(&self, py: Python<'_>, until: Option<f64>) -> PyResult<f64> {
+        let mut locked = self.lock()?;
+        let running = locked.running()?;
+        let now = running.reached;
+        let to = match until {
+            Some(seconds) => time(seconds)?,
+            None => now.checked_add(self.period).ok_or_else(|| no_time(f64::INFINITY))?,
+        };
+        if to < now {
+            return Err(PyValueError::new_err(format!(
+                "the rig is at {now}, and cannot step back to {to}: restore a saved state"
+            )));
+        }
+        running.advance(py, to)?;
+        Ok(to.as_secs_f64())
+    }
+
+    /// Time reached [s].
+    #[getter]
+    fn now(&self) -> PyResult<f64> {
+        Ok(self.lock()?.running()?.reached.as_secs_f64())
+    }
+
+    /// Control period [s].
+    #[getter]
+    fn period(&self) -> f64 {
+        self.period.as_secs_f64()
+    }
+
+    /// Hash of all samples and events since the rig was built or restored, as 64 digits.
+    #[getter]
+    fn fingerprint(&self) -> PyResult<String> {
+        Ok(self.lock()?.running()?.observers.0.digest().to_string())
+    }
+
+    /// Names of the signals, each with its unit and size.
+    fn signals(&self) -> PyResult<Vec<(String, &'static str, usize)>> {
+        let mut locked = self.lock()?;
+        let rig = &locked.running()?.rig;
+        let fields = GROUPS.into_iter().flat_map(|group| rig.layout(group).fields());
+        let mut signals: Vec<(String, &'static str, usize)> = Vec::new();
+        for field in fields {
+            let port = &field.port;
+            if signals.iter().all(|(name, ..)| *name != port.name) {
+                signals.push((port.name.clone(), port.unit.symbol(), port.size));
+            }
+        }
+        Ok(signals)
+    }
+
+    /// Newest values of a signal, or of several one after the other, as a new array.
+    fn read<'py>(&self, py: Python<'py>, names: Names) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let mut locked = self.lock()?;
+        let running = locked.running()?;
+        let mut values = Vec::new();
+        match &names {
+            Names::One(name) => values.extend_from_slice(running.newest(name)?),
+            Names::Several(names) => {
+                for name in names {
+                    values.extend_from_slice(running.newest(name)?);
+                }
+            }
+        }
+        Ok(values.into_pyarray(py))
+    }
+
+    /// Replaces an output of the controller from its next iteration on; None ends the
+    /// replacement.
+    #[pyo3(signature = (name, values))]
+    fn write(&self, name: &str, values: Option<PyReadonlyArray1<'_, f64>>) -> PyResult<()> {
+        let mut locked = self.lock()?;
+        let running = locked.running()?;
+        let values = values.as_ref().map(PyReadonlyArray1::as_slice).transpose();
+        let values = values.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        running.rig.override_output(name, values).map_err(refused)
+    }
+
+    /// Sets a process variable, in its unit, before the next control step.
+    fn set_variable(&self, name: &str, value: f64) -> PyResult<()> {
+        let mut locked = self.lock()?;
+        let running = locked.running()?;
+        let (rig, now) = (&mut running.rig, running.reached);
+        rig.schedule(now, name, Change::To(value)).map_err(refused)
+    }
+
+    /// Names of the process variables, each with its unit and present value.
+    fn variables(&self) -> PyResult<Vec<(String, &'static str, f64)>> {
+        let mut locked = self.lock()?;
+        let variables = locked.running()?.rig.process().variables().iter();
+        let variable = |variable: &twinrig::runtime::ProcessVariable| {
+            let name = variable.name().to_owned();
+            (name, variable.unit().symbol(), variable.value())
+        };
+        Ok(variables.map(variable).collect())
+    }
+
+    /// Complete state of the rig, for `restore` of a rig of the same scenario and build.
+    fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let mut locked = self.lock()?;
+        let running = locked.running()?;
+        let latest = &running.observers.1.0;
+        let saved = catch_panic(|| Snapshot::of(&(running.reached, latest, running.rig.save())));
+        let saved = saved.map_err(|source| running.panicked(py, source))?;
+        match running.exceptions.take() {
+            Some(exception) => Err(exception),
+            None => Ok(PyBytes::new(py, &saved.0)),
+        }
+    }
+
+    /// Restores a saved state; the fingerprint begins anew.
+    fn restore(&self, py: Python<'_>, state: &[u8]) -> PyResult<()> {
+        let mut locked = self.lock()?;
+        let running = locked.running()?;
+        let saved = Snapshot(state.to_vec());
+        let bad = |error: &dyn std::error::Error| PyValueError::new_err(error.to_string());
+        let saved: Result<(SimTime, [Vec<f64>; 4], Snapshot), _> = saved.read();
+        let (reached, latest, rig) = saved.map_err(|error| bad(&error))?;
+        let lengths = |groups: &[Vec<f64>; 4]| groups.each_ref().map(Vec::len);
+        if lengths(&latest) != lengths(&running.observers.1.0) {
+            return Err(PyValueError::new_err("the state was saved of a rig with other signals"));
+        }
+        let restored = catch_panic(|| running.rig.restore(&rig));
+        let restored = restored.map_err(|source| running.panicked(py, source))?;
+        restored.map_err(|error| {
+            let exception = running.exceptions.take();
+            exception.unwrap_or_else(|| bad(&error))
+        })?;
+        running.reached = reached;
+        running.observers = (Fingerprint::new(), Latest(latest));
+        Ok(())
+    }
+
+    /// Closes the rig; every later call but this one raises `ValueError`.
+    fn close(&self) -> PyResult<()> {
+        self.check_process()?;
+        match self.running.try_lock() {
+            Ok(mut running) => *running = None,
+            Err(TryLockError::Poisoned(_)) => {}
+            Err(TryLockError::WouldBlock) => {
+                return Err(PyRuntimeError::new_err("the rig is in use, and cannot be closed"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Advances every rig by `duration` [s], on up to `threads` threads, and returns the exception of
+/// each, or None.
+#[pyfunction]
+#[expect(
+    clippy::disallowed_methods,
+    reason = "each rig runs on one thread; the order of the rigs has no influence on any of them"
+)]
+pub(crate) fn step_all(
+    py: Python<'_>,
+    rigs: Vec<PyRef<'_, PyRig>>,
+    duration: f64,
+    threads: usize,
+) -> PyResult<Vec<Option<PyErr>>> {
+    let duration = time(duration)? - SimTime::ZERO;
+    let mut locks: Vec<Locked<'_>> = rigs.iter().map(|rig| rig.lock()).collect::<PyResult<_>>()?;
+    let mut steps: Vec<(&mut Running, SimTime, Option<Ran>)> = Vec::with_capacity(locks.len());
+    for lock in &mut locks {
+        let running = lock.running()?;
+        let to = running.reached.checked_add(duration);
+        let to = to.ok_or_else(|| no_time(f64::INFINITY))?;
+        steps.push((running, to, None));
+    }
+    py.detach(|| {
+        let queue = Mutex::new(steps.iter_mut());
+        let next = || queue.lock().ok()?.next();
+        let work = || {
+            while let Some((running, to, ran)) = next() {
+                *ran = Some(running.run_until(*to));
+            }
+        };
+        std::thread::scope(|scope| {
+            for _ in 1..threads {
+                // The calling thread does the work of one that cannot be started.
+                let thread = std::thread::Builder::new().name("step".to_owned());
+                let _ = thread.spawn_scoped(scope, work);
+            }
+            work();
+        });
+    });
+    let finished = steps.into_iter().map(|(running, to, ran)| {
+        ran.and_then(|ran| running.finish(py, to, ran).err())
+    });
+    Ok(finished.collect())
+}
+
+/// Returns the time at `seconds`, to the nearest nanosecond.
+fn time(seconds: f64) -> PyResult<SimTime> {
+    let duration = SimDuration::try_from_secs_f64(seconds);
+    let time = duration.and_then(|duration| SimTime::ZERO.checked_add(duration));
+    time.ok_or_else(|| no_time(seconds))
+}
+
+fn no_time(seconds: f64) -> PyErr {
+    PyValueError::new_err(format!("{seconds} s is no simulated time: 0 to 584 years"))
+}
+
+fn no_such_signal<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
+    let near = near_misses(name, known);
+    let help = match near.as_slice() {
+        [] => String::new(),
+        near => format!("; did you mean `{}`?", near.join("` or `")),
+    };
+    format!("there is no signal `{name}`{help}")
+}
+
+/// Returns the exception for a request that the rig refuses.
+#[expect(clippy::needless_pass_by_value, reason = "for `map_err`")]
+fn refused(error: RigError) -> PyErr {
+    let text = error.to_string();
+    match error {
+        RigError::NoSuchVariable { .. } | RigError::NoSuchOutput { .. } => PyKeyError::new_err(text),
+        _ => PyValueError::new_err(text),
+    }
+}
