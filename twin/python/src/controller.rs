@@ -101,11 +101,19 @@ impl PyProcess {
         })
     }
 
-    fn iterate(&self, elapsed: SimDuration, inputs: &[f64], outputs: &mut [f64]) -> Result<(), String> {
+    fn iterate(
+        &self,
+        elapsed: SimDuration,
+        inputs: &[f64],
+        outputs: &mut [f64],
+    ) -> Result<(), String> {
         self.part.attached(|py| {
             let inputs = self.part.inputs(py, inputs)?;
             let array = self.part.outputs(py, outputs)?;
-            let result = self.step.bind(py).call1((elapsed.as_secs_f64(), inputs, &array))?;
+            let result = self
+                .step
+                .bind(py)
+                .call1((elapsed.as_secs_f64(), inputs, &array))?;
             part::returns_nothing(&result, "step")?;
             part::copied(&array, outputs)
         })

@@ -29,7 +29,9 @@ impl Exceptions {
 /// Type and message of an exception, in one line: `ValueError: no table`.
 fn text(py: Python<'_>, exception: &PyErr) -> String {
     let kind = exception.get_type(py);
-    let name = kind.name().map_or_else(|_| "exception".to_owned(), |name| name.to_string());
+    let name = kind
+        .name()
+        .map_or_else(|_| "exception".to_owned(), |name| name.to_string());
     let message = exception.value(py).str().map(|text| text.to_string());
     match message {
         Ok(message) if !message.is_empty() => format!("{name}: {message}"),

@@ -13,6 +13,8 @@ use twinrig_record::{
     FootstepMessage, FrameSampler, FrameSeries, Recording, SampledGroup, group_name,
 };
 
+use crate::poll::SignalPoll;
+
 /// Numbers of a footstep: both times, position, slip, impulse, peak load.
 const FOOTSTEP_NUMBERS: usize = 8;
 
@@ -171,16 +173,19 @@ pub(crate) struct Kept<'a> {
     frames: Option<FrameSampler>,
     /// Room that could not be reserved \[bytes\]; the run is then pointless.
     pub(crate) missing: Option<usize>,
+    /// Poll of Python's signals, where no other thread has it.
+    poll: Option<SignalPoll<'a>>,
 }
 
 impl<'a> Kept<'a> {
-    pub(crate) fn new(assembly: &'a Assembly<'a>) -> Self {
+    pub(crate) fn new(assembly: &'a Assembly<'a>, poll: Option<SignalPoll<'a>>) -> Self {
         Self {
             assembly,
             groups: Vec::new(),
             footsteps: Footsteps::default(),
             frames: None,
             missing: None,
+            poll,
         }
     }
 
@@ -268,6 +273,12 @@ impl RunWatch for Kept<'_> {
         let (slip, impulse, peak) = (footstep.slip, footstep.impulse, footstep.peak_load);
         let numbers = [down, up, x, y, z, slip, impulse, peak];
         self.footsteps.push(footstep.leg, numbers);
+    }
+
+    fn poll(&mut self) {
+        if let Some(poll) = &mut self.poll {
+            poll.poll();
+        }
     }
 }
 

@@ -44,7 +44,9 @@ impl Source {
             return Ok(object);
         }
         let (kind, method) = (object.get_type().name()?.to_string(), self.method);
-        Err(PyTypeError::new_err(format!("{kind} has no method `{method}`")))
+        Err(PyTypeError::new_err(format!(
+            "{kind} has no method `{method}`"
+        )))
     }
 }
 
@@ -85,7 +87,10 @@ pub(crate) fn unit(symbol: &str) -> PyResult<Unit> {
     let found = Unit::ALL.iter().find(|unit| unit.symbol() == symbol);
     found.copied().ok_or_else(|| {
         let known: Vec<&str> = Unit::ALL.iter().map(|unit| unit.symbol()).collect();
-        PyValueError::new_err(format!("there is no unit `{symbol}`; units are {}", known.join(", ")))
+        PyValueError::new_err(format!(
+            "there is no unit `{symbol}`; units are {}",
+            known.join(", ")
+        ))
     })
 }
 

@@ -29,7 +29,9 @@ pub(crate) fn kind(
         source,
         exceptions: exceptions.clone(),
     };
-    Ok(PlantKind::standalone(name, "a Python object", move |_| Ok(model.clone())))
+    Ok(PlantKind::standalone(name, "a Python object", move |_| {
+        Ok(model.clone())
+    }))
 }
 
 /// Model of a plant that is a Python object.

@@ -1,17 +1,16 @@
 //! The stepped interface: a rig that Python advances.
 
 use std::sync::{Mutex, MutexGuard, TryLockError};
-use std::time::Duration;
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyKeyError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use twinrig::TwinError;
 use twinrig::kernel::{SimDuration, SimTime, Snapshot, near_misses};
 use twinrig::runtime::{
     Change, Group, Observer, PanicReport, Rig, RigError, RunEvent, catch_panic,
 };
-use twinrig::TwinError;
 use twinrig_record::Fingerprint;
 
 use crate::errors::Failure;
@@ -23,8 +22,6 @@ use crate::scenario::ScenarioArgument;
 
 /// Simulated time between two polls of Python's signals.
 const SLICE: SimDuration = SimDuration::from_millis(100);
-/// Least wall time between them.
-const POLL_PERIOD: Duration = Duration::from_millis(20);
 
 /// Signals of all groups, in the order in which a name is looked up.
 const GROUPS: [Group; 4] = [
@@ -120,8 +117,11 @@ impl Running {
     /// Advances to `to` without the interpreter, and polls its signals in between.
     fn advance(&mut self, py: Python<'_>, to: SimTime) -> PyResult<()> {
         // A short step leaves the signals to the interpreter, and reads no clock.
-        let is_long = self.reached.checked_add(SLICE).is_some_and(|next| next < to);
-        let mut poll = is_long.then(|| Poll::new(POLL_PERIOD));
+        let is_long = self
+            .reached
+            .checked_add(SLICE)
+            .is_some_and(|next| next < to);
+        let mut poll = is_long.then(Poll::new);
         while self.reached < to {
             let slice = self.reached.checked_add(SLICE);
             self.advance_slice(py, slice.map_or(to, |next| next.min(to)))?;
@@ -170,7 +170,9 @@ impl Running {
         let latest = &self.observers.1.0;
         let find = |group| Some(&latest[group as usize][self.rig.layout(group).find(name)?]);
         GROUPS.into_iter().find_map(find).ok_or_else(|| {
-            let fields = GROUPS.into_iter().flat_map(|group| self.rig.layout(group).fields());
+            let fields = GROUPS
+                .into_iter()
+                .flat_map(|group| self.rig.layout(group).fields());
             let known = fields.map(|field| field.port.name.as_str());
             PyKeyError::new_err(no_such_signal(name, known))
         })
@@ -230,7 +232,9 @@ impl PyRig {
         let now = running.reached;
         let to = match until {
             Some(seconds) => time(seconds)?,
-            None => now.checked_add(self.period).ok_or_else(|| no_time(f64::INFINITY))?,
+            None => now
+                .checked_add(self.period)
+                .ok_or_else(|| no_time(f64::INFINITY))?,
         };
         if to < now {
             return Err(PyValueError::new_err(format!(
@@ -263,7 +267,9 @@ impl PyRig {
     fn signals(&self) -> PyResult<Vec<(String, &'static str, usize)>> {
         let mut locked = self.lock()?;
         let rig = &locked.running()?.rig;
-        let fields = GROUPS.into_iter().flat_map(|group| rig.layout(group).fields());
+        let fields = GROUPS
+            .into_iter()
+            .flat_map(|group| rig.layout(group).fields());
         let mut signals: Vec<(String, &'static str, usize)> = Vec::new();
         for field in fields {
             let port = &field.port;
@@ -340,10 +346,14 @@ impl PyRig {
         let saved = Snapshot(state.to_vec());
         let bad = |error: &dyn std::error::Error| PyValueError::new_err(error.to_string());
         let saved: Result<(SimTime, [Vec<f64>; 4], Snapshot), _> = saved.read();
-        let (reached, latest, rig) = saved.map_err(|error| bad(&error))?;
+        let (reached, latest, rig) = saved.map_err(|_| {
+            PyValueError::new_err("the bytes are not the saved state of a rig of this build")
+        })?;
         let lengths = |groups: &[Vec<f64>; 4]| groups.each_ref().map(Vec::len);
         if lengths(&latest) != lengths(&running.observers.1.0) {
-            return Err(PyValueError::new_err("the state was saved of a rig with other signals"));
+            return Err(PyValueError::new_err(
+                "the state was saved of a rig with other signals",
+            ));
         }
         let restored = catch_panic(|| running.rig.restore(&rig));
         let restored = restored.map_err(|source| running.panicked(py, source))?;
@@ -363,7 +373,9 @@ impl PyRig {
             Ok(mut running) => *running = None,
             Err(TryLockError::Poisoned(_)) => {}
             Err(TryLockError::WouldBlock) => {
-                return Err(PyRuntimeError::new_err("the rig is in use, and cannot be closed"));
+                return Err(PyRuntimeError::new_err(
+                    "the rig is in use, and cannot be closed",
+                ));
             }
         }
         Ok(())
@@ -409,9 +421,9 @@ pub(crate) fn step_all(
             work();
         });
     });
-    let finished = steps.into_iter().map(|(running, to, ran)| {
-        ran.and_then(|ran| running.finish(py, to, ran).err())
-    });
+    let finished = steps
+        .into_iter()
+        .map(|(running, to, ran)| ran.and_then(|ran| running.finish(py, to, ran).err()));
     Ok(finished.collect())
 }
 
@@ -440,7 +452,9 @@ fn no_such_signal<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Strin
 fn refused(error: RigError) -> PyErr {
     let text = error.to_string();
     match error {
-        RigError::NoSuchVariable { .. } | RigError::NoSuchOutput { .. } => PyKeyError::new_err(text),
+        RigError::NoSuchVariable { .. } | RigError::NoSuchOutput { .. } => {
+            PyKeyError::new_err(text)
+        }
         _ => PyValueError::new_err(text),
     }
 }

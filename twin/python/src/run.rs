@@ -4,12 +4,14 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use twinrig::{Assembly, Execution, Registry, Report, execute_watched, recording_path};
+use twinrig::{Assembly, Execution, Report, execute_watched, recording_path};
 
 use crate::errors::Failure;
 use crate::kept::{Kept, KeptData};
+use crate::parts::PythonParts;
+use crate::poll::SignalPoll;
 use crate::scenario::ScenarioArgument;
-use crate::supervised::supervised;
+use crate::supervised::{in_place, supervised};
 
 /// A run that has started.
 struct Finished {
@@ -26,14 +28,24 @@ struct Finished {
 ///
 /// Returns `report` (JSON), `table`, `warnings` (code and text), `groups` (name, signals, times
 /// \[s\], values row by row), `footsteps`, `frames`, and `interrupt`: the exception of a signal
-/// handler that ended the run, or `None`.
+/// handler or of a Python part that ended the run, or `None`.
 #[pyfunction]
-pub(crate) fn run(
-    py: Python<'_>,
+pub(crate) fn run<'py>(
+    py: Python<'py>,
     scenario: ScenarioArgument,
     recording: Option<(PathBuf, bool)>,
-) -> PyResult<Bound<'_, PyDict>> {
-    let done = supervised(py, move || execute(&scenario, recording))?;
+    controllers: &Bound<'py, PyDict>,
+    plants: &Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let parts = PythonParts::new(controllers, plants)?;
+    let work = || execute(&scenario, recording, &parts);
+    let mut done = if parts.any {
+        // Python parts run on the thread of the caller, where signals reach them.
+        in_place(py, work)
+    } else {
+        supervised(py, work)?
+    };
+    done.interrupt = parts.exceptions.take().or(done.interrupt);
     let finished = done
         .result
         .map_err(Failure::from)
@@ -59,14 +71,15 @@ pub(crate) fn run(
 fn execute(
     scenario: &ScenarioArgument,
     recording: Option<(PathBuf, bool)>,
+    parts: &PythonParts,
 ) -> Result<Finished, Failure> {
-    let registry = Registry::standard();
-    let assembly = scenario.assembly(&registry)?;
+    let assembly = scenario.assembly(&parts.registry)?;
     let execution = Execution {
         recording: recording.map(|(path, is_folder)| recorded_at(&assembly, path, is_folder)),
         ..Execution::default()
     };
-    let mut kept = Kept::new(&assembly);
+    let poll = parts.any.then(|| SignalPoll::new(&parts.exceptions));
+    let mut kept = Kept::new(&assembly, poll);
     let report = execute_watched(&assembly, &execution, &mut kept)?;
     if let Some(bytes) = kept.missing {
         return Err(Failure::Memory { bytes });

@@ -29,13 +29,18 @@ pub(crate) fn supervised<R: Send>(
     work: impl FnOnce() -> R + Send,
 ) -> PyResult<Supervised<R>> {
     if !is_main_thread(py)? {
-        let scoped = || Token::new().scope(|| catch_panic(work));
-        return Ok(Supervised {
-            result: py.detach(scoped),
-            interrupt: None,
-        });
+        return Ok(in_place(py, work));
     }
     py.detach(|| on_a_thread(work))
+}
+
+/// Does `work` on this thread with the interpreter released; the work polls Python's signals.
+pub(crate) fn in_place<R: Send>(py: Python<'_>, work: impl FnOnce() -> R + Send) -> Supervised<R> {
+    let scoped = || Token::new().scope(|| catch_panic(work));
+    Supervised {
+        result: py.detach(scoped),
+        interrupt: None,
+    }
 }
 
 /// Whether this is the thread on which Python handles signals.

@@ -27,18 +27,25 @@ from twinrig._errors import (
     TwinError,
 )
 from twinrig._frames import Frame
+from twinrig._parts import Controller, Input, Output, Plant, Variable
+from twinrig._rig import Rig, step_all
 from twinrig._run import Energy, Expectation, Recording, Run
 from twinrig._signal import Signal, SignalGroup, Signals
 
 __version__ = _native.VERSION
 
 __all__ = [
+    "Controller",
     "Energy",
     "Expectation",
     "Frame",
+    "Input",
+    "Output",
+    "Plant",
     "Problem",
     "Recording",
     "RecordingError",
+    "Rig",
     "Run",
     "RunError",
     "ScenarioError",
@@ -47,6 +54,7 @@ __all__ = [
     "SignalGroup",
     "Signals",
     "TwinError",
+    "Variable",
     "check",
     "diff",
     "parts",
@@ -54,6 +62,7 @@ __all__ = [
     "read",
     "robots",
     "run",
+    "step_all",
     "study",
 ]
 

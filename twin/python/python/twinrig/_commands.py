@@ -10,6 +10,7 @@ from typing import Any
 
 from twinrig import _native
 from twinrig._errors import RecordingError, RunError, ScenarioError, ScenarioWarning, TwinError
+from twinrig._parts import PartSource, sources
 from twinrig._run import Recording, Run
 from twinrig._scenario import Path, Scenario, native, path_of, settings
 
@@ -30,6 +31,8 @@ def run(
     seed: int | None = None,
     record: Path | None = None,
     signals: Iterable[str] | None = None,
+    controllers: Mapping[str, PartSource] | None = None,
+    plants: Mapping[str, PartSource] | None = None,
 ) -> Run:
     """Run a scenario in virtual time and judge it, as ``twin run`` does with the same settings.
 
@@ -51,6 +54,10 @@ def run(
     signals
         Names of the signals to keep, with ``*`` and ``**``; short for ``record.signals``. By
         default those of ``[record]``, which are all. They are in memory: 8 bytes a value.
+    controllers, plants
+        Controllers and plants in Python by the names under which the scenario refers to them, as
+        ``kind`` of ``[controller]`` and ``model`` of ``[plant]``: classes, functions or objects,
+        see `twinrig.Controller` and `twinrig.Plant`.
 
     Returns
     -------
@@ -70,6 +77,8 @@ def run(
     KeyboardInterrupt
         The run was interrupted. Its attribute `run` is the run up to there, and a recording is
         complete up to there.
+    Exception
+        Any that a controller or plant in Python raises, with the same attribute `run`.
 
     Notes
     -----
@@ -77,13 +86,16 @@ def run(
     results do not depend on it.
     """
     arguments = native(scenario, set=set, plant=plant, seed=seed, signals=signals)
-    raw = _native.run(arguments, _recording_place(record))
+    python_parts = sources(controllers, "controllers"), sources(plants, "plants")
+    raw = _native.run(arguments, _recording_place(record), *python_parts)
     finished = Run(raw)
     for _, text in raw["warnings"]:
         warnings.warn(text, ScenarioWarning, stacklevel=2)
     interrupt = raw["interrupt"]
     if interrupt is not None:
         interrupt.run = finished
+        if finished.error is not None and hasattr(interrupt, "add_note"):
+            interrupt.add_note(finished.error)
         raise interrupt
     if finished.error is not None:
         raise RunError(finished.error, finished)
