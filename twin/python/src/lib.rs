@@ -19,6 +19,7 @@ mod check;
 mod controller;
 mod errors;
 mod exceptions;
+mod fall;
 mod fork;
 mod kept;
 mod part;
@@ -31,6 +32,8 @@ mod rig;
 mod run;
 mod scenario;
 mod supervised;
+mod variable;
+mod workers;
 
 use pyo3::prelude::pymodule;
 
@@ -49,6 +52,8 @@ mod _native {
     use crate::rig::{PyRig, step_all};
     #[pymodule_export]
     use crate::run::run;
+    #[pymodule_export]
+    use crate::workers::PyWorkers;
 
     /// Version of the package.
     #[pymodule_export]

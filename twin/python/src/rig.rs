@@ -15,10 +15,13 @@ use twinrig_record::Fingerprint;
 
 use crate::errors::Failure;
 use crate::exceptions::Exceptions;
+use crate::fall::Fall;
 use crate::fork::Generation;
 use crate::parts::PythonParts;
 use crate::poll::Poll;
 use crate::scenario::ScenarioArgument;
+use crate::variable::{VariableFields, variable_fields};
+use crate::workers::PyWorkers;
 
 /// Simulated time between two polls of Python's signals.
 const SLICE: SimDuration = SimDuration::from_millis(100);
@@ -60,6 +63,9 @@ pub(crate) struct PyRig {
     /// None: closed.
     running: Mutex<Option<Running>>,
     period: SimDuration,
+    /// End of the scenario.
+    end: SimTime,
+    fall: Fall,
     made: Generation,
 }
 
@@ -165,11 +171,16 @@ impl Running {
         Failure::from(TwinError::Panic { file, source }).raised(py)
     }
 
-    /// Returns the newest values of a signal.
-    fn newest(&self, name: &str) -> PyResult<&[f64]> {
+    /// Returns the newest values of a signal; none if there is no such signal.
+    fn find(&self, name: &str) -> Option<&[f64]> {
         let latest = &self.observers.1.0;
         let find = |group| Some(&latest[group as usize][self.rig.layout(group).find(name)?]);
-        GROUPS.into_iter().find_map(find).ok_or_else(|| {
+        GROUPS.into_iter().find_map(find)
+    }
+
+    /// Returns the newest values of a signal.
+    fn newest(&self, name: &str) -> PyResult<&[f64]> {
+        self.find(name).ok_or_else(|| {
             let fields = GROUPS
                 .into_iter()
                 .flat_map(|group| self.rig.layout(group).fields());
@@ -200,26 +211,28 @@ impl PyRig {
         let built = py.detach(|| {
             catch_panic(|| {
                 let assembly = scenario.assembly(&parts.registry)?;
-                let file = assembly.scenario().file.clone();
-                Ok((assembly.rig()?, assembly.period(), file))
+                let (scene, rig) = (assembly.scene().clone(), assembly.rig()?);
+                Ok((rig, scene, assembly.period()))
             })
         });
         let built = built.map_err(Failure::from);
         let built = built.and_then(|built| built.map_err(|error: TwinError| error.into()));
-        let (rig, period, file) = built.map_err(|failure| parts.raised(py, &failure))?;
+        let (rig, scene, period) = built.map_err(|failure| parts.raised(py, &failure))?;
         let latest = GROUPS.map(|group| vec![0.0; rig.layout(group).len()]);
         let mut running = Running {
             rig,
             observers: (Fingerprint::new(), Latest(latest)),
             exceptions: parts.exceptions,
-            file,
+            file: scene.scenario.file.clone(),
             reached: SimTime::ZERO,
         };
         // The events of time 0, so that all signals have a value.
         running.advance_slice(py, SimTime::ZERO)?;
         Ok(Self {
+            fall: Fall::new(&scene, |name| running.find(name)),
             running: Mutex::new(Some(running)),
             period,
+            end: scene.scenario.end(),
             made: Generation::current(),
         })
     }
@@ -255,6 +268,20 @@ impl PyRig {
     #[getter]
     fn period(&self) -> f64 {
         self.period.as_secs_f64()
+    }
+
+    /// Duration of the scenario [s], which is no limit of the rig.
+    #[getter]
+    fn duration(&self) -> f64 {
+        self.end.as_secs_f64()
+    }
+
+    /// Whether the robot is on the ground now, by the thresholds of a fall of the scenario.
+    #[getter]
+    fn has_fallen(&self) -> PyResult<bool> {
+        let mut locked = self.lock()?;
+        let running = locked.running()?;
+        Ok(self.fall.holds(|name| running.find(name)))
     }
 
     /// Hash of all samples and events since the rig was built or restored, as 64 digits.
@@ -315,15 +342,11 @@ impl PyRig {
         rig.schedule(now, name, Change::To(value)).map_err(refused)
     }
 
-    /// Names of the process variables, each with its unit and present value.
-    fn variables(&self) -> PyResult<Vec<(String, &'static str, f64)>> {
+    /// Names of the process variables, each with its unit, present, least and greatest value.
+    fn variables(&self) -> PyResult<Vec<VariableFields>> {
         let mut locked = self.lock()?;
         let variables = locked.running()?.rig.process().variables().iter();
-        let variable = |variable: &twinrig::runtime::ProcessVariable| {
-            let name = variable.name().to_owned();
-            (name, variable.unit().symbol(), variable.value())
-        };
-        Ok(variables.map(variable).collect())
+        Ok(variables.map(variable_fields).collect())
     }
 
     /// Complete state of the rig, for `restore` of a rig of the same scenario and build.
@@ -382,18 +405,14 @@ impl PyRig {
     }
 }
 
-/// Advances every rig by `duration` [s], on up to `threads` threads, and returns the exception of
+/// Advances every rig by `duration` [s], on the threads of `workers`, and returns the exception of
 /// each, or None.
 #[pyfunction]
-#[expect(
-    clippy::disallowed_methods,
-    reason = "each rig runs on one thread; the order of the rigs has no influence on any of them"
-)]
 pub(crate) fn step_all(
     py: Python<'_>,
     rigs: Vec<PyRef<'_, PyRig>>,
     duration: f64,
-    threads: usize,
+    workers: &PyWorkers,
 ) -> PyResult<Vec<Option<PyErr>>> {
     let duration = time(duration)? - SimTime::ZERO;
     let mut locks: Vec<Locked<'_>> = rigs.iter().map(|rig| rig.lock()).collect::<PyResult<_>>()?;
@@ -405,20 +424,8 @@ pub(crate) fn step_all(
         steps.push((running, to, None));
     }
     py.detach(|| {
-        let queue = Mutex::new(steps.iter_mut());
-        let next = || queue.lock().ok()?.next();
-        let work = || {
-            while let Some((running, to, ran)) = next() {
-                *ran = Some(running.run_until(*to));
-            }
-        };
-        std::thread::scope(|scope| {
-            for _ in 1..threads {
-                // The calling thread does the work of one that cannot be started.
-                let thread = std::thread::Builder::new().name("step".to_owned());
-                let _ = thread.spawn_scoped(scope, work);
-            }
-            work();
+        workers.each(&mut steps, |(running, to, ran)| {
+            *ran = Some(running.run_until(*to));
         });
     });
     let finished = steps

@@ -28,7 +28,7 @@ from twinrig._errors import (
 )
 from twinrig._frames import Frame
 from twinrig._parts import Controller, Input, Output, Plant, Variable
-from twinrig._rig import Rig, step_all
+from twinrig._rig import Rig, Workers, step_all
 from twinrig._run import Energy, Expectation, Recording, Run
 from twinrig._signal import Signal, SignalGroup, Signals
 
@@ -55,6 +55,7 @@ __all__ = [
     "Signals",
     "TwinError",
     "Variable",
+    "Workers",
     "check",
     "diff",
     "parts",

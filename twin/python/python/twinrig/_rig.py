@@ -114,12 +114,33 @@ class Rig(_native.Rig):
             return f"<twinrig.Rig {self._name!r}: {error}>"
 
 
+class Workers(_native.Workers):
+    """Threads that advance rigs, started once for many calls of `step_all`.
+
+    After a fork the threads are those of the parent process: there, the caller's thread does their
+    work.
+
+    Parameters
+    ----------
+    threads
+        Number of threads with that of the caller; by default one a core.
+    """
+
+    def __new__(cls, threads: int | None = None) -> Workers:
+        return super().__new__(cls, threads if threads is not None else (os.cpu_count() or 1))
+
+
 def step_all(
-    rigs: Sequence[Rig], duration: float, *, threads: int | None = None
+    rigs: Sequence[Rig],
+    duration: float,
+    *,
+    threads: int | None = None,
+    workers: Workers | None = None,
 ) -> list[BaseException | None]:
     """Advance every rig by `duration` [s], on all cores.
 
     Returns the exception of each, or ``None``; an exception of one has no effect on the others.
+    Results do not depend on the number of threads, which are those of `workers`, or are started for
+    this call.
     """
-    count = threads if threads is not None else (os.cpu_count() or 1)
-    return _native.step_all(list(rigs), duration, count)
+    return _native.step_all(list(rigs), duration, workers or Workers(threads))
