@@ -17,6 +17,7 @@ use twinrig_record::Fingerprint;
 
 use crate::errors::Failure;
 use crate::fork::Generation;
+use crate::kept::seconds;
 use crate::parts::PythonParts;
 use crate::running::{Latest, Ran, Running};
 use crate::scenario::ScenarioArgument;
@@ -126,13 +127,13 @@ impl PyRig {
             )));
         }
         running.advance(py, to)?;
-        Ok(to.as_secs_f64())
+        Ok(seconds(to))
     }
 
     /// Time reached [s].
     #[getter]
     fn now(&self) -> PyResult<f64> {
-        Ok(self.lock()?.running()?.reached.as_secs_f64())
+        Ok(seconds(self.lock()?.running()?.reached))
     }
 
     /// Control period [s].

@@ -4,6 +4,7 @@ from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
+from typing_extensions import Self
 
 from twinrig._scenario import Native
 
@@ -30,7 +31,7 @@ def step_all(
 class Rig:
     def __new__(
         cls, scenario: Native, controllers: dict[str, Any], plants: dict[str, Any]
-    ) -> Rig: ...
+    ) -> Self: ...
     def step(self, until: float | None = None) -> float: ...
     @property
     def now(self) -> float: ...
