@@ -4,7 +4,7 @@ from typing import Any, Final, final
 
 from twinrig._scenario import Native
 
-__all__: list[str]
+__all__ = ["VERSION", "check", "command", "forked", "main", "plan", "read", "run"]
 
 VERSION: Final[str]
 
