@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import subprocess
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,26 +21,46 @@ SCENARIOS = sorted(
 )
 
 
-def program(*arguments: str) -> list[dict[str, object]]:
-    """Run the program that cargo has built, which is not that of the package."""
+def existing_program() -> str:
+    """Return the program that cargo has built, which is not that of the package."""
     if not PROGRAM.exists():
         assert not os.environ.get("CI"), f"{PROGRAM} has not been built"
         pytest.skip(f"{PROGRAM} has not been built")
-    words = [str(PROGRAM), *arguments, "--json"]
+    return str(PROGRAM)
+
+
+def program(*arguments: str) -> list[dict[str, Any]]:
+    """Run a command of that program; return the objects that it prints."""
+    words = [existing_program(), *arguments, "--json"]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
+class Reports:
+    """Reports of the program, which runs all scenarios while the tests run them, too."""
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        self.process = process
+        self.known: dict[str, dict[str, Any]] = {}
+
+    def __getitem__(self, scenario: str) -> dict[str, Any]:
+        assert self.process.stdout is not None
+        while scenario not in self.known:
+            report = json.loads(self.process.stdout.readline())
+            self.known[report["file"]] = report
+        return self.known[scenario]
+
+
 @pytest.fixture(scope="session")
-def reports() -> dict[object, dict[str, object]]:
-    os.chdir(ROOT)
-    return {report["file"]: report for report in program("run", *SCENARIOS, "--no-record")}
+def reports() -> Iterator[Reports]:
+    words = [existing_program(), "run", *SCENARIOS, "--no-record", "--json"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, cwd=ROOT) as process:
+        yield Reports(process)
+        process.kill()
 
 
 @pytest.mark.parametrize("scenario", SCENARIOS)
-def test_run_equals_that_of_the_program(
-    scenario: str, reports: dict[object, dict[str, object]]
-) -> None:
+def test_run_equals_that_of_the_program(scenario: str, reports: Reports) -> None:
     report, expected = twinrig.run(scenario).report, reports[scenario]
     wall = ("wall_s", "real_time_factor")
     assert expected["fingerprint"]

@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_errors import SMALL
 
-ACCEPTABLE = (twinrig.TwinError, TypeError, ValueError, KeyError, IndexError, MemoryError)
+ACCEPTABLE = (twinrig.TwinError, TypeError, ValueError, LookupError, MemoryError, OverflowError)
 
 ANYTHING = st.one_of(
     st.none(),
