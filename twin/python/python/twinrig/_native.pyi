@@ -8,7 +8,7 @@ from typing_extensions import Self
 
 from twinrig._scenario import Native
 
-__all__: list[str]
+__all__ = ["VERSION", "check", "command", "forked", "main", "plan", "read", "run"]
 
 VERSION: Final[str]
 
