@@ -4,11 +4,22 @@ from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
-from typing_extensions import Self
+from typing_extensions import Self, disjoint_base
 
 from twinrig._scenario import Native
 
-__all__ = ["VERSION", "check", "command", "forked", "main", "plan", "read", "run"]
+__all__ = [
+    "Rig",
+    "VERSION",
+    "check",
+    "command",
+    "forked",
+    "main",
+    "plan",
+    "read",
+    "run",
+    "step_all",
+]
 
 VERSION: Final[str]
 
@@ -28,6 +39,7 @@ def step_all(
     rigs: Sequence[Rig], duration: float, threads: int
 ) -> list[BaseException | None]: ...
 
+@disjoint_base
 class Rig:
     def __new__(
         cls, scenario: Native, controllers: dict[str, Any], plants: dict[str, Any]
