@@ -45,6 +45,15 @@ impl Failure {
     }
 }
 
+/// Returns the base exception of the package with a message.
+pub(crate) fn twin_error(py: Python<'_>, message: String) -> PyErr {
+    let class = py
+        .import(ERRORS)
+        .and_then(|module| module.getattr("TwinError"));
+    let raised = class.and_then(|class| class.call1((message,)));
+    raised.map_or_else(|failed| failed, PyErr::from_value)
+}
+
 fn exception(py: Python<'_>, error: &TwinError) -> PyResult<PyErr> {
     let module = py.import(ERRORS)?;
     let message = error.to_string();

@@ -30,6 +30,7 @@ mod program;
 mod recording;
 mod rig;
 mod run;
+mod running;
 mod scenario;
 mod supervised;
 mod variable;

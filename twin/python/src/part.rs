@@ -148,12 +148,11 @@ impl Part {
     pub(crate) fn save(&self) -> Snapshot {
         let saved = self.attached(|py| {
             let object = self.object.bind(py);
-            let bytes = match object.getattr_opt(intern!(py, "save"))? {
-                Some(save) => save.call0()?,
-                None => {
-                    let attributes = attributes(object)?;
-                    py.import("pickle")?.call_method1("dumps", (attributes,))?
-                }
+            let bytes = if let Some(save) = object.getattr_opt(intern!(py, "save"))? {
+                save.call0()?
+            } else {
+                let attributes = attributes(object)?;
+                py.import("pickle")?.call_method1("dumps", (attributes,))?
             };
             Ok(bytes.cast::<PyBytes>()?.as_bytes().to_vec())
         });
@@ -217,10 +216,9 @@ pub(crate) fn copied(array: &Bound<'_, PyArray1<f64>>, values: &mut [f64]) -> Py
 }
 
 /// The error for an array that the part has made unusable.
-fn changed(why: impl ToString) -> PyErr {
+fn changed(why: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(format!(
-        "the arrays of inputs and outputs belong to the rig: write their elements only ({})",
-        why.to_string()
+        "the arrays of inputs and outputs belong to the rig: write their elements only ({why})"
     ))
 }
 

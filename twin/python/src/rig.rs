@@ -1,4 +1,8 @@
 //! The stepped interface: a rig that Python advances.
+#![expect(
+    clippy::needless_pass_by_value,
+    reason = "arguments of Python are extracted into values"
+)]
 
 use std::sync::{Mutex, MutexGuard, TryLockError};
 
@@ -7,55 +11,19 @@ use pyo3::exceptions::{PyKeyError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use twinrig::TwinError;
-use twinrig::kernel::{SimDuration, SimTime, Snapshot, near_misses};
-use twinrig::runtime::{
-    Change, Group, Observer, PanicReport, Rig, RigError, RunEvent, catch_panic,
-};
+use twinrig::kernel::{SimDuration, SimTime, Snapshot};
+use twinrig::runtime::{Change, RigError, catch_panic};
 use twinrig_record::Fingerprint;
 
 use crate::errors::Failure;
-use crate::exceptions::Exceptions;
 use crate::fall::Fall;
 use crate::fork::Generation;
+use crate::kept::seconds;
 use crate::parts::PythonParts;
-use crate::poll::Poll;
+use crate::running::{Latest, Ran, Running};
 use crate::scenario::ScenarioArgument;
 use crate::variable::{VariableFields, variable_fields};
 use crate::workers::PyWorkers;
-
-/// Simulated time between two polls of Python's signals.
-const SLICE: SimDuration = SimDuration::from_millis(100);
-
-/// Signals of all groups, in the order in which a name is looked up.
-const GROUPS: [Group; 4] = [
-    Group::Plant,
-    Group::ProcessInputs,
-    Group::ProcessOutputs,
-    Group::Diagnostics,
-];
-
-/// Observer with the newest values of each group.
-struct Latest([Vec<f64>; 4]);
-
-impl Observer for Latest {
-    fn samples(&mut self, _: SimTime, group: Group, values: &[f64]) {
-        self.0[group as usize].copy_from_slice(values);
-    }
-    fn event(&mut self, _: SimTime, _: RunEvent) {}
-}
-
-/// Result of a run up to a time.
-type Ran = Result<Result<(), RigError>, PanicReport>;
-
-/// A rig with its observers.
-struct Running {
-    rig: Rig,
-    observers: (Fingerprint, Latest),
-    exceptions: Exceptions,
-    file: String,
-    /// Simulated time up to which all events have been handled.
-    reached: SimTime,
-}
 
 /// A scenario as a rig that is advanced step by step.
 #[pyclass(name = "Rig", module = "twinrig._native", frozen, subclass)]
@@ -84,13 +52,11 @@ impl PyRig {
     fn lock(&self) -> PyResult<Locked<'_>> {
         self.check_process()?;
         match self.running.try_lock() {
-            Ok(guard) if guard.is_some() => Ok(Locked(guard)),
-            Ok(_) => Err(PyValueError::new_err("the rig is closed")),
+            Ok(guard) => Ok(Locked(guard)),
+            // Panics of parts do not reach the lock, so that it is never poisoned.
+            Err(TryLockError::Poisoned(guard)) => Ok(Locked(guard.into_inner())),
             Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
                 "the rig is in use: by another thread, or by the part of it that makes this call",
-            )),
-            Err(TryLockError::Poisoned(_)) => Err(PyRuntimeError::new_err(
-                "a part of the rig has panicked: it cannot be used any more",
             )),
         }
     }
@@ -101,92 +67,13 @@ struct Locked<'a>(MutexGuard<'a, Option<Running>>);
 
 impl Locked<'_> {
     fn running(&mut self) -> PyResult<&mut Running> {
-        let closed = || PyValueError::new_err("the rig is closed");
-        self.0.as_mut().ok_or_else(closed)
-    }
-}
-
-impl Running {
-    /// Returns the exception for an error of the rig: that of a Python part, if it is the cause.
-    fn raised(&self, py: Python<'_>, error: RigError) -> PyErr {
-        let exception = self.exceptions.take();
-        exception.unwrap_or_else(|| {
-            let error = TwinError::Rig {
-                file: self.file.clone(),
-                help: String::new(),
-                source: Box::new(error),
-            };
-            Failure::from(error).raised(py)
-        })
-    }
-
-    /// Advances to `to` without the interpreter, and polls its signals in between.
-    fn advance(&mut self, py: Python<'_>, to: SimTime) -> PyResult<()> {
-        // A short step leaves the signals to the interpreter, and reads no clock.
-        let is_long = self
-            .reached
-            .checked_add(SLICE)
-            .is_some_and(|next| next < to);
-        let mut poll = is_long.then(Poll::new);
-        while self.reached < to {
-            let slice = self.reached.checked_add(SLICE);
-            self.advance_slice(py, slice.map_or(to, |next| next.min(to)))?;
-            if let Some(poll) = &mut poll {
-                poll.signals(py)?;
-            }
+        match self.0.as_mut() {
+            Some(running) if running.has_panicked => Err(PyRuntimeError::new_err(
+                "a part of the rig has panicked: it cannot be used any more",
+            )),
+            Some(running) => Ok(running),
+            None => Err(PyValueError::new_err("the rig is closed")),
         }
-        Ok(())
-    }
-
-    /// Advances to `to`, which may be the present time: to the events that are due at once.
-    fn advance_slice(&mut self, py: Python<'_>, to: SimTime) -> PyResult<()> {
-        let ran = py.detach(|| self.run_until(to));
-        self.finish(py, to, ran)
-    }
-
-    /// Runs without the interpreter.
-    fn run_until(&mut self, to: SimTime) -> Ran {
-        let Self { rig, observers, .. } = self;
-        catch_panic(|| rig.run_until(to, observers))
-    }
-
-    /// Returns the result of a run to `to`.
-    fn finish(&mut self, py: Python<'_>, to: SimTime, ran: Ran) -> PyResult<()> {
-        match ran {
-            Ok(Ok(())) => {
-                self.reached = to;
-                self.exceptions.take().map_or(Ok(()), Err)
-            }
-            Ok(Err(error)) => {
-                self.reached = self.rig.now();
-                Err(self.raised(py, error))
-            }
-            Err(source) => Err(self.panicked(py, source)),
-        }
-    }
-
-    /// Returns the exception for a panic of a part.
-    fn panicked(&self, py: Python<'_>, source: PanicReport) -> PyErr {
-        let file = self.file.clone();
-        Failure::from(TwinError::Panic { file, source }).raised(py)
-    }
-
-    /// Returns the newest values of a signal; none if there is no such signal.
-    fn find(&self, name: &str) -> Option<&[f64]> {
-        let latest = &self.observers.1.0;
-        let find = |group| Some(&latest[group as usize][self.rig.layout(group).find(name)?]);
-        GROUPS.into_iter().find_map(find)
-    }
-
-    /// Returns the newest values of a signal.
-    fn newest(&self, name: &str) -> PyResult<&[f64]> {
-        self.find(name).ok_or_else(|| {
-            let fields = GROUPS
-                .into_iter()
-                .flat_map(|group| self.rig.layout(group).fields());
-            let known = fields.map(|field| field.port.name.as_str());
-            PyKeyError::new_err(no_such_signal(name, known))
-        })
     }
 }
 
@@ -218,14 +105,8 @@ impl PyRig {
         let built = built.map_err(Failure::from);
         let built = built.and_then(|built| built.map_err(|error: TwinError| error.into()));
         let (rig, scene, period) = built.map_err(|failure| parts.raised(py, &failure))?;
-        let latest = GROUPS.map(|group| vec![0.0; rig.layout(group).len()]);
-        let mut running = Running {
-            rig,
-            observers: (Fingerprint::new(), Latest(latest)),
-            exceptions: parts.exceptions,
-            file: scene.scenario.file.clone(),
-            reached: SimTime::ZERO,
-        };
+        let file = scene.scenario.file.clone();
+        let mut running = Running::new(rig, parts.exceptions, file);
         // The events of time 0, so that all signals have a value.
         running.advance_slice(py, SimTime::ZERO)?;
         Ok(Self {
@@ -255,13 +136,13 @@ impl PyRig {
             )));
         }
         running.advance(py, to)?;
-        Ok(to.as_secs_f64())
+        Ok(seconds(to))
     }
 
     /// Time reached [s].
     #[getter]
     fn now(&self) -> PyResult<f64> {
-        Ok(self.lock()?.running()?.reached.as_secs_f64())
+        Ok(seconds(self.lock()?.running()?.reached))
     }
 
     /// Control period [s].
@@ -273,7 +154,7 @@ impl PyRig {
     /// Duration of the scenario [s], which is no limit of the rig.
     #[getter]
     fn duration(&self) -> f64 {
-        self.end.as_secs_f64()
+        seconds(self.end)
     }
 
     /// Whether the robot is on the ground now, by the thresholds of a fall of the scenario.
@@ -287,18 +168,14 @@ impl PyRig {
     /// Hash of all samples and events since the rig was built or restored, as 64 digits.
     #[getter]
     fn fingerprint(&self) -> PyResult<String> {
-        Ok(self.lock()?.running()?.observers.0.digest().to_string())
+        Ok(self.lock()?.running()?.fingerprint.digest().to_string())
     }
 
     /// Names of the signals, each with its unit and size.
     fn signals(&self) -> PyResult<Vec<(String, &'static str, usize)>> {
         let mut locked = self.lock()?;
-        let rig = &locked.running()?.rig;
-        let fields = GROUPS
-            .into_iter()
-            .flat_map(|group| rig.layout(group).fields());
         let mut signals: Vec<(String, &'static str, usize)> = Vec::new();
-        for field in fields {
+        for field in locked.running()?.fields() {
             let port = &field.port;
             if signals.iter().all(|(name, ..)| *name != port.name) {
                 signals.push((port.name.clone(), port.unit.symbol(), port.size));
@@ -353,7 +230,7 @@ impl PyRig {
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let mut locked = self.lock()?;
         let running = locked.running()?;
-        let latest = &running.observers.1.0;
+        let latest = &running.latest.0;
         let saved = catch_panic(|| Snapshot::of(&(running.reached, latest, running.rig.save())));
         let saved = saved.map_err(|source| running.panicked(py, source))?;
         match running.exceptions.take() {
@@ -367,13 +244,12 @@ impl PyRig {
         let mut locked = self.lock()?;
         let running = locked.running()?;
         let saved = Snapshot(state.to_vec());
-        let bad = |error: &dyn std::error::Error| PyValueError::new_err(error.to_string());
         let saved: Result<(SimTime, [Vec<f64>; 4], Snapshot), _> = saved.read();
         let (reached, latest, rig) = saved.map_err(|_| {
             PyValueError::new_err("the bytes are not the saved state of a rig of this build")
         })?;
         let lengths = |groups: &[Vec<f64>; 4]| groups.each_ref().map(Vec::len);
-        if lengths(&latest) != lengths(&running.observers.1.0) {
+        if lengths(&latest) != lengths(&running.latest.0) {
             return Err(PyValueError::new_err(
                 "the state was saved of a rig with other signals",
             ));
@@ -382,26 +258,41 @@ impl PyRig {
         let restored = restored.map_err(|source| running.panicked(py, source))?;
         restored.map_err(|error| {
             let exception = running.exceptions.take();
-            exception.unwrap_or_else(|| bad(&error))
+            exception.unwrap_or_else(|| PyValueError::new_err(error.to_string()))
         })?;
         running.reached = reached;
-        running.observers = (Fingerprint::new(), Latest(latest));
+        running.fingerprint = Fingerprint::new();
+        running.latest = Latest(latest);
         Ok(())
     }
 
     /// Closes the rig; every later call but this one raises `ValueError`.
     fn close(&self) -> PyResult<()> {
-        self.check_process()?;
-        match self.running.try_lock() {
-            Ok(mut running) => *running = None,
-            Err(TryLockError::Poisoned(_)) => {}
-            Err(TryLockError::WouldBlock) => {
-                return Err(PyRuntimeError::new_err(
-                    "the rig is in use, and cannot be closed",
-                ));
-            }
-        }
+        *self.lock()?.0 = None;
         Ok(())
+    }
+}
+
+/// Returns the time at `seconds`, to the nearest nanosecond.
+fn time(seconds: f64) -> PyResult<SimTime> {
+    let duration = SimDuration::try_from_secs_f64(seconds);
+    let time = duration.and_then(|duration| SimTime::ZERO.checked_add(duration));
+    time.ok_or_else(|| no_time(seconds))
+}
+
+fn no_time(seconds: f64) -> PyErr {
+    PyValueError::new_err(format!("{seconds} s is no simulated time: 0 to 584 years"))
+}
+
+/// Returns the exception for a request that the rig refuses.
+#[expect(clippy::needless_pass_by_value, reason = "for `map_err`")]
+fn refused(error: RigError) -> PyErr {
+    let text = error.to_string();
+    match error {
+        RigError::NoSuchVariable { .. } | RigError::NoSuchOutput { .. } => {
+            PyKeyError::new_err(text)
+        }
+        _ => PyValueError::new_err(text),
     }
 }
 
@@ -432,36 +323,4 @@ pub(crate) fn step_all(
         .into_iter()
         .map(|(running, to, ran)| ran.and_then(|ran| running.finish(py, to, ran).err()));
     Ok(finished.collect())
-}
-
-/// Returns the time at `seconds`, to the nearest nanosecond.
-fn time(seconds: f64) -> PyResult<SimTime> {
-    let duration = SimDuration::try_from_secs_f64(seconds);
-    let time = duration.and_then(|duration| SimTime::ZERO.checked_add(duration));
-    time.ok_or_else(|| no_time(seconds))
-}
-
-fn no_time(seconds: f64) -> PyErr {
-    PyValueError::new_err(format!("{seconds} s is no simulated time: 0 to 584 years"))
-}
-
-fn no_such_signal<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
-    let near = near_misses(name, known);
-    let help = match near.as_slice() {
-        [] => String::new(),
-        near => format!("; did you mean `{}`?", near.join("` or `")),
-    };
-    format!("there is no signal `{name}`{help}")
-}
-
-/// Returns the exception for a request that the rig refuses.
-#[expect(clippy::needless_pass_by_value, reason = "for `map_err`")]
-fn refused(error: RigError) -> PyErr {
-    let text = error.to_string();
-    match error {
-        RigError::NoSuchVariable { .. } | RigError::NoSuchOutput { .. } => {
-            PyKeyError::new_err(text)
-        }
-        _ => PyValueError::new_err(text),
-    }
 }

@@ -30,6 +30,10 @@ struct Finished {
 /// \[s\], values row by row), `footsteps`, `frames`, and `interrupt`: the exception of a signal
 /// handler or of a Python part that ended the run, or `None`.
 #[pyfunction]
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "arguments of Python are extracted into values"
+)]
 pub(crate) fn run<'py>(
     py: Python<'py>,
     scenario: ScenarioArgument,

@@ -123,8 +123,8 @@ def check(
         return {**result, "error": str(error), "warnings": [], "problems": error.problems}
     keys = ("code", "message", "file", "line")
     listed = [dict(zip(keys, warning, strict=True)) for warning in warned]
-    error = "\n\n".join(text for _, text, _, _ in warned) if strict and warned else None
-    result |= {"scenario": name, "valid": error is None, "error": error}
+    refused = "\n\n".join(text for _, text, _, _ in warned) if strict and warned else None
+    result |= {"scenario": name, "valid": refused is None, "error": refused}
     return {**result, "warnings": listed, "problems": []}
 
 

@@ -4,11 +4,23 @@ from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
-from typing_extensions import Self
+from typing_extensions import Self, disjoint_base
 
 from twinrig._scenario import Native
 
-__all__: list[str]
+__all__ = [
+    "Rig",
+    "Workers",
+    "VERSION",
+    "check",
+    "command",
+    "forked",
+    "main",
+    "plan",
+    "read",
+    "run",
+    "step_all",
+]
 
 VERSION: Final[str]
 
@@ -28,6 +40,7 @@ def step_all(
     rigs: Sequence[Rig], duration: float, workers: Workers
 ) -> list[BaseException | None]: ...
 
+@disjoint_base
 class Rig:
     def __new__(
         cls, scenario: Native, controllers: dict[str, Any], plants: dict[str, Any]
@@ -52,5 +65,6 @@ class Rig:
     def restore(self, state: bytes) -> None: ...
     def close(self) -> None: ...
 
+@disjoint_base
 class Workers:
     def __new__(cls, threads: int) -> Self: ...

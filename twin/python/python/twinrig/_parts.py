@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Protocol, TypeAlias
+from typing import Any, ClassVar, Protocol, TypeAlias, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -33,7 +33,7 @@ class Output:
     direction: ClassVar[str] = "output"
 
 
-Port: TypeAlias = "Input | Output"
+Port: TypeAlias = Union[Input, Output]
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Plant(Protocol):
         """Write the outputs at the time advanced to; the state must not change."""
 
 
-PartSource: TypeAlias = "type[Any] | Callable[[], Any] | Any"
+PartSource: TypeAlias = Any
 """A class or function that is called for every rig, or an object that is copied for each."""
 
 

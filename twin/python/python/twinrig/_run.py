@@ -59,25 +59,26 @@ class Energy:
     """By impacts."""
 
 
-FOOTSTEP_FIELDS = [
-    ("touch_down_s", np.float64),
-    ("lift_off_s", np.float64),
-    ("position_m", np.float64, (3,)),
-    ("slip_m", np.float64),
-    ("impulse_ns", np.float64),
-    ("peak_load_n", np.float64),
-]
+FOOTSTEP_NUMBERS = np.dtype(
+    [
+        ("touch_down_s", "f8"),
+        ("lift_off_s", "f8"),
+        ("position_m", "f8", (3,)),
+        ("slip_m", "f8"),
+        ("impulse_ns", "f8"),
+        ("peak_load_n", "f8"),
+    ]
+)
 
 
 def _footsteps(legs: list[str], leg: npt.NDArray[np.int64], numbers: Floats) -> npt.NDArray[Any]:
     longest = max((len(name) for name in legs), default=1)
-    array = np.empty(len(leg), dtype=[("leg", f"U{longest}"), *FOOTSTEP_FIELDS])
-    table = numbers.reshape(len(leg), 8)
+    array = np.empty(len(leg), dtype=[("leg", f"U{longest}"), *FOOTSTEP_NUMBERS.descr])
     if len(leg):
         array["leg"] = np.array(legs)[leg]
-    columns = [0, 1, slice(2, 5), 5, 6, 7]
-    for field, column in zip(FOOTSTEP_FIELDS, columns, strict=True):
-        array[field[0]] = table[:, column]
+    rows = numbers.view(FOOTSTEP_NUMBERS)
+    for field in FOOTSTEP_NUMBERS.names or ():
+        array[field] = rows[field]
     return array
 
 

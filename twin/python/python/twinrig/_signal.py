@@ -114,7 +114,7 @@ class SignalGroup(Mapping[str, Signal]):
     """``plant``, ``process-inputs``, ``process-outputs`` or ``gauges`` (counters)."""
     time: Floats
     """Time of each sample [s], of shape (n,)."""
-    values: Floats
+    matrix: Floats
     """All samples, of shape (n, width): the columns are the components of the signals."""
 
     def __init__(
@@ -125,7 +125,7 @@ class SignalGroup(Mapping[str, Signal]):
         values: Floats,
     ) -> None:
         width = sum(size for _, _, size in rows)
-        self.name, self.time, self.values = name, time, values.reshape(len(time), width)
+        self.name, self.time, self.matrix = name, time, values.reshape(len(time), width)
         self._columns: dict[str, tuple[int, int, str]] = {}
         start = 0
         for signal, unit, size in rows:
@@ -137,8 +137,8 @@ class SignalGroup(Mapping[str, Signal]):
         if column is None:
             unknown(name, self._columns)
         start, size, unit = column
-        values = self.values[:, start] if size == 1 else self.values[:, start : start + size]
-        return Signal(values, name, unit, self.time)
+        columns = start if size == 1 else slice(start, start + size)
+        return Signal(self.matrix[:, columns], name, unit, self.time)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)

@@ -33,10 +33,10 @@ try:
     from gymnasium.spaces import Box, Space
     from gymnasium.vector import AutoresetMode, VectorEnv
     from gymnasium.vector.utils import batch_space
-except ImportError as error:
+except ImportError as _error:
     raise ImportError(
         "twinrig.gym requires the package gymnasium: pip install 'twinrig[gym]'"
-    ) from error
+    ) from _error
 
 __all__ = ["Step", "TwinEnv", "TwinVectorEnv"]
 
