@@ -109,6 +109,18 @@ def test_outputs_of_the_controller_are_replaced_until_the_next_episode() -> None
     assert rollout(env, [[0.1, 0.2]]) == free
 
 
+def test_falls_are_those_of_the_judge() -> None:
+    # The trunk of the trot is lower than these shares of its initial height now and then.
+    for share in (0.9, 0.95, 0.99):
+        thresholds = {"height": share, "tilt": "60 deg"}
+        expect = [{"name": "stays up", "body": {"fall": thresholds}}]
+        judged = twinrig.run(TROT, set={"expect": expect}).expectations[0]
+        rig = twinrig.Rig(TROT, set={"fall": thresholds, "expect": []})
+        while not rig.has_fallen:
+            rig.step()
+        assert rig.now == judged.first_violation_s
+
+
 def test_a_fall_terminates_and_the_end_truncates() -> None:
     env = make()
     env.reset()
@@ -265,6 +277,23 @@ def test_after_an_exception_of_a_part_a_new_episode_can_begin() -> None:
             vector.step([[0.0]] * 2)
         with pytest.raises(gymnasium.error.ResetNeeded):
             vector.step([[0.0]] * 2)
+
+
+def test_threads_are_of_use_for_many_calls() -> None:
+    with pytest.raises(ValueError, match="at least 1, not 0"):
+        twinrig.Workers(0)
+    workers = twinrig.Workers(3)
+    for count in (0, 1, 7):
+        rigs = [twinrig.Rig(TROT) for _ in range(count)]
+        for _ in range(3):
+            assert twinrig.step_all(rigs, 0.05, workers=workers) == [None] * count
+        assert {rig.fingerprint for rig in rigs} <= {fingerprint_at(0.15)}
+
+
+def fingerprint_at(time: float) -> str:
+    rig = twinrig.Rig(TROT)
+    rig.step(until=time)
+    return rig.fingerprint
 
 
 def test_settings_of_an_episode() -> None:
