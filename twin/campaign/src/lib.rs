@@ -33,3 +33,4 @@
 
 mod places;
 pub mod search;
+pub mod sweep;
