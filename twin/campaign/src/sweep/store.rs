@@ -48,6 +48,13 @@ impl Partition {
     }
 }
 
+/// As on the command line: `2/3`.
+impl std::fmt::Display for Partition {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}/{}", self.part, self.of)
+    }
+}
+
 /// From `2/3`: the second of three.
 impl FromStr for Partition {
     type Err = String;

@@ -19,6 +19,7 @@ mod rows;
 mod runs;
 mod stability;
 mod stiffness;
+mod sweep;
 mod table;
 mod text;
 mod thesis;
@@ -32,6 +33,7 @@ use crate::reference_note::ReferenceNote;
 use crate::study::{Study, StudyKind};
 
 use crate::number::{self, si};
+pub use sweep::sweep_page;
 use text::{element, escaped, paragraph};
 
 const STYLE: &str = include_str!("style.css");
