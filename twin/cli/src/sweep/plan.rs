@@ -112,7 +112,7 @@ impl<'r> SweepPlan<'r> {
             let parts = std::iter::once(build);
             let parts = parts.chain(files[sources].iter().map(Vec::as_slice));
             let pairs = settings.iter().flat_map(|it| [&it.key, &it.value]);
-            let key = RowKey::of(parts.chain(pairs.map(|text| text.as_bytes())));
+            let key = RowKey::of(parts.chain(pairs.map(String::as_bytes)));
             self.points.push(PlannedPoint {
                 values,
                 sources,
