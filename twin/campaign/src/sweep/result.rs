@@ -1,6 +1,8 @@
 //! Result of a sweep: a function of its specification, scenario and build.
 
-use serde::Serialize;
+use std::collections::BTreeSet;
+
+use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 use twinrig_kernel::Unit;
 
@@ -58,7 +60,12 @@ pub struct ResultDimension {
     /// Dotted key.
     pub key: String,
     /// Unit of its numbers; none where a value has no number.
+    #[serde(serialize_with = "symbol")]
     pub unit: Option<Unit>,
+}
+
+fn symbol<S: Serializer>(unit: &Option<Unit>, serializer: S) -> Result<S::Ok, S::Error> {
+    unit.map(Unit::symbol).serialize(serializer)
 }
 
 /// A point whose run is done.
@@ -91,6 +98,9 @@ pub struct SweepCounts {
     pub error: usize,
     /// Points without a run.
     pub missing: usize,
+    /// Different fingerprints. Equal ones are the same run, as of seeds in a scenario that draws no
+    /// random number, and no independent draws.
+    pub different: usize,
 }
 
 /// Result of a sweep.
@@ -140,6 +150,10 @@ impl SweepResult {
             fail: with(RowVerdict::Fail),
             error: with(RowVerdict::Error),
             missing: spec.design.points - self.rows.len(),
+            different: {
+                let prints = self.rows.iter().map(|row| &row.row.fingerprint);
+                prints.flatten().collect::<BTreeSet<_>>().len()
+            },
         };
         let rows = || self.rows.iter().map(|row| &row.row);
         let share = |share: &ShareSpec| share.share(rows());
@@ -187,6 +201,20 @@ impl SweepResult {
         hasher.finalize().to_hex().to_string()
     }
 
+    /// Returns a warning about runs that are equal, for which the intervals of shares do not hold.
+    pub fn equal_runs(&self) -> Option<String> {
+        let rows = self.rows.iter();
+        let completed = rows.filter(|row| row.row.fingerprint.is_some()).count();
+        let different = self.counts.different;
+        (different < completed).then(|| {
+            format!(
+                "{completed} runs have {different} different fingerprints: a dimension has no \
+                 effect on some of them, as the seed where nothing draws a random number. \
+                 Intervals of shares assume independent runs"
+            )
+        })
+    }
+
     /// Returns the names of all expectations, in the order of their first occurrence, with their
     /// units.
     pub fn expectations(&self) -> Vec<(&str, &str)> {
@@ -219,6 +247,7 @@ impl SweepResult {
             "dimensions": self.dimensions,
             "counts": self.counts,
             "shares": self.shares,
+            "warning": self.equal_runs(),
             "rows": rows,
         })
     }

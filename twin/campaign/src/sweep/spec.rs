@@ -13,7 +13,7 @@ use super::keys::{
     SHARE, TO, VALUES, WHOLE,
 };
 use super::share::ShareSpec;
-use super::value::SweepValue;
+use super::value::{SweepValue, toml};
 
 /// Greatest number of points.
 const POINTS_MOST: usize = 1_000_000;
@@ -161,7 +161,8 @@ fn leaves(
         if path.is_empty() {
             return item.table().map(drop);
         }
-        settings.push((path.join("."), one_line(item)?.to_owned()));
+        check_line(item)?;
+        settings.push((path.join("."), toml(item)));
         return Ok(());
     };
     for key in keys {
@@ -175,13 +176,12 @@ fn leaves(
     Ok(())
 }
 
-/// Returns a value as it is written, which a setting requires to be in one line.
-fn one_line<'d>(item: &Item<'d>) -> Result<&'d str, Reported> {
-    let toml = item.toml();
-    if toml.contains('\n') {
+/// Checks that a value is written in one line, which a setting requires.
+fn check_line(item: &Item<'_>) -> Result<(), Reported> {
+    if !item.is_text() && item.toml().contains('\n') {
         return Err(item.report("a value of a setting is one line", "write it in one line"));
     }
-    Ok(toml)
+    Ok(())
 }
 
 fn dimension(item: &Item<'_>, is_grid: bool) -> Result<SweepDimension, Reported> {
@@ -234,7 +234,7 @@ fn dimension(item: &Item<'_>, is_grid: bool) -> Result<SweepDimension, Reported>
 
 fn listed(item: &Item<'_>) -> Result<Vec<SweepValue>, Reported> {
     let values = item.each(|item| {
-        one_line(item)?;
+        check_line(item)?;
         Ok((SweepValue::of(item), item.place()))
     })?;
     if values.is_empty() {

@@ -1,13 +1,13 @@
 //! Values of the settings of a point.
 
 use serde::{Serialize, Serializer};
-use twinrig_document::{Item, Range, parse_quantity, print_quantity};
+use twinrig_document::{Item, Range, parse_quantity, print_quantity, quoted};
 use twinrig_kernel::Unit;
 
 /// Value of a setting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepValue {
-    /// As written in a scenario, in TOML: `"2.5 m"` with its quotes.
+    /// In TOML: `"2.5 m"` with its quotes.
     pub toml: String,
     /// Its number in the SI unit, if it has one.
     pub number: Option<f64>,
@@ -19,7 +19,7 @@ impl SweepValue {
     /// Returns the value as the document has it. A text that begins with a number and ends with a
     /// known unit is a quantity.
     pub(super) fn of(item: &Item<'_>) -> Self {
-        let toml = item.toml().to_owned();
+        let toml = toml(item);
         if item.is_text() {
             let unit = item.spelled_unit();
             let number = item.text().ok();
@@ -67,11 +67,12 @@ impl SweepValue {
 
     /// Returns the value for readers: without the quotes of a text.
     pub fn shown(&self) -> &str {
-        let unquoted = ['"', '\''].iter().find_map(|&quote| {
-            let inner = self.toml.strip_prefix(quote)?.strip_suffix(quote)?;
-            (!inner.contains([quote, '\\'])).then_some(inner)
-        });
-        unquoted.unwrap_or(&self.toml)
+        let quoted = self.toml.strip_prefix('"');
+        let inner = quoted.and_then(|rest| rest.strip_suffix('"'));
+        // An escaped text stays as it is written.
+        inner
+            .filter(|inner| !inner.contains('\\'))
+            .unwrap_or(&self.toml)
     }
 
     /// Returns the cell of a table: the number in the SI unit, otherwise the text.
@@ -88,6 +89,15 @@ impl SweepValue {
     }
 
     pub(super) const RANGE: Range = Range::ANY;
+}
+
+/// Returns a value of a document in TOML: a text in double quotes, anything else as it is written.
+pub(super) fn toml(item: &Item<'_>) -> String {
+    if item.is_text() {
+        item.text().map_or_else(|_| String::new(), quoted)
+    } else {
+        item.toml().to_owned()
+    }
 }
 
 /// The number in the SI unit, otherwise the text.

@@ -26,7 +26,7 @@ fn grid_is_the_product_with_the_last_dimension_fastest() {
     )
     .unwrap();
     let mut expected = Vec::new();
-    for gait in ["'trot'", "\"walk\""] {
+    for gait in ["\"trot\"", "\"walk\""] {
         for frequency in ["\"1 Hz\"", "\"1.5 Hz\"", "\"2 Hz\""] {
             for seed in ["7", "8"] {
                 expected.push(vec![gait, frequency, seed]);

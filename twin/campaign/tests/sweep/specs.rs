@@ -76,7 +76,7 @@ fn mistakes_are_reported_at_their_place() {
         ),
         (
             format!("{dimension}values = ['1 m', '1 m']"),
-            "'1 m' is listed twice",
+            "\"1 m\" is listed twice",
         ),
         (
             format!("{dimension}from = '1 m'\nto = '2 Hz'\ncount = 2"),
@@ -137,8 +137,8 @@ fn settings_of_all_runs_have_dotted_keys() {
     assert_eq!(
         spec.set,
         [
-            set("duration", "'7 s'"),
-            set("plant.step", "'1 ms'"),
+            set("duration", "\"7 s\""),
+            set("plant.step", "\"1 ms\""),
             set("a.b.c", "[1, 2]"),
             set("x.y", "true"),
         ]

@@ -32,6 +32,9 @@ pub fn sweep_page(result: &SweepResult) -> String {
         .map(|index| SweepAxis::of(result, index))
         .collect();
     let mut body = cards(result);
+    body += &result
+        .equal_runs()
+        .map_or(String::new(), |warning| paragraph(&warning));
     if !result.shares.is_empty() {
         body += "<h2>Shares</h2>\n";
         body += &shares(result);
