@@ -74,9 +74,7 @@ impl DimensionValues {
     /// one stratum.
     pub(super) fn draw(&self, stratum: usize, strata: usize, numbers: &mut Stream) -> SweepValue {
         match self {
-            Self::Interval(interval) => {
-                interval.at((stratum as f64 + numbers.unit()) / strata as f64)
-            }
+            Self::Interval(interval) => interval.draw(stratum, strata, numbers),
             Self::Listed(values) => {
                 let index = drawn(values.len() as u128, stratum, strata, numbers);
                 let index = usize::try_from(index).unwrap_or(usize::MAX);
@@ -108,6 +106,10 @@ fn drawn(count: u128, stratum: usize, strata: usize, numbers: &mut Stream) -> u6
 impl ValueInterval {
     /// Returns the quantity at a share of the interval, 0 to 1; the ends are exact.
     fn at(&self, share: f64) -> SweepValue {
+        SweepValue::quantity(self.number_at(share), self.unit)
+    }
+
+    fn number_at(&self, share: f64) -> f64 {
         let between = |from: f64, to: f64| from * (1.0 - share) + to * share;
         let number = if share <= 0.0 {
             self.from
@@ -118,6 +120,35 @@ impl ValueInterval {
         } else {
             between(self.from, self.to)
         };
-        SweepValue::quantity(number.clamp(self.from, self.to), self.unit)
+        number.clamp(self.from, self.to)
     }
+
+    /// Draws a quantity from a stratum, with as few decimals as a millionth of the range takes, so
+    /// that commands are legible; with all of them where that would leave the stratum.
+    fn draw(&self, stratum: usize, strata: usize, numbers: &mut Stream) -> SweepValue {
+        let share_of = |place: f64| place / strata as f64;
+        let number = self.number_at(share_of(stratum as f64 + numbers.unit()));
+        let range = if self.logarithmic {
+            number
+        } else {
+            self.to - self.from
+        };
+        let rounded = rounded(number, RESOLUTION * range);
+        let low = self.number_at(share_of(stratum as f64));
+        let high = self.number_at(share_of((stratum + 1) as f64));
+        let is_inside = rounded >= low && (rounded < high || stratum + 1 == strata);
+        SweepValue::quantity(if is_inside { rounded } else { number }, self.unit)
+    }
+}
+
+/// Resolution of draws, as a part of their range.
+const RESOLUTION: f64 = 1e-6;
+
+/// Rounds a number to the decimals that a resolution takes.
+fn rounded(number: f64, resolution: f64) -> f64 {
+    let decimals = -libm::floor(libm::log10(resolution));
+    let decimals = (0..=17).find(|&count| f64::from(count) >= decimals);
+    let text =
+        decimals.map(|count: i32| format!("{number:.*}", usize::try_from(count).unwrap_or(0)));
+    text.and_then(|text| text.parse().ok()).unwrap_or(number)
 }

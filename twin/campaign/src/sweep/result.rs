@@ -1,8 +1,8 @@
 //! Result of a sweep: a function of its specification, scenario and build.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use serde_json::{Map, Value, json};
 use twinrig_kernel::Unit;
 
@@ -55,17 +55,18 @@ impl SweepVerdict {
 }
 
 /// A dimension with the key of the scenario.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ResultDimension {
     /// Dotted key.
     pub key: String,
     /// Unit of its numbers; none where a value has no number.
-    #[serde(serialize_with = "symbol")]
     pub unit: Option<Unit>,
 }
 
-fn symbol<S: Serializer>(unit: &Option<Unit>, serializer: S) -> Result<S::Ok, S::Error> {
-    unit.map(Unit::symbol).serialize(serializer)
+impl ResultDimension {
+    fn json(&self) -> Value {
+        json!({ "key": self.key, "unit": self.unit.map(Unit::symbol) })
+    }
 }
 
 /// A point whose run is done.
@@ -98,9 +99,6 @@ pub struct SweepCounts {
     pub error: usize,
     /// Points without a run.
     pub missing: usize,
-    /// Different fingerprints. Equal ones are the same run, as of seeds in a scenario that draws no
-    /// random number, and no independent draws.
-    pub different: usize,
 }
 
 /// Result of a sweep.
@@ -150,10 +148,6 @@ impl SweepResult {
             fail: with(RowVerdict::Fail),
             error: with(RowVerdict::Error),
             missing: spec.design.points - self.rows.len(),
-            different: {
-                let prints = self.rows.iter().map(|row| &row.row.fingerprint);
-                prints.flatten().collect::<BTreeSet<_>>().len()
-            },
         };
         let rows = || self.rows.iter().map(|row| &row.row);
         let share = |share: &ShareSpec| share.share(rows());
@@ -201,16 +195,43 @@ impl SweepResult {
         hasher.finalize().to_hex().to_string()
     }
 
-    /// Returns a warning about runs that are equal, for which the intervals of shares do not hold.
-    pub fn equal_runs(&self) -> Option<String> {
-        let rows = self.rows.iter();
-        let completed = rows.filter(|row| row.row.fingerprint.is_some()).count();
-        let different = self.counts.different;
-        (different < completed).then(|| {
+    /// Returns the keys of dimensions without effect: runs that differ in nothing else are equal,
+    /// as those of several seeds in a scenario that draws no random number.
+    pub fn without_effect(&self) -> Vec<&str> {
+        let keys = self.dimensions.iter().enumerate();
+        let keys = keys.filter(|(index, _)| self.has_no_effect(*index));
+        keys.map(|(_, dimension)| dimension.key.as_str()).collect()
+    }
+
+    /// Whether there are runs that differ in one dimension only, and all such runs are equal.
+    fn has_no_effect(&self, dimension: usize) -> bool {
+        let mut runs: BTreeMap<Vec<&str>, &str> = BTreeMap::new();
+        let mut equal = false;
+        for row in &self.rows {
+            let Some(print) = row.row.fingerprint.as_deref() else {
+                continue;
+            };
+            let others = row.point.iter().enumerate();
+            let others = others.filter(|(index, _)| *index != dimension);
+            let others = others.map(|(_, value)| value.toml.as_str()).collect();
+            match runs.insert(others, print) {
+                Some(known) if known == print => equal = true,
+                Some(_) => return false,
+                None => {}
+            }
+        }
+        equal
+    }
+
+    /// Returns the warning about dimensions without effect.
+    pub fn warning(&self) -> Option<String> {
+        let keys = self.without_effect();
+        let keys: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
+        (!keys.is_empty()).then(|| {
             format!(
-                "{completed} runs have {different} different fingerprints: a dimension has no \
-                 effect on some of them, as the seed where nothing draws a random number. \
-                 Intervals of shares assume independent runs"
+                "{} has no effect: runs that differ in nothing else are equal, and their number is \
+                 no evidence for the interval of a share",
+                keys.join(", ")
             )
         })
     }
@@ -232,6 +253,7 @@ impl SweepResult {
     pub fn json(&self) -> Value {
         let settings = self.settings.iter();
         let settings = settings.map(|(key, value)| (key.clone(), json!(value)));
+        let dimensions = self.dimensions.iter().map(ResultDimension::json);
         let rows: Vec<Value> = self.rows.iter().map(|row| self.row_json(row)).collect();
         json!({
             "sweep": self.name,
@@ -244,10 +266,10 @@ impl SweepResult {
             "design": self.design,
             "partition": (!self.partition.is_whole()).then_some(self.partition),
             "settings": settings.collect::<Map<_, _>>(),
-            "dimensions": self.dimensions,
+            "dimensions": dimensions.collect::<Vec<_>>(),
             "counts": self.counts,
             "shares": self.shares,
-            "warning": self.equal_runs(),
+            "warning": self.warning(),
             "rows": rows,
         })
     }

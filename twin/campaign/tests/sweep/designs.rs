@@ -125,6 +125,23 @@ proptest! {
     }
 }
 
+/// Commands with draws are legible.
+#[test]
+fn draws_have_few_digits() {
+    let text = "design = 'random'\npoints = 1000\n\
+                [[dimension]]\nkey = 'a'\nfrom = '2.5 m'\nto = '2.6 m'\n\
+                [[dimension]]\nkey = 'b'\nfrom = 1e-6\nto = 1e6\nscale = 'logarithmic'";
+    for point in spec(text).unwrap().points() {
+        assert!(
+            point[0].shown().len() <= "2.5123456 m".len(),
+            "{:?}",
+            point[0]
+        );
+        let digits = point[1].toml.trim_start_matches(['0', '.']).len();
+        assert!(digits <= "123456.1234567".len(), "{:?}", point[1]);
+    }
+}
+
 /// Kolmogorov's distance of 10⁴ uniform draws is above 0.0195 with a probability of 10⁻³.
 #[test]
 fn random_draws_are_uniform() {

@@ -62,7 +62,7 @@ fn run(
     if !args.json {
         terminal.warn(&outcome.warnings);
     }
-    for note in outcome.notes.iter().chain(&outcome.result.equal_runs()) {
+    for note in outcome.notes.iter().chain(&outcome.result.warning()) {
         terminal.note(note);
     }
     if let Some(path) = &args.junit {

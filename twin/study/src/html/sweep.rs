@@ -33,7 +33,7 @@ pub fn sweep_page(result: &SweepResult) -> String {
         .collect();
     let mut body = cards(result);
     body += &result
-        .equal_runs()
+        .warning()
         .map_or(String::new(), |warning| paragraph(&warning));
     if !result.shares.is_empty() {
         body += "<h2>Shares</h2>\n";

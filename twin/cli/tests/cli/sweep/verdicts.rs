@@ -97,9 +97,16 @@ fn seed_without_effect_is_noted() {
     let sweep = Sweep::new("equal", SOUND, SEEDS);
     let done = sweep.run_of(&built("one"), "out", &[]);
     assert_eq!(done.code, 0, "{done:?}");
-    let note = "12 runs have 1 different fingerprints";
+    let note = "`seed` has no effect";
     assert!(done.err.contains(note), "{}", done.err);
     assert!(sweep.files("out")[2].contains(note));
+    // Nor in a grid with a dimension that has one.
+    let spec = format!("{SEEDS}[[dimension]]\nkey = 'duration'\nvalues = ['0.5 s', '1 s']\n");
+    let sweep = Sweep::new("equal-grid", SOUND, &spec);
+    let done = sweep.run_of(&built("one"), "out", &[]);
+    assert!(done.err.contains(note), "{}", done.err);
+    let sweep = Sweep::new("different", STAND, SEEDS);
+    assert_eq!(sweep.run("out", &[]).err, "");
 }
 
 /// The registry of a host program hashes the running program by default.
