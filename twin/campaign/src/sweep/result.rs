@@ -236,13 +236,16 @@ impl SweepResult {
         })
     }
 
-    /// Returns the names of all expectations, in the order of their first occurrence, with their
-    /// units.
-    pub fn expectations(&self) -> Vec<(&str, &str)> {
-        let mut names: Vec<(&str, &str)> = Vec::new();
+    /// Returns the names of all expectations, in the order of their first occurrence, each with its
+    /// units: a fall is measured as a height in one run, and as a tilt in another.
+    pub fn expectations(&self) -> Vec<(&str, Vec<&str>)> {
+        let mut names: Vec<(&str, Vec<&str>)> = Vec::new();
         for one in self.rows.iter().flat_map(|row| &row.row.expectations) {
-            if names.iter().all(|(name, _)| *name != one.name) {
-                names.push((&one.name, &one.unit));
+            let unit = one.unit.as_str();
+            match names.iter_mut().find(|(name, _)| *name == one.name) {
+                Some((_, units)) if units.contains(&unit) => {}
+                Some((_, units)) => units.push(unit),
+                None => names.push((&one.name, vec![unit])),
             }
         }
         names
@@ -288,8 +291,9 @@ impl SweepResult {
         Value::Object(object)
     }
 
-    /// Returns the rows as CSV (RFC 4180): point, seed, verdict, and three columns for each
-    /// expectation. Numbers are in the SI units of the header.
+    /// Returns the rows as CSV (RFC 4180): point, seed, verdict; for each expectation verdict,
+    /// measured value and margin; fingerprint, key and error. Numbers are in the SI units of the
+    /// header.
     pub fn csv(&self) -> String {
         let names = self.expectations();
         let in_unit = |name: &str, unit: &str| match unit {
@@ -302,10 +306,12 @@ impl SweepResult {
             head.push(in_unit(&dimension.key, unit));
         }
         head.extend(["run seed", "verdict", "fell_at_s"].map(str::to_owned));
-        for (name, unit) in &names {
-            head.push(in_unit(&format!("{name}: measured"), unit));
-            head.push(in_unit(&format!("{name}: margin"), unit));
+        for (name, units) in &names {
             head.push(format!("{name}: verdict"));
+            for unit in units {
+                head.push(in_unit(&format!("{name}: measured"), unit));
+                head.push(in_unit(&format!("{name}: margin"), unit));
+            }
         }
         head.extend(["fingerprint", "key", "error"].map(str::to_owned));
         let mut text = line(head);
@@ -316,7 +322,7 @@ impl SweepResult {
     }
 }
 
-fn csv_cells(row: &ResultRow, names: &[(&str, &str)]) -> Vec<String> {
+fn csv_cells(row: &ResultRow, names: &[(&str, Vec<&str>)]) -> Vec<String> {
     fn shown<T: ToString>(value: Option<T>) -> String {
         value.map_or_else(String::new, |value| value.to_string())
     }
@@ -327,11 +333,14 @@ fn csv_cells(row: &ResultRow, names: &[(&str, &str)]) -> Vec<String> {
     cells.push(shown(row.row.seed));
     cells.push(row.row.verdict.word().to_owned());
     cells.push(shown(row.row.fell_at_s));
-    for (name, _) in names {
+    for (name, units) in names {
         let one = row.row.expectation(name);
-        cells.push(shown(one.and_then(|one| one.measured)));
-        cells.push(shown(one.and_then(|one| one.margin)));
         cells.push(shown(one.map(|one| one.verdict.word())));
+        for unit in units {
+            let one = one.filter(|one| one.unit == *unit);
+            cells.push(shown(one.and_then(|one| one.measured)));
+            cells.push(shown(one.and_then(|one| one.margin)));
+        }
     }
     cells.push(shown(row.row.fingerprint.as_ref()));
     cells.push(row.key.to_string());

@@ -141,14 +141,14 @@ fn csv_has_points_and_margins() {
             "run seed",
             "verdict",
             "fell_at_s",
+            "stands: verdict",
             "stands: measured [m]",
-            "stands: margin [m]",
-            "stands: verdict"
+            "stands: margin [m]"
         ]
     );
     assert_eq!(lines[1][..6], ["0", "0.001", "0", "free", "1", "pass"]);
     assert_eq!(lines[4][..6], ["3", "0.002", "0.0002", "free", "1", "pass"]);
     let margin = result["rows"][0]["expectations"][0]["margin"].as_f64();
-    assert_eq!(lines[1][8].parse().ok(), margin);
+    assert_eq!(lines[1][9].parse().ok(), margin);
     assert_eq!(result["rows"][3]["point"]["plant.step"], 0.002);
 }

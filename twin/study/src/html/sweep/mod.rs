@@ -1,11 +1,15 @@
 //! Page of a sweep: shares with intervals, margins over the dimensions, failures with commands. It
 //! contains neither times nor the machine, so that equal sweeps have equal pages.
 
+mod plots;
+#[cfg(test)]
+mod tests;
+
 use twinrig_campaign::sweep::{
-    ExpectationVerdict, ResultDimension, ResultRow, RowVerdict, Share, ShareVerdict, SweepResult,
-    SweepVerdict,
+    ExpectationVerdict, ResultRow, RowVerdict, Share, ShareVerdict, SweepResult, SweepVerdict,
 };
-use twinrig_kernel::Unit;
+
+use plots::{BOUND, PASS, SweepAxis, margins, passing, plane};
 
 use super::line_plot::{LinePlot, Series, Shape};
 use super::marker::swatch;
@@ -13,19 +17,8 @@ use super::table::Table;
 use super::text::{element, escaped, paragraph};
 use super::{card, document, drawing};
 
-/// Greatest number of points of one kind in a plot.
-const DRAWN: usize = 1000;
 /// Greatest number of failures in the table.
 const LISTED: usize = 200;
-/// Bars of a histogram, and least number of runs in one of them on average.
-const BARS: usize = 12;
-const RUNS_OF_BAR: usize = 4;
-
-/// Colours of pass, fail and of what is required.
-const PASS: usize = 0;
-const FAIL: usize = 1;
-const BOUND: usize = 7;
-
 /// Returns the page of a sweep.
 pub fn sweep_page(result: &SweepResult) -> String {
     let axes: Vec<SweepAxis<'_>> = (0..result.dimensions.len())
@@ -52,8 +45,10 @@ pub fn sweep_page(result: &SweepResult) -> String {
     body += &paragraph(
         "The margin of an expectation is the distance to its bound; below 0 the expectation fails.",
     );
-    for (name, unit) in result.expectations() {
-        let plots = axes.iter().map(|axis| margins(result, axis, name, unit));
+    for (name, units) in result.expectations() {
+        let plots = units.iter();
+        let plots = plots.flat_map(|unit| axes.iter().map(move |axis| (axis, *unit)));
+        let plots = plots.map(|(axis, unit)| margins(result, axis, name, unit));
         body += &element("h3", "", &escaped(name));
         body += &element("div", "pair", &plots.collect::<String>());
     }
@@ -160,194 +155,6 @@ fn shares(result: &SweepResult) -> String {
     let caption = "Score intervals of Wilson, for independent draws: the points of a grid are \
                    none, and those of a Latin hypercube scatter less.";
     table.html() + &drawing("", &legend, &plot.svg(), caption)
-}
-
-/// A dimension as an axis of plots: numbers as they are, texts by their number in a list.
-struct SweepAxis<'a> {
-    dimension: &'a ResultDimension,
-    index: usize,
-    /// Texts of a dimension without numbers.
-    texts: Vec<&'a str>,
-}
-
-impl<'a> SweepAxis<'a> {
-    fn of(result: &'a SweepResult, index: usize) -> Self {
-        let dimension = &result.dimensions[index];
-        let mut texts: Vec<&str> = Vec::new();
-        if dimension.unit.is_none() {
-            for row in &result.rows {
-                let text = row.point[index].shown();
-                if !texts.contains(&text) {
-                    texts.push(text);
-                }
-            }
-        }
-        Self {
-            dimension,
-            index,
-            texts,
-        }
-    }
-
-    fn at(&self, row: &ResultRow) -> f64 {
-        let value = &row.point[self.index];
-        if let (Some(_), Some(number)) = (self.dimension.unit, value.number) {
-            return number;
-        }
-        let text = value.shown();
-        let place = self.texts.iter().position(|known| *known == text);
-        place.map_or(0.0, |place| (place + 1) as f64)
-    }
-
-    fn label(&self) -> String {
-        match self.dimension.unit {
-            Some(Unit::One) => self.dimension.key.clone(),
-            Some(unit) => format!("{}  [{}]", self.dimension.key, unit.symbol()),
-            None => {
-                let texts = self.texts.iter().take(BARS).enumerate();
-                let texts = texts.map(|(number, text)| format!("{} {text}", number + 1));
-                let texts: Vec<String> = texts.collect();
-                format!("{}  ({})", self.dimension.key, texts.join(", "))
-            }
-        }
-    }
-}
-
-/// Returns a histogram of the share of runs that pass.
-fn passing(result: &SweepResult, axis: &SweepAxis<'_>) -> String {
-    let values = result.rows.iter().map(|row| axis.at(row));
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-        (low.min(value), high.max(value))
-    });
-    let bars = (result.rows.len() / RUNS_OF_BAR).clamp(1, BARS);
-    let width = if high > low {
-        (high - low) / bars as f64
-    } else {
-        1.0
-    };
-    // Runs in each bar, and those among them that pass.
-    let mut counts = vec![(0_usize, 0_usize); bars];
-    for row in &result.rows {
-        let place = (axis.at(row) - low) / width;
-        let bar = (1..bars).filter(|&bar| place >= bar as f64).count();
-        counts[bar].0 += 1;
-        counts[bar].1 += usize::from(row.row.verdict == RowVerdict::Pass);
-    }
-    let points = counts.iter().enumerate().map(|(bar, &(runs, pass))| {
-        let share = pass as f64 / runs.max(1) as f64;
-        [low + width * (bar as f64 + 0.5), share]
-    });
-    // Both ends of the scale of shares.
-    let scale = Shape::Line(vec![[low, 0.0], [low, 1.0]]);
-    let plot = LinePlot {
-        title: format!("share of runs that pass over {}", axis.dimension.key),
-        width: 540.0,
-        height: 260.0,
-        x_label: axis.label(),
-        y_label: "share that passes".to_owned(),
-        series: vec![
-            Series {
-                number: BOUND,
-                shape: scale,
-            },
-            Series {
-                number: PASS,
-                shape: Shape::Bars(points.collect()),
-            },
-        ],
-    };
-    drawing("", &[], &plot.svg(), "")
-}
-
-/// Returns legend and dots of the runs that pass and fail, and the number left out.
-fn dots(points: &[(bool, [f64; 2])]) -> ([(String, String); 2], Vec<Series>, usize) {
-    let mut left_out = 0;
-    let mut series = |passes: bool, number: usize| {
-        let of: Vec<[f64; 2]> = points
-            .iter()
-            .filter(|(pass, _)| *pass == passes)
-            .map(|(_, point)| *point)
-            .collect();
-        // Evenly over the points, so that the same ones are drawn in every plot.
-        let every = of.len().div_ceil(DRAWN).max(1);
-        let drawn: Vec<[f64; 2]> = of.iter().step_by(every).copied().collect();
-        left_out += of.len() - drawn.len();
-        Series {
-            number,
-            shape: Shape::Dots(drawn),
-        }
-    };
-    let series = vec![series(true, PASS), series(false, FAIL)];
-    let legend = [
-        (swatch(PASS, false), "pass".to_owned()),
-        (swatch(FAIL, false), "fail".to_owned()),
-    ];
-    (legend, series, left_out)
-}
-
-fn caption(left_out: usize) -> String {
-    match left_out {
-        0 => String::new(),
-        count => format!("{count} runs are not drawn; all are in rows.csv."),
-    }
-}
-
-/// Returns a plot of passing and failing runs over two dimensions.
-fn plane(result: &SweepResult, x: &SweepAxis<'_>, y: &SweepAxis<'_>) -> String {
-    let rows = result.rows.iter();
-    let points: Vec<_> = rows
-        .map(|row| {
-            let pass = row.row.verdict == RowVerdict::Pass;
-            (pass, [x.at(row), y.at(row)])
-        })
-        .collect();
-    let (legend, series, left_out) = dots(&points);
-    let plot = LinePlot {
-        title: format!("runs over {} and {}", x.dimension.key, y.dimension.key),
-        width: 540.0,
-        height: 320.0,
-        x_label: x.label(),
-        y_label: y.label(),
-        series,
-    };
-    drawing("", &legend, &plot.svg(), &caption(left_out))
-}
-
-/// Returns a plot of the margin of an expectation over a dimension.
-fn margins(result: &SweepResult, axis: &SweepAxis<'_>, name: &str, unit: &str) -> String {
-    let points: Vec<_> = result
-        .rows
-        .iter()
-        .filter_map(|row| {
-            let one = row.row.expectation(name)?;
-            let pass = one.verdict == ExpectationVerdict::Pass;
-            Some((pass, [axis.at(row), one.margin?]))
-        })
-        .collect();
-    if points.is_empty() {
-        return paragraph("It has no margin in any run.");
-    }
-    let (legend, mut series, left_out) = dots(&points);
-    let ends = points.iter().map(|(_, [x, _])| *x);
-    let ends = ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-        [low.min(x), high.max(x)]
-    });
-    series.push(Series {
-        number: BOUND,
-        shape: Shape::Dashed(ends.map(|x| [x, 0.0]).into()),
-    });
-    let plot = LinePlot {
-        title: format!("margin of {name} over {}", axis.dimension.key),
-        width: 540.0,
-        height: 260.0,
-        x_label: axis.label(),
-        y_label: match unit {
-            "1" => "margin".to_owned(),
-            unit => format!("margin  [{unit}]"),
-        },
-        series,
-    };
-    drawing("", &legend, &plot.svg(), &caption(left_out))
 }
 
 fn failures(result: &SweepResult) -> String {
