@@ -1,8 +1,8 @@
 //! Sweeps: a scenario at many points, and shares of its runs.
 //!
 //! A [`SweepSpec`] has [`SweepDimension`]s and a [`Design`], which chooses the points. A caller
-//! runs each point on one thread of [`run_points`]; the [`SweepRow`]s are kept in a [`RowStore`], from
-//! which a later sweep continues. [`Share`]s of the rows are judged by Wilson's interval.
+//! runs each point on one thread of [`run_points`]; the [`SweepRow`]s are kept in a [`RowStore`],
+//! from which a later sweep continues. [`Share`]s of the rows are judged by Wilson's interval.
 
 mod design;
 mod dimension;

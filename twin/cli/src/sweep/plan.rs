@@ -83,8 +83,8 @@ impl<'r> SweepPlan<'r> {
         Ok(plan)
     }
 
-    /// Adds the points, and reads the files of each combination of values that may name files, once;
-    /// returns the names of all expectations.
+    /// Adds the points, and reads the files of each combination of values that may name files,
+    /// once; returns the names of all expectations.
     fn add_points(
         &mut self,
         on_disk: &Sources,
