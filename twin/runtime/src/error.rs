@@ -73,6 +73,26 @@ pub enum RigError {
         /// Similar names.
         near: Vec<String>,
     },
+    /// There is no such output of the process.
+    #[error("{process} has no output `{name}`{}", did_you_mean(near))]
+    NoSuchOutput {
+        /// The process.
+        process: String,
+        /// The requested name.
+        name: String,
+        /// Similar names.
+        near: Vec<String>,
+    },
+    /// An output of the process cannot be replaced by these values.
+    #[error("`{signal}` cannot be replaced by {values:?}: it has {size} finite values")]
+    BadOverride {
+        /// The signal.
+        signal: String,
+        /// Its number of values.
+        size: usize,
+        /// The refused values.
+        values: Vec<f64>,
+    },
     /// A process variable was not set.
     #[error("change at {at}: {source}")]
     Change {

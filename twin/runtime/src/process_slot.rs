@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{
     Direction, EventQueue, Layout, Port, Rank, SimDuration, SimTime, Snapshot, near_misses,
@@ -30,6 +32,8 @@ struct TaskConnection {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct ProcessSlotState {
     changes: EventQueue<PendingChange>,
+    /// Replaced outputs: indices with their values, in ascending order.
+    overrides: BTreeMap<usize, f64>,
     pub(crate) inputs: Vec<f64>,
     pub(crate) outputs: Vec<f64>,
 }
@@ -62,6 +66,7 @@ impl ProcessSlot {
                 .collect(),
             state: ProcessSlotState {
                 changes: EventQueue::new(),
+                overrides: BTreeMap::new(),
                 inputs: vec![0.0; inputs.len()],
                 outputs: vec![0.0; outputs.len()],
             },
@@ -122,6 +127,40 @@ impl ProcessSlot {
         Ok(())
     }
 
+    /// Replaces an output signal from the next iteration on, or ends its replacement.
+    pub(crate) fn override_output(
+        &mut self,
+        signal: &str,
+        values: Option<&[f64]>,
+    ) -> Result<(), RigError> {
+        let Some(range) = self.outputs.find(signal) else {
+            let known = self.outputs.fields().map(|field| field.port.name.as_str());
+            let near = near_misses(signal, known);
+            return Err(RigError::NoSuchOutput {
+                process: self.name.clone(),
+                name: signal.to_owned(),
+                near: near.into_iter().map(String::from).collect(),
+            });
+        };
+        let Some(values) = values else {
+            self.state
+                .overrides
+                .retain(|index, _| !range.contains(index));
+            return Ok(());
+        };
+        if values.len() != range.len() || !values.iter().all(|value| value.is_finite()) {
+            return Err(RigError::BadOverride {
+                signal: signal.to_owned(),
+                size: range.len(),
+                values: values.to_vec(),
+            });
+        }
+        self.state
+            .overrides
+            .extend(range.zip(values.iter().copied()));
+        Ok(())
+    }
+
     /// Applies the changes due at the control step `scheduled` and reports them to the observer at
     /// `now`.
     pub(crate) fn apply_changes<O: Observer>(
@@ -165,6 +204,14 @@ impl ProcessSlot {
                 why,
                 time: now,
             });
+        }
+        let ProcessSlotState {
+            overrides, outputs, ..
+        } = &mut self.state;
+        for (&index, &value) in &*overrides {
+            if let Some(output) = outputs.get_mut(index) {
+                *output = value;
+            }
         }
         let outputs = &self.state.outputs;
         let Some(index) = outputs.iter().position(|value| !value.is_finite()) else {

@@ -61,6 +61,21 @@ impl Rig {
         self.process.schedule(self.now(), at, variable, change)
     }
 
+    /// Replaces the output `signal` of the process by `values` at the end of every iteration from
+    /// the next one on; `None` ends the replacement, and the process's own values are used again.
+    /// The process receives the replaced values as its last outputs.
+    ///
+    /// # Errors
+    /// [`RigError::NoSuchOutput`], or [`RigError::BadOverride`] for values of another number or
+    /// values that are not finite.
+    pub fn override_output(
+        &mut self,
+        signal: &str,
+        values: Option<&[f64]>,
+    ) -> Result<(), RigError> {
+        self.process.override_output(signal, values)
+    }
+
     /// Handles every event up to and at `to`. Running in pieces is equivalent to running at once.
     ///
     /// # Errors

@@ -127,12 +127,15 @@ impl<'a> PartBuilder<'a> {
         let layout = Layout::of(&ports, Direction::Output);
         let mut outputs = vec![0.0; layout.len()];
         let name = process.name().to_owned();
-        let restored = in_part(PartKind::Controller, &name, || {
+        let restored = in_part(PartKind::Controller, &name, || -> Result<(), BuildError> {
             let saved = process.save();
             process.step(SimDuration::ZERO, &inputs, &mut outputs);
-            process.restore(&saved)
+            if let Some(why) = process.fault() {
+                return Err(format!("its first iteration failed: {why}").into());
+            }
+            Ok(process.restore(&saved)?)
         });
-        restored.map_err(|source| self.not_built("controller", &name, source.into()))?;
+        restored.map_err(|source| self.not_built("controller", &name, source))?;
         let named = |field: &Field| {
             let values = outputs[field.range()].iter();
             let name = field.port.name.clone();
