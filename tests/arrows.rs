@@ -14,12 +14,12 @@ const ARROWS: &[(&str, &str)] = &[
     ("squat", "twinrig leg"),
     (
         "twinrig",
-        "bench contact document drives estimate gait kernel lcp leg legged massless motordriver \
+        "bench campaign contact document drives estimate gait kernel lcp leg legged massless motordriver \
          mujoco optoforce phidget rapier rb110 record robot runtime sbcp scenario script sensor \
          study tactile wire",
     ),
     ("actuator", "robot"),
-    ("campaign", "kernel runtime"),
+    ("campaign", "document kernel runtime"),
     (
         "bench",
         "actuator document kernel legged robot runtime sensor",
