@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use twinrig::{Assembly, Execution, Registry, Status, execute};
+use twinrig::{Assembly, BuildKey, Execution, Registry, Status, execute};
 
 fn readme() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
@@ -69,4 +69,48 @@ fn readme_lists_all_commands() {
         .filter_map(|row| row.split([' ', '`']).next())
         .collect();
     assert_eq!(table, expected);
+}
+
+fn campaigns() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/campaigns.md");
+    std::fs::read_to_string(path).unwrap()
+}
+
+#[test]
+fn campaigns_list_the_keys_of_a_specification() {
+    let table = twinrig::campaign::sweep::key_table();
+    assert!(campaigns().contains(&table), "the table is:\n{table}");
+}
+
+/// The first sweep gives the lines that the page shows.
+#[test]
+fn first_sweep_has_the_shown_result() {
+    let folder = std::env::temp_dir().join(format!("twinrig-campaigns-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let page = campaigns();
+    let spec = folder.join("friction.toml");
+    std::fs::write(&spec, first_block(&page, "toml")).unwrap();
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/trot.toml");
+    let (mut out, mut err) = (Vec::new(), Vec::new());
+    let registry = Registry::standard().with_build(BuildKey::of_bytes(b"documents"));
+    let paths = [&scenario, &spec, &folder];
+    let [scenario, spec, folder] = paths.map(|path| path.to_str().unwrap());
+    let words = ["sweep", scenario, spec, "--out", folder];
+    let code = twinrig::run_with(&registry, words, &mut out, &mut err);
+    std::fs::remove_dir_all(folder).unwrap();
+    let (out, err) = [out, err]
+        .map(|text| String::from_utf8(text).unwrap())
+        .into();
+    assert_eq!((code, err.as_str()), (0, ""), "{out}");
+    // Except for times and paths.
+    let shown = first_block(&page, "console").lines();
+    let shown = shown.filter(|line| !line.contains("friction.toml"));
+    let shown = shown.filter(|line| {
+        !["  time", "  report", "    twin run", "…"]
+            .iter()
+            .any(|start| line.starts_with(start))
+    });
+    for line in shown {
+        assert!(out.lines().any(|found| found == line), "{line}\n{out}");
+    }
 }

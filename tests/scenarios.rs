@@ -88,37 +88,6 @@ fn start_beyond_a_stop_is_an_error_with_the_excess() {
     assert!(message.contains("m beyond the stop Closed"), "{message}");
 }
 
-/// The thesis reports a success rate of more than 80 %.
-#[test]
-fn blind_step_down_succeeds_in_eight_of_ten_phases_of_the_stride() {
-    const STRIDE_M: f64 = 0.951 / 3.64;
-    let registry = Registry::standard();
-    let path = scenario("step-down");
-    let set = |key: &str, value: String| Setting {
-        origin: "the test".to_owned(),
-        key: key.to_owned(),
-        value,
-    };
-    let mut phases_stood = Vec::new();
-    for phase in 0..10 {
-        let edge_m = 2.5 + STRIDE_M * f64::from(phase) / 10.0;
-        let settings = [
-            set("duration", "\"7 s\"".to_owned()),
-            set("plant.ground.at", format!("\"{edge_m} m\"")),
-        ];
-        let assembly = Assembly::of_file(&registry, &path, &settings)
-            .unwrap_or_else(|error| panic!("{error}"));
-        let report =
-            execute(&assembly, &Execution::default()).unwrap_or_else(|error| panic!("{error}"));
-        let outcomes = || report.expectations.iter().map(|line| &line.0);
-        let stood = outcomes().find(|outcome| outcome.name == "does not fall");
-        if stood.is_some_and(twinrig::scenario::Outcome::holds) {
-            phases_stood.push(phase);
-        }
-    }
-    assert!(phases_stood.len() >= 8, "{phases_stood:?}");
-}
-
 /// Counters read 0 before the devices are ready, which many expectations would accept.
 #[test]
 fn run_ending_before_its_devices_are_ready_is_an_error() {

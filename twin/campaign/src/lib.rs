@@ -1,5 +1,6 @@
-//! Searches over parameters: many runs, of which each is independent. The one home of optimisers,
-//! for covariances of filters, gaits and whatever else has a cost.
+//! Campaigns: many runs, of which each is independent. [`search`] minimises a cost, of covariances
+//! of filters, gaits and the like; [`sweep`] runs a scenario at the points of a design and judges
+//! shares of the runs.
 //!
 //! ```
 //! use twinrig_campaign::search::{Dimension, Swarm};
@@ -30,6 +31,9 @@
 //! - Results are the same with the same versions of `argmin` and `rand`, whose formulas they
 //!   contain.
 //! - A search is not saved and resumed.
+//! - A sweep knows no scenario: the caller turns points into runs, and files and settings into
+//!   keys.
 
 mod places;
 pub mod search;
+pub mod sweep;

@@ -3,6 +3,7 @@
 
 mod cell;
 mod export;
+mod sweep;
 
 use std::path::PathBuf;
 
@@ -12,6 +13,7 @@ use twinrig_kernel::{SimDuration, Unit};
 
 pub use cell::{CellArgs, CellCommand, CellPredictArgs, ElectrodeName};
 pub use export::{ExportArgs, ExportCommand, MjcfArgs};
+pub use sweep::SweepArgs;
 
 /// Co-simulates a legged robot, its controller and its I/O in virtual time and judges the run.
 #[derive(Debug, Parser)]
@@ -46,6 +48,8 @@ pub enum Command {
     Devices(DevicesArgs),
     /// Measure the accuracy, speed and stability of plants
     Study(StudyArgs),
+    /// Run a scenario at many points, and assert shares of the runs
+    Sweep(SweepArgs),
     /// Convert a robot file to the format of another program
     Export(ExportArgs),
     /// Design piezoresistive cells of tactile sensors by the models of the thesis
@@ -70,6 +74,7 @@ impl Command {
             Self::Replay(args) => args.json,
             Self::Devices(args) => args.json,
             Self::Cell(args) => args.json(),
+            Self::Sweep(args) => args.json,
             Self::Study(StudyArgs {
                 study:
                     StudyCommand::Precision(PrecisionOptions { study: options, .. })

@@ -161,6 +161,31 @@ pub enum TwinError {
         /// Remedy.
         help: String,
     },
+    /// Failure of the store of a sweep.
+    #[error("error: {source}")]
+    Store {
+        /// Reason.
+        #[from]
+        source: twinrig_campaign::sweep::StoreError,
+    },
+    /// Failure to start the threads of a sweep.
+    #[error("error: {source}")]
+    Workers {
+        /// Reason.
+        #[from]
+        source: twinrig_campaign::sweep::WorkerError,
+    },
+    /// Program whose file cannot be read.
+    #[error(
+        "error: cannot read the program: {source}\n --> {}\n  = help: a sweep keeps its runs by the hash of the program",
+        path.display()
+    )]
+    Program {
+        /// Its file.
+        path: PathBuf,
+        /// Reason.
+        source: std::io::Error,
+    },
     /// Failure to write a file or folder.
     #[error("error: cannot write: {source}\n --> {}", path.display())]
     Write {

@@ -33,7 +33,9 @@ mod parts;
 mod report;
 mod run;
 mod study;
+mod sweep;
 
+pub use twinrig_campaign as campaign;
 pub use twinrig_kernel as kernel;
 pub use twinrig_robot as robot;
 pub use twinrig_runtime as runtime;
@@ -52,3 +54,5 @@ pub use parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneMod
 pub use report::{Energy, Line, RealTime, Report, Status, Warned};
 pub use run::execute::{Execution, execute, execute_watched};
 pub use run::observers::{RunLayouts, RunWatch};
+pub use sweep::build_key::BuildKey;
+pub use sweep::execute::{SweepOutcome, SweepProgress, SweepRequest, sweep};

@@ -44,6 +44,11 @@ impl<'d> Item<'d> {
         self.node.place.clone()
     }
 
+    /// Value as it is written, in TOML.
+    pub fn toml(&self) -> &'d str {
+        self.node.place.text()
+    }
+
     /// Reports a problem with this value.
     pub fn report(&self, message: impl Into<String>, help: impl Into<String>) -> Reported {
         self.problems

@@ -58,6 +58,11 @@ impl Place {
         &self.source
     }
 
+    /// Text at the position.
+    pub fn text(&self) -> &str {
+        &self.source.text[self.span.clone()]
+    }
+
     /// Whether the position belongs to the instance `source`; another source with the same text
     /// does not count.
     pub(crate) fn is_in(&self, source: &Arc<Source>) -> bool {

@@ -90,6 +90,14 @@ def test_settings_equal_those_of_the_command_line(folder: Path) -> None:
     assert sorted(json.loads(a.notes["settings"])) == sorted(json.loads(b.notes["settings"]))
 
 
+def test_seed_is_that_of_all_random_streams() -> None:
+    scenario = "scenarios/thesis/fig-5-9.toml"
+    (expected,) = program("run", scenario, "--no-record", "--set", "seed=7")
+    run = twinrig.run(scenario, seed=7)
+    assert (run.fingerprint, run.seed) == (expected["fingerprint"], 7)
+    assert run.fingerprint != twinrig.run(scenario).fingerprint
+
+
 def test_a_dictionary_gives_the_run_of_its_file() -> None:
     tomllib = pytest.importorskip("tomllib", reason="Python 3.11 reads TOML")
     text = (ROOT / "scenarios/step-change.toml").read_text()

@@ -22,21 +22,22 @@ SHORT = {"duration": "1 s", "expect": []}
 TROT = "scenarios/trot.toml"
 
 
-def fingerprint(seed: int) -> str:
-    return twinrig.run(TROT, seed=seed, set=SHORT).fingerprint
+def run_at(frequency: float) -> twinrig.Run:
+    return twinrig.run(TROT, set={**SHORT, "controller.frequency": f"{frequency} Hz"})
 
 
-def run_of(seed: int) -> twinrig.Run:
-    return twinrig.run(TROT, seed=seed, set=SHORT)
+def fingerprint(frequency: float) -> str:
+    return run_at(frequency).fingerprint
 
 
 def test_results_do_not_depend_on_threads_or_processes() -> None:
-    seeds = [1, 2, 3, 4]
-    expected = [fingerprint(seed) for seed in seeds]
+    frequencies = [3.0, 3.2, 3.4, 3.6]
+    expected = [fingerprint(frequency) for frequency in frequencies]
+    assert len(set(expected)) == len(frequencies)
     with ThreadPoolExecutor(4) as pool:
-        assert list(pool.map(fingerprint, seeds)) == expected
+        assert list(pool.map(fingerprint, frequencies)) == expected
     with multiprocessing.get_context("spawn").Pool(2) as processes:
-        runs = processes.map(run_of, seeds)
+        runs = processes.map(run_at, frequencies)
     assert [run.fingerprint for run in runs] == expected
     assert all(len(run.signals["body/position"]) == 501 for run in runs)
 

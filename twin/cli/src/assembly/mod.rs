@@ -147,13 +147,13 @@ impl<'r> Assembly<'r> {
         Self::new(registry, &sources, settings)
     }
 
-    fn new(
+    /// Reads a scenario from its sources.
+    pub(crate) fn new(
         registry: &'r Registry,
         sources: &Sources,
         settings: &[Setting],
     ) -> Result<Self, TwinError> {
-        let (mut scenario, file) = sources.read(registry, settings)?;
-        let body = Body::of(registry, &scenario, file.as_ref(), sources.kept.as_deref())?;
+        let (mut scenario, body) = sources.body(registry, settings)?;
         let legs = scenario.legs(&body.legs())?;
         let has_choice = registry.has_constraints(&scenario.plant.model);
         constraints::complete(

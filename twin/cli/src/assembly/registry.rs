@@ -7,12 +7,13 @@ use twinrig_runtime::{PartKind, Plant, Process, in_part};
 use twinrig_scenario::{Catalogue, Kind, PlantSpec};
 use twinrig_study::PlantOffer;
 
-use crate::error::BuildError;
+use crate::error::{BuildError, TwinError};
 use crate::parts::bus_kind::BusKind;
 use crate::parts::constraints::CONSTRAINTS;
 use crate::parts::controller_kind::{ControllerContext, ControllerKind, LegContext};
 use crate::parts::method::Method;
 use crate::parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
+use crate::sweep::build_key::BuildKey;
 
 /// Returns the command that a build with the cargo feature `feature` requires first.
 pub(crate) fn build_needs(feature: &str) -> Option<&'static str> {
@@ -35,6 +36,7 @@ pub struct Registry {
     missing: Vec<Kind>,
     controllers: Vec<ControllerKind>,
     buses: Vec<BusKind>,
+    build: Option<BuildKey>,
 }
 
 impl Registry {
@@ -83,6 +85,19 @@ impl Registry {
         self.buses.retain(|known| known.name() != kind.name());
         self.buses.push(kind);
         self
+    }
+
+    /// Sets the hash of the program that has these parts; without it a sweep takes that of the
+    /// file of the running program.
+    #[must_use]
+    pub fn with_build(mut self, key: BuildKey) -> Self {
+        self.build = Some(key);
+        self
+    }
+
+    /// Returns the hash of the program.
+    pub(crate) fn build(&self) -> Result<BuildKey, TwinError> {
+        self.build.map_or_else(BuildKey::of_program, Ok)
     }
 
     /// Returns the names of the buses.

@@ -6,6 +6,7 @@ use twinrig_document::{Document, DocumentError, Item, Overrides, Problem};
 use twinrig_robot::{RobotError, RobotFile};
 use twinrig_scenario::{Scenario, Setting};
 
+use crate::assembly::body::Body;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::parts::constraints::DefaultRules;
@@ -101,6 +102,17 @@ impl Sources {
             Ok(found) => Ok((scenario, found.map(|(file, _)| file))),
             Err(error) => Err(placed(error, &scenario)),
         }
+    }
+
+    /// Reads the scenario and the robot and model that it simulates.
+    pub(crate) fn body(
+        &self,
+        registry: &Registry,
+        settings: &[Setting],
+    ) -> Result<(Scenario, Body), TwinError> {
+        let (scenario, file) = self.read(registry, settings)?;
+        let body = Body::of(registry, &scenario, file.as_ref(), self.kept.as_deref())?;
+        Ok((scenario, body))
     }
 
     /// Reads the keys of [`Peeked`], whatever other errors the scenario has.

@@ -15,6 +15,7 @@ mod run;
 mod schema;
 mod serve;
 mod study;
+mod sweep;
 
 pub use plan::plan_json;
 pub use run::recording_path;
@@ -234,6 +235,7 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::Serve(args) => serve::serve(registry, &args, terminal),
         Command::Devices(args) => devices::devices(&args, terminal),
         Command::Study(args) => study::study(registry, &args, terminal),
+        Command::Sweep(args) => sweep::sweep(registry, &args, terminal),
         Command::Cell(args) => cell::cell(&args, terminal),
         Command::Export(args) => export::export(&args, terminal),
         Command::Schema(args) => schema::schema(registry, &args, terminal),

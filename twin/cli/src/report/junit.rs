@@ -54,7 +54,7 @@ fn suite(out: &mut String, report: &Report) {
 }
 
 /// Escapes the five special characters of XML and replaces characters that XML does not allow.
-fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

@@ -7,6 +7,8 @@
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
+use crate::sweep::execute::SweepProgress;
+
 /// Time before the first update.
 const INITIAL_DELAY: Duration = Duration::from_millis(400);
 /// Minimum time between updates.
@@ -55,6 +57,12 @@ impl Progress {
         });
     }
 
+    /// Updates the number of runs of a sweep.
+    pub fn runs(&mut self, progress: &SweepProgress) {
+        let (title, progress) = (self.title.clone(), *progress);
+        self.show(|wall_s| runs_line(&title, &progress, wall_s));
+    }
+
     /// Prints a note before the run.
     pub fn note(&self, text: &str) {
         if self.enabled {
@@ -95,6 +103,26 @@ fn line(title: &str, now_s: f64, end_s: f64, wall_s: f64) -> String {
     let bar = bar(if end_s > 0.0 { now_s / end_s } else { 1.0 });
     let speed = now_s / wall_s;
     format!("{title}  {bar}  {now_s:.1} of {end_s:.1} s  {speed:.0} × real time")
+}
+
+/// Returns the line of a sweep:
+/// `step-down  ████····  40 of 100  51.2 runs per second  1 s left  2 fail`.
+fn runs_line(title: &str, progress: &SweepProgress, wall_s: f64) -> String {
+    let SweepProgress {
+        of,
+        stored,
+        ran,
+        failed,
+    } = *progress;
+    let done = stored + ran;
+    let bar = bar(done as f64 / of.max(1) as f64);
+    let rate = ran as f64 / wall_s;
+    let left = if ran > 0 {
+        format!("{:.0} s left", of.saturating_sub(done) as f64 / rate)
+    } else {
+        String::new()
+    };
+    format!("{title}  {bar}  {done} of {of}  {rate:.1} runs per second  {left}  {failed} fail")
 }
 
 fn bar(share: f64) -> String {

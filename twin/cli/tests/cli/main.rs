@@ -19,5 +19,6 @@ mod plant_comparison;
 mod recordings;
 mod schema;
 mod studies;
+mod sweep;
 mod warnings;
 mod watch;

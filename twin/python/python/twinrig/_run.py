@@ -17,7 +17,7 @@ from twinrig._signal import Floats, SignalGroup, Signals
 
 @dataclass(frozen=True)
 class Expectation:
-    """Outcome of an expectation. Numbers are in `unit`; ``None`` where there is no number."""
+    """Outcome of an expectation. Numbers are in `unit`, or ``None`` if nothing was measured."""
 
     name: str
     verdict: str

@@ -79,3 +79,58 @@ impl FrameSampler {
         self.series
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use twinrig_kernel::{Direction, Port, Unit};
+    use twinrig_runtime::Group;
+
+    use super::*;
+    use crate::{Cadence, Digest, Fingerprint, RecordedGroup, Recorder, Recording, RunInfo};
+
+    #[test]
+    fn sampler_collects_the_frames_of_a_recording() {
+        let ports = [
+            Port::output("body/position", Unit::Meter, 3),
+            Port::output("leg/LF/angles", Unit::Radian, 3),
+        ];
+        let layout = Layout::of(&ports, Direction::Output);
+        let leg = crate::SkeletonLeg {
+            name: "LF".to_owned(),
+            hip: [0.1, 0.05, 0.0],
+            segments: [0.044, 0.071, 0.039],
+        };
+        let skeleton = Skeleton { legs: vec![leg] };
+        let period = SimDuration::from_millis(5);
+        let cadence = Cadence {
+            frames: Some(period),
+            ..Cadence::default()
+        };
+        let group = RecordedGroup {
+            group: Group::Plant,
+            layout: &layout,
+            keep: &|_| false,
+        };
+        let info = RunInfo::default();
+        let recorder = Recorder::new(Vec::new(), &info, &[group], &skeleton, cadence);
+        let mut recorder = recorder.unwrap();
+        let mut sampler = FrameSampler::new(&skeleton, &layout, period);
+        for step in 0..20 {
+            let now = SimTime::from_nanos(2_000_000 * step);
+            let values = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6].map(|value| value * step as f64);
+            recorder.sample(now, Group::Plant, &values);
+            sampler.sample(now, &values);
+        }
+        let digest: Digest = Fingerprint::new().digest();
+        let end = SimTime::from_nanos(38_000_000);
+        let recording = Recording::from_bytes(recorder.finish(digest, end).unwrap()).unwrap();
+        let series = sampler.finish();
+        assert_eq!(series, recording.frames().unwrap());
+        // Every third sample is the first at or after the end of a period.
+        let times: Vec<u64> = series.times.iter().map(|time| time.as_nanos()).collect();
+        assert_eq!(times, [0, 3, 6, 9, 12, 15, 18].map(|n| 2_000_000 * n));
+        assert_eq!(series.links[4], ["LF/ankle", "LF/foot"]);
+        assert_eq!(series.numbers.len(), 7 * 5 * 7);
+        assert_eq!(series.numbers[35..38], [0.1 * 3.0, 0.2 * 3.0, 0.3 * 3.0]);
+    }
+}

@@ -19,6 +19,7 @@ mod rows;
 mod runs;
 mod stability;
 mod stiffness;
+mod sweep;
 mod table;
 mod text;
 mod thesis;
@@ -32,6 +33,7 @@ use crate::reference_note::ReferenceNote;
 use crate::study::{Study, StudyKind};
 
 use crate::number::{self, si};
+pub use sweep::sweep_page;
 use text::{element, escaped, paragraph};
 
 const STYLE: &str = include_str!("style.css");
@@ -92,18 +94,11 @@ struct Page<'a> {
 
 impl Page<'_> {
     fn html(&self, machine: &Machine, command: &str) -> String {
-        let (title, scenario) = (escaped(self.title), escaped(self.scenario));
-        let heading = format!(
-            "<header><p class=\"kind\">Study of {}</p><h1>{title}: {scenario}</h1><p class=\"headline\">{}</p></header>\n",
-            self.kind,
-            escaped(&self.headline)
-        );
-        format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-             <title>{title}: {scenario}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{heading}{}{}</main>\n</body>\n</html>\n",
-            self.body,
-            self.reproduction(machine, command)
+        document(
+            &format!("Study of {}", self.kind),
+            &format!("{}: {}", self.title, self.scenario),
+            &self.headline,
+            &(self.body.clone() + &self.reproduction(machine, command)),
         )
     }
 
@@ -153,6 +148,18 @@ impl Page<'_> {
         term("cut", &escaped(&cut));
         format!("<h2>Reproduction</h2>\n<dl>\n{terms}</dl>\n")
     }
+}
+
+/// Returns a page with a heading and a body of HTML.
+fn document(kind: &str, title: &str, headline: &str, body: &str) -> String {
+    let (title, kind, headline) = (escaped(title), escaped(kind), escaped(headline));
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
+         <header><p class=\"kind\">{kind}</p><h1>{title}</h1>\
+         <p class=\"headline\">{headline}</p></header>\n{body}</main>\n</body>\n</html>\n"
+    )
 }
 
 /// Returns a sentence on the commands.

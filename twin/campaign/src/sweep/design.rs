@@ -1,0 +1,92 @@
+//! Designs: the points of a sweep.
+
+use serde::Serialize;
+use twinrig_kernel::{Stream, stream};
+
+use super::dimension::SweepDimension;
+use super::value::SweepValue;
+
+/// Rule that chooses the points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DesignKind {
+    /// Every combination of the values of all dimensions; the last dimension varies fastest.
+    Grid,
+    /// Each dimension is divided into as many equally probable strata as there are points, each of
+    /// which has one point; strata of different dimensions are combined at random.
+    LatinHypercube,
+    /// Independent draws.
+    Random,
+}
+
+impl DesignKind {
+    /// Words of a specification.
+    pub(super) const WORDS: &'static [(&'static str, Self)] = &[
+        ("grid", Self::Grid),
+        ("latin-hypercube", Self::LatinHypercube),
+        ("random", Self::Random),
+    ];
+
+    /// Returns the word of a specification.
+    pub fn word(self) -> &'static str {
+        let word = Self::WORDS.iter().find(|(_, kind)| *kind == self);
+        word.map_or("", |(word, _)| word)
+    }
+}
+
+/// Design of a sweep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Design {
+    /// Rule.
+    pub kind: DesignKind,
+    /// Number of points.
+    pub points: usize,
+    /// Seed of the draws, without effect on a grid.
+    pub seed: u64,
+}
+
+impl Design {
+    /// Returns the points: a value for each dimension. The numbers of a dimension are of the stream
+    /// `campaign/design/KEY`, so that another dimension has no influence on them.
+    pub fn points(&self, dimensions: &[SweepDimension]) -> Vec<Vec<SweepValue>> {
+        let mut points = vec![Vec::with_capacity(dimensions.len()); self.points];
+        // Points with the same value in all further dimensions.
+        let mut block = self.points;
+        for dimension in dimensions {
+            let key = &dimension.key.value;
+            let mut numbers = stream(self.seed, &format!("campaign/design/{key}"));
+            let values = &dimension.values;
+            match self.kind {
+                DesignKind::Grid => {
+                    let count = values.count().unwrap_or(1).max(1);
+                    block /= count;
+                    for (index, point) in points.iter_mut().enumerate() {
+                        point.push(values.on_grid(index / block.max(1) % count));
+                    }
+                }
+                DesignKind::LatinHypercube => {
+                    let strata = permutation(self.points, &mut numbers);
+                    for (point, stratum) in points.iter_mut().zip(strata) {
+                        point.push(values.draw(stratum, self.points, &mut numbers));
+                    }
+                }
+                DesignKind::Random => {
+                    for point in &mut points {
+                        point.push(values.draw(0, 1, &mut numbers));
+                    }
+                }
+            }
+        }
+        points
+    }
+}
+
+/// Returns a random permutation of the numbers below `count` (Fisher and Yates).
+fn permutation(count: usize, numbers: &mut Stream) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..count).collect();
+    for last in (1..count).rev() {
+        let other = usize::try_from(numbers.between(0, last as u64));
+        order.swap(last, other.unwrap_or(last));
+    }
+    order
+}

@@ -1,0 +1,29 @@
+//! Sweeps: a scenario at many points, and shares of its runs.
+//!
+//! A [`SweepSpec`] has [`SweepDimension`]s and a [`Design`], which chooses the points. A caller
+//! runs each point on one thread of [`run_points`]; the [`SweepRow`]s are kept in a [`RowStore`],
+//! from which a later sweep continues. [`Share`]s of the rows are judged by Wilson's interval.
+
+mod design;
+mod dimension;
+mod keys;
+mod result;
+mod row;
+mod share;
+mod spec;
+mod store;
+mod value;
+mod wilson;
+mod workers;
+
+pub use design::{Design, DesignKind};
+pub use dimension::{DimensionValues, SweepDimension, ValueInterval};
+pub use keys::{SPEC_KEYS, SpecKey, key_table};
+pub use result::{ResultDimension, ResultRow, SweepCounts, SweepResult, SweepVerdict};
+pub use row::{ExpectationVerdict, RowExpectation, RowKey, RowVerdict, SweepRow};
+pub use share::{Share, ShareSpec, ShareVerdict, VERDICT_SHARE};
+pub use spec::{SweepSpec, overlap};
+pub use store::{Partition, RowStore, StoreError};
+pub use value::SweepValue;
+pub use wilson::ShareInterval;
+pub use workers::{WorkerError, run_points};

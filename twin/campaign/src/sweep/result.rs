@@ -1,0 +1,361 @@
+//! Result of a sweep: a function of its specification, scenario and build.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+use twinrig_kernel::Unit;
+
+use super::design::Design;
+use super::row::{RowKey, RowVerdict, SweepRow};
+use super::share::{Share, ShareSpec, ShareVerdict};
+use super::spec::SweepSpec;
+use super::store::Partition;
+use super::value::SweepValue;
+
+/// Verdict of a sweep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SweepVerdict {
+    /// All shares pass; without shares, all runs.
+    Pass,
+    /// A share fails; without shares, a run.
+    Fail,
+    /// No share fails, and one is undecided.
+    Undecided,
+    /// The partition is complete; others are missing.
+    Partial,
+    /// The sweep was interrupted before its end.
+    Interrupted,
+    /// A run has an error.
+    Error,
+}
+
+impl SweepVerdict {
+    /// Returns the exit code.
+    pub fn exit_code(self) -> u8 {
+        match self {
+            Self::Pass | Self::Partial => 0,
+            Self::Fail | Self::Undecided => 1,
+            Self::Interrupted | Self::Error => 2,
+        }
+    }
+
+    /// Returns the word of reports.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Fail => "fail",
+            Self::Undecided => "undecided",
+            Self::Partial => "partial",
+            Self::Interrupted => "interrupted",
+            Self::Error => "error",
+        }
+    }
+}
+
+/// A dimension with the key of the scenario.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ResultDimension {
+    /// Dotted key.
+    pub key: String,
+    /// Unit of its numbers; none where a value has no number.
+    pub unit: Option<Unit>,
+}
+
+impl ResultDimension {
+    fn json(&self) -> Value {
+        json!({ "key": self.key, "unit": self.unit.map(Unit::symbol) })
+    }
+}
+
+/// A point whose run is done.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResultRow {
+    /// Number of the point, from 0.
+    pub index: usize,
+    /// Name in `JUnit` files: `trot@seed-17`.
+    pub name: String,
+    /// A value for each dimension.
+    pub point: Vec<SweepValue>,
+    /// Key of the row.
+    pub key: RowKey,
+    /// Command that repeats the run.
+    pub command: String,
+    /// Result of the run.
+    pub row: SweepRow,
+}
+
+/// Numbers of points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct SweepCounts {
+    /// All points of the design.
+    pub points: usize,
+    /// Runs that pass.
+    pub pass: usize,
+    /// Runs that fail.
+    pub fail: usize,
+    /// Runs with an error.
+    pub error: usize,
+    /// Points without a run.
+    pub missing: usize,
+}
+
+/// Result of a sweep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SweepResult {
+    /// Name of the sweep.
+    pub name: String,
+    /// File of the specification.
+    pub spec: String,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// File of the scenario.
+    pub file: String,
+    /// Hash of the build.
+    pub build: String,
+    /// Settings of all runs: keys and values in TOML.
+    pub settings: Vec<(String, String)>,
+    /// Design.
+    pub design: Design,
+    /// Partition of this call.
+    pub partition: Partition,
+    /// Dimensions, in the order of the specification.
+    pub dimensions: Vec<ResultDimension>,
+    /// Verdict.
+    pub verdict: SweepVerdict,
+    /// Numbers of points.
+    pub counts: SweepCounts,
+    /// Shares of the runs that are done.
+    pub shares: Vec<Share>,
+    /// Hash of all points and fingerprints; none if a point is missing.
+    pub hash: Option<String>,
+    /// Rows, in the order of the points.
+    pub rows: Vec<ResultRow>,
+}
+
+impl SweepResult {
+    /// Counts and judges the rows; all other fields are given in `self`.
+    #[must_use]
+    pub fn judged(mut self, spec: &SweepSpec, interrupted: bool) -> Self {
+        let with = |verdict| {
+            let rows = self.rows.iter();
+            rows.filter(|row| row.row.verdict == verdict).count()
+        };
+        self.counts = SweepCounts {
+            points: spec.design.points,
+            pass: with(RowVerdict::Pass),
+            fail: with(RowVerdict::Fail),
+            error: with(RowVerdict::Error),
+            missing: spec.design.points - self.rows.len(),
+        };
+        let rows = || self.rows.iter().map(|row| &row.row);
+        let share = |share: &ShareSpec| share.share(rows());
+        self.shares = spec.shares.iter().map(share).collect();
+        self.hash = (self.counts.missing == 0).then(|| self.hash_of_rows());
+        self.verdict = self.verdict_of_counts(interrupted);
+        self
+    }
+
+    fn verdict_of_counts(&self, interrupted: bool) -> SweepVerdict {
+        let counts = &self.counts;
+        if interrupted && counts.missing > 0 {
+            return SweepVerdict::Interrupted;
+        }
+        if counts.error > 0 {
+            return SweepVerdict::Error;
+        }
+        if counts.missing > 0 {
+            return SweepVerdict::Partial;
+        }
+        match self.shares.iter().map(|share| share.verdict).max() {
+            Some(ShareVerdict::Pass) => SweepVerdict::Pass,
+            Some(ShareVerdict::Undecided) => SweepVerdict::Undecided,
+            None if counts.fail == 0 => SweepVerdict::Pass,
+            Some(ShareVerdict::Fail) | None => SweepVerdict::Fail,
+        }
+    }
+
+    /// Hash over the point and the fingerprint, or the error, of each row. The build does not enter
+    /// it: two builds with the same hash have the same runs, bit for bit.
+    fn hash_of_rows(&self) -> String {
+        let mut hasher = blake3::Hasher::new_derive_key("twinrig sweep, version 1");
+        let mut add = |text: &str| {
+            hasher.update(&(text.len() as u64).to_le_bytes());
+            hasher.update(text.as_bytes());
+        };
+        for row in &self.rows {
+            for (dimension, value) in self.dimensions.iter().zip(&row.point) {
+                add(&dimension.key);
+                add(&value.toml);
+            }
+            add(row.row.fingerprint.as_deref().unwrap_or_default());
+            add(row.row.error.as_deref().unwrap_or_default());
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+
+    /// Returns the keys of dimensions without effect: runs that differ in nothing else are equal,
+    /// as those of several seeds in a scenario that draws no random number.
+    pub fn without_effect(&self) -> Vec<&str> {
+        let keys = self.dimensions.iter().enumerate();
+        let keys = keys.filter(|(index, _)| self.has_no_effect(*index));
+        keys.map(|(_, dimension)| dimension.key.as_str()).collect()
+    }
+
+    /// Whether there are runs that differ in one dimension only, and all such runs are equal.
+    fn has_no_effect(&self, dimension: usize) -> bool {
+        let mut runs: BTreeMap<Vec<&str>, &str> = BTreeMap::new();
+        let mut equal = false;
+        for row in &self.rows {
+            let Some(print) = row.row.fingerprint.as_deref() else {
+                continue;
+            };
+            let others = row.point.iter().enumerate();
+            let others = others.filter(|(index, _)| *index != dimension);
+            let others = others.map(|(_, value)| value.toml.as_str()).collect();
+            match runs.insert(others, print) {
+                Some(known) if known == print => equal = true,
+                Some(_) => return false,
+                None => {}
+            }
+        }
+        equal
+    }
+
+    /// Returns the warning about dimensions without effect.
+    pub fn warning(&self) -> Option<String> {
+        let keys = self.without_effect();
+        let keys: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
+        (!keys.is_empty()).then(|| {
+            format!(
+                "{} has no effect: runs that differ in nothing else are equal, and their number is \
+                 no evidence for the interval of a share",
+                keys.join(", ")
+            )
+        })
+    }
+
+    /// Returns the names of all expectations, in the order of their first occurrence, each with its
+    /// units: a fall is measured as a height in one run, and as a tilt in another.
+    pub fn expectations(&self) -> Vec<(&str, Vec<&str>)> {
+        let mut names: Vec<(&str, Vec<&str>)> = Vec::new();
+        for one in self.rows.iter().flat_map(|row| &row.row.expectations) {
+            let unit = one.unit.as_str();
+            match names.iter_mut().find(|(name, _)| *name == one.name) {
+                Some((_, units)) if units.contains(&unit) => {}
+                Some((_, units)) => units.push(unit),
+                None => names.push((&one.name, vec![unit])),
+            }
+        }
+        names
+    }
+
+    /// Returns the result for programs. It depends on nothing but specification, scenario and
+    /// build.
+    pub fn json(&self) -> Value {
+        let settings = self.settings.iter();
+        let settings = settings.map(|(key, value)| (key.clone(), json!(value)));
+        let dimensions = self.dimensions.iter().map(ResultDimension::json);
+        let rows: Vec<Value> = self.rows.iter().map(|row| self.row_json(row)).collect();
+        json!({
+            "sweep": self.name,
+            "spec": self.spec,
+            "scenario": self.scenario,
+            "file": self.file,
+            "verdict": self.verdict,
+            "hash": self.hash,
+            "build": self.build,
+            "design": self.design,
+            "partition": (!self.partition.is_whole()).then_some(self.partition),
+            "settings": settings.collect::<Map<_, _>>(),
+            "dimensions": dimensions.collect::<Vec<_>>(),
+            "counts": self.counts,
+            "shares": self.shares,
+            "warning": self.warning(),
+            "rows": rows,
+        })
+    }
+
+    fn row_json(&self, row: &ResultRow) -> Value {
+        let values = self.dimensions.iter().zip(&row.point);
+        let point = values.map(|(dimension, value)| (dimension.key.clone(), json!(value)));
+        let mut object = Map::new();
+        object.insert("index".to_owned(), json!(row.index));
+        object.insert("point".to_owned(), Value::Object(point.collect()));
+        if let Value::Object(fields) = json!(row.row) {
+            object.extend(fields);
+        }
+        object.insert("key".to_owned(), json!(row.key));
+        object.insert("command".to_owned(), json!(row.command));
+        Value::Object(object)
+    }
+
+    /// Returns the rows as CSV (RFC 4180): point, seed, verdict; for each expectation verdict,
+    /// measured value and margin; fingerprint, key and error. Numbers are in the SI units of the
+    /// header.
+    pub fn csv(&self) -> String {
+        let names = self.expectations();
+        let in_unit = |name: &str, unit: &str| match unit {
+            "1" | "" => name.to_owned(),
+            unit => format!("{name} [{unit}]"),
+        };
+        let mut head = vec!["index".to_owned()];
+        for dimension in &self.dimensions {
+            let unit = dimension.unit.map_or("", Unit::symbol);
+            head.push(in_unit(&dimension.key, unit));
+        }
+        head.extend(["run seed", "verdict", "fell_at_s"].map(str::to_owned));
+        for (name, units) in &names {
+            head.push(format!("{name}: verdict"));
+            for unit in units {
+                head.push(in_unit(&format!("{name}: measured"), unit));
+                head.push(in_unit(&format!("{name}: margin"), unit));
+            }
+        }
+        head.extend(["fingerprint", "key", "error"].map(str::to_owned));
+        let mut text = line(head);
+        for row in &self.rows {
+            text += &line(csv_cells(row, &names));
+        }
+        text
+    }
+}
+
+fn csv_cells(row: &ResultRow, names: &[(&str, Vec<&str>)]) -> Vec<String> {
+    fn shown<T: ToString>(value: Option<T>) -> String {
+        value.map_or_else(String::new, |value| value.to_string())
+    }
+    let mut cells = vec![row.index.to_string()];
+    for value in &row.point {
+        cells.push(value.cell());
+    }
+    cells.push(shown(row.row.seed));
+    cells.push(row.row.verdict.word().to_owned());
+    cells.push(shown(row.row.fell_at_s));
+    for (name, units) in names {
+        let one = row.row.expectation(name);
+        cells.push(shown(one.map(|one| one.verdict.word())));
+        for unit in units {
+            let one = one.filter(|one| one.unit == *unit);
+            cells.push(shown(one.and_then(|one| one.measured)));
+            cells.push(shown(one.and_then(|one| one.margin)));
+        }
+    }
+    cells.push(shown(row.row.fingerprint.as_ref()));
+    cells.push(row.key.to_string());
+    cells.push(shown(row.row.error.as_ref()));
+    cells
+}
+
+/// Returns a line of CSV.
+fn line(cells: Vec<String>) -> String {
+    let quoted = cells.into_iter().map(|cell| {
+        if cell.contains([',', '"', '\n', '\r']) {
+            format!("\"{}\"", cell.replace('"', "\"\""))
+        } else {
+            cell
+        }
+    });
+    quoted.collect::<Vec<_>>().join(",") + "\n"
+}

@@ -1,0 +1,106 @@
+//! Shares of runs that are asserted, and their verdicts.
+
+use serde::Serialize;
+use twinrig_document::Placed;
+
+use super::row::SweepRow;
+use super::wilson::ShareInterval;
+
+/// Name of the share of runs in which all expectations hold.
+pub const VERDICT_SHARE: &str = "verdict";
+
+/// Assertion about a share.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShareSpec {
+    /// Name of an expectation, or [`VERDICT_SHARE`].
+    pub of: Placed<String>,
+    /// Least share, 0 to 1.
+    pub min: Option<f64>,
+    /// Greatest share, 0 to 1.
+    pub max: Option<f64>,
+    /// Confidence of the interval, 0 to 1, exclusive.
+    pub confidence: f64,
+}
+
+/// Verdict of a share, and of all shares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ShareVerdict {
+    /// The whole interval is within the bounds.
+    Pass,
+    /// The interval contains a bound: more runs are needed.
+    Undecided,
+    /// The whole interval is outside the bounds.
+    Fail,
+}
+
+impl ShareVerdict {
+    /// Returns the word of reports.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Undecided => "undecided",
+            Self::Fail => "fail",
+        }
+    }
+}
+
+/// A share of the runs, with its confidence interval.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Share {
+    /// Name of an expectation, or [`VERDICT_SHARE`].
+    pub of: String,
+    /// Runs in which it holds.
+    pub held: usize,
+    /// Runs that have it; runs with an error among them.
+    pub runs: usize,
+    /// Their ratio; none without a run.
+    pub share: Option<f64>,
+    /// Confidence interval.
+    #[serde(flatten)]
+    pub interval: ShareInterval,
+    /// Confidence.
+    pub confidence: f64,
+    /// Least share, if asserted.
+    pub min: Option<f64>,
+    /// Greatest share, if asserted.
+    pub max: Option<f64>,
+    /// Verdict.
+    pub verdict: ShareVerdict,
+}
+
+impl ShareSpec {
+    /// Counts the runs. An expectation that was not observed does not hold, and in a run with an
+    /// error none does; a run without the expectation, which is about another plant, does not
+    /// count.
+    pub fn share<'r>(&self, rows: impl IntoIterator<Item = &'r SweepRow>) -> Share {
+        let holds = rows.into_iter().filter_map(|row| row.holds(&self.of.value));
+        let (held, runs) = holds.fold((0, 0), |(held, runs), holds| {
+            (held + usize::from(holds), runs + 1)
+        });
+        let interval = ShareInterval::wilson(held, runs, self.confidence);
+        Share {
+            of: self.of.value.clone(),
+            held,
+            runs,
+            share: (runs > 0).then(|| held as f64 / runs as f64),
+            interval,
+            confidence: self.confidence,
+            min: self.min,
+            max: self.max,
+            verdict: self.verdict(interval),
+        }
+    }
+
+    /// Judges an interval. A bound belongs to its permitted side.
+    fn verdict(&self, ShareInterval { low, high }: ShareInterval) -> ShareVerdict {
+        let (min, max) = (self.min.unwrap_or(0.0), self.max.unwrap_or(1.0));
+        if low >= min && high <= max {
+            ShareVerdict::Pass
+        } else if high < min || low > max {
+            ShareVerdict::Fail
+        } else {
+            ShareVerdict::Undecided
+        }
+    }
+}

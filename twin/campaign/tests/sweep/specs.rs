@@ -1,0 +1,150 @@
+use twinrig_campaign::sweep::{DesignKind, SPEC_KEYS};
+
+use crate::spec;
+
+/// A specification with the example of a key.
+fn with_example(table: &str, name: &str, example: &str) -> String {
+    let dimension = "[[dimension]]\nkey = 'seed'\nfrom = 1\nto = 9\n";
+    let share = "[[share]]\nof = 'verdict'\n";
+    let random = "design = 'random'\npoints = 5\n";
+    match (table, name) {
+        ("top level", "points") => format!("design = 'random'\n{example}\n{dimension}"),
+        ("top level", "design" | "seed") => {
+            let random = if name == "seed" {
+                random
+            } else {
+                "points = 5\n"
+            };
+            format!("{random}{example}\n{dimension}")
+        }
+        ("top level", "dimension") => example.to_owned(),
+        ("top level", _) => format!("{example}\n{dimension}"),
+        ("[[dimension]]", "key") => format!("[[dimension]]\n{example}\nvalues = [1]"),
+        ("[[dimension]]", "values") => format!("[[dimension]]\nkey = 'a'\n{example}"),
+        ("[[dimension]]", "from") => {
+            format!("[[dimension]]\nkey = 'a'\n{example}\nto = '3 m'\ncount = 2")
+        }
+        ("[[dimension]]", "to") => {
+            format!("[[dimension]]\nkey = 'a'\nfrom = '1 m'\n{example}\ncount = 2")
+        }
+        ("[[dimension]]", "count") => {
+            format!("[[dimension]]\nkey = 'a'\nfrom = 1\nto = 2\n{example}")
+        }
+        ("[[dimension]]", _) => {
+            format!("{random}[[dimension]]\nkey = 'a'\nfrom = 1\nto = 2\n{example}")
+        }
+        (_, "of") => format!("{dimension}[[share]]\n{example}\nmin = 0.5"),
+        (_, "confidence") => format!("{dimension}{share}min = 0.5\n{example}"),
+        _ => format!("{dimension}{share}{example}"),
+    }
+}
+
+/// The reader and the declarations have the same keys.
+#[test]
+fn every_declared_key_is_read_and_no_other() {
+    for key in SPEC_KEYS {
+        let text = with_example(key.table, key.name, key.example);
+        let read = spec(&text).map(drop);
+        assert_eq!(read, Ok(()), "{text}");
+        let wrong = key.example.replacen(key.name, "unheard", 1);
+        let text = with_example(key.table, key.name, &wrong);
+        let error = spec(&text).unwrap_err();
+        assert!(error.contains("unknown key `unheard`"), "{error}");
+    }
+    // An unknown key lists all known ones of its table.
+    let error = spec("unheard = 1\n[[dimension]]\nunheard = 1\n[[share]]\nunheard = 1");
+    let error = error.unwrap_err();
+    for key in SPEC_KEYS {
+        let listed = error.contains(key.name) || key.name == "confidence";
+        assert!(listed, "{}: {error}", key.name);
+    }
+}
+
+#[test]
+fn mistakes_are_reported_at_their_place() {
+    let dimension = "[[dimension]]\nkey = 'a'\n";
+    for (text, message) in [
+        (
+            "design = 'gird'\n[[dimension]]\nkey = 'a'\nvalues = [1]".to_owned(),
+            "did you mean `grid`?",
+        ),
+        ("dimension = []".to_owned(), "there is no dimension"),
+        (dimension.to_owned(), "the dimension has no values"),
+        (
+            format!("{dimension}values = [1]\nfrom = 2"),
+            "`from` has no meaning beside `values`",
+        ),
+        (
+            format!("{dimension}values = ['1 m', '1 m']"),
+            "\"1 m\" is listed twice",
+        ),
+        (
+            format!("{dimension}from = '1 m'\nto = '2 Hz'\ncount = 2"),
+            "`2 Hz` is a frequency; expected a length",
+        ),
+        (
+            format!("{dimension}from = 2\nto = 2\ncount = 2"),
+            "`to` has to be above `from`",
+        ),
+        (format!("{dimension}from = 1\nto = 2"), "`count` is missing"),
+        (
+            format!("design = 'random'\npoints = 2\n{dimension}from = 1\nto = 2\ncount = 2"),
+            "`points` counts the draws",
+        ),
+        (
+            format!("design = 'random'\n{dimension}from = 1\nto = 2"),
+            "`points` is missing",
+        ),
+        (
+            format!("points = 3\n{dimension}values = [1]"),
+            "a grid has no `points`",
+        ),
+        (
+            format!("{dimension}from = 0\nto = 2\ncount = 2\nscale = 'logarithmic'"),
+            "a logarithmic scale has positive values only",
+        ),
+        (
+            format!("{dimension}values = [1]\n[[dimension]]\nkey = 'a.b'\nvalues = [1]"),
+            "`a.b` is set by the dimension `a` already",
+        ),
+        (
+            format!("{dimension}values = [1]\n[[share]]\nof = 'verdict'"),
+            "the share has no bound",
+        ),
+        (
+            format!("{dimension}values = [1]\n[[share]]\nof = 'verdict'\nmin = '120 %'"),
+            "it must be at least 0, at most 1",
+        ),
+        (
+            "[[dimension]]\nkey = 'seed'\nfrom = 0\nto = 1000000".to_owned(),
+            "the grid has more than 1000000 points",
+        ),
+    ] {
+        let error = spec(&text).unwrap_err();
+        assert!(error.contains(message), "{text}\n{error}");
+        assert!(error.contains("--> spec.toml:"), "{error}");
+    }
+}
+
+#[test]
+fn settings_of_all_runs_have_dotted_keys() {
+    let spec = spec(
+        "name = 'n'\n[set]\nduration = '7 s'\nplant = { step = '1 ms' }\na.b.c = [1, 2]\n\
+         'x.y' = true\n[[dimension]]\nkey = 'seed'\nvalues = [3]",
+    )
+    .unwrap();
+    let set = |key: &str, value: &str| (key.to_owned(), value.to_owned());
+    assert_eq!(
+        spec.set,
+        [
+            set("duration", "\"7 s\""),
+            set("plant.step", "\"1 ms\""),
+            set("a.b.c", "[1, 2]"),
+            set("x.y", "true"),
+        ]
+    );
+    assert_eq!(
+        (spec.design.kind, spec.design.points),
+        (DesignKind::Grid, 1)
+    );
+}

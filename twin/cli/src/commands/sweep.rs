@@ -1,0 +1,85 @@
+//! Command `twin sweep`: many runs of a scenario.
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+use super::{FAILURE, Terminal, outputs, settings};
+use crate::args::SweepArgs;
+use crate::assembly::registry::Registry;
+use crate::error::TwinError;
+use crate::run::interrupt;
+use crate::run::progress::Progress;
+use crate::sweep::execute::{SweepOutcome, SweepRequest, sweep as execute};
+use crate::sweep::{junit, table};
+
+/// Folder of the results of all sweeps.
+const FOLDER: &str = "sweeps";
+
+pub(super) fn sweep(registry: &Registry, args: &SweepArgs, terminal: &mut Terminal<'_>) -> u8 {
+    if terminal.interactive {
+        interrupt::listen();
+    }
+    let request = SweepRequest {
+        scenario: args.scenario.clone(),
+        spec: args.spec.clone(),
+        settings: settings(&args.settings),
+        jobs: args.jobs.unwrap_or_else(processors),
+        partition: args.partition,
+        out: args.out.clone().unwrap_or_else(|| folder(&args.spec)),
+    };
+    match run(registry, args, &request, terminal) {
+        Ok(outcome) => {
+            if args.json {
+                terminal.print_json(&outcome.result.json());
+            } else {
+                let text = table::text(&outcome, request.jobs.get());
+                terminal.print(&text);
+            }
+            outcome.result.verdict.exit_code()
+        }
+        Err(error) => {
+            terminal.report_error(&error, args.json);
+            FAILURE
+        }
+    }
+}
+
+fn run(
+    registry: &Registry,
+    args: &SweepArgs,
+    request: &SweepRequest,
+    terminal: &mut Terminal<'_>,
+) -> Result<SweepOutcome, TwinError> {
+    outputs::check_folder(&request.out)?;
+    if let Some(path) = &args.junit {
+        outputs::check_file(path)?;
+    }
+    let title = args.spec.file_stem().unwrap_or_default().to_string_lossy();
+    let mut line = Progress::of_parts(&title, terminal.interactive && !args.json);
+    let outcome = execute(registry, request, &mut |progress| line.runs(&progress));
+    drop(line);
+    let outcome = outcome?;
+    if !args.json {
+        terminal.warn(&outcome.warnings);
+    }
+    for note in outcome.notes.iter().chain(&outcome.result.warning()) {
+        terminal.note(note);
+    }
+    if let Some(path) = &args.junit {
+        let written = std::fs::write(path, junit::document(&outcome.result));
+        written.map_err(|source| TwinError::Write {
+            path: path.clone(),
+            source,
+        })?;
+    }
+    Ok(outcome)
+}
+
+fn processors() -> NonZeroUsize {
+    std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
+}
+
+/// Returns the folder of the results of a specification.
+fn folder(spec: &Path) -> PathBuf {
+    Path::new(FOLDER).join(spec.file_stem().unwrap_or_default())
+}

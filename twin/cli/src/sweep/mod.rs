@@ -1,0 +1,10 @@
+//! Sweeps: from a specification to rows, files and reports.
+
+pub(crate) mod build_key;
+pub(crate) mod execute;
+pub(crate) mod files;
+pub(crate) mod junit;
+mod keys;
+pub(crate) mod plan;
+mod row;
+pub(crate) mod table;

@@ -1,0 +1,125 @@
+use super::{SEEDS, STAND, Sweep, built};
+use crate::common::{SOUND, panicking, registry};
+
+fn with_share(share: &str) -> String {
+    format!("{SEEDS}[[share]]\n{share}\n")
+}
+
+#[test]
+fn shares_decide_verdict_and_exit_code() {
+    // Twelve of twelve: from 75.7 % on.
+    for (share, code, verdict) in [
+        ("of = 'stands'\nmin = '75 %'", 0, "pass"),
+        ("of = 'stands'\nmin = '76 %'", 1, "undecided"),
+        (
+            "of = 'stands'\nmin = '76 %'\nconfidence = '90 %'",
+            0,
+            "pass",
+        ),
+        ("of = 'verdict'\nmax = '75 %'", 1, "fail"),
+    ] {
+        let sweep = Sweep::new("shares", STAND, &with_share(share));
+        let result = sweep.json(code, "out", &[]);
+        assert_eq!(result["verdict"], verdict, "{share}");
+        assert_eq!(result["shares"][0]["held"], 12);
+        let low = result["shares"][0]["low"].as_f64().unwrap();
+        assert!((0.75..0.82).contains(&low), "{low}");
+    }
+}
+
+#[test]
+fn without_a_share_every_run_has_to_pass() {
+    let spec = "[[dimension]]\nkey = 'duration'\nvalues = ['65 ms', '100 ms']\n";
+    let sweep = Sweep::new("runs", STAND, spec);
+    // The second expectation has too few samples in the first run.
+    let done = sweep.run("out", &["--junit", &sweep.folder.join("junit.xml")]);
+    assert_eq!(done.code, 1, "{done:?}");
+    assert!(done.out.contains("FAIL  1 of 2 runs pass"), "{}", done.out);
+    let junit = std::fs::read_to_string(sweep.folder.join("junit.xml")).unwrap();
+    assert!(
+        junit.contains("tests=\"2\" failures=\"1\" errors=\"0\""),
+        "{junit}"
+    );
+    assert!(
+        junit.contains("name=\"stand@duration-65ms\"><failure message="),
+        "{junit}"
+    );
+    assert!(junit.contains("name=\"stand@duration-100ms\"/>"), "{junit}");
+}
+
+/// A run that fails is not a failure where its share is judged.
+#[test]
+fn junit_judges_shares_where_there_are_any() {
+    let spec = "[[dimension]]\nkey = 'duration'\nvalues = ['65 ms', '100 ms']\n\
+                [[share]]\nof = 'stands'\nmin = 0.2\n[[share]]\nof = 'verdict'\nmin = 0.5\n";
+    let sweep = Sweep::new("junit", STAND, spec);
+    let path = sweep.folder.join("junit.xml");
+    sweep.json(1, "out", &["--junit", &path]);
+    let junit = std::fs::read_to_string(path).unwrap();
+    for part in [
+        "<testsuite name=\"spec: shares\" tests=\"2\" failures=\"1\"",
+        "name=\"stands\"/>",
+        "name=\"verdict\"><failure message=\"undecided: 1 of 2 held, ",
+        "<testsuite name=\"spec\" tests=\"2\" failures=\"0\" errors=\"0\" skipped=\"1\">",
+        "name=\"stand@duration-65ms\"><skipped",
+    ] {
+        assert!(junit.contains(part), "{part}\n{junit}");
+    }
+}
+
+#[test]
+fn runs_with_errors_are_rows_and_count_as_not_held() {
+    let spec = "[[dimension]]\nkey = 'plant.model'\n\
+                values = ['toy', 'panicking', 'unbuildable', 'snapping']\n\
+                [[share]]\nof = 'speed'\nmin = 0.01\n";
+    let sweep = Sweep::new("errors", SOUND, spec);
+    let registry = panicking().with_build(twinrig::BuildKey::of_bytes(b"one"));
+    let done = sweep.run_of(&registry, "out", &["--json"]);
+    assert_eq!(done.code, 2, "{done:?}");
+    let result = &crate::common::json(&done.out)[0];
+    assert_eq!(result["verdict"], "error");
+    assert_eq!(result["counts"]["error"], 3);
+    assert_eq!(result["shares"][0]["held"], 1);
+    assert_eq!(result["shares"][0]["runs"], 4);
+    let errors = ["", "out of cheese", "no blueprint", "it snapped"];
+    for (row, expected) in result["rows"].as_array().unwrap().iter().zip(errors) {
+        let error = row["error"].as_str().unwrap_or_default();
+        assert!(error.contains(expected), "{error}");
+        assert_eq!(error.is_empty(), expected.is_empty(), "{error}");
+    }
+    let page = &sweep.files("out")[2];
+    assert!(page.contains("out of cheese") && page.contains("--no-record"));
+}
+
+/// Equal runs are no independent draws.
+#[test]
+fn seed_without_effect_is_noted() {
+    let sweep = Sweep::new("equal", SOUND, SEEDS);
+    let done = sweep.run_of(&built("one"), "out", &[]);
+    assert_eq!(done.code, 0, "{done:?}");
+    let note = "`seed` has no effect";
+    assert!(done.err.contains(note), "{}", done.err);
+    assert!(sweep.files("out")[2].contains(note));
+    // Nor in a grid with a dimension that has one.
+    let spec = format!("{SEEDS}[[dimension]]\nkey = 'duration'\nvalues = ['0.5 s', '1 s']\n");
+    let sweep = Sweep::new("equal-grid", SOUND, &spec);
+    let done = sweep.run_of(&built("one"), "out", &[]);
+    assert!(done.err.contains(note), "{}", done.err);
+    let sweep = Sweep::new("different", STAND, SEEDS);
+    assert_eq!(sweep.run("out", &[]).err, "");
+}
+
+/// The registry of a host program hashes the running program by default.
+#[test]
+fn build_is_the_hash_of_the_program() {
+    let sweep = Sweep::new(
+        "build",
+        SOUND,
+        "[[dimension]]\nkey = 'seed'\nvalues = [1]\n",
+    );
+    let done = sweep.run_of(&registry(), "out", &["--json"]);
+    let build = &crate::common::json(&done.out)[0]["build"];
+    let program = std::fs::read(std::env::current_exe().unwrap()).unwrap();
+    let expected = twinrig::BuildKey::of_bytes(&program).to_string();
+    assert_eq!(build.as_str(), Some(&*expected));
+}

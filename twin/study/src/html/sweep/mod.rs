@@ -1,0 +1,215 @@
+//! Page of a sweep: shares with intervals, margins over the dimensions, failures with commands. It
+//! contains neither times nor the machine, so that equal sweeps have equal pages.
+
+mod plots;
+#[cfg(test)]
+mod tests;
+
+use twinrig_campaign::sweep::{
+    ExpectationVerdict, ResultRow, RowVerdict, Share, ShareVerdict, SweepResult, SweepVerdict,
+};
+
+use plots::{BOUND, PASS, SweepAxis, margins, passing, plane};
+
+use super::line_plot::{LinePlot, Series, Shape};
+use super::marker::swatch;
+use super::table::Table;
+use super::text::{element, escaped, paragraph};
+use super::{card, document, drawing};
+
+/// Greatest number of failures in the table.
+const LISTED: usize = 200;
+/// Returns the page of a sweep.
+pub fn sweep_page(result: &SweepResult) -> String {
+    let axes: Vec<SweepAxis<'_>> = (0..result.dimensions.len())
+        .map(|index| SweepAxis::of(result, index))
+        .collect();
+    let mut body = cards(result);
+    body += &result
+        .warning()
+        .map_or(String::new(), |warning| paragraph(&warning));
+    if !result.shares.is_empty() {
+        body += "<h2>Shares</h2>\n";
+        body += &shares(result);
+    }
+    body += "<h2>Runs that pass</h2>\n";
+    let passing: String = axes.iter().map(|axis| passing(result, axis)).collect();
+    body += &element("div", "pair", &passing);
+    let pairs = axes.iter().enumerate();
+    let pairs: String = pairs
+        .flat_map(|(index, x)| axes[index + 1..].iter().map(move |y| (x, y)))
+        .map(|(x, y)| plane(result, x, y))
+        .collect();
+    body += &element("div", "pair", &pairs);
+    body += "<h2>Margins</h2>\n";
+    body += &paragraph(
+        "The margin of an expectation is the distance to its bound; below 0 the expectation fails.",
+    );
+    for (name, units) in result.expectations() {
+        let plots = units.iter();
+        let plots = plots.flat_map(|unit| axes.iter().map(move |axis| (axis, *unit)));
+        let plots = plots.map(|(axis, unit)| margins(result, axis, name, unit));
+        body += &element("h3", "", &escaped(name));
+        body += &element("div", "pair", &plots.collect::<String>());
+    }
+    body += "<h2>Failures</h2>\n";
+    body += &failures(result);
+    body += &reproduction(result);
+    let title = format!("{}: {}", result.name, result.scenario);
+    document("Sweep", &title, &headline(result), &body)
+}
+
+fn headline(result: &SweepResult) -> String {
+    let counts = &result.counts;
+    let runs = format!("{} of {} runs pass", counts.pass, counts.points);
+    match result.verdict {
+        SweepVerdict::Undecided => {
+            format!("Undecided: {runs}, and an interval contains its bound.")
+        }
+        SweepVerdict::Error => format!("Error: {runs}, and {} have an error.", counts.error),
+        SweepVerdict::Pass => format!("Pass: {runs}."),
+        _ => format!("Fail: {runs}."),
+    }
+}
+
+fn cards(result: &SweepResult) -> String {
+    let counts = &result.counts;
+    let mut cards = card("verdict", result.verdict.word(), "of the sweep");
+    let design = format!("{} design", result.design.kind.word());
+    cards += &card("points", &counts.points.to_string(), &design);
+    cards += &card("pass", &counts.pass.to_string(), "all expectations hold");
+    cards += &card("fail", &counts.fail.to_string(), "an expectation fails");
+    if counts.error > 0 {
+        cards += &card(
+            "error",
+            &counts.error.to_string(),
+            "the run did not complete",
+        );
+    }
+    element("div", "cards", &cards)
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+fn shares(result: &SweepResult) -> String {
+    let mut table = Table::new(
+        "number | share | verdict | held | runs | share | from | to | confidence | least | greatest",
+        3,
+    );
+    let mut series = Vec::new();
+    for (index, share) in result.shares.iter().enumerate() {
+        let Share { interval, .. } = share;
+        let number = (index + 1) as f64;
+        let class = match share.verdict {
+            ShareVerdict::Pass => "tag ok",
+            ShareVerdict::Fail => "tag bad",
+            ShareVerdict::Undecided => "tag",
+        };
+        let optional = |value: Option<f64>| value.map_or(String::new(), percent);
+        table.row(
+            "",
+            vec![
+                (index + 1).to_string(),
+                element("b", "", &escaped(&share.of)),
+                element("span", class, share.verdict.word()),
+                share.held.to_string(),
+                share.runs.to_string(),
+                optional(share.share),
+                percent(interval.low),
+                percent(interval.high),
+                percent(share.confidence),
+                optional(share.min),
+                optional(share.max),
+            ],
+        );
+        let line = |value: f64| Shape::Dashed(vec![[value, number - 0.4], [value, number + 0.4]]);
+        let bounds = [share.min, share.max].into_iter().flatten();
+        series.extend(bounds.map(|bound| Series {
+            number: BOUND,
+            shape: line(bound),
+        }));
+        series.push(Series {
+            number: PASS,
+            shape: Shape::Line(vec![[interval.low, number], [interval.high, number]]),
+        });
+        let dot = share.share.map(|share| [share, number]);
+        series.push(Series {
+            number: PASS,
+            shape: Shape::Dots(dot.into_iter().collect()),
+        });
+    }
+    let plot = LinePlot {
+        title: "shares with their confidence intervals".to_owned(),
+        width: 1080.0,
+        height: 130.0 + 30.0 * result.shares.len() as f64,
+        x_label: "share of the runs".to_owned(),
+        y_label: "number".to_owned(),
+        series,
+    };
+    let legend = [
+        (swatch(PASS, false), "confidence interval".to_owned()),
+        (swatch(BOUND, true), "bound".to_owned()),
+    ];
+    let caption = "Score intervals of Wilson, for independent draws: the points of a grid are \
+                   none, and those of a Latin hypercube scatter less.";
+    table.html() + &drawing("", &legend, &plot.svg(), caption)
+}
+
+fn failures(result: &SweepResult) -> String {
+    let of = |verdict: RowVerdict| {
+        let rows = result.rows.iter();
+        rows.filter(move |row| row.row.verdict == verdict)
+    };
+    let rows: Vec<&ResultRow> = of(RowVerdict::Error).chain(of(RowVerdict::Fail)).collect();
+    if rows.is_empty() {
+        return paragraph("All runs pass.");
+    }
+    let mut table = Table::new("point | verdict | why and command", 2);
+    for row in rows.iter().take(LISTED) {
+        let failed = row.row.expectations.iter();
+        let failed = failed.filter(|one| one.verdict != ExpectationVerdict::Pass);
+        let failed: Vec<&str> = failed.map(|one| one.name.as_str()).collect();
+        let why = row.row.error.clone().unwrap_or_else(|| failed.join(", "));
+        let command = element("code", "", &escaped(&row.command));
+        table.row(
+            "",
+            vec![
+                element("span", "wrap", &escaped(&row.name)),
+                element("span", "tag bad", row.row.verdict.word()),
+                element("span", "why", &escaped(&why)) + "<br/>" + &command,
+            ],
+        );
+    }
+    let more = match rows.len().saturating_sub(LISTED) {
+        0 => String::new(),
+        more => paragraph(&format!("{more} more are in rows.csv.")),
+    };
+    table.html() + &more
+}
+
+fn reproduction(result: &SweepResult) -> String {
+    let mut terms = String::new();
+    let mut term = |name: &str, text: &str| {
+        terms += &element("dt", "", &escaped(name));
+        terms += &element("dd", "", &element("code", "", &escaped(text)));
+        terms.push('\n');
+    };
+    term("scenario", &result.file);
+    term("specification", &result.spec);
+    for (key, value) in &result.settings {
+        term("set in all runs", &format!("{key} = {value}"));
+    }
+    let design = &result.design;
+    term(
+        "design",
+        &format!("{}, seed {}", design.kind.word(), design.seed),
+    );
+    term(
+        "hash of points and runs",
+        result.hash.as_deref().unwrap_or("incomplete"),
+    );
+    term("hash of the program", &result.build);
+    format!("<h2>Reproduction</h2>\n{}", element("dl", "", &terms))
+}

@@ -1,0 +1,117 @@
+//! Pages of synthetic sweeps.
+
+use twinrig_campaign::sweep::{
+    Design, DesignKind, Partition, ResultDimension, RowExpectation, RowKey, ShareInterval,
+    SweepCounts, SweepRow, SweepValue,
+};
+
+use twinrig_kernel::Unit;
+
+use super::plots::DRAWN;
+use super::*;
+
+fn row(index: usize, margin: Option<f64>, unit: &str) -> ResultRow {
+    let verdict = match margin {
+        Some(margin) if margin >= 0.0 => ExpectationVerdict::Pass,
+        Some(_) => ExpectationVerdict::Fail,
+        None => ExpectationVerdict::Unobserved,
+    };
+    let mut row = SweepRow::of_error("");
+    row.error = None;
+    row.verdict = if verdict == ExpectationVerdict::Pass {
+        RowVerdict::Pass
+    } else {
+        RowVerdict::Fail
+    };
+    row.expectations = vec![RowExpectation {
+        name: "stays <up>".to_owned(),
+        verdict,
+        measured: margin,
+        bound: Some(0.0),
+        margin,
+        unit: unit.to_owned(),
+        detail: String::new(),
+    }];
+    ResultRow {
+        index,
+        name: format!("trot@seed-{index}"),
+        point: vec![SweepValue::whole(index as u64)],
+        key: RowKey::of([]),
+        command: format!("twin run --set 'name=\"<{index}>\"'"),
+        row,
+    }
+}
+
+fn result(rows: Vec<ResultRow>) -> SweepResult {
+    SweepResult {
+        name: "a & b".to_owned(),
+        spec: "spec.toml".to_owned(),
+        scenario: "trot".to_owned(),
+        file: "trot.toml".to_owned(),
+        build: String::new(),
+        settings: Vec::new(),
+        design: Design {
+            kind: DesignKind::Grid,
+            points: rows.len(),
+            seed: 1,
+        },
+        partition: Partition::WHOLE,
+        dimensions: vec![ResultDimension {
+            key: "seed".to_owned(),
+            unit: Some(Unit::One),
+        }],
+        verdict: SweepVerdict::Fail,
+        counts: SweepCounts::default(),
+        shares: vec![Share {
+            of: "stays <up>".to_owned(),
+            held: 1,
+            runs: 2,
+            share: Some(0.5),
+            interval: ShareInterval::wilson(1, 2, 0.95),
+            confidence: 0.95,
+            min: Some(0.9),
+            max: None,
+            verdict: ShareVerdict::Undecided,
+        }],
+        hash: None,
+        rows,
+    }
+}
+
+fn circles(page: &str, title: &str) -> usize {
+    let (_, plot) = page.split_once(&format!("aria-label=\"{title}\"")).unwrap();
+    let (plot, _) = plot.split_once("</svg>").unwrap();
+    plot.matches("<circle").count()
+}
+
+#[test]
+fn every_run_with_a_margin_is_drawn_and_every_failure_listed() {
+    let margins = [Some(0.1), Some(-0.2), None, Some(0.3)];
+    let rows = margins.into_iter().enumerate();
+    let page = sweep_page(&result(rows.map(|(n, it)| row(n, it, "m")).collect()));
+    assert_eq!(circles(&page, "margin of stays &lt;up&gt; over seed"), 3);
+    assert_eq!(page.matches("trot@seed-").count(), 2);
+    assert!(page.contains("name=&quot;&lt;1&gt;&quot;"));
+    assert!(!page.contains("<up>") && page.contains("a &amp; b"));
+}
+
+/// The margins of one expectation in two units have two plots.
+#[test]
+fn units_are_not_mixed() {
+    let page = sweep_page(&result(vec![
+        row(0, Some(0.1), "m"),
+        row(1, Some(-2.0), "rad"),
+    ]));
+    assert!(page.contains("margin  [m]") && page.contains("margin  [rad]"));
+}
+
+#[test]
+fn page_of_many_runs_is_bounded() {
+    let rows = |count| (0..count).map(|n| row(n, Some(1.0), "m")).collect();
+    let page = sweep_page(&result(rows(10 * DRAWN)));
+    assert_eq!(
+        circles(&page, "margin of stays &lt;up&gt; over seed"),
+        DRAWN
+    );
+    assert!(page.contains("9000 runs are not drawn"));
+}
