@@ -202,6 +202,8 @@ def test_junit_has_the_expectations(pytester: pytest.Pytester) -> None:
 def test_other_toml_files_and_other_tests_are_left_alone(pytester: pytest.Pytester) -> None:
     (pytester.path / "pyproject.toml").write_text("[project]\nname = 'x'\n", encoding="utf-8")
     (pytester.path / "broken.toml").write_text("[plant\n", encoding="utf-8")
+    garden = "[plant]\nname = 'fern'\nduration = 2\n"
+    (pytester.path / "garden.toml").write_text(garden, encoding="utf-8")
     pytester.makepyfile("def test_nothing(): pass")
     run(pytester).assert_outcomes(passed=1)
 
