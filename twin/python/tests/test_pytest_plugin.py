@@ -82,7 +82,12 @@ def test_an_expectation_is_a_test_with_the_outcome_of_the_program(
     )
 
 
-def test_a_failure_shows_table_and_command_and_no_traceback(pytester: pytest.Pytester) -> None:
+@pytest.mark.parametrize("worker", [None, "gw0"], ids=["alone", "worker"])
+def test_a_failure_shows_table_and_command_and_no_traceback(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, worker: str | None
+) -> None:
+    if worker:  # As pytest-xdist does.
+        monkeypatch.setenv("PYTEST_XDIST_WORKER", worker)
     write(pytester, HOLDS, FAILS)
     result = run(pytester, "--twin-set", "controller.hip_height=125 mm", "--twin-record", "kept")
     result.stdout.fnmatch_lines(
@@ -91,8 +96,9 @@ def test_a_failure_shows_table_and_command_and_no_traceback(pytester: pytest.Pyt
             "*✓  does not fall *",
             "*✗  walks *",
             "*FAIL  1 of 2 expectations hold*",
+            "  recording    kept/stand-seed1-*.mcap",
             "repeat: twin run stand.toml --set 'controller.hip_height=125 mm'",
-            "recording: kept*stand-seed1-*.mcap",
+            "recording: kept/stand-seed1-*.mcap",
             "FAILED stand.toml::walks - fail, measured*",
         ]
     )
