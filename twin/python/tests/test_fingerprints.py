@@ -91,7 +91,7 @@ def test_settings_equal_those_of_the_command_line(folder: Path) -> None:
 
 
 def test_seed_is_that_of_all_random_streams() -> None:
-    scenario = "scenarios/thesis/fig-5-9.toml"
+    scenario = "scenarios/thesis/fig-4-8.toml"
     (expected,) = program("run", scenario, "--no-record", "--set", "seed=7")
     run = twinrig.run(scenario, seed=7)
     assert (run.fingerprint, run.seed) == (expected["fingerprint"], 7)

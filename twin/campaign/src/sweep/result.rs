@@ -154,6 +154,10 @@ impl SweepResult {
         self.shares = spec.shares.iter().map(share).collect();
         self.hash = (self.counts.missing == 0).then(|| self.hash_of_rows());
         self.verdict = self.verdict_of_counts(interrupted);
+        if self.counts.missing == 0 {
+            // The result is that of all partitions.
+            self.partition = Partition::WHOLE;
+        }
         self
     }
 
@@ -223,6 +227,19 @@ impl SweepResult {
         equal
     }
 
+    /// Returns the reason for a sweep without an answer.
+    pub fn error(&self) -> Option<String> {
+        let SweepCounts { error, missing, .. } = self.counts;
+        match self.verdict {
+            SweepVerdict::Error if error == 1 => Some("a run has an error".to_owned()),
+            SweepVerdict::Error => Some(format!("{error} runs have an error")),
+            SweepVerdict::Interrupted => Some(format!(
+                "interrupted; {missing} points are missing, and the same command continues"
+            )),
+            _ => None,
+        }
+    }
+
     /// Returns the warning about dimensions without effect.
     pub fn warning(&self) -> Option<String> {
         let keys = self.without_effect();
@@ -273,6 +290,7 @@ impl SweepResult {
             "counts": self.counts,
             "shares": self.shares,
             "warning": self.warning(),
+            "error": self.error(),
             "rows": rows,
         })
     }

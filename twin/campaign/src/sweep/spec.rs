@@ -17,6 +17,8 @@ use super::value::{SweepValue, toml};
 
 /// Greatest number of points.
 const POINTS_MOST: usize = 1_000_000;
+/// Greatest number of dimensions.
+const DIMENSIONS_MOST: usize = 100;
 /// Key of a scenario whose values are whole numbers.
 const SCENARIO_SEED: &str = "seed";
 
@@ -71,6 +73,10 @@ fn spec(document: &Document, table: &Table<'_>) -> Result<SweepSpec, Reported> {
     let (kind, points, seed, dimensions) = (kind?, points?, seed?, dimensions?);
     if dimensions.is_empty() {
         return Err(table.report(DIMENSION, "there is no dimension", "add a [[dimension]]"));
+    }
+    if dimensions.len() > DIMENSIONS_MOST {
+        let message = format!("there are more than {DIMENSIONS_MOST} dimensions");
+        return Err(table.report(DIMENSION, message, "leave some of them out"));
     }
     check_distinct(table, &dimensions)?;
     let points = if is_grid {

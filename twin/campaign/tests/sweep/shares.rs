@@ -13,7 +13,7 @@ fn share(bounds: &str) -> ShareSpec {
 
 fn with(verdict: ExpectationVerdict) -> SweepRow {
     let mut row = row(1);
-    row.expectations[0].name = "stands".to_owned();
+    "stands".clone_into(&mut row.expectations[0].name);
     row.expectations[0].verdict = verdict;
     row
 }
@@ -58,7 +58,7 @@ fn only_observed_and_satisfied_expectations_count_as_held() {
 #[test]
 fn share_of_the_verdict_counts_runs_that_pass() {
     let mut share = share("min = 0.1");
-    share.of.value = "verdict".to_owned();
+    "verdict".clone_into(&mut share.of.value);
     let mut passing = row(1);
     passing.verdict = RowVerdict::Pass;
     let share = share.share(&[passing, row(2), SweepRow::of_error("")]);

@@ -1,3 +1,4 @@
+use proptest::prelude::*;
 use twinrig_campaign::sweep::{DesignKind, SPEC_KEYS};
 
 use crate::spec;
@@ -147,4 +148,68 @@ fn settings_of_all_runs_have_dotted_keys() {
         (spec.design.kind, spec.design.points),
         (DesignKind::Grid, 1)
     );
+}
+
+/// Words of specifications, and values that none of them expects.
+fn word() -> impl Strategy<Value = String> {
+    let keys = SPEC_KEYS.iter().flat_map(|key| [key.name, key.example]);
+    let keys: Vec<&'static str> = keys.collect();
+    prop_oneof![
+        prop::sample::select(keys).prop_map(str::to_owned),
+        prop::sample::select(vec![
+            "\n[[dimension]]\n",
+            "\n[[share]]\n",
+            "\n[set]\n",
+            " = ",
+            "\n",
+            "[",
+            "]",
+            "{",
+            "}",
+            "''",
+            "'1e308 m'",
+            "-1e308",
+            "1e308",
+            "nan",
+            "inf",
+            "18446744073709551615",
+            "-1",
+            "0",
+            "'1 ns'",
+        ])
+        .prop_map(str::to_owned),
+        "[a-z0-9.'\"=\\[\\]{}, \n]{0,6}",
+    ]
+}
+
+proptest! {
+    /// No text is a panic, and the points of a valid one are as many as it says.
+    #[test]
+    fn any_text_is_a_specification_or_an_error(
+        words in prop::collection::vec(word(), 0..12), ends: bool, design in 0..3_usize,
+    ) {
+        let design = ["", "design = 'random'\npoints = 3\n", "design = 'latin-hypercube'\npoints = 4\n"][design];
+        let end = "\n[[dimension]]\nkey = 'seed'\nfrom = 1\nto = 3\n";
+        let text = format!("{design}{}{}", words.concat(), if ends { end } else { "" });
+        if let Ok(spec) = spec(&text) {
+            prop_assert_eq!(spec.points().len(), spec.design.points);
+        }
+    }
+
+    /// Ends of any size.
+    #[test]
+    fn draws_are_within_the_interval(from: f64, to: f64, lhs: bool, logarithmic: bool) {
+        let design = if lhs { "latin-hypercube" } else { "random" };
+        let scale = if logarithmic { "logarithmic" } else { "linear" };
+        let text = format!(
+            "design = '{design}'\npoints = 20\n[[dimension]]\nkey = 'a'\n\
+             from = {from:e}\nto = {to:e}\nscale = '{scale}'"
+        );
+        if let Ok(spec) = spec(&text) {
+            for point in spec.points() {
+                let number = point[0].number.unwrap();
+                prop_assert!((from..=to).contains(&number), "{number} of {from} to {to}");
+            }
+        }
+    }
 }

@@ -138,6 +138,21 @@ mod tests {
     use super::*;
 
     #[test]
+    fn line_of_a_sweep_shows_rate_and_time_left() {
+        let progress = SweepProgress {
+            of: 100,
+            stored: 25,
+            ran: 25,
+            failed: 3,
+        };
+        let bar = format!("{}{}", "█".repeat(12), "·".repeat(12));
+        assert_eq!(
+            runs_line("step-down", &progress, 0.5),
+            format!("step-down  {bar}  50 of 100  50.0 runs per second  1 s left  3 fail")
+        );
+    }
+
+    #[test]
     fn line_shows_progress_and_speed() {
         let bar = format!("{}{}", "█".repeat(6), "·".repeat(18));
         assert_eq!(

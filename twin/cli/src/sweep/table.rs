@@ -123,17 +123,9 @@ fn verdict(result: &SweepResult) -> String {
                 result.partition, result.counts.missing
             ),
         ),
-        SweepVerdict::Interrupted => (
-            YELLOW,
-            format!(
-                "{} points are missing; the same command continues",
-                result.counts.missing
-            ),
-        ),
-        SweepVerdict::Error => (
-            YELLOW,
-            format!("{} runs have an error", result.counts.error),
-        ),
+        SweepVerdict::Interrupted | SweepVerdict::Error => {
+            (YELLOW, result.error().unwrap_or_default())
+        }
     };
     let word = styled(style, &result.verdict.word().to_uppercase());
     format!("{word}  {explained}")

@@ -31,6 +31,7 @@ from twinrig._parts import Controller, Input, Output, Plant, Variable
 from twinrig._rig import Rig, Workers, step_all
 from twinrig._run import Energy, Expectation, Recording, Run
 from twinrig._signal import Signal, SignalGroup, Signals
+from twinrig._sweep import Share, Sweep, sweep
 
 __version__ = _native.VERSION
 
@@ -50,9 +51,11 @@ __all__ = [
     "RunError",
     "ScenarioError",
     "ScenarioWarning",
+    "Share",
     "Signal",
     "SignalGroup",
     "Signals",
+    "Sweep",
     "TwinError",
     "Variable",
     "Workers",
@@ -65,6 +68,7 @@ __all__ = [
     "run",
     "step_all",
     "study",
+    "sweep",
 ]
 
 os.register_at_fork(after_in_child=_native.forked)

@@ -140,7 +140,7 @@ def plan(
     return found
 
 
-def _command(words: list[str], error: type[TwinError]) -> dict[str, Any]:
+def command_json(words: list[str], error: type[TwinError]) -> dict[str, Any]:
     """Run a command of the program that prints one JSON object."""
     code, out, err = _native.command(words)
     if not out.strip():
@@ -152,7 +152,7 @@ def _command(words: list[str], error: type[TwinError]) -> dict[str, Any]:
     return found
 
 
-def _option(name: str, value: object) -> list[str]:
+def option(name: str, value: object) -> list[str]:
     if value is None:
         return []
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
@@ -186,8 +186,8 @@ def diff(
     if events:
         words.append("--events")
     for name, value in (("time", time), ("place", place), ("share", share)):
-        words += _option(name, value)
-    return _command([*words, "--", path_of(a, "a"), path_of(b, "b")], RecordingError)
+        words += option(name, value)
+    return command_json([*words, "--", path_of(a, "a"), path_of(b, "b")], RecordingError)
 
 
 def study(
@@ -232,14 +232,14 @@ def study(
         raise TypeError("plants: expected a list of models, not a string")
     words = ["study", kind, "--json", f"--out={path_of(out, 'out')}"]
     for plant in plants:
-        words += _option("plant", plant)
+        words += option("plant", plant)
     words += [f"--set={name}={value}" for name, value in settings(set)]
     sizes = (("ensemble", ensemble), ("particles", particles), ("iterations", iterations))
     for name, value in (("duration", duration), ("budget", budget), *sizes):
-        words += _option(name, value)
+        words += option(name, value)
     if scenario is not None:
         words += ["--", path_of(scenario, "scenario")]
-    return _command(words, TwinError)
+    return command_json(words, TwinError)
 
 
 def parts(robot: Path = "cheetah-cub") -> dict[str, Any]:
@@ -247,7 +247,7 @@ def parts(robot: Path = "cheetah-cub") -> dict[str, Any]:
 
     The object is that of ``twin list --json``, with the process variables of `robot`.
     """
-    return _command(["list", "--json", "--", path_of(robot, "robot")], TwinError)
+    return command_json(["list", "--json", "--", path_of(robot, "robot")], TwinError)
 
 
 def robots() -> list[str]:

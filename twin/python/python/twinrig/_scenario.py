@@ -41,16 +41,9 @@ def settings(values: Mapping[str, Any] | None) -> list[tuple[str, str]]:
     for name, value in values.items():
         if not isinstance(name, str):
             raise TypeError(f"set: a key must be a string, not {type(name).__name__}: {name!r}")
-        is_text = isinstance(value, str)
-        text = value if is_text else _toml.inline(value, f"set[{name!r}]")
-        _toml.string(text)  # Text that cannot be encoded is an error of this argument.
-        pairs.append((_toml_text(name), text))
+        text = value if isinstance(value, str) else _toml.inline(value, f"set[{name!r}]")
+        pairs.append((_toml.encodable(name), _toml.encodable(text)))
     return pairs
-
-
-def _toml_text(name: str) -> str:
-    _toml.string(name)
-    return name
 
 
 def native(

@@ -6,7 +6,6 @@ headers, and the keys of a table a line each, as people write them.
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from collections.abc import Iterable, Mapping
@@ -26,23 +25,19 @@ def key(name: object) -> str:
     return name if BARE_KEY.match(name) else string(name)
 
 
-def string(text: str) -> str:
-    """Return a basic string."""
+def encodable(text: str) -> str:
+    """Return the text itself, if UTF-8 can encode it."""
     try:
         text.encode()
     except UnicodeEncodeError:
         raise ValueError(f"not a text that UTF-8 can encode: {text!r}") from None
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return text
+
+
+def string(text: str) -> str:
+    """Return a basic string."""
+    escaped = encodable(text).replace("\\", "\\\\").replace('"', '\\"')
     return '"' + re.sub(r"[\x00-\x1f\x7f]", lambda at: f"\\u{ord(at[0]):04x}", escaped) + '"'
-
-
-def number(value: float) -> str:
-    """Return a float, which reads back with the same bits."""
-    if math.isfinite(value):
-        text = repr(value)
-        # `1e22` is a float in TOML too, `1e+22` as well; only an integer form would not be.
-        return text
-    return "nan" if math.isnan(value) else ("inf" if value > 0 else "-inf")
 
 
 def inline(value: object, place: str, depth: int = 0) -> str:
@@ -59,7 +54,7 @@ def inline(value: object, place: str, depth: int = 0) -> str:
     if isinstance(value, int):
         return int.__repr__(value)
     if isinstance(value, float):
-        return number(float(value))
+        return float.__repr__(value)  # TOML writes infinities and NaN as Python does.
     if isinstance(value, os.PathLike):
         return string(os.fsdecode(value))
     if isinstance(value, Mapping):

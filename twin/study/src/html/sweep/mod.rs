@@ -62,14 +62,23 @@ pub fn sweep_page(result: &SweepResult) -> String {
 fn headline(result: &SweepResult) -> String {
     let counts = &result.counts;
     let runs = format!("{} of {} runs pass", counts.pass, counts.points);
-    match result.verdict {
-        SweepVerdict::Undecided => {
-            format!("Undecided: {runs}, and an interval contains its bound.")
-        }
-        SweepVerdict::Error => format!("Error: {runs}, and {} have an error.", counts.error),
-        SweepVerdict::Pass => format!("Pass: {runs}."),
-        _ => format!("Fail: {runs}."),
-    }
+    let passed = |share: &&Share| share.verdict == ShareVerdict::Pass;
+    let all = result.shares.len();
+    let shares = match result.shares.iter().filter(passed).count() {
+        _ if all == 0 => String::new(),
+        held => format!("{held} of {all} shares hold; "),
+    };
+    let word = match result.verdict {
+        SweepVerdict::Pass => "Pass",
+        SweepVerdict::Undecided => "Undecided",
+        SweepVerdict::Error => "Error",
+        _ => "Fail",
+    };
+    let errors = match counts.error {
+        0 => String::new(),
+        errors => format!(", {errors} have an error"),
+    };
+    format!("{word}: {shares}{runs}{errors}.")
 }
 
 fn cards(result: &SweepResult) -> String {
