@@ -231,3 +231,11 @@ def test_a_setting_without_a_value_is_refused(pytester: pytest.Pytester) -> None
     result = run(pytester, "--twin-set", "duration")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["*--twin-set duration: expected KEY=VALUE*"])
+
+
+def test_the_installed_package_registers_the_plug_in(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD")
+    write(pytester, HOLDS, FAILS)
+    pytester.runpytest_subprocess().assert_outcomes(passed=1, failed=1)
