@@ -43,7 +43,7 @@ pub use twinrig_scenario as scenario;
 
 pub use assembly::Assembly;
 pub use assembly::registry::Registry;
-pub use commands::{run, run_args, run_with};
+pub use commands::{plan_json, recording_path, run, run_args, run_with};
 pub use error::{BuildError, TwinError};
 pub use parts::bus_kind::{BusContext, BusKind};
 pub use parts::controller_kind::{ControllerContext, ControllerKind, LegContext};

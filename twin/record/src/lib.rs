@@ -83,7 +83,7 @@ pub use fingerprint::{Digest, Fingerprint};
 pub use messages::{
     ChangeMessage, EventMessage, ExpectationMessage, FootstepMessage, Message, VerdictMessage,
 };
-pub use poses::{Skeleton, SkeletonLeg};
+pub use poses::{FrameSampler, FrameSeries, Skeleton, SkeletonLeg};
 pub use recorder::{Cadence, RecordedGroup, Recorder, RunInfo, group_name};
 pub use recording::{Recording, Sample, SampledGroup, Series};
 pub use schema::{EPOCH, Signal};

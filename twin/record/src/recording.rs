@@ -8,7 +8,7 @@ use twinrig_kernel::{SimTime, near_misses};
 
 use crate::cdr::CdrReader;
 use crate::index::{Encoding, Index, MessageEntry, Wire};
-use crate::{Message, RecordError, Signal};
+use crate::{FrameSeries, Message, RecordError, Signal, Topic};
 
 /// A recording in memory.
 ///
@@ -191,6 +191,25 @@ impl Recording {
             Ok((written.time, message))
         };
         written.iter().enumerate().map(read).collect()
+    }
+
+    /// Returns the coordinate frames over time; none are recorded with `[record] frames = "0 Hz"`.
+    ///
+    /// # Errors
+    /// [`RecordError::Decode`] for the first message that is not a set of the same frames.
+    pub fn frames(&self) -> Result<FrameSeries, RecordError> {
+        let written = self.index.messages.get(&Topic::Frames);
+        let written = written.map_or(&[][..], Vec::as_slice);
+        let mut series = FrameSeries::default();
+        for (index, entry) in written.iter().enumerate() {
+            let added = series.add(entry.time, &self.bytes[entry.range.clone()]);
+            added.ok_or_else(|| RecordError::Decode {
+                topic: Topic::Frames.name(),
+                index,
+                why: "invalid CDR, or other frames than before".to_owned(),
+            })?;
+        }
+        Ok(series)
     }
 
     /// Input files of the run, with their names.

@@ -17,6 +17,9 @@ mod serve;
 mod study;
 mod sweep;
 
+pub use plan::plan_json;
+pub use run::recording_path;
+
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
@@ -241,12 +244,14 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
 
 /// Origin of settings given by `--plant`.
 const PLANT: &str = "--plant";
+/// Key that it sets.
+const PLANT_KEY: &str = "plant.model";
 
 /// Returns the settings of the command line.
 fn settings(args: &Settings) -> Vec<Setting> {
     let plant = args.plant.iter().map(|model| Setting {
         origin: PLANT.to_owned(),
-        key: "plant.model".to_owned(),
+        key: PLANT_KEY.to_owned(),
         value: format!("{model:?}"),
     });
     let set = args.set.iter().map(|(key, value)| Setting {

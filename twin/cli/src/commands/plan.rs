@@ -117,6 +117,16 @@ pub(super) fn plan(registry: &Registry, args: &PlanArgs, terminal: &mut Terminal
     }
 }
 
+/// Returns the object that `twin plan --json` prints.
+///
+/// # Errors
+/// A part that cannot be built.
+pub fn plan_json(registry: &Registry, assembly: &Assembly<'_>) -> Result<String, TwinError> {
+    let plan = of(registry, assembly)?;
+    // Serialisation fails only for keys that are not strings.
+    Ok(serde_json::to_string(&plan).unwrap_or_default())
+}
+
 fn of(registry: &Registry, assembly: &Assembly<'_>) -> Result<Plan, TwinError> {
     let rig = assembly.rig()?;
     let (scene, scenario) = (assembly.scene(), assembly.scenario());

@@ -7,7 +7,7 @@ use twinrig_record::Fingerprint;
 use twinrig_scenario::{Scenario, Setting};
 
 use super::plant_comparison::{self, PlantComparison};
-use super::{PLANT, Terminal, outputs, settings};
+use super::{PLANT_KEY, Terminal, outputs, settings};
 use crate::args::{RunArgs, Settings};
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
@@ -179,6 +179,11 @@ pub(super) fn ports(options: &[(String, String)]) -> Vec<(String, PathBuf)> {
     options.iter().map(port).collect()
 }
 
+/// Returns the path of the recording of a scenario in `folder`, as `twin run --out` names it.
+pub fn recording_path(folder: &Path, scenario: &Scenario) -> PathBuf {
+    recording(folder, scenario, "", &[])
+}
+
 /// Returns the path of the recording of a scenario. The name consists of the scenario file, the
 /// seed and the settings (the plant if it is the only setting, otherwise a hash), so that equal
 /// runs have equal paths. A number distinguishes recordings of one command.
@@ -187,7 +192,7 @@ fn recording(folder: &Path, scenario: &Scenario, mark: &str, taken: &[PathBuf]) 
     let stem = stem.map_or("scenario".into(), |stem| stem.to_string_lossy());
     let mut name = format!("{stem}-seed{}", scenario.seed);
     if let [only] = scenario.settings.as_slice()
-        && only.origin == PLANT
+        && only.key == PLANT_KEY
     {
         name = format!("{name}-{}", scenario.plant.model.replace(['/', '\\'], "-"));
     } else if !scenario.settings.is_empty() {

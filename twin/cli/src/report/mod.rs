@@ -6,6 +6,7 @@ pub(crate) mod left_out;
 pub(crate) mod style;
 pub(crate) mod table;
 
+use anstream::adapter::strip_str;
 use serde::{Serialize, Serializer};
 use twinrig_document::{Place, Warning};
 use twinrig_record::ExpectationMessage;
@@ -320,6 +321,12 @@ impl Report {
             warnings: Vec::new(),
             fell_at_s: None,
         }
+    }
+
+    /// Returns the table that `twin run` prints, without styles.
+    pub fn text(&self) -> String {
+        let text = strip_str(&table::report(self)).to_string();
+        text.trim_end().to_owned()
     }
 
     /// Returns the number of expectations that hold.

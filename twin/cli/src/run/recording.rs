@@ -71,18 +71,14 @@ fn create(
         .chain((!diagnostics.layout.is_empty()).then_some(diagnostics))
         .collect();
     let cadence = Cadence {
-        frames: scene
-            .scenario
-            .record
-            .frames
-            .and_then(|rate| SimDuration::try_from_secs_f64(1.0 / rate)),
+        frames: assembly.frame_period(),
         flush: FLUSH,
     };
     Recorder::create(
         path,
         &info(assembly, executor),
         &groups,
-        &skeleton(assembly),
+        &assembly.skeleton(),
         cadence,
     )
     .map_err(|source| TwinError::Record {
@@ -142,14 +138,24 @@ fn pair(setting: &Setting) -> [&str; 2] {
     [&setting.key, &setting.value]
 }
 
-fn skeleton(assembly: &Assembly<'_>) -> Skeleton {
-    let mounts = assembly.robot().map_or(&[][..], |robot| &robot.legs);
-    let legs = mounts.iter().map(|mount| SkeletonLeg {
-        name: mount.name.clone(),
-        hip: mount.hip,
-        segments: [mount.leg.l1, mount.leg.l2, mount.leg.l3 - mount.leg.l_delta],
-    });
-    Skeleton {
-        legs: legs.collect(),
+impl Assembly<'_> {
+    /// Returns the geometry from which coordinate frames are computed; without legs for a
+    /// standalone plant without a robot.
+    pub fn skeleton(&self) -> Skeleton {
+        let mounts = self.robot().map_or(&[][..], |robot| &robot.legs);
+        let legs = mounts.iter().map(|mount| SkeletonLeg {
+            name: mount.name.clone(),
+            hip: mount.hip,
+            segments: [mount.leg.l1, mount.leg.l2, mount.leg.l3 - mount.leg.l_delta],
+        });
+        Skeleton {
+            legs: legs.collect(),
+        }
+    }
+
+    /// Returns the time between two sets of coordinate frames; none if none are recorded.
+    pub fn frame_period(&self) -> Option<SimDuration> {
+        let rate = self.scenario().record.frames?;
+        SimDuration::try_from_secs_f64(1.0 / rate)
     }
 }

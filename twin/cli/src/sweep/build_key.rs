@@ -2,24 +2,33 @@
 
 use std::fmt;
 use std::fs::File;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::error::TwinError;
 
 /// The running program under Linux, also if its file has been replaced since.
 const RUNNING: &str = "/proc/self/exe";
+/// Mapped files of the process.
+const MAPPED: &str = "/proc/self/maps";
 
 /// Hash of a program: BLAKE3 of its file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BuildKey([u8; 32]);
 
 impl BuildKey {
-    /// Returns the key of the running program.
+    /// Returns the key of the running program, or of the library with this code where another
+    /// program has loaded it, such as an interpreter.
     ///
     /// # Errors
     /// [`TwinError::Program`] if its file cannot be read.
     pub fn of_program() -> Result<Self, TwinError> {
-        Self::of_file(Path::new(RUNNING))
+        let program = std::fs::read_link(RUNNING).ok();
+        match file_of_this_code() {
+            Some(library) if program.is_some_and(|program| program != library) => {
+                Self::of_file(&library)
+            }
+            _ => Self::of_file(Path::new(RUNNING)),
+        }
     }
 
     /// Returns the key of the program, or of the library of a host program, in a file.
@@ -53,5 +62,43 @@ impl BuildKey {
 impl fmt::Display for BuildKey {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         blake3::Hash::from_bytes(self.0).to_hex().fmt(f)
+    }
+}
+
+/// Returns the file that the code of this crate was loaded from.
+fn file_of_this_code() -> Option<PathBuf> {
+    let address = file_of_this_code as *const () as usize;
+    let maps = std::fs::read_to_string(MAPPED).ok()?;
+    let path = maps.lines().find_map(|line| mapped_at(line, address))?;
+    Some(PathBuf::from(path))
+}
+
+/// Returns the file of a line of the list of mappings, if it contains `address`:
+/// `7f0c1000-7f0c9000 r-xp 00001000 fd:00 1234  /usr/lib/libc.so.6`.
+fn mapped_at(line: &str, address: usize) -> Option<&str> {
+    let (start, rest) = line.split_once('-')?;
+    let (end, rest) = rest.split_once(' ')?;
+    let bound = |text| usize::from_str_radix(text, 16).ok();
+    let path = &rest[rest.find('/')?..];
+    (bound(start)?..bound(end)?)
+        .contains(&address)
+        .then_some(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn file_of_the_code_is_found_among_the_mappings() {
+        let line = "7f0c1000-7f0c9000 r-xp 00001000 fd:00 1234      /opt/my lib/libtwin.so";
+        assert_eq!(mapped_at(line, 0x7f0c_1000), Some("/opt/my lib/libtwin.so"));
+        assert_eq!(mapped_at(line, 0x7f0c_9000), None);
+        assert_eq!(
+            mapped_at("7f0c1000-7f0c9000 rw-p 00000000 00:00 0 ", 0x7f0c_1000),
+            None
+        );
+        // A test is a program of its own.
+        assert_eq!(file_of_this_code(), std::fs::read_link(RUNNING).ok());
     }
 }

@@ -1,7 +1,7 @@
 //! Coordinate frames of trunk and leg segments, as a `tf2_msgs/TFMessage`.
 
 use super::{BODY, Signals, WORLD};
-use crate::cdr::{CdrWriter, Template};
+use crate::cdr::{CdrReader, CdrWriter, Template};
 use twinrig_kernel::signal;
 
 /// Geometry of a robot for display: hip positions and segment lengths.
@@ -134,12 +134,32 @@ fn segment_rotation(angle: f64) -> [f64; 4] {
     [0.0, sin, 0.0, cos]
 }
 
+/// A transform of a message.
+pub(super) struct ReadTransform {
+    /// Names of parent and child.
+    pub(super) link: [String; 2],
+    /// Position x, y, z and orientation x, y, z, w of the child in its parent.
+    pub(super) numbers: [f64; 7],
+}
+
+/// Decodes a message; `None` if it is invalid.
+pub(super) fn transforms(message: &[u8]) -> Option<Vec<ReadTransform>> {
+    let mut from = CdrReader::new(message)?;
+    let transforms = from.each(|from| {
+        from.time()?;
+        Some(ReadTransform {
+            link: [from.text()?, from.text()?],
+            numbers: from.f64s()?,
+        })
+    })?;
+    from.is_at_end().then_some(transforms)
+}
+
 #[cfg(test)]
 mod tests {
     use twinrig_kernel::{Direction, Layout, Port, Unit};
 
     use super::*;
-    use crate::cdr::CdrReader;
 
     fn leg() -> Skeleton {
         let leg = SkeletonLeg {
@@ -164,20 +184,20 @@ mod tests {
     /// Parent, child, translation and rotation of each transform.
     type Links = Vec<(String, String, [f64; 3], [f64; 4])>;
 
-    fn read(message: &[u8]) -> ([u32; 2], Links) {
+    fn read(message: &[u8]) -> (Vec<[u32; 2]>, Links) {
+        let links = transforms(message).unwrap().into_iter().map(|transform| {
+            let ([parent, child], [x, y, z, rotation @ ..]) = (transform.link, transform.numbers);
+            (parent, child, [x, y, z], rotation)
+        });
         let mut from = CdrReader::new(message).unwrap();
-        let mut times = Vec::new();
-        let count = from.u32().unwrap();
-        let mut links = Vec::new();
-        for _ in 0..count {
-            times.push(from.time().unwrap());
-            let (parent, child) = (from.text().unwrap(), from.text().unwrap());
-            links.push((parent, child, from.f64s().unwrap(), from.f64s().unwrap()));
-        }
-        assert!(from.is_at_end());
+        let mut times = from.each(|from| {
+            let time = from.time();
+            let _ = (from.text()?, from.text()?, from.f64s::<7>()?);
+            time
+        });
+        let times = times.as_mut().unwrap();
         times.dedup();
-        assert_eq!(times.len(), 1, "{times:?}");
-        (times[0], links)
+        (std::mem::take(times), links.collect())
     }
 
     /// Position of the foot by forward kinematics through the frames.
@@ -225,7 +245,7 @@ mod tests {
         for (actual, expected) in foot(&links).into_iter().zip(expected) {
             assert!((actual - expected).abs() < 1e-14, "{actual} for {expected}");
         }
-        assert_eq!(time, [2, 9]);
+        assert_eq!(time, [[2, 9]]);
         assert_eq!(
             (links[4].0.as_str(), links[4].1.as_str()),
             ("LF/ankle", "LF/foot")

@@ -5,10 +5,12 @@
 mod frames;
 mod joints;
 mod odometry;
+mod series;
 
 use twinrig_kernel::{Layout, Unit};
 
 pub use frames::{Skeleton, SkeletonLeg};
+pub use series::{FrameSampler, FrameSeries};
 
 use crate::Topic;
 use frames::Frames;

@@ -1,0 +1,268 @@
+"""Functions of the package: commands of the program `twin`, for Python."""
+
+from __future__ import annotations
+
+import json
+import os
+import warnings
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from twinrig import _native
+from twinrig._errors import RecordingError, RunError, ScenarioError, ScenarioWarning, TwinError
+from twinrig._parts import PartSource, sources
+from twinrig._run import Recording, Run
+from twinrig._scenario import Path, Scenario, native, path_of, settings
+
+
+def _recording_place(record: Path | None) -> tuple[str, bool] | None:
+    """Return the path of a recording and whether it is a folder."""
+    if record is None:
+        return None
+    path = path_of(record, "record")
+    return path, os.path.isdir(path) or not path.endswith(".mcap")
+
+
+def run(
+    scenario: Scenario,
+    *,
+    set: Mapping[str, Any] | None = None,
+    plant: str | None = None,
+    seed: int | None = None,
+    record: Path | None = None,
+    signals: Iterable[str] | None = None,
+    controllers: Mapping[str, PartSource] | None = None,
+    plants: Mapping[str, PartSource] | None = None,
+) -> Run:
+    """Run a scenario in virtual time and judge it, as ``twin run`` does with the same settings.
+
+    Parameters
+    ----------
+    scenario
+        Path of a scenario file, or its tables as a dictionary; robots and paths in a dictionary
+        are relative to the current folder.
+    set
+        Settings by dotted key: ``{"controller.frequency": "3.2 Hz"}``. Strings are read as on the
+        command line; numbers, booleans, lists and dictionaries are taken as they are.
+    plant
+        Model of the plant, short for ``set={"plant.model": …}``.
+    seed
+        Seed of all random streams, 0 or greater.
+    record
+        Path of the recording (``….mcap``), or folder for one with the name that the program gives
+        it; by default nothing is recorded.
+    signals
+        Names of the signals to keep, with ``*`` and ``**``; short for ``record.signals``. By
+        default those of ``[record]``, which are all. They are in memory: 8 bytes a value.
+    controllers, plants
+        Controllers and plants in Python by the names under which the scenario refers to them, as
+        ``kind`` of ``[controller]`` and ``model`` of ``[plant]``: classes, functions or objects,
+        see `twinrig.Controller` and `twinrig.Plant`.
+
+    Returns
+    -------
+    Run
+        Also where an expectation fails: see `Run.verdict`.
+
+    Raises
+    ------
+    ScenarioError
+        The scenario has mistakes, or a part cannot be built.
+    RunError
+        The run started and failed; `RunError.run` is the run up to there.
+    RecordingError
+        The recording cannot be written.
+    MemoryError
+        The signals do not fit into memory.
+    KeyboardInterrupt
+        The run was interrupted. Its attribute `run` is the run up to there, and a recording is
+        complete up to there.
+    Exception
+        Any that a controller or plant in Python raises, with the same attribute `run`.
+
+    Notes
+    -----
+    Other Python threads continue meanwhile; runs in several threads run in parallel, and the
+    results do not depend on it.
+    """
+    arguments = native(scenario, set=set, plant=plant, seed=seed, signals=signals)
+    python_parts = sources(controllers, "controllers"), sources(plants, "plants")
+    raw = _native.run(arguments, _recording_place(record), *python_parts)
+    finished = Run(raw)
+    for _, text in raw["warnings"]:
+        warnings.warn(text, ScenarioWarning, stacklevel=2)
+    interrupt = raw["interrupt"]
+    if interrupt is not None:
+        interrupt.run = finished
+        if finished.error is not None and hasattr(interrupt, "add_note"):
+            interrupt.add_note(finished.error)
+        raise interrupt
+    if finished.error is not None:
+        raise RunError(finished.error, finished)
+    return finished
+
+
+def check(
+    scenario: Scenario,
+    *,
+    set: Mapping[str, Any] | None = None,
+    plant: str | None = None,
+    strict: bool = False,
+) -> dict[str, Any]:
+    """Check a scenario without running it.
+
+    Returns the object that ``twin check --json`` prints: `file`, `scenario` (its name), `valid`,
+    `error`, `warnings`; and `problems`, a list of `Problem`. With `strict`, a scenario with
+    warnings is not valid.
+    """
+    arguments = native(scenario, set=set, plant=plant)
+    result: dict[str, Any] = {"file": arguments[0], "scenario": None, "valid": False}
+    try:
+        name, warned = _native.check(arguments)
+    except ScenarioError as error:
+        return {**result, "error": str(error), "warnings": [], "problems": error.problems}
+    keys = ("code", "message", "file", "line")
+    listed = [dict(zip(keys, warning, strict=True)) for warning in warned]
+    refused = "\n\n".join(text for _, text, _, _ in warned) if strict and warned else None
+    result |= {"scenario": name, "valid": refused is None, "error": refused}
+    return {**result, "warnings": listed, "problems": []}
+
+
+def plan(
+    scenario: Scenario, *, set: Mapping[str, Any] | None = None, plant: str | None = None
+) -> dict[str, Any]:
+    """Return the parts of a scenario, and the omitted ones with the reason, without running it.
+
+    The object is that of ``twin plan --json``: schedule, signals with units and sizes, wires,
+    expectations and others.
+    """
+    found: dict[str, Any] = json.loads(_native.plan(native(scenario, set=set, plant=plant)))
+    return found
+
+
+def command_json(words: list[str], error: type[TwinError]) -> dict[str, Any]:
+    """Run a command of the program that prints one JSON object."""
+    code, out, err = _native.command(words)
+    if not out.strip():
+        # The command line was refused.
+        raise ValueError(err.strip() or f"the command {words[0]} ended with code {code}")
+    found: dict[str, Any] = json.loads(out)
+    if code == 2 and found.get("error"):
+        raise error(found["error"])
+    return found
+
+
+def option(name: str, value: object) -> list[str]:
+    if value is None:
+        return []
+    if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+        kind = type(value).__name__
+        raise TypeError(f"{name}: expected a number or a string with a unit, not {kind}")
+    # With `=`, a value that begins with `-` is not taken for an option.
+    return [f"--{name}={value}"]
+
+
+def diff(
+    a: Path,
+    b: Path,
+    *,
+    events: bool = False,
+    time: str | None = None,
+    place: str | None = None,
+    share: str | float | None = None,
+) -> dict[str, Any]:
+    """Compare two recordings, as ``twin diff --json`` does.
+
+    Without `events` bit for bit: `identical`, `first` (the first difference) and others. With
+    `events` footstep by footstep, within the tolerances `time` (``"5 ms"``), `place` (``"5 mm"``)
+    and `share` (of the range of a signal).
+
+    Raises
+    ------
+    RecordingError
+        A recording cannot be read, or they have no sample in common.
+    """
+    words = ["diff", "--json"]
+    if events:
+        words.append("--events")
+    for name, value in (("time", time), ("place", place), ("share", share)):
+        words += option(name, value)
+    return command_json([*words, "--", path_of(a, "a"), path_of(b, "b")], RecordingError)
+
+
+def study(
+    kind: str,
+    scenario: Path | None = None,
+    *,
+    plants: Iterable[str] = (),
+    set: Mapping[str, Any] | None = None,
+    duration: str | None = None,
+    budget: float | None = None,
+    out: Path = "studies",
+    ensemble: int | None = None,
+    particles: int | None = None,
+    iterations: int | None = None,
+) -> dict[str, Any]:
+    """Measure plants and methods, as ``twin study KIND --json`` does, and return its object.
+
+    Parameters
+    ----------
+    kind
+        ``precision``, ``stability``, ``coupling`` or ``estimate``.
+    scenario
+        Path of a scenario file; by default that of the kind.
+    plants
+        Models to study; by default all of this build.
+    set
+        Settings, as in `run`.
+    duration
+        Simulated time: ``"300 ms"``.
+    budget
+        Approximate limit of the computing time [s], 200 by default.
+    out
+        Folder for the page, the CSV and the JSON file.
+    ensemble
+        Walks from perturbed starts (``precision``).
+    particles, iterations
+        Size of the swarms (``estimate``).
+    """
+    if not isinstance(kind, str):
+        raise TypeError(f"kind: expected a string, not {type(kind).__name__}")
+    if isinstance(plants, str):
+        raise TypeError("plants: expected a list of models, not a string")
+    words = ["study", kind, "--json", f"--out={path_of(out, 'out')}"]
+    for plant in plants:
+        words += option("plant", plant)
+    words += [f"--set={name}={value}" for name, value in settings(set)]
+    sizes = (("ensemble", ensemble), ("particles", particles), ("iterations", iterations))
+    for name, value in (("duration", duration), ("budget", budget), *sizes):
+        words += option(name, value)
+    if scenario is not None:
+        words += ["--", path_of(scenario, "scenario")]
+    return command_json(words, TwinError)
+
+
+def parts(robot: Path = "cheetah-cub") -> dict[str, Any]:
+    """Return plants, controllers, buses and robots of this build with their settings.
+
+    The object is that of ``twin list --json``, with the process variables of `robot`.
+    """
+    return command_json(["list", "--json", "--", path_of(robot, "robot")], TwinError)
+
+
+def robots() -> list[str]:
+    """Return the names of the robots that scenarios in the current folder can use."""
+    found: list[str] = parts()["robots"]
+    return found
+
+
+def read(recording: Path) -> Recording:
+    """Read a recording into memory; one that was cut off, up to its last complete sample.
+
+    Raises
+    ------
+    RecordingError
+        The file cannot be read, or is not a recording.
+    """
+    path = path_of(recording, "recording")
+    return Recording(path, _native.read(path))

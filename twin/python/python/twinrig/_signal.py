@@ -1,0 +1,193 @@
+"""Signals: arrays of samples with name, unit and times."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NoReturn
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+
+class Signal(np.ndarray[Any, np.dtype[np.float64]]):
+    """Samples of a signal: float64, of shape (n,), or (n, size) for a vector.
+
+    The array is a view of the matrix of its group, without a copy. Views that select samples or
+    components (``signal[10:20]``, ``signal[mask]``, ``signal[:, 2]``) keep `name`, `unit` and the
+    matching `time`; results of arithmetic are ordinary arrays.
+    """
+
+    _name: str
+    _unit: str
+    _time: Floats | None
+
+    def __new__(cls, values: Floats, name: str, unit: str, time: Floats) -> Signal:
+        signal = np.asarray(values).view(cls)
+        signal._name, signal._unit, signal._time = name, unit, time
+        return signal
+
+    def __array_finalize__(self, of: object) -> None:
+        self._name = getattr(of, "_name", "")
+        self._unit = getattr(of, "_unit", "")
+        # Which samples an unknown view has is not known; `__getitem__` sets it for those it makes.
+        self._time = None
+
+    @property
+    def name(self) -> str:
+        """Path of the signal: ``leg/LF/hip/position``."""
+        return self._name
+
+    @property
+    def unit(self) -> str:
+        """Symbol of the unit: ``rad``; ``1`` for numbers without one."""
+        return self._unit
+
+    @property
+    def time(self) -> Floats:
+        """Simulated time of each sample [s], of shape (n,)."""
+        if self._time is None:
+            raise AttributeError(
+                "this array has no times any more: it is neither a signal of a run nor a selection "
+                "of its samples"
+            )
+        return self._time
+
+    def __getitem__(self, index: Any) -> Any:
+        found = super().__getitem__(index)
+        if not isinstance(found, Signal):
+            return found
+        rows = index[0] if isinstance(index, tuple) and index else index
+        if self._time is None or rows is None or rows is Ellipsis:
+            time = self._time if rows is Ellipsis else None
+        else:
+            time = _selected(self._time, rows)
+        if time is not None and time.ndim == 1 and found.shape[:1] == time.shape:
+            found._time = time
+            return found
+        # Not a series any more: one sample of a vector, say.
+        return found.view(np.ndarray)
+
+    def __array_ufunc__(
+        self, ufunc: np.ufunc, method: Any, *inputs: Any, **options: Any
+    ) -> Any:
+        def plain(value: Any) -> Any:
+            return value.view(np.ndarray) if isinstance(value, Signal) else value
+
+        if "out" in options:
+            options["out"] = tuple(plain(out) for out in options["out"])
+        return getattr(ufunc, method)(*(plain(value) for value in inputs), **options)
+
+    def copy(self, order: Any = "C") -> Signal:
+        """Return a copy with the same name, unit and times."""
+        copied = super().copy(order).view(Signal)
+        copied._name, copied._unit, copied._time = self._name, self._unit, self._time
+        return copied
+
+    def __reduce__(self) -> Any:
+        return _restored, (np.asarray(self).copy(), self._name, self._unit, self._time)
+
+    def __repr__(self) -> str:
+        return f"<Signal {self._name!r} [{self._unit}], {np.asarray(self)!r}>"
+
+
+def _selected(time: Floats, rows: Any) -> Floats | None:
+    try:
+        return np.asarray(time[rows])
+    except (IndexError, TypeError):
+        # A mask over samples and components, say.
+        return None
+
+
+def _restored(values: Floats, name: str, unit: str, time: Floats | None) -> Signal:
+    signal = values.view(Signal)
+    signal._name, signal._unit, signal._time = name, unit, time
+    return signal
+
+
+class SignalGroup(Mapping[str, Signal]):
+    """Signals that are sampled together, by name, in the order of the recording."""
+
+    name: str
+    """``plant``, ``process-inputs``, ``process-outputs`` or ``gauges`` (counters)."""
+    time: Floats
+    """Time of each sample [s], of shape (n,)."""
+    matrix: Floats
+    """All samples, of shape (n, width): the columns are the components of the signals."""
+
+    def __init__(
+        self,
+        name: str,
+        rows: Sequence[tuple[str, str, int]],
+        time: Floats,
+        values: Floats,
+    ) -> None:
+        width = sum(size for _, _, size in rows)
+        self.name, self.time, self.matrix = name, time, values.reshape(len(time), width)
+        self._columns: dict[str, tuple[int, int, str]] = {}
+        start = 0
+        for signal, unit, size in rows:
+            self._columns.setdefault(signal, (start, size, unit))
+            start += size
+
+    def __getitem__(self, name: str) -> Signal:
+        column = self._columns.get(name) if isinstance(name, str) else None
+        if column is None:
+            unknown(name, self._columns)
+        start, size, unit = column
+        columns = start if size == 1 else slice(start, start + size)
+        return Signal(self.matrix[:, columns], name, unit, self.time)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __repr__(self) -> str:
+        return f"<SignalGroup {self.name!r}, {len(self)} signals, {len(self.time)} samples>"
+
+
+class Signals(Mapping[str, Signal]):
+    """Signals of a run by name. A name in several groups is that of the plant.
+
+    `groups` has the others: ``run.signals.groups["process-inputs"]["leg/LF/hip/position"]`` is the
+    position as the controller read it.
+    """
+
+    groups: dict[str, SignalGroup]
+
+    def __init__(self, groups: Sequence[SignalGroup]) -> None:
+        self.groups = {group.name: group for group in groups}
+
+    def __getitem__(self, name: str) -> Signal:
+        for group in self.groups.values():
+            if isinstance(name, str) and name in group:
+                return group[name]
+        unknown(name, self)
+
+    def __iter__(self) -> Iterator[str]:
+        names = (name for group in self.groups.values() for name in group)
+        return iter(dict.fromkeys(names))
+
+    def __len__(self) -> int:
+        return len(set().union(*self.groups.values()))
+
+    def __repr__(self) -> str:
+        return f"<Signals of {', '.join(self.groups) or 'no group'}: {len(self)}>"
+
+
+def unknown(name: object, known: Mapping[str, Any]) -> NoReturn:
+    """Raise a KeyError with the known names next to `name`."""
+    if not isinstance(name, str):
+        raise KeyError(f"a name is a string, not {type(name).__name__}: {name!r}")
+    near = difflib.get_close_matches(name, list(known), n=3)
+    if near:
+        help = "did you mean " + " or ".join(repr(one) for one in near) + "?"
+    elif known:
+        help = f"there are {len(known)} names, among them {next(iter(known))!r}"
+    else:
+        help = "there are none: `signals=` or [record] signals selects them"
+    raise KeyError(f"there is no {name!r}; {help}")

@@ -1,0 +1,172 @@
+"""Sweeps: many runs, and assertions about their shares."""
+
+from __future__ import annotations
+
+import csv
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+from typing import Any, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from twinrig import _toml
+from twinrig._commands import command_json, option
+from twinrig._errors import TwinError
+from twinrig._scenario import Path, path_of, settings
+
+Column = Union[npt.NDArray[np.float64], npt.NDArray[np.str_]]
+
+TEXTS = ("verdict", "fingerprint", "key", "error")
+"""Columns of texts; also those of the verdicts of expectations."""
+
+
+@dataclass(frozen=True)
+class Share:
+    """An asserted share of the runs, with Wilson's score interval."""
+
+    of: str
+    """Name of an expectation, or ``verdict``."""
+    held: int
+    """Runs in which it holds."""
+    runs: int
+    share: float | None
+    low: float | None
+    """Lower end of the interval."""
+    high: float | None
+    """Upper end."""
+    confidence: float
+    min: float | None
+    max: float | None
+    verdict: str
+    """``pass``, ``fail`` or ``undecided``: the interval contains a bound."""
+
+
+class Sweep:
+    """Results of a sweep: an ordinary object, which can be pickled."""
+
+    report: dict[str, Any]
+    """The object that ``twin sweep --json`` prints."""
+    name: str
+    verdict: str
+    """``pass``, ``fail``, ``undecided``, ``partial``, ``interrupted`` or ``error``."""
+    hash: str
+    """Hash of all points and fingerprints, 64 digits."""
+    shares: list[Share]
+    counts: dict[str, int]
+    """Numbers of runs: `points`, and of them `pass`, `fail`, `error`, `missing`."""
+    rows: list[dict[str, Any]]
+    """A run each: `point`, `verdict`, `expectations`, `fingerprint`, `command` and others."""
+    folder: FilePath
+    """Folder with ``report.html``, ``rows.csv`` and ``sweep.json``."""
+
+    def __init__(self, report: dict[str, Any], folder: FilePath) -> None:
+        self.report, self.folder = report, folder
+        self.name, self.verdict, self.hash = report["sweep"], report["verdict"], report["hash"]
+        self.shares = [Share(**share) for share in report["shares"]]
+        self.counts, self.rows = report["counts"], report["rows"]
+
+    def columns(self) -> dict[str, Column]:
+        """Return the columns of ``rows.csv``, each of shape (points,).
+
+        Numbers are float64, NaN where there is none; texts are strings. ``pandas.DataFrame`` takes
+        the dictionary as it is.
+        """
+        path = self.folder / "rows.csv"
+        if self.counts["missing"] or not path.exists():
+            raise TwinError(f"{self.counts['missing']} runs of the sweep are missing: run it again")
+        with path.open(encoding="utf-8", newline="") as file:
+            names, *rows = csv.reader(file)
+        return {name: _column(name, cells) for name, cells in zip(names, zip(*rows), strict=True)}
+
+    def to_parquet(self, path: Path) -> None:
+        """Write the columns as a Parquet file, which requires the package `pyarrow`."""
+        try:
+            from pyarrow import parquet, table
+        except ImportError as error:
+            raise ImportError("Parquet requires pyarrow: pip install pyarrow") from error
+        parquet.write_table(table(self.columns()), path_of(path, "path"))
+
+    def __repr__(self) -> str:
+        return f"<Sweep {self.name!r}: {self.verdict}, {self.counts['points']} points>"
+
+
+def _column(name: str, cells: tuple[str, ...]) -> Column:
+    if name in TEXTS or name.endswith(": verdict"):
+        return np.array(cells, dtype=np.str_)
+    try:
+        return np.array([float(cell) if cell else np.nan for cell in cells])
+    except ValueError:
+        return np.array(cells, dtype=np.str_)
+
+
+@contextmanager
+def _spec_file(spec: Path | Mapping[str, Any]) -> Iterator[str]:
+    """Yield the path of a specification; that of a dictionary is a temporary file."""
+    if not isinstance(spec, Mapping):
+        yield path_of(spec, "spec")
+        return
+    with tempfile.TemporaryDirectory(prefix="twinrig-") as folder:
+        path = FilePath(folder) / "sweep.toml"
+        path.write_text(_toml.document(spec), encoding="utf-8")
+        yield str(path)
+
+
+def sweep(
+    scenario: Path,
+    spec: Path | Mapping[str, Any],
+    *,
+    set: Mapping[str, Any] | None = None,
+    plant: str | None = None,
+    jobs: int | None = None,
+    partition: str | None = None,
+    out: Path | None = None,
+    junit: Path | None = None,
+) -> Sweep:
+    """Run a scenario at many points, on all processors, as ``twin sweep`` does.
+
+    Parameters
+    ----------
+    scenario
+        Path of a scenario file.
+    spec
+        Path of a specification, or its tables as a dictionary: dimensions, design and shares.
+    set, plant
+        As of `twinrig.run`, for all runs.
+    jobs
+        Runs at the same time, without influence on the results; by default all processors.
+    partition
+        ``"1/3"``: every third point, beginning with the first, on one of three machines.
+    out
+        Folder of the results and of the store, from which an interrupted sweep continues; by
+        default ``sweeps/`` and the name of the specification.
+    junit
+        File for the verdicts as JUnit XML.
+
+    Raises
+    ------
+    TwinError
+        The scenario or the specification has mistakes.
+    KeyboardInterrupt
+        The sweep was interrupted; the same call continues it.
+    """
+    words = ["sweep", "--json"]
+    for name, value in settings(set):
+        words.append(f"--set={name}={value}")
+    for name, number in (("plant", plant), ("jobs", jobs), ("partition", partition)):
+        words += option(name, number)
+    if junit is not None:
+        words.append(f"--junit={path_of(junit, 'junit')}")
+    with _spec_file(spec) as path:
+        folder = FilePath(path_of(out, "out")) if out is not None else _folder(spec, path)
+        words.append(f"--out={folder}")
+        report = command_json([*words, "--", path_of(scenario, "scenario"), path], TwinError)
+    return Sweep(report, folder)
+
+
+def _folder(spec: Path | Mapping[str, Any], path: str) -> FilePath:
+    name = spec.get("name", "sweep") if isinstance(spec, Mapping) else FilePath(path).stem
+    return FilePath("sweeps") / str(name).replace("/", "-")

@@ -1,0 +1,389 @@
+"""Environments of Gymnasium: scenarios whose controller is set by actions.
+
+>>> from twinrig.gym import TwinEnv
+>>> env = TwinEnv(
+...     "scenarios/trot.toml",
+...     observations=["body/velocity", "body/rpy"],
+...     actions={"frequency": (2.5, 4.0), "step_length": (0.08, 0.14)},
+...     reward=lambda step: step["body/velocity"][0],
+...     step=0.1,
+... )
+>>> observation, info = env.reset(seed=1)
+>>> observation, reward, terminated, truncated, info = env.step([3.2, 0.12])
+
+`TwinVectorEnv` has many of them, on all cores.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from twinrig._episode import Episode, Reward, Step, Task, Termination
+from twinrig._layouts import Names
+from twinrig._parts import Floats, PartSource
+from twinrig._rig import Rig, Workers, step_all
+from twinrig._scenario import Scenario
+
+try:
+    import gymnasium
+    from gymnasium.spaces import Box, Space
+    from gymnasium.vector import AutoresetMode, VectorEnv
+    from gymnasium.vector.utils import batch_space
+except ImportError as _error:
+    raise ImportError(
+        "twinrig.gym requires the package gymnasium: pip install 'twinrig[gym]'"
+    ) from _error
+
+__all__ = ["Step", "TwinEnv", "TwinVectorEnv"]
+
+ID = "Twinrig-v0"
+"""Name of `TwinEnv` for `gymnasium.make`."""
+
+DRAWN_SEEDS = 2**32
+"""Number of the seeds that `reseed` draws from."""
+
+
+class Seeds:
+    """Seeds of the scenario, episode by episode."""
+
+    def __init__(self, reseed: bool) -> None:
+        self._reseed = reseed
+        self.current: int | None = None
+
+    def next(self, given: int | None, draw: Callable[[], np.random.Generator]) -> int | None:
+        """Return the seed of the next episode; ``None``: that of the scenario."""
+        if given is not None:
+            self.current = given
+        elif self._reseed:
+            self.current = int(draw().integers(DRAWN_SEEDS))
+        return self.current
+
+
+def _settings(options: Mapping[str, Any] | None) -> Mapping[str, Any]:
+    """Return the settings of an episode in the argument `options` of `reset`."""
+    unknown = [name for name in options or {} if name != "set"]
+    if unknown:
+        raise ValueError(f"options: unknown key {unknown[0]!r}; known is 'set'")
+    settings = (options or {}).get("set") or {}
+    if not isinstance(settings, Mapping):
+        raise TypeError(f"options['set']: expected a dictionary, not {type(settings).__name__}")
+    return settings
+
+
+class TwinEnv(gymnasium.Env[Floats, Floats]):
+    """A scenario as an environment.
+
+    Its controller runs as in the scenario; an action sets process variables of it, or replaces its
+    outputs, from the next control step on, which is one control period later. The episode begins at
+    time 0. It is truncated at the end of the scenario, and terminated by a fall. Expectations are
+    not judged.
+
+    Parameters
+    ----------
+    scenario, set, plant, controllers, plants
+        As of `twinrig.Rig`.
+    observations
+        Signals, as a list of names, or a dictionary from name to ``(low, high)``, the limits of the
+        space; by default it has none. ``*`` is a part of a name and ``**`` several:
+        ``leg/*/hip/position``. An observation has their values one after the other: shape
+        ``(m,)``, in the units of the signals.
+    actions
+        Process variables (``frequency``) and outputs of the controller (``leg/LF/hip/command``), as
+        a list of names, or a dictionary from name to ``(low, high)``. Limits may be left out, or be
+        ``None``, for a process variable with a finite range. An action has the shape ``(k,)``.
+    reward
+        Function of a `Step` that returns a number.
+    signals
+        Further signals for `reward` and `terminated`, which are in `info`, too.
+    step
+        Duration of an action [s], a control period by default.
+    duration
+        Duration of an episode [s], that of the scenario by default.
+    terminated
+        Function of a `Step` that returns whether the episode is terminated. By default it is by a
+        fall, with the thresholds `fall` of the scenario, seen at the ends of steps.
+    reseed
+        Whether an episode that is begun without a seed draws one. By default it has that of the
+        last one, which is faster: the rig is restored instead of being built.
+
+    Notes
+    -----
+    The seed of ``reset(seed=…)`` is the seed of the scenario, which is that of all its random
+    streams; without one, the scenario's own. With `reseed`, later seeds are drawn from
+    `np_random`. ``reset(options={"set": {"plant.ground.friction": 0.4}})`` changes settings for one
+    episode, for which a rig is built.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        observations: Names,
+        actions: Names,
+        reward: Reward,
+        *,
+        set: Mapping[str, Any] | None = None,
+        plant: str | None = None,
+        controllers: Mapping[str, PartSource] | None = None,
+        plants: Mapping[str, PartSource] | None = None,
+        signals: Sequence[str] = (),
+        step: float | None = None,
+        duration: float | None = None,
+        terminated: Termination | None = None,
+        reseed: bool = False,
+        render_mode: None = None,
+    ) -> None:
+        self._episode = Episode(
+            scenario, set=set, plant=plant, controllers=controllers, plants=plants
+        )
+        self._task = Task(
+            self._episode.rig,
+            observations,
+            actions,
+            reward,
+            signals=signals,
+            step=step,
+            duration=duration,
+            terminated=terminated,
+        )
+        self._seeds = Seeds(reseed)
+        self.render_mode = render_mode
+        self.observation_space, self.action_space = _spaces(self._task)
+
+    @property
+    def rig(self) -> Rig:
+        """The rig of this episode."""
+        return self._episode.rig
+
+    @property
+    def scenario_seed(self) -> int | None:
+        """Seed of this episode; ``None``: that of the scenario."""
+        return self._seeds.current
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Floats, dict[str, Any]]:
+        """Begin an episode.
+
+        Returns the observation, shape ``(m,)``, and `info`: `time` [s], `has_fallen`, and the
+        values of `signals` by their names.
+        """
+        super().reset(seed=seed)
+        settings = _settings(options)
+        self._episode.prepare(self._seeds.next(seed, lambda: self.np_random), settings)
+        return self._task.begin(self._episode)
+
+    def step(self, action: npt.ArrayLike) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
+        """Apply an action, shape ``(k,)``, for the duration of a step.
+
+        Returns observation, reward, whether the episode is terminated, whether it is truncated, and
+        `info`, as `reset`.
+
+        Raises
+        ------
+        ValueError
+            The action has another shape, or a value is NaN or out of its limits.
+        RunError
+            A part of the rig has failed; the next episode can begin.
+        """
+        episode, task = self._episode, self._task
+        if episode.is_over:
+            raise gymnasium.error.ResetNeeded("the episode has not begun, or is over: call `reset`")
+        checked = task.actions.checked(action, task.actions.low.shape)
+        try:
+            task.actions.apply(episode.rig, checked)
+            episode.rig.step(until=episode.rig.now + task.step)
+        except Exception:
+            episode.fail()
+            raise
+        return task.finish(episode, checked)
+
+    def close(self) -> None:
+        """Close the rig."""
+        self._episode.rig.close()
+
+
+class TwinVectorEnv(VectorEnv[Floats, Floats, npt.NDArray[Any]]):
+    """`num_envs` environments of one scenario, whose rigs advance on all cores.
+
+    Every one has the results of a `TwinEnv`, bit for bit and for every number of threads. An
+    episode that is over is followed by the next one in the next step, whose action is ignored and
+    whose reward is 0 (`AutoresetMode.NEXT_STEP`).
+
+    Parameters
+    ----------
+    num_envs
+        Number of environments.
+    threads
+        Number of threads, one a core by default.
+
+    The others are those of `TwinEnv`. `reward` and `terminated` are called by the caller's thread,
+    for one environment after the other.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
+
+    def __init__(
+        self,
+        num_envs: int,
+        scenario: Scenario,
+        observations: Names,
+        actions: Names,
+        reward: Reward,
+        *,
+        set: Mapping[str, Any] | None = None,
+        plant: str | None = None,
+        controllers: Mapping[str, PartSource] | None = None,
+        plants: Mapping[str, PartSource] | None = None,
+        signals: Sequence[str] = (),
+        step: float | None = None,
+        duration: float | None = None,
+        terminated: Termination | None = None,
+        reseed: bool = False,
+        threads: int | None = None,
+        render_mode: None = None,
+    ) -> None:
+        if num_envs < 1:
+            raise ValueError(f"num_envs: expected at least 1, not {num_envs}")
+        self.num_envs, self.render_mode = num_envs, render_mode
+        self._episodes = [
+            Episode(scenario, set=set, plant=plant, controllers=controllers, plants=plants)
+            for _ in range(num_envs)
+        ]
+        self._task = Task(
+            self._episodes[0].rig,
+            observations,
+            actions,
+            reward,
+            signals=signals,
+            step=step,
+            duration=duration,
+            terminated=terminated,
+        )
+        self._seeds = [Seeds(reseed) for _ in range(num_envs)]
+        self._draws: list[np.random.Generator | None] = [None] * num_envs
+        self._workers = Workers(threads)
+        self._has_begun = False
+        self.single_observation_space, self.single_action_space = _spaces(self._task)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Floats, dict[str, Any]]:
+        """Begin an episode in every environment; the seeds of an integer n are n, n + 1 and so on.
+
+        Returns the observations, shape ``(num_envs, m)``, and `info` with arrays whose first index
+        is the environment.
+        """
+        settings = _settings(options)
+        first = [None] * self.num_envs if seed is None else seed
+        seeds = [first + i for i in range(self.num_envs)] if isinstance(first, int) else first
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"seed: expected {self.num_envs} seeds, not {len(seeds)}")
+        begun = [self._begin(i, seeds[i], settings) for i in range(self.num_envs)]
+        self._has_begun = True
+        return np.stack([observation for observation, _ in begun]), _joined(
+            [info for _, info in begun]
+        )
+
+    def _begin(
+        self, index: int, seed: int | None, settings: Mapping[str, Any]
+    ) -> tuple[Floats, dict[str, Any]]:
+        """Begin an episode of one environment."""
+        if seed is not None:
+            self._draws[index] = gymnasium.utils.seeding.np_random(seed)[0]
+        seed = self._seeds[index].next(seed, lambda: self._generator(index))
+        self._episodes[index].prepare(seed, settings)
+        return self._task.begin(self._episodes[index])
+
+    def _generator(self, index: int) -> np.random.Generator:
+        """Return the generator of later seeds of one environment."""
+        generator = self._draws[index] or gymnasium.utils.seeding.np_random()[0]
+        self._draws[index] = generator
+        return generator
+
+    def step(
+        self, actions: npt.ArrayLike
+    ) -> tuple[Floats, Floats, npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, Any]]:
+        """Apply actions, shape ``(num_envs, k)``, for the duration of a step.
+
+        Returns observations, shape ``(num_envs, m)``; rewards, terminated and truncated, shape
+        ``(num_envs,)``; and `info`, as `reset`. An exception, as of `TwinEnv.step`, names the
+        environment; all of them then begin anew with `reset`.
+        """
+        if not self._has_begun:
+            raise gymnasium.error.ResetNeeded("the episodes have not begun: call `reset`")
+        layout = self._task.actions
+        checked = layout.checked(actions, (self.num_envs, *layout.low.shape))
+        was_over = [episode.is_over for episode in self._episodes]
+        self._has_begun = False  # Unless all succeeds.
+        self._advance([i for i in range(self.num_envs) if not was_over[i]], checked)
+        results = [
+            self._next(i) if was_over[i] else self._task.finish(episode, checked[i])
+            for i, episode in enumerate(self._episodes)
+        ]
+        self._has_begun = True
+        observations, rewards, terminated, truncated, infos = zip(*results, strict=True)
+        return (
+            np.stack(observations),
+            np.array(rewards, np.float64),
+            np.array(terminated, np.bool_),
+            np.array(truncated, np.bool_),
+            _joined(infos),
+        )
+
+    def _next(self, index: int) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
+        """Begin the next episode of one environment instead of a step."""
+        observation, info = self._begin(index, None, {})
+        return observation, 0.0, False, False, info
+
+    def _advance(self, running: Sequence[int], actions: Floats) -> None:
+        """Advance the rigs of environments by a step."""
+        rigs = [self._episodes[i].rig for i in running]
+        for i, rig in zip(running, rigs, strict=True):
+            self._task.actions.apply(rig, actions[i])
+        failed = step_all(rigs, self._task.step, workers=self._workers)
+        errors = [(i, error) for i, error in zip(running, failed, strict=True) if error is not None]
+        for i, error in errors:
+            self._episodes[i].fail()
+            if hasattr(error, "add_note"):
+                error.add_note(f"in environment {i}")
+        if errors:
+            raise errors[0][1]
+
+    def close_extras(self, **_: Any) -> None:
+        """Close the rigs."""
+        for episode in self._episodes:
+            episode.rig.close()
+
+
+def _spaces(task: Task) -> tuple[Space[Floats], Space[Floats]]:
+    """Return the spaces of observations and actions, of 64-bit floats."""
+    observations, actions = task.signals, task.actions
+    return (
+        Box(observations.low, observations.high, dtype=np.float64),
+        Box(actions.low, actions.high, dtype=np.float64),
+    )
+
+
+def _joined(infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Return `info` of a vector: an array for each key, and which environments have it: all."""
+    joined: dict[str, Any] = {}
+    for name in infos[0]:
+        joined[name] = np.array([info[name] for info in infos])
+        joined[f"_{name}"] = np.ones(len(infos), np.bool_)
+    return joined
+
+
+gymnasium.register(
+    ID, entry_point="twinrig.gym:TwinEnv", vector_entry_point="twinrig.gym:TwinVectorEnv"
+)

@@ -1,0 +1,62 @@
+//! The native half of the Python package `twinrig`: runs, checks and reads for the package, whose
+//! Python half (`python/twinrig`) has the interface that users see. Numbers reach `NumPy` without a
+//! copy, the interpreter is released while Rust works, and Python's own signal handlers stay in
+//! charge: a run ends when one of them raises.
+//!
+//! Every function here takes and returns plain Python values; names and units of what it returns
+//! are in `_native.pyi`.
+//!
+//! ```python
+//! import twinrig
+//!
+//! run = twinrig.run("scenarios/trot.toml", seed=2)
+//! print(run.verdict, run.signals["leg/LF/hip/position"].unit)
+//! ```
+//!
+//! Out of scope: physics, scenarios and verdicts, which are those of the crate `twinrig`.
+
+mod check;
+mod controller;
+mod errors;
+mod exceptions;
+mod fall;
+mod fork;
+mod kept;
+mod part;
+mod parts;
+mod plant;
+mod poll;
+mod program;
+mod recording;
+mod rig;
+mod run;
+mod running;
+mod scenario;
+mod supervised;
+mod variable;
+mod workers;
+
+use pyo3::prelude::pymodule;
+
+/// Functions behind the package `twinrig`.
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::check::{check, plan};
+    #[pymodule_export]
+    use crate::fork::forked;
+    #[pymodule_export]
+    use crate::program::{command, main};
+    #[pymodule_export]
+    use crate::recording::read;
+    #[pymodule_export]
+    use crate::rig::{PyRig, step_all};
+    #[pymodule_export]
+    use crate::run::run;
+    #[pymodule_export]
+    use crate::workers::PyWorkers;
+
+    /// Version of the package.
+    #[pymodule_export]
+    const VERSION: &str = env!("CARGO_PKG_VERSION");
+}

@@ -1,0 +1,60 @@
+//! The program `twin` and its commands.
+
+use std::ffi::OsString;
+use std::sync::Mutex;
+
+use pyo3::prelude::*;
+use twinrig::{Registry, run_args, run_with};
+
+use crate::errors::Failure;
+use crate::fork::Generation;
+use crate::supervised::supervised;
+
+/// Generation of the process in which a study has started the threads that all swarms share.
+static THREADS: Mutex<Option<Generation>> = Mutex::new(None);
+
+/// Command with several threads.
+const STUDY: &str = "study";
+
+/// Runs the program with command-line arguments and returns its exit code. It handles SIGINT and
+/// SIGTERM itself, so the process must belong to it.
+#[pyfunction]
+pub(crate) fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
+    py.detach(|| run_args(&Registry::standard(), arguments))
+}
+
+/// Runs a command of the program; returns exit code, standard output and standard error.
+#[pyfunction]
+pub(crate) fn command(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<(u8, String, String)> {
+    if arguments.first().is_some_and(|name| name == STUDY) {
+        check_threads(py)?;
+    }
+    let done = supervised(py, || {
+        let (mut out, mut err) = (Vec::new(), Vec::new());
+        let code = run_with(&Registry::standard(), arguments, &mut out, &mut err);
+        let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+        (code, text(out), text(err))
+    })?;
+    match done.interrupt {
+        Some(interrupt) => Err(interrupt),
+        None => done.result.map_err(|panic| Failure::from(panic).raised(py)),
+    }
+}
+
+/// Refuses to wait for threads that a fork has not inherited.
+fn check_threads(py: Python<'_>) -> PyResult<()> {
+    let mut started = THREADS
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner);
+    match *started {
+        Some(generation) if generation.is_past() => {
+            let message = "this process was forked after a study had started threads, which it does not have: start processes by `spawn` (multiprocessing.get_context(\"spawn\"))";
+            let class = py.import("twinrig._errors")?.getattr("TwinError")?;
+            Err(PyErr::from_value(class.call1((message,))?))
+        }
+        _ => {
+            *started = Some(Generation::current());
+            Ok(())
+        }
+    }
+}

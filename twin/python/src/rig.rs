@@ -1,0 +1,326 @@
+//! The stepped interface: a rig that Python advances.
+#![expect(
+    clippy::needless_pass_by_value,
+    reason = "arguments of Python are extracted into values"
+)]
+
+use std::sync::{Mutex, MutexGuard, TryLockError};
+
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::{PyKeyError, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use twinrig::TwinError;
+use twinrig::kernel::{SimDuration, SimTime, Snapshot};
+use twinrig::runtime::{Change, RigError, catch_panic};
+use twinrig_record::Fingerprint;
+
+use crate::errors::Failure;
+use crate::fall::Fall;
+use crate::fork::Generation;
+use crate::kept::seconds;
+use crate::parts::PythonParts;
+use crate::running::{Latest, Ran, Running};
+use crate::scenario::ScenarioArgument;
+use crate::variable::{VariableFields, variable_fields};
+use crate::workers::PyWorkers;
+
+/// A scenario as a rig that is advanced step by step.
+#[pyclass(name = "Rig", module = "twinrig._native", frozen, subclass)]
+pub(crate) struct PyRig {
+    /// None: closed.
+    running: Mutex<Option<Running>>,
+    period: SimDuration,
+    /// End of the scenario.
+    end: SimTime,
+    fall: Fall,
+    made: Generation,
+}
+
+impl PyRig {
+    /// Refuses a rig that is a copy made by a fork.
+    fn check_process(&self) -> PyResult<()> {
+        if self.made.is_past() {
+            return Err(PyRuntimeError::new_err(
+                "the rig belongs to the process from which this one was forked: make one here, and restore the saved state of the other",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Returns the rig for one call, in the process that made it.
+    fn lock(&self) -> PyResult<Locked<'_>> {
+        self.check_process()?;
+        match self.running.try_lock() {
+            Ok(guard) => Ok(Locked(guard)),
+            // Panics of parts do not reach the lock, so that it is never poisoned.
+            Err(TryLockError::Poisoned(guard)) => Ok(Locked(guard.into_inner())),
+            Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
+                "the rig is in use: by another thread, or by the part of it that makes this call",
+            )),
+        }
+    }
+}
+
+/// A rig in use by one call.
+struct Locked<'a>(MutexGuard<'a, Option<Running>>);
+
+impl Locked<'_> {
+    fn running(&mut self) -> PyResult<&mut Running> {
+        match self.0.as_mut() {
+            Some(running) if running.has_panicked => Err(PyRuntimeError::new_err(
+                "a part of the rig has panicked: it cannot be used any more",
+            )),
+            Some(running) => Ok(running),
+            None => Err(PyValueError::new_err("the rig is closed")),
+        }
+    }
+}
+
+/// Names of signals.
+#[derive(FromPyObject)]
+enum Names {
+    One(String),
+    Several(Vec<String>),
+}
+
+#[pymethods]
+impl PyRig {
+    /// Builds the rig of a scenario, with Python objects as further controllers and plants.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        scenario: ScenarioArgument,
+        controllers: &Bound<'_, PyDict>,
+        plants: &Bound<'_, PyDict>,
+    ) -> PyResult<Self> {
+        let parts = PythonParts::new(controllers, plants)?;
+        let built = py.detach(|| {
+            catch_panic(|| {
+                let assembly = scenario.assembly(&parts.registry)?;
+                let (scene, rig) = (assembly.scene().clone(), assembly.rig()?);
+                Ok((rig, scene, assembly.period()))
+            })
+        });
+        let built = built.map_err(Failure::from);
+        let built = built.and_then(|built| built.map_err(|error: TwinError| error.into()));
+        let (rig, scene, period) = built.map_err(|failure| parts.raised(py, &failure))?;
+        let file = scene.scenario.file.clone();
+        let mut running = Running::new(rig, parts.exceptions, file);
+        // The events of time 0, so that all signals have a value.
+        running.advance_slice(py, SimTime::ZERO)?;
+        Ok(Self {
+            fall: Fall::new(&scene, |name| running.find(name)),
+            running: Mutex::new(Some(running)),
+            period,
+            end: scene.scenario.end(),
+            made: Generation::current(),
+        })
+    }
+
+    /// Advances to `until` [s], by default by one control period, and returns the time reached.
+    #[pyo3(signature = (until = None))]
+    fn step(&self, py: Python<'_>, until: Option<f64>) -> PyResult<f64> {
+        let mut locked = self.lock()?;
+        let running = locked.running()?;
+        let now = running.reached;
+        let to = match until {
+            Some(seconds) => time(seconds)?,
+            None => now
+                .checked_add(self.period)
+                .ok_or_else(|| no_time(f64::INFINITY))?,
+        };
+        if to < now {
+            return Err(PyValueError::new_err(format!(
+                "the rig is at {now}, and cannot step back to {to}: restore a saved state"
+            )));
+        }
+        running.advance(py, to)?;
+        Ok(seconds(to))
+    }
+
+    /// Time reached [s].
+    #[getter]
+    fn now(&self) -> PyResult<f64> {
+        Ok(seconds(self.lock()?.running()?.reached))
+    }
+
+    /// Control period [s].
+    #[getter]
+    fn period(&self) -> f64 {
+        self.period.as_secs_f64()
+    }
+
+    /// Duration of the scenario [s], which is no limit of the rig.
+    #[getter]
+    fn duration(&self) -> f64 {
+        seconds(self.end)
+    }
+
+    /// Whether the robot is on the ground now, by the thresholds of a fall of the scenario.
+    #[getter]
+    fn has_fallen(&self) -> PyResult<bool> {
+        let mut locked = self.lock()?;
+        let running = locked.running()?;
+        Ok(self.fall.holds(|name| running.find(name)))
+    }
+
+    /// Hash of all samples and events since the rig was built or restored, as 64 digits.
+    #[getter]
+    fn fingerprint(&self) -> PyResult<String> {
+        Ok(self.lock()?.running()?.fingerprint.digest().to_string())
+    }
+
+    /// Names of the signals, each with its unit and size.
+    fn signals(&self) -> PyResult<Vec<(String, &'static str, usize)>> {
+        let mut locked = self.lock()?;
+        let mut signals: Vec<(String, &'static str, usize)> = Vec::new();
+        for field in locked.running()?.fields() {
+            let port = &field.port;
+            if signals.iter().all(|(name, ..)| *name != port.name) {
+                signals.push((port.name.clone(), port.unit.symbol(), port.size));
+            }
+        }
+        Ok(signals)
+    }
+
+    /// Newest values of a signal, or of several one after the other, as a new array.
+    fn read<'py>(&self, py: Python<'py>, names: Names) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let mut locked = self.lock()?;
+        let running = locked.running()?;
+        let mut values = Vec::new();
+        match &names {
+            Names::One(name) => values.extend_from_slice(running.newest(name)?),
+            Names::Several(names) => {
+                for name in names {
+                    values.extend_from_slice(running.newest(name)?);
+                }
+            }
+        }
+        Ok(values.into_pyarray(py))
+    }
+
+    /// Replaces an output of the controller from its next iteration on; None ends the
+    /// replacement.
+    #[pyo3(signature = (name, values))]
+    fn write(&self, name: &str, values: Option<PyReadonlyArray1<'_, f64>>) -> PyResult<()> {
+        let mut locked = self.lock()?;
+        let running = locked.running()?;
+        let values = values.as_ref().map(PyReadonlyArray1::as_slice).transpose();
+        let values = values.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        running.rig.override_output(name, values).map_err(refused)
+    }
+
+    /// Sets a process variable, in its unit, before the next control step.
+    fn set_variable(&self, name: &str, value: f64) -> PyResult<()> {
+        let mut locked = self.lock()?;
+        let running = locked.running()?;
+        let (rig, now) = (&mut running.rig, running.reached);
+        rig.schedule(now, name, Change::To(value)).map_err(refused)
+    }
+
+    /// Names of the process variables, each with its unit, present, least and greatest value.
+    fn variables(&self) -> PyResult<Vec<VariableFields>> {
+        let mut locked = self.lock()?;
+        let variables = locked.running()?.rig.process().variables().iter();
+        Ok(variables.map(variable_fields).collect())
+    }
+
+    /// Complete state of the rig, for `restore` of a rig of the same scenario and build.
+    fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let mut locked = self.lock()?;
+        let running = locked.running()?;
+        let latest = &running.latest.0;
+        let saved = catch_panic(|| Snapshot::of(&(running.reached, latest, running.rig.save())));
+        let saved = saved.map_err(|source| running.panicked(py, source))?;
+        match running.exceptions.take() {
+            Some(exception) => Err(exception),
+            None => Ok(PyBytes::new(py, &saved.0)),
+        }
+    }
+
+    /// Restores a saved state; the fingerprint begins anew.
+    fn restore(&self, py: Python<'_>, state: &[u8]) -> PyResult<()> {
+        let mut locked = self.lock()?;
+        let running = locked.running()?;
+        let saved = Snapshot(state.to_vec());
+        let saved: Result<(SimTime, [Vec<f64>; 4], Snapshot), _> = saved.read();
+        let (reached, latest, rig) = saved.map_err(|_| {
+            PyValueError::new_err("the bytes are not the saved state of a rig of this build")
+        })?;
+        let lengths = |groups: &[Vec<f64>; 4]| groups.each_ref().map(Vec::len);
+        if lengths(&latest) != lengths(&running.latest.0) {
+            return Err(PyValueError::new_err(
+                "the state was saved of a rig with other signals",
+            ));
+        }
+        let restored = catch_panic(|| running.rig.restore(&rig));
+        let restored = restored.map_err(|source| running.panicked(py, source))?;
+        restored.map_err(|error| {
+            let exception = running.exceptions.take();
+            exception.unwrap_or_else(|| PyValueError::new_err(error.to_string()))
+        })?;
+        running.reached = reached;
+        running.fingerprint = Fingerprint::new();
+        running.latest = Latest(latest);
+        Ok(())
+    }
+
+    /// Closes the rig; every later call but this one raises `ValueError`.
+    fn close(&self) -> PyResult<()> {
+        *self.lock()?.0 = None;
+        Ok(())
+    }
+}
+
+/// Returns the time at `seconds`, to the nearest nanosecond.
+fn time(seconds: f64) -> PyResult<SimTime> {
+    let duration = SimDuration::try_from_secs_f64(seconds);
+    let time = duration.and_then(|duration| SimTime::ZERO.checked_add(duration));
+    time.ok_or_else(|| no_time(seconds))
+}
+
+fn no_time(seconds: f64) -> PyErr {
+    PyValueError::new_err(format!("{seconds} s is no simulated time: 0 to 584 years"))
+}
+
+/// Returns the exception for a request that the rig refuses.
+#[expect(clippy::needless_pass_by_value, reason = "for `map_err`")]
+fn refused(error: RigError) -> PyErr {
+    let text = error.to_string();
+    match error {
+        RigError::NoSuchVariable { .. } | RigError::NoSuchOutput { .. } => {
+            PyKeyError::new_err(text)
+        }
+        _ => PyValueError::new_err(text),
+    }
+}
+
+/// Advances every rig by `duration` [s], on the threads of `workers`, and returns the exception of
+/// each, or None.
+#[pyfunction]
+pub(crate) fn step_all(
+    py: Python<'_>,
+    rigs: Vec<PyRef<'_, PyRig>>,
+    duration: f64,
+    workers: &PyWorkers,
+) -> PyResult<Vec<Option<PyErr>>> {
+    let duration = time(duration)? - SimTime::ZERO;
+    let mut locks: Vec<Locked<'_>> = rigs.iter().map(|rig| rig.lock()).collect::<PyResult<_>>()?;
+    let mut steps: Vec<(&mut Running, SimTime, Option<Ran>)> = Vec::with_capacity(locks.len());
+    for lock in &mut locks {
+        let running = lock.running()?;
+        let to = running.reached.checked_add(duration);
+        let to = to.ok_or_else(|| no_time(f64::INFINITY))?;
+        steps.push((running, to, None));
+    }
+    py.detach(|| {
+        workers.each(&mut steps, |(running, to, ran)| {
+            *ran = Some(running.run_until(*to));
+        });
+    });
+    let finished = steps
+        .into_iter()
+        .map(|(running, to, ran)| ran.and_then(|ran| running.finish(py, to, ran).err()));
+    Ok(finished.collect())
+}

@@ -1,0 +1,111 @@
+//! Runs in virtual time.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use twinrig::{Assembly, Execution, Report, execute_watched, recording_path};
+
+use crate::errors::Failure;
+use crate::kept::{Kept, KeptData};
+use crate::parts::PythonParts;
+use crate::poll::SignalPoll;
+use crate::scenario::ScenarioArgument;
+use crate::supervised::{in_place, supervised};
+
+/// A run that has started.
+struct Finished {
+    report: Report,
+    /// Code and text of each warning about the scenario.
+    warnings: Vec<(&'static str, String)>,
+    data: KeptData,
+}
+
+/// Runs a scenario and keeps its signals.
+///
+/// `recording` is the path of the recording and whether it is that of a folder, in which the file
+/// has the name that the program gives it; `None`: nothing is recorded.
+///
+/// Returns `report` (JSON), `table`, `warnings` (code and text), `groups` (name, signals, times
+/// \[s\], values row by row), `footsteps`, `frames`, and `interrupt`: the exception of a signal
+/// handler or of a Python part that ended the run, or `None`.
+#[pyfunction]
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "arguments of Python are extracted into values"
+)]
+pub(crate) fn run<'py>(
+    py: Python<'py>,
+    scenario: ScenarioArgument,
+    recording: Option<(PathBuf, bool)>,
+    controllers: &Bound<'py, PyDict>,
+    plants: &Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let parts = PythonParts::new(controllers, plants)?;
+    let work = || execute(&scenario, recording, &parts);
+    let mut done = if parts.any {
+        // Python parts run on the thread of the caller, where signals reach them.
+        in_place(py, work)
+    } else {
+        supervised(py, work)?
+    };
+    done.interrupt = parts.exceptions.take().or(done.interrupt);
+    let finished = done
+        .result
+        .map_err(Failure::from)
+        .and_then(|finished| finished);
+    let finished = match (finished, done.interrupt) {
+        (Ok(finished), interrupt) => (finished, interrupt),
+        // Interrupted before the run has started.
+        (Err(_), Some(interrupt)) => return Err(interrupt),
+        (Err(failure), None) => return Err(failure.raised(py)),
+    };
+    let (finished, interrupt) = finished;
+    let dict = PyDict::new(py);
+    // Serialisation fails only for keys that are not strings.
+    let report = serde_json::to_string(&finished.report).unwrap_or_default();
+    dict.set_item("report", report)?;
+    dict.set_item("table", finished.report.text())?;
+    dict.set_item("warnings", finished.warnings)?;
+    dict.set_item("interrupt", interrupt)?;
+    finished.data.add_to(&dict)?;
+    Ok(dict)
+}
+
+fn execute(
+    scenario: &ScenarioArgument,
+    recording: Option<(PathBuf, bool)>,
+    parts: &PythonParts,
+) -> Result<Finished, Failure> {
+    let assembly = scenario.assembly(&parts.registry)?;
+    let execution = Execution {
+        recording: recording.map(|(path, is_folder)| recorded_at(&assembly, path, is_folder)),
+        ..Execution::default()
+    };
+    let poll = parts.any.then(|| SignalPoll::new(&parts.exceptions));
+    let mut kept = Kept::new(&assembly, poll);
+    let report = execute_watched(&assembly, &execution, &mut kept)?;
+    if let Some(bytes) = kept.missing {
+        return Err(Failure::Memory { bytes });
+    }
+    // Warnings about the size of a recording are in the report only if there is one.
+    let warnings = &assembly.scenario().warnings;
+    let codes: Vec<&str> = report.warnings.iter().map(|warned| warned.code).collect();
+    let warnings = warnings
+        .iter()
+        .filter(|warning| codes.contains(&warning.code));
+    let warnings = warnings.map(|warning| (warning.code, warning.to_string()));
+    Ok(Finished {
+        warnings: warnings.collect(),
+        data: kept.finish(),
+        report,
+    })
+}
+
+fn recorded_at(assembly: &Assembly<'_>, path: PathBuf, is_folder: bool) -> PathBuf {
+    if is_folder {
+        recording_path(&path, assembly.scenario())
+    } else {
+        path
+    }
+}

@@ -1,0 +1,165 @@
+//! A rig with its observers, behind the class `Rig`.
+
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use twinrig::TwinError;
+use twinrig::kernel::{Field, Layout, SimDuration, SimTime, near_misses};
+use twinrig::runtime::{Group, Observer, PanicReport, Rig, RigError, RunEvent, catch_panic};
+use twinrig_record::Fingerprint;
+
+use crate::errors::{self, Failure};
+use crate::exceptions::Exceptions;
+use crate::poll::Poll;
+
+/// Simulated time between two polls of Python's signals, in a long step.
+const SLICE: SimDuration = SimDuration::from_millis(100);
+
+/// Signals of all groups, in the order in which a name is looked up.
+pub(crate) const GROUPS: [Group; 4] = [
+    Group::Plant,
+    Group::ProcessInputs,
+    Group::ProcessOutputs,
+    Group::Diagnostics,
+];
+
+/// Observer with the newest values of each group.
+pub(crate) struct Latest(pub(crate) [Vec<f64>; 4]);
+
+impl Observer for Latest {
+    fn samples(&mut self, _: SimTime, group: Group, values: &[f64]) {
+        self.0[group as usize].copy_from_slice(values);
+    }
+    fn event(&mut self, _: SimTime, _: RunEvent) {}
+}
+
+/// Result of a run up to a time.
+pub(crate) type Ran = Result<Result<(), RigError>, PanicReport>;
+
+/// A rig with its observers.
+pub(crate) struct Running {
+    pub(crate) rig: Rig,
+    pub(crate) fingerprint: Fingerprint,
+    pub(crate) latest: Latest,
+    /// Those of its Python parts.
+    pub(crate) exceptions: Exceptions,
+    file: String,
+    /// Simulated time up to which all events have been handled.
+    pub(crate) reached: SimTime,
+    /// Whether a part has panicked: the state is then invalid, and no part is called again.
+    pub(crate) has_panicked: bool,
+}
+
+impl Running {
+    pub(crate) fn new(rig: Rig, exceptions: Exceptions, file: String) -> Self {
+        let latest = GROUPS.map(|group| vec![0.0; rig.layout(group).len()]);
+        Self {
+            rig,
+            fingerprint: Fingerprint::new(),
+            latest: Latest(latest),
+            exceptions,
+            file,
+            reached: SimTime::ZERO,
+            has_panicked: false,
+        }
+    }
+
+    /// Returns the exception for an error of the rig: that of a Python part, if it is the cause.
+    fn raised(&self, py: Python<'_>, error: RigError) -> PyErr {
+        let exception = self.exceptions.take();
+        exception.unwrap_or_else(|| {
+            let error = TwinError::Rig {
+                file: self.file.clone(),
+                help: String::new(),
+                source: Box::new(error),
+            };
+            errors::twin_error(py, error.to_string())
+        })
+    }
+
+    /// Advances to `to` without the interpreter, and polls its signals in between.
+    pub(crate) fn advance(&mut self, py: Python<'_>, to: SimTime) -> PyResult<()> {
+        // A short step leaves the signals to the interpreter, and reads no clock.
+        let is_long = self
+            .reached
+            .checked_add(SLICE)
+            .is_some_and(|next| next < to);
+        let mut poll = is_long.then(Poll::new);
+        while self.reached < to {
+            let slice = self.reached.checked_add(SLICE);
+            self.advance_slice(py, slice.map_or(to, |next| next.min(to)))?;
+            if let Some(poll) = &mut poll {
+                poll.signals(py)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Advances to `to`, which may be the present time: to the events that are due at once.
+    pub(crate) fn advance_slice(&mut self, py: Python<'_>, to: SimTime) -> PyResult<()> {
+        let ran = py.detach(|| self.run_until(to));
+        self.finish(py, to, ran)
+    }
+
+    /// Runs without the interpreter.
+    pub(crate) fn run_until(&mut self, to: SimTime) -> Ran {
+        let Self {
+            rig,
+            fingerprint,
+            latest,
+            ..
+        } = self;
+        catch_panic(|| rig.run_until(to, &mut (fingerprint, latest)))
+    }
+
+    /// Returns the result of a run to `to`.
+    pub(crate) fn finish(&mut self, py: Python<'_>, to: SimTime, ran: Ran) -> PyResult<()> {
+        match ran {
+            Ok(Ok(())) => {
+                self.reached = to;
+                self.exceptions.take().map_or(Ok(()), Err)
+            }
+            Ok(Err(error)) => {
+                self.reached = self.rig.now();
+                Err(self.raised(py, error))
+            }
+            Err(source) => Err(self.panicked(py, source)),
+        }
+    }
+
+    /// Returns the exception for a panic of a part.
+    pub(crate) fn panicked(&mut self, py: Python<'_>, source: PanicReport) -> PyErr {
+        self.has_panicked = true;
+        let file = self.file.clone();
+        Failure::from(TwinError::Panic { file, source }).raised(py)
+    }
+
+    /// Returns the newest values of a signal; none if there is no such signal.
+    pub(crate) fn find(&self, name: &str) -> Option<&[f64]> {
+        let latest = &self.latest.0;
+        let find = |group| Some(&latest[group as usize][self.rig.layout(group).find(name)?]);
+        GROUPS.into_iter().find_map(find)
+    }
+
+    /// Returns the newest values of a signal.
+    pub(crate) fn newest(&self, name: &str) -> PyResult<&[f64]> {
+        self.find(name).ok_or_else(|| {
+            let known = self.fields().map(|field| field.port.name.as_str());
+            PyKeyError::new_err(no_such_signal(name, known))
+        })
+    }
+
+    /// Returns the signals of all groups.
+    pub(crate) fn fields(&self) -> impl Iterator<Item = &Field> {
+        let layouts = GROUPS.into_iter().map(|group| self.rig.layout(group));
+        layouts.flat_map(Layout::fields)
+    }
+}
+
+fn no_such_signal<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
+    let near = near_misses(name, known);
+    let help = match near.as_slice() {
+        [] => String::new(),
+        near => format!("; did you mean `{}`?", near.join("` or `")),
+    };
+    format!("there is no signal `{name}`{help}")
+}

@@ -1,0 +1,139 @@
+"""Signals, footsteps and frames of a run are those of its recording, and views without a copy."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+import twinrig
+
+
+def both(folder: Path, scenario: str, **options: object) -> tuple[twinrig.Run, twinrig.Recording]:
+    path = folder / "run.mcap"
+    run = twinrig.run(scenario, record=path, **options)  # type: ignore[arg-type]
+    assert run.recording == path
+    return run, twinrig.read(path)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "options"),
+    [
+        ("scenarios/trot.toml", {}),
+        ("scenarios/oncilla-trot.toml", {}),
+        ("scenarios/bench.toml", {}),
+        ("scenarios/trot.toml", {"signals": ["leg/LF/hip/*"]}),
+        ("scenarios/step-down.toml", {"set": {"record.frames": "400 Hz", "fall.end": True}}),
+    ],
+)
+def test_run_and_recording_have_the_same_numbers(
+    folder: Path, scenario: str, options: dict[str, object]
+) -> None:
+    run, read = both(folder, scenario, **options)
+    empty = [name for name in read.signals.groups if not len(read.signals.groups[name])]
+    assert list(run.signals.groups) == [name for name in read.signals.groups if name not in empty]
+    for name, group in run.signals.groups.items():
+        other = read.signals.groups[name]
+        assert list(group) == list(other) and group.matrix.size > 0
+        assert np.array_equal(group.matrix, other.matrix, equal_nan=True)
+        assert np.array_equal(group.time, other.time)
+        assert [group[one].unit for one in group] == [other[one].unit for one in other]
+    # A `U2` and a `U1` of names compare equal; numbers may be NaN.
+    for field in run.footsteps.dtype.names or ():
+        kept, written = run.footsteps[field], read.footsteps[field]
+        assert np.array_equal(kept, written, equal_nan=field != "leg")
+    assert run.expectations == read.expectations and run.verdict == read.verdict
+    assert (run.fingerprint, run.seed) == (read.fingerprint, read.seed)
+    a, b = run.frames(in_parents=True), read.frames(in_parents=True)
+    assert list(a) == list(b)
+    for name in a:
+        assert a[name].parent == b[name].parent
+        assert np.array_equal(a[name].time, b[name].time)
+        assert np.array_equal(a[name].position, b[name].position)
+        assert np.array_equal(a[name].orientation, b[name].orientation)
+
+
+def test_frames_end_at_the_feet() -> None:
+    """The plant computes the positions of the feet by itself."""
+    run = twinrig.run("scenarios/trot.toml", set={"record.frames": "500 Hz"})
+    frames = run.frames()
+    for leg in ("LF", "RF", "LH", "RH"):
+        foot = run.signals[f"leg/{leg}/foot/position"]
+        frame = frames[f"{leg}/foot"]
+        assert frame.relative_to == "world" and frame.position.shape == foot.shape
+        assert np.array_equal(frame.time, foot.time)
+        assert np.abs(frame.position - foot).max() < 1e-12
+    assert np.array_equal(frames["body"].orientation, run.signals["body/orientation"])
+
+
+def test_signals_are_views_of_one_matrix(trot: twinrig.Run) -> None:
+    hip = trot.signals["leg/LF/hip/position"]
+    group = trot.signals.groups["plant"]
+    assert np.shares_memory(hip, group.matrix) and hip.base is not None
+    assert hip.shape == (10001,) and hip.dtype == np.float64
+    assert trot.signals["body/position"].shape == (10001, 3)
+    assert np.shares_memory(trot.signals["body/position"][:, 2], group.matrix)
+    assert hip.time.shape == (10001,) and hip.time[0] == 0.0 and hip.time[-1] == 20.0
+    assert (hip.unit, hip.name) == ("rad", "leg/LF/hip/position")
+
+
+def test_selections_keep_their_times_and_results_are_ordinary_arrays(trot: twinrig.Run) -> None:
+    body = trot.signals["body/position"]
+    for index in (slice(10, 20), slice(None, None, 7), body.time > 1.0, [3, 1], Ellipsis):
+        part = body[index]
+        assert np.array_equal(part.time, body.time[index]) and part.unit == "m"
+    height = body[100:, 2]
+    assert np.array_equal(height.time, body.time[100:]) and height.name == "body/position"
+    assert np.array_equal(height.copy().time, height.time)
+    for plain in (body * 2.0, body.mean(axis=0), np.abs(body), body[5], body @ np.eye(3)):
+        assert not hasattr(plain, "time"), type(plain)
+    # Views whose samples are not known have no times, rather than wrong ones.
+    for view in (body.T, body.reshape(-1), body.ravel()):
+        assert not hasattr(view, "time")
+    assert isinstance(body[5, 2], float)
+    out = np.zeros(len(body))
+    np.multiply(body[:, 2], 2.0, out=out)
+    assert np.array_equal(out, np.asarray(body)[:, 2] * 2.0)
+
+
+def test_unknown_names_are_answered_with_near_ones(trot: twinrig.Run) -> None:
+    with pytest.raises(KeyError, match="did you mean 'leg/LF/hip/position'"):
+        trot.signals["leg/LF/hip/postion"]
+    with pytest.raises(KeyError, match="a name is a string"):
+        trot.signals[3]  # type: ignore[index]
+    assert "nonsense" not in trot.signals
+    with pytest.raises(twinrig.ScenarioError, match="signals=") as raised:
+        twinrig.run("scenarios/trot.toml", signals=["leg/LF/hop/*"])
+    assert raised.value.problems[0].file == "signals="
+
+
+def test_runs_are_pickled(trot: twinrig.Run) -> None:
+    again = pickle.loads(pickle.dumps(trot))
+    assert str(again) == str(trot) and again.report == trot.report
+    assert np.array_equal(again.footsteps, trot.footsteps)
+    for name in trot.signals:
+        assert np.array_equal(again.signals[name], trot.signals[name])
+    signal = pickle.loads(pickle.dumps(trot.signals["body/position"][:5]))
+    assert (signal.name, signal.unit, len(signal.time)) == ("body/position", "m", 5)
+
+
+def test_results_are_shown(trot: twinrig.Run) -> None:
+    assert str(trot).startswith("trot  massless plant") and "expectations hold" in str(trot)
+    assert trot.fingerprint[:16] in repr(trot) and "&lt;" not in str(trot)
+    html = trot._repr_html_()
+    assert html.startswith("<pre") and "fingerprint" in html
+    held = sum(expectation.holds for expectation in trot.expectations)
+    assert f"{held} of {len(trot.expectations)} expectations hold" in repr(trot)
+    assert trot.energy is not None
+    assert 0.0 < abs(trot.energy.residual_j) < 1e-3 * trot.energy.exchanged_j
+
+
+def test_footsteps_are_where_the_feet_are(trot: twinrig.Run) -> None:
+    assert len(trot.footsteps) > 200 and set(trot.footsteps["leg"]) == {"LF", "RF", "LH", "RH"}
+    assert (trot.footsteps["lift_off_s"] > trot.footsteps["touch_down_s"]).all()
+    for footstep in trot.footsteps:
+        foot = trot.signals[f"leg/{footstep['leg']}/foot/position"]
+        sample = np.searchsorted(foot.time, footstep["touch_down_s"])
+        # Contacts that are one footstep may begin at that of the largest impulse.
+        assert np.abs(foot[sample] - footstep["position_m"]).max() < 0.05

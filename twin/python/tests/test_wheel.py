@@ -1,0 +1,30 @@
+"""The installed module keeps what its platform tag promises."""
+
+from __future__ import annotations
+
+import os
+import re
+from importlib.metadata import distribution
+from pathlib import Path
+
+import pytest
+from twinrig import _native
+
+
+def test_platform_tag_names_the_newest_glibc_that_the_module_needs() -> None:
+    wheel = distribution("twinrig").read_text("WHEEL") or ""
+    if "-linux_" in wheel:
+        assert not os.environ.get("CI"), "the wheel is for this machine only"
+        pytest.skip("`pip install .` builds for this machine only")
+    tag = re.search(r"^Tag: cp310-abi3-manylinux_(\d+)_(\d+)_\w+$", wheel, re.MULTILINE)
+    assert tag, wheel
+    promised = (int(tag[1]), int(tag[2]))
+    module = Path(_native.__file__ or "").read_bytes()
+    versions = re.findall(rb"\0GLIBC_(\d+)\.(\d+)(?:\.\d+)?(?=\0)", module)
+    needed = max((int(major), int(minor)) for major, minor in versions)
+    assert needed <= promised, f"the module needs glibc {needed}, the tag promises {promised}"
+
+
+def test_module_links_no_python() -> None:
+    module = Path(_native.__file__ or "").read_bytes()
+    assert b"libpython" not in module
