@@ -150,6 +150,23 @@ fn settings_of_all_runs_have_dotted_keys() {
     );
 }
 
+#[test]
+fn specifications_of_the_repository_are_valid() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/sweeps");
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let read = spec(&std::fs::read_to_string(&path).unwrap());
+        assert!(
+            read.is_ok_and(|read| !read.shares.is_empty()),
+            "{}",
+            path.display()
+        );
+        count += 1;
+    }
+    assert!(count >= 2);
+}
+
 /// Words of specifications, and values that none of them expects.
 fn word() -> impl Strategy<Value = String> {
     let keys = SPEC_KEYS.iter().flat_map(|key| [key.name, key.example]);
