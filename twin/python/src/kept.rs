@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use twinrig::kernel::{Layout, SimDuration, SimTime, Unit};
 use twinrig::runtime::Group;
 use twinrig::scenario::Footstep;
-use twinrig::{Assembly, RunLayouts, RunWatch};
+use twinrig::{Assembly, RunLayouts, RunObserver};
 use twinrig_record::{
     FootstepMessage, FrameSampler, FrameSeries, Recording, SampledGroup, group_name,
 };
@@ -221,7 +221,7 @@ impl<'a> Kept<'a> {
     }
 }
 
-impl RunWatch for Kept<'_> {
+impl RunObserver for Kept<'_> {
     fn begin(&mut self, layouts: &RunLayouts<'_>) {
         let scene = self.assembly.scene();
         let keep = |name: &str| scene.recorded.iter().any(|other| other == name);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use twinrig::{Assembly, Execution, Report, execute_watched, recording_path};
+use twinrig::{Assembly, Execution, Report, execute_observed, recording_path};
 
 use crate::errors::Failure;
 use crate::kept::{Kept, KeptData};
@@ -84,7 +84,7 @@ fn execute(
     };
     let poll = parts.any.then(|| SignalPoll::new(&parts.exceptions));
     let mut kept = Kept::new(&assembly, poll);
-    let report = execute_watched(&assembly, &execution, &mut kept)?;
+    let report = execute_observed(&assembly, &execution, &mut kept)?;
     if let Some(bytes) = kept.missing {
         return Err(Failure::Memory { bytes });
     }

@@ -14,7 +14,7 @@ use crate::report::{Line, Report, Status};
 use crate::run::hardware;
 use crate::run::interrupt;
 use crate::run::judging::{judge, judged_report, reference};
-use crate::run::observers::{Polled, RunObservers, RunWatch};
+use crate::run::observers::{PolledOnly, RunObserver, RunObservers};
 use crate::run::progress::Progress;
 use crate::run::recording::recorder;
 use crate::run::recording_size::LARGE_RECORDING;
@@ -49,17 +49,17 @@ pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report,
     }
 }
 
-/// Runs `assembly` in virtual time as [`execute`] does, under a watch.
+/// Runs `assembly` in virtual time as [`execute`] does, with an observer of the caller.
 ///
 /// # Errors
 /// As [`execute`].
-pub fn execute_watched(
+pub fn execute_observed(
     assembly: &Assembly<'_>,
     execution: &Execution,
-    watch: &mut dyn RunWatch,
+    caller: &mut dyn RunObserver,
 ) -> Result<Report, TwinError> {
     let end = assembly.end();
-    execute_saving(assembly, execution, end, None, Some(watch)).map(|(report, _)| report)
+    execute_saving(assembly, execution, end, None, Some(caller)).map(|(report, _)| report)
 }
 
 /// Executes a run in virtual time, up to `end` at most.
@@ -71,17 +71,17 @@ pub(crate) fn execute_until(
     execute_saving(assembly, execution, end, None, None).map(|(report, _)| report)
 }
 
-/// Executes a run in virtual time under a watch, up to `end` at most; also returns the snapshot of
+/// Executes a run in virtual time with an observer of the caller, up to `end` at most; also returns the snapshot of
 /// the rig at `save_at` if the run reached it.
 pub(crate) fn execute_saving(
     assembly: &Assembly<'_>,
     execution: &Execution,
     end: SimTime,
     save_at: Option<SimTime>,
-    mut watch: Option<&mut dyn RunWatch>,
+    mut caller: Option<&mut dyn RunObserver>,
 ) -> Result<(Report, Option<Snapshot>), TwinError> {
     let end = end.min(assembly.end());
-    let polled = watch.as_mut().map(|watch| Polled(&mut **watch));
+    let polled = caller.as_mut().map(|caller| PolledOnly(&mut **caller));
     let reference = reference(assembly, execution, end, polled)?;
     let mut rig = assembly.rig()?;
     let recorder = recorder(assembly, &rig, execution)?;
@@ -89,7 +89,7 @@ pub(crate) fn execute_saving(
     if let Some(reference) = reference {
         judge = judge.with_reference(&reference);
     }
-    let mut observers = RunObservers::new(judge, recorder).watched(watch, &rig);
+    let mut observers = RunObservers::new(judge, recorder).with_caller(caller, &rig);
     let title = &assembly.scenario().name;
     let mut progress = Progress::new(title, end.as_secs_f64(), execution.progress);
     #[expect(

@@ -11,7 +11,7 @@ use crate::error::TwinError;
 use crate::report::{Line, Report, Status, Warned, seconds};
 use crate::run::execute::{Course, Execution, Stopped, run};
 use crate::run::executor::Executor;
-use crate::run::observers::{Polled, RunObservers, RunWatch};
+use crate::run::observers::{PolledOnly, RunObserver, RunObservers};
 use crate::run::progress::Progress;
 
 /// Returns the judge of a run of `executor`.
@@ -31,7 +31,7 @@ pub(crate) fn reference(
     assembly: &Assembly<'_>,
     execution: &Execution,
     end: SimTime,
-    mut polled: Option<Polled<'_>>,
+    mut polled: Option<PolledOnly<'_>>,
 ) -> Result<Option<Reference>, TwinError> {
     if !assembly.scenario().needs_reference() {
         return Ok(None);
@@ -39,9 +39,9 @@ pub(crate) fn reference(
     let without = assembly.without_changes();
     let mut rig = without.rig()?;
     // The judge uses the expectations of the run with changes, which select the footsteps.
-    let watch = polled.as_mut().map(|polled| polled as &mut dyn RunWatch);
+    let caller = polled.as_mut().map(|polled| polled as &mut dyn RunObserver);
     let observers: RunObservers<'_, Vec<u8>> = RunObservers::new(judge(assembly, &rig), None);
-    let mut observers = observers.watched(watch, &rig);
+    let mut observers = observers.with_caller(caller, &rig);
     let title = format!("{}, without changes", assembly.scenario().name);
     let mut progress = Progress::new(&title, end.as_secs_f64(), execution.progress);
     // Expectations beyond the end of the reference fail as unobserved.

@@ -12,7 +12,7 @@ use crate::run::executor::Executor;
 
 /// Receives samples and footsteps of a run besides judge and recorder, without effect on the run:
 /// for programs that keep them in memory.
-pub trait RunWatch {
+pub trait RunObserver {
     /// Receives the layouts of the samples, before the first of them.
     fn begin(&mut self, layouts: &RunLayouts<'_>) {
         let _ = layouts;
@@ -49,44 +49,44 @@ impl<'a> RunLayouts<'a> {
     }
 }
 
-/// Watch of a reference run: it is polled only.
-pub(crate) struct Polled<'a>(pub(crate) &'a mut dyn RunWatch);
+/// Observer of a reference run: it is polled only.
+pub(crate) struct PolledOnly<'a>(pub(crate) &'a mut dyn RunObserver);
 
-impl RunWatch for Polled<'_> {
+impl RunObserver for PolledOnly<'_> {
     fn poll(&mut self) {
         self.0.poll();
     }
 }
 
-/// Observer that combines fingerprint, judge, recorder and watch.
-pub(crate) struct RunObservers<'w, W: Write> {
+/// Observer that combines fingerprint, judge, recorder and caller.
+pub(crate) struct RunObservers<'c, W: Write> {
     fingerprint: Fingerprint,
     recorder: Option<Recorder<W>>,
     judge: Judge,
     legs: Vec<String>,
-    watch: Option<&'w mut dyn RunWatch>,
+    caller: Option<&'c mut dyn RunObserver>,
 }
 
-impl<'w, W: Write> RunObservers<'w, W> {
+impl<'c, W: Write> RunObservers<'c, W> {
     pub(crate) fn new(judge: Judge, recorder: Option<Recorder<W>>) -> Self {
         Self {
             fingerprint: Fingerprint::new(),
             legs: judge.legs().map(str::to_owned).collect(),
             recorder,
             judge,
-            watch: None,
+            caller: None,
         }
     }
 
-    /// Adds a watch, which receives the samples of `executor`.
-    pub(crate) fn watched(
+    /// Adds the observer of the caller, which receives the samples of `executor`.
+    pub(crate) fn with_caller(
         mut self,
-        watch: Option<&'w mut dyn RunWatch>,
+        caller: Option<&'c mut dyn RunObserver>,
         executor: &dyn Executor,
     ) -> Self {
-        self.watch = watch;
-        if let Some(watch) = &mut self.watch {
-            watch.begin(&RunLayouts {
+        self.caller = caller;
+        if let Some(caller) = &mut self.caller {
+            caller.begin(&RunLayouts {
                 executor,
                 legs: &self.legs,
             });
@@ -94,10 +94,10 @@ impl<'w, W: Write> RunObservers<'w, W> {
         self
     }
 
-    /// Lets the watch poll.
+    /// Lets the observer of the caller poll.
     pub(crate) fn poll(&mut self) {
-        if let Some(watch) = &mut self.watch {
-            watch.poll();
+        if let Some(caller) = &mut self.caller {
+            caller.poll();
         }
     }
 
@@ -130,7 +130,7 @@ impl<'w, W: Write> RunObservers<'w, W> {
         self.judge.ended_at()
     }
 
-    /// Passes the footsteps completed by the last samples to recorder and watch.
+    /// Passes the footsteps completed by the last samples to recorder and caller.
     fn pass_footsteps(&mut self, now: SimTime) {
         // The run may end within a footstep.
         let closed = self.judge.closed().iter();
@@ -138,8 +138,8 @@ impl<'w, W: Write> RunObservers<'w, W> {
             if let Some(recorder) = &mut self.recorder {
                 write(recorder, &self.legs, now, footstep);
             }
-            if let Some(watch) = &mut self.watch {
-                watch.footstep(footstep);
+            if let Some(caller) = &mut self.caller {
+                caller.footstep(footstep);
             }
         }
     }
@@ -186,8 +186,8 @@ impl<W: Write> Observer for RunObservers<'_, W> {
         if let Some(recorder) = &mut self.recorder {
             Observer::samples(recorder, now, group, values);
         }
-        if let Some(watch) = &mut self.watch {
-            watch.samples(now, group, values);
+        if let Some(caller) = &mut self.caller {
+            caller.samples(now, group, values);
         }
         self.pass_footsteps(now);
     }

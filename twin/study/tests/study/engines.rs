@@ -1,7 +1,7 @@
 //! Plants that solve the model of another plant with another engine.
 
 use twinrig_kernel::SimDuration;
-use twinrig_study::{Factor, PrecisionPlan, RowKind, StiffnessTrend, Study, precision};
+use twinrig_study::{Factor, PrecisionPlan, Row, RowKind, StiffnessTrend, Study, precision};
 
 use crate::oscillator::{Oscillators, SOFT, STEP_ONLY};
 use crate::stability;
@@ -113,11 +113,14 @@ fn comparisons_follow_from_the_rows() {
             .iter()
             .filter(|row| row.kind == RowKind::Integration)
     };
-    let sound = rows().filter(|row| row.plant == "engine" && row.error_rms_m.is_some());
+    // A run shorter than the resolution of the clock has no cost.
+    let cost = |row: &Row| row.run_s_per_simulated_s.filter(|&cost| cost > 0.0);
+    let sound = rows().filter(|row| row.error_rms_m.is_some() && cost(row).is_some());
+    let sound = sound.filter(|row| row.plant == "engine");
     assert_eq!(dominance.settings.len(), sound.count());
     for comparison in &dominance.settings {
         let full = rows().filter(|row| row.plant == "full");
-        let known = full.filter_map(|row| Some((row.error_rms_m?, row.run_s_per_simulated_s?)));
+        let known = full.filter_map(|row| Some((row.error_rms_m?, cost(row)?)));
         let closer = known.filter(|(error, _)| error.max(floor) <= comparison.error_rms_m);
         let least = closer.map(|(_, cost)| cost).fold(f64::INFINITY, f64::min);
         let text = comparison.no_greater_error.as_ref();

@@ -1,18 +1,18 @@
-//! Watches of runs: they receive what recorder and judge receive, and their polls end a run.
+//! Observers of the caller: they receive what recorder and judge receive, and their polls end a run.
 
 use twinrig::kernel::SimTime;
 use twinrig::runtime::Group;
 use twinrig::runtime::interrupt::Token;
 use twinrig::scenario::{Footstep, Setting};
 use twinrig::{
-    Assembly, Execution, Report, RunLayouts, RunWatch, Status, execute, execute_watched,
+    Assembly, Execution, Report, RunLayouts, RunObserver, Status, execute, execute_observed,
 };
 
 use crate::common::registry;
 
 const TROT: &str = include_str!("../../../../scenarios/trot.toml");
 
-/// Counts of what a watch received.
+/// Counts of what an observer received.
 #[derive(Default)]
 struct Seen {
     legs: Vec<String>,
@@ -22,11 +22,11 @@ struct Seen {
     footsteps: u64,
     polls: u64,
     /// Number of polls after which the run is to end.
-    patience: Option<u64>,
+    polls_max: Option<u64>,
     token: Token,
 }
 
-impl RunWatch for Seen {
+impl RunObserver for Seen {
     fn begin(&mut self, layouts: &RunLayouts<'_>) {
         self.legs = layouts.legs.to_vec();
         let position = layouts.layout(Group::Plant).find("body/position");
@@ -49,13 +49,13 @@ impl RunWatch for Seen {
 
     fn poll(&mut self) {
         self.polls += 1;
-        if self.patience == Some(self.polls) {
+        if self.polls_max == Some(self.polls) {
             self.token.request();
         }
     }
 }
 
-fn watched(text: &str, seen: &mut Seen) -> (Report, Report) {
+fn observed(text: &str, seen: &mut Seen) -> (Report, Report) {
     let registry = registry();
     let short = Setting {
         origin: "duration".to_owned(),
@@ -66,15 +66,15 @@ fn watched(text: &str, seen: &mut Seen) -> (Report, Report) {
     let assembly = Assembly::of_text(&registry, "trot", text, folder, &[short]).unwrap();
     let execution = Execution::default();
     let token = seen.token.clone();
-    let report = token.scope(|| execute_watched(&assembly, &execution, seen));
+    let report = token.scope(|| execute_observed(&assembly, &execution, seen));
     (report.unwrap(), execute(&assembly, &execution).unwrap())
 }
 
 #[test]
-fn watch_receives_the_samples_and_footsteps_that_are_judged() {
+fn observer_receives_the_samples_and_footsteps_that_are_judged() {
     let mut seen = Seen::default();
-    let (report, unwatched) = watched(TROT, &mut seen);
-    assert_eq!(report.fingerprint, unwatched.fingerprint);
+    let (report, unobserved) = observed(TROT, &mut seen);
+    assert_eq!(report.fingerprint, unobserved.fingerprint);
     assert_eq!(seen.legs, ["LF", "RF", "LH", "RH"]);
     assert_eq!(seen.samples, 3501);
     assert_eq!(report.expectations[0].0.name, "does not fall");
@@ -87,19 +87,19 @@ fn watch_receives_the_samples_and_footsteps_that_are_judged() {
 #[test]
 fn request_of_a_poll_ends_this_run_only() {
     let mut seen = Seen {
-        patience: Some(3),
+        polls_max: Some(3),
         ..Seen::default()
     };
-    let (report, unwatched) = watched(TROT, &mut seen);
+    let (report, unobserved) = observed(TROT, &mut seen);
     assert_eq!(report.verdict, Status::Error);
     let error = report.error.unwrap();
     assert!(error.starts_with("interrupted at "), "{error}");
     assert!(seen.samples < 250, "{}", seen.samples);
-    assert_eq!(unwatched.simulated_s, Some(7.0));
+    assert_eq!(unobserved.simulated_s, Some(7.0));
 }
 
 #[test]
-fn reference_run_is_polled_but_not_watched() {
+fn reference_run_is_polled_but_not_observed() {
     let text = TROT.to_owned()
         + r#"
 [[change]]
@@ -112,8 +112,8 @@ name = "same footsteps"
 footstep = { displacement = { max = "1 mm" }, against = "without changes" }
 "#;
     let (mut seen, mut plain) = (Seen::default(), Seen::default());
-    watched(&text, &mut seen);
-    watched(TROT, &mut plain);
+    observed(&text, &mut seen);
+    observed(TROT, &mut plain);
     assert_eq!(seen.samples, plain.samples);
     assert_eq!(seen.polls, 2 * plain.polls);
 }
