@@ -253,21 +253,6 @@ impl SweepResult {
         })
     }
 
-    /// Returns the names of all expectations, in the order of their first occurrence, each with its
-    /// units: a fall is measured as a height in one run, and as a tilt in another.
-    pub fn expectations(&self) -> Vec<(&str, Vec<&str>)> {
-        let mut names: Vec<(&str, Vec<&str>)> = Vec::new();
-        for one in self.rows.iter().flat_map(|row| &row.row.expectations) {
-            let unit = one.unit.as_str();
-            match names.iter_mut().find(|(name, _)| *name == one.name) {
-                Some((_, units)) if units.contains(&unit) => {}
-                Some((_, units)) => units.push(unit),
-                None => names.push((&one.name, vec![unit])),
-            }
-        }
-        names
-    }
-
     /// Returns the result for programs. It depends on nothing but specification, scenario and
     /// build.
     pub fn json(&self) -> Value {
@@ -308,72 +293,4 @@ impl SweepResult {
         object.insert("command".to_owned(), json!(row.command));
         Value::Object(object)
     }
-
-    /// Returns the rows as CSV (RFC 4180): point, seed, verdict; for each expectation verdict,
-    /// measured value and margin; fingerprint, key and error. Numbers are in the SI units of the
-    /// header.
-    pub fn csv(&self) -> String {
-        let names = self.expectations();
-        let in_unit = |name: &str, unit: &str| match unit {
-            "1" | "" => name.to_owned(),
-            unit => format!("{name} [{unit}]"),
-        };
-        let mut head = vec!["index".to_owned()];
-        for dimension in &self.dimensions {
-            let unit = dimension.unit.map_or("", Unit::symbol);
-            head.push(in_unit(&dimension.key, unit));
-        }
-        head.extend(["run seed", "verdict", "fell_at_s"].map(str::to_owned));
-        for (name, units) in &names {
-            head.push(format!("{name}: verdict"));
-            for unit in units {
-                head.push(in_unit(&format!("{name}: measured"), unit));
-                head.push(in_unit(&format!("{name}: margin"), unit));
-            }
-        }
-        head.extend(["fingerprint", "key", "error"].map(str::to_owned));
-        let mut text = line(head);
-        for row in &self.rows {
-            text += &line(csv_cells(row, &names));
-        }
-        text
-    }
-}
-
-fn csv_cells(row: &ResultRow, names: &[(&str, Vec<&str>)]) -> Vec<String> {
-    fn shown<T: ToString>(value: Option<T>) -> String {
-        value.map_or_else(String::new, |value| value.to_string())
-    }
-    let mut cells = vec![row.index.to_string()];
-    for value in &row.point {
-        cells.push(value.cell());
-    }
-    cells.push(shown(row.row.seed));
-    cells.push(row.row.verdict.word().to_owned());
-    cells.push(shown(row.row.fell_at_s));
-    for (name, units) in names {
-        let one = row.row.expectation(name);
-        cells.push(shown(one.map(|one| one.verdict.word())));
-        for unit in units {
-            let one = one.filter(|one| one.unit == *unit);
-            cells.push(shown(one.and_then(|one| one.measured)));
-            cells.push(shown(one.and_then(|one| one.margin)));
-        }
-    }
-    cells.push(shown(row.row.fingerprint.as_ref()));
-    cells.push(row.key.to_string());
-    cells.push(shown(row.row.error.as_ref()));
-    cells
-}
-
-/// Returns a line of CSV.
-fn line(cells: Vec<String>) -> String {
-    let quoted = cells.into_iter().map(|cell| {
-        if cell.contains([',', '"', '\n', '\r']) {
-            format!("\"{}\"", cell.replace('"', "\"\""))
-        } else {
-            cell
-        }
-    });
-    quoted.collect::<Vec<_>>().join(",") + "\n"
 }

@@ -1,6 +1,7 @@
 //! Sweeps: specifications, designs, shares, stores and workers.
 
 mod designs;
+mod results;
 mod shares;
 mod specs;
 mod stores;
@@ -33,6 +34,7 @@ fn row(number: usize) -> SweepRow {
         expectations: vec![RowExpectation {
             name: "µ, stays".to_owned(),
             verdict: ExpectationVerdict::Unobserved,
+            holds: false,
             measured: Some(measured),
             bound: Some(-0.0),
             margin: Some(measured - 0.3),

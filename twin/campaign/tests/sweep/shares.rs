@@ -15,6 +15,7 @@ fn with(verdict: ExpectationVerdict) -> SweepRow {
     let mut row = row(1);
     "stands".clone_into(&mut row.expectations[0].name);
     row.expectations[0].verdict = verdict;
+    row.expectations[0].holds = verdict == ExpectationVerdict::Pass;
     row
 }
 
@@ -55,6 +56,31 @@ fn only_observed_and_satisfied_expectations_count_as_held() {
     assert_eq!((share.held, share.runs), (1, 4));
 }
 
+/// A run passes with an optional expectation that was not observed, and so does the share.
+#[test]
+fn optional_expectation_holds_without_an_observation() {
+    let mut optional = with(ExpectationVerdict::Unobserved);
+    optional.expectations[0].holds = true;
+    let share = share("min = 0.5").share(&[optional]);
+    assert_eq!((share.held, share.runs), (1, 1));
+}
+
+/// In either order.
+#[test]
+fn share_of_a_name_requires_all_expectations_of_that_name() {
+    let one = |holds: [bool; 2]| {
+        let mut row = with(ExpectationVerdict::Pass);
+        row.expectations = vec![row.expectations.remove(0); 2];
+        for (expectation, holds) in row.expectations.iter_mut().zip(holds) {
+            expectation.holds = holds;
+        }
+        row
+    };
+    let rows = [[true, true], [true, false], [false, true]].map(one);
+    let share = share("min = 0.5").share(&rows);
+    assert_eq!((share.held, share.runs), (1, 3));
+}
+
 #[test]
 fn share_of_the_verdict_counts_runs_that_pass() {
     let mut share = share("min = 0.1");
@@ -69,7 +95,7 @@ proptest! {
     /// The verdicts of a bound and of the opposite bound exclude each other, and a wider interval
     /// decides less.
     #[test]
-    fn verdicts_are_consistent(of in 1_usize..300, part: prop::sample::Index, bound in 0.0..1.0_f64) {
+    fn verdicts_are_consistent(of in 1_usize..300, part: prop::sample::Index, bound in 0.001..1.0_f64) {
         let held = part.index(of + 1);
         let rows = rows(held, of);
         let verdict = |bounds: &str, confidence: f64| {

@@ -2,9 +2,7 @@
 
 use std::fmt::Write as _;
 
-use twinrig_campaign::sweep::{
-    ExpectationVerdict, ResultRow, RowVerdict, Share, ShareVerdict, SweepResult,
-};
+use twinrig_campaign::sweep::{RowVerdict, Share, ShareVerdict, SweepResult};
 
 use crate::report::junit::escape;
 use crate::sweep::table;
@@ -72,7 +70,8 @@ fn runs(out: &mut String, result: &SweepResult) {
         let _ = match row.row.verdict {
             RowVerdict::Pass => writeln!(out, "/>"),
             RowVerdict::Fail => {
-                let message = escape(&failed(row));
+                let message = format!("{}; {}", row.row.reason(), row.command);
+                let message = escape(&message);
                 writeln!(out, "><{kind} message=\"{message}\"/></testcase>")
             }
             RowVerdict::Error => {
@@ -85,12 +84,4 @@ fn runs(out: &mut String, result: &SweepResult) {
         };
     }
     out.push_str("  </testsuite>\n");
-}
-
-/// Names the expectations that do not hold.
-fn failed(row: &ResultRow) -> String {
-    let failed = row.row.expectations.iter();
-    let failed = failed.filter(|one| one.verdict != ExpectationVerdict::Pass);
-    let names: Vec<&str> = failed.map(|one| one.name.as_str()).collect();
-    format!("{}; {}", names.join(", "), row.command)
 }

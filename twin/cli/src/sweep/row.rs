@@ -23,6 +23,7 @@ pub(super) fn of_report(report: Report) -> SweepRow {
 }
 
 fn expectation(Line(outcome): Line) -> RowExpectation {
+    let holds = outcome.holds();
     let Outcome {
         name,
         verdict,
@@ -40,6 +41,7 @@ fn expectation(Line(outcome): Line) -> RowExpectation {
             Verdict::Fail => ExpectationVerdict::Fail,
             Verdict::Unobserved => ExpectationVerdict::Unobserved,
         },
+        holds,
         measured,
         bound,
         margin,

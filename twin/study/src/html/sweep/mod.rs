@@ -6,7 +6,7 @@ mod plots;
 mod tests;
 
 use twinrig_campaign::sweep::{
-    ExpectationVerdict, ResultRow, RowVerdict, Share, ShareVerdict, SweepResult, SweepVerdict,
+    ResultRow, RowVerdict, Share, ShareVerdict, SweepResult, SweepVerdict,
 };
 
 use plots::{BOUND, PASS, SweepAxis, margins, passing, plane};
@@ -45,11 +45,11 @@ pub fn sweep_page(result: &SweepResult) -> String {
     body += &paragraph(
         "The margin of an expectation is the distance to its bound; below 0 the expectation fails.",
     );
-    for (name, units) in result.expectations() {
-        let plots = units.iter();
+    for column in &result.expectations() {
+        let plots = column.units.iter();
         let plots = plots.flat_map(|unit| axes.iter().map(move |axis| (axis, *unit)));
-        let plots = plots.map(|(axis, unit)| margins(result, axis, name, unit));
-        body += &element("h3", "", &escaped(name));
+        let plots = plots.map(|(axis, unit)| margins(result, axis, column, unit));
+        body += &element("h3", "", &escaped(&column.label()));
         body += &element("div", "pair", &plots.collect::<String>());
     }
     body += "<h2>Failures</h2>\n";
@@ -177,10 +177,7 @@ fn failures(result: &SweepResult) -> String {
     }
     let mut table = Table::new("point | verdict | why and command", 2);
     for row in rows.iter().take(LISTED) {
-        let failed = row.row.expectations.iter();
-        let failed = failed.filter(|one| one.verdict != ExpectationVerdict::Pass);
-        let failed: Vec<&str> = failed.map(|one| one.name.as_str()).collect();
-        let why = row.row.error.clone().unwrap_or_else(|| failed.join(", "));
+        let why = row.row.reason();
         let command = element("code", "", &escaped(&row.command));
         table.row(
             "",

@@ -1,7 +1,7 @@
 //! Plots of a sweep over its dimensions.
 
 use twinrig_campaign::sweep::{
-    ExpectationVerdict, ResultDimension, ResultRow, RowVerdict, SweepResult,
+    ExpectationColumn, ResultDimension, ResultRow, RowVerdict, SweepResult,
 };
 use twinrig_kernel::Unit;
 
@@ -176,16 +176,15 @@ pub(super) fn plane(result: &SweepResult, x: &SweepAxis<'_>, y: &SweepAxis<'_>) 
 pub(super) fn margins(
     result: &SweepResult,
     axis: &SweepAxis<'_>,
-    name: &str,
+    column: &ExpectationColumn<'_>,
     unit: &str,
 ) -> String {
     let points: Vec<_> = result
         .rows
         .iter()
         .filter_map(|row| {
-            let one = row.row.expectation(name).filter(|one| one.unit == unit)?;
-            let pass = one.verdict == ExpectationVerdict::Pass;
-            Some((pass, [axis.at(row), one.margin?]))
+            let one = column.of(&row.row).filter(|one| one.unit == unit)?;
+            Some((one.holds, [axis.at(row), one.margin?]))
         })
         .collect();
     if points.is_empty() {
@@ -201,7 +200,7 @@ pub(super) fn margins(
         shape: Shape::Dashed(ends.map(|x| [x, 0.0]).into()),
     });
     let plot = LinePlot {
-        title: format!("margin of {name} over {}", axis.dimension.key),
+        title: format!("margin of {} over {}", column.label(), axis.dimension.key),
         width: 540.0,
         height: 260.0,
         x_label: axis.label(),

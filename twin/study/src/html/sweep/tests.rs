@@ -1,8 +1,8 @@
 //! Pages of synthetic sweeps.
 
 use twinrig_campaign::sweep::{
-    Design, DesignKind, Partition, ResultDimension, RowExpectation, RowKey, ShareInterval,
-    SweepCounts, SweepRow, SweepValue,
+    Design, DesignKind, ExpectationVerdict, Partition, ResultDimension, RowExpectation, RowKey,
+    ShareInterval, SweepCounts, SweepRow, SweepValue,
 };
 
 use twinrig_kernel::Unit;
@@ -26,6 +26,7 @@ fn row(index: usize, margin: Option<f64>, unit: &str) -> ResultRow {
     row.expectations = vec![RowExpectation {
         name: "stays <up>".to_owned(),
         verdict,
+        holds: verdict == ExpectationVerdict::Pass,
         measured: margin,
         bound: Some(0.0),
         margin,

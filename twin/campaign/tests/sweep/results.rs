@@ -1,0 +1,68 @@
+use twinrig_campaign::sweep::{
+    Partition, ResultDimension, ResultRow, RowVerdict, SweepCounts, SweepResult, SweepVerdict,
+};
+use twinrig_kernel::Unit;
+
+use crate::{key, row, spec};
+
+/// Result of all points of a specification, which `change` has changed.
+fn result(text: &str, change: &dyn Fn(usize, &mut ResultRow)) -> SweepResult {
+    let spec = spec(text).unwrap();
+    let points = spec.points().into_iter().enumerate();
+    let rows = points.map(|(index, point)| {
+        let mut one = ResultRow {
+            index,
+            name: format!("run {index}"),
+            point,
+            key: key(index),
+            command: String::new(),
+            row: row(index),
+        };
+        one.row.error = None;
+        change(index, &mut one);
+        one
+    });
+    let dimensions = spec.dimensions.iter().map(|dimension| ResultDimension {
+        key: dimension.key.value.clone(),
+        unit: Some(Unit::One),
+    });
+    SweepResult {
+        name: String::new(),
+        spec: String::new(),
+        scenario: String::new(),
+        file: String::new(),
+        build: String::new(),
+        settings: Vec::new(),
+        design: spec.design,
+        partition: Partition::WHOLE,
+        dimensions: dimensions.collect(),
+        verdict: SweepVerdict::Partial,
+        counts: SweepCounts::default(),
+        shares: Vec::new(),
+        hash: None,
+        rows: rows.collect(),
+    }
+    .judged(&spec, false)
+}
+
+const GRID: &str = "[[dimension]]\nkey = 'a'\nvalues = [1, 2]\n\
+                    [[dimension]]\nkey = 'b'\nvalues = [1, 2]\n";
+
+#[test]
+fn expectations_of_equal_name_have_columns_of_their_own() {
+    let result = result(GRID, &|index, one| {
+        let first = one.row.expectations[0].clone();
+        one.row.expectations.push(first);
+        one.row.expectations[0].holds = true;
+        one.row.expectations[1].margin = Some(index as f64 + 0.5);
+    });
+    let csv = result.csv();
+    let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    let head = "\"µ, stays #2: margin [m/s²]\"";
+    assert!(csv.contains("\"µ, stays: margin [m/s²]\"") && csv.contains(head));
+    // The margin precedes fingerprint, key and error.
+    for (index, line) in lines[1..].iter().enumerate() {
+        assert_eq!(line[line.len() - 4], format!("{}", index as f64 + 0.5));
+    }
+    assert_eq!(result.rows[0].row.reason(), "µ, stays #2");
+}
