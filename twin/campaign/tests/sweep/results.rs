@@ -66,3 +66,39 @@ fn expectations_of_equal_name_have_columns_of_their_own() {
     }
     assert_eq!(result.rows[0].row.reason(), "µ, stays #2");
 }
+
+/// Draws may coincide: equal points are no evidence about a dimension.
+#[test]
+fn dimension_without_effect_is_noted_only_if_its_value_differs() {
+    let draws = "design = 'random'\npoints = 40\n[[dimension]]\nkey = 'a'\nvalues = [1, 2]\n";
+    let print = |print: &dyn Fn(&str) -> String, value: &str| -> Vec<String> {
+        let result = result(&format!("{draws}{value}"), &|_, one| {
+            one.row.fingerprint = Some(print(&one.point[0].toml));
+        });
+        let keys = result.without_effect();
+        keys.into_iter().map(str::to_owned).collect()
+    };
+    let constant = "[[dimension]]\nkey = 'b'\nvalues = [7]\n";
+    assert_eq!(print(&str::to_owned, constant), [""; 0]);
+    assert_eq!(print(&|_| String::new(), constant), ["a"]);
+    let idle = "[[dimension]]\nkey = 'b'\nvalues = [7, 8]\n";
+    assert_eq!(print(&str::to_owned, idle), ["b"]);
+}
+
+#[test]
+fn hash_depends_on_runs_and_not_on_texts_of_errors() {
+    let hash = |error: Option<&'static str>, print: &'static str| {
+        let result = result(GRID, &|index, one| {
+            if index == 2 {
+                one.row.verdict = RowVerdict::Error;
+                one.row.error = error.map(str::to_owned);
+                one.row.fingerprint = Some(print.to_owned());
+            }
+        });
+        result.hash.unwrap()
+    };
+    let first = hash(Some("cannot read /home/a/robot.toml"), "");
+    assert_eq!(first, hash(Some("cannot read robot.toml"), ""));
+    assert_ne!(first, hash(None, ""));
+    assert_ne!(first, hash(Some(""), "print"));
+}
