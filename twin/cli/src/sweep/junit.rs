@@ -2,13 +2,14 @@
 
 use std::fmt::Write as _;
 
-use twinrig_campaign::sweep::{RowVerdict, Share, ShareVerdict, SweepResult};
+use twinrig_campaign::sweep::{RowVerdict, Share, ShareVerdict, SweepResult, SweepVerdict};
 
 use crate::report::junit::escape;
 use crate::sweep::table;
 
 /// Returns the document with a test suite of the shares and one of the runs. Where shares are
-/// asserted, a run that fails is skipped, as its share is what is judged.
+/// asserted, a run that fails is skipped, as its share is judged instead; while points are missing, so
+/// are the shares.
 pub(crate) fn document(result: &SweepResult) -> String {
     let mut out =
         String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"twinrig\">\n");
@@ -22,13 +23,24 @@ pub(crate) fn document(result: &SweepResult) -> String {
 
 fn shares(out: &mut String, result: &SweepResult) {
     let suite = escape(&format!("{}: shares", result.name));
-    let failed = |share: &&Share| share.verdict != ShareVerdict::Pass;
-    let failures = result.shares.iter().filter(failed).count();
+    let missing = result.counts.missing;
+    let judged = |share: &Share| match share.verdict {
+        // A later run may still decide otherwise.
+        _ if missing > 0 => Some(("skipped", format!("{missing} points are missing"))),
+        ShareVerdict::Pass => None,
+        verdict => Some(("failure", verdict.word().to_owned())),
+    };
+    let count = |kind: &str| {
+        let judged = result.shares.iter().filter_map(judged);
+        judged.filter(|(word, _)| *word == kind).count()
+    };
     // Writing to a string cannot fail.
     let _ = writeln!(
         out,
-        "  <testsuite name=\"{suite}\" tests=\"{}\" failures=\"{failures}\" errors=\"0\" skipped=\"0\">",
-        result.shares.len()
+        "  <testsuite name=\"{suite}\" tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"{}\">",
+        result.shares.len(),
+        count("failure"),
+        count("skipped")
     );
     for share in &result.shares {
         let _ = write!(
@@ -36,12 +48,12 @@ fn shares(out: &mut String, result: &SweepResult) {
             "    <testcase classname=\"{suite}\" name=\"{}\"",
             escape(&share.of)
         );
-        let _ = match share.verdict {
-            ShareVerdict::Pass => writeln!(out, "/>"),
-            verdict => {
-                let message = format!("{}: {}", verdict.word(), table::share_sentence(share));
+        let _ = match judged(share) {
+            None => writeln!(out, "/>"),
+            Some((kind, reason)) => {
+                let message = format!("{reason}: {}", table::share_sentence(share));
                 let message = escape(&message);
-                writeln!(out, "><failure message=\"{message}\"/></testcase>")
+                writeln!(out, "><{kind} message=\"{message}\"/></testcase>")
             }
         };
     }
@@ -57,12 +69,21 @@ fn runs(out: &mut String, result: &SweepResult) {
     } else {
         (0, counts.fail)
     };
+    let interrupted = result.verdict == SweepVerdict::Interrupted;
+    let further = usize::from(interrupted);
     let _ = writeln!(
         out,
         "  <testsuite name=\"{suite}\" tests=\"{}\" failures=\"{failures}\" errors=\"{}\" skipped=\"{skipped}\">",
-        result.rows.len(),
-        counts.error
+        result.rows.len() + further,
+        counts.error + further
     );
+    if interrupted {
+        let message = escape(&result.error().unwrap_or_default());
+        let _ = writeln!(
+            out,
+            "    <testcase classname=\"{suite}\" name=\"all runs\"><error message=\"{message}\"/></testcase>"
+        );
+    }
     for row in &result.rows {
         let name = escape(&row.name);
         let _ = write!(out, "    <testcase classname=\"{suite}\" name=\"{name}\"");

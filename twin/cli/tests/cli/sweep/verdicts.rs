@@ -1,3 +1,5 @@
+use twinrig::runtime::interrupt::Token;
+
 use super::{SEEDS, STAND, Sweep, built};
 use crate::common::{SOUND, panicking, registry};
 
@@ -65,6 +67,58 @@ fn junit_judges_shares_where_there_are_any() {
     ] {
         assert!(junit.contains(part), "{part}\n{junit}");
     }
+}
+
+/// A share is judged once all points are done, and an interrupted sweep is an error.
+#[test]
+fn junit_of_an_incomplete_sweep_has_no_failed_share() {
+    let sweep = Sweep::new("part", STAND, &with_share("of = 'stands'\nmin = '75 %'"));
+    let path = sweep.folder.join("junit.xml");
+    let read = || std::fs::read_to_string(&path).unwrap();
+    sweep.json(0, "out", &["--junit", &path, "--partition", "1/3"]);
+    let junit = read();
+    for part in [
+        "tests=\"1\" failures=\"0\" errors=\"0\" skipped=\"1\"",
+        "name=\"stands\"><skipped message=\"8 points are missing: 4 of 4 held",
+        "<testsuite name=\"spec\" tests=\"4\" failures=\"0\" errors=\"0\"",
+    ] {
+        assert!(junit.contains(part), "{part}\n{junit}");
+    }
+    let token = Token::new();
+    token.request();
+    token.scope(|| sweep.json(2, "out", &["--junit", &path]));
+    let junit = read();
+    for part in [
+        "<testsuite name=\"spec\" tests=\"5\" failures=\"0\" errors=\"1\"",
+        "<error message=\"interrupted; 8 points are missing",
+    ] {
+        assert!(junit.contains(part), "{part}\n{junit}");
+    }
+}
+
+/// As in the verdict of a run: an optional expectation without an observation holds. The second one
+/// of a name has a number.
+#[test]
+fn shares_and_reasons_agree_with_the_verdicts_of_runs() {
+    let scenario = format!(
+        "{STAND}optional = true\n[[expect]]\nname = 'stands'\nbody = {{ height = {{ min = '9 m' }} }}\n"
+    );
+    let spec = "[[dimension]]\nkey = 'duration'\nvalues = ['65 ms']\n\
+                [[share]]\nof = 'still stands'\nmin = 0.01\n[[share]]\nof = 'stands (2)'\nmax = 0.99\n";
+    let sweep = Sweep::new("optional", &scenario, spec);
+    let path = sweep.folder.join("junit.xml");
+    let result = sweep.json(0, "out", &["--junit", &path]);
+    assert_eq!(result["shares"][0]["held"], 1);
+    assert_eq!(result["shares"][1]["held"], 0);
+    let junit = std::fs::read_to_string(path).unwrap();
+    assert!(
+        junit.contains("<skipped message=\"stands (2); twin run"),
+        "{junit}"
+    );
+    let page = &sweep.files("out")[2];
+    assert!(page.contains("<span class=\"why\">stands (2)</span>"));
+    let csv = &sweep.files("out")[0];
+    assert!(csv.contains("stands: margin [m],") && csv.contains("stands (2): margin [m],"));
 }
 
 #[test]
