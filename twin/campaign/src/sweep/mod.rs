@@ -4,7 +4,7 @@
 //! runs each point on one thread of [`run_points`]; the [`SweepRow`]s are kept in a [`RowStore`],
 //! from which a later sweep continues. [`Share`]s of the rows are judged by Wilson's interval.
 
-mod columns;
+mod csv;
 mod design;
 mod dimension;
 mod keys;
@@ -17,7 +17,6 @@ mod value;
 mod wilson;
 mod workers;
 
-pub use columns::ExpectationColumn;
 pub use design::{Design, DesignKind};
 pub use dimension::{DimensionValues, SweepDimension, ValueInterval};
 pub use keys::{SPEC_KEYS, SpecKey, key_table};

@@ -108,50 +108,30 @@ impl SweepRow {
         }
     }
 
-    /// Returns whether all expectations of a name hold, or the run as a whole; none if the run has
-    /// no such expectation.
+    /// Returns whether an expectation, or the run as a whole, holds; none if the run has no such
+    /// expectation.
     pub fn holds(&self, of: &str) -> Option<bool> {
         if of == VERDICT_SHARE || self.verdict == RowVerdict::Error {
             return Some(self.verdict == RowVerdict::Pass);
         }
-        let named = self.expectations.iter().filter(|one| one.name == of);
-        let holds = named.map(|one| one.holds);
-        holds.reduce(|all, holds| all && holds)
+        self.expectation(of).map(|expectation| expectation.holds)
     }
 
-    /// Returns the expectation of a name; `number` counts those of equal names, from 1.
-    pub fn expectation(&self, name: &str, number: usize) -> Option<&RowExpectation> {
-        let mut named = self.expectations.iter().filter(|one| one.name == name);
-        named.nth(number.checked_sub(1)?)
+    /// Returns the outcome of an expectation. A scenario numbers those of equal name, so that names
+    /// are unique.
+    pub fn expectation(&self, name: &str) -> Option<&RowExpectation> {
+        self.expectations.iter().find(|one| one.name == name)
     }
 
-    /// Returns the expectations, each with its number among those of equal names, from 1.
-    pub fn numbered(&self) -> impl Iterator<Item = (&RowExpectation, usize)> {
-        let expectations = self.expectations.iter().enumerate();
-        expectations.map(|(index, one)| {
-            let earlier = self.expectations[..index].iter();
-            let equal = earlier.filter(|other| other.name == one.name);
-            (one, equal.count() + 1)
-        })
-    }
-
-    /// Returns the reason for a run that does not pass: its error, or the labels of the expectations
+    /// Returns the reason for a run that does not pass: its error, or the names of the expectations
     /// that do not hold.
     pub fn reason(&self) -> String {
         if let Some(error) = &self.error {
             return error.clone();
         }
-        let failed = self.numbered().filter(|(one, _)| !one.holds);
-        let labels = failed.map(|(one, number)| label(&one.name, number));
-        labels.collect::<Vec<_>>().join(", ")
-    }
-}
-
-/// Returns the label of an expectation, which is unique in its run: `name`, `name #2`.
-pub(super) fn label(name: &str, number: usize) -> String {
-    match number {
-        1 => name.to_owned(),
-        number => format!("{name} #{number}"),
+        let failed = self.expectations.iter().filter(|one| !one.holds);
+        let names: Vec<&str> = failed.map(|one| one.name.as_str()).collect();
+        names.join(", ")
     }
 }
 

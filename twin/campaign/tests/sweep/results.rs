@@ -48,25 +48,6 @@ fn result(text: &str, change: &dyn Fn(usize, &mut ResultRow)) -> SweepResult {
 const GRID: &str = "[[dimension]]\nkey = 'a'\nvalues = [1, 2]\n\
                     [[dimension]]\nkey = 'b'\nvalues = [1, 2]\n";
 
-#[test]
-fn expectations_of_equal_name_have_columns_of_their_own() {
-    let result = result(GRID, &|index, one| {
-        let first = one.row.expectations[0].clone();
-        one.row.expectations.push(first);
-        one.row.expectations[0].holds = true;
-        one.row.expectations[1].margin = Some(index as f64 + 0.5);
-    });
-    let csv = result.csv();
-    let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
-    let head = "\"µ, stays #2: margin [m/s²]\"";
-    assert!(csv.contains("\"µ, stays: margin [m/s²]\"") && csv.contains(head));
-    // The margin precedes fingerprint, key and error.
-    for (index, line) in lines[1..].iter().enumerate() {
-        assert_eq!(line[line.len() - 4], format!("{}", index as f64 + 0.5));
-    }
-    assert_eq!(result.rows[0].row.reason(), "µ, stays #2");
-}
-
 /// Draws may coincide: equal points are no evidence about a dimension.
 #[test]
 fn dimension_without_effect_is_noted_only_if_its_value_differs() {

@@ -65,22 +65,6 @@ fn optional_expectation_holds_without_an_observation() {
     assert_eq!((share.held, share.runs), (1, 1));
 }
 
-/// In either order.
-#[test]
-fn share_of_a_name_requires_all_expectations_of_that_name() {
-    let one = |holds: [bool; 2]| {
-        let mut row = with(ExpectationVerdict::Pass);
-        row.expectations = vec![row.expectations.remove(0); 2];
-        for (expectation, holds) in row.expectations.iter_mut().zip(holds) {
-            expectation.holds = holds;
-        }
-        row
-    };
-    let rows = [[true, true], [true, false], [false, true]].map(one);
-    let share = share("min = 0.5").share(&rows);
-    assert_eq!((share.held, share.runs), (1, 3));
-}
-
 #[test]
 fn share_of_the_verdict_counts_runs_that_pass() {
     let mut share = share("min = 0.1");

@@ -209,6 +209,10 @@ fn coefficients(study: &EstimateStudy) -> String {
 
 fn histogram(residuals: &Residuals) -> String {
     let millivolts = |value: f64| 1e3 * value;
+    let width = match residuals.histogram[..] {
+        [[first, _], [second, _], ..] => millivolts(second - first),
+        _ => 0.0,
+    };
     let bars = residuals.histogram.iter();
     let bars = bars.map(|&[centre, density]| [millivolts(centre), 1e-3 * density]);
     let normal = residuals.histogram.iter().map(|&[centre, _]| {
@@ -219,7 +223,10 @@ fn histogram(residuals: &Residuals) -> String {
     let series = vec![
         Series {
             number: 0,
-            shape: Shape::Bars(bars.collect()),
+            shape: Shape::Bars {
+                width,
+                points: bars.collect(),
+            },
         },
         Series {
             number: 1,

@@ -22,8 +22,13 @@ pub(crate) enum Shape {
     Dots(Vec<[f64; 2]>),
     /// Shaded region: x, lower and upper end.
     Band(Vec<[f64; 3]>),
-    /// Bars from zero, as wide as the distance of the first two.
-    Bars(Vec<[f64; 2]>),
+    /// Bars from zero, around their points.
+    Bars {
+        /// Width, on the horizontal axis.
+        width: f64,
+        /// Their upper ends.
+        points: Vec<[f64; 2]>,
+    },
 }
 
 /// Contents of a plot.
@@ -193,9 +198,9 @@ impl Shape {
                 .iter()
                 .flat_map(|&[x, low, high]| [[x, low], [x, high]])
                 .collect(),
-            Self::Bars(points) => points
+            Self::Bars { width, points } => points
                 .iter()
-                .flat_map(|&[x, y]| [[x, 0.0], [x, y]])
+                .flat_map(|&[x, y]| [[x - 0.5 * width, 0.0], [x + 0.5 * width, y]])
                 .collect(),
         }
     }
@@ -234,23 +239,20 @@ impl Series {
                     joined(&around)
                 );
             }
-            Shape::Bars(points) => bars(out, points, x, y),
+            Shape::Bars { width, points } => bars(out, *width, points, [x, y]),
         }
         out.push_str("</g>\n");
     }
 }
 
-fn bars(out: &mut String, points: &[[f64; 2]], x: &LinearAxis, y: &LinearAxis) {
-    let width = match points {
-        [first, second, ..] => (x.at(second[0]) - x.at(first[0])).abs(),
-        _ => 1.0,
-    };
+fn bars(out: &mut String, width: f64, points: &[[f64; 2]], [x, y]: [&LinearAxis; 2]) {
     for &[a, b] in points {
+        let (left, right) = (x.at(a - 0.5 * width), x.at(a + 0.5 * width));
         let (top, foot) = (y.at(b), y.at(0.0));
         let _ = write!(
             out,
-            "<rect fill-opacity=\"0.5\" stroke=\"none\" x=\"{:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{:.1}\"/>",
-            x.at(a) - 0.5 * width,
+            "<rect fill-opacity=\"0.5\" stroke=\"none\" x=\"{left:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>",
+            right - left,
             (foot - top).max(0.0)
         );
     }

@@ -45,11 +45,11 @@ pub fn sweep_page(result: &SweepResult) -> String {
     body += &paragraph(
         "The margin of an expectation is the distance to its bound; below 0 the expectation fails.",
     );
-    for column in &result.expectations() {
-        let plots = column.units.iter();
+    for (name, units) in result.expectations() {
+        let plots = units.iter();
         let plots = plots.flat_map(|unit| axes.iter().map(move |axis| (axis, *unit)));
-        let plots = plots.map(|(axis, unit)| margins(result, axis, column, unit));
-        body += &element("h3", "", &escaped(&column.label()));
+        let plots = plots.map(|(axis, unit)| margins(result, axis, name, unit));
+        body += &element("h3", "", &escaped(name));
         body += &element("div", "pair", &plots.collect::<String>());
     }
     body += "<h2>Failures</h2>\n";

@@ -1,8 +1,6 @@
 //! Plots of a sweep over its dimensions.
 
-use twinrig_campaign::sweep::{
-    ExpectationColumn, ResultDimension, ResultRow, RowVerdict, SweepResult,
-};
+use twinrig_campaign::sweep::{ResultDimension, ResultRow, RowVerdict, SweepResult};
 use twinrig_kernel::Unit;
 
 use super::super::drawing;
@@ -78,11 +76,12 @@ pub(super) fn passing(result: &SweepResult, axis: &SweepAxis<'_>) -> String {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
         (low.min(value), high.max(value))
     });
-    let bars = (result.rows.len() / RUNS_OF_BAR).clamp(1, BARS);
-    let width = if high > low {
-        (high - low) / bars as f64
+    let (low, bars, width) = if high > low {
+        let bars = (result.rows.len() / RUNS_OF_BAR).clamp(1, BARS);
+        (low, bars, (high - low) / bars as f64)
     } else {
-        1.0
+        // One value: a bar around it.
+        (low - 0.5, 1, 1.0)
     };
     // Runs in each bar, and those among them that pass.
     let mut counts = vec![(0_usize, 0_usize); bars];
@@ -92,8 +91,10 @@ pub(super) fn passing(result: &SweepResult, axis: &SweepAxis<'_>) -> String {
         counts[bar].0 += 1;
         counts[bar].1 += usize::from(row.row.verdict == RowVerdict::Pass);
     }
-    let points = counts.iter().enumerate().map(|(bar, &(runs, pass))| {
-        let share = pass as f64 / runs.max(1) as f64;
+    // Without a run there is no share.
+    let counts = counts.iter().enumerate().filter(|(_, (runs, _))| *runs > 0);
+    let points = counts.map(|(bar, &(runs, pass))| {
+        let share = pass as f64 / runs as f64;
         [low + width * (bar as f64 + 0.5), share]
     });
     // Both ends of the scale of shares.
@@ -111,7 +112,10 @@ pub(super) fn passing(result: &SweepResult, axis: &SweepAxis<'_>) -> String {
             },
             Series {
                 number: PASS,
-                shape: Shape::Bars(points.collect()),
+                shape: Shape::Bars {
+                    width,
+                    points: points.collect(),
+                },
             },
         ],
     };
@@ -176,14 +180,14 @@ pub(super) fn plane(result: &SweepResult, x: &SweepAxis<'_>, y: &SweepAxis<'_>) 
 pub(super) fn margins(
     result: &SweepResult,
     axis: &SweepAxis<'_>,
-    column: &ExpectationColumn<'_>,
+    name: &str,
     unit: &str,
 ) -> String {
     let points: Vec<_> = result
         .rows
         .iter()
         .filter_map(|row| {
-            let one = column.of(&row.row).filter(|one| one.unit == unit)?;
+            let one = row.row.expectation(name).filter(|one| one.unit == unit)?;
             Some((one.holds, [axis.at(row), one.margin?]))
         })
         .collect();
@@ -200,7 +204,7 @@ pub(super) fn margins(
         shape: Shape::Dashed(ends.map(|x| [x, 0.0]).into()),
     });
     let plot = LinePlot {
-        title: format!("margin of {} over {}", column.label(), axis.dimension.key),
+        title: format!("margin of {name} over {}", axis.dimension.key),
         width: 540.0,
         height: 260.0,
         x_label: axis.label(),

@@ -79,10 +79,14 @@ fn result(rows: Vec<ResultRow>) -> SweepResult {
     }
 }
 
-fn circles(page: &str, title: &str) -> usize {
+/// Returns the SVG of a plot.
+fn plot<'p>(page: &'p str, title: &str) -> &'p str {
     let (_, plot) = page.split_once(&format!("aria-label=\"{title}\"")).unwrap();
-    let (plot, _) = plot.split_once("</svg>").unwrap();
-    plot.matches("<circle").count()
+    plot.split_once("</svg>").unwrap().0
+}
+
+fn circles(page: &str, title: &str) -> usize {
+    plot(page, title).matches("<circle").count()
 }
 
 #[test]
@@ -115,4 +119,25 @@ fn page_of_many_runs_is_bounded() {
         DRAWN
     );
     assert!(page.contains("9000 runs are not drawn"));
+}
+
+/// A range without runs has no share, and its neighbours are as wide as all bars.
+#[test]
+fn histogram_has_no_bar_without_runs() {
+    let widths = |indices: &[usize]| -> Vec<f64> {
+        let rows = indices.iter().map(|&index| row(index, Some(0.1), "m"));
+        let page = sweep_page(&result(rows.collect()));
+        let plot = plot(&page, "share of runs that pass over seed");
+        let bars = plot.split("<rect fill-opacity").skip(1);
+        let width = bars.map(|bar| bar.split_once("width=\"").unwrap().1);
+        let width = width.map(|width| width.split_once('"').unwrap().0.parse().unwrap());
+        width.collect()
+    };
+    // Three ranges, the second of which is empty.
+    let all = widths(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]);
+    let some = widths(&[0, 1, 2, 3, 3, 3, 2, 1, 9, 10, 11, 12]);
+    assert_eq!((all.len(), some.len()), (3, 2));
+    assert!((all[0] - some[0]).abs() < 0.2, "{all:?} {some:?}");
+    // One value has one bar, with a width.
+    assert!(matches!(widths(&[5, 5, 5, 5, 5, 5, 5, 5])[..], [width] if width > 10.0));
 }

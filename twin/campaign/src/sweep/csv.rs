@@ -3,58 +3,28 @@
 use twinrig_kernel::Unit;
 
 use super::result::{ResultRow, SweepResult};
-use super::row::{RowExpectation, SweepRow, label};
-
-/// An expectation of the runs. Several of a run may have the same name.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ExpectationColumn<'r> {
-    /// Name.
-    pub name: &'r str,
-    /// Number among those of the same name in a run, from 1.
-    pub number: usize,
-    /// Units of its measured values: a fall is a height in one run, and a tilt in another.
-    pub units: Vec<&'r str>,
-}
-
-impl ExpectationColumn<'_> {
-    /// Returns the label: `name`, and `name #2` for the second one of this name.
-    pub fn label(&self) -> String {
-        label(self.name, self.number)
-    }
-
-    /// Returns the outcome in a run.
-    pub fn of<'a>(&self, row: &'a SweepRow) -> Option<&'a RowExpectation> {
-        row.expectation(self.name, self.number)
-    }
-}
 
 impl SweepResult {
-    /// Returns all expectations, in the order of their first occurrence.
-    pub fn expectations(&self) -> Vec<ExpectationColumn<'_>> {
-        let mut columns: Vec<ExpectationColumn<'_>> = Vec::new();
-        for (one, number) in self.rows.iter().flat_map(|row| row.row.numbered()) {
+    /// Returns the names of all expectations, in the order of their first occurrence, each with its
+    /// units: a fall is measured as a height in one run, and as a tilt in another.
+    pub fn expectations(&self) -> Vec<(&str, Vec<&str>)> {
+        let mut names: Vec<(&str, Vec<&str>)> = Vec::new();
+        for one in self.rows.iter().flat_map(|row| &row.row.expectations) {
             let unit = one.unit.as_str();
-            let known = columns
-                .iter_mut()
-                .find(|column| column.name == one.name && column.number == number);
-            match known {
-                Some(column) if column.units.contains(&unit) => {}
-                Some(column) => column.units.push(unit),
-                None => columns.push(ExpectationColumn {
-                    name: &one.name,
-                    number,
-                    units: vec![unit],
-                }),
+            match names.iter_mut().find(|(name, _)| *name == one.name) {
+                Some((_, units)) if units.contains(&unit) => {}
+                Some((_, units)) => units.push(unit),
+                None => names.push((&one.name, vec![unit])),
             }
         }
-        columns
+        names
     }
 
     /// Returns the rows as CSV (RFC 4180): point, seed, verdict; for each expectation verdict,
     /// measured value and margin; fingerprint, key and error. Numbers are in the SI units of the
     /// header.
     pub fn csv(&self) -> String {
-        let columns = self.expectations();
+        let names = self.expectations();
         let in_unit = |name: &str, unit: &str| match unit {
             "1" | "" => name.to_owned(),
             unit => format!("{name} [{unit}]"),
@@ -65,24 +35,23 @@ impl SweepResult {
             head.push(in_unit(&dimension.key, unit));
         }
         head.extend(["run seed", "verdict", "fell_at_s"].map(str::to_owned));
-        for column in &columns {
-            let label = column.label();
-            head.push(format!("{label}: verdict"));
-            for unit in &column.units {
-                head.push(in_unit(&format!("{label}: measured"), unit));
-                head.push(in_unit(&format!("{label}: margin"), unit));
+        for (name, units) in &names {
+            head.push(format!("{name}: verdict"));
+            for unit in units {
+                head.push(in_unit(&format!("{name}: measured"), unit));
+                head.push(in_unit(&format!("{name}: margin"), unit));
             }
         }
         head.extend(["fingerprint", "key", "error"].map(str::to_owned));
         let mut text = line(head);
         for row in &self.rows {
-            text += &line(cells(row, &columns));
+            text += &line(cells(row, &names));
         }
         text
     }
 }
 
-fn cells(row: &ResultRow, columns: &[ExpectationColumn<'_>]) -> Vec<String> {
+fn cells(row: &ResultRow, names: &[(&str, Vec<&str>)]) -> Vec<String> {
     fn shown<T: ToString>(value: Option<T>) -> String {
         value.map_or_else(String::new, |value| value.to_string())
     }
@@ -93,10 +62,10 @@ fn cells(row: &ResultRow, columns: &[ExpectationColumn<'_>]) -> Vec<String> {
     cells.push(shown(row.row.seed));
     cells.push(row.row.verdict.word().to_owned());
     cells.push(shown(row.row.fell_at_s));
-    for column in columns {
-        let one = column.of(&row.row);
+    for (name, units) in names {
+        let one = row.row.expectation(name);
         cells.push(shown(one.map(|one| one.verdict.word())));
-        for unit in &column.units {
+        for unit in units {
             let one = one.filter(|one| one.unit == *unit);
             cells.push(shown(one.and_then(|one| one.measured)));
             cells.push(shown(one.and_then(|one| one.margin)));
