@@ -136,7 +136,9 @@ impl ValueInterval {
         let rounded = rounded(number, RESOLUTION * range);
         let low = self.number_at(share_of(stratum as f64));
         let high = self.number_at(share_of((stratum + 1) as f64));
-        let is_inside = rounded >= low && (rounded < high || stratum + 1 == strata);
+        // The last stratum includes its upper end.
+        let is_last = stratum + 1 == strata;
+        let is_inside = rounded >= low && (rounded < high || is_last && rounded <= high);
         SweepValue::quantity(if is_inside { rounded } else { number }, self.unit)
     }
 }
@@ -151,4 +153,29 @@ fn rounded(number: f64, resolution: f64) -> f64 {
     let text =
         decimals.map(|count: i32| format!("{number:.*}", usize::try_from(count).unwrap_or(0)));
     text.and_then(|text| text.parse().ok()).unwrap_or(number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The last of many strata is narrower than the resolution of draws.
+    #[test]
+    fn draws_of_the_last_stratum_are_within_the_interval() {
+        let interval = ValueInterval {
+            from: 0.0,
+            to: 0.666_666_666,
+            unit: Unit::Meter,
+            count: None,
+            logarithmic: false,
+        };
+        let mut numbers = twinrig_kernel::stream(1, "test");
+        let strata = 1_000_000;
+        let low = interval.number_at((strata - 1) as f64 / strata as f64);
+        for _ in 0..100 {
+            let drawn = interval.draw(strata - 1, strata, &mut numbers);
+            let number = drawn.number.unwrap();
+            assert!((low..=interval.to).contains(&number), "{number}");
+        }
+    }
 }

@@ -58,8 +58,8 @@ keys! {
     OF = "[[share]]", "of", "text; *required*",
         "name of an expectation, or `verdict` for all of a run together",
         "of = \"does not fall\"";
-    MIN = "[[share]]", "min", "share, 0 to 1", "least share", "min = \"80 %\"";
-    MAX = "[[share]]", "max", "share, 0 to 1", "greatest share", "max = 0.05";
+    MIN = "[[share]]", "min", "share, 0 or more and below 1", "least share", "min = \"80 %\"";
+    MAX = "[[share]]", "max", "share, above 0, up to 1", "greatest share", "max = 0.05";
     CONFIDENCE = "[[share]]", "confidence", "share above 0 and below 1 (`\"95 %\"`)",
         "confidence of the interval", "confidence = \"99 %\"";
 }

@@ -22,7 +22,7 @@ pub use dimension::{DimensionValues, SweepDimension, ValueInterval};
 pub use keys::{SPEC_KEYS, SpecKey, key_table};
 pub use result::{ResultDimension, ResultRow, SweepCounts, SweepResult, SweepVerdict};
 pub use row::{ExpectationVerdict, RowExpectation, RowKey, RowVerdict, SweepRow};
-pub use share::{Share, ShareSpec, ShareVerdict, VERDICT_SHARE};
+pub use share::{Share, ShareSpec, ShareVerdict, VERDICT_SHARE, percent};
 pub use spec::{SweepSpec, overlap};
 pub use store::{Partition, RowStore, StoreError};
 pub use value::SweepValue;

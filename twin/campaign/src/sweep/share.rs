@@ -45,6 +45,11 @@ impl ShareVerdict {
     }
 }
 
+/// Returns a share for readers: `82.5 %`.
+pub fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
 /// A share of the runs, with its confidence interval.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Share {
@@ -90,6 +95,24 @@ impl ShareSpec {
             max: self.max,
             verdict: self.verdict(interval),
         }
+    }
+
+    /// Returns whether any number of held runs among `runs` gives the verdict [`ShareVerdict::Pass`].
+    pub fn can_pass(&self, runs: usize) -> bool {
+        let interval = |held| ShareInterval::wilson(held, runs, self.confidence);
+        // Both ends rise with the held runs: the least number that shows `min` has the lowest upper
+        // end.
+        let min = self.min.unwrap_or(0.0);
+        let (mut least, mut past) = (0, runs);
+        while least < past {
+            let held = least.midpoint(past);
+            if interval(held).low >= min {
+                past = held;
+            } else {
+                least = held + 1;
+            }
+        }
+        self.verdict(interval(least)) == ShareVerdict::Pass
     }
 
     /// Judges an interval. A bound belongs to its permitted side.

@@ -12,7 +12,7 @@ use super::keys::{
     CONFIDENCE, COUNT, DESIGN, DIMENSION, FROM, KEY, MAX, MIN, NAME, OF, POINTS, SCALE, SEED, SET,
     SHARE, TO, VALUES, WHOLE,
 };
-use super::share::ShareSpec;
+use super::share::{ShareSpec, percent};
 use super::value::{SweepValue, toml};
 
 /// Greatest number of points.
@@ -48,6 +48,29 @@ impl SweepSpec {
     /// All problems, each with its position.
     pub fn read(document: &Document) -> Result<Self, DocumentError> {
         document.check(|table| spec(document, table))
+    }
+
+    /// Returns the names of the shares that cannot pass, whichever runs hold: the intervals of so
+    /// few points are too wide.
+    pub fn undecidable_shares(&self) -> Vec<&str> {
+        let points = self.design.points;
+        let shares = self.shares.iter().filter(|share| !share.can_pass(points));
+        shares.map(|share| share.of.value.as_str()).collect()
+    }
+
+    /// Returns the warning about shares that cannot pass.
+    pub fn warning(&self) -> Option<String> {
+        let names = self.undecidable_shares();
+        let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+        let points = self.design.points;
+        (!names.is_empty()).then(|| {
+            format!(
+                "the share of {} cannot pass with {points} points, whichever of them hold: take \
+                 more points, a bound that is further from the expected share, or a lower \
+                 confidence",
+                names.join(" and of ")
+            )
+        })
     }
 
     /// Returns the points: a value for each dimension.
@@ -309,8 +332,20 @@ fn interval(
 fn share(item: &Item<'_>) -> Result<ShareSpec, Reported> {
     let table = &item.table()?;
     let of = table.required(OF, Item::placed_text);
-    let bound = |key: &str| table.optional(key, |item| item.number(&Range::between(0.0, 1.0)));
-    let (min, max) = (bound(MIN), bound(MAX));
+    // No number of runs shows a share of exactly 0 or 1.
+    let bound = |key: &str, excluded: f64, help: &str| {
+        table.optional(key, |item| {
+            let share = item.number(&Range::between(0.0, 1.0))?;
+            if share == excluded {
+                let message = format!("no number of runs shows a `{key}` of {}", percent(share));
+                return Err(item.report(message, help));
+            }
+            Ok(share)
+        })
+    };
+    let all = "take less, as `min = \"99 %\"`; without shares, every run has to pass";
+    let none = "take more, as `max = \"1 %\"`, which runs without one can show";
+    let (min, max) = (bound(MIN, 1.0, all), bound(MAX, 0.0, none));
     let inner = Range {
         min: Bound::Excluded(0.0),
         max: Bound::Excluded(1.0),

@@ -102,7 +102,7 @@ const CHECK_DIGITS: usize = 16;
 pub struct RowStore {
     folder: PathBuf,
     path: PathBuf,
-    /// Locked until it is dropped.
+    /// Locked until the store is dropped.
     file: File,
     /// Keys of the sweep; rows of other sweeps are not kept in memory.
     wanted: BTreeSet<RowKey>,
@@ -143,7 +143,7 @@ impl RowStore {
             rows: BTreeMap::new(),
             warnings: Vec::new(),
         };
-        let complete = store.read(&path)?;
+        let (complete, damaged) = store.read(&path)?;
         // A line that a killed process left is not continued by the next one.
         let length = store.file.metadata().map_err(failed)?.len();
         if complete < length {
@@ -151,6 +151,7 @@ impl RowStore {
             store.warn(&path, 1);
         }
         store.read_others()?;
+        store.warn_of_rows(&path, damaged);
         Ok(store)
     }
 
@@ -172,14 +173,19 @@ impl RowStore {
         }
         // Folders have no order.
         paths.sort();
+        let mut damaged = Vec::new();
         for path in paths {
-            self.read(&path)?;
+            let (_, count) = self.read(&path)?;
+            damaged.push((path, count));
+        }
+        for (path, count) in damaged {
+            self.warn_of_rows(&path, count);
         }
         Ok(())
     }
 
-    /// Reads a file; returns the length of its complete lines.
-    fn read(&mut self, path: &Path) -> Result<u64, StoreError> {
+    /// Reads a file; returns the length of its complete lines, and the number of damaged ones.
+    fn read(&mut self, path: &Path) -> Result<(u64, usize), StoreError> {
         let failed = |source| StoreError::File {
             path: path.to_owned(),
             source,
@@ -203,10 +209,15 @@ impl RowStore {
                 None => damaged += 1,
             }
         }
-        if damaged > 0 {
+        Ok((complete, damaged))
+    }
+
+    /// Reports damaged lines, unless their runs have been repeated: they stay in the file.
+    fn warn_of_rows(&mut self, path: &Path, damaged: usize) {
+        let mut keys = self.wanted.iter();
+        if damaged > 0 && keys.any(|key| !self.rows.contains_key(key)) {
             self.warn(path, damaged);
         }
-        Ok(complete)
     }
 
     fn warn(&mut self, path: &Path, damaged: usize) {
@@ -249,6 +260,14 @@ impl RowStore {
     }
 }
 
+impl Drop for RowStore {
+    fn drop(&mut self) {
+        // A process that was forked meanwhile has the same open file, and with it the lock.
+        // Without success, the lock ends with the last of them.
+        let _ = self.file.unlock();
+    }
+}
+
 #[derive(Serialize)]
 struct WrittenEntry<'a> {
     key: RowKey,
@@ -283,4 +302,25 @@ fn read_line(line: &[u8]) -> Option<(RowKey, SweepRow)> {
 
 fn check(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex()[..CHECK_DIGITS].to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As by a fork: another descriptor of the same open file.
+    #[test]
+    fn lock_ends_with_the_store() {
+        let name = format!("twinrig-sweep-lock-{}", std::process::id());
+        let folder = std::env::temp_dir().join(name);
+        let open = || RowStore::open(&folder, Partition::WHOLE, BTreeSet::new());
+        let store = open().unwrap();
+        let inherited = store.file.try_clone().unwrap();
+        assert!(open().is_err());
+        drop(store);
+        let reopened = open().map(drop);
+        drop(inherited);
+        let _ = std::fs::remove_dir_all(&folder);
+        reopened.unwrap();
+    }
 }

@@ -95,4 +95,16 @@ proptest! {
         let inside = (interval.low..interval.high).contains(&bound);
         prop_assert_eq!(least == ShareVerdict::Undecided, inside && bound != interval.low);
     }
+
+    /// Against trying all numbers of held runs.
+    #[test]
+    fn share_can_pass_if_a_number_of_held_runs_does(
+        runs in 0_usize..60, min in 0.0..0.999_f64, width in 0.001..1.0_f64, two_sided: bool,
+    ) {
+        let max = (min + width).min(1.0);
+        let bounds = if two_sided { format!("min = {min}\nmax = {max}") } else { format!("max = {max}") };
+        let share = share(&bounds);
+        let passes = |held: usize| share.share(&rows(held, runs)).verdict == ShareVerdict::Pass;
+        prop_assert_eq!(share.can_pass(runs), (0..=runs).any(passes));
+    }
 }

@@ -117,6 +117,14 @@ fn mistakes_are_reported_at_their_place() {
             "it must be at least 0, at most 1",
         ),
         (
+            format!("{dimension}values = [1]\n[[share]]\nof = 'verdict'\nmin = '100 %'"),
+            "no number of runs shows a `min` of 100.0 %",
+        ),
+        (
+            format!("{dimension}values = [1]\n[[share]]\nof = 'verdict'\nmax = 0"),
+            "no number of runs shows a `max` of 0.0 %",
+        ),
+        (
             "[[dimension]]\nkey = 'seed'\nfrom = 0\nto = 1000000".to_owned(),
             "the grid has more than 1000000 points",
         ),

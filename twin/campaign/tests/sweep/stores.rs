@@ -74,7 +74,7 @@ proptest! {
         let store = open(&folder.0, "1/1").unwrap();
         // A damaged line break damages two lines.
         prop_assert!(found(&store).len() >= COUNT - 2);
-        prop_assert!(!store.warnings().is_empty());
+        prop_assert!(found(&store).len() == COUNT || !store.warnings().is_empty());
     }
 
     #[test]

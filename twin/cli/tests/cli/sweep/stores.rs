@@ -131,4 +131,6 @@ fn damaged_row_is_run_again() {
     assert!(done.err.contains("1 damaged line in"), "{}", done.err);
     assert!(done.out.contains("11 of earlier calls"), "{}", done.out);
     assert_eq!(sweep.files("out"), files);
+    // The line stays, and no longer matters.
+    assert_eq!(sweep.run("out", &[]).err, "");
 }
