@@ -55,4 +55,4 @@ pub use report::{Energy, Line, RealTime, Report, Status, Warned};
 pub use run::execute::{Execution, execute, execute_observed};
 pub use run::observers::{RunLayouts, RunObserver};
 pub use sweep::build_key::BuildKey;
-pub use sweep::execute::{SweepOutcome, SweepProgress, SweepRequest, sweep};
+pub use sweep::execute::{SweepEvent, SweepOutcome, SweepProgress, SweepRequest, sweep};

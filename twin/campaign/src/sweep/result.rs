@@ -130,6 +130,8 @@ pub struct SweepResult {
     pub shares: Vec<Share>,
     /// Hash of all points and fingerprints; none if a point is missing.
     pub hash: Option<String>,
+    /// Warning about shares that cannot pass; see [`SweepSpec::warning`].
+    pub share_warning: Option<String>,
     /// Rows, in the order of the points.
     pub rows: Vec<ResultRow>,
 }
@@ -152,6 +154,7 @@ impl SweepResult {
         let rows = || self.rows.iter().map(|row| &row.row);
         let share = |share: &ShareSpec| share.share(rows());
         self.shares = spec.shares.iter().map(share).collect();
+        self.share_warning = spec.warning();
         self.hash = (self.counts.missing == 0).then(|| self.hash_of_rows());
         self.verdict = self.verdict_of_counts(interrupted);
         if self.counts.missing == 0 {
@@ -231,6 +234,15 @@ impl SweepResult {
         equal
     }
 
+    /// Returns the runs that do not pass: those with an error, then those that fail.
+    pub fn failures(&self) -> Vec<&ResultRow> {
+        let of = |verdict: RowVerdict| {
+            let rows = self.rows.iter();
+            rows.filter(move |row| row.row.verdict == verdict)
+        };
+        of(RowVerdict::Error).chain(of(RowVerdict::Fail)).collect()
+    }
+
     /// Returns the reason for a sweep without an answer.
     pub fn error(&self) -> Option<String> {
         let SweepCounts { error, missing, .. } = self.counts;
@@ -244,8 +256,18 @@ impl SweepResult {
         }
     }
 
-    /// Returns the warning about dimensions without effect.
+    /// Returns all warnings, one a line.
     pub fn warning(&self) -> Option<String> {
+        let effect = self.effect_warning();
+        let warnings: Vec<&str> = [&self.share_warning, &effect]
+            .into_iter()
+            .filter_map(Option::as_deref)
+            .collect();
+        (!warnings.is_empty()).then(|| warnings.join("\n"))
+    }
+
+    /// Returns the warning about dimensions without effect.
+    pub fn effect_warning(&self) -> Option<String> {
         let keys = self.without_effect();
         let keys: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
         (!keys.is_empty()).then(|| {

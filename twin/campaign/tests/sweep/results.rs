@@ -40,6 +40,7 @@ fn result(text: &str, change: &dyn Fn(usize, &mut ResultRow)) -> SweepResult {
         counts: SweepCounts::default(),
         shares: Vec::new(),
         hash: None,
+        share_warning: None,
         rows: rows.collect(),
     }
     .judged(&spec, false)

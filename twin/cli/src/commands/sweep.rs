@@ -9,7 +9,7 @@ use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::run::interrupt;
 use crate::run::progress::Progress;
-use crate::sweep::execute::{SweepOutcome, SweepRequest, sweep as execute};
+use crate::sweep::execute::{SweepEvent, SweepOutcome, SweepRequest, sweep as execute};
 use crate::sweep::{junit, table};
 
 /// Folder of the results of all sweeps.
@@ -56,13 +56,16 @@ fn run(
     }
     let title = args.spec.file_stem().unwrap_or_default().to_string_lossy();
     let mut line = Progress::of_parts(&title, terminal.interactive && !args.json);
-    let outcome = execute(registry, request, &mut |progress| line.runs(&progress));
+    let outcome = execute(registry, request, &mut |event| match event {
+        SweepEvent::Warning(text) => terminal.note(text),
+        SweepEvent::Progress(progress) => line.runs(&progress),
+    });
     drop(line);
     let outcome = outcome?;
     if !args.json {
         terminal.warn(&outcome.warnings);
     }
-    for note in outcome.notes.iter().chain(&outcome.result.warning()) {
+    for note in outcome.notes.iter().chain(&outcome.result.effect_warning()) {
         terminal.note(note);
     }
     if let Some(path) = &args.junit {

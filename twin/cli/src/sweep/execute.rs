@@ -53,6 +53,15 @@ pub struct SweepProgress {
     pub failed: usize,
 }
 
+/// Event of a sweep for its observer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SweepEvent<'e> {
+    /// A warning about the specification, before the runs.
+    Warning(&'e str),
+    /// State, before the runs and from time to time.
+    Progress(SweepProgress),
+}
+
 /// A sweep that has ended.
 #[derive(Clone, Debug)]
 pub struct SweepOutcome {
@@ -80,7 +89,7 @@ pub struct SweepOutcome {
 pub fn sweep(
     registry: &Registry,
     request: &SweepRequest,
-    observer: &mut dyn FnMut(SweepProgress),
+    observer: &mut dyn FnMut(SweepEvent<'_>),
 ) -> Result<SweepOutcome, TwinError> {
     let plan = SweepPlan::new(
         registry,
@@ -88,6 +97,9 @@ pub fn sweep(
         &request.spec,
         &request.settings,
     )?;
+    if let Some(warning) = plan.spec.warning() {
+        observer(SweepEvent::Warning(&warning));
+    }
     let keys: BTreeSet<RowKey> = plan.points.iter().map(|point| point.key).collect();
     let mut store = RowStore::open(&request.out.join(STORE), request.partition, keys)?;
     #[expect(clippy::disallowed_methods, reason = "the rate of a sweep is reported")]
@@ -98,7 +110,7 @@ pub fn sweep(
     store.read_others()?;
     let result = result(&plan, request.partition, &store);
     let files = if result.counts.missing == 0 {
-        files::write(&result, &request.out)?
+        files::write(&result, request.partition, &request.out)?
     } else {
         Vec::new()
     };
@@ -117,7 +129,7 @@ fn run_missing(
     plan: &SweepPlan<'_>,
     request: &SweepRequest,
     store: &mut RowStore,
-    observer: &mut dyn FnMut(SweepProgress),
+    observer: &mut dyn FnMut(SweepEvent<'_>),
 ) -> Result<SweepProgress, TwinError> {
     let mut progress = SweepProgress::default();
     let mut missing: Vec<usize> = Vec::new();
@@ -139,7 +151,7 @@ fn run_missing(
             *count += 1;
         }
     }
-    observer(progress);
+    observer(SweepEvent::Progress(progress));
     let mut failed: Option<StoreError> = None;
     run_points(
         &missing,
@@ -159,7 +171,7 @@ fn run_missing(
                     failed.get_or_insert(error);
                 }
             }
-            observer(progress);
+            observer(SweepEvent::Progress(progress));
             // Acknowledges an interrupt, upon which the threads end.
             !interrupt::is_requested() && failed.is_none()
         },
@@ -208,6 +220,7 @@ fn result(plan: &SweepPlan<'_>, partition: Partition, store: &RowStore) -> Sweep
         counts: SweepCounts::default(),
         shares: Vec::new(),
         hash: None,
+        share_warning: None,
         rows: rows.collect(),
     }
     .judged(&plan.spec, interrupt::is_requested())

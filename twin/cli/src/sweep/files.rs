@@ -2,12 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use twinrig_campaign::sweep::SweepResult;
+use twinrig_campaign::sweep::{Partition, SweepResult};
 
 use crate::error::TwinError;
 
-/// Writes `rows.csv`, `sweep.json` and `report.html` into a folder; returns their paths.
-pub(super) fn write(result: &SweepResult, folder: &Path) -> Result<Vec<PathBuf>, TwinError> {
+/// Writes `rows.csv`, `sweep.json` and `report.html` into a folder; returns their paths. The caller
+/// has the lock of `partition`.
+pub(super) fn write(
+    result: &SweepResult,
+    partition: Partition,
+    folder: &Path,
+) -> Result<Vec<PathBuf>, TwinError> {
     let texts = [
         ("rows.csv", result.csv()),
         ("sweep.json", format!("{:#}\n", result.json())),
@@ -15,7 +20,7 @@ pub(super) fn write(result: &SweepResult, folder: &Path) -> Result<Vec<PathBuf>,
     ];
     let written = texts.into_iter().map(|(name, text)| {
         let path = folder.join(name);
-        replace(&path, &text).map_err(|source| TwinError::Write {
+        replace(&path, partition, &text).map_err(|source| TwinError::Write {
             path: path.clone(),
             source,
         })?;
@@ -25,14 +30,32 @@ pub(super) fn write(result: &SweepResult, folder: &Path) -> Result<Vec<PathBuf>,
 }
 
 /// Writes a file completely or not at all: a reader never finds a part of it.
-fn replace(path: &Path, text: &str) -> std::io::Result<()> {
-    let mut name = path.as_os_str().to_owned();
-    name.push(format!(".{}", std::process::id()));
-    let beside = PathBuf::from(name);
+fn replace(path: &Path, partition: Partition, text: &str) -> std::io::Result<()> {
+    let beside = beside(path, partition);
     let written = std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, path));
     if written.is_err() {
         // The error of writing is the one to report.
         let _ = std::fs::remove_file(&beside);
     }
     written
+}
+
+/// Returns a name that nothing else writes to: sweeps into one folder, of which a process may run
+/// several, have different partitions.
+fn beside(path: &Path, Partition { part, of }: Partition) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(format!(".{}-{part}-of-{of}", std::process::id()));
+    PathBuf::from(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn partitions_of_a_process_have_temporary_files_of_their_own() {
+        let name = |part, of| beside(Path::new("rows.csv"), Partition { part, of });
+        assert_ne!(name(1, 2), name(2, 2));
+        assert_ne!(name(1, 2), name(1, 3));
+    }
 }

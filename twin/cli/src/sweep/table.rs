@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use anstyle::Style;
 use twinrig_campaign::sweep::{
-    ResultRow, RowVerdict, Share, ShareVerdict, SweepResult, SweepVerdict,
+    RowVerdict, Share, ShareVerdict, SweepResult, SweepVerdict, percent,
 };
 
 use crate::report::grid::{Cell, Grid, Left, Right};
@@ -72,10 +72,6 @@ fn shares(result: &SweepResult) -> Grid {
         ]);
     }
     grid
-}
-
-fn percent(share: f64) -> String {
-    format!("{:.1} %", 100.0 * share)
 }
 
 /// Returns the confidence interval: `93.0 … 99.4 %, at 95 %`.
@@ -184,11 +180,7 @@ fn facts(outcome: &SweepOutcome, jobs: usize) -> Grid {
 
 /// Lists the first runs with errors, then those that fail.
 fn list(out: &mut String, result: &SweepResult) {
-    let of = |verdict: RowVerdict| {
-        let rows = result.rows.iter();
-        rows.filter(move |row: &&ResultRow| row.row.verdict == verdict)
-    };
-    let rows: Vec<&ResultRow> = of(RowVerdict::Error).chain(of(RowVerdict::Fail)).collect();
+    let rows = result.failures();
     for row in rows.iter().take(LISTED) {
         let style = if row.row.verdict == RowVerdict::Error {
             YELLOW

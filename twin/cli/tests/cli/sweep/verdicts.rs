@@ -29,6 +29,31 @@ fn shares_decide_verdict_and_exit_code() {
     }
 }
 
+/// Twelve of twelve do not show 76 %: known before the runs, which do not take place here.
+#[test]
+fn share_that_cannot_pass_is_noted_before_the_runs() {
+    let note = "the share of `stands` cannot pass with 12 points";
+    for (bound, noted) in [("min = '76 %'", true), ("min = '75 %'", false)] {
+        let sweep = Sweep::new(
+            "noted",
+            STAND,
+            &with_share(&format!("of = 'stands'\n{bound}")),
+        );
+        let token = Token::new();
+        token.request();
+        let done = token.scope(|| sweep.run("out", &["--json"]));
+        assert_eq!(
+            done.err.matches(note).count(),
+            usize::from(noted),
+            "{}",
+            done.err
+        );
+        let warning = crate::common::json(&done.out)[0]["warning"].clone();
+        let text = warning.as_str().unwrap_or_default();
+        assert_eq!(text.contains(note), noted, "{text}");
+    }
+}
+
 #[test]
 fn without_a_share_every_run_has_to_pass() {
     let spec = "[[dimension]]\nkey = 'duration'\nvalues = ['65 ms', '100 ms']\n";

@@ -5,9 +5,7 @@ mod plots;
 #[cfg(test)]
 mod tests;
 
-use twinrig_campaign::sweep::{
-    ResultRow, RowVerdict, Share, ShareVerdict, SweepResult, SweepVerdict,
-};
+use twinrig_campaign::sweep::{Share, ShareVerdict, SweepResult, SweepVerdict, percent};
 
 use plots::{BOUND, PASS, SweepAxis, margins, passing, plane};
 
@@ -98,10 +96,6 @@ fn cards(result: &SweepResult) -> String {
     element("div", "cards", &cards)
 }
 
-fn percent(share: f64) -> String {
-    format!("{:.1} %", 100.0 * share)
-}
-
 fn shares(result: &SweepResult) -> String {
     let mut table = Table::new(
         "number | share | verdict | held | runs | share | from | to | confidence | least | greatest",
@@ -167,11 +161,7 @@ fn shares(result: &SweepResult) -> String {
 }
 
 fn failures(result: &SweepResult) -> String {
-    let of = |verdict: RowVerdict| {
-        let rows = result.rows.iter();
-        rows.filter(move |row| row.row.verdict == verdict)
-    };
-    let rows: Vec<&ResultRow> = of(RowVerdict::Error).chain(of(RowVerdict::Fail)).collect();
+    let rows = result.failures();
     if rows.is_empty() {
         return paragraph("All runs pass.");
     }

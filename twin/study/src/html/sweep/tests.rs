@@ -1,8 +1,8 @@
 //! Pages of synthetic sweeps.
 
 use twinrig_campaign::sweep::{
-    Design, DesignKind, ExpectationVerdict, Partition, ResultDimension, RowExpectation, RowKey,
-    ShareInterval, SweepCounts, SweepRow, SweepValue,
+    Design, DesignKind, ExpectationVerdict, Partition, ResultDimension, ResultRow, RowExpectation,
+    RowKey, RowVerdict, ShareInterval, SweepCounts, SweepRow, SweepValue,
 };
 
 use twinrig_kernel::Unit;
@@ -75,6 +75,7 @@ fn result(rows: Vec<ResultRow>) -> SweepResult {
             verdict: ShareVerdict::Undecided,
         }],
         hash: None,
+        share_warning: None,
         rows,
     }
 }
