@@ -97,7 +97,7 @@ impl ShareSpec {
         }
     }
 
-    /// Returns whether any number of held runs among `runs` gives the verdict [`ShareVerdict::Pass`].
+    /// Returns whether any number of held runs among `runs` gives [`ShareVerdict::Pass`].
     pub fn can_pass(&self, runs: usize) -> bool {
         let interval = |held| ShareInterval::wilson(held, runs, self.confidence);
         // Both ends rise with the held runs: the least number that shows `min` has the lowest upper

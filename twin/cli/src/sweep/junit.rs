@@ -8,8 +8,8 @@ use crate::report::junit::escape;
 use crate::sweep::table;
 
 /// Returns the document with a test suite of the shares and one of the runs. Where shares are
-/// asserted, a run that fails is skipped, as its share is judged instead; while points are missing, so
-/// are the shares.
+/// asserted, a run that fails is skipped, as its share is judged instead. While points are missing,
+/// shares are skipped.
 pub(crate) fn document(result: &SweepResult) -> String {
     let mut out =
         String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"twinrig\">\n");
