@@ -71,8 +71,8 @@ pub(crate) fn execute_until(
     execute_saving(assembly, execution, end, None, None).map(|(report, _)| report)
 }
 
-/// Executes a run in virtual time with an observer of the caller, up to `end` at most; also returns the snapshot of
-/// the rig at `save_at` if the run reached it.
+/// Executes a run in virtual time with an observer of the caller, up to `end` at most; also returns
+/// the snapshot of the rig at `save_at` if the run reached it.
 pub(crate) fn execute_saving(
     assembly: &Assembly<'_>,
     execution: &Execution,

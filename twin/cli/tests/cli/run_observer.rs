@@ -1,4 +1,5 @@
-//! Observers of the caller: they receive what recorder and judge receive, and their polls end a run.
+//! Observers of the caller: they receive the samples of recorder and judge, and their polls end a
+//! run.
 
 use twinrig::kernel::SimTime;
 use twinrig::runtime::Group;
