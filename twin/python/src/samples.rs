@@ -189,7 +189,7 @@ impl<'a> SampleStore<'a> {
         }
     }
 
-    /// Returns the kept data.
+    /// Returns the data of the run.
     pub(crate) fn finish(self) -> RunData {
         RunData {
             groups: self

@@ -155,15 +155,17 @@ class Holder:
 
 
 def test_rig_in_a_cycle_with_its_parts_is_collected() -> None:
-    def held(part: type[Any], holder: Holder) -> Any:
-        made = part()
-        made.holder, made.save, made.restore = holder, lambda: b"", lambda state: None
-        return made
+    def linked(part: type[Any], holder: Holder) -> Any:
+        instance = part()
+        instance.holder = holder
+        # A rig cannot be pickled with the attributes.
+        instance.save, instance.restore = lambda: b"", lambda state: None
+        return instance
 
-    # A factory is called for the rig; neither it nor this function refers to the holder then.
+    # The rig calls the factory when it is built, and does not keep it.
     for name, part in (("controller", Spring), ("plant", Cart)):
         holder = Holder()
-        holder.rig = cart_rig(**{name: functools.partial(held, part, holder)})
+        holder.rig = cart_rig(**{name: functools.partial(linked, part, holder)})
         holder.rig.step(until=0.1)
         alive = weakref.ref(holder)
         gc.collect()
