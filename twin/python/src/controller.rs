@@ -12,6 +12,7 @@ use twinrig::{BuildError, ControllerKind};
 
 use crate::exceptions::Exceptions;
 use crate::part::{self, Part, Source};
+use crate::part_objects::{PartObjects, SharedObject};
 
 /// Returns the kind of controller `name` that is made of Python objects.
 ///
@@ -21,17 +22,18 @@ pub(crate) fn kind(
     name: String,
     given: &Bound<'_, PyAny>,
     exceptions: &Exceptions,
+    objects: &PartObjects,
 ) -> PyResult<ControllerKind> {
     let source = Arc::new(Source::new(given, "step"));
     let variables = variables(&source.object(given.py())?)?;
-    let exceptions = exceptions.clone();
+    let (exceptions, objects) = (exceptions.clone(), objects.clone());
     let build = {
         let (name, variables) = (name.clone(), variables.clone());
         move || -> Result<PyProcess, BuildError> {
             let built = Python::attach(|py| {
                 let object = source.object(py);
                 let built = object.and_then(|object| {
-                    PyProcess::new(&name, &object, variables.clone(), &exceptions)
+                    PyProcess::new(&name, &object, variables.clone(), &exceptions, &objects)
                 });
                 built.map_err(|exception| exceptions.keep(py, exception))
             });
@@ -76,7 +78,7 @@ struct PyProcess {
     ports: Vec<Port>,
     variables: Vec<ProcessVariable>,
     part: Part,
-    step: Py<PyAny>,
+    step: SharedObject,
     fault: Option<String>,
 }
 
@@ -86,6 +88,7 @@ impl PyProcess {
         object: &Bound<'_, PyAny>,
         variables: Vec<ProcessVariable>,
         exceptions: &Exceptions,
+        objects: &PartObjects,
     ) -> PyResult<Self> {
         let ports = part::ports(object)?;
         for variable in &variables {
@@ -93,8 +96,8 @@ impl PyProcess {
         }
         Ok(Self {
             name: name.to_owned(),
-            part: Part::new(object, &ports, exceptions),
-            step: object.getattr("step")?.unbind(),
+            part: Part::new(object, &ports, exceptions, objects),
+            step: objects.share(object.getattr("step")?.unbind()),
             ports,
             variables,
             fault: None,

@@ -9,6 +9,7 @@ use pyo3::types::{PyBytes, PyDict, PyList};
 use twinrig::kernel::{Direction, Layout, Port, Snapshot, SnapshotError, Unit};
 
 use crate::exceptions::Exceptions;
+use crate::part_objects::{PartObjects, SharedObject};
 
 /// Source of a part: a class or another callable, which is called for every rig, or an object with
 /// the method `method`, of which every rig gets a deep copy. So no run depends on an earlier one.
@@ -96,21 +97,26 @@ pub(crate) fn unit(symbol: &str) -> PyResult<Unit> {
 
 /// An object with the arrays of its inputs and outputs, which are the same in every call.
 pub(crate) struct Part {
-    pub(crate) object: Py<PyAny>,
+    pub(crate) object: SharedObject,
     inputs: Py<PyArray1<f64>>,
     outputs: Py<PyArray1<f64>>,
     exceptions: Exceptions,
 }
 
 impl Part {
-    pub(crate) fn new(object: &Bound<'_, PyAny>, ports: &[Port], exceptions: &Exceptions) -> Self {
+    pub(crate) fn new(
+        object: &Bound<'_, PyAny>,
+        ports: &[Port],
+        exceptions: &Exceptions,
+        objects: &PartObjects,
+    ) -> Self {
         let py = object.py();
         let zeros = |direction| {
             let len = Layout::of(ports, direction).len();
             PyArray1::zeros(py, len, false).unbind()
         };
         Self {
-            object: object.clone().unbind(),
+            object: objects.share(object.clone().unbind()),
             inputs: zeros(Direction::Input),
             outputs: zeros(Direction::Output),
             exceptions: exceptions.clone(),

@@ -6,6 +6,7 @@ use twinrig::Registry;
 
 use crate::errors::Failure;
 use crate::exceptions::Exceptions;
+use crate::part_objects::PartObjects;
 use crate::{controller, plant};
 
 /// The standard registry with Python objects as further controllers and plants, and the place of
@@ -13,6 +14,8 @@ use crate::{controller, plant};
 pub(crate) struct PythonParts {
     pub(crate) registry: Registry,
     pub(crate) exceptions: Exceptions,
+    /// Objects of the parts that have been built.
+    pub(crate) objects: PartObjects,
     /// Whether there are any.
     pub(crate) any: bool,
 }
@@ -23,18 +26,20 @@ impl PythonParts {
         controllers: &Bound<'_, PyDict>,
         plants: &Bound<'_, PyDict>,
     ) -> PyResult<Self> {
-        let exceptions = Exceptions::default();
+        let (exceptions, objects) = (Exceptions::default(), PartObjects::default());
         let mut registry = Registry::standard();
         for (name, given) in controllers {
-            let kind = controller::kind(name.extract()?, &given, &exceptions)?;
+            let kind = controller::kind(name.extract()?, &given, &exceptions, &objects)?;
             registry = registry.with_controller(kind);
         }
         for (name, given) in plants {
-            registry = registry.with_plant(plant::kind(name.extract()?, &given, &exceptions)?);
+            registry =
+                registry.with_plant(plant::kind(name.extract()?, &given, &exceptions, &objects)?);
         }
         Ok(Self {
             registry,
             exceptions,
+            objects,
             any: !controllers.is_empty() || !plants.is_empty(),
         })
     }

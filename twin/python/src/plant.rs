@@ -2,15 +2,19 @@
 
 use std::sync::Arc;
 
+use pyo3::exceptions::PyValueError;
 use pyo3::intern;
 use pyo3::prelude::*;
-use twinrig::kernel::{Direction, Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError};
+use twinrig::kernel::{
+    Direction, Field, Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError,
+};
 use twinrig::runtime::{Plant, PlantFault};
 use twinrig::scenario::{LegFact, PlantSpec};
 use twinrig::{BuildError, PlantKind, StandaloneModel};
 
 use crate::exceptions::Exceptions;
 use crate::part::{self, Part, Source};
+use crate::part_objects::PartObjects;
 
 /// Returns the kind of plant `name` that is made of Python objects.
 ///
@@ -20,6 +24,7 @@ pub(crate) fn kind(
     name: String,
     given: &Bound<'_, PyAny>,
     exceptions: &Exceptions,
+    objects: &PartObjects,
 ) -> PyResult<PlantKind> {
     let source = Arc::new(Source::new(given, "advance"));
     let ports = part::ports(&source.object(given.py())?)?;
@@ -28,6 +33,7 @@ pub(crate) fn kind(
         ports,
         source,
         exceptions: exceptions.clone(),
+        objects: objects.clone(),
     };
     Ok(PlantKind::standalone(name, "a Python object", move |_| {
         Ok(model.clone())
@@ -41,6 +47,7 @@ struct Model {
     ports: Vec<Port>,
     source: Arc<Source>,
     exceptions: Exceptions,
+    objects: PartObjects,
 }
 
 impl StandaloneModel for Model {
@@ -87,7 +94,8 @@ struct PyPlant {
     name: String,
     ports: Vec<Port>,
     part: Part,
-    /// All outputs, and the indices of the wanted ones.
+    /// Layout of all outputs, their values, and the indices of the wanted ones.
+    layout: Layout,
     outputs: Vec<f64>,
     wanted: Vec<usize>,
     now: SimTime,
@@ -103,9 +111,10 @@ impl PyPlant {
         Self {
             name: model.name.clone(),
             ports: model.ports.iter().filter(is_port).cloned().collect(),
-            part: Part::new(object, &model.ports, &model.exceptions),
+            part: Part::new(object, &model.ports, &model.exceptions, &model.objects),
             outputs: vec![0.0; all.len()],
-            wanted: chosen.flat_map(twinrig::kernel::Field::range).collect(),
+            wanted: chosen.flat_map(Field::range).collect(),
+            layout: all,
             now: SimTime::ZERO,
             fault: None,
         }
@@ -119,6 +128,18 @@ impl PyPlant {
             why,
         }
     }
+}
+
+/// Refuses an infinity or NaN among the outputs.
+fn check_finite(layout: &Layout, outputs: &[f64]) -> PyResult<()> {
+    let Some(index) = outputs.iter().position(|value| !value.is_finite()) else {
+        return Ok(());
+    };
+    let name = layout.field_at(index).map_or("", |field| &field.port.name);
+    Err(PyValueError::new_err(format!(
+        "`observe` wrote {} to `{name}`",
+        outputs[index]
+    )))
 }
 
 impl Plant for PyPlant {
@@ -147,14 +168,15 @@ impl Plant for PyPlant {
     }
 
     fn observe(&mut self, outputs: &mut [f64]) {
-        let part = &self.part;
+        let (part, layout) = (&self.part, &self.layout);
         let all = &mut self.outputs;
         let observed = part.attached(|py| {
             let array = part.outputs(py, all)?;
             let object = part.object.bind(py);
             let result = object.call_method1(intern!(py, "observe"), (&array,))?;
             part::returns_nothing(&result, "observe")?;
-            part::copied(&array, all)
+            part::copied(&array, all)?;
+            check_finite(layout, all)
         });
         self.fault = observed.err();
         for (output, &index) in outputs.iter_mut().zip(&self.wanted) {

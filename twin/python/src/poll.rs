@@ -12,7 +12,7 @@ use twinrig::runtime::interrupt;
 use crate::exceptions::Exceptions;
 
 /// Wall time between two polls of Python's signals.
-const PERIOD: Duration = Duration::from_millis(20);
+pub(crate) const PERIOD: Duration = Duration::from_millis(50);
 
 /// Poll of Python's signals at most once in a period of wall time: to attach to the interpreter may
 /// wait for another of its threads.

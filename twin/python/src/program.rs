@@ -1,12 +1,12 @@
 //! The program `twin` and its commands.
 
 use std::ffi::OsString;
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 use pyo3::prelude::*;
 use twinrig::{Registry, run_args, run_with};
 
-use crate::errors::Failure;
+use crate::errors::{Failure, twin_error};
 use crate::fork::Generation;
 use crate::supervised::supervised;
 
@@ -43,18 +43,16 @@ pub(crate) fn command(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<(u8,
 
 /// Refuses to wait for threads that a fork has not inherited.
 fn check_threads(py: Python<'_>) -> PyResult<()> {
-    let mut started = THREADS
-        .lock()
-        .unwrap_or_else(std::sync::PoisonError::into_inner);
-    match *started {
-        Some(generation) if generation.is_past() => {
-            let message = "this process was forked after a study had started threads, which it does not have: start processes by `spawn` (multiprocessing.get_context(\"spawn\"))";
-            let class = py.import("twinrig._errors")?.getattr("TwinError")?;
-            Err(PyErr::from_value(class.call1((message,))?))
-        }
-        _ => {
-            *started = Some(Generation::current());
-            Ok(())
-        }
+    if have_threads() {
+        return Ok(());
     }
+    let message = "this process was forked after a study had started threads, which it does not have: start processes by `spawn` (multiprocessing.get_context(\"spawn\"))";
+    Err(twin_error(py, message.to_owned()))
+}
+
+/// Whether this process has, or will have, the threads. The lock is not held while Python runs:
+/// another thread could wait for it with the interpreter.
+fn have_threads() -> bool {
+    let mut started = THREADS.lock().unwrap_or_else(PoisonError::into_inner);
+    !started.get_or_insert_with(Generation::current).is_past()
 }

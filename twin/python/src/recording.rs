@@ -8,12 +8,12 @@ use twinrig::TwinError;
 use twinrig_record::{FootstepMessage, RecordError, Recording, VerdictMessage};
 
 use crate::errors::Failure;
-use crate::kept::{Footsteps, KeptData, Samples, seconds};
+use crate::samples::{Footsteps, RunData, Samples, seconds};
 use crate::supervised::supervised;
 
 /// Contents of a recording.
 struct Contents {
-    data: KeptData,
+    data: RunData,
     verdict: Option<VerdictMessage>,
     recording: Recording,
 }
@@ -60,7 +60,7 @@ fn contents(path: &Path) -> Result<Contents, RecordError> {
         footsteps.push_message(&message);
     }
     let groups = recording.groups().iter();
-    let data = KeptData {
+    let data = RunData {
         groups: groups
             .map(|group| Samples::read(&recording, group))
             .collect(),

@@ -8,6 +8,7 @@ use std::sync::{Mutex, MutexGuard, TryLockError};
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyKeyError, PyRuntimeError, PyValueError};
+use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use twinrig::TwinError;
@@ -18,9 +19,10 @@ use twinrig_record::Fingerprint;
 use crate::errors::Failure;
 use crate::fall::Fall;
 use crate::fork::Generation;
-use crate::kept::seconds;
 use crate::parts::PythonParts;
-use crate::running::{Latest, Ran, Running};
+use crate::poll::Poll;
+use crate::rig_state::{Latest, RigState, RunOutcome, SLICE};
+use crate::samples::seconds;
 use crate::scenario::ScenarioArgument;
 use crate::variable::{VariableFields, variable_fields};
 use crate::workers::PyWorkers;
@@ -29,18 +31,18 @@ use crate::workers::PyWorkers;
 #[pyclass(name = "Rig", module = "twinrig._native", frozen, subclass)]
 pub(crate) struct PyRig {
     /// None: closed.
-    running: Mutex<Option<Running>>,
+    state: Mutex<Option<RigState>>,
     period: SimDuration,
     /// End of the scenario.
     end: SimTime,
     fall: Fall,
-    made: Generation,
+    generation: Generation,
 }
 
 impl PyRig {
     /// Refuses a rig that is a copy made by a fork.
     fn check_process(&self) -> PyResult<()> {
-        if self.made.is_past() {
+        if self.generation.is_past() {
             return Err(PyRuntimeError::new_err(
                 "the rig belongs to the process from which this one was forked: make one here, and restore the saved state of the other",
             ));
@@ -51,7 +53,7 @@ impl PyRig {
     /// Returns the rig for one call, in the process that made it.
     fn lock(&self) -> PyResult<Locked<'_>> {
         self.check_process()?;
-        match self.running.try_lock() {
+        match self.state.try_lock() {
             Ok(guard) => Ok(Locked(guard)),
             // Panics of parts do not reach the lock, so that it is never poisoned.
             Err(TryLockError::Poisoned(guard)) => Ok(Locked(guard.into_inner())),
@@ -63,15 +65,15 @@ impl PyRig {
 }
 
 /// A rig in use by one call.
-struct Locked<'a>(MutexGuard<'a, Option<Running>>);
+struct Locked<'a>(MutexGuard<'a, Option<RigState>>);
 
 impl Locked<'_> {
-    fn running(&mut self) -> PyResult<&mut Running> {
+    fn state(&mut self) -> PyResult<&mut RigState> {
         match self.0.as_mut() {
-            Some(running) if running.has_panicked => Err(PyRuntimeError::new_err(
+            Some(state) if state.has_panicked => Err(PyRuntimeError::new_err(
                 "a part of the rig has panicked: it cannot be used any more",
             )),
-            Some(running) => Ok(running),
+            Some(state) => Ok(state),
             None => Err(PyValueError::new_err("the rig is closed")),
         }
     }
@@ -106,15 +108,15 @@ impl PyRig {
         let built = built.and_then(|built| built.map_err(|error: TwinError| error.into()));
         let (rig, scene, period) = built.map_err(|failure| parts.raised(py, &failure))?;
         let file = scene.scenario.file.clone();
-        let mut running = Running::new(rig, parts.exceptions, file);
+        let mut state = RigState::new(rig, parts.exceptions, parts.objects.take(), file);
         // The events of time 0, so that all signals have a value.
-        running.advance_slice(py, SimTime::ZERO)?;
+        state.advance_slice(py, SimTime::ZERO)?;
         Ok(Self {
-            fall: Fall::new(&scene, |name| running.find(name)),
-            running: Mutex::new(Some(running)),
+            fall: Fall::new(&scene, |name| state.find(name)),
+            state: Mutex::new(Some(state)),
             period,
             end: scene.scenario.end(),
-            made: Generation::current(),
+            generation: Generation::current(),
         })
     }
 
@@ -122,8 +124,8 @@ impl PyRig {
     #[pyo3(signature = (until = None))]
     fn step(&self, py: Python<'_>, until: Option<f64>) -> PyResult<f64> {
         let mut locked = self.lock()?;
-        let running = locked.running()?;
-        let now = running.reached;
+        let state = locked.state()?;
+        let now = state.reached;
         let to = match until {
             Some(seconds) => time(seconds)?,
             None => now
@@ -135,14 +137,14 @@ impl PyRig {
                 "the rig is at {now}, and cannot step back to {to}: restore a saved state"
             )));
         }
-        running.advance(py, to)?;
+        state.advance(py, to)?;
         Ok(seconds(to))
     }
 
     /// Time reached [s].
     #[getter]
     fn now(&self) -> PyResult<f64> {
-        Ok(seconds(self.lock()?.running()?.reached))
+        Ok(seconds(self.lock()?.state()?.reached))
     }
 
     /// Control period [s].
@@ -161,21 +163,21 @@ impl PyRig {
     #[getter]
     fn has_fallen(&self) -> PyResult<bool> {
         let mut locked = self.lock()?;
-        let running = locked.running()?;
-        Ok(self.fall.holds(|name| running.find(name)))
+        let state = locked.state()?;
+        Ok(self.fall.holds(|name| state.find(name)))
     }
 
     /// Hash of all samples and events since the rig was built or restored, as 64 digits.
     #[getter]
     fn fingerprint(&self) -> PyResult<String> {
-        Ok(self.lock()?.running()?.fingerprint.digest().to_string())
+        Ok(self.lock()?.state()?.fingerprint.digest().to_string())
     }
 
     /// Names of the signals, each with its unit and size.
     fn signals(&self) -> PyResult<Vec<(String, &'static str, usize)>> {
         let mut locked = self.lock()?;
         let mut signals: Vec<(String, &'static str, usize)> = Vec::new();
-        for field in locked.running()?.fields() {
+        for field in locked.state()?.fields() {
             let port = &field.port;
             if signals.iter().all(|(name, ..)| *name != port.name) {
                 signals.push((port.name.clone(), port.unit.symbol(), port.size));
@@ -187,13 +189,13 @@ impl PyRig {
     /// Newest values of a signal, or of several one after the other, as a new array.
     fn read<'py>(&self, py: Python<'py>, names: Names) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let mut locked = self.lock()?;
-        let running = locked.running()?;
+        let state = locked.state()?;
         let mut values = Vec::new();
         match &names {
-            Names::One(name) => values.extend_from_slice(running.newest(name)?),
+            Names::One(name) => values.extend_from_slice(state.newest(name)?),
             Names::Several(names) => {
                 for name in names {
-                    values.extend_from_slice(running.newest(name)?);
+                    values.extend_from_slice(state.newest(name)?);
                 }
             }
         }
@@ -205,35 +207,35 @@ impl PyRig {
     #[pyo3(signature = (name, values))]
     fn write(&self, name: &str, values: Option<PyReadonlyArray1<'_, f64>>) -> PyResult<()> {
         let mut locked = self.lock()?;
-        let running = locked.running()?;
+        let state = locked.state()?;
         let values = values.as_ref().map(PyReadonlyArray1::as_slice).transpose();
         let values = values.map_err(|error| PyValueError::new_err(error.to_string()))?;
-        running.rig.override_output(name, values).map_err(refused)
+        state.rig.override_output(name, values).map_err(refused)
     }
 
     /// Sets a process variable, in its unit, before the next control step.
     fn set_variable(&self, name: &str, value: f64) -> PyResult<()> {
         let mut locked = self.lock()?;
-        let running = locked.running()?;
-        let (rig, now) = (&mut running.rig, running.reached);
+        let state = locked.state()?;
+        let (rig, now) = (&mut state.rig, state.reached);
         rig.schedule(now, name, Change::To(value)).map_err(refused)
     }
 
     /// Names of the process variables, each with its unit, present, least and greatest value.
     fn variables(&self) -> PyResult<Vec<VariableFields>> {
         let mut locked = self.lock()?;
-        let variables = locked.running()?.rig.process().variables().iter();
+        let variables = locked.state()?.rig.process().variables().iter();
         Ok(variables.map(variable_fields).collect())
     }
 
     /// Complete state of the rig, for `restore` of a rig of the same scenario and build.
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let mut locked = self.lock()?;
-        let running = locked.running()?;
-        let latest = &running.latest.0;
-        let saved = catch_panic(|| Snapshot::of(&(running.reached, latest, running.rig.save())));
-        let saved = saved.map_err(|source| running.panicked(py, source))?;
-        match running.exceptions.take() {
+        let state = locked.state()?;
+        let latest = &state.latest.0;
+        let saved = catch_panic(|| Snapshot::of(&(state.reached, latest, state.rig.save())));
+        let saved = saved.map_err(|source| state.panicked(py, source))?;
+        match state.exceptions.take() {
             Some(exception) => Err(exception),
             None => Ok(PyBytes::new(py, &saved.0)),
         }
@@ -242,34 +244,54 @@ impl PyRig {
     /// Restores a saved state; the fingerprint begins anew.
     fn restore(&self, py: Python<'_>, state: &[u8]) -> PyResult<()> {
         let mut locked = self.lock()?;
-        let running = locked.running()?;
+        let rig_state = locked.state()?;
         let saved = Snapshot(state.to_vec());
         let saved: Result<(SimTime, [Vec<f64>; 4], Snapshot), _> = saved.read();
         let (reached, latest, rig) = saved.map_err(|_| {
             PyValueError::new_err("the bytes are not the saved state of a rig of this build")
         })?;
         let lengths = |groups: &[Vec<f64>; 4]| groups.each_ref().map(Vec::len);
-        if lengths(&latest) != lengths(&running.latest.0) {
+        if lengths(&latest) != lengths(&rig_state.latest.0) {
             return Err(PyValueError::new_err(
                 "the state was saved of a rig with other signals",
             ));
         }
-        let restored = catch_panic(|| running.rig.restore(&rig));
-        let restored = restored.map_err(|source| running.panicked(py, source))?;
+        let restored = catch_panic(|| rig_state.rig.restore(&rig));
+        let restored = restored.map_err(|source| rig_state.panicked(py, source))?;
         restored.map_err(|error| {
-            let exception = running.exceptions.take();
+            let exception = rig_state.exceptions.take();
             exception.unwrap_or_else(|| PyValueError::new_err(error.to_string()))
         })?;
-        running.reached = reached;
-        running.fingerprint = Fingerprint::new();
-        running.latest = Latest(latest);
+        rig_state.reached = reached;
+        rig_state.fingerprint = Fingerprint::new();
+        rig_state.latest = Latest(latest);
         Ok(())
     }
 
     /// Closes the rig; every later call but this one raises `ValueError`.
     fn close(&self) -> PyResult<()> {
-        *self.lock()?.0 = None;
+        let state = self.lock()?.0.take();
+        // Finalizers of parts, which may use the rig, find it closed.
+        drop(state);
         Ok(())
+    }
+
+    /// Reports the objects of the parts to the garbage collector: one may refer to the rig.
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        // A rig in use is not garbage, so that its objects need not be reported.
+        let guard = self.state.try_lock();
+        let state = guard.as_ref().ok().and_then(|state| state.as_ref());
+        let mut objects = state.into_iter().flat_map(|state| &state.objects);
+        objects.try_for_each(|object| visit.call(&**object))
+    }
+
+    fn __clear__(&self) {
+        let state = self
+            .state
+            .try_lock()
+            .ok()
+            .and_then(|mut state| state.take());
+        drop(state);
     }
 }
 
@@ -296,8 +318,53 @@ fn refused(error: RigError) -> PyErr {
     }
 }
 
-/// Advances every rig by `duration` [s], on the threads of `workers`, and returns the exception of
-/// each, or None.
+/// Step of a rig among several.
+struct RigStep<'a> {
+    state: &'a mut RigState,
+    /// End of the present slice, and of the step.
+    next: SimTime,
+    to: SimTime,
+    outcome: Option<RunOutcome>,
+    error: Option<PyErr>,
+}
+
+impl<'a> RigStep<'a> {
+    fn new(state: &'a mut RigState, duration: SimDuration) -> PyResult<Self> {
+        let now = state.reached;
+        let to = now.checked_add(duration);
+        let to = to.ok_or_else(|| no_time(f64::INFINITY))?;
+        Ok(Self {
+            state,
+            next: now,
+            to,
+            outcome: None,
+            error: None,
+        })
+    }
+
+    /// Runs the next slice without the interpreter, unless an earlier one has failed.
+    fn run_slice(&mut self) {
+        if self.error.is_none() {
+            let next = self.next.checked_add(SLICE);
+            self.next = next.map_or(self.to, |next| next.min(self.to));
+            self.outcome = Some(self.state.run_until(self.next));
+        }
+    }
+
+    fn finish_slice(&mut self, py: Python<'_>) {
+        if let Some(outcome) = self.outcome.take() {
+            self.error = self.state.finish(py, self.next, outcome).err();
+        }
+    }
+
+    fn has_ended(&self) -> bool {
+        self.error.is_some() || self.next == self.to
+    }
+}
+
+/// Advances every rig by `duration` \[s\], on the threads of `workers`, and returns the exception
+/// of each, or None. Python's signals are polled in a long step; an exception of a handler leaves
+/// all rigs at the end of the same slice.
 #[pyfunction]
 pub(crate) fn step_all(
     py: Python<'_>,
@@ -307,20 +374,21 @@ pub(crate) fn step_all(
 ) -> PyResult<Vec<Option<PyErr>>> {
     let duration = time(duration)? - SimTime::ZERO;
     let mut locks: Vec<Locked<'_>> = rigs.iter().map(|rig| rig.lock()).collect::<PyResult<_>>()?;
-    let mut steps: Vec<(&mut Running, SimTime, Option<Ran>)> = Vec::with_capacity(locks.len());
-    for lock in &mut locks {
-        let running = lock.running()?;
-        let to = running.reached.checked_add(duration);
-        let to = to.ok_or_else(|| no_time(f64::INFINITY))?;
-        steps.push((running, to, None));
+    let states = locks.iter_mut().map(Locked::state);
+    let steps = states.map(|state| RigStep::new(state?, duration));
+    let mut steps: Vec<RigStep<'_>> = steps.collect::<PyResult<_>>()?;
+    // A short step leaves the signals to the interpreter, and reads no clock.
+    let mut poll = (duration > SLICE).then(Poll::new);
+    loop {
+        py.detach(|| workers.each(&mut steps, RigStep::run_slice));
+        for step in &mut steps {
+            step.finish_slice(py);
+        }
+        if steps.iter().all(RigStep::has_ended) {
+            return Ok(steps.into_iter().map(|step| step.error).collect());
+        }
+        if let Some(poll) = &mut poll {
+            poll.signals(py)?;
+        }
     }
-    py.detach(|| {
-        workers.each(&mut steps, |(running, to, ran)| {
-            *ran = Some(running.run_until(*to));
-        });
-    });
-    let finished = steps
-        .into_iter()
-        .map(|(running, to, ran)| ran.and_then(|ran| running.finish(py, to, ran).err()));
-    Ok(finished.collect())
 }

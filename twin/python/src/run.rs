@@ -7,18 +7,18 @@ use pyo3::types::PyDict;
 use twinrig::{Assembly, Execution, Report, execute_observed, recording_path};
 
 use crate::errors::Failure;
-use crate::kept::{Kept, KeptData};
 use crate::parts::PythonParts;
 use crate::poll::SignalPoll;
+use crate::samples::{RunData, SampleStore};
 use crate::scenario::ScenarioArgument;
 use crate::supervised::{in_place, supervised};
 
-/// A run that has started.
-struct Finished {
+/// Output of a run that has started.
+struct RunOutput {
     report: Report,
     /// Code and text of each warning about the scenario.
     warnings: Vec<(&'static str, String)>,
-    data: KeptData,
+    data: RunData,
 }
 
 /// Runs a scenario and keeps its signals.
@@ -50,25 +50,22 @@ pub(crate) fn run<'py>(
         supervised(py, work)?
     };
     done.interrupt = parts.exceptions.take().or(done.interrupt);
-    let finished = done
-        .result
-        .map_err(Failure::from)
-        .and_then(|finished| finished);
-    let finished = match (finished, done.interrupt) {
-        (Ok(finished), interrupt) => (finished, interrupt),
+    let output = done.result.map_err(Failure::from);
+    let output = output.and_then(|output| output);
+    let (output, interrupt) = match (output, done.interrupt) {
+        (Ok(output), interrupt) => (output, interrupt),
         // Interrupted before the run has started.
         (Err(_), Some(interrupt)) => return Err(interrupt),
         (Err(failure), None) => return Err(failure.raised(py)),
     };
-    let (finished, interrupt) = finished;
     let dict = PyDict::new(py);
     // Serialisation fails only for keys that are not strings.
-    let report = serde_json::to_string(&finished.report).unwrap_or_default();
+    let report = serde_json::to_string(&output.report).unwrap_or_default();
     dict.set_item("report", report)?;
-    dict.set_item("table", finished.report.text())?;
-    dict.set_item("warnings", finished.warnings)?;
+    dict.set_item("table", output.report.text())?;
+    dict.set_item("warnings", output.warnings)?;
     dict.set_item("interrupt", interrupt)?;
-    finished.data.add_to(&dict)?;
+    output.data.add_to(&dict)?;
     Ok(dict)
 }
 
@@ -76,16 +73,16 @@ fn execute(
     scenario: &ScenarioArgument,
     recording: Option<(PathBuf, bool)>,
     parts: &PythonParts,
-) -> Result<Finished, Failure> {
+) -> Result<RunOutput, Failure> {
     let assembly = scenario.assembly(&parts.registry)?;
     let execution = Execution {
         recording: recording.map(|(path, is_folder)| recorded_at(&assembly, path, is_folder)),
         ..Execution::default()
     };
     let poll = parts.any.then(|| SignalPoll::new(&parts.exceptions));
-    let mut kept = Kept::new(&assembly, poll);
-    let report = execute_observed(&assembly, &execution, &mut kept)?;
-    if let Some(bytes) = kept.missing {
+    let mut store = SampleStore::new(&assembly, poll);
+    let report = execute_observed(&assembly, &execution, &mut store)?;
+    if let Some(bytes) = store.missing {
         return Err(Failure::Memory { bytes });
     }
     // Warnings about the size of a recording are in the report only if there is one.
@@ -95,9 +92,9 @@ fn execute(
         .iter()
         .filter(|warning| codes.contains(&warning.code));
     let warnings = warnings.map(|warning| (warning.code, warning.to_string()));
-    Ok(Finished {
+    Ok(RunOutput {
         warnings: warnings.collect(),
-        data: kept.finish(),
+        data: store.finish(),
         report,
     })
 }

@@ -2,14 +2,12 @@
 
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::thread::Builder;
-use std::time::Duration;
 
 use pyo3::prelude::*;
 use twinrig::runtime::interrupt::Token;
 use twinrig::runtime::{PanicReport, catch_panic};
 
-/// Wall time between two polls of Python's signals.
-const POLL: Duration = Duration::from_millis(50);
+use crate::poll;
 
 /// Result of work, and the exception of the signal handler that ended it.
 pub(crate) struct Supervised<R> {
@@ -72,7 +70,7 @@ fn on_a_thread<R: Send>(work: impl FnOnce() -> R + Send) -> PyResult<Supervised<
         })?;
         let mut interrupt = None;
         loop {
-            match finished.recv_timeout(POLL) {
+            match finished.recv_timeout(poll::PERIOD) {
                 Ok(result) => return Ok(Supervised { result, interrupt }),
                 // The thread has ended without a result: its panic is passed on.
                 Err(RecvTimeoutError::Disconnected) => break,

@@ -13,7 +13,7 @@ use crate::fork::Generation;
 pub(crate) struct PyWorkers {
     /// None: the caller's thread does all work.
     pool: Option<ThreadPool>,
-    made: Generation,
+    generation: Generation,
 }
 
 #[pymethods]
@@ -36,7 +36,7 @@ impl PyWorkers {
         };
         Ok(Self {
             pool: started,
-            made: Generation::current(),
+            generation: Generation::current(),
         })
     }
 }
@@ -45,7 +45,7 @@ impl PyWorkers {
     /// Calls `work` with each item, on all threads; the items are independent of each other.
     pub(crate) fn each<T: Send>(&self, items: &mut [T], work: impl Fn(&mut T) + Sync) {
         // A fork has not inherited the threads.
-        let pool = self.pool.as_ref().filter(|_| !self.made.is_past());
+        let pool = self.pool.as_ref().filter(|_| !self.generation.is_past());
         let helpers = pool.map_or(0, ThreadPool::current_num_threads);
         let helpers = helpers.min(items.len().saturating_sub(1));
         let queue = Mutex::new(items.iter_mut());

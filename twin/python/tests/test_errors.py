@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import pickle
+import warnings
 from pathlib import Path
+from typing import Any
 
 import pytest
 import twinrig
@@ -95,6 +97,20 @@ def test_warnings_are_warnings() -> None:
     assert not twinrig.check(slow, strict=True)["valid"]
     with pytest.warns(twinrig.ScenarioWarning, match="longer than the run"):
         twinrig.run(slow)
+
+
+def test_warning_that_a_filter_raises_loses_neither_run_nor_failure() -> None:
+    slow: dict[str, Any] = {**SMALL, "actuator": {"lag": "1 s"}}
+    # A coefficient of friction of 1e300 overflows.
+    broken = {"actuator.lag": "100 s", "plant.ground.friction": 1e300}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", twinrig.ScenarioWarning)
+        with pytest.raises(twinrig.ScenarioWarning) as raised:
+            twinrig.run(slow)
+        with pytest.raises(twinrig.RunError) as failed:
+            twinrig.run("scenarios/trot.toml", set=broken)
+    assert raised.value.run is not None and raised.value.run.report["simulated_s"] == 0.02
+    assert failed.value.run.verdict == "error"
 
 
 def test_signals_that_do_not_fit_into_memory_are_a_memory_error() -> None:

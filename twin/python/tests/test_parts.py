@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import functools
+import gc
 import signal
 import subprocess
 import sys
 import threading
 import time
+import weakref
 from pathlib import Path
 from typing import Any
 
@@ -128,6 +131,50 @@ def test_exception_of_an_observation_is_raised() -> None:
 
     with pytest.raises(LookupError, match="dark"):
         cart(plant=Blind)
+
+
+@pytest.mark.parametrize(("value", "after"), [(np.nan, 1.0), (-np.inf, 1.0), (np.nan, 4.9995)])
+def test_observation_that_is_no_number_is_refused_by_name(value: float, after: float) -> None:
+    class Broken(Cart):
+        def observe(self, outputs: Any) -> None:
+            super().observe(outputs)
+            if self.time > after:
+                outputs[1] = value
+
+    with pytest.raises(ValueError, match="wrote (NaN|-inf) to `cart/speed`") as raised:
+        cart(plant=Broken)
+    run: twinrig.Run = raised.value.run  # type: ignore[attr-defined]
+    assert run.verdict == "error" or after > 4.0
+    assert after <= run.signals["cart/speed"].time[-1] <= after + 0.002
+
+
+class Holder:
+    """Object that refers to a rig, and that a part of the rig refers to."""
+
+    rig: twinrig.Rig
+
+
+def test_rig_in_a_cycle_with_its_parts_is_collected() -> None:
+    def linked(part: type[Any], holder: Holder) -> Any:
+        instance = part()
+        instance.holder = holder
+        # A rig cannot be pickled with the attributes.
+        instance.save, instance.restore = lambda: b"", lambda state: None
+        return instance
+
+    # The rig calls the factory when it is built, and does not keep it.
+    for name, part in (("controller", Spring), ("plant", Cart)):
+        holder = Holder()
+        holder.rig = cart_rig(**{name: functools.partial(linked, part, holder)})
+        holder.rig.step(until=0.1)
+        alive = weakref.ref(holder)
+        gc.collect()
+        # A collection of objects in use would fail this step.
+        holder.rig.step(until=0.2)
+        del holder
+        assert alive() is not None
+        gc.collect()
+        assert alive() is None, name
 
 
 def test_controller_cannot_use_its_own_rig() -> None:
@@ -258,6 +305,30 @@ def test_ctrl_c_ends_a_run_with_a_python_controller() -> None:
         child.send_signal(signal.SIGINT)
         assert child.stdout.read() == "True\n"
     assert child.returncode == 0
+
+
+STEPS = """
+import sys, twinrig
+rigs = [twinrig.Rig(sys.argv[1]) for _ in range(3)]
+rigs[0].step(until=0.5)
+print("ready", flush=True)
+try:
+    twinrig.step_all(rigs, 1e6, threads=2)
+except KeyboardInterrupt:
+    late, *others = [rig.now for rig in rigs]
+    print(others[0] > 0.0, others[0] == others[1], abs(late - others[0] - 0.5) < 1e-9)
+    twinrig.step_all(rigs, 0.01)
+"""
+
+
+def test_ctrl_c_ends_a_step_of_several_rigs_at_the_same_time() -> None:
+    command = [sys.executable, "-c", STEPS, str(TROT)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as child:
+        assert child.stdout is not None and child.stdout.readline() == "ready\n"
+        time.sleep(0.5)
+        child.send_signal(signal.SIGINT)
+        out, _ = child.communicate(timeout=60)
+    assert (out, child.returncode) == ("True True True\n", 0)
 
 
 def test_command_of_every_leg_is_required() -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import subprocess
 import sys
+import weakref
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
+from typing import Any
 
 import pytest
 import twinrig
@@ -239,3 +242,28 @@ def test_the_installed_package_registers_the_plug_in(
     monkeypatch.delenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD")
     write(pytester, HOLDS, FAILS)
     pytester.runpytest_subprocess().assert_outcomes(passed=1, failed=1)
+
+
+def test_signals_of_runs_are_not_kept(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write(pytester, HOLDS, FAILS)
+    signals: list[weakref.ref[object]] = []
+    original = twinrig.run
+
+    def noted(*arguments: Any, **options: Any) -> twinrig.Run:
+        run = original(*arguments, **options)
+        signals.append(weakref.ref(run.signals))
+        return run
+
+    class Check:
+        alive = -1
+
+        def pytest_sessionfinish(self) -> None:
+            gc.collect()
+            self.alive = sum(one() is not None for one in signals)
+
+    monkeypatch.setattr(twinrig, "run", noted)
+    check = Check()
+    pytester.inline_run("-p", "pytest_twinrig", plugins=[check]).assertoutcome(passed=1, failed=1)
+    assert (len(signals), check.alive) == (1, 0)

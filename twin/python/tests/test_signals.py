@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import twinrig
+from twinrig._signal import Signal
 
 
 def both(folder: Path, scenario: str, **options: object) -> tuple[twinrig.Run, twinrig.Recording]:
@@ -95,6 +96,28 @@ def test_selections_keep_their_times_and_results_are_ordinary_arrays(trot: twinr
     out = np.zeros(len(body))
     np.multiply(body[:, 2], 2.0, out=out)
     assert np.array_equal(out, np.asarray(body)[:, 2] * 2.0)
+
+
+def test_times_follow_the_samples(trot: twinrig.Run) -> None:
+    """A signal whose samples are its times shows which times belong to a selection."""
+    time = trot.signals["body/position"].time[:20]
+    one = Signal(time, "clock", "s", time)
+    two = Signal(np.stack([time, time], axis=1), "clocks", "s", time)
+    mask = np.arange(20) % 3 == 0
+    parts = (slice(None, None, -1), [5, 3, 3], np.array([7, 2]), mask, list(mask), slice(4, 9))
+    for part in parts:
+        for selected in (one[part], one[..., part], two[..., part, 1], two[..., part, :]):
+            samples = np.asarray(selected)
+            assert np.array_equal(samples.reshape(len(samples), -1)[:, 0], selected.time)
+    for selected in (two[..., ::-1], two[..., 0], two[..., None, :], two[()], one[..., None]):
+        assert np.array_equal(selected.time, time)
+    for plain in (one[..., None, :], two[..., 3, :], two[..., np.stack([mask, mask], axis=1)]):
+        assert not hasattr(plain, "time")
+    for permuted in (np.sort(one[::-1]), np.partition(one[::-1], 3)):
+        assert not hasattr(permuted, "time")
+    backwards = one[::-1].copy()
+    backwards.sort()
+    assert np.array_equal(backwards, time) and not hasattr(backwards, "time")
 
 
 def test_unknown_names_are_answered_with_near_ones(trot: twinrig.Run) -> None:

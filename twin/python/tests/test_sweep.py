@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import pickle
+import signal
 from pathlib import Path
+from types import FrameType
 
 import numpy as np
 import pytest
 import twinrig
+from conftest import ROOT
 
 TROT = "scenarios/trot.toml"
 SPEC = {
@@ -68,11 +71,14 @@ def test_parquet_has_the_columns(tmp_path: Path) -> None:
     sweep = twinrig.sweep(TROT, SPEC, out=tmp_path)
     sweep.to_parquet(tmp_path / "rows.parquet")
     table = parquet.read_table(tmp_path / "rows.parquet")
-    for name, column in sweep.columns().items():
-        assert np.array_equal(table[name].to_numpy(), column) or column.dtype.kind == "f"
-    assert table["plant.ground.friction"].to_pylist() == sweep.columns()[
-        "plant.ground.friction"
-    ].tolist()
+    columns = sweep.columns()
+    assert table.column_names == list(columns)
+    for name, column in columns.items():
+        is_number = column.dtype.kind == "f"
+        assert np.array_equal(table[name].to_numpy(), column, equal_nan=is_number), name
+    # Both kinds of number are there: a run that stood has no time of a fall.
+    fell = np.isnan(columns["fell_at_s"].astype(np.float64))
+    assert 0 < fell.sum() < len(fell)
 
 
 def test_changed_program_is_another_build(tmp_path: Path) -> None:
@@ -91,6 +97,62 @@ def test_missing_runs_have_no_columns(tmp_path: Path) -> None:
     with pytest.raises(twinrig.TwinError, match="4 runs of the sweep are missing"):
         part.columns()
     assert twinrig.sweep(TROT, SPEC, out=tmp_path).counts["missing"] == 0
+
+
+def test_run_with_an_error_is_a_row(tmp_path: Path) -> None:
+    # A coefficient of friction of 1e300 overflows.
+    values = {"key": "plant.ground.friction", "values": [0.5, 1e300]}
+    spec = {**SPEC, "design": "grid", "dimension": [values]}
+    del spec["points"]
+    sweep = twinrig.sweep(TROT, spec, out=tmp_path)
+    assert (sweep.verdict, sweep.counts["error"]) == ("error", 1)
+    assert sweep.columns()["verdict"].tolist() == [row["verdict"] for row in sweep.rows]
+    assert sweep.rows[0]["error"] is None and sweep.rows[1]["error"]
+
+
+def test_columns_are_those_of_the_sweep_itself(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    trot = ROOT / TROT
+    wide = twinrig.sweep(trot, SPEC, out="here")
+    expected = wide.columns()
+    twinrig.sweep(trot, {**SPEC, "points": 4}, out="here")
+    monkeypatch.chdir("/")
+    for sweep in (wide, pickle.loads(pickle.dumps(wide))):
+        columns = sweep.columns()
+        assert list(columns) == list(expected)
+        assert columns["key"].tolist() == [row["key"] for row in wide.rows]
+        assert (sweep.folder / "rows.csv").exists()
+
+
+class Alarm(Exception):
+    """Raised by a handler of the user."""
+
+
+def test_interrupted_sweep_continues(tmp_path: Path) -> None:
+    def stored(folder: Path) -> bytes:
+        return b"".join(file.read_bytes() for file in sorted((folder / "rows").glob("*")))
+
+    def handler(number: int, frame: FrameType | None) -> None:
+        if stored(tmp_path / "a"):
+            raise Alarm
+
+    spec = {**SPEC, "points": 40, "set": {"duration": "40 s"}}
+    before = signal.signal(signal.SIGALRM, handler)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.01, 0.01)
+        with pytest.raises(Alarm):
+            twinrig.sweep(TROT, spec, out=tmp_path / "a")
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    kept = stored(tmp_path / "a")
+    assert not (tmp_path / "a" / "rows.csv").exists()
+    continued = twinrig.sweep(TROT, spec, out=tmp_path / "a")
+    # The rows from before the interrupt are not computed again.
+    assert kept and stored(tmp_path / "a").startswith(kept)
+    assert continued.hash == twinrig.sweep(TROT, spec, out=tmp_path / "b").hash is not None
 
 
 def test_mistakes_are_exceptions(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import tempfile
 import warnings
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +31,22 @@ class ExpectationFailed(Exception):
     """An expectation does not hold; the text is the report."""
 
 
+@dataclass(frozen=True)
+class Outcome:
+    """Parts of a run that its tests report. They last for the session, unlike its signals."""
+
+    report: dict[str, Any]
+    expectations: list[twinrig.Expectation]
+    table: str
+    recording: Path | None
+    fingerprint: str
+
+    @classmethod
+    def of(cls, run: twinrig.Run) -> Outcome:
+        """Return the outcome of a run."""
+        return cls(run.report, run.expectations, str(run), run.recording, run.fingerprint)
+
+
 class ScenarioRun:
     """A scenario on one plant: its settings and, once a test needs it, its run."""
 
@@ -38,7 +55,7 @@ class ScenarioRun:
         self.plant = plant
         self.set = dict(text.split("=", 1) for text in pytest_twinrig.settings(config))
         self.recordings = pytest_twinrig.recordings(config)
-        self._result: twinrig.Run | BaseException | None = None
+        self._result: Outcome | BaseException | None = None
         self._base = config.invocation_params.dir
         # From this folder the user repeats the command.
         self.shown = short(path, self._base)
@@ -58,19 +75,22 @@ class ScenarioRun:
         ]
         return names
 
-    def result(self) -> twinrig.Run:
+    def result(self) -> Outcome:
         """Run the scenario at the first call; return or raise the result at every call."""
         if self._result is None:
             try:
                 self._result = self._run()
             except Exception as error:
+                if isinstance(error, twinrig.RunError):
+                    # Without its signals, as a run that has not failed.
+                    error = twinrig.TwinError(str(error))
                 self._result = error
         if isinstance(self._result, BaseException):
             # Without the frames of former calls, which would add up.
             raise self._result.with_traceback(None)
         return self._result
 
-    def _run(self) -> twinrig.Run:
+    def _run(self) -> Outcome:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             if self.recordings is None:
@@ -78,7 +98,7 @@ class ScenarioRun:
             else:
                 run = self._recorded(self.recordings)
         self._warn(run.report["warnings"], caught)
-        return run
+        return Outcome.of(run)
 
     def _recorded(self, folder: Path) -> twinrig.Run:
         folder = Path(short(folder, Path.cwd()))
@@ -106,7 +126,7 @@ class ScenarioRun:
 
     def table(self) -> str:
         """Return the table of the program."""
-        table = str(self.result()).rstrip()
+        table = self.result().table.rstrip()
         # A recording that was moved is shown at its place.
         return table.replace(self._own_folder, str(self.recordings)) if self._own_folder else table
 
@@ -202,7 +222,7 @@ class ExpectationItem(pytest.Item):
         if found.verdict == "unobserved":
             pytest.skip(f"unobserved, and optional: {found.detail}")
 
-    def _report(self, run: twinrig.Run, found: twinrig.Expectation) -> str:
+    def _report(self, run: Outcome, found: twinrig.Expectation) -> str:
         of_run = self.scenario_run
         # The summary of pytest shows the first line.
         lines = [sentence(found), "", of_run.table(), "", f"repeat: {of_run.command()}"]

@@ -77,6 +77,9 @@ def run(
     KeyboardInterrupt
         The run was interrupted. Its attribute `run` is the run up to there, and a recording is
         complete up to there.
+    ScenarioWarning
+        Where a filter makes exceptions of warnings: after the run, as its attribute `run`, unless
+        the run itself has failed.
     Exception
         Any that a controller or plant in Python raises, with the same attribute `run`.
 
@@ -89,16 +92,24 @@ def run(
     python_parts = sources(controllers, "controllers"), sources(plants, "plants")
     raw = _native.run(arguments, _recording_place(record), *python_parts)
     finished = Run(raw)
-    for _, text in raw["warnings"]:
-        warnings.warn(text, ScenarioWarning, stacklevel=2)
     interrupt = raw["interrupt"]
+    failure: BaseException | None = None
     if interrupt is not None:
         interrupt.run = finished
         if finished.error is not None and hasattr(interrupt, "add_note"):
             interrupt.add_note(finished.error)
-        raise interrupt
-    if finished.error is not None:
-        raise RunError(finished.error, finished)
+        failure = interrupt
+    elif finished.error is not None:
+        failure = RunError(finished.error, finished)
+    for _, text in raw["warnings"]:
+        try:
+            warnings.warn(text, ScenarioWarning, stacklevel=2)
+        except ScenarioWarning as warning:
+            # A filter makes exceptions of warnings, which must not hide the run or its failure.
+            warning.run = finished
+            failure = failure or warning
+    if failure is not None:
+        raise failure
     return finished
 
 
@@ -140,14 +151,19 @@ def plan(
     return found
 
 
-def command_json(words: list[str], error: type[TwinError]) -> dict[str, Any]:
-    """Run a command of the program that prints one JSON object."""
+def command_json(
+    words: list[str], error: type[TwinError], result: str | None = None
+) -> dict[str, Any]:
+    """Run a command of the program that prints one JSON object.
+
+    An object with the key `result` is a result also where the command failed.
+    """
     code, out, err = _native.command(words)
     if not out.strip():
         # The command line was refused.
         raise ValueError(err.strip() or f"the command {words[0]} ended with code {code}")
     found: dict[str, Any] = json.loads(out)
-    if code == 2 and found.get("error"):
+    if code == 2 and found.get("error") and (result is None or result not in found):
         raise error(found["error"])
     return found
 

@@ -63,3 +63,6 @@ class RunError(TwinError):
 
 class ScenarioWarning(UserWarning):
     """A value of a scenario that is accepted and probably a mistake."""
+
+    run: Run | None = None
+    """The run, where `twinrig.run` raises the warning as an exception."""

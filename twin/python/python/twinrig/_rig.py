@@ -141,6 +141,7 @@ def step_all(
 
     Returns the exception of each, or ``None``; an exception of one has no effect on the others.
     Results do not depend on the number of threads, which are those of `workers`, or are started for
-    this call.
+    this call. An exception of a signal handler, such as `KeyboardInterrupt`, ends a step of more
+    than 100 ms; all rigs without an exception of their own have then advanced by the same time.
     """
     return _native.step_all(list(rigs), duration, workers or Workers(threads))

@@ -59,11 +59,8 @@ class Signal(np.ndarray[Any, np.dtype[np.float64]]):
         found = super().__getitem__(index)
         if not isinstance(found, Signal):
             return found
-        rows = index[0] if isinstance(index, tuple) and index else index
-        if self._time is None or rows is None or rows is Ellipsis:
-            time = self._time if rows is Ellipsis else None
-        else:
-            time = _selected(self._time, rows)
+        rows = _rows(index, self.ndim)
+        time = None if self._time is None or rows is None else _selected(self._time, rows)
         if time is not None and time.ndim == 1 and found.shape[:1] == time.shape:
             found._time = time
             return found
@@ -80,6 +77,16 @@ class Signal(np.ndarray[Any, np.dtype[np.float64]]):
             options["out"] = tuple(plain(out) for out in options["out"])
         return getattr(ufunc, method)(*(plain(value) for value in inputs), **options)
 
+    def sort(self, *arguments: Any, **options: Any) -> None:
+        """Sort in place, after which the samples have no times."""
+        self._time = None
+        super().sort(*arguments, **options)
+
+    def partition(self, *arguments: Any, **options: Any) -> None:
+        """Partition in place, after which the samples have no times."""
+        self._time = None
+        super().partition(*arguments, **options)
+
     def copy(self, order: Any = "C") -> Signal:
         """Return a copy with the same name, unit and times."""
         copied = super().copy(order).view(Signal)
@@ -91,6 +98,25 @@ class Signal(np.ndarray[Any, np.dtype[np.float64]]):
 
     def __repr__(self) -> str:
         return f"<Signal {self._name!r} [{self._unit}], {np.asarray(self)!r}>"
+
+
+def _rows(index: Any, dimensions: int) -> Any:
+    """Return the part of an index that selects samples; ``None`` if its first axis is a new one."""
+    parts = index if isinstance(index, tuple) else (index,)
+    if not parts:
+        return slice(None)
+    if parts[0] is not Ellipsis:
+        return parts[0]
+    # The Ellipsis stands for the samples, unless the other parts have all axes.
+    return slice(None) if sum(map(_axes, parts[1:])) < max(dimensions, 1) else parts[1]
+
+
+def _axes(part: Any) -> int:
+    """Return the number of axes that a part of an index selects from."""
+    if part is None:
+        return 0
+    is_mask = not isinstance(part, slice) and np.asarray(part).dtype == np.bool_
+    return np.ndim(part) if is_mask else 1
 
 
 def _selected(time: Floats, rows: Any) -> Floats | None:

@@ -53,21 +53,23 @@ class Sweep:
     name: str
     verdict: str
     """``pass``, ``fail``, ``undecided``, ``partial``, ``interrupted`` or ``error``."""
-    hash: str
-    """Hash of all points and fingerprints, 64 digits."""
+    hash: str | None
+    """Hash of all points and fingerprints, 64 digits; ``None`` while points are missing."""
     shares: list[Share]
     counts: dict[str, int]
     """Numbers of runs: `points`, and of them `pass`, `fail`, `error`, `missing`."""
     rows: list[dict[str, Any]]
     """A run each: `point`, `verdict`, `expectations`, `fingerprint`, `command` and others."""
     folder: FilePath
-    """Folder with ``report.html``, ``rows.csv`` and ``sweep.json``."""
+    """Folder with ``report.html``, ``rows.csv`` and ``sweep.json``, as an absolute path."""
 
     def __init__(self, report: dict[str, Any], folder: FilePath) -> None:
-        self.report, self.folder = report, folder
+        self.report, self.folder = report, folder.absolute()
         self.name, self.verdict, self.hash = report["sweep"], report["verdict"], report["hash"]
         self.shares = [Share(**share) for share in report["shares"]]
         self.counts, self.rows = report["counts"], report["rows"]
+        # Another sweep into the folder replaces the file.
+        self._columns = {} if self.counts["missing"] else _columns(self.folder / "rows.csv")
 
     def columns(self) -> dict[str, Column]:
         """Return the columns of ``rows.csv``, each of shape (points,).
@@ -75,12 +77,9 @@ class Sweep:
         Numbers are float64, NaN where there is none; texts are strings. ``pandas.DataFrame`` takes
         the dictionary as it is.
         """
-        path = self.folder / "rows.csv"
-        if self.counts["missing"] or not path.exists():
+        if self.counts["missing"]:
             raise TwinError(f"{self.counts['missing']} runs of the sweep are missing: run it again")
-        with path.open(encoding="utf-8", newline="") as file:
-            names, *rows = csv.reader(file)
-        return {name: _column(name, cells) for name, cells in zip(names, zip(*rows), strict=True)}
+        return {name: column.copy() for name, column in self._columns.items()}
 
     def to_parquet(self, path: Path) -> None:
         """Write the columns as a Parquet file, which requires the package `pyarrow`."""
@@ -92,6 +91,12 @@ class Sweep:
 
     def __repr__(self) -> str:
         return f"<Sweep {self.name!r}: {self.verdict}, {self.counts['points']} points>"
+
+
+def _columns(path: FilePath) -> dict[str, Column]:
+    with path.open(encoding="utf-8", newline="") as file:
+        names, *rows = csv.reader(file)
+    return {name: _column(name, cells) for name, cells in zip(names, zip(*rows), strict=True)}
 
 
 def _column(name: str, cells: tuple[str, ...]) -> Column:
@@ -149,7 +154,8 @@ def sweep(
     Raises
     ------
     TwinError
-        The scenario or the specification has mistakes.
+        The scenario or the specification has mistakes, or a file cannot be written. Runs that
+        fail are no exception: the verdict is ``error``, and their rows have the `error`.
     KeyboardInterrupt
         The sweep was interrupted; the same call continues it.
     """
@@ -163,7 +169,8 @@ def sweep(
     with _spec_file(spec) as path:
         folder = FilePath(path_of(out, "out")) if out is not None else _folder(spec, path)
         words.append(f"--out={folder}")
-        report = command_json([*words, "--", path_of(scenario, "scenario"), path], TwinError)
+        words += ["--", path_of(scenario, "scenario"), path]
+        report = command_json(words, TwinError, "rows")
     return Sweep(report, folder)
 
 

@@ -165,8 +165,8 @@ pub(crate) fn frames_into_python(series: FrameSeries, py: Python<'_>) -> impl In
     )
 }
 
-/// Watch that keeps the signals that a recording would have.
-pub(crate) struct Kept<'a> {
+/// Observer that keeps the signals that a recording would have.
+pub(crate) struct SampleStore<'a> {
     assembly: &'a Assembly<'a>,
     groups: Vec<(Group, Samples)>,
     footsteps: Footsteps,
@@ -177,7 +177,7 @@ pub(crate) struct Kept<'a> {
     poll: Option<SignalPoll<'a>>,
 }
 
-impl<'a> Kept<'a> {
+impl<'a> SampleStore<'a> {
     pub(crate) fn new(assembly: &'a Assembly<'a>, poll: Option<SignalPoll<'a>>) -> Self {
         Self {
             assembly,
@@ -189,9 +189,9 @@ impl<'a> Kept<'a> {
         }
     }
 
-    /// Returns the kept data.
-    pub(crate) fn finish(self) -> KeptData {
-        KeptData {
+    /// Returns the data of the run.
+    pub(crate) fn finish(self) -> RunData {
+        RunData {
             groups: self
                 .groups
                 .into_iter()
@@ -210,7 +210,8 @@ impl<'a> Kept<'a> {
         }
     }
 
-    fn note(&mut self, reserved: Result<(), usize>) {
+    /// Ends the run if there was no room for its samples.
+    fn end_run_unless(&mut self, reserved: Result<(), usize>) {
         if let Err(bytes) = reserved {
             self.missing.get_or_insert(bytes);
             // The next slice of the run is its last.
@@ -221,7 +222,7 @@ impl<'a> Kept<'a> {
     }
 }
 
-impl RunObserver for Kept<'_> {
+impl RunObserver for SampleStore<'_> {
     fn begin(&mut self, layouts: &RunLayouts<'_>) {
         let scene = self.assembly.scene();
         let keep = |name: &str| scene.recorded.iter().any(|other| other == name);
@@ -240,7 +241,7 @@ impl RunObserver for Kept<'_> {
             // Both ends of the run are sampled.
             let rows = duration / self.period(group).as_nanos().max(1) + 2;
             let reserved = samples.reserve(usize::try_from(rows).unwrap_or(usize::MAX));
-            self.note(reserved);
+            self.end_run_unless(reserved);
             self.groups.push((group, samples));
         }
         self.footsteps.legs = layouts.legs.to_vec();
@@ -262,7 +263,7 @@ impl RunObserver for Kept<'_> {
         let mut groups = self.groups.iter_mut();
         if let Some((_, samples)) = groups.find(|(of, _)| *of == group) {
             let pushed = samples.push(now, values);
-            self.note(pushed);
+            self.end_run_unless(pushed);
         }
     }
 
@@ -283,13 +284,13 @@ impl RunObserver for Kept<'_> {
 }
 
 /// Signals, footsteps and frames of a run or a recording.
-pub(crate) struct KeptData {
+pub(crate) struct RunData {
     pub(crate) groups: Vec<Samples>,
     pub(crate) footsteps: Footsteps,
     pub(crate) frames: FrameSeries,
 }
 
-impl KeptData {
+impl RunData {
     /// Adds the data to a dictionary, under `groups`, `footsteps` and `frames`.
     pub(crate) fn add_to(self, to: &Bound<'_, PyDict>) -> PyResult<()> {
         let py = to.py();

@@ -9,10 +9,11 @@ use twinrig_record::Fingerprint;
 
 use crate::errors::{self, Failure};
 use crate::exceptions::Exceptions;
+use crate::part_objects::SharedObject;
 use crate::poll::Poll;
 
 /// Simulated time between two polls of Python's signals, in a long step.
-const SLICE: SimDuration = SimDuration::from_millis(100);
+pub(crate) const SLICE: SimDuration = SimDuration::from_millis(100);
 
 /// Signals of all groups, in the order in which a name is looked up.
 pub(crate) const GROUPS: [Group; 4] = [
@@ -33,15 +34,17 @@ impl Observer for Latest {
 }
 
 /// Result of a run up to a time.
-pub(crate) type Ran = Result<Result<(), RigError>, PanicReport>;
+pub(crate) type RunOutcome = Result<Result<(), RigError>, PanicReport>;
 
 /// A rig with its observers.
-pub(crate) struct Running {
+pub(crate) struct RigState {
     pub(crate) rig: Rig,
     pub(crate) fingerprint: Fingerprint,
     pub(crate) latest: Latest,
     /// Those of its Python parts.
     pub(crate) exceptions: Exceptions,
+    /// Objects of its Python parts.
+    pub(crate) objects: Vec<SharedObject>,
     file: String,
     /// Simulated time up to which all events have been handled.
     pub(crate) reached: SimTime,
@@ -49,14 +52,20 @@ pub(crate) struct Running {
     pub(crate) has_panicked: bool,
 }
 
-impl Running {
-    pub(crate) fn new(rig: Rig, exceptions: Exceptions, file: String) -> Self {
+impl RigState {
+    pub(crate) fn new(
+        rig: Rig,
+        exceptions: Exceptions,
+        objects: Vec<SharedObject>,
+        file: String,
+    ) -> Self {
         let latest = GROUPS.map(|group| vec![0.0; rig.layout(group).len()]);
         Self {
             rig,
             fingerprint: Fingerprint::new(),
             latest: Latest(latest),
             exceptions,
+            objects,
             file,
             reached: SimTime::ZERO,
             has_panicked: false,
@@ -96,12 +105,12 @@ impl Running {
 
     /// Advances to `to`, which may be the present time: to the events that are due at once.
     pub(crate) fn advance_slice(&mut self, py: Python<'_>, to: SimTime) -> PyResult<()> {
-        let ran = py.detach(|| self.run_until(to));
-        self.finish(py, to, ran)
+        let outcome = py.detach(|| self.run_until(to));
+        self.finish(py, to, outcome)
     }
 
     /// Runs without the interpreter.
-    pub(crate) fn run_until(&mut self, to: SimTime) -> Ran {
+    pub(crate) fn run_until(&mut self, to: SimTime) -> RunOutcome {
         let Self {
             rig,
             fingerprint,
@@ -112,8 +121,13 @@ impl Running {
     }
 
     /// Returns the result of a run to `to`.
-    pub(crate) fn finish(&mut self, py: Python<'_>, to: SimTime, ran: Ran) -> PyResult<()> {
-        match ran {
+    pub(crate) fn finish(
+        &mut self,
+        py: Python<'_>,
+        to: SimTime,
+        outcome: RunOutcome,
+    ) -> PyResult<()> {
+        match outcome {
             Ok(Ok(())) => {
                 self.reached = to;
                 self.exceptions.take().map_or(Ok(()), Err)
