@@ -11,9 +11,9 @@ use pyo3::exceptions::{PyKeyError, PyRuntimeError, PyValueError};
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use twinrig::TwinError;
 use twinrig::kernel::{SimDuration, SimTime, Snapshot};
 use twinrig::runtime::{Change, RigError, catch_panic};
+use twinrig::{Assembly, TwinError};
 use twinrig_record::Fingerprint;
 
 use crate::errors::Failure;
@@ -37,6 +37,8 @@ pub(crate) struct PyRig {
     end: SimTime,
     fall: Fall,
     generation: Generation,
+    /// Hash of scenario, robot and settings, which a saved state belongs to.
+    scenario: [u8; 32],
 }
 
 impl PyRig {
@@ -101,12 +103,12 @@ impl PyRig {
             catch_panic(|| {
                 let assembly = scenario.assembly(&parts.registry)?;
                 let (scene, rig) = (assembly.scene().clone(), assembly.rig()?);
-                Ok((rig, scene, assembly.period()))
+                Ok((rig, scene, assembly.period(), scenario_key(&assembly)))
             })
         });
         let built = built.map_err(Failure::from);
         let built = built.and_then(|built| built.map_err(|error: TwinError| error.into()));
-        let (rig, scene, period) = built.map_err(|failure| parts.raised(py, &failure))?;
+        let (rig, scene, period, scenario) = built.map_err(|failure| parts.raised(py, &failure))?;
         let file = scene.scenario.file.clone();
         let mut state = RigState::new(rig, parts.exceptions, parts.objects.take(), file);
         // The events of time 0, so that all signals have a value.
@@ -117,11 +119,12 @@ impl PyRig {
             period,
             end: scene.scenario.end(),
             generation: Generation::current(),
+            scenario,
         })
     }
 
     /// Advances to `until` [s], by default by one control period, and returns the time reached.
-    #[pyo3(signature = (until = None))]
+    #[pyo3(signature = (*, until = None))]
     fn step(&self, py: Python<'_>, until: Option<f64>) -> PyResult<f64> {
         let mut locked = self.lock()?;
         let state = locked.state()?;
@@ -233,7 +236,8 @@ impl PyRig {
         let mut locked = self.lock()?;
         let state = locked.state()?;
         let latest = &state.latest.0;
-        let saved = catch_panic(|| Snapshot::of(&(state.reached, latest, state.rig.save())));
+        let saved =
+            catch_panic(|| Snapshot::of(&(state.reached, self.scenario, latest, state.rig.save())));
         let saved = saved.map_err(|source| state.panicked(py, source))?;
         match state.exceptions.take() {
             Some(exception) => Err(exception),
@@ -246,10 +250,15 @@ impl PyRig {
         let mut locked = self.lock()?;
         let rig_state = locked.state()?;
         let saved = Snapshot(state.to_vec());
-        let saved: Result<(SimTime, [Vec<f64>; 4], Snapshot), _> = saved.read();
-        let (reached, latest, rig) = saved.map_err(|_| {
+        let saved = saved.read::<SavedState>();
+        let (reached, scenario, latest, rig) = saved.map_err(|_| {
             PyValueError::new_err("the bytes are not the saved state of a rig of this build")
         })?;
+        if scenario != self.scenario {
+            return Err(PyValueError::new_err(
+                "the state was saved of a rig of another scenario, robot or setting",
+            ));
+        }
         let lengths = |groups: &[Vec<f64>; 4]| groups.each_ref().map(Vec::len);
         if lengths(&latest) != lengths(&rig_state.latest.0) {
             return Err(PyValueError::new_err(
@@ -293,6 +302,22 @@ impl PyRig {
             .and_then(|mut state| state.take());
         drop(state);
     }
+}
+
+/// Saved state: time reached, hash of the scenario, newest values of each group, the rig.
+type SavedState = (SimTime, [u8; 32], [Vec<f64>; 4], Snapshot);
+
+/// Returns a hash of scenario, robot and settings.
+fn scenario_key(assembly: &Assembly<'_>) -> [u8; 32] {
+    let scenario = assembly.scenario();
+    let robot = assembly.robot_file().map_or("", |(_, text)| text);
+    let settings = scenario.settings.iter();
+    let settings = settings.flat_map(|setting| [&*setting.key, &*setting.value]);
+    let mut digest = Fingerprint::new();
+    for text in [&*scenario.text, robot].into_iter().chain(settings) {
+        digest.wire(0, 0, text.as_bytes());
+    }
+    *digest.digest().as_bytes()
 }
 
 /// Returns the time at `seconds`, to the nearest nanosecond.

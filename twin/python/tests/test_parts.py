@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import functools
 import gc
-import signal
-import subprocess
 import sys
 import threading
 import time
@@ -16,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 import twinrig
+from children import interrupted
 from examples import CART, COMMANDS, SWING, Cart, Spring, Swing, cart_rig
 from twinrig import Input, Output, Variable
 
@@ -286,6 +285,7 @@ ENDLESS = """
 import sys
 sys.path.insert(0, sys.argv[1])
 import twinrig
+from children import interrupted
 from examples import SWING, Swing
 print("ready", flush=True)
 try:
@@ -298,13 +298,7 @@ except KeyboardInterrupt as interrupt:
 
 def test_ctrl_c_ends_a_run_with_a_python_controller() -> None:
     tests = str(Path(__file__).parent)
-    command = [sys.executable, "-c", ENDLESS, tests, str(TROT)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as child:
-        assert child.stdout is not None and child.stdout.readline() == "ready\n"
-        time.sleep(1.0)
-        child.send_signal(signal.SIGINT)
-        assert child.stdout.read() == "True\n"
-    assert child.returncode == 0
+    assert interrupted(ENDLESS, tests, str(TROT), after=1.0) == ("True\n", 0)
 
 
 STEPS = """
@@ -322,13 +316,7 @@ except KeyboardInterrupt:
 
 
 def test_ctrl_c_ends_a_step_of_several_rigs_at_the_same_time() -> None:
-    command = [sys.executable, "-c", STEPS, str(TROT)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as child:
-        assert child.stdout is not None and child.stdout.readline() == "ready\n"
-        time.sleep(0.5)
-        child.send_signal(signal.SIGINT)
-        out, _ = child.communicate(timeout=60)
-    assert (out, child.returncode) == ("True True True\n", 0)
+    assert interrupted(STEPS, str(TROT)) == ("True True True\n", 0)
 
 
 def test_command_of_every_leg_is_required() -> None:

@@ -15,6 +15,7 @@ from types import FrameType
 
 import pytest
 import twinrig
+from children import interrupted
 from conftest import ROOT
 
 LONG = {"duration": "1000000 s"}
@@ -116,14 +117,7 @@ except KeyboardInterrupt as interrupt:
 
 @pytest.mark.parametrize(("kind", "has_run"), [("run", True), ("slow", True), ("study", False)])
 def test_interrupt_ends_long_work(folder: Path, kind: str, has_run: bool) -> None:
-    words = [sys.executable, "-c", INTERRUPTED, str(folder), kind]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, cwd=ROOT) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "ready\n"
-        time.sleep(0.5)
-        process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=60)
-    assert (out, process.returncode) == (f"interrupted {has_run}\n", 0)
+    assert interrupted(INTERRUPTED, str(folder), kind) == (f"interrupted {has_run}\n", 0)
 
 
 FORKED = """

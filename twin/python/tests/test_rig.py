@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
 TROT = SCENARIOS / "trot.toml"
 BUS = SCENARIOS / "oncilla-trot.toml"
+WALK = SCENARIOS / "walk.toml"
 SHORT = {"duration": "2 s", "expect": []}
 
 
@@ -130,7 +131,9 @@ Refused = Callable[[twinrig.Rig], Any]
         (lambda rig: rig.set_variable("duty_factor/fore", 1.5), ValueError, "1.5 is not in"),
         (lambda rig: rig.set_variable("frequency", math.nan), ValueError, "frequency = NaN"),
         (lambda rig: rig.restore(b""), ValueError, "not the saved state"),
-        (lambda rig: rig.restore(cart_rig().save()), ValueError, "other signals"),
+        (lambda rig: rig.restore(cart_rig().save()), ValueError, "another scenario"),
+        (lambda rig: rig.restore(twinrig.Rig(WALK).save()), ValueError, "another scenario"),
+        (lambda rig: rig.step(0.3), TypeError, "positional"),
         (lambda rig: pickle.dumps(rig), TypeError, "cannot be pickled"),
         (lambda rig: twinrig.step_all([rig, rig], 0.1), RuntimeError, "in use"),
     ],

@@ -160,3 +160,18 @@ def test_footsteps_are_where_the_feet_are(trot: twinrig.Run) -> None:
         sample = np.searchsorted(foot.time, footstep["touch_down_s"])
         # Contacts that are one footstep may begin at that of the largest impulse.
         assert np.abs(foot[sample] - footstep["position_m"]).max() < 0.05
+
+
+def test_scenarios_without_a_file_have_recordings_of_their_own(folder: Path) -> None:
+    def run(friction: float) -> Path | None:
+        ground = {"friction": friction}
+        tables = {
+            "robot": "cheetah-cub",
+            "duration": "0.1 s",
+            "plant": {"model": "massless", "ground": ground},
+        }
+        return twinrig.run(tables, record=folder).recording
+
+    one, two, again = run(0.3), run(0.6), run(0.3)
+    assert one != two and one == again
+    assert one is not None and one.name.startswith("scenario-")

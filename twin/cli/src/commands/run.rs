@@ -184,24 +184,34 @@ pub fn recording_path(folder: &Path, scenario: &Scenario) -> PathBuf {
     recording(folder, scenario, "", &[])
 }
 
+/// Returns the hash of texts, as hexadecimal digits.
+fn hash(texts: &[&str]) -> String {
+    let mut digest = Fingerprint::new();
+    for text in texts {
+        digest.wire(0, 0, text.as_bytes());
+    }
+    digest.digest().to_string()
+}
+
 /// Returns the path of the recording of a scenario. The name consists of the scenario file, the
 /// seed and the settings (the plant if it is the only setting, otherwise a hash), so that equal
 /// runs have equal paths. A number distinguishes recordings of one command.
 fn recording(folder: &Path, scenario: &Scenario, mark: &str, taken: &[PathBuf]) -> PathBuf {
-    let stem = Path::new(&scenario.file).file_stem();
-    let stem = stem.map_or("scenario".into(), |stem| stem.to_string_lossy());
+    // A text without a file has a name in angle brackets, which several have in common.
+    let file = Some(Path::new(&scenario.file)).filter(|_| !scenario.file.starts_with('<'));
+    let stem = file.and_then(Path::file_stem).map_or_else(
+        || format!("scenario-{:.8}", hash(&[&scenario.text])),
+        |stem| stem.to_string_lossy().into_owned(),
+    );
     let mut name = format!("{stem}-seed{}", scenario.seed);
     if let [only] = scenario.settings.as_slice()
         && only.key == PLANT_KEY
     {
         name = format!("{name}-{}", scenario.plant.model.replace(['/', '\\'], "-"));
     } else if !scenario.settings.is_empty() {
-        let mut digest = Fingerprint::new();
-        for setting in &scenario.settings {
-            digest.wire(0, 0, setting.key.as_bytes());
-            digest.wire(0, 1, setting.value.as_bytes());
-        }
-        name = format!("{name}-set{:.8}", digest.digest().to_string());
+        let settings = scenario.settings.iter();
+        let texts: Vec<&str> = settings.flat_map(|it| [&*it.key, &*it.value]).collect();
+        name = format!("{name}-set{:.8}", hash(&texts));
     }
     let path = |count: usize| match count {
         1 => folder.join(format!("{name}{mark}.mcap")),

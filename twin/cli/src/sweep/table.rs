@@ -195,6 +195,8 @@ fn list(out: &mut String, result: &SweepResult) {
         }
     }
     if rows.len() > LISTED {
-        let _ = writeln!(out, "\n  and {} more in the report", rows.len() - LISTED);
+        // There is a report when all points are done.
+        let place = ["", " in the report"][usize::from(result.counts.missing == 0)];
+        let _ = writeln!(out, "\n  and {} more{place}", rows.len() - LISTED);
     }
 }
