@@ -33,6 +33,7 @@ mod rig_state;
 mod run;
 mod samples;
 mod scenario;
+mod step_all;
 mod supervised;
 mod variable;
 mod workers;
@@ -51,9 +52,11 @@ mod _native {
     #[pymodule_export]
     use crate::recording::read;
     #[pymodule_export]
-    use crate::rig::{PyRig, step_all};
+    use crate::rig::PyRig;
     #[pymodule_export]
     use crate::run::run;
+    #[pymodule_export]
+    use crate::step_all::step_all;
     #[pymodule_export]
     use crate::workers::PyWorkers;
 

@@ -20,12 +20,10 @@ use crate::errors::Failure;
 use crate::fall::Fall;
 use crate::fork::Generation;
 use crate::parts::PythonParts;
-use crate::poll::Poll;
-use crate::rig_state::{Latest, RigState, RunOutcome, SLICE};
+use crate::rig_state::{Latest, RigState};
 use crate::samples::seconds;
 use crate::scenario::ScenarioArgument;
 use crate::variable::{VariableFields, variable_fields};
-use crate::workers::PyWorkers;
 
 /// A scenario as a rig that is advanced step by step.
 #[pyclass(name = "Rig", module = "twinrig._native", frozen, subclass)]
@@ -53,7 +51,7 @@ impl PyRig {
     }
 
     /// Returns the rig for one call, in the process that made it.
-    fn lock(&self) -> PyResult<Locked<'_>> {
+    pub(crate) fn lock(&self) -> PyResult<Locked<'_>> {
         self.check_process()?;
         match self.state.try_lock() {
             Ok(guard) => Ok(Locked(guard)),
@@ -67,10 +65,10 @@ impl PyRig {
 }
 
 /// A rig in use by one call.
-struct Locked<'a>(MutexGuard<'a, Option<RigState>>);
+pub(crate) struct Locked<'a>(MutexGuard<'a, Option<RigState>>);
 
 impl Locked<'_> {
-    fn state(&mut self) -> PyResult<&mut RigState> {
+    pub(crate) fn state(&mut self) -> PyResult<&mut RigState> {
         match self.0.as_mut() {
             Some(state) if state.has_panicked => Err(PyRuntimeError::new_err(
                 "a part of the rig has panicked: it cannot be used any more",
@@ -321,13 +319,13 @@ fn scenario_key(assembly: &Assembly<'_>) -> [u8; 32] {
 }
 
 /// Returns the time at `seconds`, to the nearest nanosecond.
-fn time(seconds: f64) -> PyResult<SimTime> {
+pub(crate) fn time(seconds: f64) -> PyResult<SimTime> {
     let duration = SimDuration::try_from_secs_f64(seconds);
     let time = duration.and_then(|duration| SimTime::ZERO.checked_add(duration));
     time.ok_or_else(|| no_time(seconds))
 }
 
-fn no_time(seconds: f64) -> PyErr {
+pub(crate) fn no_time(seconds: f64) -> PyErr {
     PyValueError::new_err(format!("{seconds} s is no simulated time: 0 to 584 years"))
 }
 
@@ -340,80 +338,5 @@ fn refused(error: RigError) -> PyErr {
             PyKeyError::new_err(text)
         }
         _ => PyValueError::new_err(text),
-    }
-}
-
-/// Step of a rig among several.
-struct RigStep<'a> {
-    state: &'a mut RigState,
-    /// End of the present slice, and of the step.
-    next: SimTime,
-    to: SimTime,
-    outcome: Option<RunOutcome>,
-    error: Option<PyErr>,
-}
-
-impl<'a> RigStep<'a> {
-    fn new(state: &'a mut RigState, duration: SimDuration) -> PyResult<Self> {
-        let now = state.reached;
-        let to = now.checked_add(duration);
-        let to = to.ok_or_else(|| no_time(f64::INFINITY))?;
-        Ok(Self {
-            state,
-            next: now,
-            to,
-            outcome: None,
-            error: None,
-        })
-    }
-
-    /// Runs the next slice without the interpreter, unless an earlier one has failed.
-    fn run_slice(&mut self) {
-        if self.error.is_none() {
-            let next = self.next.checked_add(SLICE);
-            self.next = next.map_or(self.to, |next| next.min(self.to));
-            self.outcome = Some(self.state.run_until(self.next));
-        }
-    }
-
-    fn finish_slice(&mut self, py: Python<'_>) {
-        if let Some(outcome) = self.outcome.take() {
-            self.error = self.state.finish(py, self.next, outcome).err();
-        }
-    }
-
-    fn has_ended(&self) -> bool {
-        self.error.is_some() || self.next == self.to
-    }
-}
-
-/// Advances every rig by `duration` \[s\], on the threads of `workers`, and returns the exception
-/// of each, or None. Python's signals are polled in a long step; an exception of a handler leaves
-/// all rigs at the end of the same slice.
-#[pyfunction]
-pub(crate) fn step_all(
-    py: Python<'_>,
-    rigs: Vec<PyRef<'_, PyRig>>,
-    duration: f64,
-    workers: &PyWorkers,
-) -> PyResult<Vec<Option<PyErr>>> {
-    let duration = time(duration)? - SimTime::ZERO;
-    let mut locks: Vec<Locked<'_>> = rigs.iter().map(|rig| rig.lock()).collect::<PyResult<_>>()?;
-    let states = locks.iter_mut().map(Locked::state);
-    let steps = states.map(|state| RigStep::new(state?, duration));
-    let mut steps: Vec<RigStep<'_>> = steps.collect::<PyResult<_>>()?;
-    // A short step leaves the signals to the interpreter, and reads no clock.
-    let mut poll = (duration > SLICE).then(Poll::new);
-    loop {
-        py.detach(|| workers.each(&mut steps, RigStep::run_slice));
-        for step in &mut steps {
-            step.finish_slice(py);
-        }
-        if steps.iter().all(RigStep::has_ended) {
-            return Ok(steps.into_iter().map(|step| step.error).collect());
-        }
-        if let Some(poll) = &mut poll {
-            poll.signals(py)?;
-        }
     }
 }
