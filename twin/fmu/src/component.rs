@@ -150,9 +150,7 @@ impl Component {
         if status == Status::Fatal {
             component.phase = Phase::Fatal;
         }
-        component
-            .logger
-            .log(status, &format!("{call}: {failure}"));
+        component.logger.log(status, &format!("{call}: {failure}"));
         status
     }
 
@@ -217,6 +215,25 @@ impl Component {
         match unsafe { state.as_mut() } {
             Some(known) => *known = saved,
             None => *state = Box::into_raw(Box::new(saved)),
+        }
+        Ok(())
+    }
+
+    /// Makes a state of serialised bytes.
+    ///
+    /// # Safety
+    /// As [`Component::save`].
+    pub(crate) unsafe fn deserialise(
+        &mut self,
+        bytes: &[u8],
+        state: *mut *mut FmuState,
+    ) -> Result<(), Failure> {
+        let made = self.instance.deserialise(bytes)?;
+        // SAFETY: as the caller promises.
+        unsafe {
+            let place = raw::place(state, "FMUstate")?;
+            free_state(place);
+            *place = Box::into_raw(Box::new(made));
         }
         Ok(())
     }

@@ -1,9 +1,5 @@
 //! The functions of FMI 2.0 that do something.
-#![expect(
-    non_snake_case,
-    clippy::missing_safety_doc,
-    reason = "names and conditions are those of the standard"
-)]
+#![expect(non_snake_case, reason = "names are those of the standard")]
 
 use std::ffi::{c_char, c_int, c_void};
 
@@ -334,11 +330,10 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     // SAFETY: null, or an instance, an array and a state of the master.
     unsafe {
         Component::call(c, "fmi2DeSerializeFMUstate", Phase::LIVE, |component| {
-            let bytes = raw::slice(serializedState, size, "serializedState")?;
-            let state = component.instance().deserialise(bytes)?;
-            free_state(FMUstate);
-            *raw::place(FMUstate, "FMUstate")? = Box::into_raw(Box::new(state));
-            Ok(())
+            component.deserialise(
+                raw::slice(serializedState, size, "serializedState")?,
+                FMUstate,
+            )
         })
     }
 }
@@ -355,11 +350,7 @@ pub(crate) fn write(bytes: &[u8], buffer: &mut [u8]) -> Result<(), Failure> {
 
 /// Returns the time reached.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetRealStatus(
-    c: *mut Component,
-    s: c_int,
-    value: *mut f64,
-) -> Status {
+pub unsafe extern "C" fn fmi2GetRealStatus(c: *mut Component, s: c_int, value: *mut f64) -> Status {
     if s != LAST_SUCCESSFUL_TIME {
         return Status::Discard;
     }

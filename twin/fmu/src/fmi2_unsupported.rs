@@ -1,9 +1,5 @@
 //! The functions of FMI 2.0 without an effect: for types that no variable has, and for properties
 //! that the model description denies.
-#![expect(
-    clippy::missing_safety_doc,
-    reason = "names and conditions are those of the standard"
-)]
 
 use std::ffi::{c_char, c_int};
 

@@ -5,18 +5,11 @@ use std::ffi::{CString, c_char, c_int, c_void};
 use crate::failure::Status;
 
 /// Logger of FMI 2.0: environment, instance, status, category, format with its arguments.
-pub(crate) type Log2 = unsafe extern "C" fn(
-    *mut c_void,
-    *const c_char,
-    c_int,
-    *const c_char,
-    *const c_char,
-    ...
-);
+pub(crate) type Log2 =
+    unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
 
 /// Logger of FMI 3.0: environment, status, category, message.
-pub(crate) type Log3 =
-    unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
+pub(crate) type Log3 = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
 
 /// Logger of one instance.
 pub(crate) struct Logger {

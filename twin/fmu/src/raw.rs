@@ -5,11 +5,7 @@ use std::ffi::{CStr, c_char};
 use crate::failure::Failure;
 
 /// Checks that an array of the master can be a slice.
-fn check<T>(
-    pointer: *const T,
-    length: usize,
-    argument: &'static str,
-) -> Result<(), Failure> {
+fn check<T>(pointer: *const T, length: usize, argument: &'static str) -> Result<(), Failure> {
     if pointer.is_null() {
         return Err(Failure::Null { argument });
     }

@@ -20,7 +20,9 @@ pub(crate) fn archive(files: &[(String, &[u8])]) -> Result<Vec<u8>, ExportError>
         .unix_permissions(MODE);
     for (name, bytes) in files {
         archive.start_file(name.as_str(), options)?;
-        archive.write_all(bytes).map_err(zip::result::ZipError::Io)?;
+        archive
+            .write_all(bytes)
+            .map_err(zip::result::ZipError::Io)?;
     }
     Ok(archive.finish()?.into_inner())
 }

@@ -88,7 +88,8 @@ impl Description<'_> {
                 let exponents: Vec<(&str, String)> = exponents
                     .map(|(base, exponent)| (base, exponent.to_string()))
                     .collect();
-                let attributes: Vec<_> = exponents.iter().map(|(base, it)| (*base, &**it)).collect();
+                let attributes: Vec<_> =
+                    exponents.iter().map(|(base, it)| (*base, &**it)).collect();
                 xml.leaf("BaseUnit", &attributes);
             }
             xml.end();
@@ -252,7 +253,11 @@ fn attributes<'a>(
     name: &'a str,
     reference: &'a str,
 ) -> Vec<(&'static str, &'a str)> {
-    let causality = if variable.is_input() { "input" } else { "output" };
+    let causality = if variable.is_input() {
+        "input"
+    } else {
+        "output"
+    };
     let variability = if variable.is_discrete {
         "discrete"
     } else {

@@ -118,10 +118,7 @@ fn reason(plant: &str) -> (&'static str, &'static str) {
             "the library of FMUs is built without engines of others",
             "export another plant: `--plant lcp` has the same model of a robot",
         ),
-        "fmu" => (
-            "it is an FMU itself",
-            "use that FMU in the master directly",
-        ),
+        "fmu" => ("it is an FMU itself", "use that FMU in the master directly"),
         _ => (
             "it is a part of this program, and the library of FMUs has the standard parts only",
             "export a standard plant: `--plant MODEL`",
@@ -135,7 +132,13 @@ fn platform(fmi: FmiVersion) -> Result<&'static str, ExportError> {
         (FmiVersion::Fmi2, "x86_64") => Ok("linux64"),
         (FmiVersion::Fmi3, "x86_64") => Ok("x86_64-linux"),
         (FmiVersion::Fmi3, "aarch64") => Ok("aarch64-linux"),
-        (FmiVersion::Fmi2, platform) => Err(ExportError::Platform { fmi: "2.0", platform }),
-        (FmiVersion::Fmi3, platform) => Err(ExportError::Platform { fmi: "3.0", platform }),
+        (FmiVersion::Fmi2, platform) => Err(ExportError::Platform {
+            fmi: "2.0",
+            platform,
+        }),
+        (FmiVersion::Fmi3, platform) => Err(ExportError::Platform {
+            fmi: "3.0",
+            platform,
+        }),
     }
 }

@@ -35,7 +35,8 @@ pub(crate) fn path_of(location: &str) -> Result<PathBuf, FmuError> {
         None => rest.starts_with('/').then_some(rest),
     };
     let path = path.ok_or_else(|| refused("a file URI has an absolute path on this machine"))?;
-    let bytes = percent_decoded(path).ok_or_else(|| refused("`%` is followed by two hex digits"))?;
+    let bytes =
+        percent_decoded(path).ok_or_else(|| refused("`%` is followed by two hex digits"))?;
     Ok(PathBuf::from(OsString::from_vec(bytes)))
 }
 

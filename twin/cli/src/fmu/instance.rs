@@ -249,7 +249,8 @@ impl FmuInstance {
         let refused = |why: String| FmuError::State { why };
         let saved = Snapshot(state.0.clone());
         let saved = saved.read::<Saved>();
-        let (number, start_ns, stop_ns, part) = saved.map_err(|error| refused(error.to_string()))?;
+        let (number, start_ns, stop_ns, part) =
+            saved.map_err(|error| refused(error.to_string()))?;
         self.is_observed = false;
         let restored = catch_panic(|| self.part.restore(&part))?;
         restored.map_err(|error| refused(error.to_string()))?;

@@ -24,8 +24,8 @@ mod xml;
 #[cfg(test)]
 mod tests;
 
-pub use error::FmuError;
 pub(crate) use error::ExportError;
+pub use error::FmuError;
 pub(crate) use export::{FmuRequest, export};
 pub use instance::{FmuInstance, FmuState};
 pub use library::{MARKER_END, MARKER_START};

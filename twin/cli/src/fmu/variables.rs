@@ -166,8 +166,7 @@ impl Variables {
         }
         self.names.extend(names);
         self.names.insert(variable.name.clone());
-        self.owners
-            .extend(elements.iter().map(|_| self.list.len()));
+        self.owners.extend(elements.iter().map(|_| self.list.len()));
         self.elements.extend(elements);
         self.list.push(variable);
     }
