@@ -88,6 +88,12 @@ impl FmuInstance {
         })
     }
 
+    /// Replaces the part by one with the same variables.
+    #[cfg(test)]
+    pub(crate) fn replace_part(&mut self, part: Box<dyn Simulated>) {
+        self.part = part;
+    }
+
     /// Returns the variables.
     pub fn variables(&self) -> &Variables {
         &self.variables
