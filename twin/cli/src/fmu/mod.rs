@@ -28,7 +28,7 @@ pub(crate) use error::ExportError;
 pub use error::FmuError;
 pub(crate) use export::{FmuRequest, export};
 pub use instance::{FmuInstance, FmuState};
-pub use library::{MARKER_END, MARKER_START};
+pub use library::MARKER;
 pub use part::FmuPart;
 pub use variables::{Element, FmuVariable, Variables};
 
