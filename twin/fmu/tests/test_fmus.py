@@ -14,6 +14,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
+import twinrig
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 from libcosimpy.CosimExecution import CosimExecution
@@ -170,27 +171,27 @@ def test_instances_on_two_threads_are_independent(rig: Fmu) -> None:
     assert len(set(results)) == 1
 
 
-def test_plant_alone_is_the_native_plant(folder: Path, plant: Fmu) -> None:
+def test_plant_alone_is_the_native_plant(plant: Fmu) -> None:
     """Commands of a recorded run, applied at the instants of that run, give its signals."""
-    import twinrig
-
-    run = twinrig.run(TROT, set={"duration": "2 s", "expect": []}, signals=["**"])
+    run = twinrig.run(ROOT / TROT, set={"duration": "2 s", "expect": []}, signals=["**"])
     commands = [one.name for one in plant.variables.values() if one.causality == "input"]
-    outputs = [name for name in ("body/position", "leg/LF/foot/load", "leg/RH/foot/force")]
-    times = run.signals[commands[0]].time
+    # Among them means over the observation period.
+    outputs = ("body/position", "leg/LF/foot/load", "leg/RH/foot/force", "energy/dissipated")
+    signals = {name: run.signals[name] for name in (*commands, *outputs)}
+    times = signals[commands[0]].time
     assert len(times) == 1001
     with plant.instance() as instance:
-        for n, time in enumerate(times):
-            instance.step_to(float(time))
+        for n, time in enumerate(times.tolist()):
+            instance.step_to(time)
             for name in outputs:
-                signal = run.signals[name]
+                signal = signals[name]
                 assert signal.time[n] == time
                 names = [name]
                 if not plant.is_fmi3 and signal.ndim == 2:
                     names = [f"{name}[{k}]" for k in range(signal.shape[1])]
-                assert instance.read(names) == list(signal[n].reshape(-1)), (name, time)
+                assert instance.read(names) == signal[n].reshape(-1).tolist(), (name, time)
             for name in commands:
-                instance.write(name, float(run.signals[name][n]))
+                instance.write(name, float(signals[name][n]))
 
 
 def test_start_time_of_the_master_shifts_the_run(plant: Fmu) -> None:
