@@ -137,6 +137,13 @@ pub enum TwinError {
         /// Reason.
         source: BuildError,
     },
+    /// Scenario that cannot be exported as an FMU.
+    #[error("error: {source}")]
+    Fmu {
+        /// Reason.
+        #[from]
+        source: crate::fmu::ExportError,
+    },
     /// Cell that cannot be predicted.
     #[error("error: {source}")]
     Cell {

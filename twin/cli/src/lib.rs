@@ -29,6 +29,7 @@ mod args;
 mod assembly;
 mod commands;
 mod error;
+pub mod fmu;
 mod parts;
 mod report;
 mod run;

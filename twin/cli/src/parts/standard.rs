@@ -40,8 +40,7 @@ impl Registry {
             .with_plant(massless_with_its_method())
             .with_plant(lcp_with_its_methods())
             .with_plant(drives::kind())
-            .with_plant(bench::kind());
-        engines(registry)
+            .with_plant(bench::kind())
             .with_bus(sbcp::kind())
             .with_bus(rb110::kind())
             .with_bus(optoforce::kind())
@@ -50,7 +49,8 @@ impl Registry {
             .with_controller(cpg())
             .with_controller(stand())
             .with_controller(script::kind())
-            .with_controller(turn::kind())
+            .with_controller(turn::kind());
+        engines(registry.of_every_build())
     }
 }
 

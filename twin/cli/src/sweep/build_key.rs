@@ -66,7 +66,7 @@ impl fmt::Display for BuildKey {
 }
 
 /// Returns the file that the code of this crate was loaded from.
-fn file_of_this_code() -> Option<PathBuf> {
+pub(crate) fn file_of_this_code() -> Option<PathBuf> {
     let address = file_of_this_code as *const () as usize;
     let maps = std::fs::read_to_string(MAPPED).ok()?;
     let path = maps.lines().find_map(|line| mapped_at(line, address))?;
