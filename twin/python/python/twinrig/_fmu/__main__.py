@@ -15,11 +15,12 @@ import signal
 import struct
 import sys
 import threading
+import time
 from typing import BinaryIO, NoReturn
 
 _HEAD = struct.Struct("<BI")
 
-_WATCH_PERIOD_MS = 1000
+_WATCH_PERIOD_S = 0.2
 
 
 def _own_descriptors() -> tuple[int, int]:
@@ -36,14 +37,13 @@ def _watch(requests: int, parent: int, folder: str) -> NoReturn:
     """End this process with its parent, also in the midst of a call that never returns."""
     poll = select.poll()
     poll.register(requests, 0)
-    while not poll.poll(_WATCH_PERIOD_MS) and os.getppid() == parent:
-        pass
-    if os.getppid() != parent:
-        # Nobody else removes the folder.
-        shutil.rmtree(folder, ignore_errors=True)
-        os.kill(os.getpid(), signal.SIGKILL)
-    # The parent waits, and has a limit of its own.
-    threading.Event().wait()
+    poll.poll()
+    # The pipe is closed by a parent that waits for the end of this process, or by the death of the
+    # parent, which becomes visible a moment later.
+    while os.getppid() == parent:
+        time.sleep(_WATCH_PERIOD_S)
+    shutil.rmtree(folder, ignore_errors=True)
+    os.kill(os.getpid(), signal.SIGKILL)
     raise AssertionError
 
 
@@ -78,6 +78,8 @@ def main() -> None:
     watch.start()
     with open(requests, "rb") as source, open(replies, "wb") as sink:
         _serve(folder, source, sink)
+    # The parent does the same, if it lives.
+    shutil.rmtree(folder, ignore_errors=True)
     # Threads and destructors of the FMU have no say any more.
     sys.stderr.flush()
     os._exit(0)

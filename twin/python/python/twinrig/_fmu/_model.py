@@ -66,8 +66,6 @@ class Model:
         numeric = (it for it in self.description.modelVariables if it.type in NUMERIC)
         others = (it for it in self.description.modelVariables if it.type not in NUMERIC)
         return {
-            "fmi": self.description.fmiVersion,
-            "name": self.description.modelName or interface.modelIdentifier,
             "token": self.description.guid or "",
             "missing_state": self.missing_state,
             "fixed_step": not interface.canHandleVariableCommunicationStepSize,

@@ -51,7 +51,7 @@ class Status(IntEnum):
 class Worker:
     """One FMU, from the file `ARCHIVE` in a folder that belongs to the worker."""
 
-    def __init__(self, folder: str, *, echo: bool) -> None:
+    def __init__(self, folder: str, *, echo: bool = False) -> None:
         self._folder = Path(folder)
         self._log = Log(echo=echo)
         self._model: Model | None = None
