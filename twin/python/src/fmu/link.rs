@@ -96,13 +96,27 @@ impl Link {
         };
         match status {
             DONE => Ok(content),
-            REFUSED => Err(Failure::Refused(
-                String::from_utf8_lossy(&content).into_owned(),
-            )),
+            REFUSED => {
+                let why = String::from_utf8_lossy(&content);
+                Err(Failure::Refused(format!("{why}{}", self.output())))
+            }
             _ => match serde_json::from_slice(&content) {
-                Ok(Failed { part, why }) => Err(Failure::Failed { part, why }),
+                Ok(Failed { part, why }) => {
+                    let why = format!("{why}{}", self.output());
+                    Err(Failure::Failed { part, why })
+                }
                 Err(error) => Err(Failure::Worker(format!("sent a wrong reply: {error}"))),
             },
+        }
+    }
+}
+
+impl Link {
+    /// Returns the last output of the FMU, of a process, as the end of a sentence.
+    fn output(&mut self) -> String {
+        match &mut self.transport {
+            Transport::Process(process) => process.output(),
+            Transport::Here(_) => String::new(),
         }
     }
 }

@@ -27,7 +27,7 @@ const PATIENCE: Duration = Duration::from_millis(50);
 const FAREWELL: Duration = Duration::from_secs(2);
 
 /// Kept end of the output of an FMU \[bytes\].
-const OUTPUT_MAX: usize = 2000;
+const OUTPUT_MAX: usize = 1000;
 
 /// Size of the head of a frame: a byte with the kind or the status, four with the size.
 const HEAD: usize = 5;
@@ -117,6 +117,12 @@ impl Process {
         })
     }
 
+    /// Returns what the FMU has printed and logged last, as the end of a sentence.
+    pub fn output(&mut self) -> String {
+        self.output.read_to_end(&mut self.errors, Duration::ZERO);
+        self.output.text()
+    }
+
     fn send(&mut self, kind: u8, payload: &[u8]) -> Result<(), Failure> {
         let too_long = || Failure::Worker("cannot take more than 4 GiB".to_owned());
         let size = u32::try_from(payload.len()).map_err(|_| too_long())?;
@@ -180,7 +186,7 @@ impl Process {
     fn wait(&self, patience: Duration) -> Result<(bool, bool), Failure> {
         let polled = |fd| PollFd::new(fd, PollFlags::POLLIN);
         let mut both = [polled(self.replies.as_fd()), polled(self.errors.as_fd())];
-        // At its end, the output would be ready for ever.
+        // After its end, the output would be ready for ever.
         let open = if self.output.is_closed { 1 } else { 2 };
         let timeout = PollTimeout::try_from(patience).unwrap_or(PollTimeout::ZERO);
         match poll(&mut both[..open], timeout) {
@@ -240,8 +246,9 @@ impl Drop for Process {
         // At the end of its input the worker ends the FMU.
         self.requests = None;
         if self.ended.is_none() {
+            let deadline = Instant::now() + FAREWELL;
             self.output.read_to_end(&mut self.errors, FAREWELL);
-            self.wait_for_end(FAREWELL);
+            self.wait_for_end(deadline.saturating_duration_since(Instant::now()));
         }
         self.kill();
     }

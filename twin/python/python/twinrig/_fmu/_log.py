@@ -29,7 +29,12 @@ class Log:
             os.write(2, f"{line}\n".encode())
 
     def take(self) -> str:
-        """Text of the messages since the last call, for the end of a sentence."""
+        """Text of the messages since the last call, for the end of a sentence.
+
+        Messages that are echoed are in the output of the process already.
+        """
+        if self._echo:
+            return ""
         lines = [line for line in self._messages if not line.endswith(": ")]
         self._messages.clear()
         return f"; log of the FMU: {' | '.join(lines)}" if lines else ""
