@@ -165,9 +165,12 @@ fn elements(signals: &[Signal], direction: Direction) -> Vec<Element> {
     let elements = signals.flat_map(|signal| {
         let (count, names) = (signal.scales.len(), &signal.variables);
         // A variable with several elements is the only one of its signal, or named for all.
-        let name = move |n: usize| match names.len() == count {
-            true => names[n].clone(),
-            false => names.join(", "),
+        let name = move |n: usize| {
+            if names.len() == count {
+                names[n].clone()
+            } else {
+                names.join(", ")
+            }
         };
         let scales = signal.scales.iter().enumerate();
         scales.map(move |(n, scale)| Element {

@@ -95,6 +95,8 @@ def read(path: Path, archive: Archive) -> Model:
     version = _version(description)
     _check_interface(description)
     _check_variables(description)
+    _check_outputs(description)
+    _check_units(description)
     return Model(description, version, _library(description, version, archive))
 
 
@@ -136,6 +138,26 @@ def _check_variables(description: Any) -> None:
         if variable.type in _FLOATS and variable.start is not None:
             for text in str(variable.start).split():
                 _check_start(variable.name, text)
+
+
+def _check_outputs(description: Any) -> None:
+    for output in description.outputs:
+        variable = output.variable
+        if variable.causality != "output":
+            raise Refusal(
+                f"its structure has `{variable.name}` as an output, whose causality is "
+                f"{variable.causality}"
+            )
+
+
+def _check_units(description: Any) -> None:
+    for unit in description.unitDefinitions:
+        base = unit.baseUnit
+        if base is None:
+            continue
+        factor, offset = float(base.factor), float(base.offset)
+        if not (math.isfinite(factor) and math.isfinite(offset) and factor != 0.0):
+            raise Refusal(f"its unit `{unit.name}` has the factor {factor} and offset {offset}")
 
 
 def _check_start(name: str, text: str) -> None:
