@@ -48,6 +48,7 @@ pub use commands::{plan_json, recording_path, run, run_args, run_with};
 pub use error::{BuildError, TwinError};
 pub use parts::bus_kind::{BusContext, BusKind};
 pub use parts::controller_kind::{ControllerContext, ControllerKind, LegContext};
+pub use parts::fmu_plant;
 pub use parts::lcp::lcp;
 pub use parts::massless::massless;
 pub use parts::method::Method;

@@ -20,6 +20,7 @@ mod controller;
 mod errors;
 mod exceptions;
 mod fall;
+mod fmu;
 mod fork;
 mod part;
 mod part_objects;

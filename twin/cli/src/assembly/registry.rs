@@ -22,6 +22,13 @@ pub(crate) fn build_needs(feature: &str) -> Option<&'static str> {
     (feature == "mujoco").then_some("ci/setup mujoco")
 }
 
+/// Returns the remedy for a part of builds with the cargo feature `feature`.
+#[cfg(not(all(feature = "mujoco", feature = "rapier")))]
+pub(crate) fn build_remedy(feature: &str) -> String {
+    let after = build_needs(feature).map_or_else(String::new, |it| format!(", after `{it}`"));
+    format!("build with `--features {feature}`{after}")
+}
+
 /// Plants, controllers and buses of a build.
 ///
 /// ```
@@ -78,20 +85,14 @@ impl Registry {
         self
     }
 
-    /// Lists a plant of builds with the cargo feature `feature`.
+    /// Lists a plant of other programs, with its keys for the schema and the `remedy` for a
+    /// scenario that names it.
     #[must_use]
-    pub fn without_plant(self, name: &str, about: &str, feature: &str) -> Self {
-        self.without(Kind::new(name, about), feature)
-    }
-
-    /// Lists such a plant with its keys, for the schema.
-    #[must_use]
-    pub fn without(mut self, kind: Kind, feature: &str) -> Self {
-        self.missing.push(Kind {
-            missing_feature: Some(feature.to_owned()),
-            build_needs: build_needs(feature).map(str::to_owned),
-            ..kind
-        });
+    pub fn without_plant(mut self, kind: Kind, remedy: impl Into<String>) -> Self {
+        let remedy = Some(remedy.into());
+        self.plants.retain(|known| known.name() != kind.name);
+        self.missing.retain(|known| known.name != kind.name);
+        self.missing.push(Kind { remedy, ..kind });
         self
     }
 
