@@ -1,5 +1,6 @@
 //! Registry of the kinds of parts of a build.
 
+use twinrig_campaign::engine::Engine;
 use twinrig_document::DocumentError;
 use twinrig_kernel::{Port, SimDuration};
 use twinrig_robot::Robot;
@@ -37,6 +38,7 @@ pub struct Registry {
     controllers: Vec<ControllerKind>,
     buses: Vec<BusKind>,
     build: Option<BuildKey>,
+    engines: Vec<Box<dyn Engine>>,
 }
 
 impl Registry {
@@ -93,6 +95,21 @@ impl Registry {
     pub fn with_build(mut self, key: BuildKey) -> Self {
         self.build = Some(key);
         self
+    }
+
+    /// Adds an engine for sweeps, or replaces the one of the same name. Its workers have to build
+    /// the parts of this registry.
+    #[must_use]
+    pub fn with_engine(mut self, engine: impl Engine + 'static) -> Self {
+        self.engines.retain(|known| known.name() != engine.name());
+        self.engines.push(Box::new(engine));
+        self
+    }
+
+    /// Returns the engine of that name.
+    pub(crate) fn engine(&self, name: &str) -> Option<&dyn Engine> {
+        let found = self.engines.iter().find(|engine| engine.name() == name);
+        found.map(AsRef::as_ref)
     }
 
     /// Returns the hash of the program.
