@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import secrets
 import sys
 import tempfile
 import threading
@@ -42,6 +43,8 @@ EMPTY_S = 300.0
 EXIT_S = 2.0
 """Time to leave a cluster [s]."""
 
+LOCAL = "local"
+"""Address of a Ray of our own on this machine."""
 STORE_BYTES = 100_000_000
 """Object store of a Ray of our own: the shared data of a job, and no results."""
 
@@ -75,13 +78,14 @@ class Driver:
 
     def run(self) -> None:
         """Do all tasks, unless the work is stopped."""
+        address = _address(self.job)
         try:
             import ray
         except ImportError:
             raise ClusterError(
                 "the package ray is not installed", 'install it: pip install "twinrig[ray]"'
             ) from None
-        with _connected(ray, self.job):
+        with _connected(ray, self.job, address):
             self._slots_seen = time.monotonic()
             remote = ray.remote(num_cpus=1, max_retries=0)(self.do)
             shared = [ray.put(self.job.shared)]
@@ -175,18 +179,28 @@ def _message(error: BaseException) -> str:
     return str(error).strip() or type(error).__name__
 
 
-@contextmanager
-def _connected(ray: Any, job: JobFrames) -> Iterator[None]:
-    """Connect to the cluster, or start a Ray of our own on this machine."""
-    address = job.address or os.environ.get("RAY_ADDRESS") or "local"
+def _address(job: JobFrames) -> str:
+    """Return the address of the cluster, and prepare the environment in which Ray is imported."""
+    address = job.address or os.environ.get("RAY_ADDRESS") or LOCAL
     if address.startswith("ray://"):
         raise ClusterError(
             f"`{address}` is the address of a Ray client",
             "start a node here, `ray start --address=HOST:PORT`, and name HOST:PORT or auto",
         )
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+    if address == LOCAL and "RAY_AUTH_MODE" not in os.environ:
+        # A token of its own, where Ray would write one into the home folder.
+        os.environ["RAY_AUTH_MODE"] = "token"
+        os.environ["RAY_AUTH_TOKEN"] = secrets.token_hex(32)
+    return address
+
+
+@contextmanager
+def _connected(ray: Any, job: JobFrames, address: str) -> Iterator[None]:
+    """Connect to the cluster, or start a Ray of our own on this machine."""
     quiet = {"log_to_driver": False, "logging_level": "error", "include_dashboard": None}
     with tempfile.TemporaryDirectory(prefix="twinrig-") as folder:
-        if address == "local":
+        if address == LOCAL:
             options: dict[str, Any] = {
                 "num_cpus": job.jobs,
                 "object_store_memory": STORE_BYTES,
