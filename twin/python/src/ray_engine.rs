@@ -176,11 +176,15 @@ fn read_status(contents: &[u8]) -> Option<EngineStatus> {
     })
 }
 
-/// Returns the last lines of the driver's standard error in one line.
-fn shown(lines: &[String]) -> String {
-    /// Lines of a traceback that say most.
-    const LAST: usize = 3;
-    let lines: Vec<&str> = lines.iter().map(|line| line.trim()).collect();
-    let lines: Vec<&str> = lines.into_iter().filter(|line| !line.is_empty()).collect();
-    lines[lines.len().saturating_sub(LAST)..].join(" ")
+/// Returns the first sentence of the last line of the driver's standard error, without the place
+/// that Ray puts before it: `[time E process thread] file:line: `.
+fn shown(lines: &[String]) -> &str {
+    let last = lines.iter().rev().find(|line| !line.trim().is_empty());
+    let line = last.map_or("its driver has ended", String::as_str);
+    let placed = line
+        .strip_prefix('[')
+        .and_then(|rest| rest.split_once("] "));
+    let text = placed.and_then(|(_, rest)| rest.split_once(": "));
+    let text = text.map_or(line, |(_, text)| text);
+    text.split_once(". ").map_or(text, |(first, _)| first)
 }

@@ -28,12 +28,14 @@ impl PyWorkerJob {
 
     /// Does tasks; returns for each whether it ended without a panic, and its result or the panic.
     fn run<'py>(&self, py: Python<'py>, tasks: Vec<Vec<u8>>) -> PyResult<Vec<Ended<'py>>> {
-        let run = |task: &Vec<u8>| match catch_panic(|| self.0.run(task)) {
+        let run = |task: Vec<u8>| match catch_panic(|| self.0.run(&task)) {
             Ok(Ok(result)) => Ok(result.map(|result| (true, result))),
             Ok(Err(error)) => Err(error.to_string()),
             Err(panic) => Ok(Some((false, panic.to_string().into_bytes()))),
         };
-        let done = supervised(py, || tasks.iter().map(run).collect::<Result<Vec<_>, _>>())?;
+        let done = supervised(py, || {
+            tasks.into_iter().map(run).collect::<Result<Vec<_>, _>>()
+        })?;
         if let Some(interrupt) = done.interrupt {
             return Err(interrupt);
         }

@@ -23,8 +23,6 @@ ENVIRONMENT = {
     "RAY_AUTH_MODE": "token",
     "RAY_AUTH_TOKEN": TOKEN,
     "RAY_USAGE_STATS_ENABLED": "0",
-    # The wheel of the package is installed by the `pip` of this environment.
-    "PATH": f"{Path(sys.executable).parent}:/usr/bin:/bin",
 }
 
 STORE_BYTES = 80_000_000

@@ -11,12 +11,11 @@ import json
 import os
 import secrets
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
+from importlib import import_module
 from typing import Any
 
 from twinrig import _ray_worker
@@ -33,6 +32,7 @@ from twinrig._ray_frames import (
     read_job,
     writer,
 )
+from twinrig._ray_wheel import wheel
 
 POLL_S = 0.1
 """Greatest time between two checks for a request to end [s]."""
@@ -80,21 +80,22 @@ class Driver:
         """Do all tasks, unless the work is stopped."""
         address = _address(self.job)
         try:
-            import ray
+            ray: Any = import_module("ray")
         except ImportError:
             raise ClusterError(
                 "the package ray is not installed", 'install it: pip install "twinrig[ray]"'
             ) from None
         with _connected(ray, self.job, address):
             self._slots_seen = time.monotonic()
+            ray.cloudpickle.register_pickle_by_value(_ray_worker)
             remote = ray.remote(num_cpus=1, max_retries=0)(self.do)
-            shared = [ray.put(self.job.shared)]
+            data = [ray.put(wheel()), ray.put(self.job.shared)]
             digest = hashlib.sha256(self.job.shared).hexdigest()
             while not self.stopped.is_set() and (self.queue.left() or self._flying):
                 self._report(ray)
                 while len(self._flying) < self._most() and (batch := self.queue.take(self.slots)):
                     tasks = [self.job.tasks[task] for task in batch]
-                    self._flying[remote.remote(digest, shared, tasks)] = batch
+                    self._flying[remote.remote(digest, data, tasks)] = batch
                 self._collect(ray)
 
     def _most(self) -> int:
@@ -152,12 +153,13 @@ class Driver:
         """Queue the tasks of a batch again whose worker is lost; any other error is the job's."""
         reason = _first_line(error)
         if isinstance(error, exceptions.RayTaskError):
-            raise ClusterError(_of_worker(error), REPEAT) from None
-        if isinstance(error, exceptions.RuntimeEnvSetupError):
-            raise ClusterError(
-                f"a worker cannot install the package: {reason}",
-                "the machines need the same platform, pip, NumPy and Python 3.10 or newer",
-            ) from None
+            cause = getattr(error, "cause", None) or error
+            if isinstance(cause, ImportError):
+                raise ClusterError(
+                    f"a worker cannot load the package: {cause}",
+                    "all machines need the same platform, Python 3.10 or newer, and NumPy",
+                ) from None
+            raise ClusterError(_message(cause), REPEAT) from None
         if isinstance(error, exceptions.LocalRayletDiedError):
             raise ClusterError(f"the cluster is lost: {reason}", REPEAT) from None
         for task in self.queue.lost(batch):
@@ -168,11 +170,6 @@ class Driver:
 def _first_line(error: BaseException) -> str:
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     return lines[0] if lines else type(error).__name__
-
-
-def _of_worker(error: Any) -> str:
-    """Return the message of an exception raised on a worker, without its traceback."""
-    return _message(getattr(error, "cause", None) or error)
 
 
 def _message(error: BaseException) -> str:
@@ -198,31 +195,25 @@ def _address(job: JobFrames) -> str:
 @contextmanager
 def _connected(ray: Any, job: JobFrames, address: str) -> Iterator[None]:
     """Connect to the cluster, or start a Ray of our own on this machine."""
-    quiet = {"log_to_driver": False, "logging_level": "error", "include_dashboard": None}
-    with tempfile.TemporaryDirectory(prefix="twinrig-") as folder:
-        if address == LOCAL:
-            options: dict[str, Any] = {
-                "num_cpus": job.jobs,
-                "object_store_memory": STORE_BYTES,
-                "_node_ip_address": "127.0.0.1",
-            }
-            # Its workers inherit the path of this package.
-            quiet["include_dashboard"] = False
-        else:
-            from twinrig._ray_wheel import wheel
-
-            options = {"runtime_env": {"py_modules": [str(wheel(Path(folder)))]}}
-        try:
-            ray.init(address=address, **quiet, **options)
-        except Exception as error:
-            raise ClusterError(
-                f"no cluster at `{address}`: {_message(error)}",
-                "start one by `ray start --head`, or leave out the address for a Ray of its own",
-            ) from error
-        try:
-            yield
-        finally:
-            ray.shutdown()
+    options: dict[str, Any] = {}
+    if address == LOCAL:
+        options = {
+            "num_cpus": job.jobs,
+            "object_store_memory": STORE_BYTES,
+            "include_dashboard": False,
+            "_node_ip_address": "127.0.0.1",
+        }
+    try:
+        ray.init(address=address, log_to_driver=False, logging_level="error", **options)
+    except Exception as error:
+        raise ClusterError(
+            f"no cluster at `{address}`: {_message(error)}",
+            "start one by `ray start --head`, or leave out the address for a Ray of its own",
+        ) from error
+    try:
+        yield
+    finally:
+        ray.shutdown()
 
 
 def _stop_with_the_program(driver: Driver) -> None:
