@@ -58,3 +58,4 @@ pub use run::execute::{Execution, execute, execute_observed};
 pub use run::observers::{RunLayouts, RunObserver};
 pub use sweep::build_key::BuildKey;
 pub use sweep::execute::{SweepEvent, SweepOutcome, SweepProgress, SweepRequest, sweep};
+pub use sweep::job::{JobError, WorkerJob};

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use twinrig_campaign::engine::Engine;
 use twinrig_document::DocumentError;
 use twinrig_kernel::{Port, SimDuration};
 use twinrig_robot::Robot;
@@ -46,6 +47,7 @@ pub struct Registry {
     controllers: Vec<ControllerKind>,
     buses: Vec<BusKind>,
     build: Option<BuildKey>,
+    engines: Vec<Box<dyn Engine>>,
     /// Kinds that every build of this crate has: sort of part and name.
     in_every_build: BTreeSet<(PartSort, String)>,
 }
@@ -131,6 +133,21 @@ impl Registry {
     pub fn with_build(mut self, key: BuildKey) -> Self {
         self.build = Some(key);
         self
+    }
+
+    /// Adds an engine for sweeps, or replaces the one of the same name. Its workers have to build
+    /// the parts of this registry.
+    #[must_use]
+    pub fn with_engine(mut self, engine: impl Engine + 'static) -> Self {
+        self.engines.retain(|known| known.name() != engine.name());
+        self.engines.push(Box::new(engine));
+        self
+    }
+
+    /// Returns the engine of that name.
+    pub(crate) fn engine(&self, name: &str) -> Option<&dyn Engine> {
+        let found = self.engines.iter().find(|engine| engine.name() == name);
+        found.map(AsRef::as_ref)
     }
 
     /// Returns the hash of the program.
