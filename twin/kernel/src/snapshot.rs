@@ -32,6 +32,14 @@ pub enum SnapshotError {
         /// The part.
         part: String,
     },
+    /// The part is made of a model without this capability.
+    #[error("{part} cannot be saved and restored: it lacks `{capability}`")]
+    Lacking {
+        /// The part.
+        part: String,
+        /// The capability, by the name that the makers of the model know.
+        capability: String,
+    },
 }
 
 impl Snapshot {

@@ -1,9 +1,11 @@
 //! Checks and plans of scenarios, without a run.
 
 use pyo3::prelude::*;
-use twinrig::{Registry, plan_json};
+use twinrig::plan_json;
 
 use crate::errors::Failure;
+use crate::exceptions::Exceptions;
+use crate::registry::registry;
 use crate::scenario::ScenarioArgument;
 use crate::supervised::supervised;
 
@@ -20,7 +22,7 @@ pub(crate) fn check(
     scenario: ScenarioArgument,
 ) -> PyResult<(String, Vec<(&'static str, String, String, Option<usize>)>)> {
     let checked = inspected(py, move || {
-        let registry = Registry::standard();
+        let registry = registry(&Exceptions::default());
         let assembly = scenario.assembly(&registry)?;
         assembly.rig()?;
         let scenario = assembly.scenario();
@@ -39,7 +41,7 @@ pub(crate) fn check(
 #[pyfunction]
 pub(crate) fn plan(py: Python<'_>, scenario: ScenarioArgument) -> PyResult<String> {
     inspected(py, move || {
-        let registry = Registry::standard();
+        let registry = registry(&Exceptions::default());
         let assembly = scenario.assembly(&registry)?;
         Ok(plan_json(&registry, &assembly)?)
     })

@@ -55,12 +55,12 @@ impl StandaloneModel for Model {
         &self.name
     }
 
-    fn legs(&self) -> Vec<LegFact> {
-        Vec::new()
+    fn legs(&self) -> Option<Vec<LegFact>> {
+        None
     }
 
-    fn weight(&self) -> f64 {
-        0.0
+    fn weight(&self) -> Option<f64> {
+        None
     }
 
     fn ports(&self) -> Vec<Port> {

@@ -4,10 +4,12 @@ use std::ffi::OsString;
 use std::sync::{Mutex, PoisonError};
 
 use pyo3::prelude::*;
-use twinrig::{Registry, run_args, run_with};
+use twinrig::{run_args, run_with};
 
 use crate::errors::{Failure, twin_error};
+use crate::exceptions::Exceptions;
 use crate::fork::Generation;
+use crate::registry::registry;
 use crate::supervised::supervised;
 
 /// Generation of the process in which a study has started the threads that all swarms share.
@@ -20,7 +22,7 @@ const STUDY: &str = "study";
 /// SIGTERM itself, so the process must belong to it.
 #[pyfunction]
 pub(crate) fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
-    py.detach(|| run_args(&Registry::standard(), arguments))
+    py.detach(|| run_args(&registry(&Exceptions::default()), arguments))
 }
 
 /// Runs a command of the program; returns exit code, standard output and standard error.
@@ -30,8 +32,9 @@ pub(crate) fn command(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<(u8,
         check_threads(py)?;
     }
     let done = supervised(py, || {
+        let registry = registry(&Exceptions::default());
         let (mut out, mut err) = (Vec::new(), Vec::new());
-        let code = run_with(&Registry::standard(), arguments, &mut out, &mut err);
+        let code = run_with(&registry, arguments, &mut out, &mut err);
         let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
         (code, text(out), text(err))
     })?;

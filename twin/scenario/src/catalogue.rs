@@ -45,13 +45,16 @@ pub struct Kind {
     pub name: String,
     /// One-line description for display.
     pub about: String,
-    /// Cargo feature that this build lacks for the kind; none if the kind is available.
-    pub missing_feature: Option<String>,
-    /// Command that must precede a build with that feature; none if none is required.
-    pub build_needs: Option<String>,
+    /// Remedy for a kind that this program lacks, such as the cargo feature to build it with; none
+    /// if the kind is available.
+    pub remedy: Option<String>,
     /// Whether the plant is a standalone model: a scenario then requires no robot and cannot set
     /// base, legs, ground, start and actuators. Plants only.
     pub is_standalone: bool,
+    /// Whether a standalone plant accepts these keys nevertheless, since it can take the place of a
+    /// plant on a robot. The ground and the legs then serve the judge; base, start and actuators
+    /// are those of the model.
+    pub takes_robot_keys: bool,
     /// Keys of its table besides those common to all parts of its sort.
     pub options: Vec<OptionSpec>,
     /// Process variables: keys of its table as well, which may change during a run. Controllers
@@ -65,12 +68,17 @@ impl Kind {
         Kind {
             name: name.into(),
             about: about.into(),
-            missing_feature: None,
-            build_needs: None,
+            remedy: None,
             is_standalone: false,
+            takes_robot_keys: false,
             options: Vec::new(),
             variables: Vec::new(),
         }
+    }
+
+    /// Returns whether a plant of this kind has the keys of plants on robots.
+    pub(crate) fn has_robot_keys(&self) -> bool {
+        !self.is_standalone || self.takes_robot_keys
     }
 
     /// Returns the variable of that full name.

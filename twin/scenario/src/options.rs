@@ -42,6 +42,8 @@ pub enum Accepts {
     /// A name that only the part itself can resolve, or a file name; its position is kept for
     /// errors of the part.
     Name,
+    /// A list of at least one such name.
+    Names,
     /// One of these words.
     Choice(Vec<String>),
     /// A time model: a duration, a distribution, or a recorded trace.
@@ -69,6 +71,8 @@ pub enum OptionValue {
     Text(String),
     /// A name and its position.
     Name(Placed<String>),
+    /// Names and their positions.
+    Names(Vec<Placed<String>>),
     /// A time model.
     Time(Timing),
     /// Options of a table.
@@ -136,6 +140,14 @@ impl Options {
         match self.get(name)? {
             OptionValue::Name(value) => Some(value),
             _ => None,
+        }
+    }
+
+    /// Returns the names of the list `name` and their positions; none if it is absent.
+    pub fn names(&self, name: &str) -> &[Placed<String>] {
+        match self.get(name) {
+            Some(OptionValue::Names(names)) => names,
+            _ => &[],
         }
     }
 

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use twinrig_kernel::{Port, signal};
 use twinrig_robot::{LegMount, Robot, RobotFile};
 use twinrig_scenario::{LegFact, Scenario};
 
@@ -93,19 +94,43 @@ impl Body {
             fore: mount.hip[0] >= 0.0,
             left: mount.hip[1] >= 0.0,
         };
-        match (self.standalone_model(), self.robot()) {
-            (Some(model), _) => model.legs(),
-            (None, Some(robot)) => robot.legs.iter().map(fact).collect(),
-            (None, None) => Vec::new(),
-        }
+        let own = self.standalone_model().and_then(StandaloneModel::legs);
+        let of_robot = || {
+            let robot = self.robot()?;
+            Some(robot.legs.iter().map(fact).collect())
+        };
+        let named = || {
+            self.standalone_model()
+                .map(|model| named_legs(&model.ports()))
+        };
+        own.or_else(of_robot).or_else(named).unwrap_or_default()
     }
 
     /// Returns the weight \[N\].
     pub(crate) fn weight(&self) -> f64 {
-        let own = self.standalone_model().map(StandaloneModel::weight);
+        let own = self.standalone_model().and_then(StandaloneModel::weight);
         own.or_else(|| self.robot().map(Robot::weight))
             .unwrap_or_default()
     }
+}
+
+/// Returns the legs in the names of signals, in the order of their first occurrence. Fore and left
+/// are those with an F and an L in their names, as in `LF`.
+fn named_legs(ports: &[Port]) -> Vec<LegFact> {
+    let mut legs: Vec<LegFact> = Vec::new();
+    for (name, _) in ports
+        .iter()
+        .filter_map(|port| signal::parse_leg(&port.name))
+    {
+        if legs.iter().all(|leg| leg.name != name) {
+            legs.push(LegFact {
+                name: name.to_owned(),
+                fore: name.contains('F'),
+                left: name.contains('L'),
+            });
+        }
+    }
+    legs
 }
 
 impl FiledRobot {

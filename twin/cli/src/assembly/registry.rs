@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use twinrig_campaign::engine::Engine;
 use twinrig_document::DocumentError;
 use twinrig_kernel::{Port, SimDuration};
 use twinrig_robot::Robot;
@@ -22,6 +23,13 @@ pub(crate) fn build_needs(feature: &str) -> Option<&'static str> {
     (feature == "mujoco").then_some("ci/setup mujoco")
 }
 
+/// Returns the remedy for a part of builds with the cargo feature `feature`.
+#[cfg(not(all(feature = "mujoco", feature = "rapier")))]
+pub(crate) fn build_remedy(feature: &str) -> String {
+    let after = build_needs(feature).map_or_else(String::new, |it| format!(", after `{it}`"));
+    format!("build with `--features {feature}`{after}")
+}
+
 /// Plants, controllers and buses of a build.
 ///
 /// ```
@@ -39,6 +47,7 @@ pub struct Registry {
     controllers: Vec<ControllerKind>,
     buses: Vec<BusKind>,
     build: Option<BuildKey>,
+    engines: Vec<Box<dyn Engine>>,
     /// Kinds that every build of this crate has: sort of part and name.
     in_every_build: BTreeSet<(PartSort, String)>,
 }
@@ -78,20 +87,14 @@ impl Registry {
         self
     }
 
-    /// Lists a plant of builds with the cargo feature `feature`.
+    /// Lists a plant of other programs, with its keys for the schema and the `remedy` for a
+    /// scenario that names it.
     #[must_use]
-    pub fn without_plant(self, name: &str, about: &str, feature: &str) -> Self {
-        self.without(Kind::new(name, about), feature)
-    }
-
-    /// Lists such a plant with its keys, for the schema.
-    #[must_use]
-    pub fn without(mut self, kind: Kind, feature: &str) -> Self {
-        self.missing.push(Kind {
-            missing_feature: Some(feature.to_owned()),
-            build_needs: build_needs(feature).map(str::to_owned),
-            ..kind
-        });
+    pub fn without_plant(mut self, kind: Kind, remedy: impl Into<String>) -> Self {
+        let remedy = Some(remedy.into());
+        self.plants.retain(|known| known.name() != kind.name);
+        self.missing.retain(|known| known.name != kind.name);
+        self.missing.push(Kind { remedy, ..kind });
         self
     }
 
@@ -130,6 +133,21 @@ impl Registry {
     pub fn with_build(mut self, key: BuildKey) -> Self {
         self.build = Some(key);
         self
+    }
+
+    /// Adds an engine for sweeps, or replaces the one of the same name. Its workers have to build
+    /// the parts of this registry.
+    #[must_use]
+    pub fn with_engine(mut self, engine: impl Engine + 'static) -> Self {
+        self.engines.retain(|known| known.name() != engine.name());
+        self.engines.push(Box::new(engine));
+        self
+    }
+
+    /// Returns the engine of that name.
+    pub(crate) fn engine(&self, name: &str) -> Option<&dyn Engine> {
+        let found = self.engines.iter().find(|engine| engine.name() == name);
+        found.map(AsRef::as_ref)
     }
 
     /// Returns the hash of the program.

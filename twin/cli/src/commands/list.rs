@@ -34,7 +34,7 @@ struct Part {
     name: String,
     about: String,
     /// Null if the part is in this build.
-    missing_feature: Option<String>,
+    remedy: Option<String>,
     options: Vec<Opt>,
     variables: Vec<Variable>,
 }
@@ -109,7 +109,7 @@ fn part(kind: &Kind) -> Part {
     Part {
         name: kind.name.clone(),
         about: kind.about.clone(),
-        missing_feature: kind.missing_feature.clone(),
+        remedy: kind.remedy.clone(),
         options: options.collect(),
         variables: variables.collect(),
     }
@@ -126,6 +126,7 @@ fn accepts(accepted: &Accepts) -> String {
         Accepts::Boolean => "true or false".to_owned(),
         Accepts::Text => "a text".to_owned(),
         Accepts::Name => "a name".to_owned(),
+        Accepts::Names => "a list of names".to_owned(),
         Accepts::Choice(words) => words.join(" | "),
         Accepts::Time => "a duration, a distribution of durations, or a trace of them".to_owned(),
         Accepts::Group(options) => {
@@ -143,9 +144,8 @@ fn text(listing: &Listing) -> String {
         lines.push(styled(BOLD, title));
         let mut grid = Grid::new(&[Left, Left]);
         for part in parts {
-            let missing = part.missing_feature.as_ref();
-            let missing =
-                missing.map(|feature| format!(" (not in this build: feature `{feature}`)"));
+            let remedy = part.remedy.as_ref();
+            let missing = remedy.map(|remedy| format!(" (not in this build: {remedy})"));
             let about = format!("{}{}", part.about, missing.unwrap_or_default());
             grid.row([part.name.as_str().into(), about.into()]);
             for option in &part.options {

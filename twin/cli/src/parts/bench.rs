@@ -96,12 +96,12 @@ impl StandaloneModel for LoadedBench {
         &self.parameters.name
     }
 
-    fn legs(&self) -> Vec<LegFact> {
-        Vec::new()
+    fn legs(&self) -> Option<Vec<LegFact>> {
+        Some(Vec::new())
     }
 
-    fn weight(&self) -> f64 {
-        0.0
+    fn weight(&self) -> Option<f64> {
+        Some(0.0)
     }
 
     fn ports(&self) -> Vec<Port> {

@@ -8,6 +8,7 @@ pub(crate) mod controller_kind;
 pub(crate) mod coupling;
 pub(crate) mod drives;
 pub(crate) mod engines;
+pub mod fmu_plant;
 pub(crate) mod idle;
 pub(crate) mod lcp;
 pub(crate) mod massless;

@@ -39,17 +39,17 @@ impl StandaloneModel for LoadedModel {
         &self.name
     }
 
-    fn legs(&self) -> Vec<LegFact> {
+    fn legs(&self) -> Option<Vec<LegFact>> {
         let fact = |leg: &Leg| LegFact {
             name: leg.name.clone(),
             fore: leg.fore,
             left: leg.left,
         };
-        self.bound.legs().iter().map(fact).collect()
+        Some(self.bound.legs().iter().map(fact).collect())
     }
 
-    fn weight(&self) -> f64 {
-        self.bound.weight()
+    fn weight(&self) -> Option<f64> {
+        Some(self.bound.weight())
     }
 
     fn ports(&self) -> Vec<Port> {

@@ -61,11 +61,13 @@ pub trait StandaloneModel: Send + Sync {
     /// Returns the name of the model, for reports.
     fn name(&self) -> &str;
 
-    /// Returns the legs, as named in the signals (`leg/LF/…`).
-    fn legs(&self) -> Vec<LegFact>;
+    /// Returns the legs, as named in the signals (`leg/LF/…`); none if the model does not know
+    /// them: they are then those of the scenario's robot or, without one, of the signals.
+    fn legs(&self) -> Option<Vec<LegFact>>;
 
-    /// Returns the weight \[N\].
-    fn weight(&self) -> f64;
+    /// Returns the weight \[N\]; none if the model does not know it: it is then that of the
+    /// scenario's robot.
+    fn weight(&self) -> Option<f64>;
 
     /// Returns the ports, including all outputs.
     fn ports(&self) -> Vec<Port>;
@@ -108,6 +110,7 @@ pub struct PlantKind {
     soft_methods: Vec<Method>,
     segment_masses: bool,
     model_of: Option<String>,
+    takes_robot_keys: bool,
     ports: PlantPorts,
     build: Build,
 }
@@ -155,6 +158,7 @@ impl PlantKind {
             soft_methods: Vec::new(),
             segment_masses: true,
             model_of: None,
+            takes_robot_keys: false,
             ports: Box::new(legged_ports),
             build,
         }
@@ -180,6 +184,15 @@ impl PlantKind {
     #[must_use]
     pub fn with_option(mut self, option: OptionSpec) -> Self {
         self.options.push(option);
+        self
+    }
+
+    /// Declares that the standalone plant can take the place of a plant on a robot: base, legs,
+    /// ground, start and actuators of a scenario are accepted. Ground and legs serve the judge; the
+    /// rest has no effect.
+    #[must_use]
+    pub fn with_robot_keys(mut self) -> Self {
+        self.takes_robot_keys = true;
         self
     }
 
@@ -246,6 +259,7 @@ impl PlantKind {
         Kind {
             options: self.options.clone(),
             is_standalone: self.is_standalone(),
+            takes_robot_keys: self.takes_robot_keys,
             ..Kind::new(&self.name, &self.about)
         }
     }

@@ -2,15 +2,20 @@
 
 use twinrig_gait::{Abduction, Cpg, Gait, Stand};
 use twinrig_kernel::SimDuration;
+#[cfg(not(all(feature = "mujoco", feature = "rapier")))]
+use twinrig_scenario::Kind;
 use twinrig_scenario::{Accepts, OptionSpec};
 
 use crate::assembly::registry::Registry;
+#[cfg(not(all(feature = "mujoco", feature = "rapier")))]
+use crate::assembly::registry::build_remedy;
 use crate::error::BuildError;
 use crate::parts::bench;
 use crate::parts::controller_kind::{ControllerContext, ControllerKind};
 use crate::parts::drives;
 #[cfg(not(all(feature = "mujoco", feature = "rapier")))]
 use crate::parts::engines;
+use crate::parts::fmu_plant;
 use crate::parts::lcp;
 use crate::parts::massless;
 use crate::parts::method::Method;
@@ -41,6 +46,7 @@ impl Registry {
             .with_plant(lcp_with_its_methods())
             .with_plant(drives::kind())
             .with_plant(bench::kind())
+            .without_plant(fmu_plant::offer(), fmu_plant::REMEDY)
             .with_bus(sbcp::kind())
             .with_bus(rb110::kind())
             .with_bus(optoforce::kind())
@@ -60,12 +66,13 @@ fn engines(registry: Registry) -> Registry {
     let registry = mujoco::kinds(registry);
     #[cfg(not(feature = "mujoco"))]
     let registry = registry
-        .without_plant("mujoco", engines::MUJOCO, "mujoco")
-        .without(mjcf::offer(), "mujoco");
+        .without_plant(Kind::new("mujoco", engines::MUJOCO), build_remedy("mujoco"))
+        .without_plant(mjcf::offer(), build_remedy("mujoco"));
     #[cfg(feature = "rapier")]
     let registry = rapier::kinds(registry);
     #[cfg(not(feature = "rapier"))]
-    let registry = registry.without_plant("rapier", engines::RAPIER, "rapier");
+    let registry =
+        registry.without_plant(Kind::new("rapier", engines::RAPIER), build_remedy("rapier"));
     registry
 }
 

@@ -52,6 +52,11 @@ impl BuildKey {
         Self(*blake3::hash(bytes).as_bytes())
     }
 
+    /// Returns the key of these 32 bytes; none for another number of them.
+    pub(crate) fn of_key(bytes: &[u8]) -> Option<Self> {
+        bytes.try_into().ok().map(Self)
+    }
+
     /// Returns the 32 bytes.
     pub(crate) fn as_bytes(&self) -> &[u8] {
         &self.0

@@ -357,21 +357,21 @@ fn list_names_all_parts() {
     };
     let mut plants = names("plants");
     plants.sort();
-    // Plants on engines that this build lacks are listed with the missing feature.
+    // Plants on engines that this build lacks are listed with the remedy.
     let known = [
-        "bench", "drives", "lcp", "massless", "mjcf", "mujoco", "rapier",
+        "bench", "drives", "fmu", "lcp", "massless", "mjcf", "mujoco", "rapier",
     ];
     let tested = ["snapping", "toy"];
     assert_eq!(plants, [&known[..], &tested].concat());
     let lacking = |name: &str| {
         let mut parts = listing["plants"].as_array().unwrap().iter();
         let part = parts.find(|part| part["name"] == name).unwrap();
-        part["missing_feature"].clone()
+        part["remedy"].clone()
     };
     let mujoco = if cfg!(feature = "mujoco") {
         json!(null)
     } else {
-        json!("mujoco")
+        json!("build with `--features mujoco`, after `ci/setup mujoco`")
     };
     assert_eq!((lacking("mjcf"), lacking("lcp")), (mujoco, json!(null)));
     assert_eq!(names("controllers"), ["cpg", "stand", "script", "turn"]);

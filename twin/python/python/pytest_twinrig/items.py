@@ -253,7 +253,7 @@ def skip_if_absent(run: ScenarioRun, error: twinrig.ScenarioError) -> None:
 
     A plant that was chosen for all scenarios must exist.
     """
-    absent = [kind for kind in twinrig.parts()["plants"] if kind["missing_feature"]]
+    absent = [kind for kind in twinrig.parts()["plants"] if kind["remedy"]]
     for kind in absent:
         text = f"this build has no plant `{kind['name']}`"
         if run.plant is None and any(text in problem.message for problem in error.problems):

@@ -188,7 +188,7 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
     let (seed, observe) = (table.read(&SEED), table.read(&OBSERVE));
     let observed = observe.unwrap_or(io::OBSERVE_PERIOD);
     let plant = table.read_with(&PLANT, |item| plant::plant(item, catalogue, observed));
-    let actuator = actuator(table, plant.as_ref().ok(), run);
+    let actuator = actuator(table, catalogue, plant.as_ref().ok(), run);
     let controller = controller(table, catalogue);
     let buses = table.get_with(&BUS, |item| bus::buses(item, &catalogue.buses));
     let (fall, footsteps, record) = (
@@ -250,15 +250,22 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
     })
 }
 
-/// Reads `[actuator]`, which a standalone plant does not have.
+/// Returns whether the plant refuses the actuators of a scenario.
+fn brings_actuators(plant: &PlantSpec, catalogue: &Catalogue) -> bool {
+    let mut kinds = catalogue.plants.iter();
+    kinds.any(|kind| kind.name == plant.model && !kind.has_robot_keys())
+}
+
+/// Reads `[actuator]`, which a plant that brings its own does not have.
 fn actuator(
     table: Declared<'_, '_>,
+    catalogue: &Catalogue,
     plant: Option<&PlantSpec>,
     run: SimDuration,
 ) -> Result<Option<ActuatorSpec>, Reported> {
     use root_table::ACTUATOR;
     match plant {
-        Some(plant) if plant.is_standalone && table.has(&ACTUATOR) => {
+        Some(plant) if brings_actuators(plant, catalogue) && table.has(&ACTUATOR) => {
             let message = format!("the plant `{}` brings its own actuators", plant.model);
             table.expect(&ACTUATOR);
             Err(table.report(&ACTUATOR, message, "leave the table out"))
@@ -329,12 +336,9 @@ fn kind<'k>(item: &Item<'_>, part: Part, kinds: &'k [Kind]) -> Result<&'k Kind, 
         let names = kinds.iter().map(|kind| kind.name.as_str());
         return Err(item.report_word(format!("there is no {label} `{name}`"), name, plural, names));
     };
-    if let Some(feature) = &kind.missing_feature {
+    if let Some(remedy) = &kind.remedy {
         let message = format!("this build has no {label} `{name}`");
-        let needs = kind.build_needs.as_ref();
-        let after = needs.map_or_else(String::new, |needs| format!(", after `{needs}`"));
-        let help = format!("build with `--features {feature}`{after}");
-        return Err(item.report(message, help));
+        return Err(item.report(message, remedy));
     }
     Ok(kind)
 }

@@ -30,6 +30,7 @@ fn value(item: &Item<'_>, accepts: &Accepts) -> Result<OptionValue, Reported> {
         Accepts::Boolean => OptionValue::Boolean(item.boolean()?),
         Accepts::Text => OptionValue::Text(item.text()?.to_owned()),
         Accepts::Name => OptionValue::Name(item.placed_text()?),
+        Accepts::Names => OptionValue::Names(names(item)?),
         Accepts::Choice(names) => {
             let choices: Vec<_> = names.iter().map(|name| (name.as_str(), name)).collect();
             OptionValue::Text(item.choice(&choices)?.clone())
@@ -60,6 +61,14 @@ fn named(
         })
         .collect();
     named.into_iter().collect()
+}
+
+fn names(item: &Item<'_>) -> Result<Vec<Placed<String>>, Reported> {
+    let names = item.each(Item::placed_text)?;
+    if names.is_empty() {
+        return Err(item.report("the list is empty", "leave it out, or name an element"));
+    }
+    Ok(names)
 }
 
 fn natural(item: &Item<'_>, range: &RangeInclusive<u64>) -> Result<u64, Reported> {

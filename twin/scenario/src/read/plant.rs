@@ -141,7 +141,7 @@ pub(super) fn plant(
     let coupling = table.get_with(&COUPLING, |item| coupling(item, observe));
     let model = table.read_with(&MODEL, |item| kind(item, Part::Plant, &catalogue.plants));
     if let Ok(model) = model
-        && model.is_standalone
+        && !model.has_robot_keys()
     {
         return standalone(table, model, coupling?.unwrap_or_default());
     }
@@ -152,7 +152,7 @@ pub(super) fn plant(
     Ok(PlantSpec {
         place: item.place(),
         model: model.name.clone(),
-        is_standalone: false,
+        is_standalone: model.is_standalone,
         base: base?,
         legs: legs?,
         ground: ground?,

@@ -97,7 +97,7 @@ fn definition(common: &Common<'_>, kind: &Kind, name: &str) -> String {
 }
 
 fn is_open(kind: &Kind) -> bool {
-    kind.missing_feature.is_some() && kind.options.is_empty()
+    kind.remedy.is_some() && kind.options.is_empty()
 }
 
 /// Returns the case of a kind.
@@ -112,7 +112,7 @@ fn case(
         let shared = common.properties.as_object();
         let shared = shared.into_iter().flat_map(Map::keys).map(String::as_str);
         let shared =
-            shared.filter(|key| !(kind.is_standalone && common.not_standalone.contains(key)));
+            shared.filter(|key| kind.has_robot_keys() || !common.not_standalone.contains(key));
         let declared = keys.iter().map(|(name, _)| name.as_str());
         if let Value::Object(only) =
             only_keys([common.key].into_iter().chain(shared).chain(declared))

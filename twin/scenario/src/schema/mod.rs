@@ -12,7 +12,7 @@ mod tables;
 
 use serde_json::{Map, Value, json};
 
-use crate::catalogue::Catalogue;
+use crate::catalogue::{Catalogue, Kind};
 use crate::read::{NO_CONTROLLER, root_table};
 use builders::reference;
 use kinds::changes;
@@ -37,11 +37,16 @@ pub fn schema(catalogue: &Catalogue) -> Value {
 
 /// Adds the conditions between tables.
 fn cross_table_rules(schema: &mut Value, catalogue: &Catalogue, defs: &mut Map<String, Value>) {
-    let standalone = catalogue.plants.iter().filter(|kind| kind.is_standalone);
-    let standalone: Vec<&str> = standalone.map(|kind| kind.name.as_str()).collect();
-    let model = json!({ "properties": { "model": { "enum": standalone } }, "required": ["model"] });
-    schema["if"] = json!({ "properties": { "plant": model }, "required": ["plant"] });
-    schema["then"] = json!({ "properties": { "actuator": false } });
+    let plant_of = |is: fn(&Kind) -> bool| {
+        let kinds = catalogue.plants.iter().filter(|kind| is(kind));
+        let names: Vec<&str> = kinds.map(|kind| kind.name.as_str()).collect();
+        let model = json!({ "properties": { "model": { "enum": names } }, "required": ["model"] });
+        json!({ "properties": { "plant": model }, "required": ["plant"] })
+    };
+    schema["if"] = plant_of(|kind| kind.is_standalone);
+    let without_actuator = plant_of(|kind| !kind.has_robot_keys());
+    let none = json!({ "properties": { "actuator": false } });
+    schema["then"] = json!({ "if": without_actuator, "then": none });
     schema["else"] = json!({ "required": ["robot"] });
     let none = json!({ "properties": { "change": false } });
     let mut cases = vec![(vec![NO_CONTROLLER.to_owned()], none)];

@@ -189,6 +189,7 @@ pub(super) fn accepted(accepts: &Accepts) -> Value {
         Accepts::Natural(range) => natural(range),
         Accepts::Boolean => boolean(),
         Accepts::Text | Accepts::Name => text(),
+        Accepts::Names => json!({ "type": "array", "items": text(), "minItems": 1 }),
         Accepts::Choice(names) => json!({ "enum": names }),
         Accepts::Time => {
             let catalogue = &Catalogue::default();

@@ -42,7 +42,7 @@ pub fn catalogue() -> Catalogue {
         option("cells", Accepts::Natural(16..=512), None),
     ];
     let mut mujoco = Kind::new("mujoco", "external physics engine");
-    mujoco.missing_feature = Some("mujoco".into());
+    mujoco.remedy = Some("build with `--features mujoco`".into());
     let mut cpg = Kind::new("cpg", "oscillators");
     cpg.options = vec![option(
         "gait",
