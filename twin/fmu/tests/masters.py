@@ -1,4 +1,4 @@
-"""Exported FMUs, and instances of them in FMPy."""
+"""Exported FMUs, and instances of them in FMPy and in libcosim."""
 
 from __future__ import annotations
 
@@ -12,6 +12,10 @@ from typing import Any
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
+from libcosimpy.CosimExecution import CosimExecution
+from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+from libcosimpy.CosimObserver import CosimObserver
+from libcosimpy.CosimSlave import CosimLocalSlave
 
 ROOT = Path(__file__).resolve().parents[3]
 TROT = "scenarios/trot.toml"
@@ -135,3 +139,23 @@ class Instance:
         self.raw.setFMUState(state)
         self.raw.freeFMUState(state)
         self.now = now
+
+
+class Cosim:
+    """An instance by FMI 2.0 in libcosim, which reads all outputs at every step."""
+
+    def __init__(self, fmu: Fmu, step: float) -> None:
+        log_output_level(CosimLogLevel.WARNING)
+        self.execution = CosimExecution.from_step_size(round(step * 1e9))
+        self.index = self.execution.add_local_slave(CosimLocalSlave(str(fmu.path), "instance"))
+        self.observer = CosimObserver.create_last_value()
+        assert self.execution.add_observer(self.observer)
+        self.references = [fmu.references[name] for name in fmu.outputs()]
+
+    def step(self, count: int = 1) -> None:
+        """Take steps."""
+        assert self.execution.step(count)
+
+    def read(self) -> list[float]:
+        """Return the values of all outputs."""
+        return list(self.observer.last_real_values(self.index, self.references))
