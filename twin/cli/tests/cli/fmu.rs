@@ -135,8 +135,5 @@ fn file_that_is_no_library_of_this_version_is_refused() {
     refused(&with(&text), &["library.so", remedy]);
     let missing = folder.join("missing.so");
     refused(&with(&missing), &["cannot be read", "missing.so"]);
-    // Beside the test there is none.
-    let done = twin(&["export", "fmu", &scenario, "--out", &out]);
-    refused(&done, &["libtwinrig_fmu.so", "--library"]);
     assert!(!std::path::Path::new(&out).exists());
 }
