@@ -72,6 +72,20 @@ fn parts_that_the_library_lacks_are_refused_with_the_reason() {
 }
 
 #[test]
+fn plant_without_signals_is_refused() {
+    let folder = Folder::new("fmu-empty");
+    let text = r#"
+robot = "cheetah-cub"
+duration = "1 s"
+plant = { model = "massless", base = "fixed" }
+actuator = { kind = "none" }
+record = { signals = [], frames = "0 Hz" }
+"#;
+    let done = export(&folder, text, &[]);
+    refused(&done, &["neither inputs nor", "record.signals"]);
+}
+
+#[test]
 fn part_that_replaces_a_standard_one_is_refused() {
     let folder = Folder::new("fmu-replaced");
     let scenario = folder.file("scene.toml", HANGING);
