@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -97,3 +99,23 @@ def test_fmus_that_cannot_be_simulated(folder: Path, name: str, reason: str) -> 
     with pytest.raises(twinrig.ScenarioError) as raised:
         simulated(folder, FMUS / f"{name}.fmu")
     assert reason in str(raised.value)
+
+
+def test_example_of_the_documentation(folder: Path) -> None:
+    page = (ROOT / "docs" / "fmu.md").read_text()
+    for name, language in (("ball.py", "python"), ("ball.toml", "toml")):
+        block = re.search(rf"^```{language}\n(.*?)^```", page, re.M | re.S)
+        assert block is not None
+        (folder / name).write_text(block[1])
+    build = [sys.executable, "-m", "pythonfmu", "build", "-f", "ball.py"]
+    subprocess.run(build, check=True, capture_output=True, cwd=folder)
+    run = twinrig.run(folder / "ball.toml")
+    assert run.verdict == "pass"
+    height = run.signals["ball/height"]
+    bounce = math.sqrt(2.0 / 9.81)
+    falling, rising = height.time < bounce, (height.time > bounce) & (height.time < 2.0 * bounce)
+    free = 1.0 - 9.81 / 2.0 * height.time**2
+    since = height.time - bounce
+    thrown = 0.8 * 9.81 * bounce * since - 9.81 / 2.0 * since**2
+    np.testing.assert_allclose(np.asarray(height)[falling], free[falling], atol=1e-12)
+    np.testing.assert_allclose(np.asarray(height)[rising], thrown[rising], atol=1e-12)
