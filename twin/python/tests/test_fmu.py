@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import twinrig
 from children import interrupted
-from fmus import COMPILER, LAG_2, lag, lag3
+from fmus import COMPILER, LAG_2, LIBRARY_2, archive, lag, lag3
 from twinrig import Output
 
 pytestmark = pytest.mark.skipif(
@@ -153,7 +153,7 @@ FAULTS = {
     "CRASH": "its process was ended by SIGSEGV",
     "ABORT": "its process was ended by SIGABRT; its last output: a last word on standard error",
     "EXIT": "its process ended itself with exit code 3",
-    "HANG": "a call took longer than 500ms (`time_limit`)",
+    "HANG": "a call took longer than 500.000 ms (`time_limit`)",
     "NOT_A_NUMBER": "lag/x failed at 498.000 ms",
     "INFINITE": "its value is -inf",
     "ERROR": "lag/fmi2DoStep failed at 500.000 ms",
@@ -206,6 +206,14 @@ def test_output_of_an_fmu_disturbs_neither_protocol_nor_report(folder: Path) -> 
     done = program("run", "--json", "--no-record", "lag.toml", folder=folder)
     assert (done.returncode, done.stderr) == (0, "")
     assert json.loads(done.stdout)["error"] is None
+
+
+def test_library_that_cannot_be_loaded_here_leaves_the_current_folder(folder: Path) -> None:
+    archive(folder / "lag.fmu", {"modelDescription.xml": LAG_2, LIBRARY_2: b"no library"})
+    before = os.getcwd()
+    with pytest.raises(twinrig.ScenarioError, match="its library cannot be loaded"):
+        run(written(folder), set={"plant.isolated": False})
+    assert os.getcwd() == before
 
 
 def test_failure_at_the_end_leaves_the_results(folder: Path) -> None:

@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use pyo3::prelude::*;
+use twinrig::kernel::SimDuration;
 use twinrig::runtime::interrupt;
 
 use crate::exceptions::Exceptions;
@@ -164,6 +165,8 @@ impl Process {
             let left = deadline.saturating_duration_since(now);
             if left.is_zero() {
                 let output = self.output.text();
+                let limit = u64::try_from(limit.as_nanos()).unwrap_or(u64::MAX);
+                let limit = SimDuration::from_nanos(limit);
                 return Err(Failure::Late { limit, output });
             }
             if now - last_check >= PATIENCE {
