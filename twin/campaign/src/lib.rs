@@ -1,6 +1,6 @@
 //! Campaigns: many runs, of which each is independent. [`search`] minimises a cost, of covariances
 //! of filters, gaits and the like; [`sweep`] runs a scenario at the points of a design and judges
-//! shares of the runs.
+//! shares of the runs; [`engine`] does independent tasks, on threads or on the workers of a cluster.
 //!
 //! ```
 //! use twinrig_campaign::search::{Dimension, Swarm};
@@ -34,6 +34,7 @@
 //! - A sweep knows no scenario: the caller turns points into runs, and files and settings into
 //!   keys.
 
+pub mod engine;
 mod places;
 pub mod search;
 pub mod sweep;

@@ -12,7 +12,7 @@ use twinrig_document::{parse_duration, parse_quantity};
 use twinrig_kernel::{SimDuration, Unit};
 
 pub use cell::{CellArgs, CellCommand, CellPredictArgs, ElectrodeName};
-pub use export::{ExportArgs, ExportCommand, MjcfArgs};
+pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
 pub use sweep::SweepArgs;
 
 /// Co-simulates a legged robot, its controller and its I/O in virtual time and judges the run.

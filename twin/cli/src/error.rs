@@ -137,6 +137,13 @@ pub enum TwinError {
         /// Reason.
         source: BuildError,
     },
+    /// Scenario that cannot be exported as an FMU.
+    #[error("error: {source}")]
+    Fmu {
+        /// Reason.
+        #[from]
+        source: crate::fmu::ExportError,
+    },
     /// Cell that cannot be predicted.
     #[error("error: {source}")]
     Cell {
@@ -168,12 +175,32 @@ pub enum TwinError {
         #[from]
         source: twinrig_campaign::sweep::StoreError,
     },
-    /// Failure to start the threads of a sweep.
+    /// Failure of the engine of a sweep; rows up to then are in the store.
     #[error("error: {source}")]
-    Workers {
+    Engine {
         /// Reason.
         #[from]
-        source: twinrig_campaign::sweep::WorkerError,
+        source: twinrig_campaign::engine::EngineError,
+    },
+    /// Engine that this program does not have.
+    #[error(
+        "error: this program has no engine `{name}`\n  = help: `pip install \"twinrig[ray]\"` has a `twin` with it, whose workers have the standard parts; parts of your own crate run on the engine `local` only"
+    )]
+    NoEngine {
+        /// Name of the engine.
+        name: String,
+    },
+    /// Runs of a sweep that have no row, as their workers did not survive.
+    #[error(
+        "error: {count} of the runs have no result; the first is {name}: {reason}\n  = help: all others are kept; the same command repeats these, also by another engine"
+    )]
+    LostRuns {
+        /// Number of runs.
+        count: usize,
+        /// Name of the first one.
+        name: String,
+        /// Its reason.
+        reason: String,
     },
     /// Program whose file cannot be read.
     #[error(

@@ -5,7 +5,7 @@ use twinrig::plan_json;
 
 use crate::errors::Failure;
 use crate::exceptions::Exceptions;
-use crate::fmu;
+use crate::registry::registry;
 use crate::scenario::ScenarioArgument;
 use crate::supervised::supervised;
 
@@ -22,7 +22,7 @@ pub(crate) fn check(
     scenario: ScenarioArgument,
 ) -> PyResult<(String, Vec<(&'static str, String, String, Option<usize>)>)> {
     let checked = inspected(py, move || {
-        let registry = fmu::registry(&Exceptions::default());
+        let registry = registry(&Exceptions::default());
         let assembly = scenario.assembly(&registry)?;
         assembly.rig()?;
         let scenario = assembly.scenario();
@@ -41,7 +41,7 @@ pub(crate) fn check(
 #[pyfunction]
 pub(crate) fn plan(py: Python<'_>, scenario: ScenarioArgument) -> PyResult<String> {
     inspected(py, move || {
-        let registry = fmu::registry(&Exceptions::default());
+        let registry = registry(&Exceptions::default());
         let assembly = scenario.assembly(&registry)?;
         Ok(plan_json(&registry, &assembly)?)
     })

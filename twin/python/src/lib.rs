@@ -28,7 +28,10 @@ mod parts;
 mod plant;
 mod poll;
 mod program;
+mod ray_engine;
+mod ray_process;
 mod recording;
+mod registry;
 mod rig;
 mod rig_state;
 mod run;
@@ -37,6 +40,7 @@ mod scenario;
 mod step_all;
 mod supervised;
 mod variable;
+mod worker_job;
 mod workers;
 
 use pyo3::prelude::pymodule;
@@ -58,6 +62,8 @@ mod _native {
     use crate::run::run;
     #[pymodule_export]
     use crate::step_all::step_all;
+    #[pymodule_export]
+    use crate::worker_job::PyWorkerJob;
     #[pymodule_export]
     use crate::workers::PyWorkers;
 

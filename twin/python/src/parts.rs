@@ -7,7 +7,7 @@ use twinrig::Registry;
 use crate::errors::Failure;
 use crate::exceptions::Exceptions;
 use crate::part_objects::PartObjects;
-use crate::{controller, fmu, plant};
+use crate::{controller, plant, registry};
 
 /// The standard registry with Python objects as further controllers and plants, and the place of
 /// their exceptions.
@@ -27,7 +27,7 @@ impl PythonParts {
         plants: &Bound<'_, PyDict>,
     ) -> PyResult<Self> {
         let (exceptions, objects) = (Exceptions::default(), PartObjects::default());
-        let mut registry = fmu::registry(&exceptions);
+        let mut registry = registry::registry(&exceptions);
         for (name, given) in controllers {
             let kind = controller::kind(name.extract()?, &given, &exceptions, &objects)?;
             registry = registry.with_controller(kind);

@@ -8,8 +8,8 @@ use twinrig::{run_args, run_with};
 
 use crate::errors::{Failure, twin_error};
 use crate::exceptions::Exceptions;
-use crate::fmu;
 use crate::fork::Generation;
+use crate::registry::registry;
 use crate::supervised::supervised;
 
 /// Generation of the process in which a study has started the threads that all swarms share.
@@ -22,7 +22,7 @@ const STUDY: &str = "study";
 /// SIGTERM itself, so the process must belong to it.
 #[pyfunction]
 pub(crate) fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
-    py.detach(|| run_args(&fmu::registry(&Exceptions::default()), arguments))
+    py.detach(|| run_args(&registry(&Exceptions::default()), arguments))
 }
 
 /// Runs a command of the program; returns exit code, standard output and standard error.
@@ -32,7 +32,7 @@ pub(crate) fn command(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<(u8,
         check_threads(py)?;
     }
     let done = supervised(py, || {
-        let registry = fmu::registry(&Exceptions::default());
+        let registry = registry(&Exceptions::default());
         let (mut out, mut err) = (Vec::new(), Vec::new());
         let code = run_with(&registry, arguments, &mut out, &mut err);
         let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();

@@ -2,7 +2,11 @@
 
 use std::fmt;
 
-/// Fingerprint under construction.
+use serde::{Deserialize, Serialize};
+
+use crate::hash_tree::{BLOCK, HashTree};
+
+/// Fingerprint under construction. It can be serialised, as a part of the state of a run.
 ///
 /// Each item (a sample, a piece of wire traffic, an event) is hashed as a header followed by its
 /// bytes. The header contains the time, the kind of item, its number within the kind, and the
@@ -18,21 +22,50 @@ use std::fmt;
 /// b.sample(2_000_000, 0, &[0.5, 0.25_f64.next_up()]);
 /// assert_ne!(a.digest(), b.digest());
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(into = "SavedFingerprint", try_from = "SavedFingerprint")]
 pub struct Fingerprint {
-    hasher: blake3::Hasher,
-    /// Input buffer: hashing many kilobytes at once is faster than a few hundred bytes.
+    hashed: HashTree,
+    /// Input buffer of two blocks: hashing many kilobytes at once is faster than a few hundred
+    /// bytes.
     buffer: Box<[u8]>,
     filled: usize,
+}
+
+/// Serialised fingerprint: the hashed blocks, and the bytes behind them.
+#[derive(Serialize, Deserialize)]
+struct SavedFingerprint {
+    hashed: HashTree,
+    rest: Vec<u8>,
+}
+
+impl From<Fingerprint> for SavedFingerprint {
+    fn from(saved: Fingerprint) -> Self {
+        Self {
+            rest: saved.buffer[..saved.filled].to_vec(),
+            hashed: saved.hashed,
+        }
+    }
+}
+
+impl TryFrom<SavedFingerprint> for Fingerprint {
+    type Error = &'static str;
+
+    fn try_from(SavedFingerprint { hashed, rest }: SavedFingerprint) -> Result<Self, Self::Error> {
+        let is_valid = hashed.is_valid() && (hashed.is_empty() || !rest.is_empty());
+        let mut fingerprint = Self::new();
+        match fingerprint.buffer.get_mut(..rest.len()) {
+            Some(room) if is_valid => room.copy_from_slice(&rest),
+            _ => return Err("not the state of a fingerprint"),
+        }
+        (fingerprint.hashed, fingerprint.filled) = (hashed, rest.len());
+        Ok(fingerprint)
+    }
 }
 
 /// A finished fingerprint: 32 bytes, displayed as 64 hexadecimal digits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Digest([u8; 32]);
-
-/// Number of bytes hashed at once: a power of two, for which the hash is fastest. The buffer has
-/// twice this size.
-const BUFFER_BYTES: usize = 64 * 1024;
 
 const KIND_SAMPLE: u32 = 1;
 const KIND_WIRE: u32 = 2;
@@ -48,8 +81,8 @@ impl Fingerprint {
     /// Creates an empty fingerprint.
     pub fn new() -> Self {
         Self {
-            hasher: blake3::Hasher::new(),
-            buffer: vec![0; 2 * BUFFER_BYTES].into_boxed_slice(),
+            hashed: HashTree::new(),
+            buffer: vec![0; 2 * BLOCK].into_boxed_slice(),
             filled: 0,
         }
     }
@@ -82,7 +115,7 @@ impl Fingerprint {
     /// Adds the bits of numbers, in little-endian order.
     #[inline]
     fn words<T: Copy>(&mut self, numbers: &[T], bits: impl Fn(T) -> u64) {
-        for part in numbers.chunks(BUFFER_BYTES / 8) {
+        for part in numbers.chunks(BLOCK / 8) {
             let (room, _) = self.room(part.len() * 8).as_chunks_mut();
             for (bytes, number) in room.iter_mut().zip(part) {
                 *bytes = bits(*number).to_le_bytes();
@@ -91,16 +124,16 @@ impl Fingerprint {
     }
 
     fn bytes(&mut self, bytes: &[u8]) {
-        for part in bytes.chunks(BUFFER_BYTES) {
+        for part in bytes.chunks(BLOCK) {
             self.room(part.len()).copy_from_slice(part);
         }
     }
 
-    /// Returns the next `len` bytes of the buffer (at most [`BUFFER_BYTES`]), for the caller to
+    /// Returns the next `len` bytes of the buffer (at most [`BLOCK`]), for the caller to
     /// fill.
     #[inline]
     fn room(&mut self, len: usize) -> &mut [u8] {
-        if self.filled >= BUFFER_BYTES {
+        if self.filled >= BLOCK {
             self.hash_block();
         }
         let start = self.filled;
@@ -108,18 +141,26 @@ impl Fingerprint {
         &mut self.buffer[start..self.filled]
     }
 
+    /// Hashes the first block of the buffer, behind which there are or will be bytes.
     #[cold]
     fn hash_block(&mut self) {
-        self.hasher.update(&self.buffer[..BUFFER_BYTES]);
-        self.buffer.copy_within(BUFFER_BYTES..self.filled, 0);
-        self.filled -= BUFFER_BYTES;
+        if let Some(block) = self.buffer.first_chunk() {
+            self.hashed.push(block);
+        }
+        self.buffer.copy_within(BLOCK..self.filled, 0);
+        self.filled -= BLOCK;
     }
 
     /// Returns the digest of all items so far; more may follow.
     pub fn digest(&self) -> Digest {
-        let mut hasher = self.hasher.clone();
-        hasher.update(&self.buffer[..self.filled]);
-        Digest(*hasher.finalize().as_bytes())
+        let bytes = &self.buffer[..self.filled];
+        let Some((block, end)) = bytes.split_first_chunk().filter(|(_, end)| !end.is_empty())
+        else {
+            return Digest(self.hashed.finish(bytes));
+        };
+        let mut hashed = self.hashed.clone();
+        hashed.push(block);
+        Digest(hashed.finish(end))
     }
 }
 
@@ -142,6 +183,7 @@ impl fmt::Display for Digest {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use twinrig_kernel::Snapshot;
 
     use super::*;
 
@@ -172,7 +214,16 @@ mod tests {
     }
 
     fn digest(items: &[Item]) -> Digest {
+        fingerprint(items).digest()
+    }
+
+    fn fingerprint(items: &[Item]) -> Fingerprint {
         let mut print = Fingerprint::new();
+        add(&mut print, items);
+        print
+    }
+
+    fn add(print: &mut Fingerprint, items: &[Item]) {
         for item in items {
             match item {
                 Item::Sample(time, group, bits) => {
@@ -183,7 +234,6 @@ mod tests {
                 Item::Event(time, what, words) => print.event(*time, *what, words),
             }
         }
-        print.digest()
     }
 
     /// The same bytes, hashed at once.
@@ -218,6 +268,17 @@ mod tests {
         }
 
         #[test]
+        fn saved_fingerprint_continues(
+            items in prop::collection::vec(item(), 1..400), save in any::<prop::sample::Index>(),
+        ) {
+            let (before, after) = items.split_at(save.index(items.len()));
+            let saved = Snapshot::of(&fingerprint(before));
+            let mut restored: Fingerprint = saved.read().unwrap();
+            add(&mut restored, after);
+            prop_assert_eq!(restored.digest(), digest(&items));
+        }
+
+        #[test]
         fn any_flipped_bit_changes_the_digest(
             bits in prop::collection::vec(any::<u64>(), 1..50), which in any::<prop::sample::Index>(), bit in 0..64,
         ) {
@@ -233,6 +294,32 @@ mod tests {
         let wide = Item::Sample(1, 0, (0..20_000).collect());
         let items = [wide, long];
         assert_eq!(digest(&items), plain_digest(&items));
+    }
+
+    #[test]
+    fn ends_of_blocks_are_hashed_as_by_blake3() {
+        for blocks in 1..=9 {
+            for length in [blocks * BLOCK - 1, blocks * BLOCK, blocks * BLOCK + 1] {
+                let header = 24;
+                let bytes = (0..=250).cycle().take(length - header);
+                let items = [Item::Wire(1, 0, bytes.collect())];
+                assert_eq!(digest(&items), plain_digest(&items), "{length} bytes");
+            }
+        }
+    }
+
+    #[test]
+    fn state_that_no_run_has_is_refused() {
+        let long = |rest: usize| SavedFingerprint {
+            hashed: HashTree::new(),
+            rest: vec![0; rest],
+        };
+        assert!(Fingerprint::try_from(long(2 * BLOCK)).is_ok());
+        assert!(Fingerprint::try_from(long(2 * BLOCK + 1)).is_err());
+        let mut hashed = HashTree::new();
+        hashed.push(vec![0; BLOCK].first_chunk().unwrap());
+        let rest = Vec::new();
+        assert!(Fingerprint::try_from(SavedFingerprint { hashed, rest }).is_err());
     }
 
     #[test]

@@ -62,6 +62,7 @@ mod divergence;
 mod error;
 mod fingerprint;
 mod framing;
+mod hash_tree;
 mod index;
 mod mcap_writer;
 mod messages;

@@ -1,8 +1,9 @@
 //! Sweeps: a scenario at many points, and shares of its runs.
 //!
-//! A [`SweepSpec`] has [`SweepDimension`]s and a [`Design`], which chooses the points. A caller
-//! runs each point on one thread of [`run_points`]; the [`SweepRow`]s are kept in a [`RowStore`],
-//! from which a later sweep continues. [`Share`]s of the rows are judged by Wilson's interval.
+//! A [`SweepSpec`] has [`SweepDimension`]s and a [`Design`], which chooses the points. Each is a task
+//! of an [`Engine`](crate::engine::Engine), by its caller; the [`SweepRow`]s are kept in a
+//! [`RowStore`], from which a later sweep continues. [`Share`]s of the rows are judged by Wilson's
+//! interval.
 
 mod csv;
 mod design;
@@ -15,7 +16,6 @@ mod spec;
 mod store;
 mod value;
 mod wilson;
-mod workers;
 
 pub use design::{Design, DesignKind};
 pub use dimension::{DimensionValues, SweepDimension, ValueInterval};
@@ -27,4 +27,3 @@ pub use spec::{SweepSpec, overlap};
 pub use store::{Partition, RowStore, StoreError};
 pub use value::SweepValue;
 pub use wilson::ShareInterval;
-pub use workers::{WorkerError, run_points};

@@ -1,11 +1,10 @@
-//! Sweeps: specifications, designs, shares, stores and workers.
+//! Sweeps: specifications, designs, shares and stores.
 
 mod designs;
 mod results;
 mod shares;
 mod specs;
 mod stores;
-mod workers;
 
 use twinrig_campaign::sweep::{
     ExpectationVerdict, RowExpectation, RowKey, RowVerdict, SweepRow, SweepSpec,

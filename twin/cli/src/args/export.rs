@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+use super::Settings;
+
 /// Arguments of `twin export`.
 #[derive(Clone, Debug, Args)]
 pub struct ExportArgs {
@@ -18,6 +20,34 @@ pub enum ExportCommand {
     /// MJCF, the format of MuJoCo: the robot on flat ground, its drives held at their start
     /// positions
     Mjcf(MjcfArgs),
+    /// FMU for co-simulation by FMI: the plant of a scenario, or its whole rig
+    ///
+    /// The FMU contains the library libtwinrig_fmu.so, the scenario and its robot, and needs
+    /// neither this program nor the files from which it was made.
+    Fmu(FmuArgs),
+}
+
+/// Arguments of `twin export fmu`.
+#[derive(Clone, Debug, Args)]
+pub struct FmuArgs {
+    /// Scenario file
+    pub scenario: PathBuf,
+    /// Part of the scenario: the plant alone, whose inputs are its commands, or the whole rig with
+    /// controller, driver, wire and boards, whose inputs are the process variables of the
+    /// controller
+    #[arg(long, value_name = "PART", value_parser = ["plant", "rig"], default_value = "plant")]
+    pub part: String,
+    /// Version of FMI
+    #[arg(long, value_name = "VERSION", value_parser = ["2", "3"], default_value = "2")]
+    pub fmi: String,
+    #[command(flatten)]
+    pub settings: Settings,
+    /// Write to FILE instead of NAME.fmu in the present folder, with the name of the scenario file
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Library of FMUs, instead of libtwinrig_fmu.so beside this program
+    #[arg(long, value_name = "FILE")]
+    pub library: Option<PathBuf>,
 }
 
 /// Arguments of `twin export mjcf`.

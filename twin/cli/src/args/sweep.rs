@@ -17,8 +17,16 @@ pub struct SweepArgs {
     pub spec: PathBuf,
     #[command(flatten)]
     pub settings: Settings,
+    /// Engine of the runs, without influence on the results: `local`, the threads of this program,
+    /// or `ray`, the workers of a Ray cluster (Python package only)
+    #[arg(long, value_name = "ENGINE", default_value = "local")]
+    pub engine: String,
+    /// Ray cluster: `auto`, the one that this machine belongs to, or HOST:PORT
+    /// [default: a Ray of its own on this machine, or the one in RAY_ADDRESS]
+    #[arg(long, value_name = "ADDRESS")]
+    pub address: Option<String>,
     /// Number of runs at the same time, without influence on the results
-    /// [default: number of processors]
+    /// [default: number of processors, or of the cluster's CPUs]
     #[arg(long, value_name = "N")]
     pub jobs: Option<NonZeroUsize>,
     /// Run every n-th point only, beginning with the i-th, on one of n machines
@@ -28,6 +36,9 @@ pub struct SweepArgs {
     /// [default: sweeps/ and the name of the SPEC file]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Record each run into DIR on the machine where it runs; OUT/recordings.csv lists them
+    #[arg(long, value_name = "DIR")]
+    pub record: Option<PathBuf>,
     /// Print a JSON object instead of a table
     #[arg(long)]
     pub json: bool,

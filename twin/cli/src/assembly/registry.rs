@@ -1,5 +1,8 @@
 //! Registry of the kinds of parts of a build.
 
+use std::collections::BTreeSet;
+
+use twinrig_campaign::engine::Engine;
 use twinrig_document::DocumentError;
 use twinrig_kernel::{Port, SimDuration};
 use twinrig_robot::Robot;
@@ -44,6 +47,17 @@ pub struct Registry {
     controllers: Vec<ControllerKind>,
     buses: Vec<BusKind>,
     build: Option<BuildKey>,
+    engines: Vec<Box<dyn Engine>>,
+    /// Kinds that every build of this crate has: sort of part and name.
+    in_every_build: BTreeSet<(PartSort, String)>,
+}
+
+/// Sort of a part of a scenario.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum PartSort {
+    Plant,
+    Controller,
+    Bus,
 }
 
 impl Registry {
@@ -56,6 +70,8 @@ impl Registry {
     #[must_use]
     pub fn with_controller(mut self, kind: ControllerKind) -> Self {
         self.controllers.retain(|known| known.name() != kind.name());
+        let known = (PartSort::Controller, kind.name().to_owned());
+        self.in_every_build.remove(&known);
         self.controllers.push(kind);
         self
     }
@@ -65,6 +81,8 @@ impl Registry {
     pub fn with_plant(mut self, kind: PlantKind) -> Self {
         self.plants.retain(|known| known.name() != kind.name());
         self.missing.retain(|known| known.name != kind.name());
+        let known = (PartSort::Plant, kind.name().to_owned());
+        self.in_every_build.remove(&known);
         self.plants.push(kind);
         self
     }
@@ -84,8 +102,29 @@ impl Registry {
     #[must_use]
     pub fn with_bus(mut self, kind: BusKind) -> Self {
         self.buses.retain(|known| known.name() != kind.name());
+        let known = (PartSort::Bus, kind.name().to_owned());
+        self.in_every_build.remove(&known);
         self.buses.push(kind);
         self
+    }
+
+    /// Declares that every build of this crate has the kinds so far.
+    #[must_use]
+    pub(crate) fn of_every_build(mut self) -> Self {
+        let named = |sort, name: &str| (sort, name.to_owned());
+        let plants = self.plants().map(|name| named(PartSort::Plant, name));
+        let controllers = self
+            .controllers()
+            .map(|name| named(PartSort::Controller, name));
+        let buses = self.buses().map(|name| named(PartSort::Bus, name));
+        self.in_every_build = plants.chain(controllers).chain(buses).collect();
+        self
+    }
+
+    /// Returns whether every build of this crate has that kind: it is neither a custom part nor one
+    /// of a cargo feature.
+    pub(crate) fn is_in_every_build(&self, sort: PartSort, name: &str) -> bool {
+        self.in_every_build.contains(&(sort, name.to_owned()))
     }
 
     /// Sets the hash of the program that has these parts; without it a sweep takes that of the
@@ -94,6 +133,21 @@ impl Registry {
     pub fn with_build(mut self, key: BuildKey) -> Self {
         self.build = Some(key);
         self
+    }
+
+    /// Adds an engine for sweeps, or replaces the one of the same name. Its workers have to build
+    /// the parts of this registry.
+    #[must_use]
+    pub fn with_engine(mut self, engine: impl Engine + 'static) -> Self {
+        self.engines.retain(|known| known.name() != engine.name());
+        self.engines.push(Box::new(engine));
+        self
+    }
+
+    /// Returns the engine of that name.
+    pub(crate) fn engine(&self, name: &str) -> Option<&dyn Engine> {
+        let found = self.engines.iter().find(|engine| engine.name() == name);
+        found.map(AsRef::as_ref)
     }
 
     /// Returns the hash of the program.

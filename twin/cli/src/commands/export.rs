@@ -1,18 +1,66 @@
-//! Command `twin export`: conversion of robot files.
+//! Command `twin export`: robots and scenarios for other programs.
 
-use super::{FAILURE, SUCCESS, Terminal};
-use crate::args::{ExportArgs, ExportCommand, MjcfArgs};
-use crate::error::TwinError;
+use std::path::PathBuf;
 
-pub(super) fn export(args: &ExportArgs, terminal: &mut Terminal<'_>) -> u8 {
-    let ExportCommand::Mjcf(args) = &args.language;
-    match mjcf(args, terminal) {
+use super::{FAILURE, SUCCESS, Terminal, settings};
+use crate::args::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
+use crate::assembly::Assembly;
+use crate::assembly::registry::Registry;
+use crate::error::{TwinError, guarded};
+use crate::fmu::{self, FmiVersion, FmuRequest};
+
+pub(super) fn export(registry: &Registry, args: &ExportArgs, terminal: &mut Terminal<'_>) -> u8 {
+    let written = match &args.language {
+        ExportCommand::Mjcf(args) => mjcf(args, terminal),
+        ExportCommand::Fmu(args) => {
+            let file = args.scenario.display().to_string();
+            guarded(&file, || export_fmu(registry, args, terminal))
+        }
+    };
+    match written {
         Ok(()) => SUCCESS,
         Err(error) => {
             terminal.print_error(&error);
             FAILURE
         }
     }
+}
+
+/// Writes the FMU of a scenario.
+fn export_fmu(
+    registry: &Registry,
+    args: &FmuArgs,
+    terminal: &mut Terminal<'_>,
+) -> Result<(), TwinError> {
+    let path = &args.scenario;
+    let assembly = Assembly::of_file(registry, path, &settings(&args.settings))?;
+    terminal.warn(&assembly.scenario().warnings);
+    let request = FmuRequest {
+        part: args.part.parse().unwrap_or_default(),
+        fmi: match args.fmi.as_str() {
+            "3" => FmiVersion::Fmi3,
+            _ => FmiVersion::Fmi2,
+        },
+        library: args.library.clone(),
+    };
+    let exported = fmu::export(&assembly, &request)?;
+    let out = args.out.clone().unwrap_or_else(|| {
+        let name = path.file_stem().unwrap_or(path.as_os_str());
+        PathBuf::from(name).with_extension("fmu")
+    });
+    std::fs::write(&out, &exported.bytes).map_err(|source| TwinError::Write {
+        path: out.clone(),
+        source,
+    })?;
+    terminal.print(&format!(
+        "written {}: FMI {}.0, {} with {} inputs and {} outputs",
+        out.display(),
+        args.fmi,
+        request.part,
+        exported.inputs,
+        exported.outputs,
+    ));
+    Ok(())
 }
 
 #[cfg(not(feature = "mujoco"))]

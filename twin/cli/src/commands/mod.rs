@@ -237,7 +237,7 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::Study(args) => study::study(registry, &args, terminal),
         Command::Sweep(args) => sweep::sweep(registry, &args, terminal),
         Command::Cell(args) => cell::cell(&args, terminal),
-        Command::Export(args) => export::export(&args, terminal),
+        Command::Export(args) => export::export(registry, &args, terminal),
         Command::Schema(args) => schema::schema(registry, &args, terminal),
     }
 }

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use serde::Serialize;
 use twinrig_record::Recording;
-use twinrig_scenario::Setting;
 
 use super::diff::{Difference, cut_off, open};
 use super::{FAILURE, NEGATIVE, SUCCESS, Terminal};
@@ -18,7 +17,9 @@ use crate::report::style::{BOLD, GREEN, RED, YELLOW, styled};
 use crate::report::{Report, Status, seconds};
 use crate::run::execute::{Execution, execute_until};
 use crate::run::interrupt;
-use crate::run::recording::{DEFAULTS_NOTE, EXCHANGED_NOTE, HARDWARE_NOTE, SETTINGS_NOTE};
+use crate::run::recording::{
+    DEFAULTS_NOTE, EXCHANGED_NOTE, HARDWARE_NOTE, SETTINGS_NOTE, settings_of,
+};
 
 #[derive(Serialize)]
 struct Replayed {
@@ -148,12 +149,7 @@ fn assembly<'r>(
     let settings = recorded.note(SETTINGS_NOTE).unwrap_or("[]");
     let settings: Vec<[String; 2]> = serde_json::from_str(settings)
         .map_err(|error| lacks(format!("its settings cannot be parsed: {error}")))?;
-    let settings = settings.into_iter().map(|[key, value]| Setting {
-        origin: "--set".to_owned(),
-        key,
-        value,
-    });
-    let settings: Vec<Setting> = settings.collect();
+    let settings = settings_of(settings);
     let rules = match recorded.note(DEFAULTS_NOTE) {
         Some(_) => DefaultRules::Present,
         None => DefaultRules::Former,

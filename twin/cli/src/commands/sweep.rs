@@ -1,7 +1,8 @@
 //! Command `twin sweep`: many runs of a scenario.
 
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+
+use twinrig_campaign::engine::EngineOptions;
 
 use super::{FAILURE, Terminal, outputs, settings};
 use crate::args::SweepArgs;
@@ -23,16 +24,21 @@ pub(super) fn sweep(registry: &Registry, args: &SweepArgs, terminal: &mut Termin
         scenario: args.scenario.clone(),
         spec: args.spec.clone(),
         settings: settings(&args.settings),
-        jobs: args.jobs.unwrap_or_else(processors),
+        engine: args.engine.clone(),
+        options: EngineOptions {
+            jobs: args.jobs,
+            address: args.address.clone(),
+        },
         partition: args.partition,
         out: args.out.clone().unwrap_or_else(|| folder(&args.spec)),
+        record: args.record.as_deref().map(absolute),
     };
     match run(registry, args, &request, terminal) {
         Ok(outcome) => {
             if args.json {
                 terminal.print_json(&outcome.result.json());
             } else {
-                let text = table::text(&outcome, request.jobs.get());
+                let text = table::text(&outcome);
                 terminal.print(&text);
             }
             outcome.result.verdict.exit_code()
@@ -78,8 +84,9 @@ fn run(
     Ok(outcome)
 }
 
-fn processors() -> NonZeroUsize {
-    std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
+/// Returns the path for machines on which the current folder is another one.
+fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
 /// Returns the folder of the results of a specification.

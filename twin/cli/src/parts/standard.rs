@@ -46,8 +46,7 @@ impl Registry {
             .with_plant(lcp_with_its_methods())
             .with_plant(drives::kind())
             .with_plant(bench::kind())
-            .without_plant(fmu_plant::offer(), fmu_plant::REMEDY);
-        engines(registry)
+            .without_plant(fmu_plant::offer(), fmu_plant::REMEDY)
             .with_bus(sbcp::kind())
             .with_bus(rb110::kind())
             .with_bus(optoforce::kind())
@@ -56,7 +55,8 @@ impl Registry {
             .with_controller(cpg())
             .with_controller(stand())
             .with_controller(script::kind())
-            .with_controller(turn::kind())
+            .with_controller(turn::kind());
+        engines(registry.of_every_build())
     }
 }
 

@@ -4,6 +4,7 @@
     reason = "the progress line is output for the user; no result depends on it"
 )]
 
+use std::fmt::Write as _;
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
@@ -113,6 +114,7 @@ fn runs_line(title: &str, progress: &SweepProgress, wall_s: f64) -> String {
         stored,
         ran,
         failed,
+        workers,
     } = *progress;
     let done = stored + ran;
     let bar = bar(done as f64 / of.max(1) as f64);
@@ -122,7 +124,12 @@ fn runs_line(title: &str, progress: &SweepProgress, wall_s: f64) -> String {
     } else {
         String::new()
     };
-    format!("{title}  {bar}  {done} of {of}  {rate:.1} runs per second  {left}  {failed} fail")
+    let mut line =
+        format!("{title}  {bar}  {done} of {of}  {rate:.1} runs per second  {left}  {failed} fail");
+    if workers.machines.is_some() {
+        let _ = write!(line, "  {workers}");
+    }
+    line
 }
 
 fn bar(share: f64) -> String {
@@ -135,6 +142,8 @@ fn bar(share: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use twinrig_campaign::engine::EngineStatus;
+
     use super::*;
 
     #[test]
@@ -144,6 +153,7 @@ mod tests {
             stored: 25,
             ran: 25,
             failed: 3,
+            workers: EngineStatus::default(),
         };
         let bar = format!("{}{}", "█".repeat(12), "·".repeat(12));
         assert_eq!(

@@ -90,7 +90,6 @@ fn create(
 fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
     let scenario = assembly.scenario();
     let robot = assembly.robot_file();
-    let settings: Vec<[&str; 2]> = scenario.settings.iter().map(pair).collect();
     let notes = [
         ("scenario", scenario.name.clone()),
         ("scenario_file", scenario.file.clone()),
@@ -103,19 +102,16 @@ fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
         // Pairs of strings can always be serialised.
         (
             SETTINGS_NOTE,
-            serde_json::to_string(&settings).unwrap_or_default(),
+            serde_json::to_string(&pairs(&scenario.settings)).unwrap_or_default(),
         ),
     ];
     let on_hardware = executor
         .on_hardware()
         .then(|| (HARDWARE_NOTE, "true".to_owned()));
-    let mut files = vec![(SCENARIO_FILE.to_owned(), scenario.text.clone().into_bytes())];
-    files.extend(robot.map(|(_, text)| (ROBOT_FILE.to_owned(), text.as_bytes().to_vec())));
-    files.extend(assembly.body().files());
     let exchanged = executor.exchanged();
     let exchanged = exchanged.map(|at| (EXCHANGED_NOTE, seconds(at.as_nanos()).to_string()));
     RunInfo {
-        files,
+        files: kept_files(assembly),
         seed: scenario.seed,
         build: concat!("twinrig ", env!("CARGO_PKG_VERSION")).to_owned(),
         notes: notes
@@ -134,8 +130,31 @@ fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
     }
 }
 
-fn pair(setting: &Setting) -> [&str; 2] {
-    [&setting.key, &setting.value]
+/// Returns the files from which the run can be repeated, by name: scenario, robot, and those of
+/// sensors and standalone models.
+pub(crate) fn kept_files(assembly: &Assembly<'_>) -> Vec<(String, Vec<u8>)> {
+    let scenario = &assembly.scenario().text;
+    let mut files = vec![(SCENARIO_FILE.to_owned(), scenario.clone().into_bytes())];
+    let robot = assembly.robot_file();
+    files.extend(robot.map(|(_, text)| (ROBOT_FILE.to_owned(), text.as_bytes().to_vec())));
+    files.extend(assembly.body().files());
+    files
+}
+
+/// Returns the keys and values of settings.
+pub(crate) fn pairs(settings: &[Setting]) -> Vec<[String; 2]> {
+    let pair = |setting: &Setting| [setting.key.clone(), setting.value.clone()];
+    settings.iter().map(pair).collect()
+}
+
+/// Returns the settings of these keys and values.
+pub(crate) fn settings_of(pairs: Vec<[String; 2]>) -> Vec<Setting> {
+    let setting = |[key, value]: [String; 2]| Setting {
+        origin: "--set".to_owned(),
+        key,
+        value,
+    };
+    pairs.into_iter().map(setting).collect()
 }
 
 impl Assembly<'_> {

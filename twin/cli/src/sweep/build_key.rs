@@ -52,6 +52,11 @@ impl BuildKey {
         Self(*blake3::hash(bytes).as_bytes())
     }
 
+    /// Returns the key of these 32 bytes; none for another number of them.
+    pub(crate) fn of_key(bytes: &[u8]) -> Option<Self> {
+        bytes.try_into().ok().map(Self)
+    }
+
     /// Returns the 32 bytes.
     pub(crate) fn as_bytes(&self) -> &[u8] {
         &self.0
@@ -66,7 +71,7 @@ impl fmt::Display for BuildKey {
 }
 
 /// Returns the file that the code of this crate was loaded from.
-fn file_of_this_code() -> Option<PathBuf> {
+pub(crate) fn file_of_this_code() -> Option<PathBuf> {
     let address = file_of_this_code as *const () as usize;
     let maps = std::fs::read_to_string(MAPPED).ok()?;
     let path = maps.lines().find_map(|line| mapped_at(line, address))?;

@@ -1,24 +1,24 @@
 //! Execution of sweeps.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use twinrig_campaign::engine::{Engine, EngineEvent, EngineOptions, EngineStatus, LocalEngine};
 use twinrig_campaign::sweep::{
-    Partition, ResultRow, RowKey, RowStore, RowVerdict, StoreError, SweepCounts, SweepResult,
-    SweepRow, SweepVerdict, run_points,
+    Partition, ResultRow, RowKey, RowStore, RowVerdict, SweepCounts, SweepResult, SweepRow,
+    SweepVerdict,
 };
 use twinrig_document::Warning;
 use twinrig_scenario::Setting;
 
-use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
-use crate::error::{TwinError, guarded};
-use crate::run::execute::{Execution, execute};
+use crate::error::TwinError;
 use crate::run::interrupt;
+use crate::sweep::files;
+use crate::sweep::job::{PointResult, SweepJob};
 use crate::sweep::plan::SweepPlan;
-use crate::sweep::{files, row};
+use crate::sweep::recordings::RecordingList;
 
 /// Folder of the store in the folder of the results.
 const STORE: &str = "rows";
@@ -32,12 +32,16 @@ pub struct SweepRequest {
     pub spec: PathBuf,
     /// Settings of all runs.
     pub settings: Vec<Setting>,
-    /// Number of runs at the same time.
-    pub jobs: NonZeroUsize,
+    /// Name of the engine that does the runs: `local`, or one of the registry.
+    pub engine: String,
+    /// Its settings.
+    pub options: EngineOptions,
     /// Part of the points that is run.
     pub partition: Partition,
     /// Folder for store and results.
     pub out: PathBuf,
+    /// Folder for a recording of each run, on the machine of the run; none: no recordings.
+    pub record: Option<PathBuf>,
 }
 
 /// State of a running sweep.
@@ -51,6 +55,8 @@ pub struct SweepProgress {
     pub ran: usize,
     /// Runs among all these that fail or have an error.
     pub failed: usize,
+    /// Workers of the engine.
+    pub workers: EngineStatus,
 }
 
 /// Event of a sweep for its observer.
@@ -79,9 +85,9 @@ pub struct SweepOutcome {
     pub wall_s: f64,
 }
 
-/// Runs a sweep: reads its files once, runs the points that the store does not have on `jobs`
-/// threads, and writes the files of the result when all points are done. An interrupt ends it; a
-/// later call continues it.
+/// Runs a sweep: reads its files once, has the points that the store does not have run by an engine,
+/// and writes the files of the result when all points are done. An interrupt ends it; a later call
+/// continues it.
 ///
 /// # Errors
 /// [`TwinError`] if the sweep cannot start, or its files cannot be written. A run with an error is
@@ -91,11 +97,13 @@ pub fn sweep(
     request: &SweepRequest,
     observer: &mut dyn FnMut(SweepEvent<'_>),
 ) -> Result<SweepOutcome, TwinError> {
+    let engine = engine(registry, &request.engine)?;
     let plan = SweepPlan::new(
         registry,
         &request.scenario,
         &request.spec,
         &request.settings,
+        request.record.is_some(),
     )?;
     if let Some(warning) = plan.spec.warning() {
         observer(SweepEvent::Warning(&warning));
@@ -104,7 +112,7 @@ pub fn sweep(
     let mut store = RowStore::open(&request.out.join(STORE), request.partition, keys)?;
     #[expect(clippy::disallowed_methods, reason = "the rate of a sweep is reported")]
     let started = Instant::now();
-    let progress = run_missing(&plan, request, &mut store, observer)?;
+    let progress = run_missing(&plan, request, engine, &mut store, observer)?;
     let wall_s = started.elapsed().as_secs_f64();
     // Other partitions may have been completed meanwhile.
     store.read_others()?;
@@ -124,72 +132,141 @@ pub fn sweep(
     })
 }
 
+/// Returns the engine of that name.
+fn engine<'r>(registry: &'r Registry, name: &str) -> Result<&'r dyn Engine, TwinError> {
+    if name == LocalEngine::NAME {
+        return Ok(&LocalEngine);
+    }
+    let engine = registry.engine(name);
+    engine.ok_or_else(|| TwinError::NoEngine {
+        name: name.to_owned(),
+    })
+}
+
 /// Runs the points of the partition that the store does not have; equal points are run once.
 fn run_missing(
     plan: &SweepPlan<'_>,
     request: &SweepRequest,
+    engine: &dyn Engine,
     store: &mut RowStore,
     observer: &mut dyn FnMut(SweepEvent<'_>),
 ) -> Result<SweepProgress, TwinError> {
-    let mut progress = SweepProgress::default();
-    let mut missing: Vec<usize> = Vec::new();
-    // Number of points with each of the keys to be run.
-    let mut equal: BTreeMap<RowKey, usize> = BTreeMap::new();
-    for (index, point) in plan.points.iter().enumerate() {
-        if !request.partition.contains(index) {
-            continue;
+    let (mut missing, progress) = MissingPoints::of(plan, request.partition, store);
+    let tasks = std::mem::take(&mut missing.tasks);
+    let mut collector = Collector {
+        plan,
+        missing,
+        store,
+        recordings: RecordingList::new(&request.out, request.partition),
+        progress,
+        lost: Vec::new(),
+    };
+    observer(SweepEvent::Progress(collector.progress));
+    let job = SweepJob {
+        plan,
+        record: request.record.as_deref(),
+    };
+    let mut failed: Option<TwinError> = None;
+    let ran = engine.run(&job, &tasks, &request.options, &mut |event| {
+        if let Err(error) = collector.collect(event) {
+            failed.get_or_insert(error);
         }
-        progress.of += 1;
-        if let Some(row) = store.get(&point.key) {
-            progress.stored += 1;
-            progress.failed += usize::from(row.verdict != RowVerdict::Pass);
-        } else {
-            let count = equal.entry(point.key).or_insert(0);
-            if *count == 0 {
-                missing.push(index);
-            }
-            *count += 1;
-        }
+        observer(SweepEvent::Progress(collector.progress));
+        // Acknowledges an interrupt, upon which the workers end.
+        !interrupt::is_requested() && failed.is_none()
+    });
+    if let Some(error) = failed {
+        return Err(error);
     }
-    observer(SweepEvent::Progress(progress));
-    let mut failed: Option<StoreError> = None;
-    run_points(
-        &missing,
-        request.jobs,
-        &|index| run_point(plan, index),
-        &mut |row| {
-            if let Some((index, row)) = row {
-                let key = plan.points[index].key;
-                let count = equal.get(&key).copied().unwrap_or(1);
-                progress.ran += count;
-                progress.failed += if row.verdict == RowVerdict::Pass {
-                    0
-                } else {
-                    count
-                };
-                if let Err(error) = store.append(key, row) {
-                    failed.get_or_insert(error);
-                }
-            }
-            observer(SweepEvent::Progress(progress));
-            // Acknowledges an interrupt, upon which the threads end.
-            !interrupt::is_requested() && failed.is_none()
-        },
-    )?;
-    failed.map_or(Ok(progress), |error| Err(error.into()))
+    collector.progress.workers = ran?;
+    if let Some((index, reason)) = collector.lost.first() {
+        return Err(TwinError::LostRuns {
+            count: collector.lost.len(),
+            name: plan.name(*index),
+            reason: reason.clone(),
+        });
+    }
+    Ok(collector.progress)
 }
 
-/// Runs a point; none if it was interrupted.
-fn run_point(plan: &SweepPlan<'_>, index: usize) -> Option<SweepRow> {
-    let run = guarded(&plan.file, || {
-        let (sources, settings) = plan.run_of(index);
-        let assembly = Assembly::new(plan.registry, sources, &settings)?;
-        execute(&assembly, &Execution::default())
-    });
-    match run {
-        Ok(report) if report.error.is_some() && interrupt::is_requested() => None,
-        Ok(report) => Some(row::of_report(report)),
-        Err(error) => Some(SweepRow::of_error(error.to_string())),
+/// Points to be run.
+struct MissingPoints {
+    /// Their indices, one for each key.
+    tasks: Vec<usize>,
+    /// Number of points with each of the keys.
+    equal: BTreeMap<RowKey, usize>,
+}
+
+impl MissingPoints {
+    /// Returns the points of a partition that the store does not have, and the state before them.
+    fn of(plan: &SweepPlan<'_>, partition: Partition, store: &RowStore) -> (Self, SweepProgress) {
+        let mut progress = SweepProgress::default();
+        let (mut tasks, mut equal) = (Vec::new(), BTreeMap::new());
+        for (index, point) in plan.points.iter().enumerate() {
+            if !partition.contains(index) {
+                continue;
+            }
+            progress.of += 1;
+            if let Some(row) = store.get(&point.key) {
+                progress.stored += 1;
+                progress.failed += usize::from(row.verdict != RowVerdict::Pass);
+            } else {
+                let count = equal.entry(point.key).or_insert(0);
+                if *count == 0 {
+                    tasks.push(index);
+                }
+                *count += 1;
+            }
+        }
+        (Self { tasks, equal }, progress)
+    }
+}
+
+/// Keeps the results of the tasks.
+struct Collector<'c> {
+    plan: &'c SweepPlan<'c>,
+    missing: MissingPoints,
+    store: &'c mut RowStore,
+    recordings: RecordingList,
+    progress: SweepProgress,
+    /// Points whose workers did not survive, with the reason.
+    lost: Vec<(usize, String)>,
+}
+
+impl Collector<'_> {
+    fn collect(&mut self, event: EngineEvent) -> Result<(), TwinError> {
+        match event {
+            EngineEvent::Status(status) => self.progress.workers = status,
+            EngineEvent::Lost { task, reason } => self.lost.push((task, reason)),
+            EngineEvent::Done { task, result } => {
+                let result = match result.map(|bytes| PointResult::read(&bytes)) {
+                    Ok(Ok(result)) => result,
+                    Ok(Err(reason)) => {
+                        self.lost.push((task, reason));
+                        return Ok(());
+                    }
+                    Err(panic) => PointResult {
+                        row: SweepRow::of_error(panic),
+                        recording: None,
+                    },
+                };
+                self.keep(task, result)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn keep(&mut self, task: usize, result: PointResult) -> Result<(), TwinError> {
+        let key = self.plan.points[task].key;
+        let count = self.missing.equal.get(&key).copied().unwrap_or(1);
+        self.progress.ran += count;
+        if result.row.verdict != RowVerdict::Pass {
+            self.progress.failed += count;
+        }
+        if let Some(place) = &result.recording {
+            self.recordings.append(key, place)?;
+        }
+        Ok(self.store.append(key, result.row)?)
     }
 }
 
@@ -211,7 +288,7 @@ fn result(plan: &SweepPlan<'_>, partition: Partition, store: &RowStore) -> Sweep
         spec: plan.spec.file.clone(),
         scenario: plan.scenario.clone(),
         file: plan.file.clone(),
-        build: plan.build.clone(),
+        build: plan.build.to_string(),
         settings: plan.base(),
         design: plan.spec.design,
         partition,

@@ -3,8 +3,10 @@
 pub(crate) mod build_key;
 pub(crate) mod execute;
 pub(crate) mod files;
+pub(crate) mod job;
 pub(crate) mod junit;
 mod keys;
 pub(crate) mod plan;
+mod recordings;
 mod row;
 pub(crate) mod table;

@@ -14,9 +14,10 @@ use crate::assembly::body::Body;
 use crate::assembly::registry::Registry;
 use crate::assembly::sources::Sources;
 use crate::error::TwinError;
+use crate::sweep::build_key::BuildKey;
 use crate::sweep::keys;
 
-/// Signals that nothing but a recording requires; a sweep records nothing.
+/// Signals that nothing but a recording requires; by default a sweep records nothing.
 const RECORDED: &str = "record.signals";
 /// Origin of the option `--plant`.
 const PLANT: &str = "--plant";
@@ -29,7 +30,7 @@ pub(crate) struct SweepPlan<'r> {
     pub(crate) scenario: String,
     /// File of the scenario, as given.
     pub(crate) file: String,
-    pub(crate) build: String,
+    pub(crate) build: BuildKey,
     pub(crate) warnings: Vec<Warning>,
     /// Settings of all runs.
     base: Vec<Setting>,
@@ -37,31 +38,32 @@ pub(crate) struct SweepPlan<'r> {
     keys: Vec<String>,
     pub(crate) points: Vec<PlannedPoint>,
     /// Sources of the runs, in memory.
-    sources: Vec<Sources>,
+    pub(crate) sources: Vec<Sources>,
 }
 
 /// Point of a planned sweep.
 pub(crate) struct PlannedPoint {
     pub(crate) values: Vec<SweepValue>,
     /// Index of its sources.
-    sources: usize,
+    pub(crate) sources: usize,
     pub(crate) key: RowKey,
 }
 
 impl<'r> SweepPlan<'r> {
     /// Reads scenario, specification and all other files, and checks them as far as that is
-    /// possible without a run.
+    /// possible without a run. Signals that only a recording requires are computed if `recorded`.
     pub(crate) fn new(
         registry: &'r Registry,
         scenario: &Path,
         spec: &Path,
         settings: &[Setting],
+        recorded: bool,
     ) -> Result<Self, TwinError> {
         let spec = SweepSpec::read(&Document::read(spec)?)?;
         let document = Document::read(scenario)?;
         let folder = scenario.parent().unwrap_or(Path::new(""));
         let on_disk = Sources::of(document, folder);
-        let base = base_settings(&spec, settings);
+        let base = base_settings(&spec, settings, recorded);
         let (read, body) = on_disk.body(registry, &base)?;
         let keys = keys::resolved(&spec, registry, &read, body.robot())?;
         let build = registry.build()?;
@@ -69,7 +71,7 @@ impl<'r> SweepPlan<'r> {
             registry,
             scenario: read.name,
             file: read.file,
-            build: build.to_string(),
+            build,
             warnings: read.warnings,
             base,
             keys,
@@ -160,6 +162,18 @@ impl<'r> SweepPlan<'r> {
             value: value.toml.clone(),
         });
         self.base.iter().cloned().chain(settings).collect()
+    }
+
+    /// Returns origin, key and value of the settings of all runs.
+    pub(crate) fn shared_settings(&self) -> Vec<(String, String, String)> {
+        let base = self.base.iter().cloned();
+        base.map(|it| (it.origin, it.key, it.value)).collect()
+    }
+
+    /// Returns origin and key of the settings of the dimensions.
+    pub(crate) fn origins_and_keys(&self) -> Vec<(String, String)> {
+        let keys = self.keys.iter();
+        keys.map(|key| (origin(key), key.clone())).collect()
     }
 
     /// Returns the settings of all runs.
@@ -255,8 +269,8 @@ fn origin(key: &str) -> String {
 }
 
 /// Returns the settings of all runs: those of the command line on top of those of the
-/// specification, without signals that only a recording requires.
-fn base_settings(spec: &SweepSpec, settings: &[Setting]) -> Vec<Setting> {
+/// specification, without signals that only a recording requires unless `recorded`.
+fn base_settings(spec: &SweepSpec, settings: &[Setting], recorded: bool) -> Vec<Setting> {
     let overridden = |key: &str| settings.iter().any(|it| overlap(&it.key, key));
     let set = spec.set.iter().filter(|(key, _)| !overridden(key));
     let mut base: Vec<Setting> = set
@@ -270,7 +284,7 @@ fn base_settings(spec: &SweepSpec, settings: &[Setting]) -> Vec<Setting> {
     let mut dimensions = spec.dimensions.iter().map(|it| it.key.value.as_str());
     let is_set = base.iter().any(|it| overlap(&it.key, RECORDED))
         || dimensions.any(|key| overlap(key, RECORDED));
-    if !is_set {
+    if !recorded && !is_set {
         base.push(Setting {
             origin: spec.file.clone(),
             key: RECORDED.to_owned(),

@@ -14,8 +14,8 @@ use crate::sweep::execute::SweepOutcome;
 /// Greatest number of runs that are listed.
 const LISTED: usize = 5;
 
-/// Returns the text of a result; `jobs` is the number of threads.
-pub(crate) fn text(outcome: &SweepOutcome, jobs: usize) -> String {
+/// Returns the text of a result.
+pub(crate) fn text(outcome: &SweepOutcome) -> String {
     let result = &outcome.result;
     let mut out = heading(result);
     out.push_str("\n\n");
@@ -27,7 +27,7 @@ pub(crate) fn text(outcome: &SweepOutcome, jobs: usize) -> String {
         out.push('\n');
     }
     let _ = writeln!(out, "  {}", verdict(result));
-    for line in facts(outcome, jobs).lines(2) {
+    for line in facts(outcome).lines(2) {
         let _ = writeln!(out, "{line}");
     }
     list(&mut out, result);
@@ -137,7 +137,7 @@ fn judged(result: &SweepResult) -> String {
     format!("{held} of {} shares hold", result.shares.len())
 }
 
-fn facts(outcome: &SweepOutcome, jobs: usize) -> Grid {
+fn facts(outcome: &SweepOutcome) -> Grid {
     let SweepOutcome {
         result,
         files,
@@ -160,12 +160,11 @@ fn facts(outcome: &SweepOutcome, jobs: usize) -> Grid {
     fact("runs", runs);
     if progress.ran > 0 {
         let rate = progress.ran as f64 / wall_s;
-        let threads = if jobs == 1 { "thread" } else { "threads" };
         fact(
             "time",
             format!(
-                "{} runs in {wall_s:.2} s on {jobs} {threads}, {rate:.1} per second",
-                progress.ran
+                "{} runs in {wall_s:.2} s on {}, {rate:.1} per second",
+                progress.ran, progress.workers
             ),
         );
     }

@@ -1,6 +1,6 @@
 from collections.abc import Mapping, Sequence
 from os import PathLike
-from typing import Any, Final
+from typing import Any, Final, final
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +10,7 @@ from twinrig._scenario import Native
 
 __all__ = [
     "Rig",
+    "WorkerJob",
     "Workers",
     "VERSION",
     "check",
@@ -64,6 +65,11 @@ class Rig:
     def save(self) -> bytes: ...
     def restore(self, state: bytes) -> None: ...
     def close(self) -> None: ...
+
+@final
+class WorkerJob:
+    def __new__(cls, shared: bytes) -> Self: ...
+    def run(self, tasks: Sequence[bytes]) -> list[tuple[bool, bytes] | None]: ...
 
 @disjoint_base
 class Workers:

@@ -126,9 +126,12 @@ def sweep(
     *,
     set: Mapping[str, Any] | None = None,
     plant: str | None = None,
+    engine: str = "local",
+    address: str | None = None,
     jobs: int | None = None,
     partition: str | None = None,
     out: Path | None = None,
+    record: Path | None = None,
     junit: Path | None = None,
 ) -> Sweep:
     """Run a scenario at many points, on all processors, as ``twin sweep`` does.
@@ -141,20 +144,30 @@ def sweep(
         Path of a specification, or its tables as a dictionary: dimensions, design and shares.
     set, plant
         As of `twinrig.run`, for all runs.
+    engine
+        ``"local"``: threads of this process; ``"ray"``: the workers of a Ray cluster. Without
+        influence on the results.
+    address
+        Ray cluster: ``"auto"``, the one that this machine belongs to, or ``"HOST:PORT"``; by
+        default a Ray of its own on this machine, or the one in ``RAY_ADDRESS``.
     jobs
-        Runs at the same time, without influence on the results; by default all processors.
+        Runs at the same time, without influence on the results; by default all processors, or all CPUs of the cluster.
     partition
         ``"1/3"``: every third point, beginning with the first, on one of three machines.
     out
         Folder of the results and of the store, from which an interrupted sweep continues; by
         default ``sweeps/`` and the name of the specification.
+    record
+        Folder for a recording of each run, on the machine of the run; ``recordings.csv`` in `out`
+        lists them.
     junit
         File for the verdicts as JUnit XML.
 
     Raises
     ------
     TwinError
-        The scenario or the specification has mistakes, or a file cannot be written. Runs that
+        The scenario or the specification has mistakes, a file cannot be written, or the cluster is
+        lost, whose rows up to then are kept. Runs that
         fail are no exception: the verdict is ``error``, and their rows have the `error`.
     KeyboardInterrupt
         The sweep was interrupted; the same call continues it.
@@ -162,14 +175,21 @@ def sweep(
     words = ["sweep", "--json"]
     for name, value in settings(set):
         words.append(f"--set={name}={value}")
-    for name, number in (("plant", plant), ("jobs", jobs), ("partition", partition)):
+    for name, number in (
+        ("plant", plant),
+        ("engine", engine),
+        ("address", address),
+        ("jobs", jobs),
+        ("partition", partition),
+    ):
         words += option(name, number)
-    if junit is not None:
-        words.append(f"--junit={path_of(junit, 'junit')}")
-    with _spec_file(spec) as path:
-        folder = FilePath(path_of(out, "out")) if out is not None else _folder(spec, path)
+    for name, path in (("record", record), ("junit", junit)):
+        if path is not None:
+            words.append(f"--{name}={path_of(path, name)}")
+    with _spec_file(spec) as file:
+        folder = FilePath(path_of(out, "out")) if out is not None else _folder(spec, file)
         words.append(f"--out={folder}")
-        words += ["--", path_of(scenario, "scenario"), path]
+        words += ["--", path_of(scenario, "scenario"), file]
         report = command_json(words, TwinError, "rows")
     return Sweep(report, folder)
 

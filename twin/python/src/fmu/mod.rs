@@ -15,25 +15,24 @@ mod signals;
 mod units;
 
 use pyo3::prelude::*;
+use twinrig::PlantKind;
 use twinrig::fmu_plant::{ABOUT, NAME, options};
-use twinrig::{PlantKind, Registry};
 
 use crate::exceptions::Exceptions;
 use crate::fmu::model::FmuModel;
 
-/// Returns the standard registry, with the plant of FMUs if the package that reads them is
-/// installed. `exceptions` takes those of signal handlers while an FMU is awaited.
-pub(crate) fn registry(exceptions: &Exceptions) -> Registry {
-    let registry = Registry::standard();
+/// Returns the kind of plants that are FMUs; none if the package that reads them is not installed.
+/// `exceptions` takes those of signal handlers while an FMU is awaited.
+pub(crate) fn kind(exceptions: &Exceptions) -> Option<PlantKind> {
     if !Python::attach(|py| is_installed(py).unwrap_or(false)) {
-        return registry;
+        return None;
     }
     let exceptions = exceptions.clone();
     let kind = PlantKind::standalone(NAME, ABOUT, move |context| {
         FmuModel::load(context, &exceptions)
     });
     let kind = options().into_iter().fold(kind, PlantKind::with_option);
-    registry.with_plant(kind.with_robot_keys())
+    Some(kind.with_robot_keys())
 }
 
 fn is_installed(py: Python<'_>) -> PyResult<bool> {

@@ -1,5 +1,6 @@
 //! Sweeps: rows that commands repeat, stores that survive their process, verdicts.
 
+mod engines;
 mod errors;
 mod rows;
 #[cfg(unix)]

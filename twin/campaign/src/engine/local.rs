@@ -1,0 +1,113 @@
+//! Threads of this process that do the tasks of a job.
+
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread::{Builder, available_parallelism};
+use std::time::Duration;
+
+use twinrig_runtime::{catch_panic, interrupt};
+
+use super::{Engine, EngineError, EngineEvent, EngineOptions, EngineStatus, Job};
+
+/// Greatest time between two calls of the observer.
+const UPDATE: Duration = Duration::from_millis(100);
+
+/// Does each task on one of several threads, by default one for each processor. The threads are in
+/// the scope of the interrupt token of the caller, and begin no further task after an interrupt.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LocalEngine;
+
+impl LocalEngine {
+    /// Its name.
+    pub const NAME: &'static str = "local";
+}
+
+impl Engine for LocalEngine {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn run(
+        &self,
+        job: &dyn Job,
+        tasks: &[usize],
+        options: &EngineOptions,
+        observer: &mut dyn FnMut(EngineEvent) -> bool,
+    ) -> Result<EngineStatus, EngineError> {
+        if options.address.is_some() {
+            return Err(EngineError::Option {
+                engine: Self::NAME,
+                option: "address",
+                help: "leave it out, or choose the engine of the cluster",
+            });
+        }
+        let processors = || available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        let status = EngineStatus {
+            workers: options.jobs.unwrap_or_else(processors).get(),
+            ..EngineStatus::default()
+        };
+        let threads = status.workers.min(tasks.len());
+        let mut observe =
+            |event: Option<EngineEvent>| observer(event.unwrap_or(EngineEvent::Status(status)));
+        on_threads(job, tasks, threads, &mut observe)?;
+        Ok(status)
+    }
+}
+
+/// Calls `observe` with each result, and without one now and then.
+fn on_threads(
+    job: &dyn Job,
+    tasks: &[usize],
+    threads: usize,
+    observe: &mut dyn FnMut(Option<EngineEvent>) -> bool,
+) -> Result<(), EngineError> {
+    let token = interrupt::current();
+    let (next, ended) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let work = || {
+        while !ended.load(Ordering::Relaxed) && !interrupt::is_requested() {
+            let &task = tasks.get(next.fetch_add(1, Ordering::Relaxed))?;
+            let result = match catch_panic(|| job.run(task)) {
+                Ok(Some(result)) => Ok(result),
+                Ok(None) => continue,
+                Err(panic) => Err(panic.to_string()),
+            };
+            return Some(EngineEvent::Done { task, result });
+        }
+        None
+    };
+    let (sender, receiver) = channel();
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "each thread does whole tasks, which share nothing"
+    )]
+    std::thread::scope(|scope| {
+        for number in 1..=threads {
+            let (sender, token) = (sender.clone(), &token);
+            let worker = move || {
+                interrupt::in_scope(token.as_ref(), || {
+                    while let Some(event) = work() {
+                        // The receiver outlives the threads.
+                        let _ = sender.send(event);
+                    }
+                });
+            };
+            let started = Builder::new().name(format!("task {number}"));
+            if let Err(source) = started.spawn_scoped(scope, worker) {
+                ended.store(true, Ordering::Relaxed);
+                return Err(EngineError::Threads { threads, source });
+            }
+        }
+        drop(sender);
+        loop {
+            let event = match receiver.recv_timeout(UPDATE) {
+                Ok(event) => Some(event),
+                Err(RecvTimeoutError::Timeout) => None,
+                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            };
+            if !observe(event) {
+                ended.store(true, Ordering::Relaxed);
+            }
+        }
+    })
+}

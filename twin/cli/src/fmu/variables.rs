@@ -1,0 +1,223 @@
+//! Variables of an FMU: one table for model descriptions and instances.
+
+use std::collections::BTreeSet;
+use std::ops::Bound;
+
+use twinrig_kernel::{Layout, Unit};
+use twinrig_runtime::{Group, ProcessVariable};
+
+/// Name of the output with the fingerprint of a rig.
+pub(crate) const FINGERPRINT: &str = "fingerprint";
+/// Name of the independent variable.
+pub(crate) const TIME: &str = "time";
+/// Value reference of the independent variable.
+pub(crate) const TIME_REFERENCE: u32 = 0;
+
+/// A signal of an FMU: one or several elements. In FMI 3.0 it is one variable, in FMI 2.0 a
+/// variable an element.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FmuVariable {
+    /// Name of the signal.
+    pub name: String,
+    /// Meaning.
+    pub description: String,
+    /// Unit of every element.
+    pub unit: Unit,
+    /// Value reference of the first element, and of the whole; those of the others follow.
+    pub reference: u32,
+    /// Number of elements.
+    pub size: usize,
+    /// Start values; none for outputs.
+    pub start: Option<Vec<f64>>,
+    /// Bounds of an input, an excluded one included.
+    pub range: (Option<f64>, Option<f64>),
+    /// Whether the variable changes at instants only, not continuously.
+    pub is_discrete: bool,
+}
+
+/// Place of an element in the instance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Element {
+    /// The independent variable.
+    Time,
+    /// Index of an input.
+    Input(usize),
+    /// Group and index of an output.
+    Output(Group, usize),
+}
+
+/// The variables of an FMU.
+#[derive(Clone, Debug, Default)]
+pub struct Variables {
+    list: Vec<FmuVariable>,
+    /// Elements by value reference; the first is time.
+    elements: Vec<Element>,
+    /// Index of the variable of each element but time.
+    owners: Vec<usize>,
+    names: BTreeSet<String>,
+    has_fingerprint: bool,
+}
+
+impl FmuVariable {
+    /// Returns whether the variable is an input.
+    pub fn is_input(&self) -> bool {
+        self.start.is_some()
+    }
+
+    /// Returns the names of the elements: of a vector `body/position[0]`, `body/position[1]`, ….
+    pub fn element_names(&self) -> impl Iterator<Item = String> {
+        (0..self.size).map(|n| match self.size {
+            1 => self.name.clone(),
+            _ => format!("{}[{n}]", self.name),
+        })
+    }
+
+    /// Returns the value references of the elements.
+    pub fn references(&self) -> impl Iterator<Item = u32> + use<> {
+        let size = u32::try_from(self.size).unwrap_or(u32::MAX);
+        self.reference..self.reference.saturating_add(size)
+    }
+}
+
+impl Variables {
+    /// Creates the table of an FMU without signals.
+    pub(crate) fn new() -> Self {
+        Self {
+            elements: vec![Element::Time],
+            // A signal of one of these names has no place.
+            names: [TIME, FINGERPRINT].map(str::to_owned).into(),
+            ..Self::default()
+        }
+    }
+
+    /// Adds the inputs of a plant with their initial values, concatenated.
+    pub(crate) fn add_commands(&mut self, layout: &Layout, start: &[f64]) {
+        for field in layout.fields() {
+            let inputs = field.range().map(Element::Input).collect();
+            self.add(inputs, |reference| FmuVariable {
+                name: field.port.name.clone(),
+                description: "command of the plant".to_owned(),
+                unit: field.port.unit,
+                reference,
+                size: field.port.size,
+                start: Some(start[field.range()].to_vec()),
+                range: (None, None),
+                is_discrete: false,
+            });
+        }
+    }
+
+    /// Adds the process variables of a controller.
+    pub(crate) fn add_process_variables(&mut self, process: &str, variables: &[ProcessVariable]) {
+        for (index, variable) in variables.iter().enumerate() {
+            let (min, max) = variable.range();
+            let range = variable.range_text();
+            self.add(vec![Element::Input(index)], |reference| FmuVariable {
+                name: variable.name().to_owned(),
+                description: format!("process variable of the controller {process}, in {range}"),
+                unit: variable.unit(),
+                reference,
+                size: 1,
+                start: Some(vec![variable.value()]),
+                range: (finite(min), finite(max)),
+                is_discrete: true,
+            });
+        }
+    }
+
+    /// Adds the outputs of a group.
+    pub(crate) fn add_outputs(&mut self, group: Group, layout: &Layout) {
+        let (description, is_discrete) = match group {
+            Group::Plant => ("output of the plant", false),
+            Group::ProcessInputs => ("input of the controller", true),
+            Group::ProcessOutputs => ("output of the controller", true),
+            Group::Diagnostics => ("counter of a driver or a board", true),
+        };
+        for field in layout.fields() {
+            let outputs = field.range().map(|index| Element::Output(group, index));
+            self.add(outputs.collect(), |reference| FmuVariable {
+                name: field.port.name.clone(),
+                description: description.to_owned(),
+                unit: field.port.unit,
+                reference,
+                size: field.port.size,
+                start: None,
+                range: (None, None),
+                is_discrete,
+            });
+        }
+    }
+
+    /// Adds the output with the fingerprint, the last variable.
+    pub(crate) fn add_fingerprint(&mut self) {
+        self.has_fingerprint = true;
+    }
+
+    /// Adds a variable, unless the name of one of its elements is taken.
+    fn add(&mut self, elements: Vec<Element>, variable: impl FnOnce(u32) -> FmuVariable) {
+        let Ok(reference) = u32::try_from(self.elements.len()) else {
+            return;
+        };
+        let variable = variable(reference);
+        let names: Vec<String> = variable.element_names().collect();
+        let is_taken = |name: &String| self.names.contains(name);
+        if elements.is_empty() || is_taken(&variable.name) || names.iter().any(is_taken) {
+            return;
+        }
+        self.names.extend(names);
+        self.names.insert(variable.name.clone());
+        self.owners.extend(elements.iter().map(|_| self.list.len()));
+        self.elements.extend(elements);
+        self.list.push(variable);
+    }
+
+    /// Returns the signals, inputs first.
+    pub fn iter(&self) -> impl Iterator<Item = &FmuVariable> {
+        self.list.iter()
+    }
+
+    /// Returns the inputs.
+    pub fn inputs(&self) -> impl Iterator<Item = &FmuVariable> {
+        self.iter().filter(|variable| variable.is_input())
+    }
+
+    /// Returns the outputs, without the fingerprint.
+    pub fn outputs(&self) -> impl Iterator<Item = &FmuVariable> {
+        self.iter().filter(|variable| !variable.is_input())
+    }
+
+    /// Returns the value reference of the fingerprint, if there is one.
+    pub fn fingerprint(&self) -> Option<u32> {
+        let next = u32::try_from(self.elements.len()).ok();
+        next.filter(|_| self.has_fingerprint)
+    }
+
+    /// Returns the element of a value reference.
+    pub fn element(&self, reference: u32) -> Option<Element> {
+        self.elements.get(usize::try_from(reference).ok()?).copied()
+    }
+
+    /// Returns the variable that has an element of this value reference.
+    pub fn owner(&self, reference: u32) -> Option<&FmuVariable> {
+        let index = usize::try_from(reference).ok()?.checked_sub(1)?;
+        self.list.get(*self.owners.get(index)?)
+    }
+
+    /// Returns the number of elements of the variable with this value reference as a whole.
+    pub fn size(&self, reference: u32) -> Option<usize> {
+        if reference == TIME_REFERENCE {
+            return Some(1);
+        }
+        let owner = self.owner(reference)?;
+        (owner.reference == reference).then_some(owner.size)
+    }
+}
+
+fn finite(bound: Bound<f64>) -> Option<f64> {
+    match bound {
+        Bound::Included(value) | Bound::Excluded(value) => {
+            Some(value).filter(|value| value.is_finite())
+        }
+        Bound::Unbounded => None,
+    }
+}

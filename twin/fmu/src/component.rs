@@ -1,0 +1,272 @@
+//! An instance with its state machine and logger, behind the pointer that the master has.
+
+use std::ffi::{CString, c_char};
+use std::fmt;
+
+use twinrig::fmu::{FmuError, FmuInstance, FmuState};
+use twinrig::runtime::catch_panic;
+
+use crate::failure::{Failure, Status};
+use crate::logger::{Logger, c_text};
+use crate::raw;
+
+/// State of an instance, by the standard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Phase {
+    Instantiated,
+    Initialization,
+    Step,
+    Terminated,
+    /// A step has failed: a saved state can be restored, or the instance reset.
+    Error,
+    /// A part has panicked: the instance can only be freed.
+    Fatal,
+}
+
+impl Phase {
+    const ALL: [Self; 6] = [
+        Self::Instantiated,
+        Self::Initialization,
+        Self::Step,
+        Self::Terminated,
+        Self::Error,
+        Self::Fatal,
+    ];
+    /// Phases in which inputs can be set.
+    pub(crate) const SET: &[Self] = &[Self::Instantiated, Self::Initialization, Self::Step];
+    /// Phases in which outputs exist.
+    pub(crate) const GET: &[Self] = &[
+        Self::Initialization,
+        Self::Step,
+        Self::Terminated,
+        Self::Error,
+    ];
+    /// All phases but the fatal one.
+    pub(crate) const LIVE: &[Self] = &[
+        Self::Instantiated,
+        Self::Initialization,
+        Self::Step,
+        Self::Terminated,
+        Self::Error,
+    ];
+
+    fn number(self) -> u8 {
+        self as u8
+    }
+
+    fn of_number(number: u8) -> Option<Self> {
+        Self::ALL.get(usize::from(number)).copied()
+    }
+}
+
+impl fmt::Display for Phase {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Instantiated => "before the initialization mode",
+            Self::Initialization => "in the initialization mode",
+            Self::Step => "once steps have begun",
+            Self::Terminated => "after the end",
+            Self::Error => "after an error: restore a saved state, or reset the instance",
+            Self::Fatal => "after a panic",
+        })
+    }
+}
+
+/// What the master's pointer points to.
+pub(crate) struct Component {
+    instance: FmuInstance,
+    phase: Phase,
+    logger: Logger,
+    /// Texts returned by the last call, which the master reads until the next one.
+    texts: Vec<CString>,
+}
+
+impl Component {
+    /// Creates an instance; an error is logged, and the pointer is then null.
+    pub(crate) fn create(
+        logger: Logger,
+        call: &str,
+        build: impl FnOnce() -> Result<FmuInstance, Failure>,
+    ) -> *mut Self {
+        let built = catch_panic(build);
+        let built = built.unwrap_or_else(|panic| Err(FmuError::Panic(panic).into()));
+        match built {
+            Ok(instance) => Box::into_raw(Box::new(Self {
+                instance,
+                phase: Phase::Instantiated,
+                logger,
+                texts: Vec::new(),
+            })),
+            Err(failure) => {
+                logger.log(Status::Error, &format!("{call}: {failure}"));
+                std::ptr::null_mut()
+            }
+        }
+    }
+
+    /// Frees an instance.
+    ///
+    /// # Safety
+    /// `component` is null or of [`Component::create`], and is not used afterwards.
+    pub(crate) unsafe fn free(component: *mut Self) {
+        if component.is_null() {
+            return;
+        }
+        // SAFETY: made by `Box::into_raw`, and freed once.
+        let component = unsafe { Box::from_raw(component) };
+        // The drop of a part may panic, and must not unwind into C.
+        let _ = catch_panic(move || drop(component));
+    }
+
+    /// Handles a call of the master in one of the `allowed` phases, and returns its status. Errors
+    /// are logged; a panic makes the instance unusable.
+    ///
+    /// # Safety
+    /// `component` is null or of [`Component::create`] and not freed, and no other call uses it.
+    pub(crate) unsafe fn call(
+        component: *mut Self,
+        call: &'static str,
+        allowed: &[Phase],
+        handle: impl FnOnce(&mut Self) -> Result<(), Failure>,
+    ) -> Status {
+        // SAFETY: as the caller promises.
+        let Some(component) = (unsafe { component.as_mut() }) else {
+            return Status::Error;
+        };
+        let phase = component.phase;
+        if phase == Phase::Fatal {
+            return Status::Fatal;
+        }
+        let handled = if allowed.contains(&phase) {
+            let handled = catch_panic(|| handle(component));
+            handled.unwrap_or_else(|panic| Err(FmuError::Panic(panic).into()))
+        } else {
+            Err(Failure::Phase { phase })
+        };
+        let Err(failure) = handled else {
+            return Status::Ok;
+        };
+        let status = failure.status();
+        if status == Status::Fatal {
+            component.phase = Phase::Fatal;
+        }
+        component.logger.log(status, &format!("{call}: {failure}"));
+        status
+    }
+
+    pub(crate) fn instance(&mut self) -> &mut FmuInstance {
+        &mut self.instance
+    }
+
+    pub(crate) fn enter(&mut self, phase: Phase) {
+        self.phase = phase;
+    }
+
+    /// Ends the initialization: handles the events of the start.
+    pub(crate) fn begin(&mut self) -> Result<(), Failure> {
+        self.phase = Phase::Error;
+        self.instance.begin()?;
+        self.phase = Phase::Step;
+        Ok(())
+    }
+
+    /// Takes a step. After the failure of a part there is no further one; a step that is refused
+    /// changes nothing.
+    pub(crate) fn step(&mut self, current_s: f64, step_s: f64) -> Result<(), Failure> {
+        let stepped = self.instance.step(current_s, step_s);
+        if let Err(FmuError::Failed(_)) = stepped {
+            self.phase = Phase::Error;
+        }
+        Ok(stepped?)
+    }
+
+    /// Builds the instance anew.
+    pub(crate) fn reset(&mut self) -> Result<(), Failure> {
+        self.phase = Phase::Error;
+        self.instance.reset()?;
+        self.phase = Phase::Instantiated;
+        Ok(())
+    }
+
+    /// Writes texts to the array of the master.
+    pub(crate) fn read_texts(
+        &mut self,
+        references: &[u32],
+        values: &mut [*const c_char],
+    ) -> Result<(), Failure> {
+        let texts = references.iter().map(|it| self.instance.text(*it));
+        let texts: Result<Vec<String>, FmuError> = texts.collect();
+        self.texts = texts?.iter().map(|text| c_text(text)).collect();
+        for (value, text) in values.iter_mut().zip(&self.texts) {
+            *value = text.as_ptr();
+        }
+        Ok(())
+    }
+
+    /// Saves the instance to `*state`, which is null or an earlier state, to be replaced.
+    ///
+    /// # Safety
+    /// `state` is null, or points to null or to a state that was saved and not freed.
+    pub(crate) unsafe fn save(&mut self, state: *mut *mut FmuState) -> Result<(), Failure> {
+        // SAFETY: as the caller promises.
+        let state = unsafe { raw::place(state, "FMUstate") }?;
+        let saved = self.instance.save(self.phase.number())?;
+        // SAFETY: as the caller promises.
+        match unsafe { state.as_mut() } {
+            Some(known) => *known = saved,
+            None => *state = Box::into_raw(Box::new(saved)),
+        }
+        Ok(())
+    }
+
+    /// Makes a state of serialised bytes.
+    ///
+    /// # Safety
+    /// As [`Component::save`].
+    pub(crate) unsafe fn deserialise(
+        &mut self,
+        bytes: &[u8],
+        state: *mut *mut FmuState,
+    ) -> Result<(), Failure> {
+        let made = self.instance.deserialise(bytes)?;
+        // SAFETY: as the caller promises.
+        unsafe {
+            let place = raw::place(state, "FMUstate")?;
+            free_state(place);
+            *place = Box::into_raw(Box::new(made));
+        }
+        Ok(())
+    }
+
+    /// Restores a state, with its phase.
+    pub(crate) fn restore(&mut self, state: &FmuState) -> Result<(), Failure> {
+        let number = self.instance.restore(state)?;
+        // Numbers are those of phases, since no other ones are saved.
+        self.phase = Phase::of_number(number).unwrap_or(Phase::Error);
+        Ok(())
+    }
+}
+
+/// Returns the state behind a pointer of the master.
+///
+/// # Safety
+/// `state` is null, or points to a state that was saved and not freed.
+pub(crate) unsafe fn state<'a>(state: *mut FmuState) -> Result<&'a FmuState, Failure> {
+    // SAFETY: as the caller promises.
+    unsafe { raw::place(state, "FMUstate") }.map(|state| &*state)
+}
+
+/// Frees a state, and sets the pointer to null.
+///
+/// # Safety
+/// `state` is null, or points to null or to a state that was saved and not freed.
+pub(crate) unsafe fn free_state(state: *mut *mut FmuState) {
+    // SAFETY: as the caller promises.
+    if let Some(state) = unsafe { state.as_mut() } {
+        if !state.is_null() {
+            // SAFETY: made by `Box::into_raw` in `Component::save` or at deserialisation.
+            drop(unsafe { Box::from_raw(*state) });
+        }
+        *state = std::ptr::null_mut();
+    }
+}

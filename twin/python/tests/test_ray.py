@@ -1,0 +1,193 @@
+"""Sweeps on Ray clusters of this machine, of which parts are killed."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import twinrig
+from ray_cluster import ENVIRONMENT, Cluster, cluster
+from twinrig import _ray
+from twinrig._ray_frames import LOST, RESULT, JobFrames
+
+pytestmark = pytest.mark.ray
+
+TROT = "scenarios/trot.toml"
+POINTS = 240
+SPEC = f"""
+design = "random"
+points = {POINTS}
+set = {{ duration = "8 s" }}
+dimension = [{{ key = "plant.ground.friction", from = 0.2, to = 0.8 }}]
+share = [{{ of = "does not fall", min = "50 %" }}]
+"""
+LIMIT_S = 60
+"""Longest time that a test waits for a program [s]."""
+
+
+@pytest.fixture(autouse=True)
+def _of_the_clusters(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in ENVIRONMENT.items():
+        monkeypatch.setenv(name, value)
+
+
+@pytest.fixture(scope="module")
+def spec(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("spec") / "friction.toml"
+    path.write_text(SPEC, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def local(spec: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The results of the engine `local`."""
+    out = tmp_path_factory.mktemp("local")
+    os.chdir(Path(__file__).resolve().parents[3])
+    twinrig.sweep(TROT, spec, out=out)
+    return out
+
+
+def results(out: Path) -> list[bytes]:
+    return [(out / name).read_bytes() for name in ("rows.csv", "sweep.json", "report.html")]
+
+
+def stored(out: Path) -> int:
+    path = out / "rows" / "all.jsonl"
+    return path.read_bytes().count(b"\n") if path.exists() else 0
+
+
+def start(spec: Path, out: Path, address: str) -> subprocess.Popen[str]:
+    """Start a sweep on a cluster."""
+    words = [sys.executable, "-m", "twinrig", "sweep", "--engine=ray", f"--address={address}"]
+    return subprocess.Popen(
+        [*words, f"--out={out}", "--json", TROT, str(spec)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "RAY_gcs_rpc_server_reconnect_timeout_s": "3"},
+    )
+
+
+def after_rows(process: subprocess.Popen[str], out: Path, count: int, act: Callable[[], Any]) -> Any:
+    """Act when a sweep has stored a number of rows; return its object and its exit code."""
+    try:
+        end = time.monotonic() + LIMIT_S
+        while stored(out) < count and process.poll() is None and time.monotonic() < end:
+            time.sleep(0.02)
+        assert count <= stored(out) < POINTS
+        act()
+        text, errors = process.communicate(timeout=LIMIT_S)
+    finally:
+        process.kill()
+    return json.loads(text or errors), process.returncode
+
+
+@pytest.fixture(scope="module")
+def machines() -> Any:
+    """A cluster of two machines, of which one is killed by the first test."""
+    with cluster(2) as running:
+        yield running
+
+
+def test_killed_machine_changes_nothing(
+    machines: Cluster, spec: Path, local: Path, tmp_path: Path
+) -> None:
+    process = start(spec, tmp_path, machines.address)
+    report, code = after_rows(process, tmp_path, 40, lambda: machines.kill("node"))
+    assert code in (0, 1) and report["counts"]["missing"] == 0
+    assert results(tmp_path) == results(local)
+
+
+def test_interrupt_ends_the_sweep_soon(machines: Cluster, spec: Path, tmp_path: Path) -> None:
+    process = start(spec, tmp_path, machines.address)
+    begun = time.monotonic()
+
+    def interrupt() -> None:
+        nonlocal begun
+        begun = time.monotonic()
+        process.send_signal(signal.SIGINT)
+
+    report, code = after_rows(process, tmp_path, 5, interrupt)
+    assert (report["verdict"], code) == ("interrupted", 2)
+    assert report["counts"]["missing"] == POINTS - stored(tmp_path)
+    # Not a timing: without the signal it takes longer than a run of the whole sweep.
+    assert time.monotonic() - begun < LIMIT_S / 2
+
+
+def test_recordings_stay_where_they_are_made(tmp_path: Path) -> None:
+    # By a Ray of the sweep's own.
+    few = {"dimension": [{"key": "seed", "from": 1, "to": 4}], "set": {"duration": "6 s"}}
+    place = tmp_path / "recorded"
+    ours = twinrig.sweep(TROT, few, out=tmp_path / "ray", engine="ray", jobs=2, record=place)
+    local = twinrig.sweep(TROT, few, out=tmp_path / "local", record=tmp_path / "others")
+    assert ours.hash == local.hash
+    assert results(ours.folder)[0] == results(local.folder)[0]
+    lines = (ours.folder / "recordings.csv").read_text(encoding="utf-8").splitlines()
+    rows = {row["key"]: row for row in ours.rows}
+    for line in lines:
+        key, host, path = line.split(",")
+        assert host == os.uname().nodename and Path(path.strip('"')).parent == place
+        recording = twinrig.read(path.strip('"'))
+        assert recording.fingerprint == rows.pop(key)["fingerprint"]
+    assert not rows
+
+
+def driver(address: str, tasks: list[bytes], do: Any, shared: bytes = b"") -> dict[bytes, Any]:
+    """Do a job by a driver in this process; return its frames by kind."""
+    frames: dict[bytes, Any] = {}
+    lock = threading.Lock()
+
+    def emit(kind: bytes, task: int, contents: bytes) -> None:
+        with lock:
+            frames.setdefault(kind, {})[task] = contents
+
+    _ray.Driver(JobFrames(address, None, shared, tasks), emit, do).run()
+    return frames
+
+
+def test_task_that_kills_its_worker_takes_no_other_with_it(machines: Cluster) -> None:
+    def do(_digest: str, _data: Any, tasks: list[bytes]) -> Any:
+        import os
+
+        if b"7" in tasks:
+            os.kill(os.getpid(), 9)
+        return 0.01, [(True, task + b" done") for task in tasks]
+
+    tasks = [str(number).encode() for number in range(60)]
+    frames = driver(machines.address, tasks, do)
+    expected = {task: tasks[task] + b" done" for task in range(60) if task != 7}
+    assert frames[RESULT] == expected
+    assert list(frames[LOST]) == [7] and b"3 workers were lost" in frames[LOST][7]
+
+
+def test_worker_of_another_build_refuses(machines: Cluster) -> None:
+    from twinrig import _ray_worker
+
+    with pytest.raises(_ray.ClusterError, match="another build of twinrig"):
+        driver(machines.address, [b"task"], _ray_worker.do, b"twinjob1" + bytes(32))
+
+
+def test_killed_head_ends_the_sweep_which_another_cluster_continues(
+    machines: Cluster, spec: Path, local: Path, tmp_path: Path
+) -> None:
+    process = start(spec, tmp_path, machines.address)
+    report, code = after_rows(process, tmp_path, 40, lambda: machines.kill("head"))
+    assert code == 2 and "the cluster is lost" in report["error"]
+    before = stored(tmp_path)
+    assert 40 <= before < POINTS
+    with cluster(1) as other:
+        process = start(spec, tmp_path, other.address)
+        text, _ = process.communicate(timeout=LIMIT_S)
+    assert json.loads(text)["counts"]["missing"] == 0
+    # No run was repeated.
+    assert stored(tmp_path) == POINTS
+    assert results(tmp_path) == results(local)
