@@ -338,9 +338,8 @@ except KeyboardInterrupt:
 def test_interrupt_ends_a_hanging_call(
     folder: Path, way: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv(
-        "PYTHONPATH", os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
-    )
+    paths = [str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(paths))
     path = scenario(folder, 'time_limit = "60 s"\n', fault="HANG")
     began = time.monotonic()
     out, _ = interrupted(HANGING, str(path), way, after=3.0)
