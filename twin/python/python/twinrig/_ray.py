@@ -19,7 +19,7 @@ from importlib import import_module
 from typing import Any
 
 from twinrig import _ray_worker
-from twinrig._ray_batches import ATTEMPTS, BatchQueue
+from twinrig._ray_batches import ATTEMPTS, MACHINES, BatchQueue
 from twinrig._ray_frames import (
     DONE,
     ERROR,
@@ -162,8 +162,9 @@ class Driver:
             raise ClusterError(_message(cause), REPEAT) from None
         if isinstance(error, exceptions.LocalRayletDiedError):
             raise ClusterError(f"the cluster is lost: {reason}", REPEAT) from None
-        for task in self.queue.lost(batch):
-            lost = f"{ATTEMPTS} workers were lost in it, the last one by: {reason}"
+        limit = MACHINES if isinstance(error, exceptions.NodeDiedError) else ATTEMPTS
+        for task in self.queue.lost(batch, limit):
+            lost = f"{limit} workers were lost in it, the last one by: {reason}"
             self.emit(LOST, task, lost.encode())
 
 
