@@ -9,15 +9,17 @@ alone, with tasks that do nothing: the cost of a batch, and of a row in a batch 
 from __future__ import annotations
 
 import os
+import resource
 import statistics
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import twinrig
 from twinrig import _ray
-from twinrig._ray_frames import RESULT, JobFrames
+from twinrig._ray_frames import RESULT, Frame, JobFrames
 
 ROOT = Path(__file__).resolve().parents[3]
 JOBS = 2
@@ -57,8 +59,15 @@ def compare(name: str, scenario: Path, few: int, many: int) -> None:
             f"{name}  {engine:5}  {many} runs in {long:6.2f} s, {many / long:8.1f} rows/s;"
             f" start {short - few * row_s[engine]:5.2f} s, then {1 / row_s[engine]:8.1f} rows/s"
         )
+    before = resource.getrusage(resource.RUSAGE_SELF)
+    sweep_s(scenario, many, "ray")
+    after = resource.getrusage(resource.RUSAGE_SELF)
+    head_s = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     overhead_us = (row_s["ray"] - row_s["local"]) * 1e6 * JOBS
-    print(f"{name}  ray - local: {overhead_us:8.0f} µs of a processor a row")
+    print(
+        f"{name}  ray - local: {overhead_us:8.0f} µs of a processor a row,"
+        f" of which the program {head_s / many * 1e6:6.0f} µs"
+    )
 
 
 def ray_alone() -> None:
@@ -75,9 +84,9 @@ def ray_alone() -> None:
     for name, do, count in (("batch of 1", slow, 2000), ("row of a batch", fast, 200_000)):
         arrivals: list[float] = []
 
-        def emit(kind: bytes, _task: int, _contents: bytes, arrivals: list[float] = arrivals) -> None:
-            if kind == RESULT:
-                arrivals.append(time.perf_counter())
+        def emit(frames: Sequence[Frame], arrivals: list[float] = arrivals) -> None:
+            now = time.perf_counter()
+            arrivals.extend(now for kind, _, _ in frames if kind == RESULT)
 
         job = JobFrames(None, JOBS, b"", [bytes(60)] * count)
         _ray.Driver(job, emit, do).run()
