@@ -1,19 +1,21 @@
-"""Rates of the engines of sweeps: `python twin/python/benches/engines.py`, on an idle machine.
+"""Costs of the engines of sweeps: `python twin/python/benches/engines.py`.
 
 The same sweep by the engines `local` and `ray` (a Ray of its own on this machine), in turns, with
 as many slots: of 20 s of the trot, and of runs of 20 ms, where little but the overhead is left.
-Two sizes separate the start of an engine from the time of a further row. The last lines are Ray
-alone, with tasks that do nothing: the cost of a batch, and of a row in a batch of many.
+Two sizes separate the start of an engine from a further row. Processor times are those of this
+process and all that it starts; unlike rates, they hardly depend on the load of the machine. The
+last lines are Ray alone, with tasks that do nothing: a batch, and a row in a batch of many.
 """
 
 from __future__ import annotations
 
 import os
-import resource
 import statistics
 import tempfile
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,7 @@ from twinrig import _ray
 from twinrig._ray_frames import RESULT, Frame, JobFrames
 
 ROOT = Path(__file__).resolve().parents[3]
+ENGINES = ("local", "ray")
 JOBS = 2
 REPETITIONS = 3
 
@@ -33,41 +36,100 @@ controller = { kind = "stand", period = "2 ms" }
 """
 
 
-def sweep_s(scenario: Path, runs: int, engine: str) -> float:
-    """Return the duration of a sweep over seeds [s]."""
+class ProcessorTime:
+    """Processor time of this process and all that it starts [s], sampled as processes end."""
+
+    PERIOD_S = 0.05
+
+    def __init__(self) -> None:
+        self.used_s: dict[int, float] = {}
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._watch)
+
+    def __enter__(self) -> ProcessorTime:
+        self._before = time.process_time()
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ended.set()
+        self._thread.join()
+        self.own_s = time.process_time() - self._before
+
+    def total_s(self) -> float:
+        """Return the time of all processes."""
+        return self.own_s + sum(self.used_s.values())
+
+    def _watch(self) -> None:
+        while not self._ended.wait(self.PERIOD_S):
+            self._sample()
+
+    def _sample(self) -> None:
+        parents, used = {}, {}
+        for folder in Path("/proc").glob("[0-9]*"):
+            try:
+                fields = (folder / "stat").read_text().rpartition(") ")[2].split()
+            except OSError:
+                continue
+            pid = int(folder.name)
+            parents[pid] = int(fields[1])
+            used[pid] = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+        known = {os.getpid()}
+        while new := {pid for pid, parent in parents.items() if parent in known} - known:
+            known |= new
+        self.used_s.update((pid, used[pid]) for pid in known - {os.getpid()})
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Cost of a sweep [s]."""
+
+    wall_s: float
+    total_s: float
+    """Processor time."""
+    own_s: float
+    """Of it, of the program."""
+
+
+def sweep_cost(scenario: Path, runs: int, engine: str) -> Cost:
+    """Return the cost of a sweep over seeds."""
     spec = {"dimension": [{"key": "seed", "from": 1, "to": runs}]}
-    with tempfile.TemporaryDirectory() as out:
+    with tempfile.TemporaryDirectory() as out, ProcessorTime() as processors:
         begin = time.perf_counter()
         twinrig.sweep(scenario, spec, engine=engine, jobs=JOBS, out=out)
-        return time.perf_counter() - begin
+        wall_s = time.perf_counter() - begin
+    return Cost(wall_s, processors.total_s(), processors.own_s)
 
 
 def compare(name: str, scenario: Path, few: int, many: int) -> None:
-    """Print the rates of both engines."""
-    durations: dict[tuple[str, int], list[float]] = {}
+    """Print the costs of both engines."""
+    costs: dict[tuple[str, int], list[Cost]] = {}
     for _ in range(REPETITIONS):
         for runs in (few, many):
-            for engine in ("local", "ray"):
-                taken = sweep_s(scenario, runs, engine)
-                durations.setdefault((engine, runs), []).append(taken)
-    row_s = {}
-    for engine in ("local", "ray"):
-        short = statistics.median(durations[engine, few])
-        long = statistics.median(durations[engine, many])
-        row_s[engine] = (long - short) / (many - few)
+            for engine in ENGINES:
+                cost = sweep_cost(scenario, runs, engine)
+                costs.setdefault((engine, runs), []).append(cost)
+
+    def median(engine: str, runs: int, of: Callable[[Cost], float]) -> float:
+        return statistics.median(map(of, costs[engine, runs]))
+
+    row_us = {}
+    for engine in ENGINES:
+
+        def a_row(of: Callable[[Cost], float], engine: str = engine) -> float:
+            return (median(engine, many, of) - median(engine, few, of)) / (many - few)
+
+        wall_s = median(engine, many, lambda cost: cost.wall_s)
+        start_s = wall_s - many * a_row(lambda cost: cost.wall_s)
+        row_us[engine] = a_row(lambda cost: cost.total_s) * 1e6
+        own_us = a_row(lambda cost: cost.own_s) * 1e6
         print(
-            f"{name}  {engine:5}  {many} runs in {long:6.2f} s, {many / long:8.1f} rows/s;"
-            f" start {short - few * row_s[engine]:5.2f} s, then {1 / row_s[engine]:8.1f} rows/s"
+            f"{name}  {engine:5}  {many} runs in {wall_s:6.2f} s, {many / wall_s:7.1f} rows/s,"
+            f" start {start_s:5.2f} s; processor a row {row_us[engine]:8.0f} µs,"
+            f" program {own_us:8.0f} µs"
         )
-    before = resource.getrusage(resource.RUSAGE_SELF)
-    sweep_s(scenario, many, "ray")
-    after = resource.getrusage(resource.RUSAGE_SELF)
-    head_s = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    overhead_us = (row_s["ray"] - row_s["local"]) * 1e6 * JOBS
-    print(
-        f"{name}  ray - local: {overhead_us:8.0f} µs of a processor a row,"
-        f" of which the program {head_s / many * 1e6:6.0f} µs"
-    )
+    overhead_us = row_us["ray"] - row_us["local"]
+    print(f"{name}  overhead of ray: {overhead_us:6.0f} µs of a processor a row")
 
 
 def ray_alone() -> None:

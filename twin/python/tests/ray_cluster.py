@@ -1,7 +1,7 @@
 """A Ray cluster on this machine, which a test damages: a program of its own.
 
-Its standard input has commands, a line each: ``add node``, and ``kill node`` and ``kill head``, which
-end a machine at once.
+Its standard input has commands, a line each: ``add node``, and ``kill node`` and ``kill head``,
+which end a machine at once.
 All processes of the cluster end with this one, however it ends, and it ends with the test.
 """
 

@@ -77,7 +77,9 @@ def start(spec: Path, out: Path, address: str) -> subprocess.Popen[str]:
     )
 
 
-def after_rows(process: subprocess.Popen[str], out: Path, count: int, act: Callable[[], Any]) -> Any:
+def after_rows(
+    process: subprocess.Popen[str], out: Path, count: int, act: Callable[[], None]
+) -> tuple[dict[str, Any], int]:
     """Act when a sweep has stored a number of rows; return its object and its exit code."""
     try:
         end = time.monotonic() + LIMIT_S

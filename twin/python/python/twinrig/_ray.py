@@ -217,8 +217,8 @@ def _connected(ray: Any, job: JobFrames, address: str) -> Iterator[None]:
     except Exception as error:
         raise ClusterError(
             f"no cluster at `{address}`: {_message(error)}",
-            "start one by `ray start --head`, with the same RAY_AUTH_MODE and token as here, or leave"
-            " out the address for a Ray of its own",
+            "start one by `ray start --head`, with the same RAY_AUTH_MODE and token as here, or"
+            " leave out the address for a Ray of its own",
         ) from error
     try:
         yield
