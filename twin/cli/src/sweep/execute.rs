@@ -90,8 +90,8 @@ pub struct SweepOutcome {
     pub wall_s: f64,
 }
 
-/// Runs a sweep: reads its files once, has an engine run the points that the store does not have, and
-/// writes the files of the result when all points are done. An interrupt ends it; a later call
+/// Runs a sweep: reads its files once, has an engine run the points that the store does not have,
+/// and writes the files of the result when all points are done. An interrupt ends it; a later call
 /// continues it.
 ///
 /// # Errors
