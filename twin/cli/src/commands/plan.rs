@@ -5,7 +5,6 @@ mod actuator;
 use anstyle::Style;
 use serde::Serialize;
 use twinrig_kernel::{Direction, Port};
-use twinrig_legged::Constraints;
 use twinrig_runtime::Coupling;
 use twinrig_runtime::{Group, Rig};
 use twinrig_scenario::{LeftOut, Scenario};
@@ -16,7 +15,6 @@ use crate::args::PlanArgs;
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
-use crate::parts::constraints::named_constraints;
 use crate::parts::coupling;
 use crate::report::grid::{Cell, Grid, Left};
 use crate::report::left_out;
@@ -147,7 +145,7 @@ fn of(registry: &Registry, assembly: &Assembly<'_>) -> Result<Plan, TwinError> {
         seed: scenario.seed,
         duration_s: seconds(scenario.duration.as_nanos()),
         plant: scenario.plant.model.clone(),
-        constraints: named_constraints(&scenario.plant.options).map(Constraints::name),
+        constraints: assembly.constraints(),
         controller: scenario.controller.as_ref().map(|spec| spec.kind.clone()),
         robot: assembly.body().name().to_owned(),
         legs: scene.legs.iter().map(|leg| leg.name.clone()).collect(),

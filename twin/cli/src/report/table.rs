@@ -267,7 +267,8 @@ fn facts(report: &Report) -> Grid {
         let end = if ended { ", which ended the run" } else { "" };
         fact("fall", format!("at {at} s{end}"));
     }
-    if let Some(energy) = report.energy {
+    // A plant without an energy balance exchanges nothing.
+    if let Some(energy) = report.energy.filter(|energy| energy.exchanged_j > 0.0) {
         let (residual, exchanged) = (energy.residual_j, energy.exchanged_j);
         let exchanged = if exchanged < 1.0 {
             format!("{exchanged:.1e}")

@@ -1,8 +1,7 @@
 //! Failures of the worker of an FMU.
 
-use std::time::Duration;
-
 use thiserror::Error;
+use twinrig::kernel::SimDuration;
 
 /// Failure of a request to a worker.
 #[derive(Clone, Debug, Error)]
@@ -27,10 +26,10 @@ pub(super) enum Failure {
         output: String,
     },
     /// A call did not return.
-    #[error("a call took longer than {limit:?} (`time_limit`){output}")]
+    #[error("a call took longer than {limit} (`time_limit`){output}")]
     Late {
         /// The limit.
-        limit: Duration,
+        limit: SimDuration,
         /// Last output of the FMU, as the end of the sentence.
         output: String,
     },

@@ -26,6 +26,10 @@ pub(super) enum Request {
     Restore = 4,
 }
 
+/// Wall time for the start of an interpreter and for the extraction of an archive, beside the
+/// limit of a call.
+const PREPARATION: Duration = Duration::from_secs(20);
+
 /// Statuses of replies.
 const DONE: u8 = 0;
 const REFUSED: u8 = 1;
@@ -89,7 +93,11 @@ impl Link {
 
     /// Sends a request and returns the content of the reply.
     pub fn call(&mut self, request: Request, payload: &[u8]) -> Result<Vec<u8>, Failure> {
-        let (kind, limit) = (request as u8, self.settings.time_limit);
+        let kind = request as u8;
+        let limit = match request {
+            Request::Describe | Request::Start => self.settings.time_limit + PREPARATION,
+            Request::Advance | Request::Save | Request::Restore => self.settings.time_limit,
+        };
         let (status, content) = match &mut self.transport {
             Transport::Process(process) => process.call(kind, payload, limit)?,
             Transport::Here(object) => object.call(kind, payload)?,

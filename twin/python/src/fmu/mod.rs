@@ -1,8 +1,8 @@
 //! Functional mock-up units as plants.
 //!
-//! The Python half (`twinrig._fmu`) reads and steps an FMU; it does not know signals. This half maps
-//! the signals of a scenario to variables, converts units, and drives a worker over a [`link`]:
-//! pipes to a process of its own, or calls in this process.
+//! The Python half (`twinrig._fmu`) reads and steps an FMU; it does not know signals. This half
+//! maps the signals of a scenario to variables, converts units, and drives a worker over a
+//! [`link`]: pipes to a process of its own, or calls in this process.
 
 mod description;
 mod failure;

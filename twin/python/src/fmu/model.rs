@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use thiserror::Error;
 use twinrig::fmu_plant::{FILE, ISOLATED, NAME, PARAMETERS, TIME_LIMIT, TOLERANCE};
+use twinrig::kernel::signal::ENERGY;
 use twinrig::kernel::{Direction, Port, SimDuration};
 use twinrig::runtime::{Coupling, Plant};
 use twinrig::scenario::{LegFact, OptionValue, Options, PlantSpec};
@@ -158,6 +159,16 @@ fn archive(context: &ModelContext<'_>, file: &Placed<String>) -> Result<Vec<u8>,
     read.map_err(|why| file.error(format!("cannot read {}: {why}", path.display()), ""))
 }
 
+/// Returns the signals of an energy balance, in its order; none if the FMU lacks one of them.
+fn energy(signals: &[Signal]) -> Vec<Signal> {
+    let find = |name: &str| {
+        let mut signals = signals.iter();
+        signals.find(|signal| signal.port.name == name).cloned()
+    };
+    let balance = ENERGY.iter().map(|term| find(term.name));
+    balance.collect::<Option<Vec<_>>>().unwrap_or_default()
+}
+
 /// Returns the start values that a scenario sets.
 fn parameters(
     description: &Description,
@@ -227,6 +238,7 @@ impl StandaloneModel for FmuModel {
             signal.port.direction == Direction::Input || wanted(&signal.port.name)
         };
         let signals: Vec<Signal> = self.signals.iter().filter(is_wanted).cloned().collect();
+        let energy = energy(&self.signals);
         let failed = |failure| FmuError::Failed {
             fmu: self.name.clone(),
             failure,
@@ -241,7 +253,7 @@ impl StandaloneModel for FmuModel {
             step: plant.step,
         };
         let link = self.link().map_err(failed)?;
-        let plant = FmuPlant::start(link, &signals, &start);
+        let plant = FmuPlant::start(link, &signals, &energy, &start);
         Ok(Box::new(plant.map_err(failed)?))
     }
 }

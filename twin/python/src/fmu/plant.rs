@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 
 use serde_json::json;
 use twinrig::kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig::runtime::{Plant, PlantFault, WorkCounts};
+use twinrig::runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 
 use crate::fmu::failure::Failure;
 use crate::fmu::link::{Link, Request};
@@ -48,9 +48,12 @@ pub(super) struct FmuPlant {
     step: Option<SimDuration>,
     ports: Vec<Port>,
     inputs: Vec<Element>,
+    /// Elements of the outputs, then the terms of the energy balance, if the FMU has one.
     outputs: Vec<Element>,
     initial: Vec<f64>,
     values: Vec<f64>,
+    /// Index of the first term.
+    energy: usize,
     now: SimTime,
     steps: u64,
     /// Request of a step, for reuse.
@@ -79,10 +82,16 @@ impl Worker {
 type Saved = (String, SimTime, Vec<f64>, u64, Option<Vec<u8>>);
 
 impl FmuPlant {
-    /// Starts the FMU of a worker, with these signals.
-    pub fn start(mut link: Link, signals: &[Signal], start: &Start<'_>) -> Result<Self, Failure> {
+    /// Starts the FMU of a worker, with these signals and the terms of its `energy` balance.
+    pub fn start(
+        mut link: Link,
+        signals: &[Signal],
+        energy: &[Signal],
+        start: &Start<'_>,
+    ) -> Result<Self, Failure> {
+        let all = signals.iter().chain(energy);
         let variables = |direction| -> Vec<&String> {
-            let signals = signals.iter().filter(|it| it.port.direction == direction);
+            let signals = all.clone().filter(|it| it.port.direction == direction);
             signals.flat_map(|signal| &signal.variables).collect()
         };
         let request = json!({
@@ -92,10 +101,10 @@ impl FmuPlant {
             "tolerance": start.tolerance,
         });
         let reply = link.call(Request::Start, request.to_string().as_bytes())?;
-        let (inputs, outputs) = (
-            elements(signals, Direction::Input),
-            elements(signals, Direction::Output),
-        );
+        let inputs = elements(signals, Direction::Input);
+        let mut outputs = elements(signals, Direction::Output);
+        let terms = outputs.len();
+        outputs.extend(elements(energy, Direction::Output));
         if reply.len() != NUMBER * (inputs.len() + outputs.len()) {
             return Err(Failure::Worker("sent a reply of a wrong size".to_owned()));
         }
@@ -111,6 +120,7 @@ impl FmuPlant {
             values: vec![0.0; outputs.len()],
             inputs,
             outputs,
+            energy: terms,
             now: SimTime::ZERO,
             steps: 0,
             request: Vec::new(),
@@ -132,7 +142,7 @@ impl FmuPlant {
         PlantFault {
             time: self.now,
             part: format!("{}{}", self.fmu, part.unwrap_or_default()),
-            energy: 0.0,
+            energy: self.energy().stored(),
             why: failure.why(),
         }
     }
@@ -232,7 +242,33 @@ impl Plant for FmuPlant {
     }
 
     fn observe(&mut self, outputs: &mut [f64]) {
-        outputs.copy_from_slice(&self.values);
+        outputs.copy_from_slice(&self.values[..self.energy]);
+    }
+
+    fn energy(&self) -> EnergyBalance {
+        let [
+            kinetic,
+            spring,
+            gravity,
+            dissipated,
+            actuator,
+            impact,
+            exchanged,
+            residual,
+        ] = self.values[self.energy..]
+        else {
+            return EnergyBalance::default();
+        };
+        EnergyBalance {
+            kinetic,
+            spring,
+            gravity,
+            dissipated,
+            actuator,
+            impact,
+            exchanged,
+            residual,
+        }
     }
 
     fn work(&self) -> WorkCounts {

@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use pyo3::prelude::*;
+use twinrig::kernel::SimDuration;
 use twinrig::runtime::interrupt;
 
 use crate::exceptions::Exceptions;
@@ -158,11 +159,21 @@ impl Process {
         limit: Duration,
     ) -> Result<(), Failure> {
         let mut filled = 0;
+        let mut last_check = Instant::now();
         while filled < buffer.len() {
-            let left = deadline.saturating_duration_since(Instant::now());
+            let now = Instant::now();
+            let left = deadline.saturating_duration_since(now);
             if left.is_zero() {
                 let output = self.output.text();
+                let limit = u64::try_from(limit.as_nanos()).unwrap_or(u64::MAX);
+                let limit = SimDuration::from_nanos(limit);
                 return Err(Failure::Late { limit, output });
+            }
+            if now - last_check >= PATIENCE {
+                last_check = now;
+                if self.is_interrupted() {
+                    return Err(Failure::Interrupted);
+                }
             }
             let (reply, output) = self.wait(left.min(PATIENCE))?;
             if output {
@@ -175,8 +186,6 @@ impl Process {
                     Err(error) if error.kind() == ErrorKind::Interrupted => {}
                     Err(error) => return Err(Failure::io("cannot be read", &error)),
                 }
-            } else if !output && self.is_interrupted() {
-                return Err(Failure::Interrupted);
             }
         }
         Ok(())

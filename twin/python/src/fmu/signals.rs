@@ -42,9 +42,11 @@ pub(super) fn signals(
     let renamed = of_tables.iter().flat_map(|signal| &signal.variables);
     let mut taken: BTreeSet<&str> = renamed.map(String::as_str).collect();
     taken.extend(of_tables.iter().map(|signal| signal.port.name.as_str()));
+    let mut seen = BTreeSet::new();
     let mut signals = Vec::new();
     for (name, direction, variables) in named(description) {
-        if taken.contains(name) || variables.iter().any(|it| taken.contains(&*it.name)) {
+        let is_taken = variables.iter().any(|it| taken.contains(&*it.name));
+        if is_taken || taken.contains(name) || !seen.insert((name, direction)) {
             continue;
         }
         match signal(name, direction, &variables, None) {
@@ -72,8 +74,8 @@ fn entries<'o>(
 /// vector is one variable, or a variable for each element: `name[0]`, `name[1]` ….
 fn named(description: &Description) -> Vec<(&str, Direction, Vec<&Variable>)> {
     let mut found: Vec<(&str, Direction, Vec<&Variable>)> = Vec::new();
-    let mut vectors: BTreeMap<(&str, Direction), usize> = BTreeMap::new();
-    let mut first: BTreeMap<&str, usize> = BTreeMap::new();
+    // Place and first index of each vector.
+    let mut vectors: BTreeMap<(&str, Direction), (usize, usize)> = BTreeMap::new();
     for variable in &description.variables {
         let direction = match variable.causality.as_str() {
             "input" => Direction::Input,
@@ -88,15 +90,12 @@ fn named(description: &Description) -> Vec<(&str, Direction, Vec<&Variable>)> {
         };
         match vectors.get(&(name, direction)) {
             None if is_name(name) && index <= 1 => {
-                vectors.insert((name, direction), found.len());
-                first.insert(name, index);
+                vectors.insert((name, direction), (found.len(), index));
                 found.push((name, direction, vec![variable]));
             }
-            Some(&place) => {
+            Some(&(place, first)) => {
                 let (_, _, elements) = &mut found[place];
-                let follows = first
-                    .get(name)
-                    .is_some_and(|it| it + elements.len() == index);
+                let follows = first + elements.len() == index;
                 if follows && elements[0].unit_name() == variable.unit_name() {
                     elements.push(variable);
                 }
@@ -307,6 +306,9 @@ fn port(
 
 /// Declares outputs to be rates of others, as the FMU does, for their interpolation.
 fn declare_rates(description: &Description, signals: &mut [Signal]) {
+    let rates = description.variables.iter();
+    let rates = rates.filter_map(|it| Some((it.name.as_str(), it.rate_of.as_ref()?)));
+    let rates: BTreeMap<&str, &String> = rates.collect();
     let output = |signal: &&Signal| signal.port.direction == Direction::Output;
     let names: BTreeMap<Vec<String>, String> = signals
         .iter()
@@ -314,10 +316,8 @@ fn declare_rates(description: &Description, signals: &mut [Signal]) {
         .map(|signal| (signal.variables.clone(), signal.port.name.clone()))
         .collect();
     for signal in signals.iter_mut() {
-        let of = signal.variables.iter().map(|name| {
-            let variable = description.variable(name)?;
-            variable.rate_of.clone()
-        });
+        let of = signal.variables.iter();
+        let of = of.map(|name| Some((*rates.get(name.as_str())?).clone()));
         let Some(of) = of.collect::<Option<Vec<String>>>() else {
             continue;
         };

@@ -20,7 +20,7 @@ from typing import BinaryIO, NoReturn
 
 _HEAD = struct.Struct("<BI")
 
-_WATCH_PERIOD_S = 0.2
+_WATCH_PERIOD_S = 0.5
 
 
 def _own_descriptors() -> tuple[int, int]:
@@ -37,7 +37,9 @@ def _watch(requests: int, parent: int, folder: str) -> NoReturn:
     """End this process with its parent, also in the midst of a call that never returns."""
     poll = select.poll()
     poll.register(requests, 0)
-    poll.poll()
+    # A fork of the parent may hold the pipe open beyond its death.
+    while not poll.poll(1e3 * _WATCH_PERIOD_S) and os.getppid() == parent:
+        pass
     # The pipe is closed by a parent that waits for the end of this process, or by the death of the
     # parent, which becomes visible a moment later.
     while os.getppid() == parent:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from fmpy import fmi1
 from fmpy.fmi1 import FMICallException
 
 from twinrig._fmu._errors import Fault, Refusal
@@ -83,6 +85,22 @@ def fault(error: FMICallException, log: Log) -> Fault:
     status = error.status
     label = labels[status] if 0 <= status < len(labels) else f"the illegal status {status}"
     return Fault(error.function, f"it returned {label}{log.take()}")
+
+
+class _StayingOs:
+    """`os` for FMPy, which would change the current folder of the process to load a library.
+
+    Other threads would meanwhile write into that folder.
+    """
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(os, name)
+
+    def chdir(self, folder: object) -> None:
+        """Stay."""
+
+
+fmi1.os = _StayingOs()
 
 
 def loaded(kind: Any, model: Model, folder: Path) -> Any:

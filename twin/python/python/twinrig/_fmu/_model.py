@@ -191,14 +191,14 @@ def _variable(variable: Any, units: dict[str, Any]) -> dict[str, Any]:
         "causality": variable.causality,
         "variability": variable.variability,
         "size": _size(variable),
-        "unit": None if definition is None else _unit(unit, definition, relative=bool(relative)),
+        "unit": None if definition is None else _unit(definition, relative=bool(relative)),
         "rate_of": None if derivative is None else derivative.name,
         "has_start": variable.start is not None,
     }
 
 
-def _unit(name: str, definition: Any, *, relative: bool) -> dict[str, Any] | None:
-    base = definition.baseUnit
+def _unit(definition: Any, *, relative: bool) -> dict[str, Any]:
+    name, base = definition.name, definition.baseUnit
     if base is None:
         return {"name": name, "exponents": None, "factor": 1.0, "offset": 0.0}
     return {

@@ -90,11 +90,6 @@ class Values:
             whole=whole,
         )
 
-    @property
-    def bytes(self) -> int:
-        """Size of the buffer."""
-        return self._format.size
-
     def read(self) -> bytes:
         """Read the variables."""
         buffer = [0.0] * (self._format.size // _DOUBLE_BYTES)
