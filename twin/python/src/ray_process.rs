@@ -7,6 +7,7 @@
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::process::CommandExt;
+use std::path::Path;
 use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -136,10 +137,12 @@ impl Drop for DriverProcess {
 fn command(py: Python<'_>) -> PyResult<Command> {
     let interpreter: String = py.import("sys")?.getattr("executable")?.extract()?;
     let file: String = py.import("twinrig")?.getattr("__file__")?.extract()?;
-    let folder = std::path::Path::new(&file).ancestors().nth(2);
-    let mut paths = vec![folder.map_or_else(Default::default, Into::into)];
     let known = std::env::var_os("PYTHONPATH").unwrap_or_default();
-    paths.extend(std::env::split_paths(&known));
+    // The package may be in a folder that only this process knows. An empty path would be the
+    // current folder.
+    let folder = Path::new(&file).ancestors().nth(2).map(Path::to_owned);
+    let paths = std::env::split_paths(&known).chain(folder);
+    let paths = paths.filter(|path| !path.as_os_str().is_empty());
     let mut command = Command::new(interpreter);
     command
         .args(["-m", MODULE])
