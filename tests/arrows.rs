@@ -32,6 +32,7 @@ const ARROWS: &[(&str, &str)] = &[
     ("document", "kernel"),
     ("drives", "actuator kernel legged robot runtime"),
     ("estimate", ""),
+    ("fmu", "twinrig"),
     ("gait", "kernel leg robot runtime"),
     ("kernel", ""),
     (
@@ -161,8 +162,8 @@ fn libraries_do_not_depend_on_the_program() {
         let below = ["twin", "plants", "controllers", "drivers"]
             .iter()
             .any(|folder| package.folder.starts_with(folder));
-        // The Python module is another front end of the program.
-        let is_front_end = ["twinrig", "twinrig-python"].contains(&name.as_str());
+        // The Python module and the library of FMUs are other front ends of the program.
+        let is_front_end = ["twinrig", "twinrig-fmu", "twinrig-python"].contains(&name.as_str());
         if below && !is_front_end {
             assert!(!package.all_dependencies.contains("twinrig"), "{name}");
         }

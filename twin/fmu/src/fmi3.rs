@@ -137,7 +137,7 @@ fn elements(
 ) -> Result<Vec<u32>, Failure> {
     let mut all = Vec::new();
     for &reference in references {
-        let size = component.instance().variables().size(reference);
+        let size = component.instance().size(reference);
         let size = size.and_then(|size| u32::try_from(size).ok());
         let kind = FLOAT64;
         let size = size.ok_or(FmuError::NoSuchVariable { kind, reference })?;

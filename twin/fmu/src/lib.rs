@@ -20,31 +20,18 @@ mod raw;
 #[cfg(test)]
 mod tests;
 
-/// Length of the marker.
-const MARKER_BYTES: usize =
-    twinrig::fmu::MARKER_START.len() + VERSION.len() + twinrig::fmu::MARKER_END.len();
-const VERSION: &str = env!("CARGO_PKG_VERSION");
+const LENGTH: usize = twinrig::fmu::MARKER.len();
 
 /// By this the exporter recognises the library and its version.
 #[used]
-static MARKER: [u8; MARKER_BYTES] = marker();
+static MARKER: [u8; LENGTH] = reversed(twinrig::fmu::MARKER.as_bytes());
 
-const fn marker() -> [u8; MARKER_BYTES] {
-    let parts = [
-        twinrig::fmu::MARKER_START.as_bytes(),
-        VERSION.as_bytes(),
-        twinrig::fmu::MARKER_END.as_bytes(),
-    ];
-    let mut bytes = [0; MARKER_BYTES];
-    let (mut part, mut length) = (0, 0);
-    while part < parts.len() {
-        let mut n = 0;
-        while n < parts[part].len() {
-            bytes[length] = parts[part][n];
-            n += 1;
-            length += 1;
-        }
-        part += 1;
+const fn reversed(bytes: &[u8]) -> [u8; LENGTH] {
+    let mut reversed = [0; LENGTH];
+    let mut n = 0;
+    while n < LENGTH {
+        reversed[n] = bytes[LENGTH - 1 - n];
+        n += 1;
     }
-    bytes
+    reversed
 }

@@ -36,12 +36,16 @@ pub(crate) fn export(
     assembly: &Assembly<'_>,
     request: &FmuRequest,
 ) -> Result<ExportedFmu, ExportError> {
-    check_parts(assembly, request.part)?;
+    check_parts(assembly)?;
     let library = library::read(request.library.as_deref())?;
     let resources = Resources::of(assembly, request.part);
     let instance = FmuInstance::of(resources.clone())?;
     let variables = instance.variables();
     let scenario = assembly.scenario();
+    if variables.iter().next().is_none() && variables.fingerprint().is_none() {
+        let file = scenario.file.clone();
+        return Err(ExportError::NoVariables { file });
+    }
     let part = match request.part {
         FmuPart::Plant => "the plant",
         FmuPart::Rig => "controller, input and output, and plant",
@@ -72,8 +76,9 @@ pub(crate) fn export(
     })
 }
 
-/// Refuses parts that the library of FMUs lacks.
-fn check_parts(assembly: &Assembly<'_>, part: FmuPart) -> Result<(), ExportError> {
+/// Refuses parts that the library of FMUs lacks: it reads the whole scenario, also for the plant
+/// alone.
+fn check_parts(assembly: &Assembly<'_>) -> Result<(), ExportError> {
     let scenario = assembly.scenario();
     let is_known = |sort, name: &str| assembly.registry.is_in_every_build(sort, name);
     let refused = |sort, name: &str, (why, help)| ExportError::Part {
@@ -86,9 +91,6 @@ fn check_parts(assembly: &Assembly<'_>, part: FmuPart) -> Result<(), ExportError
     let plant = &scenario.plant.model;
     if !is_known(PartSort::Plant, plant) {
         return Err(refused("plant", plant, reason(plant)));
-    }
-    if part == FmuPart::Plant {
-        return Ok(());
     }
     let controller = scenario.controller.as_ref().map(|spec| &spec.kind);
     if let Some(kind) = controller.filter(|kind| !is_known(PartSort::Controller, kind)) {
@@ -104,7 +106,7 @@ fn check_parts(assembly: &Assembly<'_>, part: FmuPart) -> Result<(), ExportError
 /// Reason and remedy for a custom part.
 const OF_PROGRAM: (&str, &str) = (
     "it is a part of this program, and the library of FMUs has the standard parts only",
-    "export the plant alone, or a scenario with standard parts",
+    "export a scenario with standard parts; `twin list` of a program without your own has them",
 );
 
 /// Returns reason and remedy for a plant.

@@ -95,8 +95,14 @@ impl FmuInstance {
     }
 
     /// Returns the variables.
-    pub fn variables(&self) -> &Variables {
+    pub(crate) fn variables(&self) -> &Variables {
         &self.variables
+    }
+
+    /// Returns the number of elements of the variable whose first element has this value reference;
+    /// none for another element and for a text.
+    pub fn size(&self, reference: u32) -> Option<usize> {
+        self.variables.size(reference)
     }
 
     /// Sets the time of the master at the start, and the time that no step may pass.

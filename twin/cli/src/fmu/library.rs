@@ -6,12 +6,9 @@ use crate::fmu::error::ExportError;
 use crate::fmu::resources::VERSION;
 use crate::sweep::build_key::file_of_this_code;
 
-/// Start of the marker that the library of FMUs contains: then come its version and
-/// [`MARKER_END`]. The exporter composes the marker at run time, so that the program does not
-/// contain it.
-pub const MARKER_START: &str = "<twinrig-fmu ";
-/// End of the marker.
-pub const MARKER_END: &str = ">";
+/// Marker of the library of FMUs with its version. The library contains the bytes in reverse order,
+/// the program in this one, so that the program is not taken for the library.
+pub const MARKER: &str = concat!("|twinrig-fmu ", env!("CARGO_PKG_VERSION"), "|");
 
 /// File name of the library beside the program.
 const FILE: &str = "libtwinrig_fmu.so";
@@ -27,9 +24,9 @@ pub(crate) fn read(file: Option<&Path>) -> Result<Vec<u8>, ExportError> {
         Ok(bytes) => bytes,
         Err(source) => return Err(ExportError::Unreadable { path, source }),
     };
-    let marker = [MARKER_START, VERSION, MARKER_END].concat();
+    let marker: Vec<u8> = MARKER.bytes().rev().collect();
     let mut windows = bytes.windows(marker.len());
-    if bytes.starts_with(b"\x7fELF") && windows.any(|window| window == marker.as_bytes()) {
+    if bytes.starts_with(b"\x7fELF") && windows.any(|window| window == marker) {
         return Ok(bytes);
     }
     let version = VERSION;

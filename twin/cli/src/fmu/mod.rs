@@ -2,7 +2,7 @@
 //! the instance behind the C interface, which is in the crate `twinrig-fmu`.
 //!
 //! An FMU keeps the files that a recording keeps for its replay, and its instance is built from
-//! them. One table of variables ([`FmuVariable`]) is the source of the model description and of the
+//! them. One table of variables (`Variables`) is the source of the model description and of the
 //! instance. An instance has no global state: several in a process, on threads of their own, are
 //! independent.
 
@@ -28,13 +28,11 @@ pub(crate) use error::ExportError;
 pub use error::FmuError;
 pub(crate) use export::{FmuRequest, export};
 pub use instance::{FmuInstance, FmuState};
-pub use library::{MARKER_END, MARKER_START};
-pub use part::FmuPart;
-pub use variables::{Element, FmuVariable, Variables};
+pub use library::MARKER;
 
 /// Version of FMI.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FmiVersion {
+pub(crate) enum FmiVersion {
     /// FMI 2.0.
     Fmi2,
     /// FMI 3.0.

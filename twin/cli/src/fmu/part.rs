@@ -10,7 +10,7 @@ use twinrig_runtime::{Group, RigError, VariableError};
 /// Part of a scenario that an FMU contains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum FmuPart {
+pub(crate) enum FmuPart {
     /// The plant alone: inputs are its commands.
     #[default]
     Plant,
@@ -21,10 +21,10 @@ pub enum FmuPart {
 
 impl FmuPart {
     /// Every part.
-    pub const ALL: [Self; 2] = [Self::Plant, Self::Rig];
+    pub(crate) const ALL: [Self; 2] = [Self::Plant, Self::Rig];
 
     /// Returns the name, as on the command line.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Plant => "plant",
             Self::Rig => "rig",

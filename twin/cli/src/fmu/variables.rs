@@ -16,28 +16,28 @@ pub(crate) const TIME_REFERENCE: u32 = 0;
 /// A signal of an FMU: one or several elements. In FMI 3.0 it is one variable, in FMI 2.0 a
 /// variable an element.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FmuVariable {
+pub(crate) struct FmuVariable {
     /// Name of the signal.
-    pub name: String,
+    pub(crate) name: String,
     /// Meaning.
-    pub description: String,
+    pub(crate) description: String,
     /// Unit of every element.
-    pub unit: Unit,
+    pub(crate) unit: Unit,
     /// Value reference of the first element, and of the whole; those of the others follow.
-    pub reference: u32,
+    pub(crate) reference: u32,
     /// Number of elements.
-    pub size: usize,
+    pub(crate) size: usize,
     /// Start values; none for outputs.
-    pub start: Option<Vec<f64>>,
+    pub(crate) start: Option<Vec<f64>>,
     /// Bounds of an input, an excluded one included.
-    pub range: (Option<f64>, Option<f64>),
+    pub(crate) range: (Option<f64>, Option<f64>),
     /// Whether the variable changes at instants only, not continuously.
-    pub is_discrete: bool,
+    pub(crate) is_discrete: bool,
 }
 
 /// Place of an element in the instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Element {
+pub(crate) enum Element {
     /// The independent variable.
     Time,
     /// Index of an input.
@@ -48,7 +48,7 @@ pub enum Element {
 
 /// The variables of an FMU.
 #[derive(Clone, Debug, Default)]
-pub struct Variables {
+pub(crate) struct Variables {
     list: Vec<FmuVariable>,
     /// Elements by value reference; the first is time.
     elements: Vec<Element>,
@@ -60,12 +60,12 @@ pub struct Variables {
 
 impl FmuVariable {
     /// Returns whether the variable is an input.
-    pub fn is_input(&self) -> bool {
+    pub(crate) fn is_input(&self) -> bool {
         self.start.is_some()
     }
 
     /// Returns the names of the elements: of a vector `body/position[0]`, `body/position[1]`, ….
-    pub fn element_names(&self) -> impl Iterator<Item = String> {
+    pub(crate) fn element_names(&self) -> impl Iterator<Item = String> {
         (0..self.size).map(|n| match self.size {
             1 => self.name.clone(),
             _ => format!("{}[{n}]", self.name),
@@ -73,7 +73,7 @@ impl FmuVariable {
     }
 
     /// Returns the value references of the elements.
-    pub fn references(&self) -> impl Iterator<Item = u32> + use<> {
+    pub(crate) fn references(&self) -> impl Iterator<Item = u32> + use<> {
         let size = u32::try_from(self.size).unwrap_or(u32::MAX);
         self.reference..self.reference.saturating_add(size)
     }
@@ -172,39 +172,39 @@ impl Variables {
     }
 
     /// Returns the signals, inputs first.
-    pub fn iter(&self) -> impl Iterator<Item = &FmuVariable> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &FmuVariable> {
         self.list.iter()
     }
 
     /// Returns the inputs.
-    pub fn inputs(&self) -> impl Iterator<Item = &FmuVariable> {
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = &FmuVariable> {
         self.iter().filter(|variable| variable.is_input())
     }
 
     /// Returns the outputs, without the fingerprint.
-    pub fn outputs(&self) -> impl Iterator<Item = &FmuVariable> {
+    pub(crate) fn outputs(&self) -> impl Iterator<Item = &FmuVariable> {
         self.iter().filter(|variable| !variable.is_input())
     }
 
     /// Returns the value reference of the fingerprint, if there is one.
-    pub fn fingerprint(&self) -> Option<u32> {
+    pub(crate) fn fingerprint(&self) -> Option<u32> {
         let next = u32::try_from(self.elements.len()).ok();
         next.filter(|_| self.has_fingerprint)
     }
 
     /// Returns the element of a value reference.
-    pub fn element(&self, reference: u32) -> Option<Element> {
+    pub(crate) fn element(&self, reference: u32) -> Option<Element> {
         self.elements.get(usize::try_from(reference).ok()?).copied()
     }
 
     /// Returns the variable that has an element of this value reference.
-    pub fn owner(&self, reference: u32) -> Option<&FmuVariable> {
+    pub(crate) fn owner(&self, reference: u32) -> Option<&FmuVariable> {
         let index = usize::try_from(reference).ok()?.checked_sub(1)?;
         self.list.get(*self.owners.get(index)?)
     }
 
     /// Returns the number of elements of the variable with this value reference as a whole.
-    pub fn size(&self, reference: u32) -> Option<usize> {
+    pub(crate) fn size(&self, reference: u32) -> Option<usize> {
         if reference == TIME_REFERENCE {
             return Some(1);
         }

@@ -7,6 +7,7 @@ mod commands;
 mod common;
 mod estimate_study;
 mod falls;
+mod fmu;
 #[cfg(unix)]
 mod hardware;
 #[cfg(unix)]
