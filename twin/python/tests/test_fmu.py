@@ -82,6 +82,39 @@ def test_units_with_an_offset_are_converted_in_both_directions(folder: Path) -> 
     np.testing.assert_allclose(temperature, 273.15, rtol=1e-15)
 
 
+# Name of the FMU's unit, its definition in base units, unit of the signal, and its value for 1 mm.
+UNITS = [
+    ("deg", 'rad="1" factor="0.017453292519943295"', "rad", 0.017453292519943295),
+    ("rpm", 'rad="1" s="-1" factor="0.10471975511965977"', "rad/s", 0.10471975511965977),
+    ("N.m", 'kg="1" m="2" s="-2"', "N·m", 1.0),
+    ("J", 'kg="1" m="2" s="-2"', "J", 1.0),
+    ("kJ", 'kg="1" m="2" s="-2" factor="1000"', "N·m", 1000.0),
+    ("Hz", 's="-1"', "Hz", 1.0),
+    ("V/A", 'kg="1" m="2" s="-3" A="-2"', "Ω", 1.0),
+    ("g/cm3", 'kg="1" m="-3" factor="1000"', "1", 1000.0),
+    ("degF", 'K="1" factor="0.5555555555555556" offset="255.3722222222222"', "K", 255.92777777),
+]
+
+
+def test_units_are_matched_by_dimension_and_name(folder: Path) -> None:
+    definitions, variables = "", ""
+    for n, (name, base, _, _) in enumerate(UNITS):
+        definitions += f'<Unit name="{name}"><BaseUnit {base}/></Unit>'
+        variables += (
+            f'<ScalarVariable name="y{n}" valueReference="2" causality="output" '
+            f'variability="continuous" initial="calculated"><Real unit="{name}"/></ScalarVariable>'
+        )
+    description = LAG_2.replace("</UnitDefinitions>", f"{definitions}</UnitDefinitions>")
+    description = description.replace("</ModelVariables>", f"{variables}</ModelVariables>")
+    path = scenario(folder, "[plant.parameters]\ngain = 0.001\n", description=description)
+    signals = run(path, set={"duration": "20 s", "observe.period": "1 s"}).signals
+    for n, (name, _, symbol, value) in enumerate(UNITS):
+        signal = signals[f"y{n}"]
+        # The lag has settled at 1 of the unit.
+        assert (name, signal.unit) == (name, symbol)
+        assert float(signal[-1]) == pytest.approx(value, rel=1e-8)
+
+
 def test_parameters_are_set_before_the_start(folder: Path) -> None:
     x = run(scenario(folder, "[plant.parameters]\ngain = 2.5\n")).signals["x"]
     np.testing.assert_allclose(x, 2.5 * lagged(x.time), rtol=1e-12, atol=1e-15)
