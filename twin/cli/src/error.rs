@@ -183,12 +183,12 @@ pub enum TwinError {
         source: twinrig_campaign::engine::EngineError,
     },
     /// Engine that this program does not have.
-    #[error(
-        "error: this program has no engine `{name}`\n  = help: `pip install \"twinrig[ray]\"` has a `twin` with it, whose workers have the standard parts; parts of your own crate run on the engine `local` only"
-    )]
+    #[error("error: this program has no engine `{name}`\n  = help: {help}")]
     NoEngine {
         /// Name of the engine.
         name: String,
+        /// Remedy.
+        help: String,
     },
     /// Runs of a sweep that have no row, as their workers did not survive.
     #[error(

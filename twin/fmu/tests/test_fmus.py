@@ -7,6 +7,7 @@ import json
 import random
 import re
 import threading
+import tomllib
 import zipfile
 from collections.abc import Iterator
 from importlib.resources import files
@@ -79,6 +80,22 @@ def test_fingerprint_is_that_of_the_program(rig: Fmu) -> None:
             instance.step_to(n * 0.01)
         assert instance.fingerprint() == report["fingerprint"]
         assert instance.fingerprint().startswith("07e686bd468de013")
+
+
+def test_every_scenario_keeps_its_fingerprint(folder: Path) -> None:
+    paths = sorted([*ROOT.glob("scenarios/*.toml"), *ROOT.glob("scenarios/thesis/*.toml")])
+    # Those of several minutes take too long here.
+    long = {"table-5-4", "trot-damped"}
+    scenarios = [str(path.relative_to(ROOT)) for path in paths if path.stem not in long]
+    lines = twin("run", *scenarios, "--no-record", "--json").splitlines()
+    for scenario, report in zip(scenarios, map(json.loads, lines), strict=True):
+        fmu = Fmu(export(folder / "scenario.fmu", scenario, "rig", 2))
+        with fmu.instance() as instance:
+            duration = float(fmu.description.defaultExperiment.stopTime)
+            for n in range(1, 38):
+                instance.step_to(duration * n / 37)
+            assert instance.fingerprint() == report["fingerprint"], scenario
+        fmu.close()
 
 
 def test_model_description_matches_the_instance(rig: Fmu, plant: Fmu) -> None:
@@ -189,6 +206,28 @@ def test_plant_alone_is_the_native_plant(plant: Fmu) -> None:
                 assert instance.read(names) == signal[n].reshape(-1).tolist(), (name, time)
             for name in commands:
                 instance.write(name, float(signals[name][n]))
+
+
+@pytest.mark.parametrize("model", ["massless", "lcp"])
+def test_rig_whose_plant_is_an_fmu_is_the_native_rig(folder: Path, fmi: int, model: str) -> None:
+    """Exported, imported, and run in the scenario: the same samples, bytes and events."""
+    path = folder / f"{model}{fmi}.fmu"
+    export(path, TROT, "plant", fmi, f'plant.model="{model}"', ALL_SIGNALS)
+    # Accesses at instants that are on no grid.
+    common = {
+        "duration": "1 s",
+        "io.transfer_time": {"min": "0.1 ms", "max": "1.9 ms"},
+        "record": {"signals": ["**"]},
+        "expect": [],
+    }
+    native = twinrig.run(ROOT / TROT, plant=model, set=common)
+    scenario = tomllib.loads((ROOT / TROT).read_text())
+    # The FMU has them.
+    del scenario["actuator"]
+    scenario["plant"] = {"model": "fmu", "file": str(path)}
+    imported = twinrig.run(scenario, set=common)
+    assert imported.verdict == "pass"
+    assert imported.fingerprint == native.fingerprint
 
 
 def test_start_time_of_the_master_shifts_the_run(plant: Fmu) -> None:

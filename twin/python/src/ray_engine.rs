@@ -22,6 +22,10 @@ const SILENCE_LIMIT: Duration = Duration::from_secs(45);
 /// Remedy after a loss.
 const REPEAT: &str = "all rows up to now are kept: the same command continues, on another cluster or by the engine local";
 
+/// Remedy where there is no cluster.
+const START: &str =
+    "start one by `ray start --head`, or leave out the address for a Ray of its own";
+
 /// Ray, of the Python package of that name.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RayEngine;
@@ -101,8 +105,15 @@ impl Work<'_> {
                 Next::End => {
                     let (status, lines) = process.end();
                     let status = status.map_or_else(String::new, |it| format!(" ({it})"));
-                    let message = format!("the cluster is lost{status}: {}", shown(&lines));
-                    return Err(failed(message, REPEAT));
+                    let (message, help) = if self.is_connected {
+                        ("the cluster is lost", REPEAT)
+                    } else {
+                        ("the cluster cannot be reached", START)
+                    };
+                    return Err(failed(
+                        format!("{message}{status}: {}", shown(&lines)),
+                        help,
+                    ));
                 }
             };
             if !observer(event) {

@@ -1,6 +1,7 @@
 """A Ray cluster on this machine, which a test damages: a program of its own.
 
-Its standard input has commands, a line each: ``kill node`` and ``kill head`` end a machine at once.
+Its standard input has commands, a line each: ``add node``, and ``kill node`` and ``kill head``,
+which end a machine at once.
 All processes of the cluster end with this one, however it ends, and it ends with the test.
 """
 
@@ -36,9 +37,16 @@ class Cluster:
 
     def kill(self, machine: str) -> None:
         """Kill all processes of the ``node`` that was started last, or of the ``head``."""
+        self._do(f"kill {machine}")
+
+    def add_node(self) -> None:
+        """Start a machine."""
+        self._do("add node")
+
+    def _do(self, command: str) -> None:
         assert self._process.stdin is not None and self._process.stdout is not None
-        print(f"kill {machine}", file=self._process.stdin, flush=True)
-        assert self._process.stdout.readline() == "killed\n"
+        print(command, file=self._process.stdin, flush=True)
+        assert self._process.stdout.readline() == "done\n"
 
 
 @contextmanager
@@ -83,9 +91,12 @@ def main(nodes: int, folder: str) -> None:
     others = [machines.add_node(num_cpus=1, **common) for _ in range(nodes)]
     print(machines.address, file=frames, flush=True)
     for line in sys.stdin:
-        machine = head if line == "kill head\n" else others.pop()
-        machine.kill_all_processes(check_alive=False, allow_graceful=False)
-        print("killed", file=frames, flush=True)
+        if line == "add node\n":
+            others.append(machines.add_node(num_cpus=1, **common))
+        else:
+            machine = head if line == "kill head\n" else others.pop()
+            machine.kill_all_processes(check_alive=False, allow_graceful=False)
+        print("done", file=frames, flush=True)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +17,12 @@ import pytest
 import twinrig
 from ray_cluster import ENVIRONMENT, Cluster, cluster
 from twinrig import _ray
-from twinrig._ray_frames import LOST, RESULT, JobFrames
+from twinrig._ray_frames import LOST, RESULT, Frame, JobFrames
 
 pytestmark = pytest.mark.ray
 
 TROT = "scenarios/trot.toml"
-POINTS = 240
+POINTS = 160
 SPEC = f"""
 design = "random"
 points = {POINTS}
@@ -77,7 +77,9 @@ def start(spec: Path, out: Path, address: str) -> subprocess.Popen[str]:
     )
 
 
-def after_rows(process: subprocess.Popen[str], out: Path, count: int, act: Callable[[], Any]) -> Any:
+def after_rows(
+    process: subprocess.Popen[str], out: Path, count: int, act: Callable[[], None]
+) -> tuple[dict[str, Any], int]:
     """Act when a sweep has stored a number of rows; return its object and its exit code."""
     try:
         end = time.monotonic() + LIMIT_S
@@ -144,10 +146,9 @@ def test_recordings_stay_where_they_are_made(tmp_path: Path) -> None:
 def driver(address: str, tasks: list[bytes], do: Any, shared: bytes = b"") -> dict[bytes, Any]:
     """Do a job by a driver in this process; return its frames by kind."""
     frames: dict[bytes, Any] = {}
-    lock = threading.Lock()
 
-    def emit(kind: bytes, task: int, contents: bytes) -> None:
-        with lock:
+    def emit(written: Sequence[Frame]) -> None:
+        for kind, task, contents in written:
             frames.setdefault(kind, {})[task] = contents
 
     _ray.Driver(JobFrames(address, None, shared, tasks), emit, do).run()
@@ -167,6 +168,24 @@ def test_task_that_kills_its_worker_takes_no_other_with_it(machines: Cluster) ->
     expected = {task: tasks[task] + b" done" for task in range(60) if task != 7}
     assert frames[RESULT] == expected
     assert list(frames[LOST]) == [7] and b"3 workers were lost" in frames[LOST][7]
+
+
+def test_machine_that_joins_is_used(machines: Cluster) -> None:
+    # One is left of the first test.
+    def do(_digest: str, _data: Any, tasks: list[bytes]) -> Any:
+        import time
+
+        import ray
+
+        time.sleep(0.1)
+        node = ray.get_runtime_context().get_node_id().encode()
+        return 1.0 * len(tasks), [(True, node) for _ in tasks]
+
+    joining = threading.Thread(target=machines.add_node)
+    joining.start()
+    frames = driver(machines.address, [b""] * 60, do)
+    joining.join()
+    assert len(frames[RESULT]) == 60 and len(set(frames[RESULT].values())) == 2
 
 
 def test_worker_of_another_build_refuses(machines: Cluster) -> None:

@@ -1,7 +1,7 @@
 //! Sweeps: a scenario at many points, and shares of its runs.
 //!
-//! A [`SweepSpec`] has [`SweepDimension`]s and a [`Design`], which chooses the points. Each is a task
-//! of an [`Engine`](crate::engine::Engine), by its caller; the [`SweepRow`]s are kept in a
+//! A [`SweepSpec`] has [`SweepDimension`]s and a [`Design`], which chooses the points. The caller
+//! makes each a task of an [`Engine`](crate::engine::Engine); the [`SweepRow`]s are kept in a
 //! [`RowStore`], from which a later sweep continues. [`Share`]s of the rows are judged by Wilson's
 //! interval.
 

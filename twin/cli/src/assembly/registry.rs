@@ -144,6 +144,11 @@ impl Registry {
         self
     }
 
+    /// Returns the names of the engines besides `local`.
+    pub(crate) fn engines(&self) -> impl Iterator<Item = &str> {
+        self.engines.iter().map(|engine| engine.name())
+    }
+
     /// Returns the engine of that name.
     pub(crate) fn engine(&self, name: &str) -> Option<&dyn Engine> {
         let found = self.engines.iter().find(|engine| engine.name() == name);

@@ -56,8 +56,9 @@ impl Description<'_> {
             xml.leaf("Category", &[("name", name), ("description", description)]);
         }
         xml.end();
-        let stop = number(self.duration.as_secs_f64());
-        let step = number(self.period.as_secs_f64());
+        // Decimals, which a product by 1e-9 would not be.
+        let [stop, step] =
+            [self.duration, self.period].map(|it| number(it.as_nanos() as f64 / 1e9));
         let experiment = [
             ("startTime", "0.0"),
             ("stopTime", &*stop),

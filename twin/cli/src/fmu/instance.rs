@@ -133,11 +133,10 @@ impl FmuInstance {
     /// fails.
     pub fn step(&mut self, current_s: f64, step_s: f64) -> Result<(), FmuError> {
         let to_ns = nanos(current_s + step_s)?;
-        let to_s = |ns: i64| ns as f64 * 1e-9;
         if let Some(stop_ns) = self.stop_ns.filter(|stop_ns| to_ns > *stop_ns) {
             return Err(FmuError::PastStop {
-                to_s: to_s(to_ns),
-                stop_s: to_s(stop_ns),
+                to_s: seconds(to_ns),
+                stop_s: seconds(stop_ns),
             });
         }
         let now_ns = self.now_ns();
@@ -145,8 +144,8 @@ impl FmuInstance {
         let to = since_start.map(|since| SimTime::ZERO + SimDuration::from_nanos(since));
         let to = to.filter(|_| to_ns >= now_ns);
         let to = to.ok_or_else(|| FmuError::Past {
-            to_s: to_s(to_ns),
-            now_s: to_s(now_ns),
+            to_s: seconds(to_ns),
+            now_s: seconds(now_ns),
         })?;
         if to_ns == now_ns {
             return Ok(());
@@ -158,7 +157,7 @@ impl FmuInstance {
 
     /// Returns the present time in the time of the master \[s\].
     pub fn time_s(&self) -> f64 {
-        self.now_ns() as f64 * 1e-9
+        seconds(self.now_ns())
     }
 
     fn now_ns(&self) -> i64 {
@@ -319,6 +318,11 @@ fn build(resources: &Resources) -> Result<(Box<dyn Simulated>, Variables), FmuEr
 /// Runs code of the part; a panic is an error.
 fn guarded(run: impl FnOnce() -> Result<(), RigError>) -> Result<(), FmuError> {
     Ok(catch_panic(run)??)
+}
+
+/// Returns the number nearest to a time, as a decimal in a file would be read \[s\].
+fn seconds(nanos: i64) -> f64 {
+    nanos as f64 / 1e9
 }
 
 /// Returns a time of the master in nanoseconds.

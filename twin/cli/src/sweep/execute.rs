@@ -9,7 +9,7 @@ use twinrig_campaign::sweep::{
     Partition, ResultRow, RowKey, RowStore, RowVerdict, SweepCounts, SweepResult, SweepRow,
     SweepVerdict,
 };
-use twinrig_document::Warning;
+use twinrig_document::{Warning, suggestion};
 use twinrig_scenario::Setting;
 
 use crate::assembly::registry::Registry;
@@ -22,6 +22,11 @@ use crate::sweep::recordings::RecordingList;
 
 /// Folder of the store in the folder of the results.
 const STORE: &str = "rows";
+
+/// Engine of the Python package.
+const PYTHON_ENGINE: &str = "ray";
+/// Remedy where it is missing.
+const PYTHON_HELP: &str = "`pip install \"twinrig[ray]\"` has a `twin` with it, whose workers have the standard parts; parts of your own crate run on the engine `local` only";
 
 /// A sweep to be done.
 #[derive(Clone, Debug)]
@@ -85,7 +90,7 @@ pub struct SweepOutcome {
     pub wall_s: f64,
 }
 
-/// Runs a sweep: reads its files once, has the points that the store does not have run by an engine,
+/// Runs a sweep: reads its files once, has an engine run the points that the store does not have,
 /// and writes the files of the result when all points are done. An interrupt ends it; a later call
 /// continues it.
 ///
@@ -138,8 +143,15 @@ fn engine<'r>(registry: &'r Registry, name: &str) -> Result<&'r dyn Engine, Twin
         return Ok(&LocalEngine);
     }
     let engine = registry.engine(name);
-    engine.ok_or_else(|| TwinError::NoEngine {
-        name: name.to_owned(),
+    engine.ok_or_else(|| {
+        let known = registry.engines().chain(std::iter::once(LocalEngine::NAME));
+        TwinError::NoEngine {
+            name: name.to_owned(),
+            help: match name {
+                PYTHON_ENGINE => PYTHON_HELP.to_owned(),
+                _ => suggestion(name, "engines", known),
+            },
+        }
     })
 }
 

@@ -5,7 +5,7 @@ use std::ptr::{null, null_mut};
 use twinrig::fmu::FmuState;
 
 use super::{Master, rig2};
-use crate::component::Component;
+use crate::component::{Component, Phase};
 use crate::failure::Status;
 use crate::fmi2::*;
 use crate::fmi2_unsupported::*;
@@ -197,6 +197,22 @@ fn value_out_of_range_is_refused_by_name() {
         assert_eq!(status, Status::Error);
     }
     master.expect("duty_factor/fore = 2 is not in");
+}
+
+#[test]
+fn panic_is_fatal_for_its_instance_alone() {
+    let (master, other) = (Master::new(), Master::new());
+    master.begin();
+    other.begin();
+    // SAFETY: live instances.
+    unsafe {
+        let panicked = Component::call(master.c, "test", Phase::LIVE, |_| panic!("out of cheese"));
+        assert_eq!(panicked, Status::Fatal);
+        master.expect("test: twin panicked: out of cheese");
+        assert_eq!(fmi2DoStep(master.c, 0.0, 0.1, 0), Status::Fatal);
+        assert_eq!(fmi2Reset(master.c), Status::Fatal);
+        assert_eq!(fmi2DoStep(other.c, 0.0, 0.1, 0), Status::Ok);
+    }
 }
 
 #[test]

@@ -19,7 +19,7 @@ from importlib import import_module
 from typing import Any
 
 from twinrig import _ray_worker
-from twinrig._ray_batches import ATTEMPTS, BatchQueue
+from twinrig._ray_batches import ATTEMPTS, MACHINES, BatchQueue
 from twinrig._ray_frames import (
     DONE,
     ERROR,
@@ -124,7 +124,7 @@ class Driver:
             "machines": sum(1 for slots in nodes if slots),
             "repeated": self.queue.repeated,
         }
-        self.emit(STATUS, 0, json.dumps(status).encode())
+        self.emit([(STATUS, 0, json.dumps(status).encode())])
 
     def _collect(self, ray: Any) -> None:
         """Wait for a batch for a short time, and pass on the results of all that have ended."""
@@ -141,13 +141,21 @@ class Driver:
                 seconds, results = ray.get(reference)
             except Exception as error:
                 self._lose(ray.exceptions, batch, error)
-                continue
-            self.queue.done(batch, seconds)
-            for task, result in zip(batch, results, strict=True):
-                if result is None:
-                    self.queue.lost([task])
-                else:
-                    self.emit(RESULT if result[0] else PANIC, task, result[1])
+            else:
+                self._keep(batch, seconds, results)
+
+    def _keep(
+        self, batch: list[int], seconds: float, results: list[tuple[bool, bytes] | None]
+    ) -> None:
+        """Pass on the results of a batch; those of tasks that were interrupted are missing."""
+        self.queue.done(batch, seconds)
+        frames = []
+        for task, result in zip(batch, results, strict=True):
+            if result is None:
+                self.queue.lost([task])
+            else:
+                frames.append((RESULT if result[0] else PANIC, task, result[1]))
+        self.emit(frames)
 
     def _lose(self, exceptions: Any, batch: list[int], error: Exception) -> None:
         """Queue the tasks of a batch again whose worker is lost; any other error is the job's."""
@@ -162,9 +170,10 @@ class Driver:
             raise ClusterError(_message(cause), REPEAT) from None
         if isinstance(error, exceptions.LocalRayletDiedError):
             raise ClusterError(f"the cluster is lost: {reason}", REPEAT) from None
-        for task in self.queue.lost(batch):
-            lost = f"{ATTEMPTS} workers were lost in it, the last one by: {reason}"
-            self.emit(LOST, task, lost.encode())
+        limit = MACHINES if isinstance(error, exceptions.NodeDiedError) else ATTEMPTS
+        for task in self.queue.lost(batch, limit):
+            lost = f"{limit} workers were lost in it, the last one by: {reason}"
+            self.emit([(LOST, task, lost.encode())])
 
 
 def _first_line(error: BaseException) -> str:
@@ -208,7 +217,8 @@ def _connected(ray: Any, job: JobFrames, address: str) -> Iterator[None]:
     except Exception as error:
         raise ClusterError(
             f"no cluster at `{address}`: {_message(error)}",
-            "start one by `ray start --head`, or leave out the address for a Ray of its own",
+            "start one by `ray start --head`, with the same RAY_AUTH_MODE and token as here, or"
+            " leave out the address for a Ray of its own",
         ) from error
     try:
         yield
@@ -238,9 +248,9 @@ def main() -> None:
         driver.run()
     except ClusterError as error:
         failure = {"message": str(error), "help": error.help}
-        emit(ERROR, 0, json.dumps(failure).encode())
+        emit([(ERROR, 0, json.dumps(failure).encode())])
         sys.exit(1)
-    emit(DONE, 0, str(driver.queue.repeated).encode())
+    emit([(DONE, 0, b"")])
 
 
 if __name__ == "__main__":

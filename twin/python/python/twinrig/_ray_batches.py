@@ -13,7 +13,10 @@ SIZE_MAX = 1000
 """Greatest number of tasks of a batch."""
 
 ATTEMPTS = 3
-"""Workers that one task may outlive, before it is given up."""
+"""Processes that one task may outlive, before it is given up."""
+
+MACHINES = 10
+"""Machines that it may outlive: they mostly fail for reasons of their own."""
 
 
 @dataclass
@@ -31,7 +34,7 @@ class BatchQueue:
     """Tasks that were begun again."""
     _next: int = 0
     _suspects: deque[int] = field(default_factory=deque)
-    _attempts: dict[int, int] = field(default_factory=dict)
+    _attempts: dict[tuple[int, int], int] = field(default_factory=dict)
     _seconds: float = 0.0
     _measured: int = 0
 
@@ -58,13 +61,17 @@ class BatchQueue:
         self._seconds += seconds
         self._measured += len(batch)
 
-    def lost(self, batch: Sequence[int]) -> list[int]:
-        """Queue the tasks of a batch whose worker is lost; return those that are given up."""
+    def lost(self, batch: Sequence[int], limit: int = ATTEMPTS) -> list[int]:
+        """Queue the tasks of a batch whose worker is lost; return those that are given up.
+
+        A single task is given up when it is lost for the last of `limit` times, `ATTEMPTS` or
+        `MACHINES`, which are counted separately.
+        """
         if len(batch) == 1:
-            (task,) = batch
-            self._attempts[task] = self._attempts.get(task, 0) + 1
-            if self._attempts[task] >= ATTEMPTS:
-                return [task]
+            attempt = (batch[0], limit)
+            self._attempts[attempt] = self._attempts.get(attempt, 0) + 1
+            if self._attempts[attempt] >= limit:
+                return list(batch)
         self._suspects.extend(batch)
         self.repeated += len(batch)
         return []

@@ -9,16 +9,17 @@ from __future__ import annotations
 
 import json
 import struct
-import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, BinaryIO
 
 RESULT, PANIC, LOST, STATUS, ERROR, DONE = b"R", b"P", b"L", b"S", b"E", b"D"
 """Kinds: result of a task, its panic, its loss, status (JSON), error (JSON), end."""
 
-Emit = Callable[[bytes, int, bytes], None]
-"""Writes a frame: kind, number of the task, contents."""
+Frame = tuple[bytes, int, bytes]
+"""Kind, number of the task, contents."""
+Emit = Callable[[Sequence[Frame]], None]
+"""Writes frames."""
 
 
 @dataclass(frozen=True)
@@ -54,12 +55,11 @@ def _exactly(stream: BinaryIO, count: int) -> bytes:
 
 
 def writer(stream: BinaryIO) -> Emit:
-    """Return a function that writes frames, from any thread."""
-    lock = threading.Lock()
+    """Return a function that writes frames at once."""
 
-    def emit(kind: bytes, task: int, contents: bytes) -> None:
-        with lock:
+    def emit(frames: Sequence[Frame]) -> None:
+        for kind, task, contents in frames:
             stream.write(kind + struct.pack("<II", task, len(contents)) + contents)
-            stream.flush()
+        stream.flush()
 
     return emit

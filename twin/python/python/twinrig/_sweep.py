@@ -151,7 +151,8 @@ def sweep(
         Ray cluster: ``"auto"``, the one that this machine belongs to, or ``"HOST:PORT"``; by
         default a Ray of its own on this machine, or the one in ``RAY_ADDRESS``.
     jobs
-        Runs at the same time, without influence on the results; by default all processors, or all CPUs of the cluster.
+        Runs at the same time, without influence on the results; by default all processors, or
+        all CPUs of the cluster.
     partition
         ``"1/3"``: every third point, beginning with the first, on one of three machines.
     out

@@ -12,7 +12,7 @@ use crate::fmu::part::FmuPart;
 use crate::fmu::plant_part::PlantPart;
 use crate::fmu::variables::FmuVariable;
 
-/// The plant of an instance as the plant of a rig, stepped like by a master: it learns of no window.
+/// The plant of an instance as the plant of a rig, stepped as by a master: it learns of no window.
 /// At random steps it goes astray and comes back, or continues in another instance.
 struct SteppedPlant {
     instances: [FmuInstance; 2],

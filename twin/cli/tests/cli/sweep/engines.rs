@@ -172,6 +172,8 @@ fn engine_of_another_program_is_an_error_with_its_remedy() {
         "{}",
         done.err
     );
+    let done = sweep.run("out", &["--engine", "locl"]);
+    assert!(done.err.contains("did you mean `local`?"), "{}", done.err);
     let done = sweep.run("out", &["--address", "auto"]);
     assert_eq!(done.code, 2);
     assert!(done.err.contains("`local` has no address"), "{}", done.err);
