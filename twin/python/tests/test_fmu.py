@@ -1,86 +1,33 @@
-"""FMUs as plants: values, units, states and faults, against closed forms."""
+"""FMUs as plants: values, units, states and coupling, against closed forms."""
 
 from __future__ import annotations
 
 import json
 import math
 import os
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import twinrig
-from children import interrupted
-from fmus import COMPILER, LAG_2, LIBRARY_2, archive, lag, lag3
+from fmus import COMPILER, LAG_2, lag, lag3
+from lags import (
+    PERIOD_S,
+    SCENARIO,
+    Constant,
+    Number,
+    lagged,
+    program,
+    run,
+    scenario,
+    written,
+)
 from twinrig import Output
 
 pytestmark = pytest.mark.skipif(
     COMPILER is None and "CI" not in os.environ, reason="there is no C compiler"
 )
-
-PERIOD_S = 0.5
-
-SCENARIO = """
-duration = "1 s"
-
-[controller]
-kind = "constant"
-period = "10 ms"
-
-[plant]
-model = "fmu"
-file = "lag.fmu"
-"""
-
-
-class Constant:
-    """Commands one metre from the first step on."""
-
-    ports = (Output("u", "m"),)
-
-    def step(self, elapsed: float, inputs: Any, outputs: Any) -> None:
-        outputs[0] = 1.0
-
-
-class Number(Constant):
-    """Commands one."""
-
-    ports = (Output("u", "1"),)
-
-
-def scenario(folder: Path, more: str = "", **options: Any) -> Path:
-    """Scenario of the lag, with its FMU."""
-    lag(folder / "lag.fmu", **options)
-    return written(folder, more)
-
-
-def written(folder: Path, more: str = "") -> Path:
-    path = folder / "lag.toml"
-    path.write_text(SCENARIO + more)
-    return path
-
-
-def run(path: Path, controller: type = Constant, **options: Any) -> twinrig.Run:
-    return twinrig.run(path, controllers={"constant": controller}, **options)
-
-
-def program(*words: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "twinrig", *words],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
-def lagged(times: Any) -> Any:
-    return 1.0 - np.exp(-np.asarray(times) / PERIOD_S)
 
 
 def test_lag_follows_its_closed_form_in_units_of_signals(folder: Path) -> None:
@@ -135,6 +82,39 @@ def test_units_with_an_offset_are_converted_in_both_directions(folder: Path) -> 
     np.testing.assert_allclose(temperature, 273.15, rtol=1e-15)
 
 
+# Name of the FMU's unit, its definition in base units, unit of the signal, and its value for 1 mm.
+UNITS = [
+    ("deg", 'rad="1" factor="0.017453292519943295"', "rad", 0.017453292519943295),
+    ("rpm", 'rad="1" s="-1" factor="0.10471975511965977"', "rad/s", 0.10471975511965977),
+    ("N.m", 'kg="1" m="2" s="-2"', "N·m", 1.0),
+    ("J", 'kg="1" m="2" s="-2"', "J", 1.0),
+    ("kJ", 'kg="1" m="2" s="-2" factor="1000"', "N·m", 1000.0),
+    ("Hz", 's="-1"', "Hz", 1.0),
+    ("V/A", 'kg="1" m="2" s="-3" A="-2"', "Ω", 1.0),
+    ("g/cm3", 'kg="1" m="-3" factor="1000"', "1", 1000.0),
+    ("degF", 'K="1" factor="0.5555555555555556" offset="255.3722222222222"', "K", 255.92777777),
+]
+
+
+def test_units_are_matched_by_dimension_and_name(folder: Path) -> None:
+    definitions, variables = "", ""
+    for n, (name, base, _, _) in enumerate(UNITS):
+        definitions += f'<Unit name="{name}"><BaseUnit {base}/></Unit>'
+        variables += (
+            f'<ScalarVariable name="y{n}" valueReference="2" causality="output" '
+            f'variability="continuous" initial="calculated"><Real unit="{name}"/></ScalarVariable>'
+        )
+    description = LAG_2.replace("</UnitDefinitions>", f"{definitions}</UnitDefinitions>")
+    description = description.replace("</ModelVariables>", f"{variables}</ModelVariables>")
+    path = scenario(folder, "[plant.parameters]\ngain = 0.001\n", description=description)
+    signals = run(path, set={"duration": "20 s", "observe.period": "1 s"}).signals
+    for n, (name, _, symbol, value) in enumerate(UNITS):
+        signal = signals[f"y{n}"]
+        # The lag has settled at 1 of the unit.
+        assert (name, signal.unit) == (name, symbol)
+        assert float(signal[-1]) == pytest.approx(value, rel=1e-8)
+
+
 def test_parameters_are_set_before_the_start(folder: Path) -> None:
     x = run(scenario(folder, "[plant.parameters]\ngain = 2.5\n")).signals["x"]
     np.testing.assert_allclose(x, 2.5 * lagged(x.time), rtol=1e-12, atol=1e-15)
@@ -147,77 +127,6 @@ def test_steps_are_divided(folder: Path) -> None:
     ]
     # 500 observations in 1 s; the fewest equal parts of 2 ms up to 0.3 ms are 7.
     assert steps == [500, 3500]
-
-
-FAULTS = {
-    "CRASH": "its process was ended by SIGSEGV",
-    "ABORT": "its process was ended by SIGABRT; its last output: a last word on standard error",
-    "EXIT": "its process ended itself with exit code 3",
-    "HANG": "a call took longer than 500.000 ms (`time_limit`)",
-    "NOT_A_NUMBER": "lag/x failed at 498.000 ms",
-    "INFINITE": "its value is -inf",
-    "ERROR": "lag/fmi2DoStep failed at 500.000 ms",
-    "FATAL": "it returned fatal",
-    "DISCARD": "it discarded the step, which it simulated to 0.5 s",
-    "PENDING": "it returned pending",
-    "STATUS": "it returned the illegal status 17",
-}
-
-
-@pytest.mark.parametrize("fault", FAULTS)
-def test_fault_ends_the_run_with_a_readable_recording(folder: Path, fault: str) -> None:
-    path = scenario(folder, 'time_limit = "500 ms"\n', fault=fault)
-    recording = folder / "lag.mcap"
-    with pytest.raises(twinrig.RunError) as raised:
-        run(path, record=recording)
-    assert FAULTS[fault] in str(raised.value)
-    x = twinrig.read(recording).signals["x"]
-    assert 0.49 < x.time[-1] < 0.51
-    np.testing.assert_allclose(x, lagged(x.time), rtol=1e-12, atol=1e-15)
-
-
-FAULTS_3 = {
-    "STUCK": "it returned early 10000 times, at last at 0.5 s",
-    "BACK": "it returned early at -0.5 s, outside of the step",
-    "TERMINATE": "lag/fmi3DoStep failed at 500.000 ms",
-    "TERMINATE_AT_EVENT": "the FMU ended the simulation",
-    "ENDLESS": "its events do not end after 1000",
-}
-
-
-@pytest.mark.parametrize("fault", FAULTS_3)
-def test_fault_of_fmi_3_ends_the_run(folder: Path, fault: str) -> None:
-    lag3(folder / "lag.fmu", fault)
-    with pytest.raises(twinrig.RunError) as raised:
-        run(written(folder), Number)
-    assert FAULTS_3[fault] in str(raised.value)
-
-
-def test_messages_of_the_fmu_are_in_the_fault(folder: Path) -> None:
-    path = scenario(folder, fault="ERROR")
-    for own in (True, False):
-        with pytest.raises(twinrig.RunError, match="error: the reason is 42"):
-            run(path, set={"plant.isolated": own})
-
-
-def test_output_of_an_fmu_disturbs_neither_protocol_nor_report(folder: Path) -> None:
-    path = scenario(folder, fault="NOISE")
-    path.write_text(SCENARIO.split("[controller]")[0] + "[plant]" + SCENARIO.split("[plant]")[1])
-    done = program("run", "--json", "--no-record", "lag.toml", folder=folder)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert json.loads(done.stdout)["error"] is None
-
-
-def test_library_that_cannot_be_loaded_here_leaves_the_current_folder(folder: Path) -> None:
-    archive(folder / "lag.fmu", {"modelDescription.xml": LAG_2, LIBRARY_2: b"no library"})
-    before = os.getcwd()
-    with pytest.raises(twinrig.ScenarioError, match="its library cannot be loaded"):
-        run(written(folder), set={"plant.isolated": False})
-    assert os.getcwd() == before
-
-
-def test_failure_at_the_end_leaves_the_results(folder: Path) -> None:
-    assert run(scenario(folder, fault="CRASH_AT_END")).verdict == "pass"
 
 
 @pytest.mark.parametrize("own", [True, False])
@@ -308,67 +217,6 @@ def test_fixed_step_requires_a_grid(folder: Path) -> None:
     assert int(run(path).signals["count"][-1]) == 100
 
 
-def workers() -> set[int]:
-    """Processes that serve FMUs."""
-    found = set()
-    for process in Path("/proc").glob("[0-9]*"):
-        try:
-            if b"twinrig._fmu" in (process / "cmdline").read_bytes():
-                found.add(int(process.name))
-        except OSError:
-            pass  # It has ended meanwhile.
-    return found
-
-
-HANGING = """
-import sys, twinrig
-from test_fmu import Constant
-print("ready", flush=True)
-try:
-    if sys.argv[2] == "run":
-        twinrig.run(sys.argv[1], controllers={"constant": Constant})
-    else:
-        twinrig.Rig(sys.argv[1], controllers={"constant": Constant}).step(until=1.0)
-except KeyboardInterrupt:
-    print("interrupted")
-"""
-
-
-@pytest.mark.parametrize("way", ["run", "step"])
-def test_interrupt_ends_a_hanging_call(
-    folder: Path, way: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    paths = [str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(paths))
-    path = scenario(folder, 'time_limit = "60 s"\n', fault="HANG")
-    began = time.monotonic()
-    out, _ = interrupted(HANGING, str(path), way, after=3.0)
-    assert out == "interrupted\n"
-    assert time.monotonic() - began < 30.0
-
-
-def test_worker_ends_with_a_parent_that_is_killed(folder: Path) -> None:
-    temporary = folder / "temporary"
-    temporary.mkdir()
-    path = scenario(folder, 'time_limit = "60 s"\n', fault="HANG", at=0.0)
-    path.write_text(SCENARIO.split("[controller]")[0] + "[plant]" + SCENARIO.split("[plant]")[1])
-    before = workers()
-    words = [sys.executable, "-m", "twinrig", "run", "--no-record", "lag.toml"]
-    environment = {**os.environ, "TMPDIR": str(temporary)}
-    with subprocess.Popen(words, cwd=folder, env=environment) as process:
-        deadline = time.monotonic() + 20.0
-        while not list(temporary.glob("*/fmu")) and time.monotonic() < deadline:
-            time.sleep(0.05)
-        started = workers() - before
-        assert started
-        time.sleep(0.2)
-        process.send_signal(signal.SIGKILL)
-    while workers() & started and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert not workers() & started
-    assert list(temporary.iterdir()) == []
-
-
 def test_coupling_error_of_held_commands_is_that_of_their_delay(folder: Path) -> None:
     description = LAG_2.replace(' unit="mm"', "")
     lag(folder / "lag.fmu", description=description)
@@ -413,5 +261,3 @@ def response(commands: Any, delay: float, grid: float | None, samples: Any) -> A
         x, now = u + (x - u) * math.exp(-(sample - now) / PERIOD_S), sample
         found.append(x)
     return np.array(found)
-
-

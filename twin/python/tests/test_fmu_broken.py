@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import random
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +12,8 @@ from typing import Any
 
 import pytest
 from broken_fmus import broken
-from fmus import COMPILER
+from fmus import COMPILER, LAG_2, LIBRARY_2, archive
+from twinrig._fmu._worker import Request, Status, Worker
 
 pytestmark = pytest.mark.skipif(
     COMPILER is None and "CI" not in os.environ, reason="there is no C compiler"
@@ -92,3 +94,35 @@ def test_thirty_broken_fmus_are_refused_with_file_and_reason(attempts: Attempts)
 
 def test_nothing_is_written_beside_the_temporary_folder(attempts: Attempts) -> None:
     assert attempts.is_unchanged
+
+
+def damaged(source: bytes, seed: int) -> bytes:
+    """Bytes with a few of them changed, removed or inserted, most near the ends."""
+    numbers, found = random.Random(seed), bytearray(source)
+    for _ in range(numbers.randint(1, 4)):
+        near_the_end = len(found) - 1 - numbers.randrange(300)
+        place = numbers.choice([numbers.randrange(len(found)), numbers.randrange(300), near_the_end])
+        way = numbers.randrange(3)
+        if way == 0:
+            found[place] = numbers.randrange(256)
+        elif way == 1:
+            del found[place : place + numbers.randint(1, 12)]
+        else:
+            found[place:place] = numbers.choices(b'<>&"/ 019-e', k=numbers.randint(1, 4))
+    return bytes(found)
+
+
+def test_damaged_archives_and_descriptions_are_described_or_refused(folder: Path) -> None:
+    path = folder / "model.fmu"
+    whole = archive(path, {"modelDescription.xml": LAG_2, LIBRARY_2: b"library"}).read_bytes()
+    statuses = set()
+    for seed in range(400):
+        if seed % 2 == 0:
+            path.write_bytes(damaged(whole, seed))
+        else:
+            description = damaged(LAG_2.encode(), seed)
+            archive(path, {"modelDescription.xml": description, LIBRARY_2: b"library"})
+        status, reply = Worker(str(folder)).call(Request.DESCRIBE, b"")
+        statuses.add(status)
+        assert reply
+    assert statuses == {Status.DONE, Status.REFUSED}

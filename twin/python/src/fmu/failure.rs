@@ -43,8 +43,8 @@ pub(super) enum Failure {
 
 impl Failure {
     /// Returns the failure of a request that the system refused.
-    pub fn io(what: &str, error: &std::io::Error) -> Self {
-        Self::Worker(format!("{what}: {error}"))
+    pub fn io(problem: &str, error: &std::io::Error) -> Self {
+        Self::Worker(format!("{problem}: {error}"))
     }
 
     /// Returns the part of the FMU that failed, if it is known.

@@ -10,8 +10,8 @@ use crate::fork::Generation;
 /// Number of names that are tried.
 const NAMES_MAX: u32 = 10_000;
 
-/// A folder for one worker: the archive, its extracted files, and whatever the FMU writes into the
-/// current folder. It is removed on drop.
+/// A folder for one worker: the archive, its extracted files, and files that the FMU writes into
+/// the current folder. It is removed on drop.
 pub(super) struct Folder {
     path: PathBuf,
     generation: Generation,

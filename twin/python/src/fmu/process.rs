@@ -118,7 +118,7 @@ impl Process {
         })
     }
 
-    /// Returns what the FMU has printed and logged last, as the end of a sentence.
+    /// Returns the last output and log messages of the FMU, as the end of a sentence.
     pub fn output(&mut self) -> String {
         self.output.read_to_end(&mut self.errors, Duration::ZERO);
         self.output.text()
@@ -275,7 +275,7 @@ fn ended_by(status: ExitStatus) -> String {
     }
 }
 
-/// End of what an FMU has printed and logged.
+/// End of the output and log messages of an FMU.
 #[derive(Default)]
 struct Output {
     bytes: VecDeque<u8>,
@@ -283,7 +283,7 @@ struct Output {
 }
 
 impl Output {
-    /// Reads what is available.
+    /// Reads the available bytes.
     fn read(&mut self, errors: &mut ChildStderr) {
         let mut buffer = [0; 4096];
         match errors.read(&mut buffer) {

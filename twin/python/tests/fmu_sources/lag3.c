@@ -125,7 +125,7 @@ int fmi3DeserializeFMUState(void *c, const uint8_t bytes[], size_t size, void **
     return 0;
 }
 
-/* Functions that every library has, and nobody calls here. */
+/* Functions that every library has, and that are not called here. */
 #define UNUSED(name) int fmi3##name(void) { return 3; }
 #define BOTH(type) UNUSED(Get##type) UNUSED(Set##type)
 BOTH(Float32) BOTH(Int8) BOTH(UInt8) BOTH(Int16) BOTH(UInt16) BOTH(UInt32) BOTH(Int64) BOTH(UInt64)

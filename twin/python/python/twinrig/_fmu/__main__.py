@@ -24,7 +24,7 @@ _WATCH_PERIOD_S = 0.5
 
 
 def _own_descriptors() -> tuple[int, int]:
-    """Take the pipes away from whatever the FMU prints and reads."""
+    """Keep the pipes from output and input of the FMU."""
     requests, replies = os.dup(0), os.dup(1)
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)

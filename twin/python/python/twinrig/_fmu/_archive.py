@@ -27,7 +27,7 @@ _RATIO_MAX = 100
 
 _MEGABYTE = 1 << 20
 
-# Extracted parts: what an FMU may use while it runs.
+# Folders that an FMU may use while it runs.
 _PARTS = ("binaries", "resources", "extra")
 
 
@@ -59,7 +59,7 @@ class Archive:
                 self._check_xml(name)
 
     def extract(self, folder: Path, library: str) -> None:
-        """Extract what the FMU needs while it runs; of the binaries those beside `library`."""
+        """Extract the files for a simulation; of the binaries those beside `library`."""
         platform = PurePosixPath(library).parent
         for info in self._zip.infolist():
             path = PurePosixPath(info.filename)

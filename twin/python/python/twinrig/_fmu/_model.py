@@ -1,4 +1,4 @@
-"""The model description of an FMU, checked and reduced to what a plant needs."""
+"""The model description of an FMU, checked and reduced to the needs of a plant."""
 
 from __future__ import annotations
 
