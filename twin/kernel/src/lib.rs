@@ -27,6 +27,7 @@
 mod agenda;
 mod board_clock;
 mod cycle_jitter;
+mod dimension;
 mod event_queue;
 mod host_time;
 mod layout;
@@ -43,6 +44,7 @@ mod unit;
 pub use agenda::{Agenda, PartId, Wake};
 pub use board_clock::{BoardClock, BoardClockError};
 pub use cycle_jitter::CycleJitter;
+pub use dimension::BaseExponents;
 pub use event_queue::{EventQueue, Rank, Scheduled};
 pub use host_time::HostTime;
 pub use layout::{Field, Layout};

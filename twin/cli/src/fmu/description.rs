@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use twinrig_kernel::{SimDuration, Unit};
 
-use crate::fmu::unit_type::{self, BASE, quantity};
+use crate::fmu::unit_type::{BASE, quantity};
 use crate::fmu::variables::{FINGERPRINT, FmuVariable, TIME, TIME_REFERENCE, Variables};
 use crate::fmu::xml::{Xml, number};
 use crate::fmu::{FmiVersion, MODEL_IDENTIFIER};
@@ -83,16 +83,12 @@ impl Description<'_> {
         xml.begin("UnitDefinitions", &[]);
         for unit in &units {
             xml.begin("Unit", &[("name", unit.symbol())]);
-            if let Some(exponents) = unit_type::exponents(*unit) {
-                let exponents = BASE.into_iter().zip(exponents);
-                let exponents = exponents.filter(|(_, exponent)| *exponent != 0);
-                let exponents: Vec<(&str, String)> = exponents
-                    .map(|(base, exponent)| (base, exponent.to_string()))
-                    .collect();
-                let attributes: Vec<_> =
-                    exponents.iter().map(|(base, it)| (*base, &**it)).collect();
-                xml.leaf("BaseUnit", &attributes);
-            }
+            let exponents = BASE.into_iter().zip(unit.base_exponents());
+            let exponents = exponents.filter(|(_, exponent)| *exponent != 0);
+            let exponents: Vec<(&str, String)> = exponents
+                .map(|(base, exponent)| (base, exponent.to_string()))
+                .collect();
+            leaf(xml, "BaseUnit", &exponents);
             xml.end();
         }
         xml.end();

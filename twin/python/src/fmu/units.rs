@@ -100,37 +100,6 @@ fn ascii(symbol: &str) -> String {
 
 /// Returns the exponents of a unit.
 fn exponents(unit: Unit) -> Exponents {
-    let [kg, m, s, a, k, rad] = match unit {
-        Unit::Radian => [0, 0, 0, 0, 0, 1],
-        Unit::RadianPerSecond => [0, 0, -1, 0, 0, 1],
-        Unit::RadianPerSecondSquared => [0, 0, -2, 0, 0, 1],
-        Unit::Meter => [0, 1, 0, 0, 0, 0],
-        Unit::MeterPerSecond => [0, 1, -1, 0, 0, 0],
-        Unit::MeterPerSecondSquared => [0, 1, -2, 0, 0, 0],
-        Unit::Newton => [1, 1, -2, 0, 0, 0],
-        Unit::NewtonPerSecond => [1, 1, -3, 0, 0, 0],
-        Unit::NewtonSecond => [1, 1, -1, 0, 0, 0],
-        Unit::NewtonMeter | Unit::Joule => [1, 2, -2, 0, 0, 0],
-        Unit::NewtonPerMeter => [1, 0, -2, 0, 0, 0],
-        Unit::NewtonSecondPerMeter => [1, 0, -1, 0, 0, 0],
-        Unit::NewtonMeterPerRadian => [1, 2, -2, 0, 0, -1],
-        Unit::NewtonMeterSecondPerRadian => [1, 2, -1, 0, 0, -1],
-        Unit::Watt => [1, 2, -3, 0, 0, 0],
-        Unit::Kilogram => [1, 0, 0, 0, 0, 0],
-        Unit::KilogramSquareMeter => [1, 2, 0, 0, 0, 0],
-        Unit::Second => [0, 0, 1, 0, 0, 0],
-        Unit::Hertz | Unit::BitPerSecond => [0, 0, -1, 0, 0, 0],
-        Unit::Volt => [1, 2, -3, -1, 0, 0],
-        Unit::Ampere => [0, 0, 0, 1, 0, 0],
-        Unit::Ohm => [1, 2, -3, -2, 0, 0],
-        Unit::Siemens => [-1, -2, 3, 2, 0, 0],
-        Unit::SiemensPerNewton => [-2, -3, 5, 2, 0, 0],
-        Unit::VoltSecondPerNewton => [0, 1, 0, -1, 0, 0],
-        Unit::NewtonMeterPerAmpere => [1, 2, -2, -1, 0, 0],
-        Unit::Pascal => [1, -1, -2, 0, 0, 0],
-        Unit::Kelvin => [0, 0, 0, 0, 1, 0],
-        // Numbers, and units of a later kernel.
-        _ => [0; 6],
-    };
+    let [kg, m, s, a, k, rad] = unit.base_exponents();
     [kg, m, s, a, k, 0, 0, rad]
 }
