@@ -49,6 +49,7 @@ def test_fmu_in_the_place_of_its_plant_changes_no_bit(
     in_its_place = {**options, "plant.model": "fmu", "plant.file": str(fmu)}
     run = twinrig.run(scenario, set=in_its_place, record=folder)
     assert run.fingerprint == native.fingerprint
+    assert run.energy == native.energy
     fmu.unlink()
     (recording,) = folder.glob("*.mcap")
     words = [sys.executable, "-m", "twinrig", "replay", str(recording)]

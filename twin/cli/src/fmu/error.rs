@@ -158,14 +158,6 @@ pub enum ExportError {
         /// Remedy.
         help: &'static str,
     },
-    /// A plant without signals: a model description has at least one variable.
-    #[error(
-        "the plant has neither inputs nor computed outputs\n --> {file}\n  = help: `--set 'record.signals=[\"**\"]'` computes all outputs"
-    )]
-    NoVariables {
-        /// Scenario file.
-        file: String,
-    },
     /// The library is not where it is expected.
     #[error(
         "the library of FMUs is not found: {}\n  = help: {}",

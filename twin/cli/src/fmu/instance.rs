@@ -3,9 +3,10 @@
 use std::fmt;
 use std::path::Path;
 
-use twinrig_kernel::{SimDuration, SimTime, Snapshot};
+use twinrig_kernel::{SimDuration, SimTime, Snapshot, signal};
 use twinrig_runtime::{RigError, catch_panic};
 
+use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::fmu::error::FmuError;
 use crate::fmu::file_uri;
@@ -304,7 +305,10 @@ fn build(resources: &Resources) -> Result<(Box<dyn Simulated>, Variables), FmuEr
     let assembly = resources.assembly(&registry)?;
     Ok(match resources.part() {
         FmuPart::Plant => {
-            let window = assembly.scenario().observe.period;
+            let scenario = assembly.scenario();
+            let window = scenario.observe.period;
+            // A master has no other way to the energy balance.
+            let assembly = assembly.with_scenario(scenario, &energy_outputs(&assembly))?;
             let (part, variables) = PlantPart::new(assembly.parts()?.plant, window);
             (Box::new(part), variables)
         }
@@ -313,6 +317,13 @@ fn build(resources: &Resources) -> Result<(Box<dyn Simulated>, Variables), FmuEr
             (Box::new(part), variables)
         }
     })
+}
+
+/// Returns the terms of the energy balance that the plant has as outputs.
+fn energy_outputs(assembly: &Assembly<'_>) -> Vec<String> {
+    let names = assembly.plant_outputs().iter().map(|port| &port.name);
+    let terms = names.filter(|name| name.starts_with(signal::ENERGY_PREFIX));
+    terms.cloned().collect()
 }
 
 /// Runs code of the part; a panic is an error.
