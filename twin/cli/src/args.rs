@@ -50,7 +50,7 @@ pub enum Command {
     Study(StudyArgs),
     /// Run a scenario at many points, and assert shares of the runs
     Sweep(SweepArgs),
-    /// Convert a robot file to the format of another program
+    /// Write a robot or a scenario in the format of another program
     Export(ExportArgs),
     /// Design piezoresistive cells of tactile sensors by the models of the thesis
     Cell(CellArgs),

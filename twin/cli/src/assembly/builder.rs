@@ -190,25 +190,38 @@ impl<'a> PartBuilder<'a> {
         }
     }
 
-    /// The plant that computes the `wanted` ones of its outputs, coupled as the scenario says.
+    /// The plant that computes the `wanted` ones of its outputs, with the sensors mounted on it and
+    /// coupled as the scenario says.
     pub(crate) fn coupled_plant(
         &self,
         first_commands: &[(String, f64)],
         outputs: &[Port],
         wanted: &[String],
     ) -> Result<Box<dyn Plant>, TwinError> {
+        let plant = self.bare_plant(first_commands, outputs, wanted)?;
+        let coupling = self.scenario.plant.coupling;
         let wanted = |name: &str| wanted.iter().any(|other| other == name);
+        let needed = self.needed(outputs, &wanted);
+        let with_sensors = |name: &str| needed.contains(&name);
+        let plant = self.body.sensors().around(plant, &with_sensors);
+        let coupled = plant.and_then(|plant| coupling::coupled(coupling, plant, &wanted));
+        coupled.map_err(|source| self.plant_error(source))
+    }
+
+    /// The same plant alone: with the outputs that sensors and coupling need, and without both.
+    pub(crate) fn bare_plant(
+        &self,
+        first_commands: &[(String, f64)],
+        outputs: &[Port],
+        wanted: &[String],
+    ) -> Result<Box<dyn Plant>, TwinError> {
         let spec = &self.scenario.plant;
-        let needed = |port: &&Port| coupling::needs(spec.coupling, port, &wanted);
-        let needed: Vec<&str> = outputs
-            .iter()
-            .filter(needed)
-            .map(|it| it.name.as_str())
-            .collect();
+        let wanted = |name: &str| wanted.iter().any(|other| other == name);
+        let needed = self.needed(outputs, &wanted);
         let sensors = self.body.sensors();
         let with_sensors = |name: &str| needed.contains(&name);
-        let computed = |name: &str| needed.contains(&name) || sensors.need(name, &with_sensors);
-        let plant = match (self.body.standalone_model(), self.body.robot()) {
+        let computed = |name: &str| with_sensors(name) || sensors.need(name, &with_sensors);
+        match (self.body.standalone_model(), self.body.robot()) {
             (Some(model), _) => {
                 let built = model.build(spec, &computed);
                 built.map_err(|source| self.plant_error(source))
@@ -218,10 +231,15 @@ impl<'a> PartBuilder<'a> {
                 self.plant_of(robot, spec, actuator, first_commands, &computed)
             }
             (None, None) => Err(self.plant_error(NO_ROBOT.into())),
-        };
-        let plant = sensors.around(plant?, &with_sensors);
-        let coupled = plant.and_then(|plant| coupling::coupled(spec.coupling, plant, &wanted));
-        coupled.map_err(|source| self.plant_error(source))
+        }
+    }
+
+    /// Names of the outputs that the coupled plant needs for the `wanted` ones.
+    fn needed<'o>(&self, outputs: &'o [Port], wanted: &dyn Fn(&str) -> bool) -> Vec<&'o str> {
+        let coupling = self.scenario.plant.coupling;
+        let needed = outputs.iter();
+        let needed = needed.filter(|port| coupling::needs(coupling, port, wanted));
+        needed.map(|port| port.name.as_str()).collect()
     }
 
     /// The plant on a robot, with these settings.

@@ -243,6 +243,15 @@ impl<'r> Assembly<'r> {
         builder.coupled_plant(&self.first_commands, outputs, &self.scene.wanted)
     }
 
+    /// Builds the plant of the scene alone, without the sensors and the coupling of its rig; it
+    /// computes `also` besides the required outputs.
+    pub(crate) fn bare_plant(&self, also: &[String]) -> Result<Box<dyn Plant>, TwinError> {
+        let wanted = [&self.scene.wanted, also].concat();
+        let outputs = &self.facts.plant_outputs;
+        self.builder()
+            .bare_plant(&self.first_commands, outputs, &wanted)
+    }
+
     /// Builds the plant of the scene with another robot and other settings.
     pub(crate) fn plant_of(
         &self,

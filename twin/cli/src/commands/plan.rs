@@ -231,10 +231,11 @@ fn text(plan: &Plan) -> String {
     let times = &plan.schedule;
     let mut facts = Grid::new(&[Left, Left]);
     let mut fact = |name: &str, value: String| facts.row([Cell::new(name, DIM), value.into()]);
-    fact(
-        "robot",
-        format!("{}, legs {}", plan.robot, plan.legs.join(" ")),
-    );
+    let legs = match &plan.legs[..] {
+        [] => String::new(),
+        legs => format!(", legs {}", legs.join(" ")),
+    };
+    fact("robot", format!("{}{legs}", plan.robot));
     fact(
         "plant",
         format!(
