@@ -13,6 +13,9 @@ use crate::error::TwinError;
 use crate::study::builder::first_line;
 use crate::study::selection::of_plant;
 
+/// Reason for refusing a plant of which nothing could be compared.
+const NO_POSITIONS: &str = "a study of coupling compares the positions of trunk and feet, body/position and leg/*/foot/position, and this plant has none of these outputs";
+
 /// Builds the rigs of a study from a scenario.
 pub(crate) struct RigStudyBuilder<'r> {
     scene: CouplingInput,
@@ -39,6 +42,15 @@ impl<'r> RigStudyBuilder<'r> {
     ) -> Result<Self, TwinError> {
         let own = Assembly::of_file(registry, path, settings)?;
         let scenario = own.scenario();
+        if compared(&own).is_empty() {
+            let model = &scenario.plant.model;
+            return Err(TwinError::not_built(
+                scenario,
+                "plant",
+                model,
+                NO_POSITIONS.into(),
+            ));
+        }
         let buses = scenario.buses.iter().map(|bus| bus.name.value.clone());
         let model = scenario.plant.model.as_str();
         let others = registry.plants_on_robots().filter(|name| *name != model);

@@ -365,6 +365,14 @@ fn coupling_study_runs_complete_rig_and_reports_missing_bus() {
 }
 
 #[test]
+fn coupling_study_refuses_a_plant_without_positions() {
+    let bench = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/bench.toml");
+    let done = twin(&["study", "coupling", bench]);
+    assert_eq!((done.code, done.out.as_str()), (2, ""));
+    assert!(done.err.contains("body/position"), "{}", done.err);
+}
+
+#[test]
 fn plan_shows_coupling_of_plant_and_boards() {
     let folder = Folder::new("plan-coupling");
     let scenario = folder.file("spring.toml", DRIVEN);
