@@ -18,6 +18,8 @@ CASES = [
     ("trot", {"duration": "200 ms", "plant.model": "lcp"}, 2),
     # With a bus: boards sample and actuate between control steps.
     ("oncilla-trot", {"duration": "500 ms"}, 3),
+    # With tactile sensors, which a bus mounts on the plant and which are not in the FMU.
+    ("trot-foot-load", {"duration": "500 ms"}, 2),
 ]
 
 
