@@ -2,12 +2,14 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{
-    Direction, EventQueue, Layout, Port, Rank, SimDuration, SimTime, Snapshot, near_misses,
+    Direction, EventQueue, Layout, Port, Rank, SimDuration, SimTime, Snapshot, SnapshotError,
+    near_misses,
 };
 
 use crate::wiring::{TaskLinks, wire};
 use crate::{
-    Change, Observer, PartKind, Process, ProcessVariable, RigError, RunEvent, WiringError, in_part,
+    Change, Observer, PartKind, Process, ProcessVariable, RigError, RunEvent, VariableError,
+    WiringError, in_part,
 };
 
 /// A process, wired to its tasks, with its signals and pending changes, as used by both executors.
@@ -125,6 +127,23 @@ impl ProcessSlot {
         };
         self.state.changes.push(at, Rank(0), pending);
         Ok(())
+    }
+
+    /// Sets variables in this order, restores the process, and returns the first refusal. The outer
+    /// error is that of a process that cannot be restored.
+    pub(crate) fn check_values(
+        &mut self,
+        values: &[(usize, f64)],
+    ) -> Result<Result<(), VariableError>, SnapshotError> {
+        let process = &mut self.process;
+        in_part(PartKind::Controller, &self.name, || {
+            let saved = process.save();
+            let mut values = values.iter();
+            let checked =
+                values.try_for_each(|(index, value)| process.set_variable(*index, *value));
+            process.restore(&saved)?;
+            Ok(checked)
+        })
     }
 
     /// Replaces an output signal from the next iteration on, or ends its replacement.

@@ -61,6 +61,25 @@ impl Rig {
         self.process.schedule(self.now(), at, variable, change)
     }
 
+    /// Checks whether the process would accept these values of its variables now, given by index
+    /// and set in this order. This includes conditions that only the process knows, such as those
+    /// on several variables. Nothing is changed.
+    ///
+    /// # Errors
+    /// [`RigError::Change`] with the first refusal, or [`RigError::Snapshot`] if the process cannot
+    /// be restored after the check, which then ends the run.
+    pub fn check_values(&mut self, values: &[(usize, f64)]) -> Result<(), RigError> {
+        let at = self.now();
+        match self.process.check_values(values) {
+            Ok(checked) => checked.map_err(|source| RigError::Change { at, source }),
+            Err(error) => {
+                let error = RigError::from(error);
+                self.failed = Some(error.clone());
+                Err(error)
+            }
+        }
+    }
+
     /// Replaces the output `signal` of the process by `values` at the end of every iteration from
     /// the next one on; `None` ends the replacement, and the process's own values are used again.
     /// The process receives the replaced values as its last outputs.

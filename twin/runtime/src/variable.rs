@@ -33,7 +33,7 @@ pub struct ProcessVariable {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum VariableError {
     /// The value is out of range, infinite or NaN.
-    #[error("{name} = {value} is not in {range}")]
+    #[error("{name} = {} is not in {range}", short(*value))]
     OutOfRange {
         /// The variable.
         name: String,
@@ -51,7 +51,7 @@ pub enum VariableError {
         count: usize,
     },
     /// The process refuses the value for another reason, such as the values of other variables.
-    #[error("{name} = {value} is refused: {why}")]
+    #[error("{name} = {} is refused: {why}", short(*value))]
     Refused {
         /// The variable.
         name: String,
@@ -154,6 +154,12 @@ impl ProcessVariable {
     }
 }
 
+/// Formats a number, of an extreme magnitude with an exponent.
+fn short(value: f64) -> String {
+    let text = format!("{value:?}");
+    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+}
+
 /// `frequency = 3 Hz in ]0, ∞[`
 impl fmt::Display for ProcessVariable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -178,7 +184,8 @@ mod tests {
         let mut length = ProcessVariable::new("length", Unit::Meter, 0.0.., 0.1);
         assert_eq!(text(&length), "[0, ∞[");
         length.set(0.0).unwrap();
-        assert!(length.set(-1e-300).is_err());
+        let refused = length.set(-1e-300).unwrap_err();
+        assert_eq!(refused.to_string(), "length = -1e-300 is not in [0, ∞[");
         assert!(length.set(f64::INFINITY).is_err());
         assert!(length.set(f64::NAN).is_err());
         assert_eq!((length.value(), length.default()), (0.0, 0.1));
