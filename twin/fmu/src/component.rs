@@ -72,7 +72,7 @@ impl fmt::Display for Phase {
     }
 }
 
-/// What the master's pointer points to.
+/// An instance as the master has it, behind an opaque pointer.
 pub(crate) struct Component {
     instance: FmuInstance,
     phase: Phase,
@@ -170,14 +170,30 @@ impl Component {
         Ok(())
     }
 
+    /// Sets inputs, all or none of them.
+    pub(crate) fn set_numbers(
+        &mut self,
+        kind: &'static str,
+        references: &[u32],
+        values: &[f64],
+    ) -> Result<(), Failure> {
+        let set = self.instance.set_numbers(kind, references, values);
+        self.checked(set)
+    }
+
     /// Takes a step. After the failure of a part there is no further one; a step that is refused
     /// changes nothing.
     pub(crate) fn step(&mut self, current_s: f64, step_s: f64) -> Result<(), Failure> {
         let stepped = self.instance.step(current_s, step_s);
-        if let Err(FmuError::Failed(_)) = stepped {
+        self.checked(stepped)
+    }
+
+    /// Ends the steps after the failure of a part.
+    fn checked(&mut self, result: Result<(), FmuError>) -> Result<(), Failure> {
+        if let Err(FmuError::Failed(_)) = result {
             self.phase = Phase::Error;
         }
-        Ok(stepped?)
+        Ok(result?)
     }
 
     /// Builds the instance anew.
@@ -219,28 +235,66 @@ impl Component {
         Ok(())
     }
 
-    /// Makes a state of serialised bytes.
+    /// Writes the number of bytes of a serialised state to `*size`.
     ///
     /// # Safety
-    /// As [`Component::save`].
+    /// `state` is null, or a state that was saved and not freed; `size` is null or a place of the
+    /// master.
+    pub(crate) unsafe fn serialised_size(
+        &mut self,
+        state: *mut FmuState,
+        size: *mut usize,
+    ) -> Result<(), Failure> {
+        // SAFETY: as the caller promises.
+        let (state, size) = unsafe { (known(state)?, raw::place(size, "size")?) };
+        *size = self.instance.serialise(state).len();
+        Ok(())
+    }
+
+    /// Writes a serialised state to a buffer of `size` bytes.
+    ///
+    /// # Safety
+    /// `state` is null, or a state that was saved and not freed; `buffer` is null or an array of
+    /// the master.
+    pub(crate) unsafe fn serialise(
+        &mut self,
+        state: *mut FmuState,
+        buffer: *mut u8,
+        size: usize,
+    ) -> Result<(), Failure> {
+        // SAFETY: as the caller promises.
+        let state = unsafe { known(state) }?;
+        // SAFETY: as the caller promises.
+        let buffer = unsafe { raw::slice_mut(buffer, size, "serializedState") }?;
+        raw::write(&self.instance.serialise(state), buffer)
+    }
+
+    /// Makes a state of `size` serialised bytes, and writes it to `*state`, whose present value is
+    /// not read: masters pass variables that they have not initialised.
+    ///
+    /// # Safety
+    /// `bytes` is null or an array of the master, `state` null or a place of it.
     pub(crate) unsafe fn deserialise(
         &mut self,
-        bytes: &[u8],
+        bytes: *const u8,
+        size: usize,
         state: *mut *mut FmuState,
     ) -> Result<(), Failure> {
-        let made = self.instance.deserialise(bytes)?;
         // SAFETY: as the caller promises.
-        unsafe {
-            let place = raw::place(state, "FMUstate")?;
-            free_state(place);
-            *place = Box::into_raw(Box::new(made));
-        }
+        let bytes = unsafe { raw::slice(bytes, size, "serializedState") }?;
+        // SAFETY: as the caller promises.
+        let place = unsafe { raw::place(state, "FMUstate") }?;
+        *place = Box::into_raw(Box::new(self.instance.deserialise(bytes)?));
         Ok(())
     }
 
     /// Restores a state, with its phase.
-    pub(crate) fn restore(&mut self, state: &FmuState) -> Result<(), Failure> {
-        let number = self.instance.restore(state)?;
+    ///
+    /// # Safety
+    /// `state` is null, or a state that was saved and not freed.
+    pub(crate) unsafe fn restore(&mut self, state: *mut FmuState) -> Result<(), Failure> {
+        // SAFETY: as the caller promises.
+        let number = self.instance.restore(unsafe { known(state) }?)?;
         // Numbers are those of phases, since no other ones are saved.
         self.phase = Phase::of_number(number).unwrap_or(Phase::Error);
         Ok(())
@@ -251,7 +305,7 @@ impl Component {
 ///
 /// # Safety
 /// `state` is null, or points to a state that was saved and not freed.
-pub(crate) unsafe fn state<'a>(state: *mut FmuState) -> Result<&'a FmuState, Failure> {
+unsafe fn known<'a>(state: *mut FmuState) -> Result<&'a FmuState, Failure> {
     // SAFETY: as the caller promises.
     unsafe { raw::place(state, "FMUstate") }.map(|state| &*state)
 }

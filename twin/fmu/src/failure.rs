@@ -11,7 +11,7 @@ use crate::component::Phase;
 pub enum Status {
     /// The call has done its work.
     Ok = 0,
-    /// The call has no result.
+    /// The call has no result, or a value is refused.
     Discard = 2,
     /// The call is refused, or has failed.
     Error = 3,
@@ -28,6 +28,12 @@ pub(crate) enum Failure {
     /// A null pointer where a value is needed.
     #[error("`{argument}` is a null pointer")]
     Null { argument: &'static str },
+    /// A pointer to values at an address that no such value has.
+    #[error("`{argument}` is not aligned to {alignment} bytes")]
+    Alignment {
+        argument: &'static str,
+        alignment: usize,
+    },
     /// A text that is not UTF-8.
     #[error("`{argument}` is not UTF-8")]
     Text { argument: &'static str },
@@ -53,6 +59,7 @@ impl Failure {
     pub(crate) fn status(&self) -> Status {
         match self {
             Self::Fmu(error) if error.is_fatal() => Status::Fatal,
+            Self::Fmu(FmuError::NotFinite { .. } | FmuError::OutOfRange(_)) => Status::Discard,
             _ => Status::Error,
         }
     }

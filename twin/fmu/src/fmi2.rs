@@ -5,7 +5,7 @@ use std::ffi::{c_char, c_int, c_void};
 
 use twinrig::fmu::{FmuInstance, FmuState};
 
-use crate::component::{Component, Phase, free_state, state};
+use crate::component::{Component, Phase, free_state};
 use crate::failure::{Failure, Status};
 use crate::logger::{Callback, Log2, Logger, c_text};
 use crate::raw;
@@ -96,7 +96,8 @@ pub unsafe extern "C" fn fmi2FreeInstance(c: *mut Component) {
     unsafe { Component::free(c) };
 }
 
-/// Accepts settings of the logger; errors are always logged, and nothing else is.
+/// Accepts settings of the logger: errors are always passed to it, and there are no further
+/// messages.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetDebugLogging(
     c: *mut Component,
@@ -202,10 +203,7 @@ pub unsafe extern "C" fn fmi2SetReal(
         Component::call(c, "fmi2SetReal", Phase::SET, |component| {
             let references = raw::slice(vr, nvr, "vr")?;
             let values = raw::slice(value, nvr, "value")?;
-            for (value, reference) in values.iter().zip(references) {
-                component.instance().set_number(REAL, *reference, *value)?;
-            }
-            Ok(())
+            component.set_numbers(REAL, references, values)
         })
     }
 }
@@ -263,7 +261,7 @@ pub unsafe extern "C" fn fmi2SetFMUstate(c: *mut Component, FMUstate: *mut FmuSt
     // SAFETY: null, or an instance and a state of the master.
     unsafe {
         Component::call(c, "fmi2SetFMUstate", Phase::LIVE, |component| {
-            component.restore(state(FMUstate)?)
+            component.restore(FMUstate)
         })
     }
 }
@@ -294,9 +292,7 @@ pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
     // SAFETY: null, or an instance and a state of the master.
     unsafe {
         Component::call(c, call, Phase::LIVE, |component| {
-            let bytes = component.instance().serialise(state(FMUstate)?);
-            *raw::place(size, "size")? = bytes.len();
-            Ok(())
+            component.serialised_size(FMUstate, size)
         })
     }
 }
@@ -312,9 +308,7 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
     // SAFETY: null, or an instance, a state and an array of the master.
     unsafe {
         Component::call(c, "fmi2SerializeFMUstate", Phase::LIVE, |component| {
-            let bytes = component.instance().serialise(state(FMUstate)?);
-            let given = raw::slice_mut(serializedState, size, "serializedState")?;
-            write(&bytes, given)
+            component.serialise(FMUstate, serializedState, size)
         })
     }
 }
@@ -330,22 +324,9 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
     // SAFETY: null, or an instance, an array and a state of the master.
     unsafe {
         Component::call(c, "fmi2DeSerializeFMUstate", Phase::LIVE, |component| {
-            component.deserialise(
-                raw::slice(serializedState, size, "serializedState")?,
-                FMUstate,
-            )
+            component.deserialise(serializedState, size, FMUstate)
         })
     }
-}
-
-/// Copies a serialised state to a buffer of the master.
-pub(crate) fn write(bytes: &[u8], buffer: &mut [u8]) -> Result<(), Failure> {
-    let (needed, given) = (bytes.len(), buffer.len());
-    let place = buffer.get_mut(..needed);
-    place
-        .ok_or(Failure::Buffer { needed, given })?
-        .copy_from_slice(bytes);
-    Ok(())
 }
 
 /// Returns the time reached.

@@ -5,13 +5,14 @@ use std::ffi::{c_char, c_void};
 
 use twinrig::fmu::{FmuError, FmuInstance, FmuState};
 
-use crate::component::{Component, Phase, free_state, state};
+use crate::component::{Component, Phase, free_state};
 use crate::failure::{Failure, Status};
-use crate::fmi2::write;
 use crate::logger::{Callback, Log3, Logger, c_text};
 use crate::raw;
 
 const FLOAT64: &str = "Float64";
+/// Value reference of the independent variable, which is a variable in FMI 3.0 only.
+const TIME: u32 = 0;
 
 /// Returns the version of the interface.
 #[unsafe(no_mangle)]
@@ -67,7 +68,8 @@ pub unsafe extern "C" fn fmi3FreeInstance(instance: *mut Component) {
     unsafe { Component::free(instance) };
 }
 
-/// Accepts settings of the logger; errors are always logged, and nothing else is.
+/// Accepts settings of the logger: errors are always passed to it, and there are no further
+/// messages.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3SetDebugLogging(
     instance: *mut Component,
@@ -165,8 +167,12 @@ pub unsafe extern "C" fn fmi3GetFloat64(
             let references = raw::slice(valueReferences, nValueReferences, "valueReferences")?;
             let values = raw::slice_mut(values, nValues, "values")?;
             let elements = elements(component, references, nValues)?;
+            let instance = component.instance();
             for (value, element) in values.iter_mut().zip(elements) {
-                *value = component.instance().number(FLOAT64, element)?;
+                *value = match element {
+                    TIME => instance.time_s(),
+                    _ => instance.number(FLOAT64, element)?,
+                };
             }
             Ok(())
         })
@@ -188,10 +194,10 @@ pub unsafe extern "C" fn fmi3SetFloat64(
             let references = raw::slice(valueReferences, nValueReferences, "valueReferences")?;
             let values = raw::slice(values, nValues, "values")?;
             let elements = elements(component, references, nValues)?;
-            for (value, element) in values.iter().zip(elements) {
-                component.instance().set_number(FLOAT64, element, *value)?;
+            if elements.contains(&TIME) {
+                return Err(component.instance().no_input(TIME).into());
             }
-            Ok(())
+            component.set_numbers(FLOAT64, &elements, values)
         })
     }
 }
@@ -267,7 +273,7 @@ pub unsafe extern "C" fn fmi3SetFMUState(
     // SAFETY: null, or an instance and a state of the master.
     unsafe {
         Component::call(instance, "fmi3SetFMUState", Phase::LIVE, |component| {
-            component.restore(state(FMUState)?)
+            component.restore(FMUState)
         })
     }
 }
@@ -298,9 +304,7 @@ pub unsafe extern "C" fn fmi3SerializedFMUStateSize(
     // SAFETY: null, or an instance and a state of the master.
     unsafe {
         Component::call(instance, call, Phase::LIVE, |component| {
-            let bytes = component.instance().serialise(state(FMUState)?);
-            *raw::place(size, "size")? = bytes.len();
-            Ok(())
+            component.serialised_size(FMUState, size)
         })
     }
 }
@@ -317,9 +321,7 @@ pub unsafe extern "C" fn fmi3SerializeFMUState(
     // SAFETY: null, or an instance, a state and an array of the master.
     unsafe {
         Component::call(instance, call, Phase::LIVE, |component| {
-            let bytes = component.instance().serialise(state(FMUState)?);
-            let given = raw::slice_mut(serializedState, size, "serializedState")?;
-            write(&bytes, given)
+            component.serialise(FMUState, serializedState, size)
         })
     }
 }
@@ -336,10 +338,7 @@ pub unsafe extern "C" fn fmi3DeserializeFMUState(
     // SAFETY: null, or an instance, an array and a state of the master.
     unsafe {
         Component::call(instance, call, Phase::LIVE, |component| {
-            component.deserialise(
-                raw::slice(serializedState, size, "serializedState")?,
-                FMUState,
-            )
+            component.deserialise(serializedState, size, FMUState)
         })
     }
 }

@@ -30,13 +30,14 @@ impl Logger {
     /// Passes a message to the master.
     pub(crate) fn log(&self, status: Status, message: &str) {
         let category = match status {
+            Status::Discard => c"logStatusDiscard",
             Status::Fatal => c"logStatusFatal",
             _ => c"logStatusError",
         };
         match self.callback {
             Callback::Fmi2(Some(log)) => {
-                // The message is a format of `printf`.
-                let message = c_text(&message.replace('%', "%%"));
+                // The message is a format of `printf`, with value references between `#`.
+                let message = c_text(&message.replace('%', "%%").replace('#', "##"));
                 // SAFETY: a function of this type, which the master keeps until it has freed the
                 // instance; the texts live during the call, and the format has no arguments.
                 unsafe {

@@ -9,6 +9,13 @@ fn check<T>(pointer: *const T, length: usize, argument: &'static str) -> Result<
     if pointer.is_null() {
         return Err(Failure::Null { argument });
     }
+    if !pointer.is_aligned() {
+        let alignment = align_of::<T>();
+        return Err(Failure::Alignment {
+            argument,
+            alignment,
+        });
+    }
     let bytes = length.checked_mul(size_of::<T>());
     match bytes.map(isize::try_from) {
         Some(Ok(_)) => Ok(()),
@@ -30,14 +37,15 @@ pub(crate) unsafe fn slice<'a, T>(
         return Ok(&[]);
     }
     check(pointer, length, argument)?;
-    // SAFETY: not null, not longer than memory; the caller promises the rest.
+    // SAFETY: not null, aligned, not longer than memory; the caller promises the rest.
     Ok(unsafe { std::slice::from_raw_parts(pointer, length) })
 }
 
 /// Returns an array of the master that is written.
 ///
 /// # Safety
-/// As [`slice`], and nothing else refers to the values during the call.
+/// As [`slice`], and nothing else refers to the values during the call: arrays of one call do not
+/// overlap. Every bit pattern is a value of `T`, since the master need not have written the array.
 pub(crate) unsafe fn slice_mut<'a, T>(
     pointer: *mut T,
     length: usize,
@@ -47,7 +55,7 @@ pub(crate) unsafe fn slice_mut<'a, T>(
         return Ok(&mut []);
     }
     check(pointer, length, argument)?;
-    // SAFETY: not null, not longer than memory; the caller promises the rest.
+    // SAFETY: not null, aligned, not longer than memory; the caller promises the rest.
     Ok(unsafe { std::slice::from_raw_parts_mut(pointer, length) })
 }
 
@@ -60,8 +68,19 @@ pub(crate) unsafe fn place<'a, T>(
     pointer: *mut T,
     argument: &'static str,
 ) -> Result<&'a mut T, Failure> {
-    // SAFETY: as the caller promises.
-    unsafe { pointer.as_mut() }.ok_or(Failure::Null { argument })
+    check(pointer, 1, argument)?;
+    // SAFETY: not null, and aligned; the caller promises the rest.
+    Ok(unsafe { &mut *pointer })
+}
+
+/// Copies bytes to a buffer of the master, which may be longer.
+pub(crate) fn write(bytes: &[u8], buffer: &mut [u8]) -> Result<(), Failure> {
+    let (needed, given) = (bytes.len(), buffer.len());
+    let place = buffer.get_mut(..needed);
+    place
+        .ok_or(Failure::Buffer { needed, given })?
+        .copy_from_slice(bytes);
+    Ok(())
 }
 
 /// Returns a text of the master.

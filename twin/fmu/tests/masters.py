@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -60,9 +61,15 @@ class Fmu:
         variables = self.variables.values()
         return [one.name for one in variables if one.causality == "output" and one.type != "String"]
 
-    def instance(self, name: str = "instance", *, start: float = 0.0) -> Instance:
-        """Return an instance that can be stepped."""
-        return Instance(self, name, start)
+    def instance(
+        self,
+        name: str = "instance",
+        *,
+        start: float = 0.0,
+        begin: Mapping[str, float] | None = None,
+    ) -> Instance:
+        """Return an instance that can be stepped, with inputs that are set at its start."""
+        return Instance(self, name, start, begin or {})
 
     def close(self) -> None:
         """Delete the unpacked files."""
@@ -72,7 +79,9 @@ class Fmu:
 class Instance:
     """An instance by either version of FMI, whose outputs are flat lists of numbers."""
 
-    def __init__(self, fmu: Fmu, name: str, start: float) -> None:
+    def __init__(
+        self, fmu: Fmu, name: str, start: float, begin: Mapping[str, float]
+    ) -> None:
         self.fmu = fmu
         kind = FMU3Slave if fmu.is_fmi3 else FMU2Slave
         self.raw: Any = kind(
@@ -88,6 +97,8 @@ class Instance:
         else:
             self.raw.setupExperiment(startTime=start)
             self.raw.enterInitializationMode()
+        for variable, value in begin.items():
+            self.write(variable, value)
         self.raw.exitInitializationMode()
 
     def __enter__(self) -> Instance:

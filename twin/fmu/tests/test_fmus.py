@@ -110,6 +110,20 @@ def test_model_description_matches_the_instance(rig: Fmu, plant: Fmu) -> None:
                     if bound is not None:
                         with pytest.raises(FMICallException):
                             instance.write(variable.name, float(bound) + beyond)
+    for fmu in (rig, plant):
+        # Inputs that are set in the initialization mode affect no other initial values.
+        unknowns = fmu.description.initialUnknowns
+        free = {one.variable.name for one in unknowns if one.dependencies is None}
+        changed = set()
+        names = fmu.outputs()
+        for variable in [one for one in fmu.variables.values() if one.causality == "input"]:
+            starts = []
+            for factor in (1.0, 0.99):
+                with fmu.instance(begin={variable.name: factor * float(variable.start)}) as one:
+                    starts.append([one.read([name]) for name in names])
+            changed |= {name for n, name in enumerate(names) if starts[0][n] != starts[1][n]}
+        assert changed <= free
+        assert bool(changed) == (fmu is rig)
     frequency = rig.variables["frequency"]
     assert (frequency.unit, float(frequency.start)) == ("Hz", 3.64)
     units = {unit.name: unit.baseUnit for unit in rig.description.unitDefinitions}

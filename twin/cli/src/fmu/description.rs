@@ -10,7 +10,8 @@ use crate::fmu::xml::{Xml, number};
 use crate::fmu::{FmiVersion, MODEL_IDENTIFIER};
 
 /// Categories of log messages; their names are those of the standard.
-pub(crate) const LOG_CATEGORIES: [(&str, &str); 2] = [
+pub(crate) const LOG_CATEGORIES: [(&str, &str); 3] = [
+    ("logStatusDiscard", "values of inputs that are refused"),
     ("logStatusError", "calls that are refused, and failed steps"),
     ("logStatusFatal", "panics, after which the instance is lost"),
 ];
@@ -176,47 +177,40 @@ impl Description<'_> {
     }
 
     /// Adds the structure. No output depends on an input at the same instant: commands act on the
-    /// motion that follows, process variables from the next control step on.
+    /// motion that follows, process variables from the next control step on. The first control
+    /// step is at the start.
     fn structure(&self, xml: &mut Xml, fmi: FmiVersion) {
+        let mut outputs: Vec<(u32, bool)> = Vec::new();
+        for output in self.variables.outputs() {
+            let references = output.references();
+            // In FMI 2.0 also the positions in the list of scalar variables, from 1.
+            let listed = references.take(match fmi {
+                FmiVersion::Fmi2 => output.size,
+                FmiVersion::Fmi3 => 1,
+            });
+            outputs.extend(listed.map(|it| (it, output.depends_at_start)));
+        }
+        outputs.extend(self.variables.fingerprint().map(|it| (it, false)));
         xml.begin("ModelStructure", &[]);
-        let outputs: Vec<String> = match fmi {
-            // Positions in the list of scalar variables, from 1.
-            FmiVersion::Fmi2 => {
-                let outputs = self.variables.outputs();
-                let outputs = outputs.flat_map(FmuVariable::references);
-                outputs
-                    .chain(self.variables.fingerprint())
-                    .map(|position| position.to_string())
-                    .collect()
+        for (group, name) in [("Outputs", "Output"), ("InitialUnknowns", "InitialUnknown")] {
+            let (name, key) = match fmi {
+                FmiVersion::Fmi2 if outputs.is_empty() => continue,
+                FmiVersion::Fmi2 => ("Unknown", "index"),
+                FmiVersion::Fmi3 => (name, "valueReference"),
+            };
+            if fmi == FmiVersion::Fmi2 {
+                xml.begin(group, &[]);
             }
-            FmiVersion::Fmi3 => {
-                let outputs = self.variables.outputs().map(|output| output.reference);
-                outputs
-                    .chain(self.variables.fingerprint())
-                    .map(|reference| reference.to_string())
-                    .collect()
-            }
-        };
-        let unknown = |key: &'static str, output: &str| {
-            [(key, output.to_owned()), ("dependencies", String::new())]
-        };
-        match fmi {
-            FmiVersion::Fmi2 if outputs.is_empty() => {}
-            FmiVersion::Fmi2 => {
-                for group in ["Outputs", "InitialUnknowns"] {
-                    xml.begin(group, &[]);
-                    for output in &outputs {
-                        leaf(xml, "Unknown", &unknown("index", output));
-                    }
-                    xml.end();
+            for (output, depends_at_start) in &outputs {
+                let mut attributes = vec![(key, output.to_string())];
+                // Without the attribute an unknown depends on all inputs.
+                if group == "Outputs" || !depends_at_start {
+                    attributes.push(("dependencies", String::new()));
                 }
+                leaf(xml, name, &attributes);
             }
-            FmiVersion::Fmi3 => {
-                for name in ["Output", "InitialUnknown"] {
-                    for output in &outputs {
-                        leaf(xml, name, &unknown("valueReference", output));
-                    }
-                }
+            if fmi == FmiVersion::Fmi2 {
+                xml.end();
             }
         }
         xml.end();

@@ -71,14 +71,14 @@ pub enum FmuError {
         name: String,
     },
     /// An input that is infinite or NaN.
-    #[error("`{name}` cannot be set to {value}: inputs are finite")]
+    #[error("`{name}` cannot be set to {value:?}: inputs are finite")]
     NotFinite {
         /// Its name.
         name: String,
         /// The value.
         value: f64,
     },
-    /// A process variable out of its range.
+    /// A process variable out of its range, or a value that the controller refuses.
     #[error(transparent)]
     OutOfRange(#[from] VariableError),
     /// Numbers of values that do not match the variables.
@@ -90,13 +90,35 @@ pub enum FmuError {
         expected: usize,
     },
     /// A time that is not finite or exceeds the range of the clock.
-    #[error("{seconds} s is no time of the simulation")]
+    #[error("{seconds:?} s is no time of the simulation, which reaches to ±9007199 s (104 days)")]
     NoTime {
         /// The time \[s\].
         seconds: f64,
     },
+    /// A start time that is not finite or exceeds the range of the clock.
+    #[error(
+        "the simulation cannot start at {start_s:?} s: times reach to ±9007199 s (104 days); start it at 0 s"
+    )]
+    NoStart {
+        /// The time \[s\].
+        start_s: f64,
+    },
+    /// A step of negative length.
+    #[error("the step has a length of {step_s:?} s, and time does not run backwards")]
+    NegativeStep {
+        /// Length of the step \[s\].
+        step_s: f64,
+    },
+    /// A step that does not begin at the present time.
+    #[error("the step begins at {current_s:?} s, and the present time is {now_s:?} s")]
+    NotNow {
+        /// Begin of the step \[s\].
+        current_s: f64,
+        /// Present time \[s\].
+        now_s: f64,
+    },
     /// A step into the past.
-    #[error("the step ends at {to_s} s, and the present time is {now_s} s")]
+    #[error("the step ends at {to_s:?} s, and the present time is {now_s:?} s")]
     Past {
         /// End of the step \[s\].
         to_s: f64,
@@ -104,7 +126,7 @@ pub enum FmuError {
         now_s: f64,
     },
     /// A step past the stop time.
-    #[error("the step ends at {to_s} s, after the stop time of {stop_s} s")]
+    #[error("the step ends at {to_s:?} s, after the stop time of {stop_s:?} s")]
     PastStop {
         /// End of the step \[s\].
         to_s: f64,
@@ -117,8 +139,8 @@ pub enum FmuError {
     /// Panic of a part: the instance is in no defined state.
     #[error("{0}: this is a bug in the named part")]
     Panic(#[from] PanicReport),
-    /// Bytes that are no state of this FMU.
-    #[error("the bytes are no state of this FMU: {why}")]
+    /// Bytes that are no state of this FMU, or a state of another one.
+    #[error("it is no state of this FMU: {why}")]
     State {
         /// Reason.
         why: String,

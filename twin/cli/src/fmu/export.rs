@@ -12,9 +12,10 @@ use crate::fmu::error::ExportError;
 use crate::fmu::instance::FmuInstance;
 use crate::fmu::part::FmuPart;
 use crate::fmu::resources::Resources;
+use crate::fmu::variables::FmuVariable;
 use crate::fmu::{FmiVersion, MODEL_IDENTIFIER, library};
 
-/// What is exported.
+/// Request for an export.
 pub(crate) struct FmuRequest {
     pub(crate) part: FmuPart,
     pub(crate) fmi: FmiVersion,
@@ -26,7 +27,9 @@ pub(crate) struct FmuRequest {
 pub(crate) struct ExportedFmu {
     /// The archive.
     pub(crate) bytes: Vec<u8>,
+    /// Number of inputs of the model description.
     pub(crate) inputs: usize,
+    /// Number of its outputs.
     pub(crate) outputs: usize,
 }
 
@@ -55,6 +58,10 @@ pub(crate) fn export(
         period: assembly.period(),
     };
     let document = description.document(request.fmi);
+    let listed = |signal: &FmuVariable| match request.fmi {
+        FmiVersion::Fmi2 => signal.size,
+        FmiVersion::Fmi3 => 1,
+    };
     let binary = format!("binaries/{}/{MODEL_IDENTIFIER}.so", platform(request.fmi)?);
     let kept = resources.files();
     let kept = kept
@@ -67,8 +74,9 @@ pub(crate) fn export(
     files.extend(kept);
     Ok(ExportedFmu {
         bytes: archive(&files)?,
-        inputs: variables.inputs().count(),
-        outputs: variables.outputs().count(),
+        inputs: variables.inputs().map(listed).sum(),
+        outputs: variables.outputs().map(listed).sum::<usize>()
+            + usize::from(variables.fingerprint().is_some()),
     })
 }
 

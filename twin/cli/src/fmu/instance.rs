@@ -20,6 +20,11 @@ use crate::fmu::variables::{Element, FINGERPRINT, Variables};
 /// 104 days.
 const NANOS_MAX: f64 = 9_007_199_254_740_992.0;
 
+/// Largest difference of the master's time from the present one \[s\], besides that in proportion.
+const TIME_TOLERANCE_S: f64 = 1e-6;
+/// Largest difference of the master's time from the present one, as a share of it.
+const TIME_TOLERANCE: f64 = 1e-9;
+
 /// A plant or a rig that a master steps.
 ///
 /// The state machine of FMI is the caller's: it calls [`FmuInstance::begin`] once, and steps
@@ -39,16 +44,21 @@ pub struct FmuInstance {
 
 /// Saved state of an instance, with a number of the caller.
 #[derive(Clone, PartialEq, Eq)]
-pub struct FmuState(Vec<u8>);
+pub struct FmuState {
+    /// Hash of the resources of its FMU.
+    key: [u8; 32],
+    bytes: Vec<u8>,
+}
 
 impl fmt::Debug for FmuState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "FmuState of {} bytes", self.0.len())
+        write!(f, "FmuState of {} bytes", self.bytes.len())
     }
 }
 
-/// Contents of a saved state: number of the caller, times, part.
-type Saved = (u8, i64, Option<i64>, Snapshot);
+/// Contents of a saved state: number of the caller, start time, part. The stop time is a property
+/// of the experiment that an instance runs, not of a state.
+type Saved = (u8, i64, Snapshot);
 
 /// Length of the hash before a serialised state.
 const HASH_BYTES: usize = 32;
@@ -106,13 +116,16 @@ impl FmuInstance {
         self.variables.size(reference)
     }
 
-    /// Sets the time of the master at the start, and the time that no step may pass.
+    /// Sets the time of the master at the start, and the time that no step may pass. A stop time
+    /// beyond the range of the clock is none.
     ///
     /// # Errors
-    /// [`FmuError::NoTime`] for a time that is not finite.
+    /// [`FmuError::NoStart`] and [`FmuError::NoTime`] for other times out of range, and for NaN.
     pub fn set_experiment(&mut self, start_s: f64, stop_s: Option<f64>) -> Result<(), FmuError> {
+        let start_ns = nanos(start_s).map_err(|_| FmuError::NoStart { start_s })?;
+        let stop_s = stop_s.filter(|stop_s| stop_s.is_nan() || *stop_s <= NANOS_MAX / 1e9);
         let stop_ns = stop_s.map(nanos).transpose()?;
-        (self.start_ns, self.stop_ns) = (nanos(start_s)?, stop_ns);
+        (self.start_ns, self.stop_ns) = (start_ns, stop_ns);
         Ok(())
     }
 
@@ -130,10 +143,17 @@ impl FmuInstance {
     /// rounding errors of the master do not accumulate. A step to the present time does nothing.
     ///
     /// # Errors
-    /// [`FmuError`] if the end is in the past, after the stop time or no time at all, and if a part
-    /// fails.
+    /// [`FmuError`] if the step is negative, does not begin at the present time (up to rounding
+    /// errors), ends after the stop time or at no time at all, and if a part fails.
     pub fn step(&mut self, current_s: f64, step_s: f64) -> Result<(), FmuError> {
         let to_ns = nanos(current_s + step_s)?;
+        if step_s < 0.0 {
+            return Err(FmuError::NegativeStep { step_s });
+        }
+        let now_s = self.time_s();
+        if (current_s - now_s).abs() > TIME_TOLERANCE_S + TIME_TOLERANCE * now_s.abs() {
+            return Err(FmuError::NotNow { current_s, now_s });
+        }
         if let Some(stop_ns) = self.stop_ns.filter(|stop_ns| to_ns > *stop_ns) {
             return Err(FmuError::PastStop {
                 to_s: seconds(to_ns),
@@ -146,7 +166,7 @@ impl FmuInstance {
         let to = to.filter(|_| to_ns >= now_ns);
         let to = to.ok_or_else(|| FmuError::Past {
             to_s: seconds(to_ns),
-            now_s: seconds(now_ns),
+            now_s,
         })?;
         if to_ns == now_ns {
             return Ok(());
@@ -166,13 +186,12 @@ impl FmuInstance {
         self.start_ns.saturating_add(now)
     }
 
-    /// Returns the value of a number; `kind` is the name of its type in messages.
+    /// Returns the value of a number other than time; `kind` is the name of its type in messages.
     ///
     /// # Errors
     /// [`FmuError::NoSuchVariable`], and the error of an observation that fails.
     pub fn number(&mut self, kind: &'static str, reference: u32) -> Result<f64, FmuError> {
         match self.variables.element(reference) {
-            Some(Element::Time) => Ok(self.time_s()),
             Some(Element::Input(index)) => Ok(self.part.input(index)),
             Some(Element::Output(group, index)) => {
                 if !self.is_observed {
@@ -182,31 +201,42 @@ impl FmuInstance {
                 }
                 Ok(self.part.output(group, index))
             }
-            None => Err(FmuError::NoSuchVariable { kind, reference }),
+            Some(Element::Time) | None => Err(FmuError::NoSuchVariable { kind, reference }),
         }
     }
 
-    /// Sets an input.
+    /// Sets inputs to values, all or none of them.
     ///
     /// # Errors
     /// [`FmuError`] if there is no such input, or if it cannot have this value.
-    pub fn set_number(
+    pub fn set_numbers(
         &mut self,
         kind: &'static str,
-        reference: u32,
-        value: f64,
+        references: &[u32],
+        values: &[f64],
     ) -> Result<(), FmuError> {
-        let no_such = FmuError::NoSuchVariable { kind, reference };
-        let element = self.variables.element(reference).ok_or(no_such)?;
-        let Element::Input(index) = element else {
-            return Err(self.no_input(reference));
-        };
-        if !value.is_finite() {
-            let name = self.name(reference);
-            return Err(FmuError::NotFinite { name, value });
+        let mut inputs = Vec::with_capacity(values.len());
+        for (&reference, &value) in references.iter().zip(values) {
+            let index = match self.variables.element(reference) {
+                Some(Element::Input(index)) => index,
+                Some(Element::Output(..)) => return Err(self.no_input(reference)),
+                Some(Element::Time) | None => {
+                    return Err(FmuError::NoSuchVariable { kind, reference });
+                }
+            };
+            if !value.is_finite() {
+                let name = self.name(reference);
+                return Err(FmuError::NotFinite { name, value });
+            }
+            inputs.push((index, value));
         }
+        let part = &mut self.part;
+        guarded(|| part.set_inputs(&inputs)).map_err(|error| match error {
+            FmuError::Failed(RigError::Change { source, .. }) => source.into(),
+            error => error,
+        })?;
         self.is_observed = false;
-        Ok(self.part.set_input(index, value)?)
+        Ok(())
     }
 
     /// Returns the error of setting a variable that is no input.
@@ -246,10 +276,11 @@ impl FmuInstance {
     /// [`FmuError::Panic`] if a part panics.
     pub fn save(&self, number: u8) -> Result<FmuState, FmuError> {
         let saved = catch_panic(|| {
-            let saved: Saved = (number, self.start_ns, self.stop_ns, self.part.save());
+            let saved: Saved = (number, self.start_ns, self.part.save());
             Snapshot::of(&saved).0
         });
-        Ok(FmuState(saved?))
+        let (key, bytes) = (self.key, saved?);
+        Ok(FmuState { key, bytes })
     }
 
     /// Restores a state of this instance, or of another one of the same FMU, and returns the number
@@ -259,21 +290,23 @@ impl FmuInstance {
     /// [`FmuError::State`] if it belongs to another FMU.
     pub fn restore(&mut self, state: &FmuState) -> Result<u8, FmuError> {
         let refused = |why: String| FmuError::State { why };
-        let saved = Snapshot(state.0.clone());
+        if state.key != self.key {
+            return Err(refused("it was saved by another one".to_owned()));
+        }
+        let saved = Snapshot(state.bytes.clone());
         let saved = saved.read::<Saved>();
-        let (number, start_ns, stop_ns, part) =
-            saved.map_err(|error| refused(error.to_string()))?;
+        let (number, start_ns, part) = saved.map_err(|error| refused(error.to_string()))?;
         self.is_observed = false;
         let restored = catch_panic(|| self.part.restore(&part))?;
         restored.map_err(|error| refused(error.to_string()))?;
-        (self.start_ns, self.stop_ns) = (start_ns, stop_ns);
+        self.start_ns = start_ns;
         Ok(number)
     }
 
     /// Returns a state as bytes, which another process can restore.
     pub fn serialise(&self, state: &FmuState) -> Vec<u8> {
-        let hash = blake3::keyed_hash(&self.key, &state.0);
-        [&hash.as_bytes()[..], &state.0].concat()
+        let hash = blake3::keyed_hash(&state.key, &state.bytes);
+        [&hash.as_bytes()[..], &state.bytes].concat()
     }
 
     /// Returns the state of bytes.
@@ -283,9 +316,10 @@ impl FmuInstance {
     pub fn deserialise(&self, bytes: &[u8]) -> Result<FmuState, FmuError> {
         let (hash, state) = bytes.split_at_checked(HASH_BYTES).unwrap_or((bytes, &[]));
         if hash == blake3::keyed_hash(&self.key, state).as_bytes() {
-            return Ok(FmuState(state.to_vec()));
+            let (key, bytes) = (self.key, state.to_vec());
+            return Ok(FmuState { key, bytes });
         }
-        let why = "they were changed, cut off, or saved by another FMU".to_owned();
+        let why = "the bytes were changed, cut off, or saved by another one".to_owned();
         Err(FmuError::State { why })
     }
 
@@ -305,11 +339,10 @@ fn build(resources: &Resources) -> Result<(Box<dyn Simulated>, Variables), FmuEr
     let assembly = resources.assembly(&registry)?;
     Ok(match resources.part() {
         FmuPart::Plant => {
-            let scenario = assembly.scenario();
-            let window = scenario.observe.period;
+            let window = assembly.scenario().observe.period;
             // A master has no other way to the energy balance.
-            let assembly = assembly.with_scenario(scenario, &energy_outputs(&assembly))?;
-            let (part, variables) = PlantPart::new(assembly.parts()?.plant, window);
+            let plant = assembly.bare_plant(&energy_outputs(&assembly))?;
+            let (part, variables) = PlantPart::new(plant, window);
             (Box::new(part), variables)
         }
         FmuPart::Rig => {

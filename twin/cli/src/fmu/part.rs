@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimTime, Snapshot, SnapshotError};
-use twinrig_runtime::{Group, RigError, VariableError};
+use twinrig_runtime::{Group, RigError};
 
 /// Part of a scenario that an FMU contains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -53,8 +53,9 @@ pub(crate) trait Simulated: Send {
     /// Returns the value of an input.
     fn input(&self, index: usize) -> f64;
 
-    /// Sets an input to a finite value, for the time from now on.
-    fn set_input(&mut self, index: usize, value: f64) -> Result<(), VariableError>;
+    /// Sets inputs, given by index, to finite values for the time from now on: all or none. A value
+    /// that is refused is [`RigError::Change`].
+    fn set_inputs(&mut self, values: &[(usize, f64)]) -> Result<(), RigError>;
 
     /// Handles the events of time 0, after which time can advance.
     fn begin(&mut self) -> Result<(), RigError>;

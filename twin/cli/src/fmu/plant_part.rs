@@ -1,7 +1,7 @@
 //! A plant alone in an FMU.
 
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime, Snapshot};
-use twinrig_runtime::{Group, PartKind, Plant, RigError, VariableError, in_part};
+use twinrig_runtime::{Group, PartKind, Plant, RigError, in_part};
 
 use crate::fmu::part::{Simulated, mismatch};
 use crate::fmu::variables::Variables;
@@ -62,8 +62,10 @@ impl Simulated for PlantPart {
         self.inputs[index]
     }
 
-    fn set_input(&mut self, index: usize, value: f64) -> Result<(), VariableError> {
-        self.inputs[index] = value;
+    fn set_inputs(&mut self, values: &[(usize, f64)]) -> Result<(), RigError> {
+        for &(index, value) in values {
+            self.inputs[index] = value;
+        }
         Ok(())
     }
 

@@ -29,10 +29,12 @@ pub(crate) struct FmuVariable {
     pub(crate) size: usize,
     /// Start values; none for outputs.
     pub(crate) start: Option<Vec<f64>>,
-    /// Bounds of an input, an excluded one included.
+    /// Least and greatest value of an input.
     pub(crate) range: (Option<f64>, Option<f64>),
     /// Whether the variable changes at instants only, not continuously.
     pub(crate) is_discrete: bool,
+    /// Whether the value of an output at the start depends on inputs.
+    pub(crate) depends_at_start: bool,
 }
 
 /// Place of an element in the instance.
@@ -103,6 +105,7 @@ impl Variables {
                 start: Some(start[field.range()].to_vec()),
                 range: (None, None),
                 is_discrete: false,
+                depends_at_start: false,
             });
         }
     }
@@ -119,8 +122,9 @@ impl Variables {
                 reference,
                 size: 1,
                 start: Some(vec![variable.value()]),
-                range: (finite(min), finite(max)),
+                range: (least(min), greatest(max)),
                 is_discrete: true,
+                depends_at_start: false,
             });
         }
     }
@@ -144,6 +148,8 @@ impl Variables {
                 start: None,
                 range: (None, None),
                 is_discrete,
+                // The first iteration of the controller is at the start.
+                depends_at_start: group == Group::ProcessOutputs,
             });
         }
     }
@@ -213,11 +219,21 @@ impl Variables {
     }
 }
 
-fn finite(bound: Bound<f64>) -> Option<f64> {
-    match bound {
-        Bound::Included(value) | Bound::Excluded(value) => {
-            Some(value).filter(|value| value.is_finite())
-        }
-        Bound::Unbounded => None,
-    }
+/// Returns the least number within a lower bound.
+fn least(bound: Bound<f64>) -> Option<f64> {
+    finite(bound, f64::next_up)
+}
+
+/// Returns the greatest number within an upper bound.
+fn greatest(bound: Bound<f64>) -> Option<f64> {
+    finite(bound, f64::next_down)
+}
+
+fn finite(bound: Bound<f64>, inwards: fn(f64) -> f64) -> Option<f64> {
+    let value = match bound {
+        Bound::Included(value) => value,
+        Bound::Excluded(value) => inwards(value),
+        Bound::Unbounded => return None,
+    };
+    Some(value).filter(|value| value.is_finite())
 }

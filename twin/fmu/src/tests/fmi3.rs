@@ -75,6 +75,8 @@ fn arrays_of_fmi_3_have_the_length_of_their_variables() {
         let mut value = 0.0;
         let status = fmi3GetFloat64(instance, &raw const inner, 1, &raw mut value, 1);
         assert_eq!(status, Status::Error);
+        let status = fmi3SetFloat64(instance, &0, 1, &raw const value, 1);
+        assert_eq!(status, Status::Error);
         assert_eq!(fmi3EnterEventMode(instance), Status::Error);
         fmi3FreeInstance(instance);
     }
@@ -88,6 +90,7 @@ fn arrays_of_fmi_3_have_the_length_of_their_variables() {
         "3 values for variables with 4 elements",
         "5 values for variables with 4 elements",
         "no Float64 variable",
+        "`time` is no input",
         "no event mode",
     ]) {
         assert!(text.contains(expected), "{text:?} lacks {expected:?}");

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use twinrig_kernel::{SimTime, Snapshot};
-use twinrig_runtime::{Group, RigError, VariableError};
+use twinrig_runtime::{Group, RigError};
 
 use super::{instance_of, with_scenario};
 use crate::fmu::archive::archive;
@@ -30,11 +30,49 @@ fn bytes_that_are_no_state_of_the_fmu_are_refused() {
                 changed[at] ^= 1;
                 assert!(instance.deserialise(&changed).is_err());
             }
-            let other = with_scenario("trot.toml", &[("seed", "2")], |assembly| {
+            let mut other = with_scenario("trot.toml", &[("seed", "2")], |assembly| {
                 instance_of(assembly, part)
             });
             assert!(other.deserialise(&bytes).is_err());
+            let refused = other.restore(&state).unwrap_err().to_string();
+            assert!(refused.contains("saved by another one"), "{refused}");
+            // Nor do bytes that another instance makes of it.
+            assert!(other.deserialise(&other.serialise(&state)).is_err());
         }
+    });
+}
+
+#[test]
+fn stop_time_is_of_the_experiment_and_start_time_of_the_state() {
+    with_scenario("trot.toml", &[], |assembly| {
+        let mut first = instance_of(assembly, FmuPart::Plant);
+        first.set_experiment(100.0, Some(101.0)).unwrap();
+        first.begin().unwrap();
+        first.step(100.0, 1.0).unwrap();
+        let state = first.save(0).unwrap();
+        for (stop_s, is_allowed) in [
+            (None, true),
+            (Some(102.0), true),
+            (Some(101.25), false),
+            // Beyond the clock: none.
+            (Some(f64::INFINITY), true),
+            (Some(1e300), true),
+        ] {
+            let mut second = instance_of(assembly, FmuPart::Plant);
+            second.set_experiment(0.0, stop_s).unwrap();
+            second.restore(&state).unwrap();
+            assert_eq!(second.time_s(), 101.0);
+            let stepped = second.step(101.0, 0.5);
+            assert_eq!(stepped.is_ok(), is_allowed, "{stop_s:?}");
+        }
+        let refused = first.set_experiment(1.7e9, None).unwrap_err().to_string();
+        assert!(
+            refused.contains("cannot start at 1700000000.0 s"),
+            "{refused}"
+        );
+        assert!(first.set_experiment(0.0, Some(f64::NAN)).is_err());
+        let refused = first.set_experiment(-1e300, None).unwrap_err().to_string();
+        assert!(refused.contains("-1e300 s"), "{refused}");
     });
 }
 
@@ -51,6 +89,13 @@ fn refused_steps_and_values_change_nothing() {
                 (100.0, 0.4),
                 (0.0, 0.5),
                 (100.5, 0.6),
+                // Negative, also where it ends at the present time or later.
+                (100.5, -0.1),
+                (100.7, -0.1),
+                // From another time than the present one.
+                (100.4, 0.2),
+                (100.6, 0.1),
+                (100.5 + 1.2e-6, 0.1),
                 (f64::NAN, 0.1),
                 (100.5, f64::INFINITY),
                 (-1e300, 0.0),
@@ -60,17 +105,27 @@ fn refused_steps_and_values_change_nothing() {
             }
             let input = instance.variables().inputs().next().unwrap().clone();
             for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-                let refused = instance.set_number("Real", input.reference, value);
+                let refused = instance.set_numbers("Real", &[input.reference], &[value]);
                 let message = refused.unwrap_err().to_string();
                 assert!(message.contains(&input.name), "{message}");
             }
             let output = instance.variables().outputs().next().unwrap().reference;
-            assert!(instance.set_number("Real", output, 0.0).is_err());
-            assert!(instance.set_number("Real", u32::MAX, 0.0).is_err());
+            assert!(instance.set_numbers("Real", &[output], &[0.0]).is_err());
+            assert!(instance.set_numbers("Real", &[u32::MAX], &[0.0]).is_err());
+            // All or none.
+            let start = instance.number("Real", input.reference).unwrap();
+            for (other, value) in [(output, 0.0), (0, 0.0), (input.reference + 1, f64::NAN)] {
+                let references = [input.reference, other];
+                let refused = instance.set_numbers("Real", &references, &[0.9 * start, value]);
+                assert!(refused.is_err());
+            }
             assert_eq!(instance.save(0).unwrap(), before);
             // Half a nanosecond is no step.
             instance.step(100.5, 4e-10).unwrap();
             assert_eq!(instance.save(0).unwrap(), before);
+            // A rounding error of the master is none of the step's.
+            instance.step(100.5 - 1e-6, 0.1 + 1e-6).unwrap();
+            assert_eq!(instance.time_s(), 100.6);
         }
     });
 }
@@ -156,7 +211,7 @@ fn failed_plant_names_its_fault_and_continues_from_a_saved_state() {
             .collect();
         for (n, input) in inputs.iter().enumerate() {
             let value = if n % 2 == 0 { 1e300 } else { -1e300 };
-            instance.set_number("Real", *input, value).unwrap();
+            instance.set_numbers("Real", &[*input], &[value]).unwrap();
         }
         let failed = instance.step(0.1, 1.0).unwrap_err();
         assert!(
@@ -185,7 +240,7 @@ impl Simulated for Panicking {
     fn input(&self, _: usize) -> f64 {
         0.0
     }
-    fn set_input(&mut self, _: usize, _: f64) -> Result<(), VariableError> {
+    fn set_inputs(&mut self, _: &[(usize, f64)]) -> Result<(), RigError> {
         Ok(())
     }
     fn begin(&mut self) -> Result<(), RigError> {

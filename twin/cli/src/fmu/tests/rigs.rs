@@ -34,19 +34,106 @@ fn input_of_a_rig_is_a_change_at_the_next_control_step() {
     with_scenario("trot.toml", &[duration], |assembly| {
         let mut instance = instance_of(assembly, FmuPart::Rig);
         let fingerprint = instance.variables().fingerprint().unwrap();
-        let mut inputs = instance.variables().inputs();
-        let frequency = inputs.find(|it| it.name == "frequency").unwrap().reference;
-        drop(inputs);
+        let frequency = input(&instance, "frequency");
         instance.begin().unwrap();
         // After the control step at this instant.
         instance.step(0.0, 0.3).unwrap();
-        instance.set_number("Real", frequency, 3.0).unwrap();
+        instance.set_numbers("Real", &[frequency], &[3.0]).unwrap();
         instance.step(0.3, 0.1).unwrap();
         // The same value again is no change.
-        instance.set_number("Real", frequency, 3.0).unwrap();
+        instance.set_numbers("Real", &[frequency], &[3.0]).unwrap();
         instance.step(0.4, 0.1).unwrap();
         assert_eq!(instance.text(fingerprint).unwrap(), changed);
         assert_ne!(digest_of(assembly), changed);
+    });
+}
+
+/// Returns the value reference of an input.
+fn input(instance: &FmuInstance, name: &str) -> u32 {
+    let mut inputs = instance.variables().inputs();
+    inputs.find(|it| it.name == name).unwrap().reference
+}
+
+#[test]
+fn input_is_the_value_in_force_and_can_be_set_again_after_a_change_of_the_scenario() {
+    let duration = ("duration", "\"500 ms\"");
+    let once = r#"{ at = "101 ms", set = "frequency", to = "3 Hz" }"#;
+    let twice = format!(r#"[{once}, {{ at = "302 ms", set = "frequency", to = "3.64 Hz" }}]"#);
+    let once = format!("[{once}]");
+    let expected = with_scenario("trot.toml", &[duration, ("change", &twice)], digest_of);
+    with_scenario("trot.toml", &[duration, ("change", &once)], |assembly| {
+        let mut instance = instance_of(assembly, FmuPart::Rig);
+        let fingerprint = instance.variables().fingerprint().unwrap();
+        let frequency = input(&instance, "frequency");
+        let mut present = vec![];
+        instance.begin().unwrap();
+        let times_us = [
+            0, 100_000, 200_000, 300_000, 300_700, 301_400, 302_000, 500_000,
+        ];
+        for window in times_us.windows(2) {
+            let [from_s, to_s] = [window[0], window[1]].map(|us| f64::from(us) / 1e6);
+            if from_s >= 0.3 {
+                // Again and again, also while the first one is pending.
+                instance.set_numbers("Real", &[frequency], &[3.64]).unwrap();
+            }
+            present.push(instance.number("Real", frequency).unwrap());
+            instance.step(from_s, to_s - from_s).unwrap();
+        }
+        assert_eq!(present, [3.64, 3.64, 3.0, 3.64, 3.64, 3.64, 3.64]);
+        assert_eq!(instance.text(fingerprint).unwrap(), expected);
+        assert_ne!(digest_of(assembly), expected);
+    });
+}
+
+#[test]
+fn value_that_the_controller_refuses_is_refused_at_once_and_changes_nothing() {
+    with_scenario("trot.toml", &[("duration", "\"200 ms\"")], |assembly| {
+        let mut instance = instance_of(assembly, FmuPart::Rig);
+        let [frequency, splay, duty] =
+            ["frequency", "splay", "duty_factor/fore"].map(|name| input(&instance, name));
+        for has_begun in [false, true] {
+            if has_begun {
+                instance.begin().unwrap();
+                instance.step(0.0, 0.1).unwrap();
+            }
+            let before = instance.save(0).unwrap();
+            for (other, value, why) in [
+                (
+                    splay,
+                    0.3,
+                    "splay = 0.3 is refused: abduction is not commanded",
+                ),
+                (duty, 1e-300, "duty_factor/fore = 1e-300 is refused"),
+            ] {
+                let refused = instance.set_numbers("Real", &[frequency, other], &[3.0, value]);
+                let refused = refused.unwrap_err().to_string();
+                assert!(refused.contains(why), "{refused}");
+                assert_eq!(instance.save(0).unwrap(), before);
+            }
+        }
+        // The check of an accepted value leaves no trace either.
+        instance.set_numbers("Real", &[frequency], &[3.0]).unwrap();
+        instance.set_numbers("Real", &[frequency], &[3.64]).unwrap();
+        instance.step(0.1, 0.1).unwrap();
+        let fingerprint = instance.variables().fingerprint().unwrap();
+        assert_eq!(instance.text(fingerprint).unwrap(), digest_of(assembly));
+    });
+}
+
+#[test]
+fn bounds_of_inputs_are_the_last_values_in_range() {
+    with_scenario("trot.toml", &[], |assembly| {
+        let instance = instance_of(assembly, FmuPart::Rig);
+        let rig = assembly.rig().unwrap();
+        let mut inputs = instance.variables().inputs();
+        for variable in rig.process().variables() {
+            let input = inputs.find(|it| it.name == variable.name()).unwrap();
+            let (min, max) = input.range;
+            for (bound, outside) in [(min, min.map(f64::next_down)), (max, max.map(f64::next_up))] {
+                assert!(bound.is_none_or(|it| variable.check(it).is_ok()));
+                assert!(outside.is_none_or(|it| variable.check(it).is_err()));
+            }
+        }
     });
 }
 

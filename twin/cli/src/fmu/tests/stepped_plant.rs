@@ -77,7 +77,9 @@ impl Plant for SteppedPlant {
         let references: Vec<u32> = references.flat_map(FmuVariable::references).collect();
         assert_eq!(references.len(), inputs.len());
         for (reference, value) in references.into_iter().zip(inputs) {
-            instance.set_number("Real", reference, *value).unwrap();
+            instance
+                .set_numbers("Real", &[reference], &[*value])
+                .unwrap();
         }
         let to_s = to.as_secs_f64();
         instance.step(self.now_s, to_s - self.now_s).unwrap();
