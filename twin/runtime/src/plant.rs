@@ -216,6 +216,30 @@ pub struct EnergyBalance {
 }
 
 impl EnergyBalance {
+    /// Returns the balance with the values of [`EnergyBalance::values`].
+    pub const fn of_values(values: [f64; 8]) -> Self {
+        let [
+            kinetic,
+            spring,
+            gravity,
+            dissipated,
+            actuator,
+            impact,
+            exchanged,
+            residual,
+        ] = values;
+        Self {
+            kinetic,
+            spring,
+            gravity,
+            dissipated,
+            actuator,
+            impact,
+            exchanged,
+            residual,
+        }
+    }
+
     /// Returns the energy stored in the plant at the present time \[J\].
     pub fn stored(&self) -> f64 {
         self.kinetic + self.spring + self.gravity

@@ -246,29 +246,8 @@ impl Plant for FmuPlant {
     }
 
     fn energy(&self) -> EnergyBalance {
-        let [
-            kinetic,
-            spring,
-            gravity,
-            dissipated,
-            actuator,
-            impact,
-            exchanged,
-            residual,
-        ] = self.values[self.energy..]
-        else {
-            return EnergyBalance::default();
-        };
-        EnergyBalance {
-            kinetic,
-            spring,
-            gravity,
-            dissipated,
-            actuator,
-            impact,
-            exchanged,
-            residual,
-        }
+        let values = self.values[self.energy..].try_into();
+        values.map_or_else(|_| EnergyBalance::default(), EnergyBalance::of_values)
     }
 
     fn work(&self) -> WorkCounts {
