@@ -88,6 +88,11 @@ impl<'d> Item<'d> {
         matches!(self.node.value, Value::Text(_))
     }
 
+    /// Whether the value is true or false.
+    pub fn is_boolean(&self) -> bool {
+        matches!(self.node.value, Value::Boolean(_))
+    }
+
     /// Whether the value is a table.
     pub fn is_table(&self) -> bool {
         matches!(self.node.value, Value::Table(_))

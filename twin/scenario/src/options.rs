@@ -37,6 +37,8 @@ pub enum Accepts {
     Natural(RangeInclusive<u64>),
     /// True or false.
     Boolean,
+    /// A plain number, true or false, or a text: only the part itself knows the type.
+    Scalar,
     /// Any text.
     Text,
     /// A name that only the part itself can resolve, or a file name; its position is kept for

@@ -124,6 +124,7 @@ fn accepts(accepted: &Accepts) -> String {
             format!("an integer from {} to {}", range.start(), range.end())
         }
         Accepts::Boolean => "true or false".to_owned(),
+        Accepts::Scalar => "a number, true or false, or a text".to_owned(),
         Accepts::Text => "a text".to_owned(),
         Accepts::Name => "a name".to_owned(),
         Accepts::Names => "a list of names".to_owned(),

@@ -140,6 +140,7 @@ fn of_accepted(accepts: &Accepts) -> String {
             (start, end) => format!("whole number from {start} to {end}"),
         },
         Accepts::Boolean => "boolean".to_owned(),
+        Accepts::Scalar => "number, boolean or text".to_owned(),
         Accepts::Time => "time".to_owned(),
         _ => "text".to_owned(),
     }

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use twinrig_document::{Item, Placed, Reported, Table};
+use twinrig_document::{Item, Placed, Range, Reported, Table};
 
 use super::time::time_model;
 use crate::options::{Accepts, OptionSpec, OptionValue, Options};
@@ -28,6 +28,7 @@ fn value(item: &Item<'_>, accepts: &Accepts) -> Result<OptionValue, Reported> {
         Accepts::PositiveDuration => OptionValue::Duration(item.positive_duration()?),
         Accepts::Natural(range) => OptionValue::Natural(natural(item, range)?),
         Accepts::Boolean => OptionValue::Boolean(item.boolean()?),
+        Accepts::Scalar => scalar(item)?,
         Accepts::Text => OptionValue::Text(item.text()?.to_owned()),
         Accepts::Name => OptionValue::Name(item.placed_text()?),
         Accepts::Names => OptionValue::Names(names(item)?),
@@ -61,6 +62,16 @@ fn named(
         })
         .collect();
     named.into_iter().collect()
+}
+
+fn scalar(item: &Item<'_>) -> Result<OptionValue, Reported> {
+    Ok(if item.is_boolean() {
+        OptionValue::Boolean(item.boolean()?)
+    } else if item.is_text() {
+        OptionValue::Text(item.text()?.to_owned())
+    } else {
+        OptionValue::Number(item.number(&Range::ANY)?)
+    })
 }
 
 fn names(item: &Item<'_>) -> Result<Vec<Placed<String>>, Reported> {

@@ -188,6 +188,7 @@ pub(super) fn accepted(accepts: &Accepts) -> Value {
         Accepts::PositiveDuration => positive_duration(),
         Accepts::Natural(range) => natural(range),
         Accepts::Boolean => boolean(),
+        Accepts::Scalar => json!({ "type": ["number", "boolean", "string"] }),
         Accepts::Text | Accepts::Name => text(),
         Accepts::Names => json!({ "type": "array", "items": text(), "minItems": 1 }),
         Accepts::Choice(names) => json!({ "enum": names }),
