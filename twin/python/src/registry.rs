@@ -1,6 +1,6 @@
 //! Parts and engines of the package.
 
-use twinrig::Registry;
+use twinrig::{Registry, fmu_plant};
 
 use crate::exceptions::Exceptions;
 use crate::fmu;
@@ -13,6 +13,6 @@ pub(crate) fn registry(exceptions: &Exceptions) -> Registry {
     let registry = Registry::standard().with_engine(RayEngine);
     match fmu::kind(exceptions) {
         Some(kind) => registry.with_plant(kind),
-        None => registry,
+        None => registry.without_plant(fmu_plant::offer(), fmu_plant::REMEDY_IN_PACKAGE),
     }
 }

@@ -123,8 +123,8 @@ def broken() -> Iterator[tuple[str, bytes, str]]:
     yield "not-xml", _raw("fmiModelDescription: none"), "not well-formed"
     yield "other-xml", _raw("<html/>"), "cannot be read"
     yield "wrong-token", _described('guid="lag"', 'guid="other"'), "returned no instance"
-    yield "fmi-1", _described('fmiVersion="2.0"', 'fmiVersion="1.0"'), "valid"
-    yield "fmi-99", _described('fmiVersion="2.0"', 'fmiVersion="99"'), "FMI version: 99"
+    yield "fmi-1", _described('fmiVersion="2.0"', 'fmiVersion="1.0"'), "FMI 1.0 is not supported"
+    yield "fmi-99", _described('fmiVersion="2.0"', 'fmiVersion="99"'), "FMI 99 is not supported"
     yield "no-identifier", _described('modelIdentifier="lag"', ""), "modelIdentifier"
     yield "identifier-with-slash", _described(
         'modelIdentifier="lag"', 'modelIdentifier="../../lag"'

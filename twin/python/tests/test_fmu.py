@@ -178,6 +178,7 @@ def test_mistakes_are_reported_at_their_places(folder: Path) -> None:
 "d" = { variable = "x", unit = "N" }
 "e f" = { variable = "x" }
 "body/position" = { variable = "x" }
+"g" = { variable = "x", unit = "mm" }
 [plant.parameters]
 gian = 2
 """
@@ -186,7 +187,7 @@ gian = 2
     found = [(problem.message, problem.help) for problem in raised.value.problems]
     assert found == [
         ("the FMU has no variable `uu`", "did you mean `u`?"),
-        ("`x` is no input of the FMU: it is output", "inputs of the FMU: u, gain"),
+        ("`x` is no input of the FMU: it is an output", "map it in [plant.outputs]"),
         ("`title` is of type String", "signals are numbers"),
         ("`d` is in N, and the variable `x` in mm", "leave `unit` out"),
         (
@@ -197,8 +198,61 @@ gian = 2
             "the standard signal body/position [m] × 3 has 1 elements here, in m",
             "give the variables another signal in [plant.outputs]",
         ),
+        (
+            "`mm` is not a unit of a signal",
+            "signals are SI without prefixes: in m, values of this variable would be wrong by a "
+            "factor of 1000; declare its unit in the FMU, or scale it there",
+        ),
         ("the FMU has no variable `gian`", "did you mean `gain`?"),
     ]
+
+
+TYPED = """
+    <ScalarVariable name="teeth" valueReference="0" causality="parameter" variability="tunable">
+      <Integer start="1"/></ScalarVariable>
+    <ScalarVariable name="braked" valueReference="0" causality="parameter" variability="tunable">
+      <Boolean start="false"/></ScalarVariable>
+  </ModelVariables>"""
+
+
+def test_parameters_have_the_type_of_their_variable(folder: Path) -> None:
+    path = scenario(folder, description=LAG_2.replace("</ModelVariables>", TYPED))
+    whole = "it must be a whole number from -2147483648 to 2147483647"
+    for parameter, message, remedy in (
+        ("teeth = 1.5", "`teeth` of type Integer is 1.5", whole),
+        ("teeth = 3e10", "`teeth` of type Integer is 30000000000", whole),
+        ("teeth = true", "`teeth` of type Integer is true", whole),
+        ("braked = 2", "`braked` of type Boolean is 2", "it must be true or false"),
+        ('title = "a"', "`title` is of type String", "strings cannot be set"),
+        (
+            'gain = "1 m"',
+            '`gain` of type Real is "1 m"',
+            "it must be a number without a unit, in the unit of the variable",
+        ),
+    ):
+        path.write_text(f"{SCENARIO}[plant.parameters]\n{parameter}\n")
+        with pytest.raises(twinrig.ScenarioError) as raised:
+            run(path)
+        (problem,) = raised.value.problems
+        assert (problem.message, problem.help) == (message, remedy)
+        assert problem.line == path.read_text().count("\n")
+    # The value arrives: the lag counts its steps from `teeth`, and refuses all booleans.
+    path.write_text(f"{SCENARIO}[plant.parameters]\nteeth = 1000\n")
+    assert int(run(path).signals["count"][0]) == 1000
+    path.write_text(f"{SCENARIO}[plant.parameters]\nbraked = true\n")
+    with pytest.raises(twinrig.ScenarioError, match="`fmi2SetBoolean` failed"):
+        run(path)
+
+
+def test_missing_file_and_missing_package_have_their_remedies(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(folder)
+    with pytest.raises(twinrig.ScenarioError, match="relative to the scenario's folder"):
+        run(path)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(twinrig.ScenarioError, match="pip install fmpy"):
+        run(path)
 
 
 def test_signal_in_another_unit_is_a_near_miss(folder: Path) -> None:

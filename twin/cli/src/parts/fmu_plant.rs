@@ -16,6 +16,9 @@ pub const ABOUT: &str =
 pub const REMEDY: &str =
     "start the program from the Python package: `pip install \"twinrig[fmu]\"`, then `twin`";
 
+/// Remedy for the program of the Python package without the package that reads FMUs.
+pub const REMEDY_IN_PACKAGE: &str = "FMPy is not installed: `pip install fmpy`";
+
 /// Key: path of the FMU.
 pub const FILE: &str = "file";
 /// Key: whether the FMU has a process of its own.
@@ -38,7 +41,8 @@ pub const VARIABLES: &str = "variables";
 pub const UNIT: &str = "unit";
 
 /// Returns the kind for programs that cannot simulate it.
-pub(crate) fn offer() -> Kind {
+#[must_use]
+pub fn offer() -> Kind {
     Kind {
         options: options(),
         is_standalone: true,
@@ -63,10 +67,6 @@ pub fn options() -> Vec<OptionSpec> {
                 Accepts::Name,
             ),
         ])))
-    };
-    let any = Accepts::Quantity {
-        unit: Unit::One,
-        range: Range::ANY,
     };
     let tolerance = Accepts::Quantity {
         unit: Unit::One,
@@ -102,7 +102,7 @@ pub fn options() -> Vec<OptionSpec> {
         option(
             PARAMETERS,
             "start values of the FMU, by variable, in the unit of the variable",
-            Accepts::Table(Box::new(any)),
+            Accepts::Table(Box::new(Accepts::Scalar)),
         ),
     ]
 }

@@ -30,6 +30,9 @@ pub(super) struct Variable {
     pub causality: String,
     /// `constant`, `fixed`, `tunable`, `discrete`, `continuous`.
     pub variability: Option<String>,
+    /// Its type.
+    #[serde(rename = "type")]
+    pub kind: String,
     /// Number of elements.
     pub size: usize,
     /// Its unit; none: not declared.

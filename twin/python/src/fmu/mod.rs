@@ -9,6 +9,7 @@ mod failure;
 mod folder;
 mod link;
 mod model;
+mod parameters;
 mod plant;
 mod process;
 mod signals;

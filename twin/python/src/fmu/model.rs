@@ -5,18 +5,19 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use thiserror::Error;
-use twinrig::fmu_plant::{FILE, ISOLATED, NAME, PARAMETERS, TIME_LIMIT, TOLERANCE};
+use twinrig::fmu_plant::{FILE, ISOLATED, NAME, TIME_LIMIT, TOLERANCE};
 use twinrig::kernel::signal::ENERGY;
 use twinrig::kernel::{Direction, Port, SimDuration};
 use twinrig::runtime::{Coupling, Plant};
-use twinrig::scenario::{LegFact, OptionValue, Options, PlantSpec};
+use twinrig::scenario::{LegFact, PlantSpec};
 use twinrig::{BuildError, ModelContext, StandaloneModel};
-use twinrig_document::{DocumentError, Placed, Problem, read_file, suggestion};
+use twinrig_document::{DocumentError, Placed, Problem, read_file};
 
 use crate::exceptions::Exceptions;
-use crate::fmu::description::{Description, Variable};
+use crate::fmu::description::Description;
 use crate::fmu::failure::Failure;
 use crate::fmu::link::{Link, LinkSettings, Request};
+use crate::fmu::parameters::parameters;
 use crate::fmu::plant::{FmuPlant, Start};
 use crate::fmu::signals::{Signal, signals};
 
@@ -51,7 +52,7 @@ enum FmuError {
     Failed { fmu: String, failure: Failure },
     /// The FMU accepts steps of one length only.
     #[error(
-        "the FMU `{fmu}` accepts communication steps of one length only{}: set `coupling = {{ grid = \"{}\" }}` in [plant]",
+        "the FMU `{fmu}` accepts communication steps of one length only{}: set `coupling = {{ grid = \"{}\" }}` in [plant], and `period` in [observe] to a multiple",
         .step.map_or(String::new(), |step| format!(", {step}")),
         .step.map_or("STEP".to_owned(), |step| step.to_string())
     )]
@@ -156,7 +157,10 @@ fn archive(context: &ModelContext<'_>, file: &Placed<String>) -> Result<Vec<u8>,
     }
     let path = context.folder.join(&file.value);
     let read = read_file(&path, ARCHIVE_MOST);
-    read.map_err(|why| file.error(format!("cannot read {}: {why}", path.display()), ""))
+    read.map_err(|why| {
+        let message = format!("cannot read {}: {why}", path.display());
+        file.error(message, "paths are relative to the scenario's folder")
+    })
 }
 
 /// Returns the signals of an energy balance, in its order; none if the FMU lacks one of them.
@@ -167,37 +171,6 @@ fn energy(signals: &[Signal]) -> Vec<Signal> {
     };
     let balance = ENERGY.iter().map(|term| find(term.name));
     balance.collect::<Option<Vec<_>>>().unwrap_or_default()
-}
-
-/// Returns the start values that a scenario sets.
-fn parameters(
-    description: &Description,
-    options: &Options,
-    problems: &mut Vec<Problem>,
-) -> Vec<(String, Vec<f64>)> {
-    let mut parameters = Vec::new();
-    for (name, value) in options.named(PARAMETERS) {
-        let OptionValue::Number(value) = value else {
-            continue;
-        };
-        let known = description.variables.iter().filter(|it| it.is_parameter());
-        let known = known.map(|variable| variable.name.as_str());
-        match description.variable(&name.value) {
-            Some(variable) if variable.is_parameter() => {
-                parameters.push((name.value.clone(), vec![*value; variable.size]));
-            }
-            found => {
-                let why = found.map_or(
-                    "the FMU has no variable",
-                    |_: &Variable| "no start value can be given to",
-                );
-                let message = format!("{why} `{}`", name.value);
-                let help = suggestion(&name.value, "parameters of the FMU", known);
-                problems.push(Problem::at(&name.place, message, help));
-            }
-        }
-    }
-    parameters
 }
 
 impl StandaloneModel for FmuModel {

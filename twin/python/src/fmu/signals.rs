@@ -11,6 +11,18 @@ use twinrig_document::{Placed, Problem, suggestion};
 use crate::fmu::description::{Description, Variable};
 use crate::fmu::units::{Scale, unit_of};
 
+/// Usual prefixes of units, with the factor to or from the unit.
+const PREFIXES: [(&str, u32); 8] = [
+    ("m", 1_000),
+    ("k", 1_000),
+    ("c", 100),
+    ("u", 1_000_000),
+    ("µ", 1_000_000),
+    ("M", 1_000_000),
+    ("n", 1_000_000_000),
+    ("d", 10),
+];
+
 /// A signal with its variables.
 #[derive(Clone, Debug)]
 pub(super) struct Signal {
@@ -184,9 +196,12 @@ fn find<'d>(
         if usable(&variable) {
             return Ok(variable);
         }
-        let causality = &variable.causality;
+        let causality = with_article(&variable.causality);
         let message = format!("`{}` is no input of the FMU: it is {causality}", name.value);
-        let help = suggestion(&name.value, "inputs of the FMU", usable_names());
+        let help = match variable.causality.as_str() {
+            "output" => "map it in [plant.outputs]".to_owned(),
+            _ => suggestion(&name.value, "inputs of the FMU", usable_names()),
+        };
         return Err(wrong(message, help));
     }
     let mut unmapped = description.unmapped.iter();
@@ -201,16 +216,46 @@ fn find<'d>(
     ))
 }
 
+/// Returns the name of a causality in a sentence.
+fn with_article(causality: &str) -> &str {
+    match causality {
+        "output" => "an output",
+        "parameter" => "a parameter that is not tunable",
+        "calculatedParameter" => "a calculated parameter",
+        "structuralParameter" => "a structural parameter",
+        "local" => "a local variable",
+        "independent" => "the independent variable",
+        other => other,
+    }
+}
+
 fn unit(symbol: &Placed<String>) -> Result<Unit, Box<Problem>> {
-    let mut units = Unit::ALL.iter().copied();
-    units
-        .find(|unit| unit.symbol() == symbol.value)
-        .ok_or_else(|| {
-            let message = format!("`{}` is not a unit of a signal", symbol.value);
+    unit_named(&symbol.value).ok_or_else(|| {
+        let message = format!("`{}` is not a unit of a signal", symbol.value);
+        let help = prefixed(&symbol.value).unwrap_or_else(|| {
             let symbols = Unit::ALL.iter().map(|unit| unit.symbol());
-            let help = suggestion(&symbol.value, "units are SI without prefixes", symbols);
-            Box::new(Problem::at(&symbol.place, message, help))
-        })
+            suggestion(&symbol.value, "units are SI without prefixes", symbols)
+        });
+        Box::new(Problem::at(&symbol.place, message, help))
+    })
+}
+
+fn unit_named(symbol: &str) -> Option<Unit> {
+    let mut units = Unit::ALL.iter().copied();
+    units.find(|unit| unit.symbol() == symbol)
+}
+
+/// Returns the help for a unit with a prefix; the nearest unit would have values of another size.
+fn prefixed(symbol: &str) -> Option<String> {
+    let mut found = PREFIXES.iter().filter_map(|(prefix, factor)| {
+        let unit = unit_named(symbol.strip_prefix(prefix)?)?;
+        (unit != Unit::One).then_some((unit, factor))
+    });
+    let (unit, factor) = found.next()?;
+    Some(format!(
+        "signals are SI without prefixes: in {unit}, values of this variable would be wrong by a \
+         factor of {factor}; declare its unit in the FMU, or scale it there"
+    ))
 }
 
 /// Returns the signal of these variables, in the unit `wanted` or in their own.

@@ -37,7 +37,9 @@ class Archive:
     def __init__(self, path: Path) -> None:
         try:
             self._zip = zipfile.ZipFile(path)
-        except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError) as error:
+        except zipfile.BadZipFile as error:
+            raise Refusal("it is not a ZIP archive, or an incomplete one") from error
+        except (OSError, ValueError, NotImplementedError) as error:
             raise Refusal(f"it is not a ZIP archive: {error}") from error
         self._check_entries(path.stat().st_size)
 
@@ -49,14 +51,17 @@ class Archive:
         """Names of the files."""
         return [info.filename for info in self._zip.infolist() if not info.is_dir()]
 
-    def check_xml(self) -> None:
-        """Refuse XML that is not well formed, or that declares entities."""
+    def check_xml(self) -> str | None:
+        """Refuse XML that is not well formed, or that declares entities.
+
+        Return the version of FMI that the model description declares.
+        """
         names = self.names()
         if DESCRIPTION not in names:
             raise Refusal(f"the archive has no `{DESCRIPTION}`")
-        for name in (DESCRIPTION, BUILD):
-            if name in names:
-                self._check_xml(name)
+        if BUILD in names:
+            self._check_xml(BUILD)
+        return self._check_xml(DESCRIPTION).get("fmiVersion")
 
     def extract(self, folder: Path, library: str) -> None:
         """Extract the files for a simulation; of the binaries those beside `library`."""
@@ -94,7 +99,8 @@ class Archive:
                 f"{total / _MEGABYTE:.0f} MiB"
             )
 
-    def _check_xml(self, name: str) -> None:
+    def _check_xml(self, name: str) -> dict[str, str]:
+        """Check one file; return the attributes of its first element."""
         if self._zip.getinfo(name).file_size > _XML_BYTES_MAX:
             raise Refusal(f"`{name}` is larger than {_XML_BYTES_MAX // _MEGABYTE} MiB")
         parser = expat.ParserCreate()
@@ -102,13 +108,21 @@ class Archive:
         def doctype(*_: object) -> None:
             raise Refusal(f"`{name}` has a document type declaration, which FMI does not allow")
 
+        root: dict[str, str] = {}
+
+        def first(_: str, attributes: dict[str, str]) -> None:
+            root.update(attributes)
+            parser.StartElementHandler = None
+
         parser.StartDoctypeDeclHandler = doctype
+        parser.StartElementHandler = first
         try:
             for chunk in self._chunks(name):
                 parser.Parse(chunk)
             parser.Parse(b"", True)
         except expat.ExpatError as error:
             raise Refusal(f"`{name}` is not well-formed XML: {error}") from error
+        return root
 
     def _chunks(self, name: str) -> Iterator[bytes]:
         try:

@@ -78,7 +78,9 @@ class Model:
 
 def read(path: Path, archive: Archive) -> Model:
     """Read and check the model description of a checked archive."""
-    archive.check_xml()
+    declared = archive.check_xml()
+    if declared is not None:
+        _version(declared)  # First: the schema of another version would refuse everything.
     try:
         description: Any = read_model_description(str(path))
     except ValidationError as error:
@@ -92,7 +94,7 @@ def read(path: Path, archive: Archive) -> Model:
         raise Refusal(
             f"its model description cannot be read: {type(error).__name__}: {error}"
         ) from error
-    version = _version(description)
+    version = _version(str(description.fmiVersion))
     _check_interface(description)
     _check_variables(description)
     _check_outputs(description)
@@ -100,13 +102,12 @@ def read(path: Path, archive: Archive) -> Model:
     return Model(description, version, _library(description, version, archive))
 
 
-def _version(description: Any) -> int:
-    version = str(description.fmiVersion)
+def _version(version: str) -> int:
     if version == "2.0":
         return 2
     if version == "3.0" or version.startswith("3.0."):
         return 3
-    raise Refusal(f"it is an FMU of FMI {version}; FMI 2.0 and 3.0 are supported")
+    raise Refusal(f"FMI {version[:20]} is not supported; FMI 2.0 and 3.0 are")
 
 
 def _check_interface(description: Any) -> None:
@@ -190,6 +191,7 @@ def _variable(variable: Any, units: dict[str, Any]) -> dict[str, Any]:
         "name": variable.name,
         "causality": variable.causality,
         "variability": variable.variability,
+        "type": variable.type,
         "size": _size(variable),
         "unit": None if definition is None else _unit(definition, relative=bool(relative)),
         "rate_of": None if derivative is None else derivative.name,
