@@ -87,10 +87,56 @@ def test_fmu_of_pythonfmu(folder: Path) -> None:
     np.testing.assert_allclose(signals["v"], -np.sin(x.time), atol=1e-12)
 
 
+SPRING = """
+from pythonfmu import Fmi2Causality, Fmi2Slave, Real
+
+
+class Spring(Fmi2Slave):
+    def __init__(self, **options):
+        super().__init__(**options)
+        self.x = VALUE
+        self.register_variable(Real("x", causality=Fmi2Causality.output))
+
+    def exit_initialization_mode(self):
+        self.fail("exit", True)
+
+    def do_step(self, current_time, step_size):
+        self.fail("step", current_time > 0.1)
+        return True
+
+    def fail(self, at, now):
+        if at == "WHERE" and now:
+            raise ValueError("the spring is broken")
+"""
+
+
+def spring(folder: Path, value: float = 0.0, where: str = "") -> Path:
+    """FMU with a constant output, that may raise an exception."""
+    source = SPRING.replace("VALUE", str(value)).replace("WHERE", where)
+    (folder / "spring.py").write_text(source)
+    words = [sys.executable, "-m", "pythonfmu", "build", "-f", "spring.py"]
+    subprocess.run(words, check=True, capture_output=True, cwd=folder)
+    return folder / "Spring.fmu"
+
+
+@pytest.mark.parametrize("where", ["exit", "step"])
+def test_exception_of_pythonfmu_is_in_the_error(folder: Path, where: str) -> None:
+    with pytest.raises(twinrig.TwinError, match="the spring is broken"):
+        simulated(folder, spring(folder, where=where))
+
+
+def test_fmus_in_this_process_have_modules_of_their_own(folder: Path) -> None:
+    paths = [*sys.path]
+    for value in (1.0, 2.0):
+        run = simulated(folder, spring(folder, value=value), "isolated = false\n")
+        np.testing.assert_array_equal(run.signals["x"], value)
+    assert sys.path == paths
+
+
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("fmi1", "it is an FMU of FMI 1.0; FMI 2.0 and 3.0 are supported"),
+        ("fmi1", "FMI 1.0 is not supported; FMI 2.0 and 3.0 are"),
         ("model-exchange", "it has no co-simulation interface: model exchange only"),
         ("needs-packages", "`fmi2Instantiate` returned no instance"),
     ],

@@ -4,11 +4,16 @@ use std::fs::{self, DirBuilder};
 use std::io::{self, ErrorKind};
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::fork::Generation;
 
 /// Number of names that are tried.
 const NAMES_MAX: u32 = 10_000;
+
+/// Number in the next name. No name returns: an FMU in Python leaves its folder in the paths of the
+/// interpreter, which keeps the contents of folders by their names.
+static NEXT: AtomicU32 = AtomicU32::new(0);
 
 /// A folder for one worker: the archive, its extracted files, and files that the FMU writes into
 /// the current folder. It is removed on drop.
@@ -22,7 +27,8 @@ impl Folder {
     pub fn create() -> io::Result<Self> {
         let base = std::env::temp_dir();
         let process = std::process::id();
-        for number in 0..NAMES_MAX {
+        for _ in 0..NAMES_MAX {
+            let number = NEXT.fetch_add(1, Ordering::Relaxed);
             let path = base.join(format!("twinrig-fmu-{process}-{number}"));
             match DirBuilder::new().mode(0o700).create(&path) {
                 Ok(()) => {

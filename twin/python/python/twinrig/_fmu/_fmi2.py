@@ -51,7 +51,8 @@ class Instance2(Instance):
         super().__init__(fmu, model, log)
         self._no_return = int(not self.may_go_back())
         try:
-            fmu.instantiate(callbacks=_callbacks(log))
+            # Many FMUs log the reason of an error only with logging on.
+            fmu.instantiate(callbacks=_callbacks(log), loggingOn=True)
         except Exception as error:  # FMPy raises the base class.
             raise Refusal(f"`fmi2Instantiate` returned no instance{log.take()}") from error
 

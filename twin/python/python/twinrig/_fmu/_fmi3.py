@@ -39,8 +39,12 @@ class Instance3(Instance):
             log.add(status, text)
 
         try:
+            # Many FMUs log the reason of an error only with logging on.
             fmu.instantiate(
-                eventModeUsed=self._has_events, earlyReturnAllowed=True, logMessage=message
+                loggingOn=True,
+                eventModeUsed=self._has_events,
+                earlyReturnAllowed=True,
+                logMessage=message,
             )
         except Exception as error:  # FMPy raises the base class.
             raise Refusal(

@@ -8,6 +8,7 @@ from collections import deque
 _MESSAGES = 8
 _LENGTH = 300
 
+_OK = 0
 _LABELS = ("ok", "warning", "discard", "error", "fatal", "pending")
 
 
@@ -20,7 +21,10 @@ class Log:
         self._echo = echo
 
     def add(self, status: int, message: bytes | None) -> None:
-        """Keep a message."""
+        """Keep a message, unless it reports a success."""
+        # Some FMUs report every step; the reason of a fault would be lost among such messages.
+        if status == _OK:
+            return
         label = _LABELS[status] if 0 <= status < len(_LABELS) else str(status)
         text = (message or b"").decode("utf-8", errors="replace").strip()
         line = " ".join(f"{label}: {text}".split())[:_LENGTH]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import struct
+import sys
 from enum import IntEnum
 from pathlib import Path
 from typing import Any
@@ -75,6 +77,17 @@ class Worker:
         instance, self._instance = self._instance, None
         if instance is not None:
             instance.close()
+        self._forget_modules()
+
+    def _forget_modules(self) -> None:
+        """Forget Python modules of the FMU: the next one may have modules of the same names."""
+        folder = f"{self._folder}{os.sep}"
+        sys.path[:] = [path for path in sys.path if not str(path).startswith(folder)]
+        for name, module in list(sys.modules.items()):
+            # Attributes of lazy modules would import them.
+            file = getattr(module, "__dict__", {}).get("__file__")
+            if str(file).startswith(folder):
+                del sys.modules[name]
 
     def _handle(self, request: int, payload: bytes) -> bytes:
         instance = self._instance
