@@ -77,6 +77,8 @@ def by_fmpy(fmu: str, step: float) -> float:
 
 def main() -> None:
     """Measure and print."""
+    if len(sys.argv) not in (2, 3):
+        sys.exit("usage: python twin/python/benches/fmu.py FMU [SCENARIO]")
     fmu = str(Path(sys.argv[1]).absolute())
     scenario = sys.argv[2] if len(sys.argv) > 2 else "scenarios/trot.toml"
     with twinrig.Rig(scenario) as rig:
