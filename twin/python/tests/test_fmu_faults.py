@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import twinrig
 from children import interrupted
-from fmus import COMPILER, LAG_2, LIBRARY_2, archive, lag3
+from fmus import COMPILER, LAG_2, LAG_3, LIBRARY_2, archive, lag3
 from lags import SCENARIO, Number, lagged, program, run, scenario, written
 
 pytestmark = pytest.mark.skipif(
@@ -71,6 +71,10 @@ def test_messages_of_the_fmu_are_in_the_fault(folder: Path) -> None:
     for own in (True, False):
         with pytest.raises(twinrig.RunError, match="error: the reason is 42"):
             run(path, set={"plant.isolated": own})
+    token = 'instantiationToken="lag"'
+    lag3(folder / "lag.fmu", description=LAG_3.replace(token, token.replace("lag", "other")))
+    with pytest.raises(twinrig.ScenarioError, match="error: wrong token"):
+        run(path, Number)
 
 
 def test_output_of_an_fmu_disturbs_neither_protocol_nor_report(folder: Path) -> None:
