@@ -22,6 +22,7 @@ mod exceptions;
 mod fall;
 mod fmu;
 mod fork;
+mod interpreter;
 mod part;
 mod part_objects;
 mod parts;

@@ -7,7 +7,6 @@
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::process::CommandExt;
-use std::path::Path;
 use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -15,6 +14,8 @@ use std::thread::Builder;
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
+
+use crate::interpreter::Interpreter;
 
 /// Module of the driver.
 const MODULE: &str = "twinrig._ray";
@@ -106,6 +107,12 @@ impl DriverProcess {
         self.heard.elapsed()
     }
 
+    /// Returns whether one of the last lines of its standard error has this word.
+    pub(crate) fn reports(&self, word: &str) -> bool {
+        let lines = self.lines.lock().unwrap_or_else(PoisonError::into_inner);
+        lines.iter().any(|line| line.contains(word))
+    }
+
     /// Ends the process; returns its status and the last lines of its standard error.
     pub(crate) fn end(&mut self) -> (Option<ExitStatus>, Vec<String>) {
         self.stop = None;
@@ -135,18 +142,8 @@ impl Drop for DriverProcess {
 /// Returns the command: this interpreter with this package, in a process group of its own, so that
 /// Ctrl-C reaches the program alone.
 fn command(py: Python<'_>) -> PyResult<Command> {
-    let interpreter: String = py.import("sys")?.getattr("executable")?.extract()?;
-    let file: String = py.import("twinrig")?.getattr("__file__")?.extract()?;
-    let known = std::env::var_os("PYTHONPATH").unwrap_or_default();
-    // The package may be in a folder that only this process knows. An empty path would be the
-    // current folder.
-    let folder = Path::new(&file).ancestors().nth(2).map(Path::to_owned);
-    let paths = std::env::split_paths(&known).chain(folder);
-    let paths = paths.filter(|path| !path.as_os_str().is_empty());
-    let mut command = Command::new(interpreter);
+    let mut command = Interpreter::current(py)?.module(MODULE);
     command
-        .args(["-m", MODULE])
-        .env("PYTHONPATH", std::env::join_paths(paths).unwrap_or(known))
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

@@ -9,6 +9,8 @@ each other.
 from __future__ import annotations
 
 import io
+import os
+import subprocess
 import sys
 import tempfile
 import time
@@ -18,6 +20,9 @@ from typing import Any
 
 _jobs: dict[str, Any] = {}
 """The job that this process works at, by its digest."""
+
+_folders: dict[str, Any] = {}
+"""Folder of the package, and the stream whose end removes it."""
 
 Ended = tuple[float, list["tuple[bool, bytes] | None"]]
 """Duration of a batch [s]; for each task whether it ended without a panic, and its result."""
@@ -43,14 +48,28 @@ def do(digest: str, data: Sequence[Any], tasks: list[bytes]) -> Ended:
 def _load(wheel: bytes, shared: bytes) -> Any:
     """Load the package of a wheel, and the job.
 
-    The folder is needed no longer than that, so that processes that are killed leave no files. It
-    is the worker's own: another user of the machine cannot write to it.
+    The package stays as long as this process, as processes of FMUs load it, too.
     """
-    with tempfile.TemporaryDirectory(prefix="twinrig-") as folder:
+    if not _folders:
+        folder, stream = _folder_of_this_process()
         zipfile.ZipFile(io.BytesIO(wheel)).extractall(folder)
         sys.path.insert(0, folder)
-        try:
-            from twinrig._native import WorkerJob
-        finally:
-            sys.path.remove(folder)
-        return WorkerJob(shared)
+        _folders[folder] = stream
+    from twinrig._native import WorkerJob
+
+    return WorkerJob(shared)
+
+
+def _folder_of_this_process() -> tuple[str, Any]:
+    """Return a new folder that is removed at the end of this process, also if it is killed.
+
+    It is the worker's own: another user of the machine cannot write to it. A shell removes it when
+    its standard input is closed. It is no child of this process, as Ray kills those.
+    """
+    folder = tempfile.mkdtemp(prefix="twinrig-")
+    remove = 'exec 3<&0; (read -r _ <&3; exec rm -rf "$0") >/dev/null 2>&1 &'
+    shell = subprocess.Popen(
+        ["/bin/sh", "-c", remove, folder], stdin=subprocess.PIPE, start_new_session=True
+    )
+    shell.wait()
+    return folder, shell.stdin

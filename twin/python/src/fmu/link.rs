@@ -10,8 +10,9 @@ use serde::Deserialize;
 use crate::exceptions::Exceptions;
 use crate::fmu::failure::Failure;
 use crate::fmu::folder::Folder;
-use crate::fmu::process::{Interpreter, Process};
+use crate::fmu::process::Process;
 use crate::fork::Generation;
+use crate::interpreter::Interpreter;
 
 /// File name of the archive, in the folder of a worker.
 const ARCHIVE: &str = "model.fmu";

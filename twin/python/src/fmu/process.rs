@@ -8,8 +8,8 @@ use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
 use std::os::fd::AsFd;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
-use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
+use std::path::Path;
+use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
@@ -20,6 +20,7 @@ use twinrig::runtime::interrupt;
 use crate::exceptions::Exceptions;
 use crate::fmu::failure::Failure;
 use crate::fork::Generation;
+use crate::interpreter::Interpreter;
 
 /// Wall time between two checks for a request to end, while a reply is awaited.
 const PATIENCE: Duration = Duration::from_millis(50);
@@ -32,28 +33,6 @@ const OUTPUT_MAX: usize = 1000;
 
 /// Size of the head of a frame: a byte with the kind or the status, four with the size.
 const HEAD: usize = 5;
-
-/// Interpreter for workers, and the folders where it finds packages.
-#[derive(Clone, Debug)]
-pub(super) struct Interpreter {
-    executable: PathBuf,
-    paths: std::ffi::OsString,
-}
-
-impl Interpreter {
-    /// Returns that of this process.
-    pub fn current(py: Python<'_>) -> PyResult<Self> {
-        let sys = py.import("sys")?;
-        let paths: Vec<PathBuf> = sys.getattr("path")?.extract()?;
-        // An empty entry is the current folder, which is another one for a worker.
-        let absolute = paths.iter().map(std::path::absolute).filter_map(Result::ok);
-        let paths = std::env::join_paths(absolute);
-        Ok(Self {
-            executable: sys.getattr("executable")?.extract()?,
-            paths: paths.unwrap_or_default(),
-        })
-    }
-}
 
 /// A process that serves one worker. It does not outlive this value, nor this process.
 pub(super) struct Process {
@@ -75,11 +54,10 @@ impl Process {
         folder: &Path,
         exceptions: &Exceptions,
     ) -> Result<Self, Failure> {
-        let started = Command::new(&interpreter.executable)
-            .args(["-m", "twinrig._fmu"])
+        let started = interpreter
+            .module("twinrig._fmu")
             .arg(folder)
             .current_dir(folder)
-            .env("PYTHONPATH", &interpreter.paths)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
