@@ -16,6 +16,7 @@ use crate::error::{TwinError, guarded};
 use crate::run::execute::{Execution, execute};
 use crate::run::interrupt;
 use crate::sweep::build_key::BuildKey;
+use crate::sweep::parts::UsedParts;
 use crate::sweep::plan::SweepPlan;
 use crate::sweep::row;
 
@@ -58,6 +59,7 @@ struct SharedData {
     /// Keys of the dimensions, with their origins.
     keys: Vec<(String, String)>,
     record: Option<String>,
+    parts: UsedParts,
 }
 
 /// Contents of the files of [`Sources`].
@@ -103,6 +105,7 @@ impl Job for SweepJob<'_> {
             base: self.plan.shared_settings(),
             keys: self.plan.origins_and_keys(),
             record: self.record.map(|it| it.display().to_string()),
+            parts: self.plan.parts.clone(),
         };
         let build = self.plan.build.as_bytes();
         [&MAGIC[..], build, &encoded(&data)].concat()
@@ -186,13 +189,17 @@ impl PointRun<'_> {
 
 impl RecordingPlace {
     fn here(path: &Path) -> Self {
-        // Linux has its host name there.
-        let host = std::fs::read_to_string("/proc/sys/kernel/hostname");
         Self {
-            host: host.unwrap_or_default().trim().to_owned(),
+            host: host_name(),
             path: path.display().to_string(),
         }
     }
+}
+
+/// Returns the name of this machine, which Linux has in a file.
+fn host_name() -> String {
+    let name = std::fs::read_to_string("/proc/sys/kernel/hostname");
+    name.unwrap_or_default().trim().to_owned()
 }
 
 /// Error of a job on a worker.
@@ -208,6 +215,19 @@ pub enum JobError {
         here: BuildKey,
         /// Key of the build that made the job.
         job: BuildKey,
+    },
+    /// The worker lacks a kind of parts that runs of the sweep use. It is no error of a run, whose
+    /// row would be kept.
+    #[error("the machine `{machine}` lacks the {sort} `{name}`\n  = help: {help}")]
+    MissingPart {
+        /// Name of the machine.
+        machine: String,
+        /// Sort of the part.
+        sort: &'static str,
+        /// Name of its kind.
+        name: String,
+        /// Remedy.
+        help: String,
     },
     /// Bytes that are no job.
     #[error("the data of the job cannot be read: {0}")]
@@ -231,7 +251,7 @@ impl WorkerJob {
     /// Reads the shared data of a job of the same build; all files are in it.
     ///
     /// # Errors
-    /// [`JobError`] if the build is another one, or the data is damaged.
+    /// [`JobError`] if the build is another one, if it lacks a part, or if the data is damaged.
     pub fn new(registry: Registry, shared: &[u8]) -> Result<Self, JobError> {
         let damaged = |reason: &str| JobError::Damaged(reason.to_owned());
         let rest = shared.strip_prefix(MAGIC);
@@ -245,6 +265,14 @@ impl WorkerJob {
         }
         let data: SharedData =
             postcard::from_bytes(data).map_err(|error| damaged(&error.to_string()))?;
+        if let Some((sort, name, help)) = data.parts.first_missing(&registry) {
+            return Err(JobError::MissingPart {
+                machine: host_name(),
+                sort,
+                name,
+                help,
+            });
+        }
         let sources = data.sources.into_iter().map(SharedSources::sources);
         let base = data
             .base

@@ -6,6 +6,7 @@ pub(crate) mod files;
 pub(crate) mod job;
 pub(crate) mod junit;
 mod keys;
+mod parts;
 pub(crate) mod plan;
 mod recordings;
 mod row;

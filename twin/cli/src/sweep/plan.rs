@@ -16,6 +16,7 @@ use crate::assembly::sources::Sources;
 use crate::error::TwinError;
 use crate::sweep::build_key::BuildKey;
 use crate::sweep::keys;
+use crate::sweep::parts::UsedParts;
 
 /// Signals that nothing but a recording requires; by default a sweep records nothing.
 const RECORDED: &str = "record.signals";
@@ -39,6 +40,8 @@ pub(crate) struct SweepPlan<'r> {
     pub(crate) points: Vec<PlannedPoint>,
     /// Sources of the runs, in memory.
     pub(crate) sources: Vec<Sources>,
+    /// Kinds of parts of all runs.
+    pub(crate) parts: UsedParts,
 }
 
 /// Point of a planned sweep.
@@ -77,6 +80,7 @@ impl<'r> SweepPlan<'r> {
             keys,
             points: Vec::new(),
             sources: Vec::new(),
+            parts: UsedParts::default(),
             spec,
         };
         let known = plan.add_points(&on_disk, build.as_bytes())?;
@@ -105,6 +109,7 @@ impl<'r> SweepPlan<'r> {
             } else {
                 let read = on_disk.body(self.registry, &settings);
                 let (scenario, body) = read.map_err(|error| self.placed(error))?;
+                self.parts.add(&scenario);
                 names.extend(expectations(&scenario).map(|one| one.name.clone()));
                 files.push(bytes_of_files(&scenario, &body));
                 self.sources.push(in_memory(on_disk, &body));

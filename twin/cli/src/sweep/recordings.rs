@@ -9,6 +9,9 @@ use twinrig_campaign::sweep::{Partition, RowKey};
 use crate::error::TwinError;
 use crate::sweep::job::RecordingPlace;
 
+/// Header of the list.
+const HEADER: &str = "key,machine,path\n";
+
 /// Appends to `recordings.csv`: key of the row, machine, path. It is no part of the results, which
 /// do not depend on machines.
 pub(super) struct RecordingList {
@@ -34,11 +37,15 @@ impl RecordingList {
     pub(super) fn append(&mut self, key: RowKey, place: &RecordingPlace) -> Result<(), TwinError> {
         let RecordingPlace { host, path } = place;
         // A path may have a comma.
-        let line = format!("{key},{host},\"{}\"\n", path.replace('"', "\"\""));
+        let mut line = format!("{key},{host},\"{}\"\n", path.replace('"', "\"\""));
         let mut write = || {
             if self.file.is_none() {
                 let mut options = OpenOptions::new();
-                self.file = Some(options.append(true).create(true).open(&self.path)?);
+                let file = options.append(true).create(true).open(&self.path)?;
+                if file.metadata()?.len() == 0 {
+                    line.insert_str(0, HEADER);
+                }
+                self.file = Some(file);
             }
             // One write, so that a killed process leaves whole lines.
             self.file

@@ -15,6 +15,8 @@ struct Elsewhere {
     damaged: Option<String>,
     /// Build of the worker.
     build: Option<&'static str>,
+    /// Plant that the worker lacks.
+    lacks: Option<&'static str>,
     /// Number of tasks after which the cluster is lost.
     ends_after: Option<usize>,
     /// Task that no worker survives.
@@ -41,7 +43,12 @@ impl Engine for Elsewhere {
         if let Some(path) = &self.damaged {
             std::fs::write(path, "no TOML [").unwrap();
         }
-        let build = built(self.build.unwrap_or("one"));
+        let mut build = built(self.build.unwrap_or("one"));
+        if let Some(name) = self.lacks {
+            let plants = build.catalogue(None).plants;
+            let kind = plants.into_iter().find(|kind| kind.name == name).unwrap();
+            build = build.without_plant(kind, "install it");
+        }
         let worker = WorkerJob::new(build, &job.shared());
         let worker = worker.map_err(|error| failed(error.to_string()))?;
         for (count, &task) in tasks.iter().rev().enumerate() {
@@ -123,6 +130,28 @@ fn worker_of_another_build_refuses_the_job() {
     assert_eq!(sweep.stored_rows("out"), 0);
 }
 
+/// Rows of its errors would stay in the store.
+#[test]
+fn worker_without_a_plant_of_the_sweep_refuses_the_job() {
+    let plants = "[[dimension]]\nkey = 'plant.model'\nvalues = ['massless', 'lcp']\n";
+    for (spec, lacks, code) in [
+        (plants, "lcp", 2),
+        (SEEDS, "massless", 2),
+        (SEEDS, "lcp", 0),
+    ] {
+        let sweep = Sweep::new("lacks", STAND, spec);
+        let engine = Elsewhere {
+            lacks: Some(lacks),
+            ..Elsewhere::default()
+        };
+        let done = sweep.elsewhere("out", engine);
+        assert_eq!(done.code, code, "{done:?}");
+        assert_eq!(sweep.stored_rows("out") == 0, code == 2);
+        let reason = format!("lacks the plant `{lacks}`\n  = help: install it");
+        assert_eq!(done.err.contains(&reason), code == 2, "{}", done.err);
+    }
+}
+
 #[test]
 fn lost_cluster_keeps_its_rows_and_another_engine_continues() {
     let sweep = Sweep::new("lost-cluster", STAND, SEEDS);
@@ -187,9 +216,11 @@ fn recordings_are_where_the_runs_were() {
     let record = ["--record", &folder];
     sweep.json(0, "local", &record);
     let list = std::fs::read_to_string(sweep.folder.join("local/recordings.csv")).unwrap();
-    assert_eq!(list.lines().count(), 12);
+    let mut lines = list.lines();
+    assert_eq!(lines.next(), Some("key,machine,path"));
+    assert_eq!(lines.clone().count(), 12);
     let rows = sweep.files("local").remove(0);
-    for line in list.lines() {
+    for line in lines {
         let [key, _, path] = line.split(',').collect::<Vec<_>>()[..] else {
             panic!("{line}")
         };
