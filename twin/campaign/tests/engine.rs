@@ -140,6 +140,7 @@ fn status_counts_slots_and_machines() {
         workers: 8,
         machines: Some(1),
         repeated: 3,
+        waits_s: None,
     };
     assert_eq!(cluster.to_string(), "8 slots of 1 machine, 3 begun again");
     assert_eq!(

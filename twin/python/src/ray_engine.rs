@@ -26,6 +26,12 @@ const REPEAT: &str = "all rows up to now are kept: the same command continues, o
 const START: &str =
     "start one by `ray start --head`, or leave out the address for a Ray of its own";
 
+/// Word of Ray's log about a connection without the token of the cluster. Ray itself tries again
+/// for 20 s, then reports a failed connection.
+const REFUSAL: &str = "Unauthenticated";
+/// Remedy for it.
+const TOKEN: &str = "set RAY_AUTH_MODE, and RAY_AUTH_TOKEN_PATH or RAY_AUTH_TOKEN, as on the head";
+
 /// Ray, of the Python package of that name.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RayEngine;
@@ -66,6 +72,7 @@ impl Engine for RayEngine {
             tasks,
             status,
             is_connected: false,
+            place: place(options),
         };
         work.follow(process, observer)
     }
@@ -76,6 +83,8 @@ struct Work<'w> {
     tasks: &'w [usize],
     status: EngineStatus,
     is_connected: bool,
+    /// ` at ADDRESS`, if there is one.
+    place: String,
 }
 
 /// Consequence of a frame.
@@ -100,6 +109,10 @@ impl Work<'_> {
                 Next::Silence if process.silent_for() > self.limit() => {
                     let silent = format!("no answer for {} s", self.limit().as_secs());
                     return Err(failed(silent, REPEAT));
+                }
+                Next::Silence if !self.is_connected && process.reports(REFUSAL) => {
+                    let refused = format!("the cluster{} refuses the token", self.place);
+                    return Err(failed(refused, TOKEN));
                 }
                 Next::Silence => EngineEvent::Status(self.status),
                 Next::End => {
@@ -169,6 +182,12 @@ impl Work<'_> {
     }
 }
 
+fn place(options: &EngineOptions) -> String {
+    let address = options.address.clone();
+    let address = address.or_else(|| std::env::var("RAY_ADDRESS").ok());
+    address.map_or_else(String::new, |address| format!(" at `{address}`"))
+}
+
 fn failed(message: String, help: &str) -> EngineError {
     EngineError::Workers {
         engine: RayEngine::NAME,
@@ -184,6 +203,7 @@ fn read_status(contents: &[u8]) -> Option<EngineStatus> {
         workers: number("workers")?,
         machines: Some(number("machines")?),
         repeated: number("repeated")?,
+        waits_s: status["waits_s"].as_u64(),
     })
 }
 

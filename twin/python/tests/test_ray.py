@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import signal
@@ -13,10 +14,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import fmus
 import pytest
 import twinrig
 from ray_cluster import ENVIRONMENT, Cluster, cluster
-from twinrig import _ray
+from twinrig import _ray, _ray_address
 from twinrig._ray_frames import LOST, RESULT, Frame, JobFrames
 
 pytestmark = pytest.mark.ray
@@ -29,6 +31,13 @@ points = {POINTS}
 set = {{ duration = "8 s" }}
 dimension = [{{ key = "plant.ground.friction", from = 0.2, to = 0.8 }}]
 share = [{{ of = "does not fall", min = "50 %" }}]
+"""
+FMU = """
+duration = "1 s"
+
+[plant]
+model = "fmu"
+file = "lag.fmu"
 """
 LIMIT_S = 60
 """Longest time that a test waits for a program [s]."""
@@ -65,7 +74,7 @@ def stored(out: Path) -> int:
     return path.read_bytes().count(b"\n") if path.exists() else 0
 
 
-def start(spec: Path, out: Path, address: str) -> subprocess.Popen[str]:
+def start(spec: Path, out: Path, address: str, **variables: str) -> subprocess.Popen[str]:
     """Start a sweep on a cluster."""
     words = [sys.executable, "-m", "twinrig", "sweep", "--engine=ray", f"--address={address}"]
     return subprocess.Popen(
@@ -73,7 +82,7 @@ def start(spec: Path, out: Path, address: str) -> subprocess.Popen[str]:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env={**os.environ, "RAY_gcs_rpc_server_reconnect_timeout_s": "3"},
+        env={**os.environ, "RAY_gcs_rpc_server_reconnect_timeout_s": "3", **variables},
     )
 
 
@@ -133,13 +142,13 @@ def test_recordings_stay_where_they_are_made(tmp_path: Path) -> None:
     local = twinrig.sweep(TROT, few, out=tmp_path / "local", record=tmp_path / "others")
     assert ours.hash == local.hash
     assert results(ours.folder)[0] == results(local.folder)[0]
-    lines = (ours.folder / "recordings.csv").read_text(encoding="utf-8").splitlines()
+    with (ours.folder / "recordings.csv").open(encoding="utf-8") as file:
+        lines = list(csv.DictReader(file))
     rows = {row["key"]: row for row in ours.rows}
     for line in lines:
-        key, host, path = line.split(",")
-        assert host == os.uname().nodename and Path(path.strip('"')).parent == place
-        recording = twinrig.read(path.strip('"'))
-        assert recording.fingerprint == rows.pop(key)["fingerprint"]
+        assert line["machine"] == os.uname().nodename and Path(line["path"]).parent == place
+        recording = twinrig.read(line["path"])
+        assert recording.fingerprint == rows.pop(line["key"])["fingerprint"]
     assert not rows
 
 
@@ -191,8 +200,30 @@ def test_machine_that_joins_is_used(machines: Cluster) -> None:
 def test_worker_of_another_build_refuses(machines: Cluster) -> None:
     from twinrig import _ray_worker
 
-    with pytest.raises(_ray.ClusterError, match="another build of twinrig"):
+    with pytest.raises(_ray_address.ClusterError, match="another build of twinrig"):
         driver(machines.address, [b"task"], _ray_worker.do, b"twinjob1" + bytes(32))
+
+
+def test_fmu_has_a_process_of_its_own_on_a_worker(machines: Cluster, tmp_path: Path) -> None:
+    if fmus.COMPILER is None:
+        pytest.skip("no C compiler")
+    fmus.lag(tmp_path / "lag.fmu")
+    scenario = tmp_path / "lag.toml"
+    scenario.write_text(FMU, encoding="utf-8")
+    few = {"dimension": [{"key": "plant.parameters.gain", "values": [1.0, 2.0]}]}
+    ours = twinrig.sweep(
+        scenario, few, out=tmp_path / "ray", engine="ray", address=machines.address
+    )
+    assert ours.verdict == "pass" and len(ours.rows) == 2
+    local = twinrig.sweep(scenario, few, out=tmp_path / "local")
+    assert results(ours.folder)[0] == results(local.folder)[0]
+
+
+def test_other_token_is_named(machines: Cluster, spec: Path, tmp_path: Path) -> None:
+    process = start(spec, tmp_path, machines.address, RAY_AUTH_TOKEN="0" * 64)
+    text, errors = process.communicate(timeout=LIMIT_S)
+    assert process.returncode == 2
+    assert f"the cluster at `{machines.address}` refuses the token" in text + errors
 
 
 def test_killed_head_ends_the_sweep_which_another_cluster_continues(

@@ -6,8 +6,14 @@ import base64
 import csv
 import hashlib
 import io
+import json
+import os
+import signal as signals
+import socket
 import subprocess
 import sys
+import time
+import types
 import zipfile
 from pathlib import Path
 
@@ -15,7 +21,9 @@ import pytest
 import twinrig
 from hypothesis import given
 from hypothesis import strategies as st
+from twinrig import _ray, _ray_address
 from twinrig._ray_batches import ATTEMPTS, SIZE_MAX, TARGET_S, BatchQueue
+from twinrig._ray_frames import JobFrames
 from twinrig._ray_wheel import wheel
 
 
@@ -93,7 +101,77 @@ def test_missing_package_is_an_error_with_its_remedy(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "ray.py").write_text("raise ImportError", encoding="utf-8")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.syspath_prepend(tmp_path)
     spec = {"dimension": [{"key": "seed", "values": [1]}]}
     with pytest.raises(twinrig.TwinError, match=r'pip install "twinrig\[ray\]"'):
         twinrig.sweep("scenarios/trot.toml", spec, out=tmp_path / "out", engine="ray")
+
+
+@pytest.mark.parametrize("signal", ["SIGKILL", "SIGTERM"])
+def test_package_of_a_worker_is_removed_with_its_process(tmp_path: Path, signal: str) -> None:
+    program = """
+import os, sys
+from twinrig import _ray_worker
+folder, _ray_worker.stream = _ray_worker._folder_of_this_process()
+open(os.path.join(folder, "a file"), "w").close()
+print(folder, flush=True)
+sys.stdin.read()
+"""
+    words = [sys.executable, "-c", program]
+    environment = {"PYTHONPATH": os.pathsep.join(sys.path), "TMPDIR": str(tmp_path)}
+    with subprocess.Popen(
+        words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
+    ) as process:
+        assert process.stdout is not None
+        folder = Path(process.stdout.readline().strip())
+        assert (folder / "a file").exists() and folder.parent == tmp_path
+        process.send_signal(getattr(signals, signal))
+    end = time.monotonic() + 20
+    while folder.exists() and time.monotonic() < end:
+        time.sleep(0.01)
+    assert not folder.exists()
+
+
+def test_address_is_checked_before_ray_waits_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    def error(address: str) -> str:
+        with pytest.raises(_ray_address.ClusterError) as raised:
+            _ray_address.reachable(_ray_address.requested(address))
+        return str(raised.value)
+
+    services = types.ModuleType("services")
+    monkeypatch.setitem(sys.modules, "ray._private.services", services)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        known = f"127.0.0.1:{server.getsockname()[1]}"
+        services.canonicalize_bootstrap_address = {  # type: ignore[attr-defined]
+            "auto": known, known: known, "no.host.invalid:6379": "no.host.invalid:6379"
+        }.__getitem__
+        for address in (known, "auto"):
+            asked = _ray_address.requested(address)
+            assert _ray_address.reachable(asked) == known
+        assert "the host is unknown" in error("no.host.invalid:6379")
+    # The server has ended.
+    assert error(known) == f"no cluster at `{known}`: Connection refused"
+    assert error("auto") == f"no cluster at `auto`, which is {known}: Connection refused"
+    for wrong in ("head", "head:", ":6379", "head:port", "head:0", "head:65536", "head:²"):
+        assert error(wrong) == f"`{wrong}` is no address of a cluster"
+
+
+def test_wait_for_a_slot_is_reported_and_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    class NoSlots:
+        @staticmethod
+        def nodes() -> list[dict[str, object]]:
+            return [{"Alive": True, "Resources": {}}]
+
+    waits = []
+    driver = _ray.Driver(
+        JobFrames(None, None, b"", [b"task"]),
+        lambda frames: waits.append(json.loads(frames[0][2])["waits_s"]),
+    )
+    now = 1000.0
+    monkeypatch.setattr(time, "monotonic", lambda: now)
+    driver._slots_seen = now
+    with pytest.raises(_ray_address.ClusterError, match="no slot for 300 s"):
+        for _ in range(400):
+            driver._report(NoSlots)
+            now += 1.0
+    assert waits == list(range(300, 0, -1))

@@ -66,15 +66,20 @@ pub struct EngineStatus {
     pub machines: Option<usize>,
     /// Tasks that were begun again, as a worker was lost.
     pub repeated: usize,
+    /// Longest time for which a cluster without slots is still awaited \[s\]; none: it has some.
+    pub waits_s: Option<u64>,
 }
 
-/// `2 threads`, `8 slots of 3 machines`.
+/// `2 threads`, `8 slots of 3 machines`, `waits for a slot, at most 290 s`.
 impl fmt::Display for EngineStatus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let counted = |count: usize, word: &str| match count {
             1 => format!("1 {word}"),
             _ => format!("{count} {word}s"),
         };
+        if let Some(left_s) = self.waits_s {
+            return write!(f, "waits for a slot, at most {left_s} s");
+        }
         match self.machines {
             None => f.write_str(&counted(self.workers, "thread")),
             Some(machines) => {

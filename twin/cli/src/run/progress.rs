@@ -160,6 +160,17 @@ mod tests {
             runs_line("step-down", &progress, 0.5),
             format!("step-down  {bar}  50 of 100  50.0 runs per second  1 s left  3 fail")
         );
+        let workers = EngineStatus {
+            machines: Some(1),
+            waits_s: Some(290),
+            ..EngineStatus::default()
+        };
+        let waiting = SweepProgress {
+            workers,
+            ..progress
+        };
+        let line = runs_line("step-down", &waiting, 0.5);
+        assert!(line.ends_with("3 fail  waits for a slot, at most 290 s"));
     }
 
     #[test]

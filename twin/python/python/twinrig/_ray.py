@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import secrets
 import sys
 import threading
 import time
@@ -19,6 +18,7 @@ from importlib import import_module
 from typing import Any
 
 from twinrig import _ray_worker
+from twinrig._ray_address import LOCAL, ClusterError, reachable, requested
 from twinrig._ray_batches import ATTEMPTS, MACHINES, BatchQueue
 from twinrig._ray_frames import (
     DONE,
@@ -39,24 +39,14 @@ POLL_S = 0.1
 STATUS_S = 1.0
 """Time between two states of the cluster [s]."""
 EMPTY_S = 300.0
-"""Time for which a cluster may have no processor [s]."""
+"""Time for which a cluster may have no slot [s]."""
 EXIT_S = 2.0
 """Time to leave a cluster [s]."""
 
-LOCAL = "local"
-"""Address of a Ray of our own on this machine."""
 STORE_BYTES = 100_000_000
 """Object store of a Ray of our own: the shared data of a job, and no results."""
 
 REPEAT = "the same command continues, on another cluster or by the engine local"
-
-
-class ClusterError(Exception):
-    """A cluster that cannot do the job, with a remedy."""
-
-    def __init__(self, message: str, help: str) -> None:
-        super().__init__(message)
-        self.help = help
 
 
 class Driver:
@@ -78,14 +68,14 @@ class Driver:
 
     def run(self) -> None:
         """Do all tasks, unless the work is stopped."""
-        address = _address(self.job)
+        address = requested(self.job.address)
         try:
             ray: Any = import_module("ray")
         except ImportError:
             raise ClusterError(
                 "the package ray is not installed", 'install it: pip install "twinrig[ray]"'
             ) from None
-        with _connected(ray, self.job, address):
+        with _connected(ray, self.job, reachable(address)):
             self._slots_seen = time.monotonic()
             ray.cloudpickle.register_pickle_by_value(_ray_worker)
             remote = ray.remote(num_cpus=1, max_retries=0)(self.do)
@@ -113,16 +103,18 @@ class Driver:
         self.slots = sum(map(int, nodes))
         if self.slots:
             self._slots_seen = now
-        elif now > self._slots_seen + EMPTY_S:
+        waits_s = max(0.0, self._slots_seen + EMPTY_S - now)
+        if not waits_s:
             raise ClusterError(
-                f"the cluster has had no processor for {EMPTY_S:.0f} s",
-                f"start a worker by `ray start --address=…`; {REPEAT}",
+                f"the cluster has had no slot for {EMPTY_S:.0f} s",
+                f"start a machine with slots, `ray start --address=HOST:PORT`; {REPEAT}",
             )
         workers = self.slots if self.job.jobs is None else min(self.slots, self.job.jobs)
         status = {
             "workers": workers,
             "machines": sum(1 for slots in nodes if slots),
             "repeated": self.queue.repeated,
+            "waits_s": None if self.slots else round(waits_s),
         }
         self.emit([(STATUS, 0, json.dumps(status).encode())])
 
@@ -167,7 +159,8 @@ class Driver:
                     f"a worker cannot load the package: {cause}",
                     "all machines need the same platform, Python 3.10 or newer, and NumPy",
                 ) from None
-            raise ClusterError(_message(cause), REPEAT) from None
+            message, _, help = _message(cause).partition("\n  = help: ")
+            raise ClusterError(message, f"{help}; {REPEAT}" if help else REPEAT) from None
         if isinstance(error, exceptions.LocalRayletDiedError):
             raise ClusterError(f"the cluster is lost: {reason}", REPEAT) from None
         limit = MACHINES if isinstance(error, exceptions.NodeDiedError) else ATTEMPTS
@@ -185,22 +178,6 @@ def _message(error: BaseException) -> str:
     return str(error).strip() or type(error).__name__
 
 
-def _address(job: JobFrames) -> str:
-    """Return the address of the cluster, and prepare the environment in which Ray is imported."""
-    address = job.address or os.environ.get("RAY_ADDRESS") or LOCAL
-    if address.startswith("ray://"):
-        raise ClusterError(
-            f"`{address}` is the address of a Ray client",
-            "start a node here, `ray start --address=HOST:PORT`, and name HOST:PORT or auto",
-        )
-    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
-    if address == LOCAL and "RAY_AUTH_MODE" not in os.environ:
-        # A token of its own, where Ray would write one into the home folder.
-        os.environ["RAY_AUTH_MODE"] = "token"
-        os.environ["RAY_AUTH_TOKEN"] = secrets.token_hex(32)
-    return address
-
-
 @contextmanager
 def _connected(ray: Any, job: JobFrames, address: str) -> Iterator[None]:
     """Connect to the cluster, or start a Ray of our own on this machine."""
@@ -214,11 +191,16 @@ def _connected(ray: Any, job: JobFrames, address: str) -> Iterator[None]:
         }
     try:
         ray.init(address=address, log_to_driver=False, logging_level="error", **options)
+    except ray.exceptions.AuthenticationError as error:
+        raise ClusterError(
+            f"the token of the cluster is missing: {_first_line(error).split('. ')[0]}",
+            "set RAY_AUTH_TOKEN_PATH or RAY_AUTH_TOKEN as on the head",
+        ) from error
     except Exception as error:
         raise ClusterError(
-            f"no cluster at `{address}`: {_message(error)}",
-            "start one by `ray start --head`, with the same RAY_AUTH_MODE and token as here, or"
-            " leave out the address for a Ray of its own",
+            f"`{address}` answers, but cannot be joined: {_message(error)}",
+            "check that a head of the same version of Ray has this port, with the same"
+            " RAY_AUTH_MODE and token as here",
         ) from error
     try:
         yield
