@@ -162,6 +162,15 @@ impl Options {
         }
     }
 
+    /// Returns the members of the set `name` that are tables, in the order of the file.
+    pub fn tables(&self, name: &str) -> impl Iterator<Item = (&Placed<String>, &Self)> {
+        let members = self.named(name).iter();
+        members.filter_map(|(key, value)| match value {
+            OptionValue::Group(table) => Some((key, table)),
+            _ => None,
+        })
+    }
+
     /// Returns the time model `name`; none if it is absent or not a time model.
     pub fn time(&self, name: &str) -> Option<&Timing> {
         match self.get(name)? {

@@ -10,7 +10,7 @@ use twinrig_mujoco::model_file::{
     SignalError, SignalMismatch,
 };
 use twinrig_runtime::Plant;
-use twinrig_scenario::{LegFact, OptionValue, Options, PlantSpec};
+use twinrig_scenario::{LegFact, Options, PlantSpec};
 
 use crate::error::BuildError;
 use crate::parts::engines::MJCF;
@@ -155,7 +155,7 @@ fn model_signals(options: &Options, problems: &mut Vec<Problem>) -> ModelSignals
         keyframe: options.name(KEYFRAME).map(|name| name.value.clone()),
         ..ModelSignals::default()
     };
-    for (signal, entry) in of_table(options, INPUTS) {
+    for (signal, entry) in options.tables(INPUTS) {
         let unit = unit(entry, problems);
         let Some(actuator) = entry.name(ACTUATOR) else {
             let message = format!("`{}` drives no actuator", signal.value);
@@ -168,7 +168,7 @@ fn model_signals(options: &Options, problems: &mut Vec<Problem>) -> ModelSignals
             unit,
         });
     }
-    for (signal, entry) in of_table(options, OUTPUTS) {
+    for (signal, entry) in options.tables(OUTPUTS) {
         let unit = unit(entry, problems);
         let named = ElementKind::ALL.map(|kind| Some((kind, entry.name(kind.name())?)));
         let named: Vec<_> = named.into_iter().flatten().collect();
@@ -196,17 +196,6 @@ fn model_signals(options: &Options, problems: &mut Vec<Problem>) -> ModelSignals
         });
     }
     signals
-}
-
-fn of_table<'o>(
-    options: &'o Options,
-    table: &str,
-) -> impl Iterator<Item = (&'o Placed<String>, &'o Options)> {
-    let all = options.named(table).iter();
-    all.filter_map(|(signal, entry)| match entry {
-        OptionValue::Group(entry) => Some((signal, entry)),
-        _ => None,
-    })
 }
 
 fn unit(entry: &Options, problems: &mut Vec<Problem>) -> Option<Unit> {
@@ -244,7 +233,7 @@ fn placed(error: ModelFileError, options: &Options, file: &Placed<String>) -> Ve
 
 fn mismatched(mismatch: &SignalMismatch, options: &Options, file: &Placed<String>) -> Problem {
     let table = if mismatch.input { INPUTS } else { OUTPUTS };
-    let Some((signal, entry)) = of_table(options, table).nth(mismatch.index) else {
+    let Some((signal, entry)) = options.tables(table).nth(mismatch.index) else {
         return Problem::at(&file.place, mismatch.why.to_string(), "");
     };
     let element = || {

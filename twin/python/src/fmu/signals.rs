@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use twinrig::fmu_plant::{INPUTS, OUTPUTS, UNIT, VARIABLE, VARIABLES};
 use twinrig::kernel::signal::{self, Standard};
 use twinrig::kernel::{Direction, Port, SignalKind, Unit};
-use twinrig::scenario::{OptionValue, Options};
+use twinrig::scenario::Options;
 use twinrig_document::{Placed, Problem, suggestion};
 
 use crate::fmu::description::{Description, Variable};
@@ -44,7 +44,7 @@ pub(super) fn signals(
 ) -> Vec<Signal> {
     let mut of_tables = Vec::new();
     for (table, direction) in [(INPUTS, Direction::Input), (OUTPUTS, Direction::Output)] {
-        for (name, entry) in entries(options, table) {
+        for (name, entry) in options.tables(table) {
             match of_table(description, name, entry, direction) {
                 Ok(signal) => of_tables.push(signal),
                 Err(problem) => problems.push(*problem),
@@ -69,17 +69,6 @@ pub(super) fn signals(
     signals.extend(of_tables);
     declare_rates(description, &mut signals);
     signals
-}
-
-fn entries<'o>(
-    options: &'o Options,
-    table: &str,
-) -> impl Iterator<Item = (&'o Placed<String>, &'o Options)> {
-    let all = options.named(table).iter();
-    all.filter_map(|(signal, entry)| match entry {
-        OptionValue::Group(entry) => Some((signal, entry)),
-        _ => None,
-    })
 }
 
 /// Returns the inputs and outputs whose names are names of signals, in the order of the FMU. A
