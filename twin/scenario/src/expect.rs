@@ -5,6 +5,7 @@ use twinrig_kernel::{SimDuration, SimTime, Unit};
 use twinrig_runtime::WorkCounts;
 
 use crate::compare::CompareClaim;
+use crate::gait::GaitClaim;
 use crate::language::Words;
 use crate::limits::{Domain, Limits};
 
@@ -30,6 +31,8 @@ pub struct Expectation {
 pub enum Claim {
     /// About footsteps.
     Footstep(FootstepClaim),
+    /// About the gait as a whole.
+    Gait(GaitClaim),
     /// About the trunk.
     Body(BodyClaim),
     /// About the cycle of the controller or of a bus.
@@ -51,7 +54,9 @@ impl Claim {
     pub(crate) fn requires_upright_robot(&self) -> bool {
         matches!(
             self,
-            Claim::Footstep(_) | Claim::Body(BodyClaim::Speed(..) | BodyClaim::YawDrift(_))
+            Claim::Footstep(_)
+                | Claim::Gait(_)
+                | Claim::Body(BodyClaim::Speed(..) | BodyClaim::YawDrift(_))
         )
     }
 }

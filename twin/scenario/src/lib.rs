@@ -71,6 +71,7 @@ mod catalogue;
 mod check_signals;
 mod compare;
 mod expect;
+mod gait;
 mod glob;
 mod ground_below;
 mod judge;
@@ -90,6 +91,7 @@ pub use expect::{
     Along, Axis, BodyClaim, Claim, CostMeasure, Expectation, FootstepClaim, FootstepMeasure,
     LegChoice, Pattern, SignalClaim, SignalMode, TimingClaim, TimingMeasure, Until,
 };
+pub use gait::{Fitness, FitnessScales, FitnessTerms, GaitClaim, GaitMeasure};
 pub use glob::matches;
 pub use ground_below::GroundBelow;
 pub use judge::{Footstep, Judge, Layouts, Outcome, Reference, RunEnd, Verdict};

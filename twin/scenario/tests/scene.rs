@@ -20,8 +20,8 @@ fn left_out(text: &str) -> Vec<String> {
 #[test]
 fn scene_without_record_table_records_all_signals() {
     let scene = scene(&text("")).unwrap();
-    assert_eq!(scene.wanted.len(), 2 + 3 * 4);
-    assert_eq!(scene.recorded.len(), 2 + 4 * 4);
+    assert_eq!(scene.wanted.len(), 2 + 7 * 4);
+    assert_eq!(scene.recorded.len(), 2 + 9 * 4);
     assert_eq!(
         left_out(&text("")),
         ["bus, packets and boards: there is no [bus]: signals go straight to the actuators"]
