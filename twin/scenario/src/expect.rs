@@ -8,6 +8,7 @@ use crate::compare::CompareClaim;
 use crate::gait::GaitClaim;
 use crate::language::Words;
 use crate::limits::{Domain, Limits};
+use crate::pattern::Pattern;
 
 /// One `[[expect]]`.
 #[derive(Clone, Debug, PartialEq)]
@@ -152,31 +153,6 @@ impl Words for Axis {
         ("y", Axis::Y),
         ("z", Axis::Z),
         ("horizontal", Axis::Horizontal),
-    ];
-}
-
-/// The phase of each leg's touch-down in the cycle of the first leg.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Pattern {
-    /// Diagonal legs in phase.
-    Trot,
-    /// Legs of one side in phase.
-    Pace,
-    /// Lateral sequence: a hind leg, the fore leg of its side, the other hind leg, the other fore
-    /// leg, a quarter of a cycle apart.
-    Walk,
-    /// Fore legs in phase, hind legs in phase.
-    Bound,
-    /// Phases of the legs as shares of a cycle; only differences count.
-    Given(Vec<(Placed<String>, f64)>),
-}
-
-impl Words for Pattern {
-    const WORDS: &'static [(&'static str, Self)] = &[
-        ("trot", Pattern::Trot),
-        ("pace", Pattern::Pace),
-        ("walk", Pattern::Walk),
-        ("bound", Pattern::Bound),
     ];
 }
 

@@ -78,6 +78,7 @@ mod judge;
 mod language;
 mod limits;
 mod options;
+mod pattern;
 mod read;
 mod reference;
 mod scenario;
@@ -89,7 +90,7 @@ pub use catalogue::{Catalogue, Kind, VariableSpec};
 pub use compare::{CompareClaim, CompareMeasure, Operand};
 pub use expect::{
     Along, Axis, BodyClaim, Claim, CostMeasure, Expectation, FootstepClaim, FootstepMeasure,
-    LegChoice, Pattern, SignalClaim, SignalMode, TimingClaim, TimingMeasure, Until,
+    LegChoice, SignalClaim, SignalMode, TimingClaim, TimingMeasure, Until,
 };
 pub use gait::{Fitness, FitnessScales, FitnessTerms, GaitClaim, GaitMeasure};
 pub use glob::matches;
@@ -97,6 +98,7 @@ pub use ground_below::GroundBelow;
 pub use judge::{Footstep, Judge, Layouts, Outcome, Reference, RunEnd, Verdict};
 pub use limits::{Comparison, Limits};
 pub use options::{Accepts, OptionSpec, OptionValue, Options};
+pub use pattern::Pattern;
 pub use reference::{KeyReference, TableReference, language};
 pub use scenario::{
     Base, BusSpec, ChangeSpec, ControllerSpec, FallSpec, FaultSpec, FootstepSpec, Ground, Heights,

@@ -9,9 +9,10 @@ use twinrig_kernel::{Direction, Port, signal};
 
 use crate::actuator::ActuatorKind;
 use crate::check_signals::{check_comparison, check_gait, check_signal, signals, unknown_signal};
-use crate::expect::{Claim, Expectation, FootstepMeasure, LegChoice, Pattern, TimingClaim};
+use crate::expect::{Claim, Expectation, FootstepMeasure, LegChoice, TimingClaim};
 use crate::glob::matches;
 use crate::ground_below::GroundBelow;
+use crate::pattern::Pattern;
 use crate::scenario::{Base, Scenario};
 
 /// A leg of the robot.

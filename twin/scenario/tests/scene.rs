@@ -198,6 +198,34 @@ fn all_values_of_a_file_are_read() {
 }
 
 #[test]
+fn repeated_change_is_one_change_at_each_of_its_times() {
+    let times = |more: &str| -> Vec<(u64, String)> {
+        let change = "[[change]]\nat = '1 s'\nset = 'frequency'\nby = '10 mHz'\n";
+        let change = change.replace("10 mHz", "0.01 Hz");
+        let scenario = parse(&text(&format!("{change}{more}"))).unwrap();
+        let changes = scenario.changes.into_iter();
+        changes
+            .map(|change| {
+                assert_eq!(change.change, Change::By(0.01));
+                (change.at.as_nanos() / 1_000_000, change.variable)
+            })
+            .collect()
+    };
+    let at = |times: &[u64]| -> Vec<(u64, String)> {
+        times
+            .iter()
+            .map(|&at| (at, "frequency".to_owned()))
+            .collect()
+    };
+    assert_eq!(times("every = '2.5 s'\ntimes = 3"), at(&[1000, 3500, 6000]));
+    // Without a number, those before the end of the run, which is at 10 s.
+    assert_eq!(times("every = '4.5 s'"), at(&[1000, 5500]));
+    assert_eq!(times("every = '4.499 s'"), at(&[1000, 5499, 9998]));
+    assert_eq!(times("every = '1 min'"), at(&[1000]));
+    assert_eq!(times(""), at(&[1000]));
+}
+
+#[test]
 fn settings_override_the_file_and_are_reported_at_their_origin() {
     let with = |key: &str, value: &str| {
         let setting = Setting {
