@@ -25,9 +25,11 @@
 //!
 //! # Limits
 //!
-//! - A swarm is a heuristic: the best point is not proven to be a minimum, and another seed may
+//! - A search is a heuristic: the best point is not proven to be a minimum, and another seed may
 //!   find a better one.
 //! - No constraints except bounds: an objective returns infinity where a point is impossible.
+//! - A search has no state on disk. It is repeated with stored costs instead, of which it is a
+//!   function.
 //! - Results are the same with the same versions of `argmin` and `rand`, whose formulas they
 //!   contain.
 //! - A search is not saved and resumed.
