@@ -3,6 +3,7 @@
 
 mod cell;
 mod export;
+mod optimize;
 mod sweep;
 
 use std::path::PathBuf;
@@ -13,6 +14,7 @@ use twinrig_kernel::{SimDuration, Unit};
 
 pub use cell::{CellArgs, CellCommand, CellPredictArgs, ElectrodeName};
 pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
+pub use optimize::OptimizeArgs;
 pub use sweep::SweepArgs;
 
 /// Co-simulates a legged robot, its controller and its I/O in virtual time and judges the run.
@@ -50,6 +52,8 @@ pub enum Command {
     Study(StudyArgs),
     /// Run a scenario at many points, and assert shares of the runs
     Sweep(SweepArgs),
+    /// Search the settings of a scenario with the best value of an expectation
+    Optimize(OptimizeArgs),
     /// Write a robot or a scenario in the format of another program
     Export(ExportArgs),
     /// Design piezoresistive cells of tactile sensors by the models of the thesis
@@ -75,6 +79,7 @@ impl Command {
             Self::Devices(args) => args.json,
             Self::Cell(args) => args.json(),
             Self::Sweep(args) => args.json,
+            Self::Optimize(args) => args.json,
             Self::Study(StudyArgs {
                 study:
                     StudyCommand::Precision(PrecisionOptions { study: options, .. })

@@ -293,6 +293,34 @@ pub enum CostMeasure {
 }
 
 impl Expectation {
+    /// Returns the unit of the measured value. A fall may be measured as an angle instead.
+    pub fn unit(&self) -> Unit {
+        crate::judge::unit(&self.claim)
+    }
+
+    /// Returns the time up to which a fall may change the measured value; none if any fall may. A
+    /// footstep of the window may end after it, and energy and cost are of the whole run.
+    pub fn changed_by_falls_before(&self) -> Option<SimTime> {
+        match self.claim {
+            Claim::Footstep(_) | Claim::EnergyResidual(_) | Claim::Cost(..) => None,
+            Claim::Body(_) | Claim::Timing(_) | Claim::Signal(_) | Claim::Compare(_) => self.before,
+        }
+    }
+
+    /// Returns whether the measured value is defined for runs in which the robot falls, by the time
+    /// before the fall, so that such runs are compared by it.
+    pub fn rates_falls(&self) -> bool {
+        match self.claim {
+            Claim::Footstep(_)
+            | Claim::Body(_)
+            | Claim::Timing(_)
+            | Claim::Signal(_)
+            | Claim::Compare(_)
+            | Claim::EnergyResidual(_)
+            | Claim::Cost(..) => false,
+        }
+    }
+
     /// Returns whether it compares with the run without changes.
     pub fn needs_reference(&self) -> bool {
         matches!(

@@ -35,6 +35,7 @@ use touch_downs::TouchDowns;
 pub use channel::Layouts;
 pub use footstep::Footstep;
 pub use outcome::{Outcome, Verdict};
+pub(crate) use resolve::unit;
 
 /// Final data of a run.
 #[derive(Clone, Copy, Debug)]

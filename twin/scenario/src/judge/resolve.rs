@@ -91,7 +91,7 @@ fn cycle(
 }
 
 /// Returns the unit of a claim's measure.
-pub(super) fn unit(claim: &Claim) -> Unit {
+pub(crate) fn unit(claim: &Claim) -> Unit {
     match claim {
         Claim::Footstep(claim) => claim.measure.unit(),
         Claim::Gait(claim) => claim.measure.unit(),

@@ -13,6 +13,7 @@ mod footsteps;
 mod line_plot;
 mod marker;
 mod models;
+mod optimization;
 mod plot;
 mod precision;
 mod rows;
@@ -33,6 +34,7 @@ use crate::reference_note::ReferenceNote;
 use crate::study::{Study, StudyKind};
 
 use crate::number::{self, si};
+pub use optimization::optimization_page;
 pub use sweep::sweep_page;
 use text::{element, escaped, paragraph};
 
