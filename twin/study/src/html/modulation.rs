@@ -11,6 +11,7 @@ use crate::number::plain;
 
 use super::line_plot::{LinePlot, Series, Shape};
 use super::marker::swatch;
+use super::plot::COLOURS;
 use super::surface::Surface;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
@@ -255,9 +256,17 @@ fn lines(study: &ModulationStudy, table: &DisplacementTable) -> String {
             [x(cell), mean - deviation, mean + deviation]
         });
         let line = cells.iter().map(|cell| [x(cell), 1e3 * cell.mean_m]);
-        let shapes = [Shape::Errors(errors.collect()), Shape::Line(line.collect())];
+        // Colours recur.
+        let dashed = number >= COLOURS;
+        let line = line.collect();
+        let line = if dashed {
+            Shape::Dashed(line)
+        } else {
+            Shape::Line(line)
+        };
+        let shapes = [Shape::Errors(errors.collect()), line];
         series.extend(shapes.map(|shape| Series { number, shape }));
-        entries.push((swatch(number, false), study.change_text(*by)));
+        entries.push((swatch(number, dashed), study.change_text(*by)));
     }
     let plot = LinePlot {
         title: format!("displacement by {}", table.counting.name()),

@@ -25,6 +25,8 @@ const FIRST: [f64; 2] = [250.0, 105.0];
 const SECOND: [f64; 2] = [-190.0, 100.0];
 /// Length of the vertical axis \[px\].
 const VERTICAL: f64 = 130.0;
+/// Least distance of labels, across and down \[px\].
+const LABEL: [f64; 2] = [16.0, 14.0];
 /// Far corner of the floor \[px\].
 const ORIGIN: [f64; 2] = [240.0, 150.0];
 
@@ -137,19 +139,25 @@ impl Surface {
                 escaped(text)
             );
         };
+        let mut last = f64::NEG_INFINITY;
         for (value, label) in &self.first {
-            let [x, y] = place([share(*value, &self.first), 1.0, 0.0]);
-            text("end", [x - 5.0, y + 12.0], label);
+            let at = share(*value, &self.first);
+            let [x, y] = place([at, 1.0, 0.0]);
+            if x - last >= LABEL[0] {
+                text("end", [x - 5.0, y + 12.0], label);
+                last = x;
+            }
         }
         for (value, label) in &self.second {
             let [x, y] = place([1.0, share(*value, &self.second), 0.0]);
-            text("", [x + 6.0, y + 10.0], label);
+            text("", [x + 6.0, y + 12.0], label);
         }
-        for height in [scale.low, 0.0, scale.high] {
-            // A label of the least height that is zero is not repeated.
-            if height != 0.0 || scale.low < 0.0 && scale.high > 0.0 || height == scale.low {
-                let [x, y] = place([1.0, 0.0, scale.share(height)]);
-                text("", [x + 6.0, y + 4.0], &format!("{height:.0}"));
+        let mut labelled: Vec<f64> = Vec::new();
+        for height in [scale.low, scale.high, 0.0] {
+            let [x, y] = place([1.0, 0.0, scale.share(height)]);
+            if labelled.iter().all(|other| (y - other).abs() >= LABEL[1]) {
+                text("", [x + 6.0, y - 3.0], &format!("{height:.0}"));
+                labelled.push(y);
             }
         }
         let [x, y] = place([0.5, 1.0, 0.0]);

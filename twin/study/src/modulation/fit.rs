@@ -180,3 +180,64 @@ fn times([[a, b], [c, d]]: [[f64; 2]; 2], [x, y]: [f64; 2]) -> [f64; 2] {
 fn square(value: f64) -> f64 {
     value * value
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `statsmodels.api.OLS(d, x).fit(cov_type="cluster", cov_kwds={"groups": points}, use_t=True)`
+    /// of statsmodels 0.15.0, clusters being the points.
+    #[test]
+    fn models_and_intervals_are_those_of_statsmodels() {
+        let displacements = [
+            [-0.013, -0.034, -0.031, -0.066],
+            [-0.010, -0.029, -0.024, -0.063],
+            [-0.016, -0.038, -0.033, -0.071],
+        ];
+        let sample = |point: usize, place: usize| Sample {
+            by: [-0.01, -0.02][place / 2],
+            step: 1 + place % 2,
+            point,
+            along_m: displacements[point][place],
+        };
+        let samples: Vec<Sample> = (0..12).map(|n| sample(n / 4, n % 4)).collect();
+        let expected = [
+            [
+                1.622_666_666_666_666_5,
+                0.0,
+                1.254_835_291_947_325_8,
+                1.990_498_041_386_007_2,
+                0.955_218_070_748_685_9,
+            ],
+            [
+                1.782_456_140_350_877,
+                0.004_438_596_491_228_082,
+                1.686_142_313_325_094,
+                1.878_769_967_376_66,
+                0.964_790_154_103_827_5,
+            ],
+            [
+                1.906_666_666_666_666_7,
+                -0.473_333_333_333_334_05,
+                1.709_390_052_041_247_5,
+                2.103_943_281_292_085_7,
+                0.969_541_128_001_136_6,
+            ],
+        ];
+        for (form, expected) in ModelForm::ALL.into_iter().zip(expected) {
+            let model = LinearModel::fit(form, &samples).unwrap();
+            let [low, high] = model.interval.unwrap();
+            let found = [model.slope, model.second, low, high, model.r_squared];
+            for (found, expected) in found.into_iter().zip(expected) {
+                assert!(
+                    (found - expected).abs() < 1e-10,
+                    "{form:?}: {found} {expected}"
+                );
+            }
+        }
+        let one_point: Vec<Sample> = samples.into_iter().filter(|it| it.point == 0).collect();
+        let model = LinearModel::fit(ModelForm::Bilinear, &one_point).unwrap();
+        assert_eq!(model.interval, None);
+        assert_eq!(LinearModel::fit(ModelForm::Bilinear, &[]), None);
+    }
+}
