@@ -82,7 +82,8 @@ impl CaseResult {
         let prepared = match prepared {
             Ok(prepared) => prepared,
             Err(why) => {
-                result.why = Some(why.clone());
+                // Without its remedy, which is that of a study of one case.
+                result.why = why.lines().next().map(str::to_owned);
                 return result;
             }
         };
