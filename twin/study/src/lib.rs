@@ -7,7 +7,8 @@
 //! ([`estimate()`]) identifies the cells of a load sensor from recorded samples, and tunes and
 //! validates its filters. A fifth one
 //! ([`modulation()`]) measures the displacement of footsteps after a change of a variable of the
-//! controller. Two studies of one build give the same results except for run times,
+//! controller, a sixth one ([`transition()`]) classifies gaits over time and dates their
+//! transitions. Two studies of one build give the same results except for run times,
 //! unless the budget truncates one of them.
 //!
 //! ```
@@ -78,6 +79,7 @@ mod sweep;
 mod thesis;
 mod tolerance;
 mod trace;
+mod transition;
 mod transport;
 mod trial;
 
@@ -124,4 +126,9 @@ pub use study::{Order, Study, StudyKind};
 pub use sweep::Factor;
 pub use thesis::{FIGURES, ModelClass, ThesisFigure};
 pub use tolerance::ToleranceSlope;
+pub use transition::{
+    GaitCycle, GaitPattern, Hysteresis, MIXED, STANDING, Transition, TransitionCase,
+    TransitionInput, TransitionPlan, TransitionResult, TransitionRunner, TransitionStudy, Way,
+    transition,
+};
 pub use transport::{Cost, STROLL, Transport};

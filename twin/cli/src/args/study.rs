@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 use twinrig_kernel::SimDuration;
 
-use super::gait_study::ModulationOptions;
+use super::gait_study::{ModulationOptions, TransitionOptions};
 use super::{duration, key_value, seconds, whole_number};
 
 /// Arguments of `twin study`.
@@ -55,6 +55,12 @@ pub enum StudyCommand {
     /// touch-downs (thesis, section 3.2.5). With several scenarios or plants it also switches
     /// saturation of servos and feedback of loads off, and compares all of them in one table.
     Modulation(ModulationOptions),
+    /// Classify the gait over time while a variable of the controller changes in steps
+    ///
+    /// Runs a scenario, compares the phases of the touch-downs of each cycle with the patterns of
+    /// gaits, and dates the transitions between gaits that last, with the value of the variable, on
+    /// the way up and on the way down (thesis, section 3.3.2.3).
+    Transition(TransitionOptions),
 }
 
 impl StudyCommand {
@@ -66,6 +72,7 @@ impl StudyCommand {
             | Self::Stability(study)
             | Self::Coupling(study) => study.json,
             Self::Modulation(options) => options.json,
+            Self::Transition(options) => options.json,
         }
     }
 }

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use twinrig_study::{
     CouplingPlan, EstimatePlan, Machine, PrecisionPlan, ProgressObserver, SearchSize,
-    StabilityPlan, StudyError, coupling, estimate, modulation, precision, stability,
+    StabilityPlan, StudyError, TransitionPlan, coupling, estimate, modulation, precision,
+    stability, transition,
 };
 
 use super::{FAILURE, SUCCESS, Terminal, outputs};
@@ -21,6 +22,7 @@ use crate::study::builder::StudyBuilder;
 use crate::study::coupling_builder::RigStudyBuilder;
 use crate::study::load_recorder::BenchRecorder;
 use crate::study::modulation_cases::ModulationCases;
+use crate::study::transition_cases::TransitionCases;
 use frame::StudyFrame;
 use result::StudyResult;
 use twinrig_scenario::Setting;
@@ -114,6 +116,14 @@ fn execute(
         StudyCommand::Modulation(options) => {
             let cases = ModulationCases::new(registry, options, &settings)?;
             modulation(&cases, &cases.plan(options)?, observer).map(StudyResult::Modulation)
+        }
+        StudyCommand::Transition(options) => {
+            let cases = TransitionCases::new(registry, options, &settings)?;
+            let plan = TransitionPlan {
+                tolerance: options.tolerance,
+                lasting: options.cycles,
+            };
+            transition(&cases, &plan, observer).map(StudyResult::Transition)
         }
     };
     let result = result.map_err(|source| TwinError::Study {

@@ -5,7 +5,7 @@ use std::path::Path;
 use twinrig_kernel::{SimDuration, SimTime, signal};
 use twinrig_runtime::{Group, Observer, ProcessVariable, Rig, RunEvent};
 use twinrig_scenario::{
-    ActuatorKind, ChangeSpec, Footstep, Judge, Layouts, RunEnd, Scenario, Scene, Setting,
+    ActuatorKind, ChangeSpec, Footstep, Judge, Layouts, LegFact, RunEnd, Scenario, Scene, Setting,
 };
 use twinrig_study::{FootContact, GaitRun};
 
@@ -92,6 +92,10 @@ impl<'r> GaitScene<'r> {
 
     pub(crate) fn scenario(&self) -> &Scenario {
         &self.scenario
+    }
+
+    pub(crate) fn legs(&self) -> &[LegFact] {
+        &self.assembly.scene().legs
     }
 
     /// Returns the process variables of the controller, with the values of the scenario.

@@ -12,3 +12,5 @@ pub(crate) mod modulation_table;
 mod scaled;
 mod selection;
 pub(crate) mod table;
+pub(crate) mod transition_cases;
+pub(crate) mod transition_table;

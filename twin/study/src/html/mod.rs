@@ -10,6 +10,7 @@ mod ensemble;
 mod error_control;
 mod estimate;
 mod footsteps;
+mod gait_diagram;
 mod line_plot;
 mod marker;
 mod models;
@@ -26,6 +27,7 @@ mod table;
 mod text;
 mod thesis;
 mod tolerance;
+mod transition;
 mod transport;
 
 use std::fmt::Write as _;

@@ -95,7 +95,7 @@ fn body(study: &ModulationStudy) -> String {
     out += "<h2>Models of the displacement</h2>\n";
     out += &models(study);
     for case in results {
-        let mut details = format!("<h2>{}</h2>\n", escaped(&case.label()));
+        let mut details = element("h2", "", &escaped(&case.label()));
         let surfaces: String = case.tables.iter().map(|it| surface(study, it)).collect();
         details += &element("div", "pair", &surfaces);
         let lines: String = case.tables.iter().map(|it| lines(study, it)).collect();

@@ -40,6 +40,14 @@ impl<'a> StudyFrame<'a> {
                 out: &options.out,
                 json: options.json,
             },
+            StudyCommand::Transition(options) => Self {
+                name: "transition",
+                scenarios: std::slice::from_ref(&options.scenario),
+                plants: &options.plant,
+                set: &options.set,
+                out: &options.out,
+                json: options.json,
+            },
         }
     }
 
@@ -98,6 +106,17 @@ impl<'a> StudyFrame<'a> {
                 if options.factors {
                     words.push("--factors".to_owned());
                 }
+            }
+            StudyCommand::Transition(options) => {
+                let variable = options.variable.iter();
+                words.extend(variable.map(|name| format!("--variable {name}")));
+                let plateaus: Vec<String> =
+                    options.plateau.iter().map(ToString::to_string).collect();
+                if !plateaus.is_empty() {
+                    words.push(format!("--plateau {:?}", plateaus.join(",")));
+                }
+                words.push(format!("--tolerance {}", options.tolerance));
+                words.push(format!("--cycles {}", options.cycles));
             }
         }
         words.join(" ")

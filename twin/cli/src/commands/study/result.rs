@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
-use twinrig_study::{CouplingStudy, EstimateStudy, Machine, ModulationStudy, Study, csv, html};
+use twinrig_study::{
+    CouplingStudy, EstimateStudy, Machine, ModulationStudy, Study, TransitionStudy, csv, html,
+};
 
-use crate::study::{coupling_table, estimate_table, modulation_table, table};
+use crate::study::{coupling_table, estimate_table, modulation_table, table, transition_table};
 
 /// Result of a study.
 pub(super) enum StudyResult {
@@ -12,6 +14,7 @@ pub(super) enum StudyResult {
     Coupling(CouplingStudy),
     Estimate(Box<EstimateStudy>),
     Modulation(ModulationStudy),
+    Transition(TransitionStudy),
 }
 
 impl StudyResult {
@@ -20,7 +23,7 @@ impl StudyResult {
         match self {
             Self::Plants(study) => study.error(),
             Self::Coupling(study) => study.error(),
-            Self::Estimate(_) | Self::Modulation(_) => None,
+            Self::Estimate(_) | Self::Modulation(_) | Self::Transition(_) => None,
         }
     }
 
@@ -30,6 +33,7 @@ impl StudyResult {
             Self::Coupling(study) => study.json(machine, command),
             Self::Estimate(study) => study.json(machine, command),
             Self::Modulation(study) => study.json(machine, command),
+            Self::Transition(study) => study.json(machine, command),
         }
     }
 
@@ -39,6 +43,7 @@ impl StudyResult {
             Self::Coupling(study) => study.html(machine, command),
             Self::Estimate(study) => study.html(machine, command),
             Self::Modulation(study) => study.html(machine, command),
+            Self::Transition(study) => study.html(machine, command),
         }
     }
 
@@ -48,6 +53,7 @@ impl StudyResult {
             Self::Coupling(study) => study.csv(),
             Self::Estimate(study) => study.csv(),
             Self::Modulation(study) => study.csv(),
+            Self::Transition(study) => study.csv(),
         }
     }
 
@@ -57,6 +63,7 @@ impl StudyResult {
             Self::Coupling(study) => coupling_table::text(study, files),
             Self::Estimate(study) => estimate_table::text(study, files),
             Self::Modulation(study) => modulation_table::text(study, files),
+            Self::Transition(study) => transition_table::text(study, files),
         }
     }
 }
