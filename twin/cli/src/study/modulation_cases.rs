@@ -86,25 +86,29 @@ impl<'r> ModulationCases<'r> {
             scenes: Vec::new(),
             cases: Vec::new(),
         };
+        let mut refused = None;
         for path in &options.scenarios {
             found.input.files.push(path.display().to_string());
             for plant in &plants {
                 let scene = match GaitScene::new(registry, path, settings, *plant) {
                     Ok(scene) => scene,
-                    // A plant that cannot simulate one of several scenarios is no error of all.
-                    Err(error) if several && plant.is_some() => {
+                    Err(error) => {
+                        let on = plant.map_or(String::new(), |plant| format!(" on {plant}"));
                         let why = first_line(&error.to_string());
-                        let plant = plant.unwrap_or_default();
-                        let left_out = format!("{} on {plant}: {why}", stem(path));
+                        let left_out = format!("{}{on}: {why}", stem(path));
                         found.input.left_out.push(left_out);
+                        refused.get_or_insert(error);
                         continue;
                     }
-                    Err(error) => return Err(error),
                 };
                 found.add(scene, path, options, factors)?;
             }
         }
-        Ok(found)
+        // A plant that cannot simulate one of several scenarios is no error of all.
+        match refused {
+            Some(error) if found.cases.is_empty() => Err(error),
+            _ => Ok(found),
+        }
     }
 
     fn add(

@@ -39,16 +39,16 @@ impl<'r> TransitionCases<'r> {
         };
         let path = &options.scenario;
         let mut found: Option<Self> = None;
-        let mut left_out = Vec::new();
+        let (mut left_out, mut refused) = (Vec::new(), None);
         for plant in &plants {
             let scene = match GaitScene::new(registry, path, settings, *plant) {
                 Ok(scene) => scene,
-                Err(error) if plants.len() > 1 => {
+                Err(error) => {
                     let why = first_line(&error.to_string());
                     left_out.push(format!("{}: {why}", plant.unwrap_or_default()));
+                    refused.get_or_insert(error);
                     continue;
                 }
-                Err(error) => return Err(error),
             };
             let cases = match &mut found {
                 Some(cases) => cases,
@@ -56,13 +56,15 @@ impl<'r> TransitionCases<'r> {
             };
             cases.add(scene, options);
         }
-        let Some(mut found) = found else {
-            let file = path.display().to_string();
-            let help = "choose a plant of a whole robot by --plant";
-            return Err(no_gait(file, left_out.join("; "), help));
-        };
-        found.input.left_out = left_out;
-        Ok(found)
+        match (found, refused) {
+            (Some(mut found), _) => {
+                found.input.left_out = left_out;
+                Ok(found)
+            }
+            (None, Some(error)) => Err(error),
+            // There is a plant, or the scenario's own.
+            (None, None) => Err(no_gait(path.display().to_string(), "no plant".into(), "")),
+        }
     }
 
     fn of(scene: &GaitScene<'_>, options: &TransitionOptions) -> Result<Self, TwinError> {

@@ -125,3 +125,90 @@ fn factors_are_compared_and_unsuitable_requests_have_a_remedy() {
         );
     }
 }
+
+/// A run of five seconds, without expectations of later ones.
+const SHORT: [&str; 4] = [
+    "--set",
+    "duration=5 s",
+    "--set",
+    "expect=[{body={fall=false}}]",
+];
+/// Legs that are in phase with those of their side from 3 s on.
+const TO_PACE: &str = r#"change=[{at="3 s",set="phase_difference/LH",to="0 rad"},{at="3 s",set="phase_difference/RH",to="3.1 rad"}]"#;
+
+#[test]
+fn transition_moves_with_the_plateaus_and_its_value_is_that_of_the_variable() {
+    let folder = Folder::new("study-transition");
+    let file = scenario("trot.toml");
+    let shorter = "controller.step_length=100 mm";
+    let words = [&[&*file, "--set", TO_PACE, "--set", shorter][..], &SHORT].concat();
+    let more = [
+        "--plant",
+        "massless",
+        "--plant",
+        "lcp",
+        "--plateau",
+        "3s,4s",
+        "--json",
+    ];
+    let done = study("transition", &[&words[..], &more].concat(), &folder);
+    assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
+    let found = json(&done.out).remove(0);
+    assert_eq!(found["variable"], "phase_difference/LH");
+    let cases = found["cases"].as_array().unwrap();
+    assert_eq!(cases.len(), 4);
+    for case in cases {
+        let plateau_s = case["plateau_s"].as_f64().unwrap();
+        let first = &case["transitions"][0];
+        assert!(first.is_object(), "{}", found["headline"]);
+        assert_eq!(
+            (&first["from"], &first["value"]),
+            (&"trot".into(), &0.0.into())
+        );
+        let begin_s = first["begin_s"].as_f64().unwrap();
+        // Two cycles of 0.275 s.
+        assert!((plateau_s..plateau_s + 0.55).contains(&begin_s), "{first}");
+        let values = case["values"].as_array().unwrap();
+        assert_eq!(values[1], serde_json::json!([plateau_s, 0.0]));
+    }
+    for ending in ["html", "csv", "json"] {
+        let path = folder.join(&format!("out/transition-trot.{ending}"));
+        assert!(std::path::Path::new(&path).exists(), "{path}");
+    }
+}
+
+#[test]
+fn gait_without_transition_is_reported_and_a_scenario_without_changes_refused() {
+    let folder = Folder::new("study-transition-none");
+    let file = scenario("step-change.toml");
+    let change = [
+        "--set",
+        r#"change=[{at="2 s",set="step_length",by="-1 cm"}]"#,
+    ];
+    let done = study(
+        "transition",
+        &[&[&*file][..], &SHORT, &change].concat(),
+        &folder,
+    );
+    assert_eq!((done.code, done.err.as_str()), (0, ""));
+    assert!(
+        done.out.contains("no transition, mostly trot"),
+        "{}",
+        done.out
+    );
+    let trot = scenario("trot.toml");
+    for (words, why) in [
+        (&[&*trot][..], "its changes are of no variable"),
+        (&[&*file, "--variable", "ramp"], "not `ramp`"),
+        (&[&*file, "--plateau", "0 s"], "positive"),
+    ] {
+        let done = study("transition", words, &folder);
+        assert_eq!(
+            (done.code, done.out.as_str()),
+            (2, ""),
+            "{why}: {}",
+            done.err
+        );
+        assert!(done.err.contains(why), "{}", done.err);
+    }
+}

@@ -13,7 +13,7 @@ pub(crate) struct GaitDiagram<'r> {
     pub(crate) result: &'r TransitionResult,
     /// Names of the classes, whose places select colours.
     pub(crate) classes: &'r [String],
-    /// Name and unit of the variable.
+    /// Name of the variable with its unit.
     pub(crate) variable: &'r str,
     /// Interval of time \[s\].
     pub(crate) span_s: [f64; 2],
@@ -27,7 +27,7 @@ const LEG: [f64; 2] = [16.0, 11.0];
 /// Height of the band of classes \[px\].
 const BAND: f64 = 18.0;
 /// Height of a curve, and gap above it \[px\].
-const CURVE: [f64; 2] = [56.0, 14.0];
+const CURVE: [f64; 2] = [54.0, 20.0];
 const BOTTOM: f64 = 34.0;
 const TOP: f64 = 6.0;
 /// Least distance of the ticks of time \[px\].
@@ -167,26 +167,26 @@ impl GaitDiagram<'_> {
     }
 
     fn curve(&self, out: &mut String, top: f64, label: &str, points: &[[f64; 2]]) {
-        let drawn = points.iter().filter(|point| {
-            point[1].is_finite() && (self.span_s[0]..=self.span_s[1]).contains(&point[0])
-        });
-        let high = drawn.clone().map(|point| point[1]).fold(0.0, f64::max);
-        let low = drawn.clone().map(|point| point[1]).fold(0.0, f64::min);
+        let drawn = clipped(points, self.span_s);
+        let heights = || drawn.iter().map(|point| point[1]);
+        let (low, high) = (heights().fold(0.0, f64::min), heights().fold(0.0, f64::max));
         let range = if high > low { high - low } else { 1.0 };
         let y = |value: f64| top + CURVE[0] * (1.0 - (value - low) / range);
-        let places = drawn.map(|&[at, value]| format!("{:.1},{:.1}", self.x(at), y(value)));
+        let places = drawn.iter();
+        let places = places.map(|&[at, value]| format!("{:.1},{:.1}", self.x(at), y(value)));
         let places: Vec<String> = places.collect();
         let bottom = top + CURVE[0];
         let end = LEFT - 6.0;
         let _ = writeln!(
             out,
             "<g class=\"grid\"><line x1=\"{LEFT}\" y1=\"{bottom:.1}\" x2=\"{:.1}\" y2=\"{bottom:.1}\"/></g>\
-             <text x=\"8\" y=\"{:.1}\">{}</text>\
+             <text x=\"{:.1}\" y=\"{:.1}\">{}</text>\
              <text class=\"end\" x=\"{end}\" y=\"{:.1}\">{}</text>\
              <text class=\"end\" x=\"{end}\" y=\"{:.1}\">{}</text>\
              <g class=\"c0\"><polyline points=\"{}\"/></g>",
             WIDTH - RIGHT,
-            top + 0.5 * CURVE[0] + 4.0,
+            LEFT + 4.0,
+            top - 3.0,
             escaped(label),
             top + 8.0,
             crate::number::plain(high),
@@ -197,6 +197,25 @@ impl GaitDiagram<'_> {
     }
 }
 
+/// Returns the part of a curve within a span, with its ends on the straight lines between points.
+fn clipped(points: &[[f64; 2]], [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
+    let mut found = Vec::new();
+    for (place, &[x, y]) in points.iter().enumerate() {
+        let before = place.checked_sub(1).map(|before| points[before]);
+        if let Some([x0, y0]) = before {
+            let crossed = [from, to]
+                .into_iter()
+                .filter(|edge| x0 < *edge && *edge < x);
+            found.extend(crossed.map(|edge| [edge, y0 + (y - y0) * (edge - x0) / (x - x0)]));
+        }
+        if (from..=to).contains(&x) {
+            found.push([x, y]);
+        }
+    }
+    found.retain(|point| point[1].is_finite());
+    found
+}
+
 /// Returns the corners of a staircase up to `end_s`.
 fn staircase(values: &[[f64; 2]], end_s: f64) -> Vec<[f64; 2]> {
     let ends = values.iter().skip(1).map(|it| it[0]).chain([end_s]);
@@ -204,4 +223,24 @@ fn staircase(values: &[[f64; 2]], end_s: f64) -> Vec<[f64; 2]> {
     steps
         .flat_map(|(&[from, value], to)| [[from, value], [to.max(from), value]])
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curve_is_clipped_on_its_lines() {
+        let curve = [[0.0, 0.0], [4.0, 8.0], [4.0, 2.0], [10.0, 2.0]];
+        let ends = [[1.0, 2.0], [4.0, 8.0], [4.0, 2.0], [5.0, 2.0]];
+        assert_eq!(clipped(&curve, [1.0, 5.0]), ends);
+        assert_eq!(clipped(&curve, [6.0, 7.0]), [[6.0, 2.0], [7.0, 2.0]]);
+        assert_eq!(clipped(&curve, [11.0, 12.0]), [[0.0; 2]; 0]);
+    }
+
+    #[test]
+    fn staircase_has_a_corner_at_each_change() {
+        let steps = staircase(&[[0.0, 1.0], [3.0, 2.0]], 5.0);
+        assert_eq!(steps, [[0.0, 1.0], [3.0, 1.0], [3.0, 2.0], [5.0, 2.0]]);
+    }
 }

@@ -117,25 +117,24 @@ fn classified(
     }
 }
 
-/// Returns the phase of a leg in a cycle: of its touch-down nearest to the middle; none unless it
-/// touches down once for each cycle.
+/// Returns the phase of a leg in a cycle; none unless it touches down once for each cycle.
 fn phase(steps: &[FootContact], [begin_s, end_s]: [f64; 2]) -> Option<f64> {
     let period_s = end_s - begin_s;
-    let margin_s = MARGIN * period_s;
-    let near =
-        |step: &&FootContact| (begin_s - margin_s..end_s + margin_s).contains(&step.touch_down_s);
-    let shares = steps.iter().filter(near);
-    let shares: Vec<f64> = shares
-        .map(|step| (step.touch_down_s - begin_s) / period_s)
-        .collect();
-    let is_regular = shares
-        .windows(2)
-        .all(|pair| pair[1] - pair[0] >= LEAST_APART);
-    let from_middle = |share: &f64| (share - 0.5).abs();
-    let nearest = shares
+    let shares = steps
         .iter()
-        .min_by(|a, b| from_middle(a).total_cmp(&from_middle(b)));
-    nearest.filter(|_| is_regular).map(|share| wrap(*share))
+        .map(|step| (step.touch_down_s - begin_s) / period_s);
+    let shares: Vec<f64> = shares
+        .filter(|share| (-MARGIN..1.0 + MARGIN).contains(share))
+        .collect();
+    let inside = shares.iter().filter(|share| (0.0..1.0).contains(*share));
+    let inside: Vec<f64> = inside.copied().collect();
+    match inside[..] {
+        [share] => Some(share),
+        // A leg in phase with the first one: at the begin and at the end, or outside of both.
+        [first, last] if last - first >= LEAST_APART => Some(first),
+        [] => shares.first().map(|share| wrap(*share)),
+        _ => None,
+    }
 }
 
 /// Returns the greatest deviation of a leg from a pattern that is rotated to fit best: half of the

@@ -10,4 +10,5 @@ mod oscillator;
 mod pages;
 mod precision;
 mod stability;
+mod transition;
 mod walker;
