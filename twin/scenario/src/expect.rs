@@ -302,7 +302,9 @@ impl Expectation {
     /// footstep of the window may end after it, and energy and cost are of the whole run.
     pub fn changed_by_falls_before(&self) -> Option<SimTime> {
         match self.claim {
-            Claim::Footstep(_) | Claim::EnergyResidual(_) | Claim::Cost(..) => None,
+            Claim::Footstep(_) | Claim::Gait(_) | Claim::EnergyResidual(_) | Claim::Cost(..) => {
+                None
+            }
             Claim::Body(_) | Claim::Timing(_) | Claim::Signal(_) | Claim::Compare(_) => self.before,
         }
     }
@@ -310,7 +312,8 @@ impl Expectation {
     /// Returns whether the measured value is defined for runs in which the robot falls, by the time
     /// before the fall, so that such runs are compared by it.
     pub fn rates_falls(&self) -> bool {
-        match self.claim {
+        match &self.claim {
+            Claim::Gait(claim) => claim.measure.includes_falls(),
             Claim::Footstep(_)
             | Claim::Body(_)
             | Claim::Timing(_)
