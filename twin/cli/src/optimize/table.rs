@@ -183,5 +183,5 @@ fn failed(result: &OptimizationResult) -> Option<String> {
     let failed = row.expectations.iter();
     let failed = failed.filter(|one| one.verdict == ExpectationVerdict::Fail);
     let names: Vec<&str> = failed.map(|one| one.name.as_str()).collect();
-    (!names.is_empty()).then(|| format!("at the best point: {}", names.join(", ")))
+    (!names.is_empty()).then(|| format!("at the best point: {}", names.join("; ")))
 }
