@@ -1,6 +1,6 @@
 //! Campaigns: many runs, of which each is independent. [`search`] minimises a cost, of covariances
 //! of filters, gaits and the like; [`sweep`] runs a scenario at the points of a design and judges
-//! shares of the runs; [`engine`] does independent tasks, on threads or on workers of a cluster.
+//! shares of the runs; [`optimization`] lets a search choose the points; [`engine`] does independent tasks, on threads or on workers of a cluster.
 //!
 //! ```
 //! use twinrig_campaign::search::{Dimension, Swarm};
@@ -25,9 +25,11 @@
 //!
 //! # Limits
 //!
-//! - A swarm is a heuristic: the best point is not proven to be a minimum, and another seed may
+//! - A search is a heuristic: the best point is not proven to be a minimum, and another seed may
 //!   find a better one.
 //! - No constraints except bounds: an objective returns infinity where a point is impossible.
+//! - A search has no state on disk. It is repeated with stored costs instead, of which it is a
+//!   function.
 //! - Results are the same with the same versions of `argmin` and `rand`, whose formulas they
 //!   contain.
 //! - A search is not saved and resumed.
@@ -35,6 +37,7 @@
 //!   keys.
 
 pub mod engine;
+pub mod optimization;
 mod places;
 pub mod search;
 pub mod sweep;

@@ -202,3 +202,31 @@ fn progress_ends_the_search() {
     let whole = minimise(&swarm, |x| x[0] * x[0]);
     assert_eq!(whole.history[..8], costs);
 }
+
+/// Numbers of the first version: filters that were tuned by a swarm stay as they are.
+#[test]
+fn results_of_a_swarm_are_stable_across_releases() {
+    let dimensions = vec![
+        Dimension::linear(-2.0, 2.0),
+        Dimension::logarithmic(1e-3, 1e3),
+        Dimension::linear(0.0, 5.0),
+    ];
+    let swarm = Swarm {
+        particles: 17,
+        iterations: 40,
+        ..swarm(dimensions, 11)
+    };
+    let found = minimise(
+        &swarm,
+        |x| if x[2] > 4.5 { f64::NAN } else { rosenbrock(x) },
+    );
+    let bytes: Vec<u8> = bits(&found)
+        .iter()
+        .flat_map(|bits| bits.to_le_bytes())
+        .collect();
+    assert_eq!(found.not_a_number, 5);
+    assert_eq!(
+        blake3::hash(&bytes).to_hex().as_str(),
+        "ec223c7594a1538f780046e24b2dc7c6ab4b0d5018b8fb2f4fe7ef080ee2b7f8"
+    );
+}

@@ -4,6 +4,7 @@
 mod cell;
 mod export;
 mod gait_study;
+mod optimize;
 mod study;
 mod sweep;
 
@@ -16,6 +17,7 @@ use twinrig_kernel::{SimDuration, Unit};
 pub use cell::{CellArgs, CellCommand, CellPredictArgs, ElectrodeName};
 pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
 pub use gait_study::{ModulationOptions, TransitionOptions};
+pub use optimize::OptimizeArgs;
 pub use study::{EstimateOptions, PrecisionOptions, StudyArgs, StudyCommand, StudyOptions};
 pub use sweep::SweepArgs;
 
@@ -54,6 +56,8 @@ pub enum Command {
     Study(StudyArgs),
     /// Run a scenario at many points, and assert shares of the runs
     Sweep(SweepArgs),
+    /// Search the settings of a scenario with the best value of an expectation
+    Optimize(OptimizeArgs),
     /// Write a robot or a scenario in the format of another program
     Export(ExportArgs),
     /// Design piezoresistive cells of tactile sensors by the models of the thesis
@@ -79,6 +83,7 @@ impl Command {
             Self::Devices(args) => args.json,
             Self::Cell(args) => args.json(),
             Self::Sweep(args) => args.json,
+            Self::Optimize(args) => args.json,
             Self::Study(args) => args.study.json(),
             Self::Serve(_) | Self::Export(_) | Self::Schema(_) => false,
         }

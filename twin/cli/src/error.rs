@@ -185,6 +185,13 @@ pub enum TwinError {
         #[from]
         source: twinrig_campaign::sweep::StoreError,
     },
+    /// Failure of a search.
+    #[error("error: {source}")]
+    Search {
+        /// Reason.
+        #[from]
+        source: twinrig_campaign::search::SearchError,
+    },
     /// Failure of the engine of a sweep; rows up to then are in the store.
     #[error("error: {source}")]
     Engine {

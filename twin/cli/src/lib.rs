@@ -30,6 +30,7 @@ mod assembly;
 mod commands;
 mod error;
 pub mod fmu;
+mod optimize;
 mod parts;
 mod report;
 mod run;
@@ -46,6 +47,9 @@ pub use assembly::Assembly;
 pub use assembly::registry::Registry;
 pub use commands::{plan_json, recording_path, run, run_args, run_with};
 pub use error::{BuildError, TwinError};
+pub use optimize::execute::{
+    OptimizationOutcome, OptimizationProgress, OptimizationRequest, optimize,
+};
 pub use parts::bus_kind::{BusContext, BusKind};
 pub use parts::controller_kind::{ControllerContext, ControllerKind, LegContext};
 pub use parts::fmu_plant;

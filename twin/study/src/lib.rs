@@ -105,7 +105,7 @@ pub use factory::{
 pub use floors::Floor;
 pub use footsteps::{Footstep, WALK};
 pub use gait_run::{FootContact, GaitRun};
-pub use html::{html, sweep_page};
+pub use html::{html, optimization_page, sweep_page};
 pub use latency::{LoadDelay, SampledSignal};
 pub use machine::Machine;
 pub use modulation::{

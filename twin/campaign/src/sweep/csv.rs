@@ -43,9 +43,9 @@ impl SweepResult {
             }
         }
         head.extend(["fingerprint", "key", "error"].map(str::to_owned));
-        let mut text = line(head);
+        let mut text = csv_line(head);
         for row in &self.rows {
-            text += &line(cells(row, &names));
+            text += &csv_line(cells(row, &names));
         }
         text
     }
@@ -78,7 +78,7 @@ fn cells(row: &ResultRow, names: &[(&str, Vec<&str>)]) -> Vec<String> {
 }
 
 /// Returns a line of CSV.
-fn line(cells: Vec<String>) -> String {
+pub(crate) fn csv_line(cells: impl IntoIterator<Item = String>) -> String {
     let quoted = cells.into_iter().map(|cell| {
         if cell.contains([',', '"', '\n', '\r']) {
             format!("\"{}\"", cell.replace('"', "\"\""))

@@ -123,17 +123,39 @@ impl ValueInterval {
         number.clamp(self.from, self.to)
     }
 
-    /// Draws a quantity from a stratum, with as few decimals as a millionth of the range takes, so
-    /// that commands are legible; with all of them where that would leave the stratum.
-    fn draw(&self, stratum: usize, strata: usize, numbers: &mut Stream) -> SweepValue {
-        let share_of = |place: f64| place / strata as f64;
-        let number = self.number_at(share_of(stratum as f64 + numbers.unit()));
+    /// Returns both ends.
+    pub fn ends(&self) -> [SweepValue; 2] {
+        [self.from, self.to].map(|end| SweepValue::quantity(end, self.unit))
+    }
+
+    /// Returns the quantity at a share of the interval, with as few decimals as a millionth of the
+    /// range takes; the ends are exact.
+    pub(crate) fn legible_at(&self, share: f64) -> SweepValue {
+        let number = self.number_at(share);
+        if share <= 0.0 || share >= 1.0 {
+            return SweepValue::quantity(number, self.unit);
+        }
+        let rounded = self.rounded(number);
+        let is_inside = (self.from..=self.to).contains(&rounded);
+        SweepValue::quantity(if is_inside { rounded } else { number }, self.unit)
+    }
+
+    /// Rounds a quantity to the decimals that a millionth of the range takes.
+    fn rounded(&self, number: f64) -> f64 {
         let range = if self.logarithmic {
             number
         } else {
             self.to - self.from
         };
-        let rounded = rounded(number, RESOLUTION * range);
+        rounded(number, RESOLUTION * range)
+    }
+
+    /// Draws a quantity from a stratum, with as few decimals as a millionth of the range takes, so
+    /// that commands are legible; with all of them where that would leave the stratum.
+    fn draw(&self, stratum: usize, strata: usize, numbers: &mut Stream) -> SweepValue {
+        let share_of = |place: f64| place / strata as f64;
+        let number = self.number_at(share_of(stratum as f64 + numbers.unit()));
+        let rounded = self.rounded(number);
         let low = self.number_at(share_of(stratum as f64));
         let high = self.number_at(share_of((stratum + 1) as f64));
         // The last stratum includes its upper end.

@@ -66,11 +66,15 @@ keys! {
 
 /// Returns the keys as a table of documentation, in Markdown.
 pub fn key_table() -> String {
+    rows_of_keys(SPEC_KEYS)
+}
+
+pub(crate) fn rows_of_keys(keys: &[SpecKey]) -> String {
     let mut lines = vec![
         "| table | key | value | meaning | example |".to_owned(),
         "|---|---|---|---|---|".to_owned(),
     ];
-    lines.extend(SPEC_KEYS.iter().map(|key| {
+    lines.extend(keys.iter().map(|key| {
         let SpecKey {
             table,
             name,

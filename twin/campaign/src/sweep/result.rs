@@ -7,10 +7,10 @@ use serde_json::{Map, Value, json};
 use twinrig_kernel::Unit;
 
 use super::design::Design;
+use super::partition::Partition;
 use super::row::{RowKey, RowVerdict, SweepRow};
 use super::share::{Share, ShareSpec, ShareVerdict};
 use super::spec::SweepSpec;
-use super::store::Partition;
 use super::value::SweepValue;
 
 /// Verdict of a sweep.

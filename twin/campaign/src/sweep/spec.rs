@@ -4,23 +4,13 @@ use std::ops::Bound;
 use std::path::Path;
 
 use twinrig_document::{Document, DocumentError, Item, Range, Reported, Table};
-use twinrig_kernel::Unit;
 
 use super::design::{Design, DesignKind};
-use super::dimension::{DimensionValues, SweepDimension, ValueInterval};
-use super::keys::{
-    CONFIDENCE, COUNT, DESIGN, DIMENSION, FROM, KEY, MAX, MIN, NAME, OF, POINTS, SCALE, SEED, SET,
-    SHARE, TO, VALUES, WHOLE,
-};
+use super::dimension::SweepDimension;
+use super::keys::{CONFIDENCE, DESIGN, DIMENSION, MAX, MIN, NAME, OF, POINTS, SEED, SET, SHARE};
+use super::read::{POINTS_MOST, check_dimensions, dimension, natural, settings};
 use super::share::{ShareSpec, percent};
-use super::value::{SweepValue, toml};
-
-/// Greatest number of points.
-const POINTS_MOST: usize = 1_000_000;
-/// Greatest number of dimensions.
-const DIMENSIONS_MOST: usize = 100;
-/// Key of a scenario whose values are whole numbers.
-const SCENARIO_SEED: &str = "seed";
+use super::value::SweepValue;
 
 /// Specification of a sweep.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,23 +75,12 @@ fn spec(document: &Document, table: &Table<'_>) -> Result<SweepSpec, Reported> {
     let kind = kind.map(|kind| kind.unwrap_or(DesignKind::Grid));
     let points = table.optional(POINTS, |item| natural(item, 1));
     let seed = table.optional(SEED, Item::natural);
-    let set = table.optional(SET, |item| {
-        let mut settings = Vec::new();
-        leaves(item, &mut Vec::new(), &mut settings)?;
-        Ok(settings)
-    });
+    let set = table.optional(SET, settings);
     let is_grid = kind == Ok(DesignKind::Grid);
     let dimensions = table.required(DIMENSION, |item| item.each(|item| dimension(item, is_grid)));
     let shares = table.optional(SHARE, |item| item.each(share));
     let (kind, points, seed, dimensions) = (kind?, points?, seed?, dimensions?);
-    if dimensions.is_empty() {
-        return Err(table.report(DIMENSION, "there is no dimension", "add a [[dimension]]"));
-    }
-    if dimensions.len() > DIMENSIONS_MOST {
-        let message = format!("there are more than {DIMENSIONS_MOST} dimensions");
-        return Err(table.report(DIMENSION, message, "leave some of them out"));
-    }
-    check_distinct(table, &dimensions)?;
+    check_dimensions(table, dimensions.iter().map(|it| &it.key))?;
     let points = if is_grid {
         for key in [POINTS, SEED] {
             if table.keys().any(|known| known == key) {
@@ -145,188 +124,6 @@ fn grid_points(table: &Table<'_>, dimensions: &[SweepDimension]) -> Result<usize
         let help = "take fewer values, or design = \"latin-hypercube\" with a number of points";
         table.report(DIMENSION, message, help)
     })
-}
-
-/// Reports a key of which another dimension sets the same or a part.
-fn check_distinct(table: &Table<'_>, dimensions: &[SweepDimension]) -> Result<(), Reported> {
-    for (index, later) in dimensions.iter().enumerate() {
-        for earlier in &dimensions[..index] {
-            let (key, other) = (&later.key.value, &earlier.key.value);
-            if overlap(key, other) {
-                let message = format!("`{key}` is set by the dimension `{other}` already");
-                let help = "one dimension for each key";
-                return Err(table.report_at(&later.key.place, message, help));
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Whether one of two dotted keys is the other, or a table that contains it.
-pub fn overlap(one: &str, other: &str) -> bool {
-    let contains = |table: &str, key: &str| {
-        let rest = key.strip_prefix(table);
-        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-    };
-    contains(one, other) || contains(other, one)
-}
-
-fn natural(item: &Item<'_>, least: usize) -> Result<usize, Reported> {
-    let number = usize::try_from(item.natural()?).unwrap_or(usize::MAX);
-    if (least..=POINTS_MOST).contains(&number) {
-        return Ok(number);
-    }
-    let message = format!("`{}` is {number}", item.key());
-    Err(item.report(message, format!("expected {least} to {POINTS_MOST}")))
-}
-
-/// Collects the values below a table with their dotted keys.
-fn leaves(
-    item: &Item<'_>,
-    path: &mut Vec<String>,
-    settings: &mut Vec<(String, String)>,
-) -> Result<(), Reported> {
-    let Some(keys) = item.keys() else {
-        if path.is_empty() {
-            return item.table().map(drop);
-        }
-        check_line(item)?;
-        settings.push((path.join("."), toml(item)));
-        return Ok(());
-    };
-    for key in keys {
-        if let Some(value) = item.peek(key) {
-            path.push(key.to_owned());
-            let read = leaves(&value, path, settings);
-            path.pop();
-            read?;
-        }
-    }
-    Ok(())
-}
-
-/// Checks that a value is written in one line, which a setting requires.
-fn check_line(item: &Item<'_>) -> Result<(), Reported> {
-    if !item.is_text() && item.toml().contains('\n') {
-        return Err(item.report("a value of a setting is one line", "write it in one line"));
-    }
-    Ok(())
-}
-
-fn dimension(item: &Item<'_>, is_grid: bool) -> Result<SweepDimension, Reported> {
-    let table = &item.table()?;
-    let key = table.required(KEY, Item::placed_text);
-    let listed = table.optional(VALUES, listed);
-    let is_seed = key.as_ref().is_ok_and(|key| key.value == SCENARIO_SEED);
-    let whole = table.optional(WHOLE, Item::boolean)?.unwrap_or(is_seed);
-    let logarithmic = table.optional(SCALE, |item| {
-        item.choice(&[("linear", false), ("logarithmic", true)])
-    });
-    let count = table.optional(COUNT, |item| natural(item, 2));
-    table.expect([FROM, TO]);
-    let given = |key: &str| table.keys().any(|known| known == key);
-    if let Some(values) = listed? {
-        for key in [FROM, TO, COUNT, SCALE, WHOLE] {
-            if given(key) {
-                let message = format!("`{key}` has no meaning beside `{VALUES}`");
-                return Err(table.report(key, message, "leave one of them out"));
-            }
-        }
-        return Ok(SweepDimension {
-            key: key?,
-            values: DimensionValues::Listed(values),
-        });
-    }
-    if !given(FROM) && !given(TO) {
-        let message = "the dimension has no values";
-        let help = "add `values = [ … ]`, or `from` and `to`";
-        return Err(item.report(message, help));
-    }
-    let values = if whole {
-        for key in [COUNT, SCALE] {
-            if given(key) {
-                let message =
-                    format!("`{key}` has no meaning for whole numbers, all of which count");
-                let help = format!("leave it out, or list the numbers in `{VALUES}`");
-                return Err(table.report(key, message, help));
-            }
-        }
-        whole_numbers(table)
-    } else {
-        interval(table, count?, logarithmic?.unwrap_or(false), is_grid)
-    };
-    Ok(SweepDimension {
-        key: key?,
-        values: values?,
-    })
-}
-
-fn listed(item: &Item<'_>) -> Result<Vec<SweepValue>, Reported> {
-    let values = item.each(|item| {
-        check_line(item)?;
-        Ok((SweepValue::of(item), item.place()))
-    })?;
-    if values.is_empty() {
-        return Err(item.report("the list has no values", "add one"));
-    }
-    for (index, (value, place)) in values.iter().enumerate() {
-        if values[..index].iter().any(|(other, _)| other == value) {
-            let message = format!("{} is listed twice", value.toml);
-            return Err(item.report_at(place, message, "leave one of them out"));
-        }
-    }
-    Ok(values.into_iter().map(|(value, _)| value).collect())
-}
-
-fn whole_numbers(table: &Table<'_>) -> Result<DimensionValues, Reported> {
-    let from = table.required(FROM, Item::natural);
-    let to = table.required(TO, Item::natural);
-    let (from, to) = (from?, to?);
-    if from > to {
-        return Err(not_ascending(table));
-    }
-    Ok(DimensionValues::Whole { from, to })
-}
-
-fn not_ascending(table: &Table<'_>) -> Reported {
-    let message = format!("`{TO}` has to be above `{FROM}`");
-    table.report(TO, message, "exchange them")
-}
-
-fn interval(
-    table: &Table<'_>,
-    count: Option<usize>,
-    logarithmic: bool,
-    is_grid: bool,
-) -> Result<DimensionValues, Reported> {
-    let from = table.required(FROM, |item| {
-        let unit = item.any_unit()?;
-        Ok((item.quantity(unit, &SweepValue::RANGE)?, unit))
-    });
-    let unit = from.as_ref().map_or(Unit::One, |(_, unit)| *unit);
-    let to = table.required(TO, |item| item.quantity(unit, &SweepValue::RANGE));
-    let ((from, unit), to) = (from?, to?);
-    if from >= to {
-        return Err(not_ascending(table));
-    }
-    if logarithmic && from <= 0.0 {
-        let message = format!("`{FROM}` is {from}; a logarithmic scale has positive values only");
-        return Err(table.report(FROM, message, "take a linear scale"));
-    }
-    match (count, is_grid) {
-        (None, true) => Err(table.missing(COUNT)),
-        (Some(_), false) => {
-            let message = format!("`{COUNT}` has no meaning where values are drawn");
-            Err(table.report(COUNT, message, "leave it out; `points` counts the draws"))
-        }
-        _ => Ok(DimensionValues::Interval(ValueInterval {
-            from,
-            to,
-            unit,
-            count,
-            logarithmic,
-        })),
-    }
 }
 
 fn share(item: &Item<'_>) -> Result<ShareSpec, Reported> {

@@ -7,107 +7,38 @@
 //! differs is not used: its run is repeated.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{BufRead, BufReader, Write};
-use std::path::{Path, PathBuf};
-use std::str::FromStr;
+use std::path::Path;
 
-use serde::{Deserialize, Serialize};
-use thiserror::Error;
-
+use super::log::{DamagedLines, RowLog, StoreError};
+use super::partition::Partition;
 use super::row::{RowKey, SweepRow};
 
-/// Every n-th point of a sweep, for one of n machines.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Partition {
-    /// Number of the partition, from 1.
-    pub part: usize,
-    /// Number of partitions.
-    pub of: usize,
-}
-
-impl Partition {
-    /// The only partition: all points.
-    pub const WHOLE: Self = Self { part: 1, of: 1 };
-
-    /// Returns whether the point `index`, from 0, belongs to the partition.
-    pub fn contains(self, index: usize) -> bool {
-        index % self.of == self.part - 1
-    }
-
-    /// Returns whether it is the only one.
-    pub fn is_whole(self) -> bool {
-        self == Self::WHOLE
-    }
-
-    fn file_name(self) -> String {
-        match self {
-            Self::WHOLE => format!("all.{ENDING}"),
-            Self { part, of } => format!("part-{part}-of-{of}.{ENDING}"),
-        }
-    }
-}
-
-/// As on the command line: `2/3`.
-impl std::fmt::Display for Partition {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}/{}", self.part, self.of)
-    }
-}
-
-/// From `2/3`: the second of three.
-impl FromStr for Partition {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let numbers = text.split_once('/');
-        let numbers = numbers.and_then(|(part, of)| Some((part.parse().ok()?, of.parse().ok()?)));
-        match numbers {
-            Some((part, of)) if part >= 1 && part <= of => Ok(Self { part, of }),
-            _ => Err("it is written i/n, with i from 1 to n: 2/3".to_owned()),
-        }
-    }
-}
-
-/// Error of a store.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum StoreError {
-    /// Another process appends to the file.
-    #[error(
-        "another sweep is writing {}\n  = help: wait for its end, choose another folder, or divide the work by --partition i/n",
-        path.display()
-    )]
-    Locked {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A file or folder cannot be read or written.
-    #[error("cannot use {}: {source}", path.display())]
-    File {
-        /// The file or folder.
-        path: PathBuf,
-        /// Reason.
-        source: std::io::Error,
-    },
-}
-
-/// Ending of the files of a store.
-const ENDING: &str = "jsonl";
-/// Hexadecimal digits of the hash of a line: 64 bits, against accidents.
-const CHECK_DIGITS: usize = 16;
-
-/// An open store.
+/// An open store: a log, with the rows of a sweep in memory.
 #[derive(Debug)]
 pub struct RowStore {
-    folder: PathBuf,
-    path: PathBuf,
-    /// Locked until the store is dropped.
-    file: File,
-    /// Keys of the sweep; rows of other sweeps are not kept in memory.
+    log: RowLog,
+    kept: KeptRows,
+    warnings: Vec<String>,
+}
+
+/// Rows of a sweep; those of other sweeps are not kept.
+#[derive(Debug)]
+struct KeptRows {
     wanted: BTreeSet<RowKey>,
     rows: BTreeMap<RowKey, SweepRow>,
-    warnings: Vec<String>,
+}
+
+impl KeptRows {
+    fn keep(&mut self, key: RowKey, row: SweepRow) {
+        if self.wanted.contains(&key) {
+            self.rows.entry(key).or_insert(row);
+        }
+    }
+
+    fn are_complete(&self) -> bool {
+        let mut keys = self.wanted.iter();
+        keys.all(|key| self.rows.contains_key(key))
+    }
 }
 
 impl RowStore {
@@ -121,37 +52,19 @@ impl RowStore {
         partition: Partition,
         wanted: BTreeSet<RowKey>,
     ) -> Result<Self, StoreError> {
-        let path = folder.join(partition.file_name());
-        let failed = |source| StoreError::File {
-            path: path.clone(),
-            source,
-        };
-        std::fs::create_dir_all(folder).map_err(failed)?;
-        let mut options = OpenOptions::new();
-        let file = options.read(true).append(true).create(true).open(&path);
-        let file = file.map_err(failed)?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(StoreError::Locked { path }),
-            Err(TryLockError::Error(source)) => return Err(failed(source)),
-        }
-        let mut store = Self {
-            folder: folder.to_owned(),
-            path: path.clone(),
-            file,
+        let mut kept = KeptRows {
             wanted,
             rows: BTreeMap::new(),
-            warnings: Vec::new(),
         };
-        let (complete, damaged) = store.read(&path)?;
-        // A line that a killed process left is not continued by the next one.
-        let length = store.file.metadata().map_err(failed)?.len();
-        if complete < length {
-            store.file.set_len(complete).map_err(failed)?;
-            store.warn(&path, 1);
-        }
+        let opened = RowLog::open(folder, partition, &mut |key, row| kept.keep(key, row));
+        let (log, opened) = opened?;
+        let mut store = Self {
+            log,
+            kept,
+            warnings: opened.torn.iter().map(ToString::to_string).collect(),
+        };
         store.read_others()?;
-        store.warn_of_rows(&path, damaged);
+        store.warn_of_rows(opened.damaged);
         Ok(store)
     }
 
@@ -160,84 +73,28 @@ impl RowStore {
     /// # Errors
     /// [`StoreError`] if a file cannot be read.
     pub fn read_others(&mut self) -> Result<(), StoreError> {
-        let failed = |source| StoreError::File {
-            path: self.folder.clone(),
-            source,
-        };
-        let mut paths = Vec::new();
-        for entry in std::fs::read_dir(&self.folder).map_err(failed)? {
-            let path = entry.map_err(failed)?.path();
-            if path.extension().is_some_and(|ending| ending == ENDING) && path != self.path {
-                paths.push(path);
-            }
-        }
-        // Folders have no order.
-        paths.sort();
-        let mut damaged = Vec::new();
-        for path in paths {
-            let (_, count) = self.read(&path)?;
-            damaged.push((path, count));
-        }
-        for (path, count) in damaged {
-            self.warn_of_rows(&path, count);
-        }
+        let kept = &mut self.kept;
+        let damaged = self.log.read_others(&mut |key, row| kept.keep(key, row))?;
+        self.warn_of_rows(damaged);
         Ok(())
     }
 
-    /// Reads a file; returns the length of its complete lines, and the number of damaged ones.
-    fn read(&mut self, path: &Path) -> Result<(u64, usize), StoreError> {
-        let failed = |source| StoreError::File {
-            path: path.to_owned(),
-            source,
-        };
-        let mut reader = BufReader::new(File::open(path).map_err(failed)?);
-        let (mut complete, mut damaged) = (0, 0);
-        let mut line = Vec::new();
-        loop {
-            line.clear();
-            let length = reader.read_until(b'\n', &mut line).map_err(failed)?;
-            // The last line of another process may still be incomplete.
-            let Some((b'\n', text)) = line.split_last() else {
-                break;
-            };
-            complete += length as u64;
-            match read_line(text) {
-                Some((key, row)) if self.wanted.contains(&key) => {
-                    self.rows.entry(key).or_insert(row);
-                }
-                Some(_) => {}
-                None => damaged += 1,
-            }
-        }
-        Ok((complete, damaged))
-    }
-
     /// Reports damaged lines, unless their runs have been repeated: they stay in the file.
-    fn warn_of_rows(&mut self, path: &Path, damaged: usize) {
-        let mut keys = self.wanted.iter();
-        if damaged > 0 && keys.any(|key| !self.rows.contains_key(key)) {
-            self.warn(path, damaged);
+    fn warn_of_rows(&mut self, damaged: impl IntoIterator<Item = DamagedLines>) {
+        if self.kept.are_complete() {
+            return;
         }
-    }
-
-    fn warn(&mut self, path: &Path, damaged: usize) {
-        let (lines, their) = if damaged == 1 {
-            ("line", "its run is")
-        } else {
-            ("lines", "their runs are")
-        };
-        let warning = format!(
-            "{damaged} damaged {lines} in {}; {their} repeated",
-            path.display()
-        );
-        if !self.warnings.contains(&warning) {
-            self.warnings.push(warning);
+        for lines in damaged {
+            let warning = lines.to_string();
+            if !self.warnings.contains(&warning) {
+                self.warnings.push(warning);
+            }
         }
     }
 
     /// Returns the row of a key.
     pub fn get(&self, key: &RowKey) -> Option<&SweepRow> {
-        self.rows.get(key)
+        self.kept.rows.get(key)
     }
 
     /// Returns messages about lines that are not used.
@@ -250,77 +107,8 @@ impl RowStore {
     /// # Errors
     /// [`StoreError`] if it cannot be written.
     pub fn append(&mut self, key: RowKey, row: SweepRow) -> Result<(), StoreError> {
-        let written = self.file.write_all(&line(key, &row));
-        written.map_err(|source| StoreError::File {
-            path: self.path.clone(),
-            source,
-        })?;
-        self.rows.insert(key, row);
+        self.log.append(key, &row)?;
+        self.kept.rows.insert(key, row);
         Ok(())
-    }
-}
-
-impl Drop for RowStore {
-    fn drop(&mut self) {
-        // A process that was forked meanwhile has the same open file, and with it the lock.
-        // Without success, the lock ends with the last of them.
-        let _ = self.file.unlock();
-    }
-}
-
-#[derive(Serialize)]
-struct WrittenEntry<'a> {
-    key: RowKey,
-    row: &'a SweepRow,
-}
-
-#[derive(Deserialize)]
-struct ReadEntry {
-    key: String,
-    row: SweepRow,
-}
-
-/// Returns the line of a row, with its line break.
-fn line(key: RowKey, row: &SweepRow) -> Vec<u8> {
-    // Rows have only string keys and finite numbers, which can be serialised.
-    let entry = serde_json::to_string(&WrittenEntry { key, row }).unwrap_or_default();
-    let rest = entry.strip_prefix('{').unwrap_or_default();
-    format!("{{\"check\":\"{}\",{rest}\n", check(rest.as_bytes())).into_bytes()
-}
-
-/// Returns the row of a line without its line break; none for a damaged line.
-fn read_line(line: &[u8]) -> Option<(RowKey, SweepRow)> {
-    let line = line.strip_prefix(b"{\"check\":\"")?;
-    let (digits, rest) = line.split_at_checked(CHECK_DIGITS)?;
-    let rest = rest.strip_prefix(b"\",")?;
-    if check(rest).as_bytes() != digits {
-        return None;
-    }
-    let entry: ReadEntry = serde_json::from_slice(&[b"{", rest].concat()).ok()?;
-    Some((RowKey::parse(&entry.key)?, entry.row))
-}
-
-fn check(bytes: &[u8]) -> String {
-    blake3::hash(bytes).to_hex()[..CHECK_DIGITS].to_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// As by a fork: another descriptor of the same open file.
-    #[test]
-    fn lock_ends_with_the_store() {
-        let name = format!("twinrig-sweep-lock-{}", std::process::id());
-        let folder = std::env::temp_dir().join(name);
-        let open = || RowStore::open(&folder, Partition::WHOLE, BTreeSet::new());
-        let store = open().unwrap();
-        let inherited = store.file.try_clone().unwrap();
-        assert!(open().is_err());
-        drop(store);
-        let reopened = open().map(drop);
-        drop(inherited);
-        let _ = std::fs::remove_dir_all(&folder);
-        reopened.unwrap();
     }
 }

@@ -7,6 +7,7 @@ mod devices;
 mod diff;
 mod export;
 mod list;
+mod optimize;
 mod outputs;
 mod plan;
 mod plant_comparison;
@@ -236,6 +237,7 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::Devices(args) => devices::devices(&args, terminal),
         Command::Study(args) => study::study(registry, &args, terminal),
         Command::Sweep(args) => sweep::sweep(registry, &args, terminal),
+        Command::Optimize(args) => optimize::optimize(registry, &args, terminal),
         Command::Cell(args) => cell::cell(&args, terminal),
         Command::Export(args) => export::export(registry, &args, terminal),
         Command::Schema(args) => schema::schema(registry, &args, terminal),

@@ -4,29 +4,25 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::time::Instant;
 
-use twinrig_campaign::engine::{Engine, EngineEvent, EngineOptions, EngineStatus, LocalEngine};
+use twinrig_campaign::engine::{Engine, EngineOptions, EngineStatus};
 use twinrig_campaign::sweep::{
-    Partition, ResultRow, RowKey, RowStore, RowVerdict, SweepCounts, SweepResult, SweepRow,
-    SweepVerdict,
+    Partition, ResultRow, RowKey, RowStore, RowVerdict, SweepCounts, SweepResult, SweepVerdict,
 };
-use twinrig_document::{Warning, suggestion};
+use twinrig_document::Warning;
 use twinrig_scenario::Setting;
 
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::run::interrupt;
 use crate::sweep::files;
-use crate::sweep::job::{PointResult, SweepJob};
+use crate::sweep::job::PointResult;
 use crate::sweep::plan::SweepPlan;
 use crate::sweep::recordings::RecordingList;
+use crate::sweep::runs::RunPlan;
+use crate::sweep::tasks::{RunTasks, TaskEvent, engine};
 
 /// Folder of the store in the folder of the results.
 const STORE: &str = "rows";
-
-/// Engine of the Python package.
-const PYTHON_ENGINE: &str = "ray";
-/// Remedy where it is missing.
-const PYTHON_HELP: &str = "`pip install \"twinrig[ray]\"` has a `twin` with it, whose workers have the standard parts; parts of your own crate run on the engine `local` only";
 
 /// A sweep to be done.
 #[derive(Clone, Debug)]
@@ -113,7 +109,7 @@ pub fn sweep(
     if let Some(warning) = plan.spec.warning() {
         observer(SweepEvent::Warning(&warning));
     }
-    let keys: BTreeSet<RowKey> = plan.points.iter().map(|point| point.key).collect();
+    let keys: BTreeSet<RowKey> = plan.runs.points.iter().map(|point| point.key).collect();
     let mut store = RowStore::open(&request.out.join(STORE), request.partition, keys)?;
     #[expect(clippy::disallowed_methods, reason = "the rate of a sweep is reported")]
     let started = Instant::now();
@@ -131,27 +127,9 @@ pub fn sweep(
         result,
         files,
         notes: store.warnings().to_vec(),
-        warnings: plan.warnings,
+        warnings: plan.runs.warnings,
         progress,
         wall_s,
-    })
-}
-
-/// Returns the engine of that name.
-fn engine<'r>(registry: &'r Registry, name: &str) -> Result<&'r dyn Engine, TwinError> {
-    if name == LocalEngine::NAME {
-        return Ok(&LocalEngine);
-    }
-    let engine = registry.engine(name);
-    engine.ok_or_else(|| {
-        let known = registry.engines().chain(std::iter::once(LocalEngine::NAME));
-        TwinError::NoEngine {
-            name: name.to_owned(),
-            help: match name {
-                PYTHON_ENGINE => PYTHON_HELP.to_owned(),
-                _ => suggestion(name, "engines", known),
-            },
-        }
     })
 }
 
@@ -163,41 +141,28 @@ fn run_missing(
     store: &mut RowStore,
     observer: &mut dyn FnMut(SweepEvent<'_>),
 ) -> Result<SweepProgress, TwinError> {
-    let (mut missing, progress) = MissingPoints::of(plan, request.partition, store);
-    let tasks = std::mem::take(&mut missing.tasks);
+    let (mut missing, progress) = MissingPoints::of(&plan.runs, request.partition, store);
+    let points = std::mem::take(&mut missing.tasks);
     let mut collector = Collector {
-        plan,
+        runs: &plan.runs,
         missing,
         store,
         recordings: RecordingList::new(&request.out, request.partition),
         progress,
-        lost: Vec::new(),
     };
     observer(SweepEvent::Progress(collector.progress));
-    let job = SweepJob {
-        plan,
+    let tasks = RunTasks {
+        runs: &plan.runs,
+        engine,
+        options: &request.options,
         record: request.record.as_deref(),
     };
-    let mut failed: Option<TwinError> = None;
-    let ran = engine.run(&job, &tasks, &request.options, &mut |event| {
-        if let Err(error) = collector.collect(event) {
-            failed.get_or_insert(error);
-        }
+    let ran = tasks.run(&points, &mut |event| {
+        let collected = collector.collect(event);
         observer(SweepEvent::Progress(collector.progress));
-        // Acknowledges an interrupt, upon which the workers end.
-        !interrupt::is_requested() && failed.is_none()
+        collected
     });
-    if let Some(error) = failed {
-        return Err(error);
-    }
     collector.progress.workers = ran?;
-    if let Some((index, reason)) = collector.lost.first() {
-        return Err(TwinError::LostRuns {
-            count: collector.lost.len(),
-            name: plan.name(*index),
-            reason: reason.clone(),
-        });
-    }
     Ok(collector.progress)
 }
 
@@ -211,7 +176,7 @@ struct MissingPoints {
 
 impl MissingPoints {
     /// Returns the points of a partition that the store does not have, and the state before them.
-    fn of(plan: &SweepPlan<'_>, partition: Partition, store: &RowStore) -> (Self, SweepProgress) {
+    fn of(plan: &RunPlan<'_>, partition: Partition, store: &RowStore) -> (Self, SweepProgress) {
         let mut progress = SweepProgress::default();
         let (mut tasks, mut equal) = (Vec::new(), BTreeMap::new());
         for (index, point) in plan.points.iter().enumerate() {
@@ -236,40 +201,24 @@ impl MissingPoints {
 
 /// Keeps the results of the tasks.
 struct Collector<'c> {
-    plan: &'c SweepPlan<'c>,
+    runs: &'c RunPlan<'c>,
     missing: MissingPoints,
     store: &'c mut RowStore,
     recordings: RecordingList,
     progress: SweepProgress,
-    /// Points whose workers did not survive, with the reason.
-    lost: Vec<(usize, String)>,
 }
 
 impl Collector<'_> {
-    fn collect(&mut self, event: EngineEvent) -> Result<(), TwinError> {
+    fn collect(&mut self, event: TaskEvent) -> Result<(), TwinError> {
         match event {
-            EngineEvent::Status(status) => self.progress.workers = status,
-            EngineEvent::Lost { task, reason } => self.lost.push((task, reason)),
-            EngineEvent::Done { task, result } => {
-                let result = match result.map(|bytes| PointResult::read(&bytes)) {
-                    Ok(Ok(result)) => result,
-                    Ok(Err(reason)) => {
-                        self.lost.push((task, reason));
-                        return Ok(());
-                    }
-                    Err(panic) => PointResult {
-                        row: SweepRow::of_error(panic),
-                        recording: None,
-                    },
-                };
-                self.keep(task, result)?;
-            }
+            TaskEvent::Status(status) => self.progress.workers = status,
+            TaskEvent::Done { point, result } => self.keep(point, result)?,
         }
         Ok(())
     }
 
     fn keep(&mut self, task: usize, result: PointResult) -> Result<(), TwinError> {
-        let key = self.plan.points[task].key;
+        let key = self.runs.points[task].key;
         let count = self.missing.equal.get(&key).copied().unwrap_or(1);
         self.progress.ran += count;
         if result.row.verdict != RowVerdict::Pass {
@@ -284,24 +233,24 @@ impl Collector<'_> {
 
 /// Returns the result of the rows in the store.
 fn result(plan: &SweepPlan<'_>, partition: Partition, store: &RowStore) -> SweepResult {
-    let points = plan.points.iter().enumerate();
+    let points = plan.runs.points.iter().enumerate();
     let rows = points.filter_map(|(index, point)| {
         Some(ResultRow {
             index,
-            name: plan.name(index),
+            name: plan.runs.name(index),
             point: point.values.clone(),
             key: point.key,
-            command: plan.command(index),
+            command: plan.runs.command(index),
             row: store.get(&point.key)?.clone(),
         })
     });
     SweepResult {
         name: plan.spec.name.clone(),
         spec: plan.spec.file.clone(),
-        scenario: plan.scenario.clone(),
-        file: plan.file.clone(),
-        build: plan.build.to_string(),
-        settings: plan.base(),
+        scenario: plan.runs.scenario.clone(),
+        file: plan.runs.file.clone(),
+        build: plan.runs.build.to_string(),
+        settings: plan.runs.base(),
         design: plan.spec.design,
         partition,
         dimensions: plan.dimensions(),

@@ -30,7 +30,7 @@ pub(super) fn write(
 }
 
 /// Writes a file completely or not at all: a reader never finds a part of it.
-fn replace(path: &Path, partition: Partition, text: &str) -> std::io::Result<()> {
+pub(crate) fn replace(path: &Path, partition: Partition, text: &str) -> std::io::Result<()> {
     let beside = beside(path, partition);
     let written = std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, path));
     if written.is_err() {

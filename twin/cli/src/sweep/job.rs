@@ -17,8 +17,8 @@ use crate::run::execute::{Execution, execute};
 use crate::run::interrupt;
 use crate::sweep::build_key::BuildKey;
 use crate::sweep::parts::UsedParts;
-use crate::sweep::plan::SweepPlan;
 use crate::sweep::row;
+use crate::sweep::runs::RunPlan;
 
 /// First bytes of the shared data; the key of the build follows. Both are read before all else, as
 /// another build may have another form of the rest.
@@ -26,9 +26,9 @@ const MAGIC: &[u8; 8] = b"twinjob1";
 /// Bytes of the key of a build.
 const KEY_BYTES: usize = 32;
 
-/// A sweep whose points are the tasks.
+/// Runs of which each is a task.
 pub(crate) struct SweepJob<'p> {
-    pub(crate) plan: &'p SweepPlan<'p>,
+    pub(crate) runs: &'p RunPlan<'p>,
     /// Folder for a recording of each run, on the machine of the run.
     pub(crate) record: Option<&'p Path>,
 }
@@ -85,14 +85,14 @@ struct TaskData {
 
 impl SweepJob<'_> {
     fn recording(&self, index: usize) -> Option<String> {
-        let key = self.plan.points[index].key;
+        let key = self.runs.points[index].key;
         self.record.map(|_| recording_name(key))
     }
 }
 
 impl Job for SweepJob<'_> {
     fn shared(&self) -> Vec<u8> {
-        let sources = self.plan.sources.iter().map(|sources| SharedSources {
+        let sources = self.runs.sources.iter().map(|sources| SharedSources {
             file: sources.document.file().to_owned(),
             text: sources.document.text().to_owned(),
             folder: sources.folder.display().to_string(),
@@ -100,19 +100,19 @@ impl Job for SweepJob<'_> {
             kept: sources.kept.clone(),
         });
         let data = SharedData {
-            file: self.plan.file.clone(),
+            file: self.runs.file.clone(),
             sources: sources.collect(),
-            base: self.plan.shared_settings(),
-            keys: self.plan.origins_and_keys(),
+            base: self.runs.shared_settings(),
+            keys: self.runs.origins_and_keys(),
             record: self.record.map(|it| it.display().to_string()),
-            parts: self.plan.parts.clone(),
+            parts: self.runs.parts.clone(),
         };
-        let build = self.plan.build.as_bytes();
+        let build = self.runs.build.as_bytes();
         [&MAGIC[..], build, &encoded(&data)].concat()
     }
 
     fn task(&self, index: usize) -> Vec<u8> {
-        let point = &self.plan.points[index];
+        let point = &self.runs.points[index];
         encoded(&TaskData {
             sources: point.sources,
             values: point.values.iter().map(|it| it.toml.clone()).collect(),
@@ -121,11 +121,11 @@ impl Job for SweepJob<'_> {
     }
 
     fn run(&self, index: usize) -> Option<Vec<u8>> {
-        let (sources, settings) = self.plan.run_of(index);
+        let (sources, settings) = self.runs.run_of(index);
         let recording = self.record.zip(self.recording(index));
         let run = PointRun {
-            registry: self.plan.registry,
-            file: &self.plan.file,
+            registry: self.runs.registry,
+            file: &self.runs.file,
             sources,
             settings,
             recording: recording.map(|(folder, name)| folder.join(name)),

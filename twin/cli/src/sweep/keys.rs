@@ -1,19 +1,20 @@
 //! Keys of dimensions, as the scenario has them.
 
-use twinrig_campaign::sweep::{SweepDimension, SweepSpec, overlap};
-use twinrig_document::{DocumentError, Problem, suggestion};
+use twinrig_campaign::sweep::overlap;
+use twinrig_document::{DocumentError, Placed, Problem, suggestion};
 use twinrig_robot::Robot;
 use twinrig_scenario::{Catalogue, Scenario, Setting, language};
 
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::sweep::runs::RunRequest;
 
 /// Table of the process variables.
 const CONTROLLER: &str = "controller";
 
 /// Returns the dotted key of each dimension.
 pub(super) fn resolved(
-    spec: &SweepSpec,
+    request: &RunRequest<'_>,
     registry: &Registry,
     scenario: &Scenario,
     robot: Option<&Robot>,
@@ -21,19 +22,18 @@ pub(super) fn resolved(
     let catalogue = registry.catalogue(robot);
     let mut problems = Vec::new();
     let mut keys: Vec<String> = Vec::new();
-    for dimension in &spec.dimensions {
-        match key_of(dimension, scenario, &catalogue) {
+    for given in &request.keys {
+        match key_of(given, scenario, &catalogue) {
             Ok(key) => {
-                let taken = taken(&key, dimension, spec, scenario).or_else(|| {
+                let taken = taken(&key, &given.value, request, scenario).or_else(|| {
                     let other = keys.iter().find(|other| overlap(other, &key))?;
                     Some((
                         format!("`{key}` is set by the dimension `{other}` already"),
                         "one dimension for each key".to_owned(),
                     ))
                 });
-                problems.extend(
-                    taken.map(|(message, help)| Problem::at(&dimension.key.place, message, help)),
-                );
+                problems
+                    .extend(taken.map(|(message, help)| Problem::at(&given.place, message, help)));
                 keys.push(key);
             }
             Err(problem) => problems.push(problem),
@@ -49,30 +49,29 @@ pub(super) fn resolved(
 /// Returns the problem of a key that a setting of all runs has, too.
 fn taken(
     key: &str,
-    dimension: &SweepDimension,
-    spec: &SweepSpec,
+    given: &str,
+    request: &RunRequest<'_>,
     scenario: &Scenario,
 ) -> Option<(String, String)> {
     let set = |setting: &&Setting| overlap(&setting.key, key);
     let setting = scenario.settings.iter().find(set)?;
-    let by = if spec.set.iter().any(|(key, _)| *key == setting.key) {
+    let by = if request.set.iter().any(|(key, _)| *key == setting.key) {
         "`set`"
     } else {
         setting.origin.as_str()
     };
-    let key = &dimension.key.value;
     Some((
-        format!("`{key}` is set for all runs, by {by}"),
+        format!("`{given}` is set for all runs, by {by}"),
         "leave out the dimension or the setting".to_owned(),
     ))
 }
 
 fn key_of(
-    dimension: &SweepDimension,
+    given: &Placed<String>,
     scenario: &Scenario,
     catalogue: &Catalogue,
 ) -> Result<String, Problem> {
-    let key = &dimension.key.value;
+    let key = &given.value;
     if key.contains('.') {
         // The reader of the scenario knows whether it exists.
         return Ok(key.clone());
@@ -106,5 +105,5 @@ fn key_of(
         scenario.file
     );
     let help = suggestion(key, "process variables and keys without a table", known);
-    Err(Problem::at(&dimension.key.place, message, help))
+    Err(Problem::at(&given.place, message, help))
 }

@@ -1,4 +1,4 @@
-//! Sweeps: from a specification to rows, files and reports.
+//! Sweeps: from a specification to rows, files and reports. Optimisations share their runs.
 
 pub(crate) mod build_key;
 pub(crate) mod execute;
@@ -10,4 +10,6 @@ mod parts;
 pub(crate) mod plan;
 mod recordings;
 mod row;
+pub(crate) mod runs;
 pub(crate) mod table;
+pub(crate) mod tasks;

@@ -15,6 +15,7 @@ mod hardware;
 mod interrupt;
 mod mjcf;
 mod observations;
+mod optimize;
 mod output_errors;
 mod panics;
 mod plant_comparison;

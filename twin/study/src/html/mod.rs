@@ -15,6 +15,7 @@ mod line_plot;
 mod marker;
 mod models;
 mod modulation;
+mod optimization;
 mod plot;
 mod precision;
 mod rows;
@@ -37,6 +38,7 @@ use crate::reference_note::ReferenceNote;
 use crate::study::{Study, StudyKind};
 
 use crate::number::{self, si};
+pub use optimization::optimization_page;
 pub use sweep::sweep_page;
 use text::{element, escaped, paragraph};
 

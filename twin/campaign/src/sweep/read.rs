@@ -1,0 +1,223 @@
+//! Reading of dimensions and of settings, for sweeps and for searches.
+
+use twinrig_document::{Item, Placed, Reported, Table};
+use twinrig_kernel::Unit;
+
+use super::dimension::{DimensionValues, SweepDimension, ValueInterval};
+use super::keys::{COUNT, DIMENSION, FROM, KEY, SCALE, TO, VALUES, WHOLE};
+use super::value::{SweepValue, toml};
+
+/// Greatest number of points.
+pub(super) const POINTS_MOST: usize = 1_000_000;
+/// Greatest number of dimensions.
+pub(crate) const DIMENSIONS_MOST: usize = 100;
+/// Key of a scenario whose values are whole numbers.
+const SCENARIO_SEED: &str = "seed";
+
+/// Checks the keys of the dimensions: there are some, not too many, and none sets the same as
+/// another or a part of it.
+pub(crate) fn check_dimensions<'k>(
+    table: &Table<'_>,
+    keys: impl IntoIterator<Item = &'k Placed<String>>,
+) -> Result<(), Reported> {
+    let keys: Vec<&Placed<String>> = keys.into_iter().collect();
+    if keys.is_empty() {
+        return Err(table.report(DIMENSION, "there is no dimension", "add a [[dimension]]"));
+    }
+    if keys.len() > DIMENSIONS_MOST {
+        let message = format!("there are more than {DIMENSIONS_MOST} dimensions");
+        return Err(table.report(DIMENSION, message, "leave some of them out"));
+    }
+    for (index, later) in keys.iter().enumerate() {
+        for earlier in &keys[..index] {
+            let (key, other) = (&later.value, &earlier.value);
+            if overlap(key, other) {
+                let message = format!("`{key}` is set by the dimension `{other}` already");
+                let help = "one dimension for each key";
+                return Err(table.report_at(&later.place, message, help));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Returns whether one of two dotted keys is the other, or a table that contains it.
+pub fn overlap(one: &str, other: &str) -> bool {
+    let contains = |table: &str, key: &str| {
+        let rest = key.strip_prefix(table);
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    contains(one, other) || contains(other, one)
+}
+
+/// Reads a whole number from `least` to the greatest number of points.
+pub(crate) fn natural(item: &Item<'_>, least: usize) -> Result<usize, Reported> {
+    let number = usize::try_from(item.natural()?).unwrap_or(usize::MAX);
+    if (least..=POINTS_MOST).contains(&number) {
+        return Ok(number);
+    }
+    let message = format!("`{}` is {number}", item.key());
+    Err(item.report(message, format!("expected {least} to {POINTS_MOST}")))
+}
+
+/// Reads a table of settings: keys and values in TOML.
+pub(crate) fn settings(item: &Item<'_>) -> Result<Vec<(String, String)>, Reported> {
+    let mut settings = Vec::new();
+    leaves(item, &mut Vec::new(), &mut settings)?;
+    Ok(settings)
+}
+
+/// Collects the values below a table with their dotted keys.
+fn leaves(
+    item: &Item<'_>,
+    path: &mut Vec<String>,
+    settings: &mut Vec<(String, String)>,
+) -> Result<(), Reported> {
+    let Some(keys) = item.keys() else {
+        if path.is_empty() {
+            return item.table().map(drop);
+        }
+        check_line(item)?;
+        settings.push((path.join("."), toml(item)));
+        return Ok(());
+    };
+    for key in keys {
+        if let Some(value) = item.peek(key) {
+            path.push(key.to_owned());
+            let read = leaves(&value, path, settings);
+            path.pop();
+            read?;
+        }
+    }
+    Ok(())
+}
+
+/// Checks that a value is written in one line, which a setting requires.
+fn check_line(item: &Item<'_>) -> Result<(), Reported> {
+    if !item.is_text() && item.toml().contains('\n') {
+        return Err(item.report("a value of a setting is one line", "write it in one line"));
+    }
+    Ok(())
+}
+
+/// Reads whether ratios count instead of differences.
+pub(crate) fn scale(item: &Item<'_>) -> Result<bool, Reported> {
+    item.choice(&[("linear", false), ("logarithmic", true)])
+}
+
+pub(super) fn dimension(item: &Item<'_>, is_grid: bool) -> Result<SweepDimension, Reported> {
+    let table = &item.table()?;
+    let key = table.required(KEY, Item::placed_text);
+    let listed = table.optional(VALUES, listed);
+    let is_seed = key.as_ref().is_ok_and(|key| key.value == SCENARIO_SEED);
+    let whole = table.optional(WHOLE, Item::boolean)?.unwrap_or(is_seed);
+    let logarithmic = table.optional(SCALE, scale);
+    let count = table.optional(COUNT, |item| natural(item, 2));
+    table.expect([FROM, TO]);
+    let given = |key: &str| table.keys().any(|known| known == key);
+    if let Some(values) = listed? {
+        for key in [FROM, TO, COUNT, SCALE, WHOLE] {
+            if given(key) {
+                let message = format!("`{key}` has no meaning beside `{VALUES}`");
+                return Err(table.report(key, message, "leave one of them out"));
+            }
+        }
+        return Ok(SweepDimension {
+            key: key?,
+            values: DimensionValues::Listed(values),
+        });
+    }
+    if !given(FROM) && !given(TO) {
+        let message = "the dimension has no values";
+        let help = "add `values = [ … ]`, or `from` and `to`";
+        return Err(item.report(message, help));
+    }
+    let values = if whole {
+        for key in [COUNT, SCALE] {
+            if given(key) {
+                let message =
+                    format!("`{key}` has no meaning for whole numbers, all of which count");
+                let help = format!("leave it out, or list the numbers in `{VALUES}`");
+                return Err(table.report(key, message, help));
+            }
+        }
+        whole_numbers(table)
+    } else {
+        let count = count?;
+        let interval = interval(table, count, logarithmic?.unwrap_or(false))?;
+        match (count, is_grid) {
+            (None, true) => return Err(table.missing(COUNT)),
+            (Some(_), false) => {
+                let message = format!("`{COUNT}` has no meaning where values are drawn");
+                let help = "leave it out; `points` counts the draws";
+                return Err(table.report(COUNT, message, help));
+            }
+            _ => Ok(DimensionValues::Interval(interval)),
+        }
+    };
+    Ok(SweepDimension {
+        key: key?,
+        values: values?,
+    })
+}
+
+fn listed(item: &Item<'_>) -> Result<Vec<SweepValue>, Reported> {
+    let values = item.each(|item| {
+        check_line(item)?;
+        Ok((SweepValue::of(item), item.place()))
+    })?;
+    if values.is_empty() {
+        return Err(item.report("the list has no values", "add one"));
+    }
+    for (index, (value, place)) in values.iter().enumerate() {
+        if values[..index].iter().any(|(other, _)| other == value) {
+            let message = format!("{} is listed twice", value.toml);
+            return Err(item.report_at(place, message, "leave one of them out"));
+        }
+    }
+    Ok(values.into_iter().map(|(value, _)| value).collect())
+}
+
+fn whole_numbers(table: &Table<'_>) -> Result<DimensionValues, Reported> {
+    let from = table.required(FROM, Item::natural);
+    let to = table.required(TO, Item::natural);
+    let (from, to) = (from?, to?);
+    if from > to {
+        return Err(not_ascending(table));
+    }
+    Ok(DimensionValues::Whole { from, to })
+}
+
+fn not_ascending(table: &Table<'_>) -> Reported {
+    let message = format!("`{TO}` has to be above `{FROM}`");
+    table.report(TO, message, "exchange them")
+}
+
+/// Reads the ends of an interval.
+pub(crate) fn interval(
+    table: &Table<'_>,
+    count: Option<usize>,
+    logarithmic: bool,
+) -> Result<ValueInterval, Reported> {
+    let from = table.required(FROM, |item| {
+        let unit = item.any_unit()?;
+        Ok((item.quantity(unit, &SweepValue::RANGE)?, unit))
+    });
+    let unit = from.as_ref().map_or(Unit::One, |(_, unit)| *unit);
+    let to = table.required(TO, |item| item.quantity(unit, &SweepValue::RANGE));
+    let ((from, unit), to) = (from?, to?);
+    if from >= to {
+        return Err(not_ascending(table));
+    }
+    if logarithmic && from <= 0.0 {
+        let message = format!("`{FROM}` is {from}; a logarithmic scale has positive values only");
+        return Err(table.report(FROM, message, "take a linear scale"));
+    }
+    Ok(ValueInterval {
+        from,
+        to,
+        unit,
+        count,
+        logarithmic,
+    })
+}

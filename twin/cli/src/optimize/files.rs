@@ -1,0 +1,89 @@
+//! Files of the result of an optimisation.
+
+use std::path::{Path, PathBuf};
+
+use twinrig_campaign::optimization::OptimizationResult;
+use twinrig_campaign::sweep::Partition;
+use twinrig_scenario::Setting;
+
+use super::best::ScenarioText;
+use super::plan::OptimizationPlan;
+use super::table::{best_value, value_and_unit};
+use crate::error::TwinError;
+use crate::sweep::files::replace;
+
+/// Writes `best.toml`, `history.csv`, `points.csv`, `optimization.json` and `report.html` into a
+/// folder; returns their paths. The caller has the lock of the rows.
+pub(super) fn write(
+    plan: &OptimizationPlan<'_>,
+    result: &OptimizationResult,
+    folder: &Path,
+) -> Result<Vec<PathBuf>, TwinError> {
+    // Serialisation fails only for keys that are not strings.
+    let json = serde_json::to_string_pretty(result).unwrap_or_default();
+    let mut texts = vec![
+        ("history.csv", result.history_csv()),
+        ("points.csv", result.points_csv()),
+        ("optimization.json", json + "\n"),
+        ("report.html", twinrig_study::optimization_page(result)),
+    ];
+    texts.extend(best(plan, result, folder)?.map(|text| ("best.toml", text)));
+    let written = texts.into_iter().map(|(name, text)| {
+        let path = folder.join(name);
+        replace(&path, Partition::WHOLE, &text).map_err(|source| TwinError::Write {
+            path: path.clone(),
+            source,
+        })?;
+        Ok(path)
+    });
+    written.collect()
+}
+
+/// Returns the scenario with the settings of the best point; none if no point has a value of the
+/// objective.
+fn best(
+    plan: &OptimizationPlan<'_>,
+    result: &OptimizationResult,
+    folder: &Path,
+) -> Result<Option<String>, TwinError> {
+    let Some(best) = result.best.as_ref() else {
+        return Ok(None);
+    };
+    let Some(value) = best.evaluation.objective else {
+        return Ok(None);
+    };
+    let values = result.dimensions.iter().zip(&best.point);
+    let values = values.map(|(dimension, value)| Setting {
+        origin: String::new(),
+        key: dimension.key.clone(),
+        value: value.toml.clone(),
+    });
+    let settings: Vec<Setting> = plan.set.iter().cloned().chain(values).collect();
+    let header = [
+        format!(
+            "Best of {} evaluations of {} in the search space {}:",
+            result.counts.evaluations, result.file, result.space
+        ),
+        format!(
+            "{} {} = {}, {}, evaluation {}.",
+            result.direction.word(),
+            result.objective,
+            value_and_unit(value, &result.unit),
+            best_value(best),
+            best.number
+        ),
+        format!(
+            "method {}, {} particles, {} iterations, seed {}",
+            result.method.word(),
+            result.particles,
+            result.iterations,
+            result.seed
+        ),
+    ];
+    let scenario = ScenarioText {
+        path: Path::new(&result.file),
+        text: plan.document.text(),
+        to: folder,
+    };
+    scenario.with(&settings, &header).map(Some)
+}

@@ -1,0 +1,7 @@
+//! Optimisations: from a search space to a scenario with the best settings.
+
+mod best;
+pub(crate) mod execute;
+mod files;
+mod plan;
+pub(crate) mod table;

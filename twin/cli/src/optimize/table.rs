@@ -1,0 +1,186 @@
+//! Text form of the result of an optimisation.
+
+use std::fmt::Write as _;
+
+use twinrig_campaign::optimization::{
+    BestPoint, OptimizationResult, OptimizationVerdict, RunClass,
+};
+use twinrig_campaign::sweep::{ExpectationVerdict, percent};
+
+use super::execute::OptimizationOutcome;
+use crate::report::grid::{Cell, Grid, Left, Right};
+use crate::report::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
+
+/// Returns the text of a result.
+pub(crate) fn text(outcome: &OptimizationOutcome) -> String {
+    let result = &outcome.result;
+    let mut out = heading(result);
+    out.push_str("\n\n");
+    if let Some(best) = &result.best {
+        for line in point(result, best).lines(2) {
+            // Writing to a string cannot fail.
+            let _ = writeln!(out, "{line}");
+        }
+        out.push('\n');
+    }
+    let _ = writeln!(out, "  {}", verdict(result));
+    for line in facts(outcome).lines(2) {
+        let _ = writeln!(out, "{line}");
+    }
+    out
+}
+
+/// Returns a value of the objective: `0.964 m/s`.
+pub(crate) fn value_and_unit(value: f64, unit: &str) -> String {
+    match unit {
+        "" | "1" => significant(value),
+        unit => format!("{} {unit}", significant(value)),
+    }
+}
+
+/// Returns a number with six digits.
+fn significant(value: f64) -> String {
+    let text = format!("{value:.5e}");
+    let rounded: f64 = text.parse().unwrap_or(value);
+    if rounded == 0.0 || (1e-4..1e7).contains(&rounded.abs()) {
+        rounded.to_string()
+    } else {
+        format!("{rounded:e}")
+    }
+}
+
+/// Returns whether the best point meets its constraints: `feasible`, `violates 2 constraints`.
+pub(crate) fn best_value(best: &BestPoint) -> String {
+    match (best.evaluation.class, best.evaluation.violations) {
+        (RunClass::Infeasible, 1) => "violates 1 constraint".to_owned(),
+        (RunClass::Infeasible, count) => format!("violates {count} constraints"),
+        (class, _) => class.word().to_owned(),
+    }
+}
+
+fn heading(result: &OptimizationResult) -> String {
+    let details = format!(
+        "{} · {} {} · {} · {}",
+        result.method.word(),
+        result.direction.word(),
+        result.objective,
+        result.space,
+        result.file
+    );
+    format!("{}  {}", styled(BOLD, &result.name), styled(DIM, &details))
+}
+
+/// Returns the values of the best point between their bounds.
+fn point(result: &OptimizationResult, best: &BestPoint) -> Grid {
+    let mut grid = Grid::new(&[Left, Right, Right, Right, Left]);
+    grid.header("dimension | best | from | to |");
+    for (dimension, value) in result.dimensions.iter().zip(&best.point) {
+        let bound = |number| value_and_unit(number, dimension.unit.symbol());
+        let is_at_bound = best.at_bounds.iter().any(|(key, _)| *key == dimension.key);
+        let mark = if is_at_bound { "at its bound" } else { "" };
+        grid.row([
+            dimension.key.as_str().into(),
+            value.shown().into(),
+            Cell::new(bound(dimension.from), DIM),
+            Cell::new(bound(dimension.to), DIM),
+            Cell::new(mark, YELLOW),
+        ]);
+    }
+    grid
+}
+
+fn verdict(result: &OptimizationResult) -> String {
+    let (style, explained) = match (result.verdict, &result.best) {
+        (OptimizationVerdict::Found, Some(best)) => (GREEN, achieved(result, best)),
+        (OptimizationVerdict::Interrupted, best) => {
+            let so_far = best.as_ref().map_or(String::new(), |best| {
+                format!("; best so far: {}", achieved(result, best))
+            });
+            (YELLOW, format!("the same command continues{so_far}"))
+        }
+        (_, best) => {
+            let best = best.as_ref().map_or(String::new(), |best| {
+                format!("; the best one {}", best_value(best))
+            });
+            (RED, format!("no point meets all constraints{best}"))
+        }
+    };
+    let word = styled(style, &result.verdict.word().to_uppercase());
+    format!("{word}  {explained}")
+}
+
+/// Returns the objective of the best point: `forward speed 1.21 m/s, evaluation 811 of 1212`.
+fn achieved(result: &OptimizationResult, best: &BestPoint) -> String {
+    let value = best.evaluation.objective.map_or(String::new(), |value| {
+        format!(" {}", value_and_unit(value, &result.unit))
+    });
+    let class = match best.evaluation.class {
+        RunClass::Feasible => String::new(),
+        _ => format!(", {}", best_value(best)),
+    };
+    format!(
+        "{}{value}{class}, evaluation {} of {}",
+        result.objective, best.number, result.counts.evaluations
+    )
+}
+
+fn facts(outcome: &OptimizationOutcome) -> Grid {
+    let OptimizationOutcome {
+        result,
+        files,
+        ran,
+        workers,
+        wall_s,
+        ..
+    } = outcome;
+    let mut grid = Grid::new(&[Left, Left]);
+    let mut fact = |name: &str, text: String| grid.row([Cell::new(name, DIM), text.into()]);
+    let counts = &result.counts;
+    let mut points = format!("{} feasible", counts.feasible);
+    for (count, word) in [
+        (counts.infeasible, "infeasible"),
+        (counts.unobserved, "without a value"),
+        (counts.error, "with an error"),
+    ] {
+        if count > 0 {
+            let _ = write!(points, ", {count} {word}");
+        }
+    }
+    fact("points", points);
+    if counts.fell > 0 {
+        let saved = result.saved.map_or(String::new(), |saved| {
+            format!(
+                "; their ends saved {} of the simulated time",
+                percent(saved)
+            )
+        });
+        fact("falls", format!("{} runs{saved}", counts.fell));
+    }
+    fact("generations", result.history.len().to_string());
+    if *ran > 0 {
+        let hourly = *ran as f64 / wall_s * 3600.0;
+        let text = format!("{ran} runs in {wall_s:.1} s on {workers}, {hourly:.0} an hour");
+        fact("time", text);
+    }
+    if let Some(failed) = failed(result) {
+        fact("fails", failed);
+    }
+    for (name, file) in [("scenario", "best.toml"), ("report", "report.html")] {
+        if let Some(path) = files.iter().find(|path| path.ends_with(file)) {
+            fact(name, path.display().to_string());
+        }
+    }
+    if result.verdict != OptimizationVerdict::Interrupted {
+        fact("hash", result.hash.clone());
+    }
+    grid
+}
+
+/// Returns the expectations that fail at the best point, which are no constraints.
+fn failed(result: &OptimizationResult) -> Option<String> {
+    let row = result.best.as_ref()?.row.as_ref()?;
+    let failed = row.expectations.iter();
+    let failed = failed.filter(|one| one.verdict == ExpectationVerdict::Fail);
+    let names: Vec<&str> = failed.map(|one| one.name.as_str()).collect();
+    (!names.is_empty()).then(|| format!("at the best point: {}", names.join(", ")))
+}

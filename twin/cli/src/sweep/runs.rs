@@ -1,0 +1,351 @@
+//! Runs of one scenario at points: settings and key of each, and the files that they share.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use twinrig_campaign::sweep::{RowKey, SweepValue, overlap};
+use twinrig_document::{Document, DocumentError, Placed, Problem, Warning};
+use twinrig_scenario::{Expectation, Scenario, Setting};
+
+use crate::assembly::body::Body;
+use crate::assembly::registry::Registry;
+use crate::assembly::sources::Sources;
+use crate::error::TwinError;
+use crate::sweep::build_key::BuildKey;
+use crate::sweep::keys;
+use crate::sweep::parts::UsedParts;
+
+/// Signals that nothing but a recording requires; by default nothing is recorded.
+const RECORDED: &str = "record.signals";
+/// Origin of the option `--plant`.
+const PLANT: &str = "--plant";
+
+/// What the runs of a plan have in common.
+pub(crate) struct RunRequest<'p> {
+    /// File of the scenario.
+    pub(crate) scenario: &'p Path,
+    /// File that chooses the points: a specification of a sweep or a search space.
+    pub(crate) file: &'p str,
+    /// Its settings of all runs.
+    pub(crate) set: &'p [(String, String)],
+    /// Settings of the command line.
+    pub(crate) settings: &'p [Setting],
+    /// Keys of its dimensions, as it has them.
+    pub(crate) keys: Vec<Placed<String>>,
+    /// Whether signals that only a recording requires are computed.
+    pub(crate) recorded: bool,
+}
+
+/// Runs of one scenario at points.
+pub(crate) struct RunPlan<'r> {
+    pub(crate) registry: &'r Registry,
+    /// Name of the scenario.
+    pub(crate) scenario: String,
+    /// File of the scenario, as given.
+    pub(crate) file: String,
+    pub(crate) build: BuildKey,
+    pub(crate) warnings: Vec<Warning>,
+    /// Keys of the dimensions, as the file of the points has them.
+    given_keys: Vec<Placed<String>>,
+    /// Settings of all runs.
+    base: Vec<Setting>,
+    /// Dotted keys of the dimensions.
+    pub(crate) keys: Vec<String>,
+    pub(crate) points: Vec<PlannedPoint>,
+    on_disk: Sources,
+    /// Sources of the runs, in memory.
+    pub(crate) sources: Vec<Sources>,
+    /// Contents of the files of each of them.
+    files: Vec<Vec<Vec<u8>>>,
+    /// Index of the sources by the texts among the values.
+    known: BTreeMap<Vec<String>, usize>,
+    /// Kinds of parts of all runs.
+    pub(crate) parts: UsedParts,
+}
+
+/// Point of a plan.
+pub(crate) struct PlannedPoint {
+    pub(crate) values: Vec<SweepValue>,
+    /// Index of its sources.
+    pub(crate) sources: usize,
+    pub(crate) key: RowKey,
+}
+
+impl<'r> RunPlan<'r> {
+    /// Reads the scenario and all files that it names; also returns it. There are no points yet.
+    pub(crate) fn new(
+        registry: &'r Registry,
+        request: RunRequest<'_>,
+    ) -> Result<(Self, Scenario), TwinError> {
+        let document = Document::read(request.scenario)?;
+        let folder = request.scenario.parent().unwrap_or(Path::new(""));
+        let on_disk = Sources::of(document, folder);
+        let base = base_settings(&request);
+        let (read, body) = on_disk.body(registry, &base)?;
+        let keys = keys::resolved(&request, registry, &read, body.robot())?;
+        let plan = Self {
+            registry,
+            scenario: read.name.clone(),
+            file: read.file.clone(),
+            build: registry.build()?,
+            warnings: read.warnings.clone(),
+            given_keys: request.keys,
+            base,
+            keys,
+            points: Vec::new(),
+            on_disk,
+            sources: Vec::new(),
+            files: Vec::new(),
+            known: BTreeMap::new(),
+            parts: UsedParts::default(),
+        };
+        Ok((plan, read))
+    }
+
+    /// Adds a point. Where its values may name files, these are read once for each combination of
+    /// such values, and `visit` is called with the scenario.
+    pub(crate) fn add_point(
+        &mut self,
+        values: Vec<SweepValue>,
+        visit: &mut dyn FnMut(&Scenario),
+    ) -> Result<(), TwinError> {
+        // Numbers name no file.
+        let texts = values.iter().filter(|value| value.number.is_none());
+        let texts: Vec<String> = texts.map(|value| value.toml.clone()).collect();
+        let settings = self.settings(&values);
+        let sources = self.sources_of(texts, &settings, visit)?;
+        let parts = std::iter::once(self.build.as_bytes());
+        let parts = parts.chain(self.files[sources].iter().map(Vec::as_slice));
+        let pairs = settings.iter().flat_map(|it| [&it.key, &it.value]);
+        let key = RowKey::of(parts.chain(pairs.map(String::as_bytes)));
+        self.points.push(PlannedPoint {
+            values,
+            sources,
+            key,
+        });
+        Ok(())
+    }
+
+    /// Reads the files of points whose values are numbers: none of them names a file, and the
+    /// scenario is valid without them.
+    pub(crate) fn read_files(&mut self) -> Result<(), TwinError> {
+        let base = self.base.clone();
+        self.sources_of(Vec::new(), &base, &mut |_| {}).map(drop)
+    }
+
+    /// Returns the index of the sources of points with these texts among their values.
+    fn sources_of(
+        &mut self,
+        texts: Vec<String>,
+        settings: &[Setting],
+        visit: &mut dyn FnMut(&Scenario),
+    ) -> Result<usize, TwinError> {
+        if let Some(&index) = self.known.get(&texts) {
+            return Ok(index);
+        }
+        let read = self.on_disk.body(self.registry, settings);
+        let (scenario, body) = read.map_err(|error| self.placed(error))?;
+        self.parts.add(&scenario);
+        visit(&scenario);
+        self.files.push(bytes_of_files(&scenario, &body));
+        self.sources.push(in_memory(&self.on_disk, &body));
+        let index = self.sources.len() - 1;
+        self.known.insert(texts, index);
+        Ok(index)
+    }
+
+    /// Reads the scenario with the values of a point, without a run.
+    pub(crate) fn check_point(&self, index: usize) -> Result<(), TwinError> {
+        let (sources, settings) = self.run_of(index);
+        let read = sources.read(self.registry, &settings);
+        read.map(drop).map_err(|error| self.placed(error))
+    }
+
+    /// Reads the scenario with the value of one dimension alone.
+    pub(crate) fn check_value(
+        &self,
+        dimension: usize,
+        value: &SweepValue,
+    ) -> Result<(), TwinError> {
+        let key = &self.keys[dimension];
+        let mut settings = self.base.clone();
+        settings.push(Setting {
+            origin: origin(key),
+            key: key.clone(),
+            value: value.toml.clone(),
+        });
+        let read = self.on_disk.read(self.registry, &settings);
+        read.map(drop).map_err(|error| self.placed(error))
+    }
+
+    /// Returns the sources and the settings of a point.
+    pub(crate) fn run_of(&self, index: usize) -> (&Sources, Vec<Setting>) {
+        let point = &self.points[index];
+        (&self.sources[point.sources], self.settings(&point.values))
+    }
+
+    fn settings(&self, values: &[SweepValue]) -> Vec<Setting> {
+        let values = self.keys.iter().zip(values);
+        let settings = values.map(|(key, value)| Setting {
+            origin: origin(key),
+            key: key.clone(),
+            value: value.toml.clone(),
+        });
+        self.base.iter().cloned().chain(settings).collect()
+    }
+
+    /// Returns origin, key and value of the settings of all runs.
+    pub(crate) fn shared_settings(&self) -> Vec<(String, String, String)> {
+        let base = self.base.iter().cloned();
+        base.map(|it| (it.origin, it.key, it.value)).collect()
+    }
+
+    /// Returns origin and key of the settings of the dimensions.
+    pub(crate) fn origins_and_keys(&self) -> Vec<(String, String)> {
+        let keys = self.keys.iter();
+        keys.map(|key| (origin(key), key.clone())).collect()
+    }
+
+    /// Returns the settings of all runs.
+    pub(crate) fn base(&self) -> Vec<(String, String)> {
+        let pair = |setting: &Setting| (setting.key.clone(), setting.value.clone());
+        self.base.iter().map(pair).collect()
+    }
+
+    /// Returns an error about a value of a dimension at the key of the dimension.
+    fn placed(&self, error: TwinError) -> TwinError {
+        let TwinError::Document(DocumentError { mut problems }) = error else {
+            return error;
+        };
+        for problem in &mut problems {
+            let mut dimensions = self.keys.iter().zip(&self.given_keys);
+            let found = dimensions.find(|(key, _)| problem.file == origin(key));
+            let Some((_, given)) = found else {
+                continue;
+            };
+            let place = problem.place.as_ref();
+            let value = place.map_or_else(String::new, |place| {
+                format!(" (with {})", place.line_text())
+            });
+            *problem = Problem::at(
+                &given.place,
+                format!("{}{value}", problem.message),
+                problem.help.clone(),
+            );
+        }
+        TwinError::Document(DocumentError { problems })
+    }
+
+    /// Returns the command that repeats the run of a point.
+    pub(crate) fn command(&self, index: usize) -> String {
+        self.command_of(&self.points[index].values)
+    }
+
+    /// Returns the command of a run with these values of the dimensions.
+    pub(crate) fn command_of(&self, values: &[SweepValue]) -> String {
+        let mut words = vec![
+            "twin run".to_owned(),
+            quoted(&self.file),
+            "--no-record".to_owned(),
+        ];
+        for setting in self.settings(values) {
+            words.push(if setting.origin == PLANT {
+                format!("--plant {}", quoted(setting.value.trim_matches('"')))
+            } else {
+                format!(
+                    "--set {}",
+                    quoted(&format!("{}={}", setting.key, setting.value))
+                )
+            });
+        }
+        words.join(" ")
+    }
+
+    /// Returns the name of a point: `trot@seed-17`.
+    pub(crate) fn name(&self, index: usize) -> String {
+        let stem = Path::new(&self.file).file_stem();
+        let stem = stem.map_or_else(|| self.file.clone().into(), |stem| stem.to_string_lossy());
+        let values = self.keys.iter().zip(&self.points[index].values);
+        let values = values.map(|(key, value)| {
+            let last = key.rsplit('.').next().unwrap_or(key);
+            let ends = |other: &&String| other.rsplit('.').next() == Some(last);
+            let key = match self.keys.iter().filter(ends).count() {
+                1 => last,
+                _ => key,
+            };
+            format!("{key}-{}", value.shown().replace(' ', ""))
+        });
+        format!("{stem}@{}", values.collect::<Vec<_>>().join(","))
+    }
+}
+
+/// Origin of the setting of a dimension.
+fn origin(key: &str) -> String {
+    format!("[[dimension]] {key}")
+}
+
+/// Returns the settings of all runs: those of the command line on top of those of the file, without
+/// signals that only a recording requires unless they are recorded.
+fn base_settings(request: &RunRequest<'_>) -> Vec<Setting> {
+    let overridden = |key: &str| request.settings.iter().any(|it| overlap(&it.key, key));
+    let set = request.set.iter().filter(|(key, _)| !overridden(key));
+    let mut base: Vec<Setting> = set
+        .map(|(key, value)| Setting {
+            origin: request.file.to_owned(),
+            key: key.clone(),
+            value: value.clone(),
+        })
+        .collect();
+    base.extend_from_slice(request.settings);
+    let mut dimensions = request.keys.iter().map(|key| key.value.as_str());
+    let is_set = base.iter().any(|it| overlap(&it.key, RECORDED))
+        || dimensions.any(|key| overlap(key, RECORDED));
+    if !request.recorded && !is_set {
+        base.push(Setting {
+            origin: request.file.to_owned(),
+            key: RECORDED.to_owned(),
+            value: "[]".to_owned(),
+        });
+    }
+    base
+}
+
+/// Expectations of a scenario, those about other plants included.
+pub(crate) fn expectations(scenario: &Scenario) -> impl Iterator<Item = &Expectation> {
+    scenario
+        .expectations
+        .iter()
+        .chain(&scenario.of_other_plants)
+}
+
+/// Returns the contents of all files that a run depends on.
+fn bytes_of_files(scenario: &Scenario, body: &Body) -> Vec<Vec<u8>> {
+    let robot = body.robot_file().map_or("", |(_, text)| text);
+    let mut bytes = vec![
+        scenario.text.clone().into_bytes(),
+        robot.as_bytes().to_vec(),
+    ];
+    for (name, content) in body.files() {
+        bytes.extend([name.into_bytes(), content]);
+    }
+    bytes
+}
+
+/// Returns the same sources without files.
+fn in_memory(on_disk: &Sources, body: &Body) -> Sources {
+    Sources {
+        robot: body.robot_file().map(|(_, text)| text.to_owned()),
+        kept: Some(body.files()),
+        ..Sources::of(on_disk.document.clone(), &on_disk.folder)
+    }
+}
+
+/// Returns a word for a POSIX shell.
+pub(crate) fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}

@@ -1,0 +1,96 @@
+use twinrig::WorkerJob;
+use twinrig::campaign::engine::{
+    Engine, EngineError, EngineEvent, EngineOptions, EngineStatus, Job,
+};
+
+use super::{Optimization, SPACE, WALK, built};
+
+/// Both methods: the files are the same, byte for byte.
+#[test]
+fn number_of_workers_has_no_influence_and_the_seed_has() {
+    for method in ["cma-es", "pso"] {
+        let space = format!("method = '{method}'\nconstraints = ['level']\n{SPACE}");
+        let optimization = Optimization::new(method, WALK, &space);
+        let one = optimization.json(0, "one", &["--jobs", "1"]);
+        for jobs in ["2", "3"] {
+            optimization.json(0, jobs, &["--jobs", jobs]);
+            assert_eq!(optimization.files(jobs), optimization.files("one"));
+        }
+        let other = optimization.json(0, "other", &["--seed", "2"]);
+        assert_ne!(other["hash"], one["hash"]);
+        // The best of all generations is the last entry of the history, and never gets worse.
+        let history = one["history"].as_array().unwrap();
+        let costs = history.iter().map(|it| it["cost"].as_f64().unwrap());
+        assert!(costs.is_sorted_by(|one, next| one >= next));
+        assert_eq!(history.last().unwrap()["best"], one["best"]["objective"]);
+        assert_eq!(one["counts"]["evaluations"], 30);
+    }
+}
+
+/// A worker in this process, which has nothing but the bytes of the job.
+struct Elsewhere;
+
+impl Engine for Elsewhere {
+    fn name(&self) -> &'static str {
+        "elsewhere"
+    }
+
+    fn run(
+        &self,
+        job: &dyn Job,
+        tasks: &[usize],
+        _: &EngineOptions,
+        observer: &mut dyn FnMut(EngineEvent) -> bool,
+    ) -> Result<EngineStatus, EngineError> {
+        let worker = WorkerJob::new(built(), &job.shared()).unwrap();
+        for &task in tasks.iter().rev() {
+            let result = Ok(worker.run(&job.task(task)).unwrap().unwrap());
+            assert!(observer(EngineEvent::Done { task, result }));
+        }
+        Ok(EngineStatus::default())
+    }
+}
+
+#[test]
+fn another_engine_has_the_same_answer() {
+    let optimization = Optimization::new("engine", WALK, SPACE);
+    optimization.json(0, "local", &[]);
+    let registry = built().with_engine(Elsewhere);
+    let done = optimization.run_of(&registry, "elsewhere", &["--engine", "elsewhere"]);
+    assert_eq!(done.code, 0, "{done:?}");
+    assert_eq!(optimization.files("elsewhere"), optimization.files("local"));
+}
+
+/// Of a constraint that no point meets; and of runs that all have an error.
+#[test]
+fn search_without_a_feasible_point_fails_and_shows_the_best_one() {
+    let space = format!("constraints = ['level']\n{SPACE}");
+    let strict = WALK.replace("12 deg", "0.001 deg");
+    let optimization = Optimization::new("infeasible", &strict, &space);
+    let result = optimization.json(1, "out", &[]);
+    assert_eq!(result["verdict"], "infeasible");
+    assert_eq!(result["counts"]["feasible"], 0);
+    let done = optimization.run("out", &[]);
+    assert!(
+        done.out
+            .contains("INFEASIBLE  no point meets all constraints"),
+        "{}",
+        done.out
+    );
+    // Feet that cannot reach the ground.
+    let result = optimization.json(1, "errors", &["--set", "controller.step_length=9 m"]);
+    assert_eq!(result["counts"]["error"], 30, "{result}");
+    assert!(!std::fs::exists(optimization.folder.join("errors/best.toml")).unwrap());
+}
+
+/// Known points are not run again: more iterations continue from the rows on disk.
+#[test]
+fn more_iterations_continue() {
+    let optimization = Optimization::new("more", WALK, &format!("method = 'pso'\n{SPACE}"));
+    let first = optimization.run("out", &["--iterations", "2"]);
+    assert!(first.out.contains("18 runs in"), "{}", first.out);
+    let second = optimization.run("out", &[]);
+    assert!(second.out.contains("12 runs in"), "{}", second.out);
+    optimization.run("whole", &[]);
+    assert_eq!(optimization.files("out"), optimization.files("whole"));
+}

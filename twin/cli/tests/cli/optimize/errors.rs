@@ -1,0 +1,104 @@
+use super::{Optimization, SPACE, WALK};
+
+fn error(space: &str, more: &[&str]) -> String {
+    let optimization = Optimization::new("mistakes", WALK, space);
+    let done = optimization.run("out", more);
+    assert_eq!(done.code, 2, "{done:?}");
+    let written = std::fs::read_dir(optimization.folder.join("out"));
+    assert_eq!(written.into_iter().flatten().count(), 0, "no run has begun");
+    done.err
+}
+
+/// Before the first run, at the place in the search space, with a remedy.
+#[test]
+fn mistakes_are_errors_before_the_runs() {
+    let objective = |name: &str| SPACE.replace("'speed'", name);
+    let constrained = |text: &str| format!("{text}\n{SPACE}");
+    for (space, message, help, line) in [
+        (
+            objective("'sped'"),
+            "has no expectation `sped`",
+            "did you mean `speed`?",
+            1,
+        ),
+        (
+            objective("'stays up'"),
+            "`stays up` is about a fall, which has no one measure",
+            "make it a constraint",
+            1,
+        ),
+        (
+            constrained("constraints = ['speed', 'leveled']"),
+            "has no expectation `leveled`",
+            "did you mean `level`?",
+            1,
+        ),
+        (
+            SPACE.replace("'frequency'", "'frequncy'"),
+            "`frequncy` is neither a key nor a process variable",
+            "did you mean `frequency`?",
+            9,
+        ),
+        (
+            SPACE.replace("'frequency'", "'plant.ground.frictoin'"),
+            "unknown key `frictoin`",
+            "did you mean `friction`?",
+            9,
+        ),
+        (
+            SPACE.replace("'14 cm'", "'14 s'"),
+            "`14 s` is a duration; expected a length",
+            "",
+            7,
+        ),
+        (
+            SPACE
+                .replace("'hip_height/fore'", "'plant.step'")
+                .replace("cm'", "ms'"),
+            "out of range (with plant.step = ",
+            "",
+            5,
+        ),
+        (
+            constrained("set = { controller.frequency = '2 Hz' }"),
+            "`frequency` is set for all runs, by `set`",
+            "leave out the dimension or the setting",
+            10,
+        ),
+    ] {
+        let error = error(&space, &[]);
+        for part in [message, help, &format!("space.toml:{line}:")] {
+            assert!(error.contains(part), "{part}\n{error}");
+        }
+    }
+    let few = error(SPACE, &["--particles", "2"]);
+    assert!(few.contains("a population of 2 is too small"), "{few}");
+}
+
+/// A result would depend on the machine.
+#[test]
+fn speed_of_the_machine_is_no_objective() {
+    let scenario =
+        format!("{WALK}[[expect]]\nname = 'fast'\ncost = {{ real_time_factor = {{ min = 1 }} }}\n");
+    for space in [
+        SPACE.replace("'speed'", "'fast'"),
+        format!("constraints = 'all'\n{SPACE}"),
+    ] {
+        let optimization = Optimization::new("machine", &scenario, &space);
+        let done = optimization.run("out", &[]);
+        let expected = "`fast` depends on the machine and its load";
+        assert!(done.code == 2 && done.err.contains(expected), "{done:?}");
+    }
+}
+
+#[test]
+fn errors_are_json_where_it_is_requested() {
+    let optimization = Optimization::new("json", WALK, "maximize = 'speed'\ndimension = []");
+    let result = optimization.json(2, "out", &[]);
+    assert!(
+        result["error"]
+            .as_str()
+            .unwrap()
+            .contains("there is no dimension")
+    );
+}

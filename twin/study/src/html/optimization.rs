@@ -1,0 +1,390 @@
+//! Page of an optimisation: convergence, the best point, and the values of each dimension. It
+//! contains neither times nor the machine, so that equal optimisations have equal pages.
+
+use twinrig_campaign::optimization::{
+    EvaluatedPoint, OptimizationResult, OptimizedDimension, RunClass,
+};
+use twinrig_campaign::sweep::percent;
+use twinrig_kernel::Unit;
+
+use super::line_plot::{LinePlot, Series, Shape};
+use super::marker::swatch;
+use super::table::Table;
+use super::text::{element, escaped, paragraph};
+use super::{card, document, drawing};
+use crate::number::plain;
+
+/// Greatest number of points of one kind in a plot.
+const DRAWN: usize = 1000;
+/// Bars of a histogram.
+const BARS: usize = 20;
+/// One point of so many is among the best.
+const BEST_OF: usize = 10;
+
+/// Colours.
+const BEST: usize = 0;
+const OTHER: usize = 1;
+const MEDIAN: usize = 2;
+const MARK: usize = 7;
+
+/// Returns the page of an optimisation.
+pub fn optimization_page(result: &OptimizationResult) -> String {
+    let mut body = cards(result);
+    body += &result
+        .warning()
+        .map_or(String::new(), |warning| paragraph(&warning));
+    body += "<h2>Convergence</h2>\n";
+    body += &convergence(result);
+    body += "<h2>Best point</h2>\n";
+    body += &best(result);
+    body += "<h2>Dimensions</h2>\n";
+    body += &paragraph(&format!(
+        "Left the objective of the runs that have one, the dashed line at the best point. Right \
+         the share of the points of all generations, and of the best of {BEST_OF} of them, in each \
+         part of the range: a search that has converged has its best points in one place."
+    ));
+    let order = by_cost(result);
+    for (index, dimension) in result.dimensions.iter().enumerate() {
+        let plots = objective_over(result, index, dimension)
+            + &distribution(result, &order, index, dimension);
+        body += &element("div", "pair", &plots);
+    }
+    body += &reproduction(result);
+    let title = format!("{}: {}", result.name, result.scenario);
+    document("Optimisation", &title, &headline(result), &body)
+}
+
+fn in_unit(symbol: &str) -> String {
+    match symbol {
+        "" | "1" => String::new(),
+        symbol => format!("  [{symbol}]"),
+    }
+}
+
+fn objective_text(result: &OptimizationResult) -> String {
+    let best = result.best.as_ref();
+    let value = best.and_then(|best| best.evaluation.objective);
+    let unit = match result.unit.as_str() {
+        "1" => "",
+        unit => unit,
+    };
+    value.map_or("none".to_owned(), |value| {
+        format!("{} {unit}", plain(value))
+    })
+}
+
+fn headline(result: &OptimizationResult) -> String {
+    let constraints = match result.constraints.len() {
+        0 => String::new(),
+        1 => ", with 1 constraint".to_owned(),
+        count => format!(", with {count} constraints"),
+    };
+    format!(
+        "{} {}: {}{constraints}; {} evaluations.",
+        result.direction.word(),
+        result.objective,
+        objective_text(result).trim_end(),
+        result.counts.evaluations
+    )
+}
+
+fn cards(result: &OptimizationResult) -> String {
+    let counts = &result.counts;
+    let mut cards = card("verdict", result.verdict.word(), result.method.word());
+    cards += &card("best", objective_text(result).trim_end(), &result.objective);
+    let generations = format!("in {} generations", result.history.len());
+    cards += &card("evaluations", &counts.evaluations.to_string(), &generations);
+    cards += &card(
+        "feasible",
+        &counts.feasible.to_string(),
+        "all constraints hold",
+    );
+    let saved = result.saved.map_or(String::new(), |saved| {
+        format!("{} of the simulated time saved", percent(saved))
+    });
+    cards += &card("falls", &counts.fell.to_string(), &saved);
+    if counts.error > 0 {
+        cards += &card(
+            "error",
+            &counts.error.to_string(),
+            "the run did not complete",
+        );
+    }
+    element("div", "cards", &cards)
+}
+
+/// Returns the plots of the objective and of the share of feasible points over the evaluations.
+fn convergence(result: &OptimizationResult) -> String {
+    let history = result.history.iter();
+    let line = |value: &dyn Fn(usize) -> Option<f64>| -> Vec<[f64; 2]> {
+        let points = history.clone().enumerate();
+        let point = |(index, it): (usize, &twinrig_campaign::optimization::Generation)| {
+            Some([it.evaluations as f64, value(index)?])
+        };
+        points.filter_map(point).collect()
+    };
+    let plot = |title: &str, y_label: String, series| LinePlot {
+        title: title.to_owned(),
+        width: 540.0,
+        height: 300.0,
+        x_label: "evaluations".to_owned(),
+        y_label,
+        series,
+    };
+    let objective = plot(
+        "objective over the evaluations",
+        format!("{}{}", result.objective, in_unit(&result.unit)),
+        vec![
+            Series {
+                number: MEDIAN,
+                shape: Shape::Line(line(&|index| result.history[index].median)),
+            },
+            Series {
+                number: BEST,
+                shape: Shape::Line(line(&|index| result.history[index].best)),
+            },
+        ],
+    );
+    let legend = [
+        (swatch(BEST, false), "best point so far".to_owned()),
+        (swatch(MEDIAN, false), "median of a generation".to_owned()),
+    ];
+    let caption = "The best point is the one of least cost: feasible points come first, whatever \
+                   their objective.";
+    let feasible = plot(
+        "share of feasible points over the evaluations",
+        "feasible".to_owned(),
+        vec![
+            // Both ends of the scale of shares.
+            Series {
+                number: MARK,
+                shape: Shape::Line(vec![[0.0, 0.0], [0.0, 1.0]]),
+            },
+            Series {
+                number: BEST,
+                shape: Shape::Line(line(&|index| Some(result.history[index].feasible))),
+            },
+        ],
+    );
+    let plots =
+        drawing("", &legend, &objective.svg(), caption) + &drawing("", &[], &feasible.svg(), "");
+    element("div", "pair", &plots)
+}
+
+/// Returns the table of the best point and its expectations.
+fn best(result: &OptimizationResult) -> String {
+    let Some(best) = &result.best else {
+        return paragraph("There is none.");
+    };
+    let mut table = Table::new("dimension | best | from | to |", 1);
+    for (dimension, value) in result.dimensions.iter().zip(&best.point) {
+        let is_at_bound = best.at_bounds.iter().any(|(key, _)| *key == dimension.key);
+        let symbol = in_unit(dimension.unit.symbol());
+        table.row(
+            "",
+            vec![
+                element("b", "", &escaped(&dimension.key)),
+                escaped(value.shown()),
+                escaped(&format!("{}{symbol}", plain(dimension.from))),
+                escaped(&format!("{}{symbol}", plain(dimension.to))),
+                if is_at_bound {
+                    element("span", "tag bad", "at its bound")
+                } else {
+                    String::new()
+                },
+            ],
+        );
+    }
+    let mut expectations = Table::new("expectation | verdict | measured | bound | unit", 2);
+    for one in best.row.iter().flat_map(|row| &row.expectations) {
+        let class = if one.holds { "tag ok" } else { "tag bad" };
+        let number = |value: Option<f64>| value.map_or(String::new(), plain);
+        expectations.row(
+            "",
+            vec![
+                element("b", "", &escaped(&one.name)),
+                element("span", class, one.verdict.word()),
+                number(one.measured),
+                number(one.bound),
+                escaped(&one.unit),
+            ],
+        );
+    }
+    table.html()
+        + &expectations.html()
+        + &element("p", "", &element("code", "", &escaped(&best.command)))
+}
+
+/// Returns the indices of the points, the best first.
+fn by_cost(result: &OptimizationResult) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..result.points.len()).collect();
+    let cost = |index: &usize| result.points[*index].evaluation.cost;
+    order.sort_by(|one, other| cost(one).total_cmp(&cost(other)));
+    order
+}
+
+/// Returns the place of a value on an axis.
+fn place(dimension: &OptimizedDimension, value: f64) -> f64 {
+    if dimension.logarithmic {
+        libm::log10(value)
+    } else {
+        value
+    }
+}
+
+fn label(dimension: &OptimizedDimension) -> String {
+    let unit = match dimension.unit {
+        Unit::One => String::new(),
+        unit => in_unit(unit.symbol()),
+    };
+    let key = &dimension.key;
+    if dimension.logarithmic {
+        format!("decimal logarithm of {key}{unit}")
+    } else {
+        format!("{key}{unit}")
+    }
+}
+
+/// Returns the plot of the objective over a dimension.
+fn objective_over(
+    result: &OptimizationResult,
+    index: usize,
+    dimension: &OptimizedDimension,
+) -> String {
+    let dots = |is_feasible: bool| {
+        let of = |point: &EvaluatedPoint| {
+            let feasible = point.evaluation.class == RunClass::Feasible;
+            let value = point
+                .evaluation
+                .objective
+                .filter(|_| feasible == is_feasible)?;
+            Some([place(dimension, point.numbers[index]), value])
+        };
+        let all: Vec<[f64; 2]> = result.points.iter().filter_map(of).collect();
+        // Evenly over the points.
+        let every = all.len().div_ceil(DRAWN).max(1);
+        all.into_iter().step_by(every).collect::<Vec<_>>()
+    };
+    let (feasible, other) = (dots(true), dots(false));
+    let values = feasible.iter().chain(&other).map(|point| point[1]);
+    let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+        [low.min(value), high.max(value)]
+    });
+    let best = result
+        .best
+        .as_ref()
+        .and_then(|best| best.point[index].number);
+    let marked = best.filter(|_| low <= high).map(|value| {
+        let at = place(dimension, value);
+        Series {
+            number: MARK,
+            shape: Shape::Dashed(vec![[at, low], [at, high]]),
+        }
+    });
+    let mut series = vec![
+        Series {
+            number: OTHER,
+            shape: Shape::Dots(other),
+        },
+        Series {
+            number: BEST,
+            shape: Shape::Dots(feasible),
+        },
+    ];
+    series.extend(marked);
+    let plot = LinePlot {
+        title: format!("objective over {}", dimension.key),
+        width: 540.0,
+        height: 260.0,
+        x_label: label(dimension),
+        y_label: format!("objective{}", in_unit(&result.unit)),
+        series,
+    };
+    let legend = [
+        (swatch(BEST, false), "feasible".to_owned()),
+        (swatch(OTHER, false), "infeasible".to_owned()),
+    ];
+    drawing("", &legend, &plot.svg(), "")
+}
+
+/// Returns the histogram of the values of a dimension.
+fn distribution(
+    result: &OptimizationResult,
+    order: &[usize],
+    index: usize,
+    dimension: &OptimizedDimension,
+) -> String {
+    let [from, to] = [dimension.from, dimension.to].map(|end| place(dimension, end));
+    let width = (to - from) / BARS as f64;
+    let shares = |points: &[usize]| -> Vec<[f64; 2]> {
+        let mut counts = [0_usize; BARS];
+        for &point in points {
+            let share = dimension.share_of(result.points[point].numbers[index]);
+            let bar = (1..BARS)
+                .filter(|&bar| share * BARS as f64 >= bar as f64)
+                .count();
+            counts[bar] += 1;
+        }
+        let bars = counts.iter().enumerate();
+        bars.map(|(bar, &count)| {
+            let share = count as f64 / points.len().max(1) as f64;
+            [from + width * (bar as f64 + 0.5), share]
+        })
+        .collect()
+    };
+    let best = &order[..order.len().div_ceil(BEST_OF)];
+    let bars = |width: f64, points| Shape::Bars { width, points };
+    let plot = LinePlot {
+        title: format!("points over {}", dimension.key),
+        width: 540.0,
+        height: 260.0,
+        x_label: label(dimension),
+        y_label: "share of the points".to_owned(),
+        series: vec![
+            Series {
+                number: BEST,
+                shape: bars(width, shares(best)),
+            },
+            Series {
+                number: OTHER,
+                shape: bars(0.4 * width, shares(order)),
+            },
+        ],
+    };
+    let legend = [
+        (swatch(BEST, false), format!("the best of {BEST_OF}")),
+        (swatch(OTHER, false), "all".to_owned()),
+    ];
+    drawing("", &legend, &plot.svg(), "")
+}
+
+fn reproduction(result: &OptimizationResult) -> String {
+    let mut terms = String::new();
+    let mut term = |name: &str, text: &str| {
+        terms += &element("dt", "", &escaped(name));
+        terms += &element("dd", "", &element("code", "", &escaped(text)));
+        terms.push('\n');
+    };
+    term("scenario", &result.file);
+    term("search space", &result.space);
+    for (key, value) in &result.settings {
+        term("set in all runs", &format!("{key} = {value}"));
+    }
+    for name in &result.constraints {
+        term("constraint", name);
+    }
+    term(
+        "search",
+        &format!(
+            "{}, {} particles, {} iterations, {} restarts, seed {}",
+            result.method.word(),
+            result.particles,
+            result.iterations,
+            result.restarts,
+            result.seed
+        ),
+    );
+    term("hash of points and costs", &result.hash);
+    term("hash of the program", &result.build);
+    format!("<h2>Reproduction</h2>\n{}", element("dl", "", &terms))
+}
