@@ -224,7 +224,8 @@ def study(
     Parameters
     ----------
     kind
-        ``precision``, ``stability``, ``coupling`` or ``estimate``.
+        ``precision``, ``stability``, ``coupling``, ``estimate``, ``modulation`` or
+        ``transition``.
     scenario
         Path of a scenario file; by default that of the kind.
     plants

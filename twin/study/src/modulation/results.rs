@@ -232,14 +232,23 @@ impl ModulationStudy {
                 .iter()
                 .filter(|table| Self::is_erratic(table))
                 .count();
-            (erratic, tables.len())
+            let models = tables.iter();
+            let models = models.filter_map(|table| table.model(ModelForm::BilinearWithFirstStep));
+            let none = [f64::INFINITY, f64::NEG_INFINITY];
+            let [low, high] = models.fold(none, |[low, high], model| {
+                [low.min(model.r_squared), high.max(model.r_squared)]
+            });
+            let range = if low > high {
+                String::new()
+            } else {
+                format!(" (R² {} to {})", short(low), short(high))
+            };
+            let (of, counting) = (tables.len(), counting.name());
+            format!("{erratic} of {of} by {counting}{range}")
         };
         let parts = factors.iter().map(|factor| {
-            let [cycle, touch_down] = Counting::ALL.map(|counting| counted(factor, counting));
-            format!(
-                "{factor}: {} of {} by cycle, {} of {} by touch-down",
-                cycle.0, cycle.1, touch_down.0, touch_down.1
-            )
+            let parts = Counting::ALL.map(|counting| counted(factor, counting));
+            format!("{factor}: {}", parts.join(", "))
         });
         let parts: Vec<String> = parts.collect();
         let sentence = format!(
