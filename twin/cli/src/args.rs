@@ -4,6 +4,7 @@
 mod cell;
 mod export;
 mod sweep;
+mod thesis;
 
 use std::path::PathBuf;
 
@@ -14,6 +15,7 @@ use twinrig_kernel::{SimDuration, Unit};
 pub use cell::{CellArgs, CellCommand, CellPredictArgs, ElectrodeName};
 pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
 pub use sweep::SweepArgs;
+pub use thesis::ThesisArgs;
 
 /// Co-simulates a legged robot, its controller and its I/O in virtual time and judges the run.
 #[derive(Debug, Parser)]
@@ -54,6 +56,12 @@ pub enum Command {
     Export(ExportArgs),
     /// Design piezoresistive cells of tactile sensors by the models of the thesis
     Cell(CellArgs),
+    /// Compare the printed figures of the thesis with ours
+    ///
+    /// Determines ours by scenarios, studies and closed forms. A verdict follows from both:
+    /// reproduced, refuted, or not reproducible where the thesis does not print the data. Exit code:
+    /// 0 all verdicts are those of the documentation, 1 one differs or nothing was observed.
+    Thesis(ThesisArgs),
     /// Print the JSON schema of the scenarios of this build, for editors
     ///
     /// The first line of a scenario references the schema file, relative to the folder of the
@@ -75,6 +83,7 @@ impl Command {
             Self::Devices(args) => args.json,
             Self::Cell(args) => args.json(),
             Self::Sweep(args) => args.json,
+            Self::Thesis(args) => args.json,
             Self::Study(StudyArgs {
                 study:
                     StudyCommand::Precision(PrecisionOptions { study: options, .. })
