@@ -1,0 +1,1 @@
+//! Properties of the registry and of the documentation.
