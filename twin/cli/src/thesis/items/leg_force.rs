@@ -41,7 +41,7 @@ pub(crate) const FIG_2_9: Item = Item {
         .remark("\"one order of magnitude\""),
     ],
     measure: fig_2_9,
-    commands: &["twin run scenarios/leg-drop.toml"],
+    commands: &["cargo test -p twinrig-leg greatest_axial_stiffness"],
 };
 
 /// Range of leg lengths, as shares of the greatest: shorter ones are not reached in a gait, and at

@@ -49,22 +49,19 @@ pub(crate) const SPEEDS: Item = Item {
             6.9,
             "1/s",
         )
-        .rule(
-            Rule::Within(0.03),
-            "the body length has two digits elsewhere",
-        )
-        .remark("1.42 m/s over the printed 20.1 cm"),
+        .rule(Rule::Within(0.01), "two printed digits")
+        .remark("1.42 m/s over the printed length of 20.1 cm are 7.1"),
         PrintedFigure::value(
             "oncilla",
             "Oncilla, trot",
-            "none: reported of the robot elsewhere",
+            "not in the thesis; reported of the robot",
             0.63,
             "m/s",
         )
-        .rule(Rule::Within(0.05), "friction and grip of the ground")
+        .rule(Rule::Within(0.05), "the gait is not that of the robot")
         .remark(
-            "a gait found by optimisation, with the speed of the robot as a target; friction \
-             of the joints is five times that of the robot file",
+            "a gait found by optimisation; friction of the joints is five times that of the \
+             robot file",
         ),
     ],
     measure: speeds,
