@@ -10,8 +10,8 @@ use crate::error::TwinError;
 use crate::run::interrupt;
 use crate::run::progress::Progress;
 use crate::thesis::item::Item;
+use crate::thesis::items::items;
 use crate::thesis::record::recorded;
-use crate::thesis::registry::items;
 use crate::thesis::result::ThesisResult;
 use crate::thesis::{run, text};
 

@@ -5,19 +5,15 @@
 //! studies and closed forms. A verdict follows from both numbers; only "not reproducible" is
 //! declared, with its reason. An item is one declaration in the module of its chapter.
 
-mod chapter_1;
-mod chapter_2;
-mod chapter_4_bench;
-mod chapter_4_cells;
-mod chapter_5;
 mod context;
 pub(crate) mod error;
 pub(crate) mod item;
+pub(crate) mod items;
 mod number;
+#[cfg(test)]
 mod page;
 mod progress;
 pub(crate) mod record;
-pub(crate) mod registry;
 pub(crate) mod result;
 pub(crate) mod run;
 #[cfg(test)]

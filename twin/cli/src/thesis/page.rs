@@ -1,5 +1,4 @@
 //! The table of the documentation.
-#![cfg(test)]
 
 use std::fmt::Write as _;
 

@@ -82,7 +82,10 @@ impl FigureResult {
             quantity: figure.quantity.to_owned(),
             place: figure.place.to_owned(),
             printed: match figure.printed {
-                Printed::Value(value) => format!("{value} {}", figure.unit).trim_end().to_owned(),
+                Printed::Value(value) => {
+                    let value = number::printed(value);
+                    format!("{value} {}", figure.unit).trim_end().to_owned()
+                }
                 Printed::Statement(statement) => statement.to_owned(),
             },
             printed_value,
@@ -100,7 +103,7 @@ impl FigureResult {
         let ours = self.ours.as_ref();
         ours.map_or_else(
             || "–".to_owned(),
-            |found| number::measurement(found, &self.unit),
+            |found| number::measurement(found, self.printed_value, &self.unit),
         )
     }
 

@@ -13,8 +13,8 @@ use crate::run::progress::Progress;
 use crate::thesis::context::Context;
 use crate::thesis::error::ThesisError;
 use crate::thesis::item::Item;
+use crate::thesis::items::items;
 use crate::thesis::progress::ItemProgress;
-use crate::thesis::registry::items;
 use crate::thesis::result::{ItemResult, ThesisResult};
 
 /// Returns the item with an identifier.
