@@ -32,10 +32,7 @@ fn robot() -> Robot {
 
 /// The robot at height `fall` above the ground.
 fn setup(fall: f64) -> Setup {
-    let terrain = twinrig_contact::Terrain::StepDown {
-        at: -10.0,
-        drop: fall,
-    };
+    let terrain = twinrig_contact::Terrain::step_down(-10.0, fall);
     Setup {
         base: Base::Free,
         legs: LEGS.map(str::to_owned).to_vec(),

@@ -48,6 +48,12 @@ pub enum GaitError {
         /// The known names, separated by commas.
         known: String,
     },
+    /// One load signal for several legs.
+    #[error("`{name}` would be the load of every leg; write `*` in place of the name of the leg")]
+    OneLoad {
+        /// The name of the signal.
+        name: String,
+    },
     /// The geometry of a leg is impossible.
     #[error("leg `{name}`")]
     Leg {

@@ -29,6 +29,9 @@ impl Corner {
     }
 }
 
+/// Lag of the second leg of a pair in a gallop, a tenth of a cycle \[rad\].
+const PAIR_LAG: f64 = PI / 5.0;
+
 /// Gait: the phase of each leg relative to the common phase of the oscillators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Gait {
@@ -37,15 +40,31 @@ pub enum Gait {
     Trot,
     /// Legs of one side in phase.
     Pace,
-    /// One leg after the other, each hind leg followed by the fore leg of its side.
+    /// Lateral sequence: a quarter of a cycle apart, each hind leg followed by the fore leg of its
+    /// side.
     Walk,
     /// Fore legs in phase, hind legs in phase.
     Bound,
+    /// Diagonal sequence: a quarter of a cycle apart, each hind leg followed by the fore leg of the
+    /// other side.
+    DiagonalWalk,
+    /// Transverse gallop: the hind legs, then the fore legs, in both pairs the left one first.
+    DiagonalGallop,
+    /// The right hind leg, the left one, then the left fore leg and the right one.
+    RotaryGallop,
 }
 
 impl Gait {
     /// All gaits.
-    pub const ALL: [Self; 4] = [Self::Trot, Self::Pace, Self::Walk, Self::Bound];
+    pub const ALL: [Self; 7] = [
+        Self::Trot,
+        Self::Pace,
+        Self::Walk,
+        Self::Bound,
+        Self::DiagonalWalk,
+        Self::DiagonalGallop,
+        Self::RotaryGallop,
+    ];
 
     /// Name in scenarios.
     pub fn name(self) -> &'static str {
@@ -54,13 +73,28 @@ impl Gait {
             Self::Pace => "pace",
             Self::Walk => "walk",
             Self::Bound => "bound",
+            Self::DiagonalWalk => "diagonal-walk",
+            Self::DiagonalGallop => "diagonal-gallop",
+            Self::RotaryGallop => "rotary-gallop",
         }
     }
 
-    /// Phase of the leg at `corner` relative to the common phase, in `[−π, π]` \[rad\].
+    /// Phase of the leg at `corner` relative to the common phase, in `[−π, π]` \[rad\]. A leg with a
+    /// greater phase touches down earlier.
     ///
-    /// For left fore, right fore, left hind, right hind: trot 0 π π 0, pace 0 π 0 π, walk 0 π π/2
-    /// 3π/2 (as −π/2), bound 0 0 π π.
+    /// | gait | left fore | right fore | left hind | right hind |
+    /// |---|---|---|---|---|
+    /// | trot | 0 | π | π | 0 |
+    /// | pace | 0 | π | 0 | π |
+    /// | walk | 0 | π | π/2 | −π/2 |
+    /// | bound | 0 | 0 | π | π |
+    /// | diagonal walk | 0 | π | −π/2 | π/2 |
+    /// | diagonal gallop | 0 | −π/5 | π | 4π/5 |
+    /// | rotary gallop | 0 | −π/5 | 4π/5 | π |
+    ///
+    /// The symmetrical gaits are those of Hildebrand (Science 150, 1965) and Alexander (Int. J.
+    /// Robotics Research 3, 1984). A gallop is defined by the sequence of the legs; within a pair
+    /// they are a tenth of a cycle apart here, the pairs half a cycle.
     ///
     /// ```
     /// use twinrig_gait::{Corner, Gait};
@@ -68,12 +102,20 @@ impl Gait {
     /// assert_eq!(Gait::Trot.phase_difference(right_hind), 0.0);
     /// ```
     pub fn phase_difference(self, corner: Corner) -> f64 {
-        match (self, corner.fore, corner.left) {
-            (Self::Trot, fore, left) if fore != left => PI,
-            (Self::Pace, _, false) | (Self::Walk, true, false) | (Self::Bound, false, _) => PI,
-            (Self::Walk, false, true) => FRAC_PI_2,
-            (Self::Walk, false, false) => -FRAC_PI_2,
-            _ => 0.0,
+        let [left_fore, right_fore, left_hind, right_hind] = match self {
+            Self::Trot => [0.0, PI, PI, 0.0],
+            Self::Pace => [0.0, PI, 0.0, PI],
+            Self::Walk => [0.0, PI, FRAC_PI_2, -FRAC_PI_2],
+            Self::Bound => [0.0, 0.0, PI, PI],
+            Self::DiagonalWalk => [0.0, PI, -FRAC_PI_2, FRAC_PI_2],
+            Self::DiagonalGallop => [0.0, -PAIR_LAG, PI, PI - PAIR_LAG],
+            Self::RotaryGallop => [0.0, -PAIR_LAG, PI - PAIR_LAG, PI],
+        };
+        match (corner.fore, corner.left) {
+            (true, true) => left_fore,
+            (true, false) => right_fore,
+            (false, true) => left_hind,
+            (false, false) => right_hind,
         }
     }
 }
@@ -116,25 +158,38 @@ mod tests {
     ];
 
     #[test]
-    fn tables_are_those_of_the_textbook() {
-        let table = |gait: Gait| CORNERS.map(|corner| gait.phase_difference(corner));
-        assert_eq!(table(Gait::Trot), [0.0, PI, PI, 0.0]);
-        assert_eq!(table(Gait::Pace), [0.0, PI, 0.0, PI]);
-        assert_eq!(table(Gait::Walk), [0.0, PI, FRAC_PI_2, -FRAC_PI_2]);
-        assert_eq!(table(Gait::Bound), [0.0, 0.0, PI, PI]);
+    fn pairs_in_phase_are_those_of_the_textbook() {
+        let [lf, rf, lh, rh] = [0, 1, 2, 3];
+        for (gait, pairs) in [
+            (Gait::Trot, [[lf, rh], [rf, lh]]),
+            (Gait::Pace, [[lf, lh], [rf, rh]]),
+            (Gait::Bound, [[lf, rf], [lh, rh]]),
+        ] {
+            let [[a, b], [c, d]] =
+                pairs.map(|pair| pair.map(|leg: usize| gait.phase_difference(CORNERS[leg])));
+            assert!(a == b && c == d && (a - c).abs() == PI, "{}", gait.name());
+        }
     }
 
     #[test]
-    fn in_a_walk_a_fore_leg_follows_the_hind_leg_of_its_side() {
-        // A leg with a greater phase touches down earlier: order by falling phase.
-        let mut order = [0, 1, 2, 3];
-        let ahead = |leg: usize| {
-            Gait::Walk
-                .phase_difference(CORNERS[leg])
-                .rem_euclid(2.0 * PI)
-        };
-        order.sort_by(|&a, &b| ahead(b).total_cmp(&ahead(a)));
-        assert_eq!(order, [3, 1, 2, 0]); // right hind, right fore, left hind, left fore
+    fn sequences_are_those_of_the_textbook() {
+        let [lf, rf, lh, rh] = [0, 1, 2, 3];
+        let expected = [
+            (Gait::Walk, [rh, rf, lh, lf]),
+            (Gait::DiagonalWalk, [lh, rf, rh, lf]),
+            // After the hind legs, the fore legs in the same order, or the other way round.
+            (Gait::DiagonalGallop, [lh, rh, lf, rf]),
+            (Gait::RotaryGallop, [rh, lh, lf, rf]),
+        ];
+        for (gait, order) in expected {
+            // A leg with a greater phase touches down earlier; LF with phase 0 comes round again.
+            let ahead = |leg: usize| gait.phase_difference(CORNERS[leg]).rem_euclid(2.0 * PI);
+            let mut found = [0, 1, 2, 3];
+            found.sort_by(|&a, &b| ahead(b).total_cmp(&ahead(a)));
+            let first = found.iter().position(|leg| *leg == order[0]).unwrap();
+            found.rotate_left(first);
+            assert_eq!(found, order, "{}", gait.name());
+        }
     }
 
     #[test]
@@ -143,6 +198,10 @@ mod tests {
             assert_eq!(gait.name().parse(), Ok(gait));
         }
         let error = "canter".parse::<Gait>().unwrap_err();
-        assert!(error.to_string().contains("trot, pace, walk, bound"));
+        assert!(
+            error
+                .to_string()
+                .contains("trot, pace, walk, bound, diagonal-walk")
+        );
     }
 }

@@ -1,7 +1,9 @@
-//! Open-loop gait controller with parameters in the space of the feet. Phases are exact: the
-//! realised stance share *is* the duty factor, the stance foot moves at constant speed, and a
-//! locked network of oscillators stays locked to the last bit for any elapsed time. The outputs are
-//! a pure function of the sequence of calls: the same calls give the same bits.
+//! Gait controllers with parameters in the space of the feet: one open-loop, one with feedback of
+//! the loads of the legs. Phases are exact: open-loop, the realised stance share *is* the duty
+//! factor, the stance foot moves at constant speed, and a locked network of oscillators stays
+//! locked to the last bit for any elapsed time; with feedback, a phase under a constant load is the
+//! closed solution for any elapsed time. The outputs are a pure function of the sequence of calls:
+//! the same calls give the same bits.
 //!
 //! ```
 //! use std::f64::consts::PI;
@@ -16,23 +18,28 @@
 //! # Ok::<(), twinrig_gait::GaitError>(())
 //! ```
 //!
-//! [`Cpg`] combines these parts to a process of a rig; [`Stand`] holds a constant pose.
+//! [`Cpg`] combines these parts to a process of a rig; [`Tegotae`] has phases with feedback in place
+//! of network and duty map; [`Stand`] holds a constant pose.
 //!
 //! # Limits
 //!
-//! No sensors, no model of ground or body, no planning, no smoothing of parameter changes, and no
-//! noise while it runs.
+//! No sensors but the loads, no model of ground or body, no planning, and no smoothing of parameter
+//! changes.
 
 mod abduction;
 mod cpg;
 mod duty;
 mod error;
 mod gait;
+mod leg_commands;
 mod limb;
+mod load_signal;
 mod locus;
 mod oscillators;
 mod phase_meter;
 mod stand;
+mod tegotae;
+mod tegotae_rule;
 #[cfg(test)]
 mod tests;
 mod variables;
@@ -45,3 +52,5 @@ pub use gait::{Corner, Gait};
 pub use locus::{FootLocus, LocusShape};
 pub use oscillators::Oscillators;
 pub use stand::Stand;
+pub use tegotae::{Tegotae, TegotaeStart};
+pub use tegotae_rule::FixedPoint;

@@ -67,6 +67,18 @@ impl Limb {
         self.pantograph.length_max()
     }
 
+    /// Lengths of the extended fore and hind legs \[m\]; equal if the robot has only one of these.
+    pub(crate) fn lengths_max(limbs: &[Self]) -> [f64; 2] {
+        let of = |fore: bool| {
+            let mut limbs = limbs.iter();
+            limbs
+                .find(|limb| limb.corner.fore == fore)
+                .map(Self::length_max)
+        };
+        let fore = of(true).or(of(false)).unwrap_or(1.0);
+        [fore, of(false).unwrap_or(fore)]
+    }
+
     /// Ports of the hip and knee commands.
     pub(crate) fn ports(&self) -> [Port; 2] {
         ["hip", "knee"].map(|joint| self.port(joint))

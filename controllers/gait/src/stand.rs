@@ -5,7 +5,6 @@ use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Bound, Process, ProcessVariable, VariableError};
 
-use crate::cpg::lengths_max;
 use crate::limb::Limb;
 use crate::{Abduction, GaitError};
 
@@ -83,7 +82,7 @@ impl Stand {
 }
 
 fn declare(limbs: &[Limb]) -> Vec<ProcessVariable> {
-    let lengths = lengths_max(limbs);
+    let lengths = Limb::lengths_max(limbs);
     let mut variables = Vec::new();
     for (end, length) in ["fore", "hind"].into_iter().zip(lengths) {
         let range = (Bound::Excluded(0.0), Bound::Included(length));

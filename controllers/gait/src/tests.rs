@@ -8,7 +8,11 @@ use twinrig_leg::{LegCommand, Pantograph, Planar};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Process, ProcessVariable, VariableError};
 
-use crate::{Abduction, Cpg, FootLocus, Gait, GaitError, LocusShape, Stand};
+use crate::{Cpg, FootLocus, Gait, GaitError, LocusShape};
+
+mod outputs;
+mod tegotae;
+mod tegotae_rule;
 
 const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 const PERIOD: SimDuration = SimDuration::from_millis(2);
@@ -62,6 +66,7 @@ fn variables_are_those_of_table_3_3_for_fore_and_hind() {
     }
     expected.extend(LEGS.map(|leg| format!("phase_difference/{leg}")));
     expected.push("splay".to_owned());
+    expected.extend(LEGS.map(|leg| format!("step_length_offset/{leg}")));
     assert_eq!(names, expected);
 }
 
@@ -147,6 +152,40 @@ fn change_of_step_length_takes_effect_at_the_next_step() {
 }
 
 #[test]
+fn offset_of_the_step_length_acts_on_its_leg_alone() {
+    let (mut plain, mut longer, mut negative) = (cpg(Gait::Trot), cpg(Gait::Trot), cpg(Gait::Trot));
+    for cpg in [&mut plain, &mut longer, &mut negative] {
+        set(cpg, "ramp", 0.0);
+        set(cpg, "step_length", 0.06);
+        set(cpg, "hip_height/fore", 0.12);
+    }
+    set(&mut longer, "step_length_offset/RF", 0.02);
+    set(&mut negative, "step_length_offset/RF", -0.08); // no step at all
+    let leg = Pantograph::new(&Robot::example().legs[1].leg).unwrap();
+    let hip = |x: f64| leg.inverse_closed(Planar::new(x, -0.12)).unwrap().hip;
+    // RF is at touch-down, half a step in front of the hip.
+    for (cpg, x) in [
+        (&mut plain, 0.03),
+        (&mut longer, 0.04),
+        (&mut negative, 0.0),
+    ] {
+        let mut outputs = [0.0; 8];
+        set(cpg, "duty_factor/fore", 0.5);
+        cpg.step(SimDuration::ZERO, &[], &mut outputs);
+        assert!((outputs[2] - hip(x)).abs() < 1e-9, "{x}");
+    }
+    let others = |rows: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+        rows.into_iter()
+            .map(|row| [&row[..2], &row[4..]].concat())
+            .collect()
+    };
+    assert_eq!(
+        others(run(&mut plain, 300, 8)),
+        others(run(&mut longer, 300, 8))
+    );
+}
+
+#[test]
 fn target_out_of_reach_becomes_the_nearest_point_and_is_counted() {
     let mut cpg = cpg(Gait::Trot);
     set(&mut cpg, "ramp", 0.0);
@@ -192,72 +231,10 @@ fn values_out_of_range_are_rejected_without_effect() {
         cpg.set_variable(99, 0.0),
         Err(VariableError::NoSuchIndex {
             index: 99,
-            count: 24
+            count: 28
         })
     );
     assert_eq!(cpg.save(), before);
-}
-
-#[test]
-fn abductions_follow_the_drives_and_change_no_bit_of_them() {
-    let mut plain = cpg(Gait::Trot);
-    let mut abducting = cpg(Gait::Trot).with_abduction(Abduction::Hold);
-    set(&mut abducting, "splay", 0.1);
-    let ports: Vec<_> = abducting
-        .ports()
-        .into_iter()
-        .map(|port| port.name)
-        .collect();
-    assert_eq!(ports.len(), 12);
-    assert_eq!(
-        ports[..8],
-        plain
-            .ports()
-            .into_iter()
-            .map(|port| port.name)
-            .collect::<Vec<_>>()
-    );
-    assert_eq!(
-        ports[8..],
-        LEGS.map(|leg| format!("leg/{leg}/abduction/command"))
-    );
-    let (without, with) = (run(&mut plain, 300, 8), run(&mut abducting, 300, 12));
-    for (without, with) in without.iter().zip(&with) {
-        assert_eq!(without[..], with[..8]);
-        assert_eq!(with[8..], [0.1, -0.1, 0.1, -0.1]);
-    }
-}
-
-#[test]
-fn stand_abducts_its_active_legs() {
-    let stand = Stand::new(&Robot::example(), &["RF", "LH"]).unwrap();
-    let mut stand = stand.with_abduction(Abduction::Hold);
-    set(&mut stand, "splay", 0.2);
-    let names: Vec<_> = stand.ports().into_iter().map(|port| port.name).collect();
-    assert_eq!(
-        names[4..],
-        ["leg/RF/abduction/command", "leg/LH/abduction/command"]
-    );
-    assert_eq!(run(&mut stand, 1, 6)[0][4..], [-0.2, 0.2]);
-}
-
-#[test]
-fn splay_is_rejected_without_abduction() {
-    let mut cpg = cpg(Gait::Trot);
-    let mut stand = Stand::new(&Robot::example(), &LEGS).unwrap();
-    set(&mut cpg, "splay", 0.0);
-    set(&mut stand, "splay", 0.0);
-    let (of_cpg, of_stand) = (index(&cpg, "splay"), index(&stand, "splay"));
-    let results = [
-        cpg.set_variable(of_cpg, 0.1),
-        stand.set_variable(of_stand, 0.1),
-    ];
-    for result in results {
-        assert!(
-            matches!(result, Err(VariableError::Refused { .. })),
-            "{result:?}"
-        );
-    }
 }
 
 #[test]
@@ -349,7 +326,7 @@ proptest! {
 
     #[test]
     fn outputs_are_finite_for_any_variables(
-        values in prop::collection::vec((0..24_usize, prop_oneof![-10.0..10.0_f64, any::<f64>()]), 0..40),
+        values in prop::collection::vec((0..28_usize, prop_oneof![-10.0..10.0_f64, any::<f64>()]), 0..40),
         millis in 0..10_000_u64,
     ) {
         let mut cpg = cpg(Gait::Trot);

@@ -1,116 +1,173 @@
-//! Process variables of the controller: table 3.3 of the thesis, and the start of a run.
+//! Process variables of the foot loci: table 3.3 of the thesis, and the start of a run.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_2;
 
 use twinrig_kernel::Unit;
 use twinrig_runtime::{Bound, ProcessVariable};
 
+use crate::limb::Limb;
 use crate::{Abduction, FootLocus, LocusShape};
 
-/// Indices of the variables common to all legs, in the order of [`declare`].
-pub(crate) const FREQUENCY: usize = 0;
-pub(crate) const STEP_LENGTH: usize = 1;
-pub(crate) const COUPLING: usize = 2;
-pub(crate) const RAMP: usize = 3;
-pub(crate) const CROUCH: usize = 4;
-/// Index of the first variable with a value each for fore and hind legs: fore, hind, fore, hind, …
-const PAIRS: usize = 5;
-const HIP_HEIGHT: usize = 0;
-const STEP_HEIGHT: usize = 1;
-const MID_STANCE_OFFSET: usize = 2;
-const DUTY_FACTOR: usize = 3;
-const TOUCH_DOWN_ANGLE: usize = 4;
-const TAKE_OFF_ANGLE: usize = 5;
-const COMPRESSION: usize = 6;
-const PAIR_COUNT: usize = 7;
-/// Index of the first phase difference; there is one for each leg of the robot.
-pub(crate) const PHASE_DIFFERENCES: usize = PAIRS + 2 * PAIR_COUNT;
+/// Names of the ends of the robot, in the order of [`crate::Corner::end`].
+const ENDS: [&str; 2] = ["fore", "hind"];
 
-/// Declares all variables with ranges and defaults. `lengths_max` are the lengths of the extended
-/// fore and hind legs \[m\], to which the defaults scale; `phases` are the legs with their phase
-/// differences.
-pub(crate) fn declare(lengths_max: [f64; 2], phases: &[(&str, f64)]) -> Vec<ProcessVariable> {
-    let [fore, hind] = lengths_max;
-    let longest = fore.max(hind);
-    let mut variables = vec![
-        ProcessVariable::new("frequency", Unit::Hertz, .., 3.0),
-        ProcessVariable::new("step_length", Unit::Meter, 0.0.., 0.54 * fore),
-        ProcessVariable::new("coupling", Unit::RadianPerSecond, 0.0..=1000.0, 2.5),
-        ProcessVariable::new("ramp", Unit::Second, 0.0.., 1.0),
-        ProcessVariable::new("crouch", Unit::Meter, 0.0..=longest, 0.0),
-    ];
-    let incidence = FootLocus::INCIDENCE_MIN..=FootLocus::INCIDENCE_MAX;
-    let open = (Bound::Excluded(0.0), Bound::Excluded(1.0));
-    for pair in 0..PAIR_COUNT {
-        for (end, length) in [("fore", fore), ("hind", hind)] {
-            let height = (Bound::Excluded(0.0), Bound::Included(length));
-            variables.push(match pair {
-                HIP_HEIGHT => ProcessVariable::new(
-                    format!("hip_height/{end}"),
-                    Unit::Meter,
-                    height,
-                    0.93 * length,
-                ),
-                STEP_HEIGHT => ProcessVariable::new(
-                    format!("step_height/{end}"),
-                    Unit::Meter,
-                    0.0..=length,
-                    0.17 * length,
-                ),
-                MID_STANCE_OFFSET => {
-                    ProcessVariable::new(format!("mid_stance_offset/{end}"), Unit::Meter, .., 0.0)
-                }
-                DUTY_FACTOR => {
-                    ProcessVariable::new(format!("duty_factor/{end}"), Unit::One, open, 0.55)
-                }
-                TOUCH_DOWN_ANGLE => ProcessVariable::new(
-                    format!("touch_down_angle/{end}"),
-                    Unit::Radian,
-                    incidence.clone(),
-                    1.67,
-                ),
-                TAKE_OFF_ANGLE => ProcessVariable::new(
-                    format!("take_off_angle/{end}"),
-                    Unit::Radian,
-                    incidence.clone(),
-                    FRAC_PI_2,
-                ),
-                _ => ProcessVariable::new(format!("compression/{end}"), Unit::One, 0.0..=1.0, 0.95),
-            });
+/// Keys of the variables in the order in which a controller has them. The place of a variable in
+/// the list of its controller enters the fingerprint of a run that changes it: a new key comes last.
+const ORDER: [&str; 19] = [
+    "frequency",
+    "excitation",
+    "step_length",
+    "coupling",
+    "feedback",
+    "load_lag",
+    "phase_noise",
+    "ramp",
+    "crouch",
+    "hip_height",
+    "step_height",
+    "mid_stance_offset",
+    "duty_factor",
+    "touch_down_angle",
+    "take_off_angle",
+    "compression",
+    "phase_difference",
+    "splay",
+    "step_length_offset",
+];
+
+/// Process variables of a controller.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Variables(Vec<ProcessVariable>);
+
+impl Variables {
+    /// Adds a variable.
+    pub(crate) fn add(&mut self, variable: ProcessVariable) {
+        self.0.push(variable);
+    }
+
+    /// Adds a variable for each end, `NAME/fore` and `NAME/hind`.
+    pub(crate) fn add_pair(
+        &mut self,
+        name: &str,
+        variable: impl Fn(String, usize) -> ProcessVariable,
+    ) {
+        for (end, group) in ENDS.into_iter().enumerate() {
+            self.add(variable(format!("{name}/{group}"), end));
         }
     }
-    for (leg, phase) in phases {
-        variables.push(ProcessVariable::new(
-            format!("phase_difference/{leg}"),
-            Unit::Radian,
-            -PI..=PI,
-            *phase,
-        ));
-    }
-    variables.push(Abduction::variable());
-    variables
-}
 
-/// Index of `splay`, the last variable of [`declare`].
-pub(crate) fn splay(variables: &[ProcessVariable]) -> usize {
-    variables.len() - 1
-}
-
-/// Parameters of the foot locus of the fore (`end` 0) or hind (`end` 1) legs.
-pub(crate) fn shape(variables: &[ProcessVariable], end: usize) -> LocusShape {
-    let pair = |which: usize| variables[PAIRS + 2 * which + end].value();
-    LocusShape {
-        hip_height: pair(HIP_HEIGHT),
-        step_height: pair(STEP_HEIGHT),
-        step_length: variables[STEP_LENGTH].value(),
-        mid_stance_offset: pair(MID_STANCE_OFFSET),
-        touch_down_angle: pair(TOUCH_DOWN_ANGLE),
-        take_off_angle: pair(TAKE_OFF_ANGLE),
-        compression: pair(COMPRESSION),
+    /// Returns the list in the order of the keys.
+    pub(crate) fn sorted(mut self) -> Vec<ProcessVariable> {
+        self.0.sort_by_key(|variable| {
+            let key = variable.name().split('/').next();
+            ORDER.iter().position(|known| Some(*known) == key)
+        });
+        self.0
     }
 }
 
-/// Duty factor of the fore (`end` 0) or hind (`end` 1) legs.
-pub(crate) fn duty_factor(variables: &[ProcessVariable], end: usize) -> f64 {
-    variables[PAIRS + 2 * DUTY_FACTOR + end].value()
+/// Index of the variable of that name, or of the first one of a group, in a list that has it.
+pub(crate) fn index(variables: &[ProcessVariable], name: &str) -> usize {
+    let is_named = |variable: &ProcessVariable| {
+        let rest = variable.name().strip_prefix(name);
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+    };
+    let found = variables.iter().position(is_named);
+    found.unwrap_or_else(|| panic!("`{name}` is not declared"))
+}
+
+/// Indices of the variables of the foot loci. Those of the hind legs follow those of the fore legs,
+/// and those of each leg are in the robot's order.
+#[derive(Debug, Clone)]
+pub(crate) struct LocusVariables {
+    step_length: usize,
+    pub ramp: usize,
+    pub crouch: usize,
+    hip_height: usize,
+    step_height: usize,
+    mid_stance_offset: usize,
+    touch_down_angle: usize,
+    take_off_angle: usize,
+    compression: usize,
+    step_length_offset: usize,
+    pub splay: usize,
+}
+
+impl LocusVariables {
+    /// Declares the variables of `limbs` with ranges and defaults, which scale to the length of the
+    /// legs.
+    pub(crate) fn declare(variables: &mut Variables, limbs: &[Limb]) {
+        let lengths = Limb::lengths_max(limbs);
+        let [fore, hind] = lengths;
+        let longest = fore.max(hind);
+        let length = |name, range, default| ProcessVariable::new(name, Unit::Meter, range, default);
+        let step_length = ProcessVariable::new("step_length", Unit::Meter, 0.0.., 0.54 * fore);
+        variables.add(step_length);
+        variables.add(ProcessVariable::new("ramp", Unit::Second, 0.0.., 1.0));
+        variables.add(length("crouch".to_owned(), 0.0..=longest, 0.0));
+        variables.add_pair("hip_height", |name, end| {
+            let range = (Bound::Excluded(0.0), Bound::Included(lengths[end]));
+            ProcessVariable::new(name, Unit::Meter, range, 0.93 * lengths[end])
+        });
+        variables.add_pair("step_height", |name, end| {
+            length(name, 0.0..=lengths[end], 0.17 * lengths[end])
+        });
+        variables.add_pair("mid_stance_offset", |name, _| {
+            ProcessVariable::new(name, Unit::Meter, .., 0.0)
+        });
+        let incidence = FootLocus::INCIDENCE_MIN..=FootLocus::INCIDENCE_MAX;
+        for (key, default) in [("touch_down_angle", 1.67), ("take_off_angle", FRAC_PI_2)] {
+            variables.add_pair(key, |name, _| {
+                ProcessVariable::new(name, Unit::Radian, incidence.clone(), default)
+            });
+        }
+        variables.add_pair("compression", |name, _| {
+            ProcessVariable::new(name, Unit::One, 0.0..=1.0, 0.95)
+        });
+        for limb in limbs {
+            let name = format!("step_length_offset/{}", limb.name);
+            variables.add(length(name, -2.0 * longest..=2.0 * longest, 0.0));
+        }
+        variables.add(Abduction::variable());
+    }
+
+    /// Finds the variables in a list that has them.
+    pub(crate) fn of(variables: &[ProcessVariable]) -> Self {
+        let index = |name| index(variables, name);
+        Self {
+            step_length: index("step_length"),
+            ramp: index("ramp"),
+            crouch: index("crouch"),
+            hip_height: index("hip_height"),
+            step_height: index("step_height"),
+            mid_stance_offset: index("mid_stance_offset"),
+            touch_down_angle: index("touch_down_angle"),
+            take_off_angle: index("take_off_angle"),
+            compression: index("compression"),
+            step_length_offset: index("step_length_offset"),
+            splay: index("splay"),
+        }
+    }
+
+    /// Step length of the leg with this index in the robot, its offset included \[m\].
+    #[inline]
+    pub(crate) fn step_length(&self, variables: &[ProcessVariable], leg: usize) -> f64 {
+        let offset = variables[self.step_length_offset + leg].value();
+        (variables[self.step_length].value() + offset).max(0.0)
+    }
+
+    /// Parameters of the foot locus of the fore (`end` 0) or hind (`end` 1) legs, without the step
+    /// length, which each leg has for itself.
+    pub(crate) fn shape(&self, variables: &[ProcessVariable], end: usize) -> LocusShape {
+        let pair = |fore: usize| variables[fore + end].value();
+        LocusShape {
+            hip_height: pair(self.hip_height),
+            step_height: pair(self.step_height),
+            step_length: 0.0,
+            mid_stance_offset: pair(self.mid_stance_offset),
+            touch_down_angle: pair(self.touch_down_angle),
+            take_off_angle: pair(self.take_off_angle),
+            compression: pair(self.compression),
+        }
+    }
 }

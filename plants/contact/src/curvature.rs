@@ -37,10 +37,10 @@ impl Ground {
     }
 
     /// Returns the curvature term vᵀ∇²g v of the gap's acceleration \[m/s²\], so that g̈ = ∇g·a +
-    /// vᵀ∇²g v. Zero on level ground; the edge of a step contributes nothing.
+    /// vᵀ∇²g v. Zero on level ground; an edge contributes nothing.
     pub fn gap_curvature(&self, point: &Vector3<f64>, velocity: &Vector3<f64>) -> f64 {
         match &self.terrain {
-            Terrain::Flat | Terrain::StepDown { .. } => 0.0,
+            Terrain::Flat | Terrain::Levels(_) => 0.0,
             Terrain::Heights(field) => Slope::of(field, point, velocity).gap[2],
         }
     }
@@ -50,7 +50,7 @@ impl Ground {
     /// [`Ground::gap_curvature`].
     pub fn normal_rate(&self, point: &Vector3<f64>, velocity: &Vector3<f64>) -> Vector3<f64> {
         match &self.terrain {
-            Terrain::Flat | Terrain::StepDown { .. } => Vector3::zeros(),
+            Terrain::Flat | Terrain::Levels(_) => Vector3::zeros(),
             Terrain::Heights(field) => Slope::of(field, point, velocity).normal_rate,
         }
     }
@@ -205,10 +205,7 @@ mod tests {
 
     #[test]
     fn level_ground_has_no_curvature_terms() {
-        let step = Terrain::StepDown {
-            at: 0.0,
-            drop: 0.02,
-        };
+        let step = Terrain::step_down(0.0, 0.02);
         for terrain in [Terrain::Flat, step] {
             let ground = Ground::new(terrain, 0.6, 0.0).unwrap();
             let (point, velocity) = (Vector3::new(0.0, 1.0, 0.1), Vector3::new(3.0, 2.0, 1.0));

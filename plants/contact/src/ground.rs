@@ -2,6 +2,8 @@
 
 use nalgebra::Vector3;
 
+use crate::levels::Levels;
+
 /// Terrain, friction and restitution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ground {
@@ -18,13 +20,8 @@ pub struct Ground {
 pub enum Terrain {
     /// Height zero everywhere.
     Flat,
-    /// Height zero for x < `at`, `drop` lower beyond. The edge is vertical.
-    StepDown {
-        /// x of the edge \[m\].
-        at: f64,
-        /// Height of the step \[m\].
-        drop: f64,
-    },
+    /// Levels with vertical edges: a step down, a hole or a bar.
+    Levels(Levels),
     /// Heights on a square grid, interpolated smoothly and extended beyond its border.
     Heights(HeightField),
 }
@@ -73,6 +70,13 @@ pub enum GroundError {
     },
 }
 
+impl Terrain {
+    /// Returns ground of height zero, `drop` lower from x = `at` on \[m\].
+    pub fn step_down(at: f64, drop: f64) -> Self {
+        Self::Levels(Levels::step_down(at, drop))
+    }
+}
+
 impl Ground {
     /// Creates a ground from validated parameters.
     ///
@@ -102,24 +106,18 @@ impl Ground {
     pub fn height(&self, x: f64, y: f64) -> f64 {
         match &self.terrain {
             Terrain::Flat => 0.0,
-            Terrain::StepDown { at, drop } => {
-                if x < *at {
-                    0.0
-                } else {
-                    -drop
-                }
-            }
+            Terrain::Levels(levels) => levels.height(x),
             Terrain::Heights(field) => field.at(x, y)[0],
         }
     }
 
     /// Returns the ground nearest to a point, and the gradient of its gap, along which a compressed
-    /// ground pushes: the gap is continuous, at the edge of a step, too.
+    /// ground pushes: the gap is continuous, at an edge, too.
     pub fn nearest(&self, point: &Vector3<f64>) -> (Surface, Vector3<f64>) {
         match &self.terrain {
             Terrain::Flat => (level(point.z), Vector3::z()),
-            Terrain::StepDown { at, drop } => {
-                let surface = nearest_of_step(*at, *drop, point);
+            Terrain::Levels(levels) => {
+                let surface = levels.nearest(point);
                 (surface, surface.normal)
             }
             Terrain::Heights(_) => (self.below(point), self.gap_gradient(point)),
@@ -130,11 +128,7 @@ impl Ground {
     pub fn below(&self, point: &Vector3<f64>) -> Surface {
         match &self.terrain {
             Terrain::Flat => level(point.z),
-            Terrain::StepDown { at, drop } => level(if point.x < *at {
-                point.z
-            } else {
-                point.z + drop
-            }),
+            Terrain::Levels(levels) => level(point.z - levels.height(point.x)),
             Terrain::Heights(field) => {
                 let [height, by_x, by_y] = field.at(point.x, point.y);
                 let normal = Vector3::new(-by_x, -by_y, 1.0);
@@ -148,45 +142,6 @@ impl Ground {
     }
 }
 
-/// Returns the surface of a step at `at`, and of the vertical wall below its edge, nearest to a
-/// point: its distance is continuous, and the force of a compressed surface conserves energy across
-/// the edge.
-fn nearest_of_step(at: f64, drop: f64, point: &Vector3<f64>) -> Surface {
-    let (ahead, above_lower) = (point.x - at, point.z + drop);
-    let wall = |gap| Surface {
-        gap,
-        normal: Vector3::x(),
-    };
-    if ahead < 0.0 {
-        // Above the upper level, or inside the ground: nearest to the top or to the wall.
-        return if point.z >= 0.0 || -point.z <= -ahead || above_lower < 0.0 {
-            level(point.z)
-        } else {
-            wall(ahead)
-        };
-    }
-    let corner = Vector3::new(ahead, 0.0, point.z);
-    let from_wall = if point.z <= 0.0 {
-        wall(ahead)
-    } else {
-        let distance = corner.norm();
-        let normal = if distance > 0.0 {
-            corner / distance
-        } else {
-            Vector3::z()
-        };
-        Surface {
-            gap: distance,
-            normal,
-        }
-    };
-    if above_lower <= from_wall.gap {
-        level(above_lower)
-    } else {
-        from_wall
-    }
-}
-
 impl Surface {
     /// Returns two unit tangents, the first in the vertical plane of x.
     pub fn tangents(&self) -> [Vector3<f64>; 2] {
@@ -195,7 +150,7 @@ impl Surface {
     }
 }
 
-fn level(gap: f64) -> Surface {
+pub(crate) fn level(gap: f64) -> Surface {
     Surface {
         gap,
         normal: Vector3::z(),
@@ -327,7 +282,7 @@ mod tests {
         );
         let terrains = [
             Terrain::Flat,
-            Terrain::StepDown { at: 0.1, drop: 0.3 },
+            Terrain::step_down(0.1, 0.3),
             Terrain::Heights(field.unwrap()),
         ];
         for terrain in terrains {
@@ -362,15 +317,7 @@ mod tests {
 
     #[test]
     fn step_down_is_level_on_both_sides() {
-        let ground = Ground::new(
-            Terrain::StepDown {
-                at: 1.0,
-                drop: 0.02,
-            },
-            0.6,
-            0.0,
-        )
-        .unwrap();
+        let ground = Ground::new(Terrain::step_down(1.0, 0.02), 0.6, 0.0).unwrap();
         assert_eq!(ground.below(&Vector3::new(0.5, 0.0, 0.1)).gap, 0.1);
         assert_eq!(ground.below(&Vector3::new(1.5, 0.0, 0.1)).gap, 0.1 + 0.02);
     }

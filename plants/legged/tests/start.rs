@@ -202,10 +202,7 @@ fn lowest_foot_starts_at_zero_or_on_higher_ground() {
     for (i, (found, expected)) in expected.into_iter().enumerate() {
         assert!((found - expected).abs() < 1e-12, "{i}: {found} {expected}");
     }
-    let hole = Terrain::StepDown {
-        at: -5.0,
-        drop: 0.05,
-    };
+    let hole = Terrain::step_down(-5.0, 0.05);
     let above = on(Base::Free, &all[1..], Some(hole));
     assert!((above - reach).abs() < 1e-12, "{above}");
 }

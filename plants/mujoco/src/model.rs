@@ -65,10 +65,8 @@ pub(crate) enum Area {
     Flat {
         height: f64,
     },
-    StepDown {
-        at: f64,
-        drop: f64,
-    },
+    /// Begin, end and height of each level along x; the outer ones are unbounded \[m\].
+    Levels(Vec<(f64, f64, f64)>),
     /// Samples between two corners \[m\].
     Heights {
         from: [f64; 2],
@@ -204,10 +202,7 @@ fn ground_model(ground: &Ground) -> Result<GroundModel, MujocoError> {
     }
     let area = match &ground.terrain {
         Terrain::Flat => Area::Flat { height: 0.0 },
-        Terrain::StepDown { at, drop } => Area::StepDown {
-            at: *at,
-            drop: *drop,
-        },
+        Terrain::Levels(levels) => Area::Levels(levels.levels().collect()),
         Terrain::Heights(field) => sampled(field),
     };
     Ok(GroundModel {

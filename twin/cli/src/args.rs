@@ -3,7 +3,9 @@
 
 mod cell;
 mod export;
+mod gait_study;
 mod optimize;
+mod study;
 mod sweep;
 
 use std::path::PathBuf;
@@ -14,7 +16,9 @@ use twinrig_kernel::{SimDuration, Unit};
 
 pub use cell::{CellArgs, CellCommand, CellPredictArgs, ElectrodeName};
 pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
+pub use gait_study::{ModulationOptions, TransitionOptions};
 pub use optimize::OptimizeArgs;
+pub use study::{EstimateOptions, PrecisionOptions, StudyArgs, StudyCommand, StudyOptions};
 pub use sweep::SweepArgs;
 
 /// Co-simulates a legged robot, its controller and its I/O in virtual time and judges the run.
@@ -80,13 +84,7 @@ impl Command {
             Self::Cell(args) => args.json(),
             Self::Sweep(args) => args.json,
             Self::Optimize(args) => args.json,
-            Self::Study(StudyArgs {
-                study:
-                    StudyCommand::Precision(PrecisionOptions { study: options, .. })
-                    | StudyCommand::Estimate(EstimateOptions { study: options, .. })
-                    | StudyCommand::Stability(options)
-                    | StudyCommand::Coupling(options),
-            }) => options.json,
+            Self::Study(args) => args.study.json(),
             Self::Serve(_) | Self::Export(_) | Self::Schema(_) => false,
         }
     }
@@ -255,100 +253,6 @@ pub struct SchemaArgs {
     pub robot: Vec<String>,
 }
 
-/// Arguments of `twin study`.
-#[derive(Clone, Debug, Args)]
-pub struct StudyArgs {
-    /// Kind of study
-    #[command(subcommand)]
-    pub study: StudyCommand,
-}
-
-/// Kind of study.
-#[derive(Clone, Debug, Subcommand)]
-pub enum StudyCommand {
-    /// Measure the error of each plant, method and step against its computation time
-    ///
-    /// Integrates the scene with every plant and method over a range of steps or tolerances, and
-    /// compares the foot positions with a reference: the best method at its finest setting,
-    /// verified by a second method. Commands of a controller are recorded once and replayed to all
-    /// plants. Runs that fail or exceed the budget are reported as such.
-    Precision(PrecisionOptions),
-    /// Find the largest stable step of each plant and method, and the limiting parameters
-    ///
-    /// Searches for the longest step at which the motion stays bounded while stiffness, masses,
-    /// damping, gain, friction or restitution of the robot and its ground are varied one at a time.
-    /// A stability limit at which the foot positions are inaccurate is marked as wrong.
-    Stability(StudyOptions),
-    /// Measure the error and the saved computation time of coupling plant and boards on a fixed
-    /// grid
-    ///
-    /// Runs the complete rig, including controller, drivers and boards, with exact coupling and
-    /// with fixed-step coupling at various grid steps, and compares foot and trunk positions with
-    /// exact coupling at a fine plant step, which is verified by a step twice as long.
-    #[command(mut_arg("scenario", |scenario| scenario.default_value("scenarios/oncilla-clocks.toml")))]
-    Coupling(StudyOptions),
-    /// Identify the cells of a load sensor, tune its filters and validate them
-    ///
-    /// Runs a bench with a tactile bus three times, with successive seeds, while the frequency of
-    /// the load changes. The first run identifies both cells, the second tunes the covariances of
-    /// the filters by particle swarms, the third validates them. Prints the tuned filters for a
-    /// scenario.
-    #[command(mut_arg("scenario", |scenario| scenario.default_value("scenarios/thesis/fig-4-11.toml")))]
-    Estimate(EstimateOptions),
-}
-
-/// Options of a study of load filters.
-#[derive(Clone, Debug, Args)]
-pub struct EstimateOptions {
-    /// Options of every study.
-    #[command(flatten)]
-    pub study: StudyOptions,
-    /// Particles of a swarm; F2 has three swarms, the other filters one
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = particles)]
-    pub particles: usize,
-    /// Iterations of each swarm
-    #[arg(long, value_name = "N", default_value_t = 25)]
-    pub iterations: usize,
-}
-
-/// Options of a study of precision.
-#[derive(Clone, Debug, Args)]
-pub struct PrecisionOptions {
-    /// Options of every study.
-    #[command(flatten)]
-    pub study: StudyOptions,
-    /// Walks from perturbed starts of each plant, where the scenario walks; 0 for none
-    #[arg(long, value_name = "N", default_value_t = 100)]
-    pub ensemble: usize,
-}
-
-/// Options common to all studies.
-#[derive(Clone, Debug, Args)]
-pub struct StudyOptions {
-    /// Scenario file
-    #[arg(value_name = "SCENARIO", default_value = "scenarios/passive-legs.toml")]
-    pub scenario: PathBuf,
-    /// Study this plant; may be repeated; without it, all plants of this build
-    #[arg(long, value_name = "MODEL")]
-    pub plant: Vec<String>,
-    /// Set a key of the scenario: duration="300 ms"
-    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
-    pub set: Vec<(String, String)>,
-    /// Simulated time: "300 ms" [default: precision the first 300 ms, stability 2 s, coupling 1 s,
-    /// estimate the scenario]
-    #[arg(long, value_name = "DURATION", value_parser = duration)]
-    pub duration: Option<SimDuration>,
-    /// Approximate limit of the computation time; rows truncated by it are reported
-    #[arg(long, value_name = "SECONDS", default_value_t = 200.0, value_parser = seconds)]
-    pub budget: f64,
-    /// Folder for the HTML page, the CSV and the JSON file
-    #[arg(long, value_name = "DIR", default_value = "studies")]
-    pub out: PathBuf,
-    /// Print JSON instead of a table
-    #[arg(long)]
-    pub json: bool,
-}
-
 fn any_duration(text: &str) -> Result<SimDuration, String> {
     parse_duration(text).map_err(|error| error.to_string())
 }
@@ -377,7 +281,7 @@ fn non_negative(text: &str, unit: Unit) -> Result<f64, String> {
     Ok(value)
 }
 
-fn particles(text: &str) -> Result<usize, String> {
+fn whole_number(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(count) if count > 0 => Ok(count),
         _ => Err("it must be a whole number above 0".to_owned()),

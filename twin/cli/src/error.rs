@@ -168,6 +168,16 @@ pub enum TwinError {
         /// Remedy.
         help: String,
     },
+    /// Scenario without what a study of gaits requires.
+    #[error("error: footsteps cannot be studied: {why}\n --> {file}\n  = help: {help}")]
+    NoGait {
+        /// Scenario file.
+        file: String,
+        /// What is missing or refused.
+        why: String,
+        /// Remedy.
+        help: String,
+    },
     /// Failure of the store of a sweep.
     #[error("error: {source}")]
     Store {

@@ -90,6 +90,7 @@ fn spelled(spelling: &str) -> String {
             '²' => pattern.push_str(r"\^*[²2]"),
             'u' => pattern.push_str("[uµμ]"),
             '°' => pattern.push_str("(?:deg|°)"),
+            '(' | ')' => pattern.extend(['\\', part]),
             part => pattern.push(part),
         }
     }

@@ -71,6 +71,11 @@ pub(crate) const KINDS: &[Kind] = &[
         spellings: &[("rad/s²", Ten(0)), ("deg/s²", Factor(DEGREE))],
     },
     Kind {
+        unit: Unit::RadianPerNewtonSecond,
+        name: "an angular velocity per force",
+        spellings: &[("rad/(N·s)", Ten(0)), ("rad/(s·N)", Ten(0))],
+    },
+    Kind {
         unit: Unit::MeterPerSecondSquared,
         name: "an acceleration",
         spellings: &[("m/s²", Ten(0)), ("mm/s²", Ten(-3))],

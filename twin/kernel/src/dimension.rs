@@ -36,11 +36,12 @@ impl Unit {
     /// assert_eq!(Unit::NewtonMeterPerRadian.base_exponents(), [1, 2, -2, 0, 0, -1]);
     /// ```
     pub fn base_exponents(self) -> BaseExponents {
-        // The symbol has products before and after one stroke.
+        // The symbol has products before and after one stroke, the latter perhaps in parentheses.
         let (numerator, denominator) = match self.symbol().split_once('/') {
             Some((numerator, denominator)) => (numerator, Some(denominator)),
             None => (self.symbol(), None),
         };
+        let denominator = denominator.map(|text| text.trim_matches(['(', ')']));
         let mut sum = [0; 6];
         let numerator = numerator.split('·').map(|factor| (factor, 1));
         let denominator = denominator.into_iter().flat_map(|text| text.split('·'));
@@ -116,6 +117,10 @@ mod tests {
             (
                 times(of(Unit::NewtonMeterPerAmpere), of(Unit::Ampere)),
                 of(Unit::NewtonMeter),
+            ),
+            (
+                times(of(Unit::RadianPerNewtonSecond), of(Unit::Newton)),
+                of(Unit::RadianPerSecond),
             ),
             (
                 times(of(Unit::SiemensPerNewton), of(Unit::Newton)),

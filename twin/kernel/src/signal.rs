@@ -56,6 +56,8 @@ pub const FOOT_LOAD: &str = "foot/load";
 pub const FOOT_FORCE: &str = "foot/force";
 /// Height of the contact point of the foot above the ground, along its normal.
 pub const FOOT_CLEARANCE: &str = "foot/clearance";
+/// Phase of a leg's controller: swing from 0 to π, stance from π to 2π.
+pub const PHASE: &str = "phase";
 
 /// Declaration of a standard signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

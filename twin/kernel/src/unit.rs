@@ -36,6 +36,8 @@ units! {
     RadianPerSecond = "rad/s",
     /// Angular acceleration.
     RadianPerSecondSquared = "rad/s²",
+    /// Angular velocity per force.
+    RadianPerNewtonSecond = "rad/(N·s)",
     /// Length.
     Meter = "m",
     /// Velocity.

@@ -14,6 +14,14 @@ pub trait Process: Send {
     /// Returns inputs and outputs. Constant over the life of the process.
     fn ports(&self) -> Vec<Port>;
 
+    /// Returns whether the output of this name is a monitor: recorded and judged, and received by a
+    /// part only if there is one that takes it. Any other output without a receiver is a wiring
+    /// error.
+    fn is_monitor(&self, output: &str) -> bool {
+        let _ = output;
+        false
+    }
+
     /// Returns the variables that may be set during a run. Their count, names, units and ranges are
     /// constant.
     fn variables(&self) -> &[ProcessVariable] {

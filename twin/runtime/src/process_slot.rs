@@ -53,7 +53,7 @@ impl ProcessSlot {
         tasks: &[(String, Vec<Port>)],
     ) -> Result<Self, WiringError> {
         let ports = process.ports();
-        let links = wire((process.name(), &ports), tasks)?;
+        let links = wire(&*process, tasks)?;
         let connections = links.into_iter().zip(tasks);
         let inputs = Layout::of(&ports, Direction::Input);
         let outputs = Layout::of(&ports, Direction::Output);

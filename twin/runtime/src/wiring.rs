@@ -2,9 +2,9 @@ use std::fmt;
 use std::ops::Range;
 
 use thiserror::Error;
-use twinrig_kernel::{Direction, Layout, Port, near_misses};
+use twinrig_kernel::{Direction, Field, Layout, Port, near_misses};
 
-use crate::PlantSignals;
+use crate::{PlantSignals, Process};
 
 /// A signal that does not connect. Signals connect by name: same name, opposite direction, same
 /// size, same unit; an unmatched signal is an error.
@@ -199,13 +199,14 @@ pub(crate) struct TaskLinks {
     pub(crate) measurements: Vec<Link>,
 }
 
-/// Wires a process to its tasks: each signal of the process needs a task, each input of a task
-/// needs the process. Task outputs without a reader are permitted.
+/// Wires a process to its tasks: each signal of the process, except for monitors, needs a task,
+/// each input of a task needs the process. Task outputs without a reader are permitted.
 pub(crate) fn wire(
-    process: (&str, &[Port]),
+    process: &dyn Process,
     tasks: &[(String, Vec<Port>)],
 ) -> Result<Vec<TaskLinks>, WiringError> {
-    let (process_name, process_ports) = process;
+    let ports = process.ports();
+    let (process_name, process_ports) = (process.name(), ports.as_slice());
     check_names(process_name, process_ports)?;
     for (n, (name, ports)) in tasks.iter().enumerate() {
         if tasks[..n].iter().any(|(other, _)| other == name) {
@@ -214,13 +215,14 @@ pub(crate) fn wire(
         check_names(name, ports)?;
     }
     let mut links = vec![TaskLinks::default(); tasks.len()];
-    wire_commands(process, tasks, &mut links)?;
-    wire_measurements(process, tasks, &mut links)?;
+    wire_commands(process, process_ports, tasks, &mut links)?;
+    wire_measurements((process_name, process_ports), tasks, &mut links)?;
     Ok(links)
 }
 
 fn wire_commands(
-    (process_name, process_ports): (&str, &[Port]),
+    process: &dyn Process,
+    process_ports: &[Port],
     tasks: &[(String, Vec<Port>)],
     links: &mut [TaskLinks],
 ) -> Result<(), WiringError> {
@@ -229,9 +231,10 @@ fn wire_commands(
         .iter()
         .flat_map(|(_, ports)| ports)
         .filter(|port| port.direction == Direction::Input);
-    for field in written.fields() {
-        if !accepted.clone().any(|port| port.connects(&field.port)) {
-            return Err(unmatched(process_name, &field.port, accepted));
+    for Field { port, .. } in written.fields() {
+        let is_accepted = accepted.clone().any(|other| other.connects(port));
+        if !is_accepted && !process.is_monitor(&port.name) {
+            return Err(unmatched(process.name(), port, accepted));
         }
     }
     for ((name, ports), links) in tasks.iter().zip(links) {

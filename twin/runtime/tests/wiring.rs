@@ -6,6 +6,9 @@ use twinrig_runtime::{
     Schedule, TaskError, Timing,
 };
 
+/// An output of a process that needs no receiver.
+const MONITOR: &str = "phase";
+
 /// A part with a name and ports only.
 struct Stub(&'static str, Vec<Port>);
 
@@ -15,6 +18,9 @@ impl Process for Stub {
     }
     fn ports(&self) -> Vec<Port> {
         self.1.clone()
+    }
+    fn is_monitor(&self, output: &str) -> bool {
+        output == MONITOR
     }
     fn step(&mut self, _: SimDuration, _: &[f64], _: &mut [f64]) {}
 }
@@ -197,4 +203,27 @@ fn direct_io_requires_the_process_signals_in_the_plant() {
         rig(process.clone(), direct(&process), plant[..2].to_vec()).unwrap_err(),
         "nothing provides `body/position [m] × 3`, which direct reads"
     );
+}
+
+#[test]
+fn monitor_needs_no_receiver_but_is_transferred_to_one() {
+    let outputs = || vec![command("hip"), command(MONITOR)];
+    let takes = |names: &[&str]| {
+        let ports = names.iter().map(|name| command(name).mirrored());
+        Stub("io", ports.collect())
+    };
+    assert_eq!(wired(outputs(), vec![takes(&["hip"])]), Ok(()));
+    assert_eq!(wired(outputs(), vec![takes(&["hip", MONITOR])]), Ok(()));
+    // Another output without a receiver, and a monitor of another unit.
+    let error = wired(outputs(), vec![takes(&[MONITOR])]).unwrap_err();
+    assert!(error.contains("nothing takes `hip [rad]`"), "{error}");
+    let volts = Stub(
+        "io",
+        vec![
+            command("hip").mirrored(),
+            Port::input(MONITOR, Unit::Volt, 1),
+        ],
+    );
+    let error = wired(outputs(), vec![volts]).unwrap_err();
+    assert!(error.contains("nothing provides `phase [V]`"), "{error}");
 }

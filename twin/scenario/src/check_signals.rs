@@ -1,10 +1,11 @@
 //! Checks of the signals that expectations name.
 
 use twinrig_document::{Placed, Problem, quantity_name, suggestion};
-use twinrig_kernel::{Port, Unit};
+use twinrig_kernel::{Port, Unit, signal};
 
 use crate::compare::{CompareClaim, Operand};
 use crate::expect::{SignalClaim, SignalMode};
+use crate::gait::{GaitClaim, GaitMeasure};
 use crate::glob::{is_pattern, matches};
 use crate::scene::Facts;
 
@@ -79,6 +80,44 @@ pub(crate) fn check_comparison(
         problems.extend(incomparable(claim, signal, with));
     }
     found.into_iter().map(|port| port.name.clone()).collect()
+}
+
+/// Returns the signals of a claim about the gait. Checks that the controller outputs its phases
+/// where the claim compares them with contacts, unless it is optional.
+pub(crate) fn check_gait(
+    claim: &GaitClaim,
+    optional: bool,
+    facts: &Facts,
+    problems: &mut Vec<Problem>,
+) -> Vec<String> {
+    let mut names = [signal::BODY_POSITION, signal::BODY_RPY]
+        .map(str::to_owned)
+        .to_vec();
+    for leg in &facts.legs {
+        let of_leg = |name: &&str| signal::of_leg(&leg.name, name);
+        names.extend(
+            [signal::FOOT_LOAD, signal::FOOT_POSITION]
+                .iter()
+                .map(of_leg),
+        );
+        if claim.measure == GaitMeasure::CostOfTransport {
+            let drives = signal::DRIVES
+                .iter()
+                .flat_map(|(angle, torque)| [*angle, *torque]);
+            names.extend(drives.map(|name| of_leg(&name)));
+        }
+        if claim.measure.requires_phases() {
+            let phase = of_leg(&signal::PHASE);
+            if !optional && signals(facts).all(|port| port.name != phase) {
+                let message = format!("there is no signal `{phase}` in this scene");
+                let help = "set `phase_output = true` in [controller], if the controller has it";
+                problems.push(Problem::at(&claim.place, message, help));
+                break;
+            }
+            names.push(phase);
+        }
+    }
+    names
 }
 
 /// Returns the problem of an operand that is not one element of its signal.

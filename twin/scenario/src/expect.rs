@@ -5,8 +5,10 @@ use twinrig_kernel::{SimDuration, SimTime, Unit};
 use twinrig_runtime::WorkCounts;
 
 use crate::compare::CompareClaim;
+use crate::gait::GaitClaim;
 use crate::language::Words;
 use crate::limits::{Domain, Limits};
+use crate::pattern::Pattern;
 
 /// One `[[expect]]`.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +32,8 @@ pub struct Expectation {
 pub enum Claim {
     /// About footsteps.
     Footstep(FootstepClaim),
+    /// About the gait as a whole.
+    Gait(GaitClaim),
     /// About the trunk.
     Body(BodyClaim),
     /// About the cycle of the controller or of a bus.
@@ -51,7 +55,9 @@ impl Claim {
     pub(crate) fn requires_upright_robot(&self) -> bool {
         matches!(
             self,
-            Claim::Footstep(_) | Claim::Body(BodyClaim::Speed(..) | BodyClaim::YawDrift(_))
+            Claim::Footstep(_)
+                | Claim::Gait(_)
+                | Claim::Body(BodyClaim::Speed(..) | BodyClaim::YawDrift(_))
         )
     }
 }
@@ -147,31 +153,6 @@ impl Words for Axis {
         ("y", Axis::Y),
         ("z", Axis::Z),
         ("horizontal", Axis::Horizontal),
-    ];
-}
-
-/// The phase of each leg's touch-down in the cycle of the first leg.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Pattern {
-    /// Diagonal legs in phase.
-    Trot,
-    /// Legs of one side in phase.
-    Pace,
-    /// Lateral sequence: a hind leg, the fore leg of its side, the other hind leg, the other fore
-    /// leg, a quarter of a cycle apart.
-    Walk,
-    /// Fore legs in phase, hind legs in phase.
-    Bound,
-    /// Phases of the legs as shares of a cycle; only differences count.
-    Given(Vec<(Placed<String>, f64)>),
-}
-
-impl Words for Pattern {
-    const WORDS: &'static [(&'static str, Self)] = &[
-        ("trot", Pattern::Trot),
-        ("pace", Pattern::Pace),
-        ("walk", Pattern::Walk),
-        ("bound", Pattern::Bound),
     ];
 }
 
@@ -321,7 +302,9 @@ impl Expectation {
     /// footstep of the window may end after it, and energy and cost are of the whole run.
     pub fn changed_by_falls_before(&self) -> Option<SimTime> {
         match self.claim {
-            Claim::Footstep(_) | Claim::EnergyResidual(_) | Claim::Cost(..) => None,
+            Claim::Footstep(_) | Claim::Gait(_) | Claim::EnergyResidual(_) | Claim::Cost(..) => {
+                None
+            }
             Claim::Body(_) | Claim::Timing(_) | Claim::Signal(_) | Claim::Compare(_) => self.before,
         }
     }
@@ -329,7 +312,8 @@ impl Expectation {
     /// Returns whether the measured value is defined for runs in which the robot falls, by the time
     /// before the fall, so that such runs are compared by it.
     pub fn rates_falls(&self) -> bool {
-        match self.claim {
+        match &self.claim {
+            Claim::Gait(claim) => claim.measure.includes_falls(),
             Claim::Footstep(_)
             | Claim::Body(_)
             | Claim::Timing(_)

@@ -71,12 +71,14 @@ mod catalogue;
 mod check_signals;
 mod compare;
 mod expect;
+mod gait;
 mod glob;
 mod ground_below;
 mod judge;
 mod language;
 mod limits;
 mod options;
+mod pattern;
 mod read;
 mod reference;
 mod scenario;
@@ -88,13 +90,15 @@ pub use catalogue::{Catalogue, Kind, VariableSpec};
 pub use compare::{CompareClaim, CompareMeasure, Operand};
 pub use expect::{
     Along, Axis, BodyClaim, Claim, CostMeasure, Expectation, FootstepClaim, FootstepMeasure,
-    LegChoice, Pattern, SignalClaim, SignalMode, TimingClaim, TimingMeasure, Until,
+    LegChoice, SignalClaim, SignalMode, TimingClaim, TimingMeasure, Until,
 };
+pub use gait::{Fitness, FitnessScales, FitnessTerms, GaitClaim, GaitMeasure};
 pub use glob::matches;
 pub use ground_below::GroundBelow;
 pub use judge::{Footstep, Judge, Layouts, Outcome, Reference, RunEnd, Verdict};
 pub use limits::{Comparison, Limits};
 pub use options::{Accepts, OptionSpec, OptionValue, Options};
+pub use pattern::Pattern;
 pub use reference::{KeyReference, TableReference, language};
 pub use scenario::{
     Base, BusSpec, ChangeSpec, ControllerSpec, FallSpec, FaultSpec, FootstepSpec, Ground, Heights,

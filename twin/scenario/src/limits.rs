@@ -6,6 +6,8 @@ use std::ops::Bound;
 use twinrig_document::Range;
 use twinrig_kernel::Unit;
 
+use crate::gait::Fitness;
+
 /// Least and greatest accepted value, at least one of which is set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
@@ -39,6 +41,8 @@ impl Domain {
         min: Bound::Included(-1.0),
         max: Bound::Included(1.0),
     });
+    /// Staged fitness of a gait.
+    pub const FITNESS: Domain = Domain::up_to(Fitness::END);
     /// Magnitude of a roll; peak-to-peak range of a pitch.
     pub const HALF_TURN: Domain = Domain::up_to(PI);
     /// Magnitude of a pitch, at most a quarter turn up or down.

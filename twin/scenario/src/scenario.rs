@@ -162,6 +162,24 @@ pub enum Profile {
         /// Depth of the step \[m\].
         height: f64,
     },
+    /// Height 0 but for `-height` over `length` from `at` on, across the way \[m\].
+    Hole {
+        /// Distance of its near edge from the start \[m\].
+        at: f64,
+        /// Extent along x \[m\].
+        length: f64,
+        /// Depth \[m\].
+        height: f64,
+    },
+    /// The same with `height` above the ground.
+    Bar {
+        /// Distance of its near edge from the start \[m\].
+        at: f64,
+        /// Extent along x \[m\].
+        length: f64,
+        /// Height \[m\].
+        height: f64,
+    },
     /// Heights on a square grid.
     Heights {
         /// Side of a square \[m\].

@@ -8,10 +8,11 @@ use twinrig_kernel::signal::{BODY_POSITION, BODY_RPY};
 use twinrig_kernel::{Direction, Port, signal};
 
 use crate::actuator::ActuatorKind;
-use crate::check_signals::{check_comparison, check_signal, signals, unknown_signal};
-use crate::expect::{Claim, Expectation, FootstepMeasure, LegChoice, Pattern, TimingClaim};
+use crate::check_signals::{check_comparison, check_gait, check_signal, signals, unknown_signal};
+use crate::expect::{Claim, Expectation, FootstepMeasure, LegChoice, TimingClaim};
 use crate::glob::matches;
 use crate::ground_below::GroundBelow;
+use crate::pattern::Pattern;
 use crate::scenario::{Base, Scenario};
 
 /// A leg of the robot.
@@ -153,6 +154,14 @@ impl Scenario {
                     for leg in &facts.legs {
                         required_signals.extend([foot_load(&leg.name), foot_position(&leg.name)]);
                     }
+                }
+                Claim::Gait(claim) => {
+                    required_signals.extend(check_gait(
+                        claim,
+                        expectation.optional,
+                        facts,
+                        problems,
+                    ));
                 }
                 Claim::Body(_) => {
                     required_signals.extend([BODY_POSITION, BODY_RPY].map(str::to_owned));

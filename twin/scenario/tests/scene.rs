@@ -20,8 +20,8 @@ fn left_out(text: &str) -> Vec<String> {
 #[test]
 fn scene_without_record_table_records_all_signals() {
     let scene = scene(&text("")).unwrap();
-    assert_eq!(scene.wanted.len(), 2 + 3 * 4);
-    assert_eq!(scene.recorded.len(), 2 + 4 * 4);
+    assert_eq!(scene.wanted.len(), 2 + 7 * 4);
+    assert_eq!(scene.recorded.len(), 2 + 9 * 4);
     assert_eq!(
         left_out(&text("")),
         ["bus, packets and boards: there is no [bus]: signals go straight to the actuators"]
@@ -195,6 +195,34 @@ fn all_values_of_a_file_are_read() {
         "by time, a key without a group meaning all groups"
     );
     assert!(scenario.without_changes().changes.is_empty());
+}
+
+#[test]
+fn repeated_change_is_one_change_at_each_of_its_times() {
+    let times = |more: &str| -> Vec<(u64, String)> {
+        let change = "[[change]]\nat = '1 s'\nset = 'frequency'\nby = '10 mHz'\n";
+        let change = change.replace("10 mHz", "0.01 Hz");
+        let scenario = parse(&text(&format!("{change}{more}"))).unwrap();
+        let changes = scenario.changes.into_iter();
+        changes
+            .map(|change| {
+                assert_eq!(change.change, Change::By(0.01));
+                (change.at.as_nanos() / 1_000_000, change.variable)
+            })
+            .collect()
+    };
+    let at = |times: &[u64]| -> Vec<(u64, String)> {
+        times
+            .iter()
+            .map(|&at| (at, "frequency".to_owned()))
+            .collect()
+    };
+    assert_eq!(times("every = '2.5 s'\ntimes = 3"), at(&[1000, 3500, 6000]));
+    // Without a number, those before the end of the run, which is at 10 s.
+    assert_eq!(times("every = '4.5 s'"), at(&[1000, 5500]));
+    assert_eq!(times("every = '4.499 s'"), at(&[1000, 5499, 9998]));
+    assert_eq!(times("every = '1 min'"), at(&[1000]));
+    assert_eq!(times(""), at(&[1000]));
 }
 
 #[test]

@@ -23,6 +23,7 @@ const VALID: &[&str] = &[
     "[record]\nsignals = ['body/*']\nframes = '0 Hz'\nbytes = true",
     "[[change]]\nat = '1 s'\nset = 'frequency'\nto = '3 Hz'\n[[change]]\nat = '0 s'\nset = 'hip_height/fore'\nby = '-1 mm'",
     "[[change]]\nat = '1 s'\nset = 'phase'\nto = '3 deg'",
+    "[[change]]\nat = '1 s'\nset = 'frequency'\nby = '0.01 Hz'\nevery = '1 s'\ntimes = 3\n[[change]]\nat = '1.5 s'\nset = 'frequency'\nby = '-0.01 Hz'\nevery = '2 s'",
     "[bus]\nkind = 'sbcp'\nname = 'left'\nclock = '20 ppm'\nusb = { latency_timer = '1 ms', jitter = '10 us' }",
     "[[bus]]\nkind = 'sbcp'\nclock = { LF = 1e-6, any = '-2 ppm' }\nusb.jitter = { trace = ['1 ms'] }\n[[bus]]\nkind = 'rb110'\nclock = '3 s'",
     "bus = []\nchange = []\nfault = []\nexpect = []",
@@ -57,6 +58,9 @@ const BEYOND_SCHEMA: &[(&str, &[&str])] = &[
         &[
             "bus_twice",
             "change_leaves_the_range",
+            "change_repeated_leaves_the_range",
+            "change_repeated_meets_another",
+            "change_repeated_too_often",
             "change_twice_at_one_instant",
             "controller_period_beyond_the_run",
             "coupling_grid_does_not_divide_the_observation",

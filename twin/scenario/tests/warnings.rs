@@ -31,6 +31,14 @@ fn times_beyond_the_end_are_reported() {
             None,
         ),
         (
+            "[[change]]\nat = '9 s'\nset = 'frequency'\nby = '1 Hz'\nevery = '1 s'\ntimes = 2",
+            Some(("change-beyond-end", 17)),
+        ),
+        (
+            "[[change]]\nat = '9 s'\nset = 'frequency'\nby = '1 Hz'\nevery = '1 s'",
+            None,
+        ),
+        (
             "[bus]\nkind = 'sbcp'\n[[fault]]\nat = '11 s'\non = 'wire/sbcp'\nkind = 'drop'",
             Some(("fault-beyond-end", 15)),
         ),

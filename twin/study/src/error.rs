@@ -23,6 +23,24 @@ pub enum StudyError {
         /// Number of parts.
         of: usize,
     },
+    /// The runs of the study could not be started.
+    #[error("{0}")]
+    Engine(String),
+    /// The gait has too few footsteps to be studied.
+    #[error(
+        "{found} footsteps of leg {leg} after {after_s} s; {required} are the least\n  = help: \
+         choose an earlier time by --after, fewer --steps, or a gait that keeps stepping"
+    )]
+    FewFootsteps {
+        /// Name of the leg.
+        leg: String,
+        /// Time from which they are counted \[s\].
+        after_s: f64,
+        /// Number of footsteps.
+        found: usize,
+        /// Least number.
+        required: usize,
+    },
     /// A run of the bench cannot be built, or failed.
     #[error("{0}")]
     Run(String),

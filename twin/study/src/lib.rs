@@ -5,7 +5,10 @@
 //! reason. A third study ([`coupling()`]) runs complete rigs, boards included, and compares the
 //! coupling of plant and boards on a communication grid with exact coupling. A fourth one
 //! ([`estimate()`]) identifies the cells of a load sensor from recorded samples, and tunes and
-//! validates its filters. Two studies of one build give the same results except for run times,
+//! validates its filters. A fifth one
+//! ([`modulation()`]) measures the displacement of footsteps after a change of a variable of the
+//! controller, a sixth one ([`transition()`]) classifies gaits over time and dates their
+//! transitions. Two studies of one build give the same results except for run times,
 //! unless the budget truncates one of them.
 //!
 //! ```
@@ -44,16 +47,19 @@ mod fit;
 mod floors;
 mod footsteps;
 mod frame;
+mod gait_run;
 mod headline;
 mod html;
 mod latency;
 mod machine;
 mod models;
+mod modulation;
 mod number;
 mod outliers;
 #[cfg(test)]
 mod page_tests;
 mod panics;
+mod parallel;
 mod plant_id;
 mod plant_run;
 mod precision;
@@ -73,6 +79,7 @@ mod sweep;
 mod thesis;
 mod tolerance;
 mod trace;
+mod transition;
 mod transport;
 mod trial;
 
@@ -97,9 +104,15 @@ pub use factory::{
 };
 pub use floors::Floor;
 pub use footsteps::{Footstep, WALK};
+pub use gait_run::{FootContact, GaitRun};
 pub use html::{html, optimization_page, sweep_page};
 pub use latency::{LoadDelay, SampledSignal};
 pub use machine::Machine;
+pub use modulation::{
+    CaseResult, Counting, Displacement, DisplacementCell, DisplacementTable, IdealSlope,
+    LinearModel, ModelForm, ModulationCase, ModulationInput, ModulationPlan, ModulationRunner,
+    ModulationStudy, VariableChange, modulation,
+};
 pub use number::si as brief;
 pub use plant_id::PlantId;
 pub use precision::precision;
@@ -113,4 +126,9 @@ pub use study::{Order, Study, StudyKind};
 pub use sweep::Factor;
 pub use thesis::{FIGURES, ModelClass, ThesisFigure};
 pub use tolerance::ToleranceSlope;
+pub use transition::{
+    GaitCycle, GaitPattern, Hysteresis, MIXED, STANDING, Transition, TransitionCase,
+    TransitionInput, TransitionPlan, TransitionResult, TransitionRunner, TransitionStudy, Way,
+    transition,
+};
 pub use transport::{Cost, STROLL, Transport};

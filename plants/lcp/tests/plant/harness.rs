@@ -49,10 +49,7 @@ pub fn free_swinging_robot() -> Robot {
 
 /// Returns flat ground `height` below the starting feet.
 pub fn lowered_ground(height: f64, friction: f64) -> Ground {
-    let terrain = Terrain::StepDown {
-        at: -10.0,
-        drop: height,
-    };
+    let terrain = Terrain::step_down(-10.0, height);
     Ground::new(terrain, friction, 0.0).unwrap()
 }
 

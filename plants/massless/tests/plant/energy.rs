@@ -127,10 +127,7 @@ fn energy_balance_of_a_drop_closes() {
 
 /// Half a second with a fall from `height` \[m\].
 fn drop(robot: &Robot, height: f64, restitution: f64) -> Harness {
-    let terrain = Terrain::StepDown {
-        at: -10.0,
-        drop: height,
-    };
+    let terrain = Terrain::step_down(-10.0, height);
     let ground = Some(Ground::new(terrain, 0.6, restitution).unwrap());
     let mut harness = massless(robot, &Setup { ground, ..setup() });
     harness.advance_to_ms(500);

@@ -19,10 +19,7 @@ fn ground(terrain: Terrain, friction: f64) -> Ground {
 
 /// Setup for a fall of `height` metres onto all feet at once.
 fn falling(height: f64, setup: &Setup) -> Setup {
-    let terrain = Terrain::StepDown {
-        at: -10.0,
-        drop: height,
-    };
+    let terrain = Terrain::step_down(-10.0, height);
     let friction = setup.ground.as_ref().map_or(0.6, |ground| ground.friction);
     Setup {
         ground: Some(ground(terrain, friction)),

@@ -27,25 +27,36 @@ pub(super) fn write(ground_model: &GroundModel, to: &mut Sections) {
                 "    <geom name=\"ground\" type=\"plane\" size=\"0 0 1\" pos=\"0 0 {z}\" {contact}/>"
             );
         }
-        Area::StepDown { at, drop } => {
-            let (half, low) = (0.5 * EXTENT, drop.abs() + 1.0);
-            for (name, x, top) in [
-                ("ground", at - half, 0.0),
-                ("ground_below", at + half, -drop),
-            ] {
-                let z = top - FOOT_RADIUS - 0.5 * low;
-                line!(
-                    to.world,
-                    "    <geom name=\"{name}\" type=\"box\" size=\"{half} {half} {}\" pos=\"{x} 0 {z}\" {contact}/>",
-                    0.5 * low
-                );
-            }
-        }
+        Area::Levels(levels) => boxes(levels, &contact, to),
         Area::Heights {
             from,
             to: end,
             points,
         } => field(&ground_model.ground, *from, *end, *points, &contact, to),
+    }
+}
+
+/// Writes a box for each level.
+fn boxes(levels: &[(f64, f64, f64)], contact: &str, to: &mut Sections) {
+    let heights = levels.iter().map(|(_, _, height)| height.abs());
+    let low = heights.fold(0.0, f64::max) + 1.0;
+    let outer = 0.5 * EXTENT;
+    for (index, (begin, end, top)) in levels.iter().enumerate() {
+        let (x, half) = match (begin.is_finite(), end.is_finite()) {
+            (false, _) => (end - outer, outer),
+            (_, false) => (begin + outer, outer),
+            _ => (0.5 * (begin + end), 0.5 * (end - begin)),
+        };
+        let name = match index {
+            0 => "ground".to_owned(),
+            _ => format!("ground_{index}"),
+        };
+        let z = top - FOOT_RADIUS - 0.5 * low;
+        line!(
+            to.world,
+            "    <geom name=\"{name}\" type=\"box\" size=\"{half} {outer} {}\" pos=\"{x} 0 {z}\" {contact}/>",
+            0.5 * low
+        );
     }
 }
 

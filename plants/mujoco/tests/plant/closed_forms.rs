@@ -55,20 +55,8 @@ fn feet_rest_at_the_height_of_every_terrain() {
     let field = || HeightField::new([-0.5; 2], 0.25, 5, vec![0.03; 25]).unwrap();
     for (terrain, height) in [
         (Terrain::Flat, 0.0),
-        (
-            Terrain::StepDown {
-                at: 1.0,
-                drop: 0.02,
-            },
-            0.0,
-        ),
-        (
-            Terrain::StepDown {
-                at: -1.0,
-                drop: 0.02,
-            },
-            -0.02,
-        ),
+        (Terrain::step_down(1.0, 0.02), 0.0),
+        (Terrain::step_down(-1.0, 0.02), -0.02),
         (Terrain::Heights(field()), 0.03),
     ] {
         let ground = Some(Ground::new(terrain, 0.6, 0.0).unwrap());

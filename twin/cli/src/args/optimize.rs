@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Settings, particles};
+use super::{Settings, whole_number};
 
 /// Arguments of `twin optimize`.
 #[derive(Clone, Debug, Args)]
@@ -18,7 +18,7 @@ pub struct OptimizeArgs {
     #[command(flatten)]
     pub settings: Settings,
     /// Points of a generation, in place of `particles` of the search space
-    #[arg(long, value_name = "N", value_parser = particles)]
+    #[arg(long, value_name = "N", value_parser = whole_number)]
     pub particles: Option<usize>,
     /// Generations after the first one, in place of `iterations` of the search space
     #[arg(long, value_name = "N")]

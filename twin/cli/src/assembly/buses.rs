@@ -2,7 +2,7 @@
 
 use twinrig_document::suggestion;
 use twinrig_kernel::Port;
-use twinrig_runtime::{DirectIo, IoTask, RigError, WiredTask};
+use twinrig_runtime::{DirectIo, IoTask, Process, RigError, WiredTask};
 use twinrig_scenario::{BusSpec, FaultSpec, matches};
 
 use crate::assembly::builder::{Bus, PartBuilder};
@@ -27,10 +27,11 @@ impl PartBuilder<'_> {
     }
 
     /// Builds the tasks of a process with these ports: one per bus, and one for the signals without
-    /// a bus.
+    /// a bus. Monitors need none.
     pub(crate) fn tasks(
         &self,
         buses: Vec<Bus>,
+        process: &dyn Process,
         process_ports: &[Port],
     ) -> Result<Vec<Box<dyn IoTask>>, TwinError> {
         let mut tasks: Vec<Box<dyn IoTask>> = Vec::new();
@@ -42,6 +43,7 @@ impl PartBuilder<'_> {
         let rest: Vec<Port> = process_ports
             .iter()
             .filter(|port| !carried.iter().any(|other| other.connects(port)))
+            .filter(|port| !process.is_monitor(&port.name))
             .cloned()
             .collect();
         if !rest.is_empty() || tasks.is_empty() {

@@ -380,7 +380,8 @@ impl<'r> Assembly<'r> {
             buses,
             plant,
         } = parts;
-        let tasks = self.builder().tasks(buses, &self.facts.process_ports)?;
+        let ports = &self.facts.process_ports;
+        let tasks = self.builder().tasks(buses, &*process, ports)?;
         let rig = Rig::new(&self.schedule(), process, tasks, around(plant));
         let mut rig = rig.map_err(|error| self.rig_error(error))?;
         for (at, variable, change) in self.changes() {

@@ -1,12 +1,14 @@
-//! Command `twin study`: accuracy, stability and coupling of plants.
+//! Command `twin study`: accuracy, stability and coupling of plants, filters of loads, gaits.
+
+mod frame;
+mod result;
 
 use std::path::{Path, PathBuf};
 
-use twinrig_scenario::Setting;
 use twinrig_study::{
-    CouplingPlan, CouplingStudy, EstimatePlan, EstimateStudy, Machine, PrecisionPlan,
-    ProgressObserver, SearchSize, StabilityPlan, Study, coupling, csv, estimate, html, precision,
-    stability,
+    CouplingPlan, EstimatePlan, Machine, PrecisionPlan, ProgressObserver, SearchSize,
+    StabilityPlan, StudyError, TransitionPlan, coupling, estimate, modulation, precision,
+    stability, transition,
 };
 
 use super::{FAILURE, SUCCESS, Terminal, outputs};
@@ -18,10 +20,12 @@ use crate::run::interrupt;
 use crate::run::progress::Progress;
 use crate::study::builder::StudyBuilder;
 use crate::study::coupling_builder::RigStudyBuilder;
-use crate::study::coupling_table;
-use crate::study::estimate_table;
 use crate::study::load_recorder::BenchRecorder;
-use crate::study::table;
+use crate::study::modulation_cases::ModulationCases;
+use crate::study::transition_cases::TransitionCases;
+use frame::StudyFrame;
+use result::StudyResult;
+use twinrig_scenario::Setting;
 
 /// Name and version of the program, for reports.
 const BUILD: &str = concat!("twinrig ", env!("CARGO_PKG_VERSION"));
@@ -30,16 +34,11 @@ pub(super) fn study(registry: &Registry, args: &StudyArgs, terminal: &mut Termin
     if terminal.interactive {
         interrupt::listen();
     }
-    let (name, options) = match &args.study {
-        StudyCommand::Precision(options) => ("precision", &options.study),
-        StudyCommand::Stability(options) => ("stability", options),
-        StudyCommand::Coupling(options) => ("coupling", options),
-        StudyCommand::Estimate(options) => ("estimate", &options.study),
-    };
-    match execute(registry, &args.study, name, options, terminal) {
+    let frame = StudyFrame::of(&args.study);
+    match execute(registry, &args.study, frame, terminal) {
         Ok((result, machine, files)) => {
-            if options.json {
-                terminal.print_json(&result.json(&machine, &command(&args.study, name, options)));
+            if frame.json {
+                terminal.print_json(&result.json(&machine, &frame.command(&args.study)));
             } else {
                 let text = result.text(&files);
                 terminal.print(&text);
@@ -47,7 +46,7 @@ pub(super) fn study(registry: &Registry, args: &StudyArgs, terminal: &mut Termin
             match result.error() {
                 None => SUCCESS,
                 Some(error) => {
-                    if !options.json {
+                    if !frame.json {
                         let _ = writeln!(terminal.err, "{error}");
                     }
                     FAILURE
@@ -55,58 +54,8 @@ pub(super) fn study(registry: &Registry, args: &StudyArgs, terminal: &mut Termin
             }
         }
         Err(error) => {
-            terminal.report_error(&error, options.json);
+            terminal.report_error(&error, frame.json);
             FAILURE
-        }
-    }
-}
-
-/// Result of a study.
-enum StudyResult {
-    Plants(Study),
-    Coupling(CouplingStudy),
-    Estimate(Box<EstimateStudy>),
-}
-
-impl StudyResult {
-    /// Returns the error of a study in which a part panicked.
-    fn error(&self) -> Option<String> {
-        match self {
-            Self::Plants(study) => study.error(),
-            Self::Coupling(study) => study.error(),
-            Self::Estimate(_) => None,
-        }
-    }
-
-    fn json(&self, machine: &Machine, command: &str) -> serde_json::Value {
-        match self {
-            Self::Plants(study) => study.json(machine, command),
-            Self::Coupling(study) => study.json(machine, command),
-            Self::Estimate(study) => study.json(machine, command),
-        }
-    }
-
-    fn html(&self, machine: &Machine, command: &str) -> String {
-        match self {
-            Self::Plants(study) => html(study, machine, command),
-            Self::Coupling(study) => study.html(machine, command),
-            Self::Estimate(study) => study.html(machine, command),
-        }
-    }
-
-    fn csv(&self) -> String {
-        match self {
-            Self::Plants(study) => csv(&study.rows),
-            Self::Coupling(study) => study.csv(),
-            Self::Estimate(study) => study.csv(),
-        }
-    }
-
-    fn text(&self, files: &[PathBuf]) -> String {
-        match self {
-            Self::Plants(study) => table::text(study, files),
-            Self::Coupling(study) => coupling_table::text(study, files),
-            Self::Estimate(study) => estimate_table::text(study, files),
         }
     }
 }
@@ -114,56 +63,45 @@ impl StudyResult {
 fn execute(
     registry: &Registry,
     study: &StudyCommand,
-    name: &'static str,
-    options: &StudyOptions,
+    frame: StudyFrame<'_>,
     terminal: &mut Terminal<'_>,
 ) -> Result<(StudyResult, Machine, Vec<PathBuf>), TwinError> {
-    let settings: Vec<Setting> = options
-        .set
-        .iter()
-        .map(|(key, value)| Setting {
-            origin: "--set".to_owned(),
-            key: key.clone(),
-            value: value.clone(),
-        })
-        .collect();
-    if !options.json {
-        let assembly = Assembly::of_file(registry, &options.scenario, &settings)?;
-        terminal.warn(&assembly.scenario().warnings);
+    let settings = frame.settings();
+    if !frame.json {
+        for scenario in frame.scenarios {
+            let assembly = Assembly::of_file(registry, scenario, &settings)?;
+            terminal.warn(&assembly.scenario().warnings);
+        }
     }
     // Checks before the study that its files can be written.
-    create(&options.out)?;
-    outputs::check_folder(&options.out)?;
+    create(frame.out)?;
+    outputs::check_folder(frame.out)?;
     let machine = Machine::here(BUILD);
-    let show_progress = terminal.interactive && !options.json;
-    let observer = &mut ProgressLine(Progress::of_parts(name, show_progress));
-    let builder = |names| {
-        let path = &options.scenario;
-        StudyBuilder::new(registry, path, &settings, names, options.duration)
-    };
+    let show_progress = terminal.interactive && !frame.json;
+    let observer = &mut ProgressLine(Progress::of_parts(frame.name, show_progress));
     let result = match study {
-        StudyCommand::Precision(PrecisionOptions { ensemble, .. }) => {
+        StudyCommand::Precision(PrecisionOptions { study, ensemble }) => {
             let plan = PrecisionPlan {
-                duration: options.duration,
+                duration: study.duration,
                 ensemble: *ensemble,
-                budget_s: options.budget,
+                budget_s: study.budget,
                 ..PrecisionPlan::default()
             };
-            let builder = builder(&options.plant)?;
+            let builder = builder(registry, study, &settings)?;
             precision(&builder, &plan, observer)
                 .map(|study| StudyResult::Plants(builder.with_panics(study)))
         }
-        StudyCommand::Stability(_) => {
+        StudyCommand::Stability(options) => {
             let mut plan = StabilityPlan {
                 budget_s: options.budget,
                 ..StabilityPlan::default()
             };
             plan.duration = options.duration.unwrap_or(plan.duration);
-            let builder = builder(&options.plant)?;
+            let builder = builder(registry, options, &settings)?;
             stability(&builder, &plan, observer)
                 .map(|study| StudyResult::Plants(builder.with_panics(study)))
         }
-        StudyCommand::Coupling(_) => {
+        StudyCommand::Coupling(options) => {
             let plan = CouplingPlan {
                 duration: options.duration,
                 budget_s: options.budget,
@@ -174,35 +112,60 @@ fn execute(
             coupling(&rigs, &plan, observer)
                 .map(|study| StudyResult::Coupling(rigs.with_panics(study)))
         }
-        StudyCommand::Estimate(EstimateOptions {
-            particles,
-            iterations,
-            ..
-        }) => {
-            let plan = EstimatePlan {
-                search: SearchSize {
-                    particles: *particles,
-                    iterations: *iterations,
-                },
-                budget_s: options.budget,
+        StudyCommand::Estimate(options) => load_filters(registry, options, settings, observer)?,
+        StudyCommand::Modulation(options) => {
+            let cases = ModulationCases::new(registry, options, &settings)?;
+            modulation(&cases, &cases.plan(options)?, observer).map(StudyResult::Modulation)
+        }
+        StudyCommand::Transition(options) => {
+            let cases = TransitionCases::new(registry, options, &settings)?;
+            let plan = TransitionPlan {
+                tolerance: options.tolerance,
+                lasting: options.cycles,
             };
-            let mut settings = settings.clone();
-            settings.extend(options.plant.iter().map(|name| Setting::plant(name)));
-            settings.extend(options.duration.map(|duration| Setting {
-                origin: "--duration".to_owned(),
-                key: "duration".to_owned(),
-                value: format!("\"{duration}\""),
-            }));
-            let bench = BenchRecorder::new(registry, &options.scenario, &settings)?;
-            estimate(&bench, &plan, observer).map(|study| StudyResult::Estimate(Box::new(study)))
+            transition(&cases, &plan, observer).map(StudyResult::Transition)
         }
     };
     let result = result.map_err(|source| TwinError::Study {
-        file: options.scenario.display().to_string(),
+        file: frame.scenarios[0].display().to_string(),
         source,
     })?;
-    let files = write(study, name, &result, &machine, options)?;
+    let files = write(study, frame, &result, &machine)?;
     Ok((result, machine, files))
+}
+
+fn builder<'r>(
+    registry: &'r Registry,
+    options: &StudyOptions,
+    settings: &[Setting],
+) -> Result<StudyBuilder<'r>, TwinError> {
+    let path = &options.scenario;
+    StudyBuilder::new(registry, path, settings, &options.plant, options.duration)
+}
+
+fn load_filters(
+    registry: &Registry,
+    options: &EstimateOptions,
+    mut settings: Vec<Setting>,
+    observer: &mut dyn ProgressObserver,
+) -> Result<Result<StudyResult, StudyError>, TwinError> {
+    let plan = EstimatePlan {
+        search: SearchSize {
+            particles: options.particles,
+            iterations: options.iterations,
+        },
+        budget_s: options.study.budget,
+    };
+    let study = &options.study;
+    settings.extend(study.plant.iter().map(|name| Setting::plant(name)));
+    settings.extend(study.duration.map(|duration| Setting {
+        origin: "--duration".to_owned(),
+        key: "duration".to_owned(),
+        value: format!("\"{duration}\""),
+    }));
+    let bench = BenchRecorder::new(registry, &study.scenario, &settings)?;
+    let found = estimate(&bench, &plan, observer);
+    Ok(found.map(|study| StudyResult::Estimate(Box::new(study))))
 }
 
 /// Shows the progress of a study and ends the study on an interrupt.
@@ -215,30 +178,6 @@ impl ProgressObserver for ProgressLine {
     }
 }
 
-/// Returns the command that repeats a study.
-fn command(study: &StudyCommand, name: &str, options: &StudyOptions) -> String {
-    let mut words = vec![
-        "twin study".to_owned(),
-        name.to_owned(),
-        options.scenario.display().to_string(),
-    ];
-    words.extend(options.plant.iter().map(|plant| format!("--plant {plant}")));
-    let set = options.set.iter();
-    words.extend(set.map(|(key, value)| format!("--set {key}={value:?}")));
-    if let Some(duration) = options.duration {
-        words.push(format!("--duration \"{duration}\""));
-    }
-    if let StudyCommand::Precision(PrecisionOptions { ensemble, .. }) = study {
-        words.push(format!("--ensemble {ensemble}"));
-    }
-    if let StudyCommand::Estimate(options) = study {
-        words.push(format!("--particles {}", options.particles));
-        words.push(format!("--iterations {}", options.iterations));
-    }
-    words.push(format!("--budget {}", options.budget));
-    words.join(" ")
-}
-
 fn create(folder: &Path) -> Result<(), TwinError> {
     std::fs::create_dir_all(folder).map_err(|source| TwinError::Write {
         path: folder.to_owned(),
@@ -249,14 +188,11 @@ fn create(folder: &Path) -> Result<(), TwinError> {
 /// Writes the HTML page, the CSV and the JSON file; returns their paths.
 fn write(
     study: &StudyCommand,
-    name: &str,
+    frame: StudyFrame<'_>,
     result: &StudyResult,
     machine: &Machine,
-    options: &StudyOptions,
 ) -> Result<Vec<PathBuf>, TwinError> {
-    let stem = options.scenario.file_stem();
-    let stem = stem.map_or("scenario".into(), |stem| stem.to_string_lossy());
-    let command = command(study, name, options);
+    let command = frame.command(study);
     let json = result.json(machine, &command);
     let texts = [
         ("html", result.html(machine, &command)),
@@ -265,8 +201,7 @@ fn write(
     ];
     let mut files = Vec::new();
     for (ending, text) in texts {
-        let file = format!("{name}-{stem}.{ending}");
-        let path = options.out.join(file);
+        let path = frame.out.join(format!("{}.{ending}", frame.stem()));
         std::fs::write(&path, text).map_err(|source| TwinError::Write {
             path: path.clone(),
             source,

@@ -12,6 +12,7 @@ pub(crate) fn quantity(unit: Unit) -> &'static str {
         Unit::Radian => "Angle",
         Unit::RadianPerSecond => "AngularVelocity",
         Unit::RadianPerSecondSquared => "AngularAcceleration",
+        Unit::RadianPerNewtonSecond => "AngularVelocityPerForce",
         Unit::Meter => "Length",
         Unit::MeterPerSecond => "Velocity",
         Unit::MeterPerSecondSquared => "Acceleration",

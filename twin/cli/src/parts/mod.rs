@@ -9,6 +9,7 @@ pub(crate) mod coupling;
 pub(crate) mod drives;
 pub(crate) mod engines;
 pub mod fmu_plant;
+pub(crate) mod gaits;
 pub(crate) mod idle;
 pub(crate) mod lcp;
 pub(crate) mod massless;

@@ -14,22 +14,25 @@ pub(crate) struct OutputFilter {
 }
 
 impl OutputFilter {
-    /// Keeps the outputs of `process` for which `receives` holds; also returns the names of the
-    /// removed outputs.
+    /// Keeps the outputs of `process` for which `receives` holds, and its monitors; also returns the
+    /// names of the removed outputs.
     pub(crate) fn new(
         process: Box<dyn Process>,
         receives: impl Fn(&Port) -> bool,
     ) -> (Self, Vec<String>) {
         let ports = process.ports();
         let layout = Layout::of(&ports, Direction::Output);
-        let removed = |port: &&Port| port.direction == Direction::Output && !receives(port);
+        let kept = |port: &Port| receives(port) || process.is_monitor(&port.name);
+        let removed = |port: &&Port| port.direction == Direction::Output && !kept(port);
         let names = ports.iter().filter(removed).map(|port| port.name.clone());
         let names = names.collect();
-        let fields = layout.fields().filter(|field| receives(&field.port));
+        let fields = layout.fields().filter(|field| kept(&field.port));
+        let received = fields.map(twinrig_kernel::Field::range).collect();
+        let kept_ports = ports.iter().filter(|port| !removed(port));
         let output_filter = Self {
-            received: fields.map(twinrig_kernel::Field::range).collect(),
+            received,
             outputs: vec![0.0; layout.len()],
-            ports: ports.into_iter().filter(|port| !removed(&port)).collect(),
+            ports: kept_ports.cloned().collect(),
             process,
         };
         (output_filter, names)
@@ -43,6 +46,10 @@ impl Process for OutputFilter {
 
     fn ports(&self) -> Vec<Port> {
         self.ports.clone()
+    }
+
+    fn is_monitor(&self, output: &str) -> bool {
+        self.process.is_monitor(output)
     }
 
     fn variables(&self) -> &[ProcessVariable] {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use twinrig_contact::{Ground, HeightField, Terrain};
+use twinrig_contact::{Ground, HeightField, Levels, Terrain};
 use twinrig_kernel::{Port, SimDuration, signal, stream};
 use twinrig_leg::LegCommand;
 use twinrig_legged::{Base, Drives, SetPoint, Setup, Signals, Start, StartPose};
@@ -143,10 +143,13 @@ pub(crate) fn ground_below(plant: &PlantSpec, seed: u64) -> Result<GroundBelow, 
 fn terrain(ground: &SceneGround, friction: f64, seed: u64) -> Result<Ground, BuildError> {
     let terrain = match &ground.profile {
         Profile::Flat => Terrain::Flat,
-        Profile::StepDown { at, height } => Terrain::StepDown {
-            at: *at,
-            drop: *height,
-        },
+        Profile::StepDown { at, height } => Terrain::step_down(*at, *height),
+        Profile::Hole { at, length, height } => {
+            Terrain::Levels(Levels::island(*at, *length, -height))
+        }
+        Profile::Bar { at, length, height } => {
+            Terrain::Levels(Levels::island(*at, *length, *height))
+        }
         Profile::Heights { spacing, heights } => Terrain::Heights(field(*spacing, heights, seed)?),
     };
     let friction = ground.friction.unwrap_or(friction);

@@ -1,21 +1,18 @@
 //! Registration of the standard parts.
 
-use twinrig_gait::{Abduction, Cpg, Gait, Stand};
 use twinrig_kernel::SimDuration;
 #[cfg(not(all(feature = "mujoco", feature = "rapier")))]
 use twinrig_scenario::Kind;
-use twinrig_scenario::{Accepts, OptionSpec};
 
 use crate::assembly::registry::Registry;
 #[cfg(not(all(feature = "mujoco", feature = "rapier")))]
 use crate::assembly::registry::build_remedy;
-use crate::error::BuildError;
 use crate::parts::bench;
-use crate::parts::controller_kind::{ControllerContext, ControllerKind};
 use crate::parts::drives;
 #[cfg(not(all(feature = "mujoco", feature = "rapier")))]
 use crate::parts::engines;
 use crate::parts::fmu_plant;
+use crate::parts::gaits;
 use crate::parts::lcp;
 use crate::parts::massless;
 use crate::parts::method::Method;
@@ -23,7 +20,6 @@ use crate::parts::method::Method;
 use crate::parts::mjcf;
 #[cfg(feature = "mujoco")]
 use crate::parts::mujoco;
-use crate::parts::option::{choice, option};
 use crate::parts::optoforce;
 use crate::parts::phidget;
 use crate::parts::plant_kind::PlantKind;
@@ -52,8 +48,9 @@ impl Registry {
             .with_bus(optoforce::kind())
             .with_bus(phidget::kind())
             .with_bus(tactile::kind())
-            .with_controller(cpg())
-            .with_controller(stand())
+            .with_controller(gaits::cpg())
+            .with_controller(gaits::tegotae())
+            .with_controller(gaits::stand())
             .with_controller(script::kind())
             .with_controller(turn::kind());
         engines(registry.of_every_build())
@@ -133,67 +130,4 @@ fn lcp_with_its_methods() -> PlantKind {
             "thesis",
             "as published, with corrected signs: the rate of one joint is set to zero at a stop, which generates energy at any step",
         ))
-}
-
-fn cpg() -> ControllerKind {
-    let about = "open-loop gait: coupled oscillators, foot locus, inverse kinematics";
-    let gaits = Gait::ALL.map(|gait| gait.name().to_owned());
-    ControllerKind::new(Cpg::NAME, about, |context| {
-        let cpg = Cpg::new(context.robot, context.legs, gait(context)?)?;
-        let cpg = cpg.with_abduction(abduction(context));
-        let cpg = match context.options.text(FREQUENCY_OF) {
-            Some(leg) => cpg.with_frequency_of(leg)?,
-            None => cpg,
-        };
-        Ok(match context.options.text("start") {
-            Some("random") => cpg.with_random_phases(context.seed),
-            _ => cpg,
-        })
-    })
-    .with_variables(|context| Ok(Cpg::variables_of(context.robot, gait(context)?)?))
-    .with_option(choice(
-        "gait",
-        "gait, which sets the phases of the legs",
-        &gaits,
-    ))
-    .with_option(choice(
-        "start",
-        "initial phases: those of the gait, or random",
-        &START,
-    ))
-    .with_option(abducting())
-    .with_option(option(
-        FREQUENCY_OF,
-        "leg whose mean phase rate over its last cycle is the output `leg/LEG/frequency`, for filters",
-        Accepts::Text,
-    ))
-}
-
-/// Option with the leg whose mean phase rate is an output.
-const FREQUENCY_OF: &str = "frequency_of";
-
-fn gait(context: &ControllerContext<'_>) -> Result<Gait, BuildError> {
-    Ok(context.options.text("gait").unwrap_or_default().parse()?)
-}
-
-const START: [&str; 2] = ["in-step", "random"];
-
-fn stand() -> ControllerKind {
-    ControllerKind::new(Stand::NAME, "holds the feet below the hips", |context| {
-        Ok(Stand::new(context.robot, context.legs)?.with_abduction(abduction(context)))
-    })
-    .with_variables(|context| Ok(Stand::variables_of(context.robot)?))
-    .with_option(abducting())
-}
-
-fn abducting() -> OptionSpec {
-    let about = "also command the hip-abduction servos, by `splay`";
-    choice("abduction", about, &Abduction::ALL.map(Abduction::name))
-}
-
-fn abduction(context: &ControllerContext<'_>) -> Abduction {
-    let name = context.options.text("abduction");
-    let mut all = Abduction::ALL.into_iter();
-    all.find(|abduction| Some(abduction.name()) == name)
-        .unwrap_or_default()
 }

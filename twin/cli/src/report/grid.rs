@@ -69,8 +69,8 @@ impl Grid {
     }
 
     /// Adds a row; missing cells are empty.
-    pub fn row<const N: usize>(&mut self, cells: [Cell; N]) {
-        self.rows.push(cells.into());
+    pub fn row(&mut self, cells: impl IntoIterator<Item = Cell>) {
+        self.rows.push(cells.into_iter().collect());
     }
 
     /// Returns the lines, indented by `indent` spaces and without trailing spaces.

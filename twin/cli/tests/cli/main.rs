@@ -8,6 +8,7 @@ mod common;
 mod estimate_study;
 mod falls;
 mod fmu;
+mod gait_studies;
 #[cfg(unix)]
 mod hardware;
 #[cfg(unix)]

@@ -4,6 +4,7 @@ use serde::Serialize;
 use twinrig_kernel::{SimDuration, SimTime};
 
 use super::tracker::seconds;
+use crate::scene::Scene;
 
 /// One footstep.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -41,6 +42,19 @@ pub(crate) struct Thresholds {
     pub shortest_swing: SimDuration,
     /// \[N·s\]
     pub least_impulse: f64,
+}
+
+impl Thresholds {
+    /// Returns the thresholds of the scene, whose weight scales them.
+    pub fn of(scene: &Scene) -> Self {
+        let spec = scene.scenario.observe.footsteps;
+        Self {
+            touch_down: spec.touch_down.newton(scene.weight),
+            lift_off: spec.lift_off.newton(scene.weight),
+            shortest_swing: spec.shortest_swing,
+            least_impulse: spec.least_impulse * scene.weight,
+        }
+    }
 }
 
 /// Detector of the footsteps of one foot.

@@ -6,7 +6,9 @@ mod compare;
 mod cycle;
 mod fall;
 mod footstep;
+mod gait;
 mod meter;
+mod monitor;
 mod observe;
 mod outcome;
 mod resolve;
@@ -22,15 +24,13 @@ use crate::expect::{Claim, Expectation};
 use crate::scene::{LegFact, Scene, foot_load, foot_position};
 use at_end::{cost, energy};
 use channel::{Cycle, CycleEvent};
-use compare::CompareMeter;
-use cycle::CycleMeter;
 use fall::FallDetector;
 use footstep::{Detector, Thresholds};
-use meter::Meter;
+use gait::NewCycle;
+use monitor::{Monitor, MonitorKind, SampleCount, sample_counts};
 use outcome::{Finding, outcome};
 use steps::{ReferenceStep, RunFacts, StepMeter};
 use touch_downs::TouchDowns;
-use tracker::Window;
 
 pub use channel::Layouts;
 pub use footstep::Footstep;
@@ -73,6 +73,7 @@ pub struct Judge {
     signal_monitors: [Vec<usize>; 4],
     /// Indices of the monitors of comparisons that read each group.
     comparison_monitors: [Vec<usize>; 4],
+    gait_monitors: Vec<usize>,
     /// Group of the feet, and its samples in each window of the monitors of footsteps.
     foot_channel: Group,
     foot_samples: Vec<SampleCount>,
@@ -82,6 +83,8 @@ pub struct Judge {
     touch_downs: TouchDowns,
     /// Footsteps completed by the last samples.
     closed: Vec<Footstep>,
+    /// Whether a touch-down of the first leg was confirmed by the last samples.
+    new_cycle: NewCycle,
     fall: FallDetector,
     /// Time at which a fall ended the run, if one did.
     ended_at: Option<SimTime>,
@@ -93,38 +96,6 @@ pub struct Judge {
 /// Least number of samples of a channel for a verdict.
 const MIN_SAMPLES: u64 = 10;
 
-/// Monitor of one expectation.
-#[derive(Clone, Debug)]
-struct Monitor {
-    window: Window,
-    channel: Group,
-    meter: MonitorKind,
-    /// Number of evaluated samples of the channel; of footsteps, see [`Judge::foot_samples`].
-    samples: u64,
-    /// Whether the robot fell within the window of a claim about an upright robot, which is then
-    /// judged by the data before the fall.
-    fell: bool,
-}
-
-#[derive(Clone, Debug)]
-enum MonitorKind {
-    Signal(Meter),
-    Comparison(CompareMeter),
-    Cycle(Cycle, CycleMeter),
-    Footsteps(StepMeter),
-    /// Judged from the final data of the run.
-    AtEnd,
-    /// Not observable, with the reason.
-    Absent(String),
-}
-
-/// Number of samples in a window.
-#[derive(Clone, Debug)]
-struct SampleCount {
-    window: Window,
-    samples: u64,
-}
-
 /// A foot whose footsteps are detected.
 #[derive(Clone, Debug)]
 struct Foot {
@@ -132,32 +103,6 @@ struct Foot {
     load: usize,
     position: usize,
     detector: Detector,
-}
-
-impl Monitor {
-    fn is_of_footsteps(&self) -> bool {
-        matches!(self.meter, MonitorKind::Footsteps(_))
-    }
-
-    /// Takes the number of samples so far over, if it is a monitor of footsteps.
-    fn take_samples(&mut self, counts: &[SampleCount]) {
-        if self.is_of_footsteps() {
-            let count = counts.iter().find(|count| count.window == self.window);
-            self.samples = count.map_or(0, |count| count.samples);
-        }
-    }
-}
-
-/// Returns a count for each window of the monitors of footsteps: most of them share one.
-fn sample_counts(monitors: &[Monitor]) -> Vec<SampleCount> {
-    let mut counts: Vec<SampleCount> = Vec::new();
-    for monitor in monitors.iter().filter(|monitor| monitor.is_of_footsteps()) {
-        let window = monitor.window;
-        if counts.iter().all(|count| count.window != window) {
-            counts.push(SampleCount { window, samples: 0 });
-        }
-    }
-    counts
 }
 
 impl Judge {
@@ -185,6 +130,14 @@ impl Judge {
             })
         });
         let fall = FallDetector::new(scene, &layouts);
+        let gait_monitors = indices(&|monitor| matches!(monitor.meter, MonitorKind::Gait(_)));
+        let reads_of_gaits = |group| {
+            let mut gaits = gait_monitors.iter().map(|index| &monitors[*index]);
+            gaits.any(|monitor| {
+                matches!(&monitor.meter, MonitorKind::Gait(meter) if meter.reads(group))
+                    || monitor.channel == group
+            })
+        };
         Judge {
             expectations: scenario.expectations.clone(),
             end: scenario.end(),
@@ -196,7 +149,10 @@ impl Judge {
                     || group == foot_channel && !step_monitors.is_empty()
                     || !signal_monitors[group as usize].is_empty()
                     || !comparison_monitors[group as usize].is_empty()
+                    || reads_of_gaits(group)
             }),
+            gait_monitors,
+            new_cycle: NewCycle(false),
             step_monitors,
             signal_monitors,
             comparison_monitors,
@@ -285,9 +241,7 @@ impl Judge {
         self.release_touch_downs(SimTime::MAX);
         for step in &self.closed {
             for monitor in &mut self.monitors {
-                if let (MonitorKind::Footsteps(meter), false) = (&mut monitor.meter, monitor.fell) {
-                    meter.step(step);
-                }
+                monitor.step(step);
             }
         }
     }
@@ -295,6 +249,9 @@ impl Judge {
     /// Turns a pass into an unobserved finding if a part of the window was not observed: after a
     /// fall, or after the end of a run that ended early.
     fn restrict_to_observed(&self, finding: Finding, monitor: &Monitor, run: &RunEnd) -> Finding {
+        if monitor.fell && monitor.includes_falls() {
+            return finding;
+        }
         if monitor.fell && finding.verdict != Verdict::Fail {
             return fell(self.fall.fell_at());
         }
@@ -316,6 +273,15 @@ impl Judge {
             (MonitorKind::Cycle(_, meter), _) => meter.finding(monitor.window.before.min(run.at)),
             (MonitorKind::Footsteps(meter), _) => {
                 sample_finding(self.footstep_finding(meter, monitor), monitor)
+            }
+            (MonitorKind::Gait(meter), _) => {
+                let survived = match self.fall.fell_at().filter(|_| monitor.fell) {
+                    Some(at) => {
+                        at.since_start().as_secs_f64() / self.end.since_start().as_secs_f64()
+                    }
+                    None => 1.0,
+                };
+                sample_finding(meter.finding(survived), monitor)
             }
             (MonitorKind::AtEnd, Claim::EnergyResidual(limits)) => {
                 energy(run.energy.as_ref(), limits)
@@ -363,13 +329,7 @@ fn fell(at: Option<SimTime>) -> Finding {
 
 /// Returns the feet whose load and position are observed.
 fn feet(scene: &Scene, layouts: &Layouts<'_>) -> Vec<Foot> {
-    let spec = scene.scenario.observe.footsteps;
-    let thresholds = Thresholds {
-        touch_down: spec.touch_down.newton(scene.weight),
-        lift_off: spec.lift_off.newton(scene.weight),
-        shortest_swing: spec.shortest_swing,
-        least_impulse: spec.least_impulse * scene.weight,
-    };
+    let thresholds = Thresholds::of(scene);
     let legs = scene.legs.iter().enumerate();
     let feet = legs.filter_map(|(index, leg)| {
         let (channel, load) = resolve::find(layouts, &foot_load(&leg.name))?;

@@ -19,6 +19,7 @@ impl Judge {
             let detection = foot.detector.sample(now, values[foot.load], position);
             if let Some(at) = detection.touch_down {
                 let leg = foot.detector.leg();
+                self.new_cycle.0 |= leg == 0;
                 self.touch_downs.add(TouchDown { at, leg });
             }
             if let Some(step) = detection.closed {
@@ -29,11 +30,29 @@ impl Judge {
             self.release_touch_downs(now);
         }
         for step in &self.closed {
-            for index in &self.step_monitors {
-                let monitor = &mut self.monitors[*index];
-                if let (MonitorKind::Footsteps(meter), false) = (&mut monitor.meter, monitor.fell) {
-                    meter.step(step);
-                }
+            for index in self.step_monitors.iter().chain(&self.gait_monitors) {
+                self.monitors[*index].step(step);
+            }
+        }
+    }
+
+    /// Evaluates the samples of a channel for claims about a gait.
+    #[inline]
+    fn observe_gaits(&mut self, now: SimTime, channel: Group, values: &[f64]) {
+        for index in &self.gait_monitors {
+            let monitor = &mut self.monitors[*index];
+            let MonitorKind::Gait(meter) = &mut monitor.meter else {
+                continue;
+            };
+            if monitor.fell {
+                continue;
+            }
+            if meter.reads(channel) {
+                meter.phases(now, channel, values);
+            }
+            if monitor.channel == channel && monitor.window.contains(now) {
+                monitor.samples += 1;
+                meter.sample(now, values, self.new_cycle);
             }
         }
     }
@@ -71,11 +90,13 @@ impl Judge {
                 for touch_down in self.touch_downs.pending() {
                     meter.touch_down(*touch_down);
                 }
-                for foot in &self.feet {
-                    if let Some(step) = foot.detector.provisional() {
-                        meter.step(&step);
-                    }
-                }
+            }
+            let open = self
+                .feet
+                .iter()
+                .filter_map(|foot| foot.detector.provisional());
+            for step in open {
+                monitor.step(&step);
             }
             monitor.take_samples(&self.foot_samples);
             monitor.fell = true;
@@ -94,6 +115,7 @@ impl Observer for Judge {
             "the number of samples differs from the layout"
         );
         self.closed.clear();
+        self.new_cycle.0 = false;
         if !self.reads[channel as usize] {
             return;
         }
@@ -123,6 +145,7 @@ impl Observer for Judge {
                 meter.outside(values);
             }
         }
+        self.observe_gaits(now, channel, values);
         for index in &self.comparison_monitors[channel as usize] {
             let monitor = &mut self.monitors[*index];
             if let MonitorKind::Comparison(meter) = &mut monitor.meter {

@@ -6,6 +6,8 @@ use twinrig_kernel::{SimTime, Unit};
 
 use super::compare::{CompareMeter, Source};
 use super::cycle::CycleMeter;
+use super::footstep::Thresholds;
+use super::gait::GaitMeter;
 use super::meter::{Meter, Nearest};
 use super::steps::StepMeter;
 use super::tracker::{Extremes, Settling, Window};
@@ -54,6 +56,8 @@ pub(super) fn monitor(
             let meter = StepMeter::new(claim, window, &scene.legs);
             Ok((feet, MonitorKind::Footsteps(meter)))
         }
+        Claim::Gait(claim) => GaitMeter::new(claim, scene, layouts, Thresholds::of(scene))
+            .map(|(group, meter)| (group, MonitorKind::Gait(Box::new(meter)))),
         Claim::EnergyResidual(_) | Claim::Cost(..) => Ok((Group::Plant, MonitorKind::AtEnd)),
     };
     let (channel, meter) =
@@ -90,6 +94,7 @@ fn cycle(
 pub(crate) fn unit(claim: &Claim) -> Unit {
     match claim {
         Claim::Footstep(claim) => claim.measure.unit(),
+        Claim::Gait(claim) => claim.measure.unit(),
         Claim::Body(claim) => match claim {
             BodyClaim::Speed(..) => Unit::MeterPerSecond,
             BodyClaim::Height(_)

@@ -22,7 +22,7 @@ pub(crate) struct Speed {
 
 /// Planar path of the trunk.
 #[derive(Clone, Copy, Debug)]
-struct PlanarPath {
+pub(crate) struct PlanarPath {
     start: SimTime,
     now: SimTime,
     from: [f64; 2],
@@ -30,6 +30,55 @@ struct PlanarPath {
     heading: f64,
     length: f64,
     non_finite_at: Option<SimTime>,
+}
+
+impl PlanarPath {
+    pub fn new(start: SimTime, from: [f64; 2], heading: f64) -> Self {
+        PlanarPath {
+            start,
+            now: start,
+            from,
+            at: from,
+            heading,
+            length: 0.0,
+            non_finite_at: None,
+        }
+    }
+
+    /// Extends the path to `at`; returns the speed since the last place \[m/s\], 0 at the first.
+    #[inline]
+    pub fn advance(&mut self, now: SimTime, at: [f64; 2]) -> f64 {
+        let (dx, dy) = (at[0] - self.at[0], at[1] - self.at[1]);
+        let step = (dx * dx + dy * dy).sqrt();
+        let elapsed = (now - self.now).as_secs_f64();
+        self.length += step;
+        self.at = at;
+        self.now = now;
+        if !(at[0].is_finite() && at[1].is_finite() && self.heading.is_finite()) {
+            self.non_finite_at.get_or_insert(now);
+        }
+        if elapsed > 0.0 { step / elapsed } else { 0.0 }
+    }
+
+    /// Returns the time of the first value that is not finite.
+    pub fn non_finite_at(&self) -> Option<SimTime> {
+        self.non_finite_at
+    }
+
+    /// Returns the distance \[m\].
+    pub fn distance(&self, along: Along) -> f64 {
+        let (dx, dy) = (self.at[0] - self.from[0], self.at[1] - self.from[1]);
+        match along {
+            Along::Heading => dx * libm::cos(self.heading) + dy * libm::sin(self.heading),
+            Along::Path => self.length,
+        }
+    }
+
+    /// Returns the mean speed \[m/s\]; none at the start.
+    pub fn speed(&self, along: Along) -> Option<f64> {
+        let elapsed = (self.now - self.start).as_secs_f64();
+        (elapsed > 0.0).then(|| self.distance(along) / elapsed)
+    }
 }
 
 impl Speed {
@@ -46,37 +95,23 @@ impl Speed {
     #[inline]
     pub fn sample(&mut self, now: SimTime, values: &[f64]) {
         let at = [values[self.position], values[self.position + 1]];
-        let path = self.path.get_or_insert(PlanarPath {
-            start: now,
-            now,
-            from: at,
-            at,
-            heading: values[self.yaw],
-            length: 0.0,
-            non_finite_at: None,
-        });
-        let (dx, dy) = (at[0] - path.at[0], at[1] - path.at[1]);
-        path.length += (dx * dx + dy * dy).sqrt();
-        path.at = at;
-        path.now = now;
-        if !(at[0].is_finite() && at[1].is_finite() && path.heading.is_finite()) {
-            path.non_finite_at.get_or_insert(now);
-        }
+        let heading = values[self.yaw];
+        let path = self
+            .path
+            .get_or_insert_with(|| PlanarPath::new(now, at, heading));
+        path.advance(now, at);
     }
 
     pub fn finding(&self) -> Finding {
-        let Some(path) = self.path.filter(|path| path.now > path.start) else {
+        let observed = self
+            .path
+            .and_then(|path| Some((path, path.speed(self.along)?)));
+        let Some((path, speed)) = observed else {
             return Finding::unobserved("there is no observation in its window");
         };
         if path.non_finite_at.is_some() {
             return Finding::not_a_number(path.non_finite_at);
         }
-        let (dx, dy) = (path.at[0] - path.from[0], path.at[1] - path.from[1]);
-        let distance = match self.along {
-            Along::Heading => dx * libm::cos(path.heading) + dy * libm::sin(path.heading),
-            Along::Path => path.length,
-        };
-        let speed = distance / (path.now - path.start).as_secs_f64();
         Finding::of(self.limits.compare(speed, speed), None, "")
     }
 }

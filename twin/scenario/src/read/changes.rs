@@ -10,7 +10,9 @@ use super::checks::above_nyquist;
 use super::root_table::CHANGE;
 use super::{code, controller, print_duration};
 use crate::catalogue::{Catalogue, Kind};
-use crate::language::{Declared, Key, Shape, TableSpec, contextual, table};
+use crate::language::{
+    Declared, Key, POSITIVE_DURATION, Shape, TableSpec, Type, contextual, table,
+};
 use crate::options::Accepts;
 use crate::scenario::{ChangeSpec, ControllerSpec};
 
@@ -23,7 +25,18 @@ table! {
     TO: () = "to", contextual(Shape::Measured(Range::ANY)), "new value", r#"to = "3 Hz""#, one_of();
     BY: () = "by", contextual(Shape::Measured(Range::ANY)), "difference from the value before",
         r#"by = "0.1 Hz""#, one_of();
+    EVERY: SimDuration = "every", POSITIVE_DURATION, "time between repetitions",
+        r#"by = "0.1 Hz", every = "10 s""#, needs("by");
+    TIMES: u64 = "times", REPETITIONS, "number of changes, the first included",
+        r#"by = "0.1 Hz", every = "10 s", times = 16"#, otherwise("to the end of the run"),
+        needs("every");
 }
+
+/// Greatest number of changes of one table.
+const MOST: u64 = 10_000;
+const REPETITIONS: Type<u64> = Type::new(Shape::One(Accepts::Natural(1..=MOST)), |item, _| {
+    times(item)
+});
 
 /// Reads all changes, sorted by time, then in the order of the file. Since only changes set
 /// variables at run time, their ranges are checked here.
@@ -82,6 +95,7 @@ fn change(item: &Item<'_>, kind: &Kind, run: SimDuration) -> Result<Vec<ChangeSp
     let table = &item.table()?;
     let table = change_table::TABLE.of(table);
     let at = table.read_with(&AT, |item| time_within_run(item, run, code::CHANGE));
+    let times = self::repetitions(table, at, run);
     let variables = table.read_with(&SET, |item| controller::changed_variables(item, kind));
     table.expect(&TO);
     table.expect(&BY);
@@ -108,13 +122,81 @@ fn change(item: &Item<'_>, kind: &Kind, run: SimDuration) -> Result<Vec<ChangeSp
         }
         (None, None) => return Err(item.report("the change has no value", "give `to` or `by`")),
     };
-    let at = SimTime::ZERO + at?;
-    let change = |(variable, change)| ChangeSpec {
-        at,
-        variable,
-        change,
+    let change = |at: SimTime| {
+        let of_variable = move |(variable, change): &(String, Change)| ChangeSpec {
+            at,
+            variable: variable.clone(),
+            change: *change,
+        };
+        amounts.iter().map(of_variable)
     };
-    Ok(amounts.into_iter().map(change).collect())
+    Ok(times?.into_iter().flat_map(change).collect())
+}
+
+/// Returns the times of a change, whose first is `at`.
+fn repetitions(
+    table: Declared<'_, '_>,
+    at: Result<SimDuration, Reported>,
+    run: SimDuration,
+) -> Result<Vec<SimTime>, Reported> {
+    use change_table::{BY, EVERY, TIMES};
+    let (every, times) = (table.get(&EVERY), table.get(&TIMES));
+    let (at, every, times) = (at?, every?, times?);
+    let Some(every) = every else {
+        return match times {
+            Some(_) => Err(table.report(&TIMES, "the changes have no interval", "give `every`")),
+            None => Ok(vec![SimTime::ZERO + at]),
+        };
+    };
+    if !table.has(&BY) {
+        let message = "only a difference can be repeated";
+        return Err(table.report(&EVERY, message, "give `by` in place of `to`"));
+    }
+    // Those before the end of the run.
+    let within = match run.checked_sub(at) {
+        Some(rest) if !rest.is_zero() => 1 + (rest.as_nanos() - 1) / every.as_nanos(),
+        _ => 0,
+    };
+    let count = times.unwrap_or(within.max(1));
+    if count > MOST {
+        let message = format!("this is changed {count} times in the run");
+        return Err(table.report(
+            &EVERY,
+            message,
+            format!("a table has at most {MOST} changes"),
+        ));
+    }
+    let last = every.checked_mul(count - 1);
+    let last = last.and_then(|last| (SimTime::ZERO + at).checked_add(last));
+    if last.is_none() {
+        let help = "give a shorter interval, or fewer changes";
+        return Err(table.report(&EVERY, "the last change is beyond the end of time", help));
+    }
+    if let Some(item) = table.item(&TIMES).filter(|_| within > 0 && within < count) {
+        let late = count - within;
+        let message = format!(
+            "the run ends at {}: {late} of {count} changes never take effect",
+            print_duration(run)
+        );
+        item.warn(
+            code::CHANGE,
+            message,
+            "give a smaller number, or a longer `duration`",
+        );
+    }
+    let time = |n| SimTime::ZERO + at + every * n;
+    Ok((0..count).map(time).collect())
+}
+
+/// Reads a number of changes.
+fn times(item: &Item<'_>) -> Result<u64, Reported> {
+    match item.natural()? {
+        times @ 1..=MOST => Ok(times),
+        _ => Err(item.report(
+            format!("`{}` is out of its range", item.key()),
+            format!("expected a whole number from 1 to {MOST}"),
+        )),
+    }
 }
 
 /// Rejects two changes of one variable at one instant, whose result would depend on their order in

@@ -73,6 +73,8 @@ table! {
 pub(super) enum ProfileName {
     Flat,
     StepDown,
+    Hole,
+    Bar,
     Heights,
 }
 
@@ -80,6 +82,8 @@ impl Words for ProfileName {
     const WORDS: &'static [(&'static str, Self)] = &[
         ("flat", ProfileName::Flat),
         ("step-down", ProfileName::StepDown),
+        ("hole", ProfileName::Hole),
+        ("bar", ProfileName::Bar),
         ("heights", ProfileName::Heights),
     ];
 }
@@ -94,12 +98,18 @@ table! {
         "coefficient of restitution: a ratio of speeds, in `lcp` by `rk4` and `rodas4` of impulses",
         "restitution = 0.3", default("0");
     PROFILE: ProfileName = "profile", choice(), "shape", r#"profile = "flat""#, default("'flat'");
-    AT: f64 = "at", quantity(Unit::Meter, Range::ANY), "place of the step",
+    AT: f64 = "at", quantity(Unit::Meter, Range::ANY),
+        "place of the step, or of the near edge of a hole or bar",
         r#"profile = "step-down", at = "1 m", height = "20 mm""#, required(),
-        only_with(&["step-down"]);
-    HEIGHT: f64 = "height", quantity(Unit::Meter, Range::NOT_NEGATIVE), "depth of the step",
+        only_with(&["step-down", "hole", "bar"]);
+    HEIGHT: f64 = "height", quantity(Unit::Meter, Range::NOT_NEGATIVE),
+        "depth of the step or of the hole, height of the bar",
         r#"profile = "step-down", at = "1 m", height = "20 mm""#, required(),
-        only_with(&["step-down"]);
+        only_with(&["step-down", "hole", "bar"]);
+    LENGTH: f64 = "length", quantity(Unit::Meter, Range::POSITIVE),
+        "extent of a hole or bar along the way",
+        r#"profile = "hole", at = "1 m", length = "5 cm", height = "20 mm""#, required(),
+        only_with(&["hole", "bar"]);
     SPACING: f64 = "spacing", quantity(Unit::Meter, Range::POSITIVE), "distance of grid points",
         r#"profile = "heights", spacing = "5 cm", amplitude = "4 mm""#, required(),
         only_with(&["heights"]);
@@ -219,7 +229,7 @@ fn start(item: &Item<'_>) -> Result<StartPose, Reported> {
 }
 
 fn ground(item: &Item<'_>) -> Result<Ground, Reported> {
-    use ground_table::{AT, FRICTION, HEIGHT, PROFILE, RESTITUTION, SPACING};
+    use ground_table::{AT, FRICTION, HEIGHT, LENGTH, PROFILE, RESTITUTION, SPACING};
     let table = &item.table()?;
     let table = ground_table::TABLE.of(table);
     let (friction, restitution) = (table.get(&FRICTION), table.read(&RESTITUTION));
@@ -231,6 +241,15 @@ fn ground(item: &Item<'_>) -> Result<Ground, Reported> {
             Profile::StepDown {
                 at: at?,
                 height: height?,
+            }
+        }
+        ProfileName::Hole | ProfileName::Bar => {
+            let (at, height) = (table.read(&AT), table.read(&HEIGHT));
+            let length = table.read(&LENGTH);
+            let (at, length, height) = (at?, length?, height?);
+            match profile {
+                ProfileName::Hole => Profile::Hole { at, length, height },
+                _ => Profile::Bar { at, length, height },
             }
         }
         ProfileName::Heights => {

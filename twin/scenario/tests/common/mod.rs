@@ -8,7 +8,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use twinrig_document::{DocumentError, Range};
-use twinrig_kernel::{Port, Unit};
+use twinrig_kernel::{Port, Unit, signal};
 use twinrig_scenario::{
     Accepts, Catalogue, Facts, GroundBelow, Kind, LegFact, OptionSpec, OptionValue, Scenario,
     Scene, VariableSpec, schema,
@@ -144,6 +144,11 @@ pub fn facts(legs: Vec<LegFact>) -> Facts {
         outputs.push(Port::output(name("foot/load"), Unit::Newton, 1));
         outputs.push(Port::output(name("cable/tension"), Unit::Newton, 1));
         process.push(Port::output(name("hip/command"), Unit::Radian, 1));
+        process.push(Port::output(name("phase"), Unit::Radian, 1));
+        for (angle, torque) in signal::DRIVES {
+            outputs.push(Port::output(name(angle), Unit::Radian, 1));
+            outputs.push(Port::output(name(torque), Unit::NewtonMeter, 1));
+        }
     }
     Facts {
         legs,

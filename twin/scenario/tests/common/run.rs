@@ -7,6 +7,9 @@ use twinrig_scenario::{Footstep, Judge, Layouts, Outcome, Reference, RunEnd, Sce
 /// Observation period.
 pub const PERIOD_MS: u64 = 2;
 
+/// A function of leg and time.
+pub type OfLeg<'r> = &'r dyn Fn(&str, u64) -> f64;
+
 /// A run of 10 s, as functions of time in milliseconds.
 pub struct Run<'r> {
     pub body: &'r dyn Fn(u64) -> [f64; 3],
@@ -17,6 +20,10 @@ pub struct Run<'r> {
     pub foot: &'r dyn Fn(&str, u64) -> [f64; 3],
     /// Tension of a leg's cable [N].
     pub tension: &'r dyn Fn(&str, u64) -> f64,
+    /// Angle [rad] and torque [N·m] of every drive.
+    pub drive: &'r dyn Fn(u64) -> [f64; 2],
+    /// Phase of a leg in the outputs of the controller [rad], for the time after it.
+    pub phase: Option<OfLeg<'r>>,
     pub end_ms: u64,
 }
 
@@ -28,6 +35,8 @@ impl Default for Run<'_> {
             load: &trot_load,
             foot: &|_, _| [0.0; 3],
             tension: &|_, _| 1.0,
+            drive: &|_| [0.0; 2],
+            phase: None,
             end_ms: 10_000,
         }
     }
@@ -79,12 +88,18 @@ pub fn judge_run(scene: &Scene, run: &Run<'_>, reference: Option<&Reference>) ->
         .collect();
     let layout = Layout::of(&ports, Direction::Output);
     let none = Layout::default();
+    let phases: Vec<Port> = match run.phase {
+        Some(_) => super::facts(scene.legs.clone()).process_ports,
+        None => Vec::new(),
+    };
+    let process_outputs = Layout::of(&phases, Direction::Output);
+    let mut commands = vec![0.0; process_outputs.len()];
     let mut judge = Judge::new(
         scene,
         Layouts {
             plant: &layout,
             process_inputs: &none,
-            process_outputs: &none,
+            process_outputs: &process_outputs,
             diagnostics: &none,
             tasks: &[],
         },
@@ -104,9 +119,20 @@ pub fn judge_run(scene: &Scene, run: &Run<'_>, reference: Option<&Reference>) ->
                 "body/position" => slot.copy_from_slice(&(run.body)(ms)),
                 "body/rpy" => slot.copy_from_slice(&(run.rpy)(ms)),
                 _ if name.ends_with("load") => slot[0] = (run.load)(leg, ms),
+                _ if name.ends_with("hip/position") || name.ends_with("knee/position") => {
+                    slot[0] = (run.drive)(ms)[0];
+                }
+                _ if name.ends_with("torque") => slot[0] = (run.drive)(ms)[1],
                 _ if name.ends_with("tension") => slot[0] = (run.tension)(leg, ms),
                 _ => slot.copy_from_slice(&(run.foot)(leg, ms)),
             }
+        }
+        if let Some(phase) = run.phase {
+            for field in process_outputs.fields() {
+                let leg = field.port.name.split('/').nth(1).unwrap();
+                commands[field.range()][0] = phase(leg, ms);
+            }
+            judge.samples(at(ms), Group::ProcessOutputs, &commands);
         }
         judge.samples(at(ms), Group::Plant, &values);
         footsteps.extend_from_slice(judge.closed());

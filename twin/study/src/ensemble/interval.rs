@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 /// Probability that the interval contains the mean of the population.
-const CONFIDENCE: f64 = 0.95;
+pub(crate) const CONFIDENCE: f64 = 0.95;
 
 /// Mean of a sample with its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -46,7 +46,7 @@ impl Interval {
 }
 
 /// Returns the quantile of Student's t distribution for a probability above one half, by bisection.
-fn quantile(probability: f64, degrees: f64) -> f64 {
+pub(crate) fn quantile(probability: f64, degrees: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     while cumulative(high, degrees) < probability {
         high *= 2.0;

@@ -1,7 +1,7 @@
 //! Ensembles of perturbed walks: statistics of each model where single trajectories diverge.
 
 mod gait;
-mod interval;
+pub(crate) mod interval;
 mod start;
 
 pub use interval::Interval;

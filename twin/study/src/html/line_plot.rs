@@ -22,6 +22,8 @@ pub(crate) enum Shape {
     Dots(Vec<[f64; 2]>),
     /// Shaded region: x, lower and upper end.
     Band(Vec<[f64; 3]>),
+    /// Vertical lines: x, lower and upper end.
+    Errors(Vec<[f64; 3]>),
     /// Bars from zero, around their points.
     Bars {
         /// Width, on the horizontal axis.
@@ -194,7 +196,7 @@ impl Shape {
     fn points(&self) -> Vec<[f64; 2]> {
         match self {
             Self::Line(points) | Self::Dashed(points) | Self::Dots(points) => points.clone(),
-            Self::Band(points) => points
+            Self::Band(points) | Self::Errors(points) => points
                 .iter()
                 .flat_map(|&[x, low, high]| [[x, low], [x, high]])
                 .collect(),
@@ -238,6 +240,15 @@ impl Series {
                     "<polygon fill-opacity=\"0.2\" stroke=\"none\" points=\"{}\"/>",
                     joined(&around)
                 );
+            }
+            Shape::Errors(points) => {
+                for &[a, low, high] in points {
+                    let (a, low, high) = (x.at(a), y.at(low), y.at(high));
+                    let _ = write!(
+                        out,
+                        "<line stroke-opacity=\"0.6\" x1=\"{a:.1}\" y1=\"{low:.1}\" x2=\"{a:.1}\" y2=\"{high:.1}\"/>"
+                    );
+                }
             }
             Shape::Bars { width, points } => bars(out, *width, points, [x, y]),
         }

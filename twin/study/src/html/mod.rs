@@ -10,9 +10,11 @@ mod ensemble;
 mod error_control;
 mod estimate;
 mod footsteps;
+mod gait_diagram;
 mod line_plot;
 mod marker;
 mod models;
+mod modulation;
 mod optimization;
 mod plot;
 mod precision;
@@ -20,11 +22,13 @@ mod rows;
 mod runs;
 mod stability;
 mod stiffness;
+mod surface;
 mod sweep;
 mod table;
 mod text;
 mod thesis;
 mod tolerance;
+mod transition;
 mod transport;
 
 use std::fmt::Write as _;
@@ -150,6 +154,34 @@ impl Page<'_> {
         term("cut", &escaped(&cut));
         format!("<h2>Reproduction</h2>\n<dl>\n{terms}</dl>\n")
     }
+}
+
+/// Returns the section on reproduction of a study without a budget, on all processors.
+fn reproduction(
+    machine: &Machine,
+    command: &str,
+    files: &[String],
+    definitions: &[(String, String)],
+) -> String {
+    let mut terms = String::new();
+    let mut term = |name: &str, html: &str| {
+        // Writing to a `String` cannot fail.
+        let _ = writeln!(terms, "<dt>{}</dt><dd>{html}</dd>", escaped(name));
+    };
+    term("command", &element("code", "", &escaped(command)));
+    for file in files {
+        term("scenario", &element("code", "", &escaped(file)));
+    }
+    let machine_text = format!(
+        "{}, {}, {} cores",
+        machine.cpu, machine.system, machine.cores
+    );
+    term("machine", &escaped(&machine_text));
+    term("build", &escaped(&machine.build));
+    for (name, text) in definitions {
+        term(name, &escaped(text));
+    }
+    format!("<h2>Reproduction</h2>\n<dl>\n{terms}</dl>\n")
 }
 
 /// Returns a page with a heading and a body of HTML.

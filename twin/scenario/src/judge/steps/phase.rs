@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use twinrig_kernel::SimTime;
 
-use crate::expect::Pattern;
 use crate::judge::outcome::Finding;
 use crate::judge::touch_downs::TouchDown;
 use crate::limits::Limits;
+use crate::pattern::Pattern;
 use crate::scene::LegFact;
 
 /// Largest number of touch-downs of another leg in one cycle of the first leg; a longer cycle is
@@ -135,13 +135,13 @@ impl Phases {
             let detail = format!("the pattern has no phase of {name}");
             (None, Some(Finding::unobserved(detail)))
         };
-        let Some(base) = share(pattern, &legs[self.first]) else {
+        let Some(base) = pattern.share(&legs[self.first]) else {
             return unknown(self.first);
         };
         let mut worst: Option<(f64, String)> = None;
         for phase in phases {
             let leg = &legs[phase.leg];
-            let Some(expected) = share(pattern, leg) else {
+            let Some(expected) = pattern.share(leg) else {
                 return unknown(phase.leg);
             };
             let expected = wrap(expected - base);
@@ -211,21 +211,6 @@ impl Shares {
             spread: (-2.0 * libm::log(length)).max(0.0).sqrt() / TAU,
         }
     }
-}
-
-/// Returns the phase of a touch-down in a pattern, as a share of the cycle of the left fore leg.
-fn share(pattern: &Pattern, leg: &LegFact) -> Option<f64> {
-    Some(match (pattern, leg.fore, leg.left) {
-        (Pattern::Given(legs), ..) => {
-            let phase = legs.iter().find(|(name, _)| name.value == leg.name);
-            return phase.map(|(_, share)| *share);
-        }
-        (Pattern::Trot, fore, left) if fore == left => 0.0,
-        (Pattern::Pace, _, true) | (Pattern::Bound, true, _) | (Pattern::Walk, true, true) => 0.0,
-        (Pattern::Walk, false, false) => 0.25,
-        (Pattern::Walk, false, true) => 0.75,
-        _ => 0.5,
-    })
 }
 
 /// Wraps a phase into [0, 1).

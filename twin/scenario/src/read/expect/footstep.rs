@@ -7,12 +7,13 @@ use serde_json::json;
 use twinrig_document::{Item, Placed, Range, Reported};
 use twinrig_kernel::Unit;
 
-use crate::expect::{Axis, FootstepClaim, FootstepMeasure, LegChoice, Pattern};
+use crate::expect::{Axis, FootstepClaim, FootstepMeasure, LegChoice};
 use crate::language::{
     Declared, Key, Shape, TableSpec, Type, Words, choice, contextual, quantity, table,
 };
 use crate::limits::Domain;
 use crate::options::Accepts;
+use crate::pattern::Pattern;
 use crate::read::limits::{limits_of, read};
 
 const NAME: Shape = Shape::One(Accepts::Text);

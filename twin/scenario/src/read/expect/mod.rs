@@ -4,6 +4,7 @@ mod beyond_end;
 mod body;
 mod compare;
 mod footstep;
+mod gait;
 mod signal;
 mod timing;
 
@@ -35,6 +36,11 @@ table! {
             footstep::claim(item).map(Claim::Footstep)
         }),
         "claim about footsteps", r#"footstep = { slip = { max = "40 mm" } }"#, one_of();
+    GAIT: Claim = "gait",
+        Type::new(Shape::Table(gait::gait_table::TABLE), |item, _| {
+            gait::claim(item).map(Claim::Gait)
+        }),
+        "claim about the gait as a whole", "gait = { flight_share = { max = 0.1 } }", one_of();
     BODY: Claim = "body",
         Type::new(Shape::Table(body::body_table::TABLE), |item, _| {
             body::claim(item).map(Claim::Body)
@@ -100,7 +106,7 @@ pub(super) struct Context<'c> {
 /// Reads one `[[expect]]`.
 pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expectation, Reported> {
     use expect_table::{
-        AFTER, BEFORE, BODY, COMPARE, COST, ENERGY, FOOTSTEP, NAME, OPTIONAL, PLANTS, SIGNAL,
+        AFTER, BEFORE, BODY, COMPARE, COST, ENERGY, FOOTSTEP, GAIT, NAME, OPTIONAL, PLANTS, SIGNAL,
         TIMING,
     };
     let table = &item.table()?;
@@ -118,7 +124,7 @@ pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expe
     });
     let subject = table.one_of(item, "nothing is expected")?;
     let claim = table.read_among(
-        &[FOOTSTEP, BODY, TIMING, SIGNAL, COMPARE, ENERGY, COST],
+        &[FOOTSTEP, GAIT, BODY, TIMING, SIGNAL, COMPARE, ENERGY, COST],
         subject,
     );
     let (explicit_after, before, claim) = (after?, before?, claim?);

@@ -1,0 +1,291 @@
+//! From the phases of the legs to the commands of their drives.
+
+use std::f64::consts::TAU;
+
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{Port, SnapshotError, Unit, signal};
+use twinrig_runtime::{ProcessVariable, VariableError};
+
+use crate::limb::Limb;
+use crate::phase_meter::PhaseMeter;
+use crate::variables::{LocusVariables, Variables};
+use crate::{Abduction, FootLocus, GaitError};
+
+/// Last parts of the names of outputs that are no commands.
+const PHASE: &str = "phase";
+const FREQUENCY: &str = "frequency";
+
+/// Part that all gait controllers have in common: ramp, foot locus and inverse kinematics of every
+/// leg, and the outputs. The controllers differ in the phases only.
+///
+/// It holds all variables of the controller, those of its phases included.
+#[derive(Debug, Clone)]
+pub(crate) struct LegCommands {
+    pub limbs: Vec<Limb>,
+    variables: Vec<ProcessVariable>,
+    of_locus: LocusVariables,
+    /// Loci of the fore and of the hind legs, derived from the variables; the step length is that
+    /// of each leg.
+    loci: [FootLocus; 2],
+    abduction: Abduction,
+    /// Whether the phase of each leg is an output.
+    outputs_phase: bool,
+    /// Leg whose mean phase rate is an output.
+    metered: Option<usize>,
+    state: LegState,
+}
+
+/// State of the commands without the variables.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct LegState {
+    /// Time since the start \[s\].
+    age: f64,
+    out_of_reach: u64,
+    meter: PhaseMeter,
+}
+
+/// Values of all variables, and the state.
+pub(crate) type Saved = (Vec<f64>, LegState);
+
+/// Phases of all legs after a step.
+pub(crate) trait Phases {
+    /// Phase Θ in `[0, 2π]` of the locus of the leg with index `leg`, which is at `end` of the
+    /// robot.
+    fn phase(&self, leg: usize, end: usize) -> f64;
+
+    /// Fraction of the cycle of the leg, in `[0, 1)`.
+    fn turn(&self, leg: usize) -> f64;
+
+    /// Expected cycle frequency \[Hz\].
+    fn frequency(&self) -> f64;
+}
+
+impl LegCommands {
+    /// Creates the commands of `limbs`, whose controller has these variables for its phases.
+    pub(crate) fn new(limbs: Vec<Limb>, mut of_phases: Variables) -> Result<Self, GaitError> {
+        LocusVariables::declare(&mut of_phases, &limbs);
+        let variables = of_phases.sorted();
+        let of_locus = LocusVariables::of(&variables);
+        Ok(Self {
+            loci: loci(&of_locus, &variables)?,
+            limbs,
+            variables,
+            of_locus,
+            abduction: Abduction::None,
+            outputs_phase: false,
+            metered: None,
+            state: LegState::default(),
+        })
+    }
+
+    pub(crate) fn enable_abduction(&mut self, abduction: Abduction) {
+        self.abduction = abduction;
+    }
+
+    pub(crate) fn enable_phase_output(&mut self) {
+        self.outputs_phase = true;
+    }
+
+    /// Enables the output of the mean phase rate of `leg`.
+    pub(crate) fn enable_frequency_of(&mut self, leg: &str) -> Result<(), GaitError> {
+        self.metered = Some(Limb::find(&self.limbs, leg)?);
+        Ok(())
+    }
+
+    /// Number of targets out of reach since the start.
+    pub(crate) fn out_of_reach(&self) -> u64 {
+        self.state.out_of_reach
+    }
+
+    pub(crate) fn variables(&self) -> &[ProcessVariable] {
+        &self.variables
+    }
+
+    /// Value of the variable at `index`.
+    #[inline]
+    pub(crate) fn value(&self, index: usize) -> f64 {
+        self.variables[index].value()
+    }
+
+    /// Commanded legs with their indices in the robot.
+    pub(crate) fn active(&self) -> impl Iterator<Item = (usize, &Limb)> {
+        let limbs = self.limbs.iter().enumerate();
+        limbs.filter(|(_, limb)| limb.active)
+    }
+
+    /// Outputs: commands of hips and knees, of abductions, phases, and a mean phase rate.
+    pub(crate) fn outputs(&self) -> impl Iterator<Item = Port> {
+        let abducted = self.abduction.of(&self.limbs);
+        let phases = self.active().filter(|_| self.outputs_phase);
+        let name = |leg: &Limb, what| signal::of_leg(&leg.name, what);
+        let metered = self.metered.map(|leg| &self.limbs[leg]);
+        self.active()
+            .flat_map(|(_, limb)| limb.ports())
+            .chain(abducted.map(|limb| limb.port("abduction")))
+            .chain(phases.map(move |(_, leg)| Port::output(name(leg, PHASE), Unit::Radian, 1)))
+            .chain(metered.map(move |leg| Port::output(name(leg, FREQUENCY), Unit::Hertz, 1)))
+    }
+
+    /// Whether the output is no command.
+    pub(crate) fn is_monitor(output: &str) -> bool {
+        let what = signal::parse_leg(output).map(|(_, what)| what);
+        what == Some(PHASE) || what == Some(FREQUENCY)
+    }
+
+    /// Sets a variable, and returns the values that the controller derives from all of them. If
+    /// they or the loci are invalid, the variable is unchanged.
+    pub(crate) fn set_variable<T>(
+        &mut self,
+        index: usize,
+        value: f64,
+        derive: impl FnOnce(&[ProcessVariable]) -> Result<T, GaitError>,
+    ) -> Result<T, VariableError> {
+        let count = self.variables.len();
+        let variable = self
+            .variables
+            .get_mut(index)
+            .ok_or(VariableError::NoSuchIndex { index, count })?;
+        if index == self.of_locus.splay {
+            self.abduction.check(variable, value)?;
+        }
+        let before = variable.value();
+        variable.set(value)?;
+        let loci = loci(&self.of_locus, &self.variables);
+        match loci.and_then(|loci| Ok((loci, derive(&self.variables)?))) {
+            Ok((loci, derived)) => {
+                self.loci = loci;
+                Ok(derived)
+            }
+            Err(error) => {
+                let variable = &mut self.variables[index];
+                let name = variable.name().to_owned();
+                variable.set(before)?;
+                let why = error.to_string();
+                Err(VariableError::Refused { name, value, why })
+            }
+        }
+    }
+
+    /// Writes all outputs at the end of a step of `seconds`.
+    #[inline]
+    pub(crate) fn step(&mut self, seconds: f64, phases: &impl Phases, outputs: &mut [f64]) {
+        self.state.age += seconds;
+        let rest = self.write_drives(phases, outputs);
+        let rest = self.write_abductions(rest);
+        let rest = self.write_phases(phases, rest);
+        if let (Some(leg), [output]) = (self.metered, rest) {
+            self.state.meter.step(seconds, phases.turn(leg));
+            let measured = self.state.meter.frequency();
+            *output = measured.unwrap_or_else(|| phases.frequency());
+        }
+    }
+
+    /// Fraction of the ramp, 0 to 1.
+    fn ramp_fraction(&self) -> f64 {
+        let ramp = self.value(self.of_locus.ramp);
+        if self.state.age < ramp {
+            self.state.age / ramp
+        } else {
+            1.0
+        }
+    }
+
+    /// Writes the commands of hips and knees; returns the rest of the outputs, as all of these
+    /// functions.
+    #[inline]
+    fn write_drives<'o>(&mut self, phases: &impl Phases, outputs: &'o mut [f64]) -> &'o mut [f64] {
+        let fraction = self.ramp_fraction();
+        let lowered;
+        let loci = if fraction < 1.0 {
+            let crouch = (1.0 - fraction) * self.value(self.of_locus.crouch);
+            lowered = self.loci.map(|locus| locus.with_lowered_hip(crouch));
+            &lowered
+        } else {
+            &self.loci
+        };
+        let mut rest = outputs;
+        for (leg, limb) in self.limbs.iter().enumerate() {
+            if !limb.active {
+                continue;
+            }
+            let end = limb.corner.end();
+            let step_length = fraction * self.of_locus.step_length(&self.variables, leg);
+            let locus = loci[end].with_step_length(step_length);
+            let (command, outside) = limb.command(locus.point(phases.phase(leg, end)));
+            self.state.out_of_reach += u64::from(outside);
+            let (output, behind) = rest.split_at_mut(command.len());
+            output.copy_from_slice(&command);
+            rest = behind;
+        }
+        rest
+    }
+
+    fn write_abductions<'o>(&self, outputs: &'o mut [f64]) -> &'o mut [f64] {
+        let count = self.abduction.of(&self.limbs).count();
+        let (abductions, rest) = outputs.split_at_mut(count);
+        let splay = self.value(self.of_locus.splay);
+        self.abduction.command(&self.limbs, splay, abductions);
+        rest
+    }
+
+    fn write_phases<'o>(&self, phases: &impl Phases, outputs: &'o mut [f64]) -> &'o mut [f64] {
+        if !self.outputs_phase {
+            return outputs;
+        }
+        let (of_legs, rest) = outputs.split_at_mut(self.active().count());
+        for ((leg, limb), output) in self.active().zip(of_legs) {
+            let phase = phases.phase(leg, limb.corner.end());
+            // A duty map may round up to a whole turn.
+            *output = if phase < TAU { phase } else { 0.0 };
+        }
+        rest
+    }
+
+    pub(crate) fn save(&self) -> Saved {
+        let values = self.variables.iter().map(ProcessVariable::value);
+        (values.collect(), self.state)
+    }
+
+    /// Restores the variables and the state, and returns the values that the controller derives
+    /// from the variables.
+    pub(crate) fn restore<T>(
+        &mut self,
+        (values, state): Saved,
+        derive: impl FnOnce(&[ProcessVariable]) -> Result<T, GaitError>,
+    ) -> Result<T, SnapshotError> {
+        if values.len() != self.variables.len() {
+            return Err(self.mismatch(format!("one of {} variables", values.len())));
+        }
+        let mut variables = self.variables.clone();
+        for (variable, value) in variables.iter_mut().zip(values) {
+            variable
+                .set(value)
+                .map_err(|error| self.mismatch(error.to_string()))?;
+        }
+        let loci = loci(&self.of_locus, &variables);
+        let derived = loci.and_then(|loci| Ok((loci, derive(&variables)?)));
+        let (loci, derived) = derived.map_err(|error| self.mismatch(error.to_string()))?;
+        self.loci = loci;
+        self.variables = variables;
+        self.state = state;
+        Ok(derived)
+    }
+
+    /// The error of a snapshot of another controller.
+    pub(crate) fn mismatch(&self, found: String) -> SnapshotError {
+        let (legs, variables) = (self.limbs.len(), self.variables.len());
+        SnapshotError::Mismatch {
+            expected: format!("a gait of {legs} legs with {variables} variables"),
+            found,
+        }
+    }
+}
+
+/// Loci of the fore and of the hind legs.
+fn loci(
+    of_locus: &LocusVariables,
+    variables: &[ProcessVariable],
+) -> Result<[FootLocus; 2], GaitError> {
+    let locus = |end| FootLocus::new(&of_locus.shape(variables, end));
+    Ok([locus(0)?, locus(1)?])
+}

@@ -1,0 +1,89 @@
+//! Arguments of studies of gaits.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use twinrig_kernel::SimDuration;
+
+use super::{any_duration, duration, key_value, share, whole_number};
+
+/// Options of a study of footstep modulation.
+#[derive(Clone, Debug, Args)]
+pub struct ModulationOptions {
+    /// Scenario files with a gait; several are compared
+    #[arg(value_name = "SCENARIO", default_value = "scenarios/step-change.toml")]
+    pub scenarios: Vec<PathBuf>,
+    /// Study on this plant; may be repeated; without it, on the scenario's own
+    #[arg(long, value_name = "MODEL")]
+    pub plant: Vec<String>,
+    /// Set a key of the scenarios: controller.frequency="3 Hz"
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
+    pub set: Vec<(String, String)>,
+    /// Process variable that changes [default: that of the scenario's first change, or
+    /// `step_length`]
+    #[arg(long, value_name = "VARIABLE")]
+    pub variable: Option<String>,
+    /// Changes, separated by commas: --by="-5 mm,-10 mm" [default: nine lengths from -2.5 mm to
+    /// -40 mm, as in the thesis]
+    #[arg(
+        long,
+        value_name = "CHANGES",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    pub by: Vec<String>,
+    /// Time from which the gait is in its limit cycle [default: that of the scenario's first
+    /// change, or 8 s]
+    #[arg(long, value_name = "TIME", value_parser = any_duration)]
+    pub after: Option<SimDuration>,
+    /// Points of the gait cycle at which the variable changes
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = whole_number)]
+    pub points: usize,
+    /// Footsteps of each leg after the change
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = whole_number)]
+    pub steps: usize,
+    /// Repeat the study without saturation of servos and without feedback of loads; without it, if
+    /// there are several scenarios or plants
+    #[arg(long)]
+    pub factors: bool,
+    /// Folder for the HTML page, the CSV and the JSON file
+    #[arg(long, value_name = "DIR", default_value = "studies")]
+    pub out: PathBuf,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Options of a study of gait transitions.
+#[derive(Clone, Debug, Args)]
+pub struct TransitionOptions {
+    /// Scenario file in which a variable of the controller changes in steps
+    #[arg(value_name = "SCENARIO")]
+    pub scenario: PathBuf,
+    /// Study on this plant; may be repeated; without it, on the scenario's own
+    #[arg(long, value_name = "MODEL")]
+    pub plant: Vec<String>,
+    /// Set a key of the scenario: controller.step_length="8 cm"
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
+    pub set: Vec<(String, String)>,
+    /// Process variable whose changes are related to the gaits [default: that of the scenario's
+    /// first change]
+    #[arg(long, value_name = "VARIABLE")]
+    pub variable: Option<String>,
+    /// Repeat the run with plateaus of these lengths, separated by commas: 5s,10s,20s. All times of
+    /// changes, and the duration, are scaled [default: the scenario's own]
+    #[arg(long, value_name = "DURATIONS", value_delimiter = ',', value_parser = duration)]
+    pub plateau: Vec<SimDuration>,
+    /// Greatest deviation of a leg from the pattern of a gait, as a share of the cycle
+    #[arg(long, value_name = "SHARE", default_value = "0.1", value_parser = share)]
+    pub tolerance: f64,
+    /// Cycles in a row after which a gait is established
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole_number)]
+    pub cycles: usize,
+    /// Folder for the HTML page, the CSV and the JSON file
+    #[arg(long, value_name = "DIR", default_value = "studies")]
+    pub out: PathBuf,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+}

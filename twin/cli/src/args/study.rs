@@ -1,0 +1,130 @@
+//! Arguments of `twin study`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use twinrig_kernel::SimDuration;
+
+use super::gait_study::{ModulationOptions, TransitionOptions};
+use super::{duration, key_value, seconds, whole_number};
+
+/// Arguments of `twin study`.
+#[derive(Clone, Debug, Args)]
+pub struct StudyArgs {
+    /// Kind of study
+    #[command(subcommand)]
+    pub study: StudyCommand,
+}
+
+/// Kind of study.
+#[derive(Clone, Debug, Subcommand)]
+pub enum StudyCommand {
+    /// Measure the error of each plant, method and step against its computation time
+    ///
+    /// Integrates the scene with every plant and method over a range of steps or tolerances, and
+    /// compares the foot positions with a reference: the best method at its finest setting,
+    /// verified by a second method. Commands of a controller are recorded once and replayed to all
+    /// plants. Runs that fail or exceed the budget are reported as such.
+    Precision(PrecisionOptions),
+    /// Find the largest stable step of each plant and method, and the limiting parameters
+    ///
+    /// Searches for the longest step at which the motion stays bounded while stiffness, masses,
+    /// damping, gain, friction or restitution of the robot and its ground are varied one at a time.
+    /// A stability limit at which the foot positions are inaccurate is marked as wrong.
+    Stability(StudyOptions),
+    /// Measure the error and the saved computation time of coupling plant and boards on a fixed
+    /// grid
+    ///
+    /// Runs the complete rig, including controller, drivers and boards, with exact coupling and
+    /// with fixed-step coupling at various grid steps, and compares foot and trunk positions with
+    /// exact coupling at a fine plant step, which is verified by a step twice as long.
+    #[command(mut_arg("scenario", |scenario| scenario.default_value("scenarios/oncilla-clocks.toml")))]
+    Coupling(StudyOptions),
+    /// Identify the cells of a load sensor, tune its filters and validate them
+    ///
+    /// Runs a bench with a tactile bus three times, with successive seeds, while the frequency of
+    /// the load changes. The first run identifies both cells, the second tunes the covariances of
+    /// the filters by particle swarms, the third validates them. Prints the tuned filters for a
+    /// scenario.
+    #[command(mut_arg("scenario", |scenario| scenario.default_value("scenarios/thesis/fig-4-11.toml")))]
+    Estimate(EstimateOptions),
+    /// Measure the displacement of footsteps after a change of a variable of the controller
+    ///
+    /// Runs a gait without the change, and again with each of several changes at each of several
+    /// points of the gait cycle, and compares the footsteps of each leg, by cycle and by number of
+    /// touch-downs (thesis, section 3.2.5). With several scenarios or plants it also switches
+    /// saturation of servos and feedback of loads off, and compares all of them in one table.
+    Modulation(ModulationOptions),
+    /// Classify the gait over time while a variable of the controller changes in steps
+    ///
+    /// Runs a scenario, compares the phases of the touch-downs of each cycle with the patterns of
+    /// gaits, and dates the transitions between gaits that last, with the value of the variable, on
+    /// the way up and on the way down (thesis, section 3.3.2.3).
+    Transition(TransitionOptions),
+}
+
+impl StudyCommand {
+    /// Returns whether the study prints JSON instead of text.
+    pub fn json(&self) -> bool {
+        match self {
+            Self::Precision(PrecisionOptions { study, .. })
+            | Self::Estimate(EstimateOptions { study, .. })
+            | Self::Stability(study)
+            | Self::Coupling(study) => study.json,
+            Self::Modulation(options) => options.json,
+            Self::Transition(options) => options.json,
+        }
+    }
+}
+
+/// Options of a study of load filters.
+#[derive(Clone, Debug, Args)]
+pub struct EstimateOptions {
+    /// Options of every study.
+    #[command(flatten)]
+    pub study: StudyOptions,
+    /// Particles of a swarm; F2 has three swarms, the other filters one
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = whole_number)]
+    pub particles: usize,
+    /// Iterations of each swarm
+    #[arg(long, value_name = "N", default_value_t = 25)]
+    pub iterations: usize,
+}
+
+/// Options of a study of precision.
+#[derive(Clone, Debug, Args)]
+pub struct PrecisionOptions {
+    /// Options of every study.
+    #[command(flatten)]
+    pub study: StudyOptions,
+    /// Walks from perturbed starts of each plant, where the scenario walks; 0 for none
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    pub ensemble: usize,
+}
+
+/// Options common to all studies.
+#[derive(Clone, Debug, Args)]
+pub struct StudyOptions {
+    /// Scenario file
+    #[arg(value_name = "SCENARIO", default_value = "scenarios/passive-legs.toml")]
+    pub scenario: PathBuf,
+    /// Study this plant; may be repeated; without it, all plants of this build
+    #[arg(long, value_name = "MODEL")]
+    pub plant: Vec<String>,
+    /// Set a key of the scenario: duration="300 ms"
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
+    pub set: Vec<(String, String)>,
+    /// Simulated time: "300 ms" [default: precision the first 300 ms, stability 2 s, coupling 1 s,
+    /// estimate the scenario]
+    #[arg(long, value_name = "DURATION", value_parser = duration)]
+    pub duration: Option<SimDuration>,
+    /// Approximate limit of the computation time; rows truncated by it are reported
+    #[arg(long, value_name = "SECONDS", default_value_t = 200.0, value_parser = seconds)]
+    pub budget: f64,
+    /// Folder for the HTML page, the CSV and the JSON file
+    #[arg(long, value_name = "DIR", default_value = "studies")]
+    pub out: PathBuf,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+}

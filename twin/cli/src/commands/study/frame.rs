@@ -1,0 +1,129 @@
+//! Options that all studies have.
+
+use std::path::{Path, PathBuf};
+
+use twinrig_scenario::Setting;
+
+use crate::args::{PrecisionOptions, StudyCommand, StudyOptions};
+
+/// Options that all studies have, and name of the study.
+#[derive(Clone, Copy)]
+pub(super) struct StudyFrame<'a> {
+    pub(super) name: &'static str,
+    pub(super) scenarios: &'a [PathBuf],
+    plants: &'a [String],
+    set: &'a [(String, String)],
+    pub(super) out: &'a Path,
+    pub(super) json: bool,
+}
+
+impl<'a> StudyFrame<'a> {
+    pub(super) fn of(study: &'a StudyCommand) -> Self {
+        let of_plants = |name, options: &'a StudyOptions| Self {
+            name,
+            scenarios: std::slice::from_ref(&options.scenario),
+            plants: &options.plant,
+            set: &options.set,
+            out: &options.out,
+            json: options.json,
+        };
+        match study {
+            StudyCommand::Precision(options) => of_plants("precision", &options.study),
+            StudyCommand::Stability(options) => of_plants("stability", options),
+            StudyCommand::Coupling(options) => of_plants("coupling", options),
+            StudyCommand::Estimate(options) => of_plants("estimate", &options.study),
+            StudyCommand::Modulation(options) => Self {
+                name: "modulation",
+                scenarios: &options.scenarios,
+                plants: &options.plant,
+                set: &options.set,
+                out: &options.out,
+                json: options.json,
+            },
+            StudyCommand::Transition(options) => Self {
+                name: "transition",
+                scenarios: std::slice::from_ref(&options.scenario),
+                plants: &options.plant,
+                set: &options.set,
+                out: &options.out,
+                json: options.json,
+            },
+        }
+    }
+
+    pub(super) fn settings(self) -> Vec<Setting> {
+        let set = self.set.iter().map(|(key, value)| Setting {
+            origin: "--set".to_owned(),
+            key: key.clone(),
+            value: value.clone(),
+        });
+        set.collect()
+    }
+
+    /// Returns the name of the files of the study.
+    pub(super) fn stem(self) -> String {
+        let stems = self.scenarios.iter().map(|path| {
+            let stem = path.file_stem();
+            stem.map_or("scenario".into(), |stem| stem.to_string_lossy())
+        });
+        let stems: Vec<_> = stems.collect();
+        format!("{}-{}", self.name, stems.join("-"))
+    }
+
+    /// Returns the command that repeats the study.
+    pub(super) fn command(self, study: &StudyCommand) -> String {
+        let mut words = vec!["twin study".to_owned(), self.name.to_owned()];
+        words.extend(self.scenarios.iter().map(|path| path.display().to_string()));
+        words.extend(self.plants.iter().map(|plant| format!("--plant {plant}")));
+        let set = self.set.iter();
+        words.extend(set.map(|(key, value)| format!("--set {key}={value:?}")));
+        match study {
+            StudyCommand::Precision(PrecisionOptions { study, ensemble }) => {
+                words.extend(duration(study));
+                words.push(format!("--ensemble {ensemble}"));
+                words.push(format!("--budget {}", study.budget));
+            }
+            StudyCommand::Stability(study) | StudyCommand::Coupling(study) => {
+                words.extend(duration(study));
+                words.push(format!("--budget {}", study.budget));
+            }
+            StudyCommand::Estimate(options) => {
+                words.extend(duration(&options.study));
+                words.push(format!("--particles {}", options.particles));
+                words.push(format!("--iterations {}", options.iterations));
+                words.push(format!("--budget {}", options.study.budget));
+            }
+            StudyCommand::Modulation(options) => {
+                let variable = options.variable.iter();
+                words.extend(variable.map(|name| format!("--variable {name}")));
+                if !options.by.is_empty() {
+                    words.push(format!("--by={:?}", options.by.join(",")));
+                }
+                let after = options.after.iter();
+                words.extend(after.map(|after| format!("--after \"{after}\"")));
+                words.push(format!("--points {}", options.points));
+                words.push(format!("--steps {}", options.steps));
+                if options.factors {
+                    words.push("--factors".to_owned());
+                }
+            }
+            StudyCommand::Transition(options) => {
+                let variable = options.variable.iter();
+                words.extend(variable.map(|name| format!("--variable {name}")));
+                let plateaus: Vec<String> =
+                    options.plateau.iter().map(ToString::to_string).collect();
+                if !plateaus.is_empty() {
+                    words.push(format!("--plateau {:?}", plateaus.join(",")));
+                }
+                words.push(format!("--tolerance {}", options.tolerance));
+                words.push(format!("--cycles {}", options.cycles));
+            }
+        }
+        words.join(" ")
+    }
+}
+
+fn duration(options: &StudyOptions) -> Option<String> {
+    let duration = options.duration?;
+    Some(format!("--duration \"{duration}\""))
+}

@@ -1,0 +1,69 @@
+//! Results of studies of any kind.
+
+use std::path::PathBuf;
+
+use twinrig_study::{
+    CouplingStudy, EstimateStudy, Machine, ModulationStudy, Study, TransitionStudy, csv, html,
+};
+
+use crate::study::{coupling_table, estimate_table, modulation_table, table, transition_table};
+
+/// Result of a study.
+pub(super) enum StudyResult {
+    Plants(Study),
+    Coupling(CouplingStudy),
+    Estimate(Box<EstimateStudy>),
+    Modulation(ModulationStudy),
+    Transition(TransitionStudy),
+}
+
+impl StudyResult {
+    /// Returns the error of a study in which a part panicked.
+    pub(super) fn error(&self) -> Option<String> {
+        match self {
+            Self::Plants(study) => study.error(),
+            Self::Coupling(study) => study.error(),
+            Self::Estimate(_) | Self::Modulation(_) | Self::Transition(_) => None,
+        }
+    }
+
+    pub(super) fn json(&self, machine: &Machine, command: &str) -> serde_json::Value {
+        match self {
+            Self::Plants(study) => study.json(machine, command),
+            Self::Coupling(study) => study.json(machine, command),
+            Self::Estimate(study) => study.json(machine, command),
+            Self::Modulation(study) => study.json(machine, command),
+            Self::Transition(study) => study.json(machine, command),
+        }
+    }
+
+    pub(super) fn html(&self, machine: &Machine, command: &str) -> String {
+        match self {
+            Self::Plants(study) => html(study, machine, command),
+            Self::Coupling(study) => study.html(machine, command),
+            Self::Estimate(study) => study.html(machine, command),
+            Self::Modulation(study) => study.html(machine, command),
+            Self::Transition(study) => study.html(machine, command),
+        }
+    }
+
+    pub(super) fn csv(&self) -> String {
+        match self {
+            Self::Plants(study) => csv(&study.rows),
+            Self::Coupling(study) => study.csv(),
+            Self::Estimate(study) => study.csv(),
+            Self::Modulation(study) => study.csv(),
+            Self::Transition(study) => study.csv(),
+        }
+    }
+
+    pub(super) fn text(&self, files: &[PathBuf]) -> String {
+        match self {
+            Self::Plants(study) => table::text(study, files),
+            Self::Coupling(study) => coupling_table::text(study, files),
+            Self::Estimate(study) => estimate_table::text(study, files),
+            Self::Modulation(study) => modulation_table::text(study, files),
+            Self::Transition(study) => transition_table::text(study, files),
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! Kinds of the gait controllers, from scenario options.
+
+use twinrig_gait::{Abduction, Cpg, FixedPoint, Gait, Stand, Tegotae, TegotaeStart};
+use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
+
+use crate::error::BuildError;
+use crate::parts::controller_kind::{ControllerContext, ControllerKind};
+use crate::parts::option::{choice, option};
+
+const START: &str = "start";
+const FREQUENCY_OF: &str = "frequency_of";
+const PHASE_OUTPUT: &str = "phase_output";
+const FIXED_POINT: &str = "fixed_point";
+const LOAD: &str = "load";
+const LOAD_COMPONENT: &str = "load_component";
+
+/// Starts of `cpg`.
+const CPG_START: [&str; 2] = ["in-step", "random"];
+/// Components of a force by their names in scenarios.
+const COMPONENTS: [&str; 3] = ["x", "y", "z"];
+
+/// Returns the kind of the open-loop controller.
+pub(crate) fn cpg() -> ControllerKind {
+    let about = "open-loop gait: coupled oscillators, foot locus, inverse kinematics";
+    let kind = ControllerKind::new(Cpg::NAME, about, |context| {
+        let cpg = Cpg::new(context.robot, context.legs, gait(context)?)?;
+        let mut cpg = cpg.with_abduction(abduction(context));
+        if has_phase_output(context) {
+            cpg = cpg.with_phase_output();
+        }
+        if let Some(leg) = context.options.text(FREQUENCY_OF) {
+            cpg = cpg.with_frequency_of(leg)?;
+        }
+        Ok(match context.options.text(START) {
+            Some("random") => cpg.with_random_phases(context.seed),
+            _ => cpg,
+        })
+    });
+    kind.with_variables(|context| Ok(Cpg::variables_of(context.robot, gait(context)?)?))
+        .with_option(gaits("gait, which sets the phases of the legs"))
+        .with_option(choice(
+            START,
+            "initial phases: those of the gait, or random",
+            &CPG_START,
+        ))
+        .with_option(abducting())
+        .with_option(phase_output())
+        .with_option(frequency_of())
+}
+
+/// Returns the kind of the controller with feedback of the loads.
+pub(crate) fn tegotae() -> ControllerKind {
+    let about = "gait with feedback: an oscillator per leg, which the load of the leg holds back";
+    let kind = ControllerKind::new(Tegotae::NAME, about, |context| {
+        let (legs, options) = (context.legs, context.options);
+        let tegotae = Tegotae::new(context.robot, legs, gait(context)?, context.seed)?;
+        let start = named(&TegotaeStart::ALL, TegotaeStart::name, context, START);
+        let rule = named(&FixedPoint::ALL, FixedPoint::name, context, FIXED_POINT);
+        let mut tegotae = tegotae
+            .with_start(start)
+            .with_fixed_point(rule)
+            .with_abduction(abduction(context));
+        if let Some(load) = options.text(LOAD) {
+            let component = options.text(LOAD_COMPONENT);
+            let index = component.and_then(|name| COMPONENTS.iter().position(|it| *it == name));
+            tegotae = tegotae.with_load(load, index)?;
+        }
+        if has_phase_output(context) {
+            tegotae = tegotae.with_phase_output();
+        }
+        if let Some(leg) = options.text(FREQUENCY_OF) {
+            tegotae = tegotae.with_frequency_of(leg)?;
+        }
+        Ok(tegotae)
+    });
+    let options = [
+        gaits("gait, which sets the initial phases of the legs"),
+        choice(
+            START,
+            "initial phases: those of the gait, random, or all legs at mid-stance",
+            &TegotaeStart::ALL.map(TegotaeStart::name),
+        ),
+        choice(
+            FIXED_POINT,
+            "phase at which its load stops a leg: always mid-stance, or a function of the load",
+            &FixedPoint::ALL.map(FixedPoint::name),
+        ),
+        OptionSpec {
+            default: Some(OptionValue::Text("leg/*/foot/load".to_owned())),
+            ..option(
+                LOAD,
+                "signal with the load of each leg; `*` is the name of the leg",
+                Accepts::Text,
+            )
+        },
+        option(
+            LOAD_COMPONENT,
+            "component that is the load, where the signal is a force; none for a load",
+            Accepts::Choice(COMPONENTS.map(str::to_owned).into()),
+        ),
+        abducting(),
+        phase_output(),
+        frequency_of(),
+    ];
+    let kind = kind.with_variables(|context| Ok(Tegotae::variables_of(context.robot)?));
+    options.into_iter().fold(kind, ControllerKind::with_option)
+}
+
+/// Returns the kind of the controller that stands.
+pub(crate) fn stand() -> ControllerKind {
+    ControllerKind::new(Stand::NAME, "holds the feet below the hips", |context| {
+        Ok(Stand::new(context.robot, context.legs)?.with_abduction(abduction(context)))
+    })
+    .with_variables(|context| Ok(Stand::variables_of(context.robot)?))
+    .with_option(abducting())
+}
+
+/// Option with the leg whose mean phase rate is an output.
+fn frequency_of() -> OptionSpec {
+    option(
+        FREQUENCY_OF,
+        "leg whose mean phase rate over its last cycle is the output `leg/LEG/frequency`, for filters",
+        Accepts::Text,
+    )
+}
+
+fn phase_output() -> OptionSpec {
+    option(
+        PHASE_OUTPUT,
+        "also output the phase of each leg, `leg/LEG/phase`: swing below pi, then stance (false)",
+        Accepts::Boolean,
+    )
+}
+
+fn has_phase_output(context: &ControllerContext<'_>) -> bool {
+    context.options.boolean(PHASE_OUTPUT).unwrap_or_default()
+}
+
+fn gaits(about: &str) -> OptionSpec {
+    choice("gait", about, &Gait::ALL.map(Gait::name))
+}
+
+fn gait(context: &ControllerContext<'_>) -> Result<Gait, BuildError> {
+    Ok(context.options.text("gait").unwrap_or_default().parse()?)
+}
+
+fn abducting() -> OptionSpec {
+    let about = "also command the hip-abduction servos, by `splay`";
+    choice("abduction", about, &Abduction::ALL.map(Abduction::name))
+}
+
+fn abduction(context: &ControllerContext<'_>) -> Abduction {
+    named(&Abduction::ALL, Abduction::name, context, "abduction")
+}
+
+/// Returns the one of `all` that the option `key` names; the default without one.
+fn named<T: Copy + Default>(
+    all: &[T],
+    name: impl Fn(T) -> &'static str,
+    context: &ControllerContext<'_>,
+    key: &str,
+) -> T {
+    let wanted = context.options.text(key);
+    let found = all.iter().find(|one| Some(name(**one)) == wanted);
+    found.copied().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use twinrig_gait::Corner;
+    use twinrig_scenario::{LegFact, Pattern};
+
+    use super::*;
+
+    #[test]
+    fn gaits_of_controllers_are_the_patterns_of_expectations() {
+        for gait in Gait::ALL {
+            let pattern = Pattern::named(gait.name()).unwrap();
+            for (fore, left) in [(true, true), (true, false), (false, true), (false, false)] {
+                let name = String::new();
+                let touch_down = pattern.share(&LegFact { name, fore, left }).unwrap();
+                // A leg that is ahead touches down earlier.
+                let ahead = gait.phase_difference(Corner { fore, left }) / TAU;
+                let distance = (touch_down + ahead).rem_euclid(1.0);
+                let distance = distance.min(1.0 - distance);
+                assert!(distance < 1e-12, "{} {fore} {left}", gait.name());
+            }
+        }
+    }
+}

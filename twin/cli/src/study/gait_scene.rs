@@ -1,0 +1,301 @@
+//! Runs of a gait for studies of footsteps: a scenario on a plant, with changes of its own.
+
+use std::path::Path;
+
+use twinrig_kernel::{SimDuration, SimTime, signal};
+use twinrig_runtime::{Group, Observer, ProcessVariable, Rig, RunEvent};
+use twinrig_scenario::{
+    ActuatorKind, ChangeSpec, Footstep, Judge, Layouts, LegFact, RunEnd, Scenario, Scene, Setting,
+};
+use twinrig_study::{FootContact, GaitRun};
+
+use crate::assembly::Assembly;
+use crate::assembly::registry::Registry;
+use crate::error::TwinError;
+use crate::run::interrupt;
+use crate::study::builder::first_line;
+use crate::study::selection::of_plant;
+
+/// Simulated time between two checks for a fall or an interrupt.
+const SLICE: SimDuration = SimDuration::from_millis(100);
+/// Limits of a servo that no gait reaches: speed \[rad/s\] and torque \[N·m\].
+const UNSATURATED: [f64; 2] = [1e3, 1e3];
+/// Process variable that scales the feedback of loads.
+const FEEDBACK: &str = "feedback";
+
+/// Difference from a scenario.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Factor {
+    /// None.
+    AsGiven,
+    /// Servos without limits of speed and torque.
+    UnsaturatedServos,
+    /// The controller without feedback of loads.
+    NoFeedback,
+}
+
+impl Factor {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::AsGiven => "as given",
+            Self::UnsaturatedServos => "unsaturated servos",
+            Self::NoFeedback => "no feedback",
+        }
+    }
+}
+
+/// A scenario with a gait on a plant.
+pub(crate) struct GaitScene<'r> {
+    assembly: Assembly<'r>,
+    scenario: Scenario,
+    variables: Vec<ProcessVariable>,
+}
+
+impl<'r> GaitScene<'r> {
+    /// Reads the scenario at `path` with `settings`, on the plant `plant` or on its own.
+    ///
+    /// # Errors
+    /// Errors of the scenario; [`TwinError::NoGait`] without feet on the ground or a controller.
+    pub(crate) fn new(
+        registry: &'r Registry,
+        path: &Path,
+        settings: &[Setting],
+        plant: Option<&str>,
+    ) -> Result<Self, TwinError> {
+        let assembly = match plant {
+            Some(plant) => of_plant(registry, path, settings, plant)?,
+            None => Assembly::of_file(registry, path, settings)?,
+        };
+        let mut scenario = assembly.scenario().without_expectations();
+        scenario.record.signals = Some(Vec::new());
+        scenario.record.frames = None;
+        let no_gait = |why: &str, help: &str| TwinError::NoGait {
+            file: scenario.file.clone(),
+            why: why.to_owned(),
+            help: help.to_owned(),
+        };
+        if scenario.plant.ground.is_none() || observed(&assembly).len() < SIGNALS {
+            let help = "choose a scenario with ground on a plant of a whole robot";
+            return Err(no_gait("its feet touch no ground", help));
+        }
+        if scenario.controller.is_none() {
+            let help = "add a [controller] with a gait, as in scenarios/trot.toml";
+            return Err(no_gait("it has no controller", help));
+        }
+        let variables = assembly.rig()?.process().variables().to_vec();
+        Ok(Self {
+            assembly,
+            scenario,
+            variables,
+        })
+    }
+
+    pub(crate) fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    pub(crate) fn legs(&self) -> &[LegFact] {
+        &self.assembly.scene().legs
+    }
+
+    /// Returns the process variables of the controller, with the values of the scenario.
+    pub(crate) fn variables(&self) -> &[ProcessVariable] {
+        &self.variables
+    }
+
+    /// Returns the variables called `name`: one, or those of all its groups or legs.
+    pub(crate) fn variables_called(&self, name: &str) -> Vec<&ProcessVariable> {
+        let variables = self.variables.iter();
+        let is_called = |variable: &&ProcessVariable| base(variable.name()) == name;
+        let exact = self.variables.iter().find(|it| it.name() == name);
+        exact.map_or_else(|| variables.filter(is_called).collect(), |one| vec![one])
+    }
+
+    /// Returns whether the factor makes a difference.
+    pub(crate) fn has(&self, factor: Factor) -> bool {
+        match factor {
+            Factor::AsGiven => true,
+            Factor::UnsaturatedServos => self.scenario.actuator.kind == ActuatorKind::Servo,
+            Factor::NoFeedback => {
+                let feedback = self.variables_called(FEEDBACK);
+                feedback.iter().any(|variable| variable.value() != 0.0)
+            }
+        }
+    }
+
+    /// Runs the scenario with `changes` in place of its own up to `end`, or up to a fall.
+    ///
+    /// # Errors
+    /// The reason of a run that cannot be built, or fails.
+    pub(crate) fn run(
+        &self,
+        factor: Factor,
+        changes: Vec<ChangeSpec>,
+        end: SimTime,
+    ) -> Result<GaitRun, String> {
+        let run = self.observed_run(factor, changes, end);
+        run.map_err(|error| first_line(&error.to_string()))
+    }
+
+    fn observed_run(
+        &self,
+        factor: Factor,
+        changes: Vec<ChangeSpec>,
+        end: SimTime,
+    ) -> Result<GaitRun, TwinError> {
+        let mut scenario = self.scenario.clone();
+        self.apply(factor, &mut scenario);
+        scenario.changes = changes;
+        scenario.duration = end.since_start();
+        let assembly = self
+            .assembly
+            .with_scenario(&scenario, &observed(&self.assembly))?;
+        let mut rig = assembly.rig()?;
+        let mut observer = FootstepObserver::new(assembly.scene(), &rig);
+        let mut now = rig.now();
+        while now < end && observer.judge.fell_at().is_none() && !interrupt::is_requested() {
+            now = (now + SLICE).min(end);
+            rig.run_until(now, &mut observer)
+                .map_err(|error| assembly.rig_error(error))?;
+        }
+        Ok(observer.finish(rig.now()))
+    }
+
+    fn apply(&self, factor: Factor, scenario: &mut Scenario) {
+        match factor {
+            Factor::AsGiven => {}
+            Factor::UnsaturatedServos => {
+                let actuator = &mut scenario.actuator;
+                for servo in [&mut actuator.hip, &mut actuator.knee] {
+                    [servo.speed, servo.torque] = UNSATURATED.map(Some);
+                }
+            }
+            Factor::NoFeedback => {
+                let names = self.variables_called(FEEDBACK);
+                let names: Vec<&str> = names.iter().map(|it| it.name()).collect();
+                if let Some(controller) = &mut scenario.controller {
+                    let variables = &mut controller.variables;
+                    variables.retain(|(name, _)| !names.contains(&&**name));
+                    variables.extend(names.iter().map(|name| ((*name).to_owned(), 0.0)));
+                }
+            }
+        }
+    }
+}
+
+/// Returns the name of a variable without its group or leg.
+pub(crate) fn base(name: &str) -> &str {
+    name.split('/').next().unwrap_or(name)
+}
+
+/// Least number of observed signals: those of the trunk and of one leg.
+const SIGNALS: usize = 4;
+
+/// The outputs that are observed: positions of trunk and feet, and loads.
+fn observed(assembly: &Assembly<'_>) -> Vec<String> {
+    let names = assembly.plant_outputs().iter().map(|port| &port.name);
+    let names = names.filter(|name| match signal::parse_leg(name) {
+        Some((_, of_leg)) => [signal::FOOT_POSITION, signal::FOOT_LOAD].contains(&of_leg),
+        None => [signal::BODY_POSITION, signal::BODY_RPY].contains(&&***name),
+    });
+    names.cloned().collect()
+}
+
+/// Collects footsteps by two judges: one merges bounces, the other does not.
+struct FootstepObserver {
+    judge: Judge,
+    bounces: Judge,
+    footsteps: Vec<Footstep>,
+    contacts: Vec<Footstep>,
+    /// Index of the trunk's position in the outputs of the plant.
+    trunk: Option<usize>,
+    track: Vec<[f64; 3]>,
+    next_track: SimTime,
+}
+
+impl FootstepObserver {
+    fn new(scene: &Scene, rig: &Rig) -> Self {
+        let tasks: Vec<String> = rig.task_names().map(str::to_owned).collect();
+        let judge = |scene: &Scene| {
+            let layouts = Layouts {
+                plant: rig.layout(Group::Plant),
+                process_inputs: rig.layout(Group::ProcessInputs),
+                process_outputs: rig.layout(Group::ProcessOutputs),
+                diagnostics: rig.layout(Group::Diagnostics),
+                tasks: &tasks,
+            };
+            Judge::new(scene, layouts)
+        };
+        let mut every_contact = scene.clone();
+        let footsteps = &mut every_contact.scenario.observe.footsteps;
+        footsteps.shortest_swing = SimDuration::ZERO;
+        footsteps.least_impulse = 0.0;
+        let trunk = rig.layout(Group::Plant).find(signal::BODY_POSITION);
+        Self {
+            judge: judge(scene),
+            bounces: judge(&every_contact),
+            footsteps: Vec::new(),
+            contacts: Vec::new(),
+            trunk: trunk.map(|range| range.start),
+            track: Vec::new(),
+            next_track: SimTime::ZERO,
+        }
+    }
+
+    fn finish(mut self, end: SimTime) -> GaitRun {
+        let at_end = RunEnd {
+            at: end,
+            energy: None,
+            work: None,
+            real_time_factor: None,
+        };
+        for (judge, steps) in [
+            (&mut self.judge, &mut self.footsteps),
+            (&mut self.bounces, &mut self.contacts),
+        ] {
+            let _ = judge.finish(&at_end);
+            steps.extend_from_slice(judge.closed());
+            steps.sort_by_key(|step| (step.touch_down, step.leg));
+        }
+        let contacts = |steps: &[Footstep]| steps.iter().map(contact).collect();
+        GaitRun {
+            legs: self.judge.legs().map(str::to_owned).collect(),
+            footsteps: contacts(&self.footsteps),
+            contacts: contacts(&self.contacts),
+            trunk: self.track,
+            fell_at_s: self.judge.fell_at().map(SimTime::as_secs_f64),
+            end_s: end.as_secs_f64(),
+        }
+    }
+}
+
+fn contact(step: &Footstep) -> FootContact {
+    FootContact {
+        leg: step.leg,
+        touch_down_s: step.touch_down.as_secs_f64(),
+        lift_off_s: step.lift_off.map(SimTime::as_secs_f64),
+        position_m: step.position,
+        impulse_n_s: step.impulse,
+        slip_m: step.slip,
+    }
+}
+
+impl Observer for FootstepObserver {
+    fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
+        self.judge.samples(now, group, values);
+        self.bounces.samples(now, group, values);
+        self.footsteps.extend_from_slice(self.judge.closed());
+        self.contacts.extend_from_slice(self.bounces.closed());
+        if let (Group::Plant, Some(trunk)) = (group, self.trunk)
+            && now >= self.next_track
+        {
+            self.track
+                .push([now.as_secs_f64(), values[trunk], values[trunk + 1]]);
+            self.next_track = now + SLICE;
+        }
+    }
+
+    fn event(&mut self, now: SimTime, event: RunEvent) {
+        self.judge.event(now, event);
+    }
+}

@@ -1,0 +1,266 @@
+//! Cases of a study of footstep modulation: gaits, plants and factors.
+
+use std::path::{Path, PathBuf};
+
+use twinrig_document::parse_quantity;
+use twinrig_kernel::{SimDuration, SimTime, Unit};
+use twinrig_runtime::Change;
+use twinrig_scenario::{ChangeSpec, Setting};
+use twinrig_study::{
+    GaitRun, ModulationCase, ModulationInput, ModulationPlan, ModulationRunner, VariableChange,
+};
+
+use crate::args::ModulationOptions;
+use crate::assembly::registry::Registry;
+use crate::error::TwinError;
+use crate::study::builder::first_line;
+use crate::study::gait_scene::{Factor, GaitScene, base};
+
+/// Variable of a scenario without changes.
+const STEP_LENGTH: &str = "step_length";
+/// Time at which the gaits of scenarios without changes are in their limit cycle.
+const LIMIT_CYCLE: SimDuration = SimDuration::from_secs(8);
+/// Variable whose mean is the commanded duty factor.
+const DUTY_FACTOR: &str = "duty_factor";
+
+/// Runs the cases of a study of modulation.
+pub(crate) struct ModulationCases<'r> {
+    input: ModulationInput,
+    scenes: Vec<GaitScene<'r>>,
+    cases: Vec<SceneCase>,
+}
+
+/// A case as its scene runs it.
+struct SceneCase {
+    /// Index of the scene.
+    scene: usize,
+    factor: Factor,
+    /// Full names of the changed variables.
+    variables: Vec<String>,
+}
+
+/// What changes in a scenario, and when its gait is in the limit cycle.
+struct Subject {
+    /// As the study names it.
+    name: String,
+    /// Full names.
+    variables: Vec<String>,
+    unit: Unit,
+    value: f64,
+    after: SimTime,
+}
+
+impl<'r> ModulationCases<'r> {
+    /// Reads the scenarios of `options`, each on its own plant or on those of `options`.
+    ///
+    /// # Errors
+    /// Errors of a scenario, and a variable that it does not have.
+    pub(crate) fn new(
+        registry: &'r Registry,
+        options: &ModulationOptions,
+        settings: &[Setting],
+    ) -> Result<Self, TwinError> {
+        let plants: Vec<Option<&str>> = match &*options.plant {
+            [] => vec![None],
+            names => names.iter().map(|name| Some(&**name)).collect(),
+        };
+        let several = options.scenarios.len() * plants.len() > 1;
+        let factors: &[Factor] = if options.factors || several {
+            &[
+                Factor::AsGiven,
+                Factor::UnsaturatedServos,
+                Factor::NoFeedback,
+            ]
+        } else {
+            &[Factor::AsGiven]
+        };
+        let mut found = Self {
+            input: ModulationInput {
+                name: name(&options.scenarios),
+                files: Vec::new(),
+                variable: String::new(),
+                unit: Unit::One,
+                cases: Vec::new(),
+                left_out: Vec::new(),
+            },
+            scenes: Vec::new(),
+            cases: Vec::new(),
+        };
+        let mut refused = None;
+        for path in &options.scenarios {
+            found.input.files.push(path.display().to_string());
+            for plant in &plants {
+                let scene = match GaitScene::new(registry, path, settings, *plant) {
+                    Ok(scene) => scene,
+                    Err(error) => {
+                        let on = plant.map_or(String::new(), |plant| format!(" on {plant}"));
+                        let why = first_line(&error.to_string());
+                        let left_out = format!("{}{on}: {why}", stem(path));
+                        found.input.left_out.push(left_out);
+                        refused.get_or_insert(error);
+                        continue;
+                    }
+                };
+                found.add(scene, path, options, factors)?;
+            }
+        }
+        // A plant that cannot simulate one of several scenarios is no error of all.
+        match refused {
+            Some(error) if found.cases.is_empty() => Err(error),
+            _ => Ok(found),
+        }
+    }
+
+    fn add(
+        &mut self,
+        scene: GaitScene<'r>,
+        path: &Path,
+        options: &ModulationOptions,
+        factors: &[Factor],
+    ) -> Result<(), TwinError> {
+        let subject = Subject::of(&scene, options)?;
+        if self.cases.is_empty() {
+            self.input.variable.clone_from(&subject.name);
+            self.input.unit = subject.unit;
+        }
+        let duties = scene.variables_called(DUTY_FACTOR);
+        let duty: f64 = duties.iter().map(|variable| variable.value()).sum();
+        let duty = (!duties.is_empty()).then(|| duty / duties.len() as f64);
+        for factor in factors.iter().filter(|factor| scene.has(**factor)) {
+            self.input.cases.push(ModulationCase {
+                gait: stem(path),
+                plant: scene.scenario().plant.model.clone(),
+                factor: factor.name().to_owned(),
+                after: subject.after,
+                value: subject.value,
+                duty,
+            });
+            self.cases.push(SceneCase {
+                scene: self.scenes.len(),
+                factor: *factor,
+                variables: subject.variables.clone(),
+            });
+        }
+        self.scenes.push(scene);
+        Ok(())
+    }
+
+    /// Returns the parameters of the study.
+    ///
+    /// # Errors
+    /// A change that is not a quantity of the variable's unit, or none for a variable that is not
+    /// a length.
+    pub(crate) fn plan(&self, options: &ModulationOptions) -> Result<ModulationPlan, TwinError> {
+        let refused = |why: String, help: &str| TwinError::NoGait {
+            file: self.input.files.first().cloned().unwrap_or_default(),
+            why,
+            help: help.to_owned(),
+        };
+        let unit = self.input.unit;
+        let plan = ModulationPlan {
+            points: options.points,
+            steps: options.steps,
+            ..ModulationPlan::default()
+        };
+        if options.by.is_empty() {
+            if unit == Unit::Meter {
+                return Ok(plan);
+            }
+            let variable = &self.input.variable;
+            let why = format!("the changes of the thesis are lengths, and `{variable}` is not");
+            return Err(refused(why, "give the changes by --by"));
+        }
+        let changes = options.by.iter().map(|text| {
+            parse_quantity(text, unit).map_err(|error| {
+                let why = format!("--by {text}: {error}");
+                refused(why, "give quantities with units: --by=\"-5 mm,-10 mm\"")
+            })
+        });
+        Ok(ModulationPlan {
+            changes: changes.collect::<Result<_, _>>()?,
+            ..plan
+        })
+    }
+}
+
+impl Subject {
+    fn of(scene: &GaitScene<'_>, options: &ModulationOptions) -> Result<Self, TwinError> {
+        let scenario = scene.scenario();
+        let named = options.variable.as_deref();
+        let is_studied = |it: &&ChangeSpec| {
+            named.is_none_or(|name| [&*it.variable, base(&it.variable)].contains(&name))
+        };
+        let first = scenario.changes.iter().find(is_studied);
+        let name = named.or(first.map(|it| base(&it.variable)));
+        let name = name.unwrap_or(STEP_LENGTH);
+        let variables = match (named, first) {
+            // The legs that the scenario changes.
+            (None, Some(first)) => {
+                let changes = scenario.changes.iter().filter(|it| it.at == first.at);
+                let names = changes.map(|it| it.variable.as_str());
+                let names: Vec<&str> = names.filter(|it| base(it) == name).collect();
+                let all = scene.variables().iter();
+                all.filter(|it| names.contains(&it.name())).collect()
+            }
+            _ => scene.variables_called(name),
+        };
+        let Some(one) = variables.first() else {
+            let kind = scenario.controller.as_ref().map_or("", |it| &it.kind);
+            return Err(TwinError::NoGait {
+                file: scenario.file.clone(),
+                why: format!("the controller `{kind}` has no variable `{name}`"),
+                help: "choose one by --variable; `twin list` has them".to_owned(),
+            });
+        };
+        let sum: f64 = variables.iter().map(|variable| variable.value()).sum();
+        let after = options.after.map(|after| SimTime::ZERO + after);
+        let after = after.or(first.map(|change| change.at));
+        Ok(Self {
+            name: name.to_owned(),
+            unit: one.unit(),
+            value: sum / variables.len() as f64,
+            variables: variables.iter().map(|it| it.name().to_owned()).collect(),
+            after: after.unwrap_or(SimTime::ZERO + LIMIT_CYCLE),
+        })
+    }
+}
+
+impl ModulationRunner for ModulationCases<'_> {
+    fn input(&self) -> &ModulationInput {
+        &self.input
+    }
+
+    fn run(
+        &self,
+        case: usize,
+        change: Option<VariableChange>,
+        end: SimTime,
+    ) -> Result<GaitRun, String> {
+        let case = &self.cases[case];
+        let scene = &self.scenes[case.scene];
+        let own = scene.scenario().changes.iter();
+        // A gait that starts by changes of other variables keeps them.
+        let mut changes: Vec<ChangeSpec> = own
+            .filter(|it| !case.variables.contains(&it.variable) && it.at < end)
+            .cloned()
+            .collect();
+        changes.extend(change.into_iter().flat_map(|change| {
+            case.variables.iter().map(move |variable| ChangeSpec {
+                at: change.at,
+                variable: variable.clone(),
+                change: Change::By(change.by),
+            })
+        }));
+        scene.run(case.factor, changes, end)
+    }
+}
+
+fn stem(path: &Path) -> String {
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy());
+    stem.map_or_else(|| "scenario".to_owned(), std::borrow::Cow::into_owned)
+}
+
+fn name(scenarios: &[PathBuf]) -> String {
+    let names: Vec<String> = scenarios.iter().map(|path| stem(path)).collect();
+    names.join(", ")
+}

@@ -1,0 +1,119 @@
+//! Tables of a study of gait transitions for the terminal.
+
+use std::path::PathBuf;
+
+use twinrig_study::{TransitionResult, TransitionStudy, Way};
+
+use crate::report::grid::{Cell, Grid, Left, Right};
+use crate::report::style::{BOLD, DIM, styled};
+
+/// Formats the results of a study and the names of its files.
+pub fn text(study: &TransitionStudy, files: &[PathBuf]) -> String {
+    let mut lines = vec![format!(
+        "{}  {}",
+        styled(BOLD, &study.input.name),
+        styled(DIM, "study of gait transitions")
+    )];
+    lines.push(study.headline());
+    let mut section = |name: &str, grid: &Grid| {
+        lines.push(String::new());
+        lines.push(format!("  {}", styled(BOLD, name)));
+        lines.extend(grid.lines(4));
+    };
+    section("transitions", &transitions(study));
+    if study.cases.iter().any(|it| !it.hysteresis.is_empty()) {
+        section("values on both ways", &hysteresis(study));
+    }
+    section("time in each gait", &shares(study));
+    let mut facts = Grid::new(&[Left, Left]);
+    let mut fact = |name: &str, text: String| facts.row([Cell::new(name, DIM), text.into()]);
+    for left in &study.input.left_out {
+        fact("left out", left.clone());
+    }
+    for file in files {
+        fact("written", file.display().to_string());
+    }
+    lines.push(String::new());
+    lines.extend(facts.lines(2));
+    lines.join("\n")
+}
+
+fn transitions(study: &TransitionStudy) -> Grid {
+    let mut grid = Grid::new(&[Left, Left, Left, Right, Right, Right, Left, Right]);
+    grid.header("run | from | to | begins | established | value | way | feet slip");
+    for result in &study.cases {
+        for one in &result.transitions {
+            let established = one.established_s;
+            grid.row([
+                study.label(result).into(),
+                one.from.clone().into(),
+                one.to.clone().into(),
+                format!("{:.2} s", one.begin_s).into(),
+                established
+                    .map_or("never".to_owned(), |at_s| format!("{at_s:.2} s"))
+                    .into(),
+                study.value_text(one.value).into(),
+                match one.way {
+                    Way::Up => "up".into(),
+                    Way::Down => "down".into(),
+                },
+                format!("{:.0} mm", 1e3 * one.slip_m).into(),
+            ]);
+        }
+    }
+    grid
+}
+
+fn hysteresis(study: &TransitionStudy) -> Grid {
+    let mut grid = Grid::new(&[Left, Left, Left, Left]);
+    grid.header("run | between | up | down");
+    let values = |values: &[f64]| -> Cell {
+        let texts: Vec<String> = values.iter().map(|it| study.value_text(*it)).collect();
+        texts.join(", ").into()
+    };
+    for result in &study.cases {
+        for pair in &result.hysteresis {
+            grid.row([
+                study.label(result).into(),
+                pair.classes.join(", ").into(),
+                values(&pair.up),
+                values(&pair.down),
+            ]);
+        }
+    }
+    grid
+}
+
+fn shares(study: &TransitionStudy) -> Grid {
+    let mut grid = Grid::new(&[Left, Left, Left]);
+    grid.header("run | gaits | most slip in one second");
+    for result in &study.cases {
+        grid.row([
+            study.label(result).into(),
+            seconds(result).into(),
+            result
+                .worst_slip()
+                .map_or(String::new(), |[at_s, slip]| {
+                    format!("{:.0} mm at {at_s:.0} s", 1e3 * slip)
+                })
+                .into(),
+        ]);
+    }
+    grid
+}
+
+fn seconds(result: &TransitionResult) -> String {
+    if let Some(why) = &result.why {
+        return why.clone();
+    }
+    let shares = result.shares().into_iter();
+    let shares = shares.map(|(class, seconds)| format!("{class} {seconds:.1} s"));
+    let mut parts: Vec<String> = shares.collect();
+    parts.extend(
+        result
+            .run
+            .fell_at_s
+            .map(|at_s| format!("fell at {at_s:.1} s")),
+    );
+    parts.join(", ")
+}

@@ -1,0 +1,214 @@
+//! End-to-end tests of studies of gaits on short runs.
+
+use crate::common::{Done, Folder, json, twin};
+
+fn scenario(name: &str) -> String {
+    format!("{}/../../scenarios/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+fn study(kind: &str, words: &[&str], folder: &Folder) -> Done {
+    let out = folder.join("out");
+    let begin = ["study", kind, "--out", &out];
+    twin(&[&begin[..], words].concat())
+}
+
+#[test]
+fn no_change_moves_no_footstep_and_a_change_is_in_text_page_and_data() {
+    let folder = Folder::new("study-modulation");
+    let file = scenario("step-change.toml");
+    let small = ["--points", "2", "--steps", "3", "--after", "3 s"];
+    let words = [&[&*file, "--by=0 mm,-20 mm", "--json"][..], &small].concat();
+    let mut printed = [(); 2].map(|()| {
+        let done = study("modulation", &words, &folder);
+        assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
+        let mut printed = json(&done.out).remove(0);
+        // Its load differs.
+        printed.as_object_mut().unwrap().remove("machine");
+        printed
+    });
+    assert_eq!(printed[0], printed[1]);
+    let found = printed[0].take();
+    let case = &found["cases"][0];
+    assert_eq!((&case["runs"], &case["fell"]), (&4.into(), &0.into()));
+    // Duty factors of 0.509 and 0.505.
+    let by_duty = case["ideal"]["by_duty"].as_f64().unwrap();
+    assert!((by_duty - 2.0 / (0.509 + 0.505)).abs() < 1e-12);
+    for table in case["tables"].as_array().unwrap() {
+        for cell in table["cells"].as_array().unwrap() {
+            let mean = cell["mean_m"].as_f64().unwrap();
+            if cell["by"] == 0.0 {
+                assert_eq!(
+                    (mean, &cell["range_m"]),
+                    (0.0, &serde_json::json!([0.0, 0.0]))
+                );
+            }
+        }
+    }
+    let by_cycle = case["tables"][0]["cells"].as_array().unwrap();
+    let changed = by_cycle.iter().filter(|cell| cell["by"] == -0.02);
+    assert!(changed.clone().count() == 3);
+    assert!(
+        changed
+            .clone()
+            .all(|cell| cell["mean_m"].as_f64().unwrap() < -0.005)
+    );
+    for ending in ["html", "csv", "json"] {
+        let path = folder.join(&format!("out/modulation-step-change.{ending}"));
+        assert!(std::path::Path::new(&path).exists(), "{path}");
+    }
+}
+
+#[test]
+fn factors_are_compared_and_unsuitable_requests_have_a_remedy() {
+    let folder = Folder::new("study-modulation-factors");
+    let file = scenario("step-change.toml");
+    let small = [
+        "--points",
+        "1",
+        "--steps",
+        "1",
+        "--after",
+        "2 s",
+        "--by=-20 mm",
+    ];
+    let done = study(
+        "modulation",
+        &[&[&*file, "--factors"][..], &small].concat(),
+        &folder,
+    );
+    assert_eq!((done.code, done.err.as_str()), (0, ""));
+    for expected in [
+        "as given: ",
+        "unsaturated servos: ",
+        "by geometry",
+        "of 1 by cycle",
+    ] {
+        assert!(
+            done.out.contains(expected),
+            "no {expected} in\n{}",
+            done.out
+        );
+    }
+    // Without feedback it is the same controller.
+    assert!(!done.out.contains("no feedback"));
+    let bench = scenario("bench.toml");
+    for (words, why, help) in [
+        (
+            &[&*file, "--variable", "lenght"][..],
+            "no variable `lenght`",
+            "twin list",
+        ),
+        (&[&*file, "--by=-5 s"], "--by -5 s", "--by="),
+        (
+            &[&*file, "--variable", "frequency"],
+            "`frequency` is not",
+            "--by",
+        ),
+        (
+            &[&*file, "--after", "2 s", "--steps", "200"],
+            "footsteps of leg",
+            "--steps",
+        ),
+        (&[&*bench], "touch no ground", "whole robot"),
+    ] {
+        let done = study("modulation", words, &folder);
+        assert_eq!(
+            (done.code, done.out.as_str()),
+            (2, ""),
+            "{why}: {}",
+            done.err
+        );
+        assert!(
+            done.err.contains(why) && done.err.contains(help),
+            "{}",
+            done.err
+        );
+    }
+}
+
+/// A run of five seconds, without expectations of later ones.
+const SHORT: [&str; 4] = [
+    "--set",
+    "duration=5 s",
+    "--set",
+    "expect=[{body={fall=false}}]",
+];
+/// Legs that are in phase with those of their side from 3 s on.
+const TO_PACE: &str = r#"change=[{at="3 s",set="phase_difference/LH",to="0 rad"},{at="3 s",set="phase_difference/RH",to="3.1 rad"}]"#;
+
+#[test]
+fn transition_moves_with_the_plateaus_and_its_value_is_that_of_the_variable() {
+    let folder = Folder::new("study-transition");
+    let file = scenario("trot.toml");
+    let shorter = "controller.step_length=100 mm";
+    let words = [&[&*file, "--set", TO_PACE, "--set", shorter][..], &SHORT].concat();
+    let more = [
+        "--plant",
+        "massless",
+        "--plant",
+        "lcp",
+        "--plateau",
+        "3s,4s",
+        "--json",
+    ];
+    let done = study("transition", &[&words[..], &more].concat(), &folder);
+    assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
+    let found = json(&done.out).remove(0);
+    assert_eq!(found["variable"], "phase_difference/LH");
+    let cases = found["cases"].as_array().unwrap();
+    assert_eq!(cases.len(), 4);
+    for case in cases {
+        let plateau_s = case["plateau_s"].as_f64().unwrap();
+        let first = &case["transitions"][0];
+        assert!(first.is_object(), "{}", found["headline"]);
+        assert_eq!(
+            (&first["from"], &first["value"]),
+            (&"trot".into(), &0.0.into())
+        );
+        let begin_s = first["begin_s"].as_f64().unwrap();
+        // Two cycles of 0.275 s.
+        assert!((plateau_s..plateau_s + 0.55).contains(&begin_s), "{first}");
+        let values = case["values"].as_array().unwrap();
+        assert_eq!(values[1], serde_json::json!([plateau_s, 0.0]));
+    }
+    for ending in ["html", "csv", "json"] {
+        let path = folder.join(&format!("out/transition-trot.{ending}"));
+        assert!(std::path::Path::new(&path).exists(), "{path}");
+    }
+}
+
+#[test]
+fn gait_without_transition_is_reported_and_a_scenario_without_changes_refused() {
+    let folder = Folder::new("study-transition-none");
+    let file = scenario("step-change.toml");
+    let change = [
+        "--set",
+        r#"change=[{at="2 s",set="step_length",by="-1 cm"}]"#,
+    ];
+    let done = study(
+        "transition",
+        &[&[&*file][..], &SHORT, &change].concat(),
+        &folder,
+    );
+    assert_eq!((done.code, done.err.as_str()), (0, ""));
+    assert!(
+        done.out.contains("no transition, mostly trot"),
+        "{}",
+        done.out
+    );
+    let trot = scenario("trot.toml");
+    for (words, why) in [
+        (&[&*trot][..], "its changes are of no variable"),
+        (&[&*file, "--variable", "ramp"], "not `ramp`"),
+        (&[&*file, "--plateau", "0 s"], "positive"),
+    ] {
+        let done = study("transition", words, &folder);
+        assert_eq!(
+            (done.code, done.out.as_str()),
+            (2, ""),
+            "{why}: {}",
+            done.err
+        );
+        assert!(done.err.contains(why), "{}", done.err);
+    }
+}

@@ -1,0 +1,85 @@
+//! Monitors of expectations.
+
+use super::Group;
+use super::channel::Cycle;
+use super::compare::CompareMeter;
+use super::cycle::CycleMeter;
+use super::footstep::Footstep;
+use super::gait::GaitMeter;
+use super::meter::Meter;
+use super::steps::StepMeter;
+use super::tracker::Window;
+
+/// Monitor of one expectation.
+#[derive(Clone, Debug)]
+pub(super) struct Monitor {
+    pub window: Window,
+    pub channel: Group,
+    pub meter: MonitorKind,
+    /// Number of evaluated samples of the channel; of footsteps, see [`Judge::foot_samples`].
+    pub samples: u64,
+    /// Whether the robot fell within the window of a claim about an upright robot, which is then
+    /// judged by the data before the fall.
+    pub fell: bool,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum MonitorKind {
+    Signal(Meter),
+    Comparison(CompareMeter),
+    Cycle(Cycle, CycleMeter),
+    Footsteps(StepMeter),
+    Gait(Box<GaitMeter>),
+    /// Judged from the final data of the run.
+    AtEnd,
+    /// Not observable, with the reason.
+    Absent(String),
+}
+
+/// Number of samples in a window.
+#[derive(Clone, Debug)]
+pub(super) struct SampleCount {
+    pub window: Window,
+    pub samples: u64,
+}
+
+impl Monitor {
+    pub fn is_of_footsteps(&self) -> bool {
+        matches!(self.meter, MonitorKind::Footsteps(_))
+    }
+
+    /// Returns whether a fall is a part of the measured value.
+    pub fn includes_falls(&self) -> bool {
+        matches!(&self.meter, MonitorKind::Gait(meter) if meter.includes_falls())
+    }
+
+    /// Adds a completed footstep, unless the robot has fallen.
+    pub fn step(&mut self, step: &Footstep) {
+        match &mut self.meter {
+            _ if self.fell => {}
+            MonitorKind::Footsteps(meter) => meter.step(step),
+            MonitorKind::Gait(meter) if self.window.contains(step.touch_down) => meter.step(step),
+            _ => {}
+        }
+    }
+
+    /// Takes the number of samples so far over, if it is a monitor of footsteps.
+    pub fn take_samples(&mut self, counts: &[SampleCount]) {
+        if self.is_of_footsteps() {
+            let count = counts.iter().find(|count| count.window == self.window);
+            self.samples = count.map_or(0, |count| count.samples);
+        }
+    }
+}
+
+/// Returns a count for each window of the monitors of footsteps: most of them share one.
+pub(super) fn sample_counts(monitors: &[Monitor]) -> Vec<SampleCount> {
+    let mut counts: Vec<SampleCount> = Vec::new();
+    for monitor in monitors.iter().filter(|monitor| monitor.is_of_footsteps()) {
+        let window = monitor.window;
+        if counts.iter().all(|count| count.window != window) {
+            counts.push(SampleCount { window, samples: 0 });
+        }
+    }
+    counts
+}

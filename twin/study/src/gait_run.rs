@@ -1,0 +1,70 @@
+//! Footsteps of a run of a gait, as studies of gaits receive them.
+
+use serde::{Deserialize, Serialize};
+
+/// Contact of a foot with the ground.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FootContact {
+    /// Index of the leg in [`GaitRun::legs`].
+    pub leg: usize,
+    /// Time of touch-down \[s\].
+    pub touch_down_s: f64,
+    /// Time of lift-off; none if the run ended before \[s\].
+    pub lift_off_s: Option<f64>,
+    /// Position of the foot at touch-down, world frame \[m\].
+    pub position_m: [f64; 3],
+    /// Integral of the load \[N·s\].
+    pub impulse_n_s: f64,
+    /// Distance that the foot slipped \[m\].
+    pub slip_m: f64,
+}
+
+/// Footsteps of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GaitRun {
+    /// Names of the legs.
+    pub legs: Vec<String>,
+    /// Footsteps in order of touch-down; contacts with a short gap between them are one footstep.
+    pub footsteps: Vec<FootContact>,
+    /// Contacts in order of touch-down, each bounce by itself.
+    pub contacts: Vec<FootContact>,
+    /// Position of the trunk over time: time \[s\], x and y \[m\].
+    pub trunk: Vec<[f64; 3]>,
+    /// Time of a fall \[s\].
+    pub fell_at_s: Option<f64>,
+    /// Time at which the run ended \[s\].
+    pub end_s: f64,
+}
+
+impl GaitRun {
+    /// Returns the footsteps of a leg before a fall.
+    pub(crate) fn footsteps_of(&self, leg: usize) -> Vec<FootContact> {
+        self.of(&self.footsteps, leg)
+    }
+
+    /// Returns the contacts of a leg before a fall.
+    pub(crate) fn contacts_of(&self, leg: usize) -> Vec<FootContact> {
+        self.of(&self.contacts, leg)
+    }
+
+    fn of(&self, contacts: &[FootContact], leg: usize) -> Vec<FootContact> {
+        let end_s = self.fell_at_s.unwrap_or(f64::INFINITY);
+        let of_leg = contacts.iter().filter(|contact| contact.leg == leg);
+        let mut found: Vec<FootContact> = of_leg
+            .filter(|contact| contact.touch_down_s < end_s)
+            .copied()
+            .collect();
+        found.sort_by(|a, b| a.touch_down_s.total_cmp(&b.touch_down_s));
+        found
+    }
+}
+
+/// Returns the median; none without values.
+pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let middle = values.get(values.len() / 2).copied()?;
+    if values.len() % 2 == 1 {
+        return Some(middle);
+    }
+    Some(f64::midpoint(values[values.len() / 2 - 1], middle))
+}

@@ -1,0 +1,123 @@
+//! Study of gait transitions: gaits classified over time from footfalls while a variable of the
+//! controller changes in steps (thesis, section 3.3.2.3, figure 3.7).
+
+mod classify;
+mod events;
+mod results;
+
+pub use classify::{GaitCycle, GaitPattern, MIXED, STANDING};
+pub use events::{Hysteresis, Transition, Way};
+pub use results::{TransitionResult, TransitionStudy};
+
+use twinrig_kernel::{SimTime, Unit};
+
+use crate::error::StudyError;
+use crate::gait_run::GaitRun;
+use crate::parallel::{Ran, run_all};
+use crate::progress::ProgressObserver;
+
+/// A run of the scenario: a plant, and plateaus of one length.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransitionCase {
+    /// Plant.
+    pub plant: String,
+    /// Usual time between two changes of the variable \[s\].
+    pub plateau_s: f64,
+    /// Values of the variable, each with the time from which it applies \[s\].
+    pub values: Vec<[f64; 2]>,
+    /// End of the run.
+    pub end: SimTime,
+}
+
+/// What is studied.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransitionInput {
+    /// Name of the scenario.
+    pub name: String,
+    /// Path of the scenario file.
+    pub file: String,
+    /// Name of the changing variable.
+    pub variable: String,
+    /// Its unit.
+    pub unit: Unit,
+    /// Patterns of the gaits; a cycle belongs to the nearest one.
+    pub patterns: Vec<GaitPattern>,
+    /// Runs.
+    pub cases: Vec<TransitionCase>,
+    /// Parts that are left out, each with the reason.
+    pub left_out: Vec<String>,
+}
+
+/// Runs the cases of a study of transitions, each on the calling thread.
+pub trait TransitionRunner: Sync {
+    /// Returns what is studied.
+    fn input(&self) -> &TransitionInput;
+
+    /// Runs a case.
+    ///
+    /// # Errors
+    /// The reason of a run that cannot be built, or fails.
+    fn run(&self, case: usize) -> Result<GaitRun, String>;
+}
+
+/// Parameters of a study of transitions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TransitionPlan {
+    /// Greatest deviation of a leg from a pattern, as a share of the cycle. The patterns of walk
+    /// and trot are an eighth of a cycle apart, those of bound and gallop a twentieth.
+    pub tolerance: f64,
+    /// Cycles in a row after which a gait is established.
+    pub lasting: usize,
+}
+
+impl Default for TransitionPlan {
+    fn default() -> Self {
+        Self {
+            tolerance: 0.1,
+            lasting: 3,
+        }
+    }
+}
+
+/// Classifies the gait over time in every case, and dates its transitions.
+///
+/// # Errors
+/// [`StudyError`] if every run fails, or `progress` stopped the study.
+pub fn transition(
+    runner: &dyn TransitionRunner,
+    plan: &TransitionPlan,
+    progress: &mut dyn ProgressObserver,
+) -> Result<TransitionStudy, StudyError> {
+    let input = runner.input();
+    let count = input.cases.len();
+    let run = |index: usize| runner.run(index);
+    let runs: Vec<Ran<GaitRun>> = run_all(count, &run, &mut |done, left_s| {
+        progress.at(done, count, &format!("{left_s:.0} s left"))
+    })?;
+    if let Some(Err(why)) = runs.first()
+        && runs.iter().all(Result::is_err)
+    {
+        return Err(StudyError::Run(why.clone()));
+    }
+    let cases = input.cases.iter().zip(runs);
+    let results = cases.map(|(case, run)| TransitionResult::new(case, run, input, plan));
+    Ok(TransitionStudy {
+        cases: results.collect(),
+        input: input.clone(),
+        plan: *plan,
+    })
+}
+
+/// Classifies the cycles of a run.
+pub(crate) fn classified(
+    run: &GaitRun,
+    case: &TransitionCase,
+    input: &TransitionInput,
+    plan: &TransitionPlan,
+) -> Vec<GaitCycle> {
+    let mut cycles = classify::cycles(run, &input.patterns, plan.tolerance);
+    for cycle in &mut cycles {
+        cycle.value = events::value_at(&case.values, cycle.begin_s);
+    }
+    cycles
+}

@@ -1,0 +1,265 @@
+//! Results of a study of gait transitions.
+
+use serde::Serialize;
+use serde_json::{Value, json};
+use twinrig_kernel::Unit;
+
+use super::events::{hysteresis, transitions};
+use super::{
+    GaitCycle, Hysteresis, MIXED, Transition, TransitionCase, TransitionInput, TransitionPlan,
+    classified,
+};
+use crate::gait_run::GaitRun;
+use crate::machine::Machine;
+use crate::number::plain;
+
+/// Interval over which speed and slip are given \[s\].
+const BIN_S: f64 = 1.0;
+
+/// Results of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransitionResult {
+    /// Plant and plateaus.
+    pub case: TransitionCase,
+    /// The run; empty if it failed.
+    pub run: GaitRun,
+    /// Cycles of the first leg and times of standing, in order.
+    pub cycles: Vec<GaitCycle>,
+    /// Transitions between gaits.
+    pub transitions: Vec<Transition>,
+    /// Values at which pairs of gaits change.
+    pub hysteresis: Vec<Hysteresis>,
+    /// Speed of the trunk over each second: middle of the interval \[s\], \[m/s\].
+    pub speeds: Vec<[f64; 2]>,
+    /// Distance that the feet slipped in footsteps of each second: its middle \[s\], \[m\].
+    pub slips: Vec<[f64; 2]>,
+    /// Reason of a run without results.
+    pub why: Option<String>,
+}
+
+impl TransitionResult {
+    pub(crate) fn new(
+        case: &TransitionCase,
+        run: Result<GaitRun, String>,
+        input: &TransitionInput,
+        plan: &TransitionPlan,
+    ) -> Self {
+        let (run, why) = match run {
+            Ok(run) => (run, None),
+            Err(why) => (GaitRun::default(), Some(why)),
+        };
+        let cycles = if why.is_none() {
+            classified(&run, case, input, plan)
+        } else {
+            Vec::new()
+        };
+        let transitions = transitions(&cycles, plan.lasting, &case.values);
+        Self {
+            case: case.clone(),
+            hysteresis: hysteresis(&transitions),
+            transitions,
+            speeds: speeds(&run),
+            slips: slips(&run),
+            cycles,
+            run,
+            why,
+        }
+    }
+
+    /// Returns the classes with the time in each \[s\], the longest first.
+    pub fn shares(&self) -> Vec<(&str, f64)> {
+        let mut shares: Vec<(&str, f64)> = Vec::new();
+        for cycle in &self.cycles {
+            let lasted = cycle.end_s - cycle.begin_s;
+            match shares.iter_mut().find(|(class, _)| *class == cycle.class) {
+                Some((_, sum)) => *sum += lasted,
+                None => shares.push((&cycle.class, lasted)),
+            }
+        }
+        shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+        shares
+    }
+
+    /// Returns the second with the longest slip: its middle \[s\], \[m\].
+    pub fn worst_slip(&self) -> Option<[f64; 2]> {
+        let slips = self.slips.iter();
+        slips.max_by(|a, b| a[1].total_cmp(&b[1])).copied()
+    }
+}
+
+fn speeds(run: &GaitRun) -> Vec<[f64; 2]> {
+    let mut found = Vec::new();
+    let mut from: Option<[f64; 3]> = None;
+    for &[at_s, x, y] in &run.trunk {
+        let Some([from_s, from_x, from_y]) = from else {
+            from = Some([at_s, x, y]);
+            continue;
+        };
+        let elapsed = at_s - from_s;
+        if elapsed >= BIN_S - 1e-9 {
+            let [dx, dy] = [x - from_x, y - from_y];
+            let speed = (dx * dx + dy * dy).sqrt() / elapsed;
+            found.push([f64::midpoint(at_s, from_s), speed]);
+            from = Some([at_s, x, y]);
+        }
+    }
+    found
+}
+
+fn slips(run: &GaitRun) -> Vec<[f64; 2]> {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a number of seconds; a cast saturates"
+    )]
+    let bin = |at_s: f64| (at_s / BIN_S) as usize;
+    let end_s = run.fell_at_s.unwrap_or(run.end_s);
+    let count = bin(end_s) + usize::from(end_s > 0.0);
+    let middle = |bin: usize| (bin as f64 + 0.5) * BIN_S;
+    let mut found: Vec<[f64; 2]> = (0..count).map(|bin| [middle(bin), 0.0]).collect();
+    for step in run.footsteps.iter().filter(|it| it.touch_down_s < end_s) {
+        if let Some([_, slip]) = found.get_mut(bin(step.touch_down_s)) {
+            *slip += step.slip_m;
+        }
+    }
+    found
+}
+
+/// Results of a study of transitions, without the machine it ran on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransitionStudy {
+    /// What was studied.
+    pub input: TransitionInput,
+    /// Its parameters.
+    pub plan: TransitionPlan,
+    /// Results of each run.
+    pub cases: Vec<TransitionResult>,
+}
+
+/// Row of the CSV file.
+#[derive(Serialize)]
+struct CsvRow<'a> {
+    plant: &'a str,
+    plateau_s: f64,
+    begin_s: f64,
+    end_s: f64,
+    class: &'a str,
+    deviation: Option<f64>,
+    phases: &'a [f64],
+    value: f64,
+    slip_m: f64,
+}
+
+impl TransitionStudy {
+    /// Returns a value of the variable with its unit.
+    pub fn value_text(&self, value: f64) -> String {
+        match self.input.unit {
+            Unit::One => plain(value),
+            unit => format!("{} {}", plain(value), unit.symbol()),
+        }
+    }
+
+    /// Returns the name of a run: plant, and plateau if there are several.
+    pub fn label(&self, result: &TransitionResult) -> String {
+        let first = self.cases.first().map(|it| it.case.plateau_s);
+        let several = self.cases.iter().any(|it| Some(it.case.plateau_s) != first);
+        if several {
+            format!(
+                "{}, plateaus of {} s",
+                result.case.plant,
+                plain(result.case.plateau_s)
+            )
+        } else {
+            result.case.plant.clone()
+        }
+    }
+
+    /// Returns a summary that agrees with the tables.
+    pub fn headline(&self) -> String {
+        let sentences = self.cases.iter().map(|result| {
+            let label = self.label(result);
+            if let Some(why) = &result.why {
+                return format!("{label}: {why}.");
+            }
+            let mut parts: Vec<String> = result
+                .transitions
+                .iter()
+                .map(|it| self.phrase(it))
+                .collect();
+            if parts.is_empty() {
+                let first = result.shares().first().map(|(class, _)| *class);
+                parts.push(format!("no transition, mostly {}", first.unwrap_or(MIXED)));
+            }
+            if let Some(at_s) = result.run.fell_at_s {
+                parts.push(format!("falls at {at_s:.1} s"));
+            }
+            format!("{label}: {}.", parts.join("; "))
+        });
+        sentences.collect::<Vec<_>>().join(" ")
+    }
+
+    fn phrase(&self, transition: &Transition) -> String {
+        let Transition { from, to, .. } = transition;
+        let until = transition.established_s;
+        let until = until.map_or(String::new(), |until| format!(" to {until:.1}"));
+        let value = self.value_text(transition.value);
+        format!(
+            "{from} → {to} at {:.1}{until} s ({value})",
+            transition.begin_s
+        )
+    }
+
+    /// Returns the study as JSON, with the machine it ran on and the command that repeats it.
+    pub fn json(&self, machine: &Machine, command: &str) -> Value {
+        let cases = self.cases.iter().map(|result| {
+            let shares = result.shares().into_iter();
+            let shares = shares.map(|(class, seconds)| (class.to_owned(), json!(seconds)));
+            json!({
+                "plant": result.case.plant,
+                "plateau_s": result.case.plateau_s,
+                "values": result.case.values,
+                "fell_at_s": result.run.fell_at_s,
+                "end_s": result.run.end_s,
+                "transitions": result.transitions,
+                "hysteresis": result.hysteresis,
+                "seconds": Value::Object(shares.collect()),
+                "speeds": result.speeds,
+                "slips": result.slips,
+                "why": result.why,
+            })
+        });
+        json!({
+            "study": "transition",
+            "scenario": self.input.name,
+            "file": self.input.file,
+            "machine": machine,
+            "command": command,
+            "variable": self.input.variable,
+            "unit": self.input.unit.symbol(),
+            "tolerance": self.plan.tolerance,
+            "lasting": self.plan.lasting,
+            "patterns": self.input.patterns,
+            "headline": self.headline(),
+            "cases": cases.collect::<Vec<_>>(),
+            "left_out": self.input.left_out,
+        })
+    }
+
+    /// Returns the cycles of all runs as comma-separated values.
+    pub fn csv(&self) -> String {
+        let rows = self.cases.iter().flat_map(|result| {
+            result.cycles.iter().map(|cycle| CsvRow {
+                plant: &result.case.plant,
+                plateau_s: result.case.plateau_s,
+                begin_s: cycle.begin_s,
+                end_s: cycle.end_s,
+                class: &cycle.class,
+                deviation: cycle.deviation,
+                phases: &cycle.phases,
+                value: cycle.value,
+                slip_m: cycle.slip_m,
+            })
+        });
+        crate::csv::table(&rows.collect::<Vec<_>>(), "", &[])
+    }
+}

@@ -1,0 +1,266 @@
+//! Classification of synthetic footfalls with known gaits.
+
+use proptest::prelude::*;
+use twinrig_kernel::{SimDuration, SimTime, Stream, Unit, stream};
+use twinrig_study::{
+    FootContact, GaitPattern, GaitRun, MIXED, STANDING, TransitionCase, TransitionInput,
+    TransitionPlan, TransitionResult, TransitionRunner, TransitionStudy, Way, transition,
+};
+
+use crate::pages::{elements, machine};
+
+/// Gaits with the phases of left fore, right fore, left hind and right hind leg.
+const GAITS: [(&str, [f64; 4]); 8] = [
+    ("trot", [0.0, 0.5, 0.5, 0.0]),
+    ("pace", [0.0, 0.5, 0.0, 0.5]),
+    ("walk", [0.0, 0.5, 0.75, 0.25]),
+    ("diagonal walk", [0.0, 0.5, 0.25, 0.75]),
+    ("bound", [0.0, 0.0, 0.5, 0.5]),
+    ("diagonal gallop", [0.0, 0.1, 0.5, 0.6]),
+    ("rotary gallop", [0.0, 0.1, 0.6, 0.5]),
+    ("pronk", [0.0, 0.0, 0.0, 0.0]),
+];
+
+fn phases(gait: &str) -> [f64; 4] {
+    GAITS.iter().find(|(name, _)| *name == gait).unwrap().1
+}
+
+/// Part of a run with one gait; without one the robot stands.
+#[derive(Clone, Copy)]
+struct Part {
+    gait: Option<&'static str>,
+    seconds: f64,
+    period_s: f64,
+}
+
+fn part(gait: &'static str, seconds: f64, period_s: f64) -> Part {
+    Part {
+        gait: Some(gait),
+        seconds,
+        period_s,
+    }
+}
+
+/// Footfalls of parts one after another, from `begin_s` on; each touch-down is up to `jitter` of
+/// the cycle early or late.
+fn footfalls(parts: &[Part], begin_s: f64, jitter: f64, random: &mut Stream) -> GaitRun {
+    let mut run = GaitRun {
+        legs: ["LF", "RF", "LH", "RH"].map(str::to_owned).into(),
+        ..GaitRun::default()
+    };
+    let mut from_s = begin_s;
+    for part in parts {
+        let cycles = (0_u32..).map(|cycle| f64::from(cycle) * part.period_s);
+        let cycles = cycles.take_while(|begin| begin + part.period_s <= part.seconds + 1e-9);
+        let moves = part.gait.map(phases);
+        for (begin, shares) in cycles.filter_map(|begin| moves.map(|shares| (begin, shares))) {
+            for (leg, share) in shares.into_iter().enumerate() {
+                let share = share + jitter * (2.0 * random.unit() - 1.0);
+                let touch_down_s = from_s + begin + share * part.period_s;
+                run.footsteps.push(FootContact {
+                    leg,
+                    touch_down_s,
+                    lift_off_s: Some(touch_down_s + 0.4 * part.period_s),
+                    position_m: [touch_down_s, 0.0, 0.0],
+                    impulse_n_s: 1.0,
+                    slip_m: 0.001,
+                });
+            }
+        }
+        from_s += part.seconds;
+    }
+    run.footsteps
+        .sort_by(|a, b| a.touch_down_s.total_cmp(&b.touch_down_s));
+    run.end_s = from_s;
+    run.trunk = (0..100)
+        .map(|n| f64::from(n) * 0.1)
+        .map(|at| [at, 2.0 * at, 0.0])
+        .collect();
+    run
+}
+
+struct Recorded {
+    input: TransitionInput,
+    runs: Vec<Result<GaitRun, String>>,
+}
+
+impl Recorded {
+    fn new(run: GaitRun, values: &[[f64; 2]]) -> Self {
+        let patterns = GAITS.iter().map(|(name, phases)| GaitPattern {
+            name: (*name).to_owned(),
+            phases: phases.to_vec(),
+        });
+        let case = TransitionCase {
+            plant: "a <plant>".to_owned(),
+            plateau_s: 10.0,
+            values: values.to_vec(),
+            end: SimTime::ZERO + SimDuration::from_secs(60),
+        };
+        Self {
+            input: TransitionInput {
+                name: "a <staircase>".to_owned(),
+                file: "stairs.toml".to_owned(),
+                variable: "excitation".to_owned(),
+                unit: Unit::RadianPerSecond,
+                patterns: patterns.collect(),
+                cases: vec![case],
+                left_out: Vec::new(),
+            },
+            runs: vec![Ok(run)],
+        }
+    }
+
+    fn study(&self) -> TransitionStudy {
+        transition(self, &TransitionPlan::default(), &mut ()).unwrap()
+    }
+}
+
+impl TransitionRunner for Recorded {
+    fn input(&self) -> &TransitionInput {
+        &self.input
+    }
+
+    fn run(&self, case: usize) -> Result<GaitRun, String> {
+        self.runs[case].clone()
+    }
+}
+
+fn result(run: GaitRun) -> TransitionResult {
+    Recorded::new(run, &[[0.0, 1.0]]).study().cases.remove(0)
+}
+
+fn classes(result: &TransitionResult) -> Vec<&str> {
+    result.cycles.iter().map(|cycle| &*cycle.class).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// A gait is recognised under jitter, whenever it begins and whatever its period is. The
+    /// nearest patterns are a twentieth of a cycle apart, so that half of it may be jitter.
+    #[test]
+    fn every_gait_is_recognised_at_any_origin_and_period(
+        gait in 0..GAITS.len(),
+        begin_s in 0.0..5.0_f64,
+        period_s in 0.1..2.0_f64,
+        seed in any::<u64>(),
+    ) {
+        let gait = GAITS[gait].0;
+        let parts = [part(gait, 12.0 * period_s, period_s)];
+        let random = || stream(seed, "footfalls");
+        let here = result(footfalls(&parts, begin_s, 0.02, &mut random()));
+        let found: Vec<&str> = classes(&here).into_iter().filter(|it| *it != STANDING).collect();
+        prop_assert_eq!(found.len(), 11);
+        prop_assert!(found.iter().all(|class| *class == gait), "{:?}", found);
+        // The phases themselves depend on neither.
+        let parts = [part(gait, 12.0, 1.0)];
+        let there = result(footfalls(&parts, 0.0, 0.02, &mut random()));
+        let moving = |of: &TransitionResult| -> Vec<Vec<f64>> {
+            let moving = of.cycles.iter().filter(|cycle| cycle.class != STANDING);
+            moving.map(|cycle| cycle.phases.clone()).collect()
+        };
+        for (a, b) in moving(&here).iter().flatten().zip(moving(&there).iter().flatten()) {
+            let apart = (a - b).abs();
+            prop_assert!(apart.min(1.0 - apart) < 1e-9, "{} {}", a, b);
+        }
+    }
+}
+
+#[test]
+fn mixed_steps_and_times_without_steps_are_no_gait() {
+    let mut random = stream(1, "footfalls");
+    // A leg that lags by an eighth of a cycle more than the tolerance allows.
+    let mut run = footfalls(&[part("trot", 6.0, 0.5)], 0.0, 0.0, &mut random);
+    for step in run.footsteps.iter_mut().filter(|step| step.leg == 3) {
+        step.touch_down_s += 0.25 * 0.5;
+    }
+    let lagging = result(run.clone());
+    assert!(classes(&lagging).iter().all(|class| *class == MIXED));
+    assert_eq!(lagging.cycles[3].deviation, Some(0.125));
+    // A leg that steps twice as often, one that does not step.
+    for step in run.footsteps.clone().iter().filter(|step| step.leg == 3) {
+        let touch_down_s = step.touch_down_s + 0.25;
+        run.footsteps.push(FootContact {
+            touch_down_s,
+            ..*step
+        });
+    }
+    let twice = result(run.clone());
+    assert!(twice.cycles.iter().all(|cycle| cycle.deviation.is_none()));
+    run.footsteps.retain(|step| step.leg != 3);
+    assert!(classes(&result(run)).iter().all(|class| *class == MIXED));
+    let stands = Part {
+        gait: None,
+        ..part("trot", 4.0, 0.5)
+    };
+    let parts = [part("trot", 3.0, 0.5), stands, part("pace", 3.0, 0.5)];
+    let found = result(footfalls(&parts, 0.0, 0.0, &mut random));
+    let mut seen = classes(&found);
+    seen.dedup();
+    assert_eq!(seen, ["trot", STANDING, "pace"]);
+}
+
+#[test]
+fn transitions_are_dated_with_the_value_on_each_way() {
+    // Walk, two cycles of pace that do not last, trot; back to walk at a lower value.
+    let parts = [
+        part("walk", 10.0, 0.5),
+        part("pace", 1.0, 0.5),
+        part("trot", 19.0, 0.5),
+        part("walk", 10.0, 0.5),
+    ];
+    let run = footfalls(&parts, 0.0, 0.0, &mut stream(1, "footfalls"));
+    let values = [[0.0, 1.0], [10.0, 2.0], [20.0, 1.5], [29.0, 0.5]];
+    let study = Recorded::new(run, &values).study();
+    let result = &study.cases[0];
+    let [up, down] = &result.transitions[..] else {
+        panic!("{:?}", result.transitions);
+    };
+    assert_eq!((&*up.from, &*up.to, up.way), ("walk", "trot", Way::Up));
+    assert_eq!(
+        (&*down.from, &*down.to, down.way),
+        ("trot", "walk", Way::Down)
+    );
+    // Cycles across a change of gait belong to neither.
+    assert!((up.begin_s - 9.5).abs() <= 0.5 && (down.begin_s - 29.5).abs() <= 0.5);
+    assert_eq!(up.established_s, Some(11.0));
+    // A millimetre a footstep: four in the cycle across the change, eight in those of pace.
+    assert!((up.slip_m - 0.010).abs() <= 0.003, "{}", up.slip_m);
+    let [pair] = &result.hysteresis[..] else {
+        panic!("{:?}", result.hysteresis);
+    };
+    assert_eq!((&pair.up[..], &pair.down[..]), (&[2.0][..], &[0.5][..]));
+    assert!(
+        result
+            .speeds
+            .iter()
+            .all(|[_, speed]| (speed - 2.0).abs() < 1e-9)
+    );
+    let headline = study.headline();
+    assert!(
+        headline.contains("walk → trot at 10.0 to 11.0 s (2 rad/s)"),
+        "{headline}"
+    );
+}
+
+#[test]
+fn page_and_data_have_every_run_and_cycle() {
+    let parts = [part("walk", 10.0, 0.5), part("trot", 10.0, 0.5)];
+    let run = footfalls(&parts, 0.0, 0.0, &mut stream(1, "footfalls"));
+    let mut recorded = Recorded::new(run, &[[0.0, 1.0], [10.0, 2.0]]);
+    recorded.input.cases.push(recorded.input.cases[0].clone());
+    recorded.runs.push(Err("it was refused".to_owned()));
+    let study = recorded.study();
+    let page = study.html(&machine(), "twin study <transition>");
+    let elements = elements(&page);
+    // The whole run, and the transition.
+    assert_eq!(elements.iter().filter(|it| *it == "figure").count(), 2);
+    assert!(page.contains("it was refused"));
+    assert_eq!(study.csv().lines().count(), 1 + study.cases[0].cycles.len());
+    let json = study.json(&machine(), "twin study transition");
+    assert_eq!(json["cases"][0]["transitions"][0]["to"], "trot");
+    assert_eq!(json["cases"][1]["why"], "it was refused");
+    recorded.runs[0] = Err("this, too".to_owned());
+    let error = transition(&recorded, &TransitionPlan::default(), &mut ()).unwrap_err();
+    assert_eq!(error.to_string(), "this, too");
+}
