@@ -71,46 +71,66 @@ fn readme_lists_all_commands() {
     assert_eq!(table, expected);
 }
 
-fn campaigns() -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/campaigns.md");
+/// Returns a page of `docs`.
+fn page(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../docs/{name}.md"));
     std::fs::read_to_string(path).unwrap()
 }
 
 #[test]
 fn campaigns_list_the_keys_of_a_specification() {
     let table = twinrig::campaign::sweep::key_table();
-    assert!(campaigns().contains(&table), "the table is:\n{table}");
+    let page = page("campaigns");
+    assert!(page.contains(&table), "the table is:\n{table}");
 }
 
-/// The first sweep gives the lines that the page shows.
 #[test]
-fn first_sweep_has_the_shown_result() {
-    let folder = std::env::temp_dir().join(format!("twinrig-campaigns-{}", std::process::id()));
+fn optimization_lists_the_keys_of_a_search_space() {
+    let table = twinrig::campaign::optimization::space_key_table();
+    let page = page("optimization");
+    assert!(page.contains(&table), "the table is:\n{table}");
+}
+
+/// Runs a command with the trot and the first file of a page, and compares its output with the
+/// lines that the page shows, except those with the name of the file and those that begin with one
+/// of `skipped`.
+fn check_first_example(name: &str, file: &str, words: &[&str], skipped: &[&str]) {
+    let folder = std::env::temp_dir().join(format!("twinrig-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
-    let page = campaigns();
-    let spec = folder.join("friction.toml");
+    let page = page(name);
+    let spec = folder.join(file);
     std::fs::write(&spec, first_block(&page, "toml")).unwrap();
     let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/trot.toml");
     let (mut out, mut err) = (Vec::new(), Vec::new());
     let registry = Registry::standard().with_build(BuildKey::of_bytes(b"documents"));
-    let paths = [&scenario, &spec, &folder];
-    let [scenario, spec, folder] = paths.map(|path| path.to_str().unwrap());
-    let words = ["sweep", scenario, spec, "--out", folder];
+    let paths = [&scenario, &spec, &folder].map(|path| path.to_str().unwrap());
+    let [scenario, spec, folder] = paths;
+    let words = [words, &[spec, "--out", folder]].concat();
+    let words = [&[words[0], scenario], &words[1..]].concat();
     let code = twinrig::run_with(&registry, words, &mut out, &mut err);
     std::fs::remove_dir_all(folder).unwrap();
     let (out, err) = [out, err]
         .map(|text| String::from_utf8(text).unwrap())
         .into();
     assert_eq!((code, err.as_str()), (0, ""), "{out}");
-    // Except for times and paths.
     let shown = first_block(&page, "console").lines();
-    let shown = shown.filter(|line| !line.contains("friction.toml"));
-    let shown = shown.filter(|line| {
-        !["  time", "  report", "    twin run", "…"]
-            .iter()
-            .any(|start| line.starts_with(start))
-    });
+    let shown = shown.filter(|line| !line.contains(file));
+    let shown = shown.filter(|line| !skipped.iter().any(|start| line.starts_with(start)));
     for line in shown {
         assert!(out.lines().any(|found| found == line), "{line}\n{out}");
     }
+}
+
+/// The first sweep gives the lines that the page shows, except for times and paths.
+#[test]
+fn first_sweep_has_the_shown_result() {
+    let skipped = ["  time", "  report", "    twin run", "…"];
+    check_first_example("campaigns", "friction.toml", &["sweep"], &skipped);
+}
+
+#[test]
+fn first_optimization_has_the_shown_result() {
+    let skipped = ["  time", "  scenario", "  report", "$ twin run"];
+    let words = ["optimize", "--space"];
+    check_first_example("optimization", "faster.toml", &words, &skipped);
 }

@@ -1,7 +1,7 @@
 //! Cost of one step of the controller for four legs.
 
 use divan::Bencher;
-use twinrig_gait::{Cpg, Gait, Oscillators};
+use twinrig_gait::{Cpg, Gait, Oscillators, Tegotae};
 use twinrig_kernel::SimDuration;
 use twinrig_robot::Robot;
 use twinrig_runtime::Process;
@@ -21,6 +21,21 @@ fn step_of_four_legs(bencher: Bencher) {
         cpg.step(
             SimDuration::from_millis(2),
             &[],
+            divan::black_box(&mut outputs),
+        );
+    });
+}
+
+/// Two legs of four are loaded, as in a trot.
+#[divan::bench]
+fn tegotae_of_four_legs(bencher: Bencher) {
+    let mut tegotae =
+        Tegotae::new(&Robot::example(), &LEGS, Gait::Trot, 1).expect("the example robot is valid");
+    let mut outputs = [0.0; 8];
+    bencher.bench_local(|| {
+        tegotae.step(
+            SimDuration::from_millis(2),
+            divan::black_box(&[5.0, 0.0, 0.0, 5.0]),
             divan::black_box(&mut outputs),
         );
     });

@@ -79,8 +79,8 @@ impl Gait {
         }
     }
 
-    /// Phase of the leg at `corner` relative to the common phase, in `[−π, π]` \[rad\]. A leg with a
-    /// greater phase touches down earlier.
+    /// Phase of the leg at `corner` relative to the common phase, in `[−π, π]` \[rad\]. A leg with
+    /// a greater phase touches down earlier.
     ///
     /// | gait | left fore | right fore | left hind | right hind |
     /// |---|---|---|---|---|

@@ -28,8 +28,9 @@ const RATE_MAX: f64 = 1000.0;
 ///
 /// θ is the phase of the locus ([`crate::FootLocus`]): swing is `[0, π)`, stance `[π, 2π)`, the
 /// thesis' `[−π, 0)`. There is no duty map: the stance share results from load and excitation. A
-/// leg with |σF| > |ω| stops at mid-stance, which for σ < 0 is unstable: such a leg stops at
-/// π/2 − 2·`x_c`. [`FixedPoint::Plain`] has `x_c` = 0.
+/// leg with |σF| > |ω| stops at mid-stance. For σ < 0 mid-stance is unstable, and such a leg stops
+/// at π/2 − 2·`x_c`; with |σF| ≤ |ω| the sign of σ has no effect. [`FixedPoint::Plain`] has
+/// `x_c` = 0.
 ///
 /// Inputs: the load \[N\] of each selected leg, by default `leg/X/foot/load`
 /// ([`Tegotae::with_load`]). A negative or infinite load, and NaN, are no load. Outputs are those

@@ -12,7 +12,8 @@ use crate::{Abduction, FootLocus, LocusShape};
 const ENDS: [&str; 2] = ["fore", "hind"];
 
 /// Keys of the variables in the order in which a controller has them. The place of a variable in
-/// the list of its controller enters the fingerprint of a run that changes it: a new key comes last.
+/// the list of its controller enters the fingerprint of a run that changes it: a new key comes
+/// last.
 const ORDER: [&str; 19] = [
     "frequency",
     "excitation",

@@ -88,4 +88,5 @@ pub use config::{
 };
 pub use driver::MotorDriver;
 pub use error::BusError;
+pub use reply::{COMMAND_LEN, REPLY_LEN};
 pub use units::{Joint, Side};

@@ -4,9 +4,9 @@
 use serde::{Deserialize, Serialize};
 
 /// Length of a command \[B\].
-pub(crate) const COMMAND_LEN: usize = 4;
+pub const COMMAND_LEN: usize = 4;
 /// Length of a reply \[B\].
-pub(crate) const REPLY_LEN: usize = 16;
+pub const REPLY_LEN: usize = 16;
 
 /// Measurements of a board \[counts\].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -7,6 +7,7 @@ mod gait_study;
 mod optimize;
 mod study;
 mod sweep;
+mod thesis;
 
 use std::path::PathBuf;
 
@@ -20,6 +21,7 @@ pub use gait_study::{ModulationOptions, TransitionOptions};
 pub use optimize::OptimizeArgs;
 pub use study::{EstimateOptions, PrecisionOptions, StudyArgs, StudyCommand, StudyOptions};
 pub use sweep::SweepArgs;
+pub use thesis::ThesisArgs;
 
 /// Co-simulates a legged robot, its controller and its I/O in virtual time and judges the run.
 #[derive(Debug, Parser)]
@@ -62,6 +64,12 @@ pub enum Command {
     Export(ExportArgs),
     /// Design piezoresistive cells of tactile sensors by the models of the thesis
     Cell(CellArgs),
+    /// Compare the printed figures of the thesis with ours
+    ///
+    /// Determines ours by scenarios, studies and closed forms. A verdict follows from both:
+    /// reproduced, refuted, or not reproducible where the thesis does not print the data. Exit code:
+    /// 0 all verdicts are those of the documentation, 1 one differs or nothing was observed.
+    Thesis(ThesisArgs),
     /// Print the JSON schema of the scenarios of this build, for editors
     ///
     /// The first line of a scenario references the schema file, relative to the folder of the
@@ -85,6 +93,7 @@ impl Command {
             Self::Sweep(args) => args.json,
             Self::Optimize(args) => args.json,
             Self::Study(args) => args.study.json(),
+            Self::Thesis(args) => args.json,
             Self::Serve(_) | Self::Export(_) | Self::Schema(_) => false,
         }
     }

@@ -230,6 +230,13 @@ pub enum TwinError {
         /// Reason.
         source: std::io::Error,
     },
+    /// Failure of the comparison with the thesis.
+    #[error("error: {source}")]
+    Thesis {
+        /// Reason.
+        #[from]
+        source: crate::thesis::error::ThesisError,
+    },
     /// Failure to write a file or folder.
     #[error("error: cannot write: {source}\n --> {}", path.display())]
     Write {

@@ -36,6 +36,7 @@ mod report;
 mod run;
 mod study;
 mod sweep;
+mod thesis;
 
 pub use twinrig_campaign as campaign;
 pub use twinrig_kernel as kernel;
@@ -63,3 +64,4 @@ pub use run::observers::{RunLayouts, RunObserver};
 pub use sweep::build_key::BuildKey;
 pub use sweep::execute::{SweepEvent, SweepOutcome, SweepProgress, SweepRequest, sweep};
 pub use sweep::job::{JobError, WorkerJob};
+pub use thesis::error::ThesisError;

@@ -43,6 +43,8 @@ pub struct StabilityPlan {
     pub tolerance: f64,
     /// Factors to vary.
     pub factors: Vec<Factor>,
+    /// Values of each of them; `None`: those of a complete study.
+    pub values: Option<Vec<f64>>,
     /// Time budget of the whole study \[s\].
     pub budget_s: f64,
 }
@@ -58,6 +60,7 @@ impl Default for StabilityPlan {
             wrong_m: 1e-3,
             tolerance: 1e-6,
             factors: Factor::ALL.into(),
+            values: None,
             budget_s: 200.0,
         }
     }
@@ -168,7 +171,8 @@ fn sweeps(factory: &dyn PlantFactory, plan: &StabilityPlan) -> (Vec<Scales>, Vec
             left_out.push(format!("{}: {why}", factor.name()));
             continue;
         }
-        for &value in factor.values() {
+        let values = plan.values.as_deref().unwrap_or(factor.values());
+        for &value in values {
             let scaled = factor.scales(value);
             if !scales.contains(&scaled) {
                 scales.push(scaled);

@@ -189,6 +189,9 @@ fn loads_that_are_none_act_as_none() {
         let (mut free, mut broken) = (tegotae(), tegotae());
         set(&mut free, "load_lag", 0.01);
         set(&mut broken, "load_lag", 0.01);
+        // The filter holds a load when they begin.
+        free.step(PERIOD, &[4.0; 4], &mut [0.0; 8]);
+        broken.step(PERIOD, &[4.0; 4], &mut [0.0; 8]);
         for n in 0..100 {
             free.step(PERIOD, &[0.0; 4], &mut [0.0; 8]);
             broken.step(PERIOD, &[load; 4], &mut [0.0; 8]);

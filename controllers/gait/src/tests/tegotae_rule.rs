@@ -109,6 +109,14 @@ proptest! {
     }
 
     #[test]
+    fn sign_of_a_compensated_feedback_below_the_excitation_has_no_effect(
+        phase in 0.0..TAU, omega in rates(), share in 0.0..1.0_f64, seconds in 0.0..0.2_f64,
+    ) {
+        let at = |force: f64| advance(Compensated, phase, omega, force, seconds);
+        prop_assert!(distance(at(share * omega), at(-share * omega)) < 1e-12);
+    }
+
+    #[test]
     fn rule_is_continuous_where_excitation_equals_feedback(
         omega in rates(), negative in any::<bool>(), phase in 0.0..TAU, seconds in 0.0..0.05_f64,
     ) {

@@ -278,7 +278,7 @@ impl OptimizationResult {
             let [ran, all] = completed.fold([0.0, 0.0], |[ran, all], run| {
                 [ran + run.simulated_s, all + duration]
             });
-            if all > 0.0 { 1.0 - ran / all } else { 0.0 }
+            if all > 0.0 { (all - ran) / all } else { 0.0 }
         });
         let mut hasher = blake3::Hasher::new();
         for point in &self.points {

@@ -17,6 +17,7 @@ mod schema;
 mod serve;
 mod study;
 mod sweep;
+mod thesis;
 
 pub use plan::plan_json;
 pub use run::recording_path;
@@ -239,6 +240,7 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::Sweep(args) => sweep::sweep(registry, &args, terminal),
         Command::Optimize(args) => optimize::optimize(registry, &args, terminal),
         Command::Cell(args) => cell::cell(&args, terminal),
+        Command::Thesis(args) => thesis::thesis(registry, &args, terminal),
         Command::Export(args) => export::export(registry, &args, terminal),
         Command::Schema(args) => schema::schema(registry, &args, terminal),
     }

@@ -79,7 +79,10 @@ impl ScenarioText<'_> {
 
     /// Returns the text with a comment at its beginning, after the line that names a schema.
     fn headed(&self, text: &str, header: &[String]) -> String {
-        let comments: Vec<String> = header.iter().map(|line| format!("# {line}")).collect();
+        // Names may have characters that a comment may not have.
+        let plain = |c: char| if c.is_control() { ' ' } else { c };
+        let line = |line: &String| line.chars().map(plain).collect::<String>();
+        let comments: Vec<String> = header.iter().map(|it| format!("# {}", line(it))).collect();
         let comment = comments.join("\n") + "\n";
         let first = text.lines().next().unwrap_or_default();
         let Some(schema) = first.strip_prefix(SCHEMA) else {

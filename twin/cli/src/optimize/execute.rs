@@ -161,6 +161,8 @@ fn space(request: &OptimizationRequest) -> Result<SearchSpace, TwinError> {
     space.particles = request.particles.or(space.particles);
     space.iterations = request.iterations.unwrap_or(space.iterations);
     space.seed = request.seed.unwrap_or(space.seed);
+    // An error before the first run.
+    space.search()?;
     Ok(space)
 }
 

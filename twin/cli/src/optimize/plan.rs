@@ -9,6 +9,7 @@ use twinrig_scenario::{BodyClaim, Claim, CostMeasure, Expectation, Scenario, Set
 
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::report::seconds;
 use crate::sweep::runs::{RunPlan, RunRequest};
 
 /// Whether a fall ends the run.
@@ -70,7 +71,7 @@ impl<'r> OptimizationPlan<'r> {
         Ok(Self {
             rule,
             unit,
-            duration_s: (!is_searched).then(|| read.duration.as_secs_f64()),
+            duration_s: (!is_searched).then(|| seconds(read.duration.as_nanos())),
             document,
             set: own.chain(settings.iter().cloned()).collect(),
             runs,

@@ -150,7 +150,7 @@ fn facts(outcome: &OptimizationOutcome) -> Grid {
     if counts.fell > 0 {
         let saved = result.saved.map_or(String::new(), |saved| {
             format!(
-                "; their ends saved {} of the simulated time",
+                "; their early ends saved {} of the simulated time",
                 percent(saved)
             )
         });
@@ -159,7 +159,8 @@ fn facts(outcome: &OptimizationOutcome) -> Grid {
     fact("generations", result.history.len().to_string());
     if *ran > 0 {
         let hourly = *ran as f64 / wall_s * 3600.0;
-        let text = format!("{ran} runs in {wall_s:.1} s on {workers}, {hourly:.0} an hour");
+        let runs = if *ran == 1 { "run" } else { "runs" };
+        let text = format!("{ran} {runs} in {wall_s:.1} s on {workers}, {hourly:.0} an hour");
         fact("time", text);
     }
     if let Some(failed) = failed(result) {
@@ -182,5 +183,5 @@ fn failed(result: &OptimizationResult) -> Option<String> {
     let failed = row.expectations.iter();
     let failed = failed.filter(|one| one.verdict == ExpectationVerdict::Fail);
     let names: Vec<&str> = failed.map(|one| one.name.as_str()).collect();
-    (!names.is_empty()).then(|| format!("at the best point: {}", names.join(", ")))
+    (!names.is_empty()).then(|| format!("at the best point: {}", names.join("; ")))
 }

@@ -14,8 +14,8 @@ pub(crate) struct OutputFilter {
 }
 
 impl OutputFilter {
-    /// Keeps the outputs of `process` for which `receives` holds, and its monitors; also returns the
-    /// names of the removed outputs.
+    /// Keeps the outputs of `process` for which `receives` holds, and its monitors; also returns
+    /// the names of the removed outputs.
     pub(crate) fn new(
         process: Box<dyn Process>,
         receives: impl Fn(&Port) -> bool,

@@ -58,8 +58,8 @@ pub(crate) struct RunTasks<'t> {
 }
 
 impl RunTasks<'_> {
-    /// Runs the points with these indices. An interrupt or an error of `observer` ends the work; the
-    /// results up to then have reached `observer`.
+    /// Runs the points with these indices. An interrupt or an error of `observer` ends the work;
+    /// the results up to then have reached `observer`.
     pub(crate) fn run(
         &self,
         points: &[usize],

@@ -374,7 +374,8 @@ fn list_names_all_parts() {
         json!("build with `--features mujoco`, after `ci/setup mujoco`")
     };
     assert_eq!((lacking("mjcf"), lacking("lcp")), (mujoco, json!(null)));
-    assert_eq!(names("controllers"), ["cpg", "stand", "script", "turn"]);
+    let controllers = ["cpg", "tegotae", "stand", "script", "turn"];
+    assert_eq!(names("controllers"), controllers);
     assert!(
         listing["robots"]
             .as_array()

@@ -24,4 +24,5 @@ mod run_observer;
 mod schema;
 mod studies;
 mod sweep;
+mod thesis;
 mod warnings;

@@ -67,8 +67,15 @@ impl Residuals {
         }
     }
 
+    /// Returns the departure from a Gaussian distribution: the greater of skewness and excess
+    /// kurtosis, each over the magnitude beyond which a distribution does not count as Gaussian.
+    pub fn departure(&self) -> f64 {
+        let skewness = self.skewness.abs() / SKEWED;
+        skewness.max(self.excess_kurtosis.abs() / PEAKED)
+    }
+
     /// Returns whether skewness and kurtosis are near those of a Gaussian distribution.
     pub fn is_gaussian(&self) -> bool {
-        self.skewness.abs() <= SKEWED && self.excess_kurtosis.abs() <= PEAKED
+        self.departure() <= 1.0
     }
 }

@@ -77,10 +77,19 @@ fn search_without_a_feasible_point_fails_and_shows_the_best_one() {
         "{}",
         done.out
     );
-    // Feet that cannot reach the ground.
-    let result = optimization.json(1, "errors", &["--set", "controller.step_length=9 m"]);
-    assert_eq!(result["counts"]["error"], 30, "{result}");
-    assert!(!std::fs::exists(optimization.folder.join("errors/best.toml")).unwrap());
+    // A plant that fails in every run.
+    let snapping = "robot = 'cheetah-cub'\nduration = '1 s'\nplant = { model = 'snapping' }\n\
+                    [[expect]]\nname = 'speed'\nbody = { speed = { min = '1 m/s' } }\n";
+    let space = "maximize = 'speed'\niterations = 1\n\
+                 dimension = [{ key = 'fall.height', from = 0.1, to = 0.2 }]";
+    let optimization = Optimization::new("errors", snapping, space);
+    let result = optimization.json(1, "out", &[]);
+    assert_eq!(
+        result["counts"]["error"], result["counts"]["evaluations"],
+        "{result}"
+    );
+    assert_eq!(result["history"][1]["best"], serde_json::Value::Null);
+    assert!(!std::fs::exists(optimization.folder.join("out/best.toml")).unwrap());
 }
 
 /// Known points are not run again: more iterations continue from the rows on disk.

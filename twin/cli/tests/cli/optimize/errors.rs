@@ -34,13 +34,13 @@ fn mistakes_are_errors_before_the_runs() {
             1,
         ),
         (
-            SPACE.replace("'frequency'", "'frequncy'"),
-            "`frequncy` is neither a key nor a process variable",
-            "did you mean `frequency`?",
+            SPACE.replace("'step_length'", "'step_lenght'"),
+            "`step_lenght` is neither a key nor a process variable",
+            "did you mean `step_length`?",
             9,
         ),
         (
-            SPACE.replace("'frequency'", "'plant.ground.frictoin'"),
+            SPACE.replace("'step_length'", "'plant.ground.frictoin'"),
             "unknown key `frictoin`",
             "did you mean `friction`?",
             9,
@@ -54,14 +54,15 @@ fn mistakes_are_errors_before_the_runs() {
         (
             SPACE
                 .replace("'hip_height/fore'", "'plant.step'")
-                .replace("cm'", "ms'"),
+                .replace("8 cm'", "8 ms'")
+                .replace("14 cm'", "14 ms'"),
             "out of range (with plant.step = ",
             "",
             5,
         ),
         (
-            constrained("set = { controller.frequency = '2 Hz' }"),
-            "`frequency` is set for all runs, by `set`",
+            constrained("set = { controller.step_length = '5 cm' }"),
+            "`step_length` is set for all runs, by `set`",
             "leave out the dimension or the setting",
             10,
         ),

@@ -44,7 +44,7 @@ before = "700 ms"
 /// Two dimensions; many of their points fall.
 const SPACE: &str = "maximize = 'speed'\nparticles = 6\niterations = 4\n\
                      [[dimension]]\nkey = 'hip_height/fore'\nfrom = '8 cm'\nto = '14 cm'\n\
-                     [[dimension]]\nkey = 'frequency'\nfrom = '1 Hz'\nto = '6 Hz'\n\
+                     [[dimension]]\nkey = 'step_length'\nfrom = '4 cm'\nto = '2 m'\n\
                      scale = 'logarithmic'\n";
 
 /// The registry of the tests under a build key of its own, as the test program is large.

@@ -117,6 +117,6 @@ fn damaged_row_is_run_again() {
     .unwrap();
     let done = optimization.run("out", &[]);
     assert!(done.err.contains("1 damaged line in"), "{}", done.err);
-    assert!(done.out.contains("1 runs in"), "{}", done.out);
+    assert!(done.out.contains("1 run in"), "{}", done.out);
     assert_eq!(optimization.files("out"), files);
 }

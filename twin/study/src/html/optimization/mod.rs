@@ -1,8 +1,11 @@
 //! Page of an optimisation: convergence, the best point, and the values of each dimension. It
 //! contains neither times nor the machine, so that equal optimisations have equal pages.
 
+#[cfg(test)]
+mod tests;
+
 use twinrig_campaign::optimization::{
-    EvaluatedPoint, OptimizationResult, OptimizedDimension, RunClass,
+    EvaluatedPoint, Generation, OptimizationResult, OptimizedDimension, RunClass,
 };
 use twinrig_campaign::sweep::percent;
 use twinrig_kernel::Unit;
@@ -118,9 +121,8 @@ fn convergence(result: &OptimizationResult) -> String {
     let history = result.history.iter();
     let line = |value: &dyn Fn(usize) -> Option<f64>| -> Vec<[f64; 2]> {
         let points = history.clone().enumerate();
-        let point = |(index, it): (usize, &twinrig_campaign::optimization::Generation)| {
-            Some([it.evaluations as f64, value(index)?])
-        };
+        let point =
+            |(index, it): (usize, &Generation)| Some([it.evaluations as f64, value(index)?]);
         points.filter_map(point).collect()
     };
     let plot = |title: &str, y_label: String, series| LinePlot {

@@ -1,0 +1,276 @@
+//! Runs and studies from which items are measured.
+
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use twinrig_document::Document;
+use twinrig_scenario::{Outcome, Setting};
+use twinrig_study::{
+    EstimatePlan, EstimateStudy, Factor, PlantFactory, PlantOffer, SearchSize, StabilityPlan,
+    Study, StudyInput, Variant, estimate, stability,
+};
+
+use crate::assembly::Assembly;
+use crate::assembly::registry::Registry;
+use crate::error::TwinError;
+use crate::report::{Report, Status};
+use crate::run::execute::{Execution, execute};
+use crate::study::builder::StudyBuilder;
+use crate::study::load_recorder::BenchRecorder;
+use crate::thesis::error::ThesisError;
+use crate::thesis::progress::ItemProgress;
+use crate::thesis::verdict::Measurement;
+
+/// Budget of studies: none, as a truncated study depends on the machine \[s\].
+const NO_BUDGET: f64 = 1e9;
+
+/// Registry, scenarios and settings of the measurements, and studies that several items share.
+pub(crate) struct Context<'r> {
+    registry: &'r Registry,
+    /// Folder of the scenarios.
+    scenarios: PathBuf,
+    /// Settings of all scenarios.
+    settings: Vec<Setting>,
+    progress: RefCell<ItemProgress<'r>>,
+    stability: RefCell<Option<Rc<Study>>>,
+    identification: RefCell<Option<Rc<EstimateStudy>>>,
+}
+
+impl<'r> Context<'r> {
+    pub(crate) fn new(
+        registry: &'r Registry,
+        scenarios: &Path,
+        settings: Vec<Setting>,
+        progress: ItemProgress<'r>,
+    ) -> Self {
+        Self {
+            registry,
+            scenarios: scenarios.to_owned(),
+            settings,
+            progress: RefCell::new(progress),
+            stability: RefCell::default(),
+            identification: RefCell::default(),
+        }
+    }
+
+    /// Shows that the item with this index begins.
+    pub(crate) fn begin(&self, index: usize) {
+        self.progress.borrow_mut().begin(index);
+    }
+
+    pub(crate) fn registry(&self) -> &'r Registry {
+        self.registry
+    }
+
+    pub(crate) fn settings(&self) -> &[Setting] {
+        &self.settings
+    }
+
+    /// Returns the path of a scenario or specification.
+    ///
+    /// # Errors
+    /// [`ThesisError::NoScenario`] if there is no such file.
+    pub(crate) fn path(&self, file: &str) -> Result<PathBuf, TwinError> {
+        let path = self.scenarios.join(file);
+        if path.is_file() {
+            Ok(path)
+        } else {
+            Err(ThesisError::NoScenario { path }.into())
+        }
+    }
+
+    /// Reads a scenario.
+    ///
+    /// # Errors
+    /// As [`Assembly::of_file`].
+    pub(crate) fn assembly(&self, file: &str) -> Result<Assembly<'r>, TwinError> {
+        self.assembly_with(file, &[], "")
+    }
+
+    /// Runs a scenario.
+    ///
+    /// # Errors
+    /// Errors of the scenario, and of a run that does not complete.
+    pub(crate) fn run(&self, file: &str) -> Result<RunReport, TwinError> {
+        self.run_with(file, &[], "")
+    }
+
+    /// Runs a scenario with settings, each a key and a value, and further expectations in TOML.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub(crate) fn run_with(
+        &self,
+        file: &str,
+        settings: &[(&str, &str)],
+        expectations: &str,
+    ) -> Result<RunReport, TwinError> {
+        let assembly = self.assembly_with(file, settings, expectations)?;
+        let report = execute(&assembly, &Execution::default())?;
+        match (report.verdict, &report.error) {
+            (Status::Error, error) => Err(ThesisError::Run {
+                file: report.file.clone(),
+                reason: error.clone().unwrap_or_default(),
+            }
+            .into()),
+            _ => Ok(RunReport(report)),
+        }
+    }
+
+    /// Reads a scenario as [`Self::run_with`] does.
+    ///
+    /// # Errors
+    /// As [`Assembly::of_file`].
+    pub(crate) fn assembly_with(
+        &self,
+        file: &str,
+        settings: &[(&str, &str)],
+        expectations: &str,
+    ) -> Result<Assembly<'r>, TwinError> {
+        let path = self.path(file)?;
+        let mut all: Vec<Setting> = settings
+            .iter()
+            .map(|(key, value)| Setting {
+                origin: "thesis".to_owned(),
+                key: (*key).to_owned(),
+                value: (*value).to_owned(),
+            })
+            .collect();
+        all.extend(self.settings.iter().cloned());
+        if expectations.is_empty() {
+            return Assembly::of_file(self.registry, &path, &all);
+        }
+        let text = format!("{}\n{expectations}", Document::read(&path)?.text());
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let name = path.display().to_string();
+        Assembly::of_text(self.registry, &name, &text, folder, &all)
+    }
+
+    /// Returns the study of the stable steps of both models of the leg (section 2.5.1), with all
+    /// of the stiffness and with a quarter of it.
+    ///
+    /// # Errors
+    /// Errors of the scenario or of the study.
+    pub(crate) fn stability(&self) -> Result<Rc<Study>, TwinError> {
+        if let Some(study) = &*self.stability.borrow() {
+            return Ok(Rc::clone(study));
+        }
+        let path = self.path("passive-legs.toml")?;
+        let plants = ["lcp", "massless"].map(str::to_owned);
+        let builder = StudyBuilder::new(self.registry, &path, &self.settings, &plants, None)?;
+        let selected = Selected::of(&builder, &["rodas4", "rk4", "explicit-euler", "midpoint"]);
+        let plan = StabilityPlan {
+            factors: vec![Factor::Stiffness],
+            values: Some(vec![1.0, 0.25]),
+            budget_s: NO_BUDGET,
+            ..StabilityPlan::default()
+        };
+        let study = stability(&selected, &plan, &mut *self.progress.borrow_mut());
+        let study = Rc::new(study.map_err(|source| of_study(&path, source))?);
+        *self.stability.borrow_mut() = Some(Rc::clone(&study));
+        Ok(study)
+    }
+
+    /// Returns the study of load filters with the least search, for its identification of the
+    /// cells.
+    ///
+    /// # Errors
+    /// Errors of the scenario or of the study.
+    pub(crate) fn identification(&self) -> Result<Rc<EstimateStudy>, TwinError> {
+        if let Some(study) = &*self.identification.borrow() {
+            return Ok(Rc::clone(study));
+        }
+        let least = SearchSize {
+            particles: 1,
+            iterations: 1,
+        };
+        let study = Rc::new(self.estimate(least)?);
+        *self.identification.borrow_mut() = Some(Rc::clone(&study));
+        Ok(study)
+    }
+
+    /// Returns the complete study of load filters.
+    ///
+    /// # Errors
+    /// Errors of the scenario or of the study.
+    pub(crate) fn tuning(&self) -> Result<EstimateStudy, TwinError> {
+        self.estimate(EstimatePlan::default().search)
+    }
+
+    fn estimate(&self, search: SearchSize) -> Result<EstimateStudy, TwinError> {
+        let path = self.path("thesis/fig-4-11.toml")?;
+        let bench = BenchRecorder::new(self.registry, &path, &self.settings)?;
+        let plan = EstimatePlan {
+            search,
+            budget_s: NO_BUDGET,
+        };
+        let study = estimate(&bench, &plan, &mut *self.progress.borrow_mut());
+        study.map_err(|source| of_study(&path, source))
+    }
+}
+
+fn of_study(path: &Path, source: twinrig_study::StudyError) -> TwinError {
+    TwinError::Study {
+        file: path.display().to_string(),
+        source,
+    }
+}
+
+/// Report of a completed run.
+pub(crate) struct RunReport(Report);
+
+impl RunReport {
+    /// Returns what an expectation measured, in SI units; none if it was not observed.
+    ///
+    /// # Errors
+    /// [`ThesisError::NoExpectation`] if the scenario has none of that name.
+    pub(crate) fn measured(&self, expectation: &str) -> Result<Option<Measurement>, TwinError> {
+        let measured = self.outcome(expectation)?.measured;
+        Ok(measured.map(Measurement::exact))
+    }
+
+    fn outcome(&self, expectation: &str) -> Result<&Outcome, TwinError> {
+        let mut outcomes = self.0.expectations.iter().map(|line| &line.0);
+        let found = outcomes.find(|outcome| outcome.name == expectation);
+        found.ok_or_else(|| {
+            ThesisError::NoExpectation {
+                file: self.0.file.clone(),
+                name: expectation.to_owned(),
+            }
+            .into()
+        })
+    }
+}
+
+/// Plants of a study with some of their methods.
+struct Selected<'b, 'r> {
+    builder: &'b StudyBuilder<'r>,
+    offers: Vec<PlantOffer>,
+}
+
+impl<'b, 'r> Selected<'b, 'r> {
+    fn of(builder: &'b StudyBuilder<'r>, methods: &[&str]) -> Self {
+        let mut offers = builder.plants().to_vec();
+        offers.retain(|offer| !offer.plant.is_compliant());
+        for offer in &mut offers {
+            let of_name = |name: &str| methods.contains(&name);
+            offer.methods.retain(|method| of_name(&method.name));
+        }
+        Self { builder, offers }
+    }
+}
+
+impl PlantFactory for Selected<'_, '_> {
+    fn input(&self) -> &StudyInput {
+        self.builder.input()
+    }
+
+    fn plants(&self) -> &[PlantOffer] {
+        &self.offers
+    }
+
+    fn build(&self, variant: &Variant) -> Result<Box<dyn twinrig_runtime::Plant>, String> {
+        self.builder.build(variant)
+    }
+}

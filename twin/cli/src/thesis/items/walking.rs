@@ -1,0 +1,218 @@
+//! What the robots do: speeds, a step down, loads of a leg.
+
+use std::path::PathBuf;
+
+use twinrig_campaign::engine::{EngineOptions, LocalEngine};
+use twinrig_campaign::sweep::{Partition, SweepVerdict};
+
+use crate::error::TwinError;
+use crate::sweep::execute::{SweepRequest, sweep};
+use crate::thesis::context::Context;
+use crate::thesis::error::ThesisError;
+use crate::thesis::item::{Item, Measurements, PrintedFigure};
+use crate::thesis::verdict::{Measurement, Rule};
+
+/// Greatest speed of Cheetah-cub \[m/s\], and its length \[m\].
+const SPEED: f64 = 1.42;
+const LENGTH: f64 = 0.201;
+/// Height of the robot, and of the step \[mm\].
+const HEIGHT: f64 = 158.0;
+const STEP: f64 = 20.0;
+
+const OTHER_GAIT: &str = "ours is of the fast trot; the measured gait is not printed, and loads here \
+                          are means over an observation of 2 ms";
+
+pub(crate) const SPEEDS: Item = Item {
+    id: "speeds",
+    title: "Speeds of the robots",
+    place: "1.1.3",
+    run_s: 1.0,
+    figures: &[
+        PrintedFigure::value("fast", "Cheetah-cub, greatest speed", "1.1.3", SPEED, "m/s")
+            .rule(Rule::AtLeast(SPEED), "a gait of at least this speed")
+            .remark(
+                "massless legs and servos of 25 rad/s, four times the speed of those of the \
+                 robot file, which is ASSUMED; a gait found by optimisation",
+            ),
+        PrintedFigure::value(
+            "slow-servo",
+            "the same with the servos of the robot file",
+            "1.1.3",
+            SPEED,
+            "m/s",
+        )
+        .remark("neither data of the servos nor parameters of the gait are printed"),
+        PrintedFigure::value(
+            "lengths",
+            "the same in body lengths a second",
+            "1.1.3",
+            6.9,
+            "1/s",
+        )
+        .rule(Rule::Within(0.01), "two printed digits")
+        .remark("1.42 m/s over the printed length of 20.1 cm are 7.1"),
+        PrintedFigure::value(
+            "oncilla",
+            "Oncilla, trot",
+            "not in the thesis; reported of the robot",
+            0.63,
+            "m/s",
+        )
+        .rule(Rule::Within(0.05), "the gait is not that of the robot")
+        .remark(
+            "a gait found by optimisation; friction of the joints is five times that of the \
+             robot file",
+        ),
+    ],
+    measure: speeds,
+    commands: &[
+        "twin run scenarios/trot-fast.toml",
+        "twin run scenarios/trot-slow-servo.toml",
+        "twin run scenarios/oncilla-trot.toml",
+    ],
+};
+
+pub(crate) const STEP_DOWN: Item = Item {
+    id: "step-down",
+    title: "Step down, blind",
+    place: "1.1.3",
+    run_s: 6.0,
+    figures: &[
+        PrintedFigure::value("share", "falls avoided at 20 mm", "1.1.3", 80.0, "%")
+            .rule(
+                Rule::AtLeast(80.0),
+                "the whole 95 % interval is above the printed share",
+            )
+            .remark(
+                "100 random places of the edge over one stride; the robot does not fall within \
+                 7 s",
+            ),
+        PrintedFigure::value(
+            "height",
+            "height of the step over the robot's",
+            "1.1.3",
+            12.0,
+            "%",
+        )
+        .rule(Rule::Within(0.1), "\"approximately\"")
+        .remark("printed as a share of the hip's height; 20 mm over the robot's 15.8 cm"),
+    ],
+    measure: step_down,
+    commands: &[
+        "twin run scenarios/step-down.toml",
+        "twin sweep scenarios/step-down.toml scenarios/sweeps/step-down.toml",
+    ],
+};
+
+pub(crate) const LOADS: Item = Item {
+    id: "loads",
+    title: "Load and stance of a leg",
+    place: "4.1.1.2, 4.2.3",
+    run_s: 0.5,
+    figures: &[
+        PrintedFigure::value(
+            "peak",
+            "greatest load of a leg in a gait",
+            "4.1.1.2",
+            13.0,
+            "N",
+        )
+        .remark(OTHER_GAIT),
+        PrintedFigure::value("stance", "shortest stance", "4.1.1.2", 85.0, "ms").remark(OTHER_GAIT),
+        PrintedFigure::value(
+            "load",
+            "1.4 times the weight of the body",
+            "4.2.3",
+            15.0,
+            "N",
+        )
+        .rule(Rule::Within(0.05), "\"approximately\""),
+    ],
+    measure: loads,
+    commands: &["twin run scenarios/trot-fast.toml"],
+};
+
+fn speeds(context: &Context<'_>) -> Result<Measurements, TwinError> {
+    let mut found = Measurements::default();
+    for (key, file) in [
+        ("fast", "trot-fast.toml"),
+        ("slow-servo", "trot-slow-servo.toml"),
+        ("oncilla", "oncilla-trot.toml"),
+    ] {
+        found.add(key, context.run(file)?.measured("forward speed")?);
+    }
+    found.set("lengths", SPEED / LENGTH);
+    Ok(found)
+}
+
+/// Folder of the rows of a sweep, removed at the end.
+struct Scratch(PathBuf);
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // A folder that remains is in the folder of temporary files.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn step_down(context: &Context<'_>) -> Result<Measurements, TwinError> {
+    let name = format!("twinrig-thesis-{}", std::process::id());
+    let folder = Scratch(std::env::temp_dir().join(name));
+    let request = SweepRequest {
+        scenario: context.path("step-down.toml")?,
+        spec: context.path("sweeps/step-down.toml")?,
+        settings: context.settings().to_vec(),
+        engine: LocalEngine::NAME.to_owned(),
+        options: EngineOptions::default(),
+        partition: Partition::WHOLE,
+        out: folder.0.clone(),
+        record: None,
+    };
+    let result = sweep(context.registry(), &request, &mut |_| {})?.result;
+    if matches!(
+        result.verdict,
+        SweepVerdict::Error | SweepVerdict::Interrupted
+    ) {
+        return Err(ThesisError::Run {
+            file: result.spec.clone(),
+            reason: format!("the sweep has the verdict `{}`", result.verdict.word()),
+        }
+        .into());
+    }
+    let mut found = Measurements::default();
+    let share = result.shares.first().and_then(|share| {
+        let ends = share.interval;
+        Some(Measurement::within(share.share?, ends.low, ends.high).times(100.0))
+    });
+    found.add("share", share);
+    found.set("height", 100.0 * STEP / HEIGHT);
+    Ok(found)
+}
+
+/// Greatest load of a leg while it trots.
+const PEAK: &str = r#"
+[[expect]]
+name = "greatest load"
+signal = { name = "leg/*/foot/load", eventually = { min = "1000 N" } }
+after = "5 s"
+"#;
+
+fn loads(context: &Context<'_>) -> Result<Measurements, TwinError> {
+    const FILE: &str = "trot-fast.toml";
+    let mut found = Measurements::default();
+    let run = context.run_with(FILE, &[], PEAK)?;
+    found.add("peak", run.measured("greatest load")?);
+    let duty_factor = run.measured("duty factor of the hind legs")?;
+    let frequency = run.measured("stride frequency")?;
+    let stance = duty_factor
+        .zip(frequency)
+        .map(|(share, hertz)| share.value / hertz.value);
+    found.add(
+        "stance",
+        stance.map(|seconds| Measurement::exact(1e3 * seconds)),
+    );
+    if let Some(robot) = context.assembly(FILE)?.robot() {
+        found.set("load", 1.4 * robot.weight());
+    }
+    Ok(found)
+}

@@ -1,0 +1,63 @@
+//! Runs of items.
+
+use std::path::Path;
+
+use twinrig_document::suggestion;
+use twinrig_scenario::Setting;
+use twinrig_study::Machine;
+
+use crate::assembly::registry::Registry;
+use crate::error::TwinError;
+use crate::run::interrupt;
+use crate::run::progress::Progress;
+use crate::thesis::context::Context;
+use crate::thesis::error::ThesisError;
+use crate::thesis::item::Item;
+use crate::thesis::items::items;
+use crate::thesis::progress::ItemProgress;
+use crate::thesis::result::{ItemResult, ThesisResult};
+
+/// Returns the item with an identifier.
+///
+/// # Errors
+/// [`ThesisError::UnknownItem`] with similar identifiers.
+pub(crate) fn find(id: &str) -> Result<&'static Item, ThesisError> {
+    items().find(|item| item.id == id).ok_or_else(|| {
+        let help = suggestion(id, "items", items().map(|item| item.id));
+        ThesisError::UnknownItem {
+            id: id.to_owned(),
+            help: format!("{help} `twin thesis --list` has all"),
+        }
+    })
+}
+
+/// Runs items and compares them with the thesis.
+///
+/// # Errors
+/// Errors of scenarios and studies; [`ThesisError::Interrupted`].
+pub(crate) fn run(
+    registry: &Registry,
+    selected: &[&'static Item],
+    scenarios: &Path,
+    settings: Vec<Setting>,
+    machine: &Machine,
+    progress: Progress,
+) -> Result<ThesisResult, TwinError> {
+    let progress = ItemProgress::new(selected, progress);
+    let context = Context::new(registry, scenarios, settings, progress);
+    let mut results = Vec::new();
+    for (done, item) in selected.iter().enumerate() {
+        context.begin(done);
+        let measured = (item.measure)(&context);
+        if interrupt::is_requested() {
+            let of = selected.len();
+            return Err(ThesisError::Interrupted { done, of }.into());
+        }
+        results.push(ItemResult::of(item, &measured?));
+    }
+    Ok(ThesisResult {
+        cpu: machine.cpu.clone(),
+        build: machine.build.clone(),
+        items: results,
+    })
+}

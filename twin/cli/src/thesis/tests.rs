@@ -1,0 +1,224 @@
+//! Properties of the items, of the recorded results, and of the page that shows them.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use twinrig_study::Machine;
+
+use crate::args::Cli;
+use crate::assembly::registry::Registry;
+use crate::run::progress::Progress;
+use crate::thesis::item::{Item, Measurements, Printed};
+use crate::thesis::items::items;
+use crate::thesis::record::recorded;
+use crate::thesis::result::{FigureResult, ItemResult, ThesisResult};
+use crate::thesis::verdict::{Rule, Verdict};
+use crate::thesis::{page, run};
+
+/// Command that writes the record.
+const HINT: &str = "run `twin thesis --all --json > docs/thesis.json` in release";
+/// Command that renews the texts of the record, and the page.
+const UPDATE: &str = "run UPDATE_DOCS=1 cargo test -p twinrig --lib thesis";
+/// Run time above which items are not repeated by a test, which is not optimised \[s\].
+const SHORT_S: f64 = 2.0;
+/// Greatest relative difference of a repeated figure: other changes of the program may move the
+/// last bits of a run, and the page shows four digits.
+const SAME: f64 = 1e-6;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+#[test]
+fn every_figure_has_a_place_a_rule_and_the_reason_for_it() {
+    let mut ids = BTreeSet::new();
+    for item in items() {
+        let is_allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+        assert!(
+            item.id.chars().all(is_allowed) && ids.insert(item.id),
+            "{}",
+            item.id
+        );
+        assert!(
+            !item.figures.is_empty() && !item.place.is_empty(),
+            "{}",
+            item.id
+        );
+        let mut keys = BTreeSet::new();
+        for figure in item.figures {
+            let name = format!("{}, {}", item.id, figure.quantity);
+            assert!(keys.insert((figure.key, figure.place)), "{name}: twice");
+            assert!(
+                !figure.place.is_empty() && !figure.quantity.is_empty(),
+                "{name}"
+            );
+            if figure.rule == Rule::NotReproducible {
+                assert!(
+                    !figure.remark.is_empty(),
+                    "{name}: why is it not reproducible?"
+                );
+            } else {
+                assert!(!figure.tolerance.is_empty(), "{name}: why this tolerance?");
+                let accepted = figure.rule.accepted(figure.printed_value());
+                let [least, most] = accepted.unwrap_or_else(|| panic!("{name}: no rule"));
+                assert!(least <= most, "{name}");
+                // What is printed reproduces itself.
+                if let Printed::Value(value) = figure.printed {
+                    assert!((least..=most).contains(&value), "{name}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn commands_of_items_are_valid() {
+    for command in items().flat_map(|item| item.commands) {
+        let Some(words) = command.strip_prefix("twin ") else {
+            assert!(command.starts_with("cargo test "), "{command}");
+            continue;
+        };
+        let words = words.split(' ');
+        Cli::try_parse_from(std::iter::once("twin").chain(words.clone())).unwrap();
+        for file in words.filter(|word| word.contains('/')) {
+            assert!(root().join(file).is_file(), "{command}");
+        }
+    }
+}
+
+/// Returns the result of an item of which nothing was observed.
+fn unobserved(item: &Item) -> ItemResult {
+    ItemResult::of(item, &Measurements::default())
+}
+
+fn result(items: Vec<ItemResult>) -> ThesisResult {
+    ThesisResult {
+        cpu: String::new(),
+        build: String::new(),
+        items,
+    }
+}
+
+#[test]
+fn item_of_which_nothing_was_observed_departs_from_every_record() {
+    for item in items() {
+        let judged = |figure: &&FigureResult| figure.verdict != Verdict::NotReproducible;
+        let found = result(vec![unobserved(item)]);
+        let count = found.items[0].figures.iter().filter(judged).count();
+        let departures = found.departures(Some(&found));
+        assert_eq!(departures.len(), count, "{departures:?}");
+    }
+}
+
+#[test]
+fn verdict_other_than_the_recorded_one_is_a_departure() {
+    let item = items().find(|item| item.id == "fig-2-9").unwrap();
+    let of = |stiffness: f64| {
+        let mut measured = Measurements::default();
+        measured.set("stiffness", stiffness);
+        measured.set("ratio", 4400.0 / stiffness);
+        result(vec![ItemResult::of(item, &measured)])
+    };
+    let record = of(253.0);
+    assert!(of(252.0).departures(Some(&record)).is_empty());
+    assert_eq!(of(230.0).departures(Some(&record)).len(), 2);
+    assert_eq!(of(252.0).departures(None).len(), 2);
+}
+
+/// Returns the recorded figures with the texts of the declared items.
+fn record() -> ThesisResult {
+    let record = recorded();
+    redeclared(&record.unwrap_or_else(|| panic!("docs/thesis.json is not valid: {HINT}")))
+}
+
+/// Returns all items as they are declared, with the figures of `record` and the verdicts on them.
+fn redeclared(record: &ThesisResult) -> ThesisResult {
+    let item = |item: &'static Item| {
+        let known = record.item(item.id);
+        let known = known.unwrap_or_else(|| panic!("{} is not recorded: {HINT}", item.id));
+        let mut measured = Measurements::default();
+        for figure in item.figures {
+            let mut same = known.figures.iter().filter(|known| known.key == figure.key);
+            measured.add(figure.key, same.next().and_then(|known| known.ours));
+        }
+        ItemResult::of(item, &measured)
+    };
+    ThesisResult {
+        items: items().map(item).collect(),
+        ..record.clone()
+    }
+}
+
+/// The record has all figures of all items, as they are declared, and their verdicts.
+#[test]
+fn record_is_that_of_the_declared_items() {
+    let record = record();
+    for item in &record.items {
+        for figure in &item.figures {
+            let name = format!("{}, {}", item.id, figure.quantity);
+            assert_ne!(figure.verdict, Verdict::Unobserved, "{name}");
+            if figure.verdict == Verdict::Refuted {
+                assert!(
+                    !figure.remark.is_empty(),
+                    "{name} is refuted: by what evidence?"
+                );
+            }
+        }
+    }
+    if std::env::var_os("UPDATE_DOCS").is_none() {
+        assert!(
+            recorded().as_ref() == Some(&record),
+            "docs/thesis.json: {UPDATE}"
+        );
+    }
+}
+
+#[test]
+fn slow_recorded_figures_are_found_again() {
+    let record = record();
+    let registry = Registry::standard();
+    let short: Vec<&Item> = items().filter(|item| item.run_s <= SHORT_S).collect();
+    let scenarios = root().join("scenarios");
+    let progress = Progress::of_parts("", false);
+    let machine = Machine::here("");
+    let found = run::run(
+        &registry,
+        &short,
+        &scenarios,
+        Vec::new(),
+        &machine,
+        progress,
+    );
+    for item in found.unwrap_or_else(|error| panic!("{error}")).items {
+        let known = record.item(&item.id).unwrap();
+        for figure in item.figures.iter().filter(|figure| !figure.timing) {
+            let [ours, before] = [Some(figure), known.figure(figure)].map(|it| it.unwrap().ours);
+            let difference = ours.zip(before).map(|(ours, before)| {
+                (ours.value - before.value).abs() / before.value.abs().max(f64::MIN_POSITIVE)
+            });
+            let same = difference.map_or(ours == before, |difference| difference <= SAME);
+            let name = format!("{}, {}", item.id, figure.quantity);
+            assert!(same, "{name}: {ours:?}, recorded as {before:?}: {HINT}");
+        }
+    }
+}
+
+/// Texts of items come into the record and onto the page by `UPDATE_DOCS=1`, figures by [`HINT`].
+#[test]
+fn page_shows_the_record() {
+    let record = record();
+    let path = root().join("docs/thesis.md");
+    let kept = std::fs::read_to_string(&path).unwrap();
+    let (before, rest) = kept.split_once(page::BEGIN).unwrap();
+    let (_, after) = rest.split_once(page::END).unwrap();
+    let [begin, end] = [page::BEGIN, page::END];
+    let made = format!("{before}{begin}{}{end}{after}", page::table(&record));
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        std::fs::write(&path, &made).unwrap();
+        let json = serde_json::to_string_pretty(&record).unwrap();
+        std::fs::write(root().join("docs/thesis.json"), json + "\n").unwrap();
+    } else {
+        assert!(made == kept, "docs/thesis.md: {UPDATE}");
+    }
+}
