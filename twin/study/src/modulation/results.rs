@@ -20,8 +20,8 @@ const ERRATIC_M: f64 = 0.5e-3;
 /// takes the speed of its feet at once.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct IdealSlope {
-    /// k = 1/d: a foot moves by the step length in the share d of the cycle in which it stands; d is
-    /// the commanded duty factor, or the measured one where none is commanded.
+    /// k = 1/d: a foot moves by the step length in the share d of the cycle in which it stands. d
+    /// is the commanded duty factor, or the measured one where none is commanded.
     pub by_duty: f64,
     /// k = stride over step length, both of the reference run.
     pub by_stride: f64,
