@@ -2,12 +2,13 @@
 
 use twinrig_kernel::Unit;
 
-use super::result::OptimizationResult;
+use super::result::{EvaluatedPoint, OptimizationResult};
 use crate::sweep::csv_line;
 
 impl OptimizationResult {
     /// Returns the generations as CSV (RFC 4180): evaluations so far, objective of the best point
-    /// so far, median of the objective, share of feasible points, cost of the best point.
+    /// so far, median of the objective, share of feasible points, cost of the best point, and its
+    /// values in SI units.
     pub fn history_csv(&self) -> String {
         let unit = in_unit(&self.unit);
         let mut text = csv_line(
@@ -15,36 +16,50 @@ impl OptimizationResult {
                 .map(str::to_owned)
                 .into_iter()
                 .chain([format!("best{unit}"), format!("median{unit}")])
-                .chain(["feasible".to_owned(), "cost".to_owned()]),
+                .chain(["feasible".to_owned(), "cost".to_owned()])
+                .chain(self.dimension_heads()),
         );
+        let mut points = self.points.iter().peekable();
+        let mut best: Option<&EvaluatedPoint> = None;
         for it in &self.history {
-            text += &csv_line([
+            while let Some(point) = points.next_if(|point| point.generation <= it.generation) {
+                if best.is_none_or(|best| point.evaluation.cost < best.evaluation.cost) {
+                    best = Some(point);
+                }
+            }
+            let numbers = best.iter().flat_map(|best| &best.numbers);
+            let cells = [
                 it.generation.to_string(),
                 it.evaluations.to_string(),
                 shown(it.best),
                 shown(it.median),
                 it.feasible.to_string(),
                 it.cost.to_string(),
-            ]);
+            ];
+            text += &csv_line(cells.into_iter().chain(numbers.map(f64::to_string)));
         }
         text
     }
 
-    /// Returns all points as CSV (RFC 4180): generation, values in SI units, class, objective,
-    /// number of violated constraints, cost, time of the fall, simulated time, key of the row.
-    pub fn points_csv(&self) -> String {
-        let dimensions = self.dimensions.iter().map(|dimension| {
+    /// Returns the keys of the dimensions with their SI units.
+    fn dimension_heads(&self) -> impl Iterator<Item = String> {
+        self.dimensions.iter().map(|dimension| {
             let symbol = match dimension.unit {
                 Unit::One => "",
                 unit => unit.symbol(),
             };
             format!("{}{}", dimension.key, in_unit(symbol))
-        });
+        })
+    }
+
+    /// Returns all points as CSV (RFC 4180): generation, values in SI units, class, objective,
+    /// number of violated constraints, cost, time of the fall, simulated time, key of the row.
+    pub fn points_csv(&self) -> String {
         let first = std::iter::once("generation".to_owned());
         let last = ["violations", "cost", "fell_at_s", "simulated_s", "key"].map(str::to_owned);
         let objective = format!("{}{}", self.objective, in_unit(&self.unit));
         let head = first
-            .chain(dimensions)
+            .chain(self.dimension_heads())
             .chain(["class".to_owned(), objective])
             .chain(last);
         let mut text = csv_line(head);

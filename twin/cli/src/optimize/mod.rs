@@ -5,3 +5,6 @@ pub(crate) mod execute;
 mod files;
 mod plan;
 pub(crate) mod table;
+
+#[cfg(test)]
+mod tests;

@@ -23,6 +23,15 @@ fn number_of_workers_has_no_influence_and_the_seed_has() {
         let costs = history.iter().map(|it| it["cost"].as_f64().unwrap());
         assert!(costs.is_sorted_by(|one, next| one >= next));
         assert_eq!(history.last().unwrap()["best"], one["best"]["objective"]);
+        // Its last line has the values of the best point, as `points.csv` has them.
+        let (history, points) = ["history.csv", "points.csv"]
+            .map(|name| optimization.read("one", name))
+            .into();
+        let number = usize::try_from(one["best"]["number"].as_u64().unwrap()).unwrap();
+        let point = points.lines().nth(number).unwrap();
+        let values = point.split(',').skip(1).take(2);
+        let last = history.lines().last().unwrap().split(',').skip(6);
+        assert!(last.eq(values), "{history}");
         assert_eq!(one["counts"]["evaluations"], 30);
     }
 }
