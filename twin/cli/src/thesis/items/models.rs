@@ -7,7 +7,8 @@ use crate::thesis::context::Context;
 use crate::thesis::item::{Item, Measurements, PrintedFigure};
 use crate::thesis::verdict::{Measurement, Rule};
 
-/// Largest stable step of the model with segment masses: sections 2.5.2 and 2.7.3, chapter 6 \[µs\].
+/// Largest stable step of the model with segment masses: sections 2.5.2 and 2.7.3, chapter 6
+/// \[µs\].
 const STEP: f64 = 15.0;
 const STEP_OF_DISCUSSION: f64 = 15.7;
 const STEP_OF_CONCLUSION: f64 = 40.0;
