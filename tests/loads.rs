@@ -154,7 +154,15 @@ fn gait(name: &str) -> toml::Table {
     let path = format!("{}/../scenarios/{name}", env!("CARGO_MANIFEST_DIR"));
     let mut parts: toml::Table = std::fs::read_to_string(path).unwrap().parse().unwrap();
     parts.retain(|key, _| {
-        ["robot", "duration", "seed", "plant", "actuator", "controller"].contains(&key)
+        [
+            "robot",
+            "duration",
+            "seed",
+            "plant",
+            "actuator",
+            "controller",
+        ]
+        .contains(&key)
     });
     let controller = parts["controller"].as_table_mut().unwrap();
     controller.retain(|key, _| !["load", "load_component"].contains(&key));
