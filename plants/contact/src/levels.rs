@@ -119,7 +119,8 @@ fn beside(away: f64, outward: f64, z: f64, other: f64, own: f64) -> Option<Surfa
 }
 
 /// Returns the wall towards a lower neighbour, or the crease at its foot, for a point below its own
-/// level at the distance `away` from the wall. A foot pressed into the lower level meets the crease.
+/// level at the distance `away` from the wall. A foot pressed into the lower level touches the
+/// crease.
 fn within(away: f64, outward: f64, z: f64, other: f64, own: f64) -> Option<Surface> {
     if other >= own {
         return None;

@@ -67,8 +67,8 @@ pub enum Command {
     /// Compare the printed figures of the thesis with ours
     ///
     /// Determines ours by scenarios, studies and closed forms. A verdict follows from both:
-    /// reproduced, refuted, or not reproducible where the thesis does not print the data. Exit code:
-    /// 0 all verdicts are those of the documentation, 1 one differs or nothing was observed.
+    /// reproduced, refuted, or not reproducible where the thesis does not print the data. Exit
+    /// code: 0 all verdicts are those of the documentation, 1 one differs or nothing was observed.
     Thesis(ThesisArgs),
     /// Print the JSON schema of the scenarios of this build, for editors
     ///

@@ -87,6 +87,8 @@ pub struct OptimizationResult {
     pub saved: Option<f64>,
     /// Best point; none before the first generation.
     pub best: Option<BestPoint>,
+    /// Error of the first run that has one.
+    pub error: Option<String>,
     /// Generations, in their order.
     pub history: Vec<Generation>,
     /// Hash of all points and their costs.
@@ -288,6 +290,12 @@ impl OptimizationResult {
         }
         self.hash = hasher.finalize().to_hex().to_string();
         self
+    }
+
+    /// Returns the first point whose run has an error.
+    pub fn first_error(&self) -> Option<&EvaluatedPoint> {
+        let is_error = |point: &&EvaluatedPoint| point.evaluation.class == RunClass::Error;
+        self.points.iter().find(is_error)
     }
 
     /// Returns the warning about bounds that the best point touches.

@@ -142,6 +142,10 @@ pub fn optimize(
         if let Some(best) = &mut result.best {
             best.row = log.find(best.key)?;
         }
+        if let Some(first) = result.first_error() {
+            let row = log.find(first.key)?;
+            result.error = row.and_then(|row| row.error);
+        }
         files::write(&plan, &result, &request.out)?
     };
     Ok(OptimizationOutcome {
@@ -198,6 +202,7 @@ fn new_result(plan: &OptimizationPlan<'_>) -> Result<OptimizationResult, TwinErr
         duration_s: plan.duration_s,
         saved: None,
         best: None,
+        error: None,
         history: Vec::new(),
         hash: String::new(),
         points: Vec::new(),

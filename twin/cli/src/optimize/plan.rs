@@ -56,6 +56,7 @@ impl<'r> OptimizationPlan<'r> {
         };
         let (mut runs, read) = RunPlan::new(registry, request)?;
         runs.read_files()?;
+        runs.check_scenario()?;
         for (index, dimension) in space.dimensions.iter().enumerate() {
             for value in dimension.interval.ends() {
                 runs.check_value(index, &value)?;

@@ -27,6 +27,12 @@ pub(crate) fn text(outcome: &OptimizationOutcome) -> String {
     for line in facts(outcome).lines(2) {
         let _ = writeln!(out, "{line}");
     }
+    if let Some(error) = &result.error {
+        let _ = writeln!(out, "\n  the first of the errors is");
+        for line in error.lines() {
+            let _ = writeln!(out, "    {}", styled(DIM, line));
+        }
+    }
     out
 }
 

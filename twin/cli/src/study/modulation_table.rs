@@ -115,10 +115,7 @@ fn model_cells(case: &CaseResult, table: &DisplacementTable, repeated: bool) -> 
             .map_or(String::new(), |[low, high]| format!("{low:.2} … {high:.2}"))
     };
     let ideal = case.ideal.filter(|_| table.counting == Counting::Cycle);
-    let ideal = ideal.map_or(String::new(), |ideal| {
-        let by_duty = ideal.by_duty.map(|slope| format!("{slope:.2}"));
-        by_duty.unwrap_or_else(|| format!("{:.2}", ideal.by_stride))
-    });
+    let ideal = ideal.map_or(String::new(), |ideal| format!("{:.2}", ideal.by_duty));
     let product = table.model(ModelForm::Bilinear);
     let product = product.map_or(String::new(), |model| format!("{:.3}", model.r_squared));
     let first = table.first_step;

@@ -7,6 +7,7 @@ use twinrig_campaign::sweep::{RowKey, SweepValue, overlap};
 use twinrig_document::{Document, DocumentError, Placed, Problem, Warning};
 use twinrig_scenario::{Expectation, Scenario, Setting};
 
+use crate::assembly::Assembly;
 use crate::assembly::body::Body;
 use crate::assembly::registry::Registry;
 use crate::assembly::sources::Sources;
@@ -131,6 +132,11 @@ impl<'r> RunPlan<'r> {
     pub(crate) fn read_files(&mut self) -> Result<(), TwinError> {
         let base = self.base.clone();
         self.sources_of(Vec::new(), &base, &mut |_| {}).map(drop)
+    }
+
+    /// Assembles the scenario without the values of a point, and reports its mistakes.
+    pub(crate) fn check_scenario(&self) -> Result<(), TwinError> {
+        Assembly::new(self.registry, &self.on_disk, &self.base).map(drop)
     }
 
     /// Returns the index of the sources of points with these texts among their values.

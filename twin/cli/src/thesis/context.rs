@@ -1,6 +1,6 @@
 //! Runs and studies from which items are measured.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -32,6 +32,8 @@ pub(crate) struct Context<'r> {
     scenarios: PathBuf,
     /// Settings of all scenarios.
     settings: Vec<Setting>,
+    /// Whether they were read.
+    reads_settings: Cell<bool>,
     progress: RefCell<ItemProgress<'r>>,
     stability: RefCell<Option<Rc<Study>>>,
     identification: RefCell<Option<Rc<EstimateStudy>>>,
@@ -48,6 +50,7 @@ impl<'r> Context<'r> {
             registry,
             scenarios: scenarios.to_owned(),
             settings,
+            reads_settings: Cell::new(false),
             progress: RefCell::new(progress),
             stability: RefCell::default(),
             identification: RefCell::default(),
@@ -63,8 +66,15 @@ impl<'r> Context<'r> {
         self.registry
     }
 
+    /// Returns the settings of all scenarios.
     pub(crate) fn settings(&self) -> &[Setting] {
+        self.reads_settings.set(true);
         &self.settings
+    }
+
+    /// Returns whether the settings had no effect, as no scenario was read.
+    pub(crate) fn ignores_settings(&self) -> bool {
+        !self.settings.is_empty() && !self.reads_settings.get()
     }
 
     /// Returns the path of a scenario or specification.
@@ -137,7 +147,7 @@ impl<'r> Context<'r> {
                 value: (*value).to_owned(),
             })
             .collect();
-        all.extend(self.settings.iter().cloned());
+        all.extend(self.settings().iter().cloned());
         if expectations.is_empty() {
             return Assembly::of_file(self.registry, &path, &all);
         }
@@ -158,7 +168,7 @@ impl<'r> Context<'r> {
         }
         let path = self.path("passive-legs.toml")?;
         let plants = ["lcp", "massless"].map(str::to_owned);
-        let builder = StudyBuilder::new(self.registry, &path, &self.settings, &plants, None)?;
+        let builder = StudyBuilder::new(self.registry, &path, self.settings(), &plants, None)?;
         let selected = Selected::of(&builder, &["rodas4", "rk4", "explicit-euler", "midpoint"]);
         let plan = StabilityPlan {
             factors: vec![Factor::Stiffness],
@@ -200,7 +210,7 @@ impl<'r> Context<'r> {
 
     fn estimate(&self, search: SearchSize) -> Result<EstimateStudy, TwinError> {
         let path = self.path("thesis/fig-4-11.toml")?;
-        let bench = BenchRecorder::new(self.registry, &path, &self.settings)?;
+        let bench = BenchRecorder::new(self.registry, &path, self.settings())?;
         let plan = EstimatePlan {
             search,
             budget_s: NO_BUDGET,

@@ -35,6 +35,12 @@ pub enum ThesisError {
         /// Name of the expectation.
         name: String,
     },
+    /// Setting of an item without a scenario.
+    #[error("the item `{id}` runs no scenario, which could be set\n  = help: omit `--set`")]
+    UnusedSetting {
+        /// Identifier.
+        id: String,
+    },
     /// Run that did not complete.
     #[error("a run of the comparison did not complete: {reason}\n --> {file}")]
     Run {

@@ -53,7 +53,12 @@ pub(crate) fn run(
             let of = selected.len();
             return Err(ThesisError::Interrupted { done, of }.into());
         }
-        results.push(ItemResult::of(item, &measured?));
+        let measured = measured?;
+        if context.ignores_settings() {
+            let id = item.id.to_owned();
+            return Err(ThesisError::UnusedSetting { id }.into());
+        }
+        results.push(ItemResult::of(item, &measured));
     }
     Ok(ThesisResult {
         cpu: machine.cpu.clone(),

@@ -21,7 +21,7 @@ const HINT: &str = "run `twin thesis --all --json > docs/thesis.json` in release
 /// Command that renews the texts of the record, and the page.
 const UPDATE: &str = "run UPDATE_DOCS=1 cargo test -p twinrig --lib thesis";
 /// Run time above which items are not repeated by a test, which is not optimised \[s\].
-const SHORT_S: f64 = 2.0;
+const SHORT_S: f64 = 6.0;
 /// Greatest relative difference of a repeated figure: other changes of the program may move the
 /// last bits of a run, and the page shows four digits.
 const SAME: f64 = 1e-6;

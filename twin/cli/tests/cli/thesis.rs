@@ -14,7 +14,7 @@ fn item_shows_the_printed_figure_beside_ours_with_the_ground_of_the_verdict() {
     assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
     for expected in [
         "253.27 N/m",
-        "251.5 N/m",
+        "251.48 N/m",
         "reproduced",
         "within 1 %",
         "not printed",
@@ -31,6 +31,13 @@ fn other_spring_refutes_the_stiffness_of_the_leg() {
     assert_eq!((done.code, done.err.as_str()), (1, ""), "{}", done.out);
     let departure = "greatest axial stiffness: refuted, recorded as reproduced";
     assert!(done.out.contains(departure), "{}", done.out);
+}
+
+#[test]
+fn setting_without_a_scenario_is_an_error() {
+    let done = thesis(&["table-4-5", "--set", "seed=2"]);
+    assert_eq!((done.code, done.out.as_str()), (2, ""));
+    assert!(done.err.contains("runs no scenario"), "{}", done.err);
 }
 
 #[test]

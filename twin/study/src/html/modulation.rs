@@ -40,7 +40,8 @@ impl ModulationStudy {
             (
                 "by geometry".to_owned(),
                 "k = 1/d and k₀ = ½ − 1/(2 d) for feet that stand still while they move by the \
-                 step length relative to the trunk, in the commanded share d of the cycle"
+                 step length relative to the trunk, in the share d of the cycle that is commanded, or \
+                 measured where none is commanded"
                     .to_owned(),
             ),
         ];
@@ -190,8 +191,8 @@ fn model_cells(
             interval.map_or(String::new(), |[low, high]| format!("{low:.2}–{high:.2}"))
         }),
         number(&|it| format!("{:.2}", it.second)),
-        geometry(case.ideal.and_then(|it| it.by_duty)),
-        geometry(case.ideal.and_then(|it| it.first_step)),
+        geometry(case.ideal.map(|it| it.by_duty)),
+        geometry(case.ideal.map(|it| it.first_step)),
         geometry(case.ideal.map(|it| it.by_stride)),
         r_squared(ModelForm::BilinearWithFirstStep),
         r_squared(ModelForm::Bilinear),

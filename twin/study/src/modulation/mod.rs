@@ -156,9 +156,10 @@ pub fn modulation(
         report(cases.len(), done, left)
     })?;
     let per_case = plan.points * plan.changes.len();
+    let is_length = input.unit == Unit::Meter;
     let results = references.iter().enumerate().map(|(index, prepared)| {
         let runs = &runs[index * per_case..(index + 1) * per_case];
-        CaseResult::new(&cases[index], prepared, runs, plan)
+        CaseResult::new(&cases[index], prepared, runs, plan, is_length)
     });
     Ok(ModulationStudy {
         cases: results.collect(),

@@ -20,13 +20,14 @@ const ERRATIC_M: f64 = 0.5e-3;
 /// takes the speed of its feet at once.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct IdealSlope {
-    /// k = 1/d: a foot moves by the step length in the share d of the cycle in which it stands.
-    pub by_duty: Option<f64>,
+    /// k = 1/d: a foot moves by the step length in the share d of the cycle in which it stands. d
+    /// is the commanded duty factor, or the measured one where none is commanded.
+    pub by_duty: f64,
     /// k = stride over step length, both of the reference run.
     pub by_stride: f64,
     /// k₀ = ½ − 1/(2 d), in the mean over the points of the cycle: half of the change by the foot
     /// itself, and half a cycle of the changed speed.
-    pub first_step: Option<f64>,
+    pub first_step: f64,
 }
 
 /// Results of a case.
@@ -64,6 +65,7 @@ impl CaseResult {
         prepared: &Ran<Prepared>,
         runs: &[Ran<GaitRun>],
         plan: &ModulationPlan,
+        is_length: bool,
     ) -> Self {
         let mut result = Self {
             case: case.clone(),
@@ -106,10 +108,11 @@ impl CaseResult {
         result.points_s = prepared.points.iter().map(|at| at.as_secs_f64()).collect();
         result.period_s = reference.periods_s.first().copied().unwrap_or(0.0);
         result.measured_duty = reference.duty;
-        result.ideal = (case.value > 0.0).then(|| IdealSlope {
-            by_duty: case.duty.map(|duty| 1.0 / duty),
+        let duty = case.duty.unwrap_or(reference.duty);
+        result.ideal = (is_length && case.value > 0.0 && duty > 0.0).then(|| IdealSlope {
+            by_duty: 1.0 / duty,
             by_stride: reference.stride_m / case.value,
-            first_step: case.duty.map(|duty| 0.5 - 0.5 / duty),
+            first_step: 0.5 - 0.5 / duty,
         });
         result
     }

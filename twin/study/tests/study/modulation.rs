@@ -137,7 +137,7 @@ fn ideal_gait_has_the_slope_of_geometry() {
     let study = IdealGait::new().study(&ModulationPlan::default());
     let case = &study.cases[0];
     let ideal = case.ideal.unwrap();
-    assert!((ideal.by_duty.unwrap() - 1.0 / DUTY).abs() < 1e-12);
+    assert!((ideal.by_duty - 1.0 / DUTY).abs() < 1e-12);
     assert!((ideal.by_stride - 1.0 / DUTY).abs() < 1e-9);
     for counting in Counting::ALL {
         let table = case.table(counting).unwrap();
@@ -145,7 +145,7 @@ fn ideal_gait_has_the_slope_of_geometry() {
         // The points divide the cycle of the first leg evenly; those of the others by a multiple
         // of a tenth and a remainder, of which the mean is at most a twentieth of a cycle off.
         assert!((model.slope * DUTY - 1.0).abs() < 1e-6, "{model:?}");
-        let first = ideal.first_step.unwrap();
+        let first = ideal.first_step;
         assert!((model.second - first).abs() < 0.05 / DUTY, "{model:?}");
         assert_eq!(table.first_step, Some(1.0));
         assert_eq!((table.opposite, table.missing()), (None, 0));

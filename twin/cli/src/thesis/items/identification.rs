@@ -11,7 +11,7 @@ pub(crate) const FIG_4_11: Item = Item {
     id: "fig-4-11",
     title: "Piezoresistive cell under a dynamic load",
     place: "4.3.2.2, figure 4.11",
-    run_s: 4.0,
+    run_s: 3.0,
     figures: &[
         PrintedFigure::value("r-squared", "R² of eq. 4.21", "figure 4.11", 0.995, "")
             .rule(Rule::AtLeast(0.99), "twice the unexplained variance")
@@ -54,7 +54,7 @@ pub(crate) const FIG_4_13: Item = Item {
     id: "fig-4-13",
     title: "Piezoelectric cell with preload",
     place: "4.3.2.2, figure 4.13",
-    run_s: 4.0,
+    run_s: 3.0,
     figures: &[
         PrintedFigure::statement(
             "rate",
@@ -68,7 +68,7 @@ pub(crate) const FIG_4_13: Item = Item {
             .rule(Rule::AtLeast(0.9994), "twice the unexplained variance"),
         PrintedFigure::statement(
             "decay",
-            "R² of exponentials through a and b over the frequency, the worse",
+            "R² of exponentials through a and b, the worse",
             "4.3.2.2",
             "both fall exponentially",
             "",
@@ -84,7 +84,7 @@ pub(crate) const FIG_4_14: Item = Item {
     id: "fig-4-14",
     title: "Residuals of the identification",
     place: "4.3.2.3, figure 4.14",
-    run_s: 4.0,
+    run_s: 3.0,
     figures: &[
         PrintedFigure::statement(
             "resistive",

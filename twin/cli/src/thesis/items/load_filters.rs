@@ -99,7 +99,7 @@ pub(crate) const FIG_4_9: Item = Item {
         .rule(Rule::AtMost(0.99), "less than before"),
         PrintedFigure::value(
             "variances",
-            "variance of the noise, piezoelectric over piezoresistive",
+            "variance, piezoelectric over piezoresistive",
             "4.3.2.3",
             1000.0,
             "×",
@@ -148,7 +148,7 @@ pub(crate) const FIG_4_15: Item = Item {
         .remark(MANY_MINIMA),
         PrintedFigure::statement(
             "spread",
-            "deviation of the estimate at 1 Hz, greatest over least",
+            "deviation at 1 Hz, greatest over least",
             "4.3.2.3, figure 4.15",
             "greatest at the maxima",
             "×",

@@ -7,7 +7,8 @@ use crate::thesis::context::Context;
 use crate::thesis::item::{Item, Measurements, PrintedFigure};
 use crate::thesis::verdict::{Measurement, Rule};
 
-/// Largest stable step of the model with segment masses: sections 2.5.2 and 2.7.3, chapter 6 \[µs\].
+/// Largest stable step of the model with segment masses: sections 2.5.2 and 2.7.3, chapter 6
+/// \[µs\].
 const STEP: f64 = 15.0;
 const STEP_OF_DISCUSSION: f64 = 15.7;
 const STEP_OF_CONCLUSION: f64 = 40.0;
@@ -33,7 +34,7 @@ pub(crate) const FIG_2_5: Item = Item {
     id: "fig-2-5",
     title: "Largest stable step, maximal and generalised coordinates",
     place: "2.5.2, figure 2.5",
-    run_s: 5.0,
+    run_s: 6.0,
     figures: &[
         PrintedFigure::value(
             "euler",
@@ -61,7 +62,7 @@ pub(crate) const FIG_2_5: Item = Item {
         .remark(NOT_PRINTED),
         PrintedFigure::value(
             "quarter",
-            "gain by a quarter of the stiffness, explicit Euler",
+            "gain by a quarter of the stiffness",
             "2.5.2, figure 2.5b",
             STEP_AT_QUARTER / STEP,
             "×",
@@ -101,16 +102,16 @@ pub(crate) const FIG_2_6: Item = Item {
     id: "fig-2-6",
     title: "Run time of a step, and speed of the simulation",
     place: "2.5.2, 2.6.2, 2.7.3, figure 2.6, 6",
-    run_s: 1.0,
+    run_s: 6.0,
     figures: &[
         PrintedFigure::value(
             "run",
-            "run time of a step, segment masses, explicit Euler",
+            "run time of a step, explicit Euler",
             "2.6.2, figure 2.6",
             RUN,
             "µs",
         )
-        .remark("the computer is not named; `codyn` interprets symbolic expressions")
+        .remark("the computer is not named; `codyn` is a symbolic framework")
         .timing(),
         PrintedFigure::value(
             "run-massless",
@@ -168,7 +169,7 @@ pub(crate) const FIG_2_6: Item = Item {
         .remark("1.69 ms / 350 µs"),
         PrintedFigure::value(
             "maximal-run",
-            "run time of a step, maximal over generalised coordinates",
+            "run time of a step, maximal over generalised",
             "2.6.2",
             10.0,
             "×",
@@ -177,7 +178,7 @@ pub(crate) const FIG_2_6: Item = Item {
         .remark("9 ms at 2.7 × real time are 3.3 ms a step, over 380 µs"),
         PrintedFigure::value(
             "gain",
-            "speed of the massless model over that with segment masses",
+            "speed of simulation, massless over segment masses",
             "2.6.2, 2.7.3",
             STEP_MASSLESS * 1e3 / RUN_MASSLESS / (STEP / RUN),
             "×",
@@ -197,7 +198,7 @@ pub(crate) const FIG_2_10: Item = Item {
     id: "fig-2-10",
     title: "Largest stable step without segment masses",
     place: "2.7.2, 2.7.3, figure 2.10, 6",
-    run_s: 0.1,
+    run_s: 6.0,
     figures: &[
         PrintedFigure::value(
             "step",

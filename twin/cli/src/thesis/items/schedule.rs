@@ -19,16 +19,16 @@ pub(crate) const FIG_5_3: Item = Item {
     figures: &[
         PrintedFigure::value(
             "elapsed",
-            "steps that the iteration after an overrun of one is told",
+            "steps told to the iteration after an overrun",
             "5.2.2.3, figure 5.3",
             2.0,
             "",
         )
         .rule(COUNT, A_COUNT)
-        .remark("an iteration takes 1.25 steps; the figure shows one that misses a step"),
+        .remark("the iteration before takes 1.25 steps, and misses one"),
         PrintedFigure::value(
             "skipped",
-            "steps for which inputs of a late transfer are the old ones",
+            "steps with the old inputs of a late transfer",
             "5.2.2.3, figure 5.3",
             1.0,
             "",

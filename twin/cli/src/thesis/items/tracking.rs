@@ -118,7 +118,7 @@ pub(crate) const TABLE_5_4: Item = Item {
     id: "table-5-4",
     title: "2000 s of trajectory tracking at 500 Hz",
     place: "5.3.3, table 5.4",
-    run_s: 20.0,
+    run_s: 13.0,
     figures: &[
         PrintedFigure::value("packets", "packets", "table 5.4", 4_000_108.0, "")
             .rule(COUNT, A_COUNT),

@@ -76,7 +76,7 @@ pub(crate) const STEP_DOWN: Item = Item {
     id: "step-down",
     title: "Step down, blind",
     place: "1.1.3",
-    run_s: 6.0,
+    run_s: 4.0,
     figures: &[
         PrintedFigure::value("share", "falls avoided at 20 mm", "1.1.3", 80.0, "%")
             .rule(

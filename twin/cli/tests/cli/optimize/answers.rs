@@ -88,6 +88,10 @@ fn search_without_a_feasible_point_fails_and_shows_the_best_one() {
         result["counts"]["error"], result["counts"]["evaluations"],
         "{result}"
     );
+    assert!(
+        result["error"].as_str().unwrap().contains("it snapped"),
+        "{result}"
+    );
     assert_eq!(result["history"][1]["best"], serde_json::Value::Null);
     assert!(!std::fs::exists(optimization.folder.join("out/best.toml")).unwrap());
 }

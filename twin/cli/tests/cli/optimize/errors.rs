@@ -92,6 +92,20 @@ fn speed_of_the_machine_is_no_objective() {
     }
 }
 
+/// Runs would all have this error.
+#[test]
+fn mistake_of_the_scenario_is_an_error_before_the_runs() {
+    let scenario = WALK.replace("phase_output = true\n", "");
+    let optimization = Optimization::new("scenario", &scenario, SPACE);
+    let done = optimization.run("out", &[]);
+    assert_eq!(done.code, 2);
+    assert!(
+        done.err.contains("there is no signal `leg/LF/phase`"),
+        "{done:?}"
+    );
+    assert!(!std::fs::exists(optimization.folder.join("out")).unwrap());
+}
+
 #[test]
 fn errors_are_json_where_it_is_requested() {
     let optimization = Optimization::new("json", WALK, "maximize = 'speed'\ndimension = []");

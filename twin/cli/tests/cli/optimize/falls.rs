@@ -7,6 +7,8 @@ fn runs_that_end_with_a_fall_have_the_costs_of_runs_that_do_not() {
     for (more, objective) in [
         ("", "maximize = 'speed'"),
         ("constraints = 'all'\n", "maximize = 'speed'"),
+        // It rates runs that fall.
+        ("", "maximize = 'fitness'"),
         // Its window ends before most falls.
         ("constraints = ['stays up']\n", "minimize = 'level'"),
     ] {

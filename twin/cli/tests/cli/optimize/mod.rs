@@ -27,6 +27,7 @@ period = "2 ms"
 frequency = "3 Hz"             # of all legs
 step_length = "6 cm"
 hip_height = { fore = "125 mm", hind = "125 mm" }
+phase_output = true
 ramp = "300 ms"
 [[expect]]
 name = "speed"
@@ -39,6 +40,9 @@ body = { fall = false }
 name = "level"
 body = { pitch_range = { max = "12 deg" } }
 before = "700 ms"
+[[expect]]
+name = "fitness"
+gait = { fitness = { min = 3.5 } }
 "#;
 
 /// Two dimensions; many of their points fall.

@@ -36,6 +36,7 @@ fn empty(logarithmic: bool) -> OptimizationResult {
         duration_s: Some(10.0),
         saved: None,
         best: None,
+        error: None,
         history: Vec::new(),
         hash: String::new(),
         points: Vec::new(),
