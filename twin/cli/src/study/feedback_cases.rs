@@ -5,7 +5,7 @@ use std::path::Path;
 use twinrig_kernel::SimDuration;
 use twinrig_scenario::Setting;
 use twinrig_study::{
-    FeedbackCase, FeedbackInput, FeedbackPlan, FeedbackRun, FeedbackRunner, ModulationRunner,
+    FeedbackCase, FeedbackInput, FeedbackPlan, FeedbackRun, FeedbackRunner, ModulationRunner, brief,
 };
 
 use crate::args::{FeedbackOptions, ModulationOptions};
@@ -58,8 +58,11 @@ impl<'r> FeedbackCases<'r> {
         for plant in plants {
             let reference = found.input.cases.len();
             for (path, lag) in variants(options) {
-                let source =
-                    lag.map_or_else(|| stem(path), |lag| format!("{}, lag {lag}", stem(path)));
+                let name = stem(path);
+                let source = match lag {
+                    Some(lag) => format!("{name}, lag {}", brief(lag.as_secs_f64(), "s")),
+                    None => name,
+                };
                 let settings = settings.iter().cloned().chain(added(lag));
                 let settings: Vec<Setting> = settings.collect();
                 let scene = GaitScene::new(registry, path, &settings, plant);
