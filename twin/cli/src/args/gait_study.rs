@@ -9,7 +9,7 @@ use super::{any_duration, duration, key_value, share, whole_number};
 
 /// One gait on true, measured and estimated loads.
 const FEEDBACK: [&str; 3] = [
-    "scenarios/tegotae.toml",
+    "scenarios/tegotae-trot.toml",
     "scenarios/tegotae-force.toml",
     "scenarios/tegotae-tactile.toml",
 ];

@@ -233,7 +233,7 @@ const BRIEF: [&str; 13] = [
 #[test]
 fn loads_differ_by_delay_and_error_and_equal_ones_are_void() {
     let folder = Folder::new("study-loads");
-    let [own, force] = ["tegotae.toml", "tegotae-force.toml"].map(scenario);
+    let [own, force] = ["tegotae-trot.toml", "tegotae-force.toml"].map(scenario);
     let words = [&[&*own, &*force, "--lag", "5ms", "--json"][..], &BRIEF].concat();
     let done = study("loads", &words, &folder);
     assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
