@@ -171,7 +171,12 @@ fn gait(name: &str) -> toml::Table {
 
 #[test]
 fn scenarios_on_true_measured_and_estimated_loads_have_the_same_gait() {
-    let gaits = ["tegotae-trot.toml", "tegotae-force.toml", "tegotae-tactile.toml"].map(gait);
+    let gaits = [
+        "tegotae-trot.toml",
+        "tegotae-force.toml",
+        "tegotae-tactile.toml",
+    ]
+    .map(gait);
     assert_eq!(gaits[0].len(), 6);
     for other in &gaits[1..] {
         assert_eq!(&gaits[0], other);

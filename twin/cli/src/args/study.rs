@@ -61,7 +61,8 @@ pub enum StudyCommand {
     /// gaits, and dates the transitions between gaits that last, with the value of the variable, on
     /// the way up and on the way down (thesis, section 3.3.2.3).
     Transition(TransitionOptions),
-    /// Compare a gait on the true loads of its legs with the same gait on measured or estimated ones
+    /// Compare a gait on the true loads of its legs with the same gait on measured or estimated
+    /// ones
     ///
     /// Runs the scenarios side by side: speed, duty factors, difference of the phases from those of
     /// the first scenario, displacement of footsteps after a change of the step length, error and
