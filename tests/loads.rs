@@ -148,3 +148,37 @@ fn leg_without_its_load_is_an_error_with_near_misses() {
     let error = error.unwrap_err().to_string();
     assert!(error.contains("there is `leg/LF/foot/load [N]`"), "{error}");
 }
+
+/// Parts of a scenario on which its gait depends, without the source of the loads.
+fn gait(name: &str) -> toml::Table {
+    let path = format!("{}/../scenarios/{name}", env!("CARGO_MANIFEST_DIR"));
+    let mut parts: toml::Table = std::fs::read_to_string(path).unwrap().parse().unwrap();
+    parts.retain(|key, _| {
+        [
+            "robot",
+            "duration",
+            "seed",
+            "plant",
+            "actuator",
+            "controller",
+        ]
+        .contains(&key)
+    });
+    let controller = parts["controller"].as_table_mut().unwrap();
+    controller.retain(|key, _| !["load", "load_component"].contains(&key));
+    parts
+}
+
+#[test]
+fn scenarios_on_true_measured_and_estimated_loads_have_the_same_gait() {
+    let gaits = [
+        "tegotae-trot.toml",
+        "tegotae-force.toml",
+        "tegotae-tactile.toml",
+    ]
+    .map(gait);
+    assert_eq!(gaits[0].len(), 6);
+    for other in &gaits[1..] {
+        assert_eq!(&gaits[0], other);
+    }
+}

@@ -53,4 +53,4 @@ pub use locus::{FootLocus, LocusShape};
 pub use oscillators::Oscillators;
 pub use stand::Stand;
 pub use tegotae::{Tegotae, TegotaeStart};
-pub use tegotae_rule::FixedPoint;
+pub use tegotae_rule::{FixedPoint, low_pass};

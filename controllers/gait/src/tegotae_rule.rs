@@ -113,9 +113,9 @@ pub(crate) fn wrap(phase: f64) -> f64 {
     if far < TAU { far } else { 0.0 }
 }
 
-/// Time constant and state of a low-pass filter of first order, exact for an input that is constant
-/// over a step.
-pub(crate) fn low_pass(before: f64, input: f64, time: f64, seconds: f64) -> f64 {
+/// Output of a low-pass filter of first order with the time constant `time` \[s\], after an input
+/// that is constant for `seconds` \[s\]; exact. Without a time constant it is the input.
+pub fn low_pass(before: f64, input: f64, time: f64, seconds: f64) -> f64 {
     if time > 0.0 {
         before - (input - before) * libm::expm1(-seconds / time)
     } else {

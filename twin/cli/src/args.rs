@@ -17,7 +17,7 @@ use twinrig_kernel::{SimDuration, Unit};
 
 pub use cell::{CellArgs, CellCommand, CellPredictArgs, ElectrodeName};
 pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
-pub use gait_study::{ModulationOptions, TransitionOptions};
+pub use gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
 pub use optimize::OptimizeArgs;
 pub use study::{EstimateOptions, PrecisionOptions, StudyArgs, StudyCommand, StudyOptions};
 pub use sweep::SweepArgs;

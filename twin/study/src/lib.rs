@@ -8,8 +8,9 @@
 //! validates its filters. A fifth one
 //! ([`modulation()`]) measures the displacement of footsteps after a change of a variable of the
 //! controller, a sixth one ([`transition()`]) classifies gaits over time and dates their
-//! transitions. Two studies of one build give the same results except for run times,
-//! unless the budget truncates one of them.
+//! transitions, a seventh one ([`feedback()`]) compares a controller on true loads with the same
+//! one on loads that are measured or estimated. Two studies of one build give the same results
+//! except for run times, unless the budget truncates one of them.
 //!
 //! ```
 //! use twinrig_study::{PrecisionPlan, Study, StudyError, PlantFactory, precision};
@@ -43,6 +44,7 @@ mod error_control;
 mod estimate;
 mod events;
 mod factory;
+mod feedback;
 mod fit;
 mod floors;
 mod footsteps;
@@ -101,6 +103,10 @@ pub use estimate::{
 };
 pub use factory::{
     MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind, StudyInput, Variant,
+};
+pub use feedback::{
+    ControlStep, FeedbackCase, FeedbackInput, FeedbackPlan, FeedbackResult, FeedbackRun,
+    FeedbackRunner, FeedbackStudy, LegLoad, StepSlope, feedback,
 };
 pub use floors::Floor;
 pub use footsteps::{Footstep, WALK};

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 use twinrig_kernel::SimDuration;
 
-use super::gait_study::{ModulationOptions, TransitionOptions};
+use super::gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
 use super::{duration, key_value, seconds, whole_number};
 
 /// Arguments of `twin study`.
@@ -61,6 +61,14 @@ pub enum StudyCommand {
     /// gaits, and dates the transitions between gaits that last, with the value of the variable, on
     /// the way up and on the way down (thesis, section 3.3.2.3).
     Transition(TransitionOptions),
+    /// Compare a gait on the true loads of its legs with the same gait on measured or estimated
+    /// ones
+    ///
+    /// Runs the scenarios side by side: speed, duty factors, difference of the phases from those of
+    /// the first scenario, displacement of footsteps after a change of the step length, error and
+    /// delay of the load that the controller takes. A run with the commands of the first one is
+    /// void.
+    Loads(FeedbackOptions),
 }
 
 impl StudyCommand {
@@ -73,6 +81,7 @@ impl StudyCommand {
             | Self::Coupling(study) => study.json,
             Self::Modulation(options) => options.json,
             Self::Transition(options) => options.json,
+            Self::Loads(options) => options.json,
         }
     }
 }

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 
 use twinrig_study::{
     CouplingPlan, EstimatePlan, Machine, PrecisionPlan, ProgressObserver, SearchSize,
-    StabilityPlan, StudyError, TransitionPlan, coupling, estimate, modulation, precision,
+    StabilityPlan, StudyError, TransitionPlan, coupling, estimate, feedback, modulation, precision,
     stability, transition,
 };
 
-use super::{FAILURE, SUCCESS, Terminal, outputs};
+use super::{FAILURE, NEGATIVE, SUCCESS, Terminal, outputs};
 use crate::args::{EstimateOptions, PrecisionOptions, StudyArgs, StudyCommand, StudyOptions};
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
@@ -20,6 +20,7 @@ use crate::run::interrupt;
 use crate::run::progress::Progress;
 use crate::study::builder::StudyBuilder;
 use crate::study::coupling_builder::RigStudyBuilder;
+use crate::study::feedback_cases::FeedbackCases;
 use crate::study::load_recorder::BenchRecorder;
 use crate::study::modulation_cases::ModulationCases;
 use crate::study::transition_cases::TransitionCases;
@@ -44,6 +45,7 @@ pub(super) fn study(registry: &Registry, args: &StudyArgs, terminal: &mut Termin
                 terminal.print(&text);
             }
             match result.error() {
+                None if result.is_negative() => NEGATIVE,
                 None => SUCCESS,
                 Some(error) => {
                     if !frame.json {
@@ -79,7 +81,22 @@ fn execute(
     let machine = Machine::here(BUILD);
     let show_progress = terminal.interactive && !frame.json;
     let observer = &mut ProgressLine(Progress::of_parts(frame.name, show_progress));
-    let result = match study {
+    let result = run(registry, study, &settings, observer)?;
+    let result = result.map_err(|source| TwinError::Study {
+        file: frame.scenarios[0].display().to_string(),
+        source,
+    })?;
+    let files = write(study, frame, &result, &machine)?;
+    Ok((result, machine, files))
+}
+
+fn run(
+    registry: &Registry,
+    study: &StudyCommand,
+    settings: &[Setting],
+    observer: &mut dyn ProgressObserver,
+) -> Result<Result<StudyResult, StudyError>, TwinError> {
+    Ok(match study {
         StudyCommand::Precision(PrecisionOptions { study, ensemble }) => {
             let plan = PrecisionPlan {
                 duration: study.duration,
@@ -87,7 +104,7 @@ fn execute(
                 budget_s: study.budget,
                 ..PrecisionPlan::default()
             };
-            let builder = builder(registry, study, &settings)?;
+            let builder = builder(registry, study, settings)?;
             precision(&builder, &plan, observer)
                 .map(|study| StudyResult::Plants(builder.with_panics(study)))
         }
@@ -97,7 +114,7 @@ fn execute(
                 ..StabilityPlan::default()
             };
             plan.duration = options.duration.unwrap_or(plan.duration);
-            let builder = builder(registry, options, &settings)?;
+            let builder = builder(registry, options, settings)?;
             stability(&builder, &plan, observer)
                 .map(|study| StudyResult::Plants(builder.with_panics(study)))
         }
@@ -107,31 +124,31 @@ fn execute(
                 budget_s: options.budget,
                 ..CouplingPlan::default()
             };
-            let rigs =
-                RigStudyBuilder::new(registry, &options.scenario, &settings, &options.plant)?;
+            let rigs = RigStudyBuilder::new(registry, &options.scenario, settings, &options.plant)?;
             coupling(&rigs, &plan, observer)
                 .map(|study| StudyResult::Coupling(rigs.with_panics(study)))
         }
-        StudyCommand::Estimate(options) => load_filters(registry, options, settings, observer)?,
+        StudyCommand::Estimate(options) => {
+            load_filters(registry, options, settings.to_vec(), observer)?
+        }
         StudyCommand::Modulation(options) => {
-            let cases = ModulationCases::new(registry, options, &settings)?;
+            let cases = ModulationCases::new(registry, options, settings)?;
             modulation(&cases, &cases.plan(options)?, observer).map(StudyResult::Modulation)
         }
         StudyCommand::Transition(options) => {
-            let cases = TransitionCases::new(registry, options, &settings)?;
+            let cases = TransitionCases::new(registry, options, settings)?;
             let plan = TransitionPlan {
                 tolerance: options.tolerance,
                 lasting: options.cycles,
             };
             transition(&cases, &plan, observer).map(StudyResult::Transition)
         }
-    };
-    let result = result.map_err(|source| TwinError::Study {
-        file: frame.scenarios[0].display().to_string(),
-        source,
-    })?;
-    let files = write(study, frame, &result, &machine)?;
-    Ok((result, machine, files))
+        StudyCommand::Loads(options) => {
+            let cases = FeedbackCases::new(registry, options, settings)?;
+            feedback(&cases, &cases.plan(options)?, observer)
+                .map(|study| StudyResult::Feedback(Box::new(study)))
+        }
+    })
 }
 
 fn builder<'r>(

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use twinrig_kernel::{SimDuration, SimTime, signal};
+use twinrig_kernel::{Direction, SimDuration, SimTime, signal};
 use twinrig_runtime::{Group, Observer, ProcessVariable, Rig, RunEvent};
 use twinrig_scenario::{
     ActuatorKind, ChangeSpec, Footstep, Judge, Layouts, LegFact, RunEnd, Scenario, Scene, Setting,
@@ -98,6 +98,12 @@ impl<'r> GaitScene<'r> {
         &self.assembly.scene().legs
     }
 
+    /// Returns whether the controller has an input of this name.
+    pub(crate) fn takes(&self, name: &str) -> bool {
+        let mut ports = self.assembly.process_ports().iter();
+        ports.any(|port| port.direction == Direction::Input && port.name == name)
+    }
+
     /// Returns the process variables of the controller, with the values of the scenario.
     pub(crate) fn variables(&self) -> &[ProcessVariable] {
         &self.variables
@@ -133,16 +139,32 @@ impl<'r> GaitScene<'r> {
         changes: Vec<ChangeSpec>,
         end: SimTime,
     ) -> Result<GaitRun, String> {
-        let run = self.observed_run(factor, changes, end);
+        let run = self.observed_run(factor, changes, end, |_, _| ());
+        let run = run.map(|(run, ())| run);
         run.map_err(|error| first_line(&error.to_string()))
     }
 
-    fn observed_run(
+    /// Runs the scenario with its own changes and duration, up to a fall, with another observer of
+    /// the run.
+    ///
+    /// # Errors
+    /// The reason of a run that cannot be built, or fails.
+    pub(crate) fn run_with<O: Observer>(
+        &self,
+        observer: impl FnOnce(&Scene, &Rig) -> O,
+    ) -> Result<(GaitRun, O), String> {
+        let changes = self.scenario.changes.clone();
+        let run = self.observed_run(Factor::AsGiven, changes, self.scenario.end(), observer);
+        run.map_err(|error| first_line(&error.to_string()))
+    }
+
+    fn observed_run<O: Observer>(
         &self,
         factor: Factor,
         changes: Vec<ChangeSpec>,
         end: SimTime,
-    ) -> Result<GaitRun, TwinError> {
+        other: impl FnOnce(&Scene, &Rig) -> O,
+    ) -> Result<(GaitRun, O), TwinError> {
         let mut scenario = self.scenario.clone();
         self.apply(factor, &mut scenario);
         scenario.changes = changes;
@@ -151,14 +173,16 @@ impl<'r> GaitScene<'r> {
             .assembly
             .with_scenario(&scenario, &observed(&self.assembly))?;
         let mut rig = assembly.rig()?;
-        let mut observer = FootstepObserver::new(assembly.scene(), &rig);
+        let footsteps = FootstepObserver::new(assembly.scene(), &rig);
+        let mut observer = (footsteps, other(assembly.scene(), &rig));
         let mut now = rig.now();
-        while now < end && observer.judge.fell_at().is_none() && !interrupt::is_requested() {
+        while now < end && observer.0.judge.fell_at().is_none() && !interrupt::is_requested() {
             now = (now + SLICE).min(end);
             rig.run_until(now, &mut observer)
                 .map_err(|error| assembly.rig_error(error))?;
         }
-        Ok(observer.finish(rig.now()))
+        let (footsteps, other) = observer;
+        Ok((footsteps.finish(rig.now()), other))
     }
 
     fn apply(&self, factor: Factor, scenario: &mut Scenario) {

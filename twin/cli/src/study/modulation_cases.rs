@@ -74,18 +74,7 @@ impl<'r> ModulationCases<'r> {
         } else {
             &[Factor::AsGiven]
         };
-        let mut found = Self {
-            input: ModulationInput {
-                name: name(&options.scenarios),
-                files: Vec::new(),
-                variable: String::new(),
-                unit: Unit::One,
-                cases: Vec::new(),
-                left_out: Vec::new(),
-            },
-            scenes: Vec::new(),
-            cases: Vec::new(),
-        };
+        let mut found = Self::none(options);
         let mut refused = None;
         for path in &options.scenarios {
             found.input.files.push(path.display().to_string());
@@ -101,7 +90,7 @@ impl<'r> ModulationCases<'r> {
                         continue;
                     }
                 };
-                found.add(scene, path, options, factors)?;
+                found.add(scene, &stem(path), options, factors)?;
             }
         }
         // A plant that cannot simulate one of several scenarios is no error of all.
@@ -111,10 +100,35 @@ impl<'r> ModulationCases<'r> {
         }
     }
 
-    fn add(
+    /// Creates a study of `options` without cases.
+    pub(crate) fn none(options: &ModulationOptions) -> Self {
+        Self {
+            input: ModulationInput {
+                name: name(&options.scenarios),
+                files: Vec::new(),
+                variable: String::new(),
+                unit: Unit::One,
+                cases: Vec::new(),
+                left_out: Vec::new(),
+            },
+            scenes: Vec::new(),
+            cases: Vec::new(),
+        }
+    }
+
+    /// Returns the scenes, in the order in which they were added.
+    pub(crate) fn scenes(&self) -> &[GaitScene<'r>] {
+        &self.scenes
+    }
+
+    /// Adds a case of `gait` for each factor that makes a difference.
+    ///
+    /// # Errors
+    /// [`TwinError::NoGait`] if the controller does not have the variable.
+    pub(crate) fn add(
         &mut self,
         scene: GaitScene<'r>,
-        path: &Path,
+        gait: &str,
         options: &ModulationOptions,
         factors: &[Factor],
     ) -> Result<(), TwinError> {
@@ -128,7 +142,7 @@ impl<'r> ModulationCases<'r> {
         let duty = (!duties.is_empty()).then(|| duty / duties.len() as f64);
         for factor in factors.iter().filter(|factor| scene.has(**factor)) {
             self.input.cases.push(ModulationCase {
-                gait: stem(path),
+                gait: gait.to_owned(),
                 plant: scene.scenario().plant.model.clone(),
                 factor: factor.name().to_owned(),
                 after: subject.after,
@@ -255,12 +269,14 @@ impl ModulationRunner for ModulationCases<'_> {
     }
 }
 
-fn stem(path: &Path) -> String {
+/// Returns the name of a scenario's file.
+pub(crate) fn stem(path: &Path) -> String {
     let stem = path.file_stem().map(|stem| stem.to_string_lossy());
     stem.map_or_else(|| "scenario".to_owned(), std::borrow::Cow::into_owned)
 }
 
-fn name(scenarios: &[PathBuf]) -> String {
+/// Returns the names of several.
+pub(crate) fn name(scenarios: &[PathBuf]) -> String {
     let names: Vec<String> = scenarios.iter().map(|path| stem(path)).collect();
     names.join(", ")
 }

@@ -7,10 +7,11 @@ use std::rc::Rc;
 use twinrig_document::Document;
 use twinrig_scenario::{Outcome, Setting};
 use twinrig_study::{
-    EstimatePlan, EstimateStudy, Factor, PlantFactory, PlantOffer, SearchSize, StabilityPlan,
-    Study, StudyInput, Variant, estimate, stability,
+    EstimatePlan, EstimateStudy, Factor, ModulationPlan, ModulationStudy, PlantFactory, PlantOffer,
+    SearchSize, StabilityPlan, Study, StudyInput, Variant, estimate, modulation, stability,
 };
 
+use crate::args::ModulationOptions;
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
@@ -18,6 +19,7 @@ use crate::report::{Report, Status};
 use crate::run::execute::{Execution, execute};
 use crate::study::builder::StudyBuilder;
 use crate::study::load_recorder::BenchRecorder;
+use crate::study::modulation_cases::ModulationCases;
 use crate::thesis::error::ThesisError;
 use crate::thesis::progress::ItemProgress;
 use crate::thesis::verdict::Measurement;
@@ -206,6 +208,32 @@ impl<'r> Context<'r> {
     /// Errors of the scenario or of the study.
     pub(crate) fn tuning(&self) -> Result<EstimateStudy, TwinError> {
         self.estimate(EstimatePlan::default().search)
+    }
+
+    /// Returns the study of footstep modulation of a scenario, on its own plant.
+    ///
+    /// # Errors
+    /// Errors of the scenario or of the study.
+    pub(crate) fn modulation(&self, file: &str) -> Result<ModulationStudy, TwinError> {
+        let path = self.path(file)?;
+        let ModulationPlan { points, steps, .. } = ModulationPlan::default();
+        let options = ModulationOptions {
+            scenarios: vec![path.clone()],
+            plant: Vec::new(),
+            set: Vec::new(),
+            variable: None,
+            by: Vec::new(),
+            after: None,
+            points,
+            steps,
+            factors: false,
+            out: PathBuf::new(),
+            json: false,
+        };
+        let cases = ModulationCases::new(self.registry, &options, self.settings())?;
+        let plan = cases.plan(&options)?;
+        let study = modulation(&cases, &plan, &mut *self.progress.borrow_mut());
+        study.map_err(|source| of_study(&path, source))
     }
 
     fn estimate(&self, search: SearchSize) -> Result<EstimateStudy, TwinError> {

@@ -212,3 +212,65 @@ fn gait_without_transition_is_reported_and_a_scenario_without_changes_refused() 
         assert!(done.err.contains(why), "{}", done.err);
     }
 }
+
+/// Runs of three seconds, of which the second and third count.
+const BRIEF: [&str; 13] = [
+    "--set",
+    "duration=3 s",
+    "--set",
+    "expect=[{body={fall=false}}]",
+    "--after",
+    "1 s",
+    "--phases",
+    "1 s",
+    "--by=-10 mm",
+    "--points",
+    "1",
+    "--steps",
+    "1",
+];
+
+#[test]
+fn loads_differ_by_delay_and_error_and_equal_ones_are_void() {
+    let folder = Folder::new("study-loads");
+    let [own, force] = ["tegotae-trot.toml", "tegotae-force.toml"].map(scenario);
+    let words = [&[&*own, &*force, "--lag", "5ms", "--json"][..], &BRIEF].concat();
+    let done = study("loads", &words, &folder);
+    assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
+    let found = json(&done.out).remove(0);
+    let legs = |case: usize, key: &str| -> Vec<f64> {
+        let loads = found["cases"][case]["found"]["loads"].as_array().unwrap();
+        loads.iter().map(|leg| leg[key].as_f64().unwrap()).collect()
+    };
+    // Without a bus a load arrives whole, one control period later.
+    for (delay_s, rest_n) in legs(0, "delay_s").into_iter().zip(legs(0, "rest_n")) {
+        assert!(
+            (delay_s - 2e-3).abs() < 2e-5 && rest_n < 0.1,
+            "{delay_s} {rest_n}"
+        );
+    }
+    // A sample each millisecond, and a transfer of less.
+    assert!(
+        legs(1, "delay_s")
+            .iter()
+            .all(|delay_s| (0.0..2e-3).contains(delay_s))
+    );
+    // A filter of first order delays all frequencies by less than its time constant.
+    assert!(
+        legs(2, "delay_s")
+            .iter()
+            .all(|delay_s| (2e-3..7e-3).contains(delay_s))
+    );
+    for case in [1, 2] {
+        let found = &found["cases"][case]["found"];
+        assert!(found["phases_rad"].as_f64().unwrap() > 1e-3, "{found}");
+    }
+    let words = [&[&*own, &*own][..], &BRIEF].concat();
+    let done = study("loads", &words, &folder);
+    assert_eq!((done.code, done.err.as_str()), (1, ""), "{}", done.out);
+    assert!(done.out.contains("never: void"), "{}", done.out);
+    let open_loop = scenario("trot.toml");
+    let done = study("loads", &[&*open_loop], &folder);
+    assert_eq!((done.code, done.out.as_str()), (2, ""), "{}", done.err);
+    assert!(done.err.contains("takes no loads"), "{}", done.err);
+}

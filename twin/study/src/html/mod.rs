@@ -9,6 +9,7 @@ mod dominance;
 mod ensemble;
 mod error_control;
 mod estimate;
+mod feedback;
 mod footsteps;
 mod gait_diagram;
 mod line_plot;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use twinrig_scenario::Setting;
 
-use crate::args::{PrecisionOptions, StudyCommand, StudyOptions};
+use crate::args::{FeedbackOptions, PrecisionOptions, StudyCommand, StudyOptions};
 
 /// Options that all studies have, and name of the study.
 #[derive(Clone, Copy)]
@@ -34,6 +34,14 @@ impl<'a> StudyFrame<'a> {
             StudyCommand::Estimate(options) => of_plants("estimate", &options.study),
             StudyCommand::Modulation(options) => Self {
                 name: "modulation",
+                scenarios: &options.scenarios,
+                plants: &options.plant,
+                set: &options.set,
+                out: &options.out,
+                json: options.json,
+            },
+            StudyCommand::Loads(options) => Self {
+                name: "loads",
                 scenarios: &options.scenarios,
                 plants: &options.plant,
                 set: &options.set,
@@ -107,6 +115,7 @@ impl<'a> StudyFrame<'a> {
                     words.push("--factors".to_owned());
                 }
             }
+            StudyCommand::Loads(options) => words.extend(loads(options)),
             StudyCommand::Transition(options) => {
                 let variable = options.variable.iter();
                 words.extend(variable.map(|name| format!("--variable {name}")));
@@ -126,4 +135,18 @@ impl<'a> StudyFrame<'a> {
 fn duration(options: &StudyOptions) -> Option<String> {
     let duration = options.duration?;
     Some(format!("--duration \"{duration}\""))
+}
+
+fn loads(options: &FeedbackOptions) -> Vec<String> {
+    let mut words = Vec::new();
+    let lags: Vec<String> = options.lag.iter().map(ToString::to_string).collect();
+    if !lags.is_empty() {
+        words.push(format!("--lag {:?}", lags.join(",")));
+    }
+    words.push(format!("--after {:?}", options.after.to_string()));
+    words.push(format!("--phases {:?}", options.phases.to_string()));
+    words.push(format!("--by={:?}", options.by.join(",")));
+    words.push(format!("--points {}", options.points));
+    words.push(format!("--steps {}", options.steps));
+    words
 }

@@ -3,10 +3,13 @@
 use std::path::PathBuf;
 
 use twinrig_study::{
-    CouplingStudy, EstimateStudy, Machine, ModulationStudy, Study, TransitionStudy, csv, html,
+    CouplingStudy, EstimateStudy, FeedbackStudy, Machine, ModulationStudy, Study, TransitionStudy,
+    csv, html,
 };
 
-use crate::study::{coupling_table, estimate_table, modulation_table, table, transition_table};
+use crate::study::{
+    coupling_table, estimate_table, feedback_table, modulation_table, table, transition_table,
+};
 
 /// Result of a study.
 pub(super) enum StudyResult {
@@ -15,6 +18,7 @@ pub(super) enum StudyResult {
     Estimate(Box<EstimateStudy>),
     Modulation(ModulationStudy),
     Transition(TransitionStudy),
+    Feedback(Box<FeedbackStudy>),
 }
 
 impl StudyResult {
@@ -23,8 +27,15 @@ impl StudyResult {
         match self {
             Self::Plants(study) => study.error(),
             Self::Coupling(study) => study.error(),
-            Self::Estimate(_) | Self::Modulation(_) | Self::Transition(_) => None,
+            Self::Estimate(_) | Self::Modulation(_) | Self::Transition(_) | Self::Feedback(_) => {
+                None
+            }
         }
+    }
+
+    /// Returns whether the answer of a study is no.
+    pub(super) fn is_negative(&self) -> bool {
+        matches!(self, Self::Feedback(study) if !study.void().is_empty())
     }
 
     pub(super) fn json(&self, machine: &Machine, command: &str) -> serde_json::Value {
@@ -34,6 +45,7 @@ impl StudyResult {
             Self::Estimate(study) => study.json(machine, command),
             Self::Modulation(study) => study.json(machine, command),
             Self::Transition(study) => study.json(machine, command),
+            Self::Feedback(study) => study.json(machine, command),
         }
     }
 
@@ -44,6 +56,7 @@ impl StudyResult {
             Self::Estimate(study) => study.html(machine, command),
             Self::Modulation(study) => study.html(machine, command),
             Self::Transition(study) => study.html(machine, command),
+            Self::Feedback(study) => study.html(machine, command),
         }
     }
 
@@ -54,6 +67,7 @@ impl StudyResult {
             Self::Estimate(study) => study.csv(),
             Self::Modulation(study) => study.csv(),
             Self::Transition(study) => study.csv(),
+            Self::Feedback(study) => study.csv(),
         }
     }
 
@@ -64,6 +78,7 @@ impl StudyResult {
             Self::Estimate(study) => estimate_table::text(study, files),
             Self::Modulation(study) => modulation_table::text(study, files),
             Self::Transition(study) => transition_table::text(study, files),
+            Self::Feedback(study) => feedback_table::text(study, files),
         }
     }
 }

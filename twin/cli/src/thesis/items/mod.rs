@@ -8,6 +8,7 @@ mod identification;
 mod leg_force;
 mod load_filters;
 mod models;
+mod modulation;
 mod schedule;
 mod tracking;
 mod walking;
@@ -15,13 +16,15 @@ mod walking;
 use crate::thesis::item::Item;
 
 /// Items by their place in the thesis.
-static ITEMS: [Item; 28] = [
+static ITEMS: [Item; 30] = [
     walking::SPEEDS,
     walking::STEP_DOWN,
     models::FIG_2_5,
     models::FIG_2_6,
     leg_force::FIG_2_9,
     models::FIG_2_10,
+    modulation::FIG_3_5,
+    modulation::FIG_3_8,
     walking::LOADS,
     bench::TABLE_4_1,
     cells::FIG_4_4,
