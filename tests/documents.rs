@@ -60,7 +60,9 @@ fn readme_lists_all_commands() {
     let (commands, _) = commands.split_once("\n\n").unwrap();
     let expected: Vec<&str> = commands
         .lines()
-        .filter_map(|line| line.split_whitespace().next())
+        // Further lines of a description are indented more.
+        .filter_map(|line| line.strip_prefix("  ")?.split(' ').next())
+        .filter(|name| !name.is_empty())
         .collect();
     let readme = readme();
     let table: Vec<&str> = readme
