@@ -1,22 +1,10 @@
 //! Declarations of the keys of a search space.
 
-use crate::sweep::{SpecKey, rows_of_keys};
+use crate::sweep::{rows_of_keys, spec_keys};
 
-macro_rules! keys {
-    ($($constant:ident = $table:literal, $name:literal, $value:literal, $about:literal, $example:literal;)*) => {
-        $(pub(super) const $constant: &str = $name;)*
-        /// All keys of a search space, by table.
-        pub const SPACE_KEYS: &[SpecKey] = &[$(SpecKey {
-            table: $table,
-            name: $name,
-            value: $value,
-            about: $about,
-            example: $example,
-        }),*];
-    };
-}
-
-keys! {
+spec_keys! {
+    /// All keys of a search space, by table.
+    SPACE_KEYS:
     NAME = "top level", "name", "text (the file's name)", "name in reports", "name = \"trot\"";
     MAXIMIZE = "top level", "maximize", "text; this or `minimize`",
         "expectation whose measured value is to be great", "maximize = \"forward speed\"";

@@ -15,11 +15,15 @@ pub struct SpecKey {
     pub example: &'static str,
 }
 
-macro_rules! keys {
-    ($($constant:ident = $table:literal, $name:literal, $value:literal, $about:literal, $example:literal;)*) => {
+/// Declares keys: a constant with the name of each, and `$list` of all of them, by table.
+macro_rules! spec_keys {
+    (
+        $(#[$about_list:meta])* $list:ident:
+        $($constant:ident = $table:literal, $name:literal, $value:literal, $about:literal, $example:literal;)*
+    ) => {
         $(pub(super) const $constant: &str = $name;)*
-        /// All keys of a specification, by table.
-        pub const SPEC_KEYS: &[SpecKey] = &[$(SpecKey {
+        $(#[$about_list])*
+        pub const $list: &[$crate::sweep::SpecKey] = &[$($crate::sweep::SpecKey {
             table: $table,
             name: $name,
             value: $value,
@@ -29,7 +33,11 @@ macro_rules! keys {
     };
 }
 
-keys! {
+pub(crate) use spec_keys;
+
+spec_keys! {
+    /// All keys of a specification, by table.
+    SPEC_KEYS:
     NAME = "top level", "name", "text (the file's name)", "name in reports", "name = \"step down\"";
     DESIGN = "top level", "design", "`grid`, `latin-hypercube` or `random` (`grid`)",
         "rule that chooses the points", "design = \"random\"";
