@@ -39,3 +39,32 @@ impl Contacts {
         &self.is_loaded
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use twinrig_kernel::SimDuration;
+
+    use super::*;
+
+    #[test]
+    fn contact_lasts_to_the_lower_threshold() {
+        let thresholds = Thresholds {
+            touch_down: 0.5,
+            lift_off: 0.2,
+            shortest_swing: SimDuration::ZERO,
+            least_impulse: 0.0,
+        };
+        let mut contacts = Contacts::new(vec![0], thresholds);
+        for (load, expected) in [
+            (0.4, false),
+            (0.5, true),
+            (0.3, true),
+            (0.2, true),
+            (0.1, false),
+            (0.3, false),
+        ] {
+            contacts.sample(&[load]);
+            assert_eq!(contacts.all(), [expected], "{load}");
+        }
+    }
+}
