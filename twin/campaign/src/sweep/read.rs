@@ -62,6 +62,12 @@ pub(crate) fn natural(item: &Item<'_>, least: usize) -> Result<usize, Reported> 
 
 /// Reads a table of settings: keys and values in TOML.
 pub(crate) fn settings(item: &Item<'_>) -> Result<Vec<(String, String)>, Reported> {
+    let settings = placed_settings(item)?.into_iter();
+    Ok(settings.map(|(key, value)| (key.value, value)).collect())
+}
+
+/// Reads a table of settings: keys with the places of their values, and values in TOML.
+pub(crate) fn placed_settings(item: &Item<'_>) -> Result<Vec<(Placed<String>, String)>, Reported> {
     let mut settings = Vec::new();
     leaves(item, &mut Vec::new(), &mut settings)?;
     Ok(settings)
@@ -71,14 +77,18 @@ pub(crate) fn settings(item: &Item<'_>) -> Result<Vec<(String, String)>, Reporte
 fn leaves(
     item: &Item<'_>,
     path: &mut Vec<String>,
-    settings: &mut Vec<(String, String)>,
+    settings: &mut Vec<(Placed<String>, String)>,
 ) -> Result<(), Reported> {
     let Some(keys) = item.keys() else {
         if path.is_empty() {
             return item.table().map(drop);
         }
         check_line(item)?;
-        settings.push((path.join("."), toml(item)));
+        let key = Placed {
+            value: path.join("."),
+            place: item.place(),
+        };
+        settings.push((key, toml(item)));
         return Ok(());
     };
     for key in keys {
