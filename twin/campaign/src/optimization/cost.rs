@@ -86,9 +86,9 @@ pub struct Evaluation {
 }
 
 impl Evaluation {
-    /// Returns the evaluation of a point by those of its runs, and the index of the one that counts:
-    /// the worst one, of equal ones the first. The simulated time is that of all; none without a
-    /// run.
+    /// Returns the evaluation of a point by those of its runs, and the index of the one that
+    /// counts: the worst one, of equal ones the first. The simulated time is that of all; none
+    /// without a run.
     pub fn worst(runs: &[Self]) -> Option<(usize, Self)> {
         let (mut index, mut worst) = (0, *runs.first()?);
         for (other, run) in runs.iter().enumerate() {

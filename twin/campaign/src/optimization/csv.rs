@@ -52,8 +52,8 @@ impl OptimizationResult {
         })
     }
 
-    /// Returns all points as CSV (RFC 4180): generation, values in SI units, the worst case if there
-    /// are cases, class, objective, number of violated constraints, cost, time of the fall,
+    /// Returns all points as CSV (RFC 4180): generation, values in SI units, the worst case if
+    /// there are cases, class, objective, number of violated constraints, cost, time of the fall,
     /// simulated time, key of the row.
     pub fn points_csv(&self) -> String {
         let first = std::iter::once("generation".to_owned());
