@@ -8,10 +8,11 @@ use twinrig_document::Document;
 use twinrig_scenario::{Outcome, Setting};
 use twinrig_study::{
     EstimatePlan, EstimateStudy, Factor, ModulationPlan, ModulationStudy, PlantFactory, PlantOffer,
-    SearchSize, StabilityPlan, Study, StudyInput, Variant, estimate, modulation, stability,
+    SearchSize, StabilityPlan, Study, StudyInput, TransitionPlan, TransitionStudy, Variant,
+    estimate, modulation, stability, transition,
 };
 
-use crate::args::ModulationOptions;
+use crate::args::{ModulationOptions, TransitionOptions};
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
@@ -20,6 +21,7 @@ use crate::run::execute::{Execution, execute};
 use crate::study::builder::StudyBuilder;
 use crate::study::load_recorder::BenchRecorder;
 use crate::study::modulation_cases::ModulationCases;
+use crate::study::transition_cases::TransitionCases;
 use crate::thesis::error::ThesisError;
 use crate::thesis::progress::ItemProgress;
 use crate::thesis::verdict::Measurement;
@@ -233,6 +235,29 @@ impl<'r> Context<'r> {
         let cases = ModulationCases::new(self.registry, &options, self.settings())?;
         let plan = cases.plan(&options)?;
         let study = modulation(&cases, &plan, &mut *self.progress.borrow_mut());
+        study.map_err(|source| of_study(&path, source))
+    }
+
+    /// Returns the study of gait transitions of a scenario, on its own plant.
+    ///
+    /// # Errors
+    /// Errors of the scenario or of the study.
+    pub(crate) fn transition(&self, file: &str) -> Result<TransitionStudy, TwinError> {
+        let path = self.path(file)?;
+        let plan = TransitionPlan::default();
+        let options = TransitionOptions {
+            scenario: path.clone(),
+            plant: Vec::new(),
+            set: Vec::new(),
+            variable: None,
+            plateau: Vec::new(),
+            tolerance: plan.tolerance,
+            cycles: plan.lasting,
+            out: PathBuf::new(),
+            json: false,
+        };
+        let cases = TransitionCases::new(self.registry, &options, self.settings())?;
+        let study = transition(&cases, &plan, &mut *self.progress.borrow_mut());
         study.map_err(|source| of_study(&path, source))
     }
 

@@ -11,12 +11,13 @@ mod models;
 mod modulation;
 mod schedule;
 mod tracking;
+mod transition;
 mod walking;
 
 use crate::thesis::item::Item;
 
 /// Items by their place in the thesis.
-static ITEMS: [Item; 30] = [
+static ITEMS: [Item; 31] = [
     walking::SPEEDS,
     walking::STEP_DOWN,
     models::FIG_2_5,
@@ -24,6 +25,7 @@ static ITEMS: [Item; 30] = [
     leg_force::FIG_2_9,
     models::FIG_2_10,
     modulation::FIG_3_5,
+    transition::FIG_3_7,
     modulation::FIG_3_8,
     walking::LOADS,
     bench::TABLE_4_1,

@@ -1,0 +1,183 @@
+//! Transition between gaits as the excitation rises and falls (figure 3.7).
+
+use std::f64::consts::PI;
+
+use twinrig_study::{MIXED, STANDING, Transition, TransitionResult, Way};
+
+use crate::error::TwinError;
+use crate::thesis::context::Context;
+use crate::thesis::item::{Item, Measurements, PrintedFigure};
+use crate::thesis::verdict::{Measurement, Rule};
+
+/// Gaits before and after the printed transition.
+const BEFORE: &str = "trot";
+const AFTER: &str = "pace";
+
+/// Share of the time in which a gait is that of a part of the run \[%\].
+const MOSTLY: Rule = Rule::AtLeast(50.0);
+const MOSTLY_GROUND: &str = "most of the time";
+
+const OTHER_GAIT: &str = "the settings of the gait are not printed, and every gait has its own time; \
+                          ours was optimised on this ramp, up and down";
+
+pub(crate) const FIG_3_7: Item = Item {
+    id: "fig-3-7",
+    title: "Transition between gaits by the excitation",
+    place: "figure 3.7, section 3.3.2.3",
+    run_s: 2.0,
+    figures: &[
+        PrintedFigure::statement(
+            "emerges",
+            "transitions into a pace as the excitation rises",
+            "3.3.2.3",
+            "emerge",
+            "",
+        )
+        .rule(Rule::AtLeast(1.0), "a count")
+        .remark(
+            "the thesis finds one in all of its optimised gaits; here two of three searches have \
+             gaits with a pace above an excitation",
+        ),
+        PrintedFigure::statement(
+            "before",
+            "share of trot in the regular cycles before",
+            "figure 3.7",
+            BEFORE,
+            "%",
+        )
+        .rule(MOSTLY, MOSTLY_GROUND)
+        .remark(
+            "regular are cycles within a tenth of the pattern of a gait: a seventh of the time \
+             here",
+        ),
+        PrintedFigure::statement(
+            "after",
+            "share of pace in the regular cycles after, as the excitation rises",
+            "figure 3.7",
+            AFTER,
+            "%",
+        )
+        .rule(MOSTLY, MOSTLY_GROUND)
+        .remark("above 7π the legs of a side part, to the pattern of a diagonal walk"),
+        PrintedFigure::value("begins", "change begins", "figure 3.7", 63.0, "s").remark(OTHER_GAIT),
+        PrintedFigure::value(
+            "excitation",
+            "excitation then",
+            "figure 3.7",
+            3.0,
+            "π rad/s",
+        )
+        .remark(OTHER_GAIT),
+        PrintedFigure::value(
+            "established",
+            "pace is established",
+            "figure 3.7",
+            70.0,
+            "s",
+        )
+        .remark(OTHER_GAIT),
+        PrintedFigure::value("lasts", "duration of the change", "figure 3.7", 7.0, "s")
+            .rule(Rule::Factor(2.0), "\"a few seconds\"")
+            .remark("established are three cycles in a row"),
+        PrintedFigure::statement(
+            "slip",
+            "slip of the feet in the change over that in the rest of the run",
+            "figure 3.7",
+            "large, from 64 s to 66 s",
+            "×",
+        )
+        .rule(Rule::AtLeast(2.0), "\"large\"; of the slip in a second")
+        .remark("of all feet, from the first footstep on"),
+        PrintedFigure::statement(
+            "hysteresis",
+            "excitation at which the pace begins, less that at which it ends on the way down",
+            "not in the thesis; known of walk and trot",
+            "hysteresis",
+            "π rad/s",
+        )
+        .rule(
+            Rule::AtLeast(1.0),
+            "two steps of the excitation, as one is its resolution",
+        )
+        .remark("the gait of another search has 2π: docs/studies.md"),
+    ],
+    measure: transition,
+    commands: &[
+        "twin study transition scenarios/thesis/fig-3-7.toml --plant massless --plant lcp",
+        "twin run scenarios/thesis/fig-3-7.toml",
+    ],
+};
+
+fn transition(context: &Context<'_>) -> Result<Measurements, TwinError> {
+    let study = context.transition("thesis/fig-3-7.toml")?;
+    Ok(study.cases.first().map(measurements).unwrap_or_default())
+}
+
+fn measurements(run: &TransitionResult) -> Measurements {
+    let mut found = Measurements::default();
+    let changes = || run.transitions.iter().filter(|one| is_change(one));
+    found.set("emerges", changes().count() as f64);
+    let Some((change, established_s)) =
+        changes().find_map(|one| one.established_s.map(|at_s| (one, at_s)))
+    else {
+        return found;
+    };
+    let begin_s = change.begin_s;
+    let first_s = run.run.footsteps.first().map_or(0.0, |it| it.touch_down_s);
+    let end_s = run.run.fell_at_s.unwrap_or(run.run.end_s);
+    found.set("before", 100.0 * share(run, BEFORE, [first_s, begin_s]));
+    let rise_s = [established_s, descent_s(run)];
+    found.set("after", 100.0 * share(run, AFTER, rise_s));
+    found.set("begins", begin_s);
+    found.set("excitation", change.value / PI);
+    found.set("established", established_s);
+    found.set("lasts", established_s - begin_s);
+    let rest = slip(run, [first_s, begin_s]) + slip(run, [established_s, end_s]);
+    let rest = rest / (begin_s - first_s + end_s - established_s);
+    let during = slip(run, [begin_s, established_s]) / (established_s - begin_s);
+    found.set("slip", during / rest);
+    let pace = |one: &&Transition| one.way == Way::Down && one.from == AFTER;
+    let end = run.transitions.iter().rev().find(pace);
+    let begins = excitation(run, established_s);
+    found.add(
+        "hysteresis",
+        end.map(|end| Measurement::exact((begins - end.value) / PI)),
+    );
+    found
+}
+
+/// Returns whether a transition is from one gait into the printed one on the way up.
+fn is_change(one: &Transition) -> bool {
+    one.way == Way::Up && one.to == AFTER && one.from != STANDING
+}
+
+/// Returns the time from which the excitation falls \[s\].
+fn descent_s(run: &TransitionResult) -> f64 {
+    let values = run.case.values.windows(2);
+    let mut falls = values.filter(|pair| pair[1][1] < pair[0][1]);
+    falls.next().map_or(run.run.end_s, |pair| pair[1][0])
+}
+
+/// Returns the value of the excitation at a time.
+fn excitation(run: &TransitionResult, at_s: f64) -> f64 {
+    let values = run.case.values.iter().rev();
+    let mut past = values.filter(|[from_s, _]| *from_s <= at_s);
+    past.next().map_or(f64::NAN, |[_, value]| *value)
+}
+
+/// Returns the share of a class in the time of the regular cycles of a span.
+fn share(run: &TransitionResult, class: &str, [from_s, to_s]: [f64; 2]) -> f64 {
+    let time = |is_counted: &dyn Fn(&str) -> bool| -> f64 {
+        let cycles = run.cycles.iter().filter(|cycle| is_counted(&cycle.class));
+        let within = cycles.map(|cycle| cycle.end_s.min(to_s) - cycle.begin_s.max(from_s));
+        within.map(|lasts| lasts.max(0.0)).sum()
+    };
+    time(&|of| of == class) / time(&|of| ![MIXED, STANDING].contains(&of))
+}
+
+/// Returns the distance that the feet slipped in footsteps that begin in a span of time \[m\].
+fn slip(run: &TransitionResult, [from_s, to_s]: [f64; 2]) -> f64 {
+    let footsteps = run.run.footsteps.iter();
+    let within = footsteps.filter(|it| (from_s..to_s).contains(&it.touch_down_s));
+    within.map(|step| step.slip_m).sum()
+}
