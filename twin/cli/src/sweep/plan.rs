@@ -34,7 +34,7 @@ impl<'r> SweepPlan<'r> {
             file: &spec.file,
             set: &spec.set,
             settings,
-            keys: spec.dimensions.iter().map(|it| it.key.clone()).collect(),
+            keys: spec.keys().cloned().collect(),
             recorded,
         };
         let (mut runs, _) = RunPlan::new(registry, request)?;
