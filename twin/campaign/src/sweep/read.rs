@@ -4,7 +4,7 @@ use twinrig_document::{Item, Placed, Reported, Table};
 use twinrig_kernel::Unit;
 
 use super::dimension::{DimensionValues, SweepDimension, ValueInterval};
-use super::keys::{COUNT, DIMENSION, FROM, KEY, SCALE, TO, VALUES, WHOLE};
+use super::keys::{ALSO, COUNT, DIMENSION, FROM, KEY, SCALE, TO, VALUES, WHOLE};
 use super::value::{SweepValue, toml};
 
 /// Greatest number of points.
@@ -118,6 +118,8 @@ pub(crate) fn scale(item: &Item<'_>) -> Result<bool, Reported> {
 pub(super) fn dimension(item: &Item<'_>, is_grid: bool) -> Result<SweepDimension, Reported> {
     let table = &item.table()?;
     let key = table.required(KEY, Item::placed_text);
+    let also = table.optional(ALSO, |item| item.each(Item::placed_text));
+    let also = also.map(Option::unwrap_or_default);
     let listed = table.optional(VALUES, listed);
     let is_seed = key.as_ref().is_ok_and(|key| key.value == SCENARIO_SEED);
     let whole = table.optional(WHOLE, Item::boolean)?.unwrap_or(is_seed);
@@ -134,6 +136,7 @@ pub(super) fn dimension(item: &Item<'_>, is_grid: bool) -> Result<SweepDimension
         }
         return Ok(SweepDimension {
             key: key?,
+            also: also?,
             values: DimensionValues::Listed(values),
         });
     }
@@ -167,6 +170,7 @@ pub(super) fn dimension(item: &Item<'_>, is_grid: bool) -> Result<SweepDimension
     };
     Ok(SweepDimension {
         key: key?,
+        also: also?,
         values: values?,
     })
 }

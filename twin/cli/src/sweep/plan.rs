@@ -35,7 +35,7 @@ impl<'r> SweepPlan<'r> {
             file: &spec.file,
             set: &spec.set,
             settings,
-            keys: spec.dimensions.iter().map(|it| it.key.clone()).collect(),
+            keys: spec.keys().cloned().collect(),
             cases: vec![RunCase::default()],
             recorded,
         };
