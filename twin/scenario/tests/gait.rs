@@ -301,6 +301,36 @@ proptest! {
 }
 
 #[test]
+fn fitness_of_a_fall_does_not_depend_on_the_time_after_the_window() {
+    let body = |ms: u64| {
+        [
+            SPEED * ms as f64 / 1000.0,
+            0.0,
+            if ms < 2_400 { 0.12 } else { 0.02 },
+        ]
+    };
+    let phase = |leg: &str, ms| phase_of(leg, ms, 0);
+    let run = Run {
+        body: &body,
+        phase: Some(&phase),
+        ..Run::default()
+    };
+    let judged = |more: &str, duration: &str| {
+        let expect = format!("[[expect]]\ngait = {{ fitness = {{ min = 0.1 }} }}\n{more}");
+        let text = common::text(&expect).replace("\"10 s\"", duration);
+        let end_ms = if duration == "\"4 s\"" { 4_000 } else { 10_000 };
+        let scene = common::scene(&text).unwrap();
+        judge_run(&scene, &Run { end_ms, ..run }, None)
+            .outcomes
+            .remove(0)
+    };
+    let [window, run] = [("before = '4 s'", "\"10 s\""), ("", "\"4 s\"")];
+    let (window, run) = (judged(window.0, window.1), judged(run.0, run.1));
+    assert!(window.detail.starts_with("stage 3"), "{window:?}");
+    assert_eq!(window.measured, run.measured);
+}
+
+#[test]
 fn other_measures_of_a_robot_that_fell_are_unobserved() {
     let body = |ms: u64| [0.0, 0.0, if ms < 5_000 { 0.12 } else { 0.02 }];
     let run = Run {

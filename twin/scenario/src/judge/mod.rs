@@ -277,7 +277,9 @@ impl Judge {
             (MonitorKind::Gait(meter), _) => {
                 let survived = match self.fall.fell_at().filter(|_| monitor.fell) {
                     Some(at) => {
-                        at.since_start().as_secs_f64() / self.end.since_start().as_secs_f64()
+                        // Time after the window has no influence.
+                        let end = monitor.window.before.min(self.end);
+                        at.since_start().as_secs_f64() / end.since_start().as_secs_f64()
                     }
                     None => 1.0,
                 };

@@ -168,7 +168,7 @@ impl GaitMeter {
         self.slip += step.slip;
     }
 
-    /// Returns the finding. `survived` is the share of the run before a fall.
+    /// Returns the finding. `survived`: time of a fall over that of the window's end.
     pub fn finding(&self, survived: f64) -> Finding {
         let Some(path) = self.path.as_ref().filter(|_| self.observed > 0.0) else {
             return Finding::unobserved("there is no observation in its window");
