@@ -41,16 +41,21 @@ impl<'r> OptimizationPlan<'r> {
         settings: &[Setting],
     ) -> Result<Self, TwinError> {
         let document = Document::read(scenario)?;
-        let mut set = space.set.clone();
-        if !sets_end(&document, &set, settings) {
+        // After the others, which may set the table `fall`.
+        let mut all = settings.to_vec();
+        if !sets_end(&document, &space.set, settings) {
             let (key, value) = FALL_END;
-            set.push((key.to_owned(), value.to_owned()));
+            all.push(Setting {
+                origin: space.file.clone(),
+                key: key.to_owned(),
+                value: value.to_owned(),
+            });
         }
         let request = RunRequest {
             scenario,
             file: &space.file,
-            set: &set,
-            settings,
+            set: &space.set,
+            settings: &all,
             keys: space.dimensions.iter().map(|it| it.key.clone()).collect(),
             recorded: false,
         };
