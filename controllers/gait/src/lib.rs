@@ -19,8 +19,8 @@
 //! ```
 //!
 //! [`Cpg`] combines these parts to a process of a rig; [`Tegotae`] has phases with feedback in place
-//! of network and duty map; [`Planner`] changes the steps of a [`Cpg`] before an obstacle; [`Stand`]
-//! holds a constant pose.
+//! of network and duty map; [`Planner`] changes the steps of a [`Cpg`] before an obstacle;
+//! [`Stand`] holds a constant pose.
 //!
 //! # Limits
 //!

@@ -12,6 +12,7 @@ mod thesis;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use twinrig_campaign::sweep::POINTS_MOST;
 use twinrig_document::{parse_duration, parse_quantity};
 use twinrig_kernel::{SimDuration, Unit};
 
@@ -291,9 +292,19 @@ fn non_negative(text: &str, unit: Unit) -> Result<f64, String> {
 }
 
 fn whole_number(text: &str) -> Result<usize, String> {
+    number_from(1, text)
+}
+
+fn whole_number_or_none(text: &str) -> Result<usize, String> {
+    number_from(0, text)
+}
+
+fn number_from(least: usize, text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(count) if count > 0 => Ok(count),
-        _ => Err("it must be a whole number above 0".to_owned()),
+        Ok(count) if (least..=POINTS_MOST).contains(&count) => Ok(count),
+        _ => Err(format!(
+            "it must be a whole number from {least} to {POINTS_MOST}"
+        )),
     }
 }
 
@@ -318,6 +329,20 @@ mod tests {
     use clap::CommandFactory;
 
     use super::*;
+
+    #[test]
+    fn numbers_that_no_memory_holds_are_refused() {
+        assert_eq!(whole_number("1000000"), Ok(POINTS_MOST));
+        for text in [
+            "0",
+            "1000001",
+            "9223372036854775807",
+            "18446744073709551616",
+        ] {
+            let error = whole_number(text).unwrap_err();
+            assert_eq!(error, "it must be a whole number from 1 to 1000000");
+        }
+    }
 
     #[test]
     fn command_line_definition_is_consistent() {

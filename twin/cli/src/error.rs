@@ -100,7 +100,7 @@ pub enum TwinError {
         /// Reason.
         source: RecordError,
     },
-    /// Options that are incompatible with the comparison of several plants.
+    /// Options that are incompatible with each other, or an element of a list that is there twice.
     #[error("error: {why}\n  = help: {help}")]
     Together {
         /// Reason.
@@ -293,6 +293,11 @@ impl TwinError {
         name: &str,
         source: BuildError,
     ) -> Self {
+        // A mistake of the scenario has a better place.
+        let source = match source.downcast::<DocumentError>() {
+            Ok(mistake) => return Self::Document(*mistake),
+            Err(source) => source,
+        };
         Self::Build {
             what,
             name: name.to_owned(),

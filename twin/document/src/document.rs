@@ -193,7 +193,8 @@ impl Document {
     fn insert(&mut self, keys: &[String], place: &Place, node: Node) -> Result<(), DocumentError> {
         self.root.insert(keys, place, node).map_err(|key| {
             let message = format!("`{key}` cannot be set: its parent is not a table");
-            Problem::at(place, message, "").into()
+            let help = "set the whole parent, or make it a table in the file: `{ … }`";
+            Problem::at(place, message, help).into()
         })
     }
 }

@@ -147,6 +147,8 @@ pub struct Ground {
     pub restitution: f64,
     /// Its shape.
     pub profile: Profile,
+    /// Its place in the scenario, for messages.
+    pub place: Place,
 }
 
 /// Shape of the ground. x is forward from the start of the robot, y to its left, height is 0 at the

@@ -190,6 +190,45 @@ fn cycle_residual_is_the_change_from_touch_down_to_touch_down() {
     assert!((found - 0.02).abs() < 1e-9, "{found}");
 }
 
+#[test]
+fn cycle_residual_does_not_depend_on_the_impulse_that_confirms_a_touch_down() {
+    let limit_cycle = |ms: u64| {
+        let turn = TAU * (ms % CYCLE_MS) as f64 / CYCLE_MS as f64;
+        [
+            SPEED * ms as f64 / 1000.0,
+            0.0,
+            0.12 + 0.01 * libm::sin(turn),
+        ]
+    };
+    // Weak loads at the begin of a stance, of another duration in each, delay its confirmation by
+    // up to 40 ms.
+    let load = |leg: &str, ms: u64| {
+        let weak_ms = 10 * (ms / CYCLE_MS % 5);
+        match trot_load(leg, ms) {
+            load if load > 0.0 && ms % CYCLE_MS < weak_ms => 0.6,
+            load => load,
+        }
+    };
+    let run = Run {
+        body: &limit_cycle,
+        load: &load,
+        ..Run::default()
+    };
+    let found = residual(&run);
+    assert!(found < 1e-9, "{found}");
+    // A touch-down belongs to the window that it is in, wherever its confirmation is: from 1.2 s
+    // to 1.5 s inclusive there is one whole cycle, later by an observation none.
+    let within = |after: &str| {
+        let window = format!("after = '{after}'\nbefore = '1.5 s'");
+        outcome(
+            &format!("gait = {{ cycle_residual = {{ max = 1 }} }}\n{window}"),
+            &run,
+        )
+    };
+    assert_eq!(within("1.198 s").detail, "1 cycle");
+    assert_eq!(within("1.202 s").verdict, Verdict::Unobserved);
+}
+
 fn fitness(run: &Run<'_>, more: &str, head: &str) -> Outcome {
     let expect = format!("{head}[[expect]]\ngait = {{ fitness = {{ min = 0.1 }}{more} }}");
     let scene = common::scene(&common::text(&expect)).unwrap();
@@ -260,6 +299,36 @@ proptest! {
         prop_assert!((found / expected - 1.0).abs() < 0.02, "{} for {}", found, expected);
         prop_assert_eq!(ended.detail.starts_with("stage 0"), survived <= 0.5);
     }
+}
+
+#[test]
+fn fitness_of_a_fall_does_not_depend_on_the_time_after_the_window() {
+    let body = |ms: u64| {
+        [
+            SPEED * ms as f64 / 1000.0,
+            0.0,
+            if ms < 2_400 { 0.12 } else { 0.02 },
+        ]
+    };
+    let phase = |leg: &str, ms| phase_of(leg, ms, 0);
+    let run = Run {
+        body: &body,
+        phase: Some(&phase),
+        ..Run::default()
+    };
+    let judged = |more: &str, duration: &str| {
+        let expect = format!("[[expect]]\ngait = {{ fitness = {{ min = 0.1 }} }}\n{more}");
+        let text = common::text(&expect).replace("\"10 s\"", duration);
+        let end_ms = if duration == "\"4 s\"" { 4_000 } else { 10_000 };
+        let scene = common::scene(&text).unwrap();
+        judge_run(&scene, &Run { end_ms, ..run }, None)
+            .outcomes
+            .remove(0)
+    };
+    let [window, run] = [("before = '4 s'", "\"10 s\""), ("", "\"4 s\"")];
+    let (window, run) = (judged(window.0, window.1), judged(run.0, run.1));
+    assert!(window.detail.starts_with("stage 3"), "{window:?}");
+    assert_eq!(window.measured, run.measured);
 }
 
 #[test]

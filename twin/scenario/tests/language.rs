@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::{Value, json};
+use twinrig_runtime::Change;
 use twinrig_scenario::{Catalogue, Kind, Scenario, TableReference, language};
 
 /// Keys and values of a table, in TOML.
@@ -250,4 +251,20 @@ fn documentation_of_tables_is_up_to_date() {
             "scenarios/README.md is not up to date: {hint}"
         );
     }
+}
+
+/// 0.3 − 3 · 0.1 is −5.6e-17 in floating point; 0 is meant, the least step length.
+#[test]
+fn repeated_change_meets_a_bound_within_rounding() {
+    let changed = |by: &str| {
+        let to = "[[change]]\nat = '1 s'\nset = 'step_length'\nto = '0.3 m'\n";
+        let by = format!("[[change]]\nat = '2 s'\nset = 'step_length'\nby = '{by}'\n");
+        let text = format!("{to}{by}every = '1 s'\ntimes = 3\n");
+        common::parse(&common::text(&text))
+    };
+    let scenario = changed("-0.1 m").unwrap();
+    let last = scenario.changes.last().unwrap();
+    assert_eq!(last.change, Change::To(0.0));
+    let error = changed("-0.10000001 m").unwrap_err().to_string();
+    assert!(error.contains("out of its range"), "{error}");
 }

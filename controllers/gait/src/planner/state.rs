@@ -100,8 +100,8 @@ impl State {
         plan.scale * self.odometry.travelled - plan.offset
     }
 
-    /// Processes the feet at the end of `seconds`, and the phases of their legs. Returns the duration
-    /// of the last cycle of the first leg if it is complete \[s\].
+    /// Processes the feet at the end of `seconds`, and the phases of their legs. Returns the
+    /// duration of the last cycle of the first leg if it is complete \[s\].
     pub(super) fn step(
         &mut self,
         seconds: f64,

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use twinrig_kernel::{Direction, SimDuration, Snapshot};
 use twinrig_leg::{LegCommand, Pantograph};
 use twinrig_robot::{LegMount, Robot};
-use twinrig_runtime::Process;
+use twinrig_runtime::{Process, ProcessVariable};
 
 use super::Planner;
 use crate::{Cpg, Gait};
@@ -16,7 +16,7 @@ const PERIOD: SimDuration = SimDuration::from_millis(2);
 const DUTY: f64 = 0.6;
 
 fn set(process: &mut impl Process, name: &str, value: f64) {
-    let mut names = process.variables().iter().map(|variable| variable.name());
+    let mut names = process.variables().iter().map(ProcessVariable::name);
     let index = names.position(|known| known == name).unwrap();
     process.set_variable(index, value).unwrap();
 }

@@ -228,7 +228,14 @@ fn objective(table: &Table<'_>) -> Result<(Placed<String>, Direction), Reported>
 
 fn constraints(item: &Item<'_>) -> Result<ConstraintChoice, Reported> {
     if !item.is_text() {
-        return Ok(ConstraintChoice::Named(item.each(Item::placed_text)?));
+        let names = item.each(Item::placed_text)?;
+        for (index, name) in names.iter().enumerate() {
+            if names[..index].iter().any(|other| other.value == name.value) {
+                let message = format!("`{}` is listed twice", name.value);
+                return Err(item.report_at(&name.place, message, "leave one of them out"));
+            }
+        }
+        return Ok(ConstraintChoice::Named(names));
     }
     let word = item.placed_text()?;
     if word.value == "all" {

@@ -16,7 +16,7 @@ use super::row::{RowKey, SweepRow};
 pub enum StoreError {
     /// Another process appends to the file.
     #[error(
-        "another sweep is writing {}\n  = help: wait for its end, choose another folder, or divide the work by --partition i/n",
+        "another process is writing {}\n  = help: wait for its end, or choose another folder by --out; several processes share a sweep by --partition i/n",
         path.display()
     )]
     Locked {

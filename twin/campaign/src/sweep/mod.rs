@@ -27,7 +27,7 @@ pub use keys::{SPEC_KEYS, SpecKey, key_table};
 pub(crate) use keys::{rows_of_keys, spec_keys};
 pub use log::{DamagedLines, OpenedLog, RowLog, StoreError};
 pub use partition::Partition;
-pub use read::overlap;
+pub use read::{POINTS_MOST, overlap};
 pub use result::{ResultDimension, ResultRow, SweepCounts, SweepResult, SweepVerdict};
 pub use row::{ExpectationVerdict, RowExpectation, RowKey, RowVerdict, SweepRow};
 pub use share::{Share, ShareSpec, ShareVerdict, VERDICT_SHARE, percent};

@@ -7,8 +7,8 @@ use super::dimension::{DimensionValues, SweepDimension, ValueInterval};
 use super::keys::{ALSO, COUNT, DIMENSION, FROM, KEY, SCALE, TO, VALUES, WHOLE};
 use super::value::{SweepValue, toml};
 
-/// Greatest number of points.
-pub(super) const POINTS_MOST: usize = 1_000_000;
+/// Greatest number of points of a sweep, and of a generation of a search.
+pub const POINTS_MOST: usize = 1_000_000;
 /// Greatest number of dimensions.
 pub(crate) const DIMENSIONS_MOST: usize = 100;
 /// Key of a scenario whose values are whole numbers.

@@ -1,5 +1,5 @@
-"""pycma, by Hansen and others, as a peer of CMA-ES: its update by given samples, and the evaluations
-that it takes to a target. Reads a request from standard input, prints JSON."""
+"""purecma and pycma, by Hansen and others, as peers of CMA-ES: the update by given samples of the
+first, and the evaluations that the second takes to a target. Reads a request from standard input, prints JSON."""
 
 import contextlib
 import json

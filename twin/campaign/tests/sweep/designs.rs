@@ -60,7 +60,7 @@ fn further_keys_of_a_dimension_have_its_value_and_change_no_other() {
         };
         assert_eq!([a, a, a, c], [0, 1, 2, 3].map(|n| &linked[n]));
     }
-    let error = read("also = ['c'],").unwrap_err().to_string();
+    let error = read("also = ['c'],").unwrap_err();
     assert!(
         error.contains("`c` is set by the dimension `c` already"),
         "{error}"

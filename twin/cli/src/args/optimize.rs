@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Settings, whole_number};
+use super::{Settings, whole_number, whole_number_or_none};
 
 /// Arguments of `twin optimize`.
 #[derive(Clone, Debug, Args)]
@@ -21,7 +21,7 @@ pub struct OptimizeArgs {
     #[arg(long, value_name = "N", value_parser = whole_number)]
     pub particles: Option<usize>,
     /// Generations after the first one, in place of `iterations` of the search space
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole_number_or_none)]
     pub iterations: Option<usize>,
     /// Seed of the search, in place of `seed` of the search space
     #[arg(long, value_name = "N")]

@@ -6,7 +6,7 @@ use clap::{Args, Subcommand};
 use twinrig_kernel::SimDuration;
 
 use super::gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
-use super::{duration, key_value, seconds, whole_number};
+use super::{duration, key_value, seconds, whole_number, whole_number_or_none};
 
 /// Arguments of `twin study`.
 #[derive(Clone, Debug, Args)]
@@ -96,7 +96,7 @@ pub struct EstimateOptions {
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = whole_number)]
     pub particles: usize,
     /// Iterations of each swarm
-    #[arg(long, value_name = "N", default_value_t = 25)]
+    #[arg(long, value_name = "N", default_value_t = 25, value_parser = whole_number_or_none)]
     pub iterations: usize,
 }
 
@@ -107,7 +107,7 @@ pub struct PrecisionOptions {
     #[command(flatten)]
     pub study: StudyOptions,
     /// Walks from perturbed starts of each plant, where the scenario walks; 0 for none
-    #[arg(long, value_name = "N", default_value_t = 100)]
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = whole_number_or_none)]
     pub ensemble: usize,
 }
 

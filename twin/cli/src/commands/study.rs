@@ -68,6 +68,7 @@ fn execute(
     frame: StudyFrame<'_>,
     terminal: &mut Terminal<'_>,
 ) -> Result<(StudyResult, Machine, Vec<PathBuf>), TwinError> {
+    frame.check_lists(study)?;
     let settings = frame.settings();
     if !frame.json {
         for scenario in frame.scenarios {

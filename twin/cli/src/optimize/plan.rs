@@ -43,12 +43,11 @@ impl<'r> OptimizationPlan<'r> {
         settings: &[Setting],
     ) -> Result<Self, TwinError> {
         let document = Document::read(scenario)?;
-        let mut set = space.set.clone();
-        let cases = cases(&space, &document, &mut set, settings);
+        let cases = cases(&space, &document, settings);
         let request = RunRequest {
             scenario,
             file: &space.file,
-            set: &set,
+            set: &space.set,
             settings,
             keys: space.dimensions.iter().map(|it| it.key.clone()).collect(),
             cases,
@@ -97,34 +96,26 @@ impl OptimizationPlan<'_> {
     }
 }
 
-/// Returns the cases of a plan. Falls end all runs of which nothing else decides it: without cases
-/// by a setting of all runs.
-fn cases(
-    space: &SearchSpace,
-    document: &Document,
-    set: &mut Vec<(String, String)>,
-    settings: &[Setting],
-) -> Vec<RunCase> {
-    let (key, value) = FALL_END;
-    if space.cases.is_empty() {
-        if !sets_end(document, set, settings) {
-            set.push((key.to_owned(), value.to_owned()));
-        }
-        return vec![RunCase::default()];
+/// Returns the cases of a plan; one without a name for a space without cases. Falls end all runs of
+/// which nothing else decides it.
+fn cases(space: &SearchSpace, document: &Document, settings: &[Setting]) -> Vec<RunCase> {
+    let mut cases: Vec<RunCase> = space.cases.iter().map(RunCase::new).collect();
+    if cases.is_empty() {
+        cases.push(RunCase::default());
     }
-    let cases = space.cases.iter().map(|given| {
-        let mut case = RunCase::new(given);
+    for case in &mut cases {
         let all: Vec<Setting> = settings.iter().chain(&case.settings).cloned().collect();
-        if !sets_end(document, set, &all) {
+        if !sets_end(document, &space.set, &all) {
+            // After the others, which may set the table `fall`.
+            let (key, value) = FALL_END;
             case.settings.push(Setting {
                 origin: space.file.clone(),
                 key: key.to_owned(),
                 value: value.to_owned(),
             });
         }
-        case
-    });
-    cases.collect()
+    }
+    cases
 }
 
 /// Returns whether scenario or settings decide themselves if a fall ends a run.

@@ -1,13 +1,18 @@
 //! Formulation of the constraints of a plant, and the course of set-points that goes with it: what
 //! a scenario has that names neither.
 
+use twinrig_document::{Problem, print_quantity};
+use twinrig_kernel::Unit;
 use twinrig_legged::Constraints;
 use twinrig_robot::Robot;
 use twinrig_scenario::{
-    Accepts, ActuatorKind, LegFact, OptionSpec, OptionValue, Options, Scenario, SetPointKind,
+    Accepts, ActuatorKind, LegFact, OptionSpec, OptionValue, Options, Profile, Scenario,
+    SetPointKind,
 };
 
+use crate::error::BuildError;
 use crate::parts::option::option;
+use crate::parts::plant_kind::PlantContext;
 
 /// Plant option with the formulation.
 pub(crate) const CONSTRAINTS: &str = "constraints";
@@ -82,6 +87,50 @@ pub(crate) fn complete(
         };
         actuator.set_point = Some(course);
     }
+}
+
+/// Refuses a bar that would be no obstacle: rigid constraints have no walls, and a compliant foot
+/// that is beyond the middle of a bar is pushed out of its far side.
+pub(crate) fn check_bar(
+    context: &PlantContext<'_>,
+    constraints: Constraints,
+) -> Result<(), BuildError> {
+    let Some(ground) = &context.plant.ground else {
+        return Ok(());
+    };
+    let Profile::Bar { length, .. } = ground.profile else {
+        return Ok(());
+    };
+    let refused = |message: String, help: &str| {
+        let problem = Problem::at(&ground.place, message, help);
+        Err(twinrig_document::DocumentError::from(problem).into())
+    };
+    if constraints == Constraints::Rigid {
+        let message = "with rigid constraints feet pass through a bar: they have no walls";
+        let help = "set `constraints = \"compliant\"` in [plant], or take the profile `hole`";
+        return refused(message.to_owned(), help);
+    }
+    let least = bar_length_least(context);
+    if length < least {
+        let least = print_quantity((1e4 * least).ceil() / 1e4, Unit::Meter);
+        let message = format!("feet of this robot may pass through a bar of less than {least}");
+        return refused(message, "give a greater `length`");
+    }
+    Ok(())
+}
+
+/// Speed of an impact on a bar \[m/s\]: that of a running robot.
+const IMPACT_SPEED: f64 = 1.0;
+
+/// Returns the least length of a bar \[m\]: twice the depth in which the softest sole stops the
+/// share of a leg in the mass of the robot.
+fn bar_length_least(context: &PlantContext<'_>) -> f64 {
+    let simulated = context.robot.legs.iter();
+    let simulated = simulated.filter(|leg| context.legs.contains(&leg.name.as_str()));
+    let soles = simulated.filter_map(|leg| Some(leg.leg.compliance?.sole.stiffness));
+    let softest = soles.fold(f64::INFINITY, f64::min);
+    let mass = context.robot.mass() / context.legs.len().max(1) as f64;
+    2.0 * IMPACT_SPEED * (mass / softest).sqrt()
 }
 
 /// Whether an option has a value that only rigid constraints have.

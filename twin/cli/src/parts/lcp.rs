@@ -6,7 +6,7 @@ use twinrig_lcp::{Constraints, Features, Lcp, Method, Options};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
 use crate::error::BuildError;
-use crate::parts::constraints::{constraints_choice, named_constraints};
+use crate::parts::constraints::{check_bar, constraints_choice, named_constraints};
 use crate::parts::option::choice;
 use crate::parts::plant_kind::{PlantContext, PlantKind};
 use crate::parts::setup::setup;
@@ -56,6 +56,7 @@ pub fn lcp(context: &PlantContext<'_>) -> Result<Lcp, BuildError> {
     let name = values.text("integrator").unwrap_or_default();
     let mut methods = Method::ALL.into_iter();
     let constraints = named_constraints(values).unwrap_or_default();
+    check_bar(context, constraints)?;
     let tolerance = match constraints {
         Constraints::Rigid => Options::TOLERANCE,
         Constraints::Compliant => Options::COMPLIANT_TOLERANCE,

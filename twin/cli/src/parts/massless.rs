@@ -9,7 +9,7 @@ use twinrig_massless::{Force, Massless, Options};
 use twinrig_scenario::{Accepts, OptionSpec, Options as SceneOptions};
 
 use crate::error::BuildError;
-use crate::parts::constraints::{constraints_choice, named_constraints};
+use crate::parts::constraints::{check_bar, constraints_choice, named_constraints};
 use crate::parts::option::choice;
 use crate::parts::plant_kind::{PlantContext, PlantKind};
 use crate::parts::setup::setup;
@@ -67,6 +67,7 @@ pub fn massless(context: &PlantContext<'_>) -> Result<Massless, BuildError> {
     let (setup, values) = (setup(context, STEP)?, &context.plant.options);
     let (force, tolerance) = (force(values)?, values.number("tolerance"));
     let constraints = named_constraints(values).unwrap_or_default();
+    check_bar(context, constraints)?;
     let options = match (constraints, force, tolerance) {
         (Constraints::Compliant, Force::Solve, tolerance) => {
             Options::compliant(setup, tolerance.unwrap_or(Options::TOLERANCE))

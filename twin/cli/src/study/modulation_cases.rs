@@ -183,10 +183,14 @@ impl<'r> ModulationCases<'r> {
                 refused(why, "give quantities with units: --by=\"-5 mm,-10 mm\"")
             })
         });
-        Ok(ModulationPlan {
-            changes: changes.collect::<Result<_, _>>()?,
-            ..plan
-        })
+        let changes: Vec<f64> = changes.collect::<Result<_, _>>()?;
+        for (index, change) in changes.iter().enumerate() {
+            if changes[..index].contains(change) {
+                let why = format!("--by has the change {} twice", options.by[index]);
+                return Err(refused(why, "give it once"));
+            }
+        }
+        Ok(ModulationPlan { changes, ..plan })
     }
 }
 

@@ -316,9 +316,11 @@ fn origin(key: &str) -> String {
 fn base_settings(request: &RunRequest<'_>) -> Vec<Setting> {
     let overridden = |key: &str| request.settings.iter().any(|it| overlap(&it.key, key));
     let set = request.set.iter().filter(|(key, _)| !overridden(key));
+    // A setting is shown as a line that the file does not have.
+    let origin = format!("`set` of {}", request.file);
     let mut base: Vec<Setting> = set
         .map(|(key, value)| Setting {
-            origin: request.file.to_owned(),
+            origin: origin.clone(),
             key: key.clone(),
             value: value.clone(),
         })

@@ -374,7 +374,7 @@ fn list_names_all_parts() {
         json!("build with `--features mujoco`, after `ci/setup mujoco`")
     };
     assert_eq!((lacking("mjcf"), lacking("lcp")), (mujoco, json!(null)));
-    let controllers = ["cpg", "tegotae", "stand", "script", "turn"];
+    let controllers = ["cpg", "tegotae", "planner", "stand", "script", "turn"];
     assert_eq!(names("controllers"), controllers);
     assert!(
         listing["robots"]

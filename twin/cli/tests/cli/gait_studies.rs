@@ -281,3 +281,37 @@ fn loads_differ_by_delay_and_error_and_equal_ones_are_void() {
     assert_eq!((done.code, done.out.as_str()), (2, ""), "{}", done.err);
     assert!(done.err.contains("takes no loads"), "{}", done.err);
 }
+
+#[test]
+fn element_of_a_list_given_twice_is_refused() {
+    let folder = Folder::new("study-twice");
+    let (change, ramp) = (
+        scenario("step-change.toml"),
+        scenario("thesis/fig-3-7.toml"),
+    );
+    for (kind, file, option, twice) in [
+        (
+            "modulation",
+            &change,
+            "--by=-5 mm,-0.5 cm",
+            "--by has the change -0.5 cm twice",
+        ),
+        (
+            "transition",
+            &ramp,
+            "--plateau=5s,5000ms",
+            "--plateau has `5.000 s` twice",
+        ),
+    ] {
+        let done = study(kind, &[file, option], &folder);
+        assert_eq!(done.code, 2, "{}", done.out);
+        assert!(done.err.contains(twice), "{}", done.err);
+    }
+    let plants = ["--plant", "massless", "--plant", "massless"];
+    let done = study("modulation", &[&[&*change][..], &plants].concat(), &folder);
+    assert!(
+        done.err.contains("--plant has `massless` twice"),
+        "{}",
+        done.err
+    );
+}

@@ -9,6 +9,7 @@ mod estimate_study;
 mod falls;
 mod fmu;
 mod gait_studies;
+mod ground;
 #[cfg(unix)]
 mod hardware;
 #[cfg(unix)]

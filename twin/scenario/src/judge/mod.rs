@@ -26,7 +26,7 @@ use at_end::{cost, energy};
 use channel::{Cycle, CycleEvent};
 use fall::FallDetector;
 use footstep::{Detector, Thresholds};
-use gait::NewCycle;
+use gait::FirstLeg;
 use monitor::{Monitor, MonitorKind, SampleCount, sample_counts};
 use outcome::{Finding, outcome};
 use steps::{ReferenceStep, RunFacts, StepMeter};
@@ -83,8 +83,8 @@ pub struct Judge {
     touch_downs: TouchDowns,
     /// Footsteps completed by the last samples.
     closed: Vec<Footstep>,
-    /// Whether a touch-down of the first leg was confirmed by the last samples.
-    new_cycle: NewCycle,
+    /// Touch-down of the first leg in the last samples.
+    first_leg: FirstLeg,
     fall: FallDetector,
     /// Time at which a fall ended the run, if one did.
     ended_at: Option<SimTime>,
@@ -152,7 +152,7 @@ impl Judge {
                     || reads_of_gaits(group)
             }),
             gait_monitors,
-            new_cycle: NewCycle(false),
+            first_leg: FirstLeg::default(),
             step_monitors,
             signal_monitors,
             comparison_monitors,
@@ -277,7 +277,9 @@ impl Judge {
             (MonitorKind::Gait(meter), _) => {
                 let survived = match self.fall.fell_at().filter(|_| monitor.fell) {
                     Some(at) => {
-                        at.since_start().as_secs_f64() / self.end.since_start().as_secs_f64()
+                        // Time after the window has no influence.
+                        let end = monitor.window.before.min(self.end);
+                        at.since_start().as_secs_f64() / end.since_start().as_secs_f64()
                     }
                     None => 1.0,
                 };

@@ -4,6 +4,7 @@ use twinrig_kernel::SimTime;
 use twinrig_runtime::{Group, Observer, RunEvent};
 
 use super::channel::CycleEvent;
+use super::gait::FirstLeg;
 use super::touch_downs::TouchDown;
 use super::{Judge, MonitorKind};
 
@@ -17,9 +18,15 @@ impl Judge {
             let position = foot.position;
             let position = [values[position], values[position + 1], values[position + 2]];
             let detection = foot.detector.sample(now, values[foot.load], position);
+            let leg = foot.detector.leg();
+            if leg == 0 {
+                let touch_down = detection.touch_down.or(foot.detector.unconfirmed());
+                self.first_leg = FirstLeg {
+                    touched_down: touch_down == Some(now),
+                    confirmed: detection.touch_down.is_some(),
+                };
+            }
             if let Some(at) = detection.touch_down {
-                let leg = foot.detector.leg();
-                self.new_cycle.0 |= leg == 0;
                 self.touch_downs.add(TouchDown { at, leg });
             }
             if let Some(step) = detection.closed {
@@ -52,7 +59,10 @@ impl Judge {
             }
             if monitor.channel == channel && monitor.window.contains(now) {
                 monitor.samples += 1;
-                meter.sample(now, values, self.new_cycle);
+                meter.sample(now, values, self.first_leg);
+            }
+            if monitor.channel == channel && self.first_leg.confirmed {
+                meter.confirm_cycle();
             }
         }
     }
@@ -115,7 +125,7 @@ impl Observer for Judge {
             "the number of samples differs from the layout"
         );
         self.closed.clear();
-        self.new_cycle.0 = false;
+        self.first_leg = FirstLeg::default();
         if !self.reads[channel as usize] {
             return;
         }

@@ -79,7 +79,10 @@ impl<'t, 'd> Declared<'t, 'd> {
         let is_present = |key: &&&'static str| self.table.keys().any(|known| known == **key);
         let present: Vec<_> = keys.iter().filter(is_present).collect();
         match present[..] {
-            [key] => Ok(key),
+            [key] => {
+                self.check_needs(key, &keys)?;
+                Ok(key)
+            }
             [] => {
                 self.table.give_up();
                 Err(item.report(missing, format!("give one of {}", keys.join(", "))))
@@ -92,6 +95,23 @@ impl<'t, 'd> Declared<'t, 'd> {
                     .report(second, message, "write a second [[expect]]"))
             }
         }
+    }
+
+    /// Reports a present key that belongs to another than `key` of those that exclude each other.
+    fn check_needs(self, key: &str, exclusive: &[&str]) -> Result<(), Reported> {
+        for other in self.spec.all_keys() {
+            let Some(needs) = other.needs.filter(|needs| exclusive.contains(needs)) else {
+                continue;
+            };
+            let is_present = self.table.keys().any(|known| known == other.name);
+            if is_present && needs != key {
+                self.table.give_up();
+                let message = format!("`{}` has no meaning with `{key}`", other.name);
+                let help = format!("`{}` requires `{needs}`", other.name);
+                return Err(self.table.report(other.name, message, help));
+            }
+        }
+        Ok(())
     }
 
     /// Reads the one of `keys` with the name `name`, which is present.

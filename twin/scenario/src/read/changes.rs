@@ -1,6 +1,7 @@
 //! Reading `[[change]]`.
 
 use std::collections::BTreeSet;
+use std::ops::Bound;
 
 use twinrig_document::{Item, Range, Reported, print_quantity};
 use twinrig_kernel::{SimDuration, SimTime};
@@ -65,7 +66,7 @@ pub(super) fn changes(
     }
     changes.sort_by_key(|(change, _)| change.at);
     reject_duplicates(&changes)?;
-    in_range(&changes, control, kind)?;
+    in_range(&mut changes, control, kind)?;
     Ok(changes.into_iter().map(|(change, _)| change).collect())
 }
 
@@ -217,8 +218,22 @@ fn reject_duplicates(changes: &[(ChangeSpec, &Item<'_>)]) -> Result<(), Reported
     result
 }
 
+/// Greatest error of a sum of differences, as a share of them.
+const ROUNDING: f64 = 1e-12;
+
+/// Returns the bound that a value exceeds by rounding alone.
+fn bound_met(range: &Range, value: f64, rounding: f64) -> Option<f64> {
+    let bounds = [range.min, range.max].into_iter();
+    let mut included = bounds.filter_map(|bound| match bound {
+        Bound::Included(bound) => Some(bound),
+        Bound::Excluded(_) | Bound::Unbounded => None,
+    });
+    let is_met = |bound: &f64| (value - bound).abs() <= rounding;
+    included.find(|bound| !range.contains(value) && is_met(bound))
+}
+
 fn in_range(
-    changes: &[(ChangeSpec, &Item<'_>)],
+    changes: &mut [(ChangeSpec, &Item<'_>)],
     control: &ControllerSpec,
     kind: &Kind,
 ) -> Result<(), Reported> {
@@ -240,7 +255,14 @@ fn in_range(
         let value = &mut values[index].1;
         *value = match change.change {
             Change::To(to) => to,
-            Change::By(by) => *value + by,
+            Change::By(by) => {
+                let sum = *value + by;
+                let met = bound_met(&variable.range, sum, ROUNDING * by.abs().max(value.abs()));
+                if let Some(bound) = met {
+                    change.change = Change::To(bound);
+                }
+                met.unwrap_or(sum)
+            }
         };
         if !variable.range.contains(*value) {
             let message = format!(

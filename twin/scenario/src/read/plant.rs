@@ -264,6 +264,7 @@ fn ground(item: &Item<'_>) -> Result<Ground, Reported> {
         friction: friction?,
         restitution: restitution?,
         profile,
+        place: item.place(),
     })
 }
 

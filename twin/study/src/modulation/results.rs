@@ -176,6 +176,15 @@ impl ModulationStudy {
         table.opposite_m() > ERRATIC_M
     }
 
+    /// Returns the error of a study of which no re-run has a result.
+    pub fn error(&self) -> Option<String> {
+        let runs: usize = self.cases.iter().map(|case| case.runs).sum();
+        let mut failed = self.cases.iter().flat_map(|case| &case.failed);
+        let first = failed.next()?.lines().next().unwrap_or_default();
+        let all_failed = 1 + failed.count() == runs;
+        all_failed.then(|| format!("error: none of {runs} re-runs has a result: {first}"))
+    }
+
     /// Returns a summary that agrees with the tables.
     pub fn headline(&self) -> String {
         let done: Vec<&CaseResult> = self.cases.iter().filter(|it| it.why.is_none()).collect();

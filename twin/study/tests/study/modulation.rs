@@ -171,6 +171,9 @@ fn no_change_displaces_nothing_and_a_fall_or_failure_is_counted() {
     let study = gait.study(&plan(&[0.0, -0.01, -0.02, -0.03]));
     let case = &study.cases[0];
     assert_eq!((case.runs, case.fell, case.failed.len()), (40, 10, 10));
+    assert_eq!(study.error(), None);
+    let none = gait.study(&plan(&[-0.02])).error().unwrap();
+    assert!(none.ends_with("none of 10 re-runs has a result: refused"));
     for table in &case.tables {
         for step in 1..=10 {
             let cell = table.cell(0.0, step).unwrap();

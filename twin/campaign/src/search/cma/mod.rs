@@ -15,6 +15,7 @@ use super::dimension::check;
 use super::minimise::Minimisation;
 use super::{Dimension, Found, Progress, Search, SearchError, checked_costs};
 use crate::places::share;
+use crate::sweep::POINTS_MOST;
 use distribution::Distribution;
 use parameters::usual_population;
 
@@ -35,7 +36,8 @@ pub struct CmaEs {
     pub population: Option<usize>,
     /// Greatest number of generations after the first one.
     pub iterations: usize,
-    /// Restarts after convergence, each with twice the population, from a random mean.
+    /// Restarts after convergence, each with twice the population, from a random mean, up to a
+    /// million.
     pub restarts: usize,
     /// Standard deviation below which a search has converged, as a share of each range.
     pub tolerance: f64,
@@ -192,12 +194,13 @@ impl CmaSearch {
     }
 
     fn restart(&mut self) {
-        if self.restarts == 0 {
+        let population = self.population.saturating_mul(2);
+        if self.restarts == 0 || population > POINTS_MOST {
             self.has_ended = true;
             return;
         }
         self.restarts -= 1;
-        self.population = self.population.saturating_mul(2);
+        self.population = population;
         self.bests.clear();
         let count = self.distribution.mean.len();
         let mean = (0..count).map(|_| self.numbers.unit()).collect();

@@ -29,8 +29,8 @@ fn script() -> &'static Path {
 /// All quantities after each of twenty generations, negative weights included; the samples of the
 /// first generations are stretched, so that the path of the mean is stopped.
 #[test]
-fn updates_are_those_of_pycma() {
-    /// Far from its limit, which pycma does not have.
+fn updates_are_those_of_purecma() {
+    /// Far from its limit, which purecma does not have.
     const STEP: f64 = 1e-6;
     let Some(python) = python::python_of_peers("cma") else {
         return;
@@ -240,4 +240,23 @@ fn weights_are_balanced() {
         }
     }
     assert_eq!([1, 2, 6, 16, 100].map(usual_population), [4, 6, 9, 12, 17]);
+}
+
+/// Doubling has an end, after which memory would not suffice.
+#[test]
+fn restarts_end_at_the_greatest_population() {
+    for (population, ends) in [(POINTS_MOST / 2, false), (POINTS_MOST / 2 + 1, true)] {
+        let strategy = CmaEs {
+            dimensions: vec![Dimension::linear(0.0, 1.0)],
+            population: Some(population),
+            iterations: 100,
+            restarts: 60,
+            tolerance: 1e-7,
+            seed: 1,
+            threads: 1,
+        };
+        let mut search = strategy.search().unwrap();
+        search.restart();
+        assert_eq!(search.has_ended, ends);
+    }
 }

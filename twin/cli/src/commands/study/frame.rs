@@ -5,6 +5,14 @@ use std::path::{Path, PathBuf};
 use twinrig_scenario::Setting;
 
 use crate::args::{FeedbackOptions, PrecisionOptions, StudyCommand, StudyOptions};
+use crate::error::TwinError;
+
+/// Returns the first element that is in a list before.
+fn repeated<T: PartialEq>(list: &[T]) -> Option<&T> {
+    let mut elements = list.iter().enumerate();
+    let found = elements.find(|(index, element)| list[..*index].contains(element));
+    found.map(|(_, element)| element)
+}
 
 /// Options that all studies have, and name of the study.
 #[derive(Clone, Copy)]
@@ -57,6 +65,23 @@ impl<'a> StudyFrame<'a> {
                 json: options.json,
             },
         }
+    }
+
+    /// Checks that no element of a list is given twice, which would count twice.
+    pub(super) fn check_lists(self, study: &StudyCommand) -> Result<(), TwinError> {
+        let twice = |option: &str, element: String| TwinError::Together {
+            why: format!("{option} has `{element}` twice"),
+            help: "give it once".to_owned(),
+        };
+        if let Some(plant) = repeated(self.plants) {
+            return Err(twice("--plant", plant.clone()));
+        }
+        if let StudyCommand::Transition(options) = study
+            && let Some(length) = repeated(&options.plateau)
+        {
+            return Err(twice("--plateau", length.to_string()));
+        }
+        Ok(())
     }
 
     pub(super) fn settings(self) -> Vec<Setting> {

@@ -22,14 +22,13 @@ pub(super) enum StudyResult {
 }
 
 impl StudyResult {
-    /// Returns the error of a study in which a part panicked.
+    /// Returns the error of a study in which a part panicked, or that has no result.
     pub(super) fn error(&self) -> Option<String> {
         match self {
             Self::Plants(study) => study.error(),
             Self::Coupling(study) => study.error(),
-            Self::Estimate(_) | Self::Modulation(_) | Self::Transition(_) | Self::Feedback(_) => {
-                None
-            }
+            Self::Modulation(study) => study.error(),
+            Self::Estimate(_) | Self::Transition(_) | Self::Feedback(_) => None,
         }
     }
 

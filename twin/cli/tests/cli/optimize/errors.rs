@@ -36,6 +36,12 @@ fn mistakes_are_errors_before_the_runs() {
             1,
         ),
         (
+            constrained("constraints = ['level', 'level']"),
+            "`level` is listed twice",
+            "leave one of them out",
+            1,
+        ),
+        (
             SPACE.replace("'step_length'", "'step_lenght'"),
             "`step_lenght` is neither a key nor a process variable",
             "did you mean `step_length`?",

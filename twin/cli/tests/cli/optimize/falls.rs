@@ -62,3 +62,15 @@ fn own_choice_of_the_scenario_is_obeyed() {
         assert_eq!(result["saved"], 0.0);
     }
 }
+
+#[test]
+fn falls_end_runs_with_other_thresholds_too() {
+    let optimization = Optimization::new("thresholds", WALK, SPACE);
+    for (out, fall) in [
+        ("key", "fall.height=0.4"),
+        ("table", "fall={ height = 0.4 }"),
+    ] {
+        let result = optimization.json(0, out, &["--set", fall]);
+        assert!(result["saved"].as_f64().unwrap() > 0.05, "{fall}");
+    }
+}

@@ -3,39 +3,55 @@
 /// Differences between the states of the trunk at successive beginnings of a cycle: a return map.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Cycles {
-    last: Option<[f64; 4]>,
+    proposed: Option<State>,
+    last: Option<State>,
+    /// Sum of the squares of the differences, and their number: that of whole cycles.
+    squares: f64,
+    number: u32,
     /// First height \[m\], the scale of heights.
     height: f64,
-    squares: f64,
-    pairs: u32,
 }
+
+/// Height \[m\], roll and pitch \[rad\], and speed \[m/s\] of the trunk.
+type State = [f64; 4];
 
 /// Gravity in the scale of the speed \[m/s²\].
 const GRAVITY: f64 = 9.81;
 
 impl Cycles {
-    /// Adds the state at the beginning of a cycle: height \[m\], roll and pitch \[rad\], speed
-    /// \[m/s\].
-    pub fn add(&mut self, height: f64, roll: f64, pitch: f64, speed: f64) {
-        if self.last.is_none() {
-            self.height = height;
-        }
+    /// Proposes a state for the beginning of a cycle; it takes the place of an unconfirmed one.
+    pub fn propose(&mut self, height: f64, roll: f64, pitch: f64, speed: f64) {
+        self.proposed = Some([height, roll, pitch, speed]);
+    }
+
+    /// Begins a cycle with the proposed state, if there is one.
+    pub fn confirm(&mut self) {
+        let Some(state) = self.proposed.take() else {
+            return;
+        };
+        let Some(last) = self.last.replace(state) else {
+            self.height = state[0];
+            return;
+        };
         let speed_scale = (GRAVITY * self.height.abs()).sqrt();
-        let state = [height / self.height, roll, pitch, speed / speed_scale];
-        if let Some(last) = self.last.replace(state) {
-            let changes = state.iter().zip(last);
-            self.squares += changes.map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
-            self.pairs += 1;
+        let scales = [self.height, 1.0, 1.0, speed_scale];
+        for ((now, before), scale) in state.iter().zip(last).zip(scales) {
+            let change = (now - before) / scale;
+            self.squares += change * change;
+        }
+        self.number += 1;
+    }
+
+    /// Returns the number of whole cycles, for a detail of a finding.
+    pub fn detail(&self) -> String {
+        match self.number {
+            1 => "1 cycle".to_owned(),
+            number => format!("{number} cycles"),
         }
     }
 
-    /// Returns the number of pairs of successive cycles.
-    pub fn pairs(&self) -> u32 {
-        self.pairs
-    }
-
-    /// Returns the root mean square of the changes; none with less than two cycles.
+    /// Returns the root mean square of the changes; none without a whole cycle.
     pub fn residual(&self) -> Option<f64> {
-        (self.pairs > 0).then(|| (self.squares / f64::from(self.pairs)).sqrt())
+        (self.number > 0).then(|| (self.squares / f64::from(self.number)).sqrt())
     }
 }

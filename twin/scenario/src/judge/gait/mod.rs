@@ -47,9 +47,15 @@ pub(super) struct GaitMeter {
     weight: f64,
 }
 
-/// A touch-down of the first leg begins a cycle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct NewCycle(pub bool);
+/// Touch-down of the first leg, which begins a cycle. Its impulse confirms it at an observation
+/// that depends on the load, by which states of the trunk cannot be compared.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct FirstLeg {
+    /// Whether it touches down in this observation, if that is confirmed.
+    pub touched_down: bool,
+    /// Whether this observation confirms its last touch-down.
+    pub confirmed: bool,
+}
 
 impl GaitMeter {
     /// Returns the meter with the group of trunk and feet, or the reason for which the gait cannot
@@ -124,7 +130,7 @@ impl GaitMeter {
     }
 
     /// Evaluates an observation of trunk and feet within the window.
-    pub fn sample(&mut self, now: SimTime, values: &[f64], new_cycle: NewCycle) {
+    pub fn sample(&mut self, now: SimTime, values: &[f64], first_leg: FirstLeg) {
         let [x, y, z] = [0, 1, 2].map(|axis| values[self.position + axis]);
         let [roll, pitch, yaw] = [0, 1, 2].map(|axis| values[self.roll + axis]);
         let elapsed = self.last.map_or(0.0, |last| seconds(now - last));
@@ -147,9 +153,14 @@ impl GaitMeter {
             work.sample(values);
         }
         // The first observation has no speed.
-        if new_cycle.0 && elapsed > 0.0 {
-            self.cycles.add(z, roll, pitch, speed);
+        if first_leg.touched_down && elapsed > 0.0 {
+            self.cycles.propose(z, roll, pitch, speed);
         }
+    }
+
+    /// Begins a cycle at the last touch-down of the first leg, if it is within the window.
+    pub fn confirm_cycle(&mut self) {
+        self.cycles.confirm();
     }
 
     /// Adds a completed footstep within the window.
@@ -157,7 +168,7 @@ impl GaitMeter {
         self.slip += step.slip;
     }
 
-    /// Returns the finding. `survived` is the share of the run before a fall.
+    /// Returns the finding. `survived`: time of a fall over that of the window's end.
     pub fn finding(&self, survived: f64) -> Finding {
         let Some(path) = self.path.as_ref().filter(|_| self.observed > 0.0) else {
             return Finding::unobserved("there is no observation in its window");
@@ -182,8 +193,8 @@ impl GaitMeter {
                 (cost, String::new())
             }
             GaitMeasure::CycleResidual => match self.cycles.residual() {
-                Some(residual) => (Some(residual), format!("{} cycles", self.cycles.pairs())),
-                None => return Finding::unobserved("there are less than two cycles"),
+                Some(residual) => (Some(residual), self.cycles.detail()),
+                None => return Finding::unobserved("there is no whole cycle in its window"),
             },
         };
         match measured {

@@ -49,17 +49,13 @@ table! {
 
 /// Reads `compare = { … }`.
 pub(super) fn claim(item: &Item<'_>) -> Result<CompareClaim, Reported> {
-    use compare_table::{COMPONENT, DELAY, DELAY_RANGE, SIGNAL, WITH, WITH_COMPONENT};
+    use compare_table::{COMPONENT, DELAY_RANGE, SIGNAL, WITH, WITH_COMPONENT};
     let table = &item.table()?;
     let table = compare_table::TABLE.of(table);
     let (signal, component) = (table.read(&SIGNAL), table.get(&COMPONENT));
     let (with, with_component) = (table.read(&WITH), table.get(&WITH_COMPONENT));
     let range = table.read(&DELAY_RANGE);
     let key = table.one_of(item, "no measure of the comparison is given")?;
-    if key != DELAY.name && table.has(&DELAY_RANGE) {
-        let message = format!("`delay_range` has no meaning with `{key}`");
-        return Err(table.report(&DELAY_RANGE, message, "`delay_range` requires `delay`"));
-    }
     let (measure, unit, limits) = measure(table, key, range?)?;
     Ok(CompareClaim {
         signal: Operand {

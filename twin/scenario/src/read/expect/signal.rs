@@ -65,14 +65,6 @@ pub(super) fn claim(item: &Item<'_>) -> Result<SignalClaim, Reported> {
     let (within, until) = (table.get(&WITHIN), table.get(&UNTIL));
     let mode = table.one_of(item, "no condition on the signal is given")?;
     let (within, until) = (within?, until?);
-    if within.is_some() && mode != EVENTUALLY.name {
-        let message = format!("`within` has no meaning with `{mode}`");
-        return Err(table.report(&WITHIN, message, "`within` requires `eventually`"));
-    }
-    if until.is_some() && mode != ALWAYS.name {
-        let message = format!("`until` has no meaning with `{mode}`");
-        return Err(table.report(&UNTIL, message, "`until` requires `always`"));
-    }
     let key = [ALWAYS, EVENTUALLY, SETTLES]
         .into_iter()
         .find(|key| key.name == mode);

@@ -1,0 +1,39 @@
+//! Grounds that a plant cannot have.
+
+use crate::common::twin;
+
+/// A wall is missing with rigid constraints, and a bar of a few millimetres is passed through.
+#[test]
+fn bar_that_is_no_obstacle_is_refused() {
+    let trot = format!("{}/../../scenarios/trot.toml", env!("CARGO_MANIFEST_DIR"));
+    let check = |plant: &str, profile: &str, length: &str, more: &str| {
+        let sizes = format!("at = '1 m', height = '8 cm', length = '{length}'");
+        let ground = format!("plant.ground={{ profile = '{profile}', {sizes} }}");
+        let plant = format!("plant.model={plant}");
+        let words = [
+            "check", &trot, "--set", &plant, "--set", &ground, "--set", more,
+        ];
+        let done = twin(&words);
+        (done.code, done.err)
+    };
+    for plant in ["massless", "lcp"] {
+        let rigid = "plant.constraints=rigid";
+        let (code, error) = check(plant, "bar", "5 cm", rigid);
+        assert_eq!(code, 2, "{error}");
+        assert!(
+            error.contains("with rigid constraints feet pass through a bar"),
+            "{error}"
+        );
+        assert!(
+            error.contains("set `constraints = \"compliant\"`"),
+            "{error}"
+        );
+        assert!(error.contains("plant.ground ="), "{error}");
+        let (code, error) = check(plant, "bar", "1 cm", "seed=1");
+        assert_eq!(code, 2, "{error}");
+        // 2 · 1 m/s · √(1.1 kg / 4 / 10 kN/m) = 10.49 mm.
+        assert!(error.contains("a bar of less than 0.0105 m"), "{error}");
+        assert_eq!(check(plant, "bar", "11 mm", "seed=1").0, 0);
+        assert_eq!(check(plant, "hole", "5 cm", rigid).0, 0);
+    }
+}
