@@ -24,7 +24,7 @@ use state::{Plan, State};
 const SEGMENTS: usize = 3;
 
 /// Gait of [`Cpg`] that knows the distance of an obstacle at its start, and changes the step length
-/// of all legs so that no foot lands in it (thesis, figure 3.1, and what section 3.4 leaves open).
+/// of all legs so that no foot lands in it (thesis, figure 3.1, and the outlook of section 3.4).
 ///
 /// Inputs: the joint angles `leg/X/angles` \[rad\] of each selected leg, then the load \[N\] of
 /// each, by default `leg/X/foot/load` ([`Planner::with_load`]). No other part of the plant's state
@@ -48,7 +48,7 @@ const SEGMENTS: usize = 3;
 /// | name | unit | range | meaning |
 /// |---|---|---|---|
 /// | `obstacle_distance` | m | ≥ 0 | near edge of the obstacle in front of the trunk's centre of mass at the start |
-/// | `obstacle_length` | m | ≥ 0 | length of the obstacle along the way; 0 for none |
+/// | `obstacle_length` | m | ≥ 0 | extent of the obstacle along x; 0 for none |
 /// | `obstacle_margin` | m | ≥ 0 | distance of the footfalls from both edges |
 /// | `step_change_max` | m | ≥ 0 | greatest change of the step length; 0 walks blindly |
 /// | `modulation_slope` | 1 | ≥ 0 | change of the stride over change of the step length |
@@ -56,9 +56,9 @@ const SEGMENTS: usize = 3;
 /// | `odometry_offset` | m | all | part of the estimated distance that is slip: feet slip back while the gait starts |
 ///
 /// Nothing is planned before two cycles with the same stride, within 3 %, so the obstacle has to be
-/// some cycles away from the start. The way is straight and the trunk level: heading and pitch are
-/// not measured. `odometry_offset` is best calibrated by footfalls, as it then includes the mean
-/// pitch.
+/// some cycles away from the start. The path is taken as straight and the trunk as level: heading
+/// and pitch are not measured. `odometry_offset` is best calibrated by footfalls, as it then
+/// includes the mean pitch.
 #[derive(Debug, Clone)]
 pub struct Planner {
     gait: Cpg,
