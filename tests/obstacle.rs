@@ -57,7 +57,13 @@ fn hole_that_the_planner_is_not_told_changes_nothing_before_a_foot_is_there() {
     assert!(Path::new(&scenario).exists());
     let fingerprint = |settings: &[&str]| {
         // All feet are in front of the places of the hole.
-        let mut words = vec!["run", &scenario, "--no-record", "--set", "duration=\"3.2 s\""];
+        let mut words = vec![
+            "run",
+            &scenario,
+            "--no-record",
+            "--set",
+            "duration=\"3.2 s\"",
+        ];
         for setting in settings {
             words.extend(["--set", *setting]);
         }
@@ -66,5 +72,8 @@ fn hole_that_the_planner_is_not_told_changes_nothing_before_a_foot_is_there() {
     let told = fingerprint(&[]);
     assert_eq!(told, fingerprint(&["plant.ground.at=\"1.65 m\""]));
     assert_eq!(told, fingerprint(&["plant.ground.profile=\"bar\""]));
-    assert_ne!(told, fingerprint(&["controller.obstacle_distance=\"1.65 m\""]));
+    assert_ne!(
+        told,
+        fingerprint(&["controller.obstacle_distance=\"1.65 m\""])
+    );
 }

@@ -97,6 +97,10 @@ fn scenarios_that_share_a_trot_have_its_settings() {
         ("trot", "step-change"),
         ("oncilla-trot", "oncilla-clocks"),
     ] {
-        assert_eq!(gait(trot), gait(other), "{other} has another gait than {trot}");
+        assert_eq!(
+            gait(trot),
+            gait(other),
+            "{other} has another gait than {trot}"
+        );
     }
 }
