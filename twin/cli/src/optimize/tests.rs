@@ -83,14 +83,24 @@ fn scenarios_of_recorded_searches_have_the_best_settings() {
     assert!(recorded >= 1, "no optimisation is recorded");
 }
 
-/// The trot on other grounds and with a change is the same gait.
+/// A trot on other grounds, with a change or with other clocks is the same gait.
 #[test]
-fn scenarios_with_the_trot_have_its_settings() {
+fn scenarios_that_share_a_trot_have_its_settings() {
     let registry = Registry::standard();
-    let [trot, others @ ..] = ["trot", "step-down", "step-change"].map(|name| {
+    let gait = |name: &str| {
         let path = repository().join(format!("scenarios/{name}.toml"));
         let assembly = Assembly::of_file(&registry, &path, &[]).unwrap();
         variables(assembly.scenario())
-    });
-    assert!(others.iter().all(|other| *other == trot));
+    };
+    for (trot, other) in [
+        ("trot", "step-down"),
+        ("trot", "step-change"),
+        ("oncilla-trot", "oncilla-clocks"),
+    ] {
+        assert_eq!(
+            gait(trot),
+            gait(other),
+            "{other} has another gait than {trot}"
+        );
+    }
 }

@@ -80,6 +80,12 @@ fn mistakes_are_errors_before_the_runs() {
             assert!(error.contains(part), "{part}\n{error}");
         }
     }
+    let few = error(SPACE, &["--particles", "2"]);
+    assert!(few.contains("a population of 2 is too small"), "{few}");
+}
+
+#[test]
+fn mistakes_in_cases_are_errors_at_their_place() {
     for (case, message, help, line) in [
         (
             "set = { plant.ground.frictoin = 0.2 }",
@@ -117,8 +123,6 @@ fn mistakes_are_errors_before_the_runs() {
             assert!(error.contains(part), "{part}\n{error}");
         }
     }
-    let few = error(SPACE, &["--particles", "2"]);
-    assert!(few.contains("a population of 2 is too small"), "{few}");
 }
 
 /// A result would depend on the machine.
