@@ -19,12 +19,13 @@
 //! ```
 //!
 //! [`Cpg`] combines these parts to a process of a rig; [`Tegotae`] has phases with feedback in place
-//! of network and duty map; [`Stand`] holds a constant pose.
+//! of network and duty map; [`Planner`] changes the steps of a [`Cpg`] before an obstacle; [`Stand`]
+//! holds a constant pose.
 //!
 //! # Limits
 //!
-//! No sensors but the loads, no model of ground or body, no planning, and no smoothing of parameter
-//! changes.
+//! No sensors but loads and, for [`Planner`], joint angles; no model of ground or body, and no
+//! smoothing of parameter changes. Obstacles are given, not perceived.
 
 mod abduction;
 mod cpg;
@@ -37,6 +38,7 @@ mod load_signal;
 mod locus;
 mod oscillators;
 mod phase_meter;
+mod planner;
 mod stand;
 mod tegotae;
 mod tegotae_rule;
@@ -51,6 +53,7 @@ pub use error::GaitError;
 pub use gait::{Corner, Gait};
 pub use locus::{FootLocus, LocusShape};
 pub use oscillators::Oscillators;
+pub use planner::Planner;
 pub use stand::Stand;
 pub use tegotae::{Tegotae, TegotaeStart};
 pub use tegotae_rule::{FixedPoint, low_pass};

@@ -23,6 +23,8 @@ pub(crate) struct Limb {
     pub corner: Corner,
     /// Whether the leg is commanded; legs that are not still have an oscillator.
     pub active: bool,
+    /// Place of the hip in front of the trunk's centre of mass \[m\].
+    hip_x: f64,
     pantograph: Pantograph,
 }
 
@@ -58,6 +60,7 @@ impl Limb {
             name: mount.name.clone(),
             corner: Corner::of_hip(mount.hip),
             active,
+            hip_x: mount.hip[0],
             pantograph,
         })
     }
@@ -77,6 +80,14 @@ impl Limb {
         };
         let fore = of(true).or(of(false)).unwrap_or(1.0);
         [fore, of(false).unwrap_or(fore)]
+    }
+
+    /// Place of the foot in front of the trunk's centre of mass by the angles of the segments
+    /// \[rad\], for a level trunk \[m\]; NaN if they have none.
+    #[inline]
+    pub(crate) fn place_of(&self, angles: [f64; 3]) -> f64 {
+        let pose = self.pantograph.pose_of_angles(angles);
+        pose.map_or(f64::NAN, |pose| self.hip_x + pose.foot.x)
     }
 
     /// Ports of the hip and knee commands.

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::ground::{Surface, level};
 
-/// Level ground with a step, a hole or a bar across the way: height zero before the first edge.
+/// Level ground with a step, a hole or a bar along y: height zero before the first edge.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Levels {
     /// By ascending x; one or two.
@@ -30,8 +30,9 @@ impl Levels {
         Self { edges }
     }
 
-    /// Returns level ground but for a height from x = `at` on, over a length \[m\].
-    pub fn island(at: f64, length: f64, height: f64) -> Self {
+    /// Returns level ground but for a strip of another height from x = `at` on, over a length: a
+    /// hole or a bar \[m\].
+    pub fn strip(at: f64, length: f64, height: f64) -> Self {
         let end = Edge {
             x: at + length,
             height: 0.0,
@@ -76,10 +77,10 @@ impl Levels {
         let mut nearest = level(point.z - own);
         let before = index.checked_sub(1).map(|edge| (edge, index - 1, 1.0));
         let beyond = (index < self.edges.len()).then_some((index, index + 1, -1.0));
-        // `outward`: sign of the way from the wall into this level.
+        // `outward`: sign of x from the wall into this level.
         for (edge, neighbour, outward) in [before, beyond].into_iter().flatten() {
             let (from_edge, other) = (point.x - self.edges[edge].x, self.height_of(neighbour));
-            let wall = if nearest_is_outside(point.z, own) {
+            let wall = if point.z >= own {
                 beside(outward * from_edge, outward, point.z, other, own)
             } else {
                 within(outward * from_edge, outward, point.z, other, own)
@@ -92,10 +93,6 @@ impl Levels {
         }
         nearest
     }
-}
-
-fn nearest_is_outside(z: f64, own: f64) -> bool {
-    z - own >= 0.0
 }
 
 /// Returns the wall and the edge of a higher neighbour, for a point above its own level at the
@@ -181,7 +178,7 @@ mod tests {
         prop_oneof![
             (0.01..0.1_f64).prop_map(|drop| Levels::step_down(0.2, drop)),
             (0.1..0.3_f64, -0.1..0.1_f64)
-                .prop_map(|(length, height)| Levels::island(0.2, length, height)),
+                .prop_map(|(length, height)| Levels::strip(0.2, length, height)),
         ]
     }
 
@@ -233,8 +230,8 @@ mod tests {
     #[test]
     fn hole_and_bar_are_mirror_images_below_a_point() {
         let (hole, bar) = (
-            Levels::island(1.0, 0.2, -0.03),
-            Levels::island(1.0, 0.2, 0.03),
+            Levels::strip(1.0, 0.2, -0.03),
+            Levels::strip(1.0, 0.2, 0.03),
         );
         for (x, depth) in [(0.9, 0.0), (1.0, 0.03), (1.1, 0.03), (1.2, 0.0), (1.3, 0.0)] {
             let point = Vector3::new(x, 0.0, 0.1);

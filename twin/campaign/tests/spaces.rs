@@ -20,6 +20,8 @@ fn with_example(table: &str, name: &str, example: &str) -> String {
         ("top level", "maximize" | "minimize") => format!("{example}\n{DIMENSION}"),
         ("top level", "dimension") => format!("{OBJECTIVE}{example}"),
         ("top level", _) => format!("{OBJECTIVE}{example}\n{DIMENSION}"),
+        ("[[case]]", "name") => format!("{OBJECTIVE}{DIMENSION}[[case]]\n{example}"),
+        ("[[case]]", _) => format!("{OBJECTIVE}{DIMENSION}[[case]]\nname = 'a'\n{example}"),
         (_, "scale") => format!("{OBJECTIVE}{DIMENSION}{example}"),
         _ => {
             let lines = DIMENSION.lines();
@@ -62,7 +64,10 @@ fn space_has_its_defaults() {
     );
     assert_eq!((space.iterations, space.restarts, space.seed), (100, 0, 1));
     assert_eq!(space.constraints, ConstraintChoice::Named(Vec::new()));
-    assert_eq!(space.direction, Direction::Maximize);
+    assert_eq!(
+        (space.direction, space.cases.len()),
+        (Direction::Maximize, 0)
+    );
     // One parameter.
     assert_eq!(space.search().unwrap().ask().unwrap().unwrap().len(), 4);
 }
@@ -112,6 +117,18 @@ fn mistakes_are_reported_with_their_place_and_remedy() {
             "a logarithmic scale has positive values only",
             "take a linear scale",
             4,
+        ),
+        (
+            format!("{OBJECTIVE}{DIMENSION}[[case]]\nname = 'a'\n[[case]]\nname = 'a'"),
+            "there are two cases `a`",
+            "rename one of them",
+            9,
+        ),
+        (
+            format!("{OBJECTIVE}{DIMENSION}[[case]]\nset = {{ seed = 2 }}"),
+            "`name` is missing",
+            "",
+            6,
         ),
         (
             format!("{OBJECTIVE}{DIMENSION}{DIMENSION}"),

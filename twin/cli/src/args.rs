@@ -54,7 +54,7 @@ pub enum Command {
     Serve(ServeArgs),
     /// List the serial ports of this machine
     Devices(DevicesArgs),
-    /// Measure the accuracy, speed and stability of plants
+    /// Measure plants (accuracy, speed, stability), filters of loads, and gaits
     Study(StudyArgs),
     /// Run a scenario at many points, and assert shares of the runs
     Sweep(SweepArgs),

@@ -151,7 +151,7 @@ pub enum TwinError {
         source: twinrig_sensor::SensorError,
     },
     /// Failure of a study as a whole.
-    #[error("error: {source}\n --> {file}")]
+    #[error("error: {}", placed(.source, .file))]
     Study {
         /// Scenario file.
         file: String,
@@ -163,17 +163,17 @@ pub enum TwinError {
     NotEstimable {
         /// Scenario file.
         file: String,
-        /// What is missing.
+        /// Missing part.
         why: String,
         /// Remedy.
         help: String,
     },
     /// Scenario without what a study of gaits requires.
-    #[error("error: footsteps cannot be studied: {why}\n --> {file}\n  = help: {help}")]
+    #[error("error: the gait cannot be studied: {why}\n --> {file}\n  = help: {help}")]
     NoGait {
         /// Scenario file.
         file: String,
-        /// What is missing or refused.
+        /// Missing or refused part.
         why: String,
         /// Remedy.
         help: String,
@@ -310,6 +310,15 @@ impl TwinError {
         }
     }
 
+    /// Returns the error of a scenario without a gait that can be studied.
+    pub(crate) fn no_gait(file: &str, why: impl Into<String>, help: impl Into<String>) -> Self {
+        Self::NoGait {
+            file: file.to_owned(),
+            why: why.into(),
+            help: help.into(),
+        }
+    }
+
     /// Returns the error of an unknown bus `name`, with suggestions from the `known` ones.
     pub(crate) fn no_such_bus<'k>(name: &str, known: impl IntoIterator<Item = &'k str>) -> Self {
         let mut known = known.into_iter().peekable();
@@ -321,6 +330,16 @@ impl TwinError {
         let bus = name.to_owned();
         Self::NoSuchBus { bus, help }
     }
+}
+
+/// Returns the message of a study with the file between its first line and its remedy.
+fn placed(source: &twinrig_study::StudyError, file: &str) -> String {
+    let message = source.to_string();
+    let (first, rest) = match message.find('\n') {
+        Some(end) => message.split_at(end),
+        None => (&*message, ""),
+    };
+    format!("{first}\n --> {file}{rest}")
 }
 
 /// Returns an error and all its causes in one line.

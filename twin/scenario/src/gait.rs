@@ -124,7 +124,7 @@ pub struct FitnessTerms {
 pub struct Fitness {
     /// Stage: 0, 1 or 3.
     pub stage: u8,
-    /// Value within the stage \[m/s\].
+    /// Value within the stage: the speed, reduced by the factors of the stage \[m/s\].
     pub value: f64,
 }
 

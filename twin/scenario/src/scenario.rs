@@ -162,7 +162,7 @@ pub enum Profile {
         /// Depth of the step \[m\].
         height: f64,
     },
-    /// Height 0 but for `-height` over `length` from `at` on, across the way \[m\].
+    /// Height 0 but for `-height` over `length` from `at` on, for all y \[m\].
     Hole {
         /// Distance of its near edge from the start \[m\].
         at: f64,

@@ -26,6 +26,17 @@ pub enum StudyError {
     /// The runs of the study could not be started.
     #[error("{0}")]
     Engine(String),
+    /// The robot falls without a change.
+    #[error(
+        "the run without the change fell at {at_s:.2} s of {end_s} s\n  = help: choose an earlier \
+         time by --after, or a gait that does not fall up to then"
+    )]
+    ReferenceFell {
+        /// Time of the fall \[s\].
+        at_s: f64,
+        /// End of the run \[s\].
+        end_s: f64,
+    },
     /// The gait has too few footsteps to be studied.
     #[error(
         "{found} footsteps of leg {leg} after {after_s} s; {required} are the least\n  = help: \

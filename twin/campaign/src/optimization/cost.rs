@@ -38,6 +38,8 @@ pub struct CostRule {
     pub direction: Direction,
     /// Expectations that have to hold.
     pub constraints: Vec<JudgedExpectation>,
+    /// Greatest number of constraints of all cases of the search, so that their costs compare.
+    pub constraints_most: usize,
 }
 
 /// Why a run has no value that counts.
@@ -83,15 +85,31 @@ pub struct Evaluation {
     pub simulated_s: f64,
 }
 
+impl Evaluation {
+    /// Returns the evaluation of a point by those of its runs, and the index of the one that
+    /// counts: the worst one, of equal ones the first. The simulated time is that of all; none
+    /// without a run.
+    pub fn worst(runs: &[Self]) -> Option<(usize, Self)> {
+        let (mut index, mut worst) = (0, *runs.first()?);
+        for (other, run) in runs.iter().enumerate() {
+            if run.cost > worst.cost {
+                (index, worst) = (other, *run);
+            }
+        }
+        worst.simulated_s = runs.iter().map(|run| run.simulated_s).sum();
+        Some((index, worst))
+    }
+}
+
 impl CostRule {
     /// Returns the evaluation of a run.
     ///
     /// With n constraints the cost of a feasible run is between −1 and 1, ∓x/(1 + |x|) of the
     /// objective x; of one that violates k constraints between 2k and 2k + 1; of one without a
     /// value of the objective, that lasted for t seconds, 2(n + 1) + 1/(1 + t); of an error 2(n +
-    /// 2).
+    /// 2). Where cases differ in their constraints, n is the greatest number.
     pub fn evaluate(&self, row: &SweepRow) -> Evaluation {
-        let count = self.constraints.len() as f64;
+        let count = self.constraints_most as f64;
         let violated: Vec<f64> = self
             .constraints
             .iter()
@@ -197,6 +215,7 @@ mod tests {
                 judged(NAMES[1], None, false),
                 judged(NAMES[2], Some(3.0), false),
             ],
+            constraints_most: 2,
         }
     }
 
@@ -259,6 +278,20 @@ mod tests {
     }
 
     proptest! {
+        /// The point is as good as a bound exactly if all its runs are.
+        #[test]
+        fn worst_run_of_a_point_counts(
+            rows in prop::collection::vec(any_row(), 1..5), bound in -1.0..9.0_f64,
+        ) {
+            let rule = rule(Direction::Maximize, false);
+            let runs: Vec<Evaluation> = rows.iter().map(|row| rule.evaluate(row)).collect();
+            let (index, worst) = Evaluation::worst(&runs).unwrap();
+            prop_assert_eq!(worst.cost <= bound, runs.iter().all(|run| run.cost <= bound));
+            let time_s: f64 = runs.iter().map(|run| run.simulated_s).sum();
+            prop_assert_eq!(worst, Evaluation { simulated_s: time_s, ..runs[index] });
+            prop_assert!(runs[..index].iter().all(|run| run.cost < worst.cost));
+        }
+
         /// The number orders runs as the rule does, which is written here with tuples.
         #[test]
         fn costs_are_finite_and_order_runs_by_the_rule(

@@ -52,14 +52,16 @@ impl OptimizationResult {
         })
     }
 
-    /// Returns all points as CSV (RFC 4180): generation, values in SI units, class, objective,
-    /// number of violated constraints, cost, time of the fall, simulated time, key of the row.
+    /// Returns all points as CSV (RFC 4180): generation, values in SI units, the worst case if
+    /// there are cases, class, objective, number of violated constraints, cost, time of the fall,
+    /// simulated time, key of the row.
     pub fn points_csv(&self) -> String {
         let first = std::iter::once("generation".to_owned());
         let last = ["violations", "cost", "fell_at_s", "simulated_s", "key"].map(str::to_owned);
         let objective = format!("{}{}", self.objective, in_unit(&self.unit));
         let head = first
             .chain(self.dimension_heads())
+            .chain((!self.cases.is_empty()).then(|| "case".to_owned()))
             .chain(["class".to_owned(), objective])
             .chain(last);
         let mut text = csv_line(head);
@@ -67,6 +69,7 @@ impl OptimizationResult {
             let it = &point.evaluation;
             let numbers = point.numbers.iter().map(f64::to_string);
             let cells = std::iter::once(point.generation.to_string()).chain(numbers);
+            let cells = cells.chain(self.cases.get(point.case).cloned());
             text += &csv_line(cells.chain([
                 it.class.word().to_owned(),
                 shown(it.objective),

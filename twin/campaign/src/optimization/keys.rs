@@ -26,6 +26,9 @@ spec_keys! {
         "set = { duration = \"10 s\" }";
     DIMENSION = "top level", "dimension", "tables; *required*", "settings that are searched",
         "dimension = [{ key = \"frequency\", from = \"2 Hz\", to = \"5 Hz\" }]";
+    CASE = "top level", "case", "tables (none)",
+        "runs of every point, of which the worst one counts",
+        "case = [{ name = \"lcp\", set = { plant.model = \"lcp\" } }]";
     KEY = "[[dimension]]", "key", "text; *required*",
         "dotted key of the scenario, or name of a process variable", "key = \"hip_height/fore\"";
     FROM = "[[dimension]]", "from", "quantity or number; *required*", "lower bound",
@@ -34,6 +37,9 @@ spec_keys! {
         "to = \"14 cm\"";
     SCALE = "[[dimension]]", "scale", "`linear` or `logarithmic` (`linear`)",
         "whether differences or ratios count", "scale = \"logarithmic\"";
+    CASE_NAME = "[[case]]", "name", "text; *required*", "name in reports", "name = \"lcp\"";
+    CASE_SET = "[[case]]", "set", "table (none)", "keys of the scenario in the runs of this case",
+        "set = { plant.model = \"lcp\" }";
 }
 
 /// Returns the keys as a table of documentation, in Markdown.

@@ -79,9 +79,12 @@ pub struct OptimizationResult {
     pub constraints: Vec<String>,
     /// Dimensions.
     pub dimensions: Vec<OptimizedDimension>,
+    /// Names of the cases; none if a point has one run, of the scenario.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub cases: Vec<String>,
     /// Numbers of evaluations.
     pub counts: EvaluationCounts,
-    /// Duration of a run without a fall \[s\]; none if it is searched.
+    /// Simulated time of a point without a fall \[s\], of all its runs; none if it is searched.
     pub duration_s: Option<f64>,
     /// Share of the simulated time that ends by falls saved.
     pub saved: Option<f64>,
@@ -145,9 +148,12 @@ pub struct BestPoint {
     pub number: usize,
     /// Its generation.
     pub generation: usize,
-    /// Evaluation.
+    /// Evaluation; of several cases that of the worst one.
     #[serde(flatten)]
     pub evaluation: Evaluation,
+    /// Its evaluations in all cases; none if there are no cases.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub cases: Vec<CaseEvaluation>,
     /// Keys of the dimensions whose bounds it touches, with the bound.
     pub at_bounds: Vec<(String, String)>,
     /// Key of its row.
@@ -156,6 +162,20 @@ pub struct BestPoint {
     pub command: String,
     /// Its row; none while the search has not ended.
     pub row: Option<SweepRow>,
+}
+
+/// Evaluation of a point in a case.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CaseEvaluation {
+    /// Name of the case.
+    pub name: String,
+    /// Evaluation.
+    #[serde(flatten)]
+    pub evaluation: Evaluation,
+    /// Key of its row.
+    pub key: RowKey,
+    /// Command that repeats its run.
+    pub command: String,
 }
 
 /// Summary of a generation.
@@ -182,6 +202,8 @@ pub struct EvaluatedPoint {
     pub generation: usize,
     /// Values of the dimensions, in their SI units.
     pub numbers: Vec<f64>,
+    /// Index of the case that counts, the worst one; 0 if there are no cases.
+    pub case: usize,
     /// Key of its row.
     pub key: RowKey,
     /// Evaluation.
@@ -230,8 +252,15 @@ impl OptimizationResult {
         best
     }
 
-    /// Sets the best point, a point of the last generation.
-    pub fn set_best(&mut self, values: Vec<SweepValue>, index: usize, command: String) {
+    /// Sets the best point, a point of the last generation, with the command of its run and its
+    /// evaluations in all cases.
+    pub fn set_best(
+        &mut self,
+        values: Vec<SweepValue>,
+        index: usize,
+        command: String,
+        cases: Vec<CaseEvaluation>,
+    ) {
         let generation = self.history.len().saturating_sub(1);
         let of_last = |point: &EvaluatedPoint| point.generation == generation;
         let first = self.points.partition_point(|point| !of_last(point));
@@ -244,6 +273,7 @@ impl OptimizationResult {
             number: first + index + 1,
             generation,
             evaluation: point.evaluation,
+            cases,
             key: point.key,
             command,
             row: None,

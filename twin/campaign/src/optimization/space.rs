@@ -5,9 +5,10 @@ use std::path::Path;
 use serde::Serialize;
 use twinrig_document::{Document, DocumentError, Item, Placed, Reported, Table};
 
+use super::case::{SearchCase, cases};
 use super::keys::{
-    CONSTRAINTS, DIMENSION, FROM, ITERATIONS, KEY, MAXIMIZE, METHOD, MINIMIZE, NAME, PARTICLES,
-    RESTARTS, SCALE, SEED, SET, TO,
+    CASE, CONSTRAINTS, DIMENSION, FROM, ITERATIONS, KEY, MAXIMIZE, METHOD, MINIMIZE, NAME,
+    PARTICLES, RESTARTS, SCALE, SEED, SET, TO,
 };
 use crate::search::{CmaEs, Dimension, Search, SearchError, SwarmSearch};
 use crate::sweep::read::{check_dimensions, interval, natural, scale, settings};
@@ -98,6 +99,8 @@ pub struct SearchSpace {
     pub set: Vec<(String, String)>,
     /// Dimensions; at least one.
     pub dimensions: Vec<SpaceDimension>,
+    /// Cases; none: a point has one run, of the scenario.
+    pub cases: Vec<SearchCase>,
     /// Name of the expectation whose measured value is the objective.
     pub objective: Placed<String>,
     /// Which values of it are sought.
@@ -165,6 +168,7 @@ fn space(document: &Document, table: &Table<'_>) -> Result<SearchSpace, Reported
     let restarts = table.optional(RESTARTS, |item| natural(item, 0));
     let seed = table.optional(SEED, Item::natural);
     let set = table.optional(SET, settings);
+    let cases = table.optional(CASE, cases);
     let objective = objective(table);
     let constraints = table.optional(CONSTRAINTS, constraints);
     let dimensions = table.required(DIMENSION, |item| item.each(dimension));
@@ -194,6 +198,7 @@ fn space(document: &Document, table: &Table<'_>) -> Result<SearchSpace, Reported
         seed: seed?.unwrap_or(1),
         set: set?.unwrap_or_default(),
         dimensions,
+        cases: cases?.unwrap_or_default(),
         objective,
         direction,
         constraints: constraints?.unwrap_or(ConstraintChoice::Named(Vec::new())),

@@ -11,8 +11,17 @@ pub struct SweepDimension {
     /// The key as the specification has it: a dotted key of the scenario, or the name of a process
     /// variable.
     pub key: Placed<String>,
+    /// Further keys with the same value.
+    pub also: Vec<Placed<String>>,
     /// Its values.
     pub values: DimensionValues,
+}
+
+impl SweepDimension {
+    /// Returns all keys that have its value.
+    pub fn keys(&self) -> impl Iterator<Item = &Placed<String>> {
+        std::iter::once(&self.key).chain(&self.also)
+    }
 }
 
 /// Values of a dimension.

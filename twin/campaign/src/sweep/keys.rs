@@ -53,6 +53,9 @@ spec_keys! {
         "share = [{ of = \"verdict\", min = \"80 %\" }]";
     KEY = "[[dimension]]", "key", "text; *required*",
         "dotted key of the scenario, or name of a process variable", "key = \"plant.ground.at\"";
+    ALSO = "[[dimension]]", "also", "list of texts (none)",
+        "further keys, which have the same value as the key in every run",
+        "also = [\"obstacle_distance\"]";
     VALUES = "[[dimension]]", "values", "list, or `from` and `to`", "the values",
         "values = [\"trot\", \"walk\"]";
     FROM = "[[dimension]]", "from", "quantity or number", "lower end", "from = \"2.5 m\"";

@@ -4,7 +4,7 @@ use twinrig_document::{Item, Placed, Reported, Table};
 use twinrig_kernel::Unit;
 
 use super::dimension::{DimensionValues, SweepDimension, ValueInterval};
-use super::keys::{COUNT, DIMENSION, FROM, KEY, SCALE, TO, VALUES, WHOLE};
+use super::keys::{ALSO, COUNT, DIMENSION, FROM, KEY, SCALE, TO, VALUES, WHOLE};
 use super::value::{SweepValue, toml};
 
 /// Greatest number of points.
@@ -62,6 +62,12 @@ pub(crate) fn natural(item: &Item<'_>, least: usize) -> Result<usize, Reported> 
 
 /// Reads a table of settings: keys and values in TOML.
 pub(crate) fn settings(item: &Item<'_>) -> Result<Vec<(String, String)>, Reported> {
+    let settings = placed_settings(item)?.into_iter();
+    Ok(settings.map(|(key, value)| (key.value, value)).collect())
+}
+
+/// Reads a table of settings: keys with the places of their values, and values in TOML.
+pub(crate) fn placed_settings(item: &Item<'_>) -> Result<Vec<(Placed<String>, String)>, Reported> {
     let mut settings = Vec::new();
     leaves(item, &mut Vec::new(), &mut settings)?;
     Ok(settings)
@@ -71,14 +77,18 @@ pub(crate) fn settings(item: &Item<'_>) -> Result<Vec<(String, String)>, Reporte
 fn leaves(
     item: &Item<'_>,
     path: &mut Vec<String>,
-    settings: &mut Vec<(String, String)>,
+    settings: &mut Vec<(Placed<String>, String)>,
 ) -> Result<(), Reported> {
     let Some(keys) = item.keys() else {
         if path.is_empty() {
             return item.table().map(drop);
         }
         check_line(item)?;
-        settings.push((path.join("."), toml(item)));
+        let key = Placed {
+            value: path.join("."),
+            place: item.place(),
+        };
+        settings.push((key, toml(item)));
         return Ok(());
     };
     for key in keys {
@@ -108,6 +118,8 @@ pub(crate) fn scale(item: &Item<'_>) -> Result<bool, Reported> {
 pub(super) fn dimension(item: &Item<'_>, is_grid: bool) -> Result<SweepDimension, Reported> {
     let table = &item.table()?;
     let key = table.required(KEY, Item::placed_text);
+    let also = table.optional(ALSO, |item| item.each(Item::placed_text));
+    let also = also.map(Option::unwrap_or_default);
     let listed = table.optional(VALUES, listed);
     let is_seed = key.as_ref().is_ok_and(|key| key.value == SCENARIO_SEED);
     let whole = table.optional(WHOLE, Item::boolean)?.unwrap_or(is_seed);
@@ -124,6 +136,7 @@ pub(super) fn dimension(item: &Item<'_>, is_grid: bool) -> Result<SweepDimension
         }
         return Ok(SweepDimension {
             key: key?,
+            also: also?,
             values: DimensionValues::Listed(values),
         });
     }
@@ -157,6 +170,7 @@ pub(super) fn dimension(item: &Item<'_>, is_grid: bool) -> Result<SweepDimension
     };
     Ok(SweepDimension {
         key: key?,
+        also: also?,
         values: values?,
     })
 }

@@ -3,7 +3,7 @@
 use std::ops::Bound;
 use std::path::Path;
 
-use twinrig_document::{Document, DocumentError, Item, Range, Reported, Table};
+use twinrig_document::{Document, DocumentError, Item, Placed, Range, Reported, Table};
 
 use super::design::{Design, DesignKind};
 use super::dimension::SweepDimension;
@@ -63,9 +63,22 @@ impl SweepSpec {
         })
     }
 
-    /// Returns the points: a value for each dimension.
+    /// Returns the keys of all dimensions, further keys included.
+    pub fn keys(&self) -> impl Iterator<Item = &Placed<String>> {
+        self.dimensions.iter().flat_map(SweepDimension::keys)
+    }
+
+    /// Returns the points: a value for each of the keys.
     pub fn points(&self) -> Vec<Vec<SweepValue>> {
-        self.design.points(&self.dimensions)
+        let counts = self.dimensions.iter().map(|it| it.keys().count());
+        let counts: Vec<usize> = counts.collect();
+        let of_keys = |values: Vec<SweepValue>| {
+            let values = values.into_iter().zip(&counts);
+            let values = values.flat_map(|(value, &count)| std::iter::repeat_n(value, count));
+            values.collect()
+        };
+        let points = self.design.points(&self.dimensions).into_iter();
+        points.map(of_keys).collect()
     }
 }
 
@@ -80,7 +93,7 @@ fn spec(document: &Document, table: &Table<'_>) -> Result<SweepSpec, Reported> {
     let dimensions = table.required(DIMENSION, |item| item.each(|item| dimension(item, is_grid)));
     let shares = table.optional(SHARE, |item| item.each(share));
     let (kind, points, seed, dimensions) = (kind?, points?, seed?, dimensions?);
-    check_dimensions(table, dimensions.iter().map(|it| &it.key))?;
+    check_dimensions(table, dimensions.iter().flat_map(SweepDimension::keys))?;
     let points = if is_grid {
         for key in [POINTS, SEED] {
             if table.keys().any(|known| known == key) {

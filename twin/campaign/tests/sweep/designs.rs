@@ -43,6 +43,31 @@ fn grid_is_the_product_with_the_last_dimension_fastest() {
 }
 
 #[test]
+fn further_keys_of_a_dimension_have_its_value_and_change_no_other() {
+    let dimensions = "{ key = 'a', ALSO from = 0, to = 1 }, { key = 'c', from = 0, to = 1 }";
+    let read = |also: &str| {
+        let dimensions = dimensions.replace("ALSO", also);
+        spec(&format!(
+            "design = 'random'\npoints = 9\ndimension = [{dimensions}]"
+        ))
+    };
+    let (plain, linked) = (read("").unwrap(), read("also = ['b', 'x.y'],").unwrap());
+    let keys: Vec<&str> = linked.keys().map(|key| key.value.as_str()).collect();
+    assert_eq!(keys, ["a", "b", "x.y", "c"]);
+    for (plain, linked) in plain.points().iter().zip(linked.points()) {
+        let [a, c] = plain.as_slice() else {
+            panic!("{plain:?}");
+        };
+        assert_eq!([a, a, a, c], [0, 1, 2, 3].map(|n| &linked[n]));
+    }
+    let error = read("also = ['c'],").unwrap_err().to_string();
+    assert!(
+        error.contains("`c` is set by the dimension `c` already"),
+        "{error}"
+    );
+}
+
+#[test]
 fn logarithmic_grid_has_equal_ratios_and_exact_ends() {
     let spec =
         spec("dimension = [{ key = 'k', from = 1e-3, to = 10, count = 5, scale = 'logarithmic' }]");

@@ -39,8 +39,8 @@ pub struct ModulationOptions {
         allow_hyphen_values = true
     )]
     pub by: Vec<String>,
-    /// Time from which the gait is in its limit cycle [default: that of the scenario's first
-    /// change, or 8 s]
+    /// Time from which the gait is in its limit cycle; the run without the change lasts 20 s longer
+    /// [default: that of the scenario's first change, or 8 s]
     #[arg(long, value_name = "TIME", value_parser = any_duration)]
     pub after: Option<SimDuration>,
     /// Points of the gait cycle at which the variable changes

@@ -1,24 +1,23 @@
 //! Execution of optimisations.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use twinrig_campaign::engine::{Engine, EngineOptions, EngineStatus};
+use twinrig_campaign::engine::{EngineOptions, EngineStatus};
 use twinrig_campaign::optimization::{
-    EvaluatedPoint, Evaluation, EvaluationCounts, OptimizationResult, OptimizationVerdict,
-    OptimizedDimension, RunClass, SearchSpace,
+    EvaluationCounts, OptimizationResult, OptimizationVerdict, OptimizedDimension, SearchSpace,
 };
-use twinrig_campaign::sweep::{Partition, RowKey, RowLog};
+use twinrig_campaign::sweep::{Partition, RowLog};
 use twinrig_document::{Document, Warning};
 use twinrig_scenario::Setting;
 
 use super::files;
 use super::plan::OptimizationPlan;
+use super::running::{Running, evaluations};
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
-use crate::run::interrupt;
-use crate::sweep::tasks::{RunTasks, TaskEvent, engine};
+use crate::sweep::tasks::engine;
 
 /// Folder of the rows in the folder of the results.
 const ROWS: &str = "rows";
@@ -55,9 +54,9 @@ pub struct OptimizationProgress {
     pub of: usize,
     /// Evaluations of the generations before.
     pub evaluations: usize,
-    /// Points of this generation.
+    /// Runs of this generation.
     pub points: usize,
-    /// Points of this generation that are done.
+    /// Runs of this generation that are done.
     pub done: usize,
     /// Runs that have ended; other evaluations are of earlier calls, or of equal points.
     pub ran: usize,
@@ -102,12 +101,14 @@ pub fn optimize(
     let space = space(request)?;
     let plan = OptimizationPlan::new(registry, &request.scenario, space, &request.settings)?;
     let mut known = BTreeMap::new();
-    let rule = plan.rule.clone();
+    let rules = plan.rules.clone();
     let (log, opened) = RowLog::open(
         &request.out.join(ROWS),
         Partition::WHOLE,
         &mut |key, row| {
-            known.entry(key).or_insert_with(|| rule.evaluate(&row));
+            known
+                .entry(key)
+                .or_insert_with(|| evaluations(&rules, &row));
         },
     )?;
     let lines = opened.torn.iter().chain(&opened.damaged);
@@ -171,13 +172,10 @@ fn space(request: &OptimizationRequest) -> Result<SearchSpace, TwinError> {
 }
 
 fn new_result(plan: &OptimizationPlan<'_>) -> Result<OptimizationResult, TwinError> {
-    let OptimizationPlan {
-        space, runs, rule, ..
-    } = plan;
+    let OptimizationPlan { space, runs, .. } = plan;
     // The usual number of the method, where none is given.
     let first = space.search()?.ask()?;
     let dimensions = runs.keys.iter().zip(&space.dimensions);
-    let constraints = rule.constraints.iter();
     Ok(OptimizationResult {
         name: space.name.clone(),
         verdict: OptimizationVerdict::Interrupted,
@@ -185,18 +183,23 @@ fn new_result(plan: &OptimizationPlan<'_>) -> Result<OptimizationResult, TwinErr
         scenario: runs.scenario.clone(),
         file: runs.file.clone(),
         build: runs.build.to_string(),
-        settings: runs.base(),
+        settings: runs.base_pairs(),
         method: space.method,
         particles: first.map_or(0, |points| points.len()),
         iterations: space.iterations,
         restarts: space.restarts,
         seed: space.seed,
-        objective: rule.objective.name.clone(),
+        objective: space.objective.value.clone(),
         unit: plan.unit.clone(),
         direction: space.direction,
-        constraints: constraints.map(|it| it.name.clone()).collect(),
+        constraints: plan.constraint_names(),
         dimensions: dimensions
             .map(|(key, dimension)| OptimizedDimension::new(key, dimension))
+            .collect(),
+        cases: runs
+            .cases
+            .iter()
+            .filter_map(|case| case.name.clone())
             .collect(),
         counts: EvaluationCounts::default(),
         duration_s: plan.duration_s,
@@ -207,127 +210,4 @@ fn new_result(plan: &OptimizationPlan<'_>) -> Result<OptimizationResult, TwinErr
         hash: String::new(),
         points: Vec::new(),
     })
-}
-
-/// A running optimisation.
-struct Running<'r> {
-    plan: OptimizationPlan<'r>,
-    log: RowLog,
-    /// Evaluations of the rows on disk.
-    known: BTreeMap<RowKey, Evaluation>,
-    engine: &'r dyn Engine,
-    options: &'r EngineOptions,
-    result: OptimizationResult,
-    progress: OptimizationProgress,
-}
-
-impl Running<'_> {
-    /// Searches to the end; returns false if an interrupt ended the search.
-    fn search(
-        &mut self,
-        observer: &mut dyn FnMut(&OptimizationProgress),
-    ) -> Result<bool, TwinError> {
-        let mut search = self.plan.space.search()?;
-        self.progress.of = self.plan.space.iterations;
-        while let Some(shares) = search.ask()? {
-            self.plan.runs.points.clear();
-            for shares in &shares {
-                let values = self.plan.space.point(shares);
-                self.plan.runs.add_point(values, &mut |_| {})?;
-            }
-            if !self.run_missing(observer)? {
-                return Ok(false);
-            }
-            let points: Vec<EvaluatedPoint> = self.evaluated();
-            let costs: Vec<f64> = points.iter().map(|it| it.evaluation.cost).collect();
-            search.tell(&costs)?;
-            self.add(points);
-            if interrupt::is_requested() {
-                return Ok(false);
-            }
-        }
-        Ok(true)
-    }
-
-    /// Runs the points of this generation that are not known, equal ones once; returns false if an
-    /// interrupt left some of them.
-    fn run_missing(
-        &mut self,
-        observer: &mut dyn FnMut(&OptimizationProgress),
-    ) -> Result<bool, TwinError> {
-        let Self {
-            plan,
-            log,
-            known,
-            progress,
-            ..
-        } = self;
-        let points = &plan.runs.points;
-        let mut keys = BTreeSet::new();
-        let missing: Vec<usize> = (0..points.len())
-            .filter(|&index| !known.contains_key(&points[index].key))
-            .filter(|&index| keys.insert(points[index].key))
-            .collect();
-        progress.points = points.len();
-        progress.done = points.len() - missing.len();
-        observer(progress);
-        if missing.is_empty() {
-            return Ok(true);
-        }
-        let tasks = RunTasks {
-            runs: &plan.runs,
-            engine: self.engine,
-            options: self.options,
-            record: None,
-        };
-        let mut collect = |event| {
-            match event {
-                TaskEvent::Status(status) => progress.workers = status,
-                TaskEvent::Done { point, result } => {
-                    let key = points[point].key;
-                    log.append(key, &result.row)?;
-                    known.insert(key, plan.rule.evaluate(&result.row));
-                    progress.ran += 1;
-                    progress.done += 1;
-                }
-            }
-            observer(progress);
-            Ok(())
-        };
-        let workers = tasks.run(&missing, &mut collect)?;
-        progress.workers = workers;
-        Ok(points.iter().all(|point| known.contains_key(&point.key)))
-    }
-
-    /// Returns the points of this generation, all of which are known.
-    fn evaluated(&self) -> Vec<EvaluatedPoint> {
-        let points = self.plan.runs.points.iter();
-        points
-            .filter_map(|point| {
-                let numbers = point.values.iter().filter_map(|value| value.number);
-                Some(EvaluatedPoint {
-                    generation: self.progress.generation,
-                    numbers: numbers.collect(),
-                    key: point.key,
-                    evaluation: *self.known.get(&point.key)?,
-                })
-            })
-            .collect()
-    }
-
-    /// Adds a generation to the result.
-    fn add(&mut self, points: Vec<EvaluatedPoint>) {
-        self.progress.evaluations += points.len();
-        self.progress.generation += 1;
-        if let Some(index) = self.result.add_generation(points) {
-            let values = self.plan.runs.points[index].values.clone();
-            let command = self.plan.runs.command_of(&values);
-            self.result.set_best(values, index, command);
-        }
-        let best = self.result.best.as_ref().map(|best| best.evaluation);
-        let best = best.filter(|best| best.class == RunClass::Feasible);
-        self.progress.best = best
-            .and_then(|best| best.objective)
-            .map(|value| (value, self.result.unit.clone()));
-    }
 }

@@ -8,7 +8,7 @@ use twinrig_scenario::Setting;
 
 use super::best::ScenarioText;
 use super::plan::OptimizationPlan;
-use super::table::{best_value, value_and_unit};
+use super::table::{class, value_and_unit};
 use crate::error::TwinError;
 use crate::sweep::files::replace;
 
@@ -69,7 +69,7 @@ fn best(
             result.direction.word(),
             result.objective,
             value_and_unit(value, &result.unit),
-            best_value(best),
+            class(&best.evaluation),
             best.number
         ),
         format!(

@@ -4,6 +4,7 @@ mod best;
 pub(crate) mod execute;
 mod files;
 mod plan;
+mod running;
 pub(crate) mod table;
 
 #[cfg(test)]

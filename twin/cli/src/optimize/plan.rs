@@ -10,6 +10,7 @@ use twinrig_scenario::{BodyClaim, Claim, CostMeasure, Expectation, Scenario, Set
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::report::seconds;
+use crate::sweep::cases::RunCase;
 use crate::sweep::runs::{RunPlan, RunRequest};
 
 /// Whether a fall ends the run.
@@ -21,10 +22,11 @@ const DURATION: &str = "duration";
 pub(crate) struct OptimizationPlan<'r> {
     pub(crate) space: SearchSpace,
     pub(crate) runs: RunPlan<'r>,
-    pub(crate) rule: CostRule,
+    /// Order of runs, for each case.
+    pub(crate) rules: Vec<CostRule>,
     /// Symbol of the unit of the objective.
     pub(crate) unit: String,
-    /// Duration of every run without a fall \[s\]; none if it is searched.
+    /// Simulated time of a point without a fall \[s\], in all cases; none if it is searched.
     pub(crate) duration_s: Option<f64>,
     /// Scenario file.
     pub(crate) document: Document,
@@ -42,27 +44,28 @@ impl<'r> OptimizationPlan<'r> {
     ) -> Result<Self, TwinError> {
         let document = Document::read(scenario)?;
         let mut set = space.set.clone();
-        if !sets_end(&document, &set, settings) {
-            let (key, value) = FALL_END;
-            set.push((key.to_owned(), value.to_owned()));
-        }
+        let cases = cases(&space, &document, &mut set, settings);
         let request = RunRequest {
             scenario,
             file: &space.file,
             set: &set,
             settings,
             keys: space.dimensions.iter().map(|it| it.key.clone()).collect(),
+            cases,
             recorded: false,
         };
-        let (mut runs, read) = RunPlan::new(registry, request)?;
-        runs.read_files()?;
+        let (mut runs, _) = RunPlan::new(registry, request)?;
+        let scenarios = runs.read_files()?;
         runs.check_scenario()?;
-        for (index, dimension) in space.dimensions.iter().enumerate() {
-            for value in dimension.interval.ends() {
-                runs.check_value(index, &value)?;
+        for case in 0..scenarios.len() {
+            for (index, dimension) in space.dimensions.iter().enumerate() {
+                for value in dimension.interval.ends() {
+                    runs.check_value(case, index, &value)?;
+                }
             }
         }
-        let (rule, unit) = cost_rule(&space, &read)?;
+        let (rules, unit) = cost_rules(&space, &scenarios)?;
+        let durations = scenarios.iter().map(|it| seconds(it.duration.as_nanos()));
         let is_searched = runs.keys.iter().any(|key| key == DURATION);
         let own = space.set.iter().map(|(key, value)| Setting {
             origin: space.file.clone(),
@@ -70,15 +73,58 @@ impl<'r> OptimizationPlan<'r> {
             value: value.clone(),
         });
         Ok(Self {
-            rule,
+            rules,
             unit,
-            duration_s: (!is_searched).then(|| seconds(read.duration.as_nanos())),
+            duration_s: (!is_searched).then(|| durations.sum()),
             document,
             set: own.chain(settings.iter().cloned()).collect(),
             runs,
             space,
         })
     }
+}
+
+impl OptimizationPlan<'_> {
+    /// Returns the names of the constraints of all cases.
+    pub(super) fn constraint_names(&self) -> Vec<String> {
+        let mut names: Vec<String> = Vec::new();
+        for one in self.rules.iter().flat_map(|rule| &rule.constraints) {
+            if !names.contains(&one.name) {
+                names.push(one.name.clone());
+            }
+        }
+        names
+    }
+}
+
+/// Returns the cases of a plan. Falls end all runs of which nothing else decides it: without cases
+/// by a setting of all runs.
+fn cases(
+    space: &SearchSpace,
+    document: &Document,
+    set: &mut Vec<(String, String)>,
+    settings: &[Setting],
+) -> Vec<RunCase> {
+    let (key, value) = FALL_END;
+    if space.cases.is_empty() {
+        if !sets_end(document, set, settings) {
+            set.push((key.to_owned(), value.to_owned()));
+        }
+        return vec![RunCase::default()];
+    }
+    let cases = space.cases.iter().map(|given| {
+        let mut case = RunCase::new(given);
+        let all: Vec<Setting> = settings.iter().chain(&case.settings).cloned().collect();
+        if !sets_end(document, set, &all) {
+            case.settings.push(Setting {
+                origin: space.file.clone(),
+                key: key.to_owned(),
+                value: value.to_owned(),
+            });
+        }
+        case
+    });
+    cases.collect()
 }
 
 /// Returns whether scenario or settings decide themselves if a fall ends a run.
@@ -98,7 +144,24 @@ fn sets_end(document: &Document, set: &[(String, String)], settings: &[Setting])
     sets
 }
 
-/// Returns the order of runs, and the symbol of the unit of the objective.
+/// Returns the order of runs in each case, and the symbol of the unit of the objective.
+fn cost_rules(
+    space: &SearchSpace,
+    scenarios: &[Scenario],
+) -> Result<(Vec<CostRule>, String), TwinError> {
+    let rules = scenarios.iter().map(|scenario| cost_rule(space, scenario));
+    let (mut rules, units): (Vec<CostRule>, Vec<String>) = rules
+        .collect::<Result<Vec<_>, TwinError>>()?
+        .into_iter()
+        .unzip();
+    let most = rules.iter().map(|rule| rule.constraints.len()).max();
+    for rule in &mut rules {
+        rule.constraints_most = most.unwrap_or_default();
+    }
+    Ok((rules, units.into_iter().next().unwrap_or_default()))
+}
+
+/// Returns the order of runs of a case, and the symbol of the unit of the objective.
 fn cost_rule(space: &SearchSpace, scenario: &Scenario) -> Result<(CostRule, String), TwinError> {
     let mut problems = Vec::new();
     let mut known = |name: &Placed<String>| match named(name, scenario) {
@@ -132,6 +195,7 @@ fn cost_rule(space: &SearchSpace, scenario: &Scenario) -> Result<(CostRule, Stri
                 objective: judged(objective),
                 direction: space.direction,
                 constraints: constraints.iter().map(|(one, _)| judged(one)).collect(),
+                constraints_most: constraints.len(),
             };
             Ok((rule, objective.unit().symbol().to_owned()))
         }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use twinrig_campaign::optimization::{
-    BestPoint, OptimizationResult, OptimizationVerdict, RunClass,
+    BestPoint, Evaluation, OptimizationResult, OptimizationVerdict, RunClass,
 };
 use twinrig_campaign::sweep::{ExpectationVerdict, percent};
 
@@ -22,6 +22,12 @@ pub(crate) fn text(outcome: &OptimizationOutcome) -> String {
             let _ = writeln!(out, "{line}");
         }
         out.push('\n');
+        if !best.cases.is_empty() {
+            for line in cases(result, best).lines(2) {
+                let _ = writeln!(out, "{line}");
+            }
+            out.push('\n');
+        }
     }
     let _ = writeln!(out, "  {}", verdict(result));
     for line in facts(outcome).lines(2) {
@@ -55,9 +61,9 @@ fn significant(value: f64) -> String {
     }
 }
 
-/// Returns whether the best point meets its constraints: `feasible`, `violates 2 constraints`.
-pub(crate) fn best_value(best: &BestPoint) -> String {
-    match (best.evaluation.class, best.evaluation.violations) {
+/// Returns whether a point meets its constraints: `feasible`, `violates 2 constraints`.
+pub(crate) fn class(evaluation: &Evaluation) -> String {
+    match (evaluation.class, evaluation.violations) {
         (RunClass::Infeasible, 1) => "violates 1 constraint".to_owned(),
         (RunClass::Infeasible, count) => format!("violates {count} constraints"),
         (class, _) => class.word().to_owned(),
@@ -95,6 +101,19 @@ fn point(result: &OptimizationResult, best: &BestPoint) -> Grid {
     grid
 }
 
+/// Returns the evaluations of the best point in all cases.
+fn cases(result: &OptimizationResult, best: &BestPoint) -> Grid {
+    let mut grid = Grid::new(&[Left, Right, Left]);
+    grid.header("case | objective |");
+    for it in &best.cases {
+        let value = it.evaluation.objective;
+        let value = value.map_or(String::new(), |value| value_and_unit(value, &result.unit));
+        let class = Cell::new(class(&it.evaluation), DIM);
+        grid.row([it.name.as_str().into(), value.into(), class]);
+    }
+    grid
+}
+
 fn verdict(result: &OptimizationResult) -> String {
     let (style, explained) = match (result.verdict, &result.best) {
         (OptimizationVerdict::Found, Some(best)) => (GREEN, achieved(result, best)),
@@ -106,7 +125,7 @@ fn verdict(result: &OptimizationResult) -> String {
         }
         (_, best) => {
             let best = best.as_ref().map_or(String::new(), |best| {
-                format!("; the best one {}", best_value(best))
+                format!("; the best one {}", class(&best.evaluation))
             });
             (RED, format!("no point meets all constraints{best}"))
         }
@@ -122,7 +141,7 @@ fn achieved(result: &OptimizationResult, best: &BestPoint) -> String {
     });
     let class = match best.evaluation.class {
         RunClass::Feasible => String::new(),
-        _ => format!(", {}", best_value(best)),
+        _ => format!(", {}", class(&best.evaluation)),
     };
     format!(
         "{}{value}{class}, evaluation {} of {}",
@@ -160,7 +179,12 @@ fn facts(outcome: &OptimizationOutcome) -> Grid {
                 percent(saved)
             )
         });
-        fact("falls", format!("{} runs{saved}", counts.fell));
+        let of = if result.cases.is_empty() {
+            "runs"
+        } else {
+            "points"
+        };
+        fact("falls", format!("{} {of}{saved}", counts.fell));
     }
     fact("generations", result.history.len().to_string());
     if *ran > 0 {

@@ -82,3 +82,15 @@ fn scenarios_of_recorded_searches_have_the_best_settings() {
     }
     assert!(recorded >= 1, "no optimisation is recorded");
 }
+
+/// The trot on other grounds and with a change is the same gait.
+#[test]
+fn scenarios_with_the_trot_have_its_settings() {
+    let registry = Registry::standard();
+    let [trot, others @ ..] = ["trot", "step-down", "step-change"].map(|name| {
+        let path = repository().join(format!("scenarios/{name}.toml"));
+        let assembly = Assembly::of_file(&registry, &path, &[]).unwrap();
+        variables(assembly.scenario())
+    });
+    assert!(others.iter().all(|other| *other == trot));
+}

@@ -1,6 +1,6 @@
 //! Kinds of the gait controllers, from scenario options.
 
-use twinrig_gait::{Abduction, Cpg, FixedPoint, Gait, Stand, Tegotae, TegotaeStart};
+use twinrig_gait::{Abduction, Cpg, FixedPoint, Gait, Planner, Stand, Tegotae, TegotaeStart};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
 use crate::error::BuildError;
@@ -22,30 +22,56 @@ const COMPONENTS: [&str; 3] = ["x", "y", "z"];
 /// Returns the kind of the open-loop controller.
 pub(crate) fn cpg() -> ControllerKind {
     let about = "open-loop gait: coupled oscillators, foot locus, inverse kinematics";
-    let kind = ControllerKind::new(Cpg::NAME, about, |context| {
-        let cpg = Cpg::new(context.robot, context.legs, gait(context)?)?;
-        let mut cpg = cpg.with_abduction(abduction(context));
-        if has_phase_output(context) {
-            cpg = cpg.with_phase_output();
-        }
-        if let Some(leg) = context.options.text(FREQUENCY_OF) {
-            cpg = cpg.with_frequency_of(leg)?;
-        }
-        Ok(match context.options.text(START) {
-            Some("random") => cpg.with_random_phases(context.seed),
-            _ => cpg,
+    let kind = ControllerKind::new(Cpg::NAME, about, build_cpg);
+    let kind = kind.with_variables(|context| Ok(Cpg::variables_of(context.robot, gait(context)?)?));
+    cpg_options()
+        .into_iter()
+        .fold(kind, ControllerKind::with_option)
+}
+
+/// Returns the kind of the open-loop controller with planned steps.
+pub(crate) fn planner() -> ControllerKind {
+    let about = "gait of `cpg` that changes its steps so that no foot lands in a known obstacle";
+    let kind = ControllerKind::new(Planner::NAME, about, |context| {
+        let planner = Planner::new(context.robot, context.legs, build_cpg(context)?)?;
+        Ok(match load(context) {
+            Some((name, component)) => planner.with_load(name, component)?,
+            None => planner,
         })
     });
-    kind.with_variables(|context| Ok(Cpg::variables_of(context.robot, gait(context)?)?))
-        .with_option(gaits("gait, which sets the phases of the legs"))
-        .with_option(choice(
+    let kind =
+        kind.with_variables(|context| Ok(Planner::variables_of(context.robot, gait(context)?)?));
+    let options = cpg_options().into_iter().chain(load_options());
+    options.fold(kind, ControllerKind::with_option)
+}
+
+fn build_cpg(context: &ControllerContext<'_>) -> Result<Cpg, BuildError> {
+    let cpg = Cpg::new(context.robot, context.legs, gait(context)?)?;
+    let mut cpg = cpg.with_abduction(abduction(context));
+    if has_phase_output(context) {
+        cpg = cpg.with_phase_output();
+    }
+    if let Some(leg) = context.options.text(FREQUENCY_OF) {
+        cpg = cpg.with_frequency_of(leg)?;
+    }
+    Ok(match context.options.text(START) {
+        Some("random") => cpg.with_random_phases(context.seed),
+        _ => cpg,
+    })
+}
+
+fn cpg_options() -> [OptionSpec; 5] {
+    [
+        gaits("gait, which sets the phases of the legs"),
+        choice(
             START,
             "initial phases: those of the gait, or random",
             &CPG_START,
-        ))
-        .with_option(abducting())
-        .with_option(phase_output())
-        .with_option(frequency_of())
+        ),
+        abducting(),
+        phase_output(),
+        frequency_of(),
+    ]
 }
 
 /// Returns the kind of the controller with feedback of the loads.
@@ -60,10 +86,8 @@ pub(crate) fn tegotae() -> ControllerKind {
             .with_start(start)
             .with_fixed_point(rule)
             .with_abduction(abduction(context));
-        if let Some(load) = options.text(LOAD) {
-            let component = options.text(LOAD_COMPONENT);
-            let index = component.and_then(|name| COMPONENTS.iter().position(|it| *it == name));
-            tegotae = tegotae.with_load(load, index)?;
+        if let Some((name, component)) = load(context) {
+            tegotae = tegotae.with_load(name, component)?;
         }
         if has_phase_output(context) {
             tegotae = tegotae.with_phase_output();
@@ -73,6 +97,7 @@ pub(crate) fn tegotae() -> ControllerKind {
         }
         Ok(tegotae)
     });
+    let [load_signal, load_component] = load_options();
     let options = [
         gaits("gait, which sets the initial phases of the legs"),
         choice(
@@ -85,6 +110,19 @@ pub(crate) fn tegotae() -> ControllerKind {
             "phase at which its load stops a leg: always mid-stance, or a function of the load",
             &FixedPoint::ALL.map(FixedPoint::name),
         ),
+        load_signal,
+        load_component,
+        abducting(),
+        phase_output(),
+        frequency_of(),
+    ];
+    let kind = kind.with_variables(|context| Ok(Tegotae::variables_of(context.robot)?));
+    options.into_iter().fold(kind, ControllerKind::with_option)
+}
+
+/// Options with the signal of the loads.
+fn load_options() -> [OptionSpec; 2] {
+    [
         OptionSpec {
             default: Some(OptionValue::Text("leg/*/foot/load".to_owned())),
             ..option(
@@ -98,12 +136,15 @@ pub(crate) fn tegotae() -> ControllerKind {
             "component that is the load, where the signal is a force; none for a load",
             Accepts::Choice(COMPONENTS.map(str::to_owned).into()),
         ),
-        abducting(),
-        phase_output(),
-        frequency_of(),
-    ];
-    let kind = kind.with_variables(|context| Ok(Tegotae::variables_of(context.robot)?));
-    options.into_iter().fold(kind, ControllerKind::with_option)
+    ]
+}
+
+/// Returns the name of the signal of the loads, and the component that is the load.
+fn load<'o>(context: &ControllerContext<'o>) -> Option<(&'o str, Option<usize>)> {
+    let name = context.options.text(LOAD)?;
+    let component = context.options.text(LOAD_COMPONENT);
+    let index = component.and_then(|name| COMPONENTS.iter().position(|it| *it == name));
+    Some((name, index))
 }
 
 /// Returns the kind of the controller that stands.

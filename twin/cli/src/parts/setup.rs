@@ -145,10 +145,10 @@ fn terrain(ground: &SceneGround, friction: f64, seed: u64) -> Result<Ground, Bui
         Profile::Flat => Terrain::Flat,
         Profile::StepDown { at, height } => Terrain::step_down(*at, *height),
         Profile::Hole { at, length, height } => {
-            Terrain::Levels(Levels::island(*at, *length, -height))
+            Terrain::Levels(Levels::strip(*at, *length, -height))
         }
         Profile::Bar { at, length, height } => {
-            Terrain::Levels(Levels::island(*at, *length, *height))
+            Terrain::Levels(Levels::strip(*at, *length, *height))
         }
         Profile::Heights { spacing, heights } => Terrain::Heights(field(*spacing, heights, seed)?),
     };

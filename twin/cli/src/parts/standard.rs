@@ -50,6 +50,7 @@ impl Registry {
             .with_bus(tactile::kind())
             .with_controller(gaits::cpg())
             .with_controller(gaits::tegotae())
+            .with_controller(gaits::planner())
             .with_controller(gaits::stand())
             .with_controller(script::kind())
             .with_controller(turn::kind());

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use twinrig_study::{CouplingKind, CouplingMethod, CouplingRow, CouplingStudy, Status, brief};
 
 use crate::report::grid::{Cell, Grid, Left, Right};
-use crate::report::style::{BOLD, DIM, RED, YELLOW, styled};
+use crate::report::style::{DIM, RED, YELLOW};
+use crate::study::layout::StudyText;
 
 /// Row that contradicts its neighbours.
 fn doubtful(row: &CouplingRow) -> String {
@@ -18,24 +19,14 @@ fn doubtful(row: &CouplingRow) -> String {
 
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &CouplingStudy, files: &[PathBuf]) -> String {
-    let mut lines = vec![format!(
-        "{}  {}",
-        styled(BOLD, &study.scenario),
-        styled(DIM, "study of coupling")
-    )];
-    lines.push(study.headline());
+    let mut text = StudyText::new(&study.scenario, "study of coupling", study.headline());
     for plant in study.plants() {
-        lines.push(String::new());
-        lines.push(format!("  {}", styled(BOLD, plant)));
-        lines.extend(table(study, plant).lines(4));
+        text.table(plant, &table(study, plant));
     }
-    lines.push(String::new());
-    let mut facts = Grid::new(&[Left, Left]);
-    let mut fact = |name: &str, text: String| facts.row([Cell::new(name, DIM), text.into()]);
     for order in study.orders() {
         let (plant, method) = (&order.plant, order.method.word());
         let points = order.points;
-        fact(
+        text.fact(
             "order",
             format!(
                 "{plant} {method}: {:.1}, coupling alone, of {points} steps",
@@ -51,11 +42,11 @@ pub fn text(study: &CouplingStudy, files: &[PathBuf]) -> String {
         let step = note.step_s.map_or_else(String::new, |step| {
             format!("exact at {}, ", brief(step, "s"))
         });
-        fact("reference", format!("{}: {step}{apart}{why}", note.plant));
+        text.fact("reference", format!("{}: {step}{apart}{why}", note.plant));
     }
     let cut = study.cut().count();
     if cut > 0 {
-        fact(
+        text.fact(
             "truncated",
             format!(
                 "{cut} runs were too slow for a budget of {} s",
@@ -64,16 +55,9 @@ pub fn text(study: &CouplingStudy, files: &[PathBuf]) -> String {
         );
     }
     for row in study.rows.iter().filter(|row| row.contradicts) {
-        fact("doubtful", doubtful(row));
+        text.fact("doubtful", doubtful(row));
     }
-    for left in &study.left_out {
-        fact("left out", left.clone());
-    }
-    for file in files {
-        fact("written", file.display().to_string());
-    }
-    lines.extend(facts.lines(2));
-    lines.join("\n")
+    text.finish(&study.left_out, files)
 }
 
 /// Formats a line per step: exact coupling and grids.

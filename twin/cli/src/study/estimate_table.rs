@@ -5,48 +5,28 @@ use std::path::PathBuf;
 use twinrig_study::{EstimateStudy, FilterRow, Verdict, brief};
 
 use crate::report::grid::{Cell, Grid, Left, Right};
-use crate::report::style::{BOLD, DIM, GREEN, YELLOW, styled};
+use crate::report::style::{DIM, GREEN, YELLOW};
+use crate::study::layout::StudyText;
 
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &EstimateStudy, files: &[PathBuf]) -> String {
-    let mut lines = vec![format!(
-        "{}  {}",
-        styled(BOLD, &study.scenario),
-        styled(DIM, "study of load filters")
-    )];
-    lines.push(study.headline());
-    let mut section = |name: &str, grid: &Grid| {
-        lines.push(String::new());
-        lines.push(format!("  {}", styled(BOLD, name)));
-        lines.extend(grid.lines(4));
-    };
-    section("the thesis and here", &thesis(study));
-    section("piezoelectric cell", &coefficients(study));
-    section("validation", &validation(study));
-    section("tuning", &tuning(study));
-    lines.push(String::new());
-    lines.push(format!("  {}", styled(BOLD, "tuned filters")));
-    lines.extend(study.settings().lines().map(str::to_owned));
-    lines.push(String::new());
-    let mut facts = Grid::new(&[Left, Left]);
-    let mut fact = |name: &str, text: String| facts.row([Cell::new(name, DIM), text.into()]);
+    let mut text = StudyText::new(&study.scenario, "study of load filters", study.headline());
+    text.table("the thesis and here", &thesis(study));
+    text.table("piezoelectric cell", &coefficients(study));
+    text.table("validation", &validation(study));
+    text.table("tuning", &tuning(study));
+    let settings = study.settings();
+    text.section("tuned filters", settings.lines().map(str::to_owned));
     let cut: Vec<&str> = study.cut().collect();
     if !cut.is_empty() {
-        let text = format!(
+        let searches = format!(
             "searches of {} by a budget of {} s",
             cut.join(", "),
             study.budget_s
         );
-        fact("truncated", text);
+        text.fact("truncated", searches);
     }
-    for left in &study.left_out {
-        fact("left out", left.clone());
-    }
-    for file in files {
-        fact("written", file.display().to_string());
-    }
-    lines.extend(facts.lines(2));
-    lines.join("\n")
+    text.finish(&study.left_out, files)
 }
 
 fn thesis(study: &EstimateStudy) -> Grid {

@@ -11,8 +11,7 @@ use twinrig_study::{
 use crate::args::{FeedbackOptions, ModulationOptions};
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
-use crate::study::builder::first_line;
-use crate::study::gait_scene::{Factor, GaitScene};
+use crate::study::gait_scene::{Factor, GaitScene, left_out, plants};
 use crate::study::load_observer::{LoadObserver, LoadSource};
 use crate::study::modulation_cases::{ModulationCases, name, stem};
 
@@ -50,10 +49,7 @@ impl<'r> FeedbackCases<'r> {
         };
         let files = options.scenarios.iter();
         found.input.files = files.map(|path| path.display().to_string()).collect();
-        let plants: Vec<Option<&str>> = match &*options.plant {
-            [] => vec![None],
-            names => names.iter().map(|name| Some(&**name)).collect(),
-        };
+        let plants = plants(&options.plant);
         let mut refused = None;
         for plant in plants {
             let reference = found.input.cases.len();
@@ -68,9 +64,8 @@ impl<'r> FeedbackCases<'r> {
                 let scene = GaitScene::new(registry, path, &settings, plant);
                 let added = scene.and_then(|scene| found.add(scene, &source, reference, &changes));
                 if let Err(error) = added {
-                    let on = plant.map_or(String::new(), |plant| format!(" on {plant}"));
-                    let why = first_line(&error.to_string());
-                    found.input.left_out.push(format!("{source}{on}: {why}"));
+                    let left_out = left_out(&source, plant, &error);
+                    found.input.left_out.push(left_out);
                     refused.get_or_insert(error);
                     if found.input.cases.len() == reference {
                         // Without the reference there is nothing to compare with.
@@ -102,11 +97,9 @@ impl<'r> FeedbackCases<'r> {
             legs.all(|leg| scene.takes(&load.of_leg(&leg.name)))
         });
         let Some(load) = load else {
-            return Err(TwinError::NoGait {
-                file: scenario.file.clone(),
-                why: "its controller takes no loads".to_owned(),
-                help: "choose `kind = \"tegotae\"` in [controller]".to_owned(),
-            });
+            let help = "choose `kind = \"tegotae\"` in [controller]";
+            let why = "its controller takes no loads";
+            return Err(TwinError::no_gait(&scenario.file, why, help));
         };
         let fore = scene.legs().iter().filter(|leg| leg.fore);
         let lag = scene.variables_called(LOAD_LAG);

@@ -5,47 +5,31 @@ use std::path::PathBuf;
 use twinrig_study::{FeedbackResult, FeedbackStudy};
 
 use crate::report::grid::{Cell, Grid, Left, Right, Side};
-use crate::report::style::{BOLD, DIM, styled};
+use crate::study::layout::StudyText;
 
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &FeedbackStudy, files: &[PathBuf]) -> String {
-    let mut lines = vec![format!(
-        "{}  {}",
-        styled(BOLD, &study.input.name),
-        styled(DIM, "study of load feedback")
-    )];
-    lines.push(study.headline());
-    let mut section = |name: &str, grid: &Grid| {
-        lines.push(String::new());
-        lines.push(format!("  {}", styled(BOLD, name)));
-        lines.extend(grid.lines(4));
-    };
-    section("gaits", &gaits(study));
-    section("load that the controller takes", &loads(study));
+    let mut text = StudyText::new(
+        &study.input.name,
+        "study of load feedback",
+        study.headline(),
+    );
+    text.table("gaits", &gaits(study));
+    text.table("load that the controller takes", &loads(study));
     let name = format!(
         "displacement of footsteps per change of {} (R²)",
         study.variable
     );
-    section(&name, &displacements(study));
-    let mut facts = Grid::new(&[Left, Left]);
-    let mut fact = |name: &str, text: String| facts.row([Cell::new(name, DIM), text.into()]);
+    text.table(&name, &displacements(study));
     for result in &study.cases {
         if let Some(why) = &result.why {
-            fact("no result", format!("{}: {why}", result.label()));
+            text.fact("no result", format!("{}: {why}", result.label()));
         }
         if let Some(why) = &result.undisplaced {
-            fact("undisplaced", format!("{}: {why}", result.label()));
+            text.fact("undisplaced", format!("{}: {why}", result.label()));
         }
     }
-    for left in &study.input.left_out {
-        fact("left out", left.clone());
-    }
-    for file in files {
-        fact("written", file.display().to_string());
-    }
-    lines.push(String::new());
-    lines.extend(facts.lines(2));
-    lines.join("\n")
+    text.finish(&study.input.left_out, files)
 }
 
 fn number(value: Option<f64>, digits: usize) -> Cell {

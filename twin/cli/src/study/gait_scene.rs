@@ -69,11 +69,7 @@ impl<'r> GaitScene<'r> {
         let mut scenario = assembly.scenario().without_expectations();
         scenario.record.signals = Some(Vec::new());
         scenario.record.frames = None;
-        let no_gait = |why: &str, help: &str| TwinError::NoGait {
-            file: scenario.file.clone(),
-            why: why.to_owned(),
-            help: help.to_owned(),
-        };
+        let no_gait = |why: &str, help: &str| TwinError::no_gait(&scenario.file, why, help);
         if scenario.plant.ground.is_none() || observed(&assembly).len() < SIGNALS {
             let help = "choose a scenario with ground on a plant of a whole robot";
             return Err(no_gait("its feet touch no ground", help));
@@ -205,6 +201,20 @@ impl<'r> GaitScene<'r> {
             }
         }
     }
+}
+
+/// Returns the plants with these names, or none for the scenario's own.
+pub(crate) fn plants(names: &[String]) -> Vec<Option<&str>> {
+    match names {
+        [] => vec![None],
+        names => names.iter().map(|name| Some(&**name)).collect(),
+    }
+}
+
+/// Returns the line on a scenario that a plant cannot simulate, for the parts left out.
+pub(crate) fn left_out(name: &str, plant: Option<&str>, error: &TwinError) -> String {
+    let on = plant.map_or(String::new(), |plant| format!(" on {plant}"));
+    format!("{name}{on}: {}", first_line(&error.to_string()))
 }
 
 /// Returns the name of a variable without its group or leg.

@@ -13,8 +13,7 @@ use twinrig_study::{
 use crate::args::ModulationOptions;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
-use crate::study::builder::first_line;
-use crate::study::gait_scene::{Factor, GaitScene, base};
+use crate::study::gait_scene::{Factor, GaitScene, base, left_out, plants};
 
 /// Variable of a scenario without changes.
 const STEP_LENGTH: &str = "step_length";
@@ -39,9 +38,9 @@ struct SceneCase {
     variables: Vec<String>,
 }
 
-/// What changes in a scenario, and when its gait is in the limit cycle.
+/// Variable of a scenario that changes, and time at which its gait is in the limit cycle.
 struct Subject {
-    /// As the study names it.
+    /// Name without the legs.
     name: String,
     /// Full names.
     variables: Vec<String>,
@@ -60,10 +59,7 @@ impl<'r> ModulationCases<'r> {
         options: &ModulationOptions,
         settings: &[Setting],
     ) -> Result<Self, TwinError> {
-        let plants: Vec<Option<&str>> = match &*options.plant {
-            [] => vec![None],
-            names => names.iter().map(|name| Some(&**name)).collect(),
-        };
+        let plants = plants(&options.plant);
         let several = options.scenarios.len() * plants.len() > 1;
         let factors: &[Factor] = if options.factors || several {
             &[
@@ -82,9 +78,7 @@ impl<'r> ModulationCases<'r> {
                 let scene = match GaitScene::new(registry, path, settings, *plant) {
                     Ok(scene) => scene,
                     Err(error) => {
-                        let on = plant.map_or(String::new(), |plant| format!(" on {plant}"));
-                        let why = first_line(&error.to_string());
-                        let left_out = format!("{}{on}: {why}", stem(path));
+                        let left_out = left_out(&stem(path), *plant, &error);
                         found.input.left_out.push(left_out);
                         refused.get_or_insert(error);
                         continue;
@@ -165,10 +159,9 @@ impl<'r> ModulationCases<'r> {
     /// A change that is not a quantity of the variable's unit, or none for a variable that is not
     /// a length.
     pub(crate) fn plan(&self, options: &ModulationOptions) -> Result<ModulationPlan, TwinError> {
-        let refused = |why: String, help: &str| TwinError::NoGait {
-            file: self.input.files.first().cloned().unwrap_or_default(),
-            why,
-            help: help.to_owned(),
+        let refused = |why: String, help: &str| {
+            let file = self.input.files.first().map_or("", String::as_str);
+            TwinError::no_gait(file, why, help)
         };
         let unit = self.input.unit;
         let plan = ModulationPlan {
@@ -220,11 +213,9 @@ impl Subject {
         };
         let Some(one) = variables.first() else {
             let kind = scenario.controller.as_ref().map_or("", |it| &it.kind);
-            return Err(TwinError::NoGait {
-                file: scenario.file.clone(),
-                why: format!("the controller `{kind}` has no variable `{name}`"),
-                help: "choose one by --variable; `twin list` has them".to_owned(),
-            });
+            let why = format!("the controller `{kind}` has no variable `{name}`");
+            let help = "choose one by --variable; `twin list` has them";
+            return Err(TwinError::no_gait(&scenario.file, why, help));
         };
         let sum: f64 = variables.iter().map(|variable| variable.value()).sum();
         let after = options.after.map(|after| SimTime::ZERO + after);

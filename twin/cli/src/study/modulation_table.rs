@@ -7,48 +7,33 @@ use twinrig_study::{
 };
 
 use crate::report::grid::{Cell, Grid, Left, Right, Side};
-use crate::report::style::{BOLD, DIM, GREEN, YELLOW, styled};
+use crate::report::style::{GREEN, YELLOW};
+use crate::study::layout::StudyText;
 
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &ModulationStudy, files: &[PathBuf]) -> String {
-    let mut lines = vec![format!(
-        "{}  {}",
-        styled(BOLD, &study.input.name),
-        styled(DIM, "study of footstep modulation")
-    )];
-    lines.push(study.headline());
-    let mut section = |name: &str, grid: &Grid| {
-        lines.push(String::new());
-        lines.push(format!("  {}", styled(BOLD, name)));
-        lines.extend(grid.lines(4));
-    };
+    let mut text = StudyText::new(
+        &study.input.name,
+        "study of footstep modulation",
+        study.headline(),
+    );
     if let [case] = &*study.cases {
         for table in &case.tables {
             let name = format!("mean displacement by {} [mm]", table.counting.name());
-            section(&name, &means(study, table));
+            text.table(&name, &means(study, table));
         }
     }
-    section("models of the displacement d of step n", &models(study));
-    let mut facts = Grid::new(&[Left, Left]);
-    let mut fact = |name: &str, text: String| facts.row([Cell::new(name, DIM), text.into()]);
+    text.table("models of the displacement d of step n", &models(study));
     for case in &study.cases {
         if let Some(why) = &case.why {
-            fact("no result", format!("{}: {why}", case.label()));
+            text.fact("no result", format!("{}: {why}", case.label()));
         }
         if let Some(first) = case.failed.first() {
-            let text = format!("{} of {}: {first}", case.failed.len(), case.label());
-            fact("failed", text);
+            let failed = format!("{} of {}: {first}", case.failed.len(), case.label());
+            text.fact("failed", failed);
         }
     }
-    for left in &study.input.left_out {
-        fact("left out", left.clone());
-    }
-    for file in files {
-        fact("written", file.display().to_string());
-    }
-    lines.push(String::new());
-    lines.extend(facts.lines(2));
-    lines.join("\n")
+    text.finish(&study.input.left_out, files)
 }
 
 /// Changes by steps; means against the change are marked.

@@ -9,7 +9,8 @@ use twinrig_study::{
 };
 
 use crate::report::grid::{Cell, Grid, Left, Right};
-use crate::report::style::{BOLD, DIM, RED, YELLOW, styled};
+use crate::report::style::{DIM, RED, YELLOW};
+use crate::study::layout::StudyText;
 use crate::study::lines::{contact, difference, differing, ensemble, tolerance_slope, walking};
 
 /// Step at which methods are compared.
@@ -17,55 +18,47 @@ const USUAL_STEP_S: f64 = 2e-3;
 
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &Study, files: &[PathBuf]) -> String {
-    let mut lines = vec![format!(
-        "{}  {}",
-        styled(BOLD, &study.scenario),
-        styled(DIM, &format!("study of {}", study.kind.name()))
-    )];
-    lines.push(study.headline());
+    let kind = format!("study of {}", study.kind.name());
+    let mut text = StudyText::new(&study.scenario, &kind, study.headline());
     let grid = match study.kind {
         StudyKind::Precision => precision(study),
         StudyKind::Stability => stability(study),
     };
-    lines.push(String::new());
-    lines.extend(grid.lines(2));
-    lines.push(String::new());
-    let mut facts = Grid::new(&[Left, Left]);
-    let mut fact = |name: &str, text: String| facts.row([Cell::new(name, DIM), text.into()]);
+    text.block(grid.lines(2));
     for note in &study.references {
-        fact("reference", reference(note));
+        text.fact("reference", reference(note));
     }
     let models = || study.rows.iter().filter(|row| row.kind == RowKind::Model);
     let base = models().find_map(|row| row.against.as_ref());
     // The page has the differences of all pairs.
     for row in models().filter(|row| row.against.as_ref() == base || row.varies_compliance()) {
-        fact("model", difference(row));
+        text.fact("model", difference(row));
     }
     for slope in study.tolerance_slopes() {
-        fact("slope", tolerance_slope(&slope));
+        text.fact("slope", tolerance_slope(&slope));
     }
     for one in &study.transports {
-        fact("walking", walking(one));
+        text.fact("walking", walking(one));
     }
     for one in &study.contacts {
-        fact("contact", contact(one));
+        text.fact("contact", contact(one));
     }
     for one in &study.ensembles {
-        fact("ensemble", ensemble(one));
+        text.fact("ensemble", ensemble(one));
     }
     for [first, second, quantities] in differing(study) {
-        fact("differ", format!("{first} and {second} in {quantities}"));
+        text.fact("differ", format!("{first} and {second} in {quantities}"));
     }
     for trend in study.stiffnesses() {
-        fact("stiffness", stiffness(&trend));
+        text.fact("stiffness", stiffness(&trend));
     }
     for trend in study.error_control_trends() {
-        fact("compliant", error_control(&trend));
+        text.fact("compliant", error_control(&trend));
     }
     let cut = study.cut().count();
     if cut > 0 {
         let plural = if cut == 1 { "row was" } else { "rows were" };
-        fact(
+        text.fact(
             "truncated",
             format!(
                 "{cut} {plural} too slow for a budget of {} s",
@@ -74,16 +67,9 @@ pub fn text(study: &Study, files: &[PathBuf]) -> String {
         );
     }
     for row in study.rows.iter().filter(|row| row.contradicts) {
-        fact("doubtful", doubtful(row));
+        text.fact("doubtful", doubtful(row));
     }
-    for left in &study.left_out {
-        fact("left out", left.clone());
-    }
-    for file in files {
-        fact("written", file.display().to_string());
-    }
-    lines.extend(facts.lines(2));
-    lines.join("\n")
+    text.finish(&study.left_out, files)
 }
 
 /// Returns a number to three digits: a multiple of a tolerance has others.

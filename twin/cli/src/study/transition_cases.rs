@@ -9,8 +9,8 @@ use twinrig_study::{GaitPattern, GaitRun, TransitionCase, TransitionInput, Trans
 use crate::args::TransitionOptions;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
-use crate::study::builder::first_line;
-use crate::study::gait_scene::{Factor, GaitScene, base};
+use crate::study::gait_scene::{Factor, GaitScene, base, left_out, plants};
+use crate::study::modulation_cases::stem;
 
 /// All legs in phase: no gait of the controllers, but one that a robot may fall into.
 const PRONK: &str = "pronk";
@@ -33,19 +33,15 @@ impl<'r> TransitionCases<'r> {
         options: &TransitionOptions,
         settings: &[Setting],
     ) -> Result<Self, TwinError> {
-        let plants: Vec<Option<&str>> = match &*options.plant {
-            [] => vec![None],
-            names => names.iter().map(|name| Some(&**name)).collect(),
-        };
+        let plants = plants(&options.plant);
         let path = &options.scenario;
         let mut found: Option<Self> = None;
-        let (mut left_out, mut refused) = (Vec::new(), None);
+        let (mut omitted, mut refused) = (Vec::new(), None);
         for plant in &plants {
             let scene = match GaitScene::new(registry, path, settings, *plant) {
                 Ok(scene) => scene,
                 Err(error) => {
-                    let why = first_line(&error.to_string());
-                    left_out.push(format!("{}: {why}", plant.unwrap_or_default()));
+                    omitted.push(left_out(&stem(path), *plant, &error));
                     refused.get_or_insert(error);
                     continue;
                 }
@@ -58,33 +54,32 @@ impl<'r> TransitionCases<'r> {
         }
         match (found, refused) {
             (Some(mut found), _) => {
-                found.input.left_out = left_out;
+                found.input.left_out = omitted;
                 Ok(found)
             }
             (None, Some(error)) => Err(error),
             // There is a plant, or the scenario's own.
-            (None, None) => Err(no_gait(path.display().to_string(), "no plant".into(), "")),
+            (None, None) => {
+                let (file, help) = (path.display().to_string(), "name one by --plant");
+                Err(TwinError::no_gait(&file, "there is no plant", help))
+            }
         }
     }
 
     fn of(scene: &GaitScene<'_>, options: &TransitionOptions) -> Result<Self, TwinError> {
         let scenario = scene.scenario();
-        let file = || scenario.file.clone();
         let mut changes = scenario.changes.iter().map(|it| it.variable.as_str());
         let named = options.variable.as_deref();
         let changed = changes.find(|it| named.is_none_or(|name| [*it, base(it)].contains(&name)));
         let Some(changed) = changed else {
-            let name = named.map_or("no variable".to_owned(), |name| format!("not `{name}`"));
-            let why = format!("its changes are of {name}");
-            let help = "add tables `[[change]]` that raise a variable in steps";
-            return Err(no_gait(file(), why, help));
+            return Err(unchanged(scenario, named));
         };
         let mut variables = scene.variables().iter();
         let variable = variables.find(|it| it.name() == changed);
         Ok(Self {
             input: TransitionInput {
                 name: scenario.name.clone(),
-                file: file(),
+                file: scenario.file.clone(),
                 variable: changed.to_owned(),
                 unit: variable.map_or(Unit::One, ProcessVariable::unit),
                 patterns: patterns(scene.legs()),
@@ -138,12 +133,20 @@ impl TransitionRunner for TransitionCases<'_> {
     }
 }
 
-fn no_gait(file: String, why: String, help: &str) -> TwinError {
-    TwinError::NoGait {
-        file,
-        why,
-        help: help.to_owned(),
-    }
+/// Returns the error of a scenario that does not change the variable `named`, or any.
+fn unchanged(scenario: &Scenario, named: Option<&str>) -> TwinError {
+    let why = match named {
+        Some(name) => format!("the scenario does not change `{name}`"),
+        None => "the scenario changes no variable".to_owned(),
+    };
+    let mut changed: Vec<&str> = scenario.changes.iter().map(|it| &*it.variable).collect();
+    changed.sort_unstable();
+    changed.dedup();
+    let help = match changed[..] {
+        [] => "add a table `[[change]]` with `every`, which changes a variable in steps".to_owned(),
+        _ => format!("it changes `{}`", changed.join("`, `")),
+    };
+    TwinError::no_gait(&scenario.file, why, help)
 }
 
 /// Returns the median time between two changes of a variable, or the time of the only one.

@@ -5,37 +5,21 @@ use std::path::PathBuf;
 use twinrig_study::{TransitionResult, TransitionStudy, Way};
 
 use crate::report::grid::{Cell, Grid, Left, Right};
-use crate::report::style::{BOLD, DIM, styled};
+use crate::study::layout::StudyText;
 
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &TransitionStudy, files: &[PathBuf]) -> String {
-    let mut lines = vec![format!(
-        "{}  {}",
-        styled(BOLD, &study.input.name),
-        styled(DIM, "study of gait transitions")
-    )];
-    lines.push(study.headline());
-    let mut section = |name: &str, grid: &Grid| {
-        lines.push(String::new());
-        lines.push(format!("  {}", styled(BOLD, name)));
-        lines.extend(grid.lines(4));
-    };
-    section("transitions", &transitions(study));
+    let mut text = StudyText::new(
+        &study.input.name,
+        "study of gait transitions",
+        study.headline(),
+    );
+    text.table("transitions", &transitions(study));
     if study.cases.iter().any(|it| !it.hysteresis.is_empty()) {
-        section("values on both ways", &hysteresis(study));
+        text.table("values on both ways", &hysteresis(study));
     }
-    section("time in each gait", &shares(study));
-    let mut facts = Grid::new(&[Left, Left]);
-    let mut fact = |name: &str, text: String| facts.row([Cell::new(name, DIM), text.into()]);
-    for left in &study.input.left_out {
-        fact("left out", left.clone());
-    }
-    for file in files {
-        fact("written", file.display().to_string());
-    }
-    lines.push(String::new());
-    lines.extend(facts.lines(2));
-    lines.join("\n")
+    text.table("time in each gait", &shares(study));
+    text.finish(&study.input.left_out, files)
 }
 
 fn transitions(study: &TransitionStudy) -> Grid {

@@ -250,7 +250,7 @@ fn result(plan: &SweepPlan<'_>, partition: Partition, store: &RowStore) -> Sweep
         scenario: plan.runs.scenario.clone(),
         file: plan.runs.file.clone(),
         build: plan.runs.build.to_string(),
-        settings: plan.runs.base(),
+        settings: plan.runs.base_pairs(),
         design: plan.spec.design,
         partition,
         dimensions: plan.dimensions(),

@@ -56,6 +56,8 @@ struct SharedData {
     sources: Vec<SharedSources>,
     /// Settings of all runs: origin, key, value.
     base: Vec<(String, String, String)>,
+    /// Settings of each case, likewise.
+    cases: Vec<Vec<(String, String, String)>>,
     /// Keys of the dimensions, with their origins.
     keys: Vec<(String, String)>,
     record: Option<String>,
@@ -77,6 +79,8 @@ struct SharedSources {
 struct TaskData {
     /// Index of the sources.
     sources: usize,
+    /// Index of the case.
+    case: usize,
     /// Values of the dimensions, in TOML.
     values: Vec<String>,
     /// Name of the recording.
@@ -99,10 +103,13 @@ impl Job for SweepJob<'_> {
             robot: sources.robot.clone(),
             kept: sources.kept.clone(),
         });
+        let cases = self.runs.cases.iter();
+        let cases = cases.map(|case| shared_settings(&case.settings));
         let data = SharedData {
             file: self.runs.file.clone(),
             sources: sources.collect(),
-            base: self.runs.shared_settings(),
+            base: shared_settings(&self.runs.base),
+            cases: cases.collect(),
             keys: self.runs.origins_and_keys(),
             record: self.record.map(|it| it.display().to_string()),
             parts: self.runs.parts.clone(),
@@ -115,6 +122,7 @@ impl Job for SweepJob<'_> {
         let point = &self.runs.points[index];
         encoded(&TaskData {
             sources: point.sources,
+            case: point.case,
             values: point.values.iter().map(|it| it.toml.clone()).collect(),
             recording: self.recording(index),
         })
@@ -132,6 +140,18 @@ impl Job for SweepJob<'_> {
         };
         Some(encoded(&run.execute()?))
     }
+}
+
+/// Returns origin, key and value of settings.
+fn shared_settings(settings: &[Setting]) -> Vec<(String, String, String)> {
+    let settings = settings.iter().cloned();
+    settings.map(|it| (it.origin, it.key, it.value)).collect()
+}
+
+/// Returns settings by origin, key and value.
+fn settings(shared: Vec<(String, String, String)>) -> Vec<Setting> {
+    let setting = |(origin, key, value)| Setting { origin, key, value };
+    shared.into_iter().map(setting).collect()
 }
 
 /// Returns the name of the recording of a run.
@@ -243,6 +263,7 @@ pub struct WorkerJob {
     file: String,
     sources: Vec<Sources>,
     base: Vec<Setting>,
+    cases: Vec<Vec<Setting>>,
     keys: Vec<(String, String)>,
     record: Option<PathBuf>,
 }
@@ -274,15 +295,12 @@ impl WorkerJob {
             });
         }
         let sources = data.sources.into_iter().map(SharedSources::sources);
-        let base = data
-            .base
-            .into_iter()
-            .map(|(origin, key, value)| Setting { origin, key, value });
         Ok(Self {
             registry,
             file: data.file,
             sources: sources.collect::<Result<_, _>>()?,
-            base: base.collect(),
+            base: settings(data.base),
+            cases: data.cases.into_iter().map(settings).collect(),
             keys: data.keys,
             record: data.record.map(PathBuf::from),
         })
@@ -297,18 +315,21 @@ impl WorkerJob {
             postcard::from_bytes(task).map_err(|error| JobError::Damaged(error.to_string()))?;
         let sources = self.sources.get(task.sources);
         let sources = sources.ok_or_else(|| JobError::Damaged("it lacks a file".to_owned()))?;
+        let case = self.cases.get(task.case);
+        let case = case.ok_or_else(|| JobError::Damaged("it lacks a case".to_owned()))?;
         let values = self.keys.iter().zip(task.values);
-        let settings = values.map(|((origin, key), value)| Setting {
+        let values = values.map(|((origin, key), value)| Setting {
             origin: origin.clone(),
             key: key.clone(),
             value,
         });
+        let given = self.base.iter().chain(case);
         let recording = self.record.as_ref().zip(task.recording);
         let run = PointRun {
             registry: &self.registry,
             file: &self.file,
             sources,
-            settings: self.base.iter().cloned().chain(settings).collect(),
+            settings: given.cloned().chain(values).collect(),
             recording: recording.map(|(folder, name)| folder.join(name)),
         };
         Ok(run.execute().map(|result| encoded(&result)))

@@ -46,13 +46,17 @@ pub(super) fn resolved(
     }
 }
 
-/// Returns the problem of a key that a setting of all runs has, too.
+/// Returns the problem of a key that a setting of all runs or of a case has, too.
 fn taken(
     key: &str,
     given: &str,
     request: &RunRequest<'_>,
     scenario: &Scenario,
 ) -> Option<(String, String)> {
+    if let Some(case) = request.cases.iter().find_map(|case| case.sets(key)) {
+        let message = format!("`{given}` is set by {case}");
+        return Some((message, "leave out the dimension or the setting".to_owned()));
+    }
     let set = |setting: &&Setting| overlap(&setting.key, key);
     let setting = scenario.settings.iter().find(set)?;
     let by = if request.set.iter().any(|(key, _)| *key == setting.key) {

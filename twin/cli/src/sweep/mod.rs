@@ -1,6 +1,7 @@
 //! Sweeps: from a specification to rows, files and reports. Optimisations share their runs.
 
 pub(crate) mod build_key;
+pub(crate) mod cases;
 pub(crate) mod execute;
 pub(crate) mod files;
 pub(crate) mod job;

@@ -10,6 +10,7 @@ use twinrig_scenario::Setting;
 
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::sweep::cases::RunCase;
 use crate::sweep::runs::{RunPlan, RunRequest, expectations};
 
 /// A planned sweep.
@@ -34,13 +35,14 @@ impl<'r> SweepPlan<'r> {
             file: &spec.file,
             set: &spec.set,
             settings,
-            keys: spec.dimensions.iter().map(|it| it.key.clone()).collect(),
+            keys: spec.keys().cloned().collect(),
+            cases: vec![RunCase::default()],
             recorded,
         };
         let (mut runs, _) = RunPlan::new(registry, request)?;
         let mut names = BTreeSet::new();
         for values in spec.points() {
-            runs.add_point(values, &mut |scenario| {
+            runs.add_point(0, values, &mut |scenario| {
                 names.extend(expectations(scenario).map(|one| one.name.clone()));
             })?;
         }

@@ -13,6 +13,7 @@ use crate::assembly::registry::Registry;
 use crate::assembly::sources::Sources;
 use crate::error::TwinError;
 use crate::sweep::build_key::BuildKey;
+use crate::sweep::cases::{self, RunCase};
 use crate::sweep::keys;
 use crate::sweep::parts::UsedParts;
 
@@ -33,6 +34,8 @@ pub(crate) struct RunRequest<'p> {
     pub(crate) settings: &'p [Setting],
     /// Keys of its dimensions, as it has them.
     pub(crate) keys: Vec<Placed<String>>,
+    /// Cases of its points; at least one.
+    pub(crate) cases: Vec<RunCase>,
     /// Whether signals that only a recording requires are computed.
     pub(crate) recorded: bool,
 }
@@ -49,7 +52,9 @@ pub(crate) struct RunPlan<'r> {
     /// Keys of the dimensions, as the file of the points has them.
     given_keys: Vec<Placed<String>>,
     /// Settings of all runs.
-    base: Vec<Setting>,
+    pub(crate) base: Vec<Setting>,
+    /// Cases, whose settings come on top of those.
+    pub(crate) cases: Vec<RunCase>,
     /// Dotted keys of the dimensions.
     pub(crate) keys: Vec<String>,
     pub(crate) points: Vec<PlannedPoint>,
@@ -58,15 +63,17 @@ pub(crate) struct RunPlan<'r> {
     pub(crate) sources: Vec<Sources>,
     /// Contents of the files of each of them.
     files: Vec<Vec<Vec<u8>>>,
-    /// Index of the sources by the texts among the values.
-    known: BTreeMap<Vec<String>, usize>,
+    /// Index of the sources by the case and the texts among the values.
+    known: BTreeMap<(usize, Vec<String>), usize>,
     /// Kinds of parts of all runs.
     pub(crate) parts: UsedParts,
 }
 
-/// Point of a plan.
+/// Point of a plan, in one of the cases: a run.
 pub(crate) struct PlannedPoint {
     pub(crate) values: Vec<SweepValue>,
+    /// Index of its case.
+    pub(crate) case: usize,
     /// Index of its sources.
     pub(crate) sources: usize,
     pub(crate) key: RowKey,
@@ -81,6 +88,7 @@ impl<'r> RunPlan<'r> {
         let document = Document::read(request.scenario)?;
         let folder = request.scenario.parent().unwrap_or(Path::new(""));
         let on_disk = Sources::of(document, folder);
+        cases::check(&request)?;
         let base = base_settings(&request);
         let (read, body) = on_disk.body(registry, &base)?;
         let keys = keys::resolved(&request, registry, &read, body.robot())?;
@@ -92,6 +100,7 @@ impl<'r> RunPlan<'r> {
             warnings: read.warnings.clone(),
             given_keys: request.keys,
             base,
+            cases: request.cases,
             keys,
             points: Vec::new(),
             on_disk,
@@ -103,60 +112,74 @@ impl<'r> RunPlan<'r> {
         Ok((plan, read))
     }
 
-    /// Adds a point. Where its values may name files, these are read once for each combination of
-    /// such values, and `visit` is called with the scenario.
+    /// Adds a point in a case. Where its values may name files, these are read once for each
+    /// combination of such values, and `visit` is called with the scenario.
     pub(crate) fn add_point(
         &mut self,
+        case: usize,
         values: Vec<SweepValue>,
         visit: &mut dyn FnMut(&Scenario),
     ) -> Result<(), TwinError> {
         // Numbers name no file.
         let texts = values.iter().filter(|value| value.number.is_none());
         let texts: Vec<String> = texts.map(|value| value.toml.clone()).collect();
-        let settings = self.settings(&values);
-        let sources = self.sources_of(texts, &settings, visit)?;
+        let settings = self.settings(case, &values);
+        let sources = self.sources_of(case, texts, &settings, visit)?;
         let parts = std::iter::once(self.build.as_bytes());
         let parts = parts.chain(self.files[sources].iter().map(Vec::as_slice));
         let pairs = settings.iter().flat_map(|it| [&it.key, &it.value]);
         let key = RowKey::of(parts.chain(pairs.map(String::as_bytes)));
         self.points.push(PlannedPoint {
             values,
+            case,
             sources,
             key,
         });
         Ok(())
     }
 
-    /// Reads the files of points whose values are numbers: none of them names a file, and the
-    /// scenario is valid without them.
-    pub(crate) fn read_files(&mut self) -> Result<(), TwinError> {
-        let base = self.base.clone();
-        self.sources_of(Vec::new(), &base, &mut |_| {}).map(drop)
+    /// Reads the files of points whose values are numbers, in each case: none of them names a file,
+    /// and the scenario is valid without them. Returns the scenario of each case.
+    pub(crate) fn read_files(&mut self) -> Result<Vec<Scenario>, TwinError> {
+        let mut scenarios = Vec::new();
+        for case in 0..self.cases.len() {
+            let settings = self.settings(case, &[]);
+            self.sources_of(case, Vec::new(), &settings, &mut |scenario| {
+                scenarios.push(scenario.clone());
+            })?;
+        }
+        Ok(scenarios)
     }
 
-    /// Assembles the scenario without the values of a point, and reports its mistakes.
+    /// Assembles the scenario of each case without the values of a point, and reports its mistakes.
     pub(crate) fn check_scenario(&self) -> Result<(), TwinError> {
-        Assembly::new(self.registry, &self.on_disk, &self.base).map(drop)
+        (0..self.cases.len()).try_for_each(|case| {
+            let settings = self.settings(case, &[]);
+            let assembly = Assembly::new(self.registry, &self.on_disk, &settings);
+            assembly.map(drop).map_err(|error| self.placed(case, error))
+        })
     }
 
-    /// Returns the index of the sources of points with these texts among their values.
+    /// Returns the index of the sources of points of a case with these texts among their values.
     fn sources_of(
         &mut self,
+        case: usize,
         texts: Vec<String>,
         settings: &[Setting],
         visit: &mut dyn FnMut(&Scenario),
     ) -> Result<usize, TwinError> {
-        if let Some(&index) = self.known.get(&texts) {
+        let of = (case, texts);
+        if let Some(&index) = self.known.get(&of) {
             return Ok(index);
         }
         let read = self.on_disk.body(self.registry, settings);
-        let (scenario, body) = read.map_err(|error| self.placed(error))?;
+        let (scenario, body) = read.map_err(|error| self.placed(case, error))?;
         self.parts.add(&scenario);
         visit(&scenario);
         self.files.push(bytes_of_files(&scenario, &body));
         self.sources.push(in_memory(&self.on_disk, &body));
         let index = self.sources.len() - 1;
-        self.known.insert(texts, index);
+        self.known.insert(of, index);
         Ok(index)
     }
 
@@ -164,46 +187,46 @@ impl<'r> RunPlan<'r> {
     pub(crate) fn check_point(&self, index: usize) -> Result<(), TwinError> {
         let (sources, settings) = self.run_of(index);
         let read = sources.read(self.registry, &settings);
-        read.map(drop).map_err(|error| self.placed(error))
+        let case = self.points[index].case;
+        read.map(drop).map_err(|error| self.placed(case, error))
     }
 
-    /// Reads the scenario with the value of one dimension alone.
+    /// Reads the scenario of a case with the value of one dimension alone.
     pub(crate) fn check_value(
         &self,
+        case: usize,
         dimension: usize,
         value: &SweepValue,
     ) -> Result<(), TwinError> {
         let key = &self.keys[dimension];
-        let mut settings = self.base.clone();
+        let mut settings = self.settings(case, &[]);
         settings.push(Setting {
             origin: origin(key),
             key: key.clone(),
             value: value.toml.clone(),
         });
         let read = self.on_disk.read(self.registry, &settings);
-        read.map(drop).map_err(|error| self.placed(error))
+        read.map(drop).map_err(|error| self.placed(case, error))
     }
 
     /// Returns the sources and the settings of a point.
     pub(crate) fn run_of(&self, index: usize) -> (&Sources, Vec<Setting>) {
         let point = &self.points[index];
-        (&self.sources[point.sources], self.settings(&point.values))
+        (
+            &self.sources[point.sources],
+            self.settings(point.case, &point.values),
+        )
     }
 
-    fn settings(&self, values: &[SweepValue]) -> Vec<Setting> {
+    fn settings(&self, case: usize, values: &[SweepValue]) -> Vec<Setting> {
         let values = self.keys.iter().zip(values);
         let settings = values.map(|(key, value)| Setting {
             origin: origin(key),
             key: key.clone(),
             value: value.toml.clone(),
         });
-        self.base.iter().cloned().chain(settings).collect()
-    }
-
-    /// Returns origin, key and value of the settings of all runs.
-    pub(crate) fn shared_settings(&self) -> Vec<(String, String, String)> {
-        let base = self.base.iter().cloned();
-        base.map(|it| (it.origin, it.key, it.value)).collect()
+        let given = self.base.iter().chain(&self.cases[case].settings);
+        given.cloned().chain(settings).collect()
     }
 
     /// Returns origin and key of the settings of the dimensions.
@@ -213,13 +236,14 @@ impl<'r> RunPlan<'r> {
     }
 
     /// Returns the settings of all runs.
-    pub(crate) fn base(&self) -> Vec<(String, String)> {
+    pub(crate) fn base_pairs(&self) -> Vec<(String, String)> {
         let pair = |setting: &Setting| (setting.key.clone(), setting.value.clone());
         self.base.iter().map(pair).collect()
     }
 
-    /// Returns an error about a value of a dimension at the key of the dimension.
-    fn placed(&self, error: TwinError) -> TwinError {
+    /// Returns an error about a value of a dimension at the key of the dimension, and one about a
+    /// setting of the case at this setting.
+    fn placed(&self, case: usize, error: TwinError) -> TwinError {
         let TwinError::Document(DocumentError { mut problems }) = error else {
             return error;
         };
@@ -227,34 +251,31 @@ impl<'r> RunPlan<'r> {
             let mut dimensions = self.keys.iter().zip(&self.given_keys);
             let found = dimensions.find(|(key, _)| problem.file == origin(key));
             let Some((_, given)) = found else {
+                *problem = self.cases[case].named(problem.clone());
                 continue;
             };
             let place = problem.place.as_ref();
             let value = place.map_or_else(String::new, |place| {
                 format!(" (with {})", place.line_text())
             });
-            *problem = Problem::at(
+            *problem = self.cases[case].named(Problem::at(
                 &given.place,
                 format!("{}{value}", problem.message),
                 problem.help.clone(),
-            );
+            ));
         }
         TwinError::Document(DocumentError { problems })
     }
 
     /// Returns the command that repeats the run of a point.
     pub(crate) fn command(&self, index: usize) -> String {
-        self.command_of(&self.points[index].values)
-    }
-
-    /// Returns the command of a run with these values of the dimensions.
-    pub(crate) fn command_of(&self, values: &[SweepValue]) -> String {
+        let PlannedPoint { values, case, .. } = &self.points[index];
         let mut words = vec![
             "twin run".to_owned(),
             quoted(&self.file),
             "--no-record".to_owned(),
         ];
-        for setting in self.settings(values) {
+        for setting in self.settings(*case, values) {
             words.push(if setting.origin == PLANT {
                 format!("--plant {}", quoted(setting.value.trim_matches('"')))
             } else {

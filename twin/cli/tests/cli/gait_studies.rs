@@ -123,6 +123,10 @@ fn factors_are_compared_and_unsuitable_requests_have_a_remedy() {
             "{}",
             done.err
         );
+        // The remedy is the last line.
+        let mut lines = done.err.lines().rev();
+        assert!(lines.next().unwrap().starts_with("  = help: "));
+        assert!(lines.next().unwrap().starts_with(" --> "), "{}", done.err);
     }
 }
 
@@ -198,8 +202,8 @@ fn gait_without_transition_is_reported_and_a_scenario_without_changes_refused() 
     );
     let trot = scenario("trot.toml");
     for (words, why) in [
-        (&[&*trot][..], "its changes are of no variable"),
-        (&[&*file, "--variable", "ramp"], "not `ramp`"),
+        (&[&*trot][..], "changes no variable"),
+        (&[&*file, "--variable", "ramp"], "it changes `step_length`"),
         (&[&*file, "--plateau", "0 s"], "positive"),
     ] {
         let done = study("transition", words, &folder);
@@ -269,6 +273,9 @@ fn loads_differ_by_delay_and_error_and_equal_ones_are_void() {
     let done = study("loads", &words, &folder);
     assert_eq!((done.code, done.err.as_str()), (1, ""), "{}", done.out);
     assert!(done.out.contains("never: void"), "{}", done.out);
+    let done = study("loads", &[&[&*own][..], &BRIEF].concat(), &folder);
+    assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
+    assert!(done.out.contains("No other load"), "{}", done.out);
     let open_loop = scenario("trot.toml");
     let done = study("loads", &[&*open_loop], &folder);
     assert_eq!((done.code, done.out.as_str()), (2, ""), "{}", done.err);

@@ -107,7 +107,7 @@ table! {
         r#"profile = "step-down", at = "1 m", height = "20 mm""#, required(),
         only_with(&["step-down", "hole", "bar"]);
     LENGTH: f64 = "length", quantity(Unit::Meter, Range::POSITIVE),
-        "extent of a hole or bar along the way",
+        "extent of a hole or bar along x",
         r#"profile = "hole", at = "1 m", length = "5 cm", height = "20 mm""#, required(),
         only_with(&["hole", "bar"]);
     SPACING: f64 = "spacing", quantity(Unit::Meter, Range::POSITIVE), "distance of grid points",

@@ -30,7 +30,7 @@ use crate::budget::Budget;
 use crate::error::StudyError;
 use crate::progress::ProgressObserver;
 
-/// What is studied.
+/// Subject of the study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EstimateInput {
     /// Name of the scenario.
@@ -47,7 +47,7 @@ pub struct EstimateInput {
 
 /// Records the samples of a sensor.
 pub trait LoadRecorder {
-    /// Returns what is studied.
+    /// Returns the subject of the study.
     fn input(&self) -> &EstimateInput;
 
     /// Runs the bench with a seed.

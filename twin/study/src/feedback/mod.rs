@@ -37,7 +37,7 @@ pub struct FeedbackCase {
     pub end: SimTime,
 }
 
-/// What is studied.
+/// Subject of the study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeedbackInput {
     /// Name of the comparison.
@@ -78,7 +78,7 @@ pub struct FeedbackRun {
 
 /// Runs the cases of a study of load feedback, each on the calling thread.
 pub trait FeedbackRunner: Sync {
-    /// Returns what is studied.
+    /// Returns the subject of the study.
     fn input(&self) -> &FeedbackInput;
 
     /// Returns the runner of changes of a variable, with the same cases.
@@ -144,7 +144,8 @@ fn displaced(
 ) -> Result<Ran<ModulationStudy>, StudyError> {
     match modulation(runner.modulation(), &plan.modulation, progress) {
         Ok(study) => Ok(Ok(study)),
-        Err(StudyError::Run(why)) => Ok(Err(why)),
+        // Without its remedy, which is that of a study of one case.
+        Err(StudyError::Run(why)) => Ok(Err(why.lines().next().unwrap_or_default().to_owned())),
         Err(error) => Err(error),
     }
 }

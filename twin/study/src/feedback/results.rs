@@ -202,7 +202,7 @@ fn curves(run: &FeedbackRun, after_s: f64) -> [Vec<[f64; 2]>; 2] {
 /// Results of a study of load feedback, without the machine it ran on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeedbackStudy {
-    /// What was studied.
+    /// Subject of the study.
     pub input: FeedbackInput,
     /// Its parameters.
     pub plan: FeedbackPlan,
@@ -251,6 +251,9 @@ impl FeedbackStudy {
         if !void.is_empty() {
             let void = void.join("; ");
             return format!("Void, since all commands are those of the reference: {void}.");
+        }
+        if (0..self.cases.len()).all(|case| self.is_reference(case)) {
+            return "No other load to compare with: give a second scenario, or --lag.".to_owned();
         }
         let sentences = self.cases.iter().enumerate().filter_map(|(index, result)| {
             if self.is_reference(index) {

@@ -35,7 +35,7 @@ pub struct ModulationCase {
     pub duty: Option<f64>,
 }
 
-/// What is studied.
+/// Subject of the study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModulationInput {
     /// Name of the scenario, or of the comparison of several.
@@ -63,7 +63,7 @@ pub struct VariableChange {
 
 /// Runs the cases of a study of modulation, each on the calling thread.
 pub trait ModulationRunner: Sync {
-    /// Returns what is studied.
+    /// Returns the subject of the study.
     fn input(&self) -> &ModulationInput;
 
     /// Runs a case up to `end`, with the change or without one.
@@ -199,7 +199,8 @@ pub(crate) struct Prepared {
 impl Prepared {
     fn new(case: &ModulationCase, run: GaitRun, plan: &ModulationPlan) -> Ran<Self> {
         if let Some(at_s) = run.fell_at_s {
-            return Err(format!("the run without the change fell at {at_s:.2} s"));
+            let end_s = (case.after + REFERENCE).as_secs_f64();
+            return Err(StudyError::ReferenceFell { at_s, end_s }.to_string());
         }
         let after_s = case.after.as_secs_f64();
         // One for the cycle of the points, one for the heading of the last footstep.

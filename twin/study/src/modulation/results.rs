@@ -137,7 +137,7 @@ impl CaseResult {
 /// Results of a study of modulation, without the machine it ran on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModulationStudy {
-    /// What was studied.
+    /// Subject of the study.
     pub input: ModulationInput,
     /// Its parameters.
     pub plan: ModulationPlan,

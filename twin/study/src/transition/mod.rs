@@ -29,7 +29,7 @@ pub struct TransitionCase {
     pub end: SimTime,
 }
 
-/// What is studied.
+/// Subject of the study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransitionInput {
     /// Name of the scenario.
@@ -50,7 +50,7 @@ pub struct TransitionInput {
 
 /// Runs the cases of a study of transitions, each on the calling thread.
 pub trait TransitionRunner: Sync {
-    /// Returns what is studied.
+    /// Returns the subject of the study.
     fn input(&self) -> &TransitionInput;
 
     /// Runs a case.

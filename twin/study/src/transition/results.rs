@@ -128,7 +128,7 @@ fn slips(run: &GaitRun) -> Vec<[f64; 2]> {
 /// Results of a study of transitions, without the machine it ran on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransitionStudy {
-    /// What was studied.
+    /// Subject of the study.
     pub input: TransitionInput,
     /// Its parameters.
     pub plan: TransitionPlan,

@@ -247,7 +247,8 @@ fn unsuitable_reference_is_an_error_with_the_reason() {
     };
     for (gait, why) in [
         (short, "footsteps of leg LF"),
-        (fallen, "without the change fell"),
+        // 20 s after the begin of the limit cycle.
+        (fallen, "s of 22 s"),
     ] {
         let error = modulation(&gait, &ModulationPlan::default(), &mut ()).unwrap_err();
         assert!(

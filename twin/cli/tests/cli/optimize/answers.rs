@@ -37,7 +37,7 @@ fn number_of_workers_has_no_influence_and_the_seed_has() {
 }
 
 /// A worker in this process, which has nothing but the bytes of the job.
-struct Elsewhere;
+pub(super) struct Elsewhere;
 
 impl Engine for Elsewhere {
     fn name(&self) -> &'static str {

@@ -1,7 +1,9 @@
 use super::{Optimization, SPACE, WALK};
 
 fn error(space: &str, more: &[&str]) -> String {
-    let optimization = Optimization::new("mistakes", WALK, space);
+    let of_massless = "before = \"1 s\"\nplants = [\"massless\"]\n[[expect]]\nname = \"stays";
+    let scenario = WALK.replacen("[[expect]]\nname = \"stays", of_massless, 1);
+    let optimization = Optimization::new("mistakes", &scenario, space);
     let done = optimization.run("out", more);
     assert_eq!(done.code, 2, "{done:?}");
     let written = std::fs::read_dir(optimization.folder.join("out"));
@@ -68,6 +70,43 @@ fn mistakes_are_errors_before_the_runs() {
         ),
     ] {
         let error = error(&space, &[]);
+        for part in [message, help, &format!("space.toml:{line}:")] {
+            assert!(error.contains(part), "{part}\n{error}");
+        }
+    }
+    for (case, message, help, line) in [
+        (
+            "set = { plant.ground.frictoin = 0.2 }",
+            "unknown key `frictoin`",
+            "did you mean `friction`?",
+            15,
+        ),
+        (
+            "set = { plant.model = 'masless' }",
+            "there is no plant `masless`",
+            "did you mean `massless`?",
+            15,
+        ),
+        (
+            "set = { controller.step_length = '5 cm' }",
+            "`step_length` is set by the case `other`",
+            "leave out the dimension or the setting",
+            9,
+        ),
+        (
+            "set = { plant.model = 'lcp' }",
+            "the expectation `speed` is not about lcp",
+            "it is about massless",
+            1,
+        ),
+        (
+            "set = { seed = 2 }\n[set]\nseed = 3",
+            "`seed` is set for all runs, by `set`",
+            "leave out one of both settings",
+            15,
+        ),
+    ] {
+        let error = error(&format!("{SPACE}[[case]]\nname = 'other'\n{case}"), &[]);
         for part in [message, help, &format!("space.toml:{line}:")] {
             assert!(error.contains(part), "{part}\n{error}");
         }

@@ -3,6 +3,7 @@
 
 mod answers;
 mod best;
+mod cases;
 mod errors;
 mod falls;
 #[cfg(unix)]

@@ -218,7 +218,8 @@ impl GaitMeter {
             residual: self.cycles.residual(),
         };
         let fitness = Fitness::of(&terms, scales);
-        let detail = format!("stage {}, {:.3} m/s", fitness.stage, fitness.value);
+        let (stage, value) = (fitness.stage, fitness.value);
+        let detail = format!("stage {stage}, weighted speed {value:.3} m/s");
         (Some(fitness.number()), detail)
     }
 }

@@ -1,6 +1,7 @@
 //! Page of an optimisation: convergence, the best point, and the values of each dimension. It
 //! contains neither times nor the machine, so that equal optimisations have equal pages.
 
+mod best;
 #[cfg(test)]
 mod tests;
 
@@ -12,7 +13,6 @@ use twinrig_kernel::Unit;
 
 use super::line_plot::{LinePlot, Series, Shape};
 use super::marker::swatch;
-use super::table::Table;
 use super::text::{element, escaped, paragraph};
 use super::{card, document, drawing};
 use crate::number::plain;
@@ -39,7 +39,7 @@ pub fn optimization_page(result: &OptimizationResult) -> String {
     body += "<h2>Convergence</h2>\n";
     body += &convergence(result);
     body += "<h2>Best point</h2>\n";
-    body += &best(result);
+    body += &best::section(result);
     body += "<h2>Dimensions</h2>\n";
     body += &paragraph(&format!(
         "Left the objective of the runs that have one, the dashed line at the best point. Right \
@@ -171,50 +171,6 @@ fn convergence(result: &OptimizationResult) -> String {
     let plots =
         drawing("", &legend, &objective.svg(), caption) + &drawing("", &[], &feasible.svg(), "");
     element("div", "pair", &plots)
-}
-
-/// Returns the table of the best point and its expectations.
-fn best(result: &OptimizationResult) -> String {
-    let Some(best) = &result.best else {
-        return paragraph("There is none.");
-    };
-    let mut table = Table::new("dimension | best | from | to |", 1);
-    for (dimension, value) in result.dimensions.iter().zip(&best.point) {
-        let is_at_bound = best.at_bounds.iter().any(|(key, _)| *key == dimension.key);
-        let symbol = in_unit(dimension.unit.symbol());
-        table.row(
-            "",
-            vec![
-                element("b", "", &escaped(&dimension.key)),
-                escaped(value.shown()),
-                escaped(&format!("{}{symbol}", plain(dimension.from))),
-                escaped(&format!("{}{symbol}", plain(dimension.to))),
-                if is_at_bound {
-                    element("span", "tag bad", "at its bound")
-                } else {
-                    String::new()
-                },
-            ],
-        );
-    }
-    let mut expectations = Table::new("expectation | verdict | measured | bound | unit", 2);
-    for one in best.row.iter().flat_map(|row| &row.expectations) {
-        let class = if one.holds { "tag ok" } else { "tag bad" };
-        let number = |value: Option<f64>| value.map_or(String::new(), plain);
-        expectations.row(
-            "",
-            vec![
-                element("b", "", &escaped(&one.name)),
-                element("span", class, one.verdict.word()),
-                number(one.measured),
-                number(one.bound),
-                escaped(&one.unit),
-            ],
-        );
-    }
-    table.html()
-        + &expectations.html()
-        + &element("p", "", &element("code", "", &escaped(&best.command)))
 }
 
 /// Returns the indices of the points, the best first.

@@ -32,6 +32,7 @@ fn empty(logarithmic: bool) -> OptimizationResult {
             to: 100.0,
             logarithmic,
         }],
+        cases: Vec::new(),
         counts: EvaluationCounts::default(),
         duration_s: Some(10.0),
         saved: None,
@@ -49,6 +50,7 @@ fn point(generation: usize, number: u32) -> EvaluatedPoint {
     EvaluatedPoint {
         generation,
         numbers: vec![f64::from(number)],
+        case: 0,
         key: RowKey::of([]),
         evaluation: Evaluation {
             cost: objective.map_or(4.5, |value| -value / (1.0 + value)),
@@ -76,7 +78,7 @@ fn page_shows_generations_and_points() {
             let best = result.add_generation(points.collect());
             assert_eq!(best, Some(9));
             let value = SweepValue::quantity(30.0, Unit::Meter);
-            result.set_best(vec![value], 9, "twin run 'it'".to_owned());
+            result.set_best(vec![value], 9, "twin run 'it'".to_owned(), Vec::new());
         }
         let result = result.judged(false);
         // Half of the runs end after a tenth of their time.

@@ -1,0 +1,48 @@
+//! Cases of a search: settings with which every point is run.
+
+use twinrig_document::{Item, Placed, Reported, Table};
+
+use super::keys::{CASE_NAME, CASE_SET};
+use crate::sweep::read::placed_settings;
+
+/// Greatest number of cases.
+const CASES_MOST: usize = 100;
+
+/// A case: every point of the search is run in it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SearchCase {
+    /// Name.
+    pub name: Placed<String>,
+    /// Settings of its runs: keys and values in TOML.
+    pub set: Vec<(Placed<String>, String)>,
+}
+
+/// Reads the cases, whose names are unique.
+pub(super) fn cases(item: &Item<'_>) -> Result<Vec<SearchCase>, Reported> {
+    let cases = item.each(case)?;
+    if cases.len() > CASES_MOST {
+        let message = format!("there are more than {CASES_MOST} cases");
+        return Err(item.report(message, "leave some of them out"));
+    }
+    for (index, case) in cases.iter().enumerate() {
+        let Placed { value, place } = &case.name;
+        if cases[..index]
+            .iter()
+            .any(|other| other.name.value == *value)
+        {
+            let message = format!("there are two cases `{value}`");
+            return Err(item.report_at(place, message, "rename one of them"));
+        }
+    }
+    Ok(cases)
+}
+
+fn case(item: &Item<'_>) -> Result<SearchCase, Reported> {
+    let table: &Table<'_> = &item.table()?;
+    let name = table.required(CASE_NAME, Item::placed_text);
+    let set = table.optional(CASE_SET, placed_settings);
+    Ok(SearchCase {
+        name: name?,
+        set: set?.unwrap_or_default(),
+    })
+}
