@@ -275,12 +275,29 @@ fn duration(text: &str) -> Result<SimDuration, String> {
     Ok(duration)
 }
 
+/// A greater one is a mistake in the unit: a run has tens of plateaus.
+fn plateau(text: &str) -> Result<SimDuration, String> {
+    let length = duration(text)?;
+    if length > SimDuration::from_secs(3600) {
+        return Err("it must be at most 3600 s".to_owned());
+    }
+    Ok(length)
+}
+
 fn length(text: &str) -> Result<f64, String> {
     non_negative(text, Unit::Meter)
 }
 
 fn share(text: &str) -> Result<f64, String> {
     non_negative(text, Unit::One)
+}
+
+fn deviation(text: &str) -> Result<f64, String> {
+    let deviation = share(text)?;
+    if deviation > 0.5 {
+        return Err("it must be at most 0.5: no phases are farther apart".to_owned());
+    }
+    Ok(deviation)
 }
 
 fn non_negative(text: &str, unit: Unit) -> Result<f64, String> {

@@ -19,6 +19,19 @@ pub struct FootContact {
     pub slip_m: f64,
 }
 
+/// Trunk and feet at an instant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotionSample {
+    /// Time \[s\].
+    pub at_s: f64,
+    /// Position of the trunk, x and y in the world frame \[m\].
+    pub trunk_m: [f64; 2],
+    /// Yaw of the trunk \[rad\].
+    pub yaw_rad: f64,
+    /// Horizontal path of all feet on the ground since the start \[m\].
+    pub slip_m: f64,
+}
+
 /// Footsteps of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GaitRun {
@@ -28,8 +41,8 @@ pub struct GaitRun {
     pub footsteps: Vec<FootContact>,
     /// Contacts in order of touch-down, each bounce by itself.
     pub contacts: Vec<FootContact>,
-    /// Position of the trunk over time: time \[s\], x and y \[m\].
-    pub trunk: Vec<[f64; 3]>,
+    /// Trunk and slip of the feet over time.
+    pub motion: Vec<MotionSample>,
     /// Time of a fall \[s\].
     pub fell_at_s: Option<f64>,
     /// Time at which the run ended \[s\].
@@ -45,6 +58,24 @@ impl GaitRun {
     /// Returns the contacts of a leg before a fall.
     pub(crate) fn contacts_of(&self, leg: usize) -> Vec<FootContact> {
         self.of(&self.contacts, leg)
+    }
+
+    /// Returns the horizontal path of all feet on the ground in a span of time \[m\].
+    pub fn slip_m(&self, [from_s, to_s]: [f64; 2]) -> f64 {
+        self.slip_until(to_s) - self.slip_until(from_s)
+    }
+
+    /// Returns the slip since the start, linear between two samples.
+    fn slip_until(&self, at_s: f64) -> f64 {
+        let past = self.motion.partition_point(|sample| sample.at_s <= at_s);
+        let Some(before) = past.checked_sub(1).map(|last| self.motion[last]) else {
+            return 0.0;
+        };
+        let Some(after) = self.motion.get(past) else {
+            return before.slip_m;
+        };
+        let share = (at_s - before.at_s) / (after.at_s - before.at_s);
+        before.slip_m + share * (after.slip_m - before.slip_m)
     }
 
     fn of(&self, contacts: &[FootContact], leg: usize) -> Vec<FootContact> {

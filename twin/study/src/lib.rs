@@ -110,7 +110,7 @@ pub use feedback::{
 };
 pub use floors::Floor;
 pub use footsteps::{Footstep, WALK};
-pub use gait_run::{FootContact, GaitRun};
+pub use gait_run::{FootContact, GaitRun, MotionSample};
 pub use html::{html, optimization_page, sweep_page};
 pub use latency::{LoadDelay, SampledSignal};
 pub use machine::Machine;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use twinrig_kernel::SimDuration;
 
-use super::{any_duration, duration, key_value, share, whole_number};
+use super::{any_duration, deviation, duration, key_value, plateau, whole_number};
 
 /// One gait on true, measured and estimated loads.
 const FEEDBACK: [&str; 3] = [
@@ -124,10 +124,10 @@ pub struct TransitionOptions {
     pub variable: Option<String>,
     /// Repeat the run with plateaus of these lengths, separated by commas: 5s,10s,20s. All times of
     /// changes, and the duration, are scaled [default: the scenario's own]
-    #[arg(long, value_name = "DURATIONS", value_delimiter = ',', value_parser = duration)]
+    #[arg(long, value_name = "DURATIONS", value_delimiter = ',', value_parser = plateau)]
     pub plateau: Vec<SimDuration>,
     /// Greatest deviation of a leg from the pattern of a gait, as a share of the cycle
-    #[arg(long, value_name = "SHARE", default_value = "0.1", value_parser = share)]
+    #[arg(long, value_name = "SHARE", default_value = "0.1", value_parser = deviation)]
     pub tolerance: f64,
     /// Cycles in a row after which a gait is established
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole_number)]

@@ -7,7 +7,7 @@ use twinrig_runtime::{Group, Observer, ProcessVariable, Rig, RunEvent};
 use twinrig_scenario::{
     ActuatorKind, ChangeSpec, Footstep, Judge, Layouts, LegFact, RunEnd, Scenario, Scene, Setting,
 };
-use twinrig_study::{FootContact, GaitRun};
+use twinrig_study::{FootContact, GaitRun, MotionSample};
 
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
@@ -15,6 +15,7 @@ use crate::error::TwinError;
 use crate::run::interrupt;
 use crate::study::builder::first_line;
 use crate::study::selection::of_plant;
+use crate::study::slip_meter::SlipMeter;
 
 /// Simulated time between two checks for a fall or an interrupt.
 const SLICE: SimDuration = SimDuration::from_millis(100);
@@ -241,10 +242,11 @@ struct FootstepObserver {
     bounces: Judge,
     footsteps: Vec<Footstep>,
     contacts: Vec<Footstep>,
-    /// Index of the trunk's position in the outputs of the plant.
-    trunk: Option<usize>,
-    track: Vec<[f64; 3]>,
-    next_track: SimTime,
+    slip: SlipMeter,
+    /// Indices of the trunk's position and angles in the outputs of the plant.
+    trunk: Option<[usize; 2]>,
+    motion: Vec<MotionSample>,
+    next_motion: SimTime,
 }
 
 impl FootstepObserver {
@@ -264,15 +266,19 @@ impl FootstepObserver {
         let footsteps = &mut every_contact.scenario.observe.footsteps;
         footsteps.shortest_swing = SimDuration::ZERO;
         footsteps.least_impulse = 0.0;
-        let trunk = rig.layout(Group::Plant).find(signal::BODY_POSITION);
+        let plant = rig.layout(Group::Plant);
+        let start = |name| plant.find(name).map(|range| range.start);
+        let trunk = start(signal::BODY_POSITION).zip(start(signal::BODY_RPY));
+        let lift_off = scene.scenario.observe.footsteps.lift_off;
         Self {
             judge: judge(scene),
+            slip: SlipMeter::new(plant, lift_off.newton(scene.weight)),
             bounces: judge(&every_contact),
             footsteps: Vec::new(),
             contacts: Vec::new(),
-            trunk: trunk.map(|range| range.start),
-            track: Vec::new(),
-            next_track: SimTime::ZERO,
+            trunk: trunk.map(|(position, angles)| [position, angles]),
+            motion: Vec::new(),
+            next_motion: SimTime::ZERO,
         }
     }
 
@@ -296,7 +302,7 @@ impl FootstepObserver {
             legs: self.judge.legs().map(str::to_owned).collect(),
             footsteps: contacts(&self.footsteps),
             contacts: contacts(&self.contacts),
-            trunk: self.track,
+            motion: self.motion,
             fell_at_s: self.judge.fell_at().map(SimTime::as_secs_f64),
             end_s: end.as_secs_f64(),
         }
@@ -320,12 +326,17 @@ impl Observer for FootstepObserver {
         self.bounces.samples(now, group, values);
         self.footsteps.extend_from_slice(self.judge.closed());
         self.contacts.extend_from_slice(self.bounces.closed());
-        if let (Group::Plant, Some(trunk)) = (group, self.trunk)
-            && now >= self.next_track
-        {
-            self.track
-                .push([now.as_secs_f64(), values[trunk], values[trunk + 1]]);
-            self.next_track = now + SLICE;
+        if let (Group::Plant, Some([position, angles])) = (group, self.trunk) {
+            self.slip.sample(values);
+            if now >= self.next_motion {
+                self.motion.push(MotionSample {
+                    at_s: now.as_secs_f64(),
+                    trunk_m: [values[position], values[position + 1]],
+                    yaw_rad: values[angles + 2],
+                    slip_m: self.slip.path_m(),
+                });
+                self.next_motion = now + SLICE;
+            }
         }
     }
 

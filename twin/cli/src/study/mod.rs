@@ -15,6 +15,7 @@ pub(crate) mod modulation_cases;
 pub(crate) mod modulation_table;
 mod scaled;
 mod selection;
+mod slip_meter;
 pub(crate) mod table;
 pub(crate) mod transition_cases;
 pub(crate) mod transition_table;

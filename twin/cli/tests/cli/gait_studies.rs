@@ -205,6 +205,8 @@ fn gait_without_transition_is_reported_and_a_scenario_without_changes_refused() 
         (&[&*trot][..], "changes no variable"),
         (&[&*file, "--variable", "ramp"], "it changes `step_length`"),
         (&[&*file, "--plateau", "0 s"], "positive"),
+        (&[&*file, "--plateau", "61 min"], "at most 3600 s"),
+        (&[&*file, "--tolerance", "0.6"], "at most 0.5"),
     ] {
         let done = study("transition", words, &folder);
         assert_eq!(

@@ -123,10 +123,11 @@ fn speed(run: &GaitRun, after_s: f64) -> Option<f64> {
     if run.fell_at_s.is_some() {
         return None;
     }
-    let later = || run.trunk.iter().filter(|it| it[0] >= after_s);
-    let ([from_s, from_x, from_y], [to_s, to_x, to_y]) = (later().next()?, later().next_back()?);
-    let way = libm::hypot(to_x - from_x, to_y - from_y);
-    (to_s > from_s).then(|| way / (to_s - from_s))
+    let later = || run.motion.iter().filter(|it| it.at_s >= after_s);
+    let (from, to) = (later().next()?, later().next_back()?);
+    let way = [0, 1].map(|axis| to.trunk_m[axis] - from.trunk_m[axis]);
+    let elapsed_s = to.at_s - from.at_s;
+    (elapsed_s > 0.0).then(|| libm::hypot(way[0], way[1]) / elapsed_s)
 }
 
 /// Returns the mean share of the stance in the cycles of a leg.

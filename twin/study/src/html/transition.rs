@@ -36,6 +36,18 @@ impl TransitionStudy {
                     self.plan.lasting
                 ),
             ),
+            (
+                "speed",
+                "of the trunk over a second, along its heading at the begin of the second; below \
+                 zero it moves backwards"
+                    .to_owned(),
+            ),
+            (
+                "slip",
+                "sum of the horizontal paths of all feet on the ground, whose soles deflect: also \
+                 a standing robot with noise of the phases has some"
+                    .to_owned(),
+            ),
         ];
         let definitions = definitions.map(|(name, text)| (name.to_owned(), text));
         let left_out = self.input.left_out.iter();

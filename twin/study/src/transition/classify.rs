@@ -43,7 +43,7 @@ pub struct GaitCycle {
     pub phases: Vec<f64>,
     /// Value of the variable at the begin.
     pub value: f64,
-    /// Distance that the feet slipped in footsteps that begin in this time \[m\].
+    /// Path of the feet on the ground in this time \[m\].
     pub slip_m: f64,
 }
 
@@ -74,10 +74,7 @@ pub(crate) fn cycles(run: &GaitRun, patterns: &[GaitPattern], tolerance: f64) ->
     }));
     found.sort_by(|a, b| a.begin_s.total_cmp(&b.begin_s));
     for cycle in &mut found {
-        let within =
-            |step: &&FootContact| (cycle.begin_s..cycle.end_s).contains(&step.touch_down_s);
-        let slips = legs.iter().flatten().filter(within).map(|step| step.slip_m);
-        cycle.slip_m = slips.sum();
+        cycle.slip_m = run.slip_m([cycle.begin_s, cycle.end_s]);
     }
     found
 }

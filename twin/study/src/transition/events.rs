@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::classify::{GaitCycle, MIXED, STANDING};
+use crate::gait_run::GaitRun;
 
 /// Direction of the variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -29,7 +30,8 @@ pub struct Transition {
     pub value: f64,
     /// Direction of the variable then.
     pub way: Way,
-    /// Distance that the feet slipped from the begin to the establishment \[m\].
+    /// Path of the feet on the ground from the begin to the establishment, or to the end of the run
+    /// \[m\].
     pub slip_m: f64,
 }
 
@@ -52,8 +54,9 @@ struct Established<'c> {
     end_s: f64,
 }
 
-/// Returns the transitions between classes that last `lasting` cycles in a row.
+/// Returns the transitions of a run between classes that last `lasting` cycles in a row.
 pub(crate) fn transitions(
+    run: &GaitRun,
     cycles: &[GaitCycle],
     lasting: usize,
     values: &[[f64; 2]],
@@ -64,31 +67,28 @@ pub(crate) fn transitions(
         .filter(|pair| pair[0].class != pair[1].class)
         .map(|pair| {
             let [before, after] = [&pair[0], &pair[1]];
-            transition(cycles, values, before, after.class, Some(after.begin_s))
+            transition(run, values, before, after.class, Some(after.begin_s))
         })
         .collect();
     // A gait that is lost for good.
     if let Some(last) = parts.last() {
         let rest = cycles.iter().filter(|cycle| cycle.begin_s >= last.end_s);
         if rest.count() >= lasting {
-            found.push(transition(cycles, values, last, MIXED, None));
+            found.push(transition(run, values, last, MIXED, None));
         }
     }
     found
 }
 
 fn transition(
-    cycles: &[GaitCycle],
+    run: &GaitRun,
     values: &[[f64; 2]],
     before: &Established<'_>,
     to: &str,
     established_s: Option<f64>,
 ) -> Transition {
     let begin_s = before.end_s;
-    let until_s = established_s.unwrap_or(f64::INFINITY);
-    let between = cycles
-        .iter()
-        .filter(|cycle| cycle.begin_s >= begin_s && cycle.begin_s < until_s);
+    let until_s = established_s.unwrap_or(run.end_s);
     Transition {
         from: before.class.to_owned(),
         to: to.to_owned(),
@@ -96,7 +96,7 @@ fn transition(
         established_s,
         value: value_at(values, begin_s),
         way: way_at(values, begin_s),
-        slip_m: between.map(|cycle| cycle.slip_m).sum(),
+        slip_m: run.slip_m([begin_s, until_s]),
     }
 }
 

@@ -9,7 +9,7 @@ use super::{
     GaitCycle, Hysteresis, MIXED, Transition, TransitionCase, TransitionInput, TransitionPlan,
     classified,
 };
-use crate::gait_run::GaitRun;
+use crate::gait_run::{GaitRun, MotionSample};
 use crate::machine::Machine;
 use crate::number::plain;
 
@@ -29,9 +29,10 @@ pub struct TransitionResult {
     pub transitions: Vec<Transition>,
     /// Values at which pairs of gaits change.
     pub hysteresis: Vec<Hysteresis>,
-    /// Speed of the trunk over each second: middle of the interval \[s\], \[m/s\].
+    /// Speed of the trunk along its heading over each second: middle of the second \[s\], \[m/s\].
+    /// Below zero it moves backwards.
     pub speeds: Vec<[f64; 2]>,
-    /// Distance that the feet slipped in footsteps of each second: its middle \[s\], \[m\].
+    /// Path of the feet on the ground in each second: its middle \[s\], \[m/s\].
     pub slips: Vec<[f64; 2]>,
     /// Reason of a run without results.
     pub why: Option<String>,
@@ -53,13 +54,20 @@ impl TransitionResult {
         } else {
             Vec::new()
         };
-        let transitions = transitions(&cycles, plan.lasting, &case.values);
+        let transitions = transitions(&run, &cycles, plan.lasting, &case.values);
+        let seconds = seconds(&run);
         Self {
             case: case.clone(),
             hysteresis: hysteresis(&transitions),
             transitions,
-            speeds: speeds(&run),
-            slips: slips(&run),
+            speeds: seconds
+                .iter()
+                .map(|&[at_s, speed, _]| [at_s, speed])
+                .collect(),
+            slips: seconds
+                .iter()
+                .map(|&[at_s, _, slip]| [at_s, slip])
+                .collect(),
             cycles,
             run,
             why,
@@ -80,46 +88,28 @@ impl TransitionResult {
         shares
     }
 
-    /// Returns the second with the longest slip: its middle \[s\], \[m\].
+    /// Returns the second with the most slip: its middle \[s\], \[m/s\].
     pub fn worst_slip(&self) -> Option<[f64; 2]> {
         let slips = self.slips.iter();
         slips.max_by(|a, b| a[1].total_cmp(&b[1])).copied()
     }
 }
 
-fn speeds(run: &GaitRun) -> Vec<[f64; 2]> {
+/// Returns the middle of each second \[s\] with the speed of the trunk along the heading that it
+/// has at the begin of the second, as the claim `body.speed` defines it, and the slip of the feet.
+fn seconds(run: &GaitRun) -> Vec<[f64; 3]> {
     let mut found = Vec::new();
-    let mut from: Option<[f64; 3]> = None;
-    for &[at_s, x, y] in &run.trunk {
-        let Some([from_s, from_x, from_y]) = from else {
-            from = Some([at_s, x, y]);
-            continue;
-        };
-        let elapsed = at_s - from_s;
-        if elapsed >= BIN_S - 1e-9 {
-            let [dx, dy] = [x - from_x, y - from_y];
-            let speed = (dx * dx + dy * dy).sqrt() / elapsed;
-            found.push([f64::midpoint(at_s, from_s), speed]);
-            from = Some([at_s, x, y]);
-        }
-    }
-    found
-}
-
-fn slips(run: &GaitRun) -> Vec<[f64; 2]> {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a number of seconds; a cast saturates"
-    )]
-    let bin = |at_s: f64| (at_s / BIN_S) as usize;
-    let end_s = run.fell_at_s.unwrap_or(run.end_s);
-    let count = bin(end_s) + usize::from(end_s > 0.0);
-    let middle = |bin: usize| (bin as f64 + 0.5) * BIN_S;
-    let mut found: Vec<[f64; 2]> = (0..count).map(|bin| [middle(bin), 0.0]).collect();
-    for step in run.footsteps.iter().filter(|it| it.touch_down_s < end_s) {
-        if let Some([_, slip]) = found.get_mut(bin(step.touch_down_s)) {
-            *slip += step.slip_m;
+    let mut from: Option<MotionSample> = None;
+    for &to in &run.motion {
+        let begin = *from.get_or_insert(to);
+        let elapsed_s = to.at_s - begin.at_s;
+        if elapsed_s >= BIN_S - 1e-9 {
+            let [dx, dy] = [0, 1].map(|axis| to.trunk_m[axis] - begin.trunk_m[axis]);
+            let way = dx * libm::cos(begin.yaw_rad) + dy * libm::sin(begin.yaw_rad);
+            let slip = to.slip_m - begin.slip_m;
+            let middle_s = f64::midpoint(begin.at_s, to.at_s);
+            found.push([middle_s, way / elapsed_s, slip / elapsed_s]);
+            from = Some(to);
         }
     }
     found

@@ -3,8 +3,9 @@
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime, Stream, Unit, stream};
 use twinrig_study::{
-    FootContact, GaitPattern, GaitRun, MIXED, STANDING, TransitionCase, TransitionInput,
-    TransitionPlan, TransitionResult, TransitionRunner, TransitionStudy, Way, transition,
+    FootContact, GaitPattern, GaitRun, MIXED, MotionSample, STANDING, TransitionCase,
+    TransitionInput, TransitionPlan, TransitionResult, TransitionRunner, TransitionStudy, Way,
+    transition,
 };
 
 use crate::pages::{elements, machine};
@@ -72,11 +73,23 @@ fn footfalls(parts: &[Part], begin_s: f64, jitter: f64, random: &mut Stream) -> 
     run.footsteps
         .sort_by(|a, b| a.touch_down_s.total_cmp(&b.touch_down_s));
     run.end_s = from_s;
-    run.trunk = (0..100)
-        .map(|n| f64::from(n) * 0.1)
-        .map(|at| [at, 2.0 * at, 0.0])
-        .collect();
+    run.motion = motion(run.end_s, 0.0, |at_s| [2.0 * at_s, 0.008 * at_s]);
     run
+}
+
+/// Samples of a straight way with a constant heading; distance and slip are those of `of` \[m\].
+fn motion(end_s: f64, yaw_rad: f64, of: impl Fn(f64) -> [f64; 2]) -> Vec<MotionSample> {
+    let times = (0_u32..).map(|n| f64::from(n) * 0.1);
+    let samples = times.take_while(|at_s| *at_s <= end_s + 1e-9).map(|at_s| {
+        let [way_m, slip_m] = of(at_s);
+        MotionSample {
+            at_s,
+            trunk_m: [way_m * libm::cos(yaw_rad), way_m * libm::sin(yaw_rad)],
+            yaw_rad,
+            slip_m,
+        }
+    });
+    samples.collect()
 }
 
 struct Recorded {
@@ -224,8 +237,8 @@ fn transitions_are_dated_with_the_value_on_each_way() {
     // Cycles across a change of gait belong to neither.
     assert!((up.begin_s - 9.5).abs() <= 0.5 && (down.begin_s - 29.5).abs() <= 0.5);
     assert_eq!(up.established_s, Some(11.0));
-    // A millimetre a footstep: four in the cycle across the change, eight in those of pace.
-    assert!((up.slip_m - 0.010).abs() <= 0.003, "{}", up.slip_m);
+    let lasts_s = 11.0 - up.begin_s;
+    assert!((up.slip_m - 0.008 * lasts_s).abs() < 1e-12, "{}", up.slip_m);
     let [pair] = &result.hysteresis[..] else {
         panic!("{:?}", result.hysteresis);
     };
@@ -241,6 +254,36 @@ fn transitions_are_dated_with_the_value_on_each_way() {
         headline.contains("walk → trot at 10.0 to 11.0 s (2 rad/s)"),
         "{headline}"
     );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Speed is along the heading, so that a robot that moves backwards is below zero; slip counts
+    /// in the second in which a foot slips, not in that of the touch-down of its footstep.
+    #[test]
+    fn speed_has_a_sign_and_slip_a_time(
+        yaw_rad in -3.2..3.2_f64,
+        speed in -0.5..0.5_f64,
+        slips_in in 4..9_u32,
+    ) {
+        let mut run = footfalls(&[part("trot", 10.0, 0.5)], 0.0, 0.0, &mut stream(1, "footfalls"));
+        // All of its way from 3 s on is one footstep.
+        run.footsteps.retain(|step| step.touch_down_s < 3.0);
+        let last = run.footsteps.last_mut().unwrap();
+        (last.lift_off_s, last.slip_m) = (None, 0.7);
+        let from_s = f64::from(slips_in);
+        run.motion = motion(10.0, yaw_rad, |at_s| {
+            [speed * at_s, 0.7 * (at_s - from_s).clamp(0.0, 1.0)]
+        });
+        let found = result(run);
+        prop_assert_eq!(found.speeds.len(), 10);
+        prop_assert!(found.speeds.iter().all(|[_, own]| (own - speed).abs() < 1e-12));
+        let [at_s, slip] = found.worst_slip().unwrap();
+        prop_assert!((at_s - from_s - 0.5).abs() < 1e-9 && (slip - 0.7).abs() < 1e-9);
+        let before = found.cycles.iter().filter(|cycle| cycle.end_s <= 3.0);
+        prop_assert!(before.map(|cycle| cycle.slip_m).sum::<f64>().abs() < 1e-12);
+    }
 }
 
 #[test]

@@ -48,7 +48,7 @@ pub(crate) const FIG_3_7: Item = Item {
         .rule(MOSTLY, MOSTLY_GROUND)
         .remark(
             "regular are cycles within a tenth of the pattern of a gait: a seventh of the time \
-             here",
+             here; on lcp half of them are walk, a tenth is trot",
         ),
         PrintedFigure::statement(
             "after",
@@ -87,7 +87,10 @@ pub(crate) const FIG_3_7: Item = Item {
             "×",
         )
         .rule(Rule::AtLeast(2.0), "\"large\"; of the slip in a second")
-        .remark("of all feet, from the first footstep on"),
+        .remark(
+            "path of all feet on the ground, from the first footstep on; feet slip as much where \
+             the pace ends on the way down; from 105 to 130 s the robot moves backwards",
+        ),
         PrintedFigure::statement(
             "hysteresis",
             "excitation at which the pace begins, less that at which it ends on the way down",
@@ -132,9 +135,10 @@ fn measurements(run: &TransitionResult) -> Measurements {
     found.set("excitation", change.value / PI);
     found.set("established", established_s);
     found.set("lasts", established_s - begin_s);
-    let rest = slip(run, [first_s, begin_s]) + slip(run, [established_s, end_s]);
+    let slip = |span_s| run.run.slip_m(span_s);
+    let rest = slip([first_s, begin_s]) + slip([established_s, end_s]);
     let rest = rest / (begin_s - first_s + end_s - established_s);
-    let during = slip(run, [begin_s, established_s]) / (established_s - begin_s);
+    let during = slip([begin_s, established_s]) / (established_s - begin_s);
     found.set("slip", during / rest);
     let pace = |one: &&Transition| one.way == Way::Down && one.from == AFTER;
     let end = run.transitions.iter().rev().find(pace);
@@ -173,11 +177,4 @@ fn share(run: &TransitionResult, class: &str, [from_s, to_s]: [f64; 2]) -> f64 {
         within.map(|lasts| lasts.max(0.0)).sum()
     };
     time(&|of| of == class) / time(&|of| ![MIXED, STANDING].contains(&of))
-}
-
-/// Returns the distance that the feet slipped in footsteps that begin in a span of time \[m\].
-fn slip(run: &TransitionResult, [from_s, to_s]: [f64; 2]) -> f64 {
-    let footsteps = run.run.footsteps.iter();
-    let within = footsteps.filter(|it| (from_s..to_s).contains(&it.touch_down_s));
-    within.map(|step| step.slip_m).sum()
 }

@@ -189,30 +189,67 @@ fn step_down(context: &Context<'_>) -> Result<Measurements, TwinError> {
     Ok(found)
 }
 
-/// Greatest load of a leg while it trots.
-const PEAK: &str = r#"
+/// Greatest load and shortest stance of any leg while it trots; the limits decide nothing.
+const EXTREMES: &str = r#"
 [[expect]]
 name = "greatest load"
-signal = { name = "leg/*/foot/load", eventually = { min = "1000 N" } }
+signal = { name = "leg/*/foot/load", always = { max = "1000 N" } }
+after = "5 s"
+
+[[expect]]
+name = "shortest stance"
+footstep = { stance = { min = "1 ms" } }
 after = "5 s"
 "#;
 
 fn loads(context: &Context<'_>) -> Result<Measurements, TwinError> {
     const FILE: &str = "trot-fast.toml";
     let mut found = Measurements::default();
-    let run = context.run_with(FILE, &[], PEAK)?;
+    let run = context.run_with(FILE, &[], EXTREMES)?;
     found.add("peak", run.measured("greatest load")?);
-    let duty_factor = run.measured("duty factor of the hind legs")?;
-    let frequency = run.measured("stride frequency")?;
-    let stance = duty_factor
-        .zip(frequency)
-        .map(|(share, hertz)| share.value / hertz.value);
-    found.add(
-        "stance",
-        stance.map(|seconds| Measurement::exact(1e3 * seconds)),
-    );
+    let stance = run.measured("shortest stance")?;
+    found.add("stance", stance.map(|stance| stance.times(1e3)));
     if let Some(robot) = context.assembly(FILE)?.robot() {
         found.set("load", 1.4 * robot.weight());
     }
     Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+    use std::path::Path;
+
+    use super::*;
+    use crate::assembly::registry::Registry;
+    use crate::run::progress::Progress;
+    use crate::thesis::progress::ItemProgress;
+
+    #[test]
+    fn extremes_are_those_of_the_worst_leg() {
+        let registry = Registry::standard();
+        let scenarios = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios");
+        let progress = ItemProgress::new(&[], Progress::of_parts("", false));
+        let context = Context::new(&registry, &scenarios, Vec::new(), progress);
+        let mut expectations = EXTREMES.to_owned();
+        let legs = ["LF", "RF", "LH", "RH"];
+        for leg in legs {
+            let own = EXTREMES.replace("\nname = \"", &format!("\nname = \"{leg}, "));
+            let own = own.replace("leg/*", &format!("leg/{leg}"));
+            let own = own.replace("{ stance", &format!("{{ leg = \"{leg}\", stance"));
+            write!(expectations, "{own}").unwrap();
+        }
+        let run = context.run_with("trot-fast.toml", &[], &expectations);
+        let run = run.unwrap_or_else(|error| panic!("{error}"));
+        let measured = |name: &str| run.measured(name).unwrap().unwrap().value;
+        let of_legs = |name: &str| legs.map(|leg| measured(&format!("{leg}, {name}")));
+        let greatest = of_legs("greatest load").into_iter().fold(0.0, f64::max);
+        let shortest = of_legs("shortest stance")
+            .into_iter()
+            .fold(f64::INFINITY, f64::min);
+        assert_eq!(measured("greatest load").to_bits(), greatest.to_bits());
+        assert_eq!(measured("shortest stance").to_bits(), shortest.to_bits());
+        // The legs differ: of fore and hind legs one is loaded more.
+        assert!(of_legs("greatest load").iter().any(|load| *load < greatest));
+    }
 }
