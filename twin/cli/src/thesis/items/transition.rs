@@ -36,7 +36,7 @@ pub(crate) const FIG_3_7: Item = Item {
         .rule(Rule::AtLeast(1.0), "a count")
         .remark(
             "the thesis finds one in all of its optimised gaits; here two of three searches have \
-             gaits with a pace above an excitation",
+             gaits with a pace above an excitation, and one of these two was chosen",
         ),
         PrintedFigure::statement(
             "before",
@@ -89,7 +89,7 @@ pub(crate) const FIG_3_7: Item = Item {
         .rule(Rule::AtLeast(2.0), "\"large\"; of the slip in a second")
         .remark(
             "path of all feet on the ground, from the first footstep on; feet slip as much where \
-             the pace ends on the way down; from 105 to 130 s the robot moves backwards",
+             the pace ends on the way down; from 105 to 128 s the robot moves backwards",
         ),
         PrintedFigure::statement(
             "hysteresis",
