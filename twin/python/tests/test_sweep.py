@@ -19,7 +19,7 @@ SPEC = {
     "design": "random",
     "points": 8,
     "set": {"duration": "6 s"},
-    "dimension": [{"key": "plant.ground.friction", "from": 0.2, "to": 0.8}],
+    "dimension": [{"key": "plant.ground.friction", "from": 0.0, "to": 0.08}],
     "share": [{"of": "does not fall", "min": "50 %"}],
 }
 
@@ -31,7 +31,7 @@ def test_sweep_from_a_dictionary_is_that_of_the_file(tmp_path: Path) -> None:
         design = "random"
         points = 8
         set = { duration = "6 s" }
-        dimension = [{ key = "plant.ground.friction", from = 0.2, to = 0.8 }]
+        dimension = [{ key = "plant.ground.friction", from = 0.0, to = 0.08 }]
         share = [{ of = "does not fall", min = "50 %" }]
         """,
         encoding="utf-8",
