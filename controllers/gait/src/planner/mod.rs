@@ -47,13 +47,13 @@ const SEGMENTS: usize = 3;
 ///
 /// | name | unit | range | meaning |
 /// |---|---|---|---|
-/// | `obstacle_distance` | m | ≥ 0 | near edge of the obstacle in front of the trunk's centre of mass at the start |
+/// | `obstacle_distance` | m | ≥ 0 | near edge in front of the trunk's centre of mass at the start |
 /// | `obstacle_length` | m | ≥ 0 | extent of the obstacle along x; 0 for none |
 /// | `obstacle_margin` | m | ≥ 0 | distance of the footfalls from both edges |
 /// | `step_change_max` | m | ≥ 0 | greatest change of the step length; 0 walks blindly |
 /// | `modulation_slope` | 1 | ≥ 0 | change of the stride over change of the step length |
 /// | `odometry_scale` | 1 | above 0 | distance travelled over that without slip |
-/// | `odometry_offset` | m | all | part of the estimated distance that is slip: feet slip back while the gait starts |
+/// | `odometry_offset` | m | all | part of the estimate that is slip while the gait starts |
 ///
 /// Nothing is planned before two cycles with the same stride, within 3 %, so the obstacle has to be
 /// some cycles away from the start. The path is taken as straight and the trunk as level: heading
@@ -177,10 +177,11 @@ impl Planner {
         for &offset in &self.offsets {
             let variable = &self.variables[offset];
             let (min, max) = variable.range();
-            let [min, max] = [min, max].map(|bound| match bound {
+            let limit = |bound, open: f64| match bound {
                 Bound::Included(limit) | Bound::Excluded(limit) => limit,
-                Bound::Unbounded => f64::INFINITY,
-            });
+                Bound::Unbounded => open,
+            };
+            let [min, max] = [limit(min, f64::NEG_INFINITY), limit(max, f64::INFINITY)];
             let value = (variable.value() + change).clamp(min, max);
             // Any offset within its range is accepted.
             let _ = self.gait.set_variable(offset, value);
