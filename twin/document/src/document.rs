@@ -89,8 +89,12 @@ impl Document {
     /// that a shell needs no second pair of quotes. Messages about the value show `origin` as the
     /// file. Replacing a value set by an earlier call is a warning: the last one is used.
     ///
+    /// Elements of a list are counted from 0: `change.0.at`. The number after the last one appends
+    /// an element; a list that is not there is set as a whole.
+    ///
     /// # Errors
-    /// The key is not a dotted key, or a part of its path is not a table.
+    /// The key is not a dotted key, a part of its path is not a table, or a list has no such
+    /// element.
     pub fn set(&mut self, origin: &str, key: &str, value: &str) -> Result<(), DocumentError> {
         let text = format!("{key} = {value}");
         let text = if is_entry(&text) {
@@ -191,9 +195,9 @@ impl Document {
     }
 
     fn insert(&mut self, keys: &[String], place: &Place, node: Node) -> Result<(), DocumentError> {
-        self.root.insert(keys, place, node).map_err(|key| {
-            let message = format!("`{key}` cannot be set: its parent is not a table");
-            let help = "set the whole parent, or make it a table in the file: `{ … }`";
+        let inserted = self.root.insert(keys, place, node);
+        inserted.map_err(|error| {
+            let (message, help) = error.message_and_help();
             Problem::at(place, message, help).into()
         })
     }

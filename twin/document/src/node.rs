@@ -29,6 +29,45 @@ pub(crate) enum Value {
     Table(Vec<Entry>),
 }
 
+/// Reason why a value cannot be inserted.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum InsertError {
+    /// The parent of a key has no keys.
+    NoTable { key: String },
+    /// A list has no element of that index.
+    NoElement { key: String, count: usize },
+}
+
+impl InsertError {
+    /// Message and remedy.
+    pub fn message_and_help(&self) -> (String, String) {
+        match self {
+            Self::NoTable { key } => (
+                format!("`{key}` cannot be set: its parent is not a table"),
+                "set the whole parent, or make it a table in the file: `{ … }`".to_owned(),
+            ),
+            Self::NoElement { key, count } => (
+                format!("`{key}` cannot be set: its parent is a list with {count} elements"),
+                match count {
+                    0 => "0 appends the first one".to_owned(),
+                    1 => "0 is its element, and 1 appends another one".to_owned(),
+                    _ => {
+                        let last = count - 1;
+                        format!("0 to {last} are its elements, and {count} appends another one")
+                    }
+                },
+            ),
+        }
+    }
+}
+
+/// Returns the index that a key of a list is.
+fn index_of(key: &str) -> Option<usize> {
+    let index: usize = key.parse().ok()?;
+    // One spelling for each element.
+    (index.to_string() == key).then_some(index)
+}
+
 /// A key of a table, its position and its value.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Entry {
@@ -97,23 +136,23 @@ impl Node {
         Node { value, place }
     }
 
-    /// Returns the node at the path `keys` below this one.
+    /// Returns the node at the path `keys` below this one; an element of a list has its index,
+    /// from 0, as key.
     pub fn find(&self, keys: &[String]) -> Option<&Node> {
         let [key, rest @ ..] = keys else {
             return Some(self);
         };
-        let Value::Table(entries) = &self.value else {
-            return None;
+        let node = match &self.value {
+            Value::Table(entries) => &entries.iter().find(|entry| entry.key == *key)?.node,
+            Value::List(items) => items.get(index_of(key)?)?,
+            _ => return None,
         };
-        entries
-            .iter()
-            .find(|entry| entry.key == *key)?
-            .node
-            .find(rest)
+        node.find(rest)
     }
 
     /// Collects the values at and below this node (all but non-empty tables) with their dotted
-    /// paths; `path` is the path of this node.
+    /// paths; `path` is the path of this node. Elements of a list follow it where they are from
+    /// another source.
     pub fn leaves<'n>(&'n self, path: &str, leaves: &mut Vec<(String, &'n Node)>) {
         match &self.value {
             Value::Table(entries) if !entries.is_empty() => {
@@ -121,19 +160,51 @@ impl Node {
                     entry.node.leaves(&format!("{path}.{}", entry.key), leaves);
                 }
             }
+            Value::List(items) => {
+                leaves.push((path.to_owned(), self));
+                let mut inner = Vec::new();
+                for (index, item) in items.iter().enumerate() {
+                    item.leaves(&format!("{path}.{index}"), &mut inner);
+                }
+                inner.retain(|(_, leaf)| !leaf.place.is_beside(&self.place));
+                leaves.extend(inner);
+            }
             _ => leaves.push((path.to_owned(), self)),
         }
     }
 
-    /// Inserts `node` at the path `keys` below this one, creating tables as needed. The error is
-    /// the first key whose parent is not a table.
-    pub fn insert(&mut self, keys: &[String], place: &Place, node: Node) -> Result<(), String> {
+    /// Inserts `node` at the path `keys` below this one, creating tables as needed. The index after
+    /// the last one of a list appends an element. A missing parent becomes a table also if the key
+    /// is a number: tables may have such keys.
+    pub fn insert(
+        &mut self,
+        keys: &[String],
+        place: &Place,
+        node: Node,
+    ) -> Result<(), InsertError> {
         let [key, rest @ ..] = keys else {
             *self = node;
             return Ok(());
         };
-        let Value::Table(entries) = &mut self.value else {
-            return Err(key.clone());
+        let empty = || Node {
+            value: Value::Table(Vec::new()),
+            place: place.clone(),
+        };
+        let entries = match &mut self.value {
+            Value::Table(entries) => entries,
+            Value::List(items) => {
+                let count = items.len();
+                let index = index_of(key).filter(|&index| index <= count);
+                let index = index.ok_or_else(|| InsertError::NoElement {
+                    key: key.clone(),
+                    count,
+                })?;
+                if index == count {
+                    items.push(empty());
+                }
+                return items[index].insert(rest, place, node);
+            }
+            _ => return Err(InsertError::NoTable { key: key.clone() }),
         };
         let index = if let Some(index) = entries.iter().position(|entry| entry.key == *key) {
             index
@@ -141,10 +212,7 @@ impl Node {
             entries.push(Entry {
                 key: key.clone(),
                 key_place: place.clone(),
-                node: Node {
-                    value: Value::Table(Vec::new()),
-                    place: place.clone(),
-                },
+                node: empty(),
             });
             entries.len() - 1
         };

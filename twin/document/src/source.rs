@@ -69,6 +69,11 @@ impl Place {
         Arc::ptr_eq(&self.source, source)
     }
 
+    /// Whether both positions belong to one instance of a source.
+    pub(crate) fn is_beside(&self, other: &Place) -> bool {
+        self.is_in(&other.source)
+    }
+
     /// Line, counted from 1.
     pub fn line(&self) -> usize {
         self.source.line_of(self.span.start) + 1

@@ -59,6 +59,62 @@ fn set_requires_a_valid_key() {
     insta::assert_snapshot!(document.set("--set", "l1.deep", "3").unwrap_err());
 }
 
+/// Settings of elements are those of the document in which the values are written at their place.
+#[test]
+fn elements_of_lists_are_set_by_their_index() {
+    let tables = |document: &Document| {
+        document.check(|table| {
+            let of = |item: &Item<'_>| {
+                let table = &item.table()?;
+                let at = table.required("at", Item::duration)?;
+                Ok((
+                    at,
+                    table.optional("counts", |item| item.each(Item::natural))?,
+                ))
+            };
+            table.optional("change", |item| item.each(of))
+        })
+    };
+    let parse = |text: &str| Document::parse("run.toml", text).unwrap();
+    let set = |text: &str, settings: &[(&str, &str)]| {
+        let mut document = parse(text);
+        for (key, value) in settings {
+            document.set("--set", key, value).unwrap();
+        }
+        tables(&document).unwrap()
+    };
+    let listed = |text: &str| tables(&parse(text)).unwrap();
+    let file = "[[change]]\nat = '1 s'\n[[change]]\nat = '2 s'\ncounts = [7, 8]";
+    let one = ["change.0.at", "change.1.counts.0", "change.1.counts.2"];
+    assert_eq!(
+        set(file, &[(one[0], "3 s"), (one[1], "9"), (one[2], "5")]),
+        listed("[[change]]\nat = '3 s'\n[[change]]\nat = '2 s'\ncounts = [9, 8, 5]")
+    );
+    // The index after the last one appends.
+    let appended = listed("change = [{ at = '1 s' }, { at = '4 s', counts = [1] }]");
+    for settings in [
+        [("change.1", "{ at = '4 s', counts = [1] }")].as_slice(),
+        &[("change.1.at", "4 s"), ("change.1.counts", "[1]")],
+    ] {
+        assert_eq!(set("change = [{ at = '1 s' }]", settings), appended);
+    }
+    let mut document = parse(file);
+    insta::assert_snapshot!(document.set("--set", "change.3.at", "1 s").unwrap_err());
+    insta::assert_snapshot!(document.set("--set", "change.first.at", "1 s").unwrap_err());
+    assert!(document.set("--set", "change.01.at", "1 s").is_err());
+    // A value that an element had from an earlier setting is lost with the list.
+    document.set("--set", "change.1.at", "3 s").unwrap();
+    document.set("--set", "change", "[]").unwrap();
+    let (_, warnings) = document
+        .check_and_warn(|table| table.optional("change", |item| item.each(Item::natural)))
+        .unwrap();
+    let messages: Vec<_> = warnings.iter().map(|it| &*it.problem.message).collect();
+    assert_eq!(
+        messages,
+        ["`change.1.at` is set twice, and the last one counts"]
+    );
+}
+
 #[test]
 fn overrides_replace_single_values_and_are_checked_in_the_target() {
     let mut robot = Document::parse(

@@ -38,8 +38,9 @@ impl ScenarioText<'_> {
         let mut document = parsed.map_err(|error| failed(&error, ""))?;
         for setting in settings {
             let keys = Key::parse(&setting.key).map_err(|error| failed(&error, ""))?;
-            set(document.as_table_mut(), &keys, value_of(&setting.value)).map_err(|key| {
-                let message = format!("`{key}` is no table");
+            let value = value_of(&setting.value);
+            set(document.as_item_mut(), "", &keys, value).map_err(|name| {
+                let message = format!("`{name}` is no table");
                 failed(&message, "leave out the setting of a key below it")
             })?;
         }
@@ -100,26 +101,45 @@ fn value_of(text: &str) -> Value {
     text.parse().unwrap_or_else(|_| Value::from(text))
 }
 
-/// Sets the value at a path of keys; returns a key whose value is no table.
-fn set(table: &mut dyn TableLike, keys: &[Key], value: Value) -> Result<(), String> {
-    match keys {
-        [] => Ok(()),
-        [key] => {
-            match table.get_mut(key.get()).and_then(Item::as_value_mut) {
-                Some(old) => replace(old, value),
-                None => drop(table.insert(key.get(), Item::Value(value))),
+/// Sets the value at a path of keys below `item`, which is called `name`; returns the name of a
+/// value without keys, or of a list without the element.
+fn set(item: &mut Item, name: &str, keys: &[Key], value: Value) -> Result<(), String> {
+    let [key, rest @ ..] = keys else {
+        match item.as_value_mut() {
+            Some(old) => replace(old, value),
+            // An element of tables with headers remains one.
+            None => {
+                *item = match value {
+                    Value::InlineTable(table) if item.is_table() => Item::Table(table.into_table()),
+                    value => Item::Value(value),
+                }
             }
-            Ok(())
         }
-        [key, rest @ ..] => {
-            let name = key.get();
-            if table.get(name).is_none() {
-                // A short table reads better in the line of its key.
-                table.insert(name, Item::Value(InlineTable::new().into()));
-            }
-            let inner = table.get_mut(name).and_then(Item::as_table_like_mut);
-            set(inner.ok_or_else(|| name.to_owned())?, rest, value)
+        return Ok(());
+    };
+    let other = || name.to_owned();
+    let inner = if let Some(table) = item.as_table_like_mut() {
+        if table.get(key.get()).is_none() {
+            // A short table reads better in the line of its key.
+            table.insert(key.get(), Item::Value(InlineTable::new().into()));
         }
+        table.get_mut(key.get())
+    } else {
+        let index: usize = key.get().parse().map_err(|_| other())?;
+        append(item, index);
+        item.get_mut(index)
+    };
+    set(inner.ok_or_else(other)?, key.get(), rest, value)
+}
+
+/// Appends an empty table to a list if `index` is the one after its last.
+fn append(list: &mut Item, index: usize) {
+    match list {
+        Item::ArrayOfTables(tables) if tables.len() == index => tables.push(Table::new()),
+        Item::Value(Value::Array(values)) if values.len() == index => {
+            values.push(InlineTable::new());
+        }
+        _ => {}
     }
 }
 
@@ -225,6 +245,8 @@ mod tests {
             setting("controller.frequency", "3.5 Hz"),
             setting("plant.ground.friction", "0.5"),
             setting("controller.ramp", "\"1 s\""),
+            setting("expect.0.body.fall", "{ height = 0.4 }"),
+            setting("expect.1", "{ body = { fall = false } }"),
         ];
         let written = source.with(&settings, &["Best of 7.".to_owned()]).unwrap();
         let expected = "#:schema ./none.json\n# Best of 7.\n#\n# A walk.\n\
@@ -232,6 +254,7 @@ mod tests {
                         [controller]\n# Of both.\n\
                         hip_height = { fore = \"11.5 cm\", hind = \"13 cm\" } # m\n\
                         frequency = \"3.5 Hz\"\nramp = \"1 s\"\n\n\
+                        [[expect]]\nbody = { fall = { height = 0.4 } }\n\n\
                         [[expect]]\nbody = { fall = false }\n";
         assert_eq!(written, expected);
         let error = source.with(&[setting("name.first", "1")], &[]).unwrap_err();
