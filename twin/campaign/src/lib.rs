@@ -1,7 +1,8 @@
 //! Campaigns: many runs, of which each is independent. [`search`] minimises a cost, of covariances
 //! of filters, gaits and the like; [`sweep`] runs a scenario at the points of a design and judges
-//! shares of the runs; [`optimization`] lets a search choose the points; [`engine`] does
-//! independent tasks, on threads or on workers of a cluster.
+//! shares of the runs; [`optimization`] lets a search choose the points; [`radius`] finds the
+//! disturbance at which an expectation fails; [`engine`] does independent tasks, on threads or on
+//! workers of a cluster.
 //!
 //! ```
 //! use twinrig_campaign::search::{Dimension, Swarm};
@@ -40,5 +41,6 @@
 pub mod engine;
 pub mod optimization;
 mod places;
+pub mod radius;
 pub mod search;
 pub mod sweep;

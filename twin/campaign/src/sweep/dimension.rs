@@ -178,7 +178,7 @@ impl ValueInterval {
 const RESOLUTION: f64 = 1e-6;
 
 /// Rounds a number to the decimals that a resolution takes.
-fn rounded(number: f64, resolution: f64) -> f64 {
+pub(crate) fn rounded(number: f64, resolution: f64) -> f64 {
     let decimals = -libm::floor(libm::log10(resolution));
     let decimals = (0..=17).find(|&count| f64::from(count) >= decimals);
     let text =

@@ -22,6 +22,7 @@ mod wilson;
 
 pub(crate) use csv::csv_line;
 pub use design::{Design, DesignKind};
+pub(crate) use dimension::rounded;
 pub use dimension::{DimensionValues, SweepDimension, ValueInterval};
 pub use keys::{SPEC_KEYS, SpecKey, key_table};
 pub(crate) use keys::{rows_of_keys, spec_keys};
