@@ -32,6 +32,7 @@ mod error;
 pub mod fmu;
 mod optimize;
 mod parts;
+mod radius;
 mod report;
 mod run;
 mod study;

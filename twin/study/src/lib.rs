@@ -67,6 +67,7 @@ mod plant_run;
 mod precision;
 mod precision_plan;
 mod progress;
+mod radius;
 mod reference;
 mod reference_note;
 mod references;
@@ -111,7 +112,7 @@ pub use feedback::{
 pub use floors::Floor;
 pub use footsteps::{Footstep, WALK};
 pub use gait_run::{FootContact, GaitRun, MotionSample};
-pub use html::{html, optimization_page, sweep_page};
+pub use html::{html, optimization_page, radius_page, sweep_page};
 pub use latency::{LoadDelay, SampledSignal};
 pub use machine::Machine;
 pub use modulation::{
@@ -124,6 +125,7 @@ pub use plant_id::PlantId;
 pub use precision::precision;
 pub use precision_plan::PrecisionPlan;
 pub use progress::ProgressObserver;
+pub use radius::{axis_end, not_monotone, radius_cell, radius_markdown, radius_value};
 pub use reference_note::{CheckNote, ReferenceNote};
 pub use row::{CLOCKED, Row, RowKind, Series, Status, VariantKey};
 pub use stability::{StabilityPlan, stability};

@@ -20,8 +20,6 @@ pub struct RadiusResult {
     pub settings: Vec<(String, String)>,
     /// Greatest width of a bracket, as a share of its upper end.
     pub precision: f64,
-    /// Expectations that do not hold without a disturbance.
-    pub failed: Vec<String>,
     /// Results, by axis.
     pub axes: Vec<AxisResult>,
     /// Reasons why other known disturbances do not apply.
@@ -232,6 +230,13 @@ impl ExpectationRadius {
 }
 
 impl RadiusResult {
+    /// Returns whether an expectation fails without a disturbance.
+    pub fn fails_undisturbed(&self) -> bool {
+        let all = self.axes.iter().flat_map(|axis| &axis.expectations);
+        let mut states = all.map(|one| one.state);
+        states.any(|state| state == RadiusState::FailsUndisturbed)
+    }
+
     /// Returns the radii as CSV (RFC 4180), a line for each axis and expectation. Values are in the
     /// SI unit of the line.
     pub fn csv(&self) -> String {

@@ -6,6 +6,7 @@ use clap::{Args, Subcommand};
 use twinrig_kernel::SimDuration;
 
 use super::gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
+use super::radius::RadiusOptions;
 use super::{duration, key_value, seconds, whole_number, whole_number_or_none};
 
 /// Arguments of `twin study`.
@@ -69,6 +70,14 @@ pub enum StudyCommand {
     /// delay of the load that the controller takes. A run with the commands of the first one is
     /// void.
     Loads(FeedbackOptions),
+    /// Find the least disturbance at which each expectation of a scenario fails
+    ///
+    /// Runs the scenario with growing disturbances along several axes: latency, jitter and clocks
+    /// of the buses, friction, stiffness, payload, a push, noise of sensors, or any key. Between
+    /// the last value with which an expectation holds and the first with which it fails, it
+    /// bisects. Values below are tested, too: an expectation that fails and holds again beyond is
+    /// reported as not monotone. The same command continues an interrupted study.
+    Radius(RadiusOptions),
 }
 
 impl StudyCommand {
@@ -82,6 +91,7 @@ impl StudyCommand {
             Self::Modulation(options) => options.json,
             Self::Transition(options) => options.json,
             Self::Loads(options) => options.json,
+            Self::Radius(options) => options.json,
         }
     }
 }

@@ -16,6 +16,7 @@ use crate::args::{EstimateOptions, PrecisionOptions, StudyArgs, StudyCommand, St
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::radius::execute::radius;
 use crate::run::interrupt;
 use crate::run::progress::Progress;
 use crate::study::builder::StudyBuilder;
@@ -82,7 +83,7 @@ fn execute(
     let machine = Machine::here(BUILD);
     let show_progress = terminal.interactive && !frame.json;
     let observer = &mut ProgressLine(Progress::of_parts(frame.name, show_progress));
-    let result = run(registry, study, &settings, observer)?;
+    let result = run(registry, study, frame, &settings, observer)?;
     let result = result.map_err(|source| TwinError::Study {
         file: frame.scenarios[0].display().to_string(),
         source,
@@ -94,6 +95,7 @@ fn execute(
 fn run(
     registry: &Registry,
     study: &StudyCommand,
+    frame: StudyFrame<'_>,
     settings: &[Setting],
     observer: &mut dyn ProgressObserver,
 ) -> Result<Result<StudyResult, StudyError>, TwinError> {
@@ -148,6 +150,11 @@ fn run(
             let cases = FeedbackCases::new(registry, options, settings)?;
             feedback(&cases, &cases.plan(options)?, observer)
                 .map(|study| StudyResult::Feedback(Box::new(study)))
+        }
+        StudyCommand::Radius(options) => {
+            let request = options.request(frame.stem(), settings)?;
+            radius(registry, &request, observer)?
+                .map(|outcome| StudyResult::Radius(Box::new(outcome)))
         }
     })
 }
@@ -212,11 +219,12 @@ fn write(
 ) -> Result<Vec<PathBuf>, TwinError> {
     let command = frame.command(study);
     let json = result.json(machine, &command);
-    let texts = [
+    let mut texts = vec![
         ("html", result.html(machine, &command)),
         ("csv", result.csv()),
         ("json", format!("{json:#}\n")),
     ];
+    texts.extend(result.markdown().map(|text| ("md", text)));
     let mut files = Vec::new();
     for (ending, text) in texts {
         let path = frame.out.join(format!("{}.{ending}", frame.stem()));

@@ -6,14 +6,14 @@ use crate::report::grid::{Cell, Grid, Left};
 use crate::report::style::{BOLD, DIM, styled};
 
 /// Text of a study for the terminal, from its title on.
-pub(super) struct StudyText {
+pub(crate) struct StudyText {
     lines: Vec<String>,
     facts: Grid,
 }
 
 impl StudyText {
     /// Begins the text of a study of this kind; without a headline there is no line for it.
-    pub(super) fn new(scenario: &str, kind: &str, headline: String) -> Self {
+    pub(crate) fn new(scenario: &str, kind: &str, headline: String) -> Self {
         let title = format!("{}  {}", styled(BOLD, scenario), styled(DIM, kind));
         let headline = Some(headline).filter(|text| !text.is_empty());
         Self {
@@ -23,13 +23,13 @@ impl StudyText {
     }
 
     /// Adds lines after an empty one.
-    pub(super) fn block(&mut self, lines: impl IntoIterator<Item = String>) {
+    pub(crate) fn block(&mut self, lines: impl IntoIterator<Item = String>) {
         self.lines.push(String::new());
         self.lines.extend(lines);
     }
 
     /// Adds a table with its heading, unless it has a header only.
-    pub(super) fn table(&mut self, heading: &str, grid: &Grid) {
+    pub(crate) fn table(&mut self, heading: &str, grid: &Grid) {
         let rows = grid.lines(4);
         if rows.len() > 1 {
             self.section(heading, rows);
@@ -37,18 +37,18 @@ impl StudyText {
     }
 
     /// Adds lines with their heading.
-    pub(super) fn section(&mut self, heading: &str, lines: impl IntoIterator<Item = String>) {
+    pub(crate) fn section(&mut self, heading: &str, lines: impl IntoIterator<Item = String>) {
         let heading = format!("  {}", styled(BOLD, heading));
         self.block(std::iter::once(heading).chain(lines));
     }
 
     /// Adds a fact to the list at the end.
-    pub(super) fn fact(&mut self, name: &str, text: impl Into<String>) {
+    pub(crate) fn fact(&mut self, name: &str, text: impl Into<String>) {
         self.facts.row([Cell::new(name, DIM), text.into().into()]);
     }
 
     /// Ends the text with the parts that are left out, and the names of the files.
-    pub(super) fn finish(mut self, left_out: &[String], files: &[PathBuf]) -> String {
+    pub(crate) fn finish(mut self, left_out: &[String], files: &[PathBuf]) -> String {
         for left in left_out {
             self.fact("left out", left);
         }

@@ -7,7 +7,7 @@ pub(crate) mod estimate_table;
 pub(crate) mod feedback_cases;
 pub(crate) mod feedback_table;
 pub(crate) mod gait_scene;
-mod layout;
+pub(crate) mod layout;
 mod lines;
 mod load_observer;
 pub(crate) mod load_recorder;

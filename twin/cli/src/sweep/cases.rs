@@ -35,6 +35,14 @@ impl RunCase {
         }
     }
 
+    /// Returns a case without a name.
+    pub(crate) fn of_settings(settings: Vec<Setting>) -> Self {
+        Self {
+            settings,
+            ..Self::default()
+        }
+    }
+
     /// Returns the settings that have a place, with it.
     fn placed(&self) -> impl Iterator<Item = (&Setting, &Place)> {
         self.settings.iter().zip(&self.places)

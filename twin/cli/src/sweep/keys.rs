@@ -70,7 +70,8 @@ fn taken(
     ))
 }
 
-fn key_of(
+/// Returns the dotted key of a key or process variable.
+pub(crate) fn key_of(
     given: &Placed<String>,
     scenario: &Scenario,
     catalogue: &Catalogue,

@@ -6,7 +6,7 @@ pub(crate) mod execute;
 pub(crate) mod files;
 pub(crate) mod job;
 pub(crate) mod junit;
-mod keys;
+pub(crate) mod keys;
 mod parts;
 pub(crate) mod plan;
 mod recordings;

@@ -112,6 +112,15 @@ impl<'r> RunPlan<'r> {
         Ok((plan, read))
     }
 
+    /// Begins again with other cases, and without points.
+    pub(crate) fn begin_again(&mut self, cases: Vec<RunCase>) {
+        self.cases = cases;
+        self.points.clear();
+        self.sources.clear();
+        self.files.clear();
+        self.known.clear();
+    }
+
     /// Adds a point in a case. Where its values may name files, these are read once for each
     /// combination of such values, and `visit` is called with the scenario.
     pub(crate) fn add_point(

@@ -19,6 +19,7 @@ mod modulation;
 mod optimization;
 mod plot;
 mod precision;
+mod radius;
 mod rows;
 mod runs;
 mod stability;
@@ -40,6 +41,7 @@ use crate::study::{Study, StudyKind};
 
 use crate::number::{self, si};
 pub use optimization::optimization_page;
+pub use radius::radius_page;
 pub use sweep::sweep_page;
 use text::{element, escaped, paragraph};
 

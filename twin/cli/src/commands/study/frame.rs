@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use twinrig_scenario::Setting;
 
-use crate::args::{FeedbackOptions, PrecisionOptions, StudyCommand, StudyOptions};
+use crate::args::{FeedbackOptions, PrecisionOptions, RadiusOptions, StudyCommand, StudyOptions};
 use crate::error::TwinError;
 
 /// Returns the first element that is in a list before.
@@ -56,6 +56,14 @@ impl<'a> StudyFrame<'a> {
                 out: &options.out,
                 json: options.json,
             },
+            StudyCommand::Radius(options) => Self {
+                name: "radius",
+                scenarios: std::slice::from_ref(&options.scenario),
+                plants: options.plant.as_slice(),
+                set: &options.set,
+                out: &options.out,
+                json: options.json,
+            },
             StudyCommand::Transition(options) => Self {
                 name: "transition",
                 scenarios: std::slice::from_ref(&options.scenario),
@@ -80,6 +88,13 @@ impl<'a> StudyFrame<'a> {
             && let Some(length) = repeated(&options.plateau)
         {
             return Err(twice("--plateau", length.to_string()));
+        }
+        if let StudyCommand::Radius(options) = study {
+            for (option, list) in [("--axis", &options.axis), ("--along", &options.along)] {
+                if let Some(name) = repeated(list) {
+                    return Err(twice(option, name.clone()));
+                }
+            }
         }
         Ok(())
     }
@@ -141,6 +156,7 @@ impl<'a> StudyFrame<'a> {
                 }
             }
             StudyCommand::Loads(options) => words.extend(loads(options)),
+            StudyCommand::Radius(options) => words.extend(radius(options)),
             StudyCommand::Transition(options) => {
                 let variable = options.variable.iter();
                 words.extend(variable.map(|name| format!("--variable {name}")));
@@ -160,6 +176,16 @@ impl<'a> StudyFrame<'a> {
 fn duration(options: &StudyOptions) -> Option<String> {
     let duration = options.duration?;
     Some(format!("--duration \"{duration}\""))
+}
+
+fn radius(options: &RadiusOptions) -> Vec<String> {
+    let axes = options.axis.iter().map(|name| format!("--axis {name}"));
+    let along = options.along.iter().zip(&options.to);
+    let along = along.map(|(key, to)| format!("--along {key:?} --to={to:?}"));
+    let precision = format!("--precision {}", options.precision);
+    axes.chain(along)
+        .chain(std::iter::once(precision))
+        .collect()
 }
 
 fn loads(options: &FeedbackOptions) -> Vec<String> {

@@ -2,10 +2,13 @@
 
 use std::path::PathBuf;
 
+use serde_json::json;
 use twinrig_study::{
     CouplingStudy, EstimateStudy, FeedbackStudy, Machine, ModulationStudy, Study, TransitionStudy,
-    csv, html,
+    csv, html, radius_markdown, radius_page,
 };
+
+use crate::radius::{self, execute::RadiusOutcome};
 
 use crate::study::{
     coupling_table, estimate_table, feedback_table, modulation_table, table, transition_table,
@@ -19,6 +22,7 @@ pub(super) enum StudyResult {
     Modulation(ModulationStudy),
     Transition(TransitionStudy),
     Feedback(Box<FeedbackStudy>),
+    Radius(Box<RadiusOutcome>),
 }
 
 impl StudyResult {
@@ -28,13 +32,17 @@ impl StudyResult {
             Self::Plants(study) => study.error(),
             Self::Coupling(study) => study.error(),
             Self::Modulation(study) => study.error(),
-            Self::Estimate(_) | Self::Transition(_) | Self::Feedback(_) => None,
+            Self::Estimate(_) | Self::Transition(_) | Self::Feedback(_) | Self::Radius(_) => None,
         }
     }
 
     /// Returns whether the answer of a study is no.
     pub(super) fn is_negative(&self) -> bool {
-        matches!(self, Self::Feedback(study) if !study.void().is_empty())
+        match self {
+            Self::Feedback(study) => !study.void().is_empty(),
+            Self::Radius(study) => study.result.fails_undisturbed(),
+            _ => false,
+        }
     }
 
     pub(super) fn json(&self, machine: &Machine, command: &str) -> serde_json::Value {
@@ -45,6 +53,7 @@ impl StudyResult {
             Self::Modulation(study) => study.json(machine, command),
             Self::Transition(study) => study.json(machine, command),
             Self::Feedback(study) => study.json(machine, command),
+            Self::Radius(study) => json!(study.result),
         }
     }
 
@@ -56,6 +65,7 @@ impl StudyResult {
             Self::Modulation(study) => study.html(machine, command),
             Self::Transition(study) => study.html(machine, command),
             Self::Feedback(study) => study.html(machine, command),
+            Self::Radius(study) => radius_page(&study.result),
         }
     }
 
@@ -67,6 +77,7 @@ impl StudyResult {
             Self::Modulation(study) => study.csv(),
             Self::Transition(study) => study.csv(),
             Self::Feedback(study) => study.csv(),
+            Self::Radius(study) => study.result.csv(),
         }
     }
 
@@ -78,6 +89,15 @@ impl StudyResult {
             Self::Modulation(study) => modulation_table::text(study, files),
             Self::Transition(study) => transition_table::text(study, files),
             Self::Feedback(study) => feedback_table::text(study, files),
+            Self::Radius(study) => radius::table::text(study, files),
+        }
+    }
+
+    /// Returns the table for documents in Markdown; none of most studies.
+    pub(super) fn markdown(&self) -> Option<String> {
+        match self {
+            Self::Radius(study) => Some(radius_markdown(&study.result)),
+            _ => None,
         }
     }
 }

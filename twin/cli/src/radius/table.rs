@@ -1,0 +1,100 @@
+//! Text form of a study of radii.
+
+use std::path::PathBuf;
+
+use twinrig_campaign::radius::{AxisResult, RadiusResult, RadiusState};
+use twinrig_study::{axis_end, not_monotone, radius_cell, radius_value};
+
+use super::execute::RadiusOutcome;
+use crate::report::grid::{Cell, Grid, Left, Right, Side};
+use crate::report::style::{DIM, RED, YELLOW};
+use crate::study::layout::StudyText;
+
+/// Formats the radii and the names of their files.
+pub(crate) fn text(outcome: &RadiusOutcome, files: &[PathBuf]) -> String {
+    let result = &outcome.result;
+    let mut text = StudyText::new(&result.scenario, "radii of disturbances", String::new());
+    text.table("holds to", &radii(result));
+    text.table("first to fail", &first(result));
+    let notes: Vec<String> = result.axes.iter().flat_map(not_monotone).collect();
+    if !notes.is_empty() {
+        text.section(
+            "not monotone",
+            notes.iter().map(|note| format!("    {note}")),
+        );
+    }
+    let of = match outcome.runs - outcome.ran {
+        0 => String::new(),
+        known => format!(", and {known} of earlier studies"),
+    };
+    text.fact("runs", format!("{}{of}", outcome.ran));
+    for axis in result.axes.iter().filter(|axis| axis.exhausted) {
+        text.fact(
+            "ended early",
+            format!("{}, after {} runs", axis.name, axis.tested.len()),
+        );
+    }
+    for note in &outcome.notes {
+        text.fact("note", note);
+    }
+    text.finish(&result.left_out, files)
+}
+
+fn radii(result: &RadiusResult) -> Grid {
+    let sides: Vec<Side> = std::iter::once(Left)
+        .chain(result.axes.iter().map(|_| Right))
+        .collect();
+    let mut grid = Grid::new(&sides);
+    let names = result.axes.iter().map(|axis| axis.name.as_str());
+    let head: Vec<&str> = std::iter::once("expectation").chain(names).collect();
+    grid.header(&head.join(" | "));
+    let count = result
+        .axes
+        .first()
+        .map_or(0, |axis| axis.expectations.len());
+    for index in 0..count {
+        let cell = |axis: &AxisResult| {
+            let one = &axis.expectations[index];
+            let text = radius_cell(axis, one);
+            match one.state {
+                _ if axis.first.contains(&one.name) => Cell::new(text, RED),
+                RadiusState::Found if one.is_monotone() => text.into(),
+                RadiusState::Found => Cell::new(text, YELLOW),
+                RadiusState::FailsUndisturbed => Cell::new(text, RED),
+                RadiusState::Beyond | RadiusState::Unobserved => Cell::new(text, DIM),
+            }
+        };
+        let name = Cell::from(result.axes[0].expectations[index].name.as_str());
+        grid.row(std::iter::once(name).chain(result.axes.iter().map(cell)));
+    }
+    grid
+}
+
+/// Returns the axes with the expectations that fail first.
+fn first(result: &RadiusResult) -> Grid {
+    let mut grid = Grid::new(&[Left, Right, Right, Right, Left, Left]);
+    grid.header("axis | undisturbed | holds to | fails at | first to fail | axis ends at");
+    for axis in &result.axes {
+        let mut radii = axis.expectations.iter();
+        let one = radii.find(|one| axis.first.contains(&one.name));
+        let value = |value: Option<f64>| -> Cell {
+            value
+                .map_or(String::new(), |it| radius_value(axis, it))
+                .into()
+        };
+        let names = match axis.first.as_slice() {
+            [] => Cell::new("none", DIM),
+            [first] => first.as_str().into(),
+            [first, others @ ..] => format!("{first}, and {} more", others.len()).into(),
+        };
+        grid.row([
+            axis.name.as_str().into(),
+            value(Some(axis.nominal)),
+            value(one.and_then(|one| one.holds_to)),
+            value(one.and_then(|one| one.fails_at)),
+            names,
+            Cell::new(axis_end(axis), DIM),
+        ]);
+    }
+    grid
+}

@@ -1,0 +1,181 @@
+//! Page of a study of radii: a table of all expectations over all axes, and a chart of each axis.
+//! It contains neither times nor the machine, so that equal studies have equal pages.
+
+use twinrig_campaign::radius::{AxisResult, ExpectationRadius, RadiusResult, RadiusState};
+use twinrig_campaign::sweep::percent;
+
+use super::line_plot::{LinePlot, Series, Shape};
+use super::marker::swatch;
+use super::table::Table;
+use super::text::{element, escaped, paragraph};
+use super::{card, document, drawing};
+use crate::radius::{axis_end, not_monotone, radius_cell, radius_value};
+
+/// Colours.
+const HOLDS: usize = 0;
+const FIRST: usize = 7;
+const AGAIN: usize = 2;
+/// Share of the distance of two bars that is filled.
+const BAR: f64 = 0.6;
+
+/// Returns the page of a study of radii.
+pub fn radius_page(result: &RadiusResult) -> String {
+    let mut body = cards(result);
+    body += "<h2>Radii</h2>\n";
+    body += &paragraph(
+        "The greatest value below the first failure of each expectation. ≥ and ≤: it holds up to \
+         the end of the axis. A star: it is not monotone, as it fails and holds again beyond. The \
+         first ones to fail along an axis are bold.",
+    );
+    body += &radii(result);
+    body += "<h2>Axes</h2>\n";
+    for axis in &result.axes {
+        body += &element("h3", "", &escaped(&axis.name));
+        body += &section(axis);
+    }
+    body += &reproduction(result);
+    let title = format!("{}: radii", result.scenario);
+    document("Radii", &title, &headline(result), &body)
+}
+
+fn headline(result: &RadiusResult) -> String {
+    let all = result.axes.iter().flat_map(|axis| &axis.expectations);
+    let of = |state: RadiusState| all.clone().filter(|it| it.state == state).count();
+    format!(
+        "{} radii along {} axes; {} times an expectation holds up to the end of the axis.",
+        of(RadiusState::Found),
+        result.axes.len(),
+        of(RadiusState::Beyond)
+    )
+}
+
+fn cards(result: &RadiusResult) -> String {
+    let mut cards = String::new();
+    for axis in result.axes.iter().filter(|axis| !axis.first.is_empty()) {
+        let first = &axis.first[0];
+        let radius = axis.expectations.iter().find(|one| one.name == *first);
+        let radius = radius.map_or(String::new(), |one| radius_cell(axis, one));
+        let others = match axis.first.len() {
+            1 => String::new(),
+            count => format!(" and {} more", count - 1),
+        };
+        cards += &card(&axis.name, &radius, &format!("{first}{others}"));
+    }
+    element("div", "cards", &cards)
+}
+
+fn radii(result: &RadiusResult) -> String {
+    let names = result.axes.iter().map(|axis| axis.name.as_str());
+    let head: Vec<&str> = std::iter::once("expectation").chain(names).collect();
+    let mut table = Table::new(&head.join(" | "), 1);
+    let count = result
+        .axes
+        .first()
+        .map_or(0, |axis| axis.expectations.len());
+    for index in 0..count {
+        let cell = |axis: &AxisResult| {
+            let one = &axis.expectations[index];
+            let text = escaped(&radius_cell(axis, one));
+            if axis.first.contains(&one.name) {
+                element("b", "", &text)
+            } else {
+                text
+            }
+        };
+        let name = escaped(&result.axes[0].expectations[index].name);
+        let cells = result.axes.iter().map(cell);
+        table.row("", std::iter::once(name).chain(cells).collect());
+    }
+    table.html()
+}
+
+fn section(axis: &AxisResult) -> String {
+    let mut text = paragraph(&format!(
+        "{}: {} without a disturbance, {} to {}. {} values were tested.",
+        axis.about,
+        radius_value(axis, axis.nominal),
+        axis.direction(),
+        axis_end(axis),
+        axis.tested.len()
+    ));
+    text += &chart(axis);
+    for sentence in not_monotone(axis) {
+        text += &paragraph(&sentence);
+    }
+    if axis.exhausted {
+        text += &paragraph("The search ended for the number of its runs.");
+    }
+    text
+}
+
+/// Returns the bars of an axis, one for each expectation, and their legend.
+fn chart(axis: &AxisResult) -> String {
+    let size = |value: f64| (value - axis.nominal).abs();
+    let bars = |is_first: bool| {
+        let numbered = axis.expectations.iter().enumerate();
+        let of = numbered.filter(|(_, one)| axis.first.contains(&one.name) == is_first);
+        let bar = |(index, one): (usize, &ExpectationRadius)| {
+            Some([(index + 1) as f64, size(one.holds_to?)])
+        };
+        Shape::Bars {
+            width: BAR,
+            points: of.filter_map(bar).collect(),
+        }
+    };
+    let again = axis.expectations.iter().enumerate();
+    let again = again.flat_map(|(index, one)| {
+        let values = one.holds_again.iter();
+        values.map(move |value| [(index + 1) as f64, size(*value)])
+    });
+    let series = [
+        (HOLDS, bars(false)),
+        (FIRST, bars(true)),
+        (AGAIN, Shape::Dots(again.collect())),
+    ];
+    let plot = LinePlot {
+        title: format!("radii along {}", axis.name),
+        width: 1080.0,
+        height: 300.0,
+        x_label: "number of the expectation".to_owned(),
+        y_label: match axis.unit.symbol() {
+            "1" => "distance from the undisturbed value".to_owned(),
+            symbol => format!("distance from the undisturbed value  [{symbol}]"),
+        },
+        series: series
+            .into_iter()
+            .map(|(number, shape)| Series { number, shape })
+            .collect(),
+    };
+    let legend = [
+        (swatch(HOLDS, false), "radius".to_owned()),
+        (swatch(FIRST, false), "first to fail".to_owned()),
+        (swatch(AGAIN, false), "holds again".to_owned()),
+    ];
+    let names = axis.expectations.iter().enumerate();
+    let names: Vec<String> = names
+        .map(|(index, one)| format!("{} {}", index + 1, one.name))
+        .collect();
+    drawing("", &legend, &plot.svg(), &format!("{}.", names.join("; ")))
+}
+
+fn reproduction(result: &RadiusResult) -> String {
+    let mut terms = String::new();
+    let mut term = |name: &str, text: &str| {
+        terms += &element("dt", "", &escaped(name));
+        terms += &element("dd", "", &element("code", "", &escaped(text)));
+        terms.push('\n');
+    };
+    term("scenario", &result.file);
+    for (key, value) in &result.settings {
+        term("set in all runs", &format!("{key} = {value}"));
+    }
+    for axis in &result.axes {
+        term(&format!("keys of {}", axis.name), &axis.keys.join(", "));
+    }
+    for left_out in &result.left_out {
+        term("left out", left_out);
+    }
+    term("precision", &percent(result.precision));
+    term("hash of the program", &result.build);
+    format!("<h2>Reproduction</h2>\n{}", element("dl", "", &terms))
+}

@@ -1,0 +1,104 @@
+//! Texts of radii: values with units, and the table of expectations over axes.
+
+use std::f64::consts::PI;
+
+use twinrig_campaign::radius::{AxisEnd, AxisResult, ExpectationRadius, RadiusResult, RadiusState};
+use twinrig_kernel::Unit;
+
+use crate::number::{plain, si};
+
+/// Ratios whose axes stay below it are in parts per million.
+const SMALL: f64 = 0.05;
+
+/// Returns a value of an axis with its unit: `3.2 ms`.
+pub fn radius_value(axis: &AxisResult, value: f64) -> String {
+    match axis.unit {
+        Unit::One if axis.nominal.abs().max(axis.limit.abs()) < SMALL => {
+            format!("{} ppm", plain(1e6 * value))
+        }
+        Unit::One => plain(value),
+        Unit::Kilogram => si(1e3 * value, "g"),
+        Unit::Radian => format!("{}°", plain(value * 180.0 / PI)),
+        unit => si(value, unit.symbol()),
+    }
+}
+
+/// Returns the radius of an expectation as a cell of a table: `3.2 ms`, `≥ 10 ms`, `fails`. A star
+/// marks one that is not monotone.
+pub fn radius_cell(axis: &AxisResult, one: &ExpectationRadius) -> String {
+    let value = one.holds_to.map(|value| radius_value(axis, value));
+    match (one.state, value) {
+        (RadiusState::Found, Some(value)) => {
+            let star = if one.is_monotone() { "" } else { "*" };
+            format!("{value}{star}")
+        }
+        (RadiusState::Beyond, Some(value)) if axis.limit < axis.nominal => format!("≤ {value}"),
+        (RadiusState::Beyond, Some(value)) => format!("≥ {value}"),
+        (RadiusState::Unobserved, _) => "–".to_owned(),
+        _ => "fails".to_owned(),
+    }
+}
+
+/// Returns the end of an axis: `10 ms`, `0.01 (not valid beyond: …)`.
+pub fn axis_end(axis: &AxisResult) -> String {
+    let value = radius_value(axis, axis.last());
+    match &axis.end {
+        AxisEnd::Limit => value,
+        AxisEnd::Refused { reason, .. } => format!("{value} (not valid beyond: {reason})"),
+    }
+}
+
+/// Returns sentences about expectations that are not monotone along an axis.
+pub fn not_monotone(axis: &AxisResult) -> Vec<String> {
+    let sentence = |one: &ExpectationRadius| {
+        let again: Vec<String> = one
+            .holds_again
+            .iter()
+            .map(|value| radius_value(axis, *value))
+            .collect();
+        let (last, count) = (again.last()?, again.len());
+        let fails = radius_value(axis, one.fails_at?);
+        let values = if count == 1 { "value" } else { "values" };
+        Some(format!(
+            "{}, {}: fails at {fails} and holds again at {count} {values} beyond, up to {last}",
+            axis.name, one.name
+        ))
+    };
+    axis.expectations.iter().filter_map(sentence).collect()
+}
+
+/// Returns the table of expectations over axes in Markdown; the first ones to fail are bold.
+pub fn radius_markdown(result: &RadiusResult) -> String {
+    let names = result.axes.iter().map(|axis| axis.name.clone());
+    let mut lines = vec![
+        row(std::iter::once("expectation".to_owned()).chain(names)),
+        format!("|---|{}", "---|".repeat(result.axes.len())),
+    ];
+    let value = |axis: &AxisResult| radius_value(axis, axis.nominal);
+    lines.push(row(
+        std::iter::once("*undisturbed*".to_owned()).chain(result.axes.iter().map(value))
+    ));
+    let expectations = result
+        .axes
+        .first()
+        .map_or(0, |axis| axis.expectations.len());
+    for index in 0..expectations {
+        let name = result.axes[0].expectations[index].name.replace('|', r"\|");
+        let cell = |axis: &AxisResult| {
+            let one = &axis.expectations[index];
+            let text = radius_cell(axis, one).replace('*', r"\*");
+            match axis.first.contains(&one.name) {
+                true => format!("**{text}**"),
+                false => text,
+            }
+        };
+        lines.push(row(
+            std::iter::once(name).chain(result.axes.iter().map(cell))
+        ));
+    }
+    lines.join("\n") + "\n"
+}
+
+fn row(cells: impl Iterator<Item = String>) -> String {
+    format!("| {} |", cells.collect::<Vec<_>>().join(" | "))
+}
