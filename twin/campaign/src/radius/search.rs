@@ -139,6 +139,14 @@ impl AxisSearch {
         }
     }
 
+    /// Returns the reason why the scenario is not valid with any disturbance.
+    pub fn invalid(&self) -> Option<&str> {
+        match self.tested.get(1).map(|it| &it.outcome) {
+            Some(RunOutcome::Refused(reason)) => Some(reason),
+            _ => None,
+        }
+    }
+
     /// Returns the size of the greatest disturbance with which the scenario is valid.
     pub(super) fn end(&self) -> f64 {
         let greatest = self.values.greatest();

@@ -70,7 +70,7 @@ pub fn radius(
     observer: &mut dyn ProgressObserver,
 ) -> Result<Result<RadiusOutcome, StudyError>, TwinError> {
     let context = DisturbanceContext::new(registry, &request.scenario, &request.settings)?;
-    let ChosenAxes { axes, left_out } = chosen(&context, &request.axes, &request.along)?;
+    let ChosenAxes { axes, mut left_out } = chosen(&context, &request.axes, &request.along)?;
     let names: Vec<String> = {
         let expectations = context.scenario().expectations.iter();
         expectations.map(|one| one.name.clone()).collect()
@@ -111,6 +111,14 @@ pub fn radius(
     };
     if let Err(error) = searching.search(observer)? {
         return Ok(Err(error));
+    }
+    searching.drop_invalid(&mut left_out);
+    let is_named = !request.axes.is_empty() || !request.along.is_empty();
+    if searching.searches.is_empty() || is_named && !left_out.is_empty() {
+        return Err(TwinError::Together {
+            why: left_out.join("; "),
+            help: "name other axes by --axis, or other keys and values by --along".to_owned(),
+        });
     }
     let lines = opened.torn.iter().chain(&opened.damaged);
     Ok(Ok(RadiusOutcome {
@@ -238,6 +246,15 @@ impl Searching<'_> {
             Ok(())
         })?;
         Ok(left == 0 && !interrupt::is_requested())
+    }
+
+    /// Removes the axes of which no value is valid.
+    fn drop_invalid(&mut self, left_out: &mut Vec<String>) {
+        self.searches.retain(|(axis, search)| {
+            let invalid = search.invalid();
+            left_out.extend(invalid.map(|reason| format!("{}: {reason}", axis.name)));
+            invalid.is_none()
+        });
     }
 
     fn result(&self, request: &RadiusRequest, left_out: Vec<String>) -> RadiusResult {

@@ -20,6 +20,7 @@ mod optimize;
 mod output_errors;
 mod panics;
 mod plant_comparison;
+mod radius;
 mod recordings;
 mod run_observer;
 mod schema;
