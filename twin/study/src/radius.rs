@@ -87,9 +87,10 @@ pub fn radius_markdown(result: &RadiusResult) -> String {
         let cell = |axis: &AxisResult| {
             let one = &axis.expectations[index];
             let text = radius_cell(axis, one).replace('*', r"\*");
-            match axis.first.contains(&one.name) {
-                true => format!("**{text}**"),
-                false => text,
+            if axis.first.contains(&one.name) {
+                format!("**{text}**")
+            } else {
+                text
             }
         };
         lines.push(row(

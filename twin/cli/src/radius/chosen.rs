@@ -76,7 +76,7 @@ pub(super) fn chosen(
 }
 
 fn of_key(context: &DisturbanceContext<'_>, axis: &KeyAxis) -> Result<DisturbanceAxis, TwinError> {
-    let given = read("--along", "key", &quoted(&axis.key), |it| it.placed_text())?;
+    let given = read("--along", "key", &quoted(&axis.key), placed)?;
     let key = key_of(&given, context.scenario(), &context.catalogue);
     let key = key.map_err(|problem| DocumentError {
         problems: vec![problem],
@@ -146,6 +146,10 @@ fn read<T>(
         reader(&item)
     });
     Ok(read?)
+}
+
+fn placed(item: &Item<'_>) -> Result<Placed<String>, Reported> {
+    item.placed_text()
 }
 
 fn quantity(origin: &str, key: &str, text: &str) -> Result<(f64, Unit), TwinError> {

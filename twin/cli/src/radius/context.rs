@@ -87,12 +87,6 @@ impl<'r> DisturbanceContext<'r> {
             .collect()
     }
 
-    /// Returns whether scenarios of this build have a key without a table.
-    pub(super) fn has_key(&self, name: &str) -> bool {
-        let root = language().into_iter().next();
-        root.is_some_and(|table| table.keys.iter().any(|key| key.name == name))
-    }
-
     /// Returns the value of a dotted key of the scenario.
     pub(super) fn value(&self, key: &str) -> Found {
         found(&self.document, key)
@@ -145,6 +139,12 @@ impl<'r> DisturbanceContext<'r> {
         });
         names
     }
+}
+
+/// Returns whether scenarios of this build have a key without a table.
+pub(super) fn has_key(name: &str) -> bool {
+    let root = language().into_iter().next();
+    root.is_some_and(|table| table.keys.iter().any(|key| key.name == name))
 }
 
 /// Collects the dotted keys of options, also of groups.

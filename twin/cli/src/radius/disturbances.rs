@@ -5,7 +5,7 @@ use twinrig_kernel::Unit;
 use twinrig_runtime::Timing;
 use twinrig_scenario::Accepts;
 
-use super::context::{DisturbanceContext, Found};
+use super::context::{DisturbanceContext, Found, has_key};
 
 /// Control periods to which times are disturbed.
 const PERIODS: f64 = 5.0;
@@ -18,12 +18,15 @@ const PUSH: f64 = 1.0;
 /// Greatest angle of a noise \[rad\].
 const ANGLE: f64 = 0.5;
 
+/// Values and keys of an axis, or the reason for which there is none.
+type FoundAxis = Result<(AxisValues, Vec<KeyChange>), String>;
+
 /// A disturbance.
 pub(super) struct Disturbance {
     pub(super) name: &'static str,
     about: &'static str,
-    /// Returns values and keys in a scenario, or the reason for which there are none.
-    axis: fn(&DisturbanceContext<'_>) -> Result<(AxisValues, Vec<KeyChange>), String>,
+    /// Finds its axis in a scenario.
+    axis: fn(&DisturbanceContext<'_>) -> FoundAxis,
 }
 
 /// All disturbances, in the order of reports.
@@ -135,7 +138,7 @@ fn scaled(nominal: f64, times: f64) -> AxisValues {
     }
 }
 
-fn latency(context: &DisturbanceContext<'_>) -> Result<(AxisValues, Vec<KeyChange>), String> {
+fn latency(context: &DisturbanceContext<'_>) -> FoundAxis {
     let controller = context.scenario().controller.as_ref();
     let controller = controller.ok_or("there is no controller")?;
     let values = time(context, &controller.compute_time, "controller.compute_time")?;
@@ -145,7 +148,7 @@ fn latency(context: &DisturbanceContext<'_>) -> Result<(AxisValues, Vec<KeyChang
     ))
 }
 
-fn transfer(context: &DisturbanceContext<'_>) -> Result<(AxisValues, Vec<KeyChange>), String> {
+fn transfer(context: &DisturbanceContext<'_>) -> FoundAxis {
     let scenario = context.scenario();
     if scenario.controller.is_none() {
         return Err("there is no controller".to_owned());
@@ -174,10 +177,7 @@ fn time(
     })
 }
 
-fn jitter(
-    context: &DisturbanceContext<'_>,
-    name: &str,
-) -> Result<(AxisValues, Vec<KeyChange>), String> {
+fn jitter(context: &DisturbanceContext<'_>, name: &str) -> FoundAxis {
     let mut keys = context.bus_keys(name, |accepts| matches!(accepts, Accepts::Time));
     if keys.is_empty() {
         return Err(format!("no bus has the key {name}"));
@@ -192,10 +192,7 @@ fn jitter(
     Ok((from_zero(limit, Unit::Second), keys.collect()))
 }
 
-fn clocks(
-    context: &DisturbanceContext<'_>,
-    limit: f64,
-) -> Result<(AxisValues, Vec<KeyChange>), String> {
+fn clocks(context: &DisturbanceContext<'_>, limit: f64) -> FoundAxis {
     let is_ratio = |accepts: &Accepts| match accepts {
         Accepts::Each(each) => matches!(
             **each,
@@ -233,10 +230,7 @@ fn clocks(
     Ok((from_zero(limit, Unit::One), keys))
 }
 
-fn friction(
-    context: &DisturbanceContext<'_>,
-    times: f64,
-) -> Result<(AxisValues, Vec<KeyChange>), String> {
+fn friction(context: &DisturbanceContext<'_>, times: f64) -> FoundAxis {
     let robot = context.legged()?;
     let ground = context.scenario().plant.ground.as_ref();
     let ground = ground.ok_or("there is no ground")?;
@@ -248,10 +242,7 @@ fn friction(
     Ok((scaled(nominal, times), keys))
 }
 
-fn stiffness(
-    context: &DisturbanceContext<'_>,
-    times: f64,
-) -> Result<(AxisValues, Vec<KeyChange>), String> {
+fn stiffness(context: &DisturbanceContext<'_>, times: f64) -> FoundAxis {
     context.legged()?;
     let mut keys = Vec::new();
     for leg in context.robot_keys("leg") {
@@ -271,14 +262,14 @@ fn stiffness(
     Ok((scaled(1.0, times), keys))
 }
 
-fn payload(context: &DisturbanceContext<'_>) -> Result<(AxisValues, Vec<KeyChange>), String> {
+fn payload(context: &DisturbanceContext<'_>) -> FoundAxis {
     let mass = context.legged()?.mass();
     let element = "{ mass = {}, at = [\"0 m\", \"0 m\", \"0 m\"] }";
     let keys = appended(context, "payload", vec![element.to_owned()])?;
     Ok((from_zero(mass, Unit::Kilogram), keys))
 }
 
-fn push(context: &DisturbanceContext<'_>) -> Result<(AxisValues, Vec<KeyChange>), String> {
+fn push(context: &DisturbanceContext<'_>) -> FoundAxis {
     let mass = context.legged()?.mass();
     let at = context.scenario().duration / 2;
     let element = format!(
@@ -289,7 +280,7 @@ fn push(context: &DisturbanceContext<'_>) -> Result<(AxisValues, Vec<KeyChange>)
     Ok((from_zero(mass * PUSH, Unit::NewtonSecond), keys))
 }
 
-fn sensor_noise(context: &DisturbanceContext<'_>) -> Result<(AxisValues, Vec<KeyChange>), String> {
+fn sensor_noise(context: &DisturbanceContext<'_>) -> FoundAxis {
     let inputs = context.inputs();
     let first = inputs.first().ok_or("the controller has no input")?;
     if inputs.iter().any(|input| input.unit != first.unit) {
@@ -314,19 +305,15 @@ fn appended(
     list: &str,
     elements: Vec<String>,
 ) -> Result<Vec<KeyChange>, String> {
-    if !context.has_key(list) {
+    if !has_key(list) {
         return Err(format!("this build has no [[{list}]]"));
     }
-    Ok(match context.value(list) {
-        Found::List(count) => {
-            let elements = elements.into_iter().enumerate();
-            let element =
-                |(index, text)| change(format!("{list}.{}", count + index), KeyRule::Within(text));
-            elements.map(element).collect()
-        }
-        _ => {
-            let whole = format!("[{}]", elements.join(", "));
-            vec![change(list, KeyRule::Within(whole))]
-        }
-    })
+    let Found::List(count) = context.value(list) else {
+        let whole = format!("[{}]", elements.join(", "));
+        return Ok(vec![change(list, KeyRule::Within(whole))]);
+    };
+    let elements = elements.into_iter().enumerate();
+    let element =
+        |(index, text)| change(format!("{list}.{}", count + index), KeyRule::Within(text));
+    Ok(elements.map(element).collect())
 }
