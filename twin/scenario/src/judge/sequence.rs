@@ -261,6 +261,7 @@ impl SequenceMeter {
                 format!("not preceded within {}", milliseconds(within))
             }
             (Relation::Before(None), Verdict::Fail, _) => "not preceded".to_owned(),
+            (_, _, Some((SimDuration::ZERO, _))) => "both at the same time".to_owned(),
             (Relation::Then(_), _, Some((longest, at))) => {
                 format!("slowest response: {} from {at}", milliseconds(longest))
             }
