@@ -24,7 +24,11 @@ pub(super) fn warn(subject: &Item<'_>, expectation: &Expectation, run: SimDurati
         && let Some(within) = subject.peek("within")
     {
         let message = format!("`within` reaches beyond the end: {ends}");
-        within.warn(code::WITHIN, message, "it counts from `after` on");
+        let help = match expectation.claim {
+            Claim::Sequence(_) => "no time window of this length is observed completely",
+            _ => "it counts from `after` on",
+        };
+        within.warn(code::WITHIN, message, help);
     }
 }
 
