@@ -8,6 +8,7 @@ use crate::expect::{SignalClaim, SignalMode};
 use crate::gait::{GaitClaim, GaitMeasure};
 use crate::glob::{is_pattern, matches};
 use crate::scene::Facts;
+use crate::sequence::{Condition, SequenceClaim};
 
 /// Returns all signals of a scene.
 pub(crate) fn signals(facts: &Facts) -> impl Iterator<Item = &Port> {
@@ -23,18 +24,62 @@ pub(crate) fn check_signal(
     facts: &Facts,
     problems: &mut Vec<Problem>,
 ) -> Vec<String> {
-    let mut operands = vec![(&claim.name, claim.unit, claim.component)];
+    let checks = Checks { optional, facts };
+    let mut names = checks.matching(&claim.name, claim.unit, claim.component, problems);
     if let SignalMode::Until(_, until) = &claim.mode {
-        operands.push((&until.name, until.unit, Some(until.component)));
+        names.extend(checks.condition(until, problems));
     }
-    let mut required_signals = Vec::new();
-    for (name, unit, component) in operands {
-        let found: Vec<&Port> = signals(facts)
+    names
+}
+
+/// Returns the signals of the conditions of a sequence, after the checks of [`check_signal`].
+pub(crate) fn check_sequence(
+    claim: &SequenceClaim,
+    optional: bool,
+    facts: &Facts,
+    problems: &mut Vec<Problem>,
+) -> Vec<String> {
+    let checks = Checks { optional, facts };
+    let conditions = [&claim.whenever, &claim.other];
+    let names = conditions.map(|condition| checks.condition(condition, problems));
+    names.concat()
+}
+
+/// Checks of the signals of one claim.
+struct Checks<'f> {
+    /// Whether a signal may be absent.
+    optional: bool,
+    facts: &'f Facts,
+}
+
+impl Checks<'_> {
+    /// Returns the signal of a condition.
+    fn condition(&self, condition: &Condition, problems: &mut Vec<Problem>) -> Vec<String> {
+        let name = &condition.name;
+        if is_pattern(&name.value) {
+            let message = format!("`{}` is a pattern", name.value);
+            let help = "a condition is of one signal";
+            problems.push(Problem::at(&name.place, message, help));
+            return Vec::new();
+        }
+        self.matching(name, condition.unit, Some(condition.component), problems)
+    }
+
+    /// Returns the signals that match a name.
+    fn matching(
+        &self,
+        name: &Placed<String>,
+        unit: Unit,
+        component: Option<usize>,
+        problems: &mut Vec<Problem>,
+    ) -> Vec<String> {
+        let found: Vec<&Port> = signals(self.facts)
             .filter(|port| matches(&name.value, &port.name))
             .collect();
-        if found.is_empty() && !optional {
-            problems.push(unknown_signal(name, facts));
+        if found.is_empty() && !self.optional {
+            problems.push(unknown_signal(name, self.facts));
         }
+        let mut names = Vec::new();
         for port in found {
             if port.unit != unit {
                 problems.push(wrong_unit(name, port, unit));
@@ -45,10 +90,10 @@ pub(crate) fn check_signal(
                 problems.push(Problem::at(&name.place, message, "elements count from 0"));
                 break;
             }
-            required_signals.push(port.name.clone());
+            names.push(port.name.clone());
         }
+        names
     }
-    required_signals
 }
 
 /// Returns the signals of a comparison. Checks that they exist, unless the claim is optional, that

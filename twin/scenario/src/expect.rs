@@ -9,6 +9,8 @@ use crate::gait::GaitClaim;
 use crate::language::Words;
 use crate::limits::{Domain, Limits};
 use crate::pattern::Pattern;
+use crate::recovery::{Recovery, TrunkQuantity};
+use crate::sequence::{Condition, SequenceClaim};
 
 /// One `[[expect]]`.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +44,8 @@ pub enum Claim {
     Signal(SignalClaim),
     /// About a signal compared with another.
     Compare(CompareClaim),
+    /// About the sequence of two conditions.
+    Sequence(SequenceClaim),
     /// Residual of the energy balance: |residual| over the exchanged energy, at the end of the
     /// run.
     EnergyResidual(Limits),
@@ -51,13 +55,15 @@ pub enum Claim {
 
 impl Claim {
     /// Returns whether the claim applies to an upright robot only: after a fall, footsteps, speed
-    /// and heading are those of the fall.
+    /// and heading are those of the fall, and there is no recovery from it.
     pub(crate) fn requires_upright_robot(&self) -> bool {
         matches!(
             self,
             Claim::Footstep(_)
                 | Claim::Gait(_)
-                | Claim::Body(BodyClaim::Speed(..) | BodyClaim::YawDrift(_))
+                | Claim::Body(
+                    BodyClaim::Speed(..) | BodyClaim::YawDrift(_) | BodyClaim::Recovers(..)
+                )
         )
     }
 }
@@ -193,6 +199,8 @@ pub enum BodyClaim {
         /// Time since the start of the run.
         by: SimTime,
     },
+    /// Recovery from a disturbance: quantities with their tolerances.
+    Recovers(Recovery, Vec<(TrunkQuantity, f64)>),
 }
 
 /// Definition of a travelled distance.
@@ -259,8 +267,8 @@ pub enum SignalMode {
     /// Within limits in at least one observation, optionally within a time from the start of the
     /// window.
     Eventually(Limits, Option<SimDuration>),
-    /// Within limits until another signal first is within limits of its own, which must occur.
-    Until(Limits, Until),
+    /// Within limits until a condition on another signal first holds, which must occur.
+    Until(Limits, Condition),
     /// Settling: from `by` to the end of the window it stays within `within` of its last value.
     Settles {
         /// Tolerance, in the unit of the signal.
@@ -268,19 +276,8 @@ pub enum SignalMode {
         /// Time since the start of the run.
         by: SimTime,
     },
-}
-
-/// Event that ends the interval in which a signal must be within limits.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Until {
-    /// Name of the other signal.
-    pub name: Placed<String>,
-    /// Element of the other signal.
-    pub component: usize,
-    /// Unit of its limits.
-    pub unit: Unit,
-    /// The event occurs when the other signal is within these limits.
-    pub limits: Limits,
+    /// Recovery from a disturbance, with a tolerance in the unit of the signal.
+    Recovers(Recovery, f64),
 }
 
 /// Measure of the computational work of a run.
@@ -305,7 +302,11 @@ impl Expectation {
             Claim::Footstep(_) | Claim::Gait(_) | Claim::EnergyResidual(_) | Claim::Cost(..) => {
                 None
             }
-            Claim::Body(_) | Claim::Timing(_) | Claim::Signal(_) | Claim::Compare(_) => self.before,
+            Claim::Body(_)
+            | Claim::Timing(_)
+            | Claim::Signal(_)
+            | Claim::Compare(_)
+            | Claim::Sequence(_) => self.before,
         }
     }
 
@@ -319,6 +320,7 @@ impl Expectation {
             | Claim::Timing(_)
             | Claim::Signal(_)
             | Claim::Compare(_)
+            | Claim::Sequence(_)
             | Claim::EnergyResidual(_)
             | Claim::Cost(..) => false,
         }

@@ -80,17 +80,19 @@ mod limits;
 mod options;
 mod pattern;
 mod read;
+mod recovery;
 mod reference;
 mod scenario;
 mod scene;
 mod schema;
+mod sequence;
 
 pub use actuator::{ActuatorKind, ActuatorSpec, ServoOverride, SetPointKind};
 pub use catalogue::{Catalogue, Kind, VariableSpec};
 pub use compare::{CompareClaim, CompareMeasure, Operand};
 pub use expect::{
     Along, Axis, BodyClaim, Claim, CostMeasure, Expectation, FootstepClaim, FootstepMeasure,
-    LegChoice, SignalClaim, SignalMode, TimingClaim, TimingMeasure, Until,
+    LegChoice, SignalClaim, SignalMode, TimingClaim, TimingMeasure,
 };
 pub use gait::{Fitness, FitnessScales, FitnessTerms, GaitClaim, GaitMeasure};
 pub use glob::matches;
@@ -99,6 +101,7 @@ pub use judge::{Footstep, Judge, Layouts, Outcome, Reference, RunEnd, Verdict};
 pub use limits::{Comparison, Limits};
 pub use options::{Accepts, OptionSpec, OptionValue, Options};
 pub use pattern::Pattern;
+pub use recovery::{Recovery, TrunkQuantity};
 pub use reference::{KeyReference, TableReference, language};
 pub use scenario::{
     Base, BusSpec, ChangeSpec, ControllerSpec, FallSpec, FaultSpec, FootstepSpec, Ground, Heights,
@@ -107,3 +110,4 @@ pub use scenario::{
 };
 pub use scene::{Facts, LeftOut, LegFact, Scene};
 pub use schema::schema;
+pub use sequence::{Condition, Relation, SequenceClaim};

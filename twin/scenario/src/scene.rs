@@ -8,7 +8,9 @@ use twinrig_kernel::signal::{BODY_POSITION, BODY_RPY};
 use twinrig_kernel::{Direction, Port, signal};
 
 use crate::actuator::ActuatorKind;
-use crate::check_signals::{check_comparison, check_gait, check_signal, signals, unknown_signal};
+use crate::check_signals::{
+    check_comparison, check_gait, check_sequence, check_signal, signals, unknown_signal,
+};
 use crate::expect::{Claim, Expectation, FootstepMeasure, LegChoice, TimingClaim};
 use crate::glob::matches;
 use crate::ground_below::GroundBelow;
@@ -173,6 +175,10 @@ impl Scenario {
                 Claim::Compare(claim) => {
                     let optional = expectation.optional;
                     required_signals.extend(check_comparison(claim, optional, facts, problems));
+                }
+                Claim::Sequence(claim) => {
+                    let optional = expectation.optional;
+                    required_signals.extend(check_sequence(claim, optional, facts, problems));
                 }
                 Claim::Timing(claim) => problems.extend(self.unknown_bus(claim)),
                 Claim::EnergyResidual(_) | Claim::Cost(..) => {}

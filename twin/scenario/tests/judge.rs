@@ -196,6 +196,8 @@ fn non_finite_values_never_pass() {
         "signal = { name = 'body/position', always = { max = '9 m' } }",
         "signal = { name = 'body/rpy', always = { max = '9 rad' } }",
         "signal = { name = 'body/position', component = 'z', eventually = { max = '9 m' } }",
+        "body = { recovers = { after = '1 s', within = '2 s', height = '9 m' } }",
+        "response = { whenever = { name = 'body/position', max = '9 m' }, then = { name = 'body/position', component = 'z', max = '9 m' }, within = '1 s' }",
         "footstep = { slip = { max = '9 m' } }",
         "footstep = { count = { max = 999 } }",
     ];

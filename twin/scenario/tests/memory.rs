@@ -9,7 +9,7 @@ use twinrig_runtime::{Group, Observer, RunEvent};
 use twinrig_scenario::{Judge, Layouts, LegFact, RunEnd, Scene};
 
 /// One expectation of each kind.
-const EXPECTATIONS: [&str; 28] = [
+const EXPECTATIONS: [&str; 33] = [
     "footstep = { slip = { max = '1 mm' } }",
     "footstep = { stance = { max = '1 s' } }",
     "footstep = { swing = { max = '1 s' } }",
@@ -36,6 +36,11 @@ const EXPECTATIONS: [&str; 28] = [
     "compare = { signal = 'leg/LF/foot/load', with = 'leg/RF/foot/load', correlation = { max = 0.5 } }",
     "compare = { signal = 'leg/LF/foot/load', with = 'leg/RF/foot/load', gain = { max = 1 } }",
     "compare = { signal = 'leg/LF/foot/load', with = 'leg/RF/foot/load', peaks = { max = 1 } }",
+    "response = { whenever = { name = 'leg/LF/foot/load', min = '5 N' }, then = { name = 'leg/RF/foot/load', max = '1 N' }, within = '1 s' }",
+    "precedence = { whenever = { name = 'leg/LF/foot/load', min = '5 N' }, before = { name = 'leg/RF/foot/load', max = '1 N' }, within = '1 s' }",
+    "precedence = { whenever = { name = 'leg/LF/foot/load', min = '5 N' }, before = { name = 'leg/RF/foot/load', max = '1 N' } }",
+    "body = { recovers = { after = '500 s', within = '2 s', roll = '2 deg', yaw = '2 deg', speed = '1 m/s' } }",
+    "signal = { name = 'leg/LF/foot/load', always = { max = '9 N' }, until = { name = 'leg/RF/foot/load', min = '99 N' } }",
     "timing = { of = 'control', jitter = { max = '1 ms' } }",
     "timing = { of = 'control', cycle_rate = { min = '10 Hz' } }",
 ];

@@ -59,6 +59,14 @@ fn times_beyond_the_end_are_reported() {
             Some(("within-beyond-end", 13)),
         ),
         (
+            "[[expect]]\nresponse = { whenever = { name = 'x', min = 1 }, then = { name = 'x', max = 0 }, within = '6 s' }\nafter = '5 s'",
+            Some(("within-beyond-end", 13)),
+        ),
+        (
+            "[[expect]]\nprecedence = { whenever = { name = 'x', min = 1 }, before = { name = 'x', max = 0 } }\nafter = '5 s'",
+            None,
+        ),
+        (
             "[[expect]]\nsignal = { name = 'x', eventually = { min = 1 }, within = '5 s' }\nafter = '5 s'",
             None,
         ),

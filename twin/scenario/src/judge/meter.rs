@@ -4,8 +4,10 @@
 use twinrig_kernel::SimTime;
 
 use super::outcome::Finding;
+use super::recovery::RecoveryMeter;
 use super::tracker::{Extremes, Settling};
 use super::trunk::{Speed, Upright, Yaw};
+use super::until::Until;
 use crate::limits::{Comparison, Limits};
 
 /// Statistics of the samples of one channel.
@@ -30,15 +32,8 @@ pub(crate) enum Meter {
         elements: Vec<Nearest>,
         limits: Limits,
     },
-    /// Elements are within limits until another element is first within limits of its own.
-    Until {
-        elements: Vec<usize>,
-        limits: Limits,
-        extremes: Extremes,
-        other: usize,
-        other_limits: Limits,
-        event_at: Option<SimTime>,
-    },
+    /// Elements are within limits until a condition first holds.
+    Until(Until),
     /// Elements stay near their last values.
     Settles {
         elements: Vec<usize>,
@@ -50,6 +45,8 @@ pub(crate) enum Meter {
     Yaw(Yaw),
     /// Absence of a fall, and whether a fall ends the run.
     Upright(Upright, bool),
+    /// Recovery from a disturbance.
+    Recovers(RecoveryMeter),
 }
 
 /// Sample of an element with the greatest margin.
@@ -97,30 +94,14 @@ impl Meter {
                     nearest.add(now, values[nearest.element], limits);
                 }
             }
-            Meter::Until {
-                elements,
-                limits,
-                extremes,
-                other,
-                other_limits,
-                event_at,
-            } => {
-                if event_at.is_none() && other_limits.hold(values[*other]) {
-                    *event_at = Some(now);
-                }
-                if event_at.is_some() {
-                    return false;
-                }
-                for &element in elements.iter() {
-                    extremes.add_within(now, values[element], limits);
-                }
-            }
+            Meter::Until(until) => return until.sample(now, values),
             Meter::Settles { elements, settling } => {
                 return settling.add(now, elements.iter().map(|&element| values[element]));
             }
             Meter::Speed(speed) => speed.sample(now, values),
             Meter::Yaw(yaw) => yaw.sample(now, values),
             Meter::Upright(upright, _) => upright.sample(now, values),
+            Meter::Recovers(recovery) => return recovery.sample(now, values),
         }
         true
     }
@@ -130,6 +111,13 @@ impl Meter {
     pub fn outside(&mut self, values: &[f64]) {
         if let Meter::Upright(upright, _) = self {
             upright.record_standing_height(values);
+        }
+    }
+
+    /// Handles a fall in the meter's window.
+    pub fn fall(&mut self, now: SimTime) {
+        if let Meter::Recovers(recovery) = self {
+            recovery.fall(now);
         }
     }
 
@@ -149,16 +137,12 @@ impl Meter {
                 limits, extremes, ..
             } => range_finding(extremes, limits),
             Meter::Eventually { elements, .. } => eventually_finding(elements),
-            Meter::Until {
-                limits,
-                extremes,
-                event_at,
-                ..
-            } => until_finding(limits, extremes, *event_at),
+            Meter::Until(until) => until.finding(),
             Meter::Settles { settling, .. } => settling.finding(),
             Meter::Speed(speed) => speed.finding(),
             Meter::Yaw(yaw) => yaw.finding(),
             Meter::Upright(upright, _) => upright.finding(),
+            Meter::Recovers(recovery) => recovery.finding(),
         }
     }
 }
@@ -212,19 +196,4 @@ fn eventually_finding(elements: &[Nearest]) -> Finding {
         Some(worst) => Finding::of(worst, None, "closest approach"),
         None => Finding::unobserved("no signal"),
     }
-}
-
-fn until_finding(limits: &Limits, extremes: &Extremes, event_at: Option<SimTime>) -> Finding {
-    if extremes.non_finite_at.is_some() {
-        return Finding::not_a_number(extremes.non_finite_at);
-    }
-    let Some(event_at) = event_at else {
-        let mut finding = extremes.finding(limits, "the `until` condition never held");
-        finding.verdict = super::Verdict::Fail;
-        return finding;
-    };
-    if extremes.is_empty() {
-        return Finding::unobserved("the `until` condition held from the start");
-    }
-    extremes.finding(limits, &format!("until {event_at}"))
 }

@@ -3,6 +3,7 @@
 mod at_end;
 mod channel;
 mod compare;
+mod condition;
 mod cycle;
 mod fall;
 mod footstep;
@@ -11,11 +12,15 @@ mod meter;
 mod monitor;
 mod observe;
 mod outcome;
+mod recovery;
 mod resolve;
+mod sequence;
+mod sliding_max;
 mod steps;
 mod touch_downs;
 mod tracker;
 mod trunk;
+mod until;
 
 use twinrig_kernel::SimTime;
 use twinrig_runtime::{EnergyBalance, Group, WorkCounts};
@@ -71,8 +76,8 @@ pub struct Judge {
     step_monitors: Vec<usize>,
     cycle_monitors: Vec<usize>,
     signal_monitors: [Vec<usize>; 4],
-    /// Indices of the monitors of comparisons that read each group.
-    comparison_monitors: [Vec<usize>; 4],
+    /// Indices of the monitors of two signals that read each group.
+    pair_monitors: [Vec<usize>; 4],
     gait_monitors: Vec<usize>,
     /// Group of the feet, and its samples in each window of the monitors of footsteps.
     foot_channel: Group,
@@ -124,11 +129,9 @@ impl Judge {
         let signal_monitors = layouts.groups().map(|(group, _)| {
             indices(&|monitor| monitor.channel == group && is_of_signal(monitor))
         });
-        let comparison_monitors = layouts.groups().map(|(group, _)| {
-            indices(&|monitor| {
-                matches!(&monitor.meter, MonitorKind::Comparison(meter) if meter.reads(group))
-            })
-        });
+        let pair_monitors = layouts
+            .groups()
+            .map(|(group, _)| indices(&|monitor| monitor.reads_pair(group)));
         let fall = FallDetector::new(scene, &layouts);
         let gait_monitors = indices(&|monitor| matches!(monitor.meter, MonitorKind::Gait(_)));
         let reads_of_gaits = |group| {
@@ -148,14 +151,14 @@ impl Judge {
                     || feet.iter().any(|foot| foot.channel == group)
                     || group == foot_channel && !step_monitors.is_empty()
                     || !signal_monitors[group as usize].is_empty()
-                    || !comparison_monitors[group as usize].is_empty()
+                    || !pair_monitors[group as usize].is_empty()
                     || reads_of_gaits(group)
             }),
             gait_monitors,
             first_leg: FirstLeg::default(),
             step_monitors,
             signal_monitors,
-            comparison_monitors,
+            pair_monitors,
             foot_channel,
             foot_samples: sample_counts(&monitors),
             monitors,
@@ -218,6 +221,11 @@ impl Judge {
     /// Returns the outcomes, one for each expectation, in their order.
     pub fn finish(&mut self, run: &RunEnd) -> Vec<Outcome> {
         self.close_footsteps();
+        for monitor in &mut self.monitors {
+            if let MonitorKind::Sequence(meter) = &mut monitor.meter {
+                monitor.samples = meter.finish();
+            }
+        }
         let outcomes = self.expectations.iter().zip(&self.monitors);
         outcomes
             .map(|(expectation, monitor)| {
@@ -270,6 +278,7 @@ impl Judge {
             (MonitorKind::Absent(reason), _) => Finding::unobserved(reason.clone()),
             (MonitorKind::Signal(meter), _) => sample_finding(meter.finding(), monitor),
             (MonitorKind::Comparison(meter), _) => sample_finding(meter.finding(), monitor),
+            (MonitorKind::Sequence(meter), _) => sample_finding(meter.finding(), monitor),
             (MonitorKind::Cycle(_, meter), _) => meter.finding(monitor.window.before.min(run.at)),
             (MonitorKind::Footsteps(meter), _) => {
                 sample_finding(self.footstep_finding(meter, monitor), monitor)

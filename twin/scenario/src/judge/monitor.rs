@@ -7,6 +7,7 @@ use super::cycle::CycleMeter;
 use super::footstep::Footstep;
 use super::gait::GaitMeter;
 use super::meter::Meter;
+use super::sequence::SequenceMeter;
 use super::steps::StepMeter;
 use super::tracker::Window;
 
@@ -27,6 +28,7 @@ pub(super) struct Monitor {
 pub(super) enum MonitorKind {
     Signal(Meter),
     Comparison(CompareMeter),
+    Sequence(Box<SequenceMeter>),
     Cycle(Cycle, CycleMeter),
     Footsteps(StepMeter),
     Gait(Box<GaitMeter>),
@@ -46,6 +48,15 @@ pub(super) struct SampleCount {
 impl Monitor {
     pub fn is_of_footsteps(&self) -> bool {
         matches!(self.meter, MonitorKind::Footsteps(_))
+    }
+
+    /// Returns whether it is of two signals and evaluates samples of `group`.
+    pub fn reads_pair(&self, group: Group) -> bool {
+        match &self.meter {
+            MonitorKind::Comparison(meter) => meter.reads(group),
+            MonitorKind::Sequence(meter) => meter.reads(group),
+            _ => false,
+        }
     }
 
     /// Returns whether a fall is a part of the measured value.

@@ -96,10 +96,14 @@ impl Judge {
             if !expectation.claim.requires_upright_robot() || monitor.window.before < now {
                 continue;
             }
-            if let MonitorKind::Footsteps(meter) = &mut monitor.meter {
-                for touch_down in self.touch_downs.pending() {
-                    meter.touch_down(*touch_down);
+            match &mut monitor.meter {
+                MonitorKind::Footsteps(meter) => {
+                    for touch_down in self.touch_downs.pending() {
+                        meter.touch_down(*touch_down);
+                    }
                 }
+                MonitorKind::Signal(meter) => meter.fall(now),
+                _ => {}
             }
             let open = self
                 .feet
@@ -156,12 +160,14 @@ impl Observer for Judge {
             }
         }
         self.observe_gaits(now, channel, values);
-        for index in &self.comparison_monitors[channel as usize] {
+        for index in &self.pair_monitors[channel as usize] {
             let monitor = &mut self.monitors[*index];
-            if let MonitorKind::Comparison(meter) = &mut monitor.meter {
-                let in_window = monitor.window.contains(now);
-                monitor.samples += meter.sample(now, channel, values, in_window);
-            }
+            let in_window = monitor.window.contains(now);
+            monitor.samples += match &mut monitor.meter {
+                MonitorKind::Comparison(meter) => meter.sample(now, channel, values, in_window),
+                MonitorKind::Sequence(meter) => meter.sample(now, channel, values, in_window),
+                _ => 0,
+            };
         }
     }
 

@@ -2,22 +2,28 @@
 
 use std::ops::Range;
 
-use twinrig_kernel::{SimTime, Unit};
+use twinrig_kernel::{SimDuration, SimTime, Unit};
 
 use super::compare::{CompareMeter, Source};
+use super::condition::SampledCondition;
 use super::cycle::CycleMeter;
 use super::footstep::Thresholds;
 use super::gait::GaitMeter;
 use super::meter::{Meter, Nearest};
+use super::recovery::{QuantitySource, RecoveringQuantity, RecoveryMeter};
+use super::sequence::SequenceMeter;
 use super::steps::StepMeter;
 use super::tracker::{Extremes, Settling, Window};
 use super::trunk::{Speed, Upright, Yaw};
+use super::until::Until;
 use super::{Cycle, Group, Layouts, Monitor, MonitorKind};
 use crate::compare::{CompareClaim, Operand};
 use crate::expect::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode, TimingClaim};
 use crate::glob::matches;
 use crate::limits::Limits;
+use crate::scenario::Scenario;
 use crate::scene::Scene;
+use crate::sequence::{Relation, SequenceClaim};
 use twinrig_kernel::signal::{BODY_POSITION, BODY_RPY};
 
 /// Returns group and range of the signal `name`: that of the plant, or else that of the controller
@@ -41,16 +47,18 @@ pub(super) fn monitor(
         after: expectation.after,
         before: expectation.before.unwrap_or(SimTime::MAX),
     };
+    let end = window.before.min(scene.scenario.end());
     let resolved = match &expectation.claim {
-        Claim::Body(claim) => body(claim, layouts),
+        Claim::Body(claim) => body(claim, layouts, end),
         Claim::Signal(claim) => {
             if let SignalMode::Eventually(_, Some(within)) = claim.mode {
                 let until = window.after.checked_add(within).unwrap_or(SimTime::MAX);
                 window.before = window.before.min(until);
             }
-            signal(claim, layouts)
+            signal(claim, layouts, end)
         }
         Claim::Compare(claim) => compare(claim, scene, layouts),
+        Claim::Sequence(claim) => sequence(claim, scene, layouts),
         Claim::Timing(claim) => cycle(claim, scene, layouts),
         Claim::Footstep(claim) => {
             let meter = StepMeter::new(claim, window, &scene.legs);
@@ -106,10 +114,15 @@ pub(crate) fn unit(claim: &Claim) -> Unit {
             | BodyClaim::RollRange(_)
             | BodyClaim::PitchRange(_)
             | BodyClaim::YawDrift(_) => Unit::Radian,
+            BodyClaim::Recovers(..) => Unit::Second,
         },
         Claim::Timing(claim) => claim.measure.unit(),
-        Claim::Signal(claim) => claim.unit,
+        Claim::Signal(claim) => match claim.mode {
+            SignalMode::Recovers(..) => Unit::Second,
+            _ => claim.unit,
+        },
         Claim::Compare(claim) => claim.unit,
+        Claim::Sequence(claim) => claim.other.unit,
         Claim::EnergyResidual(_) | Claim::Cost(..) => Unit::One,
     }
 }
@@ -146,7 +159,11 @@ impl Trunk<'_> {
     }
 }
 
-fn body(claim: &BodyClaim, layouts: &Layouts<'_>) -> Result<(Group, MonitorKind), String> {
+fn body(
+    claim: &BodyClaim,
+    layouts: &Layouts<'_>,
+    end: SimTime,
+) -> Result<(Group, MonitorKind), String> {
     let trunk = Trunk(layouts);
     let always = |(channel, start): (Group, usize), element, absolute, limits: &Limits| {
         let meter = Meter::Always {
@@ -196,11 +213,24 @@ fn body(claim: &BodyClaim, layouts: &Layouts<'_>) -> Result<(Group, MonitorKind)
             };
             (channel, meter)
         }
+        BodyClaim::Recovers(recovery, tolerances) => {
+            let (channel, position, rpy) = trunk.pose()?;
+            let quantities = tolerances.iter().map(|(quantity, tolerance)| {
+                let source = QuantitySource::of_trunk(*quantity, position, rpy);
+                RecoveringQuantity::new(quantity.name(), source, *tolerance)
+            });
+            let meter = RecoveryMeter::new(*recovery, end, quantities.collect());
+            (channel, Meter::Recovers(meter))
+        }
     };
     Ok((channel, MonitorKind::Signal(meter)))
 }
 
-fn signal(claim: &SignalClaim, layouts: &Layouts<'_>) -> Result<(Group, MonitorKind), String> {
+fn signal(
+    claim: &SignalClaim,
+    layouts: &Layouts<'_>,
+    end: SimTime,
+) -> Result<(Group, MonitorKind), String> {
     let (channel, elements) = elements(&claim.name.value, claim.component, layouts)
         .ok_or_else(|| format!("there is no signal {}", claim.name.value))?;
     let meter = match &claim.mode {
@@ -219,21 +249,19 @@ fn signal(claim: &SignalClaim, layouts: &Layouts<'_>) -> Result<(Group, MonitorK
             elements,
         },
         SignalMode::Until(limits, until) => {
-            let (other_channel, other) = find(layouts, &until.name.value)
-                .filter(|(_, range)| until.component < range.len())
-                .ok_or_else(|| format!("there is no signal {}", until.name.value))?;
-            if other_channel != channel {
+            let condition = SampledCondition::find(until, layouts)?;
+            if condition.group != channel {
                 let (a, b) = (&claim.name.value, &until.name.value);
                 return Err(format!("{a} and {b} are not observed together"));
             }
-            Meter::Until {
-                elements,
-                limits: *limits,
-                extremes: Extremes::default(),
-                other: other.start + until.component,
-                other_limits: until.limits,
-                event_at: None,
-            }
+            let has_one_unit = until.unit == claim.unit;
+            Meter::Until(Until::new(elements, *limits, condition, has_one_unit))
+        }
+        SignalMode::Recovers(recovery, tolerance) => {
+            let quantity =
+                |element| RecoveringQuantity::new("", QuantitySource::Element(element), *tolerance);
+            let quantities = elements.into_iter().map(quantity).collect();
+            Meter::Recovers(RecoveryMeter::new(*recovery, end, quantities))
         }
     };
     Ok((channel, MonitorKind::Signal(meter)))
@@ -245,27 +273,57 @@ fn compare(
     scene: &Scene,
     layouts: &Layouts<'_>,
 ) -> Result<(Group, MonitorKind), String> {
-    let scenario = &scene.scenario;
     let source = |operand: &Operand| {
         let component = operand.component.unwrap_or(0);
         let found = find(layouts, &operand.name.value).filter(|(_, range)| component < range.len());
         let (group, range) =
             found.ok_or_else(|| format!("there is no signal {}", operand.name.value))?;
-        let control = scenario.controller.as_ref().map(|control| control.period);
-        let period = match group {
-            Group::Plant | Group::Diagnostics => None,
-            Group::ProcessInputs | Group::ProcessOutputs => control,
-        };
         Ok::<_, String>(Source {
             group,
             element: range.start + component,
-            period: period.unwrap_or(scenario.observe.period),
+            period: period(group, &scene.scenario),
         })
     };
     let (signal, with) = (source(&claim.signal)?, source(&claim.with)?);
     let meter = CompareMeter::new(claim.measure, claim.limits, signal, with);
     Ok((signal.group, MonitorKind::Comparison(meter)))
 }
+
+/// Returns the nominal period of the samples of a group.
+fn period(group: Group, scenario: &Scenario) -> SimDuration {
+    let control = scenario.controller.as_ref().map(|control| control.period);
+    let period = match group {
+        Group::Plant | Group::Diagnostics => None,
+        Group::ProcessInputs | Group::ProcessOutputs => control,
+    };
+    period.unwrap_or(scenario.observe.period)
+}
+
+/// Returns the monitor of a sequence of two conditions.
+fn sequence(
+    claim: &SequenceClaim,
+    scene: &Scene,
+    layouts: &Layouts<'_>,
+) -> Result<(Group, MonitorKind), String> {
+    let whenever = SampledCondition::find(&claim.whenever, layouts)?;
+    let other = SampledCondition::find(&claim.other, layouts)?;
+    let within = match claim.relation {
+        Relation::Then(within) | Relation::Before(Some(within)) => within,
+        Relation::Before(None) => SimDuration::ZERO,
+    };
+    let mut groups = vec![whenever.group, other.group];
+    groups.dedup();
+    let count = groups.into_iter().map(|group| {
+        let period = period(group, &scene.scenario).as_nanos().max(1);
+        within.as_nanos() / period + 2
+    });
+    let count = usize::try_from(count.sum::<u64>().min(RESERVED_MAX)).unwrap_or(0);
+    let meter = SequenceMeter::new(whenever, other, claim.relation, count);
+    Ok((other.group, MonitorKind::Sequence(Box::new(meter))))
+}
+
+/// Greatest number of samples for which memory is reserved in advance.
+const RESERVED_MAX: u64 = 65_536;
 
 /// Returns the elements selected by `name` (a name or a pattern) and `component`, in the first
 /// group that has any.

@@ -126,6 +126,19 @@ pub(crate) struct Yaw {
     extremes: Extremes,
 }
 
+/// Returns the turn between the headings of two observations \[rad\]: the shorter one is assumed.
+#[inline]
+pub(super) fn turn(from: f64, to: f64) -> f64 {
+    let turn = to - from;
+    if turn > PI {
+        turn - 2.0 * PI
+    } else if turn < -PI {
+        turn + 2.0 * PI
+    } else {
+        turn
+    }
+}
+
 impl Yaw {
     pub fn new(element: usize, limits: Limits) -> Self {
         Yaw {
@@ -140,14 +153,7 @@ impl Yaw {
     #[inline]
     pub fn sample(&mut self, now: SimTime, values: &[f64]) {
         let yaw = values[self.element];
-        // Between two observations the shorter turn is assumed.
-        let mut step = yaw - self.last.replace(yaw).unwrap_or(yaw);
-        if step > PI {
-            step -= 2.0 * PI;
-        } else if step < -PI {
-            step += 2.0 * PI;
-        }
-        self.turned += step;
+        self.turned += turn(self.last.replace(yaw).unwrap_or(yaw), yaw);
         self.extremes
             .add_within(now, self.turned.abs(), &self.limits);
     }

@@ -295,6 +295,7 @@ fn expectations(
         plants: plants.collect(),
         duration: run,
         first_change: changes.first().map(|change| change.at),
+        disturbances: Vec::new(),
     };
     let read = |item: &Item<'_>| item.each(|item| expect::expectation(item, &context));
     Ok(table

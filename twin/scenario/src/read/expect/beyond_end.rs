@@ -5,6 +5,7 @@ use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::expect::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode};
 use crate::read::{code, print_duration};
+use crate::sequence::{Relation, SequenceClaim};
 
 /// Warns about `within` and `by` of the claim in the table `subject`, in a run of duration `run`.
 pub(super) fn warn(subject: &Item<'_>, expectation: &Expectation, run: SimDuration) {
@@ -23,7 +24,11 @@ pub(super) fn warn(subject: &Item<'_>, expectation: &Expectation, run: SimDurati
         && let Some(within) = subject.peek("within")
     {
         let message = format!("`within` reaches beyond the end: {ends}");
-        within.warn(code::WITHIN, message, "it counts from `after` on");
+        let help = match expectation.claim {
+            Claim::Sequence(_) => "no time window of this length is observed completely",
+            _ => "it counts from `after` on",
+        };
+        within.warn(code::WITHIN, message, help);
     }
 }
 
@@ -44,6 +49,10 @@ fn within(claim: &Claim) -> Option<SimDuration> {
             mode: SignalMode::Eventually(_, within),
             ..
         }) => *within,
+        Claim::Sequence(SequenceClaim { relation, .. }) => match *relation {
+            Relation::Then(within) => Some(within),
+            Relation::Before(within) => within,
+        },
         _ => None,
     }
 }

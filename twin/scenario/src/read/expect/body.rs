@@ -3,7 +3,8 @@
 use twinrig_document::{Item, Reported};
 use twinrig_kernel::Unit;
 
-use super::{settles, settles_table};
+use super::recovery::{self, body_recovers_table};
+use super::{Context, settles, settles_table};
 use crate::expect::{Along, BodyClaim};
 use crate::language::{Key, Shape, TableSpec, Type, choice, contextual, table};
 use crate::limits::Domain;
@@ -44,17 +45,24 @@ table! {
             Ok(BodyClaim::Settles { within, by })
         }),
         "settling to the final position", r#"settles = { within = "2 mm", by = "4 s" }"#, one_of();
+    RECOVERS: () = "recovers", contextual(Shape::Table(body_recovers_table::TABLE)),
+        "recovery from a disturbance",
+        r#"recovers = { after = "3 s", within = "2 s", roll = "2 deg", height = "5 mm" }"#,
+        one_of();
 }
 
 /// Reads `body = { … }`.
-pub(super) fn claim(item: &Item<'_>) -> Result<BodyClaim, Reported> {
+pub(super) fn claim(item: &Item<'_>, context: &Context<'_>) -> Result<BodyClaim, Reported> {
     use body_table::{
-        ALONG, FALL, HEIGHT, HEIGHT_RANGE, PITCH, PITCH_RANGE, ROLL, ROLL_RANGE, SETTLES, SPEED,
-        YAW_DRIFT,
+        ALONG, FALL, HEIGHT, HEIGHT_RANGE, PITCH, PITCH_RANGE, RECOVERS, ROLL, ROLL_RANGE, SETTLES,
+        SPEED, YAW_DRIFT,
     };
     let table = &item.table()?;
     let table = body_table::TABLE.of(table);
     let measure = table.one_of(item, "no measure of the body is given")?;
+    if measure == RECOVERS.name {
+        return table.read_with(&RECOVERS, |item| recovery::of_body(item, context));
+    }
     if measure != SPEED.name {
         let keys = [
             HEIGHT,

@@ -3,8 +3,11 @@
 mod beyond_end;
 mod body;
 mod compare;
+mod condition;
 mod footstep;
 mod gait;
+mod recovery;
+mod sequence;
 mod signal;
 mod timing;
 
@@ -41,19 +44,12 @@ table! {
             gait::claim(item).map(Claim::Gait)
         }),
         "claim about the gait as a whole", "gait = { flight_share = { max = 0.1 } }", one_of();
-    BODY: Claim = "body",
-        Type::new(Shape::Table(body::body_table::TABLE), |item, _| {
-            body::claim(item).map(Claim::Body)
-        }),
-        "claim about the trunk", "body = { fall = false }", one_of();
+    BODY: () = "body", contextual(Shape::Table(body::body_table::TABLE)), "claim about the trunk", "body = { fall = false }", one_of();
     TIMING: Claim = "timing",
         Type::new(Shape::Table(timing::timing_table::TABLE), |item, _| timing::claim(item)),
         "claim about the cycle of the controller or of a bus",
         r#"timing = { of = "control", jitter = { max = "50 us" } }"#, one_of();
-    SIGNAL: Claim = "signal",
-        Type::new(Shape::Table(signal::signal_table::TABLE), |item, _| {
-            signal::claim(item).map(Claim::Signal)
-        }),
+    SIGNAL: () = "signal", contextual(Shape::Table(signal::signal_table::TABLE)),
         "claim about signals", r#"signal = { name = "sbcp/errors", always = { max = 0 } }"#,
         one_of();
     COMPARE: Claim = "compare",
@@ -62,6 +58,20 @@ table! {
         }),
         "claim about a signal compared with another",
         r#"compare = { signal = "leg/LF/hip/position", with = "leg/LF/hip/command", delay = { max = "20 ms" } }"#,
+        one_of();
+    RESPONSE: Claim = "response",
+        Type::new(Shape::Table(sequence::response_table::TABLE), |item, _| {
+            sequence::response(item).map(Claim::Sequence)
+        }),
+        "claim that one condition follows another",
+        r#"response = { whenever = { name = "body/rpy", component = "x", min = "5 deg" }, then = { name = "body/rpy", component = "x", max = "3 deg" }, within = "200 ms" }"#,
+        one_of();
+    PRECEDENCE: Claim = "precedence",
+        Type::new(Shape::Table(sequence::precedence_table::TABLE), |item, _| {
+            sequence::precedence(item).map(Claim::Sequence)
+        }),
+        "claim that one condition precedes another",
+        r#"precedence = { whenever = { name = "leg/LF/hip/rate", min = "5 rad/s" }, before = { name = "leg/LF/hip/command", min = "5 deg" } }"#,
         one_of();
     ENERGY: Claim = "energy", Type::new(Shape::Table(energy_table::TABLE), |item, _| energy(item)),
         "claim about the energy balance", "energy = { residual = { max = 1e-6 } }", one_of();
@@ -101,13 +111,31 @@ pub(super) struct Context<'c> {
     pub duration: SimDuration,
     /// Time of the first change.
     pub first_change: Option<SimTime>,
+    /// Named disturbances, from which the robot may recover.
+    pub disturbances: Vec<Disturbance<'c>>,
+}
+
+/// A named disturbance.
+pub(super) struct Disturbance<'c> {
+    pub name: &'c str,
+    pub start: SimTime,
+    pub end: SimTime,
+}
+
+impl Context<'_> {
+    /// Returns start and end of the disturbance with this name.
+    fn disturbance(&self, name: &str) -> Option<(SimTime, SimTime)> {
+        let mut known = self.disturbances.iter();
+        let found = known.find(|known| known.name == name)?;
+        Some((found.start, found.end))
+    }
 }
 
 /// Reads one `[[expect]]`.
 pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expectation, Reported> {
     use expect_table::{
-        AFTER, BEFORE, BODY, COMPARE, COST, ENERGY, FOOTSTEP, GAIT, NAME, OPTIONAL, PLANTS, SIGNAL,
-        TIMING,
+        AFTER, BEFORE, BODY, COMPARE, COST, ENERGY, FOOTSTEP, GAIT, NAME, OPTIONAL, PLANTS,
+        PRECEDENCE, RESPONSE, SIGNAL, TIMING,
     };
     let table = &item.table()?;
     let table = expect_table::TABLE.of(table);
@@ -123,10 +151,18 @@ pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expe
         Ok(plants)
     });
     let subject = table.one_of(item, "nothing is expected")?;
-    let claim = table.read_among(
-        &[FOOTSTEP, GAIT, BODY, TIMING, SIGNAL, COMPARE, ENERGY, COST],
-        subject,
-    );
+    let claim = if subject == BODY.name {
+        table.read_with(&BODY, |item| body::claim(item, context).map(Claim::Body))
+    } else if subject == SIGNAL.name {
+        table.read_with(&SIGNAL, |item| {
+            signal::claim(item, context).map(Claim::Signal)
+        })
+    } else {
+        let keys = [
+            FOOTSTEP, GAIT, TIMING, COMPARE, RESPONSE, PRECEDENCE, ENERGY, COST,
+        ];
+        table.read_among(&keys, subject)
+    };
     let (explicit_after, before, claim) = (after?, before?, claim?);
     let mut expectation = Expectation {
         name: String::new(),
@@ -152,6 +188,7 @@ pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expe
     }
     let measured = item.peek(subject);
     if let Some(measured) = &measured {
+        recovery::check(measured, &expectation, context)?;
         beyond_end::warn(measured, &expectation, context.duration);
     }
     expectation.name = name?.unwrap_or_else(|| {

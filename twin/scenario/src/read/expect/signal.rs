@@ -3,12 +3,15 @@
 use twinrig_document::{Item, Placed, Reported};
 use twinrig_kernel::SimDuration;
 
-use super::{settles, settles_table};
-use crate::expect::{SignalClaim, SignalMode, Until};
+use super::condition::CONDITION;
+use super::recovery::{self, signal_recovers_table};
+use super::{Context, settles, settles_table};
+use crate::expect::{SignalClaim, SignalMode};
 use crate::language::{Key, PLACED, POSITIVE_DURATION, Shape, TableSpec, Type, contextual, table};
 use crate::limits::Domain;
 use crate::options::Accepts;
-use crate::read::limits::{either_centre_or_ends, limits_table, read, read_keys, unit_of};
+use crate::read::limits::{limits_table, read, unit_of};
+use crate::sequence::Condition;
 
 pub(super) const COMPONENT: Type<usize> = Type::new(
     Shape::Either(&[
@@ -30,8 +33,7 @@ table! {
     WITHIN: SimDuration = "within", POSITIVE_DURATION, "time from the start of the window",
         r#"name = "leg/LF/hip/rate", eventually = { max = "-12 rad/s" }, within = "1 s""#,
         otherwise("the window"), needs("eventually");
-    UNTIL: Until = "until",
-        Type::new(Shape::TableIn(None, until_table::TABLE), |item, _| until(item)),
+    UNTIL: Condition = "until", CONDITION,
         "end of the condition, when another signal is first within its limits",
         r#"always = { max = 1 }, until = { name = "energy/kinetic", max = "1 mJ" }"#,
         needs("always");
@@ -41,34 +43,29 @@ table! {
         r#"eventually = { max = "-12 rad/s" }"#, one_of();
     SETTLES: () = "settles", contextual(Shape::TableIn(None, settles_table::TABLE)),
         "settling to the final value", r#"settles = { within = "1 deg", by = "5 s" }"#, one_of();
+    RECOVERS: () = "recovers", contextual(Shape::TableIn(None, signal_recovers_table::TABLE)),
+        "recovery from a disturbance",
+        r#"recovers = { after = "3 s", within = "2 s", tolerance = "2 deg" }"#, one_of();
 }
 
 pub(super) const LIMITS: Shape = Shape::TableIn(None, limits_table::TABLE);
 
-table! {
-    /// Keys of `until`, besides limits.
-    pub(super) until_table = TableSpec::new("until", "limits of another signal")
-        .with(limits_table::TABLE.keys)
-        .refined(either_centre_or_ends);
-    NAME: Placed<String> = "name", PLACED, "name", r#"name = "energy/kinetic", max = "1 mJ""#,
-        required();
-    COMPONENT: usize = "component", super::COMPONENT, "element of the signal, counted from 0",
-        r#"name = "body/rpy", component = 2, max = "3 deg""#, default("0");
-}
-
 /// Reads `signal = { … }`.
-pub(super) fn claim(item: &Item<'_>) -> Result<SignalClaim, Reported> {
-    use signal_table::{ALWAYS, COMPONENT, EVENTUALLY, NAME, SETTLES, UNTIL, WITHIN};
+pub(super) fn claim(item: &Item<'_>, context: &Context<'_>) -> Result<SignalClaim, Reported> {
+    use signal_table::{ALWAYS, COMPONENT, EVENTUALLY, NAME, RECOVERS, SETTLES, UNTIL, WITHIN};
     let table = &item.table()?;
     let table = signal_table::TABLE.of(table);
     let (name, component) = (table.read(&NAME), table.get(&COMPONENT));
     let (within, until) = (table.get(&WITHIN), table.get(&UNTIL));
     let mode = table.one_of(item, "no condition on the signal is given")?;
     let (within, until) = (within?, until?);
-    let key = [ALWAYS, EVENTUALLY, SETTLES]
+    let key = [ALWAYS, EVENTUALLY, SETTLES, RECOVERS]
         .into_iter()
         .find(|key| key.name == mode);
     let (unit, mode) = table.read_with(&key.unwrap_or(ALWAYS), |item| {
+        if mode == RECOVERS.name {
+            return recovery::of_signal(item, context);
+        }
         // The unit of the signal is only known to the scene, which compares the two.
         let unit = unit_of(item)?;
         if mode == SETTLES.name {
@@ -88,21 +85,6 @@ pub(super) fn claim(item: &Item<'_>) -> Result<SignalClaim, Reported> {
         component: component?,
         unit,
         mode,
-    })
-}
-
-fn until(item: &Item<'_>) -> Result<Until, Reported> {
-    use until_table::{COMPONENT, NAME};
-    let table = &item.table()?;
-    let table = until_table::TABLE.of(table);
-    let (name, component) = (table.read(&NAME), table.read(&COMPONENT));
-    let unit = unit_of(item)?;
-    let limits = read_keys(table, item, unit);
-    Ok(Until {
-        name: name?,
-        component: component?,
-        unit,
-        limits: limits?,
     })
 }
 
