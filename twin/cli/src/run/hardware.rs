@@ -117,6 +117,14 @@ fn prepare(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Prepa
         notes.extend(port.advice());
         parts.push((driver, Box::new(port)));
     }
+    // The readings of real sensors have their own errors.
+    let modelled: Vec<&str> = assembly.sensors().map(|(_, signal, _)| signal).collect();
+    if !modelled.is_empty() {
+        let signals = folded_list(assembly, &modelled);
+        notes.push(format!(
+            "[[sensor]] of {signals} is not applied: the robot has its own sensors"
+        ));
+    }
     let carried: Vec<Port> = parts
         .iter()
         .flat_map(|(driver, _)| driver.ports())
@@ -124,11 +132,7 @@ fn prepare(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Prepa
     let (process, removed) =
         OutputFilter::new(process, |port| carried.iter().any(|it| it.connects(port)));
     if !removed.is_empty() {
-        let legs = assembly.leg_names();
-        let mut removed: Vec<String> = removed.iter().map(|name| folded(name, &legs)).collect();
-        removed.sort();
-        removed.dedup();
-        let removed = removed.join(", ");
+        let removed = folded_list(assembly, &removed);
         notes.push(format!(
             "no bus carries {removed}: the commands are discarded"
         ));
@@ -141,6 +145,16 @@ fn prepare(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Prepa
     }
     notes.extend(rig.options.privileges.prepare());
     Ok(PreparedRig { rig, notes })
+}
+
+/// Returns a list of signals, with those merged that differ in the leg only.
+fn folded_list(assembly: &Assembly<'_>, signals: &[impl AsRef<str>]) -> String {
+    let legs = assembly.leg_names();
+    let signals = signals.iter();
+    let mut names: Vec<String> = signals.map(|name| folded(name.as_ref(), &legs)).collect();
+    names.sort();
+    names.dedup();
+    names.join(", ")
 }
 
 /// Opens the device of a bus.
