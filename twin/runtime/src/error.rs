@@ -2,7 +2,7 @@ use thiserror::Error;
 use twinrig_kernel::{LivelockError, SimTime, SnapshotError};
 
 use crate::{
-    PanicReport, PlantFault, SensorError, TaskError, TimingError, VariableError, WiringError,
+    PanicReport, PlantFault, SensorModelError, TaskError, TimingError, VariableError, WiringError,
 };
 
 /// Failure to build a rig or to continue a run.
@@ -28,7 +28,7 @@ pub enum RigError {
         /// The signal.
         signal: String,
         /// The cause.
-        source: SensorError,
+        source: SensorModelError,
     },
     /// The plant failed.
     #[error(transparent)]

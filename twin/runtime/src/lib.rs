@@ -118,7 +118,7 @@ pub use plant_state::PlantState;
 pub use process::Process;
 pub use rig::Rig;
 pub use schedule::{Change, Schedule};
-pub use sensor::{SensorError, SensorModel};
+pub use sensor::{SensorModel, SensorModelError};
 pub use task::{IoTask, Phase, PlantAccess, PlantSignals, Progress, TaskError};
 pub use timing::{TimeSource, Timing, TimingError};
 pub use traffic_log::TrafficLog;

@@ -7,8 +7,8 @@ use proptest::prelude::*;
 use toys::{Log, any_fixture};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
-    DirectIo, Group, Plant, PlantFault, Process, Rig, RigError, Schedule, SensorError, SensorModel,
-    Timing,
+    DirectIo, Group, Plant, PlantFault, Process, Rig, RigError, Schedule, SensorModel,
+    SensorModelError, Timing,
 };
 
 const SIGNALS: [&str; 2] = ["tank/level", "tank/pressure"];
@@ -189,7 +189,10 @@ fn unread_and_doubly_sensed_signals_are_refused() {
     };
     let near = vec![SIGNALS[0].to_owned()];
     let process = "reader".to_owned();
-    assert_eq!(refused("tank/levl"), SensorError::NotRead { process, near });
+    assert_eq!(
+        refused("tank/levl"),
+        SensorModelError::NotRead { process, near }
+    );
     let other = "gauge".to_owned();
-    assert_eq!(refused(SIGNALS[0]), SensorError::TwoSensors { other });
+    assert_eq!(refused(SIGNALS[0]), SensorModelError::TwoSensors { other });
 }

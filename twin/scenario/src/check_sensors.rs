@@ -18,21 +18,25 @@ impl Scenario {
         for (sensor, spec) in self.sensors.iter().enumerate() {
             let inputs = inputs(facts).filter(|port| matches(&spec.of.value, &port.name));
             let before = sensed.len();
+            let mut problem = None;
             for port in inputs {
                 let rotation = is_rotation(port, facts);
                 let unit = if rotation { Unit::Radian } else { port.unit };
                 let twice = sensed.iter().find(|one| one.signal == port.name);
-                let problem = twice
-                    .map(|one| second_sensor(spec, &port.name, &self.sensors[one.sensor]))
+                // The other signals of a pattern would have the same one.
+                problem = problem
+                    .or_else(|| {
+                        twice.map(|one| second_sensor(spec, port, &self.sensors[one.sensor]))
+                    })
                     .or_else(|| wrong_unit(spec, port, unit))
                     .or_else(|| rotation.then(|| of_rotation(spec, port)).flatten());
-                problems.extend(problem);
                 sensed.push(SensedSignal {
                     sensor,
                     signal: port.name.clone(),
                     unit,
                 });
             }
+            problems.extend(problem);
             if sensed.len() == before {
                 problems.push(unread(spec, facts));
             }
@@ -71,8 +75,9 @@ fn unread(spec: &SensorSpec, facts: &Facts) -> Problem {
     Problem::at(&spec.of.place, message, help)
 }
 
-fn second_sensor(spec: &SensorSpec, signal: &str, first: &SensorSpec) -> Problem {
-    let message = format!("`{signal}` has the sensor of `{}` already", first.of.value);
+fn second_sensor(spec: &SensorSpec, port: &Port, first: &SensorSpec) -> Problem {
+    let (signal, of) = (&port.name, &first.of.value);
+    let message = format!("`{signal}` has the sensor of `{of}` already");
     Problem::at(
         &spec.of.place,
         message,
@@ -82,16 +87,14 @@ fn second_sensor(spec: &SensorSpec, signal: &str, first: &SensorSpec) -> Problem
 
 fn wrong_unit(spec: &SensorSpec, port: &Port, unit: Unit) -> Option<Problem> {
     let given = spec.unit.as_ref().filter(|given| given.value != unit)?;
-    let of = if port.unit == unit {
-        "is"
+    let name = &port.name;
+    let signal = if port.unit == unit {
+        format!("`{name}` is in {unit}")
     } else {
-        "is a rotation, whose errors are"
+        format!("`{name}` is a rotation, with errors in {unit}")
     };
-    let message = format!(
-        "`{}` {of} in {unit}, the errors of its sensor are {}",
-        port.name,
-        quantity_name(given.value)
-    );
+    let values = quantity_name(given.value);
+    let message = format!("{signal}; the values of its sensor are {values}");
     let help = format!("give {}", quantity_name(unit));
     Some(Problem::at(&given.place, message, help))
 }

@@ -7,9 +7,7 @@ use twinrig_document::Document;
 use twinrig_kernel::{Port, SimDuration, SimTime, signal};
 use twinrig_legged::Constraints;
 use twinrig_robot::Robot;
-use twinrig_runtime::{
-    Change, Plant, Rig, RigError, Schedule, SensorModel, Timing, WiringError,
-};
+use twinrig_runtime::{Change, Plant, Rig, RigError, Schedule, Timing, WiringError};
 use twinrig_scenario::{ActuatorSpec, BusSpec, Facts, PlantSpec, Scenario, Scene, Setting};
 
 pub(crate) mod body;
@@ -17,6 +15,7 @@ pub(crate) mod builder;
 pub(crate) mod buses;
 mod instrumented;
 pub(crate) mod registry;
+mod sensed;
 pub(crate) mod sensors;
 pub(crate) mod sources;
 
@@ -386,10 +385,7 @@ impl<'r> Assembly<'r> {
         let tasks = self.builder().tasks(buses, &*process, ports)?;
         let rig = Rig::new(&self.schedule(), process, tasks, around(plant));
         let mut rig = rig.map_err(|error| self.rig_error(error))?;
-        for (name, signal, model) in self.sensors() {
-            rig.add_sensor(name, signal, model.clone(), self.scenario().seed)
-                .map_err(|error| self.rig_error(error))?;
-        }
+        self.add_sensors(&mut rig)?;
         for (at, variable, change) in self.changes() {
             rig.schedule(at, variable, change)
                 .map_err(|error| self.rig_error(error))?;
@@ -401,15 +397,6 @@ impl<'r> Assembly<'r> {
     pub(crate) fn changes(&self) -> impl Iterator<Item = (SimTime, &str, Change)> {
         let changes = self.scenario().changes.iter();
         changes.map(|change| (change.at, change.variable.as_str(), change.change))
-    }
-
-    /// Returns the sensors of the controller's inputs: their names, signals and parameters.
-    pub(crate) fn sensors(&self) -> impl Iterator<Item = (&str, &str, &SensorModel)> {
-        self.scene.sensed.iter().map(|sensed| {
-            let spec = &self.scenario().sensors[sensed.sensor];
-            let name = spec.name.as_deref().unwrap_or(&sensed.signal);
-            (name, sensed.signal.as_str(), &spec.model)
-        })
     }
 
     /// Returns the schedule of the rig.

@@ -117,14 +117,7 @@ fn prepare(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Prepa
         notes.extend(port.advice());
         parts.push((driver, Box::new(port)));
     }
-    // The readings of real sensors have their own errors.
-    let modelled: Vec<&str> = assembly.sensors().map(|(_, signal, _)| signal).collect();
-    if !modelled.is_empty() {
-        let signals = folded_list(assembly, &modelled);
-        notes.push(format!(
-            "[[sensor]] of {signals} is not applied: the robot has its own sensors"
-        ));
-    }
+    notes.extend(unapplied_sensors(assembly));
     let carried: Vec<Port> = parts
         .iter()
         .flat_map(|(driver, _)| driver.ports())
@@ -145,6 +138,15 @@ fn prepare(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Prepa
     }
     notes.extend(rig.options.privileges.prepare());
     Ok(PreparedRig { rig, notes })
+}
+
+/// Returns a note on the modelled sensors, in whose place the robot has real ones: their readings
+/// have errors of their own.
+fn unapplied_sensors(assembly: &Assembly<'_>) -> Option<String> {
+    let signals: Vec<&str> = assembly.sensors().map(|(_, signal, _)| signal).collect();
+    let list = folded_list(assembly, &signals);
+    (!signals.is_empty())
+        .then(|| format!("[[sensor]] of {list} is not applied: the robot has real sensors"))
 }
 
 /// Returns a list of signals, with those merged that differ in the leg only.
@@ -227,5 +229,24 @@ impl<W: Write> Observer for TimingObserver<W> {
     }
     fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
         self.observers.bytes(now, trace, bytes);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assembly::registry::Registry;
+
+    #[test]
+    fn modelled_sensors_are_noted() {
+        let registry = Registry::standard();
+        let note = |file: &str| {
+            let scenarios = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios");
+            let assembly = Assembly::of_file(&registry, &scenarios.join(file), &[]);
+            unapplied_sensors(&assembly.unwrap_or_else(|error| panic!("{error}")))
+        };
+        let noisy = note("tegotae-noisy.toml").unwrap();
+        assert!(noisy.contains("[[sensor]] of leg/*/foot/load"), "{noisy}");
+        assert_eq!(note("tegotae.toml"), None);
     }
 }

@@ -4,7 +4,7 @@ use twinrig_kernel::{SignalKind, SimTime, near_misses};
 
 use super::Rig;
 use crate::sensor::{ChainSite, SignalChain};
-use crate::{RigError, SensorError, SensorModel};
+use crate::{RigError, SensorModel, SensorModelError};
 
 impl Rig {
     /// Puts a sensor between the process and the task that carries its input `signal`: from now on
@@ -41,7 +41,7 @@ impl Rig {
         signal: &str,
         model: SensorModel,
         seed: u64,
-    ) -> Result<SignalChain, SensorError> {
+    ) -> Result<SignalChain, SensorModelError> {
         let inputs = &self.process.inputs;
         let source = inputs.field(signal).and_then(|field| {
             let (task, from) = self.process.source_of(&field.range())?;
@@ -50,14 +50,14 @@ impl Rig {
         let Some((field, task, from)) = source else {
             let known = inputs.fields().map(|field| field.port.name.as_str());
             let near = near_misses(signal, known);
-            return Err(SensorError::NotRead {
+            return Err(SensorModelError::NotRead {
                 process: self.process.process.name().to_owned(),
                 near: near.into_iter().map(String::from).collect(),
             });
         };
         let mut others = self.sensors.iter();
         if let Some(other) = others.find(|chain| chain.site.signal == signal) {
-            return Err(SensorError::TwoSensors {
+            return Err(SensorModelError::TwoSensors {
                 other: other.name.clone(),
             });
         }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime, Stream, stream};
 
 use super::rotation::{AXES, QUATERNION, turned};
-use super::{SensorError, SensorModel};
+use super::{SensorModel, SensorModelError};
 use crate::TimeSource;
 
 /// Greatest number of samples in transit for which memory is reserved; more allocate.
@@ -69,7 +69,7 @@ impl SignalChain {
         site: ChainSite,
         model: SensorModel,
         (seed, interval): (u64, SimDuration),
-    ) -> Result<Self, SensorError> {
+    ) -> Result<Self, SensorModelError> {
         model.check(site.is_rotation)?;
         let named = |purpose: &str| format!("sensor/{name}/{}/{purpose}", site.signal);
         let size = site.to.len();

@@ -4,7 +4,7 @@ use crate::TimingError;
 
 /// A sensor that cannot be added to a rig.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum SensorError {
+pub enum SensorModelError {
     /// The process does not read the signal.
     #[error("{process} does not read it{}", did_you_mean(near))]
     NotRead {

@@ -10,5 +10,5 @@ mod model;
 mod rotation;
 
 pub(crate) use chain::{ChainSite, ChainState, SignalChain};
-pub use error::SensorError;
+pub use error::SensorModelError;
 pub use model::SensorModel;

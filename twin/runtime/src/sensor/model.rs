@@ -2,7 +2,7 @@ use std::cmp::Ordering;
 
 use twinrig_kernel::SimDuration;
 
-use super::SensorError;
+use super::SensorModelError;
 use crate::Timing;
 
 /// Parameters of a sensor, in the unit of its signal; of a rotation in radians about each axis of
@@ -75,8 +75,8 @@ impl SensorModel {
     }
 
     /// Checks the parameters, of a signal that is a rotation or not.
-    pub(crate) fn check(&self, is_rotation: bool) -> Result<(), SensorError> {
-        let out = |key, range| Err(SensorError::OutOfRange { key, range });
+    pub(crate) fn check(&self, is_rotation: bool) -> Result<(), SensorModelError> {
+        let out = |key, range| Err(SensorModelError::OutOfRange { key, range });
         for (key, value) in [
             ("noise", self.noise),
             ("random_walk", self.random_walk),
@@ -99,9 +99,9 @@ impl SensorModel {
             Some((least, greatest)) if least.partial_cmp(&greatest) != Some(Ordering::Less) => {
                 out("range", "the least value before the greatest")
             }
-            Some(_) if is_rotation => Err(SensorError::OfRotation { key: "range" }),
+            Some(_) if is_rotation => Err(SensorModelError::OfRotation { key: "range" }),
             _ if is_rotation && self.resolution > 0.0 => {
-                Err(SensorError::OfRotation { key: "resolution" })
+                Err(SensorModelError::OfRotation { key: "resolution" })
             }
             _ => Ok(()),
         }

@@ -72,7 +72,10 @@ fn effects(model: &SensorModel, unit: Unit) -> Vec<String> {
         errors.push(format!("bias {}", quantity(model.bias)));
     }
     if model.random_walk > 0.0 {
-        errors.push(format!("random walk {} in 1 s", quantity(model.random_walk)));
+        errors.push(format!(
+            "random walk {} in 1 s",
+            quantity(model.random_walk)
+        ));
     }
     if model.noise > 0.0 {
         errors.push(format!("noise {}", quantity(model.noise)));

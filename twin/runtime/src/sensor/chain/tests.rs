@@ -286,7 +286,7 @@ fn impossible_parameters_are_refused() {
         ..plain.clone()
     };
     assert_eq!(limited.check(false), Ok(()));
-    let of_rotation = SensorError::OfRotation { key: "range" };
+    let of_rotation = SensorModelError::OfRotation { key: "range" };
     assert_eq!(refused(true, limited), of_rotation);
     for model in [
         SensorModel {
@@ -308,7 +308,7 @@ fn impossible_parameters_are_refused() {
     ] {
         assert!(matches!(
             refused(false, model),
-            SensorError::OutOfRange { .. }
+            SensorModelError::OutOfRange { .. }
         ));
     }
 }
