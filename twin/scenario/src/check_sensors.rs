@@ -52,11 +52,12 @@ fn inputs(facts: &Facts) -> impl Iterator<Item = &Port> {
 
 /// Returns whether the controller or the plant declares an input to be a rotation.
 fn is_rotation(input: &Port, facts: &Facts) -> bool {
+    const QUATERNION: usize = 4;
     let outputs = facts.plant_outputs.iter();
     let mut ports = outputs
         .filter(|port| port.name == input.name)
         .chain([input]);
-    ports.any(|port| port.kind == SignalKind::Rotation)
+    input.size == QUATERNION && ports.any(|port| port.kind == SignalKind::Rotation)
 }
 
 fn unread(spec: &SensorSpec, facts: &Facts) -> Problem {

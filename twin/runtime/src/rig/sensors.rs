@@ -3,7 +3,7 @@
 use twinrig_kernel::{SignalKind, SimTime, near_misses};
 
 use super::Rig;
-use crate::sensor::{ChainSite, SignalChain};
+use crate::sensor::{ChainSite, QUATERNION, SignalChain};
 use crate::{RigError, SensorModel, SensorModelError};
 
 impl Rig {
@@ -68,7 +68,8 @@ impl Rig {
             task,
             from,
             to: field.range(),
-            is_rotation: ports.any(|field| field.port.kind == SignalKind::Rotation),
+            is_rotation: field.port.size == QUATERNION
+                && ports.any(|field| field.port.kind == SignalKind::Rotation),
         };
         SignalChain::new(name, site, model, (seed, self.period))
     }

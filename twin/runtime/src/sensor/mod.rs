@@ -12,3 +12,4 @@ mod rotation;
 pub(crate) use chain::{ChainSite, ChainState, SignalChain};
 pub use error::SensorModelError;
 pub use model::SensorModel;
+pub(crate) use rotation::QUATERNION;

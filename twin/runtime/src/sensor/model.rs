@@ -10,7 +10,8 @@ use crate::Timing;
 ///
 /// A sample passes these effects in this order:
 ///
-/// 1. It is taken at the first transfer at or after each multiple of `period`.
+/// 1. It is taken at the first transfer at or after each multiple of `period`; without a period at
+///    each transfer, and whenever its task has newer results between transfers.
 /// 2. Each element is added `bias`, its random walk and white noise. A rotation is followed by
 ///    the small rotation whose vector they are, which keeps its norm.
 /// 3. It is limited to `range`.

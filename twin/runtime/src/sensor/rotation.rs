@@ -1,5 +1,5 @@
 /// Number of elements of a quaternion w, x, y, z.
-pub(super) const QUATERNION: usize = 4;
+pub(crate) const QUATERNION: usize = 4;
 
 /// Number of axes of a rotation.
 pub(super) const AXES: usize = 3;
