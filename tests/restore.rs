@@ -1,6 +1,6 @@
 //! A rig snapshot at any instant and restored continues bit for bit.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
 use twinrig::kernel::{SimDuration, SimTime};
@@ -43,6 +43,12 @@ fn check_continuation_of(assembly: &Assembly<'_>, at: SimTime) -> Result<(), Tes
     Ok(())
 }
 
+/// Returns the path of a scenario of the repository.
+fn scenario(file: &str) -> PathBuf {
+    let scenarios = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
+    scenarios.join(file)
+}
+
 /// Buses of the scenario, with clock errors and host jitter.
 const BUSES: &str = concat!(
     r#"[{ kind = "sbcp", error_threshold = -1, gains = { p = 1900, i = 0, d = 700 }, "#,
@@ -74,7 +80,7 @@ proptest! {
     #[test]
     fn restored_at_any_instant_with_buses(at in 0..700_000_000_u64) {
         let registry = Registry::standard();
-        let trot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/oncilla-trot.toml");
+        let trot = scenario("oncilla-trot.toml");
         let setting = |key: &str, value: &str| Setting {
             origin: "the test".to_owned(),
             key: key.to_owned(),
@@ -85,6 +91,15 @@ proptest! {
             setting("fault", "[{ at = \"300 ms\", on = \"wire/sbcp\", kind = \"flip\", rate = 1e-4 }]"),
         ];
         let assembly = Assembly::of_file(&registry, &trot, &settings).unwrap();
+        check_continuation_of(&assembly, SimTime::from_nanos(at))?;
+    }
+
+    /// Samples in transit, random walks and random streams included.
+    #[test]
+    fn restored_at_any_instant_with_sensors(at in 0..600_000_000_u64) {
+        let registry = Registry::standard();
+        let tegotae = scenario("tegotae-noisy.toml");
+        let assembly = Assembly::of_file(&registry, &tegotae, &[]).unwrap();
         check_continuation_of(&assembly, SimTime::from_nanos(at))?;
     }
 

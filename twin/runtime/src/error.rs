@@ -1,7 +1,9 @@
 use thiserror::Error;
 use twinrig_kernel::{LivelockError, SimTime, SnapshotError};
 
-use crate::{PanicReport, PlantFault, TaskError, TimingError, VariableError, WiringError};
+use crate::{
+    PanicReport, PlantFault, SensorModelError, TaskError, TimingError, VariableError, WiringError,
+};
 
 /// Failure to build a rig or to continue a run.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -17,6 +19,16 @@ pub enum RigError {
     BadPeriod {
         /// The period: `control`, `observation`.
         what: &'static str,
+    },
+    /// A sensor cannot be added.
+    #[error("the sensor `{name}` of `{signal}`: {source}")]
+    Sensor {
+        /// The sensor.
+        name: String,
+        /// The signal.
+        signal: String,
+        /// The cause.
+        source: SensorModelError,
     },
     /// The plant failed.
     #[error(transparent)]

@@ -1,4 +1,5 @@
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{
@@ -82,6 +83,20 @@ impl ProcessSlot {
         for link in &self.tasks[task].links.measurements {
             link.copy(results, &mut self.state.inputs);
         }
+    }
+
+    /// Returns the task that carries an input of the process, and its range in the results of that
+    /// task.
+    pub(crate) fn source_of(&self, input: &Range<usize>) -> Option<(usize, Range<usize>)> {
+        self.tasks
+            .iter()
+            .enumerate()
+            .find_map(|(task, connection)| {
+                let mut links = connection.links.measurements.iter();
+                let link = links.find(|link| link.to.contains(&input.start))?;
+                let start = link.from.start + (input.start - link.to.start);
+                Some((task, start..start + input.len()))
+            })
     }
 
     /// Returns the inputs of a task, copied from the outputs of the process.

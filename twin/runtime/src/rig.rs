@@ -3,6 +3,7 @@ use twinrig_kernel::{Layout, PartId, Port, SimDuration, SimTime};
 use crate::event_loop::{Event, EventLoop};
 use crate::interrupt;
 use crate::process_slot::ProcessSlot;
+use crate::sensor::SignalChain;
 use crate::{
     Change, ControlStep, Group, IoTask, Manager, Observer, Plant, Process, Progress, RigError,
     RunEvent, TimeSource,
@@ -10,6 +11,7 @@ use crate::{
 
 mod assembly;
 mod exchange;
+mod sensors;
 mod snapshot;
 
 /// A process, its tasks and a plant, wired by name and run in virtual time: the lockstep executor
@@ -37,6 +39,8 @@ pub struct Rig {
     events: EventLoop<Box<dyn IoTask>>,
     manager: Manager,
     compute: TimeSource,
+    /// Sensors, in the order in which they were added.
+    sensors: Vec<SignalChain>,
     period: SimDuration,
     process_end: PartId,
     control_step: PartId,
@@ -172,6 +176,7 @@ impl Rig {
         for (n, slot) in self.events.parts.iter().enumerate() {
             if self.manager.takes_part(n) {
                 self.process.accept_results(n, slot.part.to_process());
+                sensors::deliver(&mut self.sensors, n, now, &mut self.process.state.inputs);
             } else {
                 observer.event(now, RunEvent::TaskSkipped { task: n });
             }
@@ -234,12 +239,20 @@ impl Rig {
 
     /// Ends the transfer, or opening, of a task that is done.
     fn handle_progress<O: Observer>(&mut self, task: usize, progress: Progress, observer: &mut O) {
-        if progress == Progress::Done && self.manager.is_busy(task) {
-            self.manager.task_ended(task);
-            if !self.events.plant_host.is_held() {
-                observer.event(self.now(), RunEvent::TaskEnd { task });
-            }
+        if progress != Progress::Done {
+            return;
         }
+        let ended = self.manager.is_busy(task);
+        if ended {
+            self.manager.task_ended(task);
+        }
+        if self.events.plant_host.is_held() {
+            return;
+        }
+        if ended {
+            observer.event(self.now(), RunEvent::TaskEnd { task });
+        }
+        self.sense(task, ended);
     }
 
     /// Returns whether all devices are open, so that control steps have begun.

@@ -68,6 +68,7 @@
 
 mod actuator;
 mod catalogue;
+mod check_sensors;
 mod check_signals;
 mod compare;
 mod expect;
@@ -105,9 +106,9 @@ pub use recovery::{Recovery, TrunkQuantity};
 pub use reference::{KeyReference, TableReference, language};
 pub use scenario::{
     Base, BusSpec, ChangeSpec, ControllerSpec, FallSpec, FaultSpec, FootstepSpec, Ground, Heights,
-    IoSpec, LoadThreshold, ObserveSpec, PlantSpec, Profile, RecordSpec, Scenario, Setting,
-    StartPose,
+    IoSpec, LoadThreshold, ObserveSpec, PlantSpec, Profile, RecordSpec, Scenario, SensorSpec,
+    Setting, StartPose,
 };
-pub use scene::{Facts, LeftOut, LegFact, Scene};
+pub use scene::{Facts, LeftOut, LegFact, Scene, SensedSignal};
 pub use schema::schema;
 pub use sequence::{Condition, Relation, SequenceClaim};

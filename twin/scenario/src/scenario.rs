@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use twinrig_document::{Overrides, Place, Placed, Warning};
-use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_runtime::{Change, Coupling, FaultKind, Timing};
+use twinrig_kernel::{SimDuration, SimTime, Unit};
+use twinrig_runtime::{Change, Coupling, FaultKind, SensorModel, Timing};
 
 use crate::actuator::ActuatorSpec;
 use crate::expect::{BodyClaim, Claim, Expectation};
@@ -68,6 +68,8 @@ pub struct Scenario {
     pub buses: Vec<BusSpec>,
     /// Faults of the buses, in the order of the file.
     pub faults: Vec<FaultSpec>,
+    /// Sensors of the controller's inputs, in the order of the file.
+    pub sensors: Vec<SensorSpec>,
     /// Observation period and footstep thresholds.
     pub observe: ObserveSpec,
     /// The thresholds of a fall.
@@ -251,6 +253,19 @@ pub struct FaultSpec {
     pub on: Placed<String>,
     /// Fault.
     pub kind: FaultKind,
+}
+
+/// `[[sensor]]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorSpec {
+    /// Name; none for that of each signal.
+    pub name: Option<String>,
+    /// Signal, or pattern of signals, that the controller reads.
+    pub of: Placed<String>,
+    /// Parameters, in SI units.
+    pub model: SensorModel,
+    /// Unit in which they are given, with the position of the first of them; none if there is none.
+    pub unit: Option<Placed<Unit>>,
 }
 
 /// `[observe]`

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use serde::Serialize;
 use twinrig_document::{DocumentError, Placed, Problem, suggestion};
 use twinrig_kernel::signal::{BODY_POSITION, BODY_RPY};
-use twinrig_kernel::{Direction, Port, signal};
+use twinrig_kernel::{Direction, Port, Unit, signal};
 
 use crate::actuator::ActuatorKind;
 use crate::check_signals::{
@@ -60,12 +60,25 @@ pub struct Scene {
     pub weight: f64,
     /// Required plant outputs, in the plant's order: only these are computed.
     pub wanted: Vec<String>,
+    /// Inputs of the controller that have a sensor.
+    pub sensed: Vec<SensedSignal>,
     /// Recorded signals of plant and controller.
     pub recorded: Vec<String>,
     /// Omitted parts.
     pub left_out: Vec<LeftOut>,
     /// Ground for the detection of falls.
     pub ground: GroundBelow,
+}
+
+/// An input of the controller that has a sensor.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SensedSignal {
+    /// Index of the sensor in [`Scenario::sensors`].
+    pub sensor: usize,
+    /// Name of the input.
+    pub signal: String,
+    /// Unit of the sensor's errors: that of the signal, or radians for a rotation.
+    pub unit: Unit,
 }
 
 /// An omitted part.
@@ -110,6 +123,7 @@ impl Scenario {
     pub fn scene(&self, facts: &Facts) -> Result<Scene, DocumentError> {
         let mut problems = Vec::new();
         let required_signals = self.required_signals(facts, &mut problems);
+        let sensed = self.sensed_signals(facts, &mut problems);
         let recorded = self.recorded(facts, &mut problems);
         if !problems.is_empty() {
             return Err(DocumentError { problems });
@@ -136,6 +150,7 @@ impl Scenario {
             legs: facts.legs.clone(),
             weight: facts.weight,
             wanted: required,
+            sensed,
             recorded,
             left_out,
             ground: facts.ground.clone(),

@@ -76,6 +76,10 @@ fn times_beyond_the_end_are_reported() {
             Some(("lag-beyond-run", 13)),
         ),
         ("[actuator]\nlag = '10 s'", None),
+        (
+            "[[sensor]]\nof = 'x'\ndelay = { min = '0 s', max = '10 s' }",
+            Some(("delay-beyond-run", 14)),
+        ),
     ];
     for (more, expected) in cases {
         assert_eq!(warnings_of(more), Vec::from_iter(expected), "{more}");

@@ -15,6 +15,7 @@ pub(crate) mod builder;
 pub(crate) mod buses;
 mod instrumented;
 pub(crate) mod registry;
+mod sensed;
 pub(crate) mod sensors;
 pub(crate) mod sources;
 
@@ -384,6 +385,7 @@ impl<'r> Assembly<'r> {
         let tasks = self.builder().tasks(buses, &*process, ports)?;
         let rig = Rig::new(&self.schedule(), process, tasks, around(plant));
         let mut rig = rig.map_err(|error| self.rig_error(error))?;
+        self.add_sensors(&mut rig)?;
         for (at, variable, change) in self.changes() {
             rig.schedule(at, variable, change)
                 .map_err(|error| self.rig_error(error))?;

@@ -1,6 +1,7 @@
 //! Command `twin plan`: the scene of a scenario.
 
 mod actuator;
+mod sensor;
 
 use anstyle::Style;
 use serde::Serialize;
@@ -10,6 +11,7 @@ use twinrig_runtime::{Group, Rig};
 use twinrig_scenario::{LeftOut, Scenario};
 
 use self::actuator::Actuator;
+use self::sensor::{Sensor, sensed};
 use super::{FAILURE, SUCCESS, Terminal, settings};
 use crate::args::PlanArgs;
 use crate::assembly::Assembly;
@@ -39,6 +41,8 @@ struct Plan {
     actuator: Option<Actuator>,
     coupling: String,
     wires: Vec<Wire>,
+    /// Sensors between the wires and the controller.
+    sensors: Vec<Sensor>,
     /// Inputs of the plant that are not driven: they keep their initial values.
     free: Vec<Free>,
     signals: Vec<Signal>,
@@ -166,6 +170,7 @@ fn of(registry: &Registry, assembly: &Assembly<'_>) -> Result<Plan, TwinError> {
         actuator: Actuator::of(assembly),
         coupling: coupling::describe(scenario.plant.coupling),
         wires: wires(&rig),
+        sensors: Sensor::all(assembly),
         free: free(&rig, scenario),
         signals: signals.collect(),
         diagnostics: diagnostics.collect(),
@@ -274,6 +279,7 @@ fn text(plan: &Plan) -> String {
     let mut lines = vec![styled(BOLD, &plan.scenario)];
     lines.extend(facts.lines(2));
     section(&mut lines, "connections", &wired(plan));
+    section(&mut lines, "sensors", &sensed(&plan.sensors, &plan.legs));
     let title = "undriven inputs of the plant";
     section(&mut lines, title, &undriven(plan));
     section(&mut lines, "signals of the plant", &signals(plan));

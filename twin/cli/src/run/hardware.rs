@@ -117,6 +117,7 @@ fn prepare(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Prepa
         notes.extend(port.advice());
         parts.push((driver, Box::new(port)));
     }
+    notes.extend(unapplied_sensors(assembly));
     let carried: Vec<Port> = parts
         .iter()
         .flat_map(|(driver, _)| driver.ports())
@@ -124,11 +125,7 @@ fn prepare(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Prepa
     let (process, removed) =
         OutputFilter::new(process, |port| carried.iter().any(|it| it.connects(port)));
     if !removed.is_empty() {
-        let legs = assembly.leg_names();
-        let mut removed: Vec<String> = removed.iter().map(|name| folded(name, &legs)).collect();
-        removed.sort();
-        removed.dedup();
-        let removed = removed.join(", ");
+        let removed = folded_list(assembly, &removed);
         notes.push(format!(
             "no bus carries {removed}: the commands are discarded"
         ));
@@ -141,6 +138,25 @@ fn prepare(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Prepa
     }
     notes.extend(rig.options.privileges.prepare());
     Ok(PreparedRig { rig, notes })
+}
+
+/// Returns a note on the modelled sensors, in whose place the robot has real ones: their readings
+/// have errors of their own.
+fn unapplied_sensors(assembly: &Assembly<'_>) -> Option<String> {
+    let signals: Vec<&str> = assembly.sensors().map(|(_, signal, _)| signal).collect();
+    let list = folded_list(assembly, &signals);
+    (!signals.is_empty())
+        .then(|| format!("[[sensor]] of {list} is not applied: the robot has real sensors"))
+}
+
+/// Returns a list of signals, with those merged that differ in the leg only.
+fn folded_list(assembly: &Assembly<'_>, signals: &[impl AsRef<str>]) -> String {
+    let legs = assembly.leg_names();
+    let signals = signals.iter();
+    let mut names: Vec<String> = signals.map(|name| folded(name.as_ref(), &legs)).collect();
+    names.sort();
+    names.dedup();
+    names.join(", ")
 }
 
 /// Opens the device of a bus.
@@ -213,5 +229,24 @@ impl<W: Write> Observer for TimingObserver<W> {
     }
     fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
         self.observers.bytes(now, trace, bytes);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assembly::registry::Registry;
+
+    #[test]
+    fn modelled_sensors_are_noted() {
+        let registry = Registry::standard();
+        let note = |file: &str| {
+            let scenarios = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios");
+            let assembly = Assembly::of_file(&registry, &scenarios.join(file), &[]);
+            unapplied_sensors(&assembly.unwrap_or_else(|error| panic!("{error}")))
+        };
+        let noisy = note("tegotae-noisy.toml").unwrap();
+        assert!(noisy.contains("[[sensor]] of leg/*/foot/load"), "{noisy}");
+        assert_eq!(note("tegotae.toml"), None);
     }
 }

@@ -277,6 +277,24 @@ fn check_validates_all_scenarios() {
 }
 
 #[test]
+fn plan_lists_the_effects_of_sensors_in_their_order() {
+    let scenarios = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios");
+    let scenario = format!("{scenarios}/tegotae-noisy.toml");
+    let text = twin(&["plan", &scenario]).out;
+    let row = "[N]  noise 0.2 N → 0 N … 20 N → resolution 0.1 N → drop-out 0.02 → delay 5 ms\n";
+    assert!(text.contains(&format!("leg/*/foot/load  {row}")), "{text}");
+    let plan = &json(&twin(&["plan", &scenario, "--json"]).out)[0];
+    let [first, ..] = &plan["sensors"].as_array().unwrap()[..] else {
+        panic!("{plan}");
+    };
+    assert_eq!(first["signal"], "leg/LF/foot/load");
+    assert_eq!(
+        (&first["noise"], &first["delay_max_s"]),
+        (&json!(0.2), &json!(0.005))
+    );
+}
+
+#[test]
 fn plan_lists_left_out_parts_with_reasons() {
     let folder = Folder::new("plan");
     let record = "record = { signals = [\"body/position\"], frames = \"0 Hz\" }";

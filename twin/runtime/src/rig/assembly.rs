@@ -44,6 +44,7 @@ impl Rig {
             events,
             compute: compute.map_err(RigError::Compute)?,
             period,
+            sensors: Vec::new(),
             process_end,
             control_step,
             failed: None,

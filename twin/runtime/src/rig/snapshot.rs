@@ -6,6 +6,7 @@ use twinrig_kernel::{Agenda, Snapshot, SnapshotError};
 use super::Rig;
 use crate::plant_host::PlantHostState;
 use crate::process_slot::ProcessSlotState;
+use crate::sensor::ChainState;
 use crate::{Group, Manager, RigError, TimeSource};
 
 /// State of a rig between two events.
@@ -15,6 +16,7 @@ struct SavedRig {
     manager: Manager,
     agenda: Agenda,
     compute: TimeSource,
+    sensors: Vec<ChainState>,
     diagnostics: Vec<f64>,
     slot: ProcessSlotState,
     plant_host: PlantHostState,
@@ -32,6 +34,11 @@ impl Rig {
             manager: self.manager.clone(),
             agenda: self.events.agenda.clone(),
             compute: self.compute.clone(),
+            sensors: self
+                .sensors
+                .iter()
+                .map(|chain| chain.state.clone())
+                .collect(),
             diagnostics: self.events.values.clone(),
             slot: self.process.state.clone(),
             plant_host: self.events.plant_host.state.clone(),
@@ -60,6 +67,9 @@ impl Rig {
         self.manager = saved.manager;
         self.events.agenda = saved.agenda;
         self.compute = saved.compute;
+        for (chain, state) in self.sensors.iter_mut().zip(saved.sensors) {
+            chain.state = state;
+        }
         self.events.values = saved.diagnostics;
         self.process.state = saved.slot;
         self.events.plant_host.state = saved.plant_host;
@@ -78,7 +88,7 @@ impl Rig {
         let len = |group| self.layout(group).len();
         format!(
             "a rig of process {} ({} in, {} out), plant {} ({} in, {} out) and the tasks {:?}, \
-             with a control period of {}, observed every {}",
+             with a control period of {}, observed every {}{}",
             self.process.process.name(),
             len(Group::ProcessInputs),
             len(Group::ProcessOutputs),
@@ -88,6 +98,7 @@ impl Rig {
             self.task_names().collect::<Vec<_>>(),
             self.period,
             self.events.observe,
+            self.describe_sensors(),
         )
     }
 }

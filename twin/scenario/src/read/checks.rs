@@ -16,6 +16,7 @@ pub(crate) mod code {
     pub const COMPUTE_TIME: &str = "compute-time-above-period";
     pub const TRANSFER_TIME: &str = "transfer-time-above-step";
     pub const CHANGE: &str = "change-beyond-end";
+    pub const DELAY: &str = "delay-beyond-run";
     pub const FAULT: &str = "fault-beyond-end";
     pub const WITHIN: &str = "within-beyond-end";
     pub const BY: &str = "by-beyond-end";

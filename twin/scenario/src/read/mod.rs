@@ -13,6 +13,7 @@ mod io;
 mod limits;
 mod options;
 mod plant;
+mod sensor;
 mod time;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -83,6 +84,9 @@ table! {
         r#"change = [{ at = "6 s", set = "frequency", by = "0.1 Hz" }]"#, needs("controller");
     FAULT: () = "fault", contextual(Shape::Tables(bus::fault_table::TABLE)), "faults of wires",
         r#"fault = [{ at = "1 s", on = "wire/sbcp", kind = "drop" }]"#;
+    SENSOR: () = "sensor", contextual(Shape::Tables(sensor::sensor_table::TABLE)),
+        "sensors of inputs of the controller",
+        r#"sensor = [{ of = "leg/*/foot/load", noise = "0.1 N" }]"#, needs("controller");
     EXPECT: () = "expect", contextual(Shape::Tables(expect::expect_table::TABLE)), "expectations",
         "expect = [{ body = { fall = false } }]";
 }
@@ -201,6 +205,8 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
     let io = table.get_with(&IO, |item| io::io(item, control.unwrap_or(None)));
     let changes = changes::changes(table, control, catalogue, run);
     let faults = table.get_with(&FAULT, |item| item.each(|item| bus::fault(item, run)));
+    let has_controller = control.map(|control| control.is_some()).ok();
+    let sensors = sensor::sensors(table, has_controller, run);
     let changed = changes.as_deref().unwrap_or_default();
     let expectations = expectations(table, catalogue, run, changed);
     let (controller, io, plant) = (controller?, io?, plant?);
@@ -237,6 +243,7 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
         io,
         buses,
         faults,
+        sensors: sensors?,
         observe: ObserveSpec {
             period: observe?,
             footsteps,
