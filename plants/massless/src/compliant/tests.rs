@@ -114,13 +114,15 @@ fn maximal_coordinates(flow: &CompliantFlow, legs: &[ClosedLeg]) -> SVector<f64,
     let velocity = Vector3::from(state.velocity.three());
     let turning = Vector3::from(state.turning.three());
     let (mut a, mut b) = (SMatrix::<f64, 22, 22>::zeros(), SVector::zeros());
-    let inertia = Matrix3::from_diagonal(&model.inertia);
+    let inertia = model
+        .tensor
+        .unwrap_or_else(|| Matrix3::from_diagonal(&model.inertia));
     let mut force = (gravity - turning.cross(&velocity)) * model.mass;
     let mut torque = -turning.cross(&(inertia * turning));
     for i in 0..3 {
         a[(i, i)] = model.mass;
-        a[(3 + i, 3 + i)] = model.inertia[i];
     }
+    a.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia);
     for (k, leg) in legs.iter().enumerate() {
         let (foot, sideways, mass) = (6 + 3 * k, 18 + k, model.legs[k].mass);
         force -= leg.force;

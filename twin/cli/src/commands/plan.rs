@@ -1,6 +1,7 @@
 //! Command `twin plan`: the scene of a scenario.
 
 mod actuator;
+mod loads;
 
 use anstyle::Style;
 use serde::Serialize;
@@ -10,6 +11,7 @@ use twinrig_runtime::{Group, Rig};
 use twinrig_scenario::{LeftOut, Scenario};
 
 use self::actuator::Actuator;
+use self::loads::Loads;
 use super::{FAILURE, SUCCESS, Terminal, settings};
 use crate::args::PlanArgs;
 use crate::assembly::Assembly;
@@ -37,6 +39,8 @@ struct Plan {
     schedule: Timetable,
     /// Drives of the robot; none for a standalone model.
     actuator: Option<Actuator>,
+    #[serde(flatten)]
+    loads: Loads,
     coupling: String,
     wires: Vec<Wire>,
     /// Inputs of the plant that are not driven: they keep their initial values.
@@ -164,6 +168,7 @@ fn of(registry: &Registry, assembly: &Assembly<'_>) -> Result<Plan, TwinError> {
             },
         },
         actuator: Actuator::of(assembly),
+        loads: Loads::of(&scenario.plant),
         coupling: coupling::describe(scenario.plant.coupling),
         wires: wires(&rig),
         free: free(&rig, scenario),
@@ -273,6 +278,7 @@ fn text(plan: &Plan) -> String {
     );
     let mut lines = vec![styled(BOLD, &plan.scenario)];
     lines.extend(facts.lines(2));
+    plan.loads.sections(&mut lines);
     section(&mut lines, "connections", &wired(plan));
     let title = "undriven inputs of the plant";
     section(&mut lines, title, &undriven(plan));

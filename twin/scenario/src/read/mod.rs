@@ -11,6 +11,7 @@ mod fall;
 mod footsteps;
 mod io;
 mod limits;
+mod loads;
 mod options;
 mod plant;
 mod time;
@@ -83,6 +84,12 @@ table! {
         r#"change = [{ at = "6 s", set = "frequency", by = "0.1 Hz" }]"#, needs("controller");
     FAULT: () = "fault", contextual(Shape::Tables(bus::fault_table::TABLE)), "faults of wires",
         r#"fault = [{ at = "1 s", on = "wire/sbcp", kind = "drop" }]"#;
+    PAYLOAD: () = "payload", contextual(Shape::Tables(loads::payload_table::TABLE)),
+        "point masses on the trunk",
+        r#"payload = [{ mass = "200 g", at = ["2 cm", "0 cm", "3 cm"] }]"#;
+    SURFACE: () = "surface", contextual(Shape::Tables(loads::surface_table::TABLE)),
+        "friction of parts of the ground, or for a time",
+        r#"surface = [{ friction = 0.2, from = "1 m", to = "1.4 m" }]"#;
     EXPECT: () = "expect", contextual(Shape::Tables(expect::expect_table::TABLE)), "expectations",
         "expect = [{ body = { fall = false } }]";
 }
@@ -188,6 +195,7 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
     let (seed, observe) = (table.read(&SEED), table.read(&OBSERVE));
     let observed = observe.unwrap_or(io::OBSERVE_PERIOD);
     let plant = table.read_with(&PLANT, |item| plant::plant(item, catalogue, observed));
+    let plant = loads::loads(table, plant, run);
     let actuator = actuator(table, catalogue, plant.as_ref().ok(), run);
     let controller = controller(table, catalogue);
     let buses = table.get_with(&BUS, |item| bus::buses(item, &catalogue.buses));
