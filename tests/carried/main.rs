@@ -126,11 +126,4 @@ impl Rig {
     fn vector(&mut self, name: &str) -> Vector3<f64> {
         Vector3::from_column_slice(&self.read(name))
     }
-
-    /// Returns mean force of the ground on a leg from the present time to another \[N\].
-    fn mean_force(&mut self, leg: &str, to_micros: u64) -> Vector3<f64> {
-        self.plant.begin_window();
-        self.run_to(to_micros);
-        self.vector(&signal::of_leg(leg, signal::FOOT_FORCE))
-    }
 }

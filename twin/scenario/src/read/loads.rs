@@ -23,7 +23,7 @@ const PLACE: Type<[f64; 3]> = Type::new(
     Shape::List {
         of: &Shape::One(Accepts::Quantity {
             unit: Unit::Meter,
-            range: DISTANCE,
+            range: Range::ANY,
         }),
         least: 3,
         distinct: false,

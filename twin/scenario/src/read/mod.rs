@@ -89,7 +89,7 @@ table! {
         r#"payload = [{ mass = "200 g", at = ["2 cm", "0 cm", "3 cm"] }]"#;
     SURFACE: () = "surface", contextual(Shape::Tables(loads::surface_table::TABLE)),
         "friction of parts of the ground, or for a time",
-        r#"surface = [{ friction = 0.2, from = "1 m", to = "1.4 m" }]"#;
+        r#"surface = [{ friction = 0.2 }], plant = { model = "lcp", ground = {} }"#;
     EXPECT: () = "expect", contextual(Shape::Tables(expect::expect_table::TABLE)), "expectations",
         "expect = [{ body = { fall = false } }]";
 }
