@@ -28,7 +28,7 @@ const ARROWS: &[(&str, &str)] = &[
         "compliant",
         "actuator contact kernel leg legged robot runtime",
     ),
-    ("contact", ""),
+    ("contact", "kernel"),
     ("document", "kernel"),
     ("drives", "actuator kernel legged robot runtime"),
     ("estimate", ""),

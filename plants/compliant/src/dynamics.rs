@@ -14,7 +14,11 @@ use crate::rk4::StepError;
 
 impl<E: Equations> Readings for Flow<E> {
     fn position(&self) -> Vector3<f64> {
-        self.equations.trunk(&self.state).position.into()
+        let position = Vector3::from(self.equations.trunk(&self.state).position);
+        match self.equations.centre_of_trunk() {
+            None => position,
+            Some(centre) => position + self.rotation() * Vector3::from(centre),
+        }
     }
 
     fn attitude(&self) -> [f64; 4] {
@@ -28,7 +32,14 @@ impl<E: Equations> Readings for Flow<E> {
 
     fn velocity(&self) -> Vector3<f64> {
         let trunk = self.equations.trunk(&self.state);
-        into_world(&rotation(trunk.attitude), trunk.velocity).into()
+        let velocity = Vector3::from(into_world(&rotation(trunk.attitude), trunk.velocity));
+        match self.equations.centre_of_trunk() {
+            None => velocity,
+            Some(centre) => {
+                let turning = self.angular_velocity();
+                velocity + self.rotation() * turning.cross(&Vector3::from(centre))
+            }
+        }
     }
 
     fn angular_velocity(&self) -> Vector3<f64> {
@@ -103,6 +114,11 @@ impl<E: Equations> Dynamics for Flow<E> {
 
     fn set_inputs(&mut self, inputs: &StepInputs<'_>) {
         Self::set_inputs(self, inputs);
+    }
+
+    fn set_friction(&mut self, friction: &[f64; LEGS]) {
+        self.equations.set_friction(friction);
+        self.slope = None;
     }
 
     fn advance(&mut self, from: SimTime, seconds: f64) -> Result<(), PartFault> {

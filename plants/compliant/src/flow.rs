@@ -143,6 +143,15 @@ pub trait Equations: Clone + Send {
     /// Returns the motion of the trunk.
     fn trunk(&self, state: &Self::State) -> TrunkState;
 
+    /// Returns the place of the trunk's centre of mass relative to its position, in trunk axes; none
+    /// where they coincide, or the position is that of a trunk without payload.
+    fn centre_of_trunk(&self) -> Option<[f64; 3]> {
+        None
+    }
+
+    /// Sets the coefficients of friction at the feet, by leg.
+    fn set_friction(&mut self, friction: &[f64; LEGS]);
+
     /// Returns the motion of first links and pulleys.
     fn driven(&self, state: &Self::State) -> DriveState;
 

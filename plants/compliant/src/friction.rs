@@ -16,6 +16,8 @@
 //! Near the ground the bristle of an unloaded foot turns along its velocity: a foot that lands in
 //! motion slides at once, as Coulomb's law demands. Away from the ground it relaxes.
 
+use twinrig_legged::LEGS;
+
 use crate::element::Element;
 use crate::lanes::{Lanes, Quad, Simd};
 
@@ -78,6 +80,12 @@ impl Sole<Quad> {
             grip: Quad(per_deflection.0.map(|share| friction * share)),
             per_deflection,
         }
+    }
+
+    /// Sets the coefficients of friction of the legs; bristles keep their deflection.
+    pub fn set_friction(&mut self, friction: &[f64; LEGS]) {
+        let shares = self.per_deflection.0;
+        self.grip = Quad(std::array::from_fn(|lane| friction[lane] * shares[lane]));
     }
 
     /// Loads the soles into lanes.

@@ -3,16 +3,18 @@
 use nalgebra::Vector3;
 
 use crate::levels::Levels;
+use crate::patch::Patch;
 
 /// Terrain, friction and restitution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ground {
     /// Shape.
     pub terrain: Terrain,
-    /// Coulomb coefficient \[1\].
+    /// Coulomb coefficient outside of patches \[1\].
     pub friction: f64,
     /// Newton's coefficient of restitution: ratio of separation to approach speed \[1\].
     pub restitution: f64,
+    pub(crate) patches: Vec<Patch>,
 }
 
 /// Height of the ground over the horizontal plane \[m\].
@@ -99,6 +101,7 @@ impl Ground {
             terrain,
             friction,
             restitution,
+            patches: Vec::new(),
         })
     }
 

@@ -66,7 +66,10 @@
 //! [`Ground::below`] returns gap and normal, [`Ground::gap_curvature`] the curvature term of the
 //! gap's acceleration, g̈ = ∇g·a + vᵀ∇²g v.
 //!
-//! Masses, bodies, time, and the set of constraints are left to the plant.
+//! [`Ground::friction_at`] returns the coefficient of friction, which patches of the ground change
+//! by place and time.
+//!
+//! Masses, bodies, and the set of constraints are left to the plant.
 
 #![allow(
     clippy::inline_always,
@@ -82,6 +85,7 @@ mod impact;
 mod lemke;
 mod levels;
 mod newton;
+mod patch;
 mod problem;
 mod residual;
 mod solution;
@@ -90,5 +94,6 @@ pub use dense::{Factors, Singular};
 pub use ground::{Ground, GroundError, HeightField, Surface, Terrain};
 pub use impact::Restitution;
 pub use levels::Levels;
+pub use patch::Patch;
 pub use problem::{Bound, Problem};
 pub use solution::{Method, Solution, SolveError};

@@ -34,6 +34,11 @@ impl Method {
         Self::Thesis,
     ];
 
+    /// Returns whether steps end at events, with a set of active constraints between them.
+    pub(crate) const fn is_event_driven(self) -> bool {
+        matches!(self, Self::Rk4 | Self::Rodas4)
+    }
+
     /// Returns the name used in scenarios.
     pub const fn name(self) -> &'static str {
         match self {

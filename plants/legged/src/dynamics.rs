@@ -6,6 +6,7 @@ use twinrig_kernel::SimTime;
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantEvent, PlantState, WorkCounts};
 
+use crate::LEGS;
 use crate::error::LeggedError;
 use crate::posture::Posture;
 use crate::readings::Readings;
@@ -42,6 +43,10 @@ pub trait Dynamics: Readings + Send {
     /// Sets the inputs of the next steps, until the next call; those with rates are set at every
     /// step.
     fn set_inputs(&mut self, inputs: &StepInputs<'_>);
+
+    /// Sets the coefficients of friction at the feet, by leg, from the present time on; called only
+    /// where they change.
+    fn set_friction(&mut self, friction: &[f64; LEGS]);
 
     /// Advances by one step from the time `from`.
     ///

@@ -42,6 +42,7 @@
 mod constraints;
 mod dynamics;
 mod error;
+mod ground_friction;
 mod ledger;
 mod plant;
 mod posture;

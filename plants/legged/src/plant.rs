@@ -6,7 +6,9 @@ use twinrig_robot::Robot;
 use twinrig_runtime::interrupt::LongLoop;
 use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantFault, PlantState, WorkCounts};
 
+use crate::LEGS;
 use crate::dynamics::{Dynamics, FromRobot, PartFault, StepInputs};
+use crate::ground_friction::GroundFriction;
 use crate::set_points::{Ramp, SetPoint, SetPoints};
 use crate::setup::{Base, Drives, Setup};
 use crate::signals::Signals;
@@ -24,6 +26,7 @@ pub struct LeggedPlant<D: Dynamics + ?Sized> {
     /// Rates of held inputs, one for each.
     rates: Vec<f64>,
     set_points: SetPoints,
+    friction: Option<GroundFriction>,
     window: Window,
     logs_events: bool,
     events: Vec<PlantEvent>,
@@ -36,6 +39,8 @@ struct Saved<S> {
     window: Window,
     /// Those of linear set-points.
     ramps: Vec<Ramp>,
+    /// Coefficients of friction at the feet, where they change.
+    friction: Option<[f64; LEGS]>,
     dynamics: S,
 }
 
@@ -77,6 +82,7 @@ impl<D: Dynamics + ?Sized> LeggedPlant<D> {
         Self {
             rates,
             set_points,
+            friction: GroundFriction::new(setup.ground.as_ref()),
             dynamics,
             base: setup.base,
             legs: legs.len(),
@@ -138,6 +144,10 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
                 return Err(PlantFault::interrupted(self, self.now));
             }
             let mut next = to.min(self.now + self.step);
+            if let Some(friction) = &mut self.friction {
+                next = friction.step_end(self.now, next);
+                friction.apply(self.now, &mut *self.dynamics);
+            }
             if self.set_points.are_linear() {
                 next = self.set_points.step_end(self.now, next);
                 let inputs = self.set_points.over(self.now, next);
@@ -205,6 +215,7 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
             now: self.now,
             window: self.window,
             ramps: self.set_points.save(),
+            friction: self.friction.as_ref().map(GroundFriction::save),
             dynamics: self.dynamics.save(),
         })
     }
@@ -218,6 +229,10 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
         };
         let checked = self.set_points.check(&saved.ramps);
         checked.map_err(&mismatch)?;
+        if let (Some(friction), Some(saved)) = (&mut self.friction, saved.friction) {
+            friction.restore(saved);
+            friction.set(&mut *self.dynamics);
+        }
         let restored = self.dynamics.restore(saved.dynamics);
         restored.map_err(mismatch)?;
         self.set_points.restore(saved.ramps);
@@ -252,6 +267,9 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
         lines.extend(posture.project_onto(self.base));
         let resumed = self.dynamics.resume_from(&posture, from);
         lines.extend(resumed.map_err(fault)?);
+        if let Some(friction) = &self.friction {
+            friction.set(&mut *self.dynamics);
+        }
         self.now = from.time;
         let initial_inputs = |inputs: &mut [f64]| self.dynamics.initial_inputs(inputs);
         self.set_points.reset(initial_inputs);

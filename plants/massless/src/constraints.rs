@@ -154,7 +154,6 @@ impl Constraints {
         last: &[LegForces; LEGS],
         seconds: f64,
     ) {
-        let friction = model.ground.as_ref().map_or(0.0, |ground| ground.friction);
         self.problem.reset(self.entries.len());
         self.responses.clear();
         self.responses.extend(
@@ -182,7 +181,7 @@ impl Constraints {
                     i,
                     Bound::Disc {
                         normal: i - 1,
-                        friction,
+                        friction: model.friction[entry.row.leg],
                     },
                 ),
                 Role::Second => {}

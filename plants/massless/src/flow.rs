@@ -205,8 +205,8 @@ impl Flow {
     pub(crate) fn stored(&self) -> Stored {
         let (velocity, rate) = (self.state.velocity(), self.state.rate());
         let height = self.state.position().z;
-        let mut twice = self.model.mass * velocity.norm_squared()
-            + rate.dot(&rate.component_mul(&self.model.inertia));
+        let mut twice =
+            self.model.mass * velocity.norm_squared() + rate.dot(&self.model.spin(&rate));
         // The energy of a fixed trunk is constant, and counts as zero.
         let held = self.model.base == Base::Fixed;
         let (mut springs, mut gravity) = (0.0, if held { 0.0 } else { self.model.mass * height });

@@ -200,7 +200,7 @@ impl Midpoint {
         let gravity = self.rotation.tr_mul(&Vector3::new(0.0, 0.0, -GRAVITY));
         let (velocity, rate) = (self.state.velocity(), self.state.rate());
         let mut force = (gravity - rate.cross(&velocity)) * model.mass;
-        let mut torque = -rate.cross(&rate.component_mul(&model.inertia));
+        let mut torque = -rate.cross(&model.spin(&rate));
         let mut motion = Motion::zero();
         for (i, leg) in self.legs.iter().enumerate() {
             let mass = model.legs[i].mass;

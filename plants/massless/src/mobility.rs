@@ -10,11 +10,18 @@ use crate::model::Model;
 use crate::rows::{LegKinematics, Row};
 use crate::state::State;
 
+/// Rows of the rotations in the inertia of the trunk.
+const PITCH: usize = 2;
+const ROLL: usize = 4;
+const YAW: usize = 5;
+
 /// Inverse mass matrix: velocity changes per impulse along a row.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Mobility {
     sagittal: Vector3<f64>,
     lateral: Matrix3<f64>,
+    /// Of the whole trunk, where products of inertia couple its coordinates.
+    coupled: Option<Matrix6<f64>>,
     pub(crate) foot: [f64; LEGS],
     /// Of hip and pulley; zero where the drive imposes its acceleration.
     pub(crate) drive: [[f64; 2]; LEGS],
@@ -51,14 +58,21 @@ impl Mobility {
             Base::Fixed => Vector3::zeros(),
             Base::Free | Base::Planar => Vector3::new(heave, heave, 1.0 / model.inertia.y),
         };
-        let lateral = if model.base == Base::Free {
+        let is_coupled = model.base == Base::Free && model.tensor.is_some();
+        let lateral = if model.base == Base::Free && !is_coupled {
             inverse_of_symmetric(&lateral_inertia(model, legs))
         } else {
             Matrix3::zeros()
         };
+        // Without a factorisation the state is not a number, which the step reports.
+        let coupled = is_coupled.then(|| {
+            let factors = Self::trunk_inertia(model, legs).cholesky();
+            factors.map_or(Matrix6::repeat(f64::NAN), |factors| factors.inverse())
+        });
         Self {
             sagittal,
             lateral,
+            coupled,
             foot,
             drive: [[0.0; 2]; LEGS],
             damping: None,
@@ -103,6 +117,16 @@ impl Mobility {
         if model.base == Base::Free {
             let lateral = lateral_inertia(model, legs);
             inertia.fixed_view_mut::<3, 3>(3, 3).copy_from(&lateral);
+            if let Some(tensor) = &model.tensor {
+                for (row, column, product) in [
+                    (PITCH, ROLL, tensor[(0, 1)]),
+                    (PITCH, YAW, tensor[(1, 2)]),
+                    (ROLL, YAW, tensor[(0, 2)]),
+                ] {
+                    inertia[(row, column)] += product;
+                    inertia[(column, row)] += product;
+                }
+            }
         }
         inertia
     }
@@ -113,6 +137,14 @@ impl Mobility {
         sagittal: &Vector3<f64>,
         lateral: &Vector3<f64>,
     ) -> (Vector3<f64>, Vector3<f64>) {
+        if let Some(coupled) = &self.coupled {
+            let along = coupled.fixed_columns::<3>(0) * sagittal;
+            let motion = along + coupled.fixed_columns::<3>(3) * lateral;
+            return (
+                motion.fixed_rows::<3>(0).into(),
+                motion.fixed_rows::<3>(3).into(),
+            );
+        }
         (
             self.sagittal.component_mul(sagittal),
             self.lateral * lateral,

@@ -1,10 +1,10 @@
 //! Constant part of the plant: masses, geometry, drives, and the simulated subset of the robot.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use twinrig_compliant::lanes::Features;
 use twinrig_contact::Ground;
 use twinrig_leg::{EnergyTable, Pantograph};
-use twinrig_legged::{Base, Constraints, DriveModels, LeggedError, Setup, positive};
+use twinrig_legged::{Base, Constraints, DriveModels, LEGS, LeggedError, Setup, positive};
 pub(crate) use twinrig_robot::GRAVITY;
 use twinrig_robot::{JointFriction, Robot};
 
@@ -105,14 +105,19 @@ pub(crate) struct Model {
     pub(crate) centre: Vector3<f64>,
     /// Mass of the trunk and of the parts of the legs that move with it \[kg\].
     pub(crate) mass: f64,
-    /// Principal moments of inertia of these \[kg·m²\].
+    /// Moments of inertia of these about the axes of the trunk \[kg·m²\].
     pub(crate) inertia: Vector3<f64>,
+    /// Their inertia with its products, where the trunk has payloads; without, the products are
+    /// neglected.
+    pub(crate) tensor: Option<Matrix3<f64>>,
     pub(crate) legs: Vec<LegModel>,
     /// Without drives the hips turn freely and there is no cable.
     pub(crate) drives: Option<DriveModels>,
     /// Number of inputs of a leg.
     pub(crate) inputs: usize,
     pub(crate) ground: Option<Ground>,
+    /// Coefficient of friction at each leg; zero without ground.
+    pub(crate) friction: [f64; LEGS],
     /// Step of the plant \[s\].
     pub(crate) step: f64,
     /// Mobility added to redundant constraints \[1/kg\].
@@ -128,23 +133,22 @@ impl Model {
         let Options { setup, force, .. } = options;
         let selected_mounts = setup.selected_mounts(robot)?;
         // The mass of a leg beyond its lumped foot is at its hip and moves with the trunk.
-        let hip_masses: Vec<(f64, Vector3<f64>)> = selected_mounts
-            .iter()
-            .map(|mount| {
-                (
-                    mount.leg.mass.total() - mount.leg.mass.lumped_foot,
-                    Vector3::from(mount.hip),
-                )
-            })
-            .collect();
-        let mass = robot.trunk.mass + hip_masses.iter().map(|(m, _)| m).sum::<f64>();
+        let hip_masses = selected_mounts.iter().map(|mount| {
+            let mass = mount.leg.mass.total() - mount.leg.mass.lumped_foot;
+            (mass, Vector3::from(mount.hip))
+        });
+        let payload = robot.trunk.payload();
+        let loads = robot.trunk.payloads.iter().filter(|_| payload.is_some());
+        let loads = loads.map(|load| (load.mass, Vector3::from(load.at)));
+        let carried: Vec<(f64, Vector3<f64>)> = hip_masses.chain(loads).collect();
+        let mass = robot.trunk.mass + carried.iter().map(|(m, _)| m).sum::<f64>();
         positive("trunk", mass)?;
         // A fixed trunk needs no centre of mass; its hips are where the file has them, whichever
         // legs are present.
         let centre = if setup.base == Base::Fixed {
             Vector3::zeros()
         } else {
-            hip_masses.iter().map(|(m, r)| r * *m).sum::<Vector3<f64>>() / mass
+            carried.iter().map(|(m, r)| r * *m).sum::<Vector3<f64>>() / mass
         };
         let parallel_axis = |m: f64, r: Vector3<f64>| {
             Vector3::new(
@@ -155,9 +159,17 @@ impl Model {
         };
         let mut inertia =
             Vector3::from(robot.trunk.inertia) + parallel_axis(robot.trunk.mass, -centre);
-        for (m, r) in &hip_masses {
+        for (m, r) in &carried {
             inertia += parallel_axis(*m, r - centre);
         }
+        let tensor = payload.map(|_| {
+            let trunk = std::iter::once((robot.trunk.mass, Vector3::zeros()));
+            let bodies = trunk.chain(carried.iter().copied());
+            let moments = bodies.map(|(m, r)| (r - centre) * (r - centre).transpose() * m);
+            let mut tensor = -moments.sum::<Matrix3<f64>>();
+            tensor.set_diagonal(&inertia);
+            tensor
+        });
         for (moment, axis) in inertia.iter().zip(["roll", "pitch", "yaw"]) {
             positive(&format!("trunk's moment of inertia in {axis}"), *moment)?;
         }
@@ -188,9 +200,11 @@ impl Model {
             energy_scale: total * GRAVITY * reach,
             mass,
             inertia,
+            tensor,
             legs,
             drives,
             inputs: setup.drives.inputs(),
+            friction: [setup.ground.as_ref().map_or(0.0, |ground| ground.friction); LEGS],
             ground: setup.ground.clone(),
             step: setup.step.as_secs_f64(),
             // Nine orders of magnitude below the mobility of a foot: negligible where constraints
@@ -201,6 +215,20 @@ impl Model {
 }
 
 impl Model {
+    /// Angular momentum of the trunk at this angular velocity, trunk axes \[N·m·s\].
+    pub(crate) fn spin(&self, rate: &Vector3<f64>) -> Vector3<f64> {
+        match &self.tensor {
+            None => rate.component_mul(&self.inertia),
+            Some(tensor) => tensor * rate,
+        }
+    }
+
+    /// Place of the trunk's own centre of mass, trunk axes from that of the model, where the trunk
+    /// has payloads \[m\].
+    pub(crate) fn centre_of_trunk(&self) -> Option<Vector3<f64>> {
+        self.tensor.map(|_| -self.centre)
+    }
+
     /// Inertias at hip and pulley of a leg \[kg·m²\].
     pub(crate) fn drive_inertias(&self, leg: usize) -> [f64; 2] {
         match &self.drives {

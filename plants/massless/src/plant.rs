@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use twinrig_compliant::SavedCompliant;
 use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
-    Base, Constraints, DriveModels, Dynamics, FromRobot, LeggedPlant, PartFault, Posture, Setup,
-    StepInputs,
+    Base, Constraints, DriveModels, Dynamics, FromRobot, LEGS, LeggedPlant, PartFault, Posture,
+    Setup, StepInputs,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantState, WorkCounts};
@@ -185,6 +185,16 @@ impl Dynamics for Islands {
         let port_inputs = self.flows.iter_mut().flat_map(Flow::port_inputs_mut);
         for (port_input, input) in port_inputs.zip(inputs.mean) {
             *port_input = *input;
+        }
+    }
+
+    fn set_friction(&mut self, friction: &[f64; LEGS]) {
+        let mut legs = friction.iter();
+        for flow in &mut self.flows {
+            let of_flow = flow.model.friction.iter_mut().take(flow.model.legs.len());
+            of_flow
+                .zip(legs.by_ref())
+                .for_each(|(to, from)| *to = *from);
         }
     }
 

@@ -35,7 +35,11 @@ impl Islands {
 
 impl Readings for Islands {
     fn position(&self) -> Vector3<f64> {
-        self.trunk().state.position()
+        let (position, model) = (self.trunk().state.position(), &self.trunk().model);
+        match model.centre_of_trunk() {
+            None => position,
+            Some(centre) => position + self.rotation() * centre,
+        }
     }
 
     fn attitude(&self) -> [f64; 4] {
@@ -47,7 +51,12 @@ impl Readings for Islands {
     }
 
     fn velocity(&self) -> Vector3<f64> {
-        self.rotation() * self.trunk().state.velocity()
+        let (velocity, model) = (self.trunk().state.velocity(), &self.trunk().model);
+        self.rotation()
+            * match model.centre_of_trunk() {
+                None => velocity,
+                Some(centre) => velocity + self.angular_velocity().cross(&centre),
+            }
     }
 
     fn angular_velocity(&self) -> Vector3<f64> {

@@ -257,10 +257,20 @@ impl TrunkFrame {
         }
         let turning = self.angular_velocity.iter().zip(&model.trunk_inertia);
         let spin: f64 = turning.map(|(rate, moment)| moment * rate * rate).sum();
-        [
+        let mut energies = [
             0.5 * model.trunk_mass * self.velocity.norm_squared() + 0.5 * spin,
             model.trunk_mass * GRAVITY * self.position.z,
-        ]
+        ];
+        if let Some(payload) = &model.payload {
+            let (rate, moment) = (&self.angular_velocity, Vector3::from(payload.moment));
+            let inertia = Matrix3::from(payload.inertia());
+            let square = self.velocity.norm_squared();
+            let swing = self.velocity.dot(&(self.rotation * rate.cross(&moment)));
+            energies[0] += 0.5 * (payload.mass * square + rate.dot(&(inertia * rate))) + swing;
+            let lift = (self.rotation * moment).z;
+            energies[1] += GRAVITY * (payload.mass * self.position.z + lift);
+        }
+        energies
     }
 }
 

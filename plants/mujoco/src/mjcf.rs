@@ -176,12 +176,7 @@ fn trunk(robot: &Robot, model: &Model, to: &mut Sections) {
     }
     let trunk = &robot.trunk;
     if model.base != Base::Fixed {
-        line!(
-            to.world,
-            "      <inertial pos=\"0 0 0\" mass=\"{}\" diaginertia=\"{}\"/>",
-            trunk.mass,
-            triple(&trunk.inertia)
-        );
+        line!(to.world, "      <inertial {}/>", inertial(model));
     }
     let half = trunk.size.map(|size| 0.5 * size);
     if half.iter().all(|half| *half > 0.0) {
@@ -204,6 +199,36 @@ fn trunk(robot: &Robot, model: &Model, to: &mut Sections) {
         }
     }
     line!(to.world, "    </body>");
+}
+
+/// Returns mass, centre of mass and inertia of the trunk with its payloads.
+fn inertial(model: &Model) -> String {
+    let (mass, inertia) = (model.trunk_mass, model.trunk_inertia);
+    let Some(payload) = &model.payload else {
+        return format!(
+            "pos=\"0 0 0\" mass=\"{mass}\" diaginertia=\"{}\"",
+            triple(&inertia)
+        );
+    };
+    let total = mass + payload.mass;
+    let centre = payload.moment.map(|moment| moment / total);
+    let [x, y, z] = centre;
+    let square = x * x + y * y + z * z;
+    let added = payload.inertia();
+    let about = |i: usize, j: usize| {
+        let (own, shift) = if i == j {
+            (inertia[i], square)
+        } else {
+            (0.0, 0.0)
+        };
+        own + added[i][j] - total * (shift - centre[i] * centre[j])
+    };
+    let entries = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|(i, j)| about(i, j));
+    format!(
+        "pos=\"{}\" mass=\"{total}\" fullinertia=\"{}\"",
+        triple(&centre),
+        triple(&entries)
+    )
 }
 
 /// Writes the springs of a leg, with or without the stops of their rods.

@@ -3,7 +3,7 @@
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_leg::Pantograph;
 use twinrig_legged::{Base, DriveModels, LeggedError, Posture, Segment};
-use twinrig_robot::{LegMount, Robot};
+use twinrig_robot::{LegMount, Payload, Robot};
 
 use crate::mjcf::{check, escaped};
 use crate::options::{Coordinates, MujocoError, Numerics, Options};
@@ -83,9 +83,11 @@ pub(crate) struct Model {
     pub(crate) numerics: Numerics,
     /// Maximum step \[s\].
     pub(crate) step_s: f64,
-    /// Mass \[kg\] and moments of inertia \[kg·m²\] of the trunk.
+    /// Mass \[kg\] and moments of inertia \[kg·m²\] of the trunk without payloads.
     pub(crate) trunk_mass: f64,
     pub(crate) trunk_inertia: [f64; 3],
+    /// Payloads of the trunk.
+    pub(crate) payload: Option<Payload>,
     pub(crate) legs: Vec<LegModel>,
     pub(crate) drives: Option<DriveModels>,
     /// Number of inputs of a leg.
@@ -116,6 +118,7 @@ impl Model {
             step_s: setup.step.as_secs_f64(),
             trunk_mass: robot.trunk.mass,
             trunk_inertia: robot.trunk.inertia,
+            payload: robot.trunk.payload(),
             legs: legs.collect::<Result<_, _>>()?,
             drives: setup.drive_models(robot)?,
             inputs: setup.drives.inputs(),

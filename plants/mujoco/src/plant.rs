@@ -76,6 +76,27 @@ impl Dynamics for Flow {
         }
     }
 
+    fn set_friction(&mut self, friction: &[f64; LEGS]) {
+        let feet: Vec<_> = self
+            .at
+            .legs
+            .iter()
+            .map(|leg| leg.foot)
+            .zip(friction)
+            .collect();
+        // For both copies of the model, of which the present one then has its other parameters.
+        for _ in 0..2 {
+            self.engine.set_parameters(|model| {
+                let geoms = model.geom_friction_mut();
+                for (foot, friction) in &feet {
+                    if let Some(foot) = foot {
+                        geoms[*foot][0] = **friction;
+                    }
+                }
+            });
+        }
+    }
+
     fn advance(&mut self, _from: SimTime, seconds: f64) -> Result<(), PartFault> {
         self.run(seconds).map_err(|fault| fault.of(self))
     }

@@ -94,6 +94,9 @@ impl Model {
         if options.step_only && (options.joints, setup.drives) != (Joints::Impulse, Drives::None) {
             return Err(RapierError::StepOnly);
         }
+        if robot.trunk.payload().is_some() {
+            return Err(RapierError::Payload);
+        }
         let mut legs = Vec::new();
         for mount in setup.selected_mounts(robot)? {
             legs.push(Leg::new(mount)?);

@@ -240,6 +240,12 @@ pub enum RapierError {
          take `step_only = false`"
     )]
     StepOnly,
+    /// The trunk has payloads.
+    #[error(
+        "a trunk with payloads is not supported: this plant measures hips, velocities and energies from the centre of mass of \
+         each body, which payloads move; take `mujoco` or `lcp`, or leave the payloads out"
+    )]
+    Payload,
     /// The axial share of inertia is not positive.
     #[error("the axial share of the segments' inertia is {0}; it has to be positive")]
     AxialShare(f64),

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimTime;
 use twinrig_legged::{
-    DriveModels, Dynamics, FromRobot, LegPosture, LeggedPlant, PartFault, Posture, Setup,
+    DriveModels, Dynamics, FromRobot, LEGS, LegPosture, LeggedPlant, PartFault, Posture, Setup,
     StepInputs,
 };
 use twinrig_robot::Robot;
@@ -71,6 +71,16 @@ impl Dynamics for Machine {
                 for ((leg_state, _), command) in legs.zip(inputs.mean.chunks_exact(4)) {
                     leg_state.drives[0].command = [command[0], command[1]];
                     leg_state.drives[1].command = [command[2], command[3]];
+                }
+            }
+        }
+    }
+
+    fn set_friction(&mut self, friction: &[f64; LEGS]) {
+        for (leg, friction) in self.handles.legs.iter().zip(friction) {
+            for collider in leg.contact.iter().flatten() {
+                if let Some(collider) = self.world.sets.colliders.get_mut(*collider) {
+                    collider.set_friction(*friction);
                 }
             }
         }

@@ -82,6 +82,7 @@ impl Robot {
                 mass: 0.9,
                 inertia: [1e-3, 3e-3, 3e-3],
                 size: [0.2, 0.1, 0.05],
+                payloads: Vec::new(),
             },
             legs: vec![
                 mount("LF", 0.1, 0.05),

@@ -23,6 +23,7 @@ mod error;
 mod example;
 mod file;
 mod parameters;
+mod payload;
 mod read;
 
 pub use error::RobotError;
@@ -31,3 +32,4 @@ pub use parameters::{
     Actuators, Compliance, GRAVITY, JointFriction, Leg, LegMass, LegMount, Motor, Motors, OneSided,
     Robot, Servo, Spring, Toe, Trunk,
 };
+pub use payload::{Payload, PointMass};

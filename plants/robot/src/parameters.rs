@@ -1,5 +1,7 @@
 //! Parameters of a robot, in SI units.
 
+use crate::payload::{Payload, PointMass};
+
 /// Gravitational acceleration of all plants, and in quantities relative to a weight \[m/s²\].
 pub const GRAVITY: f64 = 9.81;
 
@@ -21,10 +23,11 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// Total mass of trunk and legs \[kg\].
+    /// Total mass of trunk, payloads and legs \[kg\].
     pub fn mass(&self) -> f64 {
         let legs: f64 = self.legs.iter().map(|mount| mount.leg.mass.total()).sum();
-        self.trunk.mass + legs
+        let bare = self.trunk.mass + legs;
+        self.trunk.payload().map_or(bare, |load| bare + load.mass)
     }
 
     /// Weight \[N\].
@@ -42,6 +45,15 @@ pub struct Trunk {
     pub inertia: [f64; 3],
     /// Length, width and height, for display \[m\].
     pub size: [f64; 3],
+    /// Payloads, of a scenario; a robot file has none.
+    pub payloads: Vec<PointMass>,
+}
+
+impl Trunk {
+    /// Returns all payloads as one; none without mass.
+    pub fn payload(&self) -> Option<Payload> {
+        Payload::of(&self.payloads)
+    }
 }
 
 /// A leg and the position of its hip.

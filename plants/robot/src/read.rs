@@ -75,6 +75,7 @@ fn trunk(table: &Table<'_>) -> Result<Trunk, Reported> {
         mass: mass?,
         inertia: inertia?,
         size: size?,
+        payloads: Vec::new(),
     })
 }
 

@@ -1,5 +1,6 @@
 //! A scenario: the content of a scenario file.
 
+use std::ops::Range;
 use std::path::PathBuf;
 
 use twinrig_document::{Overrides, Place, Placed, Warning};
@@ -101,6 +102,8 @@ pub struct PlantSpec {
     pub legs: Option<Vec<Placed<String>>>,
     /// Ground; none if the robot hangs in the air.
     pub ground: Option<Ground>,
+    /// Payloads of the trunk, in the order of the file.
+    pub payloads: Vec<PayloadSpec>,
     /// Initial pose of the legs; none for the first command of the controller.
     pub start: Option<StartPose>,
     /// Time step; none for the default of the plant.
@@ -149,8 +152,34 @@ pub struct Ground {
     pub restitution: f64,
     /// Its shape.
     pub profile: Profile,
+    /// Parts with another friction, in the order of the file: the last that applies has effect.
+    pub surfaces: Vec<SurfaceSpec>,
     /// Its place in the scenario, for messages.
     pub place: Place,
+}
+
+/// `[[surface]]`: friction of the ground over an extent along x, for a time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceSpec {
+    /// Coulomb friction coefficient.
+    pub friction: f64,
+    /// Extent along x from the start; infinite where it is open \[m\].
+    pub extent: Range<f64>,
+    /// The time from which it applies.
+    pub begin: SimTime,
+    /// The time from which it applies no more; none for the rest of the run.
+    pub end: Option<SimTime>,
+}
+
+/// `[[payload]]`: a point mass on the trunk.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PayloadSpec {
+    /// Name, for `twin plan`.
+    pub name: String,
+    /// \[kg\]
+    pub mass: f64,
+    /// Place in trunk axes, from the trunk's centre of mass \[m\].
+    pub at: [f64; 3],
 }
 
 /// Shape of the ground. x is forward from the start of the robot, y to its left, height is 0 at the

@@ -97,7 +97,7 @@ fn scenario(tables: &[TableReference], table: &TableReference, mut content: Cont
     for context in [
         r#"robot = "cheetah-cub""#,
         r#"duration = "20 s""#,
-        r#"plant = { model = "lcp" }"#,
+        r#"plant = { model = "lcp", ground = {} }"#,
         r#"controller = { kind = "cpg", period = "2 ms" }"#,
         r#"bus = { kind = "sbcp" }"#,
         r#"change = [{ at = "6 s", set = "frequency", by = "0.1 Hz" }]"#,

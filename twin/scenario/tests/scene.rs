@@ -4,9 +4,11 @@ mod common;
 
 use common::{facts, legs, parse, scene, text};
 use proptest::prelude::*;
-use twinrig_kernel::SimDuration;
+use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{Change, Timing};
-use twinrig_scenario::{LegFact, OptionValue, Profile, Scenario, Setting, StartPose};
+use twinrig_scenario::{
+    LegFact, OptionValue, PayloadSpec, Profile, Scenario, Setting, StartPose, SurfaceSpec,
+};
 
 fn left_out(text: &str) -> Vec<String> {
     let scene = scene(text).unwrap();
@@ -350,4 +352,35 @@ fn standalone_plant_requires_no_robot_and_omits_no_part_of_one() {
     // A robot is optional, for a controller that depends on it.
     let named = common::parse(&format!("robot = \"cheetah-cub\"\n{text}")).unwrap();
     assert_eq!(named.robot.unwrap().value, "cheetah-cub");
+}
+
+#[test]
+fn payloads_and_surfaces_belong_to_the_plant() {
+    let more = "[[payload]]\nmass = '50 g'\nat = ['-1 cm', '2 cm', '3 mm']\n\n\
+                [[payload]]\nname = 'battery'\nmass = '0 kg'\nat = ['0 m', '0 m', '0 m']\n\n\
+                [[surface]]\nfriction = 0.2\nto = '1.4 m'\nat = '500 ms'\nfor = '2 s'\n\n\
+                [[surface]]\nfriction = 0.3";
+    let plant = parse(&text(more)).unwrap().plant;
+    let payload = |name: &str, mass, at| PayloadSpec {
+        name: name.to_owned(),
+        mass,
+        at,
+    };
+    let expected = [
+        payload("payload 1", 0.05, [-0.01, 0.02, 0.003]),
+        payload("battery", 0.0, [0.0; 3]),
+    ];
+    assert_eq!(plant.payloads, expected);
+    let everywhere = f64::NEG_INFINITY..f64::INFINITY;
+    let surface = |friction, extent, begin, lasts: Option<u64>| SurfaceSpec {
+        friction,
+        extent,
+        begin: SimTime::ZERO + SimDuration::from_millis(begin),
+        end: lasts.map(|end| SimTime::ZERO + SimDuration::from_millis(end)),
+    };
+    let expected = [
+        surface(0.2, f64::NEG_INFINITY..1.4, 500, Some(2500)),
+        surface(0.3, everywhere, 0, None),
+    ];
+    assert_eq!(plant.ground.unwrap().surfaces, expected);
 }

@@ -1,6 +1,7 @@
 //! Energy of the compliant model.
 
 use twinrig_compliant::events::{ElementMotion, GROUND, INSIDE};
+use twinrig_compliant::frame::cross;
 use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
 use twinrig_compliant::{Below, Depths, DriveLaws, TrunkMotion, Turns};
 use twinrig_legged::{Base, Stored};
@@ -11,6 +12,7 @@ use super::contact::end_of;
 use super::elimination::PLANE;
 use super::model::{CompliantModel, Legs};
 use super::state::State;
+use super::trunk::times;
 
 /// Kinetic, spring and gravity energy in a state \[J\]; the springs include the elements.
 pub(crate) struct StoredEnergy<'a, const N: usize, const P: usize> {
@@ -81,11 +83,19 @@ impl<const N: usize, const P: usize> Kernel for StoredEnergy<'_, N, P> {
             .map(|i| model.inertia[i] * trunk.turning[i] * trunk.turning[i])
             .sum();
         let square = vx * vx + vy * vy + vz * vz;
-        [
+        let mut energy = [
             kinetic + 0.5 * (model.trunk_mass * square + spin),
             springs,
             GRAVITY * (model.mass * trunk.position[2] + height),
-        ]
+        ];
+        if let Some(payload) = &model.payload {
+            let dot = |[a, b, c]: [f64; 3], [d, e, f]: [f64; 3]| a * d + b * e + c * f;
+            let spin = times(&payload.inertia(), trunk.turning);
+            energy[0] += 0.5 * dot(trunk.turning, spin)
+                + dot(trunk.velocity, cross(trunk.turning, payload.moment));
+            energy[2] += GRAVITY * dot(payload.moment, up);
+        }
+        energy
     }
 }
 

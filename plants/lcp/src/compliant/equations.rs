@@ -166,6 +166,10 @@ impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
         &self.hip_references
     }
 
+    fn set_friction(&mut self, friction: &[f64; LEGS]) {
+        self.model.legs.sole.set_friction(friction);
+    }
+
     fn step(&self, features: Features, step: Step<'_, Self>) -> Result<(), StepError> {
         let model = &self.model;
         dispatch(features, Advance { model, step })

@@ -3,7 +3,7 @@
 use twinrig_compliant::lanes::{LANES, Quad, Simd};
 use twinrig_compliant::{DriveLaws, Element, PantographConstants, Pantographs, Sole, StepControl};
 use twinrig_legged::Base;
-use twinrig_robot::{Compliance, GRAVITY};
+use twinrig_robot::{Compliance, GRAVITY, Payload};
 
 use crate::model::Model;
 use crate::model::constants::Constants;
@@ -31,11 +31,13 @@ pub(crate) struct Legs<T, const N: usize> {
 pub(crate) struct CompliantModel<const N: usize> {
     pub(crate) rigid: Model<N>,
     pub(crate) base: Base,
-    /// Mass of trunk and legs, and of the trunk alone \[kg\], principal moments of the latter
-    /// \[kg·m²\].
+    /// Mass of trunk, payloads and legs, and of trunk and payloads \[kg\]; principal moments of the
+    /// trunk alone \[kg·m²\].
     pub(crate) mass: f64,
     pub(crate) trunk_mass: f64,
     pub(crate) inertia: [f64; 3],
+    /// Payloads of the trunk.
+    pub(crate) payload: Option<Payload>,
     pub(crate) legs: Legs<Quad, N>,
     pub(crate) drives: DriveLaws,
     /// Radius of an angle in the error \[m\].
@@ -54,6 +56,7 @@ impl<const N: usize> CompliantModel<N> {
             mass: model.trunk.mass,
             trunk_mass: model.trunk.mass - constants.iter().map(|leg| leg.mass).sum::<f64>(),
             inertia: model.trunk.inertia,
+            payload: model.trunk.payload,
             legs: Legs::side_by_side(&constants, compliances, friction),
             drives: DriveLaws::from(model.drives.as_ref()),
             radius: 0.5 * model.reach,

@@ -498,7 +498,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         let [wx, wy, wz] = trunk.turning;
         let spin = [inertia_x * wx, inertia_y * wy, inertia_z * wz];
         let gyro = cross(trunk.turning, spin);
-        let system = TrunkSystem {
+        let mut system = TrunkSystem {
             plane: [a[0] + model.trunk_mass, a[1], a[2] + model.trunk_mass],
             ahead: [b[3], a[3], -b[2]],
             up: [c[0], b[0], -b[3]],
@@ -521,6 +521,9 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 e[2] + weight[2] - gyro[2],
             ],
         };
+        if let Some(payload) = &model.payload {
+            system.carry(payload, field, trunk.turning);
+        }
         let accelerations = system.solve(model.base);
         let [x, _, z, roll, pitch, yaw] = accelerations;
         let plane = [

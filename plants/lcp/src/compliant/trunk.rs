@@ -1,6 +1,13 @@
 //! Equations of the trunk, with the legs eliminated.
 
+use twinrig_compliant::frame::cross;
 use twinrig_legged::Base;
+use twinrig_robot::Payload;
+
+/// Returns a matrix times a vector.
+pub(crate) fn times(matrix: &[[f64; 3]; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
+    matrix.map(|row| row[0] * x + row[1] * y + row[2] * z)
+}
 
 /// Equations of the trunk: blocks of a symmetric matrix, and force and torque.
 #[derive(Debug, Clone, Copy)]
@@ -20,6 +27,33 @@ pub(crate) struct TrunkSystem {
 }
 
 impl TrunkSystem {
+    /// Adds payloads, whose mass is that of the trunk already; `field` is g − ω × v.
+    ///
+    /// With S = Σ m r and the inertia J of the payloads about the trunk's centre of mass, the force
+    /// on it is −ω × (ω × S), the torque S × (g − ω × v) − ω × J ω; ω̇ × S and S × v̇ couple the
+    /// translation with the rotation.
+    pub(crate) fn carry(&mut self, payload: &Payload, field: [f64; 3], turning: [f64; 3]) {
+        let [x, y, z] = payload.moment;
+        let add = |to: &mut [f64; 3], part: [f64; 3]| {
+            to.iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
+        };
+        add(&mut self.ahead, [0.0, z, -y]);
+        add(&mut self.up, [y, -x, 0.0]);
+        self.lateral[0] -= z;
+        self.lateral[1] += x;
+        let inertia = payload.inertia();
+        let [[xx, ..], [xy, yy, _], [xz, yz, zz]] = inertia;
+        let entries = self.rotation.iter_mut().zip([xx, xy, yy, xz, yz, zz]);
+        entries.for_each(|(sum, part)| *sum += part);
+        let inward = cross(turning, cross(turning, payload.moment));
+        let weight = cross(payload.moment, field);
+        let gyro = cross(turning, times(&inertia, turning));
+        for i in 0..3 {
+            self.force[i] -= inward[i];
+            self.force[3 + i] += weight[i] - gyro[i];
+        }
+    }
+
     /// Returns the acceleration of the trunk, linear then angular.
     ///
     /// The lateral row and the block of forward and up are eliminated, and the rotations are solved

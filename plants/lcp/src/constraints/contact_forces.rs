@@ -45,7 +45,6 @@ impl<R: Wide, const N: usize> Dynamics<'_, R, N> {
         let Some(ground) = &self.model.ground else {
             return;
         };
-        let friction = <R::Sum as Real>::splat(ground.friction);
         let upright = articulated.rotation();
         workspace.rows.clear();
         workspace.force_rows.clear();
@@ -66,6 +65,7 @@ impl<R: Wide, const N: usize> Dynamics<'_, R, N> {
                 let row = site.row(footing.directions[k]);
                 let force_row = match contact.slides {
                     Some(last) => {
+                        let friction = <R::Sum as Real>::splat(self.model.friction[contact.leg]);
                         let slide = sliding(&footing, last);
                         let [n, a, b] = footing.directions;
                         site.row(std::array::from_fn(|i| {
@@ -121,6 +121,7 @@ impl<R: Wide, const N: usize> Dynamics<'_, R, N> {
                 let footing = site.footing(ground, state.position, &upright);
                 let slide = sliding(&footing, last);
                 let speed = slide[0] * footing.velocity[1] + slide[1] * footing.velocity[2];
+                let friction = <R::Sum as Real>::splat(self.model.friction[contact.leg]);
                 let friction_power = friction * workspace.forces[next] * speed;
                 let sum = dissipated.lane(contact.leg) + friction_power;
                 *dissipated = dissipated.with_lane(contact.leg, sum);

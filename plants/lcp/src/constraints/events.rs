@@ -23,6 +23,7 @@ pub(crate) use resolve_modes::ModeResolution;
 use core::mem;
 
 use twinrig_contact::{Bound, Method, Problem, Solution, SolveError};
+use twinrig_legged::LEGS;
 use twinrig_runtime::WorkCounts;
 
 use crate::constraints::mode::Mode;
@@ -62,8 +63,8 @@ pub(crate) struct Instant<const N: usize> {
 }
 
 impl<const N: usize> Instant<N> {
-    /// Fills matrix and bounds of the problem.
-    pub(crate) fn prepare(&mut self, articulated: &Articulated<Lanes, N>, friction: f64) {
+    /// Fills matrix and bounds of the problem, with the coefficient of friction at each leg.
+    pub(crate) fn prepare(&mut self, articulated: &Articulated<Lanes, N>, friction: &[f64; LEGS]) {
         let n = self.entries.len();
         self.problem.reset(n);
         self.row_responses.clear();
@@ -102,7 +103,7 @@ impl<const N: usize> Instant<N> {
             match entry.role {
                 Role::Stop(_) | Role::Normal { .. } => self.problem.bound(i, Bound::NonNegative),
                 Role::Tangent { which: 1, .. } => {
-                    let normal = i - 1;
+                    let (normal, friction) = (i - 1, friction[entry.row.leg]);
                     self.problem.bound(i, Bound::Disc { normal, friction });
                 }
                 Role::Tangent { .. } => {}

@@ -183,7 +183,7 @@ impl Guards {
                     self.set(
                         at_foot(links, 2),
                         leg,
-                        ground.friction * forces[0] - tangential,
+                        dynamics.model.friction[leg] * forces[0] - tangential,
                     );
                     (forces, shares) = (&forces[3..], &shares[3..]);
                 }
@@ -192,7 +192,7 @@ impl Guards {
                     let [_, a, b] = footing.velocity;
                     self.set(at_foot(links, 1), leg, forces[0]);
                     self.set(at_foot(links, 2), leg, (shares[0] + JAMMED) * weight);
-                    if ground.friction > 0.0 {
+                    if dynamics.model.friction[leg] > 0.0 {
                         self.set(at_foot(links, 3), leg, a * last[0] + b * last[1]);
                     }
                     (forces, shares) = (&forces[1..], &shares[1..]);

@@ -109,7 +109,8 @@ impl ImpulseSums {
             let force: [f64; 3] = if let Some(last) = contact.slides {
                 let s = sliding(&footing, last);
                 let along = |i: usize| s[0] * a[i] + s[1] * b[i];
-                std::array::from_fn(|i| of_contact[0] * (n[i] - ground.friction * along(i)))
+                let friction = model.friction[contact.leg];
+                std::array::from_fn(|i| of_contact[0] * (n[i] - friction * along(i)))
             } else {
                 std::array::from_fn(|i| {
                     of_contact[0] * n[i] + of_contact[1] * a[i] + of_contact[2] * b[i]

@@ -2,7 +2,7 @@
 
 use twinrig_contact::Ground;
 use twinrig_leg::Pantograph;
-use twinrig_legged::{Base, DriveModels, LeggedError, Setup, positive};
+use twinrig_legged::{Base, DriveModels, LEGS, LeggedError, Setup, positive};
 use twinrig_robot::{GRAVITY, Robot};
 
 use crate::model::constants::{Constants, LANES};
@@ -30,6 +30,8 @@ pub(crate) struct Model<const N: usize> {
     pub(crate) side_by_side: Constants<Lanes, N>,
     pub(crate) drives: Option<DriveModels>,
     pub(crate) ground: Option<Ground>,
+    /// Coefficient of friction at each leg; zero without ground.
+    pub(crate) friction: [f64; LEGS],
     /// Weight times leg length: the reference of energies \[J\].
     pub(crate) energy_scale: f64,
     /// The same for the moving masses \[J\].
@@ -73,7 +75,9 @@ impl<const N: usize> Model<N> {
             }
         }
         let legs_mass = legs.iter().map(|leg| leg.constants.mass).sum::<f64>();
-        let mass = robot.trunk.mass + legs_mass;
+        let payload = robot.trunk.payload();
+        let bare = robot.trunk.mass + legs_mass;
+        let mass = payload.map_or(bare, |load| bare + load.mass);
         // Scales refer to the whole robot, so that omitting a leg does not change them for the
         // others.
         let all = robot.legs.iter();
@@ -85,6 +89,7 @@ impl<const N: usize> Model<N> {
             trunk: TrunkConstants {
                 mass,
                 inertia: robot.trunk.inertia,
+                payload,
                 moves: [
                     free || planar,
                     free,
@@ -97,6 +102,7 @@ impl<const N: usize> Model<N> {
             side_by_side: Constants::side_by_side(&constants),
             legs,
             drives: setup.drive_models(robot)?,
+            friction: [setup.ground.as_ref().map_or(0.0, |ground| ground.friction); LEGS],
             ground: setup.ground.clone(),
             energy_scale: robot.mass() * GRAVITY * reach,
             moving_energy: if free || planar { mass } else { legs_mass } * GRAVITY * reach,
@@ -120,6 +126,12 @@ impl<const N: usize> Model<N> {
         /// Share of the mobility of the whole robot.
         const SHARE: f64 = 1e-8;
         SHARE * GRAVITY * self.reach / self.energy_scale
+    }
+
+    /// Returns the coefficient of restitution; zero without ground.
+    pub(crate) fn restitution(&self) -> f64 {
+        let ground = self.ground.as_ref();
+        ground.map_or(0.0, |ground| ground.restitution)
     }
 
     /// Returns whether the trunk moves.

@@ -1,6 +1,8 @@
 //! Equations of the trunk with the legs eliminated (Schur complement): six rows, for any number of
 //! legs.
 
+use twinrig_robot::Payload;
+
 use crate::model::coupling::{COUPLED, LegContribution, LegCoupling};
 use crate::model::elimination::LegMobility;
 use crate::model::real::Real;
@@ -11,10 +13,12 @@ pub(crate) type Spatial<T> = [T; 6];
 /// Constants of the trunk.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TrunkConstants {
-    /// Mass of trunk and legs \[kg\].
+    /// Mass of trunk, payloads and legs \[kg\].
     pub(crate) mass: f64,
     /// Principal moments of the trunk alone \[kg·m²\].
     pub(crate) inertia: [f64; 3],
+    /// Payloads of the trunk.
+    pub(crate) payload: Option<Payload>,
     /// Directions in which the trunk may move: forward, left, up, roll, pitch, yaw.
     pub(crate) moves: [bool; 6],
 }
@@ -41,10 +45,17 @@ pub(crate) struct Trunk<T> {
 impl<T: Real<Sum = T>> Trunk<T> {
     /// Computes the inertia only, from the contributions of the legs summed over the lanes.
     pub(crate) fn unloaded(constants: &TrunkConstants, contribution: &LegContribution<T>) -> Self {
-        let [xx, yy, zz, xy, xz, yz] = contribution.spread;
+        let (mut moment, mut spread) = (contribution.moment, contribution.spread);
+        if let Some(payload) = &constants.payload {
+            let moments = moment.iter_mut().zip(&payload.moment);
+            moments.for_each(|(sum, part)| *sum += T::splat(*part));
+            let spreads = spread.iter_mut().zip(&payload.spread);
+            spreads.for_each(|(sum, part)| *sum += T::splat(*part));
+        }
+        let [xx, yy, zz, xy, xz, yz] = spread;
         let trunk = constants.inertia.map(T::splat);
         Self {
-            moment: contribution.moment,
+            moment,
             inertia: [
                 [trunk[0] + yy + zz, -xy, -xz],
                 [-xy, trunk[1] + xx + zz, -yz],

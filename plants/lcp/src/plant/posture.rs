@@ -7,7 +7,6 @@ use twinrig_runtime::PlantState;
 use crate::constraints::events::Instant;
 use crate::model::articulated::{into_trunk, rotation};
 use crate::model::real::{Lanes, Real};
-use crate::options::Method;
 use crate::plant::flow::Flow;
 
 impl<const N: usize> Flow<N> {
@@ -117,7 +116,7 @@ impl<const N: usize> Flow<N> {
                 violation.by
             ),
         })?;
-        self.modes_pending = matches!(self.method, Method::Rk4 | Method::Rodas4);
+        self.modes_pending = self.method.is_event_driven();
         Ok(())
     }
 }

@@ -53,6 +53,9 @@ impl Kernel for StoredEnergy<'_> {
             let inertia = &model.rigid.inertia;
             twice += model.rigid.mass * (vx * vx + vy * vy + vz * vz)
                 + (inertia[0] * wx * wx + inertia[1] * wy * wy + inertia[2] * wz * wz);
+            if let Some([xy, xz, yz]) = model.trunk.products {
+                twice += 2.0 * (xy * wx * wy + xz * wx * wz + yz * wy * wz);
+            }
             height += model.rigid.mass * trunk.position[2];
         }
         [0.5 * twice, springs, GRAVITY * height]

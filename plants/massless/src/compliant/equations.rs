@@ -135,6 +135,14 @@ impl Equations for CompliantEquations {
         &self.hip_references
     }
 
+    fn centre_of_trunk(&self) -> Option<[f64; 3]> {
+        self.model.rigid.centre_of_trunk().map(Into::into)
+    }
+
+    fn set_friction(&mut self, friction: &[f64; LEGS]) {
+        self.model.legs.sole.set_friction(friction);
+    }
+
     fn step(&self, features: Features, step: Step<'_, Self>) -> Result<(), StepError> {
         let model = &self.model;
         dispatch(features, Advance { model, step })

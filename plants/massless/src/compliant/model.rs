@@ -48,7 +48,7 @@ impl CompliantModel {
         Self {
             legs: Legs::side_by_side(&model, pantographs, compliances),
             drives: DriveLaws::from(model.drives.as_ref()),
-            trunk: TrunkConstants::new(model.mass, feet, model.inertia.into()),
+            trunk: TrunkConstants::new(&model, feet),
             mass: model.mass + feet,
             work_to_length: StepControl::WORK_WEIGHT / (GRAVITY * (model.mass + feet)),
             radius: 0.5 * model.reach,

@@ -294,12 +294,8 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
         let [ahead, up, pitch, roll] = L::sums([fx, fz, z * fx - x * fz, y * fz - z * fy]).quad().0;
         let [yaw, left, mx_sum, mz_sum] = L::sums([x * fy - y * fx, fy, mx, mz]).quad().0;
         let [xx, xz, zz, _] = L::sums([mx * x, mx * z, mz * z, fx.zero()]).quad().0;
-        let (TrunkConstants { mass, inertia, .. }, field) = (model.trunk, trunk.field);
-        let [wx, wy, wz] = trunk.turning;
-        let gyro = cross(
-            trunk.turning,
-            [inertia[0] * wx, inertia[1] * wy, inertia[2] * wz],
-        );
+        let (TrunkConstants { mass, .. }, field) = (model.trunk, trunk.field);
+        let gyro = cross(trunk.turning, model.trunk.spin(trunk.turning));
         let sums = TrunkSums {
             moment: [mx_sum, mz_sum],
             spread: [xx, xz, zz],

@@ -5,7 +5,7 @@ use twinrig_compliant::lanes::{Features, Quad};
 use twinrig_compliant::{DriveLaws, Element, Equations, Flow};
 use twinrig_leg::{Gradient, Planar};
 use twinrig_legged::{Base, Drives, Ledger, Setup, StepInputs};
-use twinrig_robot::{GRAVITY, JointFriction, OneSided, Robot};
+use twinrig_robot::{GRAVITY, JointFriction, OneSided, PointMass, Robot};
 use twinrig_testing::robots::{SERVO, SERVOS, pose, robot, robot_named, standing, with_legs};
 
 use super::equations::{CompliantFlow, initial};
@@ -19,7 +19,11 @@ fn build(robot: &Robot, setup: Setup) -> CompliantFlow {
 
 /// Legs between their stops with slack cables, on servos without limits.
 fn between_stops(base: Base) -> CompliantFlow {
-    let robot = with_legs(|leg| {
+    loaded_between_stops(base, Vec::new())
+}
+
+fn loaded_between_stops(base: Base, payloads: Vec<PointMass>) -> CompliantFlow {
+    let mut robot = with_legs(|leg| {
         leg.diagonal.preload = -0.004;
         leg.parallel.preload = -0.004;
         leg.parallel_travel = 0.014;
@@ -30,6 +34,7 @@ fn between_stops(base: Base) -> CompliantFlow {
             ..leg.joint_friction
         };
     });
+    robot.trunk.payloads = payloads;
     let setup = Setup {
         base,
         ground: None,
@@ -114,13 +119,15 @@ fn maximal_coordinates(flow: &CompliantFlow, legs: &[ClosedLeg]) -> SVector<f64,
     let velocity = Vector3::from(state.velocity.three());
     let turning = Vector3::from(state.turning.three());
     let (mut a, mut b) = (SMatrix::<f64, 22, 22>::zeros(), SVector::zeros());
-    let inertia = Matrix3::from_diagonal(&model.inertia);
+    let inertia = model
+        .tensor
+        .unwrap_or_else(|| Matrix3::from_diagonal(&model.inertia));
     let mut force = (gravity - turning.cross(&velocity)) * model.mass;
     let mut torque = -turning.cross(&(inertia * turning));
     for i in 0..3 {
         a[(i, i)] = model.mass;
-        a[(3 + i, 3 + i)] = model.inertia[i];
     }
+    a.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia);
     for (k, leg) in legs.iter().enumerate() {
         let (foot, sideways, mass) = (6 + 3 * k, 18 + k, model.legs[k].mass);
         force -= leg.force;
@@ -168,8 +175,10 @@ proptest! {
     #[test]
     fn slope_is_that_of_all_bodies_with_constraint_forces(
         turning in proptest::array::uniform3(-5.0..5.0_f64),
+        mass in prop_oneof![Just(0.0), 0.01..1.0],
+        at in proptest::array::uniform3(-0.1..0.1),
     ) {
-        let mut flow = between_stops(Base::Free);
+        let mut flow = loaded_between_stops(Base::Free, vec![PointMass { mass, at }]);
         tumble(&mut flow.state, turning);
         prop_assert!(flow.greatest_depth() == 0.0);
         flow.ledger = Ledger::opened(flow.stored());

@@ -1,27 +1,52 @@
 //! Equations of the trunk, which carries the feet sideways.
 
+use nalgebra::{Matrix3, Vector3};
 use twinrig_legged::Base;
+
+use crate::mobility::inverse_of_symmetric;
+use crate::model::Model;
 
 /// Constants of the trunk.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TrunkConstants {
-    /// Mass \[kg\], and principal moments \[kg·m²\].
+    /// Mass \[kg\], and moments of inertia \[kg·m²\].
     pub(crate) mass: f64,
     pub(crate) inertia: [f64; 3],
     /// Reciprocals of the mass, of the mass with the feet, and of the moment of pitch.
     per_mass: f64,
     per_total: f64,
     per_pitch: f64,
+    /// Products of inertia x y, x z and y z of the tensor, where payloads couple the rotations.
+    pub(crate) products: Option<[f64; 3]>,
 }
 
 impl TrunkConstants {
-    pub(crate) fn new(mass: f64, feet: f64, inertia: [f64; 3]) -> Self {
+    pub(crate) fn new(model: &Model, feet: f64) -> Self {
+        let (mass, inertia): (f64, [f64; 3]) = (model.mass, model.inertia.into());
+        let entries = [(0, 1), (0, 2), (1, 2)];
+        let products = model.tensor.map(|tensor| entries.map(|at| tensor[at]));
         Self {
+            products,
             mass,
             inertia,
             per_mass: 1.0 / mass,
             per_total: 1.0 / (mass + feet),
             per_pitch: 1.0 / inertia[1],
+        }
+    }
+
+    /// Returns the angular momentum at this angular velocity.
+    #[inline(always)]
+    pub(crate) fn spin(&self, [wx, wy, wz]: [f64; 3]) -> [f64; 3] {
+        let inertia = &self.inertia;
+        let spin = [inertia[0] * wx, inertia[1] * wy, inertia[2] * wz];
+        match self.products {
+            None => spin,
+            Some([xy, xz, yz]) => [
+                spin[0] + xy * wy + xz * wz,
+                spin[1] + xy * wx + yz * wz,
+                spin[2] + xz * wx + yz * wy,
+            ],
         }
     }
 }
@@ -58,9 +83,20 @@ impl TrunkSums {
         let yy = inertia[2] + mxx - to_yaw * mx;
         let roll = roll - to_roll * fy;
         let yaw = yaw - to_yaw * fy;
-        let per_determinant = 1.0 / (rr * yy - ry * ry);
-        let along_roll = (yy * roll - ry * yaw) * per_determinant;
-        let along_yaw = (rr * yaw - ry * roll) * per_determinant;
+        let (along_roll, turn, along_yaw) = match trunk.products {
+            None => {
+                let per_determinant = 1.0 / (rr * yy - ry * ry);
+                let along_roll = (yy * roll - ry * yaw) * per_determinant;
+                let along_yaw = (rr * yaw - ry * roll) * per_determinant;
+                (along_roll, turn, along_yaw)
+            }
+            Some([xy, xz, yz]) => {
+                let [ry, pp] = [ry + xz, inertia[1]];
+                let matrix = Matrix3::new(rr, xy, ry, xy, pp, yz, ry, yz, yy);
+                let turns = inverse_of_symmetric(&matrix) * Vector3::new(roll, pitch, yaw);
+                (turns.x, turns.y, turns.z)
+            }
+        };
         let y = fy * per - to_roll * along_roll - to_yaw * along_yaw;
         [x, y, z, along_roll, turn, along_yaw]
     }

@@ -156,7 +156,7 @@ fn moments(plant: &Massless) -> (f64, Vector3<f64>, Vector3<f64>, Vector3<f64>) 
     let mass: f64 = parts.iter().map(|(m, _, _)| m).sum();
     let centre = parts.iter().map(|(m, r, _)| r * *m).sum::<Vector3<f64>>() / mass;
     let momentum: Vector3<f64> = parts.iter().map(|(m, _, v)| v * *m).sum();
-    let spin = turn * rate.component_mul(&model.inertia)
+    let spin = turn * model.spin(&rate)
         + parts
             .iter()
             .map(|(m, r, v)| (r - centre).cross(v) * *m)

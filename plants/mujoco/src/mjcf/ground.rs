@@ -15,10 +15,13 @@ const EXTENT: f64 = 100.0;
 /// Writes the ground, lowered by the radius of a foot, so that a foot in contact has its centre on
 /// the ground.
 pub(super) fn write(ground_model: &GroundModel, to: &mut Sections) {
-    let contact = format!(
-        "friction=\"{} 0 0\" contype=\"0\" conaffinity=\"1\"",
+    // MuJoCo takes the greater of the coefficients of foot and ground: with patches that of the foot.
+    let friction = if ground_model.ground.has_patches() {
+        0.0
+    } else {
         ground_model.ground.friction
-    );
+    };
+    let contact = format!("friction=\"{friction} 0 0\" contype=\"0\" conaffinity=\"1\"");
     match &ground_model.area {
         Area::Flat { height } => {
             let z = height - FOOT_RADIUS;

@@ -5,6 +5,7 @@ mod allocation;
 mod closed_forms;
 mod drives;
 mod fixture;
+mod loads;
 mod properties;
 mod refusals;
 mod state;

@@ -3,6 +3,7 @@
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_legged::{LeggedError, StartPose};
 use twinrig_rapier::{Joints, Options, Rapier, RapierError, Softness};
+use twinrig_robot::PointMass;
 use twinrig_runtime::{Plant, PlantState};
 use twinrig_testing::robots::{robot, suspended};
 
@@ -108,4 +109,14 @@ fn state_with_invalid_attitude_or_velocity_is_refused() {
     assert!(fixture.plant.resume_from(&flat).is_err());
     let non_finite = PlantState::at(SimTime::ZERO).with("body/velocity", &[f64::NAN; 3]);
     assert!(fixture.plant.resume_from(&non_finite).is_err());
+}
+
+#[test]
+fn payloads_are_refused() {
+    let mut robot = robot();
+    let (mass, at) = (0.1, [0.02, 0.0, 0.03]);
+    robot.trunk.payloads = vec![PointMass { mass, at }];
+    let options = Options::new(standing(2000), Joints::Impulse);
+    let refused = Rapier::new(&robot, &options, &|_| true).map(|_| ());
+    assert_eq!(refused, Err(RapierError::Payload));
 }

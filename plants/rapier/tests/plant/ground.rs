@@ -1,11 +1,12 @@
 //! Feet on the ground.
 
-use twinrig_contact::{Ground, HeightField, Terrain};
+use twinrig_contact::{Ground, HeightField, Patch, Terrain};
+use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_rapier::{Joints, Options, Solver};
 use twinrig_runtime::Plant;
 use twinrig_testing::reference_trajectory::{ReferenceTrajectory, flatten};
-use twinrig_testing::robots::{LEGS, robot};
+use twinrig_testing::robots::{LEGS, flat_ground, robot};
 
 use crate::fixture::{standing, with_joints, with_options};
 
@@ -163,4 +164,37 @@ fn foot_rebounds_by_the_restitution() {
     };
     let [inelastic, elastic] = [0.0, 0.8].map(height);
     assert!(elastic > inelastic + 1e-4, "{inelastic} {elastic}");
+}
+
+#[test]
+fn sliding_feet_have_the_friction_of_the_present_patch() {
+    let patch = Patch {
+        friction: 0.05,
+        extent: f64::NEG_INFINITY..f64::INFINITY,
+        begin: SimTime::ZERO + SimDuration::from_micros(50_300),
+        end: None,
+    };
+    let ground = flat_ground(0.3).with_patches(vec![patch]).unwrap();
+    let setup = Setup {
+        ground: Some(ground),
+        ..standing(2000)
+    };
+    for joints in Joints::ALL {
+        let mut fixture = with_joints(&robot(), setup.clone(), joints);
+        let state = fixture.plant.state().unwrap();
+        let state = state.with("body/velocity", &[1.5, 0.0, 0.0]);
+        fixture.plant.resume_from(&state).unwrap();
+        fixture.advance_to_us(20_000);
+        for (to_us, friction) in [(50_300, 0.3), (90_000, 0.05)] {
+            fixture.plant.begin_window();
+            fixture.advance_to_us(to_us);
+            let force = LEGS.map(|leg| fixture.read(&format!("leg/{leg}/foot/force")));
+            let sum = |axis: usize| force.iter().map(|force| force[axis]).sum::<f64>();
+            let ratio = -sum(0) / sum(2);
+            assert!(
+                (ratio - friction).abs() < 0.02 * friction,
+                "{joints:?}: {ratio} {friction}"
+            );
+        }
+    }
 }

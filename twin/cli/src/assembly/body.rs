@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use twinrig_kernel::{Port, signal};
-use twinrig_robot::{LegMount, Robot, RobotFile};
-use twinrig_scenario::{LegFact, Scenario};
+use twinrig_robot::{LegMount, PointMass, Robot, RobotFile};
+use twinrig_scenario::{LegFact, PayloadSpec, Scenario};
 
 use crate::assembly::registry::Registry;
 use crate::assembly::sensors::Sensors;
@@ -136,8 +136,15 @@ fn named_legs(ports: &[Port]) -> Vec<LegFact> {
 impl FiledRobot {
     fn of(file: &RobotFile, scenario: &Scenario) -> Result<Self, TwinError> {
         let robot = file.robot();
+        let mut robot = robot.map_err(|error| sources::placed(error, scenario))?;
+        let payloads = scenario.plant.payloads.iter();
+        let point = |load: &PayloadSpec| PointMass {
+            mass: load.mass,
+            at: load.at,
+        };
+        robot.trunk.payloads = payloads.map(point).collect();
         Ok(Self {
-            robot: robot.map_err(|error| sources::placed(error, scenario))?,
+            robot,
             file: file.file().to_owned(),
             text: file.text().to_owned(),
         })

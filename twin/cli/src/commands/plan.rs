@@ -1,6 +1,7 @@
 //! Command `twin plan`: the scene of a scenario.
 
 mod actuator;
+mod loads;
 mod sensor;
 
 use anstyle::Style;
@@ -11,6 +12,7 @@ use twinrig_runtime::{Group, Rig};
 use twinrig_scenario::{LeftOut, Scenario};
 
 use self::actuator::Actuator;
+use self::loads::Loads;
 use self::sensor::{Sensor, sensed};
 use super::{FAILURE, SUCCESS, Terminal, settings};
 use crate::args::PlanArgs;
@@ -39,6 +41,8 @@ struct Plan {
     schedule: Timetable,
     /// Drives of the robot; none for a standalone model.
     actuator: Option<Actuator>,
+    #[serde(flatten)]
+    loads: Loads,
     coupling: String,
     wires: Vec<Wire>,
     /// Sensors between the wires and the controller.
@@ -168,6 +172,7 @@ fn of(registry: &Registry, assembly: &Assembly<'_>) -> Result<Plan, TwinError> {
             },
         },
         actuator: Actuator::of(assembly),
+        loads: Loads::of(&scenario.plant),
         coupling: coupling::describe(scenario.plant.coupling),
         wires: wires(&rig),
         sensors: Sensor::all(assembly),
@@ -278,6 +283,7 @@ fn text(plan: &Plan) -> String {
     );
     let mut lines = vec![styled(BOLD, &plan.scenario)];
     lines.extend(facts.lines(2));
+    plan.loads.sections(&mut lines);
     section(&mut lines, "connections", &wired(plan));
     section(&mut lines, "sensors", &sensed(&plan.sensors, &plan.legs));
     let title = "undriven inputs of the plant";

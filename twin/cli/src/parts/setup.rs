@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use twinrig_contact::{Ground, HeightField, Levels, Terrain};
+use twinrig_contact::{Ground, HeightField, Levels, Patch, Terrain};
 use twinrig_kernel::{Port, SimDuration, signal, stream};
 use twinrig_leg::LegCommand;
 use twinrig_legged::{Base, Drives, SetPoint, Setup, Signals, Start, StartPose};
@@ -153,7 +153,14 @@ fn terrain(ground: &SceneGround, friction: f64, seed: u64) -> Result<Ground, Bui
         Profile::Heights { spacing, heights } => Terrain::Heights(field(*spacing, heights, seed)?),
     };
     let friction = ground.friction.unwrap_or(friction);
-    Ok(Ground::new(terrain, friction, ground.restitution)?)
+    let patches = ground.surfaces.iter().map(|surface| Patch {
+        friction: surface.friction,
+        extent: surface.extent.clone(),
+        begin: surface.begin,
+        end: surface.end,
+    });
+    let plain = Ground::new(terrain, friction, ground.restitution)?;
+    Ok(plain.with_patches(patches.collect())?)
 }
 
 /// Returns a height field centred at the start position.

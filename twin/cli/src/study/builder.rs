@@ -221,7 +221,10 @@ fn scene(
             duration.map_or(STROLL, |duration| duration.max(STROLL)),
         )?,
         step: step.unwrap_or(scenario.io.step),
-        friction: ground.and_then(|ground| ground.friction.or(robot.map(|robot| robot.friction))),
+        // One coefficient describes a ground without surfaces only.
+        friction: ground
+            .filter(|ground| ground.surfaces.is_empty())
+            .and_then(|ground| ground.friction.or(robot.map(|robot| robot.friction))),
         sole_stiffness: sole.map(|sole| sole.sole.stiffness),
         weight: assembly.robot().map_or(0.0, Robot::weight),
     })

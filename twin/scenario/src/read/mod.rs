@@ -11,6 +11,7 @@ mod fall;
 mod footsteps;
 mod io;
 mod limits;
+mod loads;
 mod options;
 mod plant;
 mod sensor;
@@ -87,6 +88,12 @@ table! {
     SENSOR: () = "sensor", contextual(Shape::Tables(sensor::sensor_table::TABLE)),
         "sensors of inputs of the controller",
         r#"sensor = [{ of = "leg/*/foot/load", noise = "0.1 N" }]"#, needs("controller");
+    PAYLOAD: () = "payload", contextual(Shape::Tables(loads::payload_table::TABLE)),
+        "point masses on the trunk",
+        r#"payload = [{ mass = "200 g", at = ["2 cm", "0 cm", "3 cm"] }]"#;
+    SURFACE: () = "surface", contextual(Shape::Tables(loads::surface_table::TABLE)),
+        "friction of parts of the ground, or for a time",
+        r#"surface = [{ friction = 0.2 }], plant = { model = "lcp", ground = {} }"#;
     EXPECT: () = "expect", contextual(Shape::Tables(expect::expect_table::TABLE)), "expectations",
         "expect = [{ body = { fall = false } }]";
 }
@@ -192,6 +199,7 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
     let (seed, observe) = (table.read(&SEED), table.read(&OBSERVE));
     let observed = observe.unwrap_or(io::OBSERVE_PERIOD);
     let plant = table.read_with(&PLANT, |item| plant::plant(item, catalogue, observed));
+    let plant = loads::loads(table, plant, run);
     let actuator = actuator(table, catalogue, plant.as_ref().ok(), run);
     let controller = controller(table, catalogue);
     let buses = table.get_with(&BUS, |item| bus::buses(item, &catalogue.buses));

@@ -166,6 +166,7 @@ pub(super) fn plant(
         base: base?,
         legs: legs?,
         ground: ground?,
+        payloads: Vec::new(),
         start: start?,
         step: step?,
         coupling: coupling?.unwrap_or_default(),
@@ -188,6 +189,7 @@ fn standalone(
         base: Base::Free,
         legs: None,
         ground: None,
+        payloads: Vec::new(),
         start: None,
         step: step?,
         coupling,
@@ -264,6 +266,7 @@ fn ground(item: &Item<'_>) -> Result<Ground, Reported> {
         friction: friction?,
         restitution: restitution?,
         profile,
+        surfaces: Vec::new(),
         place: item.place(),
     })
 }

@@ -228,6 +228,7 @@ impl<const N: usize> Instant<N> {
             return;
         };
         let rotation = articulated.rotation();
+        let friction = dynamics.model.friction[leg];
         for links in 3..=N {
             let site = Site::new(dynamics.legs, &articulated.chain, state, leg, links);
             let footing = site.footing(ground, state.position, &rotation);
@@ -240,9 +241,7 @@ impl<const N: usize> Instant<N> {
             let slides = match feet {
                 Feet::WithTangents => None,
                 // Without friction no foot can stick.
-                _ if ground.friction == 0.0 => {
-                    Some(direction(&footing, STICKING).unwrap_or([1.0, 0.0]))
-                }
+                _ if friction == 0.0 => Some(direction(&footing, STICKING).unwrap_or([1.0, 0.0])),
                 Feet::AfterEvent if self.sticks(contact, &footing, [leg, links]) => None,
                 Feet::BySpeed => direction(&footing, STICKING),
                 Feet::AfterEvent => direction(&footing, STOPPED),
@@ -251,9 +250,7 @@ impl<const N: usize> Instant<N> {
             let [forward, sideways] = footing.surface.tangents();
             let world = [footing.surface.normal, forward, sideways].map(<[f64; 3]>::from);
             let force_direction = slides.map_or(n, |s| {
-                std::array::from_fn(|i| {
-                    n[i] - ground.friction * (s[0] * along[i] + s[1] * across[i])
-                })
+                std::array::from_fn(|i| n[i] - friction * (s[0] * along[i] + s[1] * across[i]))
             });
             let entry = |k: usize, role, force_row| Entry {
                 role,

@@ -70,11 +70,8 @@ impl<const N: usize> Instant<N> {
         self.find_entries(dynamics, state, &articulated, &drive, legs, feet, &touching);
         mode.deactivate();
         if !self.entries.is_empty() {
-            let (friction, restitution) = dynamics
-                .model
-                .ground
-                .as_ref()
-                .map_or((0.0, 0.0), |ground| (ground.friction, ground.restitution));
+            let restitution = dynamics.model.restitution();
+            let friction = &dynamics.model.friction;
             self.prepare(&articulated, friction);
             self.set_offsets(&articulated, level, restitution);
             // Errors of the rates below the sticking speed are accepted.

@@ -3,7 +3,7 @@
 use core::mem;
 
 use twinrig_contact::{Method, Restitution, SolveError};
-use twinrig_legged::DriveModels;
+use twinrig_legged::{DriveModels, LEGS};
 
 use super::Instant;
 use super::closed::{Entry, Feet, Role, SLOTS, STICKING, Stop, touching};
@@ -67,8 +67,8 @@ impl<const N: usize> Instant<N> {
         if !self.entries.iter().any(|e| e.is_normal() && e.rate < 0.0) {
             return Ok(ImpactTotals::default());
         }
-        let [friction, restitution] = surface(dynamics);
-        self.prepare(&articulated, friction);
+        let restitution = dynamics.model.restitution();
+        self.prepare(&articulated, &dynamics.model.friction);
         self.coefficients.clear();
         self.coefficients
             .extend(self.entries.iter().map(|entry| match entry.role {
@@ -83,7 +83,7 @@ impl<const N: usize> Instant<N> {
         });
         (self.before, self.coefficients) = (before, coefficients);
         solved?;
-        self.note_stopped(friction);
+        self.note_stopped(&dynamics.model.friction);
         Ok(self.apply_impulses(dynamics, state, &articulated, &drive))
     }
 
@@ -96,8 +96,7 @@ impl<const N: usize> Instant<N> {
         legs: &[usize],
     ) -> Result<Option<ImpactTotals>, SolveError> {
         let (articulated, drive) = self.find_closed(dynamics, state, legs);
-        let [friction, _] = surface(dynamics);
-        self.prepare(&articulated, friction);
+        self.prepare(&articulated, &dynamics.model.friction);
         let jams = |entry: &Entry<N>| match entry.role {
             Role::Normal { links, .. } => self.jammed[entry.row.leg][links - 3],
             _ => false,
@@ -112,7 +111,7 @@ impl<const N: usize> Instant<N> {
         let has_impulse = impulses.any(|(jams, impulse)| *jams && *impulse > 0.0);
         (self.before, self.marks) = (before, marks);
         solved?;
-        self.note_stopped(friction);
+        self.note_stopped(&dynamics.model.friction);
         Ok(has_impulse.then(|| self.apply_impulses(dynamics, state, &articulated, &drive)))
     }
 
@@ -179,7 +178,7 @@ impl<const N: usize> Instant<N> {
     }
 
     /// Stores the feet stopped by the impact: those with an impulse inside the friction cone.
-    fn note_stopped(&mut self, friction: f64) {
+    fn note_stopped(&mut self, friction: &[f64; LEGS]) {
         let Some(last_impact) = &mut self.last_impact else {
             return;
         };
@@ -187,7 +186,7 @@ impl<const N: usize> Instant<N> {
         for (i, entry) in self.entries.iter().enumerate() {
             if let Role::Normal { links, .. } = entry.role {
                 let pull = libm::hypot(impulses[i + 1], impulses[i + 2]);
-                let limit = friction * impulses[i] * (1.0 - 1e-9);
+                let limit = friction[entry.row.leg] * impulses[i] * (1.0 - 1e-9);
                 last_impact.stopped[entry.row.leg][links - 3] = pull < limit;
             }
         }
@@ -203,12 +202,6 @@ impl<const N: usize> Instant<N> {
         }
         ground
     }
-}
-
-/// Returns friction and restitution of the ground; zero without ground.
-fn surface<const N: usize>(dynamics: &Dynamics<'_, Lanes, N>) -> [f64; 2] {
-    let ground = dynamics.model.ground.as_ref();
-    ground.map_or([0.0; 2], |ground| [ground.friction, ground.restitution])
 }
 
 /// Returns the robot during an impact: a motor of limited torque does not resist an impulse, a

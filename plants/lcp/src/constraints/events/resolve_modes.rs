@@ -1,6 +1,7 @@
 //! Active constraints after an instant: the closed constraints with compressive forces.
 
 use twinrig_contact::{Bound, Method, Problem, SolveError};
+use twinrig_legged::LEGS;
 
 use super::Instant;
 use super::closed::{Entry, Feet, Role, SEPARATION, Stop, touching};
@@ -89,7 +90,7 @@ impl<const N: usize> Instant<N> {
             mode.update_any();
             return Ok(ModeResolution::Resolved);
         }
-        let friction = dynamics.model.ground.as_ref().map_or(0.0, |g| g.friction);
+        let friction = &dynamics.model.friction;
         self.prepare(&articulated, friction);
         let free = articulated.accelerations();
         for (i, entry) in self.entries.iter().enumerate() {
@@ -194,7 +195,7 @@ impl<const N: usize> Instant<N> {
     /// Stores the constraints with forces above `least` as active, except those implied by others.
     /// A contact at its end has almost no force; if it stayed active, it would end again at once,
     /// repeatedly.
-    pub(super) fn mark_active(&self, mode: &mut Mode, friction: f64, least: f64) {
+    pub(super) fn mark_active(&self, mode: &mut Mode, friction: &[f64; LEGS], least: f64) {
         for (i, entry) in self.entries.iter().enumerate() {
             let force = self.problem.unknowns()[i];
             if force <= least {
@@ -210,7 +211,8 @@ impl<const N: usize> Instant<N> {
                     *active = active.with_lane(leg, 1.0);
                 }
                 Role::Normal { links, slides } => {
-                    let slides = slides.or_else(|| self.slip_direction(i, friction * force, least));
+                    let limit = friction[leg] * force;
+                    let slides = slides.or_else(|| self.slip_direction(i, limit, least));
                     mode.contacts.push(Contact { leg, links, slides });
                 }
                 Role::Tangent { .. } => {}

@@ -130,10 +130,8 @@ impl<const N: usize> ImpulseSolver<N> {
             }
             kept
         });
-        let ground = model.ground.as_ref();
-        let [friction, restitution] =
-            ground.map_or([0.0; 2], |ground| [ground.friction, ground.restitution]);
-        instant.prepare(articulated, friction);
+        let restitution = model.restitution();
+        instant.prepare(articulated, &model.friction);
         for (i, (entry, free)) in instant.entries.iter().zip(free_rates.iter()).enumerate() {
             instant
                 .problem

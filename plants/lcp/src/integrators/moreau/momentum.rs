@@ -142,19 +142,24 @@ impl<const N: usize> Geometry<N> {
             exz -= self.forward[j] * c;
         }
         let (m, two) = (legs.mass, Lanes::splat(2.0));
-        let moment = [m * hx + ex, m * hy, m * hz + ez].map(Real::sum);
-        let [xx, yy, zz] = [
+        let mut moment = [m * hx + ex, m * hy, m * hz + ez].map(Real::sum);
+        let [mut xx, mut yy, mut zz] = [
             m * hx * hx + two * hx * ex + exx,
             m * hy * hy,
             m * hz * hz + two * hz * ez + ezz,
         ]
         .map(Real::sum);
-        let [xy, xz, yz] = [
+        let [mut xy, mut xz, mut yz] = [
             hy * (m * hx + ex),
             m * hx * hz + hx * ez + hz * ex + exz,
             hy * (m * hz + ez),
         ]
         .map(Real::sum);
+        if let Some(payload) = &model.trunk.payload {
+            moment = std::array::from_fn(|i| moment[i] + payload.moment[i]);
+            let legs = [xx, yy, zz, xy, xz, yz];
+            [xx, yy, zz, xy, xz, yz] = std::array::from_fn(|i| legs[i] + payload.spread[i]);
+        }
         let [own_x, own_y, own_z] = model.trunk.inertia;
         let inertia = [
             [own_x + yy + zz, -xy, -xz],
