@@ -7,6 +7,7 @@ use twinrig_robot::Robot;
 use twinrig_runtime::{PlantEvent, PlantState, WorkCounts};
 
 use crate::error::LeggedError;
+use crate::external_load::StepLoad;
 use crate::posture::Posture;
 use crate::readings::Readings;
 use crate::setup::Setup;
@@ -42,6 +43,11 @@ pub trait Dynamics: Readings + Send {
     /// Sets the inputs of the next steps, until the next call; those with rates are set at every
     /// step.
     fn set_inputs(&mut self, inputs: &StepInputs<'_>);
+
+    /// Sets the load of pushes in the next step; called before every step of a plant with pushes.
+    /// Dynamics evaluate it at the times of their stages, or hold its mean. It is no part of the
+    /// saved state.
+    fn set_load(&mut self, load: &StepLoad);
 
     /// Advances by one step from the time `from`.
     ///

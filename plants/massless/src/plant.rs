@@ -9,7 +9,7 @@ use twinrig_compliant::SavedCompliant;
 use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
     Base, Constraints, DriveModels, Dynamics, FromRobot, LeggedPlant, PartFault, Posture, Setup,
-    StepInputs,
+    StepInputs, StepLoad,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantState, WorkCounts};
@@ -185,6 +185,14 @@ impl Dynamics for Islands {
         let port_inputs = self.flows.iter_mut().flat_map(Flow::port_inputs_mut);
         for (port_input, input) in port_inputs.zip(inputs.mean) {
             *port_input = *input;
+        }
+    }
+
+    fn set_load(&mut self, load: &StepLoad) {
+        let mut first_leg = 0;
+        for flow in &mut self.flows {
+            flow.set_load(load, first_leg);
+            first_leg += flow.model.legs.len();
         }
     }
 

@@ -1,7 +1,7 @@
 //! Rigid constraints as the dynamics of a plant.
 
 use twinrig_kernel::{SimTime, signal};
-use twinrig_legged::{DriveModels, Dynamics, PartFault, Posture, StepInputs};
+use twinrig_legged::{DriveModels, Dynamics, PartFault, Posture, StepInputs, StepLoad};
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantEvent, PlantEventKind, PlantState, WorkCounts};
 
@@ -78,6 +78,10 @@ impl<const N: usize> Dynamics for Flow<N> {
             commands.hip = commands.hip.with_lane(leg, pair[0] + reference);
             commands.pulley = commands.pulley.with_lane(leg, pair[1]);
         }
+    }
+
+    fn set_load(&mut self, load: &StepLoad) {
+        self.run.set_load(load);
     }
 
     fn advance(&mut self, from: SimTime, seconds: f64) -> Result<(), PartFault> {
