@@ -102,8 +102,8 @@ pub use pattern::Pattern;
 pub use reference::{KeyReference, TableReference, language};
 pub use scenario::{
     Base, BusSpec, ChangeSpec, ControllerSpec, FallSpec, FaultSpec, FootstepSpec, Ground, Heights,
-    IoSpec, LoadThreshold, ObserveSpec, PlantSpec, Profile, RecordSpec, Scenario, Setting,
-    StartPose,
+    IoSpec, LoadThreshold, ObserveSpec, PlantSpec, Profile, PulseShape, PushLoad, PushSite,
+    PushSpec, RecordSpec, Scenario, Setting, StartPose,
 };
 pub use scene::{Facts, LeftOut, LegFact, Scene};
 pub use schema::schema;

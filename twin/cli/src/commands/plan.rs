@@ -1,6 +1,7 @@
 //! Command `twin plan`: the scene of a scenario.
 
 mod actuator;
+mod push;
 
 use anstyle::Style;
 use serde::Serialize;
@@ -10,6 +11,7 @@ use twinrig_runtime::{Group, Rig};
 use twinrig_scenario::{LeftOut, Scenario};
 
 use self::actuator::Actuator;
+use self::push::PlannedPush;
 use super::{FAILURE, SUCCESS, Terminal, settings};
 use crate::args::PlanArgs;
 use crate::assembly::Assembly;
@@ -45,6 +47,8 @@ struct Plan {
     #[serde(rename = "gauges")]
     diagnostics: Vec<Diagnostic>,
     changes: usize,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pushes: Vec<PlannedPush>,
     expectations: Vec<String>,
     left_out: Vec<LeftOut>,
     warnings: Vec<Warned>,
@@ -170,6 +174,7 @@ fn of(registry: &Registry, assembly: &Assembly<'_>) -> Result<Plan, TwinError> {
         signals: signals.collect(),
         diagnostics: diagnostics.collect(),
         changes: scenario.changes.len(),
+        pushes: PlannedPush::all(&scenario.pushes),
         expectations: scenario
             .expectations
             .iter()
@@ -282,6 +287,7 @@ fn text(plan: &Plan) -> String {
         "counters of drivers and boards",
         &diagnostics(plan),
     );
+    section(&mut lines, "pushes", &PlannedPush::grid(&plan.pushes));
     let mut expected = Grid::new(&[Left]);
     for name in &plan.expectations {
         expected.row([name.as_str().into()]);

@@ -17,6 +17,7 @@ pub(crate) mod code {
     pub const TRANSFER_TIME: &str = "transfer-time-above-step";
     pub const CHANGE: &str = "change-beyond-end";
     pub const FAULT: &str = "fault-beyond-end";
+    pub const PUSH: &str = "push-beyond-end";
     pub const WITHIN: &str = "within-beyond-end";
     pub const BY: &str = "by-beyond-end";
     pub const LAG: &str = "lag-beyond-run";

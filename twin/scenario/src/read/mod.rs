@@ -13,6 +13,7 @@ mod io;
 mod limits;
 mod options;
 mod plant;
+mod push;
 mod time;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -83,6 +84,9 @@ table! {
         r#"change = [{ at = "6 s", set = "frequency", by = "0.1 Hz" }]"#, needs("controller");
     FAULT: () = "fault", contextual(Shape::Tables(bus::fault_table::TABLE)), "faults of wires",
         r#"fault = [{ at = "1 s", on = "wire/sbcp", kind = "drop" }]"#;
+    PUSH: () = "push", contextual(Shape::Tables(push::push_table::TABLE)),
+        "pushes on trunk and feet",
+        r#"push = [{ on = "body", at = "3 s", for = "0.1 s", force = "20 N", direction = "y" }]"#;
     EXPECT: () = "expect", contextual(Shape::Tables(expect::expect_table::TABLE)), "expectations",
         "expect = [{ body = { fall = false } }]";
 }
@@ -179,7 +183,8 @@ struct Source<'s> {
 
 fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<Scenario, Reported> {
     use root_table::{
-        BUS, DURATION, FALL, FAULT, FOOTSTEPS, IO, NAME, OBSERVE, OVERRIDE, PLANT, RECORD, SEED,
+        BUS, DURATION, FALL, FAULT, FOOTSTEPS, IO, NAME, OBSERVE, OVERRIDE, PLANT, PUSH, RECORD,
+        SEED,
     };
     let table = root_table::TABLE.of(root);
     let (name, robot) = (table.get(&NAME), robot(table, catalogue));
@@ -201,6 +206,12 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
     let io = table.get_with(&IO, |item| io::io(item, control.unwrap_or(None)));
     let changes = changes::changes(table, control, catalogue, run);
     let faults = table.get_with(&FAULT, |item| item.each(|item| bus::fault(item, run)));
+    let pushed = push::Context {
+        run,
+        plant: plant.as_ref().ok(),
+        catalogue,
+    };
+    let pushes = table.get_with(&PUSH, |item| push::pushes(item, &pushed));
     let changed = changes.as_deref().unwrap_or_default();
     let expectations = expectations(table, catalogue, run, changed);
     let (controller, io, plant) = (controller?, io?, plant?);
@@ -237,6 +248,7 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
         io,
         buses,
         faults,
+        pushes: pushes?.unwrap_or_default(),
         observe: ObserveSpec {
             period: observe?,
             footsteps,
