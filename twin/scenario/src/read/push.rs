@@ -169,16 +169,20 @@ fn check_plant(item: &Item<'_>, plant: &PlantSpec, catalogue: &Catalogue) -> Res
 }
 
 fn push(item: &Item<'_>, n: usize, context: &Context<'_>) -> Result<PushSpec, Reported> {
-    use push_table::{AT, DIRECTION, FOR, NAME, ON, POINT, SHAPE};
+    use push_table::{AT, DIRECTION, FOR, FORCE, IMPULSE, NAME, ON, POINT, SHAPE, TORQUE};
     let table = &item.table()?;
     let table = push_table::TABLE.of(table);
     let (name, on) = (table.get(&NAME), table.read(&ON));
     let at = table.read_with(&AT, |item| time_within_run(item, context.run, code::PUSH));
     let (lasts, direction) = (table.read(&FOR), table.read(&DIRECTION));
     let (shape, point) = (table.read(&SHAPE), table.get(&POINT));
+    let strengths = Strengths {
+        force: table.get(&FORCE),
+        torque: table.get(&TORQUE),
+        impulse: table.get(&IMPULSE),
+    };
     let (on, shape, lasts) = (on?, shape?, lasts?);
-    let peak = peak(table, item, &on, shape.mean() * lasts.as_secs_f64());
-    let (is_torque, peak) = peak?;
+    let (is_torque, peak) = strengths.peak(table, item, &on, shape.mean() * lasts.as_secs_f64())?;
     let load = match (is_torque, point?) {
         (false, point) if on == PushSite::Trunk => PushLoad::Force(point.unwrap_or_default()),
         (is_torque, None) if is_torque => PushLoad::Torque,
@@ -219,35 +223,41 @@ fn push(item: &Item<'_>, n: usize, context: &Context<'_>) -> Result<PushSpec, Re
     })
 }
 
-/// Reads the one of force, torque and impulse: whether it is a torque, and its greatest value.
-/// `seconds` is the integral of the shape of the push.
-fn peak(
-    table: Declared<'_, '_>,
-    item: &Item<'_>,
-    on: &PushSite,
-    seconds: f64,
-) -> Result<(bool, f64), Reported> {
-    use push_table::{FORCE, IMPULSE, TORQUE};
-    let (force, torque) = (table.get(&FORCE), table.get(&TORQUE));
-    let impulse = table.get(&IMPULSE);
-    match (force?, torque?, impulse?) {
-        (Some(force), None, None) => Ok((false, force)),
-        (None, None, Some(impulse)) => Ok((false, impulse / seconds)),
-        (None, Some(torque), None) if *on == PushSite::Trunk => Ok((true, torque)),
-        (None, Some(_), None) => {
-            let help = "give a `force` or an `impulse`, or push the `body`";
-            Err(table.report(&TORQUE, "a foot is a point and has no torque", help))
-        }
-        (None, None, None) => {
-            let help = "give `force`, `torque` or `impulse`";
-            Err(item.report("the push has no strength", help))
-        }
-        _ => {
-            let message = "`force`, `torque` and `impulse` are several strengths of one push";
-            Err(item.report(
-                message,
-                "give one of them, and the others in a second [[push]]",
-            ))
+/// Keys of which a push has exactly one.
+struct Strengths {
+    force: Result<Option<f64>, Reported>,
+    torque: Result<Option<f64>, Reported>,
+    impulse: Result<Option<f64>, Reported>,
+}
+
+impl Strengths {
+    /// Returns whether the push is a torque, and its greatest value. `seconds` is the integral of
+    /// the shape of the push.
+    fn peak(
+        self,
+        table: Declared<'_, '_>,
+        item: &Item<'_>,
+        on: &PushSite,
+        seconds: f64,
+    ) -> Result<(bool, f64), Reported> {
+        match (self.force?, self.torque?, self.impulse?) {
+            (Some(force), None, None) => Ok((false, force)),
+            (None, None, Some(impulse)) => Ok((false, impulse / seconds)),
+            (None, Some(torque), None) if *on == PushSite::Trunk => Ok((true, torque)),
+            (None, Some(_), None) => {
+                let help = "give a `force` or an `impulse`, or push the `body`";
+                let message = "a foot is a point and has no torque";
+                Err(table.report(&push_table::TORQUE, message, help))
+            }
+            (None, None, None) => {
+                let help = "give `force`, `torque` or `impulse`";
+                Err(item.report("the push has no strength", help))
+            }
+            _ => {
+                let message = "`force`, `torque` and `impulse` are strengths of different pushes";
+                let help = "give one of them, and the others in a second [[push]]";
+                Err(item.report(message, help))
+            }
         }
     }
 }
