@@ -13,6 +13,8 @@ pub struct Momentum {
     pub linear: Vector3<f64>,
     /// About the robot's centre of mass \[N·m·s\].
     pub angular: Vector3<f64>,
+    /// Position of the robot's centre of mass \[m\].
+    pub centre: Vector3<f64>,
     /// Σ m |v| and Σ |angular momentum of each body|, the scales of relative changes.
     pub linear_scale: f64,
     pub angular_scale: f64,
@@ -99,7 +101,9 @@ pub fn momentum(robot: &Robot, legs: &[&str], toe: bool, state: &PlantState) -> 
             joint_velocity += across * (segment.length * joint_rate);
         }
     }
-    total(&bodies, &attitude)
+    let mut momentum = total(&bodies, &attitude);
+    momentum.centre += vector("body/position");
+    momentum
 }
 
 fn total(bodies: &[Body], attitude: &UnitQuaternion<f64>) -> Momentum {
@@ -117,6 +121,7 @@ fn total(bodies: &[Body], attitude: &UnitQuaternion<f64>) -> Momentum {
     Momentum {
         linear: attitude.transform_vector(&linear),
         angular: attitude.transform_vector(&spins.iter().sum()),
+        centre: attitude.transform_vector(&centre),
         linear_scale: bodies
             .iter()
             .map(|body| body.mass * body.velocity.norm())

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use twinrig_contact::Surface;
 use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
-    DriveModels, Dynamics, FootMotion, LEGS, PartFault, Posture, Readings, StepInputs,
+    DriveModels, Dynamics, FootMotion, LEGS, PartFault, Posture, Readings, StepInputs, StepLoad,
 };
 use twinrig_runtime::{EnergyBalance, PlantEvent, PlantEventKind, PlantState, WorkCounts};
 
@@ -119,6 +119,10 @@ impl<E: Equations> Dynamics for Flow<E> {
     fn set_friction(&mut self, friction: &[f64; LEGS]) {
         self.equations.set_friction(friction);
         self.slope = None;
+    }
+
+    fn set_load(&mut self, load: &StepLoad) {
+        Self::set_load(self, load);
     }
 
     fn advance(&mut self, from: SimTime, seconds: f64) -> Result<(), PartFault> {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_contact::Surface;
 use twinrig_legged::{
     DriveModels, FootMotion, LEGS, Ledger, LegPosture, NegativeDissipation, PartFault, Posture,
-    StepInputs, Stored,
+    StepInputs, StepLoad, Stored,
 };
 use twinrig_runtime::PlantState;
 
@@ -89,6 +89,8 @@ pub struct Step<'a, E: Equations> {
     pub sums: &'a mut Flows<Quad>,
     /// Control of the substeps.
     pub control: &'a mut StepControl,
+    /// Load of pushes, if any.
+    pub load: Option<&'a StepLoad>,
     /// Log of events.
     pub log: &'a mut EventLog,
     /// Duration \[s\].
@@ -230,6 +232,8 @@ pub struct Flow<E: Equations> {
     /// Log of events.
     pub log: EventLog,
     commands: Commands<Quad>,
+    /// Load of pushes in the next step.
+    load: StepLoad,
     /// Sums, and rates of hip and pulley, before the last step, and its duration \[s\].
     sums_before: Flows<Quad>,
     rates_before: [Quad; 2],
@@ -274,6 +278,7 @@ impl<E: Equations> Flow<E> {
             ledger: Ledger::opened(stored),
             log: EventLog::default(),
             commands,
+            load: StepLoad::default(),
             sums_before: Flows::zero(),
             rates_before: [hip_rate, pulley_rate],
             step_seconds: 0.0,
@@ -295,6 +300,15 @@ impl<E: Equations> Flow<E> {
         self.commands = commands;
     }
 
+    /// Sets the load of pushes in the next step. The slope of a step with a load is forgotten at
+    /// both of its ends: a load may be discontinuous there, and is not in a snapshot.
+    pub fn set_load(&mut self, load: &StepLoad) {
+        if !load.is_empty() {
+            self.slope = None;
+        }
+        self.load.copy_from(load);
+    }
+
     /// Advances by `seconds`.
     ///
     /// # Errors
@@ -310,6 +324,7 @@ impl<E: Equations> Flow<E> {
                 slope: &mut self.slope,
                 sums: &mut self.sums,
                 control: &mut self.control,
+                load: Some(&self.load).filter(|load| !load.is_empty()),
                 log: &mut self.log,
                 seconds,
             },
@@ -321,6 +336,9 @@ impl<E: Equations> Flow<E> {
             (self.control, self.ledger) = (control, ledger);
             self.log.truncate(events);
             return Err(error);
+        }
+        if !self.load.is_empty() {
+            self.slope = None;
         }
         self.sums_before = sums;
         let before = self.equations.driven(&state);
@@ -338,6 +356,7 @@ impl<E: Equations> Flow<E> {
         // The work into the rotors is their energy, exactly.
         self.ledger.actuator = sum(self.sums.actuator) + self.rotors() - self.rotors_at_start;
         self.ledger.dissipated = sum(self.sums.dissipated);
+        self.ledger.external = sum(self.sums.external);
         let stored = self.stored();
         self.ledger.close_step(stored);
     }
@@ -467,7 +486,7 @@ impl<E: Equations> Flow<E> {
         self.control = saved.control;
         (self.ledger, self.rotors_at_start) = (saved.ledger, saved.rotors_at_start);
         self.step_seconds = saved.step_seconds;
-        self.slope = None;
+        (self.slope, self.load) = (None, StepLoad::default());
         if saved.slope_known {
             self.renew_slope();
         }

@@ -7,6 +7,8 @@ use crate::lanes::{Lanes, Quad};
 pub struct Flows<T> {
     /// Power of the drives on links and cable, beyond that into their own inertia \[W\].
     pub actuator: T,
+    /// Power of pushes on the foot, and in the first lane that on the trunk too \[W\].
+    pub external: T,
     /// Power dissipated by joints, elements and friction \[W\].
     pub dissipated: T,
     /// Torque of the hip drive on its link \[N·m\].
@@ -26,6 +28,7 @@ impl<T: Copy> Flows<T> {
         let [x, y, z] = self.ground;
         Flows {
             actuator: of(self.actuator),
+            external: of(self.external),
             dissipated: of(self.dissipated),
             hip: of(self.hip),
             knee: of(self.knee),
@@ -40,6 +43,7 @@ impl<T: Copy> Flows<T> {
     pub fn zip(&self, other: &Self, mut of: impl FnMut(T, T) -> T) -> Self {
         Self {
             actuator: of(self.actuator, other.actuator),
+            external: of(self.external, other.external),
             dissipated: of(self.dissipated, other.dissipated),
             hip: of(self.hip, other.hip),
             knee: of(self.knee, other.knee),
@@ -54,13 +58,13 @@ impl<T: Copy> Flows<T> {
 }
 
 impl<L: Lanes> Flows<L> {
-    /// Returns a sum of the powers of the drives less the dissipated ones, each times its seconds
+    /// Returns a sum of the powers of drives and pushes less the dissipated ones, each times its seconds
     /// \[J\].
     #[inline(always)]
     pub fn net_work<const M: usize>(flows: [&Self; M], seconds: [f64; M]) -> L {
         let mut work = flows[0].actuator.zero();
         for (flow, seconds) in flows.into_iter().zip(seconds) {
-            work += (flow.actuator - flow.dissipated) * seconds;
+            work += (flow.actuator + flow.external - flow.dissipated) * seconds;
         }
         work
     }
@@ -72,6 +76,7 @@ impl Flows<Quad> {
         let zero = Quad::splat(0.0);
         Self {
             actuator: zero,
+            external: zero,
             dissipated: zero,
             hip: zero,
             knee: zero,

@@ -56,6 +56,7 @@ mod friction;
 mod ground;
 pub mod lanes;
 mod pantograph;
+mod pushed;
 mod rk4;
 mod servo;
 
@@ -66,5 +67,6 @@ pub use flows::Flows;
 pub use friction::{Approach, Grip, Sole};
 pub use ground::{Below, Footforce, Point, TrunkMotion, broadcast};
 pub use pantograph::{Depths, Internal, Joints, PantographConstants, Pantographs, Turns};
+pub use pushed::Pushed;
 pub use rk4::{Fastest, StepControl, StepError, StepWork, Substep, System};
 pub use servo::{DriveLaws, ServoLaw};

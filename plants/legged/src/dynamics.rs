@@ -8,6 +8,7 @@ use twinrig_runtime::{PlantEvent, PlantState, WorkCounts};
 
 use crate::LEGS;
 use crate::error::LeggedError;
+use crate::external_load::StepLoad;
 use crate::posture::Posture;
 use crate::readings::Readings;
 use crate::setup::Setup;
@@ -47,6 +48,11 @@ pub trait Dynamics: Readings + Send {
     /// Sets the coefficients of friction at the feet, by leg, from the present time on; called only
     /// where they change.
     fn set_friction(&mut self, friction: &[f64; LEGS]);
+
+    /// Sets the load of pushes in the next step; called before every step of a plant with pushes.
+    /// Dynamics evaluate it at the times of their stages, or hold its mean. It is no part of the
+    /// saved state.
+    fn set_load(&mut self, load: &StepLoad);
 
     /// Advances by one step from the time `from`.
     ///

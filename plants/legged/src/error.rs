@@ -93,9 +93,34 @@ pub enum LeggedError {
         /// Its value.
         value: f64,
     },
+    /// A push that the plant cannot have.
+    #[error("push {push:?}: {why}")]
+    Push {
+        /// Name of the push.
+        push: String,
+        /// Cause.
+        why: PushProblem,
+    },
     /// The integration step is zero.
     #[error("the step must be longer than zero")]
     Step,
+}
+
+/// Cause for which a push is refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PushProblem {
+    /// The trunk cannot move.
+    #[error("the trunk is fixed; push a foot, or let the trunk move")]
+    FixedTrunk,
+    /// The leg is not simulated.
+    #[error("there is no leg {0:?} in the scene; push a simulated leg")]
+    NoSuchLeg(String),
+    /// It takes no time, or ends beyond the greatest time.
+    #[error("its duration is zero or too long; give the time for which it acts")]
+    Duration,
+    /// Force or place is infinite or NaN.
+    #[error("its force or place is not finite")]
+    NotFinite,
 }
 
 impl LeggedError {

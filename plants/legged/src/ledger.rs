@@ -16,11 +16,13 @@ pub struct Ledger {
     pub dissipated: f64,
     /// Energy dissipated by impacts.
     pub impact: f64,
+    /// Work of pushes on the robot.
+    pub external: f64,
     exchanged: f64,
     start: f64,
     stored: Stored,
     /// Flows at the last balance.
-    flows: [f64; 3],
+    flows: [f64; 4],
 }
 
 /// Violation of dissipativity: positive total work of friction, whose forces are then inconsistent
@@ -73,10 +75,11 @@ impl Ledger {
     /// Updates the balance after a step. Every transfer of energy is counted in two accounts, hence
     /// the factor ½ of the energy exchanged.
     pub fn close_step(&mut self, stored: Stored) {
-        let flows = [self.actuator, self.dissipated, self.impact];
-        let change = |now: [f64; 3], before: [f64; 3]| {
-            (now[0] - before[0]).abs() + (now[1] - before[1]).abs() + (now[2] - before[2]).abs()
-        };
+        fn change<const M: usize>(now: [f64; M], before: [f64; M]) -> f64 {
+            let pairs = now.iter().zip(&before);
+            pairs.map(|(now, before)| (now - before).abs()).sum()
+        }
+        let flows = [self.actuator, self.dissipated, self.impact, self.external];
         self.exchanged += 0.5 * (change(stored, self.stored) + change(flows, self.flows));
         (self.stored, self.flows) = (stored, flows);
     }
@@ -88,11 +91,13 @@ impl Ledger {
             actuator,
             dissipated,
             impact,
+            external,
             exchanged,
             start,
             ..
         } = *self;
-        let residual = kinetic + spring + gravity + dissipated + impact - actuator - start;
+        let residual =
+            kinetic + spring + gravity + dissipated + impact - actuator - start - external;
         EnergyBalance {
             kinetic,
             spring,
@@ -102,6 +107,7 @@ impl Ledger {
             impact,
             exchanged,
             residual,
+            external,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Common parts of all plants of legged robots, which make the plants interchangeable: the
 //! [`Setup`] selects what to simulate, [`Start`] the initial legs, [`Signals`] the ports, and the
 //! [`Ledger`] keeps the energy balance. [`LeggedPlant`] is the plant: it advances in steps, and
-//! handles inputs, windows, snapshots and faults. Its [`Dynamics`] are state and equations of
+//! handles inputs, pushes, windows, snapshots and faults. Its [`Dynamics`] are state and equations of
 //! motion with [`Readings`]; every plant of a robot then has the same ports, the same initial pose
 //! and the same errors.
 //!
@@ -42,10 +42,13 @@
 mod constraints;
 mod dynamics;
 mod error;
+mod external_load;
 mod ground_friction;
 mod ledger;
 mod plant;
 mod posture;
+mod push;
+mod push_schedule;
 mod readings;
 mod segment;
 mod set_points;
@@ -58,10 +61,13 @@ mod window;
 
 pub use constraints::Constraints;
 pub use dynamics::{Dynamics, FromRobot, PartFault, StepInputs};
-pub use error::{LeggedError, positive};
+pub use error::{LeggedError, PushProblem, positive};
+pub use external_load::{ExternalLoad, StepLoad};
 pub use ledger::{Ledger, NegativeDissipation, Stored};
 pub use plant::LeggedPlant;
 pub use posture::{LegPosture, Posture};
+pub use push::{Push, PushShape, PushTarget};
+pub use push_schedule::PushSchedule;
 pub use readings::{FootMotion, Readings, surfaces_below};
 pub use segment::Segment;
 pub use set_points::{Ramp, SetPoint, SetPoints};

@@ -8,7 +8,10 @@ use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantFault, PlantState, 
 
 use crate::LEGS;
 use crate::dynamics::{Dynamics, FromRobot, PartFault, StepInputs};
+use crate::error::LeggedError;
 use crate::ground_friction::GroundFriction;
+use crate::push::Push;
+use crate::push_schedule::PushSchedule;
 use crate::set_points::{Ramp, SetPoint, SetPoints};
 use crate::setup::{Base, Drives, Setup};
 use crate::signals::Signals;
@@ -19,7 +22,7 @@ use crate::window::Window;
 pub struct LeggedPlant<D: Dynamics + ?Sized> {
     dynamics: Box<D>,
     base: Base,
-    legs: usize,
+    legs: Vec<String>,
     now: SimTime,
     step: SimDuration,
     signals: Signals,
@@ -27,6 +30,7 @@ pub struct LeggedPlant<D: Dynamics + ?Sized> {
     rates: Vec<f64>,
     set_points: SetPoints,
     friction: Option<GroundFriction>,
+    pushes: PushSchedule,
     window: Window,
     logs_events: bool,
     events: Vec<PlantEvent>,
@@ -83,9 +87,10 @@ impl<D: Dynamics + ?Sized> LeggedPlant<D> {
             rates,
             set_points,
             friction: GroundFriction::new(setup.ground.as_ref()),
+            pushes: PushSchedule::default(),
             dynamics,
             base: setup.base,
-            legs: legs.len(),
+            legs: legs.iter().map(|&leg| leg.to_owned()).collect(),
             now: SimTime::ZERO,
             step: setup.step,
             signals,
@@ -93,6 +98,20 @@ impl<D: Dynamics + ?Sized> LeggedPlant<D> {
             logs_events: false,
             events: Vec::new(),
         }
+    }
+
+    /// Adds pushes and those of their signals that `selected` selects.
+    ///
+    /// # Errors
+    /// [`LeggedError::Push`].
+    pub fn with_pushes(
+        mut self,
+        pushes: &[Push],
+        selected: &dyn Fn(&str) -> bool,
+    ) -> Result<Self, LeggedError> {
+        let legs: Vec<&str> = self.legs.iter().map(String::as_str).collect();
+        self.pushes = PushSchedule::new(pushes, self.base, &legs, selected)?;
+        Ok(self)
     }
 
     /// Returns the dynamics.
@@ -126,7 +145,13 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
     }
 
     fn ports(&self) -> Vec<Port> {
-        self.signals.ports().to_vec()
+        let of_pushes = self.pushes.ports();
+        self.signals
+            .ports()
+            .iter()
+            .chain(of_pushes)
+            .cloned()
+            .collect()
     }
 
     fn initial_inputs(&self, inputs: &mut [f64]) {
@@ -150,6 +175,12 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
             }
             if self.set_points.are_linear() {
                 next = self.set_points.step_end(self.now, next);
+            }
+            if !self.pushes.is_empty() {
+                next = self.pushes.step_end(self.now, next);
+                self.dynamics.set_load(self.pushes.over(self.now));
+            }
+            if self.set_points.are_linear() {
                 let inputs = self.set_points.over(self.now, next);
                 self.dynamics.set_inputs(&inputs);
             }
@@ -177,10 +208,16 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
         let now_s = self.now.as_secs_f64();
         self.signals
             .write(&*self.dynamics, &self.window, now_s, outputs);
+        if !self.pushes.is_empty() {
+            let work = self.dynamics.energy().external;
+            let window = [self.window.begun_s(), now_s];
+            let of_pushes = &mut outputs[self.signals.outputs()..];
+            self.pushes.write(window, work, of_pushes);
+        }
     }
 
     fn begin_window(&mut self) {
-        let impulses = (0..self.legs).map(|leg| self.dynamics.ground_impulse(leg));
+        let impulses = (0..self.legs.len()).map(|leg| self.dynamics.ground_impulse(leg));
         self.window.begin(self.now.as_secs_f64(), impulses);
     }
 

@@ -139,6 +139,13 @@ impl Signals {
         &self.ports
     }
 
+    /// Returns the number of values of all measurements.
+    pub fn outputs(&self) -> usize {
+        let ports = self.ports.iter();
+        let outputs = ports.filter(|port| port.direction == Direction::Output);
+        outputs.map(|port| port.size).sum()
+    }
+
     /// Checks that all inputs are finite; `stored` returns the energy of the plant at `now` \[J\],
     /// for the fault.
     ///

@@ -22,6 +22,11 @@ impl Window {
         }
     }
 
+    /// Returns the start of the window \[s\].
+    pub fn begun_s(&self) -> f64 {
+        self.begun_s
+    }
+
     /// Returns the mean force on a leg since the start of the window \[N\], from the impulse since
     /// the start of the run \[N·s\]; zero for an empty window.
     pub fn mean_force(&self, leg: usize, impulse: &[f64; 3], now_s: f64) -> Vector3<f64> {

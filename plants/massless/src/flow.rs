@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use twinrig_contact::SolveError;
-use twinrig_legged::{Base, LEGS, Ledger, NegativeDissipation, Stored};
+use twinrig_legged::{Base, ExternalLoad, LEGS, Ledger, NegativeDissipation, StepLoad, Stored};
 use twinrig_runtime::{EnergyBalance, WorkCounts};
 
 use crate::constraints::{Constraints, GROUND, LegForces};
@@ -75,6 +75,11 @@ pub(crate) struct Flow {
     pub(crate) damped: bool,
     pub(crate) ledger: Ledger,
     pub(crate) counts: WorkCounts,
+    /// Load of pushes in a step of the plant, the index of the first leg in it, and the time since
+    /// the begin of that step \[s\].
+    load: StepLoad,
+    first_leg: usize,
+    pub(crate) elapsed_s: f64,
     /// Placement of the present state.
     pub(crate) placement: Placement,
     pub(crate) next_placement: Placement,
@@ -98,6 +103,9 @@ impl Flow {
             damped,
             ledger: Ledger::default(),
             counts: WorkCounts::default(),
+            load: StepLoad::default(),
+            first_leg: 0,
+            elapsed_s: 0.0,
             placement: Placement::new(),
             next_placement: Placement::new(),
             middle: Midpoint::new(),
@@ -161,14 +169,32 @@ impl Flow {
         (self.impulses, self.energy_defect, self.ledger) =
             (saved.impulses, saved.energy_defect, saved.ledger);
         (self.damped, self.counts) = (saved.damped, saved.counts);
+        self.load = StepLoad::default();
         self.constraints.sweeps = saved.counts.solver_iterations;
         self.constraints.factorisations = saved.counts.factorisations;
         Ok(())
     }
 
+    /// Sets the load of pushes in the next step, in which this island's first leg has an index.
+    pub(crate) fn set_load(&mut self, load: &StepLoad, first_leg: usize) {
+        self.load.copy_from(load);
+        self.first_leg = first_leg;
+    }
+
+    /// Returns the mean load of pushes over the next `seconds`, if any.
+    pub(crate) fn mean_load(&self, seconds: f64) -> Option<ExternalLoad> {
+        if self.load.is_empty() {
+            return None;
+        }
+        let mut load = self.load.mean(self.elapsed_s, self.elapsed_s + seconds);
+        load.feet.rotate_left(self.first_leg);
+        Some(load)
+    }
+
     /// Advances by `seconds`, in halves if the whole step fails. The state is unchanged if these
     /// fail, too.
     pub(crate) fn run(&mut self, seconds: f64) -> Result<(), FlowError> {
+        self.elapsed_s = 0.0;
         let Err(error) = self.step(seconds) else {
             return Ok(());
         };

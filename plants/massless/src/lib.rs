@@ -54,6 +54,7 @@ mod mobility;
 mod model;
 mod plant;
 mod posture;
+mod pushed;
 mod readings;
 mod rows;
 mod state;

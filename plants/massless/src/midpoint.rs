@@ -4,10 +4,11 @@ use libm::sincos;
 use nalgebra::{Matrix3, Vector3};
 use twinrig_contact::Surface;
 use twinrig_leg::{Gradient, LegError, Planar, Pose};
-use twinrig_legged::LEGS;
+use twinrig_legged::{ExternalLoad, LEGS};
 
 use crate::mobility::{Mobility, Motion};
 use crate::model::{GRAVITY, LegModel, Model};
+use crate::pushed::Pushed;
 use crate::rows::LegKinematics;
 use crate::state::State;
 
@@ -103,6 +104,8 @@ pub(crate) struct Midpoint {
     pub(crate) state: State,
     pub(crate) rotation: Matrix3<f64>,
     pub(crate) legs: Vec<LegKinematics>,
+    /// Mean load of pushes over the step, if any.
+    pub(crate) load: Option<ExternalLoad>,
 }
 
 impl Midpoint {
@@ -111,7 +114,14 @@ impl Midpoint {
             state: State::zero(),
             rotation: Matrix3::identity(),
             legs: Vec::with_capacity(LEGS),
+            load: None,
         }
+    }
+
+    /// Returns the forces of pushes, trunk axes.
+    pub(crate) fn pushed(&self, model: &Model) -> Option<Pushed> {
+        let load = self.load.as_ref()?;
+        Some(Pushed::new(load, &self.rotation, &model.centre))
     }
 
     /// Computes the midpoint between `before` and an iterate of the end.
@@ -202,16 +212,28 @@ impl Midpoint {
         let mut force = (gravity - rate.cross(&velocity)) * model.mass;
         let mut torque = -rate.cross(&model.spin(&rate));
         let mut motion = Motion::zero();
+        let pushed = self.pushed(model);
+        if let Some(pushed) = &pushed {
+            force += pushed.force;
+            torque += pushed.torque;
+        }
         for (i, leg) in self.legs.iter().enumerate() {
             let mass = model.legs[i].mass;
             let pull = leg.leg_force();
             let turning = rate.cross(&leg.absolute);
-            let sideways = mass * (gravity.y - turning.y - leg.lateral_bias);
+            let mut sideways = mass * (gravity.y - turning.y - leg.lateral_bias);
+            if let Some(pushed) = &pushed {
+                sideways += pushed.feet[i].y;
+            }
             let on_trunk = Vector3::new(-pull.x, sideways, -pull.y);
             force += on_trunk;
             torque += leg.foot.cross(&on_trunk);
             motion.foot[i] =
                 pull / mass + Planar::new(gravity.x - turning.x, gravity.z - turning.z);
+            if let Some(pushed) = &pushed {
+                let push = &pushed.feet[i];
+                motion.foot[i] += Planar::new(push.x, push.z) / mass;
+            }
         }
         (motion.sagittal, motion.lateral) = mobility.trunk(
             &Vector3::new(force.x, force.z, torque.y),

@@ -9,7 +9,7 @@ use twinrig_compliant::SavedCompliant;
 use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
     Base, Constraints, DriveModels, Dynamics, FromRobot, LEGS, LeggedPlant, PartFault, Posture,
-    Setup, StepInputs,
+    Setup, StepInputs, StepLoad,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantState, WorkCounts};
@@ -195,6 +195,14 @@ impl Dynamics for Islands {
             of_flow
                 .zip(legs.by_ref())
                 .for_each(|(to, from)| *to = *from);
+        }
+    }
+
+    fn set_load(&mut self, load: &StepLoad) {
+        let mut first_leg = 0;
+        for flow in &mut self.flows {
+            flow.set_load(load, first_leg);
+            first_leg += flow.model.legs.len();
         }
     }
 

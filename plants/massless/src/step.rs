@@ -158,6 +158,7 @@ impl Flow {
             energy_defect: self.energy_defect,
             torques: self.torques,
         };
+        self.middle.load = self.mean_load(seconds);
         let mut drives = DriveStep::new(&self.model, &before, &self.inputs, seconds);
         let mut mobility = Mobility::new(&self.model, &[]);
         let mut convergence = Convergence::default();
@@ -372,6 +373,11 @@ impl Flow {
             ledger.dissipated += leg.friction_loss(&self.model.legs[i], foot, travel[0], seconds);
             ledger.actuator += end.torques[i][0] * travel[0] + end.torques[i][1] * travel[1];
         }
+        if let Some(pushed) = self.middle.pushed(&self.model) {
+            let mut mean = before;
+            mean.set_mean_velocities(&before, after, self.middle.legs.len());
+            ledger.external += seconds * pushed.power(&self.middle.legs, &mean);
+        }
         let checked = ledger.check();
         checked.map_err(|why| FlowError::Dissipation { seconds, why })?;
         self.ledger = ledger;
@@ -390,6 +396,7 @@ impl Flow {
         self.state = *after;
         std::mem::swap(&mut self.placement, &mut self.next_placement);
         self.counts.steps += 1;
+        self.elapsed_s += seconds;
         self.ledger.close_step(self.stored());
         Ok(())
     }

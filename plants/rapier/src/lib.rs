@@ -143,6 +143,7 @@ mod drives;
 mod model;
 mod options;
 mod plant;
+mod pushed;
 mod readings;
 mod robot;
 mod rope;

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimTime;
 use twinrig_legged::{
     DriveModels, Dynamics, FromRobot, LEGS, LegPosture, LeggedPlant, PartFault, Posture, Setup,
-    StepInputs,
+    StepInputs, StepLoad,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantState, WorkCounts};
@@ -86,8 +86,13 @@ impl Dynamics for Machine {
         }
     }
 
+    fn set_load(&mut self, load: &StepLoad) {
+        self.set_push_load(load);
+    }
+
     /// Advances by one step of the plant, divided into substeps.
     fn advance(&mut self, _from: SimTime, seconds: f64) -> Result<(), PartFault> {
+        self.push_load.elapsed_s = 0.0;
         let substeps = self.options.solver.substeps;
         let each = seconds / f64::from(substeps);
         let mut substeps = 0..substeps;

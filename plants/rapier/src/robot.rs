@@ -10,6 +10,7 @@ use crate::assembly::{AXIS, Handles, assemble};
 use crate::drives::Drive;
 use crate::model::{Model, Point, ROPES, TRUNK};
 use crate::options::{Options, RapierError};
+use crate::pushed::PushLoad;
 use crate::world::World;
 
 /// State of a body of the engine.
@@ -116,6 +117,7 @@ pub struct Machine {
     pub(crate) handles: Handles,
     pub(crate) world: World,
     pub(crate) state: State,
+    pub(crate) push_load: PushLoad,
 }
 
 impl Machine {
@@ -158,6 +160,7 @@ impl Machine {
             handles,
             world,
             state,
+            push_load: PushLoad::default(),
         };
         machine.state.ledger = Ledger::opened(machine.stored());
         machine

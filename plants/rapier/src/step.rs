@@ -60,9 +60,14 @@ impl Machine {
         for (leg, before) in before.iter().enumerate() {
             self.prepare(leg, before, timing);
         }
+        let pushed = self.push(timing);
         if !self.world.step(seconds, share) {
             return Err(Divergence::not_finite());
         }
+        if let Some(pushed) = &pushed {
+            self.add_push_work(pushed, timing);
+        }
+        self.push_load.elapsed_s += seconds;
         (self.state.last_s, self.state.correction_s) = (seconds, timing.correction_seconds);
         for (leg, before) in before.iter().enumerate() {
             self.finish(leg, before, timing);
@@ -209,7 +214,7 @@ impl Machine {
     }
 
     /// Adds a force and a torque to those on a body, after clearing these if `reset`.
-    fn add_force_to(
+    pub(crate) fn add_force_to(
         &mut self,
         handle: RigidBodyHandle,
         force: Vector,

@@ -29,6 +29,12 @@ pub const BODY_RPY: &str = "body/rpy";
 pub const BODY_VELOCITY: &str = "body/velocity";
 /// Angular velocity of the trunk.
 pub const BODY_ANGULAR_VELOCITY: &str = "body/angular_velocity";
+/// Force and torque of pushes on the trunk, world frame, means over the observation window.
+pub const BODY_PUSH_FORCE: &str = "body/push/force";
+/// See [`BODY_PUSH_FORCE`]; without the torque of forces beside the centre of mass.
+pub const BODY_PUSH_TORQUE: &str = "body/push/torque";
+/// Work of pushes; a signal of plants with pushes only.
+pub const ENERGY_EXTERNAL: &str = "energy/external";
 /// Residual of the energy balance.
 pub const ENERGY_RESIDUAL: &str = "energy/residual";
 
@@ -56,6 +62,8 @@ pub const FOOT_LOAD: &str = "foot/load";
 pub const FOOT_FORCE: &str = "foot/force";
 /// Height of the contact point of the foot above the ground, along its normal.
 pub const FOOT_CLEARANCE: &str = "foot/clearance";
+/// Force of pushes on the foot, world frame, mean over the observation window.
+pub const PUSH_FORCE: &str = "push/force";
 /// Phase of a leg's controller: swing from 0 to π, stance from π to 2π.
 pub const PHASE: &str = "phase";
 

@@ -194,7 +194,7 @@ pub enum PlantEventKind {
 }
 
 /// Energy balance of a plant \[J\]. Exact integration satisfies `stored − stored at the start =
-/// actuator − dissipated − impact`; the difference is the residual.
+/// actuator + external − dissipated − impact`; the difference is the residual.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyBalance {
     /// Kinetic energy, present value.
@@ -213,6 +213,8 @@ pub struct EnergyBalance {
     pub exchanged: f64,
     /// Residual of the balance: 0 for an exact integrator.
     pub residual: f64,
+    /// Work of pushes from outside since the start; not among [`EnergyBalance::values`].
+    pub external: f64,
 }
 
 impl EnergyBalance {
@@ -237,6 +239,7 @@ impl EnergyBalance {
             impact,
             exchanged,
             residual,
+            external: 0.0,
         }
     }
 
@@ -273,6 +276,7 @@ impl Add for EnergyBalance {
             impact: self.impact + other.impact,
             exchanged: self.exchanged + other.exchanged,
             residual: self.residual + other.residual,
+            external: self.external + other.external,
         }
     }
 }

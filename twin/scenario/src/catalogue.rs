@@ -55,6 +55,8 @@ pub struct Kind {
     /// plant on a robot. The ground and the legs then serve the judge; base, start and actuators
     /// are those of the model.
     pub takes_robot_keys: bool,
+    /// Whether trunk and feet can be pushed. Plants only.
+    pub takes_pushes: bool,
     /// Keys of its table besides those common to all parts of its sort.
     pub options: Vec<OptionSpec>,
     /// Process variables: keys of its table as well, which may change during a run. Controllers
@@ -71,6 +73,7 @@ impl Kind {
             remedy: None,
             is_standalone: false,
             takes_robot_keys: false,
+            takes_pushes: false,
             options: Vec::new(),
             variables: Vec::new(),
         }

@@ -106,8 +106,8 @@ pub use recovery::{Recovery, TrunkQuantity};
 pub use reference::{KeyReference, TableReference, language};
 pub use scenario::{
     Base, BusSpec, ChangeSpec, ControllerSpec, FallSpec, FaultSpec, FootstepSpec, Ground, Heights,
-    IoSpec, LoadThreshold, ObserveSpec, PayloadSpec, PlantSpec, Profile, RecordSpec, Scenario,
-    SensorSpec, Setting, StartPose, SurfaceSpec,
+    IoSpec, LoadThreshold, ObserveSpec, PayloadSpec, PlantSpec, Profile, PulseShape, PushLoad,
+    PushSite, PushSpec, RecordSpec, Scenario, SensorSpec, Setting, StartPose, SurfaceSpec,
 };
 pub use scene::{Facts, LeftOut, LegFact, Scene, SensedSignal};
 pub use schema::schema;

@@ -71,6 +71,8 @@ pub struct Scenario {
     pub faults: Vec<FaultSpec>,
     /// Sensors of the controller's inputs, in the order of the file.
     pub sensors: Vec<SensorSpec>,
+    /// Pushes on trunk and feet, in the order of the file.
+    pub pushes: Vec<PushSpec>,
     /// Observation period and footstep thresholds.
     pub observe: ObserveSpec,
     /// The thresholds of a fall.
@@ -295,6 +297,54 @@ pub struct SensorSpec {
     pub model: SensorModel,
     /// Unit in which they are given, with the position of the first of them; none if there is none.
     pub unit: Option<Placed<Unit>>,
+}
+
+/// `[[push]]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct PushSpec {
+    /// Name.
+    pub name: String,
+    /// Pushed part.
+    pub on: PushSite,
+    /// Begin.
+    pub at: SimTime,
+    /// Duration.
+    pub lasts: SimDuration,
+    /// Force or torque.
+    pub load: PushLoad,
+    /// Course over the duration.
+    pub shape: PulseShape,
+    /// Greatest force \[N\] or torque \[N·m\], world axes.
+    pub peak: [f64; 3],
+}
+
+/// Part that is pushed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PushSite {
+    /// The trunk.
+    Trunk,
+    /// The foot of a leg.
+    Foot(Placed<String>),
+}
+
+/// Load of a push.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PushLoad {
+    /// A force, on the trunk at a place in its axes, from its centre of mass \[m\].
+    Force([f64; 3]),
+    /// A torque.
+    Torque,
+}
+
+/// Course of a push over its duration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PulseShape {
+    /// Constant.
+    Rectangle,
+    /// Half a period of a sine.
+    HalfSine,
+    /// Linear rise and fall of equal length.
+    Triangle,
 }
 
 /// `[observe]`

@@ -15,7 +15,7 @@ use crate::expect::{Claim, Expectation, FootstepMeasure, LegChoice, TimingClaim}
 use crate::glob::matches;
 use crate::ground_below::GroundBelow;
 use crate::pattern::Pattern;
-use crate::scenario::{Base, Scenario};
+use crate::scenario::{Base, PushSite, Scenario};
 
 /// A leg of the robot.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -125,6 +125,13 @@ impl Scenario {
         let required_signals = self.required_signals(facts, &mut problems);
         let sensed = self.sensed_signals(facts, &mut problems);
         let recorded = self.recorded(facts, &mut problems);
+        for push in &self.pushes {
+            if let PushSite::Foot(leg) = &push.on
+                && !facts.legs.iter().any(|known| known.name == leg.value)
+            {
+                problems.push(unknown_leg(leg, "the scene", &facts.legs));
+            }
+        }
         if !problems.is_empty() {
             return Err(DocumentError { problems });
         }

@@ -14,7 +14,10 @@ type Content = Vec<(String, String)>;
 
 fn catalogue() -> Catalogue {
     let mut catalogue = common::catalogue();
-    catalogue.plants.push(Kind::new("lcp", "legs with mass"));
+    catalogue.plants.push(Kind {
+        takes_pushes: true,
+        ..Kind::new("lcp", "legs with mass")
+    });
     catalogue
 }
 

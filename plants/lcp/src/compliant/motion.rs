@@ -5,6 +5,7 @@ use twinrig_compliant::lanes::{Features, Kernel, Lanes, Quad, Simd, dispatch};
 use twinrig_compliant::{
     Commands, DriveLaws, Fastest, Flows, Step, StepControl, StepError, Substep, System,
 };
+use twinrig_legged::StepLoad;
 
 use super::energy::Elements;
 use super::equations::CompliantEquations;
@@ -32,6 +33,7 @@ impl<const N: usize, const P: usize> Kernel for Advance<'_, N, P> {
             commands: step.commands.load(simd),
             are_held: self.model.drives != DriveLaws::None && step.commands.are_held(),
             sums: step.sums.map(load),
+            load: step.load,
             log: step.log,
         };
         let mut state = step.state.load(simd);
@@ -66,6 +68,7 @@ struct Motion<'a, S: Simd, const N: usize, const P: usize> {
     commands: Commands<S::Lanes>,
     are_held: bool,
     sums: Flows<S::Lanes>,
+    load: Option<&'a StepLoad>,
     log: &'a mut EventLog,
 }
 
@@ -81,6 +84,7 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
             legs: &self.legs,
             commands: &self.commands,
             time,
+            load: self.load,
             state,
             limit: None,
         })

@@ -4,10 +4,11 @@ use twinrig_compliant::events::{GROUND, if_compressed};
 use twinrig_compliant::frame::{cross, into_world, quaternion_rate};
 use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
 use twinrig_compliant::{
-    Below, Commands, DriveLaws, Flows, Footforce, Internal, TrunkMotion, Turns, broadcast,
+    Below, Commands, DriveLaws, Flows, Footforce, Internal, Point, Pushed, TrunkMotion, Turns,
+    broadcast,
 };
 use twinrig_contact::Ground;
-use twinrig_legged::Base;
+use twinrig_legged::{Base, StepLoad};
 
 use super::carrier::{Carried, Carrier};
 use super::contact::end_of;
@@ -23,6 +24,8 @@ pub(crate) struct Evaluation<'a, S: Simd, const N: usize, const P: usize> {
     pub(crate) legs: &'a Legs<S::Lanes, N>,
     pub(crate) commands: &'a Commands<S::Lanes>,
     pub(crate) time: f64,
+    /// Load of pushes, if any.
+    pub(crate) load: Option<&'a StepLoad>,
     pub(crate) state: &'a State<S::Lanes, N, P>,
     /// Hips at the limit of their torque, once they are known.
     pub(crate) limit: Option<Limited<S::Lanes>>,
@@ -84,6 +87,8 @@ struct Setting<L, const N: usize, const P: usize> {
     trunk: TrunkMotion,
     internal: Internal<L, N>,
     equations: Equations<L, N>,
+    /// Power of pushes \[W\].
+    external: L,
     dissipated: L,
     bristles: [[L; 2]; P],
     /// World frame \[N\].
@@ -107,6 +112,8 @@ struct Equations<L, const N: usize> {
     yaw: L,
     moment: [L; 2],
     spread: [L; 3],
+    /// Force and torque of pushes on the trunk.
+    push: Option<[f64; 6]>,
 }
 
 impl<S: Simd, const N: usize, const P: usize> Task for Evaluation<'_, S, N, P> {
@@ -226,10 +233,15 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 }
             }
         }
+        let mut external = zero;
+        if let Some(load) = self.load {
+            external = self.push::<FREE>(load, &turns, &trunk, &mut equations);
+        }
         Setting {
             trunk,
             internal,
             equations,
+            external,
             dissipated,
             bristles,
             ground,
@@ -274,6 +286,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
             },
             flows: Flows {
                 actuator: solution.hip_torque * state.rates[0] + knee * state.pulley_rate,
+                external: setting.external,
                 dissipated: setting.dissipated,
                 hip: solution.hip_torque,
                 knee,
@@ -311,6 +324,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 yaw: carried.yaw,
                 moment: carried.moment,
                 spread: carried.spread,
+                push: None,
             };
         }
         let mut torques = *rates;
@@ -341,6 +355,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
             yaw: zero,
             moment: [zero; 2],
             spread: [zero; 3],
+            push: None,
         }
     }
 
@@ -359,10 +374,23 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         let point = end_of(legs, turns, state, links, trunk);
         let below = Below::new(self.simd, ground, trunk, &point);
         let foot = below.force(&legs.sole, point.velocity, state.bristles[p]);
-        let [fx, fy, fz] = foot.force;
+        self.add_force::<FREE>(turns, links, &point, foot.force, equations);
+        foot
+    }
+
+    /// Adds a force on the end of the first `links` links.
+    #[inline(always)]
+    fn add_force<const FREE: bool>(
+        &self,
+        turns: &Turns<L, N>,
+        links: usize,
+        point: &Point<L>,
+        [fx, fy, fz]: [L; 3],
+        equations: &mut Equations<L, N>,
+    ) {
         for j in 0..links {
             let arm = turns.cosines[j] * fx + turns.sines[j] * fz;
-            equations.links.torques[j] += legs.pantographs.links[j] * arm;
+            equations.links.torques[j] += self.legs.pantographs.links[j] * arm;
         }
         if FREE {
             let [x, _, z] = point.place;
@@ -374,7 +402,22 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
             equations.roll -= z * fy;
             equations.yaw += x * fy;
         }
-        foot
+    }
+
+    /// Adds the forces of pushes on feet and trunk, and returns their power.
+    #[inline(always)]
+    fn push<const FREE: bool>(
+        &self,
+        load: &StepLoad,
+        turns: &Turns<L, N>,
+        trunk: &TrunkMotion,
+        equations: &mut Equations<L, N>,
+    ) -> L {
+        let pushed = Pushed::new(self.simd, (load, self.time), &trunk.rotation, [0.0; 3]);
+        let foot = end_of(self.legs, turns, self.state, 3, trunk);
+        self.add_force::<FREE>(turns, 3, &foot, pushed.feet, equations);
+        equations.push = FREE.then_some(pushed.trunk);
+        pushed.power(self.simd, foot.velocity, trunk)
     }
 }
 
@@ -523,6 +566,11 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         };
         if let Some(payload) = &model.payload {
             system.carry(payload, field, trunk.turning);
+        }
+        if let Some(push) = equations.push {
+            for (force, push) in system.force.iter_mut().zip(push) {
+                *force += push;
+            }
         }
         let accelerations = system.solve(model.base);
         let [x, _, z, roll, pitch, yaw] = accelerations;

@@ -185,6 +185,7 @@ impl<const N: usize> Dynamics<'_, Lanes, N> {
             implicit_seconds: 0.0,
             any: mode.any,
         };
-        Articulated::new(self.model, self.legs, state, &constraint_set)
+        let load = self.load.as_ref();
+        Articulated::new(self.model, self.legs, state, &constraint_set, load)
     }
 }

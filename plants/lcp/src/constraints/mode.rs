@@ -1,6 +1,8 @@
 //! Contact mode: the active stops and cables inside the legs, the motors, and the contacts on the
 //! ground.
 
+use twinrig_legged::ExternalLoad;
+
 use crate::constraints::contacts::Contacts;
 use crate::model::drives::Commands;
 use crate::model::leg_constraints::{
@@ -28,6 +30,8 @@ pub(crate) struct Mode {
     /// Kinds of constraints that are active in at least one leg.
     pub(crate) any: [bool; CONSTRAINTS],
     pub(crate) contacts: Contacts,
+    /// Load of pushes at the present stage, if any; no part of the saved state.
+    pub(crate) load: Option<ExternalLoad>,
 }
 
 impl Mode {
@@ -53,6 +57,7 @@ impl Mode {
             },
             any: [false; CONSTRAINTS],
             contacts: Contacts::none(),
+            load: None,
         }
     }
 

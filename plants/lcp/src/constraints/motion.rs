@@ -6,12 +6,14 @@ use super::contact_forces::Workspace;
 use super::mode::Mode;
 use crate::model::Model;
 use crate::model::articulated::{
-    Accelerations, Articulated, Floating, into_world, quaternion_rate,
+    Accelerations, Articulated, Floating, Rotation, identity, into_world, quaternion_rate,
 };
+use crate::model::chain::Chain;
 use crate::model::constants::Constants;
 use crate::model::drives::{Commands, DriveCoordinates, drive_action, saturation_torque};
 use crate::model::elimination::{ConstraintSet, LegMobility};
 use crate::model::leg_constraints::{ActiveConstraints, CABLE, CONSTRAINTS, DriveAction, HIP};
+use crate::model::load::Load;
 use crate::model::real::{Real, Wide};
 use crate::model::state::{Slope, State};
 
@@ -56,6 +58,7 @@ pub(crate) struct Dynamics<'a, R, const N: usize> {
     pub(crate) mode: &'a Mode,
     pub(crate) active: ActiveConstraints<R>,
     pub(crate) commands: Commands<R>,
+    pub(crate) load: Option<Load<R>>,
     /// Decay rate of constraint errors \[1/s\].
     pub(crate) recovery: f64,
 }
@@ -73,6 +76,7 @@ impl<'a, R: Wide, const N: usize> Dynamics<'a, R, N> {
             mode,
             active: mode.active.map(|&lanes| R::of(lanes)),
             commands: mode.commands.widened(),
+            load: mode.load.as_ref().map(Load::new),
             recovery,
         }
     }
@@ -108,14 +112,17 @@ impl<'a, R: Wide, const N: usize> Dynamics<'a, R, N> {
             any: self.mode.any,
         };
         if self.model.is_free() {
-            let articulated = Articulated::new(self.model, self.legs, state, &constraint_set);
+            let load = self.load.as_ref();
+            let articulated = Articulated::new(self.model, self.legs, state, &constraint_set, load);
             let accelerations = articulated.accelerations();
             let forces = self.leg_forces(&articulated, &accelerations, &drive);
             let mut slope = self.slope(state, &articulated, &accelerations, &drive, &forces);
             slope.dissipated = articulated.chain.friction_power();
+            slope.external = self.push_power(state, &articulated.chain, articulated.rotation());
             return (slope, forces);
         }
-        let (chain, mobility, torques) = Articulated::legs(self.legs, state, &constraint_set);
+        let load = self.load.as_ref();
+        let (chain, mobility, torques) = Articulated::legs(self.legs, state, &constraint_set, load);
         let accelerations = Accelerations {
             trunk: [<R::Sum as Real>::zero(); 6],
             links: mobility.accelerations(&torques),
@@ -124,7 +131,23 @@ impl<'a, R: Wide, const N: usize> Dynamics<'a, R, N> {
         let forces = self.leg_forces_of(&mobility, &accelerations, &drive);
         let mut slope = self.slope_of(state, None, &accelerations, &drive, &forces);
         slope.dissipated = chain.friction_power();
+        slope.external = self.push_power(state, &chain, identity());
         (slope, forces)
+    }
+
+    /// Returns the power of pushes \[W\].
+    #[inline(always)]
+    fn push_power(
+        &self,
+        state: &State<R, N>,
+        chain: &Chain<R, N>,
+        rotation: Rotation<R::Sum>,
+    ) -> R {
+        let Some(load) = &self.load else {
+            return R::zero();
+        };
+        let turns = [&chain.sines, &chain.cosines];
+        load.forces(self.legs, turns, &rotation).power(state)
     }
 
     /// Returns the right-hand side in a state.
@@ -156,7 +179,8 @@ impl<'a, R: Wide, const N: usize> Dynamics<'a, R, N> {
             any: self.mode.any,
         };
         let articulated = &mut motion.articulated;
-        articulated.renew(self.model, self.legs, state, &constraint_set);
+        let load = self.load.as_ref();
+        articulated.renew(self.model, self.legs, state, &constraint_set, load);
         let mut accelerations = articulated.accelerations();
         let mut dissipated = articulated.chain.friction_power();
         if !self.mode.contacts.is_empty() {
@@ -171,6 +195,7 @@ impl<'a, R: Wide, const N: usize> Dynamics<'a, R, N> {
         motion.forces = self.leg_forces(articulated, &accelerations, &drive);
         motion.slope = self.slope(state, articulated, &accelerations, &drive, &motion.forces);
         motion.slope.dissipated = dissipated;
+        motion.slope.external = self.push_power(state, &articulated.chain, articulated.rotation());
         motion.drive = drive;
     }
 

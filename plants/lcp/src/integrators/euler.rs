@@ -20,6 +20,7 @@ use crate::constraints::events::constrained::{Constrained, ConstraintLevel};
 use crate::model::Model;
 use crate::model::articulated::{into_world, quaternion_rate};
 use crate::model::leg_constraints::CABLE;
+use crate::model::load::Load;
 use crate::model::real::{Lanes, Real};
 use crate::model::state::{State, normalised};
 
@@ -153,6 +154,17 @@ impl<const N: usize> FixedStep<N> {
             + motion.forces.knee_torque * mean(start.pulley_rate, end.pulley_rate);
         run.ledger.dissipated += seconds * friction.sum() + constrained.friction;
         run.ledger.actuator += seconds * drives.sum();
+        if let Some(load) = &run.mode.load {
+            let articulated = &motion.articulated;
+            let turns = [&articulated.chain.sines, &articulated.chain.cosines];
+            let forces = Load::<Lanes>::new(load).forces(
+                &model.side_by_side,
+                turns,
+                &articulated.rotation(),
+            );
+            let power = forces.power(&start) + forces.power(&end);
+            run.ledger.external += 0.5 * seconds * power.sum();
+        }
         run.ledger.impact += constrained.impact;
         run.impulse_sums.hip += h * motion.forces.hip_torque;
         run.impulse_sums.knee += h * motion.forces.knee_torque;

@@ -182,6 +182,7 @@ impl<const N: usize> EventDriven<N> {
         buffers: &mut Buffers<N>,
     ) -> Result<(), Halt> {
         let (seconds, recovery) = (progress.seconds, progress.recovery);
+        run.set_load_at(model, Lanes::zero());
         self.rhs.follow_command(model, run);
         self.start(model, run, recovery, buffers)?;
         buffers.key = None;
@@ -263,6 +264,7 @@ impl<const N: usize> EventDriven<N> {
             start: &state,
             motion,
             h: progress.remaining.min(self.step_size),
+            elapsed: model.leg_times(progress.seconds) - progress.remaining,
             recovery: progress.recovery,
         };
         self.trial(model, run, stepper, &substep, trial);
@@ -305,6 +307,7 @@ impl<const N: usize> EventDriven<N> {
             let slope = &trial.motion.slope;
             trial.end = taylor(&trial.end, slope, correction, model.is_free());
             h += correction;
+            run.set_load_at(model, substep.elapsed + h);
             self.rhs
                 .motion_into(model, run, &trial.end, progress.recovery, &mut trial.motion);
         }
@@ -327,6 +330,7 @@ impl<const N: usize> EventDriven<N> {
                 trial.end = step.end;
                 self.set_trial_impulses(model, run, substep, trial);
                 (trial.dissipated, trial.actuator) = (step.dissipated, step.actuator);
+                trial.external = step.external;
                 trial.error = step.error;
             }
         }
@@ -353,9 +357,11 @@ impl<const N: usize> EventDriven<N> {
         let rhs = &mut self.rhs;
         *impulses = ImpulseSums::new();
         if !run.mode.contacts.is_empty() {
+            run.set_load_at(model, substep.elapsed);
             rhs.motion_into(model, run, start, recovery, motion);
             rhs.add_ground_impulses(model, run, start, motion, half, impulses);
         }
+        run.set_load_at(model, substep.elapsed + h);
         rhs.motion_into(model, run, end, recovery, motion);
         rhs.add_ground_impulses(model, run, end, motion, half, impulses);
         impulses.add_drives(model, &motion.forces, h);
@@ -376,6 +382,7 @@ fn tolerances<const N: usize>(model: &Model<N>) -> [f64; GUARDS] {
 fn accept<const N: usize>(run: &mut RunState<N>, trial: &TrialStep<N>) {
     run.ledger.dissipated += trial.dissipated.sum();
     run.ledger.actuator += trial.actuator.sum();
+    run.ledger.external += trial.external.sum();
     run.impulse_sums.add(&trial.impulses);
     run.state = trial.end;
 }

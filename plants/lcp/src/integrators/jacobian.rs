@@ -92,6 +92,7 @@ impl<const N: usize> Slope<Dual<Lanes>, N> {
             pulley_rate: slopes(self.pulley_rate),
             dissipated: slopes(self.dissipated),
             actuator: slopes(self.actuator),
+            external: slopes(self.external),
         }
     }
 }

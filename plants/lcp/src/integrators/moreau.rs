@@ -54,6 +54,8 @@ struct SolvedStep<const N: usize> {
     after: State<Lanes, N>,
     /// Means of the rates before and after the impulses.
     mean: [Lanes; N],
+    /// Work of pushes \[J\].
+    external: f64,
     /// Tension of the cables and torques of the motors, mean over the step, and work of the hip
     /// motors \[J\].
     tension: Lanes,
@@ -126,6 +128,7 @@ impl<const N: usize> Moreau<N> {
         run: &mut RunState<N>,
         seconds: f64,
     ) -> Result<(), StepError> {
+        run.hold_mean_load(model, seconds);
         let before = run.state;
         let commanded = mean_commanded(model, &run.mode.commands, &before, seconds);
         let mut lines = torque_speed_lines(
@@ -218,7 +221,12 @@ impl<const N: usize> Moreau<N> {
             base.rotation = rotation(middle.attitude);
             momentum = Some((robot, middle_body));
         }
-        let kick = (&geometry, &rates, &last_momenta);
+        let pushed = dynamics.load.as_ref().map(|load| {
+            let chain = &memory.middle.chain;
+            let turns = [&chain.sines, &chain.cosines];
+            load.forces(&model.side_by_side, turns, &memory.middle.rotation())
+        });
+        let kick = (&geometry, &rates, &last_momenta, pushed.as_ref());
         let (accelerations, torques) = solver.impulses(
             &dynamics,
             &mut memory.middle,
@@ -259,8 +267,13 @@ impl<const N: usize> Moreau<N> {
         let (end, legs) = (&memory.end.geometry, &model.side_by_side);
         let mut spin = [0.0; 3];
         if let Some(((robot, body), end_body)) = momentum.as_mut().zip(end.body) {
-            let velocity_change =
-                robot.apply(&solver.instant.wrench(), &memory.middle, body, seconds);
+            let mut impulse = solver.instant.wrench();
+            if let Some(pushed) = &pushed {
+                for (sum, force) in impulse.iter_mut().zip(pushed.trunk) {
+                    *sum += seconds * force;
+                }
+            }
+            let velocity_change = robot.apply(&impulse, &memory.middle, body, seconds);
             let [forward, _, up] = velocity_change.map(Lanes::splat);
             let chain = &memory.middle.chain;
             for i in 0..N {
@@ -281,6 +294,16 @@ impl<const N: usize> Moreau<N> {
         let mut solved = SolvedStep {
             after,
             mean,
+            external: pushed.map_or(0.0, |pushed| {
+                // At the means of the velocities before and after the kick.
+                let mut halfway = middle;
+                halfway.rates = mean;
+                for i in 0..3 {
+                    halfway.velocity[i] += half * accelerations.trunk[i];
+                    halfway.turning[i] += half * accelerations.trunk[3 + i];
+                }
+                seconds * pushed.power(&halfway).sum()
+            }),
             tension,
             torques: [Lanes::zero(); 2],
             hip_work: Lanes::zero(),
@@ -326,6 +349,7 @@ impl<const N: usize> Moreau<N> {
         run.impulse_sums.cable += h * solved.tension;
         let wound = half * (run.state.pulley_rate + after.pulley_rate);
         run.ledger.actuator += (solved.hip_work + knee * wound).sum();
+        run.ledger.external += solved.external;
         let torques = friction_torques(&model.side_by_side, &solved.mean);
         for i in 0..N {
             run.ledger.dissipated -= (h * torques[i] * solved.mean[i]).sum();
@@ -340,6 +364,7 @@ impl<const N: usize> Moreau<N> {
         run.ledger.close_step(stored);
         core::mem::swap(&mut self.memory.start, &mut self.memory.end);
         run.state = after;
+        run.elapsed_s += seconds;
         run.counts.steps += 1;
     }
 }

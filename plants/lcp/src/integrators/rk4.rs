@@ -27,6 +27,7 @@ pub(crate) fn rk4_step<const N: usize>(
         start: state,
         motion: start,
         h,
+        elapsed,
         recovery,
     } = *substep;
     let free = model.is_free();
@@ -34,6 +35,7 @@ pub(crate) fn rk4_step<const N: usize>(
     let mut impulses = ImpulseSums::new();
     let mut mean = Slope::zero();
     mean.add(1.0 / 6.0, &start.slope, free);
+    run.set_load_at(model, elapsed + half);
     let second = state.along(half, &start.slope, free);
     let second = rhs.stage(model, run, &second, recovery, None);
     mean.add(1.0 / 3.0, &second, free);
@@ -41,6 +43,7 @@ pub(crate) fn rk4_step<const N: usize>(
     let third = Some((h * Lanes::splat(2.0 / 3.0), &mut impulses));
     let third = rhs.stage(model, run, &middle, recovery, third);
     mean.add(1.0 / 3.0, &third, free);
+    run.set_load_at(model, elapsed + h);
     let fourth = state.along(h, &third, free);
     let fourth = rhs.stage(model, run, &fourth, recovery, None);
     mean.add(1.0 / 6.0, &fourth, free);
@@ -61,5 +64,6 @@ pub(crate) fn rk4_step<const N: usize>(
     let slides = run.mode.contacts.iter().any(|foot| foot.slides.is_some());
     trial.error = error_norm(model, &off, !slides) * h;
     (trial.dissipated, trial.actuator) = (h * mean.dissipated, h * mean.actuator);
+    trial.external = h * mean.external;
     trial.impulses = impulses;
 }

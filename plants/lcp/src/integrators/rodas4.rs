@@ -17,8 +17,9 @@
 //!
 //! The attitude of the trunk is integrated as a quaternion, whose length is not determined by the
 //! equations, and normalised after the step; the change is below the error of the method. The work
-//! of friction and the work of the motors are two more states on which nothing depends: their rows
-//! are filled in afterwards, and the energy balance has the order of the method.
+//! of friction, of the motors and of pushes are three more states on which nothing depends: their
+//! rows are filled in afterwards, and the energy balance has the order of the method. Pushes are
+//! held at their mean over the step, which is of second order where they are not constant.
 
 mod coefficients;
 mod linear_system;
@@ -39,9 +40,10 @@ use linear_system::{Memory, System};
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RodasStep<const N: usize> {
     pub(crate) end: State<Lanes, N>,
-    /// Work dissipated by friction and work of the motors, by leg \[J\].
+    /// Work dissipated by friction, work of the motors and of pushes, by leg \[J\].
     pub(crate) dissipated: Lanes,
     pub(crate) actuator: Lanes,
+    pub(crate) external: Lanes,
     /// Difference of the two methods as a displacement of a foot or the trunk \[m\]. Infinite for a
     /// failed step, for instance where I − hγJ is singular; a shorter step may succeed.
     pub(crate) error: Lanes,
@@ -66,11 +68,14 @@ impl<const N: usize> Rodas4<N> {
             start: state,
             motion: start,
             h,
+            elapsed,
             recovery,
         } = *substep;
         let free = model.is_free();
         let coordinates = model.coordinates();
         let Self { rhs, memory } = self;
+        // The method is that of an autonomous system.
+        run.set_mean_load(model, [elapsed, elapsed + h]);
         run.counts.factorisations += 1;
         let mut jacobian = Jacobian::new(model, &run.mode, state, recovery);
         let system = memory.factor(&mut jacobian, h);
@@ -82,7 +87,7 @@ impl<const N: usize> Rodas4<N> {
         let mut sum = Slope::zero();
         for i in 0..STAGES {
             let mut right;
-            if i == 0 {
+            if i == 0 && run.mode.load.is_none() {
                 right = scaled(&start.slope, h, free);
             } else {
                 sum = Slope::zero();
@@ -113,6 +118,7 @@ impl<const N: usize> Rodas4<N> {
             end: normalised(&state.along(Lanes::splat(1.0), &sum, free), free),
             dissipated: sum.dissipated,
             actuator: sum.actuator,
+            external: sum.external,
             error: error_norm(model, last, in_flight),
         }
     }
@@ -125,6 +131,7 @@ impl<const N: usize> RodasStep<N> {
             end: *state,
             dissipated: Lanes::zero(),
             actuator: Lanes::zero(),
+            external: Lanes::zero(),
             error: Lanes::splat(f64::INFINITY),
         }
     }
@@ -144,6 +151,7 @@ fn scaled<const N: usize>(slope: &Slope<Lanes, N>, h: Lanes, free: bool) -> Slop
     change.pulley_rate = h * slope.pulley_rate;
     change.dissipated = h * slope.dissipated;
     change.actuator = h * slope.actuator;
+    change.external = h * slope.external;
     change
 }
 

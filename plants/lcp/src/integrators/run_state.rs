@@ -1,6 +1,6 @@
 //! State of a run: what every method advances.
 
-use twinrig_legged::{DriveModels, Ledger, Stored};
+use twinrig_legged::{DriveModels, ExternalLoad, Ledger, StepLoad, Stored};
 use twinrig_runtime::WorkCounts;
 
 use super::impulse_sums::ImpulseSums;
@@ -28,6 +28,10 @@ pub(crate) struct RunState<const N: usize> {
     pub(crate) log: EventLog,
     /// Time at the start of the step \[s\].
     pub(crate) now_s: f64,
+    /// Time since the start of the step of methods that hold a mean load \[s\].
+    pub(crate) elapsed_s: f64,
+    /// Load of pushes in the step.
+    load: StepLoad,
 }
 
 /// What a step changes in a [`RunState`], saved without heap allocation.
@@ -63,6 +67,8 @@ impl<const N: usize> RunState<N> {
             counts: WorkCounts::default(),
             log: EventLog::default(),
             now_s: 0.0,
+            elapsed_s: 0.0,
+            load: StepLoad::default(),
         };
         run.ledger = Ledger::opened(run.stored(model));
         run
@@ -76,6 +82,46 @@ impl<const N: usize> RunState<N> {
         recovery: f64,
     ) -> Dynamics<'a, Lanes, N> {
         Dynamics::new(model, &model.side_by_side, &self.mode, recovery)
+    }
+
+    /// Sets the load of pushes in the next step.
+    pub(crate) fn set_load(&mut self, load: &StepLoad) {
+        self.load.copy_from(load);
+        self.mode.load = (!load.is_empty()).then(|| load.at(0.0));
+    }
+
+    /// Sets the load of the present stage to that after some time of the step \[s\].
+    pub(crate) fn set_load_at(&mut self, model: &Model<N>, times: Lanes) {
+        self.set_stage_load(model, |load, leg| load.at(times.lane(leg)));
+    }
+
+    /// Sets the load of the present stage to its mean between two times of the step \[s\].
+    pub(crate) fn set_mean_load(&mut self, model: &Model<N>, [from, to]: [Lanes; 2]) {
+        self.set_stage_load(model, |load, leg| load.mean(from.lane(leg), to.lane(leg)));
+    }
+
+    /// Sets the mean load over the next `seconds` of a method of fixed steps.
+    pub(crate) fn hold_mean_load(&mut self, model: &Model<N>, seconds: f64) {
+        let ends = [self.elapsed_s, self.elapsed_s + seconds];
+        self.set_mean_load(model, ends.map(Lanes::splat));
+    }
+
+    /// Legs on a fixed trunk have times of their own.
+    fn set_stage_load(
+        &mut self,
+        model: &Model<N>,
+        of_leg: impl Fn(&StepLoad, usize) -> ExternalLoad,
+    ) {
+        if self.load.is_empty() {
+            return;
+        }
+        let mut load = of_leg(&self.load, 0);
+        if !model.is_free() {
+            for (leg, force) in load.feet.iter_mut().enumerate() {
+                *force = of_leg(&self.load, leg).feet[leg];
+            }
+        }
+        self.mode.load = Some(load);
     }
 
     /// Returns kinetic, spring and gravity energy \[J\].
@@ -172,5 +218,6 @@ impl<const N: usize> RunState<N> {
         self.mode = before.mode;
         (self.ledger, self.impulse_sums) = (before.ledger, before.impulse_sums);
         self.log.events.truncate(before.events);
+        self.elapsed_s = 0.0;
     }
 }

@@ -13,6 +13,8 @@ pub(crate) struct Substep<'a, const N: usize> {
     pub(crate) motion: &'a Motion<Lanes, N>,
     /// Length \[s\]; on a fixed trunk it may differ from lane to lane.
     pub(crate) h: Lanes,
+    /// Time from the begin of the step to that of the substep \[s\].
+    pub(crate) elapsed: Lanes,
     /// Decay rate of constraint errors \[1/s\].
     pub(crate) recovery: f64,
 }
@@ -23,9 +25,10 @@ pub(crate) struct TrialStep<const N: usize> {
     pub(crate) end: State<Lanes, N>,
     /// The motion at `end`, in the same mode.
     pub(crate) motion: Box<Motion<Lanes, N>>,
-    /// Work dissipated by friction and work of the motors, by leg \[J\].
+    /// Work dissipated by friction, work of the motors and of pushes, by leg \[J\].
     pub(crate) dissipated: Lanes,
     pub(crate) actuator: Lanes,
+    pub(crate) external: Lanes,
     /// Impulses of drives and ground during the step.
     pub(crate) impulses: ImpulseSums,
     /// Error estimate of the foot position \[m\].
@@ -41,6 +44,7 @@ impl<const N: usize> TrialStep<N> {
             motion: Box::new(Motion::blank()),
             dissipated: zero,
             actuator: zero,
+            external: zero,
             impulses: ImpulseSums::new(),
             error: zero,
         }

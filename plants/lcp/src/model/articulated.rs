@@ -7,6 +7,7 @@ use crate::model::chain::Chain;
 use crate::model::constants::Constants;
 use crate::model::coupling::{COUPLED, LegCoupling, TrunkMotion};
 use crate::model::elimination::{ConstraintSet, LegMobility};
+use crate::model::load::Load;
 use crate::model::real::Real;
 use crate::model::state::State;
 use crate::model::trunk::{Schur, Spatial, Trunk, cross, summed};
@@ -77,6 +78,19 @@ pub(crate) fn rotation<T: Real>([w, x, y, z]: [T; 4]) -> Rotation<T> {
     ]
 }
 
+/// Returns the rotation of trunk axes parallel to world axes.
+#[inline(always)]
+pub(crate) fn identity<T: Real>() -> Rotation<T> {
+    let (zero, one) = (T::zero(), T::splat(1.0));
+    [[one, zero, zero], [zero, one, zero], [zero, zero, one]]
+}
+
+fn add<T: Real, const M: usize>(sums: &mut [T; M], values: &[T; M]) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += *value;
+    }
+}
+
 /// Returns the rate of an attitude at this angular velocity \[rad/s\], trunk axes.
 #[inline(always)]
 pub(crate) fn quaternion_rate<T: Real>([w, x, y, z]: [T; 4], turning: [T; 3]) -> [T; 4] {
@@ -143,8 +157,8 @@ impl<R: Real, const N: usize> Floating<R, N> {
         legs: &Constants<R, N>,
         state: &State<R, N>,
         constraint_set: &ConstraintSet<'_, R>,
-        chain: &Chain<R, N>,
-        mobility: &LegMobility<R, N>,
+        (chain, mobility): (&Chain<R, N>, &LegMobility<R, N>),
+        load: Option<&Load<R>>,
     ) -> Self {
         let none = <R::Sum as Real>::zero();
         let rotation = rotation(state.attitude);
@@ -157,12 +171,17 @@ impl<R: Real, const N: usize> Floating<R, N> {
         };
         let mut coupling = LegCoupling::new(legs, chain, &carrier);
         coupling.torques[0] += constraint_set.drive.hip_torque;
-        let trunk = Trunk::new(
+        let mut trunk = Trunk::new(
             &model.trunk,
             &summed(&coupling.contribution),
             state.turning,
             field,
         );
+        if let Some(load) = load {
+            let pushed = load.forces(legs, [&chain.sines, &chain.cosines], &rotation);
+            add(&mut coupling.torques, &pushed.links);
+            add(&mut trunk.force, &pushed.trunk);
+        }
         let schur = Schur::new(&model.trunk, &trunk, &coupling, mobility);
         Self {
             coupling,
@@ -180,17 +199,19 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         legs: &Constants<R, N>,
         state: &State<R, N>,
         constraint_set: &ConstraintSet<'_, R>,
+        load: Option<&Load<R>>,
     ) -> Self {
         let (chain, mobility, torques);
         let mut base = None;
         if model.is_free() {
             chain = Chain::new(legs, &state.angles, &state.rates);
             mobility = chain.mobility(legs, &state.angles, constraint_set);
-            let floating = Floating::new(model, legs, state, constraint_set, &chain, &mobility);
+            let leg = (&chain, &mobility);
+            let floating = Floating::new(model, legs, state, constraint_set, leg, load);
             torques = floating.coupling.torques;
             base = Some(floating);
         } else {
-            (chain, mobility, torques) = Self::legs(legs, state, constraint_set);
+            (chain, mobility, torques) = Self::legs(legs, state, constraint_set, load);
         }
         Self {
             chain,
@@ -219,22 +240,18 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         legs: &Constants<R, N>,
         state: &State<R, N>,
         constraint_set: &ConstraintSet<'_, R>,
+        load: Option<&Load<R>>,
     ) {
         if !model.is_free() {
-            (self.chain, self.mobility, self.torques) = Self::legs(legs, state, constraint_set);
+            (self.chain, self.mobility, self.torques) =
+                Self::legs(legs, state, constraint_set, load);
             self.base = None;
             return;
         }
         self.chain = Chain::new(legs, &state.angles, &state.rates);
         self.mobility = self.chain.mobility(legs, &state.angles, constraint_set);
-        let base = Floating::new(
-            model,
-            legs,
-            state,
-            constraint_set,
-            &self.chain,
-            &self.mobility,
-        );
+        let leg = (&self.chain, &self.mobility);
+        let base = Floating::new(model, legs, state, constraint_set, leg, load);
         self.torques = base.coupling.torques;
         self.base = Some(base);
     }
@@ -259,12 +276,11 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         let coupling = LegCoupling::unloaded(legs, &self.chain);
         let trunk = Trunk::unloaded(&model.trunk, &summed(&coupling.contribution));
         let schur = Schur::with(&model.trunk, &trunk, &coupling, &self.mobility, trunk.force);
-        let (none, one) = (<R::Sum as Real>::zero(), <R::Sum as Real>::splat(1.0));
         self.base = Some(Floating {
             coupling,
             trunk,
             schur,
-            rotation: [[one, none, none], [none, one, none], [none, none, one]],
+            rotation: identity(),
         });
     }
 
@@ -274,11 +290,16 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         legs: &Constants<R, N>,
         state: &State<R, N>,
         constraint_set: &ConstraintSet<'_, R>,
+        load: Option<&Load<R>>,
     ) -> (Chain<R, N>, LegMobility<R, N>, [R; N]) {
         let chain = Chain::new(legs, &state.angles, &state.rates);
         let mobility = chain.mobility(legs, &state.angles, constraint_set);
         let mut torques = chain.torques(legs, [R::zero(), R::splat(-GRAVITY)]);
         torques[0] += constraint_set.drive.hip_torque;
+        if let Some(load) = load {
+            let pushed = load.forces(legs, [&chain.sines, &chain.cosines], &identity());
+            add(&mut torques, &pushed.links);
+        }
         (chain, mobility, torques)
     }
 
@@ -348,10 +369,6 @@ impl<R: Real, const N: usize> Articulated<R, N> {
 
     /// Returns the rotation from trunk to world; the identity for a fixed trunk.
     pub(crate) fn rotation(&self) -> Rotation<R::Sum> {
-        let (zero, one) = (<R::Sum as Real>::zero(), <R::Sum as Real>::splat(1.0));
-        self.base.as_ref().map_or(
-            [[one, zero, zero], [zero, one, zero], [zero, zero, one]],
-            |base| base.rotation,
-        )
+        self.base.as_ref().map_or(identity(), |base| base.rotation)
     }
 }

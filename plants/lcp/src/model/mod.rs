@@ -12,6 +12,7 @@ pub(crate) mod elimination;
 pub(crate) mod energy;
 pub(crate) mod feet;
 pub(crate) mod leg_constraints;
+pub(crate) mod load;
 mod parameters;
 pub(crate) mod real;
 pub(crate) mod site;

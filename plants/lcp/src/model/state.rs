@@ -31,9 +31,10 @@ pub(crate) struct Slope<R: Real, const N: usize> {
     pub(crate) rates: [R; N],
     pub(crate) pulley: R,
     pub(crate) pulley_rate: R,
-    /// Power dissipated by friction and power of the motors, by leg \[W\].
+    /// Power dissipated by friction, power of the motors and of pushes, by leg \[W\].
     pub(crate) dissipated: R,
     pub(crate) actuator: R,
+    pub(crate) external: R,
 }
 
 fn axpy<R: Real, const M: usize>(x: &mut [R; M], h: R, slope: &[R; M]) {
@@ -88,6 +89,7 @@ impl<R: Real, const N: usize> Slope<R, N> {
             pulley_rate: zero,
             dissipated: zero,
             actuator: zero,
+            external: zero,
         }
     }
 
@@ -107,5 +109,6 @@ impl<R: Real, const N: usize> Slope<R, N> {
         self.pulley_rate += w * other.pulley_rate;
         self.dissipated += w * other.dissipated;
         self.actuator += w * other.actuator;
+        self.external += w * other.external;
     }
 }

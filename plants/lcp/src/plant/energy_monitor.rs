@@ -1,13 +1,13 @@
 //! Monitor of every method: detects energy gain, which indicates an unstable step, and feet that
 //! sink into the ground.
 //!
-//! The stored energy never exceeds the initial energy plus the motor work: d(stored − actuator) ≤
-//! 0, since friction and impacts only dissipate. The error of a step violates this occasionally by
+//! The stored energy never exceeds the initial energy plus the work of motors and pushes:
+//! d(stored − actuator − external) ≤ 0, since friction and impacts only dissipate. The error of a step violates this occasionally by
 //! a little, with either sign; a step beyond its limit of stability violates it repeatedly.
 //! Therefore gains are accumulated, losses are subtracted, and a sum above the limit ends the run:
 //!
 //! ```text
-//! gained ← max(0, gained + Δ(stored − actuator)) ≤ share · reference
+//! gained ← max(0, gained + Δ(stored − actuator − external)) ≤ share · reference
 //! reference = kinetic + spring energy − gained + weight · leg length
 //! ```
 //!
@@ -127,10 +127,11 @@ impl EnergyMonitor {
     }
 }
 
-/// Returns the growth of stored energy minus motor work between two balances \[J\].
+/// Returns the growth of stored energy minus the work of motors and pushes between two balances \[J\].
 fn gain(ledgers: [&Ledger; 2]) -> f64 {
     let [before, after] = ledgers.map(Ledger::balance);
-    (after.stored() - after.actuator) - (before.stored() - before.actuator)
+    let change = (after.stored() - after.actuator) - (before.stored() - before.actuator);
+    change - (after.external - before.external)
 }
 
 /// Checks that no foot sinks that received no ground impulse since `before`.

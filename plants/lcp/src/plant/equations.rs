@@ -84,7 +84,7 @@ impl Equations {
             any: [false; CONSTRAINTS],
         };
         let legs = &model.side_by_side;
-        let articulated = Articulated::new(&model, legs, &state, &constraint_set);
+        let articulated = Articulated::new(&model, legs, &state, &constraint_set, None);
         let Some(base) = &articulated.base else {
             return Err(LcpError::Start("the trunk has to be free".to_owned()));
         };

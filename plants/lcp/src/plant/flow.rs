@@ -99,6 +99,7 @@ impl<const N: usize> Flow<N> {
             // Without a consistent set of active constraints the step starts without any.
             let _ = self.event_driven.reactivate(&self.model, &mut self.run);
         }
+        self.run.elapsed_s = 0.0;
         let before = self.checkpoint();
         let result = self.advance(&before, seconds).and_then(|()| {
             self.monitor
@@ -117,6 +118,9 @@ impl<const N: usize> Flow<N> {
     /// Advances by the method of the plant.
     fn advance(&mut self, before: &Checkpoint<N>, seconds: f64) -> Result<(), StepError> {
         let (model, run) = (&self.model, &mut self.run);
+        if let Method::SemiImplicit | Method::ExplicitEuler | Method::Thesis = self.method {
+            run.hold_mean_load(model, seconds);
+        }
         match self.method {
             Method::Rk4 => self.with_fallback(Stepper::RungeKutta, before, seconds),
             Method::Rodas4 => self.with_fallback(Stepper::Rosenbrock, before, seconds),

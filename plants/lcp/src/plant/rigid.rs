@@ -1,7 +1,7 @@
 //! Rigid constraints as the dynamics of a plant.
 
 use twinrig_kernel::{SimTime, signal};
-use twinrig_legged::{DriveModels, Dynamics, LEGS, PartFault, Posture, StepInputs};
+use twinrig_legged::{DriveModels, Dynamics, LEGS, PartFault, Posture, StepInputs, StepLoad};
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantEvent, PlantEventKind, PlantState, WorkCounts};
 
@@ -84,6 +84,10 @@ impl<const N: usize> Dynamics for Flow<N> {
         self.model.friction = *friction;
         // A foot that sticks may slide now.
         self.modes_pending = self.method.is_event_driven();
+    }
+
+    fn set_load(&mut self, load: &StepLoad) {
+        self.run.set_load(load);
     }
 
     fn advance(&mut self, from: SimTime, seconds: f64) -> Result<(), PartFault> {

@@ -2,6 +2,8 @@
 
 mod numbers;
 
+use twinrig_legged::StepLoad;
+
 use crate::constraints::contacts::CONTACTS;
 use crate::constraints::mode::Contact;
 use crate::formulation::SavedFlow;
@@ -32,6 +34,7 @@ impl<const N: usize> Flow<N> {
             ));
         }
         let mut numbers = saved.numbers.iter();
+        self.run.set_load(&StepLoad::default());
         let cached_recovery =
             self.replace(&mut || *numbers.next().expect("the number of values was checked"));
         self.run.mode.contacts.clear();

@@ -5,6 +5,7 @@ use twinrig_compliant::lanes::{Features, Kernel, Lanes, Quad, Simd, dispatch};
 use twinrig_compliant::{
     Commands, DriveLaws, Fastest, Flows, Step, StepControl, StepError, Substep, System,
 };
+use twinrig_legged::StepLoad;
 
 use super::energy::Elements;
 use super::equations::CompliantEquations;
@@ -32,6 +33,7 @@ impl Kernel for Advance<'_> {
             commands: step.commands.load(simd),
             are_held: self.model.drives != DriveLaws::None && step.commands.are_held(),
             sums: step.sums.map(load),
+            load: step.load,
             log: step.log,
         };
         let mut state = step.state.load(simd);
@@ -71,6 +73,7 @@ struct Motion<'a, S: Simd> {
     commands: Commands<S::Lanes>,
     are_held: bool,
     sums: Flows<S::Lanes>,
+    load: Option<&'a StepLoad>,
     log: &'a mut EventLog,
 }
 
@@ -86,6 +89,7 @@ impl<S: Simd> System for Motion<'_, S> {
             legs: &self.legs,
             commands: &self.commands,
             time,
+            load: self.load,
             state,
         })
     }

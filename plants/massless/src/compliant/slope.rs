@@ -16,9 +16,10 @@ use twinrig_compliant::events::{ELEMENTS, GROUND, if_compressed};
 use twinrig_compliant::frame::{cross, into_world, quaternion_rate};
 use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
 use twinrig_compliant::{
-    Below, Commands, DriveLaws, Flows, Footforce, Internal, Joints, Point, TrunkMotion, Turns,
+    Below, Commands, DriveLaws, Flows, Footforce, Internal, Joints, Point, Pushed, TrunkMotion,
+    Turns,
 };
-use twinrig_legged::Base;
+use twinrig_legged::{Base, StepLoad};
 use twinrig_robot::GRAVITY;
 
 use super::model::{CompliantModel, Legs};
@@ -111,6 +112,8 @@ pub(crate) struct Evaluation<'a, S: Simd> {
     pub(crate) legs: &'a Legs<S::Lanes>,
     pub(crate) commands: &'a Commands<S::Lanes>,
     pub(crate) time: f64,
+    /// Load of pushes, if any.
+    pub(crate) load: Option<&'a StepLoad>,
     pub(crate) state: &'a State<S::Lanes>,
 }
 
@@ -147,24 +150,31 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
         let motion = LegMotion::new(legs, &turns, state, &trunk);
         let forces = self.leg_forces(&turns, &motion);
         let ground = self.ground(&trunk, &motion.point);
+        let pushed = self.pushed(&trunk);
         let [wx, wy, wz] = trunk.turning;
         let [ux, uy, uz] = motion.point.velocity;
         let up = trunk.rotation[2];
         let [gx, gy, gz] = [-GRAVITY * up[0], -GRAVITY * up[1], -GRAVITY * up[2]];
         let [fx, fz] = forces.foot;
-        let [ground_x, ground_y, ground_z] = ground.force;
+        let [mut outer_x, mut outer_y, mut outer_z] = ground.force;
+        let mut external = fx.zero();
+        if let Some(pushed) = &pushed {
+            let [x, y, z] = pushed.feet;
+            (outer_x, outer_y, outer_z) = (outer_x + x, outer_y + y, outer_z + z);
+            external = pushed.power(simd, motion.point.velocity, &trunk);
+        }
         let foot = [
-            (fx + ground_x + legs.mass * (uy * wz - uz * wy + gx)) * legs.per_mass,
-            (fz + ground_z + legs.mass * (ux * wy - uy * wx + gz)) * legs.per_mass,
+            (fx + outer_x + legs.mass * (uy * wz - uz * wy + gx)) * legs.per_mass,
+            (fz + outer_z + legs.mass * (ux * wy - uy * wx + gz)) * legs.per_mass,
         ];
         let zero = fx.zero();
         let mut rates = [zero; 4];
         if FREE {
             // Sideways force on the foot with an unaccelerated trunk.
             let [ahead, rise] = motion.relative;
-            let sideways = legs.mass * ((ahead + ux) * wz - (rise + uz) * wx - gy) - ground_y;
+            let sideways = legs.mass * ((ahead + ux) * wz - (rise + uz) * wx - gy) - outer_y;
             let [vx, vy, vz, roll, pitch, yaw] =
-                self.trunk(&trunk, &motion.point, [fx, sideways, fz]);
+                self.trunk(&trunk, &motion.point, [fx, sideways, fz], pushed.as_ref());
             rates = [
                 simd.load(Quad::of_three(into_world(&trunk.rotation, trunk.velocity))),
                 simd.load(Quad(quaternion_rate(
@@ -193,6 +203,7 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
             },
             flows: Flows {
                 actuator: forces.hip * state.hip_rate + knee * state.pulley_rate,
+                external,
                 dissipated: forces.dissipated + ground.dissipated,
                 hip: forces.hip,
                 knee,
@@ -285,9 +296,24 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
         }
     }
 
-    /// Returns the acceleration of the trunk under the reaction of forces on the feet.
+    /// Returns the forces of pushes.
     #[inline(always)]
-    fn trunk(&self, trunk: &TrunkMotion, point: &Point<L>, [fx, fy, fz]: [L; 3]) -> [f64; 6] {
+    fn pushed(&self, trunk: &TrunkMotion) -> Option<Pushed<L>> {
+        let centre = self.model.rigid.centre.into();
+        let load = (self.load?, self.time);
+        Some(Pushed::new(self.simd, load, &trunk.rotation, centre))
+    }
+
+    /// Returns the acceleration of the trunk under the reaction of forces on the feet, and under
+    /// pushes.
+    #[inline(always)]
+    fn trunk(
+        &self,
+        trunk: &TrunkMotion,
+        point: &Point<L>,
+        [fx, fy, fz]: [L; 3],
+        pushed: Option<&Pushed<L>>,
+    ) -> [f64; 6] {
         let model = self.model;
         let [x, y, z] = point.place;
         let (mx, mz) = (self.legs.mass * x, self.legs.mass * z);
@@ -296,7 +322,7 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
         let [xx, xz, zz, _] = L::sums([mx * x, mx * z, mz * z, fx.zero()]).quad().0;
         let (TrunkConstants { mass, .. }, field) = (model.trunk, trunk.field);
         let gyro = cross(trunk.turning, model.trunk.spin(trunk.turning));
-        let sums = TrunkSums {
+        let mut sums = TrunkSums {
             moment: [mx_sum, mz_sum],
             spread: [xx, xz, zz],
             force: [
@@ -308,6 +334,11 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
                 -gyro[2] - yaw,
             ],
         };
+        if let Some(pushed) = pushed {
+            for (force, push) in sums.force.iter_mut().zip(pushed.trunk) {
+                *force += push;
+            }
+        }
         sums.solve(model.rigid.base, &model.trunk)
     }
 }

@@ -170,7 +170,7 @@ impl<'a> PartBuilder<'a> {
     }
 
     fn plant_context<'c>(
-        &self,
+        &'c self,
         robot: &'c Robot,
         legs: &'c [&'c str],
         plant: &'c PlantSpec,
@@ -183,6 +183,7 @@ impl<'a> PartBuilder<'a> {
             legs,
             plant,
             actuator,
+            pushes: &self.scenario.pushes,
             first_commands,
             command_period: self.period(),
             seed: self.scenario.seed,

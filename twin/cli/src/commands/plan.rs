@@ -2,6 +2,7 @@
 
 mod actuator;
 mod loads;
+mod push;
 mod sensor;
 
 use anstyle::Style;
@@ -13,6 +14,7 @@ use twinrig_scenario::{LeftOut, Scenario};
 
 use self::actuator::Actuator;
 use self::loads::Loads;
+use self::push::PlannedPush;
 use self::sensor::{Sensor, sensed};
 use super::{FAILURE, SUCCESS, Terminal, settings};
 use crate::args::PlanArgs;
@@ -53,6 +55,8 @@ struct Plan {
     #[serde(rename = "gauges")]
     diagnostics: Vec<Diagnostic>,
     changes: usize,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pushes: Vec<PlannedPush>,
     expectations: Vec<String>,
     left_out: Vec<LeftOut>,
     warnings: Vec<Warned>,
@@ -180,6 +184,7 @@ fn of(registry: &Registry, assembly: &Assembly<'_>) -> Result<Plan, TwinError> {
         signals: signals.collect(),
         diagnostics: diagnostics.collect(),
         changes: scenario.changes.len(),
+        pushes: PlannedPush::all(&scenario.pushes),
         expectations: scenario
             .expectations
             .iter()
@@ -294,6 +299,7 @@ fn text(plan: &Plan) -> String {
         "counters of drivers and boards",
         &diagnostics(plan),
     );
+    section(&mut lines, "pushes", &PlannedPush::grid(&plan.pushes));
     let mut expected = Grid::new(&[Left]);
     for name in &plan.expectations {
         expected.row([name.as_str().into()]);

@@ -9,7 +9,7 @@ use crate::error::BuildError;
 use crate::parts::constraints::{check_bar, constraints_choice, named_constraints};
 use crate::parts::option::choice;
 use crate::parts::plant_kind::{PlantContext, PlantKind};
-use crate::parts::setup::setup;
+use crate::parts::setup::{pushes, setup};
 
 /// Default step of the plant.
 const STEP: SimDuration = SimDuration::from_millis(2);
@@ -45,6 +45,7 @@ pub(crate) fn kind() -> PlantKind {
         default: Some(OptionValue::Boolean(false)),
     })
     .with_step(STEP)
+    .with_pushes()
 }
 
 /// Builds the full plant, for custom plants that wrap it.
@@ -71,5 +72,6 @@ pub fn lcp(context: &PlantContext<'_>) -> Result<Lcp, BuildError> {
         toe: values.boolean("toe").unwrap_or(false),
         features: Features::Detected,
     };
-    Ok(Lcp::new(context.robot, &options, context.wanted)?)
+    let plant = Lcp::new(context.robot, &options, context.wanted)?;
+    Ok(plant.with_pushes(&pushes(context), context.wanted)?)
 }

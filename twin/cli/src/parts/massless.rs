@@ -12,7 +12,7 @@ use crate::error::BuildError;
 use crate::parts::constraints::{check_bar, constraints_choice, named_constraints};
 use crate::parts::option::choice;
 use crate::parts::plant_kind::{PlantContext, PlantKind};
-use crate::parts::setup::setup;
+use crate::parts::setup::{pushes, setup};
 
 /// Default step of the plant.
 const STEP: SimDuration = SimDuration::from_millis(1);
@@ -57,6 +57,7 @@ pub(crate) fn kind() -> PlantKind {
         default: None,
     })
     .with_step(STEP)
+    .with_pushes()
 }
 
 /// Builds the massless-leg plant, for custom plants that wrap it.
@@ -80,7 +81,8 @@ pub fn massless(context: &PlantContext<'_>) -> Result<Massless, BuildError> {
             return Err("`tolerance` requires `constraints = \"compliant\"`".into());
         }
     };
-    Ok(Massless::new(context.robot, &options, context.wanted)?)
+    let plant = Massless::new(context.robot, &options, context.wanted)?;
+    Ok(plant.with_pushes(&pushes(context), context.wanted)?)
 }
 
 fn force(options: &SceneOptions) -> Result<Force, BuildError> {

@@ -7,7 +7,7 @@ use twinrig_kernel::{Direction, Port, SimDuration};
 use twinrig_legged::Constraints;
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
-use twinrig_scenario::{ActuatorSpec, Kind, LegFact, OptionSpec, PlantSpec};
+use twinrig_scenario::{ActuatorSpec, Kind, LegFact, OptionSpec, PlantSpec, PushSpec};
 use twinrig_study::{PlantId, PlantOffer};
 
 use crate::error::BuildError;
@@ -32,6 +32,8 @@ pub struct PlantContext<'a> {
     pub plant: &'a PlantSpec,
     /// `[actuator]` table of the scenario.
     pub actuator: &'a ActuatorSpec,
+    /// Pushes of the scenario; none where the kind takes none.
+    pub pushes: &'a [PushSpec],
     /// First commands of the controller by signal name; all elements of a vector have its name.
     pub first_commands: &'a [(String, f64)],
     /// Period of the commands.
@@ -111,6 +113,7 @@ pub struct PlantKind {
     segment_masses: bool,
     model_of: Option<String>,
     takes_robot_keys: bool,
+    takes_pushes: bool,
     ports: PlantPorts,
     build: Build,
 }
@@ -159,6 +162,7 @@ impl PlantKind {
             segment_masses: true,
             model_of: None,
             takes_robot_keys: false,
+            takes_pushes: false,
             ports: Box::new(legged_ports),
             build,
         }
@@ -193,6 +197,13 @@ impl PlantKind {
     #[must_use]
     pub fn with_robot_keys(mut self) -> Self {
         self.takes_robot_keys = true;
+        self
+    }
+
+    /// Declares that the plant applies [`PlantContext::pushes`].
+    #[must_use]
+    pub fn with_pushes(mut self) -> Self {
+        self.takes_pushes = true;
         self
     }
 
@@ -260,6 +271,7 @@ impl PlantKind {
             options: self.options.clone(),
             is_standalone: self.is_standalone(),
             takes_robot_keys: self.takes_robot_keys,
+            takes_pushes: self.takes_pushes,
             ..Kind::new(&self.name, &self.about)
         }
     }
@@ -333,6 +345,9 @@ impl PlantKind {
 
     pub(crate) fn build(&self, context: &PlantContext<'_>) -> Result<Box<dyn Plant>, BuildError> {
         match &self.build {
+            Build::OnRobot(_) if !context.pushes.is_empty() && !self.takes_pushes => {
+                Err("it takes no pushes; leave them out, or take another plant".into())
+            }
             Build::OnRobot(build) => {
                 let plant = build(context)?;
                 check_ports(&plant.ports(), &(self.ports)(context)?, context.wanted)?;

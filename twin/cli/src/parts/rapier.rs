@@ -11,7 +11,7 @@ use crate::parts::engines::RAPIER;
 use crate::parts::method::{Method, STEP_ONLY};
 use crate::parts::option::{choice, number, option};
 use crate::parts::plant_kind::{PlantContext, PlantKind};
-use crate::parts::setup::setup;
+use crate::parts::setup::{pushes, setup};
 
 /// Default step of the plant.
 const STEP: SimDuration = SimDuration::from_millis(2);
@@ -49,6 +49,7 @@ fn kind() -> PlantKind {
             &SETTINGS,
         ))
         .with_step(STEP)
+        .with_pushes()
         .with_model_of("lcp")
         .with_method(by(
             "impulse joints",
@@ -162,7 +163,11 @@ pub fn rapier(context: &PlantContext<'_>) -> Result<Rapier, BuildError> {
         step_only: values.text(STEP_ONLY).is_some(),
         ..Options::new(setup(context, STEP)?, joints)
     };
-    Ok(Rapier::new(context.robot, &options, context.wanted)?)
+    if options.step_only && !context.pushes.is_empty() {
+        return Err("the engine's step alone takes no pushes; leave `step_only` out".into());
+    }
+    let plant = Rapier::new(context.robot, &options, context.wanted)?;
+    Ok(plant.with_pushes(&pushes(context), context.wanted)?)
 }
 
 fn solver(values: &ScenarioOptions, joints: Joints) -> Solver {

@@ -5,11 +5,15 @@ use std::sync::Arc;
 use twinrig_contact::{Ground, HeightField, Levels, Patch, Terrain};
 use twinrig_kernel::{Port, SimDuration, signal, stream};
 use twinrig_leg::LegCommand;
-use twinrig_legged::{Base, Drives, SetPoint, Setup, Signals, Start, StartPose};
+use twinrig_legged::{
+    Base, Drives, Push, PushSchedule, PushShape, PushTarget, SetPoint, Setup, Signals, Start,
+    StartPose,
+};
 use twinrig_robot::{Motors, Robot, Servo};
 use twinrig_scenario::{
     ActuatorKind, Base as SceneBase, Ground as SceneGround, GroundBelow, Heights, PlantSpec,
-    Profile, ServoOverride, SetPointKind, StartPose as SceneStart,
+    Profile, PulseShape, PushLoad, PushSite, PushSpec, ServoOverride, SetPointKind,
+    StartPose as SceneStart,
 };
 
 use crate::error::BuildError;
@@ -42,9 +46,36 @@ pub(crate) fn setup(context: &PlantContext<'_>, step: SimDuration) -> Result<Set
 /// Returns the ports of a plant of a legged robot, including all outputs.
 pub(crate) fn legged_ports(context: &PlantContext<'_>) -> Result<Vec<Port>, BuildError> {
     let setup = setup(context, SimDuration::ZERO)?;
-    Ok(Signals::new(context.legs, &setup, &|_| true)
+    let signals = Signals::new(context.legs, &setup, &|_| true);
+    let pushes = pushes(context);
+    let schedule = PushSchedule::new(&pushes, setup.base, context.legs, &|_| true)?;
+    Ok(signals
         .ports()
-        .to_vec())
+        .iter()
+        .chain(schedule.ports())
+        .cloned()
+        .collect())
+}
+
+/// Returns the pushes of the scenario.
+pub(crate) fn pushes(context: &PlantContext<'_>) -> Vec<Push> {
+    let push = |push: &PushSpec| Push {
+        name: push.name.clone(),
+        target: match (&push.on, push.load) {
+            (PushSite::Foot(leg), _) => PushTarget::Foot(leg.value.clone()),
+            (PushSite::Trunk, PushLoad::Force(point)) => PushTarget::Trunk(point),
+            (PushSite::Trunk, PushLoad::Torque) => PushTarget::TrunkTorque,
+        },
+        at: push.at,
+        duration: push.lasts,
+        shape: match push.shape {
+            PulseShape::Rectangle => PushShape::Rectangle,
+            PulseShape::HalfSine => PushShape::HalfSine,
+            PulseShape::Triangle => PushShape::Triangle,
+        },
+        peak: push.peak,
+    };
+    context.pushes.iter().map(push).collect()
 }
 
 /// Returns the start pose of the scenario, or else the pose of the first commands of the

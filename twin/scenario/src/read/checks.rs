@@ -19,6 +19,7 @@ pub(crate) mod code {
     pub const DELAY: &str = "delay-beyond-run";
     pub const FAULT: &str = "fault-beyond-end";
     pub const SURFACE: &str = "surface-beyond-end";
+    pub const PUSH: &str = "push-beyond-end";
     pub const WITHIN: &str = "within-beyond-end";
     pub const BY: &str = "by-beyond-end";
     pub const LAG: &str = "lag-beyond-run";

@@ -14,6 +14,7 @@ mod limits;
 mod loads;
 mod options;
 mod plant;
+mod push;
 mod sensor;
 mod time;
 
@@ -94,6 +95,9 @@ table! {
     SURFACE: () = "surface", contextual(Shape::Tables(loads::surface_table::TABLE)),
         "friction of parts of the ground, or for a time",
         r#"surface = [{ friction = 0.2 }], plant = { model = "lcp", ground = {} }"#;
+    PUSH: () = "push", contextual(Shape::Tables(push::push_table::TABLE)),
+        "pushes on trunk and feet",
+        r#"push = [{ on = "body", at = "3 s", for = "0.1 s", force = "20 N", direction = "y" }]"#;
     EXPECT: () = "expect", contextual(Shape::Tables(expect::expect_table::TABLE)), "expectations",
         "expect = [{ body = { fall = false } }]";
 }
@@ -190,7 +194,8 @@ struct Source<'s> {
 
 fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<Scenario, Reported> {
     use root_table::{
-        BUS, DURATION, FALL, FAULT, FOOTSTEPS, IO, NAME, OBSERVE, OVERRIDE, PLANT, RECORD, SEED,
+        BUS, DURATION, FALL, FAULT, FOOTSTEPS, IO, NAME, OBSERVE, OVERRIDE, PLANT, PUSH, RECORD,
+        SEED,
     };
     let table = root_table::TABLE.of(root);
     let (name, robot) = (table.get(&NAME), robot(table, catalogue));
@@ -215,6 +220,12 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
     let faults = table.get_with(&FAULT, |item| item.each(|item| bus::fault(item, run)));
     let has_controller = control.map(|control| control.is_some()).ok();
     let sensors = sensor::sensors(table, has_controller, run);
+    let pushed = push::Context {
+        run,
+        plant: plant.as_ref().ok(),
+        catalogue,
+    };
+    let pushes = table.get_with(&PUSH, |item| push::pushes(item, &pushed));
     let changed = changes.as_deref().unwrap_or_default();
     let expectations = expectations(table, catalogue, run, changed);
     let (controller, io, plant) = (controller?, io?, plant?);
@@ -252,6 +263,7 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
         buses,
         faults,
         sensors: sensors?,
+        pushes: pushes?.unwrap_or_default(),
         observe: ObserveSpec {
             period: observe?,
             footsteps,

@@ -25,6 +25,7 @@ pub fn catalogue() -> Catalogue {
         default,
     };
     let mut massless = Kind::new("massless", "legs without mass");
+    massless.takes_pushes = true;
     massless.options = vec![
         option(
             "force",

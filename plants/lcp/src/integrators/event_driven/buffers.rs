@@ -44,9 +44,10 @@ impl<const N: usize> Buffers<N> {
 }
 
 /// Returns the cache key of the present motion; none with contacts, where caching is not
-/// worthwhile.
+/// worthwhile, and under a push, which may be discontinuous between steps.
 pub(super) fn motion_key<const N: usize>(run: &RunState<N>, recovery: f64) -> Option<MotionKey<N>> {
-    run.mode.contacts.is_empty().then_some(MotionKey {
+    let is_cached = run.mode.contacts.is_empty() && run.mode.load.is_none();
+    is_cached.then_some(MotionKey {
         state: run.state,
         active: run.mode.active,
         commands: run.mode.commands,

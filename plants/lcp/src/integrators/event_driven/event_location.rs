@@ -24,6 +24,7 @@ impl<const N: usize> EventDriven<N> {
         let h = substep.h;
         let tolerances = tolerances(model);
         let middle = midpoint_state(substep, trial, model.is_free());
+        run.set_load_at(model, substep.elapsed + Lanes::splat(0.5) * h);
         let motion = self.rhs.motion(model, run, &middle, substep.recovery);
         let middle = self.rhs.guards(model, run, &middle, &motion);
         let first = |leg: usize| {

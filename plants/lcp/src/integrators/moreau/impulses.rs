@@ -13,6 +13,7 @@ use crate::integrators::step_error::StepError;
 use crate::model::Model;
 use crate::model::articulated::{Accelerations, Articulated};
 use crate::model::leg_constraints::DriveAction;
+use crate::model::load::PushForces;
 use crate::model::real::{Lanes, Real};
 use crate::model::state::State;
 
@@ -84,7 +85,12 @@ impl<const N: usize> ImpulseSolver<N> {
         articulated: &mut Articulated<Lanes, N>,
         middle: &State<Lanes, N>,
         drive: &DriveAction<Lanes>,
-        (geometry, rates, before): (&Geometry<N>, &Rates<N>, &Momenta<N>),
+        (geometry, rates, before, pushed): (
+            &Geometry<N>,
+            &Rates<N>,
+            &Momenta<N>,
+            Option<&PushForces<Lanes, N>>,
+        ),
         seconds: f64,
     ) -> Result<(Accelerations<Lanes, N>, [Lanes; N]), StepError> {
         let Self {
@@ -111,6 +117,7 @@ impl<const N: usize> ImpulseSolver<N> {
             hip_torque: drive.hip_torque,
             rates,
             before,
+            pushed,
             seconds,
         };
         kick.apply(

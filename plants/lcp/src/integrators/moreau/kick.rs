@@ -15,6 +15,7 @@ use crate::constraints::events::{Entry, Instant, SLOTS};
 use crate::integrators::step_error::StepError;
 use crate::model::Model;
 use crate::model::articulated::{Accelerations, Articulated};
+use crate::model::load::PushForces;
 use crate::model::real::{Lanes, Real};
 use crate::model::trunk::{Spatial, cross, reduced};
 
@@ -73,6 +74,8 @@ pub(super) struct Kick<'a, const N: usize> {
     pub(super) rates: &'a Rates<N>,
     /// Momenta at these rates.
     pub(super) before: &'a Momenta<N>,
+    /// Generalised forces of pushes, if any.
+    pub(super) pushed: Option<&'a PushForces<Lanes, N>>,
     pub(super) seconds: f64,
 }
 
@@ -153,7 +156,7 @@ impl<const N: usize> Kick<'_, N> {
         std::array::from_fn(|i| sign * (spin[i] - after[i]) / half)
     }
 
-    /// Returns the forces other than inertia: gravity, springs, friction, motors.
+    /// Returns the forces other than inertia: gravity, springs, friction, motors, pushes.
     #[inline(always)]
     fn noninertial(&self, articulated: &Articulated<Lanes, N>, weight: [f64; 3]) -> Load<N> {
         let legs = &self.model.side_by_side;
@@ -172,6 +175,14 @@ impl<const N: usize> Kick<'_, N> {
             for i in 0..3 {
                 load.trunk[i] = self.model.trunk.mass * weight[i];
                 load.trunk[3 + i] = turn[i];
+            }
+        }
+        if let Some(pushed) = self.pushed {
+            for (sum, force) in load.trunk.iter_mut().zip(pushed.trunk) {
+                *sum += force;
+            }
+            for (sum, torque) in load.links.iter_mut().zip(pushed.links) {
+                *sum += torque;
             }
         }
         load

@@ -48,8 +48,9 @@ pub(super) struct Islands {
     factors: LaneFactors,
     /// ∂a/∂x by columns.
     stiffness: [Column; ROWS],
-    /// Derivatives of dissipated and actuator power with respect to positions and velocities.
-    powers: [[[Lanes; 2]; ROWS]; 2],
+    /// Derivatives of dissipated, actuator and external power with respect to positions and
+    /// velocities.
+    powers: [[[Lanes; 3]; ROWS]; 2],
 }
 
 impl<const N: usize> Memory<N> {
@@ -74,7 +75,7 @@ impl<const N: usize> Memory<N> {
         let coordinates = jacobian.model.coordinates();
         let mut matrix = [[zero; ROWS]; ROWS];
         let mut stiffness = [[zero; ROWS]; ROWS];
-        let mut powers = [[[zero; 2]; ROWS]; 2];
+        let mut powers = [[[zero; 3]; ROWS]; 2];
         for k in 0..coordinates {
             let [by_x, by_v] =
                 directions::<N>(k).map(|to| jacobian.column(to, one, &mut self.workspace));
@@ -84,8 +85,8 @@ impl<const N: usize> Memory<N> {
                 matrix[i][k] = -(step * (damping[i] + step * stiffness[k][i]));
             }
             matrix[k][k] += one;
-            powers[0][k] = [by_x.dissipated, by_x.actuator];
-            powers[1][k] = [by_v.dissipated, by_v.actuator];
+            powers[0][k] = powers_of(&by_x);
+            powers[1][k] = powers_of(&by_v);
         }
         Islands {
             factors: LaneFactors::new(matrix, coordinates),
@@ -163,7 +164,7 @@ impl Islands {
             v[i] += step * stiff;
         }
         v = self.factors.solve(v);
-        let mut powers = [right.dissipated, right.actuator];
+        let mut powers = powers_of(right);
         for k in 0..coordinates {
             x[k] += step * v[k];
             for (p, power) in powers.iter_mut().enumerate() {
@@ -177,7 +178,7 @@ impl Islands {
         if coordinates > N {
             (solution.pulley, solution.pulley_rate) = (x[N], v[N]);
         }
-        [solution.dissipated, solution.actuator] = powers;
+        [solution.dissipated, solution.actuator, solution.external] = powers;
         solution
     }
 }
@@ -206,11 +207,13 @@ impl<const N: usize> Memory<N> {
         let mut solution = Slope::zero();
         solution.dissipated = right.dissipated;
         solution.actuator = right.actuator;
+        solution.external = right.external;
         for (row, &u) in numbers.iter().enumerate().take(TRUNK + size) {
             let from = if row < TRUNK { row } else { row + size };
             let column = &self.columns[from];
             solution.dissipated += Lanes::splat(step * u) * column.dissipated;
             solution.actuator += Lanes::splat(step * u) * column.actuator;
+            solution.external += Lanes::splat(step * u) * column.external;
             if let Some(trunk) = trunk_number(&mut solution, row) {
                 *trunk = u;
                 continue;
@@ -284,6 +287,11 @@ pub(super) fn number<const N: usize>(
             lanes.lane(leg)
         }
     }
+}
+
+/// Returns the powers: dissipated, actuator, external.
+fn powers_of<const N: usize>(slope: &Slope<Lanes, N>) -> [Lanes; 3] {
+    [slope.dissipated, slope.actuator, slope.external]
 }
 
 /// Returns the slopes of angles and pulley angle.

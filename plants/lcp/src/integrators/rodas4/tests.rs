@@ -154,6 +154,7 @@ fn step_from<const N: usize>(
         start,
         motion,
         h,
+        elapsed: Lanes::zero(),
         recovery,
     };
     Rodas4::default().step(&flow.model, &mut flow.run, &substep)
