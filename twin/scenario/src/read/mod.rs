@@ -39,7 +39,8 @@ use crate::language::{
     contextual, table,
 };
 use crate::scenario::{
-    ChangeSpec, ControllerSpec, FootstepSpec, ObserveSpec, PlantSpec, RecordSpec, Scenario, Setting,
+    ChangeSpec, ControllerSpec, FootstepSpec, ObserveSpec, PlantSpec, PushSpec, RecordSpec,
+    Scenario, Setting,
 };
 
 table! {
@@ -227,7 +228,9 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
     };
     let pushes = table.get_with(&PUSH, |item| push::pushes(item, &pushed));
     let changed = changes.as_deref().unwrap_or_default();
-    let expectations = expectations(table, catalogue, run, changed);
+    let pushed_by = pushes.as_ref().ok().and_then(Option::as_deref);
+    let disturbed = (changed, pushed_by.unwrap_or_default());
+    let expectations = expectations(table, catalogue, run, disturbed);
     let (controller, io, plant) = (controller?, io?, plant?);
     let applies = |one: &Expectation| one.plants.is_empty() || one.plants.contains(&plant.model);
     let (expectations, of_other_plants): (Vec<_>, _) = expectations?.into_iter().partition(applies);
@@ -315,14 +318,14 @@ fn expectations(
     table: Declared<'_, '_>,
     catalogue: &Catalogue,
     run: SimDuration,
-    changes: &[ChangeSpec],
+    (changes, pushes): (&[ChangeSpec], &[PushSpec]),
 ) -> Result<Vec<Expectation>, Reported> {
     let plants = catalogue.plants.iter().map(|kind| kind.name.as_str());
     let context = expect::Context {
         plants: plants.collect(),
         duration: run,
         first_change: changes.first().map(|change| change.at),
-        disturbances: Vec::new(),
+        pushes,
     };
     let read = |item: &Item<'_>| item.each(|item| expect::expectation(item, &context));
     Ok(table

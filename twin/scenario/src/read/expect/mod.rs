@@ -19,6 +19,7 @@ use crate::expect::{Claim, Expectation};
 use crate::language::{BOOLEAN, Key, Shape, TEXT, TableSpec, Type, contextual, table};
 use crate::limits::{Domain, Limits};
 use crate::options::Accepts;
+use crate::scenario::PushSpec;
 
 table! {
     /// Keys of `[[expect]]`.
@@ -111,23 +112,15 @@ pub(super) struct Context<'c> {
     pub duration: SimDuration,
     /// Time of the first change.
     pub first_change: Option<SimTime>,
-    /// Named disturbances, from which the robot may recover.
-    pub disturbances: Vec<Disturbance<'c>>,
-}
-
-/// A named disturbance.
-pub(super) struct Disturbance<'c> {
-    pub name: &'c str,
-    pub start: SimTime,
-    pub end: SimTime,
+    /// Pushes, from which the robot may recover.
+    pub pushes: &'c [PushSpec],
 }
 
 impl Context<'_> {
-    /// Returns start and end of the disturbance with this name.
-    fn disturbance(&self, name: &str) -> Option<(SimTime, SimTime)> {
-        let mut known = self.disturbances.iter();
-        let found = known.find(|known| known.name == name)?;
-        Some((found.start, found.end))
+    /// Returns begin and end of the push with this name.
+    fn push(&self, name: &str) -> Option<(SimTime, SimTime)> {
+        let push = self.pushes.iter().find(|push| push.name == name)?;
+        Some((push.at, push.at + push.lasts))
     }
 }
 

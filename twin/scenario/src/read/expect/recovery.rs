@@ -17,7 +17,7 @@ table! {
     /// Keys of `recovers` of the trunk.
     pub(super) body_recovers_table =
         TableSpec::new("recovers", "recovery of the trunk from a disturbance").refined(a_quantity);
-    AFTER: () = "after", contextual(TIME_OR_NAME), "time of the disturbance, or its name",
+    AFTER: () = "after", contextual(TIME_OR_NAME), "name of a push, or time of another disturbance",
         r#"after = "3 s", roll = "2 deg""#, required();
     WITHIN: SimDuration = "within", POSITIVE_DURATION, "greatest time of the recovery",
         r#"within = "2 s", roll = "2 deg""#, required();
@@ -37,7 +37,7 @@ table! {
     /// Keys of `recovers` of signals.
     pub(super) signal_recovers_table =
         TableSpec::new("signal.recovers", "recovery of signals from a disturbance");
-    TIME: () = "after", contextual(TIME_OR_NAME), "time of the disturbance, or its name",
+    TIME: () = "after", contextual(TIME_OR_NAME), "name of a push, or time of another disturbance",
         r#"after = "3 s""#, required();
     LIMIT: SimDuration = "within", POSITIVE_DURATION, "greatest time of the recovery",
         r#"within = "2 s""#, required();
@@ -118,7 +118,7 @@ fn recovery(
     })
 }
 
-/// Reads start and end of a disturbance: its name, or a time, which is both.
+/// Reads start and end of a disturbance: the name of a push, or a time, which is both.
 fn disturbance(item: &Item<'_>, context: &Context<'_>) -> Result<(SimTime, SimTime), Reported> {
     let text = item.text()?;
     if text
@@ -128,13 +128,13 @@ fn disturbance(item: &Item<'_>, context: &Context<'_>) -> Result<(SimTime, SimTi
         let at = instant(item, context)?;
         return Ok((at, at));
     }
-    context.disturbance(text).ok_or_else(|| {
-        let message = format!("there is no disturbance `{text}`");
-        let known = context.disturbances.iter().map(|known| known.name);
+    context.push(text).ok_or_else(|| {
+        let message = format!("there is no push `{text}`");
+        let known = context.pushes.iter().map(|push| push.name.as_str());
         if known.len() == 0 {
             return item.report(message, "give a time, such as \"3 s\"");
         }
-        item.report(message, suggestion(text, "disturbances", known))
+        item.report(message, suggestion(text, "pushes", known))
     })
 }
 
