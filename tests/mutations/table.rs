@@ -7,9 +7,9 @@ use serde::Deserialize;
 use twinrig::scenario::Setting;
 use twinrig_tests::{scenarios, scenarios_in};
 
-/// Tables and keys of a scenario that a disturbance may set: robot, plant, controller, buses and
-/// their faults. The other keys define expectations and observation.
-const DISTURBABLE: [&str; 8] = [
+/// Tables and keys of a scenario that a disturbance may set: robot, plant, controller with its
+/// sensors, buses and their faults. The other keys define expectations and observation.
+const DISTURBABLE: [&str; 9] = [
     "override",
     "plant",
     "actuator",
@@ -18,6 +18,7 @@ const DISTURBABLE: [&str; 8] = [
     "io",
     "change",
     "fault",
+    "sensor",
 ];
 
 /// A disturbance of a scenario, and the expectations that detect it.
