@@ -60,7 +60,7 @@ pub fn not_monotone(axis: &AxisResult) -> Vec<String> {
         let fails = radius_value(axis, one.fails_at?);
         let values = if count == 1 { "value" } else { "values" };
         Some(format!(
-            "{}, {}: fails at {fails} and holds again at {count} {values} beyond, up to {last}",
+            "{}, {}: fails at {fails} and holds again at {count} {values} beyond, the last {last}",
             axis.name, one.name
         ))
     };

@@ -2,8 +2,8 @@
 
 use super::axis::{AxisValues, legible};
 
-/// Parts of the range below a radius, each with a tested size: windows of failures as wide as two of
-/// them are found.
+/// Parts of the range below a radius, each with a tested size: windows of failures as wide as two
+/// of them are found.
 const PARTS: u32 = 8;
 /// Least size that is tested, as a share of the greatest.
 const LEAST: f64 = 1e-6;

@@ -317,3 +317,19 @@ fn appended(
         |(index, text)| change(format!("{list}.{}", count + index), KeyRule::Within(text));
     Ok(elements.map(element).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn documentation_lists_all_disturbances() {
+        let page = include_str!("../../../../docs/radius.md");
+        for Disturbance { name, .. } in DISTURBANCES {
+            let rows = page.lines().filter(|line| line.starts_with("| `"));
+            let cells = rows.filter_map(|row| row.split(" | ").next());
+            let count = cells.filter(|cell| cell.contains(&format!("`{name}`")));
+            assert_eq!(count.count(), 1, "{name}");
+        }
+    }
+}
