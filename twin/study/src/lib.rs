@@ -70,9 +70,11 @@ mod progress;
 mod reference;
 mod reference_note;
 mod references;
+mod robustness;
 mod row;
 mod search;
 mod stability;
+mod start;
 mod stencil;
 mod stiffness;
 mod stopwatch;
@@ -120,13 +122,20 @@ pub use modulation::{
     ModulationStudy, VariableChange, modulation,
 };
 pub use number::si as brief;
+pub use parallel::{Ran, run_all_on};
 pub use plant_id::PlantId;
 pub use precision::precision;
 pub use precision_plan::PrecisionPlan;
 pub use progress::ProgressObserver;
 pub use reference_note::{CheckNote, ReferenceNote};
+pub use robustness::{
+    Divergence, EnsembleKind, EnsembleRun, ExpectationSpread, Growth, GrowthRate, MarginQuantiles,
+    Member, MemberRun, RobustnessCase, RobustnessPlan, RobustnessResult, RobustnessRunner,
+    RobustnessStudy, Trajectory, robustness,
+};
 pub use row::{CLOCKED, Row, RowKind, Series, Status, VariantKey};
 pub use stability::{StabilityPlan, stability};
+pub use start::{Magnitude, StartPerturbation};
 pub use stiffness::StiffnessTrend;
 pub use study::{Order, Study, StudyKind};
 pub use sweep::Factor;

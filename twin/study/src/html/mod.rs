@@ -19,6 +19,7 @@ mod modulation;
 mod optimization;
 mod plot;
 mod precision;
+mod robustness;
 mod rows;
 mod runs;
 mod stability;
