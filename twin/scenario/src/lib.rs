@@ -69,6 +69,7 @@
 mod actuator;
 mod catalogue;
 mod check_signals;
+mod claim_limits;
 mod compare;
 mod expect;
 mod gait;
@@ -101,9 +102,9 @@ pub use options::{Accepts, OptionSpec, OptionValue, Options};
 pub use pattern::Pattern;
 pub use reference::{KeyReference, TableReference, language};
 pub use scenario::{
-    Base, BusSpec, ChangeSpec, ControllerSpec, FallSpec, FaultSpec, FootstepSpec, Ground, Heights,
-    IoSpec, LoadThreshold, ObserveSpec, PlantSpec, Profile, RecordSpec, Scenario, Setting,
-    StartPose,
+    Base, BusSpec, ChangeSpec, ControllerSpec, EnsembleSpec, FallSpec, FaultSpec, FootstepSpec,
+    Ground, Heights, IoSpec, LoadThreshold, ObserveSpec, PlantSpec, Profile, RecordSpec, Scenario,
+    Setting, StartPose,
 };
 pub use scene::{Facts, LeftOut, LegFact, Scene};
 pub use schema::schema;

@@ -6,6 +6,7 @@ mod changes;
 mod checks;
 mod controller;
 mod coupling;
+mod ensemble;
 mod expect;
 mod fall;
 mod footsteps;
@@ -36,7 +37,8 @@ use crate::language::{
     contextual, table,
 };
 use crate::scenario::{
-    ChangeSpec, ControllerSpec, FootstepSpec, ObserveSpec, PlantSpec, RecordSpec, Scenario, Setting,
+    ChangeSpec, ControllerSpec, EnsembleSpec, FootstepSpec, ObserveSpec, PlantSpec, RecordSpec,
+    Scenario, Setting,
 };
 
 table! {
@@ -49,6 +51,12 @@ table! {
     DURATION: SimDuration = "duration", POSITIVE_DURATION, "simulated time", r#"duration = "20 s""#,
         required();
     SEED: u64 = "seed", NATURAL, "seed of all random streams", "seed = 2", default("1");
+    ENSEMBLE: EnsembleSpec = "ensemble", ensemble::ENSEMBLE,
+        "number of runs from perturbed starts, in whose share the expectations hold",
+        "ensemble = 32", otherwise("one run");
+    HORIZON: SimDuration = "horizon", POSITIVE_DURATION,
+        "time up to which the trajectory is predictable, as `twin study robustness` measures it",
+        r#"horizon = "7.5 s""#, otherwise("not known");
     OVERRIDE: Overrides = "override", Type::new(Shape::Overrides, |item, _| item.overrides()),
         "replaced values of the robot file, by dotted key",
         r#"override.leg.aslp.parallel.preload = "0 mm""#, needs("robot");
@@ -179,13 +187,15 @@ struct Source<'s> {
 
 fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<Scenario, Reported> {
     use root_table::{
-        BUS, DURATION, FALL, FAULT, FOOTSTEPS, IO, NAME, OBSERVE, OVERRIDE, PLANT, RECORD, SEED,
+        BUS, DURATION, ENSEMBLE, FALL, FAULT, FOOTSTEPS, HORIZON, IO, NAME, OBSERVE, OVERRIDE,
+        PLANT, RECORD, SEED,
     };
     let table = root_table::TABLE.of(root);
     let (name, robot) = (table.get(&NAME), robot(table, catalogue));
     let (overrides, duration) = (table.get(&OVERRIDE), table.read(&DURATION));
     let run = *duration.as_ref().unwrap_or(&SimDuration::MAX);
     let (seed, observe) = (table.read(&SEED), table.read(&OBSERVE));
+    let (ensemble, horizon) = (table.get(&ENSEMBLE), table.get(&HORIZON));
     let observed = observe.unwrap_or(io::OBSERVE_PERIOD);
     let plant = table.read_with(&PLANT, |item| plant::plant(item, catalogue, observed));
     let actuator = actuator(table, catalogue, plant.as_ref().ok(), run);
@@ -202,7 +212,8 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
     let changes = changes::changes(table, control, catalogue, run);
     let faults = table.get_with(&FAULT, |item| item.each(|item| bus::fault(item, run)));
     let changed = changes.as_deref().unwrap_or_default();
-    let expectations = expectations(table, catalogue, run, changed);
+    let known_horizon = *horizon.as_ref().unwrap_or(&None);
+    let expectations = expectations(table, catalogue, run, known_horizon, changed);
     let (controller, io, plant) = (controller?, io?, plant?);
     let applies = |one: &Expectation| one.plants.is_empty() || one.plants.contains(&plant.model);
     let (expectations, of_other_plants): (Vec<_>, _) = expectations?.into_iter().partition(applies);
@@ -231,6 +242,8 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
         overrides: overrides?.unwrap_or_else(Overrides::default),
         duration: duration?,
         seed: seed?,
+        ensemble: ensemble?,
+        horizon: horizon?,
         plant,
         actuator: actuator?.unwrap_or_default(),
         controller,
@@ -288,12 +301,14 @@ fn expectations(
     table: Declared<'_, '_>,
     catalogue: &Catalogue,
     run: SimDuration,
+    horizon: Option<SimDuration>,
     changes: &[ChangeSpec],
 ) -> Result<Vec<Expectation>, Reported> {
     let plants = catalogue.plants.iter().map(|kind| kind.name.as_str());
     let context = expect::Context {
         plants: plants.collect(),
         duration: run,
+        horizon,
         first_change: changes.first().map(|change| change.at),
     };
     let read = |item: &Item<'_>| item.each(|item| expect::expectation(item, &context));

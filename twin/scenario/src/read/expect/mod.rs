@@ -1,6 +1,7 @@
 //! Reading expectations.
 
 mod beyond_end;
+mod beyond_horizon;
 mod body;
 mod compare;
 mod footstep;
@@ -99,6 +100,8 @@ pub(super) struct Context<'c> {
     pub plants: Vec<&'c str>,
     /// Duration of the run.
     pub duration: SimDuration,
+    /// Time up to which the trajectory is predictable; none: it is not known.
+    pub horizon: Option<SimDuration>,
     /// Time of the first change.
     pub first_change: Option<SimTime>,
 }
@@ -153,6 +156,9 @@ pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expe
     let measured = item.peek(subject);
     if let Some(measured) = &measured {
         beyond_end::warn(measured, &expectation, context.duration);
+        if let Some(horizon) = context.horizon {
+            beyond_horizon::warn(measured, &expectation, horizon, context.duration);
+        }
     }
     expectation.name = name?.unwrap_or_else(|| {
         let measure = measured.map_or(String::new(), |item| measure_name(subject, &item));
