@@ -6,6 +6,7 @@ use clap::{Args, Subcommand};
 use twinrig_kernel::SimDuration;
 
 use super::gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
+use super::robustness::RobustnessOptions;
 use super::{duration, key_value, seconds, whole_number, whole_number_or_none};
 
 /// Arguments of `twin study`.
@@ -69,6 +70,14 @@ pub enum StudyCommand {
     /// delay of the load that the controller takes. A run with the commands of the first one is
     /// void.
     Loads(FeedbackOptions),
+    /// Measure how far the expectations of scenarios are from failing, over perturbed starts
+    ///
+    /// Runs each scenario from its own start and from starts that are perturbed by one unit in the
+    /// last place up to 1e-6: for each expectation the distribution of its margin, the share of the
+    /// runs in which it holds, and the least perturbation that changes its verdict; the growth rate
+    /// of the distance between trajectories, and the time from which on one does not predict the
+    /// other. Also writes the tables as Markdown.
+    Robustness(RobustnessOptions),
 }
 
 impl StudyCommand {
@@ -82,6 +91,7 @@ impl StudyCommand {
             Self::Modulation(options) => options.json,
             Self::Transition(options) => options.json,
             Self::Loads(options) => options.json,
+            Self::Robustness(options) => options.json,
         }
     }
 }

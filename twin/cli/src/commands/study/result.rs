@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 
 use twinrig_study::{
-    CouplingStudy, EstimateStudy, FeedbackStudy, Machine, ModulationStudy, Study, TransitionStudy,
-    csv, html,
+    CouplingStudy, EstimateStudy, FeedbackStudy, Machine, ModulationStudy, RobustnessStudy, Study,
+    TransitionStudy, csv, html,
 };
 
 use crate::study::{
-    coupling_table, estimate_table, feedback_table, modulation_table, table, transition_table,
+    coupling_table, estimate_table, feedback_table, modulation_table, robustness_table, table,
+    transition_table,
 };
 
 /// Result of a study.
@@ -19,6 +20,7 @@ pub(super) enum StudyResult {
     Modulation(ModulationStudy),
     Transition(TransitionStudy),
     Feedback(Box<FeedbackStudy>),
+    Robustness(RobustnessStudy),
 }
 
 impl StudyResult {
@@ -28,6 +30,7 @@ impl StudyResult {
             Self::Plants(study) => study.error(),
             Self::Coupling(study) => study.error(),
             Self::Modulation(study) => study.error(),
+            Self::Robustness(study) => study.error(),
             Self::Estimate(_) | Self::Transition(_) | Self::Feedback(_) => None,
         }
     }
@@ -45,6 +48,7 @@ impl StudyResult {
             Self::Modulation(study) => study.json(machine, command),
             Self::Transition(study) => study.json(machine, command),
             Self::Feedback(study) => study.json(machine, command),
+            Self::Robustness(study) => study.json(machine, command),
         }
     }
 
@@ -56,6 +60,7 @@ impl StudyResult {
             Self::Modulation(study) => study.html(machine, command),
             Self::Transition(study) => study.html(machine, command),
             Self::Feedback(study) => study.html(machine, command),
+            Self::Robustness(study) => study.html(machine, command),
         }
     }
 
@@ -67,6 +72,15 @@ impl StudyResult {
             Self::Modulation(study) => study.csv(),
             Self::Transition(study) => study.csv(),
             Self::Feedback(study) => study.csv(),
+            Self::Robustness(study) => study.csv(),
+        }
+    }
+
+    /// Returns the tables of a study whose results are documented.
+    pub(super) fn markdown(&self) -> Option<String> {
+        match self {
+            Self::Robustness(study) => Some(study.markdown()),
+            _ => None,
         }
     }
 
@@ -78,6 +92,7 @@ impl StudyResult {
             Self::Modulation(study) => modulation_table::text(study, files),
             Self::Transition(study) => transition_table::text(study, files),
             Self::Feedback(study) => feedback_table::text(study, files),
+            Self::Robustness(study) => robustness_table::text(study, files),
         }
     }
 }
