@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use twinrig_campaign::sweep::percent;
-use twinrig_study::{EnsembleKind, ExpectationSpread, RobustnessResult, RobustnessStudy, brief};
+use twinrig_study::{EnsembleKind, RobustnessResult, RobustnessStudy};
 
 use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::style::RED;
@@ -32,7 +32,7 @@ fn expectations(result: &RobustnessResult) -> Grid {
     grid.header("expectation | holds | 95 % interval | least margin | median | greatest | not observed | changes at");
     for one in &result.expectations {
         let margins = one.margins.map(|it| [it.min, it.median, it.max]);
-        let margins = margins.map(|them| them.map(|margin| brief(margin, unit(one))));
+        let margins = margins.map(|them| them.map(|margin| one.margin_text(margin)));
         let [least, median, greatest] = margins.unwrap_or_default();
         let holds = format!("{} of {}", one.held, one.runs);
         grid.row([
@@ -61,13 +61,6 @@ fn expectations(result: &RobustnessResult) -> Grid {
         ]);
     }
     grid
-}
-
-fn unit(one: &ExpectationSpread) -> &str {
-    match &*one.unit {
-        "1" => "",
-        unit => unit,
-    }
 }
 
 /// Returns horizon, growth and crossing times of a case.

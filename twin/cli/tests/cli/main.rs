@@ -21,6 +21,7 @@ mod output_errors;
 mod panics;
 mod plant_comparison;
 mod recordings;
+mod robustness;
 mod run_observer;
 mod schema;
 mod studies;

@@ -79,7 +79,8 @@ impl RobustnessStudy {
             (
                 "growth rate",
                 "slope of the logarithm of the distance over time, up to the tolerance; median of \
-                 the runs in which a line fits it better than over the logarithm of time",
+                 the runs in which a line fits it better than over the logarithm of time, if \
+                 these are at least half of all",
             ),
             (
                 "share",

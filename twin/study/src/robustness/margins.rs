@@ -3,6 +3,7 @@
 use serde::Serialize;
 use twinrig_campaign::sweep::{ExpectationVerdict, ShareInterval, SweepRow};
 
+use crate::number::{plain, si};
 use crate::start::Magnitude;
 
 /// Confidence of the interval of a share.
@@ -137,6 +138,14 @@ impl ExpectationSpread {
             changed: changed.len(),
             changes_at: magnitudes
                 .min_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal)),
+        }
+    }
+
+    /// Returns a margin with its unit.
+    pub fn margin_text(&self, margin: f64) -> String {
+        match &*self.unit {
+            "1" => plain(margin),
+            unit => si(margin, unit),
         }
     }
 

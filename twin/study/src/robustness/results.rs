@@ -120,12 +120,16 @@ impl RobustnessResult {
             .min_by(f64::total_cmp)
     }
 
-    /// Returns the growth rate of the ensemble; none if no distance grows exponentially.
+    /// Returns the growth rate of the ensemble; none if the distances of fewer than half of the
+    /// perturbed runs grow exponentially.
     pub fn growth(&self) -> Option<GrowthRate> {
         let rates = self.perturbed.iter();
         let mut rates: Vec<f64> = rates
             .filter_map(|run| run.divergence.growth.rate())
             .collect();
+        if 2 * rates.len() < self.perturbed.len() {
+            return None;
+        }
         rates.sort_by(f64::total_cmp);
         let (&least, &greatest) = (rates.first()?, rates.last()?);
         let runs = rates.len();
