@@ -70,7 +70,7 @@ fn ground_restitution_is_that_of_the_scenario() {
         let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
         let report = execute(&assembly, &Execution::default());
         let report = report.unwrap_or_else(|error| panic!("{error}"));
-        let mut outcomes = report.expectations.iter().map(|line| &line.0);
+        let mut outcomes = report.expectations.iter().map(|line| &line.outcome);
         let lands = outcomes.find(|outcome| outcome.name == "is on the ground from then on");
         lands.unwrap().holds()
     };

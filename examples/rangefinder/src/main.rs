@@ -70,7 +70,7 @@ mod tests {
         let report = report.unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(report.expectations.len(), 3);
         for line in &report.expectations {
-            assert!(line.0.holds(), "{:?}", line.0);
+            assert!(line.holds(), "{:?}", line.outcome);
         }
     }
 

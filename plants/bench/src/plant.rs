@@ -4,7 +4,9 @@ use serde::{Deserialize, Serialize};
 use twinrig_actuator::MotorLine;
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit, signal};
 use twinrig_legged::Ledger;
-use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
+use twinrig_runtime::{
+    EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, PlantState, WorkCounts,
+};
 
 use crate::dynamics::{Event, Model, Point, Roller, State};
 use crate::error::BenchError;
@@ -75,6 +77,12 @@ const MEASURED: [(&str, Unit, Signal); 8] = [
     ("bench/roller/force", Unit::Newton, Signal::RollerForce),
     ("bench/roller/clearance", Unit::Meter, Signal::Clearance),
 ];
+
+/// Names of the state.
+const ANGLE: &str = "motor/cam/position";
+const RATE: &str = "motor/cam/rate";
+const LIFT: &str = "bench/lift";
+const LIFT_RATE: &str = "bench/lift/rate";
 
 /// Events of one advance beyond which the roller counts as chattering.
 const EVENTS_MAX: u32 = 1_000;
@@ -308,5 +316,48 @@ impl Plant for Bench {
         self.set_line();
         (self.now, self.ledger, self.work) = (saved.now, saved.ledger, saved.work);
         Ok(())
+    }
+
+    /// Angle and rate of the cam; position and velocity of the carriage while the roller is free.
+    fn state(&self) -> Option<PlantState> {
+        let State { roller, values } = self.point.state;
+        let [angle, rate, position, velocity, ..] = values;
+        let state = PlantState::at(self.now)
+            .with(ANGLE, &[angle])
+            .with(RATE, &[rate]);
+        Some(match roller {
+            Roller::OnCam => state,
+            Roller::Free => state.with(LIFT, &[position]).with(LIFT_RATE, &[velocity]),
+        })
+    }
+
+    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
+        let value = |name: &str| match from.get(name) {
+            Some(&[value]) if value.is_finite() => Some(value),
+            _ => None,
+        };
+        let (Some(angle), Some(rate)) = (value(ANGLE), value(RATE)) else {
+            return Err(self.fault("motor/cam", "the state has no finite angle and rate of it"));
+        };
+        let carriage = value(LIFT).zip(value(LIFT_RATE));
+        let (position, velocity) = carriage.unwrap_or_default();
+        self.point.state = State {
+            roller: if carriage.is_some() {
+                Roller::Free
+            } else {
+                Roller::OnCam
+            },
+            values: [angle, rate, position, velocity, 0.0, 0.0],
+        };
+        self.inputs = [0.0; 2];
+        self.set_line();
+        let [kinetic, spring] = self.model.stored(&self.point.state);
+        self.ledger = Ledger::opened([kinetic, spring, 0.0]);
+        (self.now, self.work) = (from.time, WorkCounts::default());
+        self.events.clear();
+        let known = [ANGLE, RATE, LIFT, LIFT_RATE];
+        let unknown = from.iter().filter(|(name, _)| !known.contains(name));
+        let lines = unknown.map(|(name, _)| format!("{name} is not a state of this plant"));
+        Ok(lines.collect())
     }
 }

@@ -260,3 +260,22 @@ fn input_that_is_not_a_number_is_a_fault_at_its_port() {
     assert_eq!(fault.part, "motor/cam/voltage");
     advance(&mut bench, 0, 1, 5.0);
 }
+
+proptest! {
+    /// The state has all of the motion, with the roller on the cam and, at the higher voltages, free.
+    #[test]
+    fn bench_resumed_from_a_state_moves_bit_for_bit(voltage in 2.0_f64..60.0, begin_ms in 1_u64..300) {
+        let mut bench = new(&parameters(), STEP);
+        advance(&mut bench, 0, begin_ms, voltage);
+        let mut resumed = new(&parameters(), STEP);
+        let lines = resumed.resume_from(&bench.state().unwrap()).unwrap();
+        prop_assert!(lines.is_empty());
+        for bench in [&mut bench, &mut resumed] {
+            advance(bench, begin_ms, begin_ms + 100, voltage);
+        }
+        for name in ["motor/cam/position", "motor/cam/rate", "bench/lift", "bench/force"] {
+            let [one, other] = [&mut bench, &mut resumed].map(|it| read(it, name).to_bits());
+            prop_assert_eq!(one, other, "{}", name);
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Port, SimTime, Snapshot, SnapshotError, Unit, signal};
 use twinrig_legged::Ledger;
-use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
+use twinrig_runtime::{EnergyBalance, Plant, PlantFault, PlantState, WorkCounts};
 
 use crate::cache::Cache;
 use crate::error::{DrivesError, reject_duplicates};
@@ -37,6 +37,7 @@ pub struct BenchMotors {
 #[derive(Debug, Clone)]
 pub struct MotorBench {
     models: [ShaftModel; 2],
+    legs: Vec<String>,
     /// Hip and knee of each leg in turn.
     shafts: Vec<ShaftState>,
     drives: Vec<Drive>,
@@ -122,6 +123,7 @@ impl MotorBench {
             drives: (0..count).map(coasting).collect(),
             inputs: vec![0.0; 2 * count],
             models,
+            legs: bench_motors.legs.clone(),
             cache: Cache::new(),
             now: SimTime::ZERO,
             ledger: Ledger::opened([0.0; 3]),
@@ -129,6 +131,28 @@ impl MotorBench {
             ports,
             signals,
         })
+    }
+
+    /// Returns the names of position and rate of each shaft.
+    fn shaft_names(&self) -> Vec<[String; 2]> {
+        let legs = self.legs.iter();
+        let joints = legs.flat_map(|leg| {
+            [
+                [signal::HIP_POSITION, signal::HIP_RATE],
+                [signal::KNEE_POSITION, signal::KNEE_RATE],
+            ]
+            .map(|names| names.map(|name| signal::of_leg(leg, name)))
+        });
+        joints.collect()
+    }
+
+    /// Kinetic energy of all shafts \[J\].
+    fn kinetic(&self) -> f64 {
+        let models = self.models.iter().cycle();
+        let shafts = self.shafts.iter().zip(models);
+        shafts
+            .map(|(shaft, model)| 0.5 * model.inertia() * shaft.rate * shaft.rate)
+            .sum()
     }
 
     /// Sets inputs that differ from the last ones.
@@ -284,5 +308,38 @@ impl Plant for MotorBench {
         (self.ledger, self.steps) = (saved.ledger, saved.steps);
         self.update_drives();
         Ok(())
+    }
+
+    fn state(&self) -> Option<PlantState> {
+        let shafts = self.shaft_names().into_iter().zip(&self.shafts);
+        let state = PlantState::at(self.now);
+        Some(shafts.fold(state, |state, ([position, rate], shaft)| {
+            state
+                .with(position, &[shaft.position])
+                .with(rate, &[shaft.rate])
+        }))
+    }
+
+    fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
+        let names = self.shaft_names();
+        let mut lines = Vec::new();
+        for (names, shaft) in names.iter().zip(&mut self.shafts) {
+            shaft.torque = 0.0;
+            for (name, value) in names.iter().zip([&mut shaft.position, &mut shaft.rate]) {
+                match from.get(name) {
+                    Some(&[found]) if found.is_finite() => *value = found,
+                    _ => lines.push(format!("{name} is missing and keeps its value")),
+                }
+            }
+        }
+        let unknown = from
+            .iter()
+            .filter(|(name, _)| !names.as_flattened().iter().any(|known| known == name));
+        lines.extend(unknown.map(|(name, _)| format!("{name} is not a state of this plant")));
+        self.inputs.fill(0.0);
+        self.update_drives();
+        (self.now, self.steps) = (from.time, 0);
+        self.ledger = Ledger::opened([self.kinetic(), 0.0, 0.0]);
+        Ok(lines)
     }
 }

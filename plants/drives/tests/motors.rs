@@ -258,3 +258,27 @@ fn steps_and_observations_allocate_nothing() {
     });
     assert_eq!(counted.count_total, 0);
 }
+
+#[test]
+fn bench_resumed_from_a_state_moves_bit_for_bit() {
+    let legs = ["LF", "RH"];
+    let inputs = [12.0, 1.0, -6.0, 1.0, 3.0, 1.0, 0.0, 0.0];
+    let mut first = bench(&legs, Load::default());
+    first.advance(at(3_000_000), &inputs).unwrap();
+    let mut resumed = bench(&legs, Load::default());
+    let state = first.state().unwrap();
+    assert_eq!(resumed.resume_from(&state), Ok(Vec::new()));
+    assert_eq!(resumed.energy().kinetic, first.energy().kinetic);
+    for bench in [&mut first, &mut resumed] {
+        bench.advance(at(5_000_000), &inputs).unwrap();
+    }
+    for name in [
+        "leg/LF/hip/position",
+        "leg/LF/knee/rate",
+        "leg/RH/hip/position",
+    ] {
+        assert_eq!(read(&mut first, name), read(&mut resumed, name));
+    }
+    let unknown = state.with("leg/XX/hip/position", &[0.0]);
+    assert_eq!(resumed.resume_from(&unknown).unwrap().len(), 1);
+}

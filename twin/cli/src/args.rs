@@ -6,6 +6,7 @@ mod export;
 mod gait_study;
 mod optimize;
 mod radius;
+mod robustness;
 mod study;
 mod sweep;
 mod thesis;
@@ -22,6 +23,7 @@ pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
 pub use gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
 pub use optimize::OptimizeArgs;
 pub use radius::RadiusOptions;
+pub use robustness::RobustnessOptions;
 pub use study::{EstimateOptions, PrecisionOptions, StudyArgs, StudyCommand, StudyOptions};
 pub use sweep::SweepArgs;
 pub use thesis::ThesisArgs;
@@ -312,6 +314,20 @@ fn non_negative(text: &str, unit: Unit) -> Result<f64, String> {
 
 fn whole_number(text: &str) -> Result<usize, String> {
     number_from(1, text)
+}
+
+/// One run has nothing to be compared with.
+fn runs_of_ensemble(text: &str) -> Result<usize, String> {
+    number_from(2, text)
+}
+
+/// Returns a length above zero \[m\].
+fn tolerance(text: &str) -> Result<f64, String> {
+    match parse_quantity(text, Unit::Meter) {
+        Ok(length) if length > 0.0 => Ok(length),
+        Ok(_) => Err("it must be positive".to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
 }
 
 fn whole_number_or_none(text: &str) -> Result<usize, String> {

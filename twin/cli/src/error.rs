@@ -45,6 +45,16 @@ pub enum TwinError {
         /// Reason.
         source: Box<RigError>,
     },
+    /// Plant whose start cannot be perturbed.
+    #[error(
+        "error: the start of the plant cannot be perturbed: {why}\n --> {file}\n  = help: `twin study robustness` varies the seed instead"
+    )]
+    Start {
+        /// Scenario file.
+        file: String,
+        /// Reason.
+        why: String,
+    },
     /// Panic of a part or of this program.
     #[error(
         "error: {source}{}\n  = help: this is a bug in the named part; set RUST_BACKTRACE=1 to print a backtrace",

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use twinrig::{Assembly, Execution, Report, execute_observed, recording_path};
+use twinrig::{Assembly, Execution, Report, execute_observed, recording_path, with_ensemble};
 
 use crate::errors::Failure;
 use crate::parts::PythonParts;
@@ -82,6 +82,12 @@ fn execute(
     let poll = parts.any.then(|| SignalPoll::new(&parts.exceptions));
     let mut store = SampleStore::new(&assembly, poll);
     let report = execute_observed(&assembly, &execution, &mut store)?;
+    // Python parts run on the thread of the caller, and so without an ensemble.
+    let report = if parts.any {
+        report
+    } else {
+        with_ensemble(&assembly, report, false)?
+    };
     if let Some(bytes) = store.missing {
         return Err(Failure::Memory { bytes });
     }

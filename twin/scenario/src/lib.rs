@@ -70,6 +70,7 @@ mod actuator;
 mod catalogue;
 mod check_sensors;
 mod check_signals;
+mod claim_limits;
 mod compare;
 mod expect;
 mod gait;
@@ -105,9 +106,10 @@ pub use pattern::Pattern;
 pub use recovery::{Recovery, TrunkQuantity};
 pub use reference::{KeyReference, TableReference, language};
 pub use scenario::{
-    Base, BusSpec, ChangeSpec, ControllerSpec, FallSpec, FaultSpec, FootstepSpec, Ground, Heights,
-    IoSpec, LoadThreshold, ObserveSpec, PayloadSpec, PlantSpec, Profile, PulseShape, PushLoad,
-    PushSite, PushSpec, RecordSpec, Scenario, SensorSpec, Setting, StartPose, SurfaceSpec,
+    Base, BusSpec, ChangeSpec, ControllerSpec, EnsembleSpec, FallSpec, FaultSpec, FootstepSpec,
+    Ground, Heights, IoSpec, LoadThreshold, ObserveSpec, PayloadSpec, PlantSpec, Profile,
+    PulseShape, PushLoad, PushSite, PushSpec, RecordSpec, Scenario, SensorSpec, Setting, StartPose,
+    SurfaceSpec,
 };
 pub use scene::{Facts, LeftOut, LegFact, Scene, SensedSignal};
 pub use schema::schema;

@@ -56,6 +56,10 @@ pub struct Scenario {
     pub duration: SimDuration,
     /// Seed of all random streams.
     pub seed: u64,
+    /// Runs from perturbed starts; none for one run.
+    pub ensemble: Option<EnsembleSpec>,
+    /// Time up to which the trajectory is predictable; none: it is not known.
+    pub horizon: Option<SimDuration>,
     /// The physics.
     pub plant: PlantSpec,
     /// Actuators between commands and joints.
@@ -87,6 +91,15 @@ pub struct Scenario {
     pub of_other_plants: Vec<Expectation>,
     /// Accepted values that are probably mistakes.
     pub warnings: Vec<Warning>,
+}
+
+/// `ensemble`
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EnsembleSpec {
+    /// Number of runs, the unperturbed one included.
+    pub runs: usize,
+    /// Least share of the runs in which an expectation holds.
+    pub share: f64,
 }
 
 /// `[plant]`

@@ -215,3 +215,61 @@ fn robot_value_replaced_twice_is_reported() {
     assert_eq!(warnings_of(more), [("set-twice", 13)]);
     assert_eq!(warnings_of(&more.replace("\".l1", "\".l2")), []);
 }
+
+#[test]
+fn exact_expectations_past_the_horizon_are_reported() {
+    let count = "footstep = { count = { min = 5, max = 5 } }";
+    let speed = |near: &str, within: &str| {
+        format!("body = {{ speed = {{ near = '{near}', within = '{within}' }} }}")
+    };
+    let displaced = "[[change]]\nat = '2 s'\nset = 'frequency'\nto = '2 Hz'\n[[expect]]\n\
+                     footstep = { displacement = { max = '1 mm' }, against = 'without changes' }";
+    let expected = |text: &str| format!("[[expect]]\n{text}");
+    for (horizon, more, warned) in [
+        ("7 s", expected(count), true),
+        ("7 s", expected(&format!("{count}\nbefore = '6 s'")), false),
+        ("10 s", expected(count), false),
+        (
+            "7 s",
+            expected("footstep = { count = { min = 5, max = 6 } }"),
+            false,
+        ),
+        ("7 s", expected(&speed("1 m/s", "1 mm/s")), true),
+        ("7 s", expected(&speed("1 m/s", "1 cm/s")), false),
+        ("7 s", expected("body = { fall = false }"), false),
+        // Of the first footstep after the change.
+        ("1 s", displaced.to_owned(), true),
+        ("7 s", displaced.to_owned(), false),
+    ] {
+        let horizon = format!("horizon = '{horizon}'\n");
+        for (text, warned) in [(horizon + &text(&more), warned), (text(&more), false)] {
+            let scenario = parse(&text).unwrap_or_else(|error| panic!("{error}\n{text}"));
+            let codes: Vec<_> = warnings(&scenario).iter().map(|(code, _)| *code).collect();
+            let code = warned.then_some("exact-beyond-horizon");
+            assert_eq!(codes, Vec::from_iter(code), "{text}");
+        }
+    }
+}
+
+#[test]
+fn ensemble_is_a_number_or_a_table_of_at_least_two_runs() {
+    let read = |value: &str| parse(&format!("ensemble = {value}\n{}", text("")));
+    for (value, runs, share) in [
+        ("32", 32, 0.95),
+        ("{ runs = 8 }", 8, 0.95),
+        ("{ runs = 8, share = 1 }", 8, 1.0),
+    ] {
+        let found = read(value).unwrap().ensemble.unwrap();
+        assert_eq!((found.runs, found.share), (runs, share));
+    }
+    for value in [
+        "1",
+        "10001",
+        "{ share = 1 }",
+        "{ runs = 8, share = 1.1 }",
+        "true",
+    ] {
+        assert!(read(value).is_err(), "{value}");
+    }
+    assert_eq!(parse(&text("")).unwrap().ensemble, None);
+}

@@ -77,6 +77,11 @@ impl Fit {
         (self.straight > ON_A_LINE).then_some(self.slope)
     }
 
+    /// Returns the squared correlation coefficient: 1 if all points are on the line.
+    pub(crate) fn straightness(&self) -> f64 {
+        self.straight
+    }
+
     /// Returns the greatest error of the slope if each y may be too small by up to `unsure`: in the
     /// worst case all points on one side of the mean are and the others are not.
     pub(crate) fn unsure(&self, unsure: f64) -> f64 {

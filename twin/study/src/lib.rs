@@ -9,7 +9,9 @@
 //! ([`modulation()`]) measures the displacement of footsteps after a change of a variable of the
 //! controller, a sixth one ([`transition()`]) classifies gaits over time and dates their
 //! transitions, a seventh one ([`feedback()`]) compares a controller on true loads with the same
-//! one on loads that are measured or estimated. Two studies of one build give the same results
+//! one on loads that are measured or estimated. An eighth one ([`robustness()`]) runs scenarios from
+//! perturbed starts, and gives the distribution of the margins of their expectations and the growth
+//! of the distance between trajectories. Two studies of one build give the same results
 //! except for run times, unless the budget truncates one of them.
 //!
 //! ```
@@ -71,9 +73,11 @@ mod radius;
 mod reference;
 mod reference_note;
 mod references;
+mod robustness;
 mod row;
 mod search;
 mod stability;
+mod start;
 mod stencil;
 mod stiffness;
 mod stopwatch;
@@ -121,14 +125,21 @@ pub use modulation::{
     ModulationStudy, VariableChange, modulation,
 };
 pub use number::si as brief;
+pub use parallel::{Ran, run_all_on};
 pub use plant_id::PlantId;
 pub use precision::precision;
 pub use precision_plan::PrecisionPlan;
 pub use progress::ProgressObserver;
 pub use radius::{axis_end, not_monotone, radius_cell, radius_markdown, radius_value};
 pub use reference_note::{CheckNote, ReferenceNote};
+pub use robustness::{
+    Divergence, EnsembleKind, EnsembleRun, ExpectationSpread, Growth, GrowthRate, MarginQuantiles,
+    Member, MemberRun, RobustnessCase, RobustnessPlan, RobustnessResult, RobustnessRunner,
+    RobustnessStudy, Trajectory, robustness,
+};
 pub use row::{CLOCKED, Row, RowKind, Series, Status, VariantKey};
 pub use stability::{StabilityPlan, stability};
+pub use start::{Magnitude, StartPerturbation};
 pub use stiffness::StiffnessTrend;
 pub use study::{Order, Study, StudyKind};
 pub use sweep::Factor;

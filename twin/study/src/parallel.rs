@@ -1,5 +1,7 @@
 //! Independent runs of a study on the threads of this program, with results in order.
 
+use std::num::NonZeroUsize;
+
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use twinrig_campaign::engine::{Engine, EngineEvent, EngineOptions, Job, LocalEngine};
@@ -9,7 +11,7 @@ use crate::error::StudyError;
 use crate::stopwatch::Stopwatch;
 
 /// Result of a run, or the reason of its failure.
-pub(crate) type Ran<T> = Result<T, String>;
+pub type Ran<T> = Result<T, String>;
 
 struct Runs<'f, T> {
     run: &'f (dyn Fn(usize) -> Ran<T> + Sync),
@@ -42,12 +44,29 @@ pub(crate) fn run_all<T: Serialize + DeserializeOwned>(
     run: &(dyn Fn(usize) -> Ran<T> + Sync),
     progress: &mut dyn FnMut(usize, f64) -> bool,
 ) -> Result<Vec<Ran<T>>, StudyError> {
+    run_all_on(None, count, run, progress)
+}
+
+/// Does `count` runs as [`run_all`] does, at most `jobs` of them at the same time.
+///
+/// # Errors
+/// As [`run_all`].
+pub fn run_all_on<T: Serialize + DeserializeOwned>(
+    jobs: Option<NonZeroUsize>,
+    count: usize,
+    run: &(dyn Fn(usize) -> Ran<T> + Sync),
+    progress: &mut dyn FnMut(usize, f64) -> bool,
+) -> Result<Vec<Ran<T>>, StudyError> {
     let stopwatch = Stopwatch::start();
     let mut results: Vec<Option<Ran<T>>> = (0..count).map(|_| None).collect();
     let tasks: Vec<usize> = (0..count).collect();
     let mut done = 0;
     let job = Runs { run };
-    let ran = LocalEngine.run(&job, &tasks, &EngineOptions::default(), &mut |event| {
+    let options = EngineOptions {
+        jobs,
+        ..EngineOptions::default()
+    };
+    let ran = LocalEngine.run(&job, &tasks, &options, &mut |event| {
         if let EngineEvent::Done { task, result } = event {
             done += 1;
             let result = result.and_then(|bytes| {

@@ -7,6 +7,7 @@ use twinrig_kernel::SimDuration;
 
 use super::gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
 use super::radius::RadiusOptions;
+use super::robustness::RobustnessOptions;
 use super::{duration, key_value, seconds, whole_number, whole_number_or_none};
 
 /// Arguments of `twin study`.
@@ -78,6 +79,14 @@ pub enum StudyCommand {
     /// bisects. Values below are tested, too: an expectation that fails and holds again beyond is
     /// reported as not monotone. The same command continues an interrupted study.
     Radius(RadiusOptions),
+    /// Measure how far the expectations of scenarios are from failing, over perturbed starts
+    ///
+    /// Runs each scenario from its own start and from starts that are perturbed by one unit in the
+    /// last place up to 1e-6: for each expectation the distribution of its margin, the share of the
+    /// runs in which it holds, and the least perturbation that changes its verdict; the growth rate
+    /// of the distance between trajectories, and the time from which on one does not predict the
+    /// other. Also writes the tables as Markdown.
+    Robustness(RobustnessOptions),
 }
 
 impl StudyCommand {
@@ -92,6 +101,7 @@ impl StudyCommand {
             Self::Transition(options) => options.json,
             Self::Loads(options) => options.json,
             Self::Radius(options) => options.json,
+            Self::Robustness(options) => options.json,
         }
     }
 }

@@ -9,6 +9,7 @@ use twinrig_legged::Constraints;
 use twinrig_robot::Robot;
 use twinrig_runtime::{Change, Plant, Rig, RigError, Schedule, Timing, WiringError};
 use twinrig_scenario::{ActuatorSpec, BusSpec, Facts, PlantSpec, Scenario, Scene, Setting};
+use twinrig_study::StartPerturbation;
 
 pub(crate) mod body;
 pub(crate) mod builder;
@@ -61,6 +62,8 @@ pub struct Assembly<'r> {
     facts: Facts,
     /// First commands of the controller, by signal name: the pose at the start.
     first_commands: Vec<(String, f64)>,
+    /// Perturbation of the plant's start.
+    start: Option<StartPerturbation>,
     /// The parts that were built to check the scenario: those of the first rig.
     built: Mutex<Option<BuiltParts>>,
 }
@@ -197,6 +200,7 @@ impl<'r> Assembly<'r> {
             body,
             facts,
             first_commands,
+            start: None,
             built: Mutex::default(),
         };
         let plant = assembly.plant()?;
@@ -283,6 +287,7 @@ impl<'r> Assembly<'r> {
             scene: scenario.scene(&facts)?,
             body: self.body.clone(),
             first_commands: self.first_commands.clone(),
+            start: self.start,
             built: Mutex::default(),
             facts,
         })
@@ -345,6 +350,21 @@ impl<'r> Assembly<'r> {
             body: self.body.clone(),
             facts: self.facts.clone(),
             first_commands: self.first_commands.clone(),
+            start: self.start,
+            built: Mutex::default(),
+        }
+    }
+
+    /// Returns the same scene from a perturbed start; so is that of its run without changes.
+    #[must_use]
+    pub(crate) fn with_start(&self, start: StartPerturbation) -> Self {
+        Self {
+            registry: self.registry,
+            scene: self.scene.clone(),
+            body: self.body.clone(),
+            facts: self.facts.clone(),
+            first_commands: self.first_commands.clone(),
+            start: Some(start),
             built: Mutex::default(),
         }
     }
@@ -379,8 +399,13 @@ impl<'r> Assembly<'r> {
         let BuiltParts {
             process,
             buses,
-            plant,
+            mut plant,
         } = parts;
+        if let Some(start) = &self.start {
+            let file = || self.scenario().file.clone();
+            let applied = start.apply(&mut *plant);
+            applied.map_err(|why| TwinError::Start { file: file(), why })?;
+        }
         let ports = &self.facts.process_ports;
         let tasks = self.builder().tasks(buses, &*process, ports)?;
         let rig = Rig::new(&self.schedule(), process, tasks, around(plant));

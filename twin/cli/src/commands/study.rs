@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use twinrig_study::{
     CouplingPlan, EstimatePlan, Machine, PrecisionPlan, ProgressObserver, SearchSize,
     StabilityPlan, StudyError, TransitionPlan, coupling, estimate, feedback, modulation, precision,
-    stability, transition,
+    robustness, stability, transition,
 };
 
 use super::{FAILURE, NEGATIVE, SUCCESS, Terminal, outputs};
@@ -24,6 +24,7 @@ use crate::study::coupling_builder::RigStudyBuilder;
 use crate::study::feedback_cases::FeedbackCases;
 use crate::study::load_recorder::BenchRecorder;
 use crate::study::modulation_cases::ModulationCases;
+use crate::study::robustness_cases::RobustnessCases;
 use crate::study::transition_cases::TransitionCases;
 use frame::StudyFrame;
 use result::StudyResult;
@@ -156,6 +157,11 @@ fn run(
             radius(registry, &request, observer)?
                 .map(|outcome| StudyResult::Radius(Box::new(outcome)))
         }
+        StudyCommand::Robustness(options) => {
+            let cases = RobustnessCases::new(registry, options, settings)?;
+            let plan = RobustnessCases::plan(options);
+            robustness(&cases, &plan, observer).map(StudyResult::Robustness)
+        }
     })
 }
 
@@ -210,7 +216,7 @@ fn create(folder: &Path) -> Result<(), TwinError> {
     })
 }
 
-/// Writes the HTML page, the CSV and the JSON file; returns their paths.
+/// Writes the HTML page, the CSV and the JSON file, and tables in Markdown; returns their paths.
 fn write(
     study: &StudyCommand,
     frame: StudyFrame<'_>,

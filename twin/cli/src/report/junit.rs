@@ -20,8 +20,8 @@ pub fn document(reports: &[Report]) -> String {
 
 fn suite(out: &mut String, report: &Report) {
     let lines = &report.expectations;
-    let failed = lines.iter().filter(|line| !line.0.holds()).count();
-    let excused = |line: &&Line| line.0.holds() && line.0.verdict == Verdict::Unobserved;
+    let failed = lines.iter().filter(|line| !line.holds()).count();
+    let excused = |line: &&Line| line.holds() && line.outcome.verdict == Verdict::Unobserved;
     let skipped = lines.iter().filter(excused).count();
     let errors = usize::from(report.error.is_some());
     let suite = escape(&report.scenario);
@@ -33,11 +33,11 @@ fn suite(out: &mut String, report: &Report) {
         report.wall_s.unwrap_or(0.0),
     );
     for line in lines {
-        let name = escape(&line.0.name);
+        let name = escape(&line.outcome.name);
         let _ = write!(out, "    <testcase classname=\"{suite}\" name=\"{name}\"");
-        let message = escape(&table::sentence(&line.0));
-        let _ = match (line.0.verdict, line.0.holds()) {
-            (Verdict::Pass, _) => writeln!(out, "/>"),
+        let message = escape(&table::line_sentence(line));
+        let _ = match (line.outcome.verdict, line.holds()) {
+            (Verdict::Pass, true) => writeln!(out, "/>"),
             (_, true) => writeln!(out, "><skipped message=\"{message}\"/></testcase>"),
             (_, false) => writeln!(out, "><failure message=\"{message}\"/></testcase>"),
         };

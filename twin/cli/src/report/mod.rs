@@ -13,6 +13,7 @@ use twinrig_record::ExpectationMessage;
 use twinrig_runtime::real_time::{Histogram, RealTimeReport, TaskReport};
 use twinrig_runtime::{EnergyBalance, WorkCounts};
 use twinrig_scenario::{LeftOut, Outcome, Verdict};
+use twinrig_study::{EnsembleKind, ExpectationSpread};
 
 /// Verdict of a scenario.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -205,7 +206,31 @@ impl Serialize for RealTime {
 
 /// Outcome of an expectation, in its serialised form.
 #[derive(Clone, Debug)]
-pub struct Line(pub Outcome);
+pub struct Line {
+    /// Outcome in the run.
+    pub outcome: Outcome,
+    /// The expectation over the runs of the scenario's ensemble; none without one.
+    pub ensemble: Option<LineEnsemble>,
+}
+
+/// An expectation over the runs of an ensemble.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LineEnsemble {
+    /// Difference between the runs.
+    pub differ_by: EnsembleKind,
+    /// Share and margins.
+    #[serde(flatten)]
+    pub spread: ExpectationSpread,
+    /// Share that the scenario requires.
+    pub required_share: f64,
+}
+
+impl LineEnsemble {
+    /// Returns whether the expectation holds in the required share of the runs.
+    pub fn holds(&self) -> bool {
+        self.spread.share >= self.required_share
+    }
+}
 
 /// Energy balance of a run \[J\].
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -241,9 +266,23 @@ pub(crate) fn seconds(nanos: u64) -> f64 {
 }
 
 impl Line {
+    /// Returns the line of a single run.
+    pub(crate) fn of(outcome: Outcome) -> Self {
+        Self {
+            outcome,
+            ensemble: None,
+        }
+    }
+
+    /// Returns whether the expectation holds: in the run, and in the required share of an ensemble.
+    pub fn holds(&self) -> bool {
+        let ensemble = self.ensemble.as_ref();
+        self.outcome.holds() && ensemble.is_none_or(LineEnsemble::holds)
+    }
+
     /// Converts the outcome to a message of a recording.
     pub(crate) fn message(&self) -> ExpectationMessage {
-        let outcome = &self.0;
+        let outcome = &self.outcome;
         let verdict = match outcome.verdict {
             Verdict::Pass => "pass",
             Verdict::Fail => "fail",
@@ -276,11 +315,13 @@ struct WrittenLine<'a> {
     other_bound: Option<f64>,
     optional: bool,
     detail: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ensemble: Option<&'a LineEnsemble>,
 }
 
 impl Serialize for Line {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let outcome = &self.0;
+        let outcome = &self.outcome;
         WrittenLine {
             name: &outcome.name,
             verdict: outcome.verdict,
@@ -292,6 +333,7 @@ impl Serialize for Line {
             other_bound: outcome.other_bound,
             optional: outcome.optional,
             detail: &outcome.detail,
+            ensemble: self.ensemble.as_ref(),
         }
         .serialize(serializer)
     }
@@ -332,6 +374,6 @@ impl Report {
     /// Returns the number of expectations that hold.
     pub fn held(&self) -> usize {
         let lines = self.expectations.iter();
-        lines.filter(|line| line.0.holds()).count()
+        lines.filter(|line| line.holds()).count()
     }
 }

@@ -6,12 +6,14 @@ use std::fmt::Write as _;
 
 use anstyle::Style;
 use shown::Shown;
+use twinrig_campaign::sweep::percent;
 use twinrig_scenario::{Outcome, Verdict};
+use twinrig_study::EnsembleKind;
 
 use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::left_out;
 use crate::report::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
-use crate::report::{Report, Status};
+use crate::report::{Line, LineEnsemble, Report, Status};
 
 /// Maximum width of the values of facts.
 const WIDTH: usize = 100;
@@ -91,8 +93,8 @@ fn first_failure(report: &Report) -> Option<String> {
     if let Some(error) = &report.error {
         return error.lines().next().map(str::to_owned);
     }
-    let failed = report.expectations.iter().find(|line| !line.0.holds());
-    failed.map(|line| line.0.name.clone())
+    let failed = report.expectations.iter().find(|line| !line.holds());
+    failed.map(|line| line.outcome.name.clone())
 }
 
 fn status_style(status: Status) -> Style {
@@ -139,8 +141,8 @@ fn expectations(report: &Report) -> Grid {
     let mut grid = Grid::new(&sides);
     grid.header("| expectation | measured | | bound | | margin |");
     for line in &report.expectations {
-        let outcome = &line.0;
-        let (mark, style) = mark(outcome);
+        let outcome = &line.outcome;
+        let (mark, style) = mark(line);
         let shown = Shown::of(outcome);
         let number =
             |value: Option<f64>| value.map(|value| shown.number(value)).unwrap_or_default();
@@ -153,16 +155,16 @@ fn expectations(report: &Report) -> Grid {
             number(outcome.bound).into(),
             shown.symbol.into(),
             Cell::new(number(outcome.margin), bad),
-            Cell::new(remark(outcome), DIM),
+            Cell::new(line_remark(line), DIM),
         ]);
     }
     grid
 }
 
-fn mark(outcome: &Outcome) -> (&'static str, Style) {
-    match (outcome.verdict, outcome.holds()) {
-        (Verdict::Pass, _) => ("✓", GREEN),
-        (Verdict::Fail, _) => ("✗", RED),
+fn mark(line: &Line) -> (&'static str, Style) {
+    match (line.outcome.verdict, line.holds()) {
+        (Verdict::Pass, true) => ("✓", GREEN),
+        (Verdict::Pass, false) | (Verdict::Fail, _) => ("✗", RED),
         (Verdict::Unobserved, true) => ("–", YELLOW),
         (Verdict::Unobserved, false) => ("?", RED),
     }
@@ -203,6 +205,49 @@ fn remark(outcome: &Outcome) -> String {
         head.trim_end_matches([':', ',', ' ']).to_owned()
     } else {
         head + &detail
+    }
+}
+
+/// Returns the remark on an outcome, after that on the ensemble.
+fn line_remark(line: &Line) -> String {
+    let remark = remark(&line.outcome);
+    let Some(ensemble) = &line.ensemble else {
+        return remark;
+    };
+    let text = ensemble_remark(&line.outcome, ensemble);
+    match &*remark {
+        "" => text,
+        remark => format!("{text}; {remark}"),
+    }
+}
+
+/// Returns the share of the runs of an ensemble, and their least margin.
+fn ensemble_remark(outcome: &Outcome, ensemble: &LineEnsemble) -> String {
+    let spread = &ensemble.spread;
+    let mut text = format!("holds in {} of {} runs", spread.held, spread.runs);
+    if let Some(margins) = spread.margins {
+        let shown = Shown::of(&Outcome {
+            margin: Some(margins.min),
+            ..outcome.clone()
+        });
+        let least = shown.number(margins.min);
+        let _ = write!(text, ", least margin {least} {}", shown.symbol);
+    }
+    text.trim_end().to_owned()
+}
+
+/// Returns a line of a report in one line of text.
+pub fn line_sentence(line: &Line) -> String {
+    let ensemble = line.ensemble.as_ref();
+    let failed = ensemble.filter(|ensemble| !ensemble.holds());
+    let Some(ensemble) = failed else {
+        return sentence(&line.outcome);
+    };
+    let text = ensemble_remark(&line.outcome, ensemble);
+    if line.outcome.holds() {
+        text
+    } else {
+        format!("{text}; {}", sentence(&line.outcome))
     }
 }
 
@@ -260,6 +305,22 @@ fn facts(report: &Report) -> Grid {
         fact(
             "time",
             format!("{simulated} s simulated in {wall:.3} s{speed}"),
+        );
+    }
+    let mut ensembles = report
+        .expectations
+        .iter()
+        .filter_map(|it| it.ensemble.as_ref());
+    if let Some(ensemble) = ensembles.next() {
+        let by = match ensemble.differ_by {
+            EnsembleKind::Starts => "from perturbed starts",
+            EnsembleKind::Seeds => "with other seeds",
+        };
+        let others = ensemble.spread.runs - 1;
+        let share = percent(ensemble.required_share);
+        fact(
+            "ensemble",
+            format!("{others} more runs {by}; required: {share} of all runs"),
         );
     }
     if let Some(at) = report.fell_at_s {

@@ -11,6 +11,7 @@ use twinrig_runtime::{EnergyBalance, Rig, WorkCounts, catch_panic};
 use crate::assembly::Assembly;
 use crate::error::TwinError;
 use crate::report::{Line, Report, Status};
+use crate::run::ensemble::with_ensemble;
 use crate::run::hardware;
 use crate::run::interrupt;
 use crate::run::judging::{judge, judged_report, reference};
@@ -36,20 +37,28 @@ pub struct Execution {
     pub ports: Vec<(String, PathBuf)>,
 }
 
-/// Runs `assembly`, and the reference run if an expectation requires one.
+/// Runs `assembly`, the reference run if an expectation requires one, and the ensemble if the
+/// scenario has one.
 ///
 /// # Errors
 /// [`TwinError`] if the run cannot start. A run that starts and fails is reported in the
 /// [`Report`].
 pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report, TwinError> {
     if execution.ports.is_empty() {
-        execute_until(assembly, execution, assembly.end())
-    } else {
-        hardware::execute(assembly, execution)
+        let report = execute_until(assembly, execution, assembly.end())?;
+        return with_ensemble(assembly, report, execution.progress);
     }
+    if assembly.scenario().ensemble.is_some() {
+        return Err(TwinError::Together {
+            why: "an `ensemble` has no runs on hardware".to_owned(),
+            help: "remove `ensemble` from the scenario, or run without --port".to_owned(),
+        });
+    }
+    hardware::execute(assembly, execution)
 }
 
-/// Runs `assembly` in virtual time as [`execute`] does, with an observer of the caller.
+/// Runs `assembly` in virtual time as [`execute`] does, with an observer of the caller, and without
+/// the ensemble, which [`with_ensemble`] adds.
 ///
 /// # Errors
 /// As [`execute`].

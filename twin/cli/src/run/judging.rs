@@ -88,7 +88,7 @@ pub(crate) fn judged_report<W: Write>(
         simulated_s: Some(simulated_s),
         wall_s: Some(wall_s),
         real_time_factor,
-        expectations: outcomes.into_iter().map(Line).collect(),
+        expectations: outcomes.into_iter().map(Line::of).collect(),
         left_out: assembly.scene().left_out.clone(),
         recording: None,
         file: scenario.file.clone(),

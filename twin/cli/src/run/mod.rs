@@ -1,6 +1,7 @@
 //! Execution of runs, from a rig to a report, in virtual time or on hardware.
 
 pub(crate) mod continuation;
+pub(crate) mod ensemble;
 pub(crate) mod execute;
 pub(crate) mod executor;
 pub(crate) mod hardware;

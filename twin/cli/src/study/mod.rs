@@ -13,6 +13,8 @@ mod load_observer;
 pub(crate) mod load_recorder;
 pub(crate) mod modulation_cases;
 pub(crate) mod modulation_table;
+pub(crate) mod robustness_cases;
+pub(crate) mod robustness_table;
 mod scaled;
 mod selection;
 mod slip_meter;

@@ -13,7 +13,7 @@ use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::assembly::sources::Sources;
 use crate::error::{TwinError, guarded};
-use crate::run::execute::{Execution, execute};
+use crate::run::execute::{Execution, execute_until};
 use crate::run::interrupt;
 use crate::sweep::build_key::BuildKey;
 use crate::sweep::parts::UsedParts;
@@ -192,7 +192,7 @@ impl PointRun<'_> {
                 recording: recording.clone(),
                 ..Execution::default()
             };
-            execute(&assembly, &execution)
+            execute_until(&assembly, &execution, assembly.end())
         });
         let row = match run {
             Ok(report) if report.error.is_some() && interrupt::is_requested() => return None,

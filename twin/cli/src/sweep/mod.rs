@@ -10,7 +10,7 @@ pub(crate) mod keys;
 mod parts;
 pub(crate) mod plan;
 mod recordings;
-mod row;
+pub(crate) mod row;
 pub(crate) mod runs;
 pub(crate) mod table;
 pub(crate) mod tasks;

@@ -6,7 +6,7 @@ use twinrig_scenario::{Outcome, Verdict};
 use crate::report::{Line, Report, Status};
 
 /// Returns the row of a report.
-pub(super) fn of_report(report: Report) -> SweepRow {
+pub(crate) fn of_report(report: Report) -> SweepRow {
     SweepRow {
         verdict: match report.verdict {
             Status::Pass => RowVerdict::Pass,
@@ -22,7 +22,7 @@ pub(super) fn of_report(report: Report) -> SweepRow {
     }
 }
 
-fn expectation(Line(outcome): Line) -> RowExpectation {
+fn expectation(Line { outcome, .. }: Line) -> RowExpectation {
     let holds = outcome.holds();
     let Outcome {
         name,

@@ -17,7 +17,7 @@ use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::report::{Report, Status};
-use crate::run::execute::{Execution, execute};
+use crate::run::execute::{Execution, execute_until};
 use crate::study::builder::StudyBuilder;
 use crate::study::load_recorder::BenchRecorder;
 use crate::study::modulation_cases::ModulationCases;
@@ -121,7 +121,7 @@ impl<'r> Context<'r> {
         expectations: &str,
     ) -> Result<RunReport, TwinError> {
         let assembly = self.assembly_with(file, settings, expectations)?;
-        let report = execute(&assembly, &Execution::default())?;
+        let report = execute_until(&assembly, &Execution::default(), assembly.end())?;
         match (report.verdict, &report.error) {
             (Status::Error, error) => Err(ThesisError::Run {
                 file: report.file.clone(),
@@ -294,7 +294,7 @@ impl RunReport {
     }
 
     fn outcome(&self, expectation: &str) -> Result<&Outcome, TwinError> {
-        let mut outcomes = self.0.expectations.iter().map(|line| &line.0);
+        let mut outcomes = self.0.expectations.iter().map(|line| &line.outcome);
         let found = outcomes.find(|outcome| outcome.name == expectation);
         found.ok_or_else(|| {
             ThesisError::NoExpectation {

@@ -22,6 +22,7 @@ mod panics;
 mod plant_comparison;
 mod radius;
 mod recordings;
+mod robustness;
 mod run_observer;
 mod schema;
 mod studies;

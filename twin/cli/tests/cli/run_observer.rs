@@ -78,8 +78,8 @@ fn observer_receives_the_samples_and_footsteps_that_are_judged() {
     assert_eq!(report.fingerprint, unobserved.fingerprint);
     assert_eq!(seen.legs, ["LF", "RF", "LH", "RH"]);
     assert_eq!(seen.samples, 3501);
-    assert_eq!(report.expectations[0].0.name, "does not fall");
-    assert_eq!(report.expectations[0].0.measured, Some(seen.lowest));
+    assert_eq!(report.expectations[0].outcome.name, "does not fall");
+    assert_eq!(report.expectations[0].outcome.measured, Some(seen.lowest));
     // 3.64 strides a second of four legs, less those of the ramp.
     assert!((70..=102).contains(&seen.footsteps), "{}", seen.footsteps);
     assert!(seen.polls >= 70);

@@ -37,10 +37,14 @@ class Expectation:
     """Whether it holds if it is unobserved."""
     detail: str
     """Leg and footstep concerned, or the reason for ``unobserved``; may be empty."""
+    ensemble: dict | None = None
+    """Share and margins over the runs of the scenario's ensemble, as in ``twin run --json``."""
 
     @property
     def holds(self) -> bool:
-        """Whether the run may pass with this outcome."""
+        """Whether the run may pass with this outcome, and with that of the ensemble."""
+        if self.ensemble is not None and self.ensemble["share"] < self.ensemble["required_share"]:
+            return False
         return self.verdict == "pass" or (self.verdict == "unobserved" and self.optional)
 
 

@@ -24,6 +24,7 @@ pub(crate) mod code {
     pub const BY: &str = "by-beyond-end";
     pub const LAG: &str = "lag-beyond-run";
     pub const NOTHING_EXPECTED: &str = "nothing-expected";
+    pub const EXACT: &str = "exact-beyond-horizon";
     pub const LONG_RUN: &str = "long-run";
 }
 

@@ -6,6 +6,7 @@ mod changes;
 mod checks;
 mod controller;
 mod coupling;
+mod ensemble;
 mod expect;
 mod fall;
 mod footsteps;
@@ -39,8 +40,8 @@ use crate::language::{
     contextual, table,
 };
 use crate::scenario::{
-    ChangeSpec, ControllerSpec, FootstepSpec, ObserveSpec, PlantSpec, PushSpec, RecordSpec,
-    Scenario, Setting,
+    ControllerSpec, EnsembleSpec, FootstepSpec, ObserveSpec, PlantSpec, RecordSpec, Scenario,
+    Setting,
 };
 
 table! {
@@ -53,6 +54,12 @@ table! {
     DURATION: SimDuration = "duration", POSITIVE_DURATION, "simulated time", r#"duration = "20 s""#,
         required();
     SEED: u64 = "seed", NATURAL, "seed of all random streams", "seed = 2", default("1");
+    ENSEMBLE: EnsembleSpec = "ensemble", ensemble::ENSEMBLE,
+        "number of runs from perturbed starts, in whose share the expectations hold",
+        "ensemble = 32", otherwise("one run");
+    HORIZON: SimDuration = "horizon", POSITIVE_DURATION,
+        "time up to which the trajectory is predictable, as `twin study robustness` measures it",
+        r#"horizon = "7.5 s""#, otherwise("not known");
     OVERRIDE: Overrides = "override", Type::new(Shape::Overrides, |item, _| item.overrides()),
         "replaced values of the robot file, by dotted key",
         r#"override.leg.aslp.parallel.preload = "0 mm""#, needs("robot");
@@ -195,14 +202,15 @@ struct Source<'s> {
 
 fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<Scenario, Reported> {
     use root_table::{
-        BUS, DURATION, FALL, FAULT, FOOTSTEPS, IO, NAME, OBSERVE, OVERRIDE, PLANT, PUSH, RECORD,
-        SEED,
+        BUS, DURATION, ENSEMBLE, FALL, FAULT, FOOTSTEPS, HORIZON, IO, NAME, OBSERVE, OVERRIDE,
+        PLANT, PUSH, RECORD, SEED,
     };
     let table = root_table::TABLE.of(root);
     let (name, robot) = (table.get(&NAME), robot(table, catalogue));
     let (overrides, duration) = (table.get(&OVERRIDE), table.read(&DURATION));
     let run = *duration.as_ref().unwrap_or(&SimDuration::MAX);
     let (seed, observe) = (table.read(&SEED), table.read(&OBSERVE));
+    let (ensemble, horizon) = (table.get(&ENSEMBLE), table.get(&HORIZON));
     let observed = observe.unwrap_or(io::OBSERVE_PERIOD);
     let plant = table.read_with(&PLANT, |item| plant::plant(item, catalogue, observed));
     let plant = loads::loads(table, plant, run);
@@ -228,9 +236,16 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
     };
     let pushes = table.get_with(&PUSH, |item| push::pushes(item, &pushed));
     let changed = changes.as_deref().unwrap_or_default();
+    let plants = catalogue.plants.iter().map(|kind| kind.name.as_str());
     let pushed_by = pushes.as_ref().ok().and_then(Option::as_deref);
-    let disturbed = (changed, pushed_by.unwrap_or_default());
-    let expectations = expectations(table, catalogue, run, disturbed);
+    let context = expect::Context {
+        plants: plants.collect(),
+        duration: run,
+        horizon: *horizon.as_ref().unwrap_or(&None),
+        first_change: changed.first().map(|change| change.at),
+        pushes: pushed_by.unwrap_or_default(),
+    };
+    let expectations = expectations(table, &context);
     let (controller, io, plant) = (controller?, io?, plant?);
     let applies = |one: &Expectation| one.plants.is_empty() || one.plants.contains(&plant.model);
     let (expectations, of_other_plants): (Vec<_>, _) = expectations?.into_iter().partition(applies);
@@ -259,6 +274,8 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
         overrides: overrides?.unwrap_or_else(Overrides::default),
         duration: duration?,
         seed: seed?,
+        ensemble: ensemble?,
+        horizon: horizon?,
         plant,
         actuator: actuator?.unwrap_or_default(),
         controller,
@@ -316,18 +333,9 @@ fn controller(
 /// Reads all `[[expect]]`.
 fn expectations(
     table: Declared<'_, '_>,
-    catalogue: &Catalogue,
-    run: SimDuration,
-    (changes, pushes): (&[ChangeSpec], &[PushSpec]),
+    context: &expect::Context<'_>,
 ) -> Result<Vec<Expectation>, Reported> {
-    let plants = catalogue.plants.iter().map(|kind| kind.name.as_str());
-    let context = expect::Context {
-        plants: plants.collect(),
-        duration: run,
-        first_change: changes.first().map(|change| change.at),
-        pushes,
-    };
-    let read = |item: &Item<'_>| item.each(|item| expect::expectation(item, &context));
+    let read = |item: &Item<'_>| item.each(|item| expect::expectation(item, context));
     Ok(table
         .get_with(&root_table::EXPECT, read)?
         .unwrap_or_default())

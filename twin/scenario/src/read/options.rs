@@ -82,7 +82,7 @@ fn names(item: &Item<'_>) -> Result<Vec<Placed<String>>, Reported> {
     Ok(names)
 }
 
-fn natural(item: &Item<'_>, range: &RangeInclusive<u64>) -> Result<u64, Reported> {
+pub(super) fn natural(item: &Item<'_>, range: &RangeInclusive<u64>) -> Result<u64, Reported> {
     let value = item.natural()?;
     if range.contains(&value) {
         return Ok(value);

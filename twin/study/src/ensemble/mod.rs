@@ -2,7 +2,6 @@
 
 mod gait;
 pub(crate) mod interval;
-mod start;
 
 pub use interval::Interval;
 
@@ -16,11 +15,11 @@ use crate::plant_run::{Ending, PlantRun};
 use crate::precision::Job;
 use crate::reference::ended;
 use crate::row::VariantKey;
+use crate::start::perturb_trunk;
 use crate::stopwatch::Stopwatch;
 use crate::study::Study;
 use crate::transport::{SETTLING, STROLL, TOLERANCE, usual_method};
 use gait::{GaitRecorder, Quantity};
-use start::perturb;
 
 /// Name of the random stream of the perturbations: the same for every model.
 const STREAM: &str = "study/ensemble";
@@ -250,7 +249,7 @@ impl Job<'_> {
         let settled_s = SETTLING * plant_run.end.as_secs_f64();
         let settled = SimTime::ZERO + SimDuration::try_from_secs_f64(settled_s).unwrap_or_default();
         let run = self.context.with_plant(variant, |plant| {
-            perturb(plant, perturbations)?;
+            perturb_trunk(plant, perturbations)?;
             let mut gait =
                 GaitRecorder::of(plant, settled).ok_or("it has no output body/position")?;
             let ending = plant_run.run(plant, |now, plant| gait.sample(now, plant));

@@ -20,6 +20,7 @@ mod optimization;
 mod plot;
 mod precision;
 mod radius;
+mod robustness;
 mod rows;
 mod runs;
 mod stability;

@@ -7,6 +7,9 @@ use twinrig_scenario::Setting;
 use crate::args::{FeedbackOptions, PrecisionOptions, RadiusOptions, StudyCommand, StudyOptions};
 use crate::error::TwinError;
 
+/// Greatest number of scenarios in the name of a file.
+const NAMED: usize = 5;
+
 /// Returns the first element that is in a list before.
 fn repeated<T: PartialEq>(list: &[T]) -> Option<&T> {
     let mut elements = list.iter().enumerate();
@@ -64,6 +67,14 @@ impl<'a> StudyFrame<'a> {
                 out: &options.out,
                 json: options.json,
             },
+            StudyCommand::Robustness(options) => Self {
+                name: "robustness",
+                scenarios: &options.scenarios,
+                plants: &options.plant,
+                set: &options.set,
+                out: &options.out,
+                json: options.json,
+            },
             StudyCommand::Transition(options) => Self {
                 name: "transition",
                 scenarios: std::slice::from_ref(&options.scenario),
@@ -115,6 +126,11 @@ impl<'a> StudyFrame<'a> {
             stem.map_or("scenario".into(), |stem| stem.to_string_lossy())
         });
         let stems: Vec<_> = stems.collect();
+        if let [first, others @ ..] = &*stems
+            && others.len() >= NAMED
+        {
+            return format!("{}-{first}-and-{}-more", self.name, others.len());
+        }
         format!("{}-{}", self.name, stems.join("-"))
     }
 
@@ -157,6 +173,10 @@ impl<'a> StudyFrame<'a> {
             }
             StudyCommand::Loads(options) => words.extend(loads(options)),
             StudyCommand::Radius(options) => words.extend(radius(options)),
+            StudyCommand::Robustness(options) => {
+                words.push(format!("--ensemble {}", options.ensemble));
+                words.push(format!("--tolerance \"{} m\"", options.tolerance));
+            }
             StudyCommand::Transition(options) => {
                 let variable = options.variable.iter();
                 words.extend(variable.map(|name| format!("--variable {name}")));

@@ -4,14 +4,15 @@ use std::path::PathBuf;
 
 use serde_json::json;
 use twinrig_study::{
-    CouplingStudy, EstimateStudy, FeedbackStudy, Machine, ModulationStudy, Study, TransitionStudy,
-    csv, html, radius_markdown, radius_page,
+    CouplingStudy, EstimateStudy, FeedbackStudy, Machine, ModulationStudy, RobustnessStudy, Study,
+    TransitionStudy, csv, html, radius_markdown, radius_page,
 };
 
 use crate::radius::{self, execute::RadiusOutcome};
 
 use crate::study::{
-    coupling_table, estimate_table, feedback_table, modulation_table, table, transition_table,
+    coupling_table, estimate_table, feedback_table, modulation_table, robustness_table, table,
+    transition_table,
 };
 
 /// Result of a study.
@@ -23,6 +24,7 @@ pub(super) enum StudyResult {
     Transition(TransitionStudy),
     Feedback(Box<FeedbackStudy>),
     Radius(Box<RadiusOutcome>),
+    Robustness(RobustnessStudy),
 }
 
 impl StudyResult {
@@ -32,6 +34,7 @@ impl StudyResult {
             Self::Plants(study) => study.error(),
             Self::Coupling(study) => study.error(),
             Self::Modulation(study) => study.error(),
+            Self::Robustness(study) => study.error(),
             Self::Estimate(_) | Self::Transition(_) | Self::Feedback(_) | Self::Radius(_) => None,
         }
     }
@@ -54,6 +57,7 @@ impl StudyResult {
             Self::Transition(study) => study.json(machine, command),
             Self::Feedback(study) => study.json(machine, command),
             Self::Radius(study) => json!(study.result),
+            Self::Robustness(study) => study.json(machine, command),
         }
     }
 
@@ -66,6 +70,7 @@ impl StudyResult {
             Self::Transition(study) => study.html(machine, command),
             Self::Feedback(study) => study.html(machine, command),
             Self::Radius(study) => radius_page(&study.result),
+            Self::Robustness(study) => study.html(machine, command),
         }
     }
 
@@ -78,6 +83,16 @@ impl StudyResult {
             Self::Transition(study) => study.csv(),
             Self::Feedback(study) => study.csv(),
             Self::Radius(study) => study.result.csv(),
+            Self::Robustness(study) => study.csv(),
+        }
+    }
+
+    /// Returns the tables for documents in Markdown; none of most studies.
+    pub(super) fn markdown(&self) -> Option<String> {
+        match self {
+            Self::Radius(study) => Some(radius_markdown(&study.result)),
+            Self::Robustness(study) => Some(study.markdown()),
+            _ => None,
         }
     }
 
@@ -90,14 +105,7 @@ impl StudyResult {
             Self::Transition(study) => transition_table::text(study, files),
             Self::Feedback(study) => feedback_table::text(study, files),
             Self::Radius(study) => radius::table::text(study, files),
-        }
-    }
-
-    /// Returns the table for documents in Markdown; none of most studies.
-    pub(super) fn markdown(&self) -> Option<String> {
-        match self {
-            Self::Radius(study) => Some(radius_markdown(&study.result)),
-            _ => None,
+            Self::Robustness(study) => robustness_table::text(study, files),
         }
     }
 }

@@ -91,10 +91,10 @@ fn unobserved_outcome_is_marked_with_reason() {
     (unobserved.measured, unobserved.bound, unobserved.margin) = (None, None, None);
     unobserved.verdict = Verdict::Unobserved;
     unobserved.detail = "no load is measured".to_owned();
-    assert_eq!(mark(&unobserved).0, "?");
+    assert_eq!(mark(&Line::of(unobserved.clone())).0, "?");
     assert_eq!(sentence(&unobserved), "unobserved: no load is measured");
     unobserved.optional = true;
-    assert_eq!(mark(&unobserved).0, "–");
+    assert_eq!(mark(&Line::of(unobserved.clone())).0, "–");
     let mut late = outcome(7.0, 5.0, -2.0, Unit::Newton);
     assert_eq!(sentence(&late), "7 N is not ≤ 5 N");
     late.first_violation = Some(SimTime::from_nanos(1_500_000_000));

@@ -1,6 +1,7 @@
 //! Reading expectations.
 
 mod beyond_end;
+mod beyond_horizon;
 mod body;
 mod compare;
 mod condition;
@@ -110,6 +111,8 @@ pub(super) struct Context<'c> {
     pub plants: Vec<&'c str>,
     /// Duration of the run.
     pub duration: SimDuration,
+    /// Time up to which the trajectory is predictable; none: it is not known.
+    pub horizon: Option<SimDuration>,
     /// Time of the first change.
     pub first_change: Option<SimTime>,
     /// Pushes, from which the robot may recover.
@@ -183,6 +186,9 @@ pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expe
     if let Some(measured) = &measured {
         recovery::check(measured, &expectation, context)?;
         beyond_end::warn(measured, &expectation, context.duration);
+        if let Some(horizon) = context.horizon {
+            beyond_horizon::warn(measured, &expectation, horizon, context.duration);
+        }
     }
     expectation.name = name?.unwrap_or_else(|| {
         let measure = measured.map_or(String::new(), |item| measure_name(subject, &item));

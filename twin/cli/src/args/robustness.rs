@@ -1,0 +1,39 @@
+//! Arguments of a study of robustness.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{key_value, runs_of_ensemble, tolerance};
+
+/// Options of a study of robustness.
+#[derive(Clone, Debug, Args)]
+pub struct RobustnessOptions {
+    /// Scenario files
+    #[arg(value_name = "SCENARIO", required = true)]
+    pub scenarios: Vec<PathBuf>,
+    /// Runs of each scenario: one from its own start, the others from perturbed ones
+    #[arg(long, value_name = "N", default_value_t = 32, value_parser = runs_of_ensemble)]
+    pub ensemble: usize,
+    /// Distance of two trajectories beyond which one does not predict the other; of plants that
+    /// observe angles only, for a radius of 1 m
+    #[arg(long, value_name = "LENGTH", default_value = "1 mm", value_parser = tolerance)]
+    pub tolerance: f64,
+    /// Number of runs at the same time, without influence on the results
+    /// [default: number of processors]
+    #[arg(long, value_name = "N")]
+    pub jobs: Option<NonZeroUsize>,
+    /// Study on this plant; may be repeated; without it, on the scenario's own
+    #[arg(long, value_name = "MODEL")]
+    pub plant: Vec<String>,
+    /// Set a key of the scenarios: controller.frequency="3 Hz"
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
+    pub set: Vec<(String, String)>,
+    /// Folder for the HTML page, the CSV, the JSON and the Markdown file
+    #[arg(long, value_name = "DIR", default_value = "studies")]
+    pub out: PathBuf,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+}

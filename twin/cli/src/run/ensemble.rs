@@ -1,0 +1,181 @@
+//! Ensembles: runs of a scenario from perturbed starts, or with other seeds where the start of the
+//! plant cannot be perturbed.
+
+use std::borrow::Borrow;
+
+use twinrig_campaign::sweep::SweepRow;
+use twinrig_study::{
+    EnsembleKind, ExpectationSpread, Magnitude, Member, Ran, StartPerturbation, StudyError,
+    run_all_on,
+};
+
+use crate::assembly::Assembly;
+use crate::error::{TwinError, guarded};
+use crate::report::{Line, LineEnsemble, Report, Status};
+use crate::run::execute::{Execution, execute_saving};
+use crate::run::interrupt;
+use crate::run::observers::RunObserver;
+use crate::run::progress::Progress;
+use crate::sweep::row;
+
+/// Members of an ensemble: the unperturbed run, number 0, and one for each magnitude.
+pub(crate) struct Ensemble<A> {
+    assembly: A,
+    magnitudes: Vec<Magnitude>,
+    /// Reason why the start cannot be perturbed.
+    why_seeds: Option<String>,
+}
+
+impl<'r, A: Borrow<Assembly<'r>>> Ensemble<A> {
+    /// Creates the ensemble of so many runs.
+    ///
+    /// # Errors
+    /// Parts that cannot be built.
+    pub(crate) fn new(assembly: A, runs: usize) -> Result<Self, TwinError> {
+        let mut ensemble = Self {
+            assembly,
+            magnitudes: Magnitude::spaced(runs.saturating_sub(1)),
+            why_seeds: None,
+        };
+        if runs > 1 {
+            // The least perturbation leaves every start possible.
+            ensemble.why_seeds = match ensemble.member(1)?.rig() {
+                Ok(_) => None,
+                Err(TwinError::Start { why, .. }) => Some(why),
+                Err(error) => return Err(error),
+            };
+        }
+        Ok(ensemble)
+    }
+
+    /// Returns the assembly of the unperturbed run.
+    pub(crate) fn assembly(&self) -> &Assembly<'r> {
+        self.assembly.borrow()
+    }
+
+    pub(crate) fn kind(&self) -> EnsembleKind {
+        match self.why_seeds {
+            None => EnsembleKind::Starts,
+            Some(_) => EnsembleKind::Seeds,
+        }
+    }
+
+    pub(crate) fn why_seeds(&self) -> Option<&str> {
+        self.why_seeds.as_deref()
+    }
+
+    /// Returns the perturbation of a member.
+    fn magnitude(&self, member: usize) -> Option<Magnitude> {
+        let index = member.checked_sub(1)?;
+        let magnitude = self.magnitudes.get(index).copied();
+        magnitude.filter(|_| self.kind() == EnsembleKind::Starts)
+    }
+
+    fn member(&self, member: usize) -> Result<Assembly<'r>, TwinError> {
+        let assembly = self.assembly();
+        let scenario = assembly.scenario();
+        if let Some(magnitude) = self.magnitude(member) {
+            return Ok(assembly.with_start(StartPerturbation {
+                seed: scenario.seed,
+                member,
+                magnitude,
+            }));
+        }
+        let mut scenario = scenario.clone();
+        scenario.seed = scenario.seed.wrapping_add(member as u64);
+        assembly.with_scenario(&scenario, &[])
+    }
+
+    /// Runs a member with an observer; a panic is an error of the run.
+    ///
+    /// # Errors
+    /// A run that cannot start.
+    pub(crate) fn run(
+        &self,
+        member: usize,
+        observer: Option<&mut dyn RunObserver>,
+    ) -> Result<SweepRow, TwinError> {
+        guarded(&self.assembly().scenario().file, || {
+            let assembly = self.member(member)?;
+            let end = assembly.end();
+            let execution = Execution::default();
+            let (report, _) = execute_saving(&assembly, &execution, end, None, observer)?;
+            Ok(row::of_report(report))
+        })
+    }
+}
+
+/// Adds the ensemble of its scenario to the report of an unperturbed run. Each line then has the
+/// share of the runs in which its expectation holds, and holds only with the required share.
+/// Without `ensemble` in the scenario, and after a run with an error, nothing is added.
+///
+/// # Errors
+/// Parts that cannot be built, or threads that cannot be started.
+pub fn with_ensemble(
+    assembly: &Assembly<'_>,
+    mut report: Report,
+    show_progress: bool,
+) -> Result<Report, TwinError> {
+    let Some(spec) = assembly.scenario().ensemble else {
+        return Ok(report);
+    };
+    if report.error.is_some() {
+        return Ok(report);
+    }
+    let ensemble = Ensemble::new(assembly, spec.runs)?;
+    let title = format!("{}, ensemble", report.scenario);
+    let mut progress = Progress::of_parts(&title, show_progress);
+    let others = spec.runs - 1;
+    let run = |index: usize| ran(ensemble.run(index + 1, None));
+    let rows = run_all_on(None, others, &run, &mut |done, _| {
+        progress.part(done, others, "");
+        !interrupt::is_requested()
+    });
+    drop(progress);
+    let rows = match rows {
+        Ok(rows) => rows,
+        Err(error @ StudyError::Interrupted { .. }) => {
+            report.error = Some(format!("the ensemble was {error}"));
+            report.verdict = Status::Error;
+            return Ok(report);
+        }
+        Err(source) => {
+            let file = assembly.scenario().file.clone();
+            return Err(TwinError::Study { file, source });
+        }
+    };
+    let first = Member {
+        magnitude: None,
+        row: row::of_report(report.clone()),
+    };
+    let others = rows.into_iter().enumerate().map(|(index, row)| Member {
+        magnitude: ensemble.magnitude(index + 1),
+        row: row.unwrap_or_else(SweepRow::of_error),
+    });
+    let members: Vec<Member> = std::iter::once(first).chain(others).collect();
+    for (line, spread) in report
+        .expectations
+        .iter_mut()
+        .zip(ExpectationSpread::all(&members))
+    {
+        line.ensemble = Some(LineEnsemble {
+            differ_by: ensemble.kind(),
+            required_share: spec.share,
+            spread,
+        });
+    }
+    if report.verdict == Status::Pass && !report.expectations.iter().all(Line::holds) {
+        report.verdict = Status::Fail;
+    }
+    let mut errors = members.iter().filter_map(|it| it.row.error.as_ref());
+    if let Some(error) = errors.next() {
+        report.error = Some(format!("a run of the ensemble has an error: {error}"));
+        report.verdict = Status::Error;
+    }
+    Ok(report)
+}
+
+/// Returns the row of a run, or the reason why it did not start.
+pub(crate) fn ran(row: Result<SweepRow, TwinError>) -> Ran<SweepRow> {
+    row.map_err(|error| error.to_string())
+}

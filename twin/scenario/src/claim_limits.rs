@@ -1,0 +1,58 @@
+//! Limits of claims of any kind.
+
+use crate::expect::{BodyClaim, Claim, FootstepMeasure, SignalMode};
+use crate::limits::Limits;
+
+impl Claim {
+    /// Returns the limits of the measured value, where it has limits.
+    pub(crate) fn limits(&self) -> Option<&Limits> {
+        match self {
+            Claim::Footstep(claim) => claim.measure.limits(),
+            Claim::Gait(claim) => Some(&claim.limits),
+            Claim::Body(claim) => match claim {
+                BodyClaim::Speed(_, limits)
+                | BodyClaim::Height(limits)
+                | BodyClaim::Roll(limits)
+                | BodyClaim::Pitch(limits)
+                | BodyClaim::RollRange(limits)
+                | BodyClaim::PitchRange(limits)
+                | BodyClaim::HeightRange(limits)
+                | BodyClaim::YawDrift(limits) => Some(limits),
+                BodyClaim::Upright { .. } | BodyClaim::Settles { .. } | BodyClaim::Recovers(..) => {
+                    None
+                }
+            },
+            Claim::Timing(claim) => Some(&claim.limits),
+            Claim::Signal(claim) => match &claim.mode {
+                SignalMode::Always(limits)
+                | SignalMode::Eventually(limits, _)
+                | SignalMode::Until(limits, _) => Some(limits),
+                SignalMode::Settles { .. } | SignalMode::Recovers(..) => None,
+            },
+            Claim::Compare(claim) => Some(&claim.limits),
+            Claim::Sequence(claim) => Some(&claim.other.limits),
+            Claim::EnergyResidual(limits) | Claim::Cost(_, limits) => Some(limits),
+        }
+    }
+}
+
+impl FootstepMeasure {
+    /// Returns the limits, where it has limits.
+    pub(crate) fn limits(&self) -> Option<&Limits> {
+        match self {
+            FootstepMeasure::Slip(limits)
+            | FootstepMeasure::DutyFactor(limits)
+            | FootstepMeasure::StanceTime(limits)
+            | FootstepMeasure::SwingTime(limits)
+            | FootstepMeasure::Frequency(limits)
+            | FootstepMeasure::StrideLength(limits)
+            | FootstepMeasure::Impulse(limits)
+            | FootstepMeasure::PeakLoad(limits)
+            | FootstepMeasure::Position(_, limits)
+            | FootstepMeasure::Count(limits)
+            | FootstepMeasure::PhaseSpread(limits)
+            | FootstepMeasure::Displacement { limits, .. } => Some(limits),
+            FootstepMeasure::Phase { .. } | FootstepMeasure::Order(_) => None,
+        }
+    }
+}

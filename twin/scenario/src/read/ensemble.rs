@@ -1,0 +1,55 @@
+//! Reading `ensemble`: the number of runs from perturbed starts.
+
+use twinrig_document::{Item, Range, Reported};
+use twinrig_kernel::Unit;
+
+use crate::language::{Key, Shape, TableSpec, Type, quantity, table};
+use crate::options::Accepts;
+use crate::read::options::natural;
+use crate::scenario::EnsembleSpec;
+
+/// Runs of which one differs from another.
+const LEAST: u64 = 2;
+/// More runs are a sweep.
+const MOST: u64 = 10_000;
+/// Share from which an expectation holds in the ensemble.
+const SHARE: f64 = 0.95;
+
+const COUNT: Shape = Shape::One(Accepts::Natural(LEAST..=MOST));
+
+/// A number of runs, or the table.
+pub(super) const ENSEMBLE: Type<EnsembleSpec> = Type::new(
+    Shape::Either(&[COUNT, Shape::Table(ensemble_table::TABLE)]),
+    |item, _| ensemble(item),
+);
+
+const RUNS: Type<u64> = Type::new(COUNT, |item, _| natural(item, &(LEAST..=MOST)));
+
+table! {
+    /// Keys of `ensemble`.
+    pub(super) ensemble_table = TableSpec::new("ensemble", "runs from perturbed starts");
+    RUNS: u64 = "runs", super::RUNS, "number of runs, the unperturbed one included", "runs = 32",
+        required();
+    SHARE: f64 = "share", quantity(Unit::One, Range::between(0.0, 1.0)),
+        "least share of the runs in which an expectation holds", "runs = 32, share = 0.9",
+        default("0.95");
+}
+
+fn ensemble(item: &Item<'_>) -> Result<EnsembleSpec, Reported> {
+    use ensemble_table::{RUNS, SHARE, TABLE};
+    if !item.is_table() {
+        let runs = natural(item, &(LEAST..=MOST))?;
+        return Ok(spec(runs, self::SHARE));
+    }
+    let table = &item.table()?;
+    let table = TABLE.of(table);
+    let (runs, share) = (table.read(&RUNS), table.read(&SHARE));
+    Ok(spec(runs?, share?))
+}
+
+fn spec(runs: u64, share: f64) -> EnsembleSpec {
+    EnsembleSpec {
+        runs: usize::try_from(runs).unwrap_or(usize::MAX),
+        share,
+    }
+}

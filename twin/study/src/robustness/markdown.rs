@@ -1,0 +1,75 @@
+//! Table of a study of robustness in Markdown, for documentation.
+
+use std::fmt::Write as _;
+
+use twinrig_campaign::sweep::percent;
+
+use super::{EnsembleKind, ExpectationSpread, RobustnessStudy};
+use crate::number::plain;
+
+impl RobustnessStudy {
+    /// Returns two tables: a line for each scenario, and one for each expectation.
+    pub fn markdown(&self) -> String {
+        let mut text = format!(
+            "| scenario | plant | runs differ by | hold in all {} runs | horizon | growth rate | \
+             changed by 1 ulp |\n|---|---|---|---|---|---|---|\n",
+            self.plan.runs
+        );
+        for result in &self.results {
+            let all = result.expectations.iter();
+            let always = all.filter(|it| it.held == it.runs).count();
+            let kind = match result.case.kind {
+                EnsembleKind::Starts => "start",
+                EnsembleKind::Seeds => "seed",
+            };
+            let undetermined: Vec<String> =
+                result.undetermined().map(|it| escaped(&it.name)).collect();
+            // Writing to a `String` cannot fail.
+            let _ = writeln!(
+                text,
+                "| {} | {} | {kind} | {always} of {} | {} | {} | {} |",
+                escaped(&result.case.scenario),
+                result.case.plant,
+                result.expectations.len(),
+                result.horizon_text(),
+                result.growth_text(),
+                undetermined.join(", "),
+            );
+        }
+        text += "\n| scenario | expectation | share | 95 % interval | unobserved | least margin | \
+                 5 % | median | 95 % | greatest | unit | changes at |\n\
+                 |---|---|---|---|---|---|---|---|---|---|---|---|\n";
+        for result in &self.results {
+            for one in &result.expectations {
+                text += &row(&result.case.scenario, one);
+            }
+        }
+        text
+    }
+}
+
+fn row(scenario: &str, one: &ExpectationSpread) -> String {
+    let margins = one.margins.map_or([const { String::new() }; 5], |it| {
+        [it.min, it.p5, it.median, it.p95, it.max].map(plain)
+    });
+    let unobserved = match one.unobserved {
+        0 => String::new(),
+        count => count.to_string(),
+    };
+    let changes_at = one.changes_at;
+    format!(
+        "| {} | {} | {} | {} to {} | {unobserved} | {} | {} | {} |\n",
+        escaped(scenario),
+        escaped(&one.name),
+        percent(one.share),
+        percent(one.interval.low),
+        percent(one.interval.high),
+        margins.join(" | "),
+        one.unit,
+        changes_at.map_or(String::new(), |at| at.to_string()),
+    )
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('|', "\\|")
+}
