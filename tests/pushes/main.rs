@@ -1,6 +1,7 @@
 //! Pushes on trunk and feet: closed forms, balances of momentum and energy, and snapshots, of every
 //! own plant and method.
 
+mod engines;
 #[path = "../battery/momentum.rs"]
 mod momentum;
 mod plants;

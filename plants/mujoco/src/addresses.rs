@@ -15,6 +15,8 @@ pub(crate) type Address = [usize; 2];
 pub(crate) struct Addresses {
     /// First joint of the trunk, if it has joints.
     pub(crate) trunk: Address,
+    /// Body of the trunk.
+    pub(crate) trunk_body: usize,
     pub(crate) legs: Vec<LegAddresses>,
 }
 
@@ -33,6 +35,8 @@ pub(crate) struct LegAddresses {
     pub(crate) motors: Option<[usize; 2]>,
     /// Geom of the foot.
     pub(crate) foot: Option<usize>,
+    /// Body at whose end the foot is.
+    pub(crate) foot_body: usize,
 }
 
 impl Addresses {
@@ -83,10 +87,12 @@ impl Addresses {
                 clutches,
                 motors,
                 foot: model.ground.as_ref().map(|_| foot()).transpose()?,
+                foot_body: find(compiled, MjtObjBase::mjOBJ_BODY, &format!("{name}_lower"))?,
             })
         });
         Ok(Self {
             trunk,
+            trunk_body: find(compiled, MjtObjBase::mjOBJ_BODY, "trunk")?,
             legs: legs.collect::<Result<_, EngineError>>()?,
         })
     }

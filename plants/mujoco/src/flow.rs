@@ -15,6 +15,7 @@ use crate::leg_forces::{LegForces, constraints, forces_on_legs};
 use crate::mjcf::write_model;
 use crate::model::{Area, Model};
 use crate::options::{Integrator, MujocoError, Options};
+use crate::pushed::PushLoad;
 use crate::rates::{self, Constraints, LegRates, Powers, mean};
 use crate::sliding::CONTACTS;
 
@@ -65,6 +66,7 @@ pub struct Flow {
     pub(crate) qvel_next: Vec<f64>,
     /// First constraint row of each contact, and its changed margin.
     pub(crate) rows: [Option<(usize, f64)>; CONTACTS],
+    pub(crate) push_load: PushLoad,
 }
 
 impl Flow {
@@ -92,6 +94,7 @@ impl Flow {
             qvel: vec![0.0; engine.data().qvel().len()],
             qvel_next: vec![0.0; engine.data().qvel().len()],
             rows: [None; CONTACTS],
+            push_load: PushLoad::default(),
             model,
             engine,
             at,
@@ -160,6 +163,7 @@ impl Flow {
         self.check_area()?;
         self.qvel.copy_from_slice(self.engine.data().qvel());
         self.engine.set_timestep(seconds);
+        self.push(seconds);
         let limits = self.drive(seconds)?;
         let completed = self.step(seconds);
         if limits {
@@ -259,8 +263,10 @@ impl Flow {
             return self.stages(seconds);
         }
         let before = self.rates();
+        let push_before = self.push_power();
         self.engine.integrate(seconds)?;
         self.update_kinematics();
+        self.ledger.external += 0.5 * seconds * (push_before + self.push_power());
         let after = self.rates();
         let rates = mean(&before, &after);
         let friction_rates = rates::friction_rates(&self.model, &before, &after);
@@ -301,6 +307,7 @@ impl Flow {
             let constraints = constraints(&self.engine, &self.at, velocity);
             let forces = forces_on_legs(&self.engine, &self.model, &self.at, &self.inputs, &rates);
             let share = self.engine.weight(stage);
+            self.ledger.external += share * seconds * self.push_power();
             self.add_forces(share, seconds, &forces, [&rates, &rates], &constraints);
         }
         let completed = self.engine.finish_stages(seconds);

@@ -114,6 +114,7 @@ mod model;
 pub mod model_file;
 mod options;
 mod plant;
+mod pushed;
 mod rates;
 mod readings;
 mod sliding;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
-    Dynamics, FromRobot, LEGS, Ledger, LeggedPlant, PartFault, Posture, Setup, StepInputs,
+    Dynamics, FromRobot, LEGS, Ledger, LeggedPlant, PartFault, Posture, Setup, StepInputs, StepLoad,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantState, WorkCounts};
@@ -97,6 +97,10 @@ impl Dynamics for Flow {
         }
     }
 
+    fn set_load(&mut self, load: &StepLoad) {
+        self.set_push_load(load);
+    }
+
     fn advance(&mut self, _from: SimTime, seconds: f64) -> Result<(), PartFault> {
         self.run(seconds).map_err(|fault| fault.of(self))
     }
@@ -154,6 +158,7 @@ impl Dynamics for Flow {
         self.in_contact = saved.in_contact;
         self.events = saved.events;
         self.fallbacks = saved.fallbacks;
+        self.forget_pushes();
         self.update_kinematics();
         Ok(())
     }

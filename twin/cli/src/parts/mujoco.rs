@@ -13,7 +13,7 @@ use crate::parts::method::STEP_ONLY;
 use crate::parts::mujoco_methods;
 use crate::parts::option::{choice, number, option};
 use crate::parts::plant_kind::{PlantContext, PlantKind};
-use crate::parts::setup::setup;
+use crate::parts::setup::{pushes, setup};
 
 /// Default step of the plant.
 const STEP: SimDuration = SimDuration::from_millis(1);
@@ -60,7 +60,9 @@ fn kind() -> PlantKind {
             "shape of the friction cone",
             &Cone::ALL.map(Cone::name),
         ));
-    mujoco_methods::with_methods(with_numbers(kind)).with_step(STEP)
+    mujoco_methods::with_methods(with_numbers(kind))
+        .with_step(STEP)
+        .with_pushes()
 }
 
 fn with_numbers(kind: PlantKind) -> PlantKind {
@@ -168,7 +170,11 @@ fn with_numbers(kind: PlantKind) -> PlantKind {
 /// If the plant does not support the robot, the ground or the settings.
 pub fn mujoco(context: &PlantContext<'_>) -> Result<Mujoco, BuildError> {
     let options = mujoco_options(context)?;
-    Ok(Mujoco::new(context.robot, &options, context.wanted)?)
+    if options.step_only && !context.pushes.is_empty() {
+        return Err("the engine's step alone takes no pushes; leave `step_only` out".into());
+    }
+    let plant = Mujoco::new(context.robot, &options, context.wanted)?;
+    Ok(plant.with_pushes(&pushes(context), context.wanted)?)
 }
 
 /// Returns the options of the robot in MuJoCo from the options of the scenario.
