@@ -60,7 +60,11 @@ fn outcomes(scenario: &Path, settings: &[Setting]) -> Result<Vec<Outcome>, TwinE
     let registry = Registry::standard();
     let assembly = Assembly::of_file(&registry, scenario, settings)?;
     let report = execute(&assembly, &Execution::default())?;
-    Ok(report.expectations.into_iter().map(|line| line.outcome).collect())
+    Ok(report
+        .expectations
+        .into_iter()
+        .map(|line| line.outcome)
+        .collect())
 }
 
 /// Runs `disturbance` and returns its deviations from the table.
