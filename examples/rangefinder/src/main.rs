@@ -111,8 +111,8 @@ mod tests {
         assert_eq!(report.error, None);
         // The number of answers depends on the machine, their content does not.
         let height = &report.expectations[2];
-        assert!(height.0.holds(), "{:?}", height.0);
-        assert_eq!(height.0.measured, Some(0.138));
+        assert!(height.holds(), "{:?}", height.outcome);
+        assert_eq!(height.outcome.measured, Some(0.138));
         let notes = report.real_time.unwrap().notes;
         let note =
             "no bus carries leg/*/hip/command, leg/*/knee/command: the commands are discarded";
