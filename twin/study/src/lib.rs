@@ -9,7 +9,8 @@
 //! ([`modulation()`]) measures the displacement of footsteps after a change of a variable of the
 //! controller, a sixth one ([`transition()`]) classifies gaits over time and dates their
 //! transitions, a seventh one ([`feedback()`]) compares a controller on true loads with the same
-//! one on loads that are measured or estimated. Two studies of one build give the same results
+//! one on loads that are measured or estimated. A search ([`sufficient()`]) finds the cheapest plant
+//! and setting that answer a scenario. Two studies of one build give the same results
 //! except for run times, unless the budget truncates one of them.
 //!
 //! ```
@@ -77,6 +78,7 @@ mod stencil;
 mod stiffness;
 mod stopwatch;
 mod study;
+mod sufficient;
 mod sweep;
 mod thesis;
 mod tolerance;
@@ -119,7 +121,7 @@ pub use modulation::{
     LinearModel, ModelForm, ModulationCase, ModulationInput, ModulationPlan, ModulationRunner,
     ModulationStudy, VariableChange, modulation,
 };
-pub use number::si as brief;
+pub use number::{quantity as brief_quantity, si as brief};
 pub use plant_id::PlantId;
 pub use precision::precision;
 pub use precision_plan::PrecisionPlan;
@@ -128,7 +130,13 @@ pub use reference_note::{CheckNote, ReferenceNote};
 pub use row::{CLOCKED, Row, RowKind, Series, Status, VariantKey};
 pub use stability::{StabilityPlan, stability};
 pub use stiffness::StiffnessTrend;
+pub use stopwatch::RunStopwatch;
 pub use study::{Order, Study, StudyKind};
+pub use sufficient::{
+    Candidate, CandidateFactory, CandidateReference, CandidateRow, CandidateRun, CandidateStatus,
+    Deviation, MarginOutcome, ReferenceMargin, ReferenceRuns, Rule, RunFailure, Sufficiency,
+    SufficiencyPlan, perturb_start, sufficient,
+};
 pub use sweep::Factor;
 pub use thesis::{FIGURES, ModelClass, ThesisFigure};
 pub use tolerance::ToleranceSlope;

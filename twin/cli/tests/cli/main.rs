@@ -24,6 +24,7 @@ mod recordings;
 mod run_observer;
 mod schema;
 mod studies;
+mod sufficient;
 mod sweep;
 mod thesis;
 mod warnings;

@@ -20,7 +20,7 @@ use crate::stopwatch::Stopwatch;
 use crate::study::Study;
 use crate::transport::{SETTLING, STROLL, TOLERANCE, usual_method};
 use gait::{GaitRecorder, Quantity};
-use start::perturb;
+pub(crate) use start::perturb;
 
 /// Name of the random stream of the perturbations: the same for every model.
 const STREAM: &str = "study/ensemble";

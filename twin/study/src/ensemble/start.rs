@@ -7,7 +7,7 @@ use twinrig_runtime::{Plant, PlantState};
 /// \[rad\].
 const PERTURBATION: f64 = 1e-6;
 /// Moves and turns the trunk of a plant at its start.
-pub(super) fn perturb(plant: &mut dyn Plant, perturbations: &mut Stream) -> Result<(), String> {
+pub(crate) fn perturb(plant: &mut dyn Plant, perturbations: &mut Stream) -> Result<(), String> {
     let mut next = || PERTURBATION * (2.0 * perturbations.unit() - 1.0);
     let (shift, turn) = ([next(), next(), next()], [next(), next(), next()]);
     let state = plant.state().ok_or("its state has no names")?;
