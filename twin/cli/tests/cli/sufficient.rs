@@ -1,10 +1,10 @@
 //! The cheapest sufficient twin of legs that hang and swing, and the proof of its omissions.
 
-use std::path::PathBuf;
-
 use serde_json::Value;
 use twinrig::kernel::SimDuration;
-use twinrig::{PlantContext, PlantKind, Registry, lcp, run_with};
+use twinrig::{PlantContext, PlantKind, Registry, lcp};
+
+use crate::common::{Folder, twin_of};
 
 /// Legs swing back from 10 degrees, for a third of a second.
 const SWING: &str = r#"
@@ -29,33 +29,18 @@ energy = { residual = { max = 1e-5 } }
 plants = ["massless", "lcp"]
 "#;
 
-fn scenario(name: &str, text: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("twinrig-sufficient-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let path = folder.join(format!("{name}.toml"));
-    std::fs::write(&path, text).unwrap();
-    path
-}
-
-fn execute(registry: &Registry, words: &[&str]) -> (u8, String, String) {
-    let (mut out, mut err) = (Vec::new(), Vec::new());
-    let code = run_with(registry, words, &mut out, &mut err);
-    let [out, err] = [out, err].map(|bytes| String::from_utf8(bytes).unwrap());
-    (code, out, err)
-}
-
 fn search(registry: &Registry, path: &str, more: &[&str]) -> (u8, Value) {
     let words = ["plan", path, "--sufficient", "--json"];
-    let (code, out, _) = execute(registry, &[&words, more].concat());
-    (code, serde_json::from_str(&out).unwrap())
+    let done = twin_of(registry, &[&words, more].concat());
+    (done.code, serde_json::from_str(&done.out).unwrap())
 }
 
 #[test]
 fn choice_passes_and_its_omissions_change_nothing() {
-    let path = scenario("swing", SWING);
-    let path = path.to_str().unwrap();
+    let folder = Folder::new("sufficient");
+    let path = folder.file("swing.toml", SWING);
     let registry = Registry::standard();
-    let (code, found) = search(&registry, path, &[]);
+    let (code, found) = search(&registry, &path, &[]);
     assert_eq!(code, 0, "{found:#}");
     let proof = &found["scene"];
     assert_eq!(proof["verdict"], "pass");
@@ -73,9 +58,9 @@ fn choice_passes_and_its_omissions_change_nothing() {
         format!("{key}={value}")
     });
     let set: Vec<String> = set.collect();
-    let mut words = vec!["run", path, "--no-record"];
+    let mut words = vec!["run", &path, "--no-record"];
     words.extend(set.iter().flat_map(|set| ["--set", set.as_str()]));
-    assert_eq!(execute(&registry, &words).0, 0);
+    assert_eq!(twin_of(&registry, &words).code, 0);
 }
 
 #[test]
@@ -94,8 +79,9 @@ fn part_whose_omission_changes_a_signal_is_found() {
     let leaky = PlantKind::new("leaky", "depends on what is observed", leaky);
     let registry = Registry::standard().with_plant(leaky);
     let text = SWING.replace("model = \"lcp\"", "model = \"leaky\"");
-    let path = scenario("leaky", &text);
-    let (code, found) = search(&registry, path.to_str().unwrap(), &["--plant", "leaky"]);
+    let folder = Folder::new("sufficient-leaky");
+    let path = folder.file("leaky.toml", &text);
+    let (code, found) = search(&registry, &path, &["--plant", "leaky"]);
     assert_eq!(code, 1, "{found:#}");
     let changed = found["scene"]["changed_signals"].as_array().unwrap();
     assert!(
@@ -107,29 +93,25 @@ fn part_whose_omission_changes_a_signal_is_found() {
 #[test]
 fn scenario_without_an_expectation_of_the_system_is_refused() {
     let text = SWING.split_once("[[expect]]").unwrap().0;
-    let path = scenario("expects-nothing", text);
-    let words = ["plan", path.to_str().unwrap(), "--sufficient"];
-    let (code, _, err) = execute(&Registry::standard(), &words);
-    assert_eq!(code, 2);
-    assert!(
-        err.contains("it expects nothing of the simulated system on lcp"),
-        "{err}"
-    );
-    assert!(err.contains("= help: add an [[expect]]"), "{err}");
+    let folder = Folder::new("sufficient-nothing");
+    let path = folder.file("expects-nothing.toml", text);
+    let done = twin_of(&Registry::standard(), &["plan", &path, "--sufficient"]);
+    assert_eq!(done.code, 2);
+    let expected = [
+        "it expects nothing of the simulated system on lcp",
+        "= help: add an [[expect]]",
+    ];
+    for part in expected {
+        assert!(done.err.contains(part), "{}", done.err);
+    }
 }
 
 #[test]
 fn several_plants_require_a_search() {
-    let path = scenario("two-plants", SWING);
-    let words = [
-        "plan",
-        path.to_str().unwrap(),
-        "--plant",
-        "lcp",
-        "--plant",
-        "massless",
-    ];
-    let (code, _, err) = execute(&Registry::standard(), &words);
-    assert_eq!(code, 2);
-    assert!(err.contains("add --sufficient"), "{err}");
+    let folder = Folder::new("sufficient-plants");
+    let path = folder.file("swing.toml", SWING);
+    let words = ["plan", &path, "--plant", "lcp", "--plant", "massless"];
+    let done = twin_of(&Registry::standard(), &words);
+    assert_eq!(done.code, 2);
+    assert!(done.err.contains("add --sufficient"), "{}", done.err);
 }

@@ -61,15 +61,15 @@ pub struct Candidate {
 impl Candidate {
     /// Returns plant, method and setting: `lcp, compliant rk4 tolerance 10⁻⁶`.
     pub fn describe(&self) -> String {
-        let [step_s, tolerance] = [
-            self.setting.and_then(MethodSetting::step_s),
-            self.setting.and_then(MethodSetting::tolerance),
-        ];
-        let setting = method_setting(step_s, tolerance);
         let method = self.method.as_deref().unwrap_or("as the scenario has it");
-        format!("{} {method} {setting}", self.plant)
-            .trim_end()
-            .to_owned()
+        let text = format!("{} {method} {}", self.plant, self.describe_setting());
+        text.trim_end().to_owned()
+    }
+
+    /// Returns the setting: `tolerance 10⁻⁶`; empty for that of the scenario.
+    pub fn describe_setting(&self) -> String {
+        let step_s = self.setting.and_then(MethodSetting::step_s);
+        method_setting(step_s, self.setting.and_then(MethodSetting::tolerance))
     }
 }
 

@@ -140,22 +140,18 @@ fn left_out_of_model(builder: &SufficiencyBuilder<'_>, search: &Sufficiency) -> 
     let mut parts = Vec::new();
     let is_massless = |name: &String| builder.massless().contains(name);
     if is_massless(&chosen.name) && !is_massless(&reference.name) {
-        parts.push("masses of the leg segments".to_owned());
+        parts.push("the masses of the leg segments".to_owned());
     }
     if chosen.name != reference.name {
         parts.push(format!(
-            "model {} (in place of it: {})",
+            "the model of {}, for which {} stands",
             reference.name, chosen.name
         ));
     }
-    if chosen.constraints != reference.constraints {
-        let word =
-            |constraints: &Option<String>| constraints.clone().unwrap_or_else(|| "no".to_owned());
-        parts.push(format!(
-            "{} constraints (in place of them: {})",
-            word(&reference.constraints),
-            word(&chosen.constraints)
-        ));
+    if let (Some(own), Some(other)) = (&chosen.constraints, &reference.constraints)
+        && own != other
+    {
+        parts.push(format!("{other} constraints, for which {own} ones stand"));
     }
     parts
 }

@@ -1,7 +1,8 @@
 //! Text form of the search of the cheapest sufficient twin.
 
 use twinrig_study::{
-    CandidateRow, CandidateStatus, Deviation, ReferenceMargin, Rule, brief, brief_quantity,
+    Candidate, CandidateRow, CandidateStatus, Deviation, ReferenceMargin, Rule, brief,
+    brief_quantity,
 };
 
 use super::sufficient::SufficientTwin;
@@ -132,15 +133,21 @@ fn rule(margin: &ReferenceMargin) -> String {
 fn candidates(found: &SufficientTwin) -> Vec<String> {
     let mut grid = Grid::new(&[Left, Right, Right, Left, Left]);
     grid.header("candidate|time|worst error|of|verdict");
-    let chosen = found.search.chosen;
-    for (n, row) in found.search.rows.iter().enumerate() {
-        if row.status == CandidateStatus::NotRun {
-            continue;
-        }
+    let chosen = found.search.choice();
+    let run = found.search.rows.iter();
+    let run: Vec<&CandidateRow> = run
+        .filter(|row| row.status != CandidateStatus::NotRun)
+        .collect();
+    for rows in run.chunk_by(|a, b| is_alike(a, b)) {
+        let [row, others @ ..] = rows else { continue };
+        let name = row.candidate.describe();
+        let name = others.last().map_or(name.clone(), |last| {
+            format!("{name} … {}", last.candidate.describe_setting())
+        });
         let worst = row.worst();
-        let (word, style) = verdict(row, chosen == Some(n));
+        let (word, style) = verdict(row, chosen == Some(row));
         grid.row([
-            row.candidate.describe().into(),
+            name.into(),
             row.run_s_per_s.map(time).unwrap_or_default().into(),
             worst.map(share).unwrap_or_default().into(),
             worst.map(|it| it.name.clone()).unwrap_or_default().into(),
@@ -151,6 +158,15 @@ fn candidates(found: &SufficientTwin) -> Vec<String> {
     lines.extend(grid.lines(4));
     lines.extend(not_run(&found.search.rows));
     lines
+}
+
+/// Returns whether the rows are settings of one method that ended for the same reason.
+fn is_alike(a: &CandidateRow, b: &CandidateRow) -> bool {
+    let of = |row: &CandidateRow| {
+        let Candidate { plant, method, .. } = &row.candidate;
+        (plant.clone(), method.clone(), row.status, row.why.clone())
+    };
+    a.why.is_some() && a.deviations.is_empty() && of(a) == of(b)
 }
 
 /// Returns the numbers of candidates that were not run, with the reasons.
