@@ -5,6 +5,7 @@ mod cell;
 mod export;
 mod gait_study;
 mod optimize;
+mod plan;
 mod radius;
 mod robustness;
 mod study;
@@ -22,6 +23,7 @@ pub use cell::{CellArgs, CellCommand, CellPredictArgs, ElectrodeName};
 pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
 pub use gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
 pub use optimize::OptimizeArgs;
+pub use plan::PlanArgs;
 pub use radius::RadiusOptions;
 pub use robustness::RobustnessOptions;
 pub use study::{EstimateOptions, PrecisionOptions, StudyArgs, StudyCommand, StudyOptions};
@@ -43,7 +45,8 @@ pub struct Cli {
 pub enum Command {
     /// Run scenarios and evaluate their expectations
     Run(RunArgs),
-    /// Show the simulated parts of a scenario, and those left out with the reason
+    /// Show the simulated parts of a scenario, and those left out with the reason; find the cheapest
+    /// sufficient plant
     Plan(PlanArgs),
     /// Validate scenarios without running them
     Check(CheckArgs),
@@ -177,18 +180,6 @@ pub struct ServeArgs {
 /// Arguments of `twin devices`.
 #[derive(Clone, Debug, Args)]
 pub struct DevicesArgs {
-    /// Print a JSON object
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Arguments of `twin plan`.
-#[derive(Clone, Debug, Args)]
-pub struct PlanArgs {
-    /// Scenario file
-    pub scenario: PathBuf,
-    #[command(flatten)]
-    pub settings: Settings,
     /// Print a JSON object
     #[arg(long)]
     pub json: bool,

@@ -188,6 +188,16 @@ pub enum TwinError {
         /// Remedy.
         help: String,
     },
+    /// Scenario whose cheapest sufficient twin cannot be searched.
+    #[error("error: no sufficient twin can be searched: {why}\n --> {file}\n  = help: {help}")]
+    NoSufficiency {
+        /// Scenario file.
+        file: String,
+        /// Missing or refused part.
+        why: String,
+        /// Remedy.
+        help: String,
+    },
     /// Failure of the store of a sweep.
     #[error("error: {source}")]
     Store {

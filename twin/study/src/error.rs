@@ -23,6 +23,15 @@ pub enum StudyError {
         /// Number of parts.
         of: usize,
     },
+    /// No reference of a search completes the scenario.
+    #[error(
+        "no reference completes the scenario: {why}\n  = help: give more time by --budget, or \
+         shorten the scenario by --set duration"
+    )]
+    NoReference {
+        /// Reason against the last one that was tried.
+        why: String,
+    },
     /// The runs of the study could not be started.
     #[error("{0}")]
     Engine(String),

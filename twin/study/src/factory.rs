@@ -169,7 +169,7 @@ impl MethodSetting {
     /// Returns a coarser setting, sufficient where errors of a millimetre matter and errors of a
     /// nanometre do not.
     #[must_use]
-    pub(crate) fn relaxed(self) -> Self {
+    pub fn relaxed(self) -> Self {
         match self {
             Self::Step(step) => Self::Step(step * 8),
             Self::Tolerance(tolerance) => Self::Tolerance(tolerance / 1e-3),

@@ -11,7 +11,8 @@
 //! transitions, a seventh one ([`feedback()`]) compares a controller on true loads with the same
 //! one on loads that are measured or estimated. An eighth one ([`robustness()`]) runs scenarios from
 //! perturbed starts, and gives the distribution of the margins of their expectations and the growth
-//! of the distance between trajectories. Two studies of one build give the same results
+//! of the distance between trajectories. A search ([`sufficient()`]) finds the cheapest plant and
+//! setting that answer a scenario. Two studies of one build give the same results
 //! except for run times, unless the budget truncates one of them.
 //!
 //! ```
@@ -82,6 +83,7 @@ mod stencil;
 mod stiffness;
 mod stopwatch;
 mod study;
+mod sufficient;
 mod sweep;
 mod thesis;
 mod tolerance;
@@ -124,7 +126,7 @@ pub use modulation::{
     LinearModel, ModelForm, ModulationCase, ModulationInput, ModulationPlan, ModulationRunner,
     ModulationStudy, VariableChange, modulation,
 };
-pub use number::si as brief;
+pub use number::{quantity as brief_quantity, si as brief};
 pub use parallel::{Ran, run_all_on};
 pub use plant_id::PlantId;
 pub use precision::precision;
@@ -141,7 +143,13 @@ pub use row::{CLOCKED, Row, RowKind, Series, Status, VariantKey};
 pub use stability::{StabilityPlan, stability};
 pub use start::{Magnitude, StartPerturbation};
 pub use stiffness::StiffnessTrend;
+pub use stopwatch::RunStopwatch;
 pub use study::{Order, Study, StudyKind};
+pub use sufficient::{
+    Candidate, CandidateFactory, CandidateReference, CandidateRow, CandidateRun, CandidateStatus,
+    Deviation, MarginOutcome, ReferenceMargin, ReferenceRuns, Rule, RunFailure, Sufficiency,
+    SufficiencyPlan, perturb_start, sufficient,
+};
 pub use sweep::Factor;
 pub use thesis::{FIGURES, ModelClass, ThesisFigure};
 pub use tolerance::ToleranceSlope;

@@ -31,6 +31,15 @@ pub fn si(value: f64, unit: &str) -> String {
     }
 }
 
+/// Formats a value in the unit with this symbol: angles in degrees, numbers without a prefix.
+pub fn quantity(value: f64, unit: &str) -> String {
+    match unit {
+        "1" => plain(value),
+        "rad" => format!("{}°", plain(value.to_degrees())),
+        unit => si(value, unit),
+    }
+}
+
 /// Formats an instant with three digits.
 pub(crate) fn instant(at: SimTime) -> String {
     si(at.as_secs_f64(), "s")

@@ -15,21 +15,22 @@ pub(crate) struct Stopwatch(Instant);
 /// Wall clock that does not count the time for which this thread waited for a processor, where the
 /// system reports it: other programs then affect a run time by caches and frequency only.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct RunStopwatch {
+pub struct RunStopwatch {
     wall: Stopwatch,
     waited_s: f64,
 }
 
 impl RunStopwatch {
-    pub(crate) fn start() -> Self {
+    /// Starts a stopwatch of this thread.
+    pub fn start() -> Self {
         Self {
             waited_s: waited_s(),
             wall: Stopwatch::start(),
         }
     }
 
-    /// \[s\]
-    pub(crate) fn elapsed_s(self) -> f64 {
+    /// Returns the time since the start \[s\].
+    pub fn elapsed_s(self) -> f64 {
         let wall_s = self.wall.elapsed_s();
         (wall_s - (waited_s() - self.waited_s).max(0.0)).max(0.0)
     }

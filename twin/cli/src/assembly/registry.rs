@@ -7,7 +7,7 @@ use twinrig_document::DocumentError;
 use twinrig_kernel::{Port, SimDuration};
 use twinrig_robot::Robot;
 use twinrig_runtime::{PartKind, Plant, Process, in_part};
-use twinrig_scenario::{Catalogue, Kind, PlantSpec};
+use twinrig_scenario::{Catalogue, Kind, OptionSpec, PlantSpec};
 use twinrig_study::PlantOffer;
 
 use crate::error::{BuildError, TwinError};
@@ -275,6 +275,12 @@ impl Registry {
     /// methods; none for an unknown name.
     pub(crate) fn offers(&self, name: &str) -> Vec<(PlantOffer, Vec<Method>)> {
         self.plant_kind(name).map_or(Vec::new(), PlantKind::offers)
+    }
+
+    /// Returns the options of the plant `name`; none for an unknown name.
+    pub(crate) fn plant_options(&self, name: &str) -> Vec<OptionSpec> {
+        let kind = self.plant_kind(name).map(PlantKind::kind);
+        kind.map_or(Vec::new(), |kind| kind.options)
     }
 
     /// Returns whether the constraints of the plant `name` can be rigid or compliant.

@@ -4,6 +4,8 @@ mod actuator;
 mod loads;
 mod push;
 mod sensor;
+mod sufficient;
+mod sufficient_text;
 
 use anstyle::Style;
 use serde::Serialize;
@@ -17,7 +19,7 @@ use self::loads::Loads;
 use self::push::PlannedPush;
 use self::sensor::{Sensor, sensed};
 use super::{FAILURE, SUCCESS, Terminal, settings};
-use crate::args::PlanArgs;
+use crate::args::{PlanArgs, Settings};
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
@@ -108,8 +110,10 @@ struct Diagnostic {
 }
 
 pub(super) fn plan(registry: &Registry, args: &PlanArgs, terminal: &mut Terminal<'_>) -> u8 {
-    let assembly = Assembly::of_file(registry, &args.scenario, &settings(&args.settings));
-    match assembly.and_then(|assembly| Ok((of(registry, &assembly)?, assembly))) {
+    if args.sufficient {
+        return sufficient::search(registry, args, terminal);
+    }
+    match planned(registry, args) {
         Ok((plan, assembly)) => {
             if args.json {
                 terminal.print_json(&plan);
@@ -125,6 +129,23 @@ pub(super) fn plan(registry: &Registry, args: &PlanArgs, terminal: &mut Terminal
             FAILURE
         }
     }
+}
+
+fn planned<'r>(registry: &'r Registry, args: &PlanArgs) -> Result<(Plan, Assembly<'r>), TwinError> {
+    let plant = match &args.plant[..] {
+        [] => None,
+        [plant] => Some(plant.clone()),
+        [first, second, ..] => {
+            return Err(TwinError::Together {
+                why: format!("--plant names `{first}` and `{second}`, and a scene has one plant"),
+                help: "give one, or add --sufficient to search among them".to_owned(),
+            });
+        }
+    };
+    let set = args.set.clone();
+    let settings = settings(&Settings { set, plant });
+    let assembly = Assembly::of_file(registry, &args.scenario, &settings)?;
+    Ok((of(registry, &assembly)?, assembly))
 }
 
 /// Returns the object that `twin plan --json` prints.

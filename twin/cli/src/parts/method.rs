@@ -1,8 +1,9 @@
 //! Integration methods of plants and their settings, for studies.
 
-use twinrig_kernel::SimDuration;
+use twinrig_document::{print_quantity, quoted};
+use twinrig_kernel::{SimDuration, Unit};
 use twinrig_legged::Constraints;
-use twinrig_scenario::{OptionValue, PlantSpec};
+use twinrig_scenario::{Accepts, OptionSpec, OptionValue, PlantSpec};
 use twinrig_study::{MethodOffer, MethodSetting, SettingKind, Variant};
 
 use crate::parts::constraints::CONSTRAINTS;
@@ -127,6 +128,44 @@ impl Method {
         self.name == variant.method && self.set_by == variant.setting.set_by()
     }
 
+    /// Returns keys of the plant table and their values in TOML that select this method at
+    /// `setting`, for a plant with the options `specs`.
+    ///
+    /// # Errors
+    /// The reason why no scenario can have them.
+    pub(crate) fn settings(
+        &self,
+        specs: &[OptionSpec],
+        setting: MethodSetting,
+    ) -> Result<Vec<[String; 2]>, String> {
+        let mut settings = Vec::new();
+        let mut options = self.options.clone();
+        match setting {
+            MethodSetting::Step(step) => {
+                settings.push(["step".to_owned(), quoted(&step.to_string())]);
+            }
+            MethodSetting::Tolerance(tolerance) => {
+                options.push((TOLERANCE.to_owned(), OptionValue::Number(tolerance)));
+            }
+        }
+        for (name, value) in &options {
+            let spec = specs.iter().find(|spec| spec.name == *name);
+            let spec = spec.ok_or_else(|| format!("no scenario has its option `{name}`"))?;
+            let text = match (value, &spec.accepts) {
+                (OptionValue::Text(word), _) => quoted(word),
+                (OptionValue::Natural(count), _) => count.to_string(),
+                (OptionValue::Number(number), Accepts::Quantity { unit, .. })
+                    if number.is_finite() =>
+                {
+                    quantity(*number, *unit)
+                }
+                _ => return Err(format!("no scenario can have its value of `{name}`")),
+            };
+            settings.push([name.clone(), text]);
+        }
+        Ok(settings)
+    }
+
     pub(crate) fn offer(&self) -> MethodOffer {
         MethodOffer {
             name: self.name.clone(),
@@ -157,5 +196,15 @@ impl Method {
             }
         }
         plant
+    }
+}
+
+/// Returns a quantity in TOML: a text with its unit, a number if it has none.
+fn quantity(value: f64, unit: Unit) -> String {
+    match (unit, unit == Unit::Meter && value < 1e-3) {
+        (Unit::One, _) => value.to_string(),
+        // Tolerances in metres have many zeros.
+        (_, true) => quoted(&format!("{value:e} m")),
+        _ => quoted(&print_quantity(value, unit)),
     }
 }

@@ -1,11 +1,13 @@
 //! Recordings of runs: their contents, and what a replay requires.
 
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use twinrig_kernel::SimDuration;
-use twinrig_record::{Cadence, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg};
+use twinrig_record::{
+    Cadence, RecordError, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg,
+};
 use twinrig_runtime::Group;
 use twinrig_scenario::Setting;
 
@@ -53,6 +55,26 @@ fn create(
             source,
         })?;
     }
+    let created = File::create(path).map_err(|source| RecordError::Create {
+        path: path.to_owned(),
+        source,
+    });
+    let recorder = created.and_then(|file| recorder_to(assembly, executor, BufWriter::new(file)));
+    recorder.map_err(|source| TwinError::Record {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// Creates the recording of a run, written to `out`.
+///
+/// # Errors
+/// `out` cannot be written.
+pub(crate) fn recorder_to<W: Write>(
+    assembly: &Assembly<'_>,
+    executor: &dyn Executor,
+    out: W,
+) -> Result<Recorder<W>, RecordError> {
     let scene = assembly.scene();
     let keep = |name: &str| scene.recorded.iter().any(|other| other == name);
     let group = |group| RecordedGroup {
@@ -74,17 +96,8 @@ fn create(
         frames: assembly.frame_period(),
         flush: FLUSH,
     };
-    Recorder::create(
-        path,
-        &info(assembly, executor),
-        &groups,
-        &assembly.skeleton(),
-        cadence,
-    )
-    .map_err(|source| TwinError::Record {
-        path: path.to_owned(),
-        source,
-    })
+    let info = info(assembly, executor);
+    Recorder::new(out, &info, &groups, &assembly.skeleton(), cadence)
 }
 
 fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {

@@ -26,6 +26,7 @@ mod robustness;
 mod run_observer;
 mod schema;
 mod studies;
+mod sufficient;
 mod sweep;
 mod thesis;
 mod warnings;

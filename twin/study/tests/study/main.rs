@@ -10,5 +10,6 @@ mod oscillator;
 mod pages;
 mod precision;
 mod stability;
+mod sufficient;
 mod transition;
 mod walker;

@@ -1,0 +1,239 @@
+//! Text form of the search of the cheapest sufficient twin.
+
+use twinrig_study::{
+    Candidate, CandidateRow, CandidateStatus, Deviation, ReferenceMargin, Rule, brief,
+    brief_quantity,
+};
+
+use super::sufficient::SufficientTwin;
+use crate::report::grid::{Cell, Grid, Left, Right};
+use crate::report::left_out;
+use crate::report::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
+
+pub(super) fn text(found: &SufficientTwin) -> String {
+    let mut lines = vec![styled(BOLD, &found.scenario), String::new()];
+    lines.extend(choice(found));
+    lines.push(String::new());
+    lines.extend(margins(found));
+    lines.push(String::new());
+    lines.extend(candidates(found));
+    lines.extend(proof(found));
+    if !found.left_out.is_empty() {
+        lines.push(String::new());
+        lines.push(format!("  {}", styled(BOLD, "no candidates")));
+        lines.extend(found.left_out.iter().map(|line| format!("    {line}")));
+    }
+    lines.join("\n")
+}
+
+/// Formats a computation time per simulated second.
+fn time(run_s_per_s: f64) -> String {
+    format!("{}/s", brief(run_s_per_s, "s"))
+}
+
+fn choice(found: &SufficientTwin) -> Vec<String> {
+    let search = &found.search;
+    let mut facts = Grid::new(&[Left, Left]);
+    let mut fact = |name: &str, value: String| facts.row([Cell::new(name, DIM), value.into()]);
+    match search.choice() {
+        Some(row) => fact("cheapest sufficient", row.candidate.describe()),
+        None => fact(
+            "cheapest sufficient",
+            "none is cheaper than the reference".to_owned(),
+        ),
+    }
+    let times = [("time", search.choice()), ("of the scenario", search.own())];
+    for (name, row) in times {
+        let Some(row) = row else { continue };
+        let run_s = row.run_s_per_s.map(time).unwrap_or_default();
+        let value = match row.status {
+            CandidateStatus::Sufficient => run_s,
+            _ => format!("{run_s}, not sufficient"),
+        };
+        fact(name, value);
+    }
+    fact("of the reference", time(search.reference.run_s_per_s));
+    if let [Some(own), Some(reference)] = found.savings {
+        fact(
+            "saving",
+            format!("{own:.2} × against the scenario, {reference:.1} × against the reference"),
+        );
+    }
+    let reference = &search.reference;
+    fact("reference", reference.reference.describe());
+    fact("verified by", reference.check.describe());
+    fact("starts", search.starts.to_string());
+    let mut lines = facts.lines(2);
+    if let Some(options) = &found.options
+        && !options.is_empty()
+    {
+        lines.push(String::new());
+        let toml = found.toml.iter().flat_map(|toml| toml.lines());
+        lines.extend(toml.map(|line| format!("    {line}")));
+        lines.push(String::new());
+        lines.push(format!("    twin run {} {options}", found.file));
+    }
+    lines
+}
+
+fn margins(found: &SufficientTwin) -> Vec<String> {
+    let mut grid = Grid::new(&[Left, Right, Right, Right, Right, Right, Left]);
+    grid.header("expectation|margin|scatter|uncertainty|of the choice|error|judged by");
+    let chosen = found.search.choice();
+    for (n, margin) in found.search.margins.iter().enumerate() {
+        let deviation = chosen.and_then(|row| row.deviations.get(n));
+        let of = |value: Option<f64>| {
+            value.map_or_else(String::new, |it| brief_quantity(it, &margin.unit))
+        };
+        grid.row([
+            margin.name.as_str().into(),
+            of(margin.margin).into(),
+            of(margin.margin.map(|_| margin.scatter)).into(),
+            of(margin.margin.map(|_| margin.uncertainty)).into(),
+            of(deviation.and_then(|it| it.margin)).into(),
+            deviation.map(share).unwrap_or_default().into(),
+            Cell::new(rule(margin), DIM),
+        ]);
+    }
+    let mut lines = vec![format!(
+        "  {}",
+        styled(BOLD, "expectations of the reference")
+    )];
+    lines.extend(grid.lines(4));
+    for name in &found.search.reference.failed_of_computation {
+        lines.push(format!(
+            "    {name}: fails in the reference, which is not judged by it"
+        ));
+    }
+    lines
+}
+
+/// Formats an error as a share of the margin.
+fn share(deviation: &Deviation) -> String {
+    match deviation.share {
+        Some(share) if share.is_finite() => format!("{:.2} %", 100.0 * share),
+        Some(_) => "of a margin of 0".to_owned(),
+        None => String::new(),
+    }
+}
+
+fn rule(margin: &ReferenceMargin) -> String {
+    match margin.rule {
+        Rule::Error if margin.is_too_uncertain() => {
+            "error; the reference is not known to a tenth of its margin".to_owned()
+        }
+        Rule::Error => "error".to_owned(),
+        Rule::Overlap => {
+            "verdict and overlap: it scatters by more than a tenth of its margin".to_owned()
+        }
+        Rule::Verdict => "verdict: it has no margin".to_owned(),
+    }
+}
+
+fn candidates(found: &SufficientTwin) -> Vec<String> {
+    let mut grid = Grid::new(&[Left, Right, Right, Left, Left]);
+    grid.header("candidate|time|worst error|of|verdict");
+    let chosen = found.search.choice();
+    let run = found.search.rows.iter();
+    let run: Vec<&CandidateRow> = run
+        .filter(|row| row.status != CandidateStatus::NotRun)
+        .collect();
+    for rows in run.chunk_by(|a, b| is_alike(a, b)) {
+        let [row, others @ ..] = rows else { continue };
+        let name = row.candidate.describe();
+        let name = others.last().map_or(name.clone(), |last| {
+            format!("{name} … {}", last.candidate.describe_setting())
+        });
+        let worst = row.worst();
+        let (word, style) = verdict(row, chosen == Some(row));
+        grid.row([
+            name.into(),
+            row.run_s_per_s.map(time).unwrap_or_default().into(),
+            worst.map(share).unwrap_or_default().into(),
+            worst.map(|it| it.name.clone()).unwrap_or_default().into(),
+            Cell::new(word, style),
+        ]);
+    }
+    let mut lines = vec![format!("  {}", styled(BOLD, "candidates"))];
+    lines.extend(grid.lines(4));
+    lines.extend(not_run(&found.search.rows));
+    lines
+}
+
+/// Returns whether the rows are settings of one method that ended for the same reason.
+fn is_alike(a: &CandidateRow, b: &CandidateRow) -> bool {
+    let of = |row: &CandidateRow| {
+        let Candidate { plant, method, .. } = &row.candidate;
+        (plant.clone(), method.clone(), row.status, row.why.clone())
+    };
+    a.why.is_some() && a.deviations.is_empty() && of(a) == of(b)
+}
+
+/// Returns the numbers of candidates that were not run, with the reasons.
+fn not_run(rows: &[CandidateRow]) -> Vec<String> {
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for row in rows {
+        let Some(why) = row.why.as_deref() else {
+            continue;
+        };
+        if row.status == CandidateStatus::NotRun {
+            match counts.iter_mut().find(|(known, _)| *known == why) {
+                Some((_, count)) => *count += 1,
+                None => counts.push((why, 1)),
+            }
+        }
+    }
+    let line = |(why, count)| format!("    {count} not run: {why}");
+    counts.into_iter().map(line).collect()
+}
+
+fn verdict(row: &CandidateRow, is_chosen: bool) -> (String, anstyle::Style) {
+    let why = row.why.clone().unwrap_or_default();
+    match row.status {
+        CandidateStatus::Sufficient if is_chosen => ("sufficient, the cheapest".to_owned(), GREEN),
+        CandidateStatus::Sufficient => ("sufficient".to_owned(), GREEN),
+        CandidateStatus::Insufficient => (why, RED),
+        CandidateStatus::Refused => (format!("refused: {why}"), DIM),
+        CandidateStatus::Failed => (format!("failed: {why}"), YELLOW),
+        CandidateStatus::Slower | CandidateStatus::NotRun => ("slower".to_owned(), DIM),
+    }
+}
+
+fn proof(found: &SufficientTwin) -> Vec<String> {
+    let Some(proof) = &found.scene else {
+        return Vec::new();
+    };
+    let mut lines = vec![
+        String::new(),
+        format!("  {}", styled(BOLD, "proof of omission")),
+    ];
+    let scene = if proof.holds() {
+        format!(
+            "{} signals were put back; the {} kept ones are the same bit for bit, as they must be, \
+             and so are all margins",
+            proof.put_back, proof.kept
+        )
+    } else {
+        let changed = [&proof.changed_signals[..], &proof.changed_expectations[..]].concat();
+        styled(RED, &format!("it changes {}", changed.join(", ")))
+    };
+    lines.push(format!("    scene: {scene}"));
+    for [parts, why] in left_out::lines(&proof.left_out) {
+        lines.push(format!(
+            "      {parts} {}",
+            styled(DIM, &format!("({why})"))
+        ));
+    }
+    let model = match &found.left_out_of_model[..] {
+        [] => "that of the reference; nothing is left out".to_owned(),
+        parts => format!(
+            "left out are {}; put back by the reference, they change no verdict, and the margins \
+             by the errors above",
+            parts.join(", ")
+        ),
+    };
+    lines.push(format!("    model: {model}"));
+    let passes = if proof.passes() { "passes" } else { "fails" };
+    lines.push(format!("    the run of the choice {passes}"));
+    lines
+}
