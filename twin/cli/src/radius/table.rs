@@ -82,7 +82,13 @@ fn first(result: &RadiusResult) -> Grid {
                 .map_or(String::new(), |it| radius_value(axis, it))
                 .into()
         };
+        let error = one.and_then(|one| one.error.as_deref()?.lines().next());
         let names = match axis.first.as_slice() {
+            _ if error.is_some() => format!(
+                "all: {}",
+                error.unwrap_or_default().trim_start_matches("error: ")
+            )
+            .into(),
             [] => Cell::new("none", DIM),
             [first] => first.as_str().into(),
             [first, others @ ..] => format!("{first}, and {} more", others.len()).into(),

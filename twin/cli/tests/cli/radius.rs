@@ -3,6 +3,7 @@
 use serde_json::Value;
 use twinrig::kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit};
 use twinrig::runtime::Process;
+use twinrig::runtime::interrupt::Token;
 use twinrig::{BuildKey, ControllerKind, Registry};
 
 use crate::common::{Done, Folder, json, registry, twin_of};
@@ -203,6 +204,14 @@ fn number_of_workers_has_no_influence_and_a_second_study_costs_nothing() {
     let files = radius.files("1");
     assert_eq!(radius.run("1", LATENCY).code, 1);
     assert_eq!(radius.files("1"), files);
+    // An interrupt before the first run.
+    let token = Token::new();
+    token.request();
+    let done = token.scope(|| radius.run("interrupted", LATENCY));
+    assert_eq!(done.code, 2);
+    assert!(done.err.contains("interrupted"), "{done:?}");
+    assert_eq!(radius.run("interrupted", LATENCY).code, 1);
+    assert_eq!(radius.files("interrupted"), files);
 }
 
 #[test]
