@@ -45,8 +45,8 @@ pub struct Cli {
 pub enum Command {
     /// Run scenarios and evaluate their expectations
     Run(RunArgs),
-    /// Show the simulated parts of a scenario, and those left out with the reason; find the cheapest
-    /// sufficient plant
+    /// Show the simulated parts of a scenario, and those left out with the reason; find the
+    /// cheapest sufficient plant
     Plan(PlanArgs),
     /// Validate scenarios without running them
     Check(CheckArgs),

@@ -6,8 +6,8 @@ mod push;
 mod sensor;
 mod sufficient;
 mod sufficient_text;
+mod tables;
 
-use anstyle::Style;
 use serde::Serialize;
 use twinrig_kernel::{Direction, Port};
 use twinrig_runtime::Coupling;
@@ -18,6 +18,7 @@ use self::actuator::Actuator;
 use self::loads::Loads;
 use self::push::PlannedPush;
 use self::sensor::{Sensor, sensed};
+use self::tables::{diagnostics, signals, undriven, wired};
 use super::{FAILURE, SUCCESS, Terminal, settings};
 use crate::args::{PlanArgs, Settings};
 use crate::assembly::Assembly;
@@ -26,8 +27,7 @@ use crate::error::TwinError;
 use crate::parts::coupling;
 use crate::report::grid::{Cell, Grid, Left};
 use crate::report::left_out;
-use crate::report::style::{BOLD, DIM, YELLOW, styled};
-use crate::report::table::folded;
+use crate::report::style::{BOLD, DIM, styled};
 use crate::report::{Warned, seconds};
 
 #[derive(Serialize)]
@@ -342,91 +342,4 @@ fn section(lines: &mut Vec<String>, title: &str, grid: &Grid) {
         lines.push(format!("  {}", styled(BOLD, title)));
         lines.extend(rows);
     }
-}
-
-fn wired(plan: &Plan) -> Grid {
-    let mut grid = Grid::new(&[Left, Left, Left, Left]);
-    let mut rows = Vec::new();
-    for wire in &plan.wires {
-        let row = [
-            wire.from.clone(),
-            folded(&wire.signal, &plan.legs),
-            format!("[{}]", wire.unit),
-            format!("→ {}", wire.to),
-        ];
-        if !rows.contains(&row) {
-            rows.push(row);
-        }
-    }
-    for [from, signal, unit, to] in rows {
-        let dim = |text| Cell::new(text, DIM);
-        grid.row([dim(from), signal.into(), dim(unit), dim(to)]);
-    }
-    grid
-}
-
-fn undriven(plan: &Plan) -> Grid {
-    let mut grid = Grid::new(&[Left, Left]);
-    let mut rows = Vec::new();
-    for free in &plan.free {
-        let row = (
-            folded(&free.name, &plan.legs),
-            measure(free.unit, free.size),
-        );
-        if !rows.contains(&row) {
-            rows.push(row);
-        }
-    }
-    for (name, measure) in rows {
-        grid.row([name.into(), Cell::new(measure, DIM)]);
-    }
-    grid
-}
-
-/// Returns the unit, and the size of a vector.
-fn measure(unit: &str, size: usize) -> String {
-    match size {
-        1 => format!("[{unit}]"),
-        size => format!("[{unit}] × {size}"),
-    }
-}
-
-fn signals(plan: &Plan) -> Grid {
-    let mut grid = Grid::new(&[Left, Left, Left]);
-    let mut rows = Vec::new();
-    for signal in &plan.signals {
-        let name = folded(&signal.name, &plan.legs);
-        let row = (
-            name,
-            measure(signal.unit, signal.size),
-            (signal.computed, signal.recorded),
-        );
-        if !rows.contains(&row) {
-            rows.push(row);
-        }
-    }
-    for (name, unit, computed_recorded) in rows {
-        let (status, style) = match computed_recorded {
-            (true, true) => ("recorded", Style::new()),
-            (true, false) => ("computed, not recorded", YELLOW),
-            (false, _) => ("not computed", DIM),
-        };
-        grid.row([name.into(), Cell::new(unit, DIM), Cell::new(status, style)]);
-    }
-    grid
-}
-
-fn diagnostics(plan: &Plan) -> Grid {
-    let mut grid = Grid::new(&[Left, Left]);
-    let mut rows = Vec::new();
-    for diagnostic in &plan.diagnostics {
-        let row = (folded(&diagnostic.name, &plan.legs), diagnostic.unit);
-        if !rows.contains(&row) {
-            rows.push(row);
-        }
-    }
-    for (name, unit) in rows {
-        grid.row([name.into(), Cell::new(format!("[{unit}]"), DIM)]);
-    }
-    grid
 }
