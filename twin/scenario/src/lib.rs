@@ -77,6 +77,7 @@ mod ground_below;
 mod judge;
 mod language;
 mod limits;
+mod loads;
 mod options;
 mod pattern;
 mod read;
@@ -97,13 +98,14 @@ pub use glob::matches;
 pub use ground_below::GroundBelow;
 pub use judge::{Footstep, Judge, Layouts, Outcome, Reference, RunEnd, Verdict};
 pub use limits::{Comparison, Limits};
+pub use loads::{PayloadSpec, SurfaceSpec};
 pub use options::{Accepts, OptionSpec, OptionValue, Options};
 pub use pattern::Pattern;
 pub use reference::{KeyReference, TableReference, language};
 pub use scenario::{
     Base, BusSpec, ChangeSpec, ControllerSpec, FallSpec, FaultSpec, FootstepSpec, Ground, Heights,
-    IoSpec, LoadThreshold, ObserveSpec, PayloadSpec, PlantSpec, Profile, RecordSpec, Scenario,
-    Setting, StartPose, SurfaceSpec,
+    IoSpec, LoadThreshold, ObserveSpec, PlantSpec, Profile, RecordSpec, Scenario, Setting,
+    StartPose,
 };
 pub use scene::{Facts, LeftOut, LegFact, Scene};
 pub use schema::schema;
