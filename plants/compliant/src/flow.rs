@@ -145,8 +145,8 @@ pub trait Equations: Clone + Send {
     /// Returns the motion of the trunk.
     fn trunk(&self, state: &Self::State) -> TrunkState;
 
-    /// Returns the place of the trunk's centre of mass relative to its position, in trunk axes; none
-    /// where they coincide, or the position is that of a trunk without payload.
+    /// Returns the place of the trunk's own centre of mass relative to its position, in trunk axes;
+    /// none where the position is that of a trunk without payload.
     fn centre_of_trunk(&self) -> Option<[f64; 3]> {
         None
     }

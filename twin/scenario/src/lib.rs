@@ -79,6 +79,7 @@ mod ground_below;
 mod judge;
 mod language;
 mod limits;
+mod loads;
 mod options;
 mod pattern;
 mod read;
@@ -101,15 +102,15 @@ pub use glob::matches;
 pub use ground_below::GroundBelow;
 pub use judge::{Footstep, Judge, Layouts, Outcome, Reference, RunEnd, Verdict};
 pub use limits::{Comparison, Limits};
+pub use loads::{PayloadSpec, SurfaceSpec};
 pub use options::{Accepts, OptionSpec, OptionValue, Options};
 pub use pattern::Pattern;
 pub use recovery::{Recovery, TrunkQuantity};
 pub use reference::{KeyReference, TableReference, language};
 pub use scenario::{
     Base, BusSpec, ChangeSpec, ControllerSpec, EnsembleSpec, FallSpec, FaultSpec, FootstepSpec,
-    Ground, Heights, IoSpec, LoadThreshold, ObserveSpec, PayloadSpec, PlantSpec, Profile,
-    PulseShape, PushLoad, PushSite, PushSpec, RecordSpec, Scenario, SensorSpec, Setting, StartPose,
-    SurfaceSpec,
+    Ground, Heights, IoSpec, LoadThreshold, ObserveSpec, PlantSpec, Profile, PulseShape, PushLoad,
+    PushSite, PushSpec, RecordSpec, Scenario, SensorSpec, Setting, StartPose,
 };
 pub use scene::{Facts, LeftOut, LegFact, Scene, SensedSignal};
 pub use schema::schema;

@@ -1,6 +1,5 @@
 //! A scenario: the content of a scenario file.
 
-use std::ops::Range;
 use std::path::PathBuf;
 
 use twinrig_document::{Overrides, Place, Placed, Warning};
@@ -10,6 +9,7 @@ use twinrig_runtime::{Change, Coupling, FaultKind, SensorModel, Timing};
 use crate::actuator::ActuatorSpec;
 use crate::expect::{BodyClaim, Claim, Expectation};
 use crate::language::Words;
+use crate::loads::{PayloadSpec, SurfaceSpec};
 use crate::options::Options;
 
 /// A value that overrides one of the scenario file, as `--set KEY=VALUE` and `--plant MODEL` do.
@@ -171,30 +171,6 @@ pub struct Ground {
     pub surfaces: Vec<SurfaceSpec>,
     /// Its place in the scenario, for messages.
     pub place: Place,
-}
-
-/// `[[surface]]`: friction of the ground over an extent along x, for a time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SurfaceSpec {
-    /// Coulomb friction coefficient.
-    pub friction: f64,
-    /// Extent along x from the start; infinite where it is open \[m\].
-    pub extent: Range<f64>,
-    /// The time from which it applies.
-    pub begin: SimTime,
-    /// The time from which it applies no more; none for the rest of the run.
-    pub end: Option<SimTime>,
-}
-
-/// `[[payload]]`: a point mass on the trunk.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PayloadSpec {
-    /// Name, for `twin plan`.
-    pub name: String,
-    /// \[kg\]
-    pub mass: f64,
-    /// Place in trunk axes, from the trunk's centre of mass \[m\].
-    pub at: [f64; 3],
 }
 
 /// Shape of the ground. x is forward from the start of the robot, y to its left, height is 0 at the

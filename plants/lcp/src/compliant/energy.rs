@@ -5,7 +5,7 @@ use twinrig_compliant::frame::cross;
 use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
 use twinrig_compliant::{Below, Depths, DriveLaws, TrunkMotion, Turns};
 use twinrig_legged::{Base, Stored};
-use twinrig_robot::GRAVITY;
+use twinrig_robot::{GRAVITY, Payload};
 
 use super::carrier::{Carried, Carrier};
 use super::contact::end_of;
@@ -13,6 +13,16 @@ use super::elimination::PLANE;
 use super::model::{CompliantModel, Legs};
 use super::state::State;
 use super::trunk::times;
+
+/// Returns the kinetic energy of payloads beyond ½ m v² \[J\], and their Σ m z above the trunk's
+/// centre of mass \[kg·m\].
+fn payload_terms(payload: &Payload, trunk: &TrunkMotion) -> [f64; 2] {
+    let dot = |[a, b, c]: [f64; 3], [d, e, f]: [f64; 3]| a * d + b * e + c * f;
+    let spin = times(&payload.inertia(), trunk.turning);
+    let swing = cross(trunk.turning, payload.moment);
+    let kinetic = 0.5 * dot(trunk.turning, spin) + dot(trunk.velocity, swing);
+    [kinetic, dot(payload.moment, trunk.rotation[2])]
+}
 
 /// Kinetic, spring and gravity energy in a state \[J\]; the springs include the elements.
 pub(crate) struct StoredEnergy<'a, const N: usize, const P: usize> {
@@ -89,11 +99,9 @@ impl<const N: usize, const P: usize> Kernel for StoredEnergy<'_, N, P> {
             GRAVITY * (model.mass * trunk.position[2] + height),
         ];
         if let Some(payload) = &model.payload {
-            let dot = |[a, b, c]: [f64; 3], [d, e, f]: [f64; 3]| a * d + b * e + c * f;
-            let spin = times(&payload.inertia(), trunk.turning);
-            energy[0] += 0.5 * dot(trunk.turning, spin)
-                + dot(trunk.velocity, cross(trunk.turning, payload.moment));
-            energy[2] += GRAVITY * dot(payload.moment, up);
+            let [turning, height] = payload_terms(payload, &trunk);
+            energy[0] += turning;
+            energy[2] += GRAVITY * height;
         }
         energy
     }

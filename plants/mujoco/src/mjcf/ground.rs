@@ -15,7 +15,8 @@ const EXTENT: f64 = 100.0;
 /// Writes the ground, lowered by the radius of a foot, so that a foot in contact has its centre on
 /// the ground.
 pub(super) fn write(ground_model: &GroundModel, to: &mut Sections) {
-    // MuJoCo takes the greater of the coefficients of foot and ground: with patches that of the foot.
+    // MuJoCo takes the greater of the coefficients of foot and ground: that of the foot, with
+    // patches.
     let friction = if ground_model.ground.has_patches() {
         0.0
     } else {

@@ -11,8 +11,9 @@ use super::root_table::{PAYLOAD, SURFACE};
 use crate::language::{
     Declared, Key, POSITIVE_DURATION, Shape, TEXT, TableSpec, Type, contextual, quantity, table,
 };
+use crate::loads::{PayloadSpec, SurfaceSpec};
 use crate::options::Accepts;
-use crate::scenario::{PayloadSpec, PlantSpec, SurfaceSpec};
+use crate::scenario::PlantSpec;
 
 /// Greatest payload \[kg\], and greatest distance of it along each axis \[m\]: beyond, a unit is
 /// wrong.
