@@ -262,9 +262,11 @@ fn input_that_is_not_a_number_is_a_fault_at_its_port() {
 }
 
 proptest! {
-    /// The state has all of the motion, with the roller on the cam and, at the higher voltages, free.
+    /// The state has all of the motion, with the roller on the cam and free of it.
     #[test]
-    fn bench_resumed_from_a_state_moves_bit_for_bit(voltage in 2.0_f64..60.0, begin_ms in 1_u64..300) {
+    fn bench_resumed_from_a_state_moves_bit_for_bit(
+        voltage in 2.0_f64..60.0, begin_ms in 1_u64..300,
+    ) {
         let mut bench = new(&parameters(), STEP);
         advance(&mut bench, 0, begin_ms, voltage);
         let mut resumed = new(&parameters(), STEP);

@@ -14,8 +14,8 @@ const OF_WALKS: f64 = 1e-6;
 const MAGNITUDES: [f64; 2] = [1e-15, 1e-6];
 /// One member of so many starts a unit in the last place away.
 const LAST_PLACE_SHARE: usize = 8;
-/// Values below it, 1 mm or 1 mrad, move by the unit in the last place that it has: that of zero
-/// is no number of a motion.
+/// Values below it, 1 mm or 1 mrad, move by the unit in its last place: that of 0 is lost in every
+/// sum.
 const LEAST: f64 = 1.0 / 1024.0;
 /// Ends of the names of velocities, which are not perturbed.
 const VELOCITIES: [&str; 3] = ["velocity", "rate", "rates"];
