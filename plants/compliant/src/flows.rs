@@ -58,8 +58,8 @@ impl<T: Copy> Flows<T> {
 }
 
 impl<L: Lanes> Flows<L> {
-    /// Returns a sum of the powers of drives and pushes less the dissipated ones, each times its seconds
-    /// \[J\].
+    /// Returns a sum of the powers of drives and pushes less the dissipated ones, each times its
+    /// seconds \[J\].
     #[inline(always)]
     pub fn net_work<const M: usize>(flows: [&Self; M], seconds: [f64; M]) -> L {
         let mut work = flows[0].actuator.zero();

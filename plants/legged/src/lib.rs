@@ -1,9 +1,9 @@
 //! Common parts of all plants of legged robots, which make the plants interchangeable: the
 //! [`Setup`] selects what to simulate, [`Start`] the initial legs, [`Signals`] the ports, and the
 //! [`Ledger`] keeps the energy balance. [`LeggedPlant`] is the plant: it advances in steps, and
-//! handles inputs, pushes, windows, snapshots and faults. Its [`Dynamics`] are state and equations of
-//! motion with [`Readings`]; every plant of a robot then has the same ports, the same initial pose
-//! and the same errors.
+//! handles inputs, pushes, windows, snapshots and faults. Its [`Dynamics`] are state and equations
+//! of motion with [`Readings`]; every plant of a robot then has the same ports, the same initial
+//! pose and the same errors.
 //!
 //! ```
 //! use twinrig_kernel::SimDuration;

@@ -2,9 +2,10 @@
 //! sink into the ground.
 //!
 //! The stored energy never exceeds the initial energy plus the work of motors and pushes:
-//! d(stored − actuator − external) ≤ 0, since friction and impacts only dissipate. The error of a step violates this occasionally by
-//! a little, with either sign; a step beyond its limit of stability violates it repeatedly.
-//! Therefore gains are accumulated, losses are subtracted, and a sum above the limit ends the run:
+//! d(stored − actuator − external) ≤ 0, since friction and impacts only dissipate. The error of a
+//! step violates this occasionally by a little, with either sign; a step beyond its limit of
+//! stability violates it repeatedly. Therefore gains are accumulated, losses are subtracted, and a
+//! sum above the limit ends the run:
 //!
 //! ```text
 //! gained ← max(0, gained + Δ(stored − actuator − external)) ≤ share · reference
@@ -127,7 +128,8 @@ impl EnergyMonitor {
     }
 }
 
-/// Returns the growth of stored energy minus the work of motors and pushes between two balances \[J\].
+/// Returns the growth of stored energy minus the work of motors and pushes between two balances
+/// \[J\].
 fn gain(ledgers: [&Ledger; 2]) -> f64 {
     let [before, after] = ledgers.map(Ledger::balance);
     let change = (after.stored() - after.actuator) - (before.stored() - before.actuator);
