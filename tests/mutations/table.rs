@@ -9,7 +9,7 @@ use twinrig_tests::{scenarios, scenarios_in};
 
 /// Tables and keys of a scenario that a disturbance may set: robot, plant, controller with its
 /// sensors, buses and their faults. The other keys define expectations and observation.
-const DISTURBABLE: [&str; 9] = [
+const DISTURBABLE: [&str; 12] = [
     "override",
     "plant",
     "actuator",
@@ -19,6 +19,9 @@ const DISTURBABLE: [&str; 9] = [
     "change",
     "fault",
     "sensor",
+    "push",
+    "payload",
+    "surface",
 ];
 
 /// A disturbance of a scenario, and the expectations that detect it.

@@ -243,6 +243,8 @@ fn documentation_of_tables_is_up_to_date() {
         let length = made[start..]
             .find(end)
             .unwrap_or_else(|| panic!("no end of {begin}"));
+        let inside = &made[start..start + length];
+        assert!(!inside.contains("<!--"), "no end of {begin}");
         made.replace_range(start..start + length, &table.markdown());
     }
     if std::env::var_os("UPDATE_DOCS").is_some() {
