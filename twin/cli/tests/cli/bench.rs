@@ -105,7 +105,7 @@ fn unknown_sensor_is_reported_at_its_place() {
         "sensor = \"skin\"",
     );
     assert!(error.contains("there is no sensor `skin`"), "{error}");
-    assert!(error.contains("changed.toml:29:10"), "{error}");
+    assert!(error.contains("changed.toml:30:10"), "{error}");
 }
 
 #[test]

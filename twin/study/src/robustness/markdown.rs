@@ -8,7 +8,7 @@ use super::{EnsembleKind, ExpectationSpread, RobustnessStudy};
 use crate::number::plain;
 
 impl RobustnessStudy {
-    /// Returns two tables: a line for each scenario, and one for each expectation.
+    /// Returns a table with a line for each scenario, and one of the expectations of each.
     pub fn markdown(&self) -> String {
         let mut text = format!(
             "| scenario | plant | runs differ by | hold in all {} runs | horizon | growth rate | \
@@ -36,19 +36,25 @@ impl RobustnessStudy {
                 undetermined.join(", "),
             );
         }
-        text += "\n| scenario | expectation | share | 95 % interval | unobserved | least margin | \
-                 5 % | median | 95 % | greatest | unit | changes at |\n\
-                 |---|---|---|---|---|---|---|---|---|---|---|---|\n";
         for result in &self.results {
-            for one in &result.expectations {
-                text += &row(&result.case.scenario, one);
-            }
+            // Writing to a `String` cannot fail.
+            let _ = write!(
+                text,
+                "\n## {}, on {}\n\n{HEAD}",
+                result.case.scenario, result.case.plant
+            );
+            text.extend(result.expectations.iter().map(row));
         }
         text
     }
 }
 
-fn row(scenario: &str, one: &ExpectationSpread) -> String {
+/// Head of the table of expectations.
+const HEAD: &str = "| expectation | holds | 95 % interval | least margin | 5 % | median | 95 % | \
+                    greatest | unit | not observed | changes at |\n\
+                    |---|---|---|---|---|---|---|---|---|---|---|\n";
+
+fn row(one: &ExpectationSpread) -> String {
     let margins = one.margins.map_or([const { String::new() }; 5], |it| {
         [it.min, it.p5, it.median, it.p95, it.max].map(plain)
     });
@@ -58,10 +64,10 @@ fn row(scenario: &str, one: &ExpectationSpread) -> String {
     };
     let changes_at = one.changes_at;
     format!(
-        "| {} | {} | {} | {} to {} | {unobserved} | {} | {} | {} |\n",
-        escaped(scenario),
+        "| {} | {} of {} | {} to {} | {} | {} | {unobserved} | {} |\n",
         escaped(&one.name),
-        percent(one.share),
+        one.held,
+        one.runs,
         percent(one.interval.low),
         percent(one.interval.high),
         margins.join(" | "),
