@@ -109,12 +109,15 @@ impl Sufficiency {
     }
 
     /// Returns by which factor the scenario's own choice, and the reference, take longer than the
-    /// choice; none without a choice, or where the own one does not complete.
+    /// choice; none without a choice, or where the own one is not sufficient.
     pub fn savings(&self) -> [Option<f64>; 2] {
         let Some(chosen) = self.choice().and_then(|row| row.run_s_per_s) else {
             return [None; 2];
         };
-        let own = self.own().and_then(|row| row.run_s_per_s);
+        let own = self
+            .own()
+            .filter(|row| row.status == CandidateStatus::Sufficient);
+        let own = own.and_then(|row| row.run_s_per_s);
         [own, Some(self.reference.run_s_per_s)].map(|time| Some(time? / chosen))
     }
 }

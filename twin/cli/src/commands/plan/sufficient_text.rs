@@ -53,11 +53,12 @@ fn choice(found: &SufficientTwin) -> Vec<String> {
         fact(name, value);
     }
     fact("of the reference", time(search.reference.run_s_per_s));
-    if let [Some(own), Some(reference)] = found.savings {
-        fact(
-            "saving",
-            format!("{own:.2} × against the scenario, {reference:.1} × against the reference"),
-        );
+    let [own, reference] = found.savings;
+    let saving = |factor: Option<f64>, of: &str| Some(format!("{:.2} × against the {of}", factor?));
+    let savings = [saving(own, "scenario"), saving(reference, "reference")];
+    let savings: Vec<_> = savings.into_iter().flatten().collect();
+    if !savings.is_empty() {
+        fact("saving", savings.join(", "));
     }
     let reference = &search.reference;
     fact("reference", reference.reference.describe());
