@@ -11,9 +11,9 @@
 //! transitions, a seventh one ([`feedback()`]) compares a controller on true loads with the same
 //! one on loads that are measured or estimated. An eighth one ([`robustness()`]) runs scenarios
 //! from perturbed starts, and gives the distribution of the margins of their expectations and the
-//! growth of the distance between trajectories. A search ([`sufficient()`]) finds the cheapest plant
-//! and setting that answer a scenario. Two studies of one build give the same results
-//! except for run times, unless the budget truncates one of them.
+//! growth of the distance between trajectories. A search ([`sufficient()`]) finds the cheapest
+//! plant and setting that answer a scenario. Two studies of one build give the same results except
+//! for run times, unless the budget truncates one of them.
 //!
 //! ```
 //! use twinrig_study::{PrecisionPlan, Study, StudyError, PlantFactory, precision};

@@ -161,7 +161,7 @@ pub enum RunFailure {
     Interrupted,
 }
 
-/// Perturbs every coordinate of a plant's start by [`PERTURBATION`] at most, by the random numbers of
+/// Perturbs every coordinate of a plant's start by 1e-6 m or rad at most, by the random numbers of
 /// the start `start`. Start 0 is not perturbed.
 ///
 /// # Errors
