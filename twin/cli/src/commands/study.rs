@@ -245,8 +245,8 @@ fn create(folder: &Path) -> Result<(), TwinError> {
     })
 }
 
-/// Writes the HTML page, the CSV and the JSON file, and tables in Markdown, also of radii of a study
-/// of another kind; returns their paths.
+/// Writes the HTML page, the CSV and the JSON file, and tables in Markdown, also of the radii of a
+/// study of another kind; returns their paths.
 fn write(
     study: &StudyCommand,
     frame: StudyFrame<'_>,
