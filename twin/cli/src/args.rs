@@ -24,6 +24,7 @@ pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
 pub use gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
 pub use optimize::OptimizeArgs;
 pub use plan::PlanArgs;
+pub(crate) use radius::DEFAULT_PRECISION;
 pub use radius::RadiusOptions;
 pub use robustness::RobustnessOptions;
 pub use study::{EstimateOptions, PrecisionOptions, StudyArgs, StudyCommand, StudyOptions};

@@ -23,6 +23,16 @@ pub enum StudyError {
         /// Number of parts.
         of: usize,
     },
+    /// An interrupt stopped a study that keeps its runs.
+    #[error(
+        "interrupted after {done} of {of} runs\n  = help: the same command continues the study"
+    )]
+    InterruptedRuns {
+        /// Number of runs that are done.
+        done: usize,
+        /// Number of runs so far planned.
+        of: usize,
+    },
     /// No reference of a search completes the scenario.
     #[error(
         "no reference completes the scenario: {why}\n  = help: give more time by --budget, or \

@@ -12,6 +12,9 @@ use super::key_value;
 /// Least and greatest precision.
 const PRECISION: [f64; 2] = [1e-6, 0.5];
 
+/// Precision without another one.
+pub(crate) const DEFAULT_PRECISION: f64 = 0.01;
+
 /// Options of a study of radii.
 #[derive(Clone, Debug, Args)]
 pub struct RadiusOptions {
@@ -36,7 +39,7 @@ pub struct RadiusOptions {
     pub to: Vec<String>,
     /// Distance of the values between which an expectation fails, as a share of the size of the
     /// disturbance
-    #[arg(long, value_name = "SHARE", default_value = "1 %", value_parser = precision)]
+    #[arg(long, value_name = "SHARE", default_value_t = DEFAULT_PRECISION, value_parser = precision)]
     pub precision: f64,
     /// Study on this plant instead of the scenario's own
     #[arg(long, value_name = "MODEL")]

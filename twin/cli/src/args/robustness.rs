@@ -20,6 +20,9 @@ pub struct RobustnessOptions {
     /// observe angles only, for a radius of 1 m
     #[arg(long, value_name = "LENGTH", default_value = "1 mm", value_parser = tolerance)]
     pub tolerance: f64,
+    /// Find the radii of each scenario as well, as `twin study radius` does
+    #[arg(long)]
+    pub radius: bool,
     /// Number of runs at the same time, without influence on the results
     /// [default: number of processors]
     #[arg(long, value_name = "N")]

@@ -5,14 +5,17 @@ mod result;
 
 use std::path::{Path, PathBuf};
 
+use serde_json::json;
 use twinrig_study::{
     CouplingPlan, EstimatePlan, Machine, PrecisionPlan, ProgressObserver, SearchSize,
     StabilityPlan, StudyError, TransitionPlan, coupling, estimate, feedback, modulation, precision,
-    robustness, stability, transition,
+    radius_markdown, radius_page, robustness, stability, transition,
 };
 
 use super::{FAILURE, NEGATIVE, SUCCESS, Terminal, outputs};
-use crate::args::{EstimateOptions, PrecisionOptions, StudyArgs, StudyCommand, StudyOptions};
+use crate::args::{
+    EstimateOptions, PrecisionOptions, RobustnessOptions, StudyArgs, StudyCommand, StudyOptions,
+};
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
@@ -27,7 +30,7 @@ use crate::study::modulation_cases::ModulationCases;
 use crate::study::robustness_cases::RobustnessCases;
 use crate::study::transition_cases::TransitionCases;
 use frame::StudyFrame;
-use result::StudyResult;
+use result::{NamedRadius, StudyResult};
 use twinrig_scenario::Setting;
 
 /// Name and version of the program, for reports.
@@ -157,12 +160,38 @@ fn run(
             radius(registry, &request, observer)?
                 .map(|outcome| StudyResult::Radius(Box::new(outcome)))
         }
-        StudyCommand::Robustness(options) => {
-            let cases = RobustnessCases::new(registry, options, settings)?;
-            let plan = RobustnessCases::plan(options);
-            robustness(&cases, &plan, observer).map(StudyResult::Robustness)
-        }
+        StudyCommand::Robustness(options) => robust(registry, options, settings, observer)?,
     })
+}
+
+/// Studies ensembles, then the radii of the same scenarios if they are asked for.
+fn robust(
+    registry: &Registry,
+    options: &RobustnessOptions,
+    settings: &[Setting],
+    observer: &mut dyn ProgressObserver,
+) -> Result<Result<StudyResult, StudyError>, TwinError> {
+    let cases = RobustnessCases::new(registry, options, settings)?;
+    let plan = RobustnessCases::plan(options);
+    let mut study = match robustness(&cases, &plan, observer) {
+        Ok(study) => study,
+        Err(error) => return Ok(Err(error)),
+    };
+    let mut radii = Vec::new();
+    let files = cases.files().iter().filter(|_| options.radius);
+    for (path, plant) in files {
+        let plant = plant.as_deref();
+        let name = options.radius_name(path, plant);
+        let request = options.radius_request(&name, path, plant, settings);
+        match radius(registry, &request, observer) {
+            Ok(Ok(outcome)) => radii.push(NamedRadius { name, outcome }),
+            Ok(Err(error)) => return Ok(Err(error)),
+            // It expects nothing, or has no axis.
+            Err(TwinError::Together { why, .. }) => study.left_out.push(format!("{name}: {why}")),
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(Ok(StudyResult::Robustness(study, radii)))
 }
 
 fn builder<'r>(
@@ -216,7 +245,8 @@ fn create(folder: &Path) -> Result<(), TwinError> {
     })
 }
 
-/// Writes the HTML page, the CSV and the JSON file, and tables in Markdown; returns their paths.
+/// Writes the HTML page, the CSV and the JSON file, and tables in Markdown, also of the radii of a
+/// study of another kind; returns their paths.
 fn write(
     study: &StudyCommand,
     frame: StudyFrame<'_>,
@@ -231,9 +261,28 @@ fn write(
         ("json", format!("{json:#}\n")),
     ];
     texts.extend(result.markdown().map(|text| ("md", text)));
+    let mut files = write_texts(frame.out, &frame.stem(), texts)?;
+    for NamedRadius { name, outcome } in result.radii() {
+        let radius = &outcome.result;
+        let texts = vec![
+            ("html", radius_page(radius)),
+            ("csv", radius.csv()),
+            ("json", format!("{:#}\n", json!(radius))),
+            ("md", radius_markdown(radius)),
+        ];
+        files.extend(write_texts(frame.out, name, texts)?);
+    }
+    Ok(files)
+}
+
+fn write_texts(
+    folder: &Path,
+    stem: &str,
+    texts: Vec<(&str, String)>,
+) -> Result<Vec<PathBuf>, TwinError> {
     let mut files = Vec::new();
     for (ending, text) in texts {
-        let path = frame.out.join(format!("{}.{ending}", frame.stem()));
+        let path = folder.join(format!("{stem}.{ending}"));
         std::fs::write(&path, text).map_err(|source| TwinError::Write {
             path: path.clone(),
             source,

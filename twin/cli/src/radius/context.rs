@@ -5,7 +5,7 @@ use std::path::Path;
 use twinrig_document::{Document, Item, Range, Table};
 use twinrig_kernel::{Direction, Port, SimDuration, Unit};
 use twinrig_robot::Robot;
-use twinrig_scenario::{Accepts, Catalogue, OptionSpec, Scenario, Setting, language};
+use twinrig_scenario::{Accepts, Catalogue, OptionSpec, Scenario, Setting};
 
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
@@ -139,12 +139,6 @@ impl<'r> DisturbanceContext<'r> {
         });
         names
     }
-}
-
-/// Returns whether scenarios of this build have a key without a table.
-pub(super) fn has_key(name: &str) -> bool {
-    let root = language().into_iter().next();
-    root.is_some_and(|table| table.keys.iter().any(|key| key.name == name))
 }
 
 /// Collects the dotted keys of options, also of groups.

@@ -1,11 +1,11 @@
 //! Disturbances that a study knows, and the axes that they have in a scenario.
 
 use twinrig_campaign::radius::{AxisGrid, AxisValues, DisturbanceAxis, KeyChange, KeyRule};
-use twinrig_kernel::Unit;
+use twinrig_kernel::{SignalKind, Unit};
 use twinrig_runtime::Timing;
 use twinrig_scenario::Accepts;
 
-use super::context::{DisturbanceContext, Found, has_key};
+use super::context::{DisturbanceContext, Found};
 
 /// Control periods to which times are disturbed.
 const PERIODS: f64 = 5.0;
@@ -15,8 +15,12 @@ const CLOCK: f64 = 0.01;
 const TIMES: f64 = 3.0;
 /// Change of speed by the greatest push \[m/s\].
 const PUSH: f64 = 1.0;
-/// Greatest angle of a noise \[rad\].
+/// Greatest noise of forces without a robot \[N\].
+const FORCE: f64 = 10.0;
+/// Greatest noise of angles \[rad\].
 const ANGLE: f64 = 0.5;
+/// Greatest noise of rates \[rad/s\].
+const RATE: f64 = 10.0;
 
 /// Values and keys of an axis, or the reason for which there is none.
 type FoundAxis = Result<(AxisValues, Vec<KeyChange>), String>;
@@ -92,9 +96,24 @@ pub(super) const DISTURBANCES: &[Disturbance] = &[
         axis: push,
     },
     Disturbance {
-        name: "sensor-noise",
-        about: "standard deviation of white noise of all inputs of the controller",
-        axis: sensor_noise,
+        name: "pushes-up",
+        about: "factor of all pushes of the scenario",
+        axis: pushes,
+    },
+    Disturbance {
+        name: "sensor-noise-force",
+        about: "standard deviation of white noise of the forces that the controller reads",
+        axis: |context| sensor_noise(context, Unit::Newton),
+    },
+    Disturbance {
+        name: "sensor-noise-angle",
+        about: "standard deviation of white noise of the angles that the controller reads",
+        axis: |context| sensor_noise(context, Unit::Radian),
+    },
+    Disturbance {
+        name: "sensor-noise-rate",
+        about: "standard deviation of white noise of the rates that the controller reads",
+        axis: |context| sensor_noise(context, Unit::RadianPerSecond),
     },
 ];
 
@@ -265,57 +284,81 @@ fn stiffness(context: &DisturbanceContext<'_>, times: f64) -> FoundAxis {
 fn payload(context: &DisturbanceContext<'_>) -> FoundAxis {
     let mass = context.legged()?.mass();
     let element = "{ mass = {}, at = [\"0 m\", \"0 m\", \"0 m\"] }";
-    let keys = appended(context, "payload", vec![element.to_owned()])?;
+    let keys = appended(context, "payload", vec![element.to_owned()]);
     Ok((from_zero(mass, Unit::Kilogram), keys))
 }
 
 fn push(context: &DisturbanceContext<'_>) -> FoundAxis {
     let mass = context.legged()?.mass();
+    if !context.scenario().pushes.is_empty() {
+        return Err("the scenario has pushes, which pushes-up scales".to_owned());
+    }
     let at = context.scenario().duration / 2;
     let element = format!(
-        "{{ on = \"body\", at = \"{} ns\", for = \"100 ms\", impulse = {{}}, direction = \"y\" }}",
+        "{{ on = \"body\", at = \"{} ns\", for = \"100 ms\", impulse = {{}}, direction = \"y\", \
+         shape = \"half-sine\" }}",
         at.as_nanos()
     );
-    let keys = appended(context, "push", vec![element])?;
+    let keys = appended(context, "push", vec![element]);
     Ok((from_zero(mass * PUSH, Unit::NewtonSecond), keys))
 }
 
-fn sensor_noise(context: &DisturbanceContext<'_>) -> FoundAxis {
+fn pushes(context: &DisturbanceContext<'_>) -> FoundAxis {
+    let mut keys = Vec::new();
+    for index in 0..context.scenario().pushes.len() {
+        for name in ["force", "torque", "impulse"] {
+            let key = format!("push.{index}.{name}");
+            if let Found::Quantity(base, unit) = context.value(&key) {
+                keys.push(change(key, KeyRule::Times(base, unit)));
+            }
+        }
+    }
+    if keys.is_empty() {
+        return Err("the scenario has no pushes".to_owned());
+    }
+    Ok((scaled(1.0, TIMES), keys))
+}
+
+fn sensor_noise(context: &DisturbanceContext<'_>, unit: Unit) -> FoundAxis {
     let inputs = context.inputs();
-    let first = inputs.first().ok_or("the controller has no input")?;
-    if inputs.iter().any(|input| input.unit != first.unit) {
-        let why = "the inputs of the controller have several units; write [[sensor]] tables, and \
-                   disturb them by --along";
+    // Errors of an attitude are angles.
+    let has_unit = |kind: &SignalKind, of: Unit| match kind {
+        SignalKind::Rotation => unit == Unit::Radian,
+        _ => of == unit,
+    };
+    let inputs: Vec<_> = inputs
+        .into_iter()
+        .filter(|it| has_unit(&it.kind, it.unit))
+        .collect();
+    if inputs.is_empty() {
+        return Err(format!("the controller reads nothing in {}", unit.symbol()));
+    }
+    if context.value("sensor") != Found::Missing {
+        let why = "the scenario has sensors; disturb them by --along sensor.0.noise";
         return Err(why.to_owned());
     }
-    let limit = match (first.unit, context.assembly.robot()) {
+    let limit = match (unit, context.assembly.robot()) {
         (Unit::Newton, Some(robot)) => robot.weight(),
+        (Unit::Newton, None) => FORCE,
         (Unit::Radian, _) => ANGLE,
-        _ => 1.0,
+        _ => RATE,
     };
     let elements = inputs.iter();
     let elements = elements.map(|it| format!("{{ of = \"{}\", noise = {{}} }}", it.name));
-    let keys = appended(context, "sensor", elements.collect())?;
-    Ok((from_zero(limit, first.unit), keys))
+    let keys = appended(context, "sensor", elements.collect());
+    Ok((from_zero(limit, unit), keys))
 }
 
 /// Returns changes that append elements with the value of the axis to a list of the scenario.
-fn appended(
-    context: &DisturbanceContext<'_>,
-    list: &str,
-    elements: Vec<String>,
-) -> Result<Vec<KeyChange>, String> {
-    if !has_key(list) {
-        return Err(format!("this build has no [[{list}]]"));
-    }
+fn appended(context: &DisturbanceContext<'_>, list: &str, elements: Vec<String>) -> Vec<KeyChange> {
     let Found::List(count) = context.value(list) else {
         let whole = format!("[{}]", elements.join(", "));
-        return Ok(vec![change(list, KeyRule::Within(whole))]);
+        return vec![change(list, KeyRule::Within(whole))];
     };
     let elements = elements.into_iter().enumerate();
     let element =
         |(index, text)| change(format!("{list}.{}", count + index), KeyRule::Within(text));
-    Ok(elements.map(element).collect())
+    elements.map(element).collect()
 }
 
 #[cfg(test)]

@@ -165,7 +165,7 @@ impl Searching<'_> {
             }
             if !self.run_missing(observer)? {
                 let (done, of) = (self.taken.len(), self.taken.len() + proposals.len());
-                return Ok(Err(StudyError::Interrupted { done, of }));
+                return Ok(Err(StudyError::InterruptedRuns { done, of }));
             }
             for Proposal { axis, size, run } in proposals {
                 let outcome = match run {

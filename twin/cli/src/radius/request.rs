@@ -1,11 +1,13 @@
-//! Study of radii from the options of the command line.
+//! Studies of radii from the options of the command line.
+
+use std::path::Path;
 
 use twinrig_campaign::engine::EngineOptions;
 use twinrig_scenario::Setting;
 
 use super::chosen::KeyAxis;
 use super::execute::RadiusRequest;
-use crate::args::RadiusOptions;
+use crate::args::{DEFAULT_PRECISION, RadiusOptions, RobustnessOptions};
 use crate::error::TwinError;
 
 impl RadiusOptions {
@@ -45,5 +47,41 @@ impl RadiusOptions {
             },
             rows: self.out.join(name),
         })
+    }
+}
+
+impl RobustnessOptions {
+    /// Returns the name of the study of radii of a scenario on one of the plants, as
+    /// `twin study radius` names it; with the plant if there are several.
+    pub(crate) fn radius_name(&self, scenario: &Path, plant: Option<&str>) -> String {
+        let stem = scenario.file_stem().unwrap_or_default().to_string_lossy();
+        match plant.filter(|_| self.plant.len() > 1) {
+            Some(plant) => format!("radius-{stem}-{plant}"),
+            None => format!("radius-{stem}"),
+        }
+    }
+
+    /// Returns the study of radii of a scenario along all axes; its rows are in a folder of this
+    /// name.
+    pub(crate) fn radius_request(
+        &self,
+        name: &str,
+        scenario: &Path,
+        plant: Option<&str>,
+        settings: &[Setting],
+    ) -> RadiusRequest {
+        let plant = plant.map(Setting::plant);
+        RadiusRequest {
+            scenario: scenario.to_owned(),
+            settings: settings.iter().cloned().chain(plant).collect(),
+            axes: Vec::new(),
+            along: Vec::new(),
+            precision: DEFAULT_PRECISION,
+            options: EngineOptions {
+                jobs: self.jobs,
+                ..EngineOptions::default()
+            },
+            rows: self.out.join(name),
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Runs of a study of robustness: scenarios, each on a plant, from perturbed starts.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use twinrig_kernel::{SimDuration, SimTime, Unit, signal};
 use twinrig_runtime::Group;
@@ -23,6 +23,8 @@ const INSTANTS: u64 = 2000;
 pub(crate) struct RobustnessCases<'r> {
     ensembles: Vec<Ensemble<Assembly<'r>>>,
     cases: Vec<RobustnessCase>,
+    /// Scenario file of each case, and its plant if it is not that of the file.
+    files: Vec<(PathBuf, Option<String>)>,
     left_out: Vec<String>,
     runs: usize,
 }
@@ -40,6 +42,7 @@ impl<'r> RobustnessCases<'r> {
         let mut cases = Self {
             ensembles: Vec::new(),
             cases: Vec::new(),
+            files: Vec::new(),
             left_out: Vec::new(),
             runs: options.ensemble,
         };
@@ -100,7 +103,13 @@ impl<'r> RobustnessCases<'r> {
             duration_s: scenario.duration.as_secs_f64(),
         });
         self.ensembles.push(ensemble);
+        self.files.push((path.to_owned(), plant.map(str::to_owned)));
         Ok(())
+    }
+
+    /// Returns the scenario file of each case, and its plant if it is not that of the file.
+    pub(crate) fn files(&self) -> &[(PathBuf, Option<String>)] {
+        &self.files
     }
 }
 

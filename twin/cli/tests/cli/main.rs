@@ -21,6 +21,7 @@ mod output_errors;
 mod panics;
 mod plant_comparison;
 mod radius;
+mod radius_axes;
 mod recordings;
 mod robustness;
 mod run_observer;

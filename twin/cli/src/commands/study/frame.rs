@@ -176,6 +176,7 @@ impl<'a> StudyFrame<'a> {
             StudyCommand::Robustness(options) => {
                 words.push(format!("--ensemble {}", options.ensemble));
                 words.push(format!("--tolerance \"{} m\"", options.tolerance));
+                words.extend(options.radius.then(|| "--radius".to_owned()));
             }
             StudyCommand::Transition(options) => {
                 let variable = options.variable.iter();

@@ -24,7 +24,14 @@ pub(super) enum StudyResult {
     Transition(TransitionStudy),
     Feedback(Box<FeedbackStudy>),
     Radius(Box<RadiusOutcome>),
-    Robustness(RobustnessStudy),
+    Robustness(RobustnessStudy, Vec<NamedRadius>),
+}
+
+/// Radii of a scenario of another study.
+pub(super) struct NamedRadius {
+    /// Name of the files.
+    pub(super) name: String,
+    pub(super) outcome: RadiusOutcome,
 }
 
 impl StudyResult {
@@ -34,7 +41,7 @@ impl StudyResult {
             Self::Plants(study) => study.error(),
             Self::Coupling(study) => study.error(),
             Self::Modulation(study) => study.error(),
-            Self::Robustness(study) => study.error(),
+            Self::Robustness(study, _) => study.error(),
             Self::Estimate(_) | Self::Transition(_) | Self::Feedback(_) | Self::Radius(_) => None,
         }
     }
@@ -44,7 +51,18 @@ impl StudyResult {
         match self {
             Self::Feedback(study) => !study.void().is_empty(),
             Self::Radius(study) => study.result.fails_undisturbed(),
-            _ => false,
+            _ => self
+                .radii()
+                .iter()
+                .any(|it| it.outcome.result.fails_undisturbed()),
+        }
+    }
+
+    /// Returns the radii of the scenarios of a study of another kind.
+    pub(super) fn radii(&self) -> &[NamedRadius] {
+        match self {
+            Self::Robustness(_, radii) => radii,
+            _ => &[],
         }
     }
 
@@ -57,7 +75,7 @@ impl StudyResult {
             Self::Transition(study) => study.json(machine, command),
             Self::Feedback(study) => study.json(machine, command),
             Self::Radius(study) => json!(study.result),
-            Self::Robustness(study) => study.json(machine, command),
+            Self::Robustness(study, radii) => with_radii(study.json(machine, command), radii),
         }
     }
 
@@ -70,7 +88,7 @@ impl StudyResult {
             Self::Transition(study) => study.html(machine, command),
             Self::Feedback(study) => study.html(machine, command),
             Self::Radius(study) => radius_page(&study.result),
-            Self::Robustness(study) => study.html(machine, command),
+            Self::Robustness(study, _) => study.html(machine, command),
         }
     }
 
@@ -83,7 +101,7 @@ impl StudyResult {
             Self::Transition(study) => study.csv(),
             Self::Feedback(study) => study.csv(),
             Self::Radius(study) => study.result.csv(),
-            Self::Robustness(study) => study.csv(),
+            Self::Robustness(study, _) => study.csv(),
         }
     }
 
@@ -91,7 +109,7 @@ impl StudyResult {
     pub(super) fn markdown(&self) -> Option<String> {
         match self {
             Self::Radius(study) => Some(radius_markdown(&study.result)),
-            Self::Robustness(study) => Some(study.markdown()),
+            Self::Robustness(study, _) => Some(study.markdown()),
             _ => None,
         }
     }
@@ -105,7 +123,27 @@ impl StudyResult {
             Self::Transition(study) => transition_table::text(study, files),
             Self::Feedback(study) => feedback_table::text(study, files),
             Self::Radius(study) => radius::table::text(study, files),
-            Self::Robustness(study) => robustness_table::text(study, files),
+            Self::Robustness(study, radii) => robustness_text(study, radii, files),
         }
     }
+}
+
+/// Adds the radii, if there are any, to the object of a study.
+fn with_radii(mut study: serde_json::Value, radii: &[NamedRadius]) -> serde_json::Value {
+    if !radii.is_empty() {
+        let results = radii.iter().map(|it| &it.outcome.result);
+        study["radius"] = json!(results.collect::<Vec<_>>());
+    }
+    study
+}
+
+/// Formats ensembles and radii; the names of all files are at the end.
+fn robustness_text(study: &RobustnessStudy, radii: &[NamedRadius], files: &[PathBuf]) -> String {
+    let files_after = |part: usize| if part == radii.len() { files } else { &[] };
+    let ensembles = robustness_table::text(study, files_after(0));
+    let radii = radii.iter().enumerate();
+    let radii = radii.map(|(part, it)| radius::table::text(&it.outcome, files_after(part + 1)));
+    let texts = std::iter::once(ensembles).chain(radii);
+    let texts = texts.map(|text| text.trim_end().to_owned());
+    texts.collect::<Vec<_>>().join("\n\n")
 }
