@@ -3,7 +3,7 @@
 use twinrig_kernel::{Direction, Field, Layout, Port, SimDuration, SimTime, signal};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Driver, PartKind, Plant, Process, RigError, Wire, in_part};
-use twinrig_scenario::{ActuatorSpec, LegFact, PlantSpec, Scenario};
+use twinrig_scenario::{ActuatorSpec, LegFact, PlantSpec, PushSite, Scenario};
 
 use crate::assembly::body::Body;
 use crate::assembly::registry::Registry;
@@ -158,8 +158,16 @@ impl<'a> PartBuilder<'a> {
             let robot = robot.ok_or_else(|| self.plant_error(NO_ROBOT.into()))?;
             let legs = self.leg_names();
             let (plant, actuator) = (&self.scenario.plant, &self.scenario.actuator);
-            let context =
-                self.plant_context(robot, &legs, plant, actuator, first_commands, &|_| true);
+            // The scene reports pushes on other feet at their place.
+            let mut pushes = self.scenario.pushes.clone();
+            pushes.retain(|push| match &push.on {
+                PushSite::Trunk => true,
+                PushSite::Foot(leg) => legs.contains(&leg.value.as_str()),
+            });
+            let context = PlantContext {
+                pushes: &pushes,
+                ..self.plant_context(robot, &legs, plant, actuator, first_commands, &|_| true)
+            };
             let ports = self.registry.plant_ports(&context);
             ports.unwrap_or_else(|| Err(NO_SUCH_KIND.into()))
         };

@@ -1,4 +1,4 @@
-//! Grounds that a plant cannot have.
+//! Grounds and pushes that a plant cannot have.
 
 use crate::common::twin;
 
@@ -35,5 +35,20 @@ fn bar_that_is_no_obstacle_is_refused() {
         assert!(error.contains("a bar of less than 0.0105 m"), "{error}");
         assert_eq!(check(plant, "bar", "11 mm", "seed=1").0, 0);
         assert_eq!(check(plant, "hole", "5 cm", rigid).0, 0);
+    }
+}
+
+#[test]
+fn push_on_a_leg_that_is_not_simulated_is_reported_at_its_place() {
+    let push = format!("{}/../../scenarios/push.toml", env!("CARGO_MANIFEST_DIR"));
+    for (set, leg) in [
+        ("push.2.on=leg/LX/foot", "LX"),
+        ("plant.legs=['RF', 'LH', 'RH']", "LF"),
+    ] {
+        let done = twin(&["check", &push, "--set", set]);
+        assert_eq!(done.code, 2, "{done:?}");
+        let expected = format!("the scene has no leg `{leg}`");
+        assert!(done.err.contains(&expected), "{}", done.err);
+        assert!(done.err.contains("on = \"leg/"), "{}", done.err);
     }
 }
