@@ -37,7 +37,7 @@ class Expectation:
     """Whether it holds if it is unobserved."""
     detail: str
     """Leg and footstep concerned, or the reason for ``unobserved``; may be empty."""
-    ensemble: dict | None = None
+    ensemble: dict[str, Any] | None = None
     """Share and margins over the runs of the scenario's ensemble, as in ``twin run --json``."""
 
     @property
