@@ -33,12 +33,10 @@ impl<T: Serialize> Job for Runs<'_, T> {
     }
 }
 
-/// Does `count` runs, each on one thread. `progress` gets the number of runs done and the expected
-/// time left \[s\], and returns whether the study continues.
+/// Does `count` runs as [`run_all_on`] does, on all processors.
 ///
 /// # Errors
-/// [`StudyError::Interrupted`] if `progress` or an interrupt ended the study, and
-/// [`StudyError::Engine`] without threads.
+/// As [`run_all_on`].
 pub(crate) fn run_all<T: Serialize + DeserializeOwned>(
     count: usize,
     run: &(dyn Fn(usize) -> Ran<T> + Sync),
@@ -47,10 +45,13 @@ pub(crate) fn run_all<T: Serialize + DeserializeOwned>(
     run_all_on(None, count, run, progress)
 }
 
-/// Does `count` runs as [`run_all`] does, at most `jobs` of them at the same time.
+/// Does `count` runs, each on one thread, at most `jobs` of them at the same time; none for all
+/// processors. `progress` gets the number of runs done and the expected time left \[s\], and returns
+/// whether the study continues.
 ///
 /// # Errors
-/// As [`run_all`].
+/// [`StudyError::Interrupted`] if `progress` or an interrupt ended the study, and
+/// [`StudyError::Engine`] without threads.
 pub fn run_all_on<T: Serialize + DeserializeOwned>(
     jobs: Option<NonZeroUsize>,
     count: usize,
