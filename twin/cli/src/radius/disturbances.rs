@@ -3,7 +3,7 @@
 use twinrig_campaign::radius::{AxisGrid, AxisValues, DisturbanceAxis, KeyChange, KeyRule};
 use twinrig_kernel::{SignalKind, Unit};
 use twinrig_runtime::Timing;
-use twinrig_scenario::Accepts;
+use twinrig_scenario::{Accepts, Base};
 
 use super::context::{DisturbanceContext, Found};
 
@@ -294,9 +294,14 @@ fn push(context: &DisturbanceContext<'_>) -> FoundAxis {
         return Err("the scenario has pushes, which pushes-up scales".to_owned());
     }
     let at = context.scenario().duration / 2;
+    // A planar robot has no sideways motion.
+    let direction = match context.scenario().plant.base {
+        Base::Planar => "x",
+        Base::Free | Base::Fixed => "y",
+    };
     let element = format!(
-        "{{ on = \"body\", at = \"{} ns\", for = \"100 ms\", impulse = {{}}, direction = \"y\", \
-         shape = \"half-sine\" }}",
+        "{{ on = \"body\", at = \"{} ns\", for = \"100 ms\", impulse = {{}}, \
+         direction = \"{direction}\", shape = \"half-sine\" }}",
         at.as_nanos()
     );
     let keys = appended(context, "push", vec![element]);

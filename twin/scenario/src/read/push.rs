@@ -197,6 +197,19 @@ fn push(item: &Item<'_>, n: usize, context: &Context<'_>) -> Result<PushSpec, Re
         return Err(table.report(&ON, message, "push a foot, or set another `base`"));
     }
     let (at, direction) = (at?, direction?);
+    if context
+        .plant
+        .is_some_and(|plant| plant.base == Base::Planar)
+        && leaves_the_plane(load, direction)
+    {
+        let message = "a planar trunk does not move in this direction";
+        let help = "push along x or z, turn about y, or set another `base`";
+        return Err(table.report(&DIRECTION, message, help));
+    }
+    if !peak.is_finite() {
+        let help = "give a lesser one, or a longer `for`";
+        return Err(item.report("the push has no finite strength", help));
+    }
     let end = at.checked_add(lasts);
     if at < context.run
         && end.is_none_or(|end| end > context.run)
@@ -221,6 +234,15 @@ fn push(item: &Item<'_>, n: usize, context: &Context<'_>) -> Result<PushSpec, Re
         shape,
         peak: direction.map(|x| x * peak),
     })
+}
+
+/// Returns whether a part of the load is not in the vertical plane of x, where it has no effect on a
+/// planar robot.
+fn leaves_the_plane(load: PushLoad, [x, y, z]: [f64; 3]) -> bool {
+    match load {
+        PushLoad::Force(_) => y != 0.0,
+        PushLoad::Torque => x != 0.0 || z != 0.0,
+    }
 }
 
 /// Keys of which a push has exactly one.
