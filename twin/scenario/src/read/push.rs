@@ -236,8 +236,8 @@ fn push(item: &Item<'_>, n: usize, context: &Context<'_>) -> Result<PushSpec, Re
     })
 }
 
-/// Returns whether a part of the load is not in the vertical plane of x, where it has no effect on a
-/// planar robot.
+/// Returns whether a part of the load is not in the vertical plane of x, where it has no effect on
+/// a planar robot.
 fn leaves_the_plane(load: PushLoad, [x, y, z]: [f64; 3]) -> bool {
     match load {
         PushLoad::Force(_) => y != 0.0,
