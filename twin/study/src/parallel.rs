@@ -46,8 +46,8 @@ pub(crate) fn run_all<T: Serialize + DeserializeOwned>(
 }
 
 /// Does `count` runs, each on one thread, at most `jobs` of them at the same time; none for all
-/// processors. `progress` gets the number of runs done and the expected time left \[s\], and returns
-/// whether the study continues.
+/// processors. `progress` gets the number of runs done and the expected time left \[s\], and
+/// returns whether the study continues.
 ///
 /// # Errors
 /// [`StudyError::Interrupted`] if `progress` or an interrupt ended the study, and
