@@ -69,33 +69,24 @@ pub fn not_monotone(axis: &AxisResult) -> Vec<String> {
 
 /// Returns the table of expectations over axes in Markdown; the first ones to fail are bold.
 pub fn radius_markdown(result: &RadiusResult) -> String {
-    let names = result.axes.iter().map(|axis| axis.name.clone());
-    let mut lines = vec![
-        row(std::iter::once("expectation".to_owned()).chain(names)),
-        format!("|---|{}", "---|".repeat(result.axes.len())),
-    ];
     let value = |axis: &AxisResult| radius_value(axis, axis.nominal);
-    lines.push(row(
-        std::iter::once("*undisturbed*".to_owned()).chain(result.axes.iter().map(value))
-    ));
-    let expectations = result
-        .axes
-        .first()
-        .map_or(0, |axis| axis.expectations.len());
-    for index in 0..expectations {
-        let name = result.axes[0].expectations[index].name.replace('|', r"\|");
-        let cell = |axis: &AxisResult| {
-            let one = &axis.expectations[index];
-            let text = radius_cell(axis, one).replace('*', r"\*");
-            if axis.first.contains(&one.name) {
-                format!("**{text}**")
-            } else {
-                text
-            }
-        };
-        lines.push(row(
-            std::iter::once(name).chain(result.axes.iter().map(cell))
-        ));
+    let undisturbed = result.axes.iter().map(value);
+    let mut lines = vec![
+        row(result.head().into_iter().map(str::to_owned)),
+        format!("|---|{}", "---|".repeat(result.axes.len())),
+        row(std::iter::once("*undisturbed*".to_owned()).chain(undisturbed)),
+    ];
+    let cell = |(axis, one): (&AxisResult, &ExpectationRadius)| {
+        let text = radius_cell(axis, one).replace('*', r"\*");
+        if axis.fails_first(one) {
+            format!("**{text}**")
+        } else {
+            text
+        }
+    };
+    for (name, radii) in result.rows() {
+        let name = std::iter::once(name.replace('|', r"\|"));
+        lines.push(row(name.chain(radii.into_iter().map(cell))));
     }
     lines.join("\n") + "\n"
 }

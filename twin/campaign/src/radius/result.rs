@@ -118,7 +118,31 @@ impl RadiusState {
     }
 }
 
+impl RadiusResult {
+    /// Returns the head of the table of all radii: `expectation`, and the names of the axes.
+    pub fn head(&self) -> Vec<&str> {
+        let names = self.axes.iter().map(|axis| axis.name.as_str());
+        std::iter::once("expectation").chain(names).collect()
+    }
+
+    /// Returns the rows of that table: the name of an expectation, and its radius along each axis.
+    pub fn rows(&self) -> impl Iterator<Item = (&str, Vec<(&AxisResult, &ExpectationRadius)>)> {
+        let expectations = self.axes.first().map(|axis| &axis.expectations);
+        let names = expectations.into_iter().flatten().map(|one| &*one.name);
+        names.enumerate().map(|(index, name)| {
+            let axes = self.axes.iter();
+            let radii = axes.map(|axis| (axis, &axis.expectations[index]));
+            (name, radii.collect())
+        })
+    }
+}
+
 impl AxisResult {
+    /// Returns whether no expectation fails earlier along the axis than this one.
+    pub fn fails_first(&self, one: &ExpectationRadius) -> bool {
+        self.first.contains(&one.name)
+    }
+
     /// Returns the result of a search for expectations of these names.
     pub fn new(axis: &DisturbanceAxis, names: &[String], search: &AxisSearch) -> Self {
         let values = &axis.values;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use twinrig_campaign::radius::{AxisResult, RadiusResult, RadiusState};
+use twinrig_campaign::radius::{AxisResult, ExpectationRadius, RadiusResult, RadiusState};
 use twinrig_study::{axis_end, not_monotone, radius_cell, radius_value};
 
 use super::execute::RadiusOutcome;
@@ -41,31 +41,21 @@ pub(crate) fn text(outcome: &RadiusOutcome, files: &[PathBuf]) -> String {
 }
 
 fn radii(result: &RadiusResult) -> Grid {
-    let sides: Vec<Side> = std::iter::once(Left)
-        .chain(result.axes.iter().map(|_| Right))
-        .collect();
-    let mut grid = Grid::new(&sides);
-    let names = result.axes.iter().map(|axis| axis.name.as_str());
-    let head: Vec<&str> = std::iter::once("expectation").chain(names).collect();
-    grid.header(&head.join(" | "));
-    let count = result
-        .axes
-        .first()
-        .map_or(0, |axis| axis.expectations.len());
-    for index in 0..count {
-        let cell = |axis: &AxisResult| {
-            let one = &axis.expectations[index];
-            let text = radius_cell(axis, one);
-            match one.state {
-                _ if axis.first.contains(&one.name) => Cell::new(text, RED),
-                RadiusState::Found if one.is_monotone() => text.into(),
-                RadiusState::Found => Cell::new(text, YELLOW),
-                RadiusState::FailsUndisturbed => Cell::new(text, RED),
-                RadiusState::Beyond | RadiusState::Unobserved => Cell::new(text, DIM),
-            }
-        };
-        let name = Cell::from(result.axes[0].expectations[index].name.as_str());
-        grid.row(std::iter::once(name).chain(result.axes.iter().map(cell)));
+    let sides = std::iter::once(Left).chain(result.axes.iter().map(|_| Right));
+    let mut grid = Grid::new(&sides.collect::<Vec<Side>>());
+    grid.header(&result.head().join(" | "));
+    let cell = |(axis, one): (&AxisResult, &ExpectationRadius)| {
+        let text = radius_cell(axis, one);
+        match one.state {
+            _ if axis.fails_first(one) => Cell::new(text, RED),
+            RadiusState::Found if one.is_monotone() => text.into(),
+            RadiusState::Found => Cell::new(text, YELLOW),
+            RadiusState::FailsUndisturbed => Cell::new(text, RED),
+            RadiusState::Beyond | RadiusState::Unobserved => Cell::new(text, DIM),
+        }
+    };
+    for (name, radii) in result.rows() {
+        grid.row(std::iter::once(name.into()).chain(radii.into_iter().map(cell)));
     }
     grid
 }
@@ -76,7 +66,7 @@ fn first(result: &RadiusResult) -> Grid {
     grid.header("axis | undisturbed | holds to | fails at | first to fail | axis ends at");
     for axis in &result.axes {
         let mut radii = axis.expectations.iter();
-        let one = radii.find(|one| axis.first.contains(&one.name));
+        let one = radii.find(|one| axis.fails_first(one));
         let value = |value: Option<f64>| -> Cell {
             value
                 .map_or(String::new(), |it| radius_value(axis, it))

@@ -20,6 +20,7 @@ mod optimization;
 mod plot;
 mod precision;
 mod radius;
+mod reproduction;
 mod robustness;
 mod rows;
 mod runs;
@@ -34,8 +35,6 @@ mod tolerance;
 mod transition;
 mod transport;
 
-use std::fmt::Write as _;
-
 use crate::machine::Machine;
 use crate::reference_note::ReferenceNote;
 use crate::study::{Study, StudyKind};
@@ -43,6 +42,7 @@ use crate::study::{Study, StudyKind};
 use crate::number::{self, si};
 pub use optimization::optimization_page;
 pub use radius::radius_page;
+use reproduction::Reproduction;
 pub use sweep::sweep_page;
 use text::{element, escaped, paragraph};
 
@@ -124,39 +124,24 @@ impl Page<'_> {
                 }
             )
         });
-        let mut terms = String::new();
-        let mut term = |name: &str, html: &str| {
-            // Writing to a `String` cannot fail.
-            let _ = writeln!(terms, "<dt>{}</dt><dd>{html}</dd>", escaped(name));
-        };
-        term("command", &element("code", "", &escaped(command)));
-        term("scenario", &element("code", "", &escaped(self.file)));
-        term(
-            "machine",
-            &escaped(&format!("{}, {}", machine.cpu, machine.system)),
-        );
-        term(
-            "cores",
-            &escaped(&format!(
-                "{}, of which a study uses one{load}",
-                machine.cores
-            )),
-        );
-        term("build", &escaped(&machine.build));
+        let mut terms = Reproduction::default();
+        terms.code("command", command);
+        terms.code("scenario", self.file);
+        terms.text("machine", &format!("{}, {}", machine.cpu, machine.system));
+        let cores = format!("{}, of which a study uses one{load}", machine.cores);
+        terms.text("cores", &cores);
+        terms.text("build", &machine.build);
         for (name, text) in &self.terms {
-            term(name, &escaped(text));
+            terms.text(name, text);
         }
         let cut = if self.cut.is_empty() {
             format!("nothing was cut; the budget was {} s", self.budget_s)
         } else {
-            format!(
-                "for a budget of {} s: {}",
-                self.budget_s,
-                self.cut.join(", ")
-            )
+            let cut = self.cut.join(", ");
+            format!("for a budget of {} s: {cut}", self.budget_s)
         };
-        term("cut", &escaped(&cut));
-        format!("<h2>Reproduction</h2>\n<dl>\n{terms}</dl>\n")
+        terms.text("cut", &cut);
+        terms.section()
     }
 }
 
@@ -167,25 +152,21 @@ fn reproduction(
     files: &[String],
     definitions: &[(String, String)],
 ) -> String {
-    let mut terms = String::new();
-    let mut term = |name: &str, html: &str| {
-        // Writing to a `String` cannot fail.
-        let _ = writeln!(terms, "<dt>{}</dt><dd>{html}</dd>", escaped(name));
-    };
-    term("command", &element("code", "", &escaped(command)));
+    let mut terms = Reproduction::default();
+    terms.code("command", command);
     for file in files {
-        term("scenario", &element("code", "", &escaped(file)));
+        terms.code("scenario", file);
     }
-    let machine_text = format!(
+    let system = format!(
         "{}, {}, {} cores",
         machine.cpu, machine.system, machine.cores
     );
-    term("machine", &escaped(&machine_text));
-    term("build", &escaped(&machine.build));
+    terms.text("machine", &system);
+    terms.text("build", &machine.build);
     for (name, text) in definitions {
-        term(name, &escaped(text));
+        terms.text(name, text);
     }
-    format!("<h2>Reproduction</h2>\n<dl>\n{terms}</dl>\n")
+    terms.section()
 }
 
 /// Returns a page with a heading and a body of HTML.

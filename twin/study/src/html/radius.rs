@@ -6,8 +6,9 @@ use twinrig_campaign::sweep::percent;
 
 use super::line_plot::{LinePlot, Series, Shape};
 use super::marker::swatch;
+use super::reproduction::Reproduction;
 use super::table::Table;
-use super::text::{element, escaped, paragraph};
+use super::text::{element, escaped, in_unit, paragraph};
 use super::{card, document, drawing};
 use crate::radius::{axis_end, not_monotone, radius_cell, radius_value};
 
@@ -65,26 +66,18 @@ fn cards(result: &RadiusResult) -> String {
 }
 
 fn radii(result: &RadiusResult) -> String {
-    let names = result.axes.iter().map(|axis| axis.name.as_str());
-    let head: Vec<&str> = std::iter::once("expectation").chain(names).collect();
-    let mut table = Table::new(&head.join(" | "), 1);
-    let count = result
-        .axes
-        .first()
-        .map_or(0, |axis| axis.expectations.len());
-    for index in 0..count {
-        let cell = |axis: &AxisResult| {
-            let one = &axis.expectations[index];
-            let text = escaped(&radius_cell(axis, one));
-            if axis.first.contains(&one.name) {
-                element("b", "", &text)
-            } else {
-                text
-            }
-        };
-        let name = escaped(&result.axes[0].expectations[index].name);
-        let cells = result.axes.iter().map(cell);
-        table.row("", std::iter::once(name).chain(cells).collect());
+    let mut table = Table::new(&result.head().join(" | "), 1);
+    let cell = |(axis, one): (&AxisResult, &ExpectationRadius)| {
+        let text = escaped(&radius_cell(axis, one));
+        if axis.fails_first(one) {
+            element("b", "", &text)
+        } else {
+            text
+        }
+    };
+    for (name, radii) in result.rows() {
+        let cells = std::iter::once(escaped(name)).chain(radii.into_iter().map(cell));
+        table.row("", cells.collect());
     }
     table.html()
 }
@@ -113,7 +106,7 @@ fn chart(axis: &AxisResult) -> String {
     let size = |value: f64| (value - axis.nominal).abs();
     let bars = |is_first: bool| {
         let numbered = axis.expectations.iter().enumerate();
-        let of = numbered.filter(|(_, one)| axis.first.contains(&one.name) == is_first);
+        let of = numbered.filter(|(_, one)| axis.fails_first(one) == is_first);
         let bar = |(index, one): (usize, &ExpectationRadius)| {
             Some([(index + 1) as f64, size(one.holds_to?)])
         };
@@ -137,10 +130,10 @@ fn chart(axis: &AxisResult) -> String {
         width: 1080.0,
         height: 300.0,
         x_label: "number of the expectation".to_owned(),
-        y_label: match axis.unit.symbol() {
-            "1" => "distance from the undisturbed value".to_owned(),
-            symbol => format!("distance from the undisturbed value  [{symbol}]"),
-        },
+        y_label: format!(
+            "distance from the undisturbed value{}",
+            in_unit(axis.unit.symbol())
+        ),
         series: series
             .into_iter()
             .map(|(number, shape)| Series { number, shape })
@@ -159,23 +152,18 @@ fn chart(axis: &AxisResult) -> String {
 }
 
 fn reproduction(result: &RadiusResult) -> String {
-    let mut terms = String::new();
-    let mut term = |name: &str, text: &str| {
-        terms += &element("dt", "", &escaped(name));
-        terms += &element("dd", "", &element("code", "", &escaped(text)));
-        terms.push('\n');
-    };
-    term("scenario", &result.file);
+    let mut terms = Reproduction::default();
+    terms.code("scenario", &result.file);
     for (key, value) in &result.settings {
-        term("set in all runs", &format!("{key} = {value}"));
+        terms.code("set in all runs", &format!("{key} = {value}"));
     }
     for axis in &result.axes {
-        term(&format!("keys of {}", axis.name), &axis.keys.join(", "));
+        terms.code(&format!("keys of {}", axis.name), &axis.keys.join(", "));
     }
     for left_out in &result.left_out {
-        term("left out", left_out);
+        terms.code("left out", left_out);
     }
-    term("precision", &percent(result.precision));
-    term("hash of the program", &result.build);
-    format!("<h2>Reproduction</h2>\n{}", element("dl", "", &terms))
+    terms.code("precision", &percent(result.precision));
+    terms.code("hash of the program", &result.build);
+    terms.section()
 }

@@ -30,3 +30,11 @@ pub(crate) fn element(name: &str, class: &str, content: &str) -> String {
 pub(crate) fn paragraph(text: &str) -> String {
     element("p", "", &escaped(text)) + "\n"
 }
+
+/// Returns a unit as it stands behind the label of an axis: none for ratios.
+pub(crate) fn in_unit(symbol: &str) -> String {
+    match symbol {
+        "" | "1" => String::new(),
+        symbol => format!("  [{symbol}]"),
+    }
+}

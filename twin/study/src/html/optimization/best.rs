@@ -2,9 +2,8 @@
 
 use twinrig_campaign::optimization::{BestPoint, OptimizationResult};
 
-use super::in_unit;
 use crate::html::table::Table;
-use crate::html::text::{element, escaped, paragraph};
+use crate::html::text::{element, escaped, in_unit, paragraph};
 use crate::number::plain;
 
 /// Returns the table of the best point and its expectations.

@@ -13,7 +13,8 @@ use twinrig_kernel::Unit;
 
 use super::line_plot::{LinePlot, Series, Shape};
 use super::marker::swatch;
-use super::text::{element, escaped, paragraph};
+use super::reproduction::Reproduction;
+use super::text::{element, in_unit, paragraph};
 use super::{card, document, drawing};
 use crate::number::plain;
 
@@ -55,13 +56,6 @@ pub fn optimization_page(result: &OptimizationResult) -> String {
     body += &reproduction(result);
     let title = format!("{}: {}", result.name, result.scenario);
     document("Optimisation", &title, &headline(result), &body)
-}
-
-fn in_unit(symbol: &str) -> String {
-    match symbol {
-        "" | "1" => String::new(),
-        symbol => format!("  [{symbol}]"),
-    }
 }
 
 fn objective_text(result: &OptimizationResult) -> String {
@@ -317,21 +311,16 @@ fn distribution(
 }
 
 fn reproduction(result: &OptimizationResult) -> String {
-    let mut terms = String::new();
-    let mut term = |name: &str, text: &str| {
-        terms += &element("dt", "", &escaped(name));
-        terms += &element("dd", "", &element("code", "", &escaped(text)));
-        terms.push('\n');
-    };
-    term("scenario", &result.file);
-    term("search space", &result.space);
+    let mut terms = Reproduction::default();
+    terms.code("scenario", &result.file);
+    terms.code("search space", &result.space);
     for (key, value) in &result.settings {
-        term("set in all runs", &format!("{key} = {value}"));
+        terms.code("set in all runs", &format!("{key} = {value}"));
     }
     for name in &result.constraints {
-        term("constraint", name);
+        terms.code("constraint", name);
     }
-    term(
+    terms.code(
         "search",
         &format!(
             "{}, {} particles, {} iterations, {} restarts, seed {}",
@@ -342,7 +331,7 @@ fn reproduction(result: &OptimizationResult) -> String {
             result.seed
         ),
     );
-    term("hash of points and costs", &result.hash);
-    term("hash of the program", &result.build);
-    format!("<h2>Reproduction</h2>\n{}", element("dl", "", &terms))
+    terms.code("hash of points and costs", &result.hash);
+    terms.code("hash of the program", &result.build);
+    terms.section()
 }

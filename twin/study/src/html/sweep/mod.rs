@@ -11,6 +11,7 @@ use plots::{BOUND, PASS, SweepAxis, margins, passing, plane};
 
 use super::line_plot::{LinePlot, Series, Shape};
 use super::marker::swatch;
+use super::reproduction::Reproduction;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
 use super::{card, document, drawing};
@@ -186,26 +187,21 @@ fn failures(result: &SweepResult) -> String {
 }
 
 fn reproduction(result: &SweepResult) -> String {
-    let mut terms = String::new();
-    let mut term = |name: &str, text: &str| {
-        terms += &element("dt", "", &escaped(name));
-        terms += &element("dd", "", &element("code", "", &escaped(text)));
-        terms.push('\n');
-    };
-    term("scenario", &result.file);
-    term("specification", &result.spec);
+    let mut terms = Reproduction::default();
+    terms.code("scenario", &result.file);
+    terms.code("specification", &result.spec);
     for (key, value) in &result.settings {
-        term("set in all runs", &format!("{key} = {value}"));
+        terms.code("set in all runs", &format!("{key} = {value}"));
     }
     let design = &result.design;
-    term(
+    terms.code(
         "design",
         &format!("{}, seed {}", design.kind.word(), design.seed),
     );
-    term(
+    terms.code(
         "hash of points and runs",
         result.hash.as_deref().unwrap_or("incomplete"),
     );
-    term("hash of the program", &result.build);
-    format!("<h2>Reproduction</h2>\n{}", element("dl", "", &terms))
+    terms.code("hash of the program", &result.build);
+    terms.section()
 }
