@@ -57,6 +57,7 @@ const BEYOND_SCHEMA: &[(&str, &[&str])] = &[
         "comparing, adding or dividing values",
         &[
             "bus_twice",
+            "payload_twice",
             "change_leaves_the_range",
             "change_repeated_leaves_the_range",
             "change_repeated_meets_another",
@@ -99,6 +100,7 @@ const BEYOND_SCHEMA: &[(&str, &[&str])] = &[
             "frequency_by_default_above_half_the_control_rate",
             "observation_period_too_long_for_the_body",
             "payload_too_heavy",
+            "push_off_the_robot",
             "push_without_finite_force",
             "step_is_too_long",
             "surface_reversed",

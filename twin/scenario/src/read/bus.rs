@@ -7,7 +7,7 @@ use twinrig_runtime::FaultKind;
 use super::changes::time_within_run;
 use super::options::options;
 use super::root_table::FAULT;
-use super::{code, kind};
+use super::{code, distinct_names, kind};
 use crate::catalogue::Kind;
 use crate::language::{
     BOOLEAN, DURATION, Declared, Key, POSITIVE_DURATION, Part, Shape, TableSpec, Type, Words,
@@ -89,14 +89,13 @@ pub(super) fn buses(item: &Item<'_>, kinds: &[Kind]) -> Result<Vec<BusSpec>, Rep
     if !item.is_list() {
         return Ok(vec![bus(item, kinds)?]);
     }
-    let buses = item.each(|item| bus(item, kinds))?;
-    for (n, bus) in buses.iter().enumerate() {
-        let name = &bus.name.value;
-        if buses[..n].iter().any(|other| other.name.value == *name) {
-            let message = format!("two buses have the name `{name}`");
-            return Err(item.report(message, "give each bus a distinct `name`"));
-        }
-    }
+    let items = item.list()?;
+    let buses = items
+        .iter()
+        .map(|item| bus(item, kinds))
+        .collect::<Vec<_>>();
+    let buses = buses.into_iter().collect::<Result<Vec<_>, _>>()?;
+    distinct_names(&items, &buses, |bus| &bus.name.value, "buses")?;
     Ok(buses)
 }
 

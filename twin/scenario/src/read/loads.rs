@@ -6,31 +6,18 @@ use twinrig_document::{Item, Range, Reported};
 use twinrig_kernel::{SimDuration, SimTime, Unit};
 
 use super::changes::time_within_run;
-use super::code;
 use super::root_table::{PAYLOAD, SURFACE};
+use super::vector::PLACE;
+use super::{code, distinct_names};
 use crate::language::{
-    Declared, Key, POSITIVE_DURATION, Shape, TEXT, TableSpec, Type, contextual, quantity, table,
+    Declared, Key, POSITIVE_DURATION, Shape, TEXT, TableSpec, contextual, quantity, table,
 };
 use crate::loads::{PayloadSpec, SurfaceSpec};
 use crate::options::Accepts;
 use crate::scenario::PlantSpec;
 
-/// Greatest payload \[kg\], and greatest distance of it along each axis \[m\]: beyond, a unit is
-/// wrong.
+/// Greatest payload \[kg\]: beyond, a unit is wrong.
 const MASS: Range = Range::between(0.0, 100.0);
-const DISTANCE: Range = Range::between(-10.0, 10.0);
-
-const PLACE: Type<[f64; 3]> = Type::new(
-    Shape::List {
-        of: &Shape::One(Accepts::Quantity {
-            unit: Unit::Meter,
-            range: Range::ANY,
-        }),
-        least: 3,
-        distinct: false,
-    },
-    |item, _| place(item),
-);
 
 table! {
     /// Keys of `[[payload]]`.
@@ -66,7 +53,10 @@ pub(super) fn loads(
     let payloads = root.get_with(&PAYLOAD, |item| {
         let items = item.list()?;
         let numbered = items.iter().enumerate();
-        numbered.map(|(index, item)| payload(item, index)).collect()
+        let payloads = numbered.map(|(index, item)| payload(item, index));
+        let payloads = payloads.collect::<Result<Vec<PayloadSpec>, _>>()?;
+        distinct_names(&items, &payloads, |payload| &payload.name, "payloads")?;
+        Ok(payloads)
     });
     let surfaces = root.get_with(&SURFACE, |item| item.each(|item| surface(item, run)));
     let (mut plant, payloads, surfaces) = (plant?, payloads?, surfaces?);
@@ -98,15 +88,6 @@ pub(super) fn loads(
         ground.surfaces = surfaces;
     }
     Ok(plant)
-}
-
-fn place(item: &Item<'_>) -> Result<[f64; 3], Reported> {
-    let values = item.each(|item| item.quantity(Unit::Meter, &DISTANCE))?;
-    let count = values.len();
-    values.try_into().map_err(|_| {
-        let message = format!("`{}` has {count} values, not three", item.key());
-        item.report(message, "give the distances forward, to the left and up")
-    })
 }
 
 fn payload(item: &Item<'_>, index: usize) -> Result<PayloadSpec, Reported> {

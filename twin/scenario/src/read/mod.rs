@@ -18,6 +18,7 @@ mod plant;
 mod push;
 mod sensor;
 mod time;
+mod vector;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -347,6 +348,23 @@ fn stem(file: &str) -> String {
         || file.to_owned(),
         |stem| stem.to_string_lossy().into_owned(),
     )
+}
+
+/// Reports the first element of a list that has the name of one before.
+fn distinct_names<T>(
+    items: &[Item<'_>],
+    read: &[T],
+    name: impl Fn(&T) -> &str,
+    elements: &str,
+) -> Result<(), Reported> {
+    for (index, one) in read.iter().enumerate() {
+        let name_of_one = name(one);
+        if read[..index].iter().any(|it| name(it) == name_of_one) {
+            let message = format!("two {elements} have the name `{name_of_one}`");
+            return Err(items[index].report(message, "give each of them a distinct `name`"));
+        }
+    }
+    Ok(())
 }
 
 /// Numbers expectations of the same name.

@@ -6,7 +6,8 @@ use twinrig_document::{Item, Range, Reported};
 use twinrig_kernel::{SimDuration, SimTime, Unit, signal};
 
 use super::changes::time_within_run;
-use super::{code, print_duration};
+use super::vector::{PLACE, three, vector};
+use super::{code, distinct_names, print_duration};
 use crate::catalogue::Catalogue;
 use crate::language::{
     Declared, Key, POSITIVE_DURATION, Shape, TEXT, TableSpec, Type, Words, choice, contextual,
@@ -35,7 +36,7 @@ table! {
         required();
     SHAPE: PulseShape = "shape", choice(), "course over the push", r#"shape = "half-sine""#,
         default("'rectangle'");
-    POINT: [f64; 3] = "point", POINTS,
+    POINT: [f64; 3] = "point", PLACE,
         "place of a force on the trunk, trunk axes, from its centre of mass",
         r#"point = ["0 cm", "0 cm", "5 cm"]"#, otherwise("the centre of mass");
 }
@@ -63,40 +64,21 @@ impl Words for PulseShape {
     ];
 }
 
-/// Three quantities of any size, in a unit.
-macro_rules! three {
-    ($unit:expr) => {
-        Shape::List {
-            of: &Shape::One(Accepts::Quantity {
-                unit: $unit,
-                range: Range::ANY,
-            }),
-            least: 3,
-            distinct: false,
-        }
-    };
-}
-
-const DIRECTIONS: Type<[f64; 3]> = Type::new(
-    Shape::Either(&[Shape::Choice(Axis::words), three!(Unit::One)]),
-    |item, _| direction(item),
-);
-const POINTS: Type<[f64; 3]> = Type::new(three!(Unit::Meter), |item, _| vector(item, Unit::Meter));
-
-fn vector(item: &Item<'_>, unit: Unit) -> Result<[f64; 3], Reported> {
-    let values = item.each(|item| item.quantity(unit, &Range::ANY))?;
-    let count = values.len();
-    <[f64; 3]>::try_from(values).map_err(|_| {
-        let message = format!("`{}` has {count} elements", item.key());
-        item.report(message, "give three: forward, left and up")
-    })
-}
+const DIRECTION_SHAPES: &[Shape] = &[
+    Shape::Choice(Axis::words),
+    three(&Shape::One(Accepts::Quantity {
+        unit: Unit::One,
+        range: Range::ANY,
+    })),
+];
+const DIRECTIONS: Type<[f64; 3]> =
+    Type::new(Shape::Either(DIRECTION_SHAPES), |item, _| direction(item));
 
 fn direction(item: &Item<'_>) -> Result<[f64; 3], Reported> {
     if !item.is_list() {
         return Ok(item.choice(Axis::WORDS)?.0);
     }
-    let direction = vector(item, Unit::One)?;
+    let direction = vector(item, Unit::One, &Range::ANY)?;
     let greatest = direction.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     if greatest == 0.0 {
         let help = "give at least one element other than 0";
@@ -141,12 +123,7 @@ pub(super) fn pushes(item: &Item<'_>, context: &Context<'_>) -> Result<Vec<PushS
     if let (Some(plant), false) = (context.plant, pushes.is_empty()) {
         check_plant(item, plant, context.catalogue)?;
     }
-    for (n, push) in pushes.iter().enumerate() {
-        if pushes[..n].iter().any(|other| other.name == push.name) {
-            let message = format!("two pushes have the name `{}`", push.name);
-            return Err(items[n].report(message, "give each push a distinct `name`"));
-        }
-    }
+    distinct_names(&items, &pushes, |push| &push.name, "pushes")?;
     Ok(pushes)
 }
 

@@ -1,0 +1,38 @@
+//! Reading vectors of three quantities: forward, left and up.
+
+use twinrig_document::{Item, Range, Reported};
+use twinrig_kernel::Unit;
+
+use crate::language::{Shape, Type};
+use crate::options::Accepts;
+
+/// Greatest distance of a place on the trunk along each axis \[m\]: beyond, a unit is wrong.
+const DISTANCE: Range = Range::between(-10.0, 10.0);
+
+/// Returns the shape of three quantities of any size.
+pub(super) const fn three(of: &'static Shape) -> Shape {
+    Shape::List {
+        of,
+        least: 3,
+        distinct: false,
+    }
+}
+
+/// Type of a place on the trunk, in its axes from its centre of mass.
+pub(super) const PLACE: Type<[f64; 3]> = Type::new(
+    three(&Shape::One(Accepts::Quantity {
+        unit: Unit::Meter,
+        range: Range::ANY,
+    })),
+    |item, _| vector(item, Unit::Meter, &DISTANCE),
+);
+
+/// Reads three quantities.
+pub(super) fn vector(item: &Item<'_>, unit: Unit, range: &Range) -> Result<[f64; 3], Reported> {
+    let values = item.each(|item| item.quantity(unit, range))?;
+    let count = values.len();
+    values.try_into().map_err(|_| {
+        let message = format!("`{}` has {count} values, not three", item.key());
+        item.report(message, "give its components forward, left and up")
+    })
+}
