@@ -5,30 +5,12 @@ use twinrig::Registry;
 use twinrig::kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig::runtime::Plant;
 use twinrig_legged::{Base, Drives, SetPoint, Setup, Start};
-use twinrig_robot::{Robot, RobotFile, Servo};
+use twinrig_testing::robots::{LEGS, SERVO, robot};
 use twinrig_tests::TrotFixture;
-
-const SERVO: Servo = Servo {
-    torque: 4.0,
-    speed: 25.0,
-    lag: 5e-3,
-    dead_band: 0.0,
-    inertia: 1e-3,
-};
-
-const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 
 /// Tolerance \[m\]: foot positions are computed by two closed forms, from angles or from stored
 /// positions, which differ by rounding only.
 const TOLERANCE: f64 = 1e-9;
-
-fn robot() -> Robot {
-    let text = include_str!("../robots/cheetah-cub.toml");
-    RobotFile::parse("cheetah-cub.toml", text)
-        .unwrap()
-        .robot()
-        .unwrap()
-}
 
 /// The robot at height `fall` above the ground.
 fn setup(fall: f64) -> Setup {

@@ -3,17 +3,12 @@
 mod payload;
 mod surface;
 
-use std::path::Path;
-
 use nalgebra::Vector3;
-use twinrig_contact::{Ground, Terrain};
+use twinrig_contact::Ground;
 use twinrig_kernel::{Direction, SimDuration, SimTime, signal};
 use twinrig_legged::{Base, Constraints, Drives, SetPoint, Setup, Start};
-use twinrig_robot::{Robot, RobotFile};
+use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
-
-/// Names of all legs.
-const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
 
 /// Error of integration \[m\]: far below the default, so that properties hold to many digits.
 const TOLERANCE: f64 = 1e-8;
@@ -24,16 +19,6 @@ struct Rig {
     plant: Box<dyn Plant>,
     commands: Vec<f64>,
     now: SimTime,
-}
-
-fn robot() -> Robot {
-    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
-    let file = RobotFile::find("cheetah-cub", root).unwrap();
-    file.robot().unwrap()
-}
-
-fn flat(friction: f64) -> Ground {
-    Ground::new(Terrain::Flat, friction, 0.0).unwrap()
 }
 
 /// Returns a free robot with drives that hold its legs.

@@ -3,8 +3,9 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use twinrig_kernel::signal;
 use twinrig_robot::{GRAVITY, PointMass, Robot};
+use twinrig_testing::robots::{LEGS, LoadedTrunk, flat_ground, robot};
 
-use super::{LEGS, flat, rigs, robot, setup};
+use super::{rigs, setup};
 
 fn loaded(payloads: &[(f64, [f64; 3])]) -> Robot {
     let mut robot = robot();
@@ -26,7 +27,7 @@ fn symmetric_payloads_equal_a_heavier_trunk() {
     for (moment, square) in heavier.trunk.inertia.iter_mut().zip(squares) {
         *moment += 2.0 * mass * square;
     }
-    let setup = setup(&LEGS, Some(flat(0.6)));
+    let setup = setup(&LEGS, Some(flat_ground(0.6)));
     let plain = rigs(&heavier, &setup).into_iter();
     for (mut a, mut b) in rigs(&loaded(&payloads), &setup).into_iter().zip(plain) {
         for rig in [&mut a, &mut b] {
@@ -66,19 +67,12 @@ fn attitude_after(
 
 #[test]
 fn trunk_and_payload_tumble_by_eulers_equations() {
-    let (load, at) = (0.4, Vector3::new(0.08, -0.05, 0.03));
-    let robot = loaded(&[(load, at.into())]);
-    let mass = robot.trunk.mass + load;
-    let centre = at * (load / mass);
-    let point = |m: f64, r: Vector3<f64>| {
-        Matrix3::from_diagonal_element(m * r.norm_squared()) - r * r.transpose() * m
-    };
-    let own = Matrix3::from_diagonal(&Vector3::from(robot.trunk.inertia));
-    let inertia = own + point(robot.trunk.mass, -centre) + point(load, at - centre);
+    let loaded = LoadedTrunk::new(0.4, Vector3::new(0.08, -0.05, 0.03));
+    let (centre, inertia) = (loaded.centre, loaded.inertia);
     let (velocity, turning) = (Vector3::new(0.3, -0.2, 1.0), Vector3::new(4.0, 7.0, -5.0));
     let seconds = 0.2;
     let turn = attitude_after(seconds, &inertia, turning);
-    for mut rig in rigs(&robot, &setup(&[], None)) {
+    for mut rig in rigs(&loaded.robot, &setup(&[], None)) {
         let start = rig.vector(signal::BODY_POSITION);
         rig.launch(velocity.into(), turning.into());
         rig.run_to(200_000);
@@ -111,7 +105,7 @@ fn trunk_and_payload_tumble_by_eulers_equations() {
 #[test]
 fn standing_legs_bear_a_payload_by_the_lever_rule() {
     let (load, at) = (0.1, [0.04, -0.02, 0.03]);
-    let setup = setup(&LEGS, Some(flat(0.6)));
+    let setup = setup(&LEGS, Some(flat_ground(0.6)));
     let plain = rigs(&robot(), &setup).into_iter();
     for (with, without) in rigs(&loaded(&[(load, at)]), &setup).into_iter().zip(plain) {
         let name = with.name.clone();
@@ -148,7 +142,7 @@ fn standing_legs_bear_a_payload_by_the_lever_rule() {
 #[test]
 fn energy_balance_of_a_dropped_robot_closes_with_payload() {
     let robot = loaded(&[(0.2, [-0.08, 0.03, 0.04]), (0.1, [0.1, 0.02, -0.01])]);
-    for mut rig in rigs(&robot, &setup(&LEGS, Some(flat(0.6)))) {
+    for mut rig in rigs(&robot, &setup(&LEGS, Some(flat_ground(0.6)))) {
         rig.launch([0.2, 0.1, 0.8], [2.0, -1.0, 3.0]);
         rig.run_to(300_000);
         let balance = rig.plant.energy();

@@ -5,8 +5,9 @@ use std::ops::Range;
 use nalgebra::Vector3;
 use twinrig_contact::Patch;
 use twinrig_kernel::{SimDuration, SimTime, signal};
+use twinrig_testing::robots::{LEGS, flat_ground, robot};
 
-use super::{LEGS, Rig, flat, rigs, robot, setup};
+use super::{Rig, rigs, setup};
 
 const EVERYWHERE: Range<f64> = f64::NEG_INFINITY..f64::INFINITY;
 
@@ -40,7 +41,7 @@ fn bound(rig: &Rig) -> f64 {
 
 #[test]
 fn friction_of_sliding_feet_changes_at_an_instant_between_steps() {
-    let ground = flat(0.3).with_patches(vec![patch(0.05, EVERYWHERE, 50_300)]);
+    let ground = flat_ground(0.3).with_patches(vec![patch(0.05, EVERYWHERE, 50_300)]);
     for mut rig in rigs(&robot(), &setup(&LEGS, Some(ground.unwrap()))) {
         rig.launch([1.5, 0.0, 0.0], [0.0; 3]);
         rig.run_to(20_000);
@@ -54,7 +55,7 @@ fn friction_of_sliding_feet_changes_at_an_instant_between_steps() {
 #[test]
 fn robot_that_slides_onto_ice_brakes_by_its_friction() {
     // Feet are at most 0.15 m from the start, and pass 0.4 m in 0.3 s.
-    let ground = flat(0.1).with_patches(vec![patch(0.02, 0.3..f64::INFINITY, 0)]);
+    let ground = flat_ground(0.1).with_patches(vec![patch(0.02, 0.3..f64::INFINITY, 0)]);
     for mut rig in rigs(&robot(), &setup(&LEGS, Some(ground.unwrap()))) {
         rig.launch([1.8, 0.0, 0.0], [0.0; 3]);
         rig.run_to(20_000);
@@ -74,7 +75,7 @@ fn robot_that_slides_onto_ice_brakes_by_its_friction() {
 /// A foot that sticks by friction begins to slide when the friction goes.
 #[test]
 fn standing_robot_slides_away_when_its_friction_goes() {
-    let ground = flat(0.9).with_patches(vec![patch(0.0, EVERYWHERE, 100_000)]);
+    let ground = flat_ground(0.9).with_patches(vec![patch(0.0, EVERYWHERE, 100_000)]);
     for mut rig in rigs(&robot(), &setup(&LEGS, Some(ground.unwrap()))) {
         rig.run_to(150_000);
         let ratio = ratio(&mut rig, 200_000);
@@ -85,7 +86,7 @@ fn standing_robot_slides_away_when_its_friction_goes() {
 /// A patch without a difference changes nothing but the length of steps.
 #[test]
 fn restored_plant_continues_bit_for_bit_across_a_change() {
-    let ground = || flat(0.5).with_patches(vec![patch(0.1, 0.02..0.2, 30_500)]);
+    let ground = || flat_ground(0.5).with_patches(vec![patch(0.1, 0.02..0.2, 30_500)]);
     let build = || rigs(&robot(), &setup(&LEGS, Some(ground().unwrap())));
     for (mut rig, mut other) in build().into_iter().zip(build()) {
         rig.launch([0.4, 0.0, 0.0], [0.0; 3]);

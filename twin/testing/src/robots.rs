@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
+use nalgebra::{Matrix3, Vector3};
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::SimDuration;
 use twinrig_legged::{Base, Drives, SetPoint, Setup, Start, StartPose};
-use twinrig_robot::{Leg, Robot, RobotFile, Servo};
+use twinrig_robot::{Leg, PointMass, Robot, RobotFile, Servo};
 
 /// Names of all legs.
 pub const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
@@ -76,5 +77,40 @@ pub fn standing(drives: Drives, step_us: u64) -> Setup {
         ground: Some(flat_ground(0.6)),
         drives,
         ..suspended(&LEGS, Start::default(), step_us)
+    }
+}
+
+/// Robot with a point mass on its trunk, and the rigid body that both are by the parallel axes
+/// theorem.
+pub struct LoadedTrunk {
+    /// The robot.
+    pub robot: Robot,
+    /// Centre of mass of both, from that of the trunk \[m\].
+    pub centre: Vector3<f64>,
+    /// Inertia about it \[kg·m²\].
+    pub inertia: Matrix3<f64>,
+}
+
+impl LoadedTrunk {
+    /// Puts a payload onto the trunk of [`robot`].
+    pub fn new(payload: f64, at: Vector3<f64>) -> Self {
+        let mut robot = robot();
+        let trunk = &mut robot.trunk;
+        trunk.payloads = vec![PointMass {
+            mass: payload,
+            at: at.into(),
+        }];
+        let mass = trunk.mass + payload;
+        let centre = at * (payload / mass);
+        let point = |m: f64, r: Vector3<f64>| {
+            Matrix3::from_diagonal_element(m * r.norm_squared()) - r * r.transpose() * m
+        };
+        let own = Matrix3::from_diagonal(&Vector3::from(trunk.inertia));
+        let inertia = own + point(trunk.mass, -centre) + point(payload, at - centre);
+        Self {
+            robot,
+            centre,
+            inertia,
+        }
     }
 }

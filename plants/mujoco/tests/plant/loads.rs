@@ -1,13 +1,12 @@
 //! Payloads and surfaces against closed forms.
 
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use twinrig_contact::Patch;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_legged::Setup;
 use twinrig_mujoco::{Coordinates, Options};
-use twinrig_robot::PointMass;
 use twinrig_runtime::Plant;
-use twinrig_testing::robots::{LEGS, flat_ground, robot, suspended};
+use twinrig_testing::robots::{LEGS, LoadedTrunk, flat_ground, suspended};
 
 use crate::fixture::{standing, with_coordinates, with_options};
 
@@ -48,25 +47,14 @@ fn sliding_feet_have_the_friction_of_the_present_patch() {
 /// conserved, and its energy, which the plant computes from the parts.
 #[test]
 fn trunk_and_payload_are_one_rigid_body() {
-    let (load, at) = (0.4, Vector3::new(0.08, -0.05, 0.03));
-    let mut robot = robot();
-    robot.trunk.payloads = vec![PointMass {
-        mass: load,
-        at: at.into(),
-    }];
-    let mass = robot.trunk.mass + load;
-    let centre = at * (load / mass);
-    let point = |m: f64, r: Vector3<f64>| {
-        Matrix3::from_diagonal_element(m * r.norm_squared()) - r * r.transpose() * m
-    };
-    let own = Matrix3::from_diagonal(&Vector3::from(robot.trunk.inertia));
-    let inertia = own + point(robot.trunk.mass, -centre) + point(load, at - centre);
+    let loaded = LoadedTrunk::new(0.4, Vector3::new(0.08, -0.05, 0.03));
+    let (centre, inertia) = (loaded.centre, loaded.inertia);
     let setup = suspended(&[], twinrig_legged::Start::default(), 500);
     let setup = Setup {
         base: twinrig_legged::Base::Free,
         ..setup
     };
-    let mut fixture = with_options(&robot, &Options::new(setup, Coordinates::Maximal));
+    let mut fixture = with_options(&loaded.robot, &Options::new(setup, Coordinates::Maximal));
     let turning = Vector3::new(4.0, 7.0, -5.0);
     let velocity = turning.cross(&-centre);
     let state = fixture.plant.state().unwrap();

@@ -124,10 +124,17 @@ fn payload_and_push_are_those_of_the_closed_form() {
     // The brackets are 1 % of the payload wide; springs of the legs take and give a little.
     assert!(energy(1.1 + 0.98 * payload) < 10.0, "{result}");
     assert!(energy(1.1 + 1.02 * payload) > 10.0, "{result}");
-    let result = study(&folder, "radius", "free.toml", &["--axis", "push"]);
-    // Between the momentum of the trunk alone and that of the robot: legs swing.
-    let momentum = holds_to(&result, "push", "is slow");
-    assert!((0.09..0.11).contains(&momentum), "{result}");
+    let planar = FREE
+        .replace("\"free\"", "\"planar\"")
+        .replace("\"y\"", "\"x\"");
+    folder.file("planar.toml", &planar);
+    // A planar robot is pushed forward, others to the left.
+    for scenario in ["free.toml", "planar.toml"] {
+        let result = study(&folder, "radius", scenario, &["--axis", "push"]);
+        // Between the momentum of the trunk alone and that of the robot: legs swing.
+        let momentum = holds_to(&result, "push", "is slow");
+        assert!((0.09..0.11).contains(&momentum), "{scenario}: {momentum}");
+    }
 }
 
 /// The readings are in proportion to the noise, and so are their distances from the bound.
