@@ -37,7 +37,7 @@ pub(crate) const FIG_5_3: Item = Item {
         .remark("a transfer takes 1.1 steps"),
     ],
     measure: fig_5_3,
-    commands: &["cargo test -p twinrig-runtime --test scheduling"],
+    commands: &["cargo test -p twinrig-runtime --test runtime scheduling"],
 };
 
 /// Elapsed times after overruns, and steps for which tasks were skipped.

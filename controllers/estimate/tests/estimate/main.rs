@@ -1,0 +1,11 @@
+//! Tests of estimators.
+
+mod consistency;
+mod identification;
+mod kalman;
+mod peers;
+mod responses;
+mod saturation;
+mod settings;
+mod support;
+mod time;

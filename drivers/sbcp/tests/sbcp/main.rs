@@ -1,0 +1,9 @@
+//! Tests of SBCP: packets, boards, the host's cycle.
+
+mod controller;
+mod cycle;
+mod noise;
+mod packets;
+mod slave;
+mod support;
+mod usb;

@@ -1,0 +1,9 @@
+//! Tests of wires, devices and framed protocols in virtual time.
+
+mod bus;
+mod device;
+mod faults;
+mod framed;
+mod support;
+mod usb;
+mod wires;

@@ -1,0 +1,20 @@
+//! Tests of whole rigs: determinism, omission, physical laws, buses, snapshots.
+
+mod battery;
+mod bus;
+mod carried;
+mod determinism;
+mod energy;
+mod fused;
+mod latency;
+mod loads;
+mod motors;
+mod obstacle;
+mod omission;
+mod parsers;
+mod pushes;
+mod restore;
+mod resume_from;
+mod scenarios;
+mod sensors;
+mod set_points;

@@ -1,0 +1,141 @@
+//! The scenarios of the repository meet their expectations.
+
+use std::path::PathBuf;
+
+use twinrig::scenario::Setting;
+use twinrig::{Assembly, Execution, Registry, execute};
+use twinrig_tests::{scenarios, scenarios_in};
+
+#[test]
+fn every_scenario_is_valid_and_has_expectations() {
+    let registry = Registry::standard();
+    let paths = [scenarios_in(""), scenarios_in("thesis")].concat();
+    assert!(paths.len() >= 15);
+    for path in paths {
+        let assembly =
+            Assembly::of_file(&registry, &path, &[]).unwrap_or_else(|error| panic!("{error}"));
+        assembly.rig().unwrap_or_else(|error| panic!("{error}"));
+        assert!(
+            assembly.scenario().expectations.len() >= 3,
+            "{}",
+            path.display()
+        );
+    }
+}
+
+fn setting(key: &str, value: &str) -> Setting {
+    Setting {
+        origin: "the test".to_owned(),
+        key: key.to_owned(),
+        value: value.to_owned(),
+    }
+}
+
+fn scenario(name: &str) -> PathBuf {
+    scenarios().join(format!("{name}.toml"))
+}
+
+#[test]
+fn commands_to_legs_without_drives_are_an_error() {
+    let registry = Registry::standard();
+    let text = r#"
+        robot = "cheetah-cub"
+        duration = "1 s"
+        plant = { model = "massless" }
+        actuator = { kind = "none" }
+        controller = { kind = "stand", period = "2 ms" }
+        [[expect]]
+        body = { fall = false }
+    "#;
+    let robot = include_str!("../../robots/cheetah-cub.toml");
+    let assembly = Assembly::of_texts(&registry, text, robot, &[]);
+    let error = assembly.and_then(|assembly| assembly.rig().map(drop));
+    let error = error.unwrap_err();
+    let message = error.to_string();
+    assert!(
+        message.contains("nothing takes `leg/LF/hip/command"),
+        "{message}"
+    );
+}
+
+#[test]
+fn ground_restitution_is_that_of_the_scenario() {
+    let registry = Registry::standard();
+    let lands = |plant: &str, restitution: &str| {
+        let settings = [
+            setting("plant.model", &format!("{plant:?}")),
+            setting("plant.ground.restitution", restitution),
+        ];
+        let assembly = Assembly::of_file(&registry, &scenario("leg-drop"), &settings);
+        let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
+        let report = execute(&assembly, &Execution::default());
+        let report = report.unwrap_or_else(|error| panic!("{error}"));
+        let mut outcomes = report.expectations.iter().map(|line| &line.outcome);
+        let lands = outcomes.find(|outcome| outcome.name == "is on the ground from then on");
+        lands.unwrap().holds()
+    };
+    for plant in ["lcp", "massless"] {
+        assert!(lands(plant, "0.0") && !lands(plant, "0.9"), "{plant}");
+    }
+}
+
+#[test]
+fn start_beyond_a_stop_is_an_error_with_the_excess() {
+    let registry = Registry::standard();
+    let settings = [setting("plant.start.q3", "\"8 deg\"")];
+    let error = Assembly::of_file(&registry, &scenario("passive-legs"), &settings).err();
+    let message = error.unwrap().to_string();
+    assert!(message.contains("m beyond the stop Closed"), "{message}");
+}
+
+/// Counters read 0 before the devices are ready, which many expectations would accept.
+#[test]
+fn run_ending_before_its_devices_are_ready_is_an_error() {
+    let registry = Registry::standard();
+    let text = r#"
+        robot = "oncilla"
+        duration = "200 ms"
+        plant = { model = "drives", base = "fixed" }
+        actuator = { kind = "motor" }
+        controller = { kind = "script", period = "2 ms" }
+        bus = { kind = "sbcp" }
+        [[expect]]
+        signal = { name = "sbcp/errors", always = { max = 0 } }
+    "#;
+    let robot = include_str!("../../robots/oncilla.toml");
+    let assembly = Assembly::of_texts(&registry, text, robot, &[]).unwrap();
+    let report = execute(&assembly, &Execution::default()).unwrap();
+    assert_eq!(report.verdict, twinrig::Status::Error);
+    let error = report.error.unwrap();
+    assert!(error.contains("still being initialised"), "{error}");
+}
+
+#[test]
+fn unsupported_bus_options_are_reported() {
+    let registry = Registry::standard();
+    for (topology, key, value, expected) in [
+        ("direct", "gap", "\"3 us\"", "`gap` is a setting"),
+        (
+            "direct",
+            "passing",
+            "\"store-and-forward\"",
+            "`passing` is a setting",
+        ),
+        (
+            "controller",
+            "usb",
+            "{ latency_timer = \"256 ms\" }",
+            "is limited to 255.000 ms",
+        ),
+    ] {
+        let settings = [
+            setting("bus.topology", &format!("\"{topology}\"")),
+            setting(&format!("bus.{key}"), value),
+        ];
+        let path = scenario("thesis/sec-5-3-2-bus-controller");
+        let error = Assembly::of_file(&registry, &path, &settings)
+            .err()
+            .unwrap();
+        assert!(error.to_string().contains(expected), "{error}");
+    }
+}

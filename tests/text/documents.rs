@@ -1,0 +1,138 @@
+//! Consistency of README.md with the program.
+
+use std::path::Path;
+
+use twinrig::{Assembly, BuildKey, Execution, Registry, Status, execute};
+
+fn readme() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// Returns the text between the first ```` ```LANGUAGE ```` and the next ```` ``` ````.
+fn first_block<'t>(text: &'t str, language: &str) -> &'t str {
+    let (_, rest) = text.split_once(&format!("```{language}\n")).unwrap();
+    rest.split_once("```").unwrap().0
+}
+
+#[test]
+fn readme_scenario_passes() {
+    let registry = Registry::standard();
+    let robot = include_str!("../../robots/cheetah-cub.toml");
+    let readme = readme();
+    let scenario = first_block(&readme, "toml");
+    let assembly = Assembly::of_texts(&registry, scenario, robot, &[])
+        .unwrap_or_else(|error| panic!("{error}"));
+    let report = execute(&assembly, &Execution::default()).unwrap();
+    assert_eq!(report.verdict, Status::Pass, "{:?}", report.expectations);
+}
+
+#[test]
+fn readme_verdict_lists_the_expectations_of_the_scenario() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/trot.toml");
+    let registry = Registry::standard();
+    let assembly = Assembly::of_file(&registry, &path, &[]).unwrap();
+    let readme = readme();
+    let shown: Vec<&str> = readme
+        .lines()
+        .filter_map(|line| line.trim_start().strip_prefix(['✓', '✗']))
+        .filter_map(|line| line.trim_start().split("  ").next())
+        .collect();
+    let expectations = assembly.scenario().expectations.iter();
+    let expected: Vec<&str> = expectations
+        .map(|expectation| expectation.name.as_str())
+        .collect();
+    assert_eq!(shown, expected);
+}
+
+#[test]
+fn readme_lists_all_commands() {
+    let mut help = Vec::new();
+    let code = twinrig::run_with(
+        &Registry::standard(),
+        ["--help"],
+        &mut help,
+        &mut Vec::new(),
+    );
+    assert_eq!(code, 0);
+    let help = String::from_utf8(help).unwrap();
+    let (_, commands) = help.split_once("Commands:\n").unwrap();
+    let (commands, _) = commands.split_once("\n\n").unwrap();
+    let expected: Vec<&str> = commands
+        .lines()
+        // Further lines of a description are indented more.
+        .filter_map(|line| line.strip_prefix("  ")?.split(' ').next())
+        .filter(|name| !name.is_empty())
+        .collect();
+    let readme = readme();
+    let table: Vec<&str> = readme
+        .lines()
+        .filter_map(|line| line.strip_prefix("| `twin "))
+        .filter_map(|row| row.split([' ', '`']).next())
+        .collect();
+    assert_eq!(table, expected);
+}
+
+/// Returns a page of `docs`.
+fn page(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../docs/{name}.md"));
+    std::fs::read_to_string(path).unwrap()
+}
+
+#[test]
+fn campaigns_list_the_keys_of_a_specification() {
+    let table = twinrig::campaign::sweep::key_table();
+    let page = page("campaigns");
+    assert!(page.contains(&table), "the table is:\n{table}");
+}
+
+#[test]
+fn optimization_lists_the_keys_of_a_search_space() {
+    let table = twinrig::campaign::optimization::space_key_table();
+    let page = page("optimization");
+    assert!(page.contains(&table), "the table is:\n{table}");
+}
+
+/// Runs a command with the trot and the first file of a page, and compares its output with the
+/// lines that the page shows, except those with the name of the file and those that begin with one
+/// of `skipped`.
+fn check_first_example(name: &str, file: &str, words: &[&str], skipped: &[&str]) {
+    let folder = std::env::temp_dir().join(format!("twinrig-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let page = page(name);
+    let spec = folder.join(file);
+    std::fs::write(&spec, first_block(&page, "toml")).unwrap();
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/trot.toml");
+    let (mut out, mut err) = (Vec::new(), Vec::new());
+    let registry = Registry::standard().with_build(BuildKey::of_bytes(b"documents"));
+    let paths = [&scenario, &spec, &folder].map(|path| path.to_str().unwrap());
+    let [scenario, spec, folder] = paths;
+    let words = [words, &[spec, "--out", folder]].concat();
+    let words = [&[words[0], scenario], &words[1..]].concat();
+    let code = twinrig::run_with(&registry, words, &mut out, &mut err);
+    std::fs::remove_dir_all(folder).unwrap();
+    let (out, err) = [out, err]
+        .map(|text| String::from_utf8(text).unwrap())
+        .into();
+    assert_eq!((code, err.as_str()), (0, ""), "{out}");
+    let shown = first_block(&page, "console").lines();
+    let shown = shown.filter(|line| !line.contains(file));
+    let shown = shown.filter(|line| !skipped.iter().any(|start| line.starts_with(start)));
+    for line in shown {
+        assert!(out.lines().any(|found| found == line), "{line}\n{out}");
+    }
+}
+
+/// The first sweep gives the lines that the page shows, except for times and paths.
+#[test]
+fn first_sweep_has_the_shown_result() {
+    let skipped = ["  time", "  report", "    twin run", "…"];
+    check_first_example("campaigns", "friction.toml", &["sweep"], &skipped);
+}
+
+#[test]
+fn first_optimization_has_the_shown_result() {
+    let skipped = ["  time", "  scenario", "  report", "$ twin run"];
+    let words = ["optimize", "--space"];
+    check_first_example("optimization", "faster.toml", &words, &skipped);
+}

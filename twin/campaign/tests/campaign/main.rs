@@ -1,0 +1,7 @@
+//! Tests of sweeps and searches.
+
+mod cma_es;
+mod engine;
+mod interrupt;
+mod search;
+mod spaces;

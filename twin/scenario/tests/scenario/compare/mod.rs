@@ -1,0 +1,5 @@
+//! Comparisons of two signals.
+
+mod closed_forms;
+mod evidence;
+mod run;

@@ -1,0 +1,24 @@
+//! Tests of the scenario language and of its judge.
+
+mod buses;
+mod common;
+mod compare;
+mod falls;
+mod footsteps;
+mod gait;
+mod judge;
+mod language;
+mod malformed;
+mod many;
+mod memory;
+mod observations;
+mod periods;
+mod recovery;
+mod robustness;
+mod scene;
+mod schema;
+mod sensors;
+mod sequence;
+mod streaming;
+mod validator;
+mod warnings;
