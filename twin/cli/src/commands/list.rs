@@ -3,17 +3,24 @@
 use std::path::Path;
 
 use serde::Serialize;
-use twinrig_robot::RobotFile;
+use twinrig_robot::{Robot, RobotFile};
 use twinrig_scenario::{Accepts, Kind, TableReference, language};
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::ListArgs;
 use crate::assembly::registry::Registry;
+use crate::error::TwinError;
 use crate::report::grid::{Cell, Grid, Left};
 use crate::report::style::{BOLD, DIM, styled};
+use crate::robot_facts::{RobotFacts, robot_facts};
+
+/// Robot whose process variables are listed if none is named.
+const DEFAULT: &str = "cheetah-cub";
 
 #[derive(Serialize)]
 struct Listing {
+    /// Null without a robot on the command line.
+    robot: Option<RobotFacts>,
     plants: Vec<Part>,
     controllers: Vec<Part>,
     buses: Vec<Part>,
@@ -55,17 +62,17 @@ struct Variable {
 }
 
 pub(super) fn list(registry: &Registry, args: &ListArgs, terminal: &mut Terminal<'_>) -> u8 {
-    let robot = RobotFile::find(&args.robot, Path::new("")).and_then(|file| file.robot());
-    let robot = match robot {
-        Ok(robot) => robot,
+    let (robot, facts) = match robot_and_facts(args.robot.as_deref()) {
+        Ok(found) => found,
         Err(error) => {
-            terminal.print_error(&error.into());
+            terminal.report_error(&error, args.json);
             return FAILURE;
         }
     };
     let catalogue = registry.catalogue(Some(&robot));
     let parts = |kinds: &[Kind]| kinds.iter().map(part).collect::<Vec<_>>();
     let listing = Listing {
+        robot: facts,
         plants: parts(&catalogue.plants),
         controllers: parts(&catalogue.controllers),
         buses: parts(&catalogue.buses),
@@ -79,6 +86,19 @@ pub(super) fn list(registry: &Registry, args: &ListArgs, terminal: &mut Terminal
         terminal.print(&text);
     }
     SUCCESS
+}
+
+/// Returns the robot whose process variables are listed, with its facts if it is named.
+fn robot_and_facts(name: Option<&str>) -> Result<(Robot, Option<RobotFacts>), TwinError> {
+    let file = RobotFile::find(name.unwrap_or(DEFAULT), Path::new(""))?;
+    let robot = file.robot()?;
+    let facts = name.map(|name| {
+        robot_facts(&file, &robot).map_err(|source| TwinError::Leg {
+            robot: name.to_owned(),
+            source,
+        })
+    });
+    Ok((robot, facts.transpose()?))
 }
 
 fn table(table: &TableReference) -> Table {
@@ -141,6 +161,9 @@ fn accepts(accepted: &Accepts) -> String {
 
 fn text(listing: &Listing) -> String {
     let mut lines = Vec::new();
+    if let Some(facts) = &listing.robot {
+        lines.extend(facts.lines());
+    }
     let mut section = |title: &str, parts: &[Part]| {
         lines.push(styled(BOLD, title));
         let mut grid = Grid::new(&[Left, Left]);

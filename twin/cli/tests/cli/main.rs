@@ -30,4 +30,5 @@ mod studies;
 mod sufficient;
 mod sweep;
 mod thesis;
+mod tools;
 mod warnings;
