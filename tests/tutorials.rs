@@ -174,38 +174,31 @@ impl Tutorial<'_> {
     fn console(&mut self, block: &[&str]) {
         let mut rest = block;
         while let Some((command, after)) = rest.split_first() {
-            let continued = after.iter().take_while(|line| line.starts_with("    --"));
-            let continued = if command.ends_with('\\') {
-                continued.count()
-            } else {
-                0
-            };
-            let (options, after) = after.split_at(continued);
             let end = after.iter().position(|line| line.starts_with("$ "));
             let (shown, next) = after.split_at(end.unwrap_or(after.len()));
-            let whole = [&[*command], options].concat();
-            whole.iter().for_each(|line| self.keep(line));
-            self.command(&whole.join(" ").replace('\\', ""), shown);
+            self.keep(command);
+            let command = command.strip_prefix("$ ");
+            self.command(command.expect("a block begins with a command"), shown);
             rest = next;
         }
     }
 
     fn command(&mut self, command: &str, shown: &[&str]) {
-        let command = command.strip_prefix("$ ").unwrap_or(command);
         if command == "echo $?" {
             assert_eq!(shown, [self.code.to_string()], "after {}", self.found);
         } else if let Some((text, code)) = run(command) {
             self.commands += 1;
             self.code = code;
             let found: Vec<&str> = text.lines().collect();
-            let blank = shown
-                .iter()
-                .rev()
-                .take_while(|line| line.is_empty())
-                .count();
-            if !matches(&shown[..shown.len() - blank], &found) {
+            if !matches(shown, &found) {
                 write!(self.wrong, "$ {command}\n{text}\n").unwrap();
-                found.iter().for_each(|line| self.keep(line));
+                // Output that was cut after some lines is cut there again.
+                let cut = shown.last() == Some(&"…") && shown.len() <= found.len();
+                let kept = if cut { shown.len() - 1 } else { found.len() };
+                found[..kept].iter().for_each(|line| self.keep(line));
+                if cut {
+                    self.keep("…");
+                }
                 return;
             }
         }
