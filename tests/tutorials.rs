@@ -89,7 +89,10 @@ fn run(command: &str) -> Option<(String, u8)> {
             let python = python::python("mcap, mcap_ros2, matplotlib, numpy")?;
             let ran = Command::new(python).args(&words[1..]).output().unwrap();
             out = ran.stdout;
-            err = ran.stderr;
+            // Of a script that succeeds: notes of its packages, such as of a cache that they build.
+            if !ran.status.success() {
+                err = ran.stderr;
+            }
             u8::from(!ran.status.success())
         }
         Some("cat") => {
