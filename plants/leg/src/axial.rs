@@ -125,7 +125,7 @@ mod tests {
     use super::*;
 
     /// Returns a leg whose pantograph stays closed, and its axial force by the closed form
-    /// k (rest − l_d) · dl_d/dL, with l_d and L from the same knee angle.
+    /// `k (rest − l_d) · dl_d/dL`, with the diagonal `l_d` and the length `L` of one knee angle.
     fn closed(length: f64) -> (Pantograph, f64) {
         let mut leg = Leg::example();
         leg.parallel.stiffness = 1e9;
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn greatest_stiffness_matches_the_thesis() {
+    fn greatest_axial_stiffness_matches_the_thesis() {
         let leg = Pantograph::new(&Leg::example()).unwrap();
         let stiffness = leg.greatest_axial_stiffness().unwrap();
         // Thesis, section 2.7.1: 253.27 N/m; the geometry has three digits.

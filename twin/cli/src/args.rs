@@ -7,6 +7,7 @@ mod doctor;
 mod draw;
 mod export;
 mod gait_study;
+mod list;
 mod optimize;
 mod plan;
 mod radius;
@@ -28,6 +29,7 @@ pub use doctor::DoctorArgs;
 pub use draw::DrawArgs;
 pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
 pub use gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
+pub use list::ListArgs;
 pub use optimize::OptimizeArgs;
 pub use plan::PlanArgs;
 pub(crate) use radius::DEFAULT_PRECISION;
@@ -223,17 +225,6 @@ pub struct CheckArgs {
     #[arg(long)]
     pub strict: bool,
     /// Print one JSON object per scenario
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Arguments of `twin list`.
-#[derive(Clone, Debug, Args)]
-pub struct ListArgs {
-    /// Robot whose mass, leg, joints, drives and process variables are listed: a name, or the path
-    /// of a robot file. Without it the process variables are those of cheetah-cub
-    pub robot: Option<String>,
-    /// Print a JSON object
     #[arg(long)]
     pub json: bool,
 }

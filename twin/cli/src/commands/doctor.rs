@@ -47,7 +47,7 @@ fn grid(items: &[Item]) -> Grid {
         };
         grid.row([
             mark,
-            item.item.as_str().into(),
+            item.name.as_str().into(),
             item.finding.as_str().into(),
         ]);
         for (title, text) in [("affects", &item.affects), ("remedy", &item.remedy)] {
@@ -63,9 +63,10 @@ fn grid(items: &[Item]) -> Grid {
 fn summary(items: &[Item]) -> String {
     let count = |state| items.iter().filter(|item| item.state == state).count();
     let (notices, problems) = (count(State::Notice), count(State::Problem));
-    let needed = match items.iter().any(Item::is_fatal) {
-        true => "something that this build needs is broken",
-        false => "what this build needs is there",
+    let needed = if items.iter().any(Item::is_fatal) {
+        "something that this build needs is broken"
+    } else {
+        "what this build needs is there"
     };
     format!(
         "\n {needed}; {problems} problems, {notices} notices, {} ok",

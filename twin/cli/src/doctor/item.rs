@@ -18,7 +18,7 @@ pub(crate) enum State {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct Item {
     /// What was examined.
-    pub item: String,
+    pub name: String,
     /// Whether it is as it should be.
     pub state: State,
     /// What was found.
@@ -32,9 +32,9 @@ pub(crate) struct Item {
 }
 
 impl Item {
-    fn new(item: impl Into<String>, state: State, finding: impl Into<String>) -> Self {
+    fn new(name: impl Into<String>, state: State, finding: impl Into<String>) -> Self {
         Self {
-            item: item.into(),
+            name: name.into(),
             state,
             finding: finding.into(),
             affects: String::new(),
@@ -43,16 +43,16 @@ impl Item {
         }
     }
 
-    pub fn ok(item: impl Into<String>, finding: impl Into<String>) -> Self {
-        Self::new(item, State::Ok, finding)
+    pub fn ok(name: impl Into<String>, finding: impl Into<String>) -> Self {
+        Self::new(name, State::Ok, finding)
     }
 
-    pub fn notice(item: impl Into<String>, finding: impl Into<String>) -> Self {
-        Self::new(item, State::Notice, finding)
+    pub fn notice(name: impl Into<String>, finding: impl Into<String>) -> Self {
+        Self::new(name, State::Notice, finding)
     }
 
-    pub fn problem(item: impl Into<String>, finding: impl Into<String>) -> Self {
-        Self::new(item, State::Problem, finding)
+    pub fn problem(name: impl Into<String>, finding: impl Into<String>) -> Self {
+        Self::new(name, State::Problem, finding)
     }
 
     /// Adds what is affected, and the remedy.

@@ -22,11 +22,10 @@ fn group_of(path: &str) -> Option<String> {
     let id = std::fs::metadata(path).ok()?.gid().to_string();
     let groups = std::fs::read_to_string("/etc/group").ok()?;
     let mut groups = groups.lines().map(|line| line.split(':'));
-    let name = groups.find_map(|mut fields| {
+    groups.find_map(|mut fields| {
         let name = fields.next()?;
         (fields.nth(1)? == id).then(|| name.to_owned())
-    });
-    name
+    })
 }
 
 /// Returns a limit of this process.

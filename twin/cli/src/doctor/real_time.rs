@@ -99,6 +99,6 @@ fn kernel(system: &dyn System) -> Item {
     }
     Item::notice(NAME, format!("{release}, without PREEMPT_RT")).affecting(
         format!("seldom but long delays of {RUNS}"),
-        "install your distribution's real-time kernel (Debian: sudo apt install linux-image-rt-amd64)",
+        "install your distribution's real-time kernel; Debian: sudo apt install linux-image-rt-amd64",
     )
 }

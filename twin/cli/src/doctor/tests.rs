@@ -335,7 +335,7 @@ const CHANGES: &[(Change, &str, State, &str, &str)] = &[
 fn every_fault_is_reported_alone_with_its_remedy() {
     for (change, name, state, finding, remedy) in CHANGES {
         let items = examined(&Fake::sound().with(change));
-        let item = items.iter().find(|item| item.item == *name);
+        let item = items.iter().find(|item| item.name == *name);
         let item = item.unwrap_or_else(|| panic!("{name}: {items:?}"));
         assert_eq!(item.state, *state, "{item:?}");
         assert!(item.finding.contains(finding), "{item:?}");
@@ -388,11 +388,11 @@ fn plants_of_other_builds_are_notices_and_robots_are_read() {
     for kind in registry.catalogue(None).plants {
         let item = items
             .iter()
-            .find(|item| item.item == format!("plant {}", kind.name));
+            .find(|item| item.name == format!("plant {}", kind.name));
         assert_eq!(item.is_some(), kind.remedy.is_some(), "{}", kind.name);
         assert_eq!(item.map(|item| item.remedy.clone()), kind.remedy);
     }
-    let robots = items.iter().find(|item| item.item == "robots").unwrap();
+    let robots = items.iter().find(|item| item.name == "robots").unwrap();
     assert!(robots.finding.contains("cheetah-cub") && robots.finding.contains("oncilla"));
     assert!(!items.iter().any(Item::is_fatal), "{items:?}");
 }

@@ -1,12 +1,12 @@
 //! Drawing of a leg in its plane, in one pose.
 
+use twinrig_kernel::Unit;
 use twinrig_leg::{Joints, LegError, Pantograph, Planar, Pose};
-use twinrig_robot::Leg;
+use twinrig_robot::{Leg, Spring};
 
 use super::canvas::{Canvas, Px};
 use super::panel::{Extent, Frame, Label};
 use crate::robot_facts::{LegKind, shown};
-use twinrig_kernel::Unit;
 
 /// A leg in one pose, the foot below the hip.
 pub(super) struct PosedLeg<'a> {
@@ -149,68 +149,105 @@ impl<'a> PosedLeg<'a> {
 
     /// Returns the labels with the points that they name.
     pub fn labels(&self, frame: Frame) -> Vec<Label> {
-        let (leg, pose) = (self.leg, &self.pose);
-        let middle = |(a, b): (Px, Px)| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
-        let between = |a: Planar, b: Planar, share: f64| {
-            let p = a + (b - a) * share;
-            frame.at([p.x, p.y])
-        };
-        let arc = self.knee_arc(frame);
-        let length = |name: &str, value: f64| format!("{name} = {}", shown(&[value], Unit::Meter));
-        let angle = |name: &str, value: f64| format!("{name} = {}", shown(&[value], Unit::Radian));
-        let at = |p: Planar| frame.at([p.x, p.y]);
         let spans = self.spans(frame).map(middle);
-        let (hip, knee) = (Planar::zeros(), arc[arc.len() / 2]);
-        let reach = pose.foot.norm();
-        let diagonal = between(self.inner, pose.ankle, 0.5);
-        let cable = between(hip, pose.ankle, 0.35);
-        let mut found: Vec<(Px, String)> = vec![
-            (
-                spans[5],
-                length(if self.is_extended { "L_max" } else { "L_min" }, reach),
-            ),
-            (cable, length("cable", pose.cable)),
-        ];
-        if !self.is_extended {
-            let flexed = pose.angles()[0] - pose.angles()[1];
-            found.extend([
-                (knee, angle("q2_ref - q2", flexed)),
-                (diagonal, length("l_d,min", pose.diagonal)),
-                (
-                    between(self.inner, self.outer, 0.5),
-                    length("l_p = l2", pose.parallel),
-                ),
-            ]);
+        let found = if self.is_extended {
+            self.extended_labels(frame, &spans)
         } else {
-            let stiffness =
-                |name: &str, k: f64| format!("{name} = {}", shown(&[k], Unit::NewtonPerMeter));
-            let [x, y] = at(hip);
-            let rim = leg.pulley_radius * frame.scale * core::f64::consts::FRAC_1_SQRT_2;
-            found.extend([
-                (spans[0], length("l1", leg.l1)),
-                (spans[1], length("l2", leg.l2)),
-                (spans[2], length("l3", leg.l3)),
-                (spans[3], length("l_Δ", leg.l_delta)),
-                (spans[4], length("l_Δ", leg.l_delta)),
-                (knee, angle("q2_ref", leg.q2_ref)),
-                (diagonal, stiffness("diagonal k_d", leg.diagonal.stiffness)),
-                (
-                    between(self.inner, self.outer, 0.5),
-                    stiffness("parallel k_p", leg.parallel.stiffness),
-                ),
-                ([x - rim, y - rim], length("pulley r", leg.pulley_radius)),
-                (at(hip), "hip q1".to_owned()),
-                (at(pose.knee), "knee q2".to_owned()),
-                (at(pose.ankle), "ankle q3".to_owned()),
-                (at(pose.foot), "foot".to_owned()),
-            ]);
-            if let (Some(toe), Some(end)) = (leg.toe, self.toe) {
-                found.push((between(pose.foot, end, 0.7), length("toe", toe.length)));
-            }
-        }
+            self.bent_labels(frame, &spans)
+        };
         let labels = found.into_iter().map(|(at, text)| Label { at, text });
         labels.collect()
     }
+
+    /// Returns the labels of the bent leg: what differs from the extended one.
+    fn bent_labels(&self, frame: Frame, spans: &[Px; 6]) -> Vec<(Px, String)> {
+        let pose = &self.pose;
+        let [first, second, _] = pose.angles();
+        let flexed = shown(&[first - second], Unit::Radian);
+        vec![
+            (spans[5], length("L_min", pose.foot.norm())),
+            (self.on_cable(frame), length("cable", pose.cable)),
+            (self.at_arc(frame), format!("q2_ref - q2 = {flexed}")),
+            (
+                between(frame, self.inner, pose.ankle, 0.5),
+                length("l_d,min", pose.diagonal),
+            ),
+            (
+                between(frame, self.inner, self.outer, 0.5),
+                length("l_p = l2", pose.parallel),
+            ),
+        ]
+    }
+
+    /// Returns the labels of the extended leg.
+    fn extended_labels(&self, frame: Frame, spans: &[Px; 6]) -> Vec<(Px, String)> {
+        let (leg, pose) = (self.leg, &self.pose);
+        let stiffness = |name: &str, spring: &Spring| {
+            format!(
+                "{name} = {}",
+                shown(&[spring.stiffness], Unit::NewtonPerMeter)
+            )
+        };
+        let at = |p: Planar| frame.at([p.x, p.y]);
+        let [x, y] = at(Planar::zeros());
+        let rim = leg.pulley_radius * frame.scale * core::f64::consts::FRAC_1_SQRT_2;
+        let reference = shown(&[leg.q2_ref], Unit::Radian);
+        let mut found = vec![
+            (spans[0], length("l1", leg.l1)),
+            (spans[1], length("l2", leg.l2)),
+            (spans[2], length("l3", leg.l3)),
+            (spans[3], length("l_Δ", leg.l_delta)),
+            (spans[4], length("l_Δ", leg.l_delta)),
+            (spans[5], length("L_max", pose.foot.norm())),
+            (self.on_cable(frame), length("cable", pose.cable)),
+            (self.at_arc(frame), format!("q2_ref = {reference}")),
+            (
+                between(frame, self.inner, pose.ankle, 0.5),
+                stiffness("diagonal k_d", &leg.diagonal),
+            ),
+            (
+                between(frame, self.inner, self.outer, 0.5),
+                stiffness("parallel k_p", &leg.parallel),
+            ),
+            ([x - rim, y - rim], length("pulley r", leg.pulley_radius)),
+            ([x, y], "hip q1".to_owned()),
+            (at(pose.knee), "knee q2".to_owned()),
+            (at(pose.ankle), "ankle q3".to_owned()),
+            (at(pose.foot), "foot".to_owned()),
+        ];
+        if let (Some(toe), Some(end)) = (leg.toe, self.toe) {
+            found.push((
+                between(frame, pose.foot, end, 0.7),
+                length("toe", toe.length),
+            ));
+        }
+        found
+    }
+
+    /// Returns the middle of the arc at the knee.
+    fn at_arc(&self, frame: Frame) -> Px {
+        let arc = self.knee_arc(frame);
+        arc[arc.len() / 2]
+    }
+
+    /// Returns a point of the cable that nothing else crosses.
+    fn on_cable(&self, frame: Frame) -> Px {
+        between(frame, Planar::zeros(), self.pose.ankle, 0.35)
+    }
+}
+
+fn length(name: &str, value: f64) -> String {
+    format!("{name} = {}", shown(&[value], Unit::Meter))
+}
+
+fn middle((a, b): (Px, Px)) -> Px {
+    [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
+}
+
+/// Returns the place of the point at a share of the way between two points.
+fn between(frame: Frame, a: Planar, b: Planar, share: f64) -> Px {
+    let p = a + (b - a) * share;
+    frame.at([p.x, p.y])
 }
 
 /// Returns the points of a spring between two points: a zigzag between straight ends.

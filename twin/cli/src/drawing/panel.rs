@@ -5,6 +5,8 @@ use super::canvas::{Canvas, LINE, Px, Rect, TEXT, text_width, truncated};
 
 /// Longest label, in characters.
 const LABEL_MOST: usize = 30;
+/// Longest title, in characters: it fits half of the page.
+const TITLE_MOST: usize = 85;
 /// Distance between labels, their lines and the drawing \[px\].
 const GAP: f64 = 10.0;
 /// Room around the drawing for its dimension lines \[px\].
@@ -124,9 +126,8 @@ impl Panel {
     /// each column in the order of the points' heights.
     pub fn label(&self, canvas: &mut Canvas, title: &str, mut labels: Vec<Label>) {
         let area = self.area;
-        let most = (area.width() / text_width("m")) as usize;
         let at = [area.left + GAP, area.top + LINE];
-        canvas.label("title", at, &truncated(title, most.saturating_sub(2)));
+        canvas.label("title", at, &truncated(title, TITLE_MOST));
         labels.sort_by(|a, b| a.at[0].total_cmp(&b.at[0]));
         let right = labels.split_off(labels.len().div_ceil(2));
         self.column(canvas, labels, true);

@@ -8,140 +8,95 @@ use crate::robot_facts::{LegKind, shown};
 /// Width of the columns symbol, key, value and meaning, in characters.
 const COLUMNS: [usize; 4] = [9, 28, 18, 78];
 
+/// A symbol of the drawing or an entry of a leg's table.
+struct Symbol {
+    /// Empty for entries that the drawing does not name.
+    sign: &'static str,
+    /// Key below the table of the leg; empty for what follows from others.
+    key: &'static str,
+    unit: Unit,
+    meaning: &'static str,
+    /// Returns the value (SI); none for a leg without it.
+    value: fn(&LegKind) -> Option<f64>,
+}
+
+const fn symbol(
+    sign: &'static str,
+    key: &'static str,
+    unit: Unit,
+    meaning: &'static str,
+    value: fn(&LegKind) -> Option<f64>,
+) -> Symbol {
+    Symbol {
+        sign,
+        key,
+        unit,
+        meaning,
+        value,
+    }
+}
+
+const M: Unit = Unit::Meter;
+const K: Unit = Unit::NewtonPerMeter;
+const RAD: Unit = Unit::Radian;
+const TORSION: Unit = Unit::NewtonMeterPerRadian;
+
+#[rustfmt::skip]
+const SYMBOLS: &[Symbol] = &[
+    symbol("l1", "l1", M, "first segment: hip to knee", |k| Some(k.leg.l1)),
+    symbol("l2", "l2", M, "second segment: knee to ankle; the parallel rod when closed",
+        |k| Some(k.leg.l2)),
+    symbol("l3", "l3", M, "third segment: end of the parallel rod, past the ankle, to the foot",
+        |k| Some(k.leg.l3)),
+    symbol("l_Δ", "l_delta", M, "offset of the rods on segments 1 and 3, above knee and ankle",
+        |k| Some(k.leg.l_delta)),
+    symbol("q2_ref", "q2_ref", RAD,
+        "angle from first to second segment in the extended leg, where q2 = 0",
+        |k| Some(k.leg.q2_ref)),
+    symbol("k_d", "diagonal.stiffness", K,
+        "diagonal spring, rod end on segment 1 to ankle: extends the leg",
+        |k| Some(k.leg.diagonal.stiffness)),
+    symbol("p_d", "diagonal.preload", M, "its deformation in the extended leg",
+        |k| Some(k.leg.diagonal.preload)),
+    symbol("l_d,max", "", M, "its length in the extended leg",
+        |k| Some(k.pantograph.diagonal_max())),
+    symbol("l_d,min", "diagonal_min", M, "its shortest length, where the leg bottoms out",
+        |k| Some(k.leg.diagonal_min)),
+    symbol("k_p", "parallel.stiffness", K,
+        "parallel spring, between the rod ends: keeps segments 1 and 3 parallel",
+        |k| Some(k.leg.parallel.stiffness)),
+    symbol("p_p", "parallel.preload", M, "its deformation while the pantograph is closed",
+        |k| Some(k.leg.parallel.preload)),
+    symbol("", "parallel_travel", M, "greatest opening of the parallel rod beyond l2",
+        |k| Some(k.leg.parallel_travel)),
+    symbol("r", "pulley_radius", M, "pulley that winds the cable from hip to ankle",
+        |k| Some(k.leg.pulley_radius)),
+    symbol("", "toe.length", M, "segment beyond the foot joint", |k| Some(k.leg.toe?.length)),
+    symbol("", "toe.rest", RAD, "its unloaded angle against the third segment",
+        |k| Some(k.leg.toe?.rest)),
+    symbol("", "toe.stiffness", TORSION, "its torsion spring", |k| Some(k.leg.toe?.stiffness)),
+    symbol("L_max", "", M, "hip to foot, extended", |k| Some(k.pantograph.length_max())),
+    symbol("L_min", "", M, "hip to foot, diagonal at its stop and pantograph closed",
+        |k| Some(k.pantograph.length_min())),
+];
+
 /// Returns the rows of a leg: symbol, key of the robot file, value, meaning.
 pub(super) fn rows(kind: &LegKind) -> Vec<[String; 4]> {
-    let (leg, mechanism) = (&kind.leg, &kind.pantograph);
-    let mut rows = Vec::new();
-    let mut row = |symbol: &str, key: &str, value: f64, unit: Unit, meaning: &str| {
-        let key = match key {
+    let rows = SYMBOLS.iter().filter_map(|symbol| {
+        let value = (symbol.value)(kind)?;
+        let key = match symbol.key {
             "" => "(follows)".to_owned(),
             key => kind.key(key),
         };
-        let value = shown(&[value], unit);
-        rows.push([symbol.to_owned(), key, value, meaning.to_owned()]);
-    };
-    let m = Unit::Meter;
-    row("l1", "l1", leg.l1, m, "first segment: hip to knee");
-    row(
-        "l2",
-        "l2",
-        leg.l2,
-        m,
-        "second segment: knee to ankle; the parallel rod when closed",
-    );
-    row(
-        "l3",
-        "l3",
-        leg.l3,
-        m,
-        "third segment: end of the parallel rod, past the ankle, to the foot",
-    );
-    row(
-        "l_Δ",
-        "l_delta",
-        leg.l_delta,
-        m,
-        "offset of the rods on segments 1 and 3, above knee and ankle",
-    );
-    let angle = "angle from first to second segment in the extended leg, where q2 = 0";
-    row("q2_ref", "q2_ref", leg.q2_ref, Unit::Radian, angle);
-    let k = Unit::NewtonPerMeter;
-    let (diagonal, parallel) = (&leg.diagonal, &leg.parallel);
-    row(
-        "k_d",
-        "diagonal.stiffness",
-        diagonal.stiffness,
-        k,
-        "diagonal spring, rod end on segment 1 to ankle: extends the leg",
-    );
-    row(
-        "p_d",
-        "diagonal.preload",
-        diagonal.preload,
-        m,
-        "its deformation in the extended leg",
-    );
-    row(
-        "l_d,max",
-        "",
-        mechanism.diagonal_max(),
-        m,
-        "its length in the extended leg",
-    );
-    row(
-        "l_d,min",
-        "diagonal_min",
-        leg.diagonal_min,
-        m,
-        "its shortest length, where the leg bottoms out",
-    );
-    row(
-        "k_p",
-        "parallel.stiffness",
-        parallel.stiffness,
-        k,
-        "parallel spring, between the rod ends: keeps segments 1 and 3 parallel",
-    );
-    row(
-        "p_p",
-        "parallel.preload",
-        parallel.preload,
-        m,
-        "its deformation while the pantograph is closed",
-    );
-    row(
-        "",
-        "parallel_travel",
-        leg.parallel_travel,
-        m,
-        "greatest opening of the parallel rod beyond l2",
-    );
-    row(
-        "r",
-        "pulley_radius",
-        leg.pulley_radius,
-        m,
-        "pulley that winds the cable from hip to ankle",
-    );
-    if let Some(toe) = leg.toe {
-        row(
-            "",
-            "toe.length",
-            toe.length,
-            m,
-            "segment beyond the foot joint",
-        );
-        row(
-            "",
-            "toe.rest",
-            toe.rest,
-            Unit::Radian,
-            "its unloaded angle against the third segment",
-        );
-        let stiffness = "its torsion spring";
-        row(
-            "",
-            "toe.stiffness",
-            toe.stiffness,
-            Unit::NewtonMeterPerRadian,
-            stiffness,
-        );
-    }
-    row(
-        "L_max",
-        "",
-        mechanism.length_max(),
-        m,
-        "hip to foot, extended",
-    );
-    row(
-        "L_min",
-        "",
-        mechanism.length_min(),
-        m,
-        "hip to foot, diagonal at its stop and pantograph closed",
-    );
-    rows
+        let value = shown(&[value], symbol.unit);
+        Some([
+            symbol.sign.to_owned(),
+            key,
+            value,
+            symbol.meaning.to_owned(),
+        ])
+    });
+    rows.collect()
 }
 
 /// Writes a table with its upper left corner at `at` and returns its height \[px\].

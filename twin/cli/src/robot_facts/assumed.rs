@@ -65,7 +65,7 @@ impl Assumed {
                     for element in elements.filter_map(Value::as_inline_table) {
                         self.mount(element);
                     }
-                    let above = table.key(key).map(|key| key.leaf_decor());
+                    let above = table.key(key).map(toml_edit::Key::leaf_decor);
                     let above = above.and_then(|decor| suffix_or_prefix(decor, true));
                     self.mark(&path, [above, suffix_or_prefix(value.decor(), false)]);
                 }

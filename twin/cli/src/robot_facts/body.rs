@@ -15,7 +15,7 @@ use super::leg::LegKind;
 pub(super) fn facts(robot: &Robot, kinds: &[LegKind]) -> Result<Vec<Fact>, LegError> {
     let mut facts = vec![
         Fact::new("mass", "mass", [robot.mass()], Unit::Kilogram, "trunk.mass")
-            .from_masses(kinds)
+            .and_masses(kinds)
             .with_note(format!("{} legs", robot.legs.len())),
         Fact::new(
             "weight",
@@ -24,7 +24,7 @@ pub(super) fn facts(robot: &Robot, kinds: &[LegKind]) -> Result<Vec<Fact>, LegEr
             Unit::Newton,
             "trunk.mass",
         )
-        .from_masses(kinds),
+        .and_masses(kinds),
         Fact::new(
             "trunk_mass",
             "trunk without legs",
@@ -56,8 +56,8 @@ pub(super) fn facts(robot: &Robot, kinds: &[LegKind]) -> Result<Vec<Fact>, LegEr
         "trunk.mass trunk.inertia mount",
     );
     facts.push(
-        fact.from_masses(kinds)
-            .with_note("about its centre of mass, legs extended, feet below the hips"),
+        fact.and_masses(kinds)
+            .with_note("about its centre of mass, legs extended"),
     );
     for (key, name, axis) in [
         ("hip_length", "hips, foremost to hindmost", 0),
@@ -72,7 +72,7 @@ pub(super) fn facts(robot: &Robot, kinds: &[LegKind]) -> Result<Vec<Fact>, LegEr
 
 impl Fact {
     /// Adds the masses of all legs to the keys from which the fact follows.
-    fn from_masses(mut self, kinds: &[LegKind]) -> Self {
+    fn and_masses(mut self, kinds: &[LegKind]) -> Self {
         for part in ["l1", "l2", "l3", "foot"] {
             let keys = kinds.iter().map(|kind| kind.key(&format!("mass.{part}")));
             self.from.extend(keys);

@@ -82,7 +82,7 @@ fn motor(
     let speed = motor.voltage / motor.torque_constant / motor.gear;
     [
         Fact::new(keys[0], names[0], [stall], Unit::NewtonMeter, table).with_note(format!(
-            "behind the gear of {}:1, {current:.4} A",
+            "behind the gear of {}:1, {current:.1} A",
             motor.gear
         )),
         Fact::new(keys[1], names[1], [speed], Unit::RadianPerSecond, table)
@@ -109,7 +109,7 @@ pub(super) fn foot_facts(robot: &Robot, kind: &LegKind) -> Result<Vec<Fact>, Leg
             Unit::Newton,
             &from("hip.torque"),
         )
-        .with_note("standing, at the servo's greatest torque"),
+        .with_note("standing"),
         Fact::new(
             "foot_speed_hip",
             "speed across the leg by the hip",
@@ -132,7 +132,7 @@ pub(super) fn foot_facts(robot: &Robot, kind: &LegKind) -> Result<Vec<Fact>, Leg
             Unit::Newton,
             &wound,
         )
-        .with_note("standing, against the springs, which alone extend the leg"),
+        .with_note("standing, against the springs"),
         Fact::new(
             "foot_speed_knee",
             "speed along the leg by the cable",

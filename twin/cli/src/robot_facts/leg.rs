@@ -113,11 +113,12 @@ impl LegKind {
         let leg = &self.pantograph;
         let standing = self.standing.length;
         let carried = match self.standing.stop {
-            Some(Stop::Extended) => " : the preload carries it",
+            Some(Stop::Extended) => ": the preload carries it",
             Some(_) => ": the springs do not carry it, the leg bottoms out",
             None => "",
         };
-        let on = format!("under {:.4} N{carried}", self.load).replace(" :", ":");
+        let load = shown(&[self.load], Unit::Newton);
+        let on = format!("under {load}{carried}");
         let springs = format!("{} trunk.mass {}", self.keys(true), self.mass_keys());
         vec![
             Fact::new(
@@ -185,7 +186,7 @@ impl LegKind {
                 Unit::NewtonPerMeter,
                 &keys,
             )
-            .with_note("least spring energy (thesis, eq. 2.21), 0.7 … 0.98 of the length"),
+            .with_note("least spring energy (thesis, eq. 2.21)"),
             fact(
                 "bounce_max",
                 "bounce on all legs, greatest stiffness",
@@ -290,7 +291,7 @@ impl LegKind {
                 Unit::KilogramSquareMeter,
                 &inertia,
             )
-            .with_note("about the centre of mass of each, in the leg plane"),
+            .with_note("about the centre of mass of each"),
         ]
     }
 }

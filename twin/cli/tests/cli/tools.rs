@@ -108,7 +108,7 @@ fn doctor_reports_every_item_with_a_remedy_or_none() {
     }
     let text = twin(&["doctor"]).out;
     for item in items {
-        assert!(text.contains(item["item"].as_str().unwrap()), "{item}");
+        assert!(text.contains(item["name"].as_str().unwrap()), "{item}");
     }
 }
 

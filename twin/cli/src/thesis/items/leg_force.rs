@@ -41,7 +41,7 @@ pub(crate) const FIG_2_9: Item = Item {
         .remark("\"one order of magnitude\""),
     ],
     measure: fig_2_9,
-    commands: &["cargo test -p twinrig-leg greatest_stiffness"],
+    commands: &["cargo test -p twinrig-leg greatest_axial_stiffness"],
 };
 
 fn fig_2_9(context: &Context<'_>) -> Result<Measurements, TwinError> {
