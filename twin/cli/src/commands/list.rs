@@ -1,8 +1,10 @@
 //! Command `twin list`: kinds of parts and robots of a build.
 
+use std::ops::Bound;
 use std::path::Path;
 
 use serde::Serialize;
+use twinrig_document::Range;
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_scenario::{Accepts, Kind, TableReference, language};
 
@@ -58,6 +60,11 @@ struct Variable {
     name: String,
     unit: &'static str,
     range: String,
+    /// Least and greatest value; null if there is none.
+    min: Option<f64>,
+    max: Option<f64>,
+    /// Ends that do not belong to the range: `min`, `max`.
+    open: Vec<&'static str>,
     default: f64,
 }
 
@@ -114,11 +121,29 @@ fn table(table: &TableReference) -> Table {
     }
 }
 
+/// Returns the value at an end of a range.
+fn end(bound: Bound<f64>) -> Option<f64> {
+    match bound {
+        Bound::Included(value) | Bound::Excluded(value) => Some(value),
+        Bound::Unbounded => None,
+    }
+}
+
+/// Returns the names of the ends that do not belong to a range.
+fn open_ends(range: &Range) -> Vec<&'static str> {
+    let ends = [("min", range.min), ("max", range.max)].into_iter();
+    let open = ends.filter(|(_, bound)| matches!(bound, Bound::Excluded(_)));
+    open.map(|(name, _)| name).collect()
+}
+
 fn part(kind: &Kind) -> Part {
     let variables = kind.variables.iter().map(|variable| Variable {
         name: variable.name.clone(),
         unit: variable.unit.symbol(),
         range: variable.range.to_string(),
+        min: end(variable.range.min),
+        max: end(variable.range.max),
+        open: open_ends(&variable.range),
         default: variable.default,
     });
     let options = kind.options.iter().map(|option| Opt {

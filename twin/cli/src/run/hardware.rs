@@ -18,7 +18,7 @@ use crate::report::table::folded;
 use crate::report::{RealTime, Report};
 use crate::run::execute::{Course, Execution, report};
 use crate::run::interrupt;
-use crate::run::judging::judge;
+use crate::run::judging::{judge, tracking};
 use crate::run::observers::RunObservers;
 use crate::run::progress::Progress;
 use crate::run::recording::recorder;
@@ -39,7 +39,8 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
         progress.note(note);
     }
     let mut observer = TimingObserver {
-        observers: RunObservers::new(judge(assembly, &rig), recorder),
+        observers: RunObservers::new(judge(assembly, &rig), recorder)
+            .with_tracking(tracking(assembly, &rig)),
         progress,
         reached: SimTime::ZERO,
     };
