@@ -135,6 +135,10 @@ fn failure(assembly: &Assembly<'_>, ports: &[(String, PathBuf)], error: RigError
     text
 }
 
+/// Number of control periods that a transfer may last, if they are longer than the default limit: a
+/// slow controller is in no hurry.
+const TRANSFER_PERIODS_MAX: u64 = 100;
+
 /// Rig that is ready to run.
 struct PreparedRig {
     rig: RealTimeRig,
@@ -172,6 +176,9 @@ fn prepare(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Prepa
         rig.schedule(at, variable, change)
             .map_err(|error| assembly.rig_error(error))?;
     }
+    let transfer_max = rig.period() * TRANSFER_PERIODS_MAX;
+    let limits = &mut rig.options.limits;
+    limits.transfer = limits.transfer.max(transfer_max);
     notes.extend(rig.options.privileges.prepare());
     Ok(PreparedRig { rig, notes })
 }
