@@ -85,7 +85,7 @@ fn run(command: &str) -> Option<(String, u8)> {
             let registry = Registry::standard().with_build(BuildKey::of_bytes(b"tutorials"));
             twinrig::run_with(&registry, &words[1..], &mut out, &mut err)
         }
-        Some("python3") if words.get(1).is_some_and(|word| word.ends_with(".py")) => {
+        Some("python3") if words.get(1).is_some_and(|word| !word.starts_with('-')) => {
             let python = python::python("mcap, mcap_ros2, matplotlib, numpy")?;
             let ran = Command::new(python).args(&words[1..]).output().unwrap();
             out = ran.stdout;
@@ -167,7 +167,7 @@ impl Tutorial<'_> {
                 if language == "console" {
                     self.console(&block);
                 } else {
-                    block.iter().for_each(|line| self.keep(line));
+                    self.keep_all(&block);
                 }
                 self.keep("```");
             }
@@ -198,14 +198,20 @@ impl Tutorial<'_> {
                 // Output that was cut after some lines is cut there again.
                 let cut = shown.last() == Some(&"…") && shown.len() <= found.len();
                 let kept = if cut { shown.len() - 1 } else { found.len() };
-                found[..kept].iter().for_each(|line| self.keep(line));
+                self.keep_all(&found[..kept]);
                 if cut {
                     self.keep("…");
                 }
                 return;
             }
         }
-        shown.iter().for_each(|line| self.keep(line));
+        self.keep_all(shown);
+    }
+
+    fn keep_all(&mut self, lines: &[&str]) {
+        for line in lines {
+            self.keep(line);
+        }
     }
 
     fn keep(&mut self, line: &str) {
