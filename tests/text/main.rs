@@ -1,5 +1,8 @@
-//! Tests of the sources themselves: dependencies between modules, documents, vocabulary.
+//! Tests of the sources themselves: dependencies between modules, documents and their commands,
+//! vocabulary.
 
 mod arrows;
 mod documents;
+mod links;
+mod tutorials;
 mod vocabulary;

@@ -152,7 +152,8 @@ pub(crate) fn master_config(config: &BusConfig) -> MasterConfig {
         ),
     };
     MasterConfig {
-        lazy_timeout: defaults.lazy_timeout + timer,
+        // A host that reads answers late in a cycle reads those of single requests as late.
+        lazy_timeout: (defaults.lazy_timeout + timer).max(cycle_timeout),
         cycle_timeout,
         grace,
         error_threshold: config.session.error_threshold,

@@ -141,7 +141,8 @@ pub struct SessionConfig {
     pub calibration_poll: Duration,
     /// Time-out of a packet or frame of a cycle. `None`: derived from topology, USB and firmware:
     /// through the bus controller 2 ms; directly a round trip and two microframes (895 µs), more
-    /// with a latency timer, long microframes or the first firmware.
+    /// with a latency timer, long microframes or the first firmware. Single requests, as during
+    /// initialisation, have a time-out of 20 ms, or this one if it is longer.
     pub cycle_timeout: Option<Duration>,
     /// Whether each cycle begins as soon as the last one ends, with the set-points of the last
     /// transfer until the controller has new ones, which shows the maximum rate of the bus: false.

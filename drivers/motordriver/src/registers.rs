@@ -128,17 +128,104 @@ pub(crate) fn table(board: &BoardConfig) -> Result<RegisterTable, SbcpError> {
 
 #[cfg(test)]
 mod tests {
+    use twinrig_sbcp::Access;
+
     use super::*;
+
+    const MODES: [Mode; 5] = [
+        Mode::Coast,
+        Mode::Calibrate,
+        Mode::Position,
+        Mode::SmoothPosition,
+        Mode::Velocity,
+    ];
+
+    fn page() -> String {
+        let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/sbcp.md");
+        std::fs::read_to_string(page).unwrap()
+    }
+
+    /// Cells of a row of a table in Markdown, without spaces around them.
+    fn cells(row: &str) -> Vec<&str> {
+        let row = row.trim().trim_matches('|');
+        row.split('|').map(str::trim).collect()
+    }
+
+    #[test]
+    fn page_has_every_register() {
+        let page = page();
+        let rows = page.split("<!-- registers -->").nth(1).unwrap();
+        let rows = rows.split("<!-- end -->").next().unwrap();
+        // Address, bytes, access, values, and value at power-on.
+        let found: Vec<[String; 5]> = rows
+            .lines()
+            .filter(|row| row.starts_with("| `0x"))
+            .map(|row| [0, 2, 3, 4, 5].map(|n| cells(row)[n].to_owned()))
+            .collect();
+        let table = table(&BoardConfig::default()).unwrap();
+        let expected: Vec<[String; 5]> = table
+            .registers()
+            .iter()
+            .map(|register| {
+                let writable = register.access == Access::ReadWrite;
+                let kept = if register.non_volatile { " nv" } else { "" };
+                [
+                    format!("`{:#04X}`", register.address).replace("0X", "0x"),
+                    register.width.bytes().to_string(),
+                    format!("{}{kept}", if writable { "rw" } else { "r" }),
+                    if writable {
+                        format!("{} – {}", register.min, register.max)
+                    } else {
+                        String::new()
+                    },
+                    register.initial.to_string(),
+                ]
+            })
+            .collect();
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn page_names_registers_and_modes() {
+        use MotorRegister as R;
+        let page = page();
+        let registers = [
+            R::Mode,
+            R::GoalPosition,
+            R::PresentPosition,
+            R::PGain,
+            R::IGain,
+            R::DGain,
+            R::Stiffness,
+            R::Damping,
+            R::Preload,
+            R::MaxTorque,
+            R::MaxSpeed,
+            R::MaxAcceleration,
+            R::PositionLimit,
+        ];
+        for (register, motor) in registers.iter().flat_map(|r| [(r, 0), (r, 1)]) {
+            let address = register.address(motor);
+            let row = format!("| `0x{address:02X}` | `{register:?}`, motor {motor} |");
+            assert!(page.contains(&row), "{row}");
+        }
+        for mode in MODES {
+            let row = format!("| `{mode:?}` | {} |", mode as u16);
+            assert!(page.contains(&row), "{row}");
+        }
+        for (name, address) in [
+            ("SmoothPositionUpdate`", SMOOTH_POSITION_UPDATE),
+            ("Magnetic`, segment 1", MAGNETIC),
+            ("Force`, x", FORCE),
+        ] {
+            let row = format!("| `0x{address:02X}` | `{name} |");
+            assert!(page.contains(&row), "{row}");
+        }
+    }
 
     #[test]
     fn mode_is_decoded_independently_of_flags() {
-        for mode in [
-            Mode::Coast,
-            Mode::Calibrate,
-            Mode::Position,
-            Mode::SmoothPosition,
-            Mode::Velocity,
-        ] {
+        for mode in MODES {
             assert_eq!(Mode::from_register(mode as u16 | RUNTIME_CALIBRATED), mode);
         }
         assert_eq!(Mode::from_register(0x00AA), Mode::Coast);

@@ -94,6 +94,28 @@ fn lengths_outside_the_range_of_a_direction_are_garbage() {
     }
 }
 
+/// The examples of `docs/rb110.md`.
+#[test]
+fn frames_of_the_page_are_decoded_and_encoded() {
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/rb110.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let frames = |beginning: &'static str| {
+        let lines = page.lines().filter(move |line| line.starts_with(beginning));
+        let byte = |text: &str| u8::from_str_radix(text, 16).unwrap();
+        lines.map(move |line| line.split(' ').skip(1).map(byte).collect::<Vec<u8>>())
+    };
+    let requests: Vec<_> = frames("> B1 ").collect();
+    assert_eq!(requests.len(), 2);
+    for frame in &requests {
+        assert_eq!(Request::decode(frame).unwrap().to_frame(), *frame);
+    }
+    let last = Request::decode(&requests[1]).unwrap();
+    assert_eq!((last.sequence, last.pulses[15]), (2, Some(60_000)));
+    for frame in frames("< B2 ") {
+        assert_eq!(Answer::decode(&frame).unwrap().to_frame(), frame);
+    }
+}
+
 proptest! {
     #[test]
     fn messages_are_decoded_identically_amid_garbage(

@@ -8,7 +8,7 @@ use twinrig_wire::{Diagnostics, FrameOutcome, FramedMessage, Protocol, RequestKi
 use crate::protocol::{Answer, Request};
 
 /// Time-out of an answer.
-const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(50);
+pub const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(50);
 
 /// Configuration.
 pub struct RangeFinder {

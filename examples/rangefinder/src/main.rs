@@ -4,6 +4,8 @@
 mod device;
 mod driver;
 mod protocol;
+#[cfg(test)]
+mod timing;
 
 use std::process::ExitCode;
 

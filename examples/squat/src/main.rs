@@ -107,6 +107,24 @@ fn squat() -> ControllerKind {
 mod tests {
     use super::*;
 
+    #[test]
+    fn a_restored_controller_continues_with_the_same_bits() {
+        let build = || Squat {
+            legs: Vec::new(),
+            variables: variables(),
+            cycle: 0.0,
+        };
+        let (mut one, mut other) = (build(), build());
+        let step = SimDuration::from_millis(2);
+        for _ in 0..123 {
+            one.step(step, &[], &mut []);
+        }
+        other.restore(&one.save()).unwrap();
+        one.step(step, &[], &mut []);
+        other.step(step, &[], &mut []);
+        assert_eq!(one.cycle.to_bits(), other.cycle.to_bits());
+    }
+
     /// Regenerate with `UPDATE_SCHEMA=1 cargo test -p squat schema`.
     #[test]
     fn schema_matches_this_program() {

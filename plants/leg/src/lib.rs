@@ -28,6 +28,7 @@
 //! A contains many misprints; where a formula here differs from it, the item's documentation says
 //! so.
 
+mod axial;
 mod equilibrium;
 mod error;
 mod joints;
@@ -37,6 +38,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 
+pub use axial::LoadedLength;
 pub use equilibrium::{Equilibrium, Stop};
 pub use error::LegError;
 pub use joints::{Jet, Joints, OpeningStop};

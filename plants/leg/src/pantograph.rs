@@ -209,6 +209,23 @@ impl Pantograph {
         self.diagonal_max
     }
 
+    /// Returns the shortest length of the diagonal, at its stop \[m\].
+    pub fn diagonal_min(&self) -> f64 {
+        self.diagonal_min
+    }
+
+    /// Returns the knee angle `q2` at which the diagonal bottoms out; negative \[rad\].
+    ///
+    /// # Errors
+    /// [`LegError::NoAngle`] never for a mechanism that [`Self::new`] accepts.
+    pub fn knee_bottomed(&self) -> Result<f64, LegError> {
+        let cosine = (self.diagonal_min * self.diagonal_min
+            - self.l2 * self.l2
+            - self.l_delta * self.l_delta)
+            / (2.0 * self.l2 * self.l_delta);
+        Ok(self.q2_ref - angle_of(cosine, "diagonal_min", self.diagonal_min)?)
+    }
+
     /// Returns the absolute angle of the first segment in the reference pose \[rad\].
     pub fn hip_reference(&self) -> f64 {
         self.hip_ref

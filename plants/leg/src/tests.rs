@@ -262,25 +262,6 @@ fn omitting_parallel_spring_torque_on_knee_breaks_energy_conservation() {
     assert!(work.abs() > 1e-3, "{work}");
 }
 
-/// Returns the greatest axial stiffness between 0.7 and 0.98 of the greatest length, by second
-/// differences of the energy.
-fn greatest_stiffness(leg: &Pantograph) -> f64 {
-    let force = |length: f64| leg.equilibrium(length, 0.0, f64::INFINITY).unwrap().axial;
-    let h = 1e-4;
-    (0..=400)
-        .map(|i| leg.length_max() * (0.7 + 0.28 * f64::from(i) / 400.0))
-        .map(|length| (force(length - h) - force(length + h)) / (2.0 * h))
-        .fold(0.0, f64::max)
-}
-
-#[test]
-fn greatest_axial_stiffness_matches_thesis() {
-    // Thesis, section 2.7.1: 253.27 N/m. The range ends at 0.98 of the greatest length; beyond, the
-    // stiffness rises to 260 N/m and jumps to 423 N/m where the preload closes the pantograph.
-    let stiffness = greatest_stiffness(&leg());
-    assert!((stiffness - 252.0).abs() < 2.0, "{stiffness}");
-}
-
 #[test]
 fn axial_force_is_negative_slope_of_minimum_energy() {
     let leg = leg();

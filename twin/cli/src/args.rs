@@ -2,8 +2,12 @@
 #![allow(clippy::doc_markdown, reason = "the text is printed verbatim")]
 
 mod cell;
+mod completions;
+mod doctor;
+mod draw;
 mod export;
 mod gait_study;
+mod list;
 mod optimize;
 mod plan;
 mod radius;
@@ -20,8 +24,12 @@ use twinrig_document::{parse_duration, parse_quantity};
 use twinrig_kernel::{SimDuration, Unit};
 
 pub use cell::{CellArgs, CellCommand, CellPredictArgs, ElectrodeName};
+pub use completions::{CompletionsArgs, ManArgs};
+pub use doctor::DoctorArgs;
+pub use draw::DrawArgs;
 pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
 pub use gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
+pub use list::ListArgs;
 pub use optimize::OptimizeArgs;
 pub use plan::PlanArgs;
 pub(crate) use radius::DEFAULT_PRECISION;
@@ -51,7 +59,7 @@ pub enum Command {
     Plan(PlanArgs),
     /// Validate scenarios without running them
     Check(CheckArgs),
-    /// List the plants, controllers, drivers and robots of this build
+    /// List the parts of this build; of a robot also what follows from its file
     List(ListArgs),
     /// Find the first sample in which two recordings differ, or the first footstep with --events
     Diff(DiffArgs),
@@ -63,12 +71,19 @@ pub enum Command {
     Serve(ServeArgs),
     /// List the serial ports of this machine
     Devices(DevicesArgs),
+    /// Check this machine: what the program needs for runs, real boards, real time and builds
+    ///
+    /// Exit code: 0 what this build needs is there, 1 something it needs is broken: a robot file, or
+    /// MuJoCo's library. Notices, and problems of what only some work needs, do not count.
+    Doctor(DoctorArgs),
     /// Measure plants (accuracy, speed, stability), filters of loads, and gaits
     Study(StudyArgs),
     /// Run a scenario at many points, and assert shares of the runs
     Sweep(SweepArgs),
     /// Search the settings of a scenario with the best value of an expectation
     Optimize(OptimizeArgs),
+    /// Draw a robot as SVG: a leg with its dimensions, extended and bent; side and top view
+    Draw(DrawArgs),
     /// Write a robot or a scenario in the format of another program
     Export(ExportArgs),
     /// Design piezoresistive cells of tactile sensors by the models of the thesis
@@ -85,6 +100,12 @@ pub enum Command {
     /// scenario: "#:schema scenario.schema.json". The schema contains the process variables of the
     /// controllers for all robots found, or for the robots given with --robot.
     Schema(SchemaArgs),
+    /// Print the completions of a shell
+    ///
+    /// bash: twin completions bash > ~/.local/share/bash-completion/completions/twin
+    Completions(CompletionsArgs),
+    /// Print the manual page, or write the pages of all commands
+    Man(ManArgs),
 }
 
 impl Command {
@@ -103,7 +124,13 @@ impl Command {
             Self::Optimize(args) => args.json,
             Self::Study(args) => args.study.json(),
             Self::Thesis(args) => args.json,
-            Self::Serve(_) | Self::Export(_) | Self::Schema(_) => false,
+            Self::Doctor(args) => args.json,
+            Self::Serve(_)
+            | Self::Export(_)
+            | Self::Schema(_)
+            | Self::Draw(_)
+            | Self::Completions(_)
+            | Self::Man(_) => false,
         }
     }
 }
@@ -198,17 +225,6 @@ pub struct CheckArgs {
     #[arg(long)]
     pub strict: bool,
     /// Print one JSON object per scenario
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Arguments of `twin list`.
-#[derive(Clone, Debug, Args)]
-pub struct ListArgs {
-    /// Robot whose process variables are listed: a name, or the path of a robot file
-    #[arg(default_value = "cheetah-cub")]
-    pub robot: String,
-    /// Print a JSON object
     #[arg(long)]
     pub json: bool,
 }

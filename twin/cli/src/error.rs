@@ -137,6 +137,14 @@ pub enum TwinError {
         /// Missing cargo feature.
         feature: &'static str,
     },
+    /// Leg of a robot without a pose that is asked for.
+    #[error("error: the leg of {robot} has no such pose: {source}")]
+    Leg {
+        /// Name or path of the robot.
+        robot: String,
+        /// Reason.
+        source: twinrig_leg::LegError,
+    },
     /// Robot that cannot be exported to a format.
     #[error("error: {robot} cannot be written as {language}: {}", chain(source.as_ref()))]
     Export {

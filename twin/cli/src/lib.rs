@@ -28,12 +28,15 @@
 mod args;
 mod assembly;
 mod commands;
+mod doctor;
+mod drawing;
 mod error;
 pub mod fmu;
 mod optimize;
 mod parts;
 mod radius;
 mod report;
+mod robot_facts;
 mod run;
 mod study;
 mod sweep;

@@ -1,6 +1,6 @@
 //! Expectations of a scenario.
 
-use twinrig_document::Placed;
+use twinrig_document::{Place, Placed};
 use twinrig_kernel::{SimDuration, SimTime, Unit};
 use twinrig_runtime::WorkCounts;
 
@@ -10,13 +10,15 @@ use crate::language::Words;
 use crate::limits::{Domain, Limits};
 use crate::pattern::Pattern;
 use crate::recovery::{Recovery, TrunkQuantity};
-use crate::sequence::{Condition, SequenceClaim};
+use crate::sequence::{Condition, Relation, SequenceClaim};
 
 /// One `[[expect]]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expectation {
     /// Name in the verdict.
     pub name: String,
+    /// Position of the name, or of the whole expectation if it has none.
+    pub place: Place,
     /// Start of the window.
     pub after: SimTime,
     /// End of the window; none for the end of the run.
@@ -54,6 +56,24 @@ pub enum Claim {
 }
 
 impl Claim {
+    /// Returns the key of the claim in a scenario.
+    pub fn subject(&self) -> &'static str {
+        match self {
+            Claim::Footstep(_) => "footstep",
+            Claim::Gait(_) => "gait",
+            Claim::Body(_) => "body",
+            Claim::Timing(_) => "timing",
+            Claim::Signal(_) => "signal",
+            Claim::Compare(_) => "compare",
+            Claim::Sequence(claim) => match claim.relation {
+                Relation::Then(_) => "response",
+                Relation::Before(_) => "precedence",
+            },
+            Claim::EnergyResidual(_) => "energy",
+            Claim::Cost(..) => "cost",
+        }
+    }
+
     /// Returns whether the claim applies to an upright robot only: after a fall, footsteps, speed
     /// and heading are those of the fall, and there is no recovery from it.
     pub(crate) fn requires_upright_robot(&self) -> bool {

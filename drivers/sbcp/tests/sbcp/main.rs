@@ -4,6 +4,7 @@ mod controller;
 mod cycle;
 mod noise;
 mod packets;
+mod page;
 mod slave;
 mod support;
 mod usb;

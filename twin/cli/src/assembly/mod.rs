@@ -8,12 +8,15 @@ use twinrig_kernel::{Port, SimDuration, SimTime, signal};
 use twinrig_legged::Constraints;
 use twinrig_robot::Robot;
 use twinrig_runtime::{Change, Plant, Rig, RigError, Schedule, Timing, WiringError};
-use twinrig_scenario::{ActuatorSpec, BusSpec, Facts, PlantSpec, Scenario, Scene, Setting};
+use twinrig_scenario::{
+    ActuatorSpec, BusSpec, CommandedGait, Facts, PlantSpec, Scenario, Scene, Setting,
+};
 use twinrig_study::StartPerturbation;
 
 pub(crate) mod body;
 pub(crate) mod builder;
 pub(crate) mod buses;
+mod commanded_gait;
 mod instrumented;
 pub(crate) mod registry;
 mod sensed;
@@ -62,6 +65,8 @@ pub struct Assembly<'r> {
     facts: Facts,
     /// First commands of the controller, by signal name: the pose at the start.
     first_commands: Vec<(String, f64)>,
+    /// Commanded motion that samples do not contain.
+    gait: CommandedGait,
     /// Perturbation of the plant's start.
     start: Option<StartPerturbation>,
     /// The parts that were built to check the scenario: those of the first rig.
@@ -191,6 +196,7 @@ impl<'r> Assembly<'r> {
             ground,
             legs,
         };
+        let gait = commanded_gait::of(process.variables(), &scenario, &facts.legs, body.robot());
         let mut scene = scenario.scene(&facts)?;
         let large = recording_size::warning(&scene, &facts.plant_outputs, &facts.process_ports);
         scene.scenario.warnings.extend(large);
@@ -200,6 +206,7 @@ impl<'r> Assembly<'r> {
             body,
             facts,
             first_commands,
+            gait,
             start: None,
             built: Mutex::default(),
         };
@@ -287,6 +294,7 @@ impl<'r> Assembly<'r> {
             scene: scenario.scene(&facts)?,
             body: self.body.clone(),
             first_commands: self.first_commands.clone(),
+            gait: self.gait.clone(),
             start: self.start,
             built: Mutex::default(),
             facts,
@@ -296,6 +304,11 @@ impl<'r> Assembly<'r> {
     /// Returns the scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    /// Returns the commanded motion that samples do not contain.
+    pub(crate) fn gait(&self) -> &CommandedGait {
+        &self.gait
     }
 
     /// Returns the scenario.
@@ -350,6 +363,7 @@ impl<'r> Assembly<'r> {
             body: self.body.clone(),
             facts: self.facts.clone(),
             first_commands: self.first_commands.clone(),
+            gait: self.gait.clone(),
             start: self.start,
             built: Mutex::default(),
         }
@@ -364,6 +378,7 @@ impl<'r> Assembly<'r> {
             body: self.body.clone(),
             facts: self.facts.clone(),
             first_commands: self.first_commands.clone(),
+            gait: self.gait.clone(),
             start: Some(start),
             built: Mutex::default(),
         }

@@ -1,19 +1,28 @@
 //! Command `twin list`: kinds of parts and robots of a build.
 
+use std::ops::Bound;
 use std::path::Path;
 
 use serde::Serialize;
-use twinrig_robot::RobotFile;
+use twinrig_document::Range;
+use twinrig_robot::{Robot, RobotFile};
 use twinrig_scenario::{Accepts, Kind, TableReference, language};
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::ListArgs;
 use crate::assembly::registry::Registry;
+use crate::error::TwinError;
 use crate::report::grid::{Cell, Grid, Left};
 use crate::report::style::{BOLD, DIM, styled};
+use crate::robot_facts::{RobotFacts, robot_facts};
+
+/// Robot whose process variables are listed if none is named.
+const DEFAULT: &str = "cheetah-cub";
 
 #[derive(Serialize)]
 struct Listing {
+    /// Null without a robot on the command line.
+    robot: Option<RobotFacts>,
     plants: Vec<Part>,
     controllers: Vec<Part>,
     buses: Vec<Part>,
@@ -51,21 +60,26 @@ struct Variable {
     name: String,
     unit: &'static str,
     range: String,
+    /// Least and greatest value; null if there is none.
+    min: Option<f64>,
+    max: Option<f64>,
+    /// Ends that do not belong to the range: `min`, `max`.
+    open: Vec<&'static str>,
     default: f64,
 }
 
 pub(super) fn list(registry: &Registry, args: &ListArgs, terminal: &mut Terminal<'_>) -> u8 {
-    let robot = RobotFile::find(&args.robot, Path::new("")).and_then(|file| file.robot());
-    let robot = match robot {
-        Ok(robot) => robot,
+    let (robot, facts) = match robot_and_facts(args.robot.as_deref()) {
+        Ok(found) => found,
         Err(error) => {
-            terminal.print_error(&error.into());
+            terminal.report_error(&error, args.json);
             return FAILURE;
         }
     };
     let catalogue = registry.catalogue(Some(&robot));
     let parts = |kinds: &[Kind]| kinds.iter().map(part).collect::<Vec<_>>();
     let listing = Listing {
+        robot: facts,
         plants: parts(&catalogue.plants),
         controllers: parts(&catalogue.controllers),
         buses: parts(&catalogue.buses),
@@ -81,6 +95,19 @@ pub(super) fn list(registry: &Registry, args: &ListArgs, terminal: &mut Terminal
     SUCCESS
 }
 
+/// Returns the robot whose process variables are listed, with its facts if it is named.
+fn robot_and_facts(name: Option<&str>) -> Result<(Robot, Option<RobotFacts>), TwinError> {
+    let file = RobotFile::find(name.unwrap_or(DEFAULT), Path::new(""))?;
+    let robot = file.robot()?;
+    let facts = name.map(|name| {
+        robot_facts(&file, &robot).map_err(|source| TwinError::Leg {
+            robot: name.to_owned(),
+            source,
+        })
+    });
+    Ok((robot, facts.transpose()?))
+}
+
 fn table(table: &TableReference) -> Table {
     let keys = table.keys.iter().map(|key| Opt {
         name: key.name.to_owned(),
@@ -94,11 +121,29 @@ fn table(table: &TableReference) -> Table {
     }
 }
 
+/// Returns the value at an end of a range.
+fn end(bound: Bound<f64>) -> Option<f64> {
+    match bound {
+        Bound::Included(value) | Bound::Excluded(value) => Some(value),
+        Bound::Unbounded => None,
+    }
+}
+
+/// Returns the names of the ends that do not belong to a range.
+fn open_ends(range: &Range) -> Vec<&'static str> {
+    let ends = [("min", range.min), ("max", range.max)].into_iter();
+    let open = ends.filter(|(_, bound)| matches!(bound, Bound::Excluded(_)));
+    open.map(|(name, _)| name).collect()
+}
+
 fn part(kind: &Kind) -> Part {
     let variables = kind.variables.iter().map(|variable| Variable {
         name: variable.name.clone(),
         unit: variable.unit.symbol(),
         range: variable.range.to_string(),
+        min: end(variable.range.min),
+        max: end(variable.range.max),
+        open: open_ends(&variable.range),
         default: variable.default,
     });
     let options = kind.options.iter().map(|option| Opt {
@@ -141,6 +186,9 @@ fn accepts(accepted: &Accepts) -> String {
 
 fn text(listing: &Listing) -> String {
     let mut lines = Vec::new();
+    if let Some(facts) = &listing.robot {
+        lines.extend(facts.lines());
+    }
     let mut section = |title: &str, parts: &[Part]| {
         lines.push(styled(BOLD, title));
         let mut grid = Grid::new(&[Left, Left]);

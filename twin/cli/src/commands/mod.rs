@@ -3,8 +3,11 @@
 mod cell;
 mod check;
 mod compare;
+mod completions;
 mod devices;
 mod diff;
+mod doctor;
+mod draw;
 mod export;
 mod list;
 mod optimize;
@@ -243,6 +246,10 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::Thesis(args) => thesis::thesis(registry, &args, terminal),
         Command::Export(args) => export::export(registry, &args, terminal),
         Command::Schema(args) => schema::schema(registry, &args, terminal),
+        Command::Doctor(args) => doctor::doctor(registry, &args, terminal),
+        Command::Draw(args) => draw::draw(&args, terminal),
+        Command::Completions(args) => completions::completions(&args, terminal),
+        Command::Man(args) => completions::man(&args, terminal),
     }
 }
 

@@ -139,7 +139,8 @@ pub(crate) fn motors(robot: &Robot) -> Result<Motors, BuildError> {
     robot.motors.ok_or_else(|| why.into())
 }
 
-fn overridden(servo: Servo, by: &ServoOverride) -> Servo {
+/// Returns a servo with the parameters that the scenario overrides.
+pub(crate) fn overridden(servo: Servo, by: &ServoOverride) -> Servo {
     Servo {
         lag: by.lag.unwrap_or(servo.lag),
         speed: by.speed.unwrap_or(servo.speed),

@@ -1,56 +1,289 @@
 //! Verdicts as `JUnit` XML, for CI systems.
+//!
+//! A document is valid by both schemas that CI systems use: that of Jenkins (xunit-plugin,
+//! junit-10.xsd) and that of Ant (windyroad/JUnit-Schema, JUnit.xsd). Neither has a place for file and
+//! line of a test case: the text of a failure begins with them, as compilers write them.
 
 use std::fmt::Write as _;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use twinrig_scenario::Verdict;
 
 use crate::report::table;
 use crate::report::{Line, Report};
 
-/// Returns the document with one test suite per scenario and one test case per expectation.
+/// Suite of test cases.
+pub(crate) struct Suite {
+    /// Name; equal names in one document become distinct.
+    pub(crate) name: String,
+    /// Properties, by name.
+    pub(crate) properties: Vec<(&'static str, String)>,
+    /// Wall time \[s\].
+    pub(crate) time_s: f64,
+    pub(crate) cases: Vec<Case>,
+    /// Text for readers.
+    pub(crate) output: String,
+}
+
+/// Test case.
+pub(crate) struct Case {
+    /// Name; equal names in one suite become distinct.
+    pub(crate) name: String,
+    /// None if it passes.
+    pub(crate) problem: Option<CaseProblem>,
+}
+
+/// Result of a test case that does not pass.
+pub(crate) struct CaseProblem {
+    pub(crate) kind: ProblemKind,
+    /// Identifier of the kind of failure: `always`, `stride_length`.
+    pub(crate) of_type: String,
+    pub(crate) message: String,
+    /// Longer text.
+    pub(crate) text: String,
+}
+
+/// Kind of the result of a test case that does not pass.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ProblemKind {
+    Failure,
+    Error,
+    Skipped,
+}
+
+impl ProblemKind {
+    fn element(self) -> &'static str {
+        match self {
+            Self::Failure => "failure",
+            Self::Error => "error",
+            Self::Skipped => "skipped",
+        }
+    }
+}
+
+impl Case {
+    /// Returns a test case that passes.
+    pub(crate) fn passed(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            problem: None,
+        }
+    }
+
+    /// Returns a test case that does not pass.
+    pub(crate) fn of(name: impl Into<String>, problem: CaseProblem) -> Self {
+        Self {
+            name: name.into(),
+            problem: Some(problem),
+        }
+    }
+}
+
+/// Returns the document with one test suite per report and one test case per expectation.
 pub fn document(reports: &[Report]) -> String {
-    let mut out =
-        String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"twinrig\">\n");
-    for report in reports {
-        suite(&mut out, report);
+    let suites: Vec<Suite> = reports
+        .iter()
+        .map(|report| suite(report, reports))
+        .collect();
+    written(&suites)
+}
+
+/// Returns the suite of a report; with its plant in the name if the scenario ran on several.
+fn suite(report: &Report, all: &[Report]) -> Suite {
+    let mut same = all.iter().filter(|other| other.scenario == report.scenario);
+    let on_several = same.any(|other| other.plant != report.plant);
+    let name = match &report.plant {
+        Some(plant) if on_several => format!("{} on {plant}", report.scenario),
+        _ => report.scenario.clone(),
+    };
+    let recorded = report.recording.is_some();
+    let mut cases: Vec<Case> = report
+        .expectations
+        .iter()
+        .map(|line| case(line, recorded))
+        .collect();
+    if let Some(error) = &report.error {
+        let problem = CaseProblem {
+            kind: ProblemKind::Error,
+            of_type: "run".to_owned(),
+            message: error.lines().next().unwrap_or_default().to_owned(),
+            text: error.clone(),
+        };
+        cases.push(Case::of("runs to its end", problem));
+    }
+    let texts = [
+        ("file", Some(report.file.clone())),
+        ("plant", report.plant.clone()),
+        ("seed", report.seed.map(|seed| seed.to_string())),
+        ("fingerprint", report.fingerprint.clone()),
+        ("recording", report.recording.clone()),
+    ];
+    let properties = texts
+        .into_iter()
+        .filter_map(|(key, text)| Some((key, text?)));
+    let warnings = report
+        .tracking
+        .iter()
+        .flat_map(|tracking| tracking.warnings());
+    let warnings: Vec<String> = warnings.map(|text| format!("warning: {text}\n")).collect();
+    Suite {
+        name,
+        properties: properties.collect(),
+        time_s: report.wall_s.unwrap_or(0.0),
+        cases,
+        output: warnings.concat(),
+    }
+}
+
+fn case(line: &Line, recorded: bool) -> Case {
+    let outcome = &line.outcome;
+    let name = outcome.name.as_str();
+    let kind = match (outcome.verdict, line.holds()) {
+        (Verdict::Pass, true) => return Case::passed(name),
+        (_, true) => ProblemKind::Skipped,
+        (_, false) => ProblemKind::Failure,
+    };
+    let message = table::line_sentence(line, recorded);
+    let (file, at) = (&outcome.place.source().name, outcome.place.line());
+    let text = format!("{file}:{at}: {name}: {message}");
+    let of_type = match outcome.verdict {
+        Verdict::Unobserved => "unobserved",
+        Verdict::Pass | Verdict::Fail => outcome.subject,
+    };
+    Case::of(
+        name,
+        CaseProblem {
+            kind,
+            of_type: of_type.to_owned(),
+            message,
+            text,
+        },
+    )
+}
+
+/// Returns the document of suites.
+pub(crate) fn written(suites: &[Suite]) -> String {
+    let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
+    let timestamp = timestamp(now());
+    let names = distinct(suites.iter().map(|suite| suite.name.as_str()));
+    for (id, (suite, name)) in suites.iter().zip(&names).enumerate() {
+        write_suite(&mut out, suite, &escape(name), id, &timestamp);
     }
     out.push_str("</testsuites>\n");
     out
 }
 
-fn suite(out: &mut String, report: &Report) {
-    let lines = &report.expectations;
-    let failed = lines.iter().filter(|line| !line.holds()).count();
-    let excused = |line: &&Line| line.holds() && line.outcome.verdict == Verdict::Unobserved;
-    let skipped = lines.iter().filter(excused).count();
-    let errors = usize::from(report.error.is_some());
-    let suite = escape(&report.scenario);
+fn write_suite(out: &mut String, suite: &Suite, name: &str, id: usize, timestamp: &str) {
+    let count = |kind: ProblemKind| {
+        let problems = suite.cases.iter().filter_map(|case| case.problem.as_ref());
+        problems.filter(|problem| problem.kind == kind).count()
+    };
     // Writing to a string cannot fail.
     let _ = writeln!(
         out,
-        "  <testsuite name=\"{suite}\" tests=\"{}\" failures=\"{failed}\" errors=\"{errors}\" skipped=\"{skipped}\" time=\"{:.6}\">",
-        lines.len() + errors,
-        report.wall_s.unwrap_or(0.0),
+        "  <testsuite name=\"{name}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"{}\" \
+         time=\"{:.6}\" timestamp=\"{timestamp}\" hostname=\"localhost\" id=\"{id}\" package=\"twinrig\">",
+        suite.cases.len(),
+        count(ProblemKind::Failure),
+        count(ProblemKind::Error),
+        count(ProblemKind::Skipped),
+        suite.time_s,
     );
-    for line in lines {
-        let name = escape(&line.outcome.name);
-        let _ = write!(out, "    <testcase classname=\"{suite}\" name=\"{name}\"");
-        let message = escape(&table::line_sentence(line));
-        let _ = match (line.outcome.verdict, line.holds()) {
-            (Verdict::Pass, true) => writeln!(out, "/>"),
-            (_, true) => writeln!(out, "><skipped message=\"{message}\"/></testcase>"),
-            (_, false) => writeln!(out, "><failure message=\"{message}\"/></testcase>"),
-        };
-    }
-    if let Some(error) = &report.error {
+    out.push_str("    <properties>\n");
+    for (key, value) in &suite.properties {
         let _ = writeln!(
             out,
-            "    <testcase classname=\"{suite}\" name=\"runs to its end\"><error message=\"{}\">{}</error></testcase>",
-            escape(error.lines().next().unwrap_or_default()),
-            escape(error)
+            "      <property name=\"{key}\" value=\"{}\"/>",
+            escape(value)
         );
     }
-    out.push_str("  </testsuite>\n");
+    out.push_str("    </properties>\n");
+    // One run decides all cases: readers add their times up.
+    let time = suite.time_s / suite.cases.len().max(1) as f64;
+    let cases = distinct(suite.cases.iter().map(|case| case.name.as_str()));
+    for (case, case_name) in suite.cases.iter().zip(&cases) {
+        let _ = write!(
+            out,
+            "    <testcase classname=\"{name}\" name=\"{}\" time=\"{time:.6}\"",
+            escape(case_name)
+        );
+        let _ = match &case.problem {
+            None => writeln!(out, "/>"),
+            Some(problem) => {
+                let element = problem.kind.element();
+                writeln!(
+                    out,
+                    "><{element} message=\"{}\" type=\"{}\">{}</{element}></testcase>",
+                    escape(&problem.message),
+                    escape(&problem.of_type),
+                    escape(&problem.text)
+                )
+            }
+        };
+    }
+    let _ = writeln!(
+        out,
+        "    <system-out>{}</system-out>\n    <system-err></system-err>\n  </testsuite>",
+        escape(&suite.output)
+    );
+}
+
+/// Returns the names with a number behind those that occurred before, `name (2)`; an empty one
+/// becomes `unnamed`.
+fn distinct<'n>(names: impl Iterator<Item = &'n str>) -> Vec<String> {
+    let mut distinct: Vec<String> = Vec::new();
+    for name in names {
+        let name = if name.trim().is_empty() {
+            "unnamed"
+        } else {
+            name
+        };
+        let numbered = (2..).map(|number: u64| format!("{name} ({number})"));
+        let mut candidates = std::iter::once(name.to_owned()).chain(numbered);
+        let free = candidates.find(|candidate| !distinct.contains(candidate));
+        distinct.extend(free);
+    }
+    distinct
+}
+
+/// Returns the time of the report since 1970: that of the variable `SOURCE_DATE_EPOCH`, so that
+/// reports can be reproduced, or the present.
+fn now() -> Duration {
+    let fixed = std::env::var("SOURCE_DATE_EPOCH").ok();
+    let fixed = fixed.and_then(|seconds| seconds.parse().ok());
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "a report has a date; no result has"
+    )]
+    let present = || {
+        SystemTime::now()
+            .duration_since(UNIX_EPOCH)
+            .unwrap_or_default()
+    };
+    fixed.map_or_else(present, Duration::from_secs)
+}
+
+/// Returns a time since 1970 as both schemas require it: UTC, without a zone.
+fn timestamp(since_1970: Duration) -> String {
+    let seconds = since_1970.as_secs();
+    let (days, second) = (seconds / 86_400, seconds % 86_400);
+    // Days since 1 March of year 0: leap days are then the last ones of their years.
+    let days = days + 719_468;
+    let (era, day_of_era) = (days / 146_097, days % 146_097);
+    let year_of_era =
+        (day_of_era - day_of_era / 1_460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let from_march = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * from_march + 2) / 5 + 1;
+    let month = (from_march + 2) % 12 + 1;
+    let year = era * 400 + year_of_era + u64::from(month <= 2);
+    let (hour, minute) = (second / 3_600, second / 60 % 60);
+    // Both schemas have four digits for the year.
+    format!(
+        "{:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{:02}",
+        year.min(9999),
+        second % 60
+    )
 }
 
 /// Escapes the five special characters of XML and replaces characters that XML does not allow.
@@ -82,5 +315,27 @@ mod tests {
             escape("a < b & \"c\"\n\u{1}"),
             "a &lt; b &amp; &quot;c&quot;&#10;\u{fffd}"
         );
+    }
+
+    /// The expected dates are those of `date --utc --date=@SECONDS`.
+    #[test]
+    fn timestamps_are_dates_of_the_gregorian_calendar() {
+        for (seconds, date) in [
+            (0, "1970-01-01T00:00:00"),
+            (951_782_399, "2000-02-28T23:59:59"),
+            (951_782_400, "2000-02-29T00:00:00"),
+            (951_868_800, "2000-03-01T00:00:00"),
+            (1_735_689_599, "2024-12-31T23:59:59"),
+            (4_107_542_400, "2100-03-01T00:00:00"),
+        ] {
+            assert_eq!(timestamp(Duration::from_secs(seconds)), date);
+        }
+    }
+
+    #[test]
+    fn equal_names_become_distinct() {
+        let names = ["roll", "roll", "roll (2)", "", "roll"];
+        let expected = ["roll", "roll (2)", "roll (2) (2)", "unnamed", "roll (3)"];
+        assert_eq!(distinct(names.into_iter()), expected);
     }
 }

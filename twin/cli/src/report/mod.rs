@@ -5,14 +5,16 @@ pub(crate) mod junit;
 pub(crate) mod left_out;
 pub(crate) mod style;
 pub(crate) mod table;
+mod tracking;
 
 use anstream::adapter::strip_str;
 use serde::{Serialize, Serializer};
 use twinrig_document::{Place, Warning};
-use twinrig_record::ExpectationMessage;
+use twinrig_kernel::SimTime;
+use twinrig_record::{EPOCH, ExpectationMessage};
 use twinrig_runtime::real_time::{Histogram, RealTimeReport, TaskReport};
 use twinrig_runtime::{EnergyBalance, WorkCounts};
-use twinrig_scenario::{LeftOut, Outcome, Verdict};
+use twinrig_scenario::{LeftOut, Outcome, TrackingReport, Verdict};
 use twinrig_study::{EnsembleKind, ExpectationSpread};
 
 /// Verdict of a scenario.
@@ -97,6 +99,9 @@ pub struct Report {
     pub warnings: Vec<Warned>,
     /// Time of the robot's fall, if one was observed \[s\].
     pub fell_at_s: Option<f64>,
+    /// How the legs follow the commands of a gait; none if the controller commands no leg.
+    #[serde(serialize_with = "tracking::serialize")]
+    pub tracking: Option<TrackingReport>,
 }
 
 /// Warning, in its serialised form.
@@ -265,6 +270,11 @@ pub(crate) fn seconds(nanos: u64) -> f64 {
     nanos as f64 / 1e9
 }
 
+/// Returns an instant of a run as its recording has it \[s\].
+pub(crate) fn recording_s(at: SimTime) -> f64 {
+    seconds(at.as_nanos().saturating_add(EPOCH.as_nanos()))
+}
+
 impl Line {
     /// Returns the line of a single run.
     pub(crate) fn of(outcome: Outcome) -> Self {
@@ -315,6 +325,16 @@ struct WrittenLine<'a> {
     other_bound: Option<f64>,
     optional: bool,
     detail: &'a str,
+    leg: Option<&'a str>,
+    signal: Option<&'a str>,
+    element: Option<usize>,
+    instant_s: Option<f64>,
+    recording_s: Option<f64>,
+    value: Option<f64>,
+    min: Option<f64>,
+    max: Option<f64>,
+    file: &'a str,
+    line: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     ensemble: Option<&'a LineEnsemble>,
 }
@@ -322,6 +342,8 @@ struct WrittenLine<'a> {
 impl Serialize for Line {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let outcome = &self.outcome;
+        let witness = &outcome.witness;
+        let [min, max] = table::limits(outcome);
         WrittenLine {
             name: &outcome.name,
             verdict: outcome.verdict,
@@ -333,6 +355,16 @@ impl Serialize for Line {
             other_bound: outcome.other_bound,
             optional: outcome.optional,
             detail: &outcome.detail,
+            leg: witness.leg.as_deref(),
+            signal: witness.signal.as_deref(),
+            element: witness.element,
+            instant_s: witness.at.map(|at| seconds(at.as_nanos())),
+            recording_s: witness.at.map(recording_s),
+            value: witness.value,
+            min,
+            max,
+            file: &outcome.place.source().name,
+            line: outcome.place.line(),
             ensemble: self.ensemble.as_ref(),
         }
         .serialize(serializer)
@@ -362,6 +394,7 @@ impl Report {
             real_time: None,
             warnings: Vec::new(),
             fell_at_s: None,
+            tracking: None,
         }
     }
 

@@ -7,13 +7,14 @@ use std::fmt::Write as _;
 use anstyle::Style;
 use shown::Shown;
 use twinrig_campaign::sweep::percent;
+use twinrig_kernel::SimTime;
 use twinrig_scenario::{Outcome, Verdict};
 use twinrig_study::EnsembleKind;
 
 use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::left_out;
 use crate::report::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
-use crate::report::{Line, LineEnsemble, Report, Status};
+use crate::report::{Line, LineEnsemble, Report, Status, recording_s, tracking};
 
 /// Maximum width of the values of facts.
 const WIDTH: usize = 100;
@@ -36,6 +37,9 @@ pub fn report(report: &Report) -> String {
         let _ = writeln!(out);
     }
     let _ = writeln!(out, "  {}", verdict(report));
+    for warning in tracking::warnings(report.tracking.as_ref()) {
+        let _ = writeln!(out, "  {}  {warning}", styled(YELLOW, "warning"));
+    }
     for line in facts(report).lines(2) {
         let _ = writeln!(out, "{line}");
     }
@@ -155,7 +159,7 @@ fn expectations(report: &Report) -> Grid {
             number(outcome.bound).into(),
             shown.symbol.into(),
             Cell::new(number(outcome.margin), bad),
-            Cell::new(line_remark(line), DIM),
+            Cell::new(line_remark(line, report.recording.is_some()), DIM),
         ]);
     }
     grid
@@ -167,6 +171,15 @@ fn mark(line: &Line) -> (&'static str, Style) {
         (Verdict::Pass, false) | (Verdict::Fail, _) => ("✗", RED),
         (Verdict::Unobserved, true) => ("–", YELLOW),
         (Verdict::Unobserved, false) => ("?", RED),
+    }
+}
+
+/// Returns least and greatest accepted value of an outcome with a bound.
+pub(super) fn limits(outcome: &Outcome) -> [Option<f64>; 2] {
+    match sign(outcome) {
+        "≤" => [outcome.other_bound, outcome.bound],
+        "≥" => [outcome.bound, outcome.other_bound],
+        _ => [None; 2],
     }
 }
 
@@ -182,8 +195,24 @@ fn sign(outcome: &Outcome) -> &'static str {
     }
 }
 
-fn remark(outcome: &Outcome) -> String {
+/// Returns the remark on an outcome. Of a failure it also has the instant as the recording has it,
+/// if there is one.
+fn remark(outcome: &Outcome, recorded: bool) -> String {
+    let fails = outcome.verdict == Verdict::Fail;
+    let in_recording = |at: SimTime| {
+        let text = format!(" ({:.3} s in the recording)", recording_s(at));
+        if recorded && fails {
+            text
+        } else {
+            String::new()
+        }
+    };
     let mut detail = outcome.detail.clone();
+    if let (None, Some(at)) = (outcome.first_violation, outcome.witness.at)
+        && detail.ends_with(&format!("at {:.3} s", at.as_secs_f64()))
+    {
+        detail += &in_recording(at);
+    }
     if let (Some(bound), Some(other)) = (outcome.bound, outcome.other_bound) {
         let shown = Shown::of(outcome);
         let (least, greatest) = (
@@ -198,7 +227,10 @@ fn remark(outcome: &Outcome) -> String {
     }
     let head = match (outcome.verdict, outcome.first_violation) {
         (Verdict::Unobserved, _) => "unobserved: ".to_owned(),
-        (_, Some(at)) => format!("first at {:.3} s, ", at.as_secs_f64()),
+        (_, Some(at)) => {
+            let recording = in_recording(at);
+            format!("first at {:.3} s{recording}, ", at.as_secs_f64())
+        }
         _ => return detail,
     };
     if detail.is_empty() {
@@ -209,8 +241,8 @@ fn remark(outcome: &Outcome) -> String {
 }
 
 /// Returns the remark on an outcome, after that on the ensemble.
-fn line_remark(line: &Line) -> String {
-    let remark = remark(&line.outcome);
+fn line_remark(line: &Line, recorded: bool) -> String {
+    let remark = remark(&line.outcome, recorded);
     let Some(ensemble) = &line.ensemble else {
         return remark;
     };
@@ -237,22 +269,22 @@ fn ensemble_remark(outcome: &Outcome, ensemble: &LineEnsemble) -> String {
 }
 
 /// Returns a line of a report in one line of text.
-pub fn line_sentence(line: &Line) -> String {
+pub fn line_sentence(line: &Line, recorded: bool) -> String {
     let ensemble = line.ensemble.as_ref();
     let failed = ensemble.filter(|ensemble| !ensemble.holds());
     let Some(ensemble) = failed else {
-        return sentence(&line.outcome);
+        return sentence(&line.outcome, recorded);
     };
     let text = ensemble_remark(&line.outcome, ensemble);
     if line.outcome.holds() {
         text
     } else {
-        format!("{text}; {}", sentence(&line.outcome))
+        format!("{text}; {}", sentence(&line.outcome, recorded))
     }
 }
 
 /// Returns an outcome in one line.
-pub fn sentence(outcome: &Outcome) -> String {
+pub fn sentence(outcome: &Outcome, recorded: bool) -> String {
     let shown = Shown::of(outcome);
     let mut parts = Vec::new();
     if let (Some(measured), Some(bound)) = (outcome.measured, outcome.bound) {
@@ -264,7 +296,7 @@ pub fn sentence(outcome: &Outcome) -> String {
         };
         parts.push(format!("{measured}{unit} is not {sign} {bound}{unit}"));
     }
-    let remark = remark(outcome);
+    let remark = remark(outcome, recorded);
     if !remark.is_empty() {
         parts.push(remark);
     }
@@ -340,6 +372,12 @@ fn facts(report: &Report) -> Grid {
             "energy",
             format!("{exchanged} J exchanged, {residual:.1e} J unaccounted for"),
         );
+    }
+    for (n, text) in tracking::lines(report.tracking.as_ref())
+        .into_iter()
+        .enumerate()
+    {
+        fact(if n == 0 { "tracking" } else { "" }, text);
     }
     if let Some(fallbacks) = integrator_fallbacks(report) {
         fact("integrator", fallbacks);

@@ -14,7 +14,7 @@ use crate::report::{Line, Report, Status};
 use crate::run::ensemble::with_ensemble;
 use crate::run::hardware;
 use crate::run::interrupt;
-use crate::run::judging::{judge, judged_report, reference};
+use crate::run::judging::{judge, judged_report, reference, tracking};
 use crate::run::observers::{PolledOnly, RunObserver, RunObservers};
 use crate::run::progress::Progress;
 use crate::run::recording::recorder;
@@ -98,7 +98,8 @@ pub(crate) fn execute_saving(
     if let Some(reference) = reference {
         judge = judge.with_reference(&reference);
     }
-    let mut observers = RunObservers::new(judge, recorder).with_caller(caller, &rig);
+    let observers = RunObservers::new(judge, recorder).with_tracking(tracking(assembly, &rig));
+    let mut observers = observers.with_caller(caller, &rig);
     let title = &assembly.scenario().name;
     let mut progress = Progress::new(title, end.as_secs_f64(), execution.progress);
     #[expect(

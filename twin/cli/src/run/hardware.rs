@@ -15,10 +15,10 @@ use crate::assembly::builder::{BuiltParts, Bus};
 use crate::error::TwinError;
 use crate::parts::output_filter::OutputFilter;
 use crate::report::table::folded;
-use crate::report::{RealTime, Report};
+use crate::report::{RealTime, Report, Status};
 use crate::run::execute::{Course, Execution, report};
 use crate::run::interrupt;
-use crate::run::judging::judge;
+use crate::run::judging::{judge, tracking};
 use crate::run::observers::RunObservers;
 use crate::run::progress::Progress;
 use crate::run::recording::recorder;
@@ -30,7 +30,7 @@ use crate::run::recording::recorder;
 /// [`TwinError`] if the run cannot start: a bus without a device, a device that cannot be opened, a
 /// signal that no bus carries. A run that starts and fails is reported in the [`Report`].
 pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report, TwinError> {
-    let PreparedRig { rig, notes } = prepare(assembly, &execution.ports)?;
+    let PreparedRig { rig, mut notes } = prepare(assembly, &execution.ports)?;
     let recorder = recorder(assembly, &rig, execution)?;
     let scenario = assembly.scenario();
     let end_s = assembly.end().as_secs_f64();
@@ -39,7 +39,8 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
         progress.note(note);
     }
     let mut observer = TimingObserver {
-        observers: RunObservers::new(judge(assembly, &rig), recorder),
+        observers: RunObservers::new(judge(assembly, &rig), recorder)
+            .with_tracking(tracking(assembly, &rig)),
         progress,
         reached: SimTime::ZERO,
     };
@@ -70,6 +71,9 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
         plant: None,
     };
     let mut report = report(assembly, execution, observers, course);
+    if report.verdict != Status::Pass {
+        notes.extend(lateness(&times));
+    }
     report.real_time = Some(RealTime { times, notes });
     Ok(report)
 }
@@ -80,6 +84,38 @@ fn too_slow(times: &RealTimeReport) -> Option<String> {
     (lost > 0)
         .then(|| format!("{lost} records were lost: this machine is too slow to observe the run"))
 }
+
+/// Returns a note for a failed run in which the machine may be at fault: control steps were missed,
+/// or transfers lasted beyond a control step.
+fn lateness(times: &RealTimeReport) -> Option<String> {
+    let missed = times.overruns + times.overslept;
+    let mut late: Vec<String> = (missed > 0)
+        .then(|| format!("{missed} control steps were missed"))
+        .into_iter()
+        .collect();
+    late.extend(
+        times
+            .tasks
+            .iter()
+            .filter(|task| task.skipped > 0)
+            .map(|task| {
+                let (name, skipped) = (&task.name, task.skipped);
+                let longest = task.took.longest();
+                format!("`{name}` was busy at {skipped} control steps, for up to {longest:.1?}")
+            }),
+    );
+    (!late.is_empty()).then(|| {
+        format!(
+            "this machine or its port was late: {}; {DOCTOR}, and a longer controller.period \
+             tolerates more",
+            late.join(", ")
+        )
+    })
+}
+
+/// Remedy for a machine that is too late for a run on hardware.
+const DOCTOR: &str =
+    "`twin doctor` checks real-time priority, latency timers and permissions of ports";
 
 /// Returns the message of the error that ended a run, with the device.
 fn failure(assembly: &Assembly<'_>, ports: &[(String, PathBuf)], error: RigError) -> String {
@@ -95,9 +131,14 @@ fn failure(assembly: &Assembly<'_>, ports: &[(String, PathBuf)], error: RigError
         if !text.contains(&device) {
             text = format!("{text}\n  = note: `{bus}` is at {device}");
         }
+        text = format!("{text}\n  = help: {DOCTOR}");
     }
     text
 }
+
+/// Number of control periods that a transfer may last, if they are longer than the default limit: a
+/// slow controller is in no hurry.
+const TRANSFER_PERIODS_MAX: u64 = 100;
 
 /// Rig that is ready to run.
 struct PreparedRig {
@@ -136,6 +177,9 @@ fn prepare(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Prepa
         rig.schedule(at, variable, change)
             .map_err(|error| assembly.rig_error(error))?;
     }
+    let transfer_max = rig.period() * TRANSFER_PERIODS_MAX;
+    let limits = &mut rig.options.limits;
+    limits.transfer = limits.transfer.max(transfer_max);
     notes.extend(rig.options.privileges.prepare());
     Ok(PreparedRig { rig, notes })
 }

@@ -4,7 +4,7 @@ use std::io::Write;
 
 use twinrig_kernel::SimTime;
 use twinrig_runtime::Group;
-use twinrig_scenario::{Judge, Layouts, Outcome, Reference, RunEnd};
+use twinrig_scenario::{Judge, Layouts, Outcome, Reference, RunEnd, Tracking};
 
 use crate::assembly::Assembly;
 use crate::error::TwinError;
@@ -16,14 +16,25 @@ use crate::run::progress::Progress;
 
 /// Returns the judge of a run of `executor`.
 pub(crate) fn judge(assembly: &Assembly<'_>, executor: &dyn Executor) -> Judge {
-    let layouts = Layouts {
+    with_layouts(executor, |layouts| Judge::new(assembly.scene(), *layouts))
+}
+
+/// Returns the observer of how a run of `executor` follows its commands; none if the controller
+/// commands no leg.
+pub(crate) fn tracking(assembly: &Assembly<'_>, executor: &dyn Executor) -> Option<Tracking> {
+    with_layouts(executor, |layouts| {
+        Tracking::new(assembly.scene(), layouts, assembly.gait())
+    })
+}
+
+fn with_layouts<T>(executor: &dyn Executor, of: impl FnOnce(&Layouts<'_>) -> T) -> T {
+    of(&Layouts {
         plant: executor.layout(Group::Plant),
         process_inputs: executor.layout(Group::ProcessInputs),
         process_outputs: executor.layout(Group::ProcessOutputs),
         diagnostics: executor.layout(Group::Diagnostics),
         tasks: &executor.tasks(),
-    };
-    Judge::new(assembly.scene(), layouts)
+    })
 }
 
 /// Executes the reference run without changes; none if no expectation requires it.
@@ -98,5 +109,6 @@ pub(crate) fn judged_report<W: Write>(
         real_time: None,
         warnings: Warned::all(&scenario.warnings),
         fell_at_s: fell_at.map(|at| seconds(at.as_nanos())),
+        tracking: observers.tracking(),
     }
 }

@@ -5,7 +5,7 @@ use std::io::Write;
 use twinrig_kernel::{Layout, SimTime};
 use twinrig_record::{Digest, Fingerprint, FootstepMessage, RecordError, Recorder, VerdictMessage};
 use twinrig_runtime::{Group, Observer, RunEvent};
-use twinrig_scenario::{Footstep, Judge, Outcome, Reference, RunEnd};
+use twinrig_scenario::{Footstep, Judge, Outcome, Reference, RunEnd, Tracking, TrackingReport};
 
 use crate::report::seconds;
 use crate::run::executor::Executor;
@@ -64,6 +64,7 @@ pub(crate) struct RunObservers<'c, W: Write> {
     recorder: Option<Recorder<W>>,
     judge: Judge,
     legs: Vec<String>,
+    tracking: Option<Tracking>,
     caller: Option<&'c mut dyn RunObserver>,
 }
 
@@ -74,8 +75,20 @@ impl<'c, W: Write> RunObservers<'c, W> {
             legs: judge.legs().map(str::to_owned).collect(),
             recorder,
             judge,
+            tracking: None,
             caller: None,
         }
+    }
+
+    /// Adds the observer of how legs follow their commands.
+    pub(crate) fn with_tracking(mut self, tracking: Option<Tracking>) -> Self {
+        self.tracking = tracking;
+        self
+    }
+
+    /// Returns how the legs followed their commands; none if nothing observes that.
+    pub(crate) fn tracking(&self) -> Option<TrackingReport> {
+        self.tracking.as_ref().map(Tracking::report)
     }
 
     /// Adds the observer of the caller, which receives the samples of `executor`.
@@ -132,6 +145,13 @@ impl<'c, W: Write> RunObservers<'c, W> {
 
     /// Passes the footsteps completed by the last samples to recorder and caller.
     fn pass_footsteps(&mut self, now: SimTime) {
+        if let Some(tracking) = &mut self.tracking
+            && self.judge.fell_at().is_none()
+        {
+            for footstep in self.judge.closed() {
+                tracking.footstep(footstep);
+            }
+        }
         // The run may end within a footstep.
         let closed = self.judge.closed().iter();
         for footstep in closed.filter(|footstep| footstep.lift_off.is_some()) {
@@ -183,6 +203,12 @@ impl<W: Write> Observer for RunObservers<'_, W> {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         Observer::samples(&mut self.fingerprint, now, group, values);
         self.judge.samples(now, group, values);
+        // The legs of a robot that has fallen do not walk.
+        if let Some(tracking) = &mut self.tracking
+            && self.judge.fell_at().is_none()
+        {
+            tracking.samples(now, group, values);
+        }
         if let Some(recorder) = &mut self.recorder {
             Observer::samples(recorder, now, group, values);
         }

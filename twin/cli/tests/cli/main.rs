@@ -14,6 +14,7 @@ mod ground;
 mod hardware;
 #[cfg(unix)]
 mod interrupt;
+mod junit;
 mod mjcf;
 mod observations;
 mod optimize;
@@ -30,4 +31,5 @@ mod studies;
 mod sufficient;
 mod sweep;
 mod thesis;
+mod tools;
 mod warnings;

@@ -262,7 +262,8 @@ def study(
 def parts(robot: Path = "cheetah-cub") -> dict[str, Any]:
     """Return plants, controllers, buses and robots of this build with their settings.
 
-    The object is that of ``twin list --json``, with the process variables of `robot`.
+    The object is that of ``twin list --json``, with the process variables of `robot` and, as
+    ``robot``, what follows from its file.
     """
     return command_json(["list", "--json", "--", path_of(robot, "robot")], TwinError)
 

@@ -23,14 +23,14 @@ use crate::{Change, Device, Driver, Group, Observer, Process, RigError, Schedule
 /// driver runs a transfer on order. At the end the drivers close, also after a failure.
 ///
 /// The observer receives the same records in the same order as from the lockstep rig
-/// ([`crate::Rig`]), except for the plant. Times are clock times since control step 0; earlier
-/// records have time 0. The process receives times of the grid, and changes are scheduled by them.
+/// ([`crate::Rig`]), except for the plant: of its signals there are those that the drivers measure,
+/// as of their last transfers, at the begin of each iteration. Times are clock times since control
+/// step 0; earlier records have time 0. The process receives times of the grid, and changes are scheduled by them.
 /// A run without overruns therefore computes the same as one in lockstep, and transmits the same
 /// bytes.
 pub struct RealTimeRig {
     scheduler: RealTimeScheduler,
     drivers: Vec<(Box<dyn Driver>, Box<dyn Device>)>,
-    plant: Layout,
     /// Limits and privileges of the run.
     pub options: RealTimeOptions,
 }
@@ -96,7 +96,6 @@ impl RealTimeRig {
         Ok(Self {
             scheduler: RealTimeScheduler::new(schedule, process, interfaces)?,
             drivers,
-            plant: Layout::default(),
             options: RealTimeOptions::default(),
         })
     }
@@ -116,10 +115,11 @@ impl RealTimeRig {
         slot.schedule(SimTime::ZERO, at, variable, change)
     }
 
-    /// Returns the layout of a group's values as passed to the observer. There is no plant.
+    /// Returns the layout of a group's values as passed to the observer. Those of the plant are the
+    /// measurements of the drivers.
     pub fn layout(&self, group: Group) -> &Layout {
         match group {
-            Group::Plant => &self.plant,
+            Group::Plant => &self.scheduler.measurements,
             Group::ProcessInputs => &self.scheduler.slot.inputs,
             Group::ProcessOutputs => &self.scheduler.slot.outputs,
             Group::Diagnostics => &self.scheduler.diagnostics,

@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use twinrig_kernel::{CycleJitter, HostTime, Layout, Port, SimDuration, SimTime};
+use twinrig_kernel::{CycleJitter, Direction, HostTime, Layout, Port, SimDuration, SimTime};
 
 use super::clock::Clock;
 use super::driver_session::{ByteDirection, duration};
@@ -9,7 +9,7 @@ use crate::interrupt::LongLoop;
 use crate::process_slot::ProcessSlot;
 use crate::schedule::check_observation_period;
 use crate::traced_wire::{OWN_TRACES, byte_traces};
-use crate::wiring::{append_ports, diagnostics_layout};
+use crate::wiring::{Link, append_ports, diagnostics_layout};
 use crate::{
     ControlStep, Group, Manager, Observer, Process, RigError, RunEvent, Schedule, TaskError,
 };
@@ -46,12 +46,16 @@ pub(super) struct RealTimeScheduler {
     pub(super) slot: ProcessSlot,
     pub(super) tasks: Vec<TaskPart>,
     pub(super) diagnostics: Layout,
+    /// Layout of the measurements of all tasks.
+    pub(super) measurements: Layout,
     pub(super) traces: Vec<String>,
     pub(super) period: SimDuration,
     manager: Manager,
     observe: SimDuration,
     next_observation: SimTime,
     values: Vec<f64>,
+    /// Measurements as of the last transfer of each task.
+    measured: Vec<f64>,
     /// Time of control step 0; earlier records are stamped time 0.
     origin: Option<HostTime>,
     /// Stamp of the last record; stamps do not decrease.
@@ -65,6 +69,8 @@ pub(super) struct RealTimeScheduler {
 pub(super) struct TaskPart {
     pub(super) name: String,
     diagnostics: Range<usize>,
+    /// From the results of the task to the measurements of all tasks.
+    measurements: Vec<Link>,
     begun: HostTime,
 }
 
@@ -86,17 +92,20 @@ impl RealTimeScheduler {
         check_observation_period(schedule.observe)?;
         let (mut parts, mut named) = (Vec::new(), Vec::new());
         let (mut diagnostics, mut traces) = (Vec::new(), Vec::new());
+        let mut measurements = Vec::new();
         for task in tasks {
             traces.extend(byte_traces(&task.name, &[]));
             parts.push(TaskPart {
                 name: task.name.clone(),
                 diagnostics: append_ports(&mut diagnostics, task.diagnostics),
+                measurements: append_measurements(&mut measurements, &task.ports),
                 begun: HostTime::default(),
             });
             named.push((task.name, task.ports));
         }
         let slot = ProcessSlot::new(process, &named)?;
         let diagnostics = diagnostics_layout(&diagnostics)?;
+        let measurements = Layout::of(&measurements, Direction::Output);
         let report = RealTimeReport {
             tasks: parts
                 .iter()
@@ -110,6 +119,8 @@ impl RealTimeScheduler {
             tasks: parts,
             values: vec![0.0; diagnostics.len()],
             diagnostics,
+            measured: vec![0.0; measurements.len()],
+            measurements,
             traces,
             period,
             observe: schedule.observe,
@@ -259,6 +270,9 @@ impl RealTimeScheduler {
             if self.manager.takes_part(n) {
                 let (results, _) = tasks.results(n);
                 self.slot.accept_results(n, results);
+                for link in &self.tasks[n].measurements {
+                    link.copy(results, &mut self.measured);
+                }
             } else {
                 self.report.tasks[n].skipped += 1;
                 observer.event(now, RunEvent::TaskSkipped { task: n });
@@ -266,6 +280,9 @@ impl RealTimeScheduler {
         }
         observer.event(now, RunEvent::ProcessBegin { elapsed });
         observer.samples(now, Group::ProcessInputs, &self.slot.state.inputs);
+        if !self.measured.is_empty() {
+            observer.samples(now, Group::Plant, &self.measured);
+        }
         self.slot.step(now, elapsed)
     }
 
@@ -331,4 +348,19 @@ impl RealTimeScheduler {
         }
         observer.samples(now, Group::Diagnostics, &self.values);
     }
+}
+
+/// Appends the outputs of a task to those of all tasks; returns the links to them from the results
+/// of the task. Of outputs with the same name, that of the first task counts.
+fn append_measurements(all: &mut Vec<Port>, ports: &[Port]) -> Vec<Link> {
+    let mut links = Vec::new();
+    for field in Layout::of(ports, Direction::Output).fields() {
+        if all.iter().any(|other| other.name == field.port.name) {
+            continue;
+        }
+        let to = append_ports(all, vec![field.port.clone()]);
+        let from = field.range();
+        Link { from, to }.append_to(&mut links);
+    }
+    links
 }

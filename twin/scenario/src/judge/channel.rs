@@ -19,6 +19,16 @@ pub struct Layouts<'l> {
 }
 
 impl Layouts<'_> {
+    /// Returns the layout of a group.
+    pub(super) fn layout(&self, group: Group) -> &Layout {
+        match group {
+            Group::Plant => self.plant,
+            Group::ProcessInputs => self.process_inputs,
+            Group::ProcessOutputs => self.process_outputs,
+            Group::Diagnostics => self.diagnostics,
+        }
+    }
+
     /// Returns the groups with their layouts, in the order of the search for a signal.
     pub(super) fn groups(&self) -> [(Group, &Layout); 4] {
         [

@@ -5,7 +5,8 @@ use twinrig_kernel::SimTime;
 
 use super::outcome::Finding;
 use super::recovery::RecoveryMeter;
-use super::tracker::{Extremes, Settling};
+use super::settling::Settling;
+use super::tracker::Extremes;
 use super::trunk::{Speed, Upright, Yaw};
 use super::until::Until;
 use crate::limits::{Comparison, Limits};
@@ -35,10 +36,7 @@ pub(crate) enum Meter {
     /// Elements are within limits until a condition first holds.
     Until(Until),
     /// Elements stay near their last values.
-    Settles {
-        elements: Vec<usize>,
-        settling: Settling,
-    },
+    Settles(Settling),
     /// Mean speed.
     Speed(Speed),
     /// Greatest change from the initial yaw.
@@ -55,6 +53,7 @@ pub(crate) struct Nearest {
     pub element: usize,
     /// Best comparison; none before the first sample.
     pub best: Option<Comparison>,
+    best_at: SimTime,
     pub non_finite_at: Option<SimTime>,
 }
 
@@ -74,7 +73,7 @@ impl Meter {
                 for &element in elements.iter() {
                     let value = values[element];
                     let value = if *absolute { value.abs() } else { value };
-                    extremes.add_within(now, value, limits);
+                    extremes.add_of_within(element, now, value, limits);
                 }
             }
             Meter::Range {
@@ -95,9 +94,7 @@ impl Meter {
                 }
             }
             Meter::Until(until) => return until.sample(now, values),
-            Meter::Settles { elements, settling } => {
-                return settling.add(now, elements.iter().map(|&element| values[element]));
-            }
+            Meter::Settles(settling) => return settling.add(now, values),
             Meter::Speed(speed) => speed.sample(now, values),
             Meter::Yaw(yaw) => yaw.sample(now, values),
             Meter::Upright(upright, _) => upright.sample(now, values),
@@ -132,13 +129,13 @@ impl Meter {
         match self {
             Meter::Always {
                 limits, extremes, ..
-            } => extremes.finding(limits, ""),
+            } => extremes.finding_of_elements(limits, ""),
             Meter::Range {
                 limits, extremes, ..
             } => range_finding(extremes, limits),
             Meter::Eventually { elements, .. } => eventually_finding(elements),
             Meter::Until(until) => until.finding(),
-            Meter::Settles { settling, .. } => settling.finding(),
+            Meter::Settles(settling) => settling.finding(),
             Meter::Speed(speed) => speed.finding(),
             Meter::Yaw(yaw) => yaw.finding(),
             Meter::Upright(upright, _) => upright.finding(),
@@ -152,6 +149,7 @@ impl Nearest {
         Nearest {
             element,
             best: None,
+            best_at: SimTime::ZERO,
             non_finite_at: None,
         }
     }
@@ -163,10 +161,13 @@ impl Nearest {
         }
         let comparison = limits.compare(value, value);
         if self.best.is_none_or(|best| comparison.margin > best.margin) {
-            self.best = Some(comparison);
+            (self.best, self.best_at) = (Some(comparison), now);
         }
     }
 }
+
+/// Detail of a signal that is within limits at least once, or never.
+pub(super) const CLOSEST_APPROACH: &str = "closest approach";
 
 fn range_finding(extremes: &Extremes, limits: &Limits) -> Finding {
     if extremes.non_finite_at.is_some() {
@@ -180,20 +181,27 @@ fn range_finding(extremes: &Extremes, limits: &Limits) -> Finding {
 }
 
 fn eventually_finding(elements: &[Nearest]) -> Finding {
-    let mut worst: Option<Comparison> = None;
+    let mut worst: Option<(Comparison, &Nearest)> = None;
     for nearest in elements {
         if nearest.non_finite_at.is_some() {
-            return Finding::not_a_number(nearest.non_finite_at);
+            return Finding {
+                element: Some(nearest.element),
+                ..Finding::not_a_number(nearest.non_finite_at)
+            };
         }
         let Some(best) = nearest.best else {
             return Finding::unobserved("there is no observation in its window");
         };
-        if worst.is_none_or(|worst| best.margin < worst.margin) {
-            worst = Some(best);
+        if worst.is_none_or(|(worst, _)| best.margin < worst.margin) {
+            worst = Some((best, nearest));
         }
     }
     match worst {
-        Some(worst) => Finding::of(worst, None, "closest approach"),
+        Some((worst, of)) => Finding::of(worst, None, CLOSEST_APPROACH).seen_in(
+            of.element,
+            of.best_at,
+            worst.measured,
+        ),
         None => Finding::unobserved("no signal"),
     }
 }

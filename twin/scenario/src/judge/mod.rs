@@ -8,6 +8,7 @@ mod cycle;
 mod fall;
 mod footstep;
 mod gait;
+mod labels;
 mod meter;
 mod monitor;
 mod observe;
@@ -15,10 +16,13 @@ mod outcome;
 mod recovery;
 mod resolve;
 mod sequence;
+mod settling;
 mod sliding_max;
 mod steps;
 mod touch_downs;
+mod tracked;
 mod tracker;
+mod tracking;
 mod trunk;
 mod until;
 
@@ -39,8 +43,12 @@ use touch_downs::TouchDowns;
 
 pub use channel::Layouts;
 pub use footstep::Footstep;
-pub use outcome::{Outcome, Verdict};
+pub use outcome::{Outcome, Verdict, Witness};
 pub(crate) use resolve::unit;
+pub use tracked::{
+    LIFT_SHARE_MIN, SATURATED_SHARE_MAX, TrackedDrive, TrackedLeg, TrackedLift, TrackingReport,
+};
+pub use tracking::{CommandedGait, ServoLimits, Tracking};
 
 /// Final data of a run.
 #[derive(Clone, Copy, Debug)]
@@ -231,7 +239,7 @@ impl Judge {
             .map(|(expectation, monitor)| {
                 let finding = self.finding(expectation, monitor, run);
                 let finding = self.restrict_to_observed(finding, monitor, run);
-                outcome(expectation, finding)
+                outcome(expectation, monitor.named(finding))
             })
             .collect()
     }

@@ -1,12 +1,16 @@
 //! Monitors of expectations.
 
+use twinrig_kernel::signal::parse_leg;
+
 use super::Group;
 use super::channel::Cycle;
 use super::compare::CompareMeter;
 use super::cycle::CycleMeter;
 use super::footstep::Footstep;
 use super::gait::GaitMeter;
+use super::labels::Label;
 use super::meter::Meter;
+use super::outcome::{Finding, Verdict};
 use super::sequence::SequenceMeter;
 use super::steps::StepMeter;
 use super::tracker::Window;
@@ -17,6 +21,8 @@ pub(super) struct Monitor {
     pub window: Window,
     pub channel: Group,
     pub meter: MonitorKind,
+    /// Names of the elements that a claim about signals is of.
+    pub labels: Vec<Label>,
     /// Number of evaluated samples of the channel; of footsteps, see [`Judge::foot_samples`].
     pub samples: u64,
     /// Whether the robot fell within the window of a claim about an upright robot, which is then
@@ -71,6 +77,44 @@ impl Monitor {
             MonitorKind::Footsteps(meter) => meter.step(step),
             MonitorKind::Gait(meter) if self.window.contains(step.touch_down) => meter.step(step),
             _ => {}
+        }
+    }
+
+    /// Names the element that a finding is of. A failure also names its instant, except where the
+    /// element never was where it had to be.
+    pub fn named(&self, mut finding: Finding) -> Finding {
+        let Some(label) = self.label(finding.element) else {
+            return finding;
+        };
+        let witness = &mut finding.witness;
+        witness.leg = parse_leg(&label.signal).map(|(leg, _)| leg.to_owned());
+        witness.signal = Some(label.signal.clone());
+        witness.element = label.component;
+        let fails = finding.verdict == Verdict::Fail;
+        // The remark on the first violation has that instant.
+        let is_new = fails && witness.at != finding.first_violation;
+        let at = witness.at.filter(|_| is_new || !label.short.is_empty());
+        let at = at.map(|at| format!("at {:.3} s", at.as_secs_f64()));
+        let what = match finding.detail.as_str() {
+            "" => "worst",
+            detail => detail,
+        };
+        let detail = match (label.short.as_str(), at) {
+            ("", None) => return finding,
+            ("", Some(at)) => format!("{what} {at}"),
+            (short, None) => format!("{what}: {short}"),
+            (short, Some(at)) => format!("{what}: {short} {at}"),
+        };
+        finding.detail = detail;
+        finding
+    }
+
+    /// Returns the label of an element; the only one if the finding has none.
+    fn label(&self, element: Option<usize>) -> Option<&Label> {
+        match (element, self.labels.as_slice()) {
+            (Some(element), labels) => labels.iter().find(|label| label.element == element),
+            (None, [only]) => Some(only),
+            (None, _) => None,
         }
     }
 

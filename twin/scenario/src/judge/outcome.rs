@@ -1,6 +1,7 @@
 //! Verdict and measured value of an expectation.
 
 use serde::Serialize;
+use twinrig_document::Place;
 use twinrig_kernel::{SimTime, Unit};
 
 use super::resolve;
@@ -25,6 +26,10 @@ pub enum Verdict {
 pub struct Outcome {
     /// Name of the expectation.
     pub name: String,
+    /// Position of the expectation in its file.
+    pub place: Place,
+    /// Key of its claim: `footstep`, `signal`.
+    pub subject: &'static str,
     /// Verdict.
     pub verdict: Verdict,
     /// Whether it counts as satisfied if it is unobserved.
@@ -41,8 +46,47 @@ pub struct Outcome {
     pub margin: Option<f64>,
     /// Time of the first violation, if it has one.
     pub first_violation: Option<SimTime>,
+    /// Where and when the measured value occurred.
+    pub witness: Witness,
     /// Details for display: leg, footstep, reason for not being observed. May be empty.
     pub detail: String,
+}
+
+/// Observation that decides an expectation: leg, signal, instant and value of the least margin. What
+/// a claim does not have is none: a mean has no instant.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Witness {
+    /// Leg.
+    pub leg: Option<String>,
+    /// Signal.
+    pub signal: Option<String>,
+    /// Element of a signal with several, counted from 0.
+    pub element: Option<usize>,
+    /// Instant; of a footstep its touch-down.
+    pub at: Option<SimTime>,
+    /// Value of the signal at the instant, in the unit of its limits; of a footstep that of the
+    /// measure.
+    pub value: Option<f64>,
+}
+
+impl Witness {
+    /// Returns the witness of a leg.
+    pub(crate) fn of_leg(leg: &str) -> Self {
+        Witness {
+            leg: Some(leg.to_owned()),
+            ..Witness::default()
+        }
+    }
+
+    /// Returns the same witness with an instant and a value; values that are not finite are
+    /// omitted.
+    pub(crate) fn at(self, at: SimTime, value: f64) -> Self {
+        Witness {
+            at: Some(at),
+            value: value.is_finite().then_some(value),
+            ..self
+        }
+    }
 }
 
 impl Outcome {
@@ -56,12 +100,18 @@ impl Outcome {
     }
 }
 
+/// Detail of a signal that is not finite.
+const NOT_A_NUMBER: &str = "not a number";
+
 /// An outcome without the data of its expectation.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Finding {
     pub verdict: Verdict,
     pub comparison: Option<Comparison>,
     pub first_violation: Option<SimTime>,
+    pub witness: Witness,
+    /// Index of the element of the samples that the witness is of.
+    pub element: Option<usize>,
     pub detail: String,
 }
 
@@ -72,6 +122,8 @@ impl Finding {
             verdict: Verdict::Unobserved,
             comparison: None,
             first_violation: None,
+            witness: Witness::default(),
+            element: None,
             detail: reason.into(),
         }
     }
@@ -87,7 +139,23 @@ impl Finding {
             verdict: if holds { Verdict::Pass } else { Verdict::Fail },
             comparison: Some(comparison),
             first_violation: first_violation.filter(|_| !holds),
+            witness: Witness::default(),
+            element: None,
             detail: detail.into(),
+        }
+    }
+
+    /// Returns the same finding with its witness.
+    pub fn seen(self, witness: Witness) -> Self {
+        Finding { witness, ..self }
+    }
+
+    /// Returns the same finding with an element of the samples as its witness.
+    pub fn seen_in(self, element: usize, at: SimTime, value: f64) -> Self {
+        Finding {
+            element: Some(element),
+            witness: Witness::default().at(at, value),
+            ..self
         }
     }
 
@@ -107,7 +175,12 @@ impl Finding {
             verdict: Verdict::Fail,
             comparison: None,
             first_violation: at,
-            detail: "not a number".into(),
+            witness: Witness {
+                at,
+                ..Witness::default()
+            },
+            element: None,
+            detail: NOT_A_NUMBER.into(),
         }
     }
 }
@@ -117,11 +190,13 @@ pub(super) fn outcome(expectation: &Expectation, finding: Finding) -> Outcome {
     let finite = |value: f64| value.is_finite().then_some(value);
     let numbers = finding.comparison;
     let unit = match resolve::unit(&expectation.claim) {
-        Unit::Meter if finding.detail == TILT => Unit::Radian,
+        Unit::Meter if finding.detail.starts_with(TILT) => Unit::Radian,
         unit => unit,
     };
     Outcome {
         name: expectation.name.clone(),
+        place: expectation.place.clone(),
+        subject: expectation.claim.subject(),
         verdict: finding.verdict,
         optional: expectation.optional,
         measured: numbers.and_then(|numbers| finite(numbers.measured)),
@@ -130,6 +205,7 @@ pub(super) fn outcome(expectation: &Expectation, finding: Finding) -> Outcome {
         unit,
         margin: numbers.and_then(|numbers| finite(numbers.margin)),
         first_violation: finding.first_violation,
+        witness: finding.witness,
         detail: finding.detail,
     }
 }

@@ -2,7 +2,8 @@
 
 use twinrig_kernel::{SimDuration, SimTime};
 
-use super::outcome::Finding;
+use super::outcome::{Finding, Witness};
+use super::settling::LAST_OUTSIDE;
 use super::tracker::{Extremes, seconds};
 use super::trunk::turn;
 use crate::limits::Limits;
@@ -56,6 +57,9 @@ pub(crate) enum QuantitySource {
         last: Option<(SimTime, [f64; 2])>,
     },
 }
+
+/// Time of a recovery, a detail, and instant and element of the last sample outside.
+type Recovered = (SimDuration, String, Option<SimTime>, Option<usize>);
 
 /// Least number of samples before the disturbance.
 const BEFORE_MIN: u64 = 10;
@@ -122,22 +126,36 @@ impl RecoveryMeter {
         }
         let Recovery { end, within, .. } = self.recovery;
         let found = match self.fell_at {
-            Some(at) => Ok((self.window_end - end, format!("fell at {at}"))),
+            Some(at) => Ok((
+                self.window_end - end,
+                format!("fell at {at}"),
+                Some(at),
+                None,
+            )),
             None => self.recovery_time(),
         };
         match found {
-            Ok((time, detail)) => {
+            Ok((time, detail, at, element)) => {
                 let comparison =
                     Limits::at_most(seconds(within)).compare(seconds(time), seconds(time));
                 let violated_at = self.fell_at.or(end.checked_add(within));
-                Finding::of(comparison, violated_at, detail)
+                let finding = Finding::of(comparison, violated_at, detail);
+                let witness = Witness {
+                    at,
+                    ..Witness::default()
+                };
+                Finding {
+                    element,
+                    ..finding.seen(witness)
+                }
             }
             Err(reason) => Finding::unobserved(reason),
         }
     }
 
-    /// Returns the time of the recovery and a detail, or the reason for which it is unobserved.
-    fn recovery_time(&self) -> Result<(SimDuration, String), String> {
+    /// Returns the time of the recovery, a detail, and instant and element of the last sample
+    /// outside; or the reason for which it is unobserved.
+    fn recovery_time(&self) -> Result<Recovered, String> {
         let Recovery { end, within, .. } = self.recovery;
         if self.count_before < BEFORE_MIN {
             return Err(format!(
@@ -149,12 +167,24 @@ impl RecoveryMeter {
             return Err("there is no observation after the disturbance".to_owned());
         };
         match (self.recovered_at, self.last_outside) {
-            (Some(_), None) => Ok((SimDuration::ZERO, "never outside".to_owned())),
-            (Some(at), Some((_, index))) => Ok((at - end, self.named("last outside", index))),
+            (Some(_), None) => Ok((SimDuration::ZERO, "never outside".to_owned(), None, None)),
+            (Some(at), Some((outside, index))) => {
+                let detail = self.named(LAST_OUTSIDE, index);
+                Ok((at - end, detail, Some(outside), self.element(index)))
+            }
             (None, Some((_, index))) if last_at - end > within => {
-                Ok((last_at - end, self.named("not recovered", index)))
+                let detail = self.named("not recovered", index);
+                Ok((last_at - end, detail, None, self.element(index)))
             }
             (None, _) => Err("the observation ended before `within` was over".to_owned()),
+        }
+    }
+
+    /// Returns the element of the quantity `index`, if it is one of a signal.
+    fn element(&self, index: usize) -> Option<usize> {
+        match self.quantities[index].source {
+            QuantitySource::Element(element) | QuantitySource::Yaw { element, .. } => Some(element),
+            QuantitySource::Speed { .. } => None,
         }
     }
 

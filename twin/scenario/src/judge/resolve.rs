@@ -9,11 +9,13 @@ use super::condition::SampledCondition;
 use super::cycle::CycleMeter;
 use super::footstep::Thresholds;
 use super::gait::GaitMeter;
+use super::labels::labels;
 use super::meter::{Meter, Nearest};
 use super::recovery::{QuantitySource, RecoveringQuantity, RecoveryMeter};
 use super::sequence::SequenceMeter;
+use super::settling::Settling;
 use super::steps::StepMeter;
-use super::tracker::{Extremes, Settling, Window};
+use super::tracker::{Extremes, Window};
 use super::trunk::{Speed, Upright, Yaw};
 use super::until::Until;
 use super::{Cycle, Group, Layouts, Monitor, MonitorKind};
@@ -73,6 +75,7 @@ pub(super) fn monitor(
     Monitor {
         window,
         channel,
+        labels: labels(expectation, channel, layouts),
         meter,
         samples: 0,
         fell: false,
@@ -207,11 +210,8 @@ fn body(
         }
         BodyClaim::Settles { within, by } => {
             let (channel, position) = trunk.position()?;
-            let meter = Meter::Settles {
-                elements: (position..position + 3).collect(),
-                settling: Settling::new(*within, *by, 3),
-            };
-            (channel, meter)
+            let settling = Settling::new(*within, *by, position..position + 3);
+            (channel, Meter::Settles(settling))
         }
         BodyClaim::Recovers(recovery, tolerances) => {
             let (channel, position, rpy) = trunk.pose()?;
@@ -244,10 +244,7 @@ fn signal(
             elements: elements.into_iter().map(Nearest::new).collect(),
             limits: *limits,
         },
-        SignalMode::Settles { within, by } => Meter::Settles {
-            settling: Settling::new(*within, *by, elements.len()),
-            elements,
-        },
+        SignalMode::Settles { within, by } => Meter::Settles(Settling::new(*within, *by, elements)),
         SignalMode::Until(limits, until) => {
             let condition = SampledCondition::find(until, layouts)?;
             if condition.group != channel {

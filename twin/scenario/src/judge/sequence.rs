@@ -7,7 +7,7 @@ use twinrig_runtime::Group;
 
 use super::Verdict;
 use super::condition::SampledCondition;
-use super::outcome::Finding;
+use super::outcome::{Finding, Witness};
 use super::sliding_max::SlidingMax;
 use crate::limits::Comparison;
 use crate::sequence::Relation;
@@ -248,6 +248,11 @@ impl SequenceMeter {
             verdict,
             comparison: self.robustness,
             first_violation: self.first_violation,
+            witness: Witness {
+                at: self.first_violation,
+                ..Witness::default()
+            },
+            element: None,
             detail: self.detail(verdict),
         }
     }

@@ -3,7 +3,7 @@
 use twinrig_kernel::{SimDuration, SimTime};
 
 use super::outcome::Finding;
-use crate::limits::{Comparison, Limits};
+use crate::limits::Limits;
 
 /// Returns the floating-point value closest to a duration \[s\]. A limit with the same decimal
 /// notation has the same value, so the limit itself is accepted.
@@ -30,8 +30,18 @@ impl Window {
 pub(crate) struct Extremes {
     pub least: f64,
     pub greatest: f64,
+    pub least_site: Site,
+    pub greatest_site: Site,
     pub non_finite_at: Option<SimTime>,
+    non_finite_in: usize,
     pub first_violation: Option<SimTime>,
+}
+
+/// Instant of a sample, and its element where the statistics are of several.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Site {
+    pub at: SimTime,
+    pub element: usize,
 }
 
 impl Default for Extremes {
@@ -39,7 +49,10 @@ impl Default for Extremes {
         Extremes {
             least: f64::INFINITY,
             greatest: f64::NEG_INFINITY,
+            least_site: Site::default(),
+            greatest_site: Site::default(),
             non_finite_at: None,
+            non_finite_in: 0,
             first_violation: None,
         }
     }
@@ -56,81 +69,75 @@ impl Extremes {
 
     #[inline]
     pub fn add(&mut self, now: SimTime, value: f64) {
-        if !value.is_finite() {
-            self.non_finite_at.get_or_insert(now);
+        self.add_of(0, now, value);
+    }
+
+    /// Adds a sample of an element.
+    #[inline]
+    pub fn add_of(&mut self, element: usize, now: SimTime, value: f64) {
+        if !value.is_finite() && self.non_finite_at.is_none() {
+            (self.non_finite_at, self.non_finite_in) = (Some(now), element);
         }
         if value < self.least {
             self.least = value;
+            self.least_site = Site { at: now, element };
         }
         if value > self.greatest {
             self.greatest = value;
+            self.greatest_site = Site { at: now, element };
         }
     }
 
     #[inline]
     pub fn add_within(&mut self, now: SimTime, value: f64, limits: &Limits) {
-        self.add(now, value);
+        self.add_of_within(0, now, value, limits);
+    }
+
+    /// Adds a sample of an element, and compares it with limits.
+    #[inline]
+    pub fn add_of_within(&mut self, element: usize, now: SimTime, value: f64, limits: &Limits) {
+        self.add_of(element, now, value);
         if self.first_violation.is_none() && !limits.hold(value) {
             self.first_violation = Some(now);
         }
     }
 
+    /// Returns the finding of statistics of one element.
     pub fn finding(&self, limits: &Limits, detail: &str) -> Finding {
-        if self.non_finite_at.is_some() {
-            return Finding::not_a_number(self.non_finite_at);
+        let finding = self.finding_of_elements(limits, detail);
+        Finding {
+            element: None,
+            ..finding
+        }
+    }
+
+    /// Returns the finding of statistics of several elements.
+    pub fn finding_of_elements(&self, limits: &Limits, detail: &str) -> Finding {
+        if let Some(finding) = self.not_finite() {
+            return finding;
         }
         if self.is_empty() {
             return Finding::unobserved("there is no observation in its window");
         }
         let comparison = limits.compare(self.least, self.greatest);
-        Finding::of(comparison, self.first_violation, detail)
-    }
-}
-
-/// Settling of values: their distances from the last values.
-#[derive(Clone, Debug)]
-pub(crate) struct Settling {
-    within: f64,
-    by: SimTime,
-    elements: Vec<(Extremes, f64)>,
-}
-
-impl Settling {
-    pub fn new(within: f64, by: SimTime, elements: usize) -> Self {
-        Settling {
-            within,
-            by,
-            elements: vec![(Extremes::default(), f64::NAN); elements],
-        }
+        let site = if comparison.measured.to_bits() == self.greatest.to_bits() {
+            self.greatest_site
+        } else {
+            self.least_site
+        };
+        Finding::of(comparison, self.first_violation, detail).seen_in(
+            site.element,
+            site.at,
+            comparison.measured,
+        )
     }
 
-    /// Adds samples and returns whether they are at or after the settling time.
-    #[inline]
-    pub fn add(&mut self, now: SimTime, values: impl Iterator<Item = f64>) -> bool {
-        if now < self.by {
-            return false;
-        }
-        for ((extremes, last), value) in self.elements.iter_mut().zip(values) {
-            extremes.add(now, value);
-            *last = value;
-        }
-        true
-    }
-
-    pub fn finding(&self) -> Finding {
-        let mut worst = 0.0_f64;
-        for (extremes, last) in &self.elements {
-            if extremes.non_finite_at.is_some() {
-                return Finding::not_a_number(extremes.non_finite_at);
-            }
-            if extremes.is_empty() {
-                return Finding::unobserved("there is no observation in its window");
-            }
-            worst = worst
-                .max(extremes.greatest - last)
-                .max(last - extremes.least);
-        }
-        let comparison: Comparison = Limits::at_most(self.within).compare(worst, worst);
-        Finding::of(comparison, None, "largest deviation from the final value")
+    /// Returns the finding of a sample that was not finite.
+    pub fn not_finite(&self) -> Option<Finding> {
+        let at = self.non_finite_at?;
+        Some(Finding {
+            element: Some(self.non_finite_in),
+            ..Finding::not_a_number(Some(at))
+        })
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use twinrig_kernel::SimTime;
 
 use super::outcome::Finding;
-use super::tracker::Extremes;
+use super::tracker::{Extremes, Site};
 use crate::expect::Along;
 use crate::limits::Limits;
 
@@ -159,7 +159,10 @@ impl Yaw {
     }
 
     pub fn finding(&self) -> Finding {
-        self.extremes.finding(&self.limits, "")
+        Finding {
+            element: Some(self.element),
+            ..self.extremes.finding(&self.limits, "")
+        }
     }
 }
 
@@ -210,15 +213,15 @@ impl Upright {
     pub fn sample(&mut self, now: SimTime, values: &[f64]) {
         let min_height = self.share * self.record_standing_height(values);
         let height = values[self.height];
-        self.heights.add(now, height);
+        self.heights.add_of(self.height, now, height);
         let (roll, pitch) = (values[self.roll].abs(), values[self.roll + 1].abs());
         // Propagates a NaN, unlike `f64::max`.
-        let tilt = if roll > pitch || roll.is_nan() {
-            roll
+        let (element, tilt) = if roll > pitch || roll.is_nan() {
+            (self.roll, roll)
         } else {
-            pitch
+            (self.roll + 1, pitch)
         };
-        self.tilts.add(now, tilt);
+        self.tilts.add_of(element, now, tilt);
         if !(height >= min_height && tilt <= self.tilt) && self.fallen_at.is_none() {
             self.fallen_at = Some(now);
         }
@@ -241,9 +244,12 @@ impl Upright {
         let tilted = Limits::at_most(self.tilt).compare(self.tilts.least, self.tilts.greatest);
         // Of two limits with different units the one with the smaller relative margin is reported.
         if tilted.margin / self.tilt < low.margin / standing_height {
-            Finding::of(tilted, self.fallen_at, TILT)
+            let Site { at, element } = self.tilts.greatest_site;
+            Finding::of(tilted, self.fallen_at, TILT).seen_in(element, at, tilted.measured)
         } else {
-            Finding::of(low, self.fallen_at, "lowest height")
+            let Site { at, element } = self.heights.least_site;
+            let finding = Finding::of(low, self.fallen_at, "lowest height");
+            finding.seen_in(element, at, low.measured)
         }
     }
 }

@@ -4,7 +4,7 @@ use twinrig_kernel::SimTime;
 
 use super::Verdict;
 use super::condition::{SampledCondition, greatest, least};
-use super::outcome::Finding;
+use super::outcome::{Finding, Witness};
 use crate::limits::{Comparison, Limits};
 
 /// Statistics of `always` with `until`.
@@ -20,6 +20,8 @@ pub(crate) struct Until {
     has_one_unit: bool,
     /// Least margin of the elements before this sample.
     before: Option<Comparison>,
+    /// Element and instant of that margin.
+    worst: Option<(usize, SimTime)>,
     robustness: Option<Comparison>,
     event_at: Option<SimTime>,
     first_violation: Option<SimTime>,
@@ -42,6 +44,7 @@ impl Until {
             condition,
             has_one_unit,
             before: None,
+            worst: None,
             robustness: None,
             event_at: None,
             first_violation: None,
@@ -91,6 +94,10 @@ impl Until {
                 self.first_violation.get_or_insert(now);
             }
             let before = self.before.map_or(comparison, |it| least(it, comparison));
+            let is_worst = self.before.is_none_or(|it| comparison.margin < it.margin);
+            if is_worst && self.event_at.is_none() {
+                self.worst = Some((element, now));
+            }
             self.before = Some(before);
         }
         self.is_empty &= self.event_at.is_some();
@@ -111,10 +118,17 @@ impl Until {
             Some(at) if self.first_violation.is_some() => (Verdict::Fail, format!("until {at}")),
             Some(at) => (Verdict::Pass, format!("until {at}")),
         };
+        // Without the event the comparison may be that of the condition.
+        let worst = self.worst.filter(|_| self.event_at.is_some());
         Finding {
             verdict,
             comparison: self.robustness,
             first_violation: self.first_violation,
+            witness: Witness {
+                at: worst.map(|(_, at)| at),
+                ..Witness::default()
+            },
+            element: worst.map(|(element, _)| element),
             detail,
         }
     }

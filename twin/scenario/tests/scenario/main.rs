@@ -20,5 +20,7 @@ mod schema;
 mod sensors;
 mod sequence;
 mod streaming;
+mod tracking;
 mod validator;
 mod warnings;
+mod witness;

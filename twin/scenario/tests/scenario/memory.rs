@@ -135,5 +135,5 @@ fn memory_of_a_judge_is_independent_of_the_run_length() {
     });
     assert!(feed.footsteps > 25_000, "{} footsteps", feed.footsteps);
     assert_eq!((later.count_total, later.bytes_total), (0, 0));
-    assert!(total.bytes_max < 100_000, "{} bytes", total.bytes_max);
+    assert!(total.bytes_max < 120_000, "{} bytes", total.bytes_max);
 }

@@ -80,7 +80,7 @@ fn range_of_the_time_before_is_no_deviation() {
     let outcome = of_trunk("roll = '0.009 rad', height = '0 mm'", &wider);
     assert_eq!(
         (outcome.verdict, outcome.detail.as_str()),
-        (Verdict::Fail, "last outside: roll")
+        (Verdict::Fail, "last outside: roll at 9.986 s")
     );
     assert!(outcome.margin.unwrap() < -4.9, "{outcome:?}");
     assert_eq!(outcome.first_violation, Some(at(5_000)));

@@ -1,16 +1,20 @@
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use anstream::adapter::strip_str;
 use proptest::prelude::*;
+use twinrig_document::{Place, Source};
 use twinrig_kernel::{SimTime, Unit};
 use twinrig_runtime::WorkCounts;
-use twinrig_scenario::LeftOut;
+use twinrig_scenario::{LeftOut, Witness};
 
 use super::*;
 
 fn outcome(measured: f64, bound: f64, margin: f64, unit: Unit) -> Outcome {
     Outcome {
         name: "it".to_owned(),
+        place: Place::new(Arc::new(Source::new("it.toml", String::new())), 0..0),
+        subject: "signal",
         verdict: if margin >= 0.0 {
             Verdict::Pass
         } else {
@@ -23,6 +27,7 @@ fn outcome(measured: f64, bound: f64, margin: f64, unit: Unit) -> Outcome {
         unit,
         margin: Some(margin),
         first_violation: None,
+        witness: Witness::default(),
         detail: String::new(),
     }
 }
@@ -92,24 +97,41 @@ fn unobserved_outcome_is_marked_with_reason() {
     unobserved.verdict = Verdict::Unobserved;
     unobserved.detail = "no load is measured".to_owned();
     assert_eq!(mark(&Line::of(unobserved.clone())).0, "?");
-    assert_eq!(sentence(&unobserved), "unobserved: no load is measured");
+    assert_eq!(
+        sentence(&unobserved, true),
+        "unobserved: no load is measured"
+    );
     unobserved.optional = true;
     assert_eq!(mark(&Line::of(unobserved.clone())).0, "–");
     let mut late = outcome(7.0, 5.0, -2.0, Unit::Newton);
-    assert_eq!(sentence(&late), "7 N is not ≤ 5 N");
+    assert_eq!(sentence(&late, false), "7 N is not ≤ 5 N");
     late.first_violation = Some(SimTime::from_nanos(1_500_000_000));
-    assert_eq!(sentence(&late), "7 N is not ≤ 5 N, first at 1.500 s");
+    assert_eq!(sentence(&late, false), "7 N is not ≤ 5 N, first at 1.500 s");
     late.detail = "worst: LF at 1.750 s".to_owned();
-    assert_eq!(remark(&late), "first at 1.500 s, worst: LF at 1.750 s");
+    assert_eq!(
+        remark(&late, false),
+        "first at 1.500 s, worst: LF at 1.750 s"
+    );
+    // Recordings begin at 1 s.
+    assert_eq!(
+        remark(&late, true),
+        "first at 1.500 s (2.500 s in the recording), worst: LF at 1.750 s"
+    );
+    late.first_violation = None;
+    late.witness.at = Some(SimTime::from_nanos(1_750_000_000));
+    assert_eq!(
+        remark(&late, true),
+        "worst: LF at 1.750 s (2.750 s in the recording)"
+    );
 }
 
 #[test]
 fn both_ends_of_range_are_shown() {
     let mut speed = outcome(0.97, 0.98, 0.01, Unit::MeterPerSecond);
     speed.other_bound = Some(0.922);
-    assert_eq!(remark(&speed), "required: 0.922 … 0.980");
+    assert_eq!(remark(&speed, true), "required: 0.922 … 0.980");
     speed.other_bound = Some(1.2);
-    assert_eq!(remark(&speed), "required: 0.98 … 1.20");
+    assert_eq!(remark(&speed, true), "required: 0.98 … 1.20");
 }
 
 #[test]

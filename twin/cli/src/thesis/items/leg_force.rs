@@ -1,6 +1,6 @@
 //! Force of the massless leg (section 2.7.1).
 
-use twinrig_leg::{LegError, Pantograph};
+use twinrig_leg::Pantograph;
 
 use crate::error::TwinError;
 use crate::thesis::context::Context;
@@ -44,11 +44,6 @@ pub(crate) const FIG_2_9: Item = Item {
     commands: &["cargo test -p twinrig-leg greatest_axial_stiffness"],
 };
 
-/// Range of leg lengths, as shares of the greatest: shorter ones are not reached in a gait, and at
-/// the end the preload closes the pantograph.
-const LENGTHS: [f64; 2] = [0.7, 0.98];
-const POINTS: u32 = 400;
-
 fn fig_2_9(context: &Context<'_>) -> Result<Measurements, TwinError> {
     const FILE: &str = "passive-legs.toml";
     let assembly = context.assembly(FILE)?;
@@ -61,27 +56,10 @@ fn fig_2_9(context: &Context<'_>) -> Result<Measurements, TwinError> {
         })?
         .leg;
     let pantograph = Pantograph::new(leg).map_err(ThesisError::from)?;
-    let stiffness = greatest_stiffness(&pantograph).map_err(ThesisError::from)?;
+    let stiffness = pantograph.greatest_axial_stiffness();
+    let stiffness = stiffness.map_err(ThesisError::from)?;
     let mut found = Measurements::default();
     found.set("stiffness", stiffness);
     found.set("ratio", leg.diagonal.stiffness / stiffness);
     Ok(found)
-}
-
-/// Returns the greatest slope of the axial force over the length, without a hip torque \[N/m\].
-fn greatest_stiffness(leg: &Pantograph) -> Result<f64, LegError> {
-    const H: f64 = 1e-4;
-    let force = |length: f64| {
-        let at = leg.equilibrium(length, 0.0, f64::INFINITY)?;
-        Ok::<f64, LegError>(at.axial)
-    };
-    let [shortest, longest] = LENGTHS;
-    let mut greatest: f64 = 0.0;
-    for point in 0..=POINTS {
-        let share = shortest + (longest - shortest) * f64::from(point) / f64::from(POINTS);
-        let length = share * leg.length_max();
-        let slope = (force(length - H)? - force(length + H)?) / (2.0 * H);
-        greatest = greatest.max(slope);
-    }
-    Ok(greatest)
 }

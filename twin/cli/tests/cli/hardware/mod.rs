@@ -3,6 +3,7 @@
 //! termination is.
 
 mod commands;
+mod first_contact;
 mod flood;
 mod judging;
 mod lockstep;

@@ -9,7 +9,7 @@ mod peaks;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::Group;
 
-use super::outcome::Finding;
+use super::outcome::{Finding, Witness};
 use super::tracker::Extremes;
 use crate::compare::CompareMeasure;
 use crate::limits::Limits;
@@ -110,7 +110,14 @@ impl CompareMeter {
         match found {
             Ok((value, _)) if !value.is_finite() => Finding::not_a_number(None),
             Ok((value, detail)) => {
-                Finding::of(self.limits.compare(value, value), first_violation, detail)
+                let comparison = self.limits.compare(value, value);
+                let finding = Finding::of(comparison, first_violation, detail);
+                match &self.statistic {
+                    Statistic::ErrorPeak(extremes) => {
+                        finding.seen(Witness::default().at(extremes.greatest_site.at, value))
+                    }
+                    _ => finding,
+                }
             }
             Err(reason) => Finding::unobserved(reason),
         }

@@ -3,7 +3,7 @@
 use twinrig_kernel::SimTime;
 
 use crate::judge::footstep::Footstep;
-use crate::judge::outcome::Finding;
+use crate::judge::outcome::{Finding, Witness};
 use crate::limits::Limits;
 
 /// Measure of the footsteps.
@@ -82,7 +82,11 @@ pub(super) fn finding<'n>(
     }
     let finding = worst.map(|(name, value)| {
         let detail = format!("worst: {name}");
-        Finding::of(limits.compare(value, value), None, detail)
+        let witness = Witness {
+            value: Some(value),
+            ..Witness::of_leg(name)
+        };
+        Finding::of(limits.compare(value, value), None, detail).seen(witness)
     });
     (finding, missing)
 }

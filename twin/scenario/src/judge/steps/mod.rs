@@ -295,7 +295,7 @@ impl StepMeter {
             Statistics::Phase { .. } | Statistics::PhaseSpread(..) => {
                 Finding::unobserved("a phase needs two legs")
             }
-            Statistics::Order(order) => order.finding(),
+            Statistics::Order(order) => order.finding(facts.legs),
             Statistics::Displacement(axis, cycle, limits, cycles) => {
                 let displacements = cycles.iter().map(|cycle| cycle.displacement(*axis, limits));
                 let displacements: Vec<Worst> = displacements.collect();

@@ -2,9 +2,10 @@
 
 use twinrig_kernel::SimTime;
 
-use crate::judge::outcome::{Finding, Verdict};
+use crate::judge::outcome::{Finding, Verdict, Witness};
 use crate::judge::touch_downs::TouchDown;
 use crate::limits::Limits;
+use crate::scene::LegFact;
 
 /// Cyclic order of groups of legs, and the touch-downs out of it.
 #[derive(Clone, Debug)]
@@ -16,7 +17,20 @@ pub(super) struct TouchDownOrder {
     done: Vec<usize>,
     total: u64,
     out_of_order: u64,
-    violated_at: Option<SimTime>,
+    /// First touch-down out of order.
+    violation: Option<Violation>,
+    /// Leg of the last touch-down.
+    last: Option<usize>,
+}
+
+/// First touch-down out of order.
+#[derive(Clone, Debug)]
+struct Violation {
+    at: SimTime,
+    leg: usize,
+    after: Option<usize>,
+    /// Legs that could have come.
+    expected: Vec<usize>,
 }
 
 impl TouchDownOrder {
@@ -27,7 +41,8 @@ impl TouchDownOrder {
             current: None,
             total: 0,
             out_of_order: 0,
-            violated_at: None,
+            violation: None,
+            last: None,
         }
     }
 
@@ -38,6 +53,7 @@ impl TouchDownOrder {
             return;
         };
         self.total += 1;
+        let last = self.last.replace(leg);
         let in_order = match self.current {
             None => true,
             Some(current) if current == group && !self.done.contains(&leg) => {
@@ -53,21 +69,57 @@ impl TouchDownOrder {
         let largest = self.groups.iter().map(Vec::len).max().unwrap_or(1);
         if !(in_order || self.total <= largest as u64) {
             self.out_of_order += 1;
-            self.violated_at.get_or_insert(at);
+            if self.violation.is_none() {
+                self.violation = Some(Violation {
+                    at,
+                    leg,
+                    after: last,
+                    expected: self.expected(),
+                });
+            }
         }
         self.current = Some(group);
         self.done.clear();
         self.done.push(leg);
     }
 
-    pub fn finding(&self) -> Finding {
+    /// Returns the legs of the present group that have not touched down, or those of the next one.
+    fn expected(&self) -> Vec<usize> {
+        let Some(current) = self.current else {
+            return Vec::new();
+        };
+        let rest = self.groups[current].iter().copied();
+        let rest: Vec<usize> = rest.filter(|leg| !self.done.contains(leg)).collect();
+        if rest.is_empty() {
+            self.groups[(current + 1) % self.groups.len()].clone()
+        } else {
+            rest
+        }
+    }
+
+    pub fn finding(&self, legs: &[LegFact]) -> Finding {
         let count = self.out_of_order as f64;
-        let detail = format!("of {} touch-downs", self.total);
-        let finding = Finding::of(
-            Limits::at_most(0.0).compare(count, count),
-            self.violated_at,
-            detail,
-        );
+        let name = |leg: usize| legs[leg].name.as_str();
+        let total = format!("of {} touch-downs", self.total);
+        let comparison = Limits::at_most(0.0).compare(count, count);
+        let finding = match &self.violation {
+            None => Finding::of(comparison, None, total),
+            Some(first) => {
+                let expected: Vec<&str> = first.expected.iter().copied().map(name).collect();
+                let after = first.after.map(|leg| format!(" after {}", name(leg)));
+                let detail = format!(
+                    "{}{} instead of {}, {total}",
+                    name(first.leg),
+                    after.unwrap_or_default(),
+                    expected.join(" or ")
+                );
+                let witness = Witness {
+                    at: Some(first.at),
+                    ..Witness::of_leg(name(first.leg))
+                };
+                Finding::of(comparison, Some(first.at), detail).seen(witness)
+            }
+        };
         let two_rounds = 2 * self.groups.iter().map(Vec::len).sum::<usize>() as u64;
         if finding.verdict == Verdict::Pass && self.total < two_rounds {
             let detail = format!("{} touch-downs are not two rounds", self.total);

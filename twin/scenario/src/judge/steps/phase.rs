@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use twinrig_kernel::SimTime;
 
-use crate::judge::outcome::Finding;
+use crate::judge::outcome::{Finding, Witness};
 use crate::judge::touch_downs::TouchDown;
 use crate::limits::Limits;
 use crate::pattern::Pattern;
@@ -138,7 +138,7 @@ impl Phases {
         let Some(base) = pattern.share(&legs[self.first]) else {
             return unknown(self.first);
         };
-        let mut worst: Option<(f64, String)> = None;
+        let mut worst: Option<(f64, Witness, String)> = None;
         for phase in phases {
             let leg = &legs[phase.leg];
             let Some(expected) = pattern.share(leg) else {
@@ -148,19 +148,23 @@ impl Phases {
             let deviation = (wrap(phase.mean - expected + 0.5) - 0.5).abs();
             if worst
                 .as_ref()
-                .is_none_or(|(greatest, _)| deviation >= *greatest)
+                .is_none_or(|(greatest, ..)| deviation >= *greatest)
             {
                 let first = &legs[self.first].name;
                 let detail = format!(
                     "worst: {} at {:.3} of {first}'s cycle, expected {expected:.2}",
                     leg.name, phase.mean
                 );
-                worst = Some((deviation, detail));
+                let witness = Witness {
+                    value: Some(phase.mean),
+                    ..Witness::of_leg(&leg.name)
+                };
+                worst = Some((deviation, witness, detail));
             }
         }
         let within = Limits::at_most(tolerance);
-        let finding = worst.map(|(deviation, detail)| {
-            Finding::of(within.compare(deviation, deviation), None, detail)
+        let finding = worst.map(|(deviation, witness, detail)| {
+            Finding::of(within.compare(deviation, deviation), None, detail).seen(witness)
         });
         (finding, missing)
     }
@@ -177,16 +181,21 @@ impl Phases {
             return (None, missing);
         }
         let (mut least, mut greatest) = (f64::INFINITY, 0.0_f64);
-        let mut detail = String::new();
+        let mut witness = Witness::default();
         for phase in phases {
             least = least.min(phase.spread);
             if phase.spread >= greatest {
                 greatest = phase.spread;
-                detail = format!("worst: {}", legs[phase.leg].name);
+                witness = Witness {
+                    value: Some(greatest),
+                    ..Witness::of_leg(&legs[phase.leg].name)
+                };
             }
         }
+        let leg = witness.leg.as_deref().unwrap_or_default();
+        let detail = format!("worst: {leg}");
         let finding = Finding::of(limits.compare(least, greatest), None, detail);
-        (Some(finding), missing)
+        (Some(finding.seen(witness)), missing)
     }
 }
 

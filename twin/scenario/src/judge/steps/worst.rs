@@ -2,7 +2,7 @@
 
 use twinrig_kernel::SimTime;
 
-use crate::judge::outcome::Finding;
+use crate::judge::outcome::{Finding, Witness};
 use crate::limits::Limits;
 
 /// Value of one leg with the least margin.
@@ -50,9 +50,6 @@ pub(super) fn finding<'n>(
     }
     let (name, value, at) = worst?;
     let detail = format!("worst: {name} at {:.3} s", at.as_secs_f64());
-    Some(Finding::of(
-        limits.compare(value, value),
-        violated_at,
-        detail,
-    ))
+    let finding = Finding::of(limits.compare(value, value), violated_at, detail);
+    Some(finding.seen(Witness::of_leg(name).at(at, value)))
 }

@@ -136,6 +136,9 @@ pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expe
     let table = &item.table()?;
     let table = expect_table::TABLE.of(table);
     let name = table.get(&NAME);
+    let place = item
+        .peek(NAME.name)
+        .map_or_else(|| item.place(), |name| name.place());
     let after = table.get_with(&AFTER, |item| instant(item, context));
     let before = table.get_with(&BEFORE, |item| instant(item, context));
     let optional = table.read(&OPTIONAL);
@@ -162,6 +165,7 @@ pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expe
     let (explicit_after, before, claim) = (after?, before?, claim?);
     let mut expectation = Expectation {
         name: String::new(),
+        place,
         after: explicit_after.unwrap_or(SimTime::ZERO),
         before,
         optional: optional?,

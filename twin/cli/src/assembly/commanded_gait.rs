@@ -1,0 +1,67 @@
+//! What a gait commands, from the variables of its controller and the drives of its robot.
+
+use twinrig_robot::{Robot, Servo};
+use twinrig_runtime::ProcessVariable;
+use twinrig_scenario::{
+    ActuatorKind, CommandedGait, LegFact, Scenario, ServoLimits, ServoOverride,
+};
+
+use crate::parts::setup::overridden;
+
+/// Variable of a controller with the step height of all legs, of a leg (`step_height/LF`) or of an
+/// end of the robot (`step_height/fore`).
+const STEP_HEIGHT: &str = "step_height";
+/// Variable of a controller with the time in which its gait grows to the full size.
+const RAMP: &str = "ramp";
+
+/// Returns what the controller with these variables commands.
+pub(super) fn of(
+    variables: &[ProcessVariable],
+    scenario: &Scenario,
+    legs: &[LegFact],
+    robot: Option<&Robot>,
+) -> CommandedGait {
+    let value = |name: &str| {
+        let variable = variables.iter().find(|variable| variable.name() == name);
+        variable.map(ProcessVariable::value)
+    };
+    let is_of = |name: &str| name.split('/').next() == Some(STEP_HEIGHT);
+    let has_any = variables.iter().any(|variable| is_of(variable.name()));
+    let changes = scenario
+        .changes
+        .iter()
+        .any(|change| is_of(&change.variable));
+    let step_height = |leg: &LegFact| {
+        let end = if leg.fore { "fore" } else { "hind" };
+        value(&format!("{STEP_HEIGHT}/{}", leg.name))
+            .or_else(|| value(&format!("{STEP_HEIGHT}/{end}")))
+            .or_else(|| value(STEP_HEIGHT))
+            .filter(|_| !changes)
+    };
+    CommandedGait {
+        step_heights: legs.iter().map(step_height).collect(),
+        no_step_heights: if changes {
+            Some("the run changes the step height".to_owned())
+        } else {
+            (!has_any).then(|| "the controller has no variable `step_height`".to_owned())
+        },
+        ramp: value(RAMP).unwrap_or(0.0),
+        servos: robot.and_then(|robot| servos(robot, scenario)),
+    }
+}
+
+/// Returns the limits of the servos of hip and knee; none for other drives.
+fn servos(robot: &Robot, scenario: &Scenario) -> Option<[ServoLimits; 2]> {
+    let actuator = &scenario.actuator;
+    let limits = |servo: Servo, by: &ServoOverride| {
+        let Servo { speed, torque, .. } = overridden(servo, by);
+        ServoLimits { speed, torque }
+    };
+    let servos = &robot.actuators;
+    (actuator.kind == ActuatorKind::Servo).then(|| {
+        [
+            limits(servos.hip, &actuator.hip),
+            limits(servos.knee, &actuator.knee),
+        ]
+    })
+}

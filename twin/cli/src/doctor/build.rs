@@ -1,0 +1,70 @@
+//! This build: its version, its parts, the robots that it finds.
+
+use std::path::Path;
+
+use twinrig_robot::RobotFile;
+
+use super::item::Item;
+use crate::assembly::registry::Registry;
+
+/// Version of this program.
+pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+pub(super) fn items(registry: &Registry) -> Vec<Item> {
+    let mut items = vec![Item::ok(
+        "twin",
+        format!(
+            "{VERSION}, {} {}",
+            std::env::consts::OS,
+            std::env::consts::ARCH
+        ),
+    )];
+    for kind in &registry.catalogue(None).plants {
+        let Some(remedy) = &kind.remedy else { continue };
+        let item = Item::notice(format!("plant {}", kind.name), "not in this build");
+        items.push(item.affecting(
+            format!("scenarios with plant.model = \"{}\"", kind.name),
+            remedy,
+        ));
+    }
+    items.extend(mujoco());
+    items.extend(robots());
+    items
+}
+
+#[cfg(feature = "mujoco")]
+fn mujoco() -> Option<Item> {
+    use twinrig_mujoco::Engine;
+
+    // A program whose library is not found does not start.
+    Some(match Engine::check_version() {
+        Ok(()) => Item::ok("MuJoCo's library", Engine::VERSION),
+        Err(error) => Item::problem("MuJoCo's library", error.to_string())
+            .affecting("plants mujoco and mjcf", "ci/setup mujoco")
+            .needed(),
+    })
+}
+
+#[cfg(not(feature = "mujoco"))]
+fn mujoco() -> Option<Item> {
+    None
+}
+
+/// Returns an item for all robots, or for each that cannot be read.
+fn robots() -> Vec<Item> {
+    let names = RobotFile::names(Path::new(""));
+    let read = |name: &String| RobotFile::find(name, Path::new("")).and_then(|file| file.robot());
+    let broken: Vec<_> = names
+        .iter()
+        .filter(|name| read(name).is_err())
+        .map(|name| {
+            Item::problem(format!("robot {name}"), "its file has mistakes")
+                .affecting("scenarios of this robot", format!("twin list {name}"))
+                .needed()
+        })
+        .collect();
+    if broken.is_empty() {
+        return vec![Item::ok("robots", names.join(", "))];
+    }
+    broken
+}

@@ -1,0 +1,96 @@
+//! `JUnit` files and the JSON of outcomes.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+use twinrig_testing::python;
+
+use crate::common::{Folder, SOUND, json as objects, twin};
+
+/// Returns the violations of the schemas of Jenkins and Ant in a document; none without Python.
+fn violations(file: &str) -> Option<Value> {
+    let python = python::python("json")?;
+    let script = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/junit.py"));
+    Some(python::run(&python, script, &[Path::new(file)], &json!({})))
+}
+
+#[test]
+fn documents_are_valid_by_the_schemas_of_jenkins_and_ant() {
+    let folder = Folder::new("junit-schemas");
+    let twice = SOUND.replace("name = \"height\"", "name = \"speed\"");
+    let mixed = format!(
+        "{}optional = true\n[[expect]]\nname = 'absent'\noptional = true\nenergy = {{ residual = {{ max = 1 }} }}\n",
+        twice.replace("109 mm", "119 mm")
+    );
+    let mixed = folder.file("mixed.toml", &mixed);
+    let wrong = folder.file("wrong.toml", "nothing");
+    let file = folder.join("junit.xml");
+    let plants = ["--plant", "toy", "--plant", "snapping"];
+    let words = ["run", &mixed, "--no-record", "--junit", &file];
+    twin(&[&words[..], &plants].concat());
+    let text = std::fs::read_to_string(&file).unwrap();
+    for part in [
+        " on toy\" tests=",
+        " on snapping\" tests=",
+        "name=\"speed (2)\"",
+        "type=\"body\"",
+        "mixed.toml:11: speed: 0.110 m is not ≥ 0.119 m, first at 0.084 s",
+        "<property name=\"plant\" value=\"toy\"/>",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    if let Some(found) = violations(&file) {
+        assert_eq!(found, json!([]), "{text}");
+    }
+    twin(&[
+        "run",
+        &mixed,
+        &mixed,
+        &wrong,
+        "--no-record",
+        "--junit",
+        &file,
+    ]);
+    if let Some(found) = violations(&file) {
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert_eq!(found, json!([]), "{text}");
+        // The rules find what they are for.
+        let broken = [
+            ("<properties>", "<properties file=\"x\">"),
+            (" type=\"body\"", ""),
+            (" hostname=\"localhost\"", ""),
+            ("classname=", "line=\"1\" classname="),
+            ("T", " "),
+            ("failures=\"1\"", "failures=\"2\""),
+        ];
+        for (from, to) in broken {
+            let broken = folder.file("broken.xml", &text.replace(from, to));
+            assert_ne!(violations(&broken), Some(json!([])), "{from} → {to}");
+        }
+    }
+}
+
+#[test]
+fn outcomes_have_place_instant_and_limits_as_fields() {
+    let folder = Folder::new("outcome-fields");
+    let failing = folder.file("failing.toml", &SOUND.replace("109 mm", "119 mm"));
+    let done = twin(&["run", &failing, "--json", "--no-record"]);
+    let report = &objects(&done.out)[0];
+    let height = &report["expectations"][1];
+    assert_eq!(height["signal"], "body/position");
+    assert_eq!(
+        (&height["element"], &height["line"]),
+        (&json!(2), &json!(11))
+    );
+    assert_eq!(height["file"], failing.as_str());
+    assert_eq!(
+        (&height["min"], &height["max"]),
+        (&json!(0.119), &Value::Null)
+    );
+    // The value is the measured one, and recordings begin at 1 s.
+    assert_eq!(height["value"], height["measured"]);
+    let seconds = |key: &str| height[key].as_f64().unwrap();
+    assert!((seconds("recording_s") - seconds("instant_s") - 1.0).abs() < 1e-9);
+    let speed = &report["expectations"][0];
+    assert!(speed["min"].as_f64() < speed["max"].as_f64(), "{speed}");
+}

@@ -1,0 +1,356 @@
+//! How legs follow their commands: tracking error and saturation of the drives, lift of the feet.
+//!
+//! It is no expectation: it has no effect on verdicts, and uses only signals that are observed.
+
+use twinrig_kernel::SimTime;
+use twinrig_kernel::signal::{DRIVES, FOOT_CLEARANCE, command, of_leg};
+use twinrig_runtime::Group;
+
+use super::footstep::Footstep;
+use super::tracked::{TrackedDrive, TrackedLeg, TrackedLift, TrackingReport};
+use super::{Layouts, resolve};
+use crate::actuator::ActuatorKind;
+use crate::scene::{LeftOut, LegFact, Scene};
+
+/// Distance from the torque–speed line, as a share of stall torque or no-load speed, within which a
+/// drive counts as saturated: torques and rates are means over a period.
+const LINE_TOLERANCE: f64 = 0.02;
+
+/// Torque–speed line of a servo.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ServoLimits {
+    /// Speed without load \[rad/s\].
+    pub speed: f64,
+    /// Stall torque \[N·m\].
+    pub torque: f64,
+}
+
+impl ServoLimits {
+    /// Returns whether a drive is on its torque–speed line at a torque \[N·m\] and a rate \[rad/s\],
+    /// in either direction. A drive that is driven back has its stall torque.
+    #[inline]
+    fn saturates(&self, torque: f64, rate: f64) -> bool {
+        let (torque, rate) = (torque / self.torque, rate / self.speed);
+        let at = |torque: f64, rate: f64| torque >= (1.0 - rate).clamp(0.0, 1.0) - LINE_TOLERANCE;
+        at(torque, rate) || at(-torque, -rate)
+    }
+}
+
+/// Commanded motion that samples do not contain.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CommandedGait {
+    /// Commanded step height of each leg of the scene \[m\]; none if the controller has none.
+    pub step_heights: Vec<Option<f64>>,
+    /// Reason for which step heights are unknown; none if they are known.
+    pub no_step_heights: Option<String>,
+    /// Time from the first command in which the gait grows to its full size \[s\].
+    pub ramp: f64,
+    /// Limits of the servos of hip and knee; none without servos.
+    pub servos: Option<[ServoLimits; 2]>,
+}
+
+/// Observer of a run that compares commands of the legs' drives with their motion.
+#[derive(Clone, Debug)]
+pub struct Tracking {
+    legs: Vec<LegTracking>,
+    ramp: f64,
+    /// Time after which samples count; none before the first command.
+    from: Option<SimTime>,
+    left_out: Vec<LeftOut>,
+}
+
+#[derive(Clone, Debug)]
+struct LegTracking {
+    /// Index in the scene.
+    index: usize,
+    name: String,
+    drives: Vec<DriveTracking>,
+    step_height: Option<f64>,
+    /// Group and element of the clearance.
+    clearance: Option<(Group, usize)>,
+    lifts: Lifts,
+}
+
+/// Greatest clearances of a foot from one footstep to the next.
+#[derive(Clone, Copy, Debug)]
+struct Lifts {
+    /// Greatest clearance since the last footstep was complete; none before the first one.
+    greatest: Option<f64>,
+    count: u64,
+    sum: f64,
+    least: f64,
+}
+
+/// Statistics of one drive.
+#[derive(Clone, Debug)]
+struct DriveTracking {
+    name: &'static str,
+    command: usize,
+    group: Group,
+    position: usize,
+    torque: Option<usize>,
+    limits: Option<ServoLimits>,
+    commanded: Option<f64>,
+    /// Last observation.
+    last: Option<(SimTime, f64)>,
+    count: u64,
+    squares: f64,
+    peak: f64,
+    peak_at: SimTime,
+    /// Number of periods, and of those in which it was saturated.
+    periods: u64,
+    saturated: u64,
+}
+
+impl DriveTracking {
+    #[inline]
+    fn sample(&mut self, now: SimTime, values: &[f64], counts: bool) {
+        let position = values[self.position];
+        let last = self.last.replace((now, position));
+        let Some(commanded) = self.commanded.filter(|_| counts) else {
+            return;
+        };
+        let error = commanded - position;
+        self.count += 1;
+        self.squares += error * error;
+        if error.abs() > self.peak {
+            (self.peak, self.peak_at) = (error.abs(), now);
+        }
+        if let (Some(limits), Some(torque), Some((before, from))) =
+            (&self.limits, self.torque, last)
+        {
+            let rate = (position - from) / (now - before).as_secs_f64();
+            self.periods += 1;
+            self.saturated += u64::from(limits.saturates(values[torque], rate));
+        }
+    }
+
+    fn tracked(&self) -> Option<TrackedDrive> {
+        let rms = (self.squares / self.count as f64).sqrt();
+        // The first sample that is not finite makes the mean so.
+        rms.is_finite().then(|| TrackedDrive {
+            drive: self.name,
+            rms,
+            peak: self.peak,
+            peak_at: self.peak_at,
+            saturated: (self.periods > 0).then(|| self.saturated as f64 / self.periods as f64),
+        })
+    }
+}
+
+impl Lifts {
+    const NONE: Lifts = Lifts {
+        greatest: None,
+        count: 0,
+        sum: 0.0,
+        least: f64::INFINITY,
+    };
+
+    /// Completes a swing and begins the next one. A footstep is complete some time after its
+    /// lift-off, so that the greatest clearance is that of the swing before it.
+    fn close(&mut self) {
+        if let Some(greatest) = self.greatest.replace(0.0) {
+            self.count += 1;
+            self.sum += greatest;
+            self.least = self.least.min(greatest);
+        }
+    }
+
+    fn tracked(&self, commanded: Option<f64>) -> Option<TrackedLift> {
+        Some(TrackedLift {
+            commanded: commanded.filter(|_| self.count > 0)?,
+            mean: self.sum / self.count as f64,
+            least: self.least,
+            count: self.count,
+        })
+    }
+}
+
+impl Tracking {
+    /// Creates the observer of a scene for samples with these layouts; none if the controller
+    /// commands no drive of a leg.
+    pub fn new(scene: &Scene, layouts: &Layouts<'_>, gait: &CommandedGait) -> Option<Self> {
+        let mut left_out = Vec::new();
+        let legs = scene.legs.iter().enumerate();
+        let legs: Vec<LegTracking> = legs
+            .filter_map(|(index, leg)| {
+                let step_height = gait.step_heights.get(index).copied().flatten();
+                leg_tracking((index, leg), step_height, layouts, gait, &mut left_out)
+            })
+            .collect();
+        if legs.is_empty() {
+            return None;
+        }
+        if let Some(why) = &gait.no_step_heights {
+            omit(&mut left_out, LIFT, why);
+        }
+        if gait.servos.is_none() {
+            let why = match scene.scenario.actuator.kind {
+                ActuatorKind::Motor => "a board sets the voltage of the motors",
+                ActuatorKind::Ideal | ActuatorKind::None => "the drives have no limits",
+                ActuatorKind::Servo => "there is no robot file with the limits of the drives",
+            };
+            omit(&mut left_out, "saturation of the drives", why);
+        }
+        Some(Tracking {
+            legs,
+            ramp: gait.ramp,
+            from: None,
+            left_out,
+        })
+    }
+
+    /// Evaluates the samples of a group.
+    #[inline]
+    pub fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
+        if group == Group::ProcessOutputs {
+            let ramp = self.ramp;
+            self.from.get_or_insert_with(|| after(now, ramp));
+            for drive in self.legs.iter_mut().flat_map(|leg| &mut leg.drives) {
+                drive.commanded = Some(values[drive.command]);
+            }
+        }
+        let counts = self.from.is_some_and(|from| from < now);
+        for leg in &mut self.legs {
+            for drive in leg.drives.iter_mut().filter(|drive| drive.group == group) {
+                drive.sample(now, values, counts);
+            }
+            if let (Some((of, element)), Some(greatest)) = (leg.clearance, &mut leg.lifts.greatest)
+                && of == group
+                && values[element] > *greatest
+            {
+                *greatest = values[element];
+            }
+        }
+    }
+
+    /// Evaluates a completed footstep.
+    pub fn footstep(&mut self, step: &Footstep) {
+        let counts = self.from.is_some_and(|from| from < step.touch_down);
+        let leg = self.legs.iter_mut().find(|leg| leg.index == step.leg);
+        if let Some(leg) = leg.filter(|_| counts) {
+            leg.lifts.close();
+        }
+    }
+
+    /// Returns the tracking up to now.
+    pub fn report(&self) -> TrackingReport {
+        let mut left_out = self.left_out.clone();
+        let legs = self.legs.iter();
+        let legs: Vec<TrackedLeg> = legs
+            .map(|leg| TrackedLeg {
+                leg: leg.name.clone(),
+                drives: leg
+                    .drives
+                    .iter()
+                    .filter_map(DriveTracking::tracked)
+                    .collect(),
+                lift: leg.lifts.tracked(leg.step_height),
+            })
+            .collect();
+        let observed = |leg: &LegTracking| leg.drives.iter().any(|drive| drive.count > 0);
+        if !self.legs.iter().any(observed) {
+            let why = "the run ended before the gait had its full size";
+            omit(&mut left_out, "tracking error", why);
+        } else if self.legs.iter().any(|leg| leg.lifts.count == 0)
+            && left_out.iter().all(|left_out| left_out.part != LIFT)
+        {
+            omit(&mut left_out, LIFT, "a foot made no two footsteps");
+        }
+        TrackingReport {
+            from: self.from.unwrap_or(SimTime::ZERO),
+            legs,
+            left_out,
+        }
+    }
+}
+
+/// Name of the lift among omitted parts.
+const LIFT: &str = "lift of the feet";
+
+/// Adds an omitted part, unless it is there.
+fn omit(left_out: &mut Vec<LeftOut>, part: &str, why: &str) {
+    if left_out.iter().all(|other| other.part != part) {
+        left_out.push(LeftOut {
+            part: part.to_owned(),
+            why: why.to_owned(),
+        });
+    }
+}
+
+/// Returns the time `seconds` after `now`.
+fn after(now: SimTime, seconds: f64) -> SimTime {
+    let nanos = (seconds * 1e9).clamp(0.0, 1e18);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "it is not negative, and below 2^63"
+    )]
+    let nanos = nanos as u64;
+    let later = twinrig_kernel::SimDuration::from_nanos(nanos);
+    now.checked_add(later).unwrap_or(SimTime::MAX)
+}
+
+/// Returns the tracking of a leg; none if the controller does not command its drives.
+fn leg_tracking(
+    (leg_index, leg): (usize, &LegFact),
+    step_height: Option<f64>,
+    layouts: &Layouts<'_>,
+    gait: &CommandedGait,
+    left_out: &mut Vec<LeftOut>,
+) -> Option<LegTracking> {
+    let mut drives = Vec::new();
+    let mut is_commanded = false;
+    for (index, (position, torque)) in DRIVES.into_iter().enumerate() {
+        let name = TrackingReport::DRIVES[index];
+        let Some(commanded) = layouts.process_outputs.find(&command(&leg.name, name)) else {
+            continue;
+        };
+        is_commanded = true;
+        let Some((group, position)) = resolve::find(layouts, &of_leg(&leg.name, position)) else {
+            let why = format!("nothing observes leg/*/{position}");
+            omit(
+                left_out,
+                &format!("tracking error of the {name} drives"),
+                &why,
+            );
+            continue;
+        };
+        let signal = of_leg(&leg.name, torque);
+        let found = resolve::find(layouts, &signal).filter(|(other, _)| *other == group);
+        let limits = gait.servos.map(|servos| servos[index]);
+        if found.is_none() && limits.is_some() {
+            let why = format!("nothing observes leg/*/{torque}");
+            omit(left_out, "saturation of the drives", &why);
+        }
+        drives.push(DriveTracking {
+            name,
+            command: commanded.start,
+            group,
+            position: position.start,
+            torque: found.map(|(_, range)| range.start),
+            limits,
+            commanded: None,
+            last: None,
+            count: 0,
+            squares: 0.0,
+            peak: 0.0,
+            peak_at: SimTime::ZERO,
+            periods: 0,
+            saturated: 0,
+        });
+    }
+    let clearance = resolve::find(layouts, &of_leg(&leg.name, FOOT_CLEARANCE));
+    if clearance.is_none() && step_height.is_some() && is_commanded {
+        let why = format!("nothing observes leg/*/{FOOT_CLEARANCE}");
+        omit(left_out, LIFT, &why);
+    }
+    is_commanded.then(|| LegTracking {
+        index: leg_index,
+        name: leg.name.clone(),
+        drives,
+        step_height,
+        clearance: clearance.map(|(group, range)| (group, range.start)),
+        lifts: Lifts::NONE,
+    })
+}
