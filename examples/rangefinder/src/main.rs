@@ -1,6 +1,8 @@
 //! A custom serial device, in a program with all commands: `cargo run --release -p rangefinder --
 //! run examples/rangefinder/rangefinder.toml`
 
+#[cfg(test)]
+mod checked;
 mod device;
 mod driver;
 mod protocol;
@@ -54,7 +56,9 @@ fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
 
 #[cfg(test)]
 mod tests {
+    use std::io::{BufRead, BufReader};
     use std::path::Path;
+    use std::process::{Command, Stdio};
     use std::time::Duration;
 
     use super::*;
@@ -139,23 +143,69 @@ mod tests {
     }
 
     #[test]
-    fn driver_tutorial_quotes_this_example() {
-        let page = include_str!("../../../drivers/README.md");
+    fn tutorials_quote_this_example() {
+        let pages = [
+            (include_str!("../../../drivers/README.md"), 100),
+            (include_str!("../../../docs/tutorial-serial-device.md"), 120),
+            (include_str!("../../../docs/tutorial-timing-tests.md"), 100),
+        ];
         let sources = [
             include_str!("protocol.rs"),
             include_str!("driver.rs"),
             include_str!("device.rs"),
             include_str!("main.rs"),
+            include_str!("checked.rs"),
+            include_str!("timing.rs"),
             include_str!("../rangefinder.toml"),
         ];
-        let blocks = page.split("```").skip(1).step_by(2);
-        let code = blocks.filter(|block| block.starts_with("rust") || block.starts_with("toml"));
-        let lines = code.flat_map(|block| block.lines().skip(1));
-        let mut quoted = 0;
-        for line in lines.filter(|line| !line.starts_with("// ")) {
-            assert!(sources.iter().any(|source| source.contains(line)), "{line}");
-            quoted += 1;
+        for (page, quoted_min) in pages {
+            let blocks = page.split("```").skip(1).step_by(2);
+            let code = blocks
+                .filter(|block| block.starts_with("rust") || block.starts_with("toml\n[bus]"));
+            let lines = code.flat_map(|block| block.lines().skip(1));
+            let mut quoted = 0;
+            for line in lines.filter(|line| !line.starts_with("// ")) {
+                assert!(sources.iter().any(|source| source.contains(line)), "{line}");
+                quoted += 1;
+            }
+            assert!(quoted > quoted_min, "{quoted}");
         }
-        assert!(quoted > 100, "{quoted}");
+    }
+
+    /// A second implementation of the device, in Python, answers the driver at a port.
+    #[test]
+    fn driver_measures_at_the_device_of_the_tutorial() {
+        let folder = std::env::temp_dir().join(format!("twinrig-sonar-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let link = folder.join("port");
+        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/examples/sonar.py");
+        let mut sonar = Command::new("python3")
+            .arg(script)
+            .arg(&link)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut printed = BufReader::new(sonar.stdout.take().unwrap()).lines();
+        assert!(printed.next().unwrap().unwrap().starts_with("connect with"));
+        let registry = Registry::standard().with_bus(range_finder());
+        let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/rangefinder.toml"));
+        let assembly = Assembly::of_file(&registry, path, &[]).unwrap();
+        let execution = Execution {
+            ports: vec![("rangefinder".to_owned(), link)],
+            ..Execution::default()
+        };
+        let report = execute(&assembly, &execution).unwrap();
+        drop(sonar.stdin.take());
+        sonar.wait().unwrap();
+        std::fs::remove_dir(&folder).unwrap();
+        assert_eq!(report.error, None);
+        let measured = report.expectations[2].outcome.measured.unwrap();
+        assert!((0.12..=0.14).contains(&measured), "{measured}");
+        let answers = printed.next().unwrap().unwrap();
+        assert!(
+            answers.ends_with(" answers") && answers != "0 answers",
+            "{answers}"
+        );
     }
 }

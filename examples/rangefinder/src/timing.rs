@@ -25,7 +25,7 @@ fn driver() -> FramedDriver<RangeFinder> {
 fn open_host() -> Host {
     let mut host = DriverHarness::new(driver());
     assert_eq!(host.open(), b"R");
-    host.receive(SimDuration::from_millis(5), b"R100\n");
+    host.receive(SimDuration::from_millis(5), &Answer(100).to_frame());
     assert!(host.is_done());
     host
 }
