@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use twinrig_scenario::Verdict;
+use twinrig_scenario::{TrackingReport, Verdict};
 
 use crate::report::table;
 use crate::report::{Line, Report};
@@ -121,10 +121,7 @@ fn suite(report: &Report, all: &[Report]) -> Suite {
     let properties = texts
         .into_iter()
         .filter_map(|(key, text)| Some((key, text?)));
-    let warnings = report
-        .tracking
-        .iter()
-        .flat_map(|tracking| tracking.warnings());
+    let warnings = report.tracking.iter().flat_map(TrackingReport::warnings);
     let warnings: Vec<String> = warnings.map(|text| format!("warning: {text}\n")).collect();
     Suite {
         name,

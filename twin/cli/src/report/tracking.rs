@@ -59,6 +59,7 @@ impl<'a> From<&'a TrackedLeg> for WrittenLeg<'a> {
 }
 
 /// Serialises the tracking of a run; null without a gait.
+#[expect(clippy::ref_option, reason = "serde passes a reference to the field")]
 pub(super) fn serialize<S: Serializer>(
     tracking: &Option<TrackingReport>,
     serializer: S,
