@@ -1,8 +1,8 @@
 //! Verdicts as `JUnit` XML, for CI systems.
 //!
 //! A document is valid by both schemas that CI systems use: that of Jenkins (xunit-plugin,
-//! junit-10.xsd) and that of Ant (windyroad/JUnit-Schema, JUnit.xsd). Neither has a place for file and
-//! line of a test case: the text of a failure begins with them, as compilers write them.
+//! junit-10.xsd) and that of Ant (windyroad/JUnit-Schema, JUnit.xsd). Neither has a place for file
+//! and line of a test case: the text of a failure begins with them, as compilers write them.
 
 use std::fmt::Write as _;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
