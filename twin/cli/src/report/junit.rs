@@ -1,13 +1,13 @@
 //! Verdicts as `JUnit` XML, for CI systems.
 //!
 //! A document is valid by both schemas that CI systems use: that of Jenkins (xunit-plugin,
-//! junit-10.xsd) and that of Ant (windyroad/JUnit-Schema, JUnit.xsd). Neither has a place for file and
-//! line of a test case: the text of a failure begins with them, as compilers write them.
+//! junit-10.xsd) and that of Ant (windyroad/JUnit-Schema, JUnit.xsd). Neither has a place for file
+//! and line of a test case: the text of a failure begins with them, as compilers write them.
 
 use std::fmt::Write as _;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use twinrig_scenario::Verdict;
+use twinrig_scenario::{TrackingReport, Verdict};
 
 use crate::report::table;
 use crate::report::{Line, Report};
@@ -121,10 +121,7 @@ fn suite(report: &Report, all: &[Report]) -> Suite {
     let properties = texts
         .into_iter()
         .filter_map(|(key, text)| Some((key, text?)));
-    let warnings = report
-        .tracking
-        .iter()
-        .flat_map(|tracking| tracking.warnings());
+    let warnings = report.tracking.iter().flat_map(TrackingReport::warnings);
     let warnings: Vec<String> = warnings.map(|text| format!("warning: {text}\n")).collect();
     Suite {
         name,
@@ -182,7 +179,7 @@ fn write_suite(out: &mut String, suite: &Suite, name: &str, id: usize, timestamp
     let _ = writeln!(
         out,
         "  <testsuite name=\"{name}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"{}\" \
-         time=\"{:.6}\" timestamp=\"{timestamp}\" hostname=\"localhost\" id=\"{id}\" package=\"twinrig\">",
+         time=\"{:.3}\" timestamp=\"{timestamp}\" hostname=\"localhost\" id=\"{id}\" package=\"twinrig\">",
         suite.cases.len(),
         count(ProblemKind::Failure),
         count(ProblemKind::Error),
@@ -198,13 +195,13 @@ fn write_suite(out: &mut String, suite: &Suite, name: &str, id: usize, timestamp
         );
     }
     out.push_str("    </properties>\n");
-    // One run decides all cases: readers add their times up.
+    // One run decides all cases: readers add their times up. Jenkins' schema has three decimals.
     let time = suite.time_s / suite.cases.len().max(1) as f64;
     let cases = distinct(suite.cases.iter().map(|case| case.name.as_str()));
     for (case, case_name) in suite.cases.iter().zip(&cases) {
         let _ = write!(
             out,
-            "    <testcase classname=\"{name}\" name=\"{}\" time=\"{time:.6}\"",
+            "    <testcase classname=\"{name}\" name=\"{}\" time=\"{time:.3}\"",
             escape(case_name)
         );
         let _ = match &case.problem {

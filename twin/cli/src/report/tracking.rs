@@ -59,6 +59,7 @@ impl<'a> From<&'a TrackedLeg> for WrittenLeg<'a> {
 }
 
 /// Serialises the tracking of a run; null without a gait.
+#[expect(clippy::ref_option, reason = "serde passes a reference to the field")]
 pub(super) fn serialize<S: Serializer>(
     tracking: &Option<TrackingReport>,
     serializer: S,
@@ -89,13 +90,11 @@ pub(super) fn lines(tracking: Option<&TrackingReport>) -> Vec<String> {
         let [rms, peak] = [worst.rms, worst.peak].map(f64::to_degrees);
         Some(format!("{name} {rms:.1}° rms, {peak:.1}° peak ({leg})"))
     });
-    let mut parts: Vec<String> = errors.collect();
-    if let Some((leg, drive, share)) = tracking.most_saturated() {
+    let errors: Vec<String> = errors.collect();
+    let saturated = tracking.most_saturated().map(|(leg, drive, share)| {
         let share = share * 100.0;
-        parts.push(format!(
-            "saturated {share:.1} % of the time ({leg} {drive})"
-        ));
-    }
+        format!("saturated {share:.1} % of the time ({leg} {drive})")
+    });
     let lift = tracking.least_lift().map(|(leg, lift)| {
         let TrackedLift {
             commanded, mean, ..
@@ -103,6 +102,8 @@ pub(super) fn lines(tracking: Option<&TrackingReport>) -> Vec<String> {
         let [mean, commanded] = [mean, commanded].map(|metres| metres * 1e3);
         format!("feet lift {mean:.1} mm of {commanded:.1} mm commanded ({leg})")
     });
-    let drives = (!parts.is_empty()).then(|| parts.join("; "));
-    drives.into_iter().chain(lift).collect()
+    let others: Vec<String> = saturated.into_iter().chain(lift).collect();
+    let lines = [errors, others].into_iter();
+    let lines = lines.filter(|parts| !parts.is_empty());
+    lines.map(|parts| parts.join("; ")).collect()
 }

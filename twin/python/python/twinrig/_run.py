@@ -37,6 +37,26 @@ class Expectation:
     """Whether it holds if it is unobserved."""
     detail: str
     """Leg and footstep concerned, or the reason for ``unobserved``; may be empty."""
+    leg: str | None = None
+    """Leg of the measured value; this and the following are ``None`` in recordings."""
+    signal: str | None = None
+    """Signal of the measured value."""
+    element: int | None = None
+    """Element of a signal with several, counted from 0."""
+    instant_s: float | None = None
+    """Instant of the measured value [s]; of a footstep its touch-down."""
+    recording_s: float | None = None
+    """The same instant on the time line of recordings [s]."""
+    value: float | None = None
+    """Value of the signal at the instant."""
+    min: float | None = None
+    """Least accepted value."""
+    max: float | None = None
+    """Greatest accepted value."""
+    file: str | None = None
+    """File of the expectation."""
+    line: int | None = None
+    """Line in it, counted from 1."""
     ensemble: dict[str, Any] | None = None
     """Share and margins over the runs of the scenario's ensemble, as in ``twin run --json``."""
 

@@ -52,8 +52,8 @@ pub struct Outcome {
     pub detail: String,
 }
 
-/// Observation that decides an expectation: leg, signal, instant and value of the least margin. What
-/// a claim does not have is none: a mean has no instant.
+/// Observation that decides an expectation: leg, signal, instant and value of the least margin.
+/// What a claim does not have is none: a mean has no instant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Witness {
     /// Leg.

@@ -5,13 +5,14 @@ use twinrig_kernel::SimTime;
 use crate::scene::LeftOut;
 
 /// Least share of the commanded step height that feet should lift: below half of it most of the
-/// swing is not made, and the foot passes over half of the obstacles only that the gait is made for.
+/// swing is not made, and the foot passes over half of the obstacles only that the gait is made
+/// for.
 pub const LIFT_SHARE_MIN: f64 = 0.5;
 
-/// Greatest share of the time in which a drive should be saturated. In it the position loop is open:
-/// the drive neither corrects its error nor rejects loads. Drives reach their torque–speed line in
-/// bursts, as at touch-down: of the example gaits that follow their commands none has more than 17 %.
-/// Those with servos too slow for them have 60 % and more.
+/// Greatest share of the time in which a drive should be saturated. In it the position loop is
+/// open: the drive neither corrects its error nor rejects loads. Drives reach their torque–speed
+/// line in bursts, as at touch-down: of the example gaits that follow their commands none has more
+/// than 17 %. Those with servos too slow for them have 60 % and more.
 pub const SATURATED_SHARE_MAX: f64 = 0.25;
 
 /// Tracking of a run.
@@ -68,8 +69,8 @@ impl TrackingReport {
     /// Names of the drives of a leg.
     pub const DRIVES: [&'static str; 2] = ["hip", "knee"];
 
-    /// Returns warnings: feet that lift less than [`LIFT_SHARE_MIN`] of their commanded step height,
-    /// and drives that are saturated for more than [`SATURATED_SHARE_MAX`] of the time.
+    /// Returns warnings: feet that lift less than [`LIFT_SHARE_MIN`] of their commanded step
+    /// height, and drives that are saturated for more than [`SATURATED_SHARE_MAX`] of the time.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if let Some((leg, lift)) = self.least_lift()

@@ -26,8 +26,8 @@ pub struct ServoLimits {
 }
 
 impl ServoLimits {
-    /// Returns whether a drive is on its torque–speed line at a torque \[N·m\] and a rate \[rad/s\],
-    /// in either direction. A drive that is driven back has its stall torque.
+    /// Returns whether a drive is on its torque–speed line at a torque \[N·m\] and a rate
+    /// \[rad/s\], in either direction. A drive that is driven back has its stall torque.
     #[inline]
     fn saturates(&self, torque: f64, rate: f64) -> bool {
         let (torque, rate) = (torque / self.torque, rate / self.speed);

@@ -78,8 +78,8 @@ const STILL: Leg<'_> = Leg {
     step_height: 0.035,
 };
 
-/// A first-order lag of time constant τ follows A sin ωt with an error of amplitude A ωτ/√(1 + ω²τ²),
-/// whose root mean square is that over √2.
+/// A first-order lag of time constant τ follows A sin ωt with an error of amplitude A ωτ/√(1 +
+/// ω²τ²), whose root mean square is that over √2.
 #[test]
 fn error_behind_a_sine_is_that_of_a_first_order_lag() {
     let (amplitude, omega, lag) = (0.3, TAU * 2.0, 0.02);
