@@ -14,6 +14,7 @@ mod ground;
 mod hardware;
 #[cfg(unix)]
 mod interrupt;
+mod malformed;
 mod mjcf;
 mod observations;
 mod optimize;
