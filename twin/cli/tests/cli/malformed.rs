@@ -176,7 +176,8 @@ impl Files {
             "trot" | "whole" => "check {trot}",
             "robot" => "check {trot} --set robot=mine",
             "sweep" => {
-                "sweep {trot} {sweep} --out {dir}/o --set plant.ground.profile=step-down \
+                "sweep {trot} {sweep} --out {dir}/o --set plant.ground.at=2.5m \
+                 --set plant.ground.profile=step-down \
                  --set plant.ground.height=20mm"
             }
             "space" => "optimize {trot} --space {space} --out {dir}/o",
@@ -241,7 +242,9 @@ fn mistakes(
     if longest > Some(LINES_MOST) {
         wrong.push(format!("a problem of {longest:?} lines"));
     }
-    let widest = message.lines().filter(|line| !line.contains("-->"));
+    let widest = message
+        .lines()
+        .filter(|line| !line.contains("-->") && !line.contains(" | "));
     if let Some(widest) = widest
         .map(|line| line.chars().count())
         .max()
