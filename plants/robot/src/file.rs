@@ -33,7 +33,8 @@ impl RobotFile {
     /// # Errors
     /// If there is no such robot, or its file cannot be read or is not TOML.
     pub fn find(name: &str, beside: &Path) -> Result<Self, RobotError> {
-        let is_path = name.contains(['/', '\\']) || name.ends_with(".toml");
+        let is_path = name.contains(['/', '\\'])
+            || Path::new(name).extension().is_some_and(|end| end == "toml");
         let file = beside.join(name);
         if is_path && !file.exists() {
             return Err(RobotError::NotFound {

@@ -21,6 +21,7 @@ use super::common::{Done, Folder, twin};
 
 const TROT: &str = include_str!("../../../../scenarios/trot.toml");
 const ROBOT: &str = include_str!("../../../../robots/cheetah-cub.toml");
+const STAIRS: &str = include_str!("../../../../scenarios/step-down.toml");
 const SWEEP: &str = include_str!("../../../../scenarios/sweeps/step-down.toml");
 const SPACE: &str = include_str!("../../../../scenarios/optimizations/trot.toml");
 
@@ -119,7 +120,8 @@ struct Files {
 }
 
 impl Files {
-    const NAMES: [(&str, &str, &str); 4] = [
+    const NAMES: [(&str, &str, &str); 5] = [
+        ("stairs", "stairs.toml", STAIRS),
         ("trot", "trot.toml", TROT),
         ("robot", "robots/mine.toml", ROBOT),
         ("sweep", "sweep.toml", SWEEP),
@@ -175,17 +177,13 @@ impl Files {
         let line = match row.base.as_str() {
             "trot" | "whole" => "check {trot}",
             "robot" => "check {trot} --set robot=mine",
-            "sweep" => {
-                "sweep {trot} {sweep} --out {dir}/o --set plant.ground.at=2.5m \
-                 --set plant.ground.profile=step-down \
-                 --set plant.ground.height=20mm"
-            }
+            "sweep" => "sweep {stairs} {sweep} --out {dir}/o",
             "space" => "optimize {trot} --space {space} --out {dir}/o",
             _ => &row.new,
         };
         let mut words: Vec<String> = line.split(' ').map(str::to_owned).collect();
         for word in &mut words {
-            for base in ["trot", "robot", "sweep", "space", "dir"] {
+            for base in ["trot", "robot", "stairs", "sweep", "space", "dir"] {
                 *word = word.replace(&format!("{{{base}}}"), &self.path(base));
             }
         }
