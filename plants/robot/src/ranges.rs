@@ -1,5 +1,5 @@
-//! Accepted values of a robot: every robot from 10 g to 1 t, and no more than what a slip of a unit or
-//! of an exponent makes of it.
+//! Accepted values of a robot: every robot from 10 g to 1 t, but not what a slip of a unit or of an
+//! exponent makes of it.
 
 use std::f64::consts::PI;
 

@@ -63,8 +63,8 @@ impl Document {
     /// Reads a document from `text`, which messages call `file`.
     ///
     /// # Errors
-    /// It is not TOML; of several syntax errors the first is reported, of which the others are mostly
-    /// consequences.
+    /// It is not TOML; of several syntax errors the first is reported, as most others follow from
+    /// it.
     pub fn parse(file: &str, text: &str) -> Result<Self, DocumentError> {
         let source = Arc::new(Source::new(file, text.to_owned()));
         let (table, errors) = DeTable::parse_recoverable(text);

@@ -237,7 +237,7 @@ impl<'d> Item<'d> {
             Value::Text(text) => text.as_str(),
             _ => "",
         };
-        // Limits in the unit in which the value is written, if that is no power of ten of the SI unit.
+        // Limits are in the unit of the value, if that is no power of ten of the SI unit.
         let (shown, range) = match quantity::spelled_factor(text, unit) {
             Some((symbol, factor)) => (text.to_owned(), range.scaled(1.0 / factor).words(symbol)),
             None => (print_readable(value, unit), range.words(unit.symbol())),

@@ -1,8 +1,8 @@
 //! Table of malformed inputs, `malformed/*.toml`: the messages name the mistake and its line.
 //!
-//! Each list of a file has the name of the base file that its rows edit: `trot` and `robot` (checked
-//! as the robot of trot), `sweep`, `space`. A row is a name, a text of the base file (empty: the end),
-//! the text in its place, and the words of the message. Rows of `whole` have a whole file, rows of
+//! Each list of a file has the name of the base file that its rows edit: `trot`, `robot` (checked
+//! as the robot of trot), `sweep` or `space`. A row is a name, a text of the base file (empty: the
+//! end), the text in its place, and the words of the message. Rows of `whole` have a whole file, rows of
 //! `command` the words of a command line, in place of the edit.
 //!
 //! A message must point to a line of the edit, or to the line that contains the words after `@`. Of
