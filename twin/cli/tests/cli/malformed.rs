@@ -2,8 +2,8 @@
 //!
 //! Each list of a file has the name of the base file that its rows edit: `trot`, `robot` (checked
 //! as the robot of trot), `sweep` or `space`. A row is a name, a text of the base file (empty: the
-//! end), the text in its place, and the words of the message. Rows of `whole` have a whole file, rows of
-//! `command` the words of a command line, in place of the edit.
+//! end), the text in its place, and the words of the message. Rows of `whole` have a whole file,
+//! rows of `command` the words of a command line, in place of the edit.
 //!
 //! A message must point to a line of the edit, or to the line that contains the words after `@`. Of
 //! the other words `valid` is for an input that is none, `one` for one problem only. `{text*N}` is
