@@ -33,13 +33,27 @@ impl RobotFile {
     /// # Errors
     /// If there is no such robot, or its file cannot be read or is not TOML.
     pub fn find(name: &str, beside: &Path) -> Result<Self, RobotError> {
+        let is_path = name.contains(['/', '\\'])
+            || Path::new(name).extension().is_some_and(|end| end == "toml");
+        let file = beside.join(name);
+        if is_path && !file.exists() {
+            return Err(RobotError::NotFound {
+                name: name.to_owned(),
+                help: format!("there is no file {}", file.display()),
+            });
+        }
         if let Some(document) = ROBOTS.find(name, beside)? {
             return Ok(RobotFile { document });
         }
         let known = RobotFile::names(beside);
         Err(RobotError::NotFound {
             name: name.to_owned(),
-            help: suggestion(name, "robots", known.iter().map(String::as_str)),
+            help: match suggestion(name, "known are", known.iter().map(String::as_str)) {
+                meant if meant.starts_with("did you mean") => meant,
+                known => format!(
+                    "there is no robots/{name}.toml in the scenario's folder or above; {known}"
+                ),
+            },
         })
     }
 

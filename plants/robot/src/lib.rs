@@ -24,6 +24,7 @@ mod example;
 mod file;
 mod parameters;
 mod payload;
+mod ranges;
 mod read;
 
 pub use error::RobotError;

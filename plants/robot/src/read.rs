@@ -10,6 +10,7 @@ use crate::parameters::{
     Actuators, Compliance, JointFriction, Leg, LegMass, LegMount, Motor, Motors, OneSided, Robot,
     Servo, Spring, Toe, Trunk,
 };
+use crate::ranges;
 
 /// Reads the robot of a file.
 pub(crate) fn robot(table: &Table<'_>) -> Result<Robot, Reported> {
@@ -26,7 +27,7 @@ pub(crate) fn robot(table: &Table<'_>) -> Result<Robot, Reported> {
     let motors = table.optional("motor", |item| motors(&item.table()?));
     let friction = table.required("ground", |item| {
         let ground = item.table()?;
-        ground.required("friction", |item| item.number(&Range::NOT_NEGATIVE))
+        ground.required("friction", |item| item.number(&ranges::FRICTION))
     });
     let (kinds, mounts) = (kinds?, mounts?);
     for (kind, _) in &kinds {
@@ -55,9 +56,9 @@ pub(crate) fn robot(table: &Table<'_>) -> Result<Robot, Reported> {
 }
 
 fn trunk(table: &Table<'_>) -> Result<Trunk, Reported> {
-    let mass = positive(table, "mass", Unit::Kilogram);
+    let mass = within(table, "mass", Unit::Kilogram, &ranges::MASS);
     let inertia = table.required("inertia", |item| {
-        let inertia = three(item, Unit::KilogramSquareMeter, &Range::POSITIVE)?;
+        let inertia = three(item, Unit::KilogramSquareMeter, &ranges::INERTIA)?;
         let [x, y, z] = inertia;
         // A moment of inertia never exceeds the sum of the two others.
         if x > y + z || y > z + x || z > x + y {
@@ -70,7 +71,7 @@ fn trunk(table: &Table<'_>) -> Result<Trunk, Reported> {
         }
         Ok(inertia)
     });
-    let size = table.required("size", |item| three(item, Unit::Meter, &Range::POSITIVE));
+    let size = table.required("size", |item| three(item, Unit::Meter, &ranges::LENGTH));
     Ok(Trunk {
         mass: mass?,
         inertia: inertia?,
@@ -91,10 +92,10 @@ fn leg_kinds(table: &Table<'_>) -> Result<Vec<(String, Leg)>, Reported> {
 }
 
 fn leg(table: &Table<'_>) -> Result<Leg, Reported> {
-    let l1 = positive(table, "l1", Unit::Meter);
-    let l2 = positive(table, "l2", Unit::Meter);
-    let l3 = positive(table, "l3", Unit::Meter);
-    let l_delta = positive(table, "l_delta", Unit::Meter);
+    let l1 = within(table, "l1", Unit::Meter, &ranges::LENGTH);
+    let l2 = within(table, "l2", Unit::Meter, &ranges::LENGTH);
+    let l3 = within(table, "l3", Unit::Meter, &ranges::LENGTH);
+    let l_delta = within(table, "l_delta", Unit::Meter, &ranges::LENGTH);
     let open_interval = Range {
         min: Bound::Excluded(0.0),
         max: Bound::Excluded(PI),
@@ -102,11 +103,11 @@ fn leg(table: &Table<'_>) -> Result<Leg, Reported> {
     let q2_ref = table.required("q2_ref", |item| item.quantity(Unit::Radian, &open_interval));
     let diagonal = table.required("diagonal", |item| spring(&item.table()?));
     let parallel = table.required("parallel", |item| spring(&item.table()?));
-    let parallel_travel = positive(table, "parallel_travel", Unit::Meter);
-    let diagonal_min = positive(table, "diagonal_min", Unit::Meter);
+    let parallel_travel = within(table, "parallel_travel", Unit::Meter, &ranges::DEFLECTION);
+    let diagonal_min = within(table, "diagonal_min", Unit::Meter, &ranges::LENGTH);
     let joint_friction = table.required("joint_friction", |item| joint_friction(&item.table()?));
     let mass = table.required("mass", |item| leg_mass(&item.table()?));
-    let pulley_radius = positive(table, "pulley_radius", Unit::Meter);
+    let pulley_radius = within(table, "pulley_radius", Unit::Meter, &ranges::LENGTH);
     let toe = table.optional("toe", |item| toe(&item.table()?));
     let compliance = table.optional("compliance", |item| compliance(&item.table()?));
     let leg = Leg {
@@ -131,7 +132,10 @@ fn leg(table: &Table<'_>) -> Result<Leg, Reported> {
 
 /// Validates that the pantograph can be built and moved.
 fn check_geometry(table: &Table<'_>, leg: &Leg) -> Result<(), Reported> {
-    let mm = |length: f64| format!("{:.2} mm", length * 1e3);
+    let mm = |length: f64| {
+        let fixed = format!("{:.2}", length * 1e3);
+        format!("{} mm", fixed.trim_end_matches('0').trim_end_matches('.'))
+    };
     let mut result = Ok(());
     for (key, length) in [("l1", leg.l1), ("l2", leg.l2), ("l3", leg.l3)] {
         if leg.l_delta >= length {
@@ -197,8 +201,10 @@ fn diagonal_length(leg: &Leg) -> f64 {
 }
 
 fn spring(table: &Table<'_>) -> Result<Spring, Reported> {
-    let stiffness = positive(table, "stiffness", Unit::NewtonPerMeter);
-    let preload = table.required("preload", |item| item.quantity(Unit::Meter, &Range::ANY));
+    let stiffness = within(table, "stiffness", Unit::NewtonPerMeter, &ranges::STIFFNESS);
+    let preload = table.required("preload", |item| {
+        item.quantity(Unit::Meter, &ranges::PRELOAD)
+    });
     Ok(Spring {
         stiffness: stiffness?,
         preload: preload?,
@@ -206,7 +212,14 @@ fn spring(table: &Table<'_>) -> Result<Spring, Reported> {
 }
 
 fn joint_friction(table: &Table<'_>) -> Result<JointFriction, Reported> {
-    let read = |key| not_negative(table, key, Unit::NewtonMeterSecondPerRadian);
+    let read = |key| {
+        within(
+            table,
+            key,
+            Unit::NewtonMeterSecondPerRadian,
+            &ranges::JOINT_FRICTION,
+        )
+    };
     let (hip, knee, ankle, toe) = (read("hip"), read("knee"), read("ankle"), read("toe"));
     Ok(JointFriction {
         hip: hip?,
@@ -217,7 +230,7 @@ fn joint_friction(table: &Table<'_>) -> Result<JointFriction, Reported> {
 }
 
 fn leg_mass(table: &Table<'_>) -> Result<LegMass, Reported> {
-    let read = |key| positive(table, key, Unit::Kilogram);
+    let read = |key| within(table, key, Unit::Kilogram, &ranges::MASS);
     let (l1, l2, l3, foot) = (read("l1"), read("l2"), read("l3"), read("foot"));
     let lumped_foot = read("lumped_foot");
     let mass = LegMass {
@@ -236,8 +249,13 @@ fn leg_mass(table: &Table<'_>) -> Result<LegMass, Reported> {
 }
 
 fn toe(table: &Table<'_>) -> Result<Toe, Reported> {
-    let length = positive(table, "length", Unit::Meter);
-    let stiffness = positive(table, "stiffness", Unit::NewtonMeterPerRadian);
+    let length = within(table, "length", Unit::Meter, &ranges::LENGTH);
+    let stiffness = within(
+        table,
+        "stiffness",
+        Unit::NewtonMeterPerRadian,
+        &ranges::TORSIONAL_STIFFNESS,
+    );
     let half_turn = Range::between(-PI, PI);
     let rest = table.required("rest", |item| item.quantity(Unit::Radian, &half_turn));
     Ok(Toe {
@@ -250,7 +268,7 @@ fn toe(table: &Table<'_>) -> Result<Toe, Reported> {
 fn compliance(table: &Table<'_>) -> Result<Compliance, Reported> {
     let read = |key| table.required(key, |item| one_sided(&item.table()?));
     let (stops, cable, sole) = (read("stops"), read("cable"), read("sole"));
-    let slip_deflection = positive(table, "slip_deflection", Unit::Meter);
+    let slip_deflection = within(table, "slip_deflection", Unit::Meter, &ranges::DEFLECTION);
     Ok(Compliance {
         stops: stops?,
         cable: cable?,
@@ -260,9 +278,14 @@ fn compliance(table: &Table<'_>) -> Result<Compliance, Reported> {
 }
 
 fn one_sided(table: &Table<'_>) -> Result<OneSided, Reported> {
-    let stiffness = positive(table, "stiffness", Unit::NewtonPerMeter);
-    let damping = not_negative(table, "damping", Unit::NewtonSecondPerMeter);
-    let toe_region = positive(table, "toe_region", Unit::Meter);
+    let stiffness = within(table, "stiffness", Unit::NewtonPerMeter, &ranges::STIFFNESS);
+    let damping = within(
+        table,
+        "damping",
+        Unit::NewtonSecondPerMeter,
+        &ranges::DAMPING,
+    );
+    let toe_region = within(table, "toe_region", Unit::Meter, &ranges::DEFLECTION);
     Ok(OneSided {
         stiffness: stiffness?,
         damping: damping?,
@@ -310,7 +333,7 @@ fn mount(table: &Table<'_>, kinds: &[String]) -> Result<Mount, Reported> {
         }
         Ok(kind.to_owned())
     });
-    let hip = table.required("hip", |item| three(item, Unit::Meter, &Range::ANY));
+    let hip = table.required("hip", |item| three(item, Unit::Meter, &ranges::PLACE));
     Ok(Mount {
         name: name?,
         kind: kind?,
@@ -344,11 +367,21 @@ impl Motor {
     /// # Errors
     /// For a parameter that is missing or not positive, reported at its place.
     pub fn read(table: &Table<'_>) -> Result<Self, Reported> {
-        let resistance = positive(table, "resistance", Unit::Ohm);
-        let torque_constant = positive(table, "torque_constant", Unit::NewtonMeterPerAmpere);
-        let gear = positive(table, "gear", Unit::One);
-        let inertia = positive(table, "inertia", Unit::KilogramSquareMeter);
-        let voltage = positive(table, "voltage", Unit::Volt);
+        let resistance = within(table, "resistance", Unit::Ohm, &ranges::RESISTANCE);
+        let torque_constant = within(
+            table,
+            "torque_constant",
+            Unit::NewtonMeterPerAmpere,
+            &ranges::TORQUE_CONSTANT,
+        );
+        let gear = within(table, "gear", Unit::One, &ranges::GEAR);
+        let inertia = within(
+            table,
+            "inertia",
+            Unit::KilogramSquareMeter,
+            &ranges::INERTIA,
+        );
+        let voltage = within(table, "voltage", Unit::Volt, &ranges::VOLTAGE);
         Ok(Self {
             resistance: resistance?,
             torque_constant: torque_constant?,
@@ -360,11 +393,16 @@ impl Motor {
 }
 
 fn servo(table: &Table<'_>) -> Result<Servo, Reported> {
-    let torque = positive(table, "torque", Unit::NewtonMeter);
-    let speed = positive(table, "speed", Unit::RadianPerSecond);
-    let lag = positive(table, "lag", Unit::Second);
-    let dead_band = not_negative(table, "dead_band", Unit::Radian);
-    let inertia = positive(table, "inertia", Unit::KilogramSquareMeter);
+    let torque = within(table, "torque", Unit::NewtonMeter, &ranges::TORQUE);
+    let speed = within(table, "speed", Unit::RadianPerSecond, &ranges::SPEED);
+    let lag = within(table, "lag", Unit::Second, &ranges::LAG);
+    let dead_band = within(table, "dead_band", Unit::Radian, &ranges::DEAD_BAND);
+    let inertia = within(
+        table,
+        "inertia",
+        Unit::KilogramSquareMeter,
+        &ranges::INERTIA,
+    );
     Ok(Servo {
         lag: lag?,
         speed: speed?,
@@ -374,12 +412,8 @@ fn servo(table: &Table<'_>) -> Result<Servo, Reported> {
     })
 }
 
-fn positive(table: &Table<'_>, key: &str, unit: Unit) -> Result<f64, Reported> {
-    table.required(key, |item| item.quantity(unit, &Range::POSITIVE))
-}
-
-fn not_negative(table: &Table<'_>, key: &str, unit: Unit) -> Result<f64, Reported> {
-    table.required(key, |item| item.quantity(unit, &Range::NOT_NEGATIVE))
+fn within(table: &Table<'_>, key: &str, unit: Unit, range: &Range) -> Result<f64, Reported> {
+    table.required(key, |item| item.quantity(unit, range))
 }
 
 fn three(item: &Item<'_>, unit: Unit, range: &Range) -> Result<[f64; 3], Reported> {

@@ -1,6 +1,7 @@
 //! A document: one TOML file and the values set on top of it.
 
 use std::collections::BTreeMap;
+use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -10,6 +11,7 @@ use crate::error::{DocumentError, Problem, Warning};
 use crate::file::{TEXT_MOST, read_file};
 use crate::node::{Node, Value};
 use crate::source::{Place, Source};
+use crate::syntax;
 use crate::table::{Problems, Reported, Table};
 
 /// Code of the warning for a key that is set twice.
@@ -31,9 +33,7 @@ impl Document {
     pub fn read(path: &Path) -> Result<Self, DocumentError> {
         let file = path.display().to_string();
         match read_file(path, TEXT_MOST) {
-            Err(error) => {
-                Err(Problem::of_file(file, format!("cannot be read: {error}"), "").into())
-            }
+            Err(error) => Err(Problem::of_file(file, unreadable(&error), "").into()),
             Ok(bytes) => Document::from_bytes(&file, bytes),
         }
     }
@@ -46,11 +46,16 @@ impl Document {
         match String::from_utf8(bytes) {
             Ok(text) => Document::parse(file, &text),
             Err(error) => {
+                if let Some(format) = syntax::format_of(error.as_bytes()) {
+                    return Err(syntax::other_format(file, format).into());
+                }
                 let at = error.utf8_error().valid_up_to();
-                let before = &error.as_bytes()[..at];
-                let line = before.split(|&byte| byte == b'\n').count();
-                let message = format!("line {line} is not UTF-8 text");
-                Err(Problem::of_file(file, message, "save the file as UTF-8").into())
+                // The text before is the same; the byte becomes a replacement character.
+                let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
+                let source = Arc::new(Source::new(file, text));
+                let place = Place::new(source, at..at + char::REPLACEMENT_CHARACTER.len_utf8());
+                let message = format!("line {} is not UTF-8 text", place.line());
+                Err(Problem::at(&place, message, "save the file as UTF-8").into())
             }
         }
     }
@@ -58,7 +63,8 @@ impl Document {
     /// Reads a document from `text`, which messages call `file`.
     ///
     /// # Errors
-    /// It is not TOML; all syntax errors that the parser separates are reported.
+    /// It is not TOML; of several syntax errors the first is reported, as most others follow from
+    /// it.
     pub fn parse(file: &str, text: &str) -> Result<Self, DocumentError> {
         let source = Arc::new(Source::new(file, text.to_owned()));
         let (table, errors) = DeTable::parse_recoverable(text);
@@ -70,8 +76,7 @@ impl Document {
                 warnings: Vec::new(),
             });
         }
-        let problems = errors.iter().map(|error| toml_problem(error, &source));
-        Err(DocumentError::of(problems.collect()))
+        Err(syntax::problem(&errors, &source).into())
     }
 
     /// Name shown in messages.
@@ -82,6 +87,15 @@ impl Document {
     /// Text as read, without the values set on top of it.
     pub fn text(&self) -> &str {
         &self.source.text
+    }
+
+    /// Keys of the root table, in the order of the text.
+    pub fn keys(&self) -> impl Iterator<Item = &str> {
+        let entries = match &self.root.value {
+            Value::Table(entries) => entries.as_slice(),
+            _ => &[],
+        };
+        entries.iter().map(|entry| entry.key.as_str())
     }
 
     /// Sets `value` at the dotted `key`, replacing an existing value:
@@ -257,6 +271,16 @@ fn collect(node: &Node, path: &mut Vec<String>, leaves: &mut Vec<(Vec<String>, P
     }
 }
 
+/// Describes why a file cannot be read, in words that no system differs in.
+fn unreadable(error: &std::io::Error) -> String {
+    match error.kind() {
+        ErrorKind::NotFound => "cannot be read: there is no such file".to_owned(),
+        ErrorKind::IsADirectory => "cannot be read: it is a folder".to_owned(),
+        ErrorKind::PermissionDenied => "cannot be read: permission denied".to_owned(),
+        _ => format!("cannot be read: {error}"),
+    }
+}
+
 /// Whether `text` is TOML with exactly one entry.
 fn is_entry(text: &str) -> bool {
     DeTable::parse(text).is_ok_and(|table| table.get_ref().len() == 1) && !text.contains('\n')
@@ -275,16 +299,4 @@ pub fn quoted(value: &str) -> String {
     out.push('"');
     debug_assert!(DeValue::parse(&out).is_ok());
     out
-}
-
-fn toml_problem(error: &toml::de::Error, source: &Arc<Source>) -> Problem {
-    let span = error.span().unwrap_or(0..0);
-    let place = Place::new(Arc::clone(source), span);
-    let mut lines = error.message().lines();
-    let message = format!(
-        "this is not TOML: {}",
-        lines.next().unwrap_or("cannot be read")
-    );
-    let help = lines.collect::<Vec<_>>().join("; ");
-    Problem::at(&place, message, help)
 }

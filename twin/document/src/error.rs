@@ -7,6 +7,7 @@ use annotate_snippets::{
 };
 
 use crate::source::Place;
+use crate::visible::visible;
 
 /// A value with its position.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,8 +45,8 @@ impl Problem {
         Problem {
             file: place.source().name.clone(),
             place: Some(place.clone()),
-            message: message.into(),
-            help: help.into(),
+            message: visible(&message.into()),
+            help: visible(&help.into()),
         }
     }
 
@@ -58,8 +59,8 @@ impl Problem {
         Problem {
             file: file.into(),
             place: None,
-            message: message.into(),
-            help: help.into(),
+            message: visible(&message.into()),
+            help: visible(&help.into()),
         }
     }
 }
@@ -130,6 +131,10 @@ impl Warning {
     }
 }
 
+/// Problems of a document that are printed; a program finds all of them in
+/// [`DocumentError::problems`].
+const SHOWN_MOST: usize = 20;
+
 /// All problems of a rejected document, in the order of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DocumentError {
@@ -156,13 +161,16 @@ impl From<Problem> for DocumentError {
 
 impl fmt::Display for DocumentError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, problem) in self.problems.iter().enumerate() {
+        for (index, problem) in self.problems.iter().take(SHOWN_MOST).enumerate() {
             if index > 0 {
                 f.write_str("\n\n")?;
             }
             problem.fmt(f)?;
         }
-        Ok(())
+        match self.problems.len().saturating_sub(SHOWN_MOST) {
+            0 => Ok(()),
+            more => write!(f, "\n\nand {more} more problems"),
+        }
     }
 }
 

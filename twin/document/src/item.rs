@@ -7,7 +7,7 @@ use crate::error::{Placed, Problem};
 use crate::near;
 use crate::node::{Node, Value};
 use crate::quantity::{self, QuantityError};
-use crate::range::Range;
+use crate::range::{Range, readable};
 use crate::source::Place;
 use crate::table::{Problems, Reported, Table};
 
@@ -233,9 +233,17 @@ impl<'d> Item<'d> {
         if range.contains(value) {
             return Ok(value);
         }
-        let shown = quantity::print_quantity(value, unit);
+        let text = match &self.node.value {
+            Value::Text(text) => text.as_str(),
+            _ => "",
+        };
+        // Limits are in the unit of the value, if that is no power of ten of the SI unit.
+        let (shown, range) = match quantity::spelled_factor(text, unit) {
+            Some((symbol, factor)) => (text.to_owned(), range.scaled(1.0 / factor).words(symbol)),
+            None => (print_readable(value, unit), range.words(unit.symbol())),
+        };
         let message = format!("`{}` is {shown}, which is out of range", self.key());
-        let help = format!("it must be {}", range.words(unit.symbol()));
+        let help = format!("it must be {range}");
         Err(self.report(message, help))
     }
 
@@ -293,7 +301,7 @@ impl<'d> Item<'d> {
     /// The value has another type.
     pub fn list(&self) -> Result<Vec<Item<'d>>, Reported> {
         let Value::List(nodes) = &self.node.value else {
-            return Err(self.wrong_type("a list"));
+            return Err(self.no_list());
         };
         let item = |node| Item::new(node, self.path.clone(), self.problems);
         Ok(nodes.iter().map(item).collect())
@@ -336,6 +344,26 @@ impl<'d> Item<'d> {
         }
     }
 
+    /// Reports that the value is no list.
+    fn no_list(&self) -> Reported {
+        let key = self.key();
+        let Value::Table(entries) = &self.node.value else {
+            return self.wrong_type("a list");
+        };
+        let mut keys = entries.iter().map(|entry| entry.key.as_str());
+        if let Some(index) = keys.find(|key| key.parse::<usize>().is_ok()) {
+            let message = format!("there is no list `{key}` that has an element {index}");
+            let help = format!("set the list as a whole: {key}=[{{ … }}]");
+            return self.report(message, help);
+        }
+        let help = if self.toml().starts_with('[') {
+            format!("write [[{}]] in place of [{}]", self.path, self.path)
+        } else {
+            format!("write it as in {key} = [{{ … }}]")
+        };
+        self.wrong_type_with_help("a list", help)
+    }
+
     fn wrong_type(&self, expected: &str) -> Reported {
         self.wrong_type_with_help(expected, String::new())
     }
@@ -347,6 +375,14 @@ impl<'d> Item<'d> {
             self.node.value.type_name()
         );
         self.report(message, help)
+    }
+}
+
+/// Formats a quantity in the SI unit for a message.
+fn print_readable(value: f64, unit: Unit) -> String {
+    match unit.symbol() {
+        "" | "1" => readable(value),
+        symbol => format!("{} {symbol}", readable(value)),
     }
 }
 

@@ -19,9 +19,9 @@
 //! assert_eq!((length, period.as_nanos()), (0.0442, 2_000_000));
 //!
 //! let error = read("lenght = '44.2 mm'\nperiod = '2 Hz'").unwrap_err();
-//! assert_eq!(error.problems.len(), 3);
+//! assert_eq!(error.problems.len(), 2);
 //! assert_eq!(
-//!     error.problems[1].to_string(),
+//!     error.problems[0].to_string(),
 //!     "error: unknown key `lenght`
 //!  --> leg.toml:1:1
 //!   |
@@ -53,8 +53,11 @@ mod pattern;
 mod quantity;
 mod range;
 mod source;
+mod spelling;
+mod syntax;
 mod table;
 mod units;
+mod visible;
 
 pub use document::{Document, Overrides, quoted};
 pub use error::{DocumentError, Placed, Problem, Warning};
@@ -69,3 +72,4 @@ pub use quantity::{
 pub use range::Range;
 pub use source::{Place, Source};
 pub use table::{Reported, Table};
+pub use visible::visible;

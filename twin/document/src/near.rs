@@ -15,6 +15,11 @@ use twinrig_kernel::near_misses;
 pub fn nearest<'c>(word: &str, candidates: impl IntoIterator<Item = &'c str>) -> Option<&'c str> {
     const PART_MIN: usize = 3;
     let candidates: Vec<&str> = candidates.into_iter().collect();
+    let plain = |text: &str| text.to_lowercase().replace([' ', '-', '_', '.'], "");
+    let same = |candidate: &&&str| plain(candidate) == plain(word);
+    if let Some(same) = candidates.iter().find(same) {
+        return Some(same);
+    }
     let near = near_misses(word, candidates.iter().copied());
     near.first().copied().or_else(|| {
         candidates.into_iter().find(|candidate| {
@@ -38,6 +43,8 @@ pub fn suggestion<'c>(
     candidates: impl IntoIterator<Item = &'c str>,
 ) -> String {
     const SHOWN_MAX: usize = 24;
+    /// Room for the list in a line of a message.
+    const LENGTH_MAX: usize = 130;
     let candidates: Vec<&str> = candidates.into_iter().collect();
     if let Some(near) = nearest(word, candidates.iter().copied()) {
         return format!("did you mean `{near}`?");
@@ -45,14 +52,20 @@ pub fn suggestion<'c>(
     if candidates.is_empty() {
         return String::new();
     }
-    let list = candidates
+    let mut length = 0;
+    let fits = |candidate: &&&str| {
+        length += candidate.len() + 2;
+        length <= LENGTH_MAX
+    };
+    let shown: Vec<&str> = candidates
         .iter()
         .take(SHOWN_MAX)
+        .take_while(fits)
         .copied()
-        .collect::<Vec<_>>()
-        .join(", ");
-    if candidates.len() > SHOWN_MAX {
-        let left = candidates.len() - SHOWN_MAX;
+        .collect();
+    let list = shown.join(", ");
+    if candidates.len() > shown.len() {
+        let left = candidates.len() - shown.len();
         return format!("{label}: {list}, and {left} more");
     }
     format!("{label}: {list}")

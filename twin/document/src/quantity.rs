@@ -4,7 +4,9 @@ use std::fmt;
 
 use twinrig_kernel::{SimDuration, Unit};
 
+use crate::spelling::{Miswritten, foreign_characters, meant_unit, miswritten};
 use crate::units::{self, Scale};
+use crate::visible::code_point;
 
 /// Reason why a text is not the expected quantity.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -46,13 +48,7 @@ pub fn parse_quantity(text: &str, unit: Unit) -> Result<f64, QuantityError> {
         help: String::new(),
     })?;
     if digits.is_empty() {
-        return Err(QuantityError {
-            message: format!(
-                "`{text}` does not begin with a number; expected {}",
-                kind.name
-            ),
-            help: example(unit),
-        });
+        return Err(no_number(text, kind));
     }
     let Some(scale) = units::scale(kind, spelling) else {
         return Err(wrong_unit(text, spelling, unit));
@@ -149,6 +145,16 @@ pub(crate) fn spelled_unit(text: &str) -> Unit {
     units::kind_of_spelling(spelling).map_or(Unit::One, |kind| kind.unit)
 }
 
+/// Spelling and factor of the unit in which `text` is written, if that is no power of ten of `unit`:
+/// degrees, minutes.
+pub(crate) fn spelled_factor(text: &str, unit: Unit) -> Option<(&str, f64)> {
+    let (_, spelling) = split(text);
+    match units::scale(units::kind(unit)?, spelling)? {
+        Scale::Factor(factor) => Some((spelling, factor)),
+        Scale::Ten(_) => None,
+    }
+}
+
 /// Unit in which `text` is written, which may be any known unit.
 pub(crate) fn any_unit(text: &str) -> Result<Unit, QuantityError> {
     let (digits, spelling) = split(text);
@@ -202,11 +208,24 @@ fn si_spelling(kind: &units::Kind) -> Option<&'static str> {
 
 fn wrong_unit(text: &str, spelling: &str, unit: Unit) -> QuantityError {
     let expected = quantity_name(unit);
-    let help = match fitting_units(unit) {
+    if let Some(error) = miswritten_number(text, expected) {
+        return error;
+    }
+    let meant = units::kind(unit).and_then(|kind| meant_unit(kind, spelling));
+    let meant = meant.map(|unit| format!("did you mean `{unit}`?"));
+    let fitting = match fitting_units(unit) {
         units if units.is_empty() => "write the number without a unit".into(),
         units => format!("units that fit: {units}"),
     };
-    let message = if spelling.is_empty() {
+    let foreign = foreign_characters(spelling);
+    let parts = [meant, Some(fitting), foreign].into_iter().flatten();
+    let help = parts.collect::<Vec<_>>().join("; ").replace("?; ", "? ");
+    let is_quantity_too = spelling.contains(|c: char| c.is_ascii_digit())
+        && !spelling.contains('^')
+        && units::kind_of_spelling(spelling).is_none();
+    let message = if is_quantity_too {
+        format!("`{text}` is not one number with one unit; expected {expected}")
+    } else if spelling.is_empty() {
         format!("`{text}` has no unit; expected {expected}")
     } else if let Some(kind) = units::kind_of_spelling(spelling) {
         format!("`{text}` is {}; expected {expected}", kind.name)
@@ -214,6 +233,44 @@ fn wrong_unit(text: &str, spelling: &str, unit: Unit) -> QuantityError {
         format!("`{spelling}` is not a known unit; expected {expected}")
     };
     QuantityError { message, help }
+}
+
+/// Error of a text without a number at its beginning.
+fn no_number(text: &str, kind: &units::Kind) -> QuantityError {
+    if let Some(error) = miswritten_number(text, kind.name) {
+        return error;
+    }
+    let message = if text.trim().is_empty() {
+        format!("the text is empty; expected {}", kind.name)
+    } else {
+        format!(
+            "`{text}` does not begin with a number; expected {}",
+            kind.name
+        )
+    };
+    QuantityError {
+        message,
+        help: example(kind.unit),
+    }
+}
+
+/// Error of a number with a decimal comma, with separated thousands or with foreign characters.
+fn miswritten_number(text: &str, expected: &str) -> Option<QuantityError> {
+    let message = format!("`{text}` does not begin with a decimal number; expected {expected}");
+    let help = match miswritten(text)? {
+        Miswritten::Meant(meant) => {
+            let meant: Vec<String> = meant.iter().map(|text| format!("`{text}`")).collect();
+            format!(
+                "did you mean {}? numbers have a decimal point and no other separators",
+                meant.join(" or ")
+            )
+        }
+        Miswritten::Foreign(c) => format!(
+            "`{c}` is {}; write the sign as `-` and the number in the digits 0 to 9",
+            code_point(c)
+        ),
+    };
+    Some(QuantityError { message, help })
 }
 
 /// Splits `text` into its leading decimal number (empty if there is none) and the rest, both

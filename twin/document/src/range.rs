@@ -29,6 +29,14 @@ impl Range {
         max: Bound::Unbounded,
     };
 
+    /// Greater than zero, up to `max`, which is included.
+    pub const fn positive_to(max: f64) -> Self {
+        Range {
+            min: Bound::Excluded(0.0),
+            max: Self::included(max),
+        }
+    }
+
     /// The interval from `min` to `max`, both included; an infinite end is unbounded.
     pub const fn between(min: f64, max: f64) -> Self {
         Range {
@@ -69,6 +77,14 @@ impl Range {
         }
     }
 
+    /// The interval of the numbers times `factor`, which is positive.
+    pub(crate) fn scaled(self, factor: f64) -> Self {
+        Range {
+            min: self.min.map(|value| value * factor),
+            max: self.max.map(|value| value * factor),
+        }
+    }
+
     /// Whether `value` is in the interval. NaN is in none.
     pub fn contains(&self, value: f64) -> bool {
         let above = match self.min {
@@ -88,8 +104,9 @@ impl Range {
     /// `greater than 0 m, at most 0.2 m`.
     pub fn words(&self, symbol: &str) -> String {
         let with = |value: f64| {
+            let value = readable(value);
             if symbol.is_empty() || symbol == "1" {
-                format!("{value}")
+                value
             } else {
                 format!("{value} {symbol}")
             }
@@ -109,6 +126,21 @@ impl Range {
             (Some(end), None) | (None, Some(end)) => end,
             (None, None) => "any finite number".into(),
         }
+    }
+}
+
+/// Formats a number with up to nine significant digits: `0.3`, not `0.30000000000000004`; `1e9`, not
+/// `1000000000`.
+pub(crate) fn readable(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let rounded: f64 = format!("{value:.8e}").parse().unwrap_or(value);
+    let magnitude = rounded.abs();
+    if (1e-4..1e6).contains(&magnitude) {
+        format!("{rounded}")
+    } else {
+        format!("{rounded:e}")
     }
 }
 

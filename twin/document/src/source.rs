@@ -74,6 +74,11 @@ impl Place {
         self.is_in(&other.source)
     }
 
+    /// Byte offset in the text.
+    pub(crate) fn start(&self) -> usize {
+        self.span.start
+    }
+
     /// Line, counted from 1.
     pub fn line(&self) -> usize {
         self.source.line_of(self.span.start) + 1

@@ -19,14 +19,27 @@ pub struct Reported(pub(crate) ());
 /// Problems and warnings collected while a document is read.
 #[derive(Debug, Default)]
 pub(crate) struct Problems {
-    errors: RefCell<Vec<Problem>>,
+    /// `None` where a problem was withdrawn.
+    errors: RefCell<Vec<Option<Problem>>>,
     warnings: RefCell<Vec<Warning>>,
 }
 
 impl Problems {
     pub fn report(&self, problem: Problem) -> Reported {
-        self.errors.borrow_mut().push(problem);
+        self.errors.borrow_mut().push(Some(problem));
         Reported(())
+    }
+
+    /// Index of the next problem, for [`Problems::withdraw`].
+    fn next(&self) -> usize {
+        self.errors.borrow().len()
+    }
+
+    /// Withdraws a problem that another one explains.
+    fn withdraw(&self, index: usize) {
+        if let Some(problem) = self.errors.borrow_mut().get_mut(index) {
+            *problem = None;
+        }
     }
 
     pub fn warn(&self, code: &'static str, problem: Problem) {
@@ -34,7 +47,8 @@ impl Problems {
     }
 
     pub fn into_inner(self) -> (Vec<Problem>, Vec<Warning>) {
-        (self.errors.into_inner(), self.warnings.into_inner())
+        let errors = self.errors.into_inner().into_iter().flatten();
+        (errors.collect(), self.warnings.into_inner())
     }
 }
 
@@ -47,6 +61,8 @@ pub struct Table<'d> {
     problems: &'d Problems,
     requested: RefCell<Vec<String>>,
     given_up: Cell<bool>,
+    /// Missing keys, with the indices of their problems.
+    missing: RefCell<Vec<(String, usize)>>,
 }
 
 impl<'d> Table<'d> {
@@ -57,6 +73,7 @@ impl<'d> Table<'d> {
             problems,
             requested: RefCell::default(),
             given_up: Cell::new(false),
+            missing: RefCell::default(),
         }
     }
 
@@ -171,6 +188,8 @@ impl<'d> Table<'d> {
         } else {
             format!("`{key}` is missing in `{}`", self.path)
         };
+        let missing = (key.to_owned(), self.problems.next());
+        self.missing.borrow_mut().push(missing);
         self.problems.report(Problem::at(
             &self.head(),
             message,
@@ -237,7 +256,15 @@ impl Drop for Table<'_> {
                 format!("unknown key `{}` in `{}`", entry.key, self.path)
             };
             let help = match near::nearest(&entry.key, absent.iter().copied()) {
-                Some(near) => format!("did you mean `{near}`?"),
+                Some(near) => {
+                    // The misspelt key explains the missing one.
+                    let missing = self.missing.take();
+                    for (_, index) in missing.iter().filter(|(key, _)| key == near) {
+                        self.problems.withdraw(*index);
+                    }
+                    self.missing.replace(missing);
+                    format!("did you mean `{near}`?")
+                }
                 None => near::suggestion(
                     &entry.key,
                     "keys that are known here",

@@ -245,6 +245,8 @@ fn normal(spelling: &str) -> String {
             '²' => out.push('2'),
             '^' => {}
             'µ' | 'μ' => out.push('u'),
+            // The ohm sign of older character sets.
+            '\u{2126}' => out.push('Ω'),
             '°' => out.push_str("deg"),
             c => out.push(c),
         }

@@ -11,7 +11,7 @@ use super::keys::{
     PARTICLES, RESTARTS, SCALE, SEED, SET, TO,
 };
 use crate::search::{CmaEs, Dimension, Search, SearchError, SwarmSearch};
-use crate::sweep::read::{check_dimensions, interval, natural, scale, settings};
+use crate::sweep::read::{check_dimensions, interval, natural, refuse_scenario, scale, settings};
 use crate::sweep::{SweepValue, ValueInterval};
 
 /// Keys of a sweep's dimension that a search does not have.
@@ -115,6 +115,7 @@ impl SearchSpace {
     /// # Errors
     /// All problems, each with its position.
     pub fn read(document: &Document) -> Result<Self, DocumentError> {
+        refuse_scenario(document, "a search space")?;
         document.check(|table| space(document, table))
     }
 

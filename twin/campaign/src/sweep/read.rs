@@ -1,6 +1,6 @@
 //! Reading of dimensions and of settings, for sweeps and for searches.
 
-use twinrig_document::{Item, Placed, Reported, Table};
+use twinrig_document::{Document, DocumentError, Item, Placed, Problem, Reported, Table};
 use twinrig_kernel::Unit;
 
 use super::dimension::{DimensionValues, SweepDimension, ValueInterval};
@@ -13,6 +13,18 @@ pub const POINTS_MOST: usize = 1_000_000;
 pub(crate) const DIMENSIONS_MOST: usize = 100;
 /// Key of a scenario whose values are whole numbers.
 const SCENARIO_SEED: &str = "seed";
+
+/// Refuses a scenario in place of `expected`: the two files of a command were exchanged.
+pub(crate) fn refuse_scenario(document: &Document, expected: &str) -> Result<(), DocumentError> {
+    let has = |key: &str| document.keys().any(|known| known == key);
+    if has(DIMENSION) || !has("plant") {
+        return Ok(());
+    }
+    let message = format!("this is a scenario, not {expected}");
+    let help =
+        "`twin sweep SCENARIO SPEC` and `twin optimize SCENARIO --space FILE` take two files";
+    Err(Problem::of_file(document.file(), message, help).into())
+}
 
 /// Checks the keys of the dimensions: there are some, not too many, and none sets the same as
 /// another or a part of it.

@@ -8,7 +8,7 @@ use twinrig_document::{Document, DocumentError, Item, Placed, Range, Reported, T
 use super::design::{Design, DesignKind};
 use super::dimension::SweepDimension;
 use super::keys::{CONFIDENCE, DESIGN, DIMENSION, MAX, MIN, NAME, OF, POINTS, SEED, SET, SHARE};
-use super::read::{POINTS_MOST, check_dimensions, dimension, natural, settings};
+use super::read::{POINTS_MOST, check_dimensions, dimension, natural, refuse_scenario, settings};
 use super::share::{ShareSpec, percent};
 use super::value::SweepValue;
 
@@ -37,6 +37,7 @@ impl SweepSpec {
     /// # Errors
     /// All problems, each with its position.
     pub fn read(document: &Document) -> Result<Self, DocumentError> {
+        refuse_scenario(document, "the specification of a sweep")?;
         document.check(|table| spec(document, table))
     }
 

@@ -15,6 +15,7 @@ mod hardware;
 #[cfg(unix)]
 mod interrupt;
 mod junit;
+mod malformed;
 mod mjcf;
 mod observations;
 mod optimize;

@@ -32,7 +32,7 @@ table! {
 table! {
     /// Keys of `[[surface]]`.
     pub(super) surface_table = TableSpec::new("[[surface]]", "friction of a part of the ground");
-    FRICTION: f64 = "friction", quantity(Unit::One, Range::NOT_NEGATIVE),
+    FRICTION: f64 = "friction", quantity(Unit::One, Range::between(0.0, 100.0)),
         "coefficient of Coulomb friction", "friction = 0.2", required();
     FROM: f64 = "from", quantity(Unit::Meter, Range::ANY), "place along x from which it applies",
         r#"from = "1 m", to = "1.4 m""#, otherwise("everywhere before `to`");

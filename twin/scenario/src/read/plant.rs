@@ -92,7 +92,7 @@ table! {
     /// Keys of `ground`.
     pub(super) ground_table = TableSpec::new("ground", "friction and shape of the ground")
         .selected_by("profile");
-    FRICTION: f64 = "friction", quantity(Unit::One, Range::NOT_NEGATIVE),
+    FRICTION: f64 = "friction", quantity(Unit::One, Range::between(0.0, 100.0)),
         "coefficient of Coulomb friction", "friction = 0.6", otherwise("the robot file's");
     RESTITUTION: f64 = "restitution", quantity(Unit::One, Range::between(0.0, 1.0)),
         "coefficient of restitution: a ratio of speeds, in `lcp` by `rk4` and `rodas4` of impulses",

@@ -25,11 +25,11 @@ table! {
         "pushed part: `body`, the trunk, or `leg/NAME/foot`", r#"on = "body""#, required();
     AT: () = "at", contextual(Shape::One(Accepts::Duration)), "begin", r#"at = "3 s""#, required();
     FOR: SimDuration = "for", POSITIVE_DURATION, "length", r#"for = "100 ms""#, required();
-    FORCE: f64 = "force", quantity(Unit::Newton, Range::POSITIVE), "greatest force",
+    FORCE: f64 = "force", quantity(Unit::Newton, Range::positive_to(1e6)), "greatest force",
         r#"force = "20 N""#, one_of();
-    TORQUE: f64 = "torque", quantity(Unit::NewtonMeter, Range::POSITIVE),
+    TORQUE: f64 = "torque", quantity(Unit::NewtonMeter, Range::positive_to(1e6)),
         "greatest torque, on the trunk only", r#"torque = "0.5 N·m""#, one_of();
-    IMPULSE: f64 = "impulse", quantity(Unit::NewtonSecond, Range::POSITIVE),
+    IMPULSE: f64 = "impulse", quantity(Unit::NewtonSecond, Range::positive_to(1e6)),
         "integral of the force over the push", r#"impulse = "2 N·s""#, one_of();
     DIRECTION: [f64; 3] = "direction", DIRECTIONS,
         "direction of force or torque, world axes: forward, left, up", r#"direction = "-y""#,

@@ -8,7 +8,7 @@ fn allocations(count: usize, expectation: &str) -> u64 {
     let text = text(&more);
     let mut read = None;
     let info = allocation_counter::measure(|| {
-        read = Some(parse(&text).map_err(|error| error.to_string()));
+        read = Some(parse(&text).map_err(|error| (error.problems.len(), error.to_string())));
     });
     let found = match read.unwrap() {
         Ok(scenario) => {
@@ -18,7 +18,7 @@ fn allocations(count: usize, expectation: &str) -> u64 {
             names.dedup();
             names.len()
         }
-        Err(error) => error.matches("error: ").count(),
+        Err((problems, _)) => problems,
     };
     assert!(
         found >= count,
