@@ -10,13 +10,13 @@ use serde_json::Value;
 /// Each crate with its dependencies within the project, dev-dependencies excluded; without the
 /// prefix `twinrig-`.
 const ARROWS: &[(&str, &str)] = &[
-    ("rangefinder", "twinrig wire"),
-    ("squat", "twinrig leg"),
+    ("rangefinder", "twinrig"),
+    ("squat", "twinrig"),
     (
         "twinrig",
-        "bench campaign contact document drives estimate gait kernel lcp leg legged massless motordriver \
+        "actuator bench campaign contact document drives estimate gait kernel lcp leg legged massless motordriver \
          mujoco optoforce phidget rapier rb110 record robot runtime sbcp scenario script sensor \
-         study tactile wire",
+         study tactile testing wire",
     ),
     ("actuator", "robot"),
     ("campaign", "document kernel runtime"),

@@ -102,17 +102,23 @@ mod message;
 mod microframes;
 mod node;
 mod noise;
+#[cfg(target_os = "linux")]
 mod port;
+mod port_info;
+#[cfg(target_os = "linux")]
 mod pty;
 mod quantize;
 mod rs485;
 mod sample_choice;
 mod sequence_number;
 mod traced;
+#[cfg(target_os = "linux")]
 mod tty;
 mod uart;
 mod usb_serial;
 mod usb_timing;
+#[cfg(not(target_os = "linux"))]
+mod without_ports;
 
 pub use analog_inputs::{AnalogInput, AnalogInputs};
 pub use analog_source::AnalogSource;
@@ -132,7 +138,10 @@ pub use host_end::{HostEnd, device_wire};
 pub use line::{Line, earlier};
 pub use message::{FrameError, FramedMessage};
 pub use node::Node;
-pub use port::{PortInfo, SerialPort, UsbInfo, ports};
+#[cfg(target_os = "linux")]
+pub use port::{SerialPort, ports};
+pub use port_info::{PortInfo, UsbInfo};
+#[cfg(target_os = "linux")]
 pub use pty::Pty;
 pub use quantize::quantize;
 pub use rs485::Rs485;
@@ -143,3 +152,5 @@ pub use twinrig_runtime::FaultKind;
 pub use uart::Uart;
 pub use usb_serial::UsbSerial;
 pub use usb_timing::{CompletionRule, InRule, OutRule, TURNAROUND, UsbPreset, UsbTiming};
+#[cfg(not(target_os = "linux"))]
+pub use without_ports::{Pty, SerialPort, ports};

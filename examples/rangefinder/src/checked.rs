@@ -1,6 +1,6 @@
 //! The answer with a checksum, for `docs/tutorial-serial-device.md`: `R138*9C` and an end of line.
 
-use twinrig_wire::{FrameError, FrameMatch, FramedMessage};
+use twinrig::bus::{FrameError, FrameMatch, FramedMessage};
 
 /// Answer of the range finder: a distance \[mm\].
 #[derive(Debug, PartialEq, Eq)]
@@ -58,7 +58,9 @@ mod tests {
     use super::*;
     use proptest::collection::vec;
     use proptest::prelude::*;
-    use twinrig_testing::framing::{check_arbitrary_bytes, check_message, check_wrong_bit, frames};
+    use twinrig::testing::framing::{
+        check_arbitrary_bytes, check_message, check_wrong_bit, frames,
+    };
 
     proptest! {
         #[test]

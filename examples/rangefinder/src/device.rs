@@ -2,9 +2,10 @@
 //! plant.
 
 use serde::{Deserialize, Serialize};
-use twinrig::kernel::{SimDuration, SimTime};
-use twinrig::runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
-use twinrig_wire::{AnalogInput, AnalogInputs, AnalogSource, Emulation, TxQueue, quantize};
+use twinrig::bus::{
+    AnalogInput, AnalogInputs, AnalogSource, Emulation, PlantAccess, PlantSignals, SimDuration,
+    SimTime, TaskError, TxQueue, WiringError, quantize,
+};
 
 use crate::protocol::{Answer, MILLIMETRES_MAX, Request};
 

@@ -2,8 +2,9 @@
 //! composes requests with their time-outs and handles the messages received.
 
 use serde::{Deserialize, Serialize};
-use twinrig::kernel::{Port, SimDuration, Unit};
-use twinrig_wire::{Diagnostics, FrameOutcome, FramedMessage, Protocol, RequestKind};
+use twinrig::bus::{
+    Diagnostics, FrameOutcome, FramedMessage, Port, Protocol, RequestKind, SimDuration, Unit,
+};
 
 use crate::protocol::{Answer, Request};
 

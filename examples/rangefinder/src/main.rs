@@ -11,10 +11,11 @@ mod timing;
 
 use std::process::ExitCode;
 
-use twinrig::kernel::SimDuration;
-use twinrig::runtime::Wire;
-use twinrig::{BuildError, BusContext, BusKind, Registry};
-use twinrig_wire::{AnalogSource, FramedDriver, FramedNode, device_wire};
+use twinrig::Registry;
+use twinrig::bus::{
+    AnalogSource, BuildError, BusContext, BusKind, FramedDriver, FramedNode, SimDuration, Wire,
+    device_wire,
+};
 
 use device::EmulatedRangeFinder;
 use driver::RangeFinder;
@@ -62,9 +63,8 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
-    use twinrig::runtime::{Device, DeviceError};
+    use twinrig::bus::{Device, DeviceError, Pty};
     use twinrig::{Assembly, Execution, execute};
-    use twinrig_wire::Pty;
 
     #[test]
     fn scenario_meets_its_expectations() {

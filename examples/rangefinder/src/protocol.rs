@@ -1,7 +1,7 @@
 //! Example protocol, not of a real device: the host sends `R`; the range finder answers `R1234` and
 //! an end of line, the distance in millimetres, in one to five digits.
 
-use twinrig_wire::{FrameError, FrameMatch, FramedMessage};
+use twinrig::bus::{FrameError, FrameMatch, FramedMessage};
 
 /// Maximum distance that an answer can encode \[mm\].
 pub const MILLIMETRES_MAX: u32 = 99_999;
@@ -64,7 +64,7 @@ impl FramedMessage for Answer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use twinrig_testing::framing::{check_message, frames};
+    use twinrig::testing::framing::{check_message, frames};
 
     #[test]
     fn answers_are_decoded_amid_garbage() {

@@ -1,14 +1,14 @@
-//! Property-based tests of the timing of the driver, on the harnesses of `twinrig-testing`.
+//! Property-based tests of the timing of the driver, on the harnesses of `twinrig::testing`.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
-use twinrig::kernel::{Port, SimDuration, SimTime, Unit};
-use twinrig::runtime::{Driver, Rig};
-use twinrig_testing::driver_harness::DriverHarness;
-use twinrig_testing::rig_harness::{self, RecordingPlant, diagnostic};
-use twinrig_wire::{
+use twinrig::bus::{
     AnalogSource, FaultKind, FaultSchedule, FramedDriver, FramedMessage, FramedNode, device_wire,
 };
+use twinrig::kernel::{Port, SimDuration, SimTime, Unit};
+use twinrig::runtime::{Driver, Rig};
+use twinrig::testing::driver_harness::DriverHarness;
+use twinrig::testing::rig_harness::{self, RecordingPlant, diagnostic};
 
 use crate::device::EmulatedRangeFinder;
 use crate::driver::{ANSWER_TIMEOUT, RangeFinder};

@@ -4,10 +4,11 @@
 use std::f64::consts::TAU;
 use std::process::ExitCode;
 
-use twinrig::kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit};
-use twinrig::runtime::{Process, ProcessVariable};
-use twinrig::{ControllerKind, Registry};
-use twinrig_leg::{LegCommand, Pantograph, Planar};
+use twinrig::Registry;
+use twinrig::controller::{
+    ControllerKind, LegCommand, Pantograph, Planar, Port, Process, ProcessVariable, SimDuration,
+    Snapshot, SnapshotError, Unit,
+};
 
 /// Bends and stretches the legs, with the feet below the hips.
 struct Squat {

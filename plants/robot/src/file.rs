@@ -12,11 +12,8 @@ use crate::read;
 const ROBOTS: Library = Library {
     folder: "robots",
     embedded: &[
-        (
-            "cheetah-cub",
-            include_str!("../../../robots/cheetah-cub.toml"),
-        ),
-        ("oncilla", include_str!("../../../robots/oncilla.toml")),
+        ("cheetah-cub", include_str!("../files/cheetah-cub.toml")),
+        ("oncilla", include_str!("../files/oncilla.toml")),
     ],
 };
 

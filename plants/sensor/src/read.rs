@@ -17,7 +17,7 @@ use crate::sensor::TactileParameters;
 /// Files of test benches, whose `[sensor]` tables describe tactile sensors.
 pub const BENCHES: Library = Library {
     folder: "benches",
-    embedded: &[("tactile", include_str!("../../../benches/tactile.toml"))],
+    embedded: &[("tactile", include_str!("../files/tactile.toml"))],
 };
 
 /// File with the `[sensor]` table of a tactile sensor.

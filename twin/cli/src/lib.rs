@@ -22,6 +22,9 @@
 //! }
 //! ```
 //!
+//! The modules [`controller`], [`plant`], [`bus`] and [`robot`] have what each kind of part needs,
+//! `testing` (a cargo feature) harnesses for their tests: such a crate depends on `twinrig` alone.
+//!
 //! This crate implements no physics, no controller and no protocol; it depends on the crates that
 //! do, and none of them depends on it. The system clock affects reports and progress output only.
 
@@ -31,6 +34,7 @@ mod commands;
 mod doctor;
 mod drawing;
 mod error;
+mod facade;
 pub mod fmu;
 mod optimize;
 mod parts;
@@ -43,10 +47,15 @@ mod sweep;
 mod thesis;
 
 pub use twinrig_campaign as campaign;
+pub use twinrig_document as document;
 pub use twinrig_kernel as kernel;
-pub use twinrig_robot as robot;
+pub use twinrig_record as record;
 pub use twinrig_runtime as runtime;
 pub use twinrig_scenario as scenario;
+
+#[cfg(feature = "testing")]
+pub use facade::testing;
+pub use facade::{bus, controller, plant, prelude, robot};
 
 pub use assembly::Assembly;
 pub use assembly::registry::Registry;

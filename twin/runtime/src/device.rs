@@ -1,3 +1,4 @@
+#[cfg(target_os = "linux")]
 use std::os::fd::BorrowedFd;
 use std::time::Duration;
 
@@ -41,6 +42,7 @@ pub trait Device: Send {
 
     /// Returns a descriptor that the operating system can poll. Without one, the device is polled
     /// every millisecond unless it is the only one.
+    #[cfg(target_os = "linux")]
     fn descriptor(&self) -> Option<BorrowedFd<'_>> {
         None
     }
@@ -89,6 +91,15 @@ pub enum DeviceError {
         place: String,
         /// Time waited.
         limit: Duration,
+    },
+    /// This system has neither real time nor ports.
+    #[error(
+        "{place}: serial ports and real time need Linux; without `--port` the scenario runs here, \
+         in virtual time"
+    )]
+    NeedsLinux {
+        /// Location of the device.
+        place: String,
     },
     /// Another error of the operating system.
     #[error("{place}: {why}")]

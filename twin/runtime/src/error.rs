@@ -11,6 +11,9 @@ pub enum RigError {
     /// Signals do not connect.
     #[error(transparent)]
     Wiring(#[from] WiringError),
+    /// This system has no real time.
+    #[error("real time needs Linux: run in virtual time here, or in real time there")]
+    NeedsLinux,
     /// The compute time is invalid.
     #[error("compute time: {0}")]
     Compute(TimingError),

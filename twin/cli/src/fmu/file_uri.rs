@@ -1,7 +1,5 @@
 //! Locations of resources: file URIs and paths.
 
-use std::ffi::OsString;
-use std::os::unix::ffi::OsStringExt;
 use std::path::PathBuf;
 
 use crate::fmu::error::FmuError;
@@ -37,7 +35,22 @@ pub(crate) fn path_of(location: &str) -> Result<PathBuf, FmuError> {
     let path = path.ok_or_else(|| refused("a file URI has an absolute path on this machine"))?;
     let bytes =
         percent_decoded(path).ok_or_else(|| refused("`%` is followed by two hex digits"))?;
-    Ok(PathBuf::from(OsString::from_vec(bytes)))
+    path_of_bytes(bytes).ok_or_else(|| refused("it is no text in UTF-8"))
+}
+
+/// Returns the path with these bytes, which may be any where there is Unix.
+#[cfg(unix)]
+#[expect(clippy::unnecessary_wraps, reason = "other systems refuse")]
+fn path_of_bytes(bytes: Vec<u8>) -> Option<PathBuf> {
+    use std::os::unix::ffi::OsStringExt;
+
+    Some(PathBuf::from(std::ffi::OsString::from_vec(bytes)))
+}
+
+/// Returns the path with these bytes, if they are text.
+#[cfg(not(unix))]
+fn path_of_bytes(bytes: Vec<u8>) -> Option<PathBuf> {
+    String::from_utf8(bytes).ok().map(PathBuf::from)
 }
 
 fn percent_decoded(text: &str) -> Option<Vec<u8>> {

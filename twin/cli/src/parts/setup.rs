@@ -23,7 +23,7 @@ use crate::parts::plant_kind::PlantContext;
 ///
 /// # Errors
 /// If the ground is invalid or the robot has no motors although the scenario requires them.
-pub(crate) fn setup(context: &PlantContext<'_>, step: SimDuration) -> Result<Setup, BuildError> {
+pub fn setup(context: &PlantContext<'_>, step: SimDuration) -> Result<Setup, BuildError> {
     let plant = context.plant;
     let ground = plant.ground.as_ref();
     Ok(Setup {
@@ -44,7 +44,10 @@ pub(crate) fn setup(context: &PlantContext<'_>, step: SimDuration) -> Result<Set
 }
 
 /// Returns the ports of a plant of a legged robot, including all outputs.
-pub(crate) fn legged_ports(context: &PlantContext<'_>) -> Result<Vec<Port>, BuildError> {
+///
+/// # Errors
+/// As [`setup`], and if a push is invalid.
+pub fn legged_ports(context: &PlantContext<'_>) -> Result<Vec<Port>, BuildError> {
     let setup = setup(context, SimDuration::ZERO)?;
     let signals = Signals::new(context.legs, &setup, &|_| true);
     let pushes = pushes(context);
@@ -58,7 +61,7 @@ pub(crate) fn legged_ports(context: &PlantContext<'_>) -> Result<Vec<Port>, Buil
 }
 
 /// Returns the pushes of the scenario.
-pub(crate) fn pushes(context: &PlantContext<'_>) -> Vec<Push> {
+pub fn pushes(context: &PlantContext<'_>) -> Vec<Push> {
     let push = |push: &PushSpec| Push {
         name: push.name.clone(),
         target: match (&push.on, push.load) {

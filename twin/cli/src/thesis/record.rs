@@ -3,7 +3,7 @@
 use crate::thesis::result::ThesisResult;
 
 /// Output of `twin thesis --all --json`, from which the table of docs/thesis.md is made.
-const RECORD: &str = include_str!("../../../../docs/thesis.json");
+const RECORD: &str = include_str!("../../files/thesis.json");
 
 /// Returns the recorded results; none if the file is not valid, as while it is written anew.
 pub(crate) fn recorded() -> Option<ThesisResult> {

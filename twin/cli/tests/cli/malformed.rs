@@ -166,7 +166,7 @@ impl Files {
             at.unwrap_or_else(|| panic!("{}: the base file has no {old}", row.name))
         };
         let first = text[..at].matches('\n').count() + 1;
-        let last = first + new.iter().filter(|byte| **byte == b'\n').count();
+        let last = first + new.split(|byte| *byte == b'\n').count() - 1;
         let after = text.split_off(at).split_off(old.len());
         let bytes = [text.as_bytes(), &new, after.as_bytes()].concat();
         fs::write(self.path(&row.base), bytes).unwrap();

@@ -1,6 +1,8 @@
 //! The scheduling rule in real time: a [`RealTimeRig`] runs a process and its drivers on real
 //! devices, a [`Serve`] runs boards and plant behind such devices. Only this module uses a clock
-//! and threads.
+//! and threads. Where there is no Linux, both are refused: [`RigError::NeedsLinux`].
+//!
+//! [`RigError::NeedsLinux`]: crate::RigError::NeedsLinux
 
 mod clock;
 mod driver_session;
@@ -16,6 +18,11 @@ mod scheduler;
 mod serve;
 mod serve_options;
 mod served_port;
+#[cfg(target_os = "linux")]
+mod system;
+#[cfg(not(target_os = "linux"))]
+#[path = "system_without.rs"]
+mod system;
 mod worker;
 mod worker_pool;
 

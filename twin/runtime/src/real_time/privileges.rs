@@ -1,10 +1,4 @@
-use nix::sys::mman::{MlockAllFlags, mlockall};
-use nix::sys::prctl::set_timerslack;
-use nix::sys::resource::{RLIM_INFINITY, Resource, getrlimit};
-use thread_priority::{
-    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy,
-    set_thread_priority_and_policy, thread_native_id,
-};
+use super::system::{lock_memory, raise_priority};
 
 /// Privileges requested for a real-time run; without them the run continues.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -64,31 +58,4 @@ impl Privileges {
         }
         refused
     }
-}
-
-/// Locks present memory, and future memory if its amount is unlimited: with a limit
-/// allocations could fail, which ends a program.
-fn lock_memory() -> bool {
-    let unlimited =
-        getrlimit(Resource::RLIMIT_MEMLOCK).is_ok_and(|(soft, _)| soft == RLIM_INFINITY);
-    let mut flags = MlockAllFlags::MCL_CURRENT;
-    if unlimited {
-        flags |= MlockAllFlags::MCL_FUTURE;
-    }
-    mlockall(flags).is_ok()
-}
-
-/// Sets the calling thread's real-time priority and minimum timer slack; returns whether the
-/// priority is set.
-pub(super) fn raise_priority(priority: Option<u8>) -> bool {
-    // The default timer slack of normal threads is 50 µs, to save power.
-    let _ = set_timerslack(1);
-    let Some(priority) = priority else {
-        return true;
-    };
-    let Ok(priority) = ThreadPriority::try_from(priority) else {
-        return false;
-    };
-    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
-    set_thread_priority_and_policy(thread_native_id(), priority, policy).is_ok()
 }

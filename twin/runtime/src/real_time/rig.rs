@@ -9,9 +9,10 @@ use super::driver_session::duration;
 use super::limits::Limits;
 use super::observed_thread::{Outcome, observe_thread};
 use super::observer_queue::ObserverQueueWriter;
-use super::privileges::{Privileges, raise_priority};
+use super::privileges::Privileges;
 use super::report::RealTimeReport;
 use super::scheduler::{RealTimeScheduler, TaskInterface};
+use super::system::{self, raise_priority};
 use super::worker_pool::WorkerPool;
 use crate::{Change, Device, Driver, Group, Observer, Process, RigError, Schedule, catch_panic};
 
@@ -79,12 +80,13 @@ impl RealTimeRig {
     ///
     /// # Errors
     /// [`RigError::Wiring`] if a signal does not connect, [`RigError::BadPeriod`] if the schedule
-    /// is invalid.
+    /// is invalid, [`RigError::NeedsLinux`] on other systems.
     pub fn new(
         schedule: &Schedule,
         process: Box<dyn Process>,
         drivers: Vec<(Box<dyn Driver>, Box<dyn Device>)>,
     ) -> Result<Self, RigError> {
+        system::check()?;
         let interfaces = drivers
             .iter()
             .map(|(driver, _)| TaskInterface {

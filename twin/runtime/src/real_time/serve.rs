@@ -7,10 +7,10 @@ use super::clock::{Clock, MonotonicClock};
 use super::driver_session::duration;
 use super::observed_thread::{Outcome, observe_thread};
 use super::observer_queue::ObserverQueueWriter;
-use super::privileges::raise_priority;
 use super::rig::Ended;
 use super::serve_options::{Hold, ServeOptions, ServeReport, ServedWire};
 use super::served_port::{ServedPort, read_ports};
+use super::system::{self, raise_priority};
 use crate::event_loop::{Event, EventLoop, rank};
 use crate::schedule::EVENTS_MAX;
 use crate::{Group, Observer, Plant, RigError, RunEvent, Wire};
@@ -53,12 +53,14 @@ impl Serve {
     ///
     /// # Errors
     /// [`RigError::Wiring`] if the plant lacks a signal that the boards require,
-    /// [`RigError::BadPeriod`] if the observation period is zero.
+    /// [`RigError::BadPeriod`] if the observation period is zero, [`RigError::NeedsLinux`] on
+    /// other systems.
     pub fn new(
         options: ServeOptions,
         plant: Box<dyn Plant>,
         wires: Vec<ServedWire>,
     ) -> Result<Self, RigError> {
+        system::check()?;
         let ports = wires.into_iter().map(|served| {
             let ServedWire { name, wire, device } = served;
             (name.clone(), ServedPort::new(name, wire, device))

@@ -1,11 +1,9 @@
-use std::os::fd::BorrowedFd;
 use std::time::Duration;
 
-use nix::poll::{PollFd, PollFlags, ppoll};
-use nix::sys::time::TimeSpec;
 use twinrig_kernel::{HostTime, SimDuration, SimTime};
 
 use super::clock::Clock;
+use super::system::Watched;
 use crate::event_loop::{PartSlot, Wakeable};
 use crate::traced_wire::TracedWire;
 use crate::{Device, DeviceError, Part, PlantAccess, Progress, RigError, TaskError, Wire};
@@ -219,21 +217,13 @@ fn wait_for_bytes(
     begin: HostTime,
     clock: &dyn Clock,
 ) {
-    let mut watched = Vec::with_capacity(ports.len());
+    let mut watched = Watched::default();
     for PartSlot { part: port, .. } in ports {
-        let descriptor: Option<BorrowedFd<'_>> = port.device.descriptor();
-        match (port.closed_until, descriptor) {
-            (Some(until), _) => timeout = timeout.min(until.since(begin)),
-            (None, Some(descriptor)) if port.room(now) > 0 => {
-                watched.push(PollFd::new(descriptor, PollFlags::POLLIN));
-            }
-            (None, _) => timeout = timeout.min(POLL_INTERVAL),
+        match port.closed_until {
+            Some(until) => timeout = timeout.min(until.since(begin)),
+            None if port.room(now) > 0 && watched.add(&*port.device) => {}
+            None => timeout = timeout.min(POLL_INTERVAL),
         }
     }
-    if watched.is_empty() {
-        clock.sleep_until(begin + timeout);
-    } else {
-        // All devices are read next, whatever ended the wait.
-        let _ = ppoll(&mut watched, Some(TimeSpec::from(timeout)), None);
-    }
+    watched.wait(begin, timeout, clock);
 }

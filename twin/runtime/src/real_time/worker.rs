@@ -9,8 +9,8 @@ use twinrig_kernel::HostTime;
 use super::clock::Clock;
 use super::driver_session::{ByteDirection, DriverSession, SessionObserver};
 use super::limits::Limits;
-use super::privileges::raise_priority;
 use super::ring::RingWriter;
+use super::system::raise_priority;
 use crate::{PartKind, TaskError, catch_panic, in_part};
 
 /// Orders of the control thread to a worker. A later order overrides an earlier one.

@@ -1,6 +1,5 @@
 //! Tracking of commands, against closed forms.
 
-
 use std::f64::consts::{SQRT_2, TAU};
 
 use crate::common::run::at;
@@ -20,7 +19,7 @@ struct Leg<'l> {
 }
 
 fn tracked(leg: &Leg<'_>) -> TrackingReport {
-    let scene = common::scene(&common::text("")).unwrap();
+    let scene = crate::common::scene(&crate::common::text("")).unwrap();
     let of = |name: &str| signal::of_leg("LF", name);
     let plant = [
         Port::output(of(signal::HIP_POSITION), Unit::Radian, 1),
@@ -47,7 +46,7 @@ fn tracked(leg: &Leg<'_>) -> TrackingReport {
         servos: Some([limits; 2]),
     };
     let mut tracking = Tracking::new(&scene, &layouts, &gait).unwrap();
-    for ms in (0..=6_000).step_by(PERIOD_MS as usize) {
+    for ms in (0..=6_000).filter(|ms| ms % PERIOD_MS == 0) {
         let time = ms as f64 / 1e3;
         // Nothing that the leg does in the ramp counts.
         let in_ramp = if ms <= 1_000 { 9.0 } else { 0.0 };

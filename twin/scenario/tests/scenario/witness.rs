@@ -1,6 +1,5 @@
 //! Leg, element and instant that outcomes name.
 
-
 use crate::common::run::{Run, at, outcome, trot_load};
 use twinrig_scenario::Verdict;
 
@@ -99,7 +98,7 @@ fn settling_says_when_the_signal_was_last_outside() {
         &decays,
     );
     // 10 mm · e^(−t) falls below 1 mm over its value at 10 s at ln(10 / (1 + 10 e^−10)) s.
-    let expected = (10.0 / (1.0 + 10.0 * libm::exp(-10.0))).ln();
+    let expected = libm::log(10.0 / (1.0 + 10.0 * libm::exp(-10.0)));
     let last = found.witness.at.unwrap().since_start().as_secs_f64();
     let gap = 9.0 / 16.0;
     assert!(

@@ -1,0 +1,50 @@
+//! Plants: a [`Plant`] is the physics, which advances from one instant to the next and answers for
+//! its signals. A [`PlantKind`] makes it known to scenarios.
+//!
+//! A plant of a legged robot implements [`Dynamics`](legged::Dynamics), which
+//! [`LeggedPlant`](legged::LeggedPlant) turns into a plant with the ports, the start and the pushes
+//! of every other; [`setup`] and [`pushes`] read the scenario for it. `twinrig::plant::lcp` and
+//! `massless` are the builders of two plants, for kinds that vary them:
+//!
+//! ```
+//! use twinrig::plant::{PlantKind, SimDuration, legged::Setup, massless, setup};
+//!
+//! let heavy = PlantKind::new("careful", "massless legs, only at steps up to 1 ms", |context| {
+//!     let setup: Setup = setup(context, SimDuration::from_millis(1))?;
+//!     if setup.step > SimDuration::from_millis(1) {
+//!         return Err("the step has to be 1 ms or less".into());
+//!     }
+//!     massless(context)
+//! });
+//! let registry = twinrig::Registry::standard().with_plant(heavy);
+//! assert!(registry.plants().any(|name| name == "careful"));
+//! ```
+
+pub use twinrig_actuator as actuator;
+pub use twinrig_contact as contact;
+pub use twinrig_legged as legged;
+
+pub use twinrig_document::DocumentError;
+pub use twinrig_kernel::{
+    Direction, Field, Layout, Port, SignalKind, SimDuration, SimTime, Snapshot, SnapshotError,
+    Unit, signal,
+};
+pub use twinrig_lcp::Lcp;
+pub use twinrig_leg::{LegCommand, LegError, Pantograph, Planar};
+pub use twinrig_massless::Massless;
+pub use twinrig_robot::Robot;
+pub use twinrig_runtime::{
+    CompositePlant, Coupling, EnergyBalance, FixedStepCoupling, GridInputs, NameClash, Plant,
+    PlantEvent, PlantEventKind, PlantFault, PlantState, WorkCounts, ZeroGridStep,
+};
+pub use twinrig_scenario::{
+    Accepts, ActuatorSpec, Kind, LegFact, OptionSpec, OptionValue, Options, PlantSpec, PushSpec,
+};
+
+pub use crate::error::BuildError;
+pub use crate::parts::fmu_plant;
+pub use crate::parts::lcp::lcp;
+pub use crate::parts::massless::massless;
+pub use crate::parts::method::Method;
+pub use crate::parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
+pub use crate::parts::setup::{legged_ports, pushes, setup};

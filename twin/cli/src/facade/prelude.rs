@@ -1,0 +1,21 @@
+//! What nearly every crate with parts of its own needs: the registry, the kinds of parts, the
+//! traits that they implement, and the types of their signals.
+//!
+//! ```
+//! use twinrig::prelude::*;
+//!
+//! let port = Port::output("leg/LF/hip/command", Unit::Radian, 1);
+//! assert_eq!(port.unit, Unit::Radian);
+//! assert!(Registry::standard().controllers().any(|name| name == "cpg"));
+//! ```
+
+pub use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+pub use twinrig_runtime::{Driver, Plant, Process, ProcessVariable, Wire};
+
+pub use crate::assembly::Assembly;
+pub use crate::assembly::registry::Registry;
+pub use crate::error::{BuildError, TwinError};
+pub use crate::parts::bus_kind::{BusContext, BusKind};
+pub use crate::parts::controller_kind::{ControllerContext, ControllerKind};
+pub use crate::parts::plant_kind::{PlantContext, PlantKind};
+pub use crate::run::execute::{Execution, execute};
