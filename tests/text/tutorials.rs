@@ -9,7 +9,8 @@
 //! - `$ cat FILE` shows a file.
 //! - `$ echo $?` shows the exit code of the command before. Other commands are not run.
 //!
-//! `UPDATE_DOCS=1 cargo test -p twinrig-tests --test text tutorials` writes the output into the pages.
+//! `UPDATE_DOCS=1 cargo test -p twinrig-tests --test text tutorials` writes the output into the
+//! pages.
 
 use std::fmt::Write as _;
 use std::fs;

@@ -73,8 +73,8 @@ pub enum Command {
     Devices(DevicesArgs),
     /// Check this machine: what the program needs for runs, real boards, real time and builds
     ///
-    /// Exit code: 0 what this build needs is there, 1 something it needs is broken: a robot file, or
-    /// MuJoCo's library. Notices, and problems of what only some work needs, do not count.
+    /// Exit code: 0 what this build needs is there, 1 something it needs is broken: a robot file,
+    /// or MuJoCo's library. Notices, and problems of what only some work needs, do not count.
     Doctor(DoctorArgs),
     /// Measure plants (accuracy, speed, stability), filters of loads, and gaits
     Study(StudyArgs),

@@ -44,7 +44,7 @@ pub fn suggestion<'c>(
 ) -> String {
     const SHOWN_MAX: usize = 24;
     /// Room for the list in a line of a message.
-    const LENGTH_MAX: usize = 130;
+    const LENGTH_MAX: usize = 210;
     let candidates: Vec<&str> = candidates.into_iter().collect();
     if let Some(near) = nearest(word, candidates.iter().copied()) {
         return format!("did you mean `{near}`?");

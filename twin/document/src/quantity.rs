@@ -145,8 +145,8 @@ pub(crate) fn spelled_unit(text: &str) -> Unit {
     units::kind_of_spelling(spelling).map_or(Unit::One, |kind| kind.unit)
 }
 
-/// Spelling and factor of the unit in which `text` is written, if that is no power of ten of `unit`:
-/// degrees, minutes.
+/// Spelling and factor of the unit in which `text` is written, if that is no power of ten of
+/// `unit`: degrees, minutes.
 pub(crate) fn spelled_factor(text: &str, unit: Unit) -> Option<(&str, f64)> {
     let (_, spelling) = split(text);
     match units::scale(units::kind(unit)?, spelling)? {

@@ -129,8 +129,8 @@ impl Range {
     }
 }
 
-/// Formats a number with up to nine significant digits: `0.3`, not `0.30000000000000004`; `1e9`, not
-/// `1000000000`.
+/// Formats a number with up to nine significant digits: `0.3`, not `0.30000000000000004`; `1e9`,
+/// not `1000000000`.
 pub(crate) fn readable(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");

@@ -39,6 +39,9 @@ fn interpreter(environment: &str, modules: &str) -> Option<PathBuf> {
 pub fn run(python: &Path, script: &Path, words: &[&Path], input: &Value) -> Value {
     let mut child = Command::new(python)
         .arg(script)
+        // The kernels of linear algebra that every x86-64 processor has: their last bits decide
+        // whether an ill-conditioned fit of SciPy converges.
+        .env("OPENBLAS_CORETYPE", "Nehalem")
         .args(words)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())

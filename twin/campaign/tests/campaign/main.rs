@@ -2,6 +2,5 @@
 
 mod cma_es;
 mod engine;
-mod interrupt;
 mod search;
 mod spaces;

@@ -1,4 +1,5 @@
-//! Commands `twin completions` and `twin man`, which follow from the definition of the command line.
+//! Commands `twin completions` and `twin man`, which follow from the definition of the command
+//! line.
 
 use std::path::Path;
 

@@ -30,7 +30,7 @@ fn killed_process_leaves_a_readable_file() {
     let file: PathBuf =
         std::env::temp_dir().join(format!("twinrig-killed-{}.mcap", std::process::id()));
     let mut child = Command::new(std::env::current_exe().unwrap())
-        .args(["--ignored", "--exact", "record_until_killed"])
+        .args(["--ignored", "--exact", "killed::record_until_killed"])
         .env(FILE_VARIABLE, &file)
         .stdout(Stdio::null())
         .spawn()

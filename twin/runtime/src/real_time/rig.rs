@@ -26,9 +26,9 @@ use crate::{Change, Device, Driver, Group, Observer, Process, RigError, Schedule
 /// The observer receives the same records in the same order as from the lockstep rig
 /// ([`crate::Rig`]), except for the plant: of its signals there are those that the drivers measure,
 /// as of their last transfers, at the begin of each iteration. Times are clock times since control
-/// step 0; earlier records have time 0. The process receives times of the grid, and changes are scheduled by them.
-/// A run without overruns therefore computes the same as one in lockstep, and transmits the same
-/// bytes.
+/// step 0; earlier records have time 0. The process receives times of the grid, and changes are
+/// scheduled by them. A run without overruns therefore computes the same as one in lockstep, and
+/// transmits the same bytes.
 pub struct RealTimeRig {
     scheduler: RealTimeScheduler,
     drivers: Vec<(Box<dyn Driver>, Box<dyn Device>)>,

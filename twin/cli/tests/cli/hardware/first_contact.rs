@@ -25,7 +25,8 @@ fn scenario() -> String {
     file.display().to_string()
 }
 
-/// All of its expectations are observed without a plant, and with the same names as in virtual time.
+/// All of its expectations are observed without a plant, and with the same names as in virtual
+/// time.
 #[test]
 fn first_contact_is_judged_completely_on_hardware() {
     let folder = Folder::new("first-contact");
