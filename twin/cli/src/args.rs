@@ -2,6 +2,7 @@
 #![allow(clippy::doc_markdown, reason = "the text is printed verbatim")]
 
 mod cell;
+mod examples;
 mod export;
 mod gait_study;
 mod optimize;
@@ -19,7 +20,10 @@ use twinrig_campaign::sweep::POINTS_MOST;
 use twinrig_document::{parse_duration, parse_quantity};
 use twinrig_kernel::{SimDuration, Unit};
 
+use crate::version::VERSION;
+
 pub use cell::{CellArgs, CellCommand, CellPredictArgs, ElectrodeName};
+pub use examples::{ExamplesArgs, ExamplesCommand, ExamplesCopyArgs};
 pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
 pub use gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
 pub use optimize::OptimizeArgs;
@@ -33,7 +37,8 @@ pub use thesis::ThesisArgs;
 
 /// Co-simulates a legged robot, its controller and its I/O in virtual time and judges the run.
 #[derive(Debug, Parser)]
-#[command(name = "twin", version, about, disable_help_subcommand = true)]
+#[command(name = "twin", version, long_version = VERSION, about)]
+#[command(disable_help_subcommand = true)]
 #[command(after_help = "Exit code: 0 all expectations hold, 1 an expectation fails, 2 error.")]
 pub struct Cli {
     /// Command to execute.
@@ -79,6 +84,8 @@ pub enum Command {
     /// reproduced, refuted, or not reproducible where the thesis does not print the data. Exit
     /// code: 0 all verdicts are those of the documentation, 1 one differs or nothing was observed.
     Thesis(ThesisArgs),
+    /// List the scenarios that this program contains, and copy them to a folder
+    Examples(ExamplesArgs),
     /// Print the JSON schema of the scenarios of this build, for editors
     ///
     /// The first line of a scenario references the schema file, relative to the folder of the
@@ -103,6 +110,7 @@ impl Command {
             Self::Optimize(args) => args.json,
             Self::Study(args) => args.study.json(),
             Self::Thesis(args) => args.json,
+            Self::Examples(args) => args.json,
             Self::Serve(_) | Self::Export(_) | Self::Schema(_) => false,
         }
     }

@@ -32,6 +32,7 @@ mod args;
 mod assembly;
 mod commands;
 mod error;
+mod examples;
 mod facade;
 pub mod fmu;
 mod optimize;
@@ -42,6 +43,7 @@ mod run;
 mod study;
 mod sweep;
 mod thesis;
+mod version;
 
 pub use twinrig_campaign as campaign;
 pub use twinrig_document as document;

@@ -5,6 +5,7 @@ mod check;
 mod compare;
 mod devices;
 mod diff;
+mod examples;
 mod export;
 mod list;
 mod optimize;
@@ -242,6 +243,7 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::Cell(args) => cell::cell(&args, terminal),
         Command::Thesis(args) => thesis::thesis(registry, &args, terminal),
         Command::Export(args) => export::export(registry, &args, terminal),
+        Command::Examples(args) => examples::examples(registry, &args, terminal),
         Command::Schema(args) => schema::schema(registry, &args, terminal),
     }
 }
