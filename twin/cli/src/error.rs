@@ -251,6 +251,7 @@ pub enum TwinError {
         source: std::io::Error,
     },
     /// Failure of the comparison with the thesis.
+    #[cfg(feature = "cli")]
     #[error("error: {source}")]
     Thesis {
         /// Reason.
