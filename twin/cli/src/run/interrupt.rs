@@ -1,8 +1,8 @@
 //! Handling of SIGINT and SIGTERM: a run ends after the current instant, with a complete recording.
 
 use std::io::Write;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Once;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use twinrig_runtime::interrupt;
