@@ -54,6 +54,11 @@ impl RobotFile {
         })
     }
 
+    /// Returns the names and the texts of the robot files that every build contains.
+    pub fn embedded() -> &'static [(&'static str, &'static str)] {
+        ROBOTS.embedded
+    }
+
     /// Parses `text`, with `file` as its name in messages.
     ///
     /// # Errors

@@ -5,6 +5,7 @@ mod cell;
 mod completions;
 mod doctor;
 mod draw;
+mod examples;
 mod export;
 mod gait_study;
 mod list;
@@ -23,10 +24,13 @@ use twinrig_campaign::sweep::POINTS_MOST;
 use twinrig_document::{parse_duration, parse_quantity};
 use twinrig_kernel::{SimDuration, Unit};
 
+use crate::version::VERSION;
+
 pub use cell::{CellArgs, CellCommand, CellPredictArgs, ElectrodeName};
 pub use completions::{CompletionsArgs, ManArgs};
 pub use doctor::DoctorArgs;
 pub use draw::DrawArgs;
+pub use examples::{ExamplesArgs, ExamplesCommand, ExamplesCopyArgs};
 pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
 pub use gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
 pub use list::ListArgs;
@@ -41,7 +45,8 @@ pub use thesis::ThesisArgs;
 
 /// Co-simulates a legged robot, its controller and its I/O in virtual time and judges the run.
 #[derive(Debug, Parser)]
-#[command(name = "twin", version, about, disable_help_subcommand = true)]
+#[command(name = "twin", version, long_version = VERSION, about)]
+#[command(disable_help_subcommand = true)]
 #[command(after_help = "Exit code: 0 all expectations hold, 1 an expectation fails, 2 error.")]
 pub struct Cli {
     /// Command to execute.
@@ -94,6 +99,8 @@ pub enum Command {
     /// reproduced, refuted, or not reproducible where the thesis does not print the data. Exit
     /// code: 0 all verdicts are those of the documentation, 1 one differs or nothing was observed.
     Thesis(ThesisArgs),
+    /// List the scenarios that this program contains, and copy them to a folder
+    Examples(ExamplesArgs),
     /// Print the JSON schema of the scenarios of this build, for editors
     ///
     /// The first line of a scenario references the schema file, relative to the folder of the
@@ -125,6 +132,7 @@ impl Command {
             Self::Study(args) => args.study.json(),
             Self::Thesis(args) => args.json,
             Self::Doctor(args) => args.json,
+            Self::Examples(args) => args.json,
             Self::Serve(_)
             | Self::Export(_)
             | Self::Schema(_)

@@ -259,11 +259,29 @@ pub enum TwinError {
         source: std::io::Error,
     },
     /// Failure of the comparison with the thesis.
+    #[cfg(feature = "cli")]
     #[error("error: {source}")]
     Thesis {
         /// Reason.
         #[from]
         source: crate::thesis::error::ThesisError,
+    },
+    /// Name of an example that this build does not contain.
+    #[error("error: there is no example `{name}`\n  = help: {help}")]
+    NoExample {
+        /// Name of the example.
+        name: String,
+        /// Similar names, or the known ones.
+        help: String,
+    },
+    /// File in place of an example, with other contents.
+    #[error(
+        "error: a file with other contents is in the place of the example, and nothing is written\n --> {}\n  = help: copy to another folder with --to DIR, or move the file away",
+        path.display()
+    )]
+    ExampleInTheWay {
+        /// Path of the file.
+        path: PathBuf,
     },
     /// Failure to write a file or folder.
     #[error("error: cannot write: {source}\n --> {}", path.display())]

@@ -25,26 +25,50 @@
 //! The modules [`controller`], [`plant`], [`bus`] and [`robot`] have what each kind of part needs,
 //! `testing` (a cargo feature) harnesses for their tests: such a crate depends on `twinrig` alone.
 //!
+//! The feature `cli`, on by default, is the program: its commands, signals and terminal, and [`run`].
+//! Without it the crate is a library that reads, runs and judges scenarios, also where there is
+//! neither a terminal nor a system.
+//!
 //! This crate implements no physics, no controller and no protocol; it depends on the crates that
 //! do, and none of them depends on it. The system clock affects reports and progress output only.
 
+#![cfg_attr(
+    not(feature = "cli"),
+    allow(
+        dead_code,
+        reason = "tables, files and progress lines that only the commands show"
+    )
+)]
+
+#[cfg(feature = "cli")]
 mod args;
 mod assembly;
+#[cfg(feature = "cli")]
 mod commands;
+#[cfg(feature = "cli")]
 mod doctor;
+#[cfg(feature = "cli")]
 mod drawing;
 mod error;
+#[cfg(feature = "cli")]
+mod examples;
 mod facade;
 pub mod fmu;
 mod optimize;
 mod parts;
+#[cfg(feature = "cli")]
 mod radius;
 mod report;
+#[cfg(feature = "cli")]
 mod robot_facts;
 mod run;
+#[cfg(feature = "cli")]
 mod study;
 mod sweep;
+#[cfg(feature = "cli")]
 mod thesis;
+#[cfg(feature = "cli")]
+mod version;
 
 pub use twinrig_campaign as campaign;
 pub use twinrig_document as document;
@@ -59,6 +83,7 @@ pub use facade::{bus, controller, plant, prelude, robot};
 
 pub use assembly::Assembly;
 pub use assembly::registry::Registry;
+#[cfg(feature = "cli")]
 pub use commands::{plan_json, recording_path, run, run_args, run_with};
 pub use error::{BuildError, TwinError};
 pub use optimize::execute::{
@@ -78,4 +103,5 @@ pub use run::observers::{RunLayouts, RunObserver};
 pub use sweep::build_key::BuildKey;
 pub use sweep::execute::{SweepEvent, SweepOutcome, SweepProgress, SweepRequest, sweep};
 pub use sweep::job::{JobError, WorkerJob};
+#[cfg(feature = "cli")]
 pub use thesis::error::ThesisError;

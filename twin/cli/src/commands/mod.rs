@@ -8,6 +8,7 @@ mod devices;
 mod diff;
 mod doctor;
 mod draw;
+mod examples;
 mod export;
 mod list;
 mod optimize;
@@ -245,6 +246,7 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::Cell(args) => cell::cell(&args, terminal),
         Command::Thesis(args) => thesis::thesis(registry, &args, terminal),
         Command::Export(args) => export::export(registry, &args, terminal),
+        Command::Examples(args) => examples::examples(registry, &args, terminal),
         Command::Schema(args) => schema::schema(registry, &args, terminal),
         Command::Doctor(args) => doctor::doctor(registry, &args, terminal),
         Command::Draw(args) => draw::draw(&args, terminal),

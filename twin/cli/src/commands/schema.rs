@@ -18,10 +18,16 @@ pub(super) fn schema(registry: &Registry, args: &SchemaArgs, terminal: &mut Term
             return FAILURE;
         }
     };
-    let mut text = String::new();
-    write(&registry.schema(&robots), "", &mut text);
-    terminal.print(&text);
+    terminal.print(&text(registry, &robots));
     SUCCESS
+}
+
+/// Returns the schema file of a build, with the process variables for the given robots.
+pub(super) fn text(registry: &Registry, robots: &[Robot]) -> String {
+    let mut text = String::new();
+    write(&registry.schema(robots), "", &mut text);
+    text.push('\n');
+    text
 }
 
 /// Maximum line width, if a line can be broken.

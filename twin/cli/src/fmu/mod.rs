@@ -26,6 +26,7 @@ mod tests;
 
 pub(crate) use error::ExportError;
 pub use error::FmuError;
+#[cfg(feature = "cli")]
 pub(crate) use export::{FmuRequest, export};
 pub use instance::{FmuInstance, FmuState};
 pub use library::MARKER;

@@ -7,6 +7,7 @@ pub(crate) mod style;
 pub(crate) mod table;
 mod tracking;
 
+#[cfg(feature = "cli")]
 use anstream::adapter::strip_str;
 use serde::{Serialize, Serializer};
 use twinrig_document::{Place, Warning};
@@ -398,7 +399,8 @@ impl Report {
         }
     }
 
-    /// Returns the table that `twin run` prints, without styles.
+    /// Returns the table that `twin run` prints, without styles. Needs the feature `cli`.
+    #[cfg(feature = "cli")]
     pub fn text(&self) -> String {
         let text = strip_str(&table::report(self)).to_string();
         text.trim_end().to_owned()

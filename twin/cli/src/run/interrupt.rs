@@ -1,8 +1,8 @@
 //! Handling of SIGINT and SIGTERM: a run ends after the current instant, with a complete recording.
 
 use std::io::Write;
+use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Once, mpsc};
 use std::time::Duration;
 
 use twinrig_runtime::interrupt;
@@ -21,9 +21,10 @@ const GRACE_PERIOD_ON_HARDWARE: Duration = Duration::from_secs(15);
 
 /// Installs the handler of SIGINT and SIGTERM. The first signal requests the end of the run; a
 /// second one, or an expired grace period, terminates the program.
+#[cfg(feature = "cli")]
 pub fn listen() {
     HANDLER.call_once(|| {
-        let (sender, receiver) = mpsc::channel();
+        let (sender, receiver) = std::sync::mpsc::channel();
         // Without a handler a signal terminates the program, and the recording is readable up to
         // its last flush, so a failure to install it is ignored.
         let _ = ctrlc::set_handler(move || {

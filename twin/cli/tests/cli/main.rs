@@ -6,6 +6,7 @@ mod cell;
 mod commands;
 mod common;
 mod estimate_study;
+mod examples;
 mod falls;
 mod fmu;
 mod gait_studies;

@@ -1,0 +1,15 @@
+//! What the program was built from.
+
+/// Version and build, as `twin --version` prints them: the commit, the cargo features that select
+/// parts, the target, and the profile `debug` or `release`.
+pub(crate) const VERSION: &str = concat!(
+    env!("CARGO_PKG_VERSION"),
+    "\ncommit    ",
+    env!("TWINRIG_COMMIT"),
+    "\nfeatures  ",
+    env!("TWINRIG_FEATURES"),
+    "\ntarget    ",
+    env!("TWINRIG_TARGET"),
+    "\nprofile   ",
+    env!("TWINRIG_PROFILE"),
+);
