@@ -4,6 +4,7 @@
 mod cell;
 mod export;
 mod gait_study;
+mod new;
 mod optimize;
 mod plan;
 mod radius;
@@ -22,6 +23,7 @@ use twinrig_kernel::{SimDuration, Unit};
 pub use cell::{CellArgs, CellCommand, CellPredictArgs, ElectrodeName};
 pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
 pub use gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
+pub use new::{NewArgs, NewKind};
 pub use optimize::OptimizeArgs;
 pub use plan::PlanArgs;
 pub(crate) use radius::DEFAULT_PRECISION;
@@ -51,6 +53,8 @@ pub enum Command {
     Plan(PlanArgs),
     /// Validate scenarios without running them
     Check(CheckArgs),
+    /// Make a controller or driver (a crate), a scenario or a robot (a file) to begin with
+    New(NewArgs),
     /// List the plants, controllers, drivers and robots of this build
     List(ListArgs),
     /// Find the first sample in which two recordings differ, or the first footstep with --events
@@ -103,7 +107,7 @@ impl Command {
             Self::Optimize(args) => args.json,
             Self::Study(args) => args.study.json(),
             Self::Thesis(args) => args.json,
-            Self::Serve(_) | Self::Export(_) | Self::Schema(_) => false,
+            Self::New(_) | Self::Serve(_) | Self::Export(_) | Self::Schema(_) => false,
         }
     }
 }

@@ -1,0 +1,75 @@
+//! A serial device, in a program with all commands of `twin`: the protocol (protocol.rs), the driver
+//! that runs on the robot (driver.rs), the emulated device (device.rs), and the bus kind that makes
+//! them known to scenarios.
+
+mod device;
+mod driver;
+mod protocol;
+
+use std::process::ExitCode;
+
+use twinrig::Registry;
+use twinrig::bus::{
+    AnalogSource, BuildError, BusContext, BusKind, FramedDriver, FramedNode, SimDuration, Wire,
+    device_wire,
+};
+
+use device::EmulatedTemplateName;
+use driver::TemplateName;
+
+const BAUD: u32 = 115_200;
+/// Start bit, eight data bits, stop bit.
+const BYTE_TIME: SimDuration = SimDuration::from_nanos(10_000_000_000 / BAUD as u64);
+/// Signal of the plant that the device measures.
+const HEIGHT: &str = "body/position";
+
+fn main() -> ExitCode {
+    twinrig::run(Registry::standard().with_bus(template_name()))
+}
+
+/// Bus kind `rangefinder` of scenarios: description, driver, and wire with the emulated device.
+fn template_name() -> BusKind {
+    let about = "a serial device that measures the height of the trunk";
+    BusKind::new("template_name", about, driver, wire)
+        .at_baud(BAUD)
+        .with_faults()
+        .measuring(|_| vec![HEIGHT.to_owned()])
+}
+
+#[expect(clippy::unnecessary_wraps, reason = "drivers of other kinds may fail")]
+fn driver(context: &BusContext<'_>) -> Result<FramedDriver<TemplateName>, BuildError> {
+    Ok(FramedDriver::new(TemplateName::new(context.name)))
+}
+
+fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
+    let height = AnalogSource {
+        signal: HEIGHT.to_owned(),
+        component: 2,
+        scale: 1.0,
+        offset: 0.0,
+    };
+    let device = FramedNode::new(EmulatedTemplateName::new(context.name, height));
+    Ok(device_wire(BYTE_TIME, &context.fault_schedule(), device)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use twinrig::{Assembly, Execution, execute};
+
+    #[test]
+    fn scenario_meets_its_expectations_and_repeats() {
+        let registry = Registry::standard().with_bus(template_name());
+        let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/template_name.toml"));
+        let assembly = Assembly::of_file(&registry, path, &[]);
+        let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
+        let run = || execute(&assembly, &Execution::default()).unwrap_or_else(|error| panic!("{error}"));
+        let (first, second) = (run(), run());
+        for line in &first.expectations {
+            assert!(line.holds(), "{:?}", line.outcome);
+        }
+        assert_eq!(first.fingerprint, second.fingerprint);
+    }
+}
