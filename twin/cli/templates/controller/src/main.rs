@@ -83,7 +83,7 @@ fn main() -> ExitCode {
     twinrig::run(Registry::standard().with_controller(template_name()))
 }
 
-/// Controller kind `squat` of scenarios.
+/// Controller kind `template_name` of scenarios.
 fn template_name() -> ControllerKind {
     ControllerKind::new(
         "template_name",
