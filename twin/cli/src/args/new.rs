@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 pub struct NewArgs {
     /// What to make
     pub kind: NewKind,
-    /// Its name: small letters, digits and `_`; in names of scenarios and robots also `-`
+    /// Its name: small letters, digits, `-` and `_`
     pub name: String,
     /// Folder in which it is made
     #[arg(long = "in", value_name = "DIR", default_value = ".")]

@@ -232,7 +232,7 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::Run(args) => run::run(registry, &args, terminal),
         Command::Plan(args) => plan::plan(registry, &args, terminal),
         Command::Check(args) => check::check(registry, &args, terminal),
-        Command::New(args) => new::new(&args, terminal),
+        Command::New(args) => new::new(&args, registry, terminal),
         Command::List(args) => list::list(registry, &args, terminal),
         Command::Diff(args) => diff::diff(&args, terminal),
         Command::Replay(args) => replay::replay(registry, &args, terminal),

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::{NewArgs, NewKind};
+use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 
 /// Files of a crate: path in the crate, text.
@@ -70,8 +71,8 @@ const DRIVER: Template = &[
 
 const ROBOT: &str = include_str!("../../templates/robot/robot.toml");
 
-pub(super) fn new(args: &NewArgs, terminal: &mut Terminal<'_>) -> u8 {
-    match make(args) {
+pub(super) fn new(args: &NewArgs, registry: &Registry, terminal: &mut Terminal<'_>) -> u8 {
+    match make(args, registry) {
         Ok(said) => {
             terminal.print(&said);
             SUCCESS
@@ -84,7 +85,7 @@ pub(super) fn new(args: &NewArgs, terminal: &mut Terminal<'_>) -> u8 {
 }
 
 /// Makes it, and returns what was made and the next steps.
-fn make(args: &NewArgs) -> Result<String, TwinError> {
+fn make(args: &NewArgs, registry: &Registry) -> Result<String, TwinError> {
     if args.robot.is_some() && args.kind != NewKind::Scenario {
         return Err(TwinError::Together {
             why: "--robot is for scenarios".to_owned(),
@@ -92,8 +93,8 @@ fn make(args: &NewArgs) -> Result<String, TwinError> {
         });
     }
     match args.kind {
-        NewKind::Controller => make_crate(args, CONTROLLER),
-        NewKind::Driver => make_crate(args, DRIVER),
+        NewKind::Controller => make_crate(args, registry, CONTROLLER),
+        NewKind::Driver => make_crate(args, registry, DRIVER),
         NewKind::Scenario => {
             name::check_file(&args.name)?;
             let text = scenario::text(args)?;
@@ -118,8 +119,12 @@ fn make(args: &NewArgs) -> Result<String, TwinError> {
     }
 }
 
-fn make_crate(args: &NewArgs, template: Template) -> Result<String, TwinError> {
-    name::check_crate(&args.name)?;
+fn make_crate(
+    args: &NewArgs,
+    registry: &Registry,
+    template: Template,
+) -> Result<String, TwinError> {
+    name::check_crate(&args.name, registry)?;
     let source = dependency(args.twinrig.as_deref())?;
     let folder = args.folder.join(&args.name);
     // An existing folder is refused as a whole, so that nothing in it is touched.
@@ -139,8 +144,7 @@ fn make_crate(args: &NewArgs, template: Template) -> Result<String, TwinError> {
 
 /// Returns a file of a template with the name of the crate and the place of `twinrig`.
 fn filled(text: &str, name: &str, source: &str) -> String {
-    text.replace("TemplateName", &name::camel_case(name))
-        .replace("template_name", name)
+    text.replace("template_name", name)
         .replace("@TWINRIG@", source)
 }
 

@@ -1,6 +1,10 @@
 //! Names of what is made.
 
+use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+
+/// Greatest length of a name: that of crates on crates.io.
+const LENGTH_MAX: usize = 64;
 
 /// Keywords, and names of crates that the new crate depends on or that cargo refuses.
 const RESERVED: &[&str] = &[
@@ -71,30 +75,19 @@ const RESERVED: &[&str] = &[
     "yield",
 ];
 
-/// Names of the kinds of parts in scenarios, which a new kind must not take.
-const KINDS: &[&str] = &[
-    "cpg",
-    "stand",
-    "motordriver",
-    "optoforce",
-    "phidget",
-    "rb110",
-    "sbcp",
-];
-
-/// Checks the name of a crate, which is also that of its part in scenarios.
-pub fn check_crate(name: &str) -> Result<(), TwinError> {
-    let mut letters = name.chars();
-    let first = letters
-        .next()
-        .is_some_and(|letter| letter.is_ascii_lowercase());
-    let rest = letters.all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
-    if !first || !rest {
-        let why = "a crate has small letters, digits and `_`, a letter first";
-        return Err(refused(name, why, '_'));
+/// Checks the name of a crate, which is also that of its part in scenarios: none of the parts in
+/// `registry`, which it would replace.
+pub fn check_crate(name: &str, registry: &Registry) -> Result<(), TwinError> {
+    check_file(name)?;
+    if !name.starts_with(|c: char| c.is_ascii_lowercase()) {
+        return Err(refused(name, "a crate begins with a letter"));
     }
-    if RESERVED.contains(&name) || KINDS.contains(&name) {
-        return Err(refused(name, "it is taken by Rust, cargo or Twinrig", '_'));
+    if RESERVED.contains(&name.replace('-', "_").as_str()) {
+        return Err(refused(name, "Rust, cargo or Twinrig use it"));
+    }
+    let mut known = registry.plants().chain(registry.controllers());
+    if known.any(|part| part == name) || registry.buses().any(|part| part == name) {
+        return Err(refused(name, "a part of scenarios has it"));
     }
     Ok(())
 }
@@ -103,40 +96,29 @@ pub fn check_crate(name: &str) -> Result<(), TwinError> {
 pub fn check_file(name: &str) -> Result<(), TwinError> {
     let valid = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "-_".contains(c);
     let first = name.starts_with(|c: char| c.is_ascii_lowercase() || c.is_ascii_digit());
-    if first && name.chars().all(valid) {
+    if first && name.chars().all(valid) && name.len() <= LENGTH_MAX {
         return Ok(());
     }
-    let why = "it has small letters, digits, `-` and `_`, without `.toml`";
-    Err(refused(name, why, '-'))
+    let why = "it has small letters, digits, `-` and `_`, without `.toml`, at most 64";
+    Err(refused(name, why))
 }
 
-fn refused(name: &str, why: &str, joint: char) -> TwinError {
-    let suggested = suggested(name, joint);
+fn refused(name: &str, why: &str) -> TwinError {
     TwinError::Together {
         why: format!("`{name}` cannot be the name: {why}"),
-        help: format!("for example `{suggested}`"),
+        help: format!("for example `{}`", suggested(name)),
     }
 }
 
 /// Returns a valid name close to `name`.
-fn suggested(name: &str, joint: char) -> String {
+fn suggested(name: &str) -> String {
     let stem = name.strip_suffix(".toml").unwrap_or(name);
     let words = stem.split(|c: char| !c.is_ascii_alphanumeric());
     let words: Vec<_> = words.filter(|word| !word.is_empty()).collect();
-    let joined = words.join(joint.to_string().as_str()).to_ascii_lowercase();
+    let mut joined = words.join("-").to_ascii_lowercase();
+    joined.truncate(LENGTH_MAX - "my-".len());
     if joined == name || !joined.starts_with(|c: char| c.is_ascii_lowercase()) {
-        return format!("my{joint}{joined}")
-            .trim_end_matches(joint)
-            .to_owned();
+        joined = format!("my-{joined}");
     }
-    joined
-}
-
-/// Returns the name as that of a Rust type: `my_gait` gives `MyGait`.
-pub fn camel_case(name: &str) -> String {
-    let capital = |word: &str| {
-        let (first, rest) = word.split_at(word.len().min(1));
-        first.to_ascii_uppercase() + rest
-    };
-    name.split('_').map(capital).collect()
+    joined.trim_end_matches('-').to_owned()
 }

@@ -27,12 +27,12 @@ fn folder(name: &str) -> PathBuf {
 #[test]
 fn new_scenarios_pass_for_small_large_and_new_robots() {
     let folder = folder("scenario");
-    make(&args(NewKind::Robot, "mine", &folder)).unwrap();
     let registry = Registry::standard();
+    make(&args(NewKind::Robot, "mine", &folder), &registry).unwrap();
     for robot in ["cheetah-cub", "oncilla", "mine"] {
         let mut args = args(NewKind::Scenario, &format!("try-{robot}"), &folder);
         args.robot = Some(robot.to_owned());
-        make(&args).unwrap_or_else(|error| panic!("{error}"));
+        make(&args, &registry).unwrap_or_else(|error| panic!("{error}"));
         let path = folder.join(format!("try-{robot}.toml"));
         assert!(!fs::read_to_string(&path).unwrap().contains('@'));
         let assembly = Assembly::of_file(&registry, &path, &[]);
@@ -57,8 +57,8 @@ fn nothing_is_overwritten() {
         NewKind::Robot,
     ] {
         let args = args(kind, &format!("{kind:?}").to_lowercase(), &folder);
-        make(&args).unwrap();
-        let error = make(&args).unwrap_err().to_string();
+        make(&args, &Registry::standard()).unwrap();
+        let error = make(&args, &Registry::standard()).unwrap_err().to_string();
         assert!(
             error.contains("exists") && error.contains("--in"),
             "{error}"
@@ -70,8 +70,8 @@ fn nothing_is_overwritten() {
 #[test]
 fn files_of_crates_have_no_placeholder_left() {
     for (file, text) in CONTROLLER.iter().chain(DRIVER) {
-        let filled = filled(text, "my_part", "version = \"0.1.0\"").to_lowercase();
-        let left = ["template_name", "templatename", "@twinrig@"];
+        let filled = filled(text, "my_part", "version = \"0.1.0\"");
+        let left = ["template_name", "@TWINRIG@"];
         assert!(!left.iter().any(|word| filled.contains(word)), "{file}");
     }
 }
@@ -81,7 +81,7 @@ fn a_folder_that_is_no_clone_is_refused_before_anything_is_written() {
     let folder = folder("clone");
     let mut args = args(NewKind::Controller, "jump", &folder);
     args.twinrig = Some(folder.join("missing"));
-    let error = make(&args).unwrap_err().to_string();
+    let error = make(&args, &Registry::standard()).unwrap_err().to_string();
     assert!(error.contains("is not a clone of Twinrig"), "{error}");
     assert!(!folder.exists());
 }
@@ -89,8 +89,11 @@ fn a_folder_that_is_no_clone_is_refused_before_anything_is_written() {
 proptest! {
     /// A refused name comes with one that is accepted.
     #[test]
-    fn suggested_names_are_valid(name in "\\PC{0,12}|fn|cpg|My Gait|my-gait|gait.toml") {
-        for check in [name::check_crate, name::check_file] {
+    fn suggested_names_are_valid(name in "\\PC{0,12}|fn|cpg|My Gait|proc-macro|[a-z]{60,70}|gait.toml") {
+        let registry = Registry::standard();
+        let check_crate = |name: &str| name::check_crate(name, &registry);
+        let checks: [&dyn Fn(&str) -> Result<(), TwinError>; 2] = [&check_crate, &name::check_file];
+        for check in checks {
             if let Err(error) = check(&name) {
                 let error = error.to_string();
                 let suggested = error.rsplit('`').nth(1).unwrap();

@@ -6,12 +6,15 @@ use std::process::ExitCode;
 
 use twinrig::Registry;
 use twinrig::controller::{
-    ControllerKind, LegCommand, Pantograph, Planar, Port, Process, ProcessVariable, SimDuration,
-    Snapshot, SnapshotError, Unit,
+    BuildError, ControllerContext, ControllerKind, LegCommand, Pantograph, Planar, Port, Process,
+    ProcessVariable, SimDuration, Snapshot, SnapshotError, Unit,
 };
 
+/// Name of the controller in scenarios.
+const NAME: &str = "template_name";
+
 /// Bends and stretches the legs, with the feet below the hips.
-struct TemplateName {
+struct Gait {
     legs: Vec<(String, Pantograph)>,
     variables: [ProcessVariable; 3],
     /// Phase of the cycle, in [0, 1).
@@ -22,9 +25,9 @@ const FREQUENCY: usize = 0;
 const HIGHEST: usize = 1;
 const LOWEST: usize = 2;
 
-impl Process for TemplateName {
+impl Process for Gait {
     fn name(&self) -> &'static str {
-        "template_name"
+        NAME
     }
 
     /// The signals that it writes (`Port::output`) and reads (`Port::input`); `twin plan` lists them.
@@ -80,32 +83,28 @@ fn variables() -> [ProcessVariable; 3] {
 }
 
 fn main() -> ExitCode {
-    twinrig::run(Registry::standard().with_controller(template_name()))
+    twinrig::run(registry())
 }
 
-/// Controller kind `template_name` of scenarios.
-fn template_name() -> ControllerKind {
-    ControllerKind::new(
-        "template_name",
-        "bends and stretches all legs together",
-        |context| {
-            let mut legs = Vec::new();
-            for mount in context
-                .robot
-                .legs
-                .iter()
-                .filter(|mount| context.legs.contains(&mount.name.as_str()))
-            {
-                legs.push((mount.name.clone(), Pantograph::new(&mount.leg)?));
-            }
-            Ok(TemplateName {
-                legs,
-                variables: variables(),
-                cycle: 0.0,
-            })
-        },
-    )
-    .with_variables(|_| Ok(variables().to_vec()))
+/// All parts of `twin`, and this controller.
+fn registry() -> Registry {
+    let kind = ControllerKind::new(NAME, "bends and stretches all legs together", build);
+    Registry::standard().with_controller(kind.with_variables(|_| Ok(variables().to_vec())))
+}
+
+/// Builds the controller for the legs that the scenario selects.
+fn build(context: &ControllerContext<'_>) -> Result<Gait, BuildError> {
+    let mut legs = Vec::new();
+    for mount in &context.robot.legs {
+        if context.legs.contains(&mount.name.as_str()) {
+            legs.push((mount.name.clone(), Pantograph::new(&mount.leg)?));
+        }
+    }
+    Ok(Gait {
+        legs,
+        variables: variables(),
+        cycle: 0.0,
+    })
 }
 
 #[cfg(test)]
@@ -118,9 +117,9 @@ mod tests {
     use super::*;
 
     fn run() -> Report {
-        let registry = Registry::standard().with_controller(template_name());
-        let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/template_name.toml"));
-        let assembly = Assembly::of_file(&registry, path, &[]);
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("{NAME}.toml"));
+        let registry = registry();
+        let assembly = Assembly::of_file(&registry, &path, &[]);
         let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
         execute(&assembly, &Execution::default()).unwrap_or_else(|error| panic!("{error}"))
     }
@@ -138,7 +137,11 @@ mod tests {
         /// A law: a controller that is saved and restored goes on as the other one does.
         #[test]
         fn restored_controller_continues(before in 0..500_u32, after in 1..500_u32) {
-            let fresh = || TemplateName { legs: Vec::new(), variables: variables(), cycle: 0.0 };
+            let fresh = || Gait {
+                legs: Vec::new(),
+                variables: variables(),
+                cycle: 0.0,
+            };
             let period = SimDuration::from_millis(2);
             let mut one = fresh();
             (0..before).for_each(|_| one.step(period, &[], &mut []));

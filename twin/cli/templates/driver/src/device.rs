@@ -13,7 +13,7 @@ use crate::protocol::{Answer, MILLIMETRES_MAX, Request};
 const MEASUREMENT_TIME: SimDuration = SimDuration::from_millis(5);
 
 /// Configuration, and the measured signal of the plant.
-pub struct EmulatedTemplateName {
+pub struct EmulatedDevice {
     name: String,
     /// One input: the distance \[m\].
     inputs: AnalogInputs,
@@ -26,7 +26,7 @@ pub struct State {
     measured_at: Option<SimTime>,
 }
 
-impl EmulatedTemplateName {
+impl EmulatedDevice {
     pub fn new(name: &str, distance: AnalogSource) -> Self {
         let input = AnalogInput {
             channel: 0,
@@ -39,7 +39,7 @@ impl EmulatedTemplateName {
     }
 }
 
-impl Emulation for EmulatedTemplateName {
+impl Emulation for EmulatedDevice {
     type State = State;
     type Message = Request;
 

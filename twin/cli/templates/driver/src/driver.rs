@@ -12,11 +12,11 @@ use crate::protocol::{Answer, Request};
 const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(50);
 
 /// Configuration.
-pub struct TemplateName {
+pub struct DeviceProtocol {
     name: String,
 }
 
-impl TemplateName {
+impl DeviceProtocol {
     pub fn new(name: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -33,7 +33,7 @@ pub struct State {
     lost: u64,
 }
 
-impl Protocol for TemplateName {
+impl Protocol for DeviceProtocol {
     type State = State;
     type Message = Answer;
 

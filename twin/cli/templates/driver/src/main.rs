@@ -14,9 +14,11 @@ use twinrig::bus::{
     device_wire,
 };
 
-use device::EmulatedTemplateName;
-use driver::TemplateName;
+use device::EmulatedDevice;
+use driver::DeviceProtocol;
 
+/// Name of the bus in scenarios.
+const NAME: &str = "template_name";
 const BAUD: u32 = 115_200;
 /// Start bit, eight data bits, stop bit.
 const BYTE_TIME: SimDuration = SimDuration::from_nanos(10_000_000_000 / BAUD as u64);
@@ -24,21 +26,22 @@ const BYTE_TIME: SimDuration = SimDuration::from_nanos(10_000_000_000 / BAUD as 
 const HEIGHT: &str = "body/position";
 
 fn main() -> ExitCode {
-    twinrig::run(Registry::standard().with_bus(template_name()))
+    twinrig::run(registry())
 }
 
-/// Bus kind `rangefinder` of scenarios: description, driver, and wire with the emulated device.
-fn template_name() -> BusKind {
+/// All parts of `twin`, and this bus kind: description, driver, and wire with the emulated device.
+fn registry() -> Registry {
     let about = "a serial device that measures the height of the trunk";
-    BusKind::new("template_name", about, driver, wire)
+    let kind = BusKind::new(NAME, about, driver, wire)
         .at_baud(BAUD)
         .with_faults()
-        .measuring(|_| vec![HEIGHT.to_owned()])
+        .measuring(|_| vec![HEIGHT.to_owned()]);
+    Registry::standard().with_bus(kind)
 }
 
 #[expect(clippy::unnecessary_wraps, reason = "drivers of other kinds may fail")]
-fn driver(context: &BusContext<'_>) -> Result<FramedDriver<TemplateName>, BuildError> {
-    Ok(FramedDriver::new(TemplateName::new(context.name)))
+fn driver(context: &BusContext<'_>) -> Result<FramedDriver<DeviceProtocol>, BuildError> {
+    Ok(FramedDriver::new(DeviceProtocol::new(context.name)))
 }
 
 fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
@@ -48,7 +51,7 @@ fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
         scale: 1.0,
         offset: 0.0,
     };
-    let device = FramedNode::new(EmulatedTemplateName::new(context.name, height));
+    let device = FramedNode::new(EmulatedDevice::new(context.name, height));
     Ok(device_wire(BYTE_TIME, &context.fault_schedule(), device)?)
 }
 
@@ -61,11 +64,14 @@ mod tests {
 
     #[test]
     fn scenario_meets_its_expectations_and_repeats() {
-        let registry = Registry::standard().with_bus(template_name());
-        let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/template_name.toml"));
-        let assembly = Assembly::of_file(&registry, path, &[]);
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("{NAME}.toml"));
+        let registry = registry();
+        let assembly = Assembly::of_file(&registry, &path, &[]);
         let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
-        let run = || execute(&assembly, &Execution::default()).unwrap_or_else(|error| panic!("{error}"));
+        let run = || {
+            let report = execute(&assembly, &Execution::default());
+            report.unwrap_or_else(|error| panic!("{error}"))
+        };
         let (first, second) = (run(), run());
         for line in &first.expectations {
             assert!(line.holds(), "{:?}", line.outcome);

@@ -1,5 +1,5 @@
-//! The messages; replace them by those of your device. Here the host sends `R`; the device answers `R1234` and
-//! an end of line, the distance in millimetres, in one to five digits.
+//! The messages; replace them by those of your device. Here the host sends `R`; the device answers
+//! `R1234` and an end of line, the distance in millimetres, in one to five digits.
 
 use twinrig::bus::{FrameError, FrameMatch, FramedMessage};
 
