@@ -9,6 +9,7 @@ mod examples;
 mod export;
 mod gait_study;
 mod list;
+mod new;
 mod optimize;
 mod plan;
 mod radius;
@@ -34,6 +35,7 @@ pub use examples::{ExamplesArgs, ExamplesCommand, ExamplesCopyArgs};
 pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
 pub use gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
 pub use list::ListArgs;
+pub use new::{NewArgs, NewKind};
 pub use optimize::OptimizeArgs;
 pub use plan::PlanArgs;
 pub(crate) use radius::DEFAULT_PRECISION;
@@ -64,6 +66,8 @@ pub enum Command {
     Plan(PlanArgs),
     /// Validate scenarios without running them
     Check(CheckArgs),
+    /// Make a controller or driver (a crate), a scenario or a robot (a file) to begin with
+    New(NewArgs),
     /// List the parts of this build; of a robot also what follows from its file
     List(ListArgs),
     /// Find the first sample in which two recordings differ, or the first footstep with --events
@@ -133,7 +137,8 @@ impl Command {
             Self::Thesis(args) => args.json,
             Self::Doctor(args) => args.json,
             Self::Examples(args) => args.json,
-            Self::Serve(_)
+            Self::New(_)
+            | Self::Serve(_)
             | Self::Export(_)
             | Self::Schema(_)
             | Self::Draw(_)

@@ -11,6 +11,7 @@ mod draw;
 mod examples;
 mod export;
 mod list;
+mod new;
 mod optimize;
 mod outputs;
 mod plan;
@@ -235,6 +236,7 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::Run(args) => run::run(registry, &args, terminal),
         Command::Plan(args) => plan::plan(registry, &args, terminal),
         Command::Check(args) => check::check(registry, &args, terminal),
+        Command::New(args) => new::new(&args, registry, terminal),
         Command::List(args) => list::list(registry, &args, terminal),
         Command::Diff(args) => diff::diff(&args, terminal),
         Command::Replay(args) => replay::replay(registry, &args, terminal),
