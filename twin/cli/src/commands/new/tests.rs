@@ -86,13 +86,16 @@ fn a_folder_that_is_no_clone_is_refused_before_anything_is_written() {
     assert!(!folder.exists());
 }
 
+/// A check of a name.
+type Check<'c> = &'c dyn Fn(&str) -> Result<(), TwinError>;
+
 proptest! {
     /// A refused name comes with one that is accepted.
     #[test]
     fn suggested_names_are_valid(name in "\\PC{0,12}|fn|cpg|My Gait|proc-macro|[a-z]{60,70}|gait.toml") {
         let registry = Registry::standard();
         let check_crate = |name: &str| name::check_crate(name, &registry);
-        let checks: [&dyn Fn(&str) -> Result<(), TwinError>; 2] = [&check_crate, &name::check_file];
+        let checks: [Check; 2] = [&check_crate, &name::check_file];
         for check in checks {
             if let Err(error) = check(&name) {
                 let error = error.to_string();
