@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use toml_edit::DocumentMut;
 use twinrig_document::{parse_duration, suggestion};
+use twinrig_kernel::SimDuration;
 use twinrig_robot::RobotFile;
 
 use super::{FAILURE, SUCCESS, Terminal, schema};
@@ -64,7 +65,7 @@ impl Entry {
             name: example.name,
             robot: text(document.get("robot")),
             plant: text(plant).unwrap_or_default(),
-            simulated_s: parse_duration(&duration).map_or(0.0, |time| time.as_secs_f64()),
+            simulated_s: parse_duration(&duration).map_or(0.0, SimDuration::as_secs_f64),
             about: first_sentence(example.text),
         }
     }
