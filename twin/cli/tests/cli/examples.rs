@@ -97,8 +97,8 @@ fn all_examples_are_valid_where_they_are_copied() {
     );
 }
 
-/// Files of crates are links into folders of the repository. Where a check-out writes links as text,
-/// programs would contain the paths in place of the files.
+/// Files of crates are links into folders of the repository. Where a check-out writes links as
+/// text, programs would contain the paths in place of the files.
 #[test]
 fn links_of_crates_have_the_contents_of_their_targets() {
     let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
