@@ -19,6 +19,54 @@
 //! let registry = twinrig::Registry::standard().with_plant(heavy);
 //! assert!(registry.plants().any(|name| name == "careful"));
 //! ```
+//!
+//! A plant of its own has ports, advances, answers, and saves and restores its whole state:
+//!
+//! ```
+//! use std::path::Path;
+//! use twinrig::plant::{
+//!     EnergyBalance, Plant, PlantFault, PlantKind, Port, SimTime, Snapshot, SnapshotError, Unit,
+//! };
+//! use twinrig::{Assembly, Execution, Registry, Status, execute};
+//!
+//! /// A stone that falls from 100 m.
+//! struct Stone { now: SimTime }
+//!
+//! fn ports() -> Vec<Port> { vec![Port::output("stone/height", Unit::Meter, 1)] }
+//!
+//! impl Plant for Stone {
+//!     fn name(&self) -> &str { "stone" }
+//!     fn ports(&self) -> Vec<Port> { ports() }
+//!     fn advance(&mut self, to: SimTime, _: &[f64]) -> Result<(), PlantFault> {
+//!         self.now = to;
+//!         Ok(())
+//!     }
+//!     fn observe(&mut self, outputs: &mut [f64]) {
+//!         outputs[0] = 100.0 - 9.81 / 2.0 * self.now.as_secs_f64().powi(2);
+//!     }
+//!     fn energy(&self) -> EnergyBalance { EnergyBalance::default() }
+//!     fn save(&self) -> Snapshot { Snapshot::of(&self.now) }
+//!     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+//!         self.now = snapshot.read()?;
+//!         Ok(())
+//!     }
+//! }
+//!
+//! let stone = PlantKind::new("stone", "falls", |_| Ok(Stone { now: SimTime::ZERO }))
+//!     .with_ports(|_| Ok(ports()));
+//! let registry = Registry::standard().with_plant(stone);
+//! let scenario = r#"
+//!     robot = "cheetah-cub"
+//!     duration = "4 s"
+//!     plant = { model = "stone" }
+//!     observe = { period = "1 ms" }
+//!     expect = [{ signal = { name = "stone/height", always = { min = "21.5 m" } } }]
+//! "#;
+//! let assembly = Assembly::of_text(&registry, "stone.toml", scenario, Path::new(""), &[])?;
+//! let report = execute(&assembly, &Execution::default())?;
+//! assert_eq!((report.error, report.verdict), (None, Status::Pass));
+//! # Ok::<(), twinrig::TwinError>(())
+//! ```
 
 pub use twinrig_actuator as actuator;
 pub use twinrig_contact as contact;

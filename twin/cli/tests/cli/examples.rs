@@ -97,6 +97,41 @@ fn all_examples_are_valid_where_they_are_copied() {
     );
 }
 
+/// Files of crates are links into folders of the repository. Where a check-out writes links as
+/// text, programs would contain the paths in place of the files.
+#[test]
+fn links_of_crates_have_the_contents_of_their_targets() {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let files = [
+        "plants/robot/files",
+        "plants/sensor/files",
+        "twin/cli/files",
+    ];
+    let mut compared = 0;
+    for folder in files {
+        let mut folders = vec![root.join(folder)];
+        while let Some(folder) = folders.pop() {
+            for entry in fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    folders.push(path);
+                    continue;
+                }
+                let shown = ["robots", "benches", "docs", "scenarios"]
+                    .map(|shown| root.join(shown).join(path.file_name().unwrap()));
+                let shown = shown.iter().find(|shown| shown.exists()).unwrap();
+                assert_eq!(
+                    fs::read(&path).unwrap(),
+                    fs::read(shown).unwrap(),
+                    "{shown:?}"
+                );
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 30, "{compared}");
+}
+
 #[test]
 fn version_names_the_build() {
     let short = twin(&["-V"]);
