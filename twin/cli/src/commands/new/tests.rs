@@ -53,10 +53,11 @@ fn nothing_is_overwritten() {
     for kind in [
         NewKind::Controller,
         NewKind::Driver,
+        NewKind::Plant,
         NewKind::Scenario,
         NewKind::Robot,
     ] {
-        let args = args(kind, &format!("{kind:?}").to_lowercase(), &folder);
+        let args = args(kind, &format!("my-{kind:?}").to_lowercase(), &folder);
         make(&args, &Registry::standard()).unwrap();
         let error = make(&args, &Registry::standard()).unwrap_err().to_string();
         assert!(
@@ -69,8 +70,8 @@ fn nothing_is_overwritten() {
 
 #[test]
 fn files_of_crates_have_no_placeholder_left() {
-    for (file, text) in CONTROLLER.iter().chain(DRIVER) {
-        let filled = filled(text, "my_part", "version = \"0.1.0\"");
+    for (file, text) in [CONTROLLER, DRIVER, PLANT].concat() {
+        let filled = filled(text, "my-part", "version = \"0.1.0\"");
         let left = ["template_name", "@TWINRIG@"];
         assert!(!left.iter().any(|word| filled.contains(word)), "{file}");
     }
