@@ -92,9 +92,12 @@ proptest! {
     #[test]
     fn suggested_names_are_valid(name in "\\PC{0,12}|fn|cpg|My Gait|proc-macro|[a-z]{60,70}|gait.toml") {
         let registry = Registry::standard();
-        let check_crate = |name: &str| name::check_crate(name, &registry);
-        let checks: [&dyn Fn(&str) -> Result<(), TwinError>; 2] = [&check_crate, &name::check_file];
-        for check in checks {
+        for of_crate in [true, false] {
+            let check = |name: &str| if of_crate {
+                name::check_crate(name, &registry)
+            } else {
+                name::check_file(name)
+            };
             if let Err(error) = check(&name) {
                 let error = error.to_string();
                 let suggested = error.rsplit('`').nth(1).unwrap();
