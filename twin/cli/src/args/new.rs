@@ -30,6 +30,8 @@ pub enum NewKind {
     Controller,
     /// Crate with a serial device: protocol, driver, emulated device
     Driver,
+    /// Crate with a plant: a model of physics of your own
+    Plant,
     /// Scenario file in which a robot stands and bends its legs
     Scenario,
     /// Robot file, robots/NAME.toml

@@ -69,6 +69,27 @@ const DRIVER: Template = &[
     (".gitignore", include_str!("../../templates/gitignore")),
 ];
 
+const PLANT: Template = &[
+    (
+        "Cargo.toml",
+        include_str!("../../templates/plant/Cargo.toml.in"),
+    ),
+    ("README.md", include_str!("../../templates/plant/README.md")),
+    (
+        "template_name.toml",
+        include_str!("../../templates/plant/scenario.toml"),
+    ),
+    (
+        "src/main.rs",
+        include_str!("../../templates/plant/src/main.rs"),
+    ),
+    (
+        "src/plant.rs",
+        include_str!("../../templates/plant/src/plant.rs"),
+    ),
+    (".gitignore", include_str!("../../templates/gitignore")),
+];
+
 const ROBOT: &str = include_str!("../../templates/robot/robot.toml");
 
 pub(super) fn new(args: &NewArgs, registry: &Registry, terminal: &mut Terminal<'_>) -> u8 {
@@ -95,6 +116,7 @@ fn make(args: &NewArgs, registry: &Registry) -> Result<String, TwinError> {
     match args.kind {
         NewKind::Controller => make_crate(args, registry, CONTROLLER),
         NewKind::Driver => make_crate(args, registry, DRIVER),
+        NewKind::Plant => make_crate(args, registry, PLANT),
         NewKind::Scenario => {
             name::check_file(&args.name)?;
             let text = scenario::text(args)?;
@@ -111,7 +133,7 @@ fn make(args: &NewArgs, registry: &Registry) -> Result<String, TwinError> {
             let path = args.folder.join("robots").join(format!("{name}.toml"));
             write_new(&path, &ROBOT.replace("@NAME@", name))?;
             Ok(format!(
-                "written {}\n\n  twin list {name}\n  twin new scenario try --robot {name}\n  \
+                "written {}\n\n  twin list {name}\n  twin draw {name}\n  twin new scenario try --robot {name}\n  \
                  twin run try.toml",
                 path.display()
             ))

@@ -53,10 +53,11 @@ fn nothing_is_overwritten() {
     for kind in [
         NewKind::Controller,
         NewKind::Driver,
+        NewKind::Plant,
         NewKind::Scenario,
         NewKind::Robot,
     ] {
-        let args = args(kind, &format!("{kind:?}").to_lowercase(), &folder);
+        let args = args(kind, &format!("my-{kind:?}").to_lowercase(), &folder);
         make(&args, &Registry::standard()).unwrap();
         let error = make(&args, &Registry::standard()).unwrap_err().to_string();
         assert!(
@@ -69,8 +70,8 @@ fn nothing_is_overwritten() {
 
 #[test]
 fn files_of_crates_have_no_placeholder_left() {
-    for (file, text) in CONTROLLER.iter().chain(DRIVER) {
-        let filled = filled(text, "my_part", "version = \"0.1.0\"");
+    for (file, text) in [CONTROLLER, DRIVER, PLANT].concat() {
+        let filled = filled(text, "my-part", "version = \"0.1.0\"");
         let left = ["template_name", "@TWINRIG@"];
         assert!(!left.iter().any(|word| filled.contains(word)), "{file}");
     }
@@ -86,17 +87,17 @@ fn a_folder_that_is_no_clone_is_refused_before_anything_is_written() {
     assert!(!folder.exists());
 }
 
-/// A check of a name.
-type Check<'c> = &'c dyn Fn(&str) -> Result<(), TwinError>;
-
 proptest! {
     /// A refused name comes with one that is accepted.
     #[test]
     fn suggested_names_are_valid(name in "\\PC{0,12}|fn|cpg|My Gait|proc-macro|[a-z]{60,70}|gait.toml") {
         let registry = Registry::standard();
-        let check_crate = |name: &str| name::check_crate(name, &registry);
-        let checks: [Check; 2] = [&check_crate, &name::check_file];
-        for check in checks {
+        for of_crate in [true, false] {
+            let check = |name: &str| if of_crate {
+                name::check_crate(name, &registry)
+            } else {
+                name::check_file(name)
+            };
             if let Err(error) = check(&name) {
                 let error = error.to_string();
                 let suggested = error.rsplit('`').nth(1).unwrap();

@@ -86,3 +86,37 @@ impl Emulation for EmulatedDevice {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use twinrig::bus::{FramedMessage, FramedNode, Part, Port, Unit};
+    use twinrig::testing::driver_harness::{StaticPlant, plant, run_device};
+
+    use super::*;
+
+    proptest! {
+        /// The answer begins when the measurement ends, whenever the request arrives.
+        #[test]
+        fn answer_takes_the_time_of_a_measurement(millimetres in 0..1000_u32, us in 0..90_000_u64) {
+            let source = AnalogSource {
+                signal: "height".to_owned(),
+                component: 0,
+                scale: 1.0,
+                offset: 0.0,
+            };
+            let mut device = FramedNode::new(EmulatedDevice::new("device", source));
+            let ports = [Port::output("height", Unit::Meter, 1)];
+            device.connect("device", &plant(&ports)).unwrap();
+            let mut height = StaticPlant {
+                outputs: vec![f64::from(millimetres) * 1e-3],
+                ..StaticPlant::default()
+            };
+            let at = |us| SimTime::ZERO + SimDuration::from_micros(us);
+            let sent = run_device(&mut device, &mut height, (at(us), b"R"), at(100_000));
+            let mut answer = Vec::new();
+            Answer(millimetres).encode(&mut answer);
+            prop_assert_eq!(sent, [(at(us) + MEASUREMENT_TIME, answer)]);
+        }
+    }
+}
