@@ -30,8 +30,7 @@ impl Process for Gait {
         NAME
     }
 
-    /// The signals that it writes (`Port::output`) and reads (`Port::input`); `twin plan` lists
-    /// them.
+    /// The signals that it writes (`Port::output`) and reads (`Port::input`); see `twin plan`.
     fn ports(&self) -> Vec<Port> {
         let command =
             |leg: &str, joint| Port::output(format!("leg/{leg}/{joint}/command"), Unit::Radian, 1);

@@ -1,6 +1,6 @@
-//! A serial device, in a program with all commands of `twin`: the protocol (protocol.rs), the
-//! driver that runs on the robot (driver.rs), the emulated device (device.rs), and the bus kind
-//! that makes them known to scenarios.
+//! A serial device, in a program with all commands of `twin`: messages (protocol.rs), the driver
+//! that runs on the robot (driver.rs), the emulated device (device.rs), and the bus kind that makes
+//! them known to scenarios.
 
 mod device;
 mod driver;

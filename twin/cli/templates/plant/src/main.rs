@@ -1,5 +1,5 @@
-//! A plant, in a program with all commands of `twin`: the physics (plant.rs), and the plant kind that
-//! makes it known to scenarios.
+//! A plant, in a program with all commands of `twin`: the physics (plant.rs), and the plant kind
+//! that makes it known to scenarios.
 
 mod plant;
 
@@ -110,7 +110,7 @@ impl StandaloneModel for Model {
         Vec::new()
     }
 
-    /// A plant may leave out outputs that nobody wants; this one has few.
+    /// A plant may leave out outputs for which `wanted` does not hold; this one has few.
     fn build(
         &self,
         plant: &PlantSpec,
