@@ -6,6 +6,7 @@ pub(crate) mod left_out;
 pub(crate) mod style;
 pub(crate) mod table;
 mod tracking;
+pub(crate) mod width;
 
 use anstream::adapter::strip_str;
 use serde::{Serialize, Serializer};
