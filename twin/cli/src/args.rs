@@ -2,6 +2,7 @@
 #![allow(clippy::doc_markdown, reason = "the text is printed verbatim")]
 
 mod cell;
+mod colour;
 mod completions;
 mod doctor;
 mod draw;
@@ -28,6 +29,7 @@ use twinrig_kernel::{SimDuration, Unit};
 use crate::version::VERSION;
 
 pub use cell::{CellArgs, CellCommand, CellPredictArgs, ElectrodeName};
+pub use colour::Colour;
 pub use completions::{CompletionsArgs, ManArgs};
 pub use doctor::DoctorArgs;
 pub use draw::DrawArgs;
@@ -48,9 +50,11 @@ pub use thesis::ThesisArgs;
 /// Co-simulates a legged robot, its controller and its I/O in virtual time and judges the run.
 #[derive(Debug, Parser)]
 #[command(name = "twin", version, long_version = VERSION, about)]
-#[command(disable_help_subcommand = true)]
 #[command(after_help = "Exit code: 0 all expectations hold, 1 an expectation fails, 2 error.")]
 pub struct Cli {
+    /// Colours of the output; auto: on terminals, unless NO_COLOR is set
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
+    pub color: Colour,
     /// Command to execute.
     #[command(subcommand)]
     pub command: Command,

@@ -72,4 +72,4 @@ pub use quantity::{
 pub use range::Range;
 pub use source::{Place, Source};
 pub use table::{Reported, Table};
-pub use visible::visible;
+pub use visible::{escaped, visible};

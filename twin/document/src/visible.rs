@@ -31,6 +31,18 @@ pub fn visible(text: &str) -> String {
     out
 }
 
+/// Returns `text` with control characters and invisible ones written out, as [`visible`] does, and
+/// with all of its words.
+///
+/// ```
+/// assert_eq!(twinrig_document::escaped("a\u{7}b"), "a\\u{7}b");
+/// ```
+pub fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    text.chars().for_each(|c| push(&mut out, c));
+    out
+}
+
 fn push(out: &mut String, c: char) {
     if (c.is_control() && c != '\n') || is_invisible(c) {
         out.extend(c.escape_unicode());

@@ -42,6 +42,7 @@ use twinrig_scenario::Setting;
 use crate::args::{Cli, Command, Settings};
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::report::width::{columns, fit};
 
 /// Exit code: success.
 const SUCCESS: u8 = 0;
@@ -56,6 +57,8 @@ struct Terminal<'a> {
     err: &'a mut dyn Write,
     /// Whether standard output shows styles.
     styles: bool,
+    /// Columns that lines of text must fit; none: no limit.
+    columns: Option<usize>,
     /// Whether to show progress and to handle interrupts.
     interactive: bool,
     /// First error of writing to standard output.
@@ -65,10 +68,18 @@ struct Terminal<'a> {
 impl Terminal<'_> {
     /// Prints styled text with exactly one newline at its end.
     fn print(&mut self, text: &str) {
+        let text = self.fit(text);
         if self.styles {
-            self.print_plain(text);
+            self.print_plain(&text);
         } else {
-            self.print_plain(&strip_str(text).to_string());
+            self.print_plain(&strip_str(&text).to_string());
+        }
+    }
+
+    fn fit(&self, text: &str) -> String {
+        match self.columns {
+            Some(columns) => fit(text, columns),
+            None => text.to_owned(),
         }
     }
 
@@ -130,7 +141,8 @@ impl Terminal<'_> {
 
     /// Prints a note to standard error.
     fn note(&mut self, text: &str) {
-        let _ = writeln!(self.err, "note: {text}");
+        let text = self.fit(&format!("note: {text}"));
+        let _ = writeln!(self.err, "{text}");
     }
 }
 
@@ -154,13 +166,19 @@ pub fn run_args(
         out: &mut std::io::stdout(),
         err: &mut std::io::stderr(),
         styles: AutoStream::choice(&std::io::stdout()) != ColorChoice::Never,
+        columns: columns(),
         interactive: true,
         write_error: None,
     };
     match parse(arguments) {
         Ok(cli) => dispatch(registry, cli, &mut terminal),
         Err(error) => {
-            let printed = error.print();
+            let text = terminal.fit(&error.render().ansi().to_string());
+            let printed = if error.use_stderr() {
+                write!(anstream::stderr(), "{text}")
+            } else {
+                write!(anstream::stdout(), "{text}")
+            };
             no_command(&error, printed, &mut terminal)
         }
     }
@@ -186,6 +204,7 @@ pub fn run_with(
         out,
         err,
         styles: false,
+        columns: None,
         interactive: false,
         write_error: None,
     };
@@ -222,6 +241,7 @@ fn no_command(
 /// the command.
 fn dispatch(registry: &Registry, cli: Cli, terminal: &mut Terminal<'_>) -> u8 {
     let json = cli.command.json();
+    terminal.styles = cli.color.styles(terminal.styles);
     let done = catch_panic(|| command(registry, cli.command, terminal));
     let code = done.unwrap_or_else(|source| {
         let file = String::new();

@@ -1,8 +1,10 @@
 //! Text in aligned columns.
 
 use anstyle::Style;
+use twinrig_document::escaped;
 
 use crate::report::style::{DIM, styled};
+use crate::report::width::width;
 
 pub use Side::{Left, Right};
 
@@ -26,7 +28,7 @@ impl Cell {
     /// Creates a styled cell.
     pub fn new(text: impl Into<String>, style: Style) -> Self {
         Self {
-            text: text.into(),
+            text: escaped(&text.into()),
             style,
         }
     }
@@ -111,11 +113,6 @@ impl Grid {
         }
         line
     }
-}
-
-/// Returns the width of a text on a terminal; all characters used in reports have width 1.
-fn width(text: &str) -> usize {
-    text.chars().count()
 }
 
 #[cfg(test)]

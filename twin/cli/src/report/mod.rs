@@ -6,6 +6,7 @@ pub(crate) mod left_out;
 pub(crate) mod style;
 pub(crate) mod table;
 mod tracking;
+pub(crate) mod width;
 
 #[cfg(feature = "cli")]
 use anstream::adapter::strip_str;

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use crate::optimize::execute::OptimizationProgress;
 use crate::optimize::table::value_and_unit;
+use crate::report::width::{columns, width};
 use crate::sweep::execute::SweepProgress;
 
 /// Time before the first update.
@@ -90,7 +91,7 @@ impl Progress {
         };
         if is_due {
             self.updated = Some(Instant::now());
-            let line = line(wall.as_secs_f64());
+            let line = shortened(&line(wall.as_secs_f64()), columns());
             let mut terminal = std::io::stderr().lock();
             // Errors on a closed standard error are ignored.
             let _ = write!(terminal, "\r\x1b[2K{line}").and_then(|()| terminal.flush());
@@ -188,6 +189,26 @@ fn left(seconds: f64) -> String {
     }
 }
 
+/// Returns the parts of a progress line that fit: one that is broken could not be overwritten. The
+/// bar is left out first, then parts at the end.
+fn shortened(line: &str, columns: Option<usize>) -> String {
+    // The last column stays free: some terminals begin a new line there.
+    let most = columns.map_or(usize::MAX, |columns| columns - 1);
+    let mut parts: Vec<&str> = line.split("  ").filter(|part| !part.is_empty()).collect();
+    if width(line) <= most {
+        return line.to_owned();
+    }
+    parts.retain(|part| !part.starts_with(['█', '·']));
+    while parts.len() > 1 && width(&parts.join("  ")) > most {
+        parts.pop();
+    }
+    let mut line = parts.join("  ");
+    while width(&line) > most {
+        line.pop();
+    }
+    line
+}
+
 fn bar(share: f64) -> String {
     const WIDTH: usize = 24;
     let full = (1..=WIDTH)
@@ -252,6 +273,17 @@ mod tests {
             [left(119.0), left(600.0), left(9000.0)],
             ["119 s left", "10 min left", "2.5 h left"]
         );
+    }
+
+    #[test]
+    fn progress_fits_the_terminal() {
+        let full = line("trot", 5.0, 20.0, 0.0125);
+        assert_eq!(shortened(&full, None), full);
+        assert_eq!(shortened(&full, Some(80)), full);
+        let short = "trot  5.0 of 20.0 s  400 × real time";
+        assert_eq!(shortened(&full, Some(40)), short);
+        let named = line(&"脚".repeat(30), 5.0, 20.0, 0.0125);
+        assert_eq!(width(&shortened(&named, Some(40))), 38);
     }
 
     #[test]
