@@ -23,6 +23,7 @@ examples! {
     "bench"
     "bench-faults"
     "bench-stall"
+    "first-contact"
     "hard-stop"
     "ice"
     "leg-drop"

@@ -186,6 +186,9 @@ fn accepts(accepted: &Accepts) -> String {
 
 fn text(listing: &Listing) -> String {
     let mut lines = Vec::new();
+    if let Some(facts) = &listing.robot {
+        lines.extend(facts.lines());
+    }
     let mut section = |title: &str, parts: &[Part]| {
         lines.push(styled(BOLD, title));
         let mut grid = Grid::new(&[Left, Left]);
@@ -222,9 +225,5 @@ fn text(listing: &Listing) -> String {
         grid.row([table.name.into(), table.about.into()]);
     }
     lines.extend(grid.lines(2));
-    // Last, so that they are what one sees at the end of a long list.
-    if let Some(facts) = &listing.robot {
-        lines.extend(facts.lines());
-    }
     lines.join("\n")
 }

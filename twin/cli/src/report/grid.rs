@@ -1,7 +1,6 @@
 //! Text in aligned columns.
 
 use anstyle::Style;
-use twinrig_document::escaped;
 
 use crate::report::style::{DIM, styled};
 use crate::report::width::width;
@@ -28,7 +27,7 @@ impl Cell {
     /// Creates a styled cell.
     pub fn new(text: impl Into<String>, style: Style) -> Self {
         Self {
-            text: escaped(&text.into()),
+            text: text.into(),
             style,
         }
     }

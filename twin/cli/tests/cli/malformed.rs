@@ -27,7 +27,7 @@ const SPACE: &str = include_str!("../../../../scenarios/optimizations/trot.toml"
 
 /// Longest problem of a message \[lines\], and its longest line \[characters\].
 const LINES_MOST: usize = 14;
-const COLUMNS_MOST: usize = 240;
+const COLUMNS_MOST: usize = 300;
 
 /// Kinds of inputs, each with its least number.
 const KINDS: [(&str, &str); 7] = [
