@@ -27,27 +27,23 @@ pub(super) fn items(registry: &Registry) -> Vec<Item> {
             remedy,
         ));
     }
-    items.extend(mujoco());
+    #[cfg(feature = "mujoco")]
+    items.push(mujoco());
     items.extend(robots());
     items
 }
 
 #[cfg(feature = "mujoco")]
-fn mujoco() -> Option<Item> {
+fn mujoco() -> Item {
     use twinrig_mujoco::Engine;
 
     // A program whose library is not found does not start.
-    Some(match Engine::check_version() {
+    match Engine::check_version() {
         Ok(()) => Item::ok("MuJoCo's library", Engine::VERSION),
         Err(error) => Item::problem("MuJoCo's library", error.to_string())
             .affecting("plants mujoco and mjcf", "ci/setup mujoco")
             .needed(),
-    })
-}
-
-#[cfg(not(feature = "mujoco"))]
-fn mujoco() -> Option<Item> {
-    None
+    }
 }
 
 /// Returns an item for all robots, or for each that cannot be read.
