@@ -20,6 +20,7 @@ mod replay;
 mod run;
 mod schema;
 mod serve;
+mod source;
 mod study;
 mod sweep;
 mod thesis;
@@ -28,14 +29,15 @@ pub use plan::plan_json;
 pub use run::recording_path;
 
 use std::ffi::OsString;
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::process::ExitCode;
 
 use anstream::adapter::strip_str;
 use anstream::{AutoStream, ColorChoice};
-use clap::Parser;
+use clap::error::{ContextKind, ContextValue};
+use clap::{CommandFactory, Parser};
 use serde::Serialize;
-use twinrig_document::Warning;
+use twinrig_document::{Warning, nearest};
 use twinrig_runtime::catch_panic;
 use twinrig_scenario::Setting;
 
@@ -44,6 +46,10 @@ use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::report::width::{columns, fit};
 
+/// Notice of a debug build. Measured: trot 90 times, oncilla-trot FACTOR times, bench FACTOR times the
+/// processor time of a release build.
+const DEBUG_BUILD: &str =
+    "this is a debug build, in which runs take FACTOR times as long; build with --release";
 /// Exit code: success.
 const SUCCESS: u8 = 0;
 /// Exit code: negative result, such as a failed expectation or a difference between recordings.
@@ -189,7 +195,23 @@ fn parse(
     arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>,
 ) -> Result<Cli, clap::Error> {
     let name = std::iter::once(OsString::from("twin"));
-    Cli::try_parse_from(name.chain(arguments.into_iter().map(Into::into)))
+    let parsed = Cli::try_parse_from(name.chain(arguments.into_iter().map(Into::into)));
+    parsed.map_err(with_suggestion)
+}
+
+/// Sets the nearest command in the error of an unknown one: clap's measure of likeness has none for
+/// short words with transposed letters, and several for others.
+fn with_suggestion(mut error: clap::Error) -> clap::Error {
+    let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else {
+        return error;
+    };
+    let commands = Cli::command();
+    let names = commands.get_subcommands().map(clap::Command::get_name);
+    if let Some(near) = nearest(word, names) {
+        let near = ContextValue::Strings(vec![near.to_owned()]);
+        error.insert(ContextKind::SuggestedSubcommand, near);
+    }
+    error
 }
 
 /// Runs the program with the given command-line arguments and output streams, for tests: without
@@ -242,6 +264,10 @@ fn no_command(
 fn dispatch(registry: &Registry, cli: Cli, terminal: &mut Terminal<'_>) -> u8 {
     let json = cli.command.json();
     terminal.styles = cli.color.styles(terminal.styles);
+    let is_attended = terminal.interactive && std::io::stderr().is_terminal();
+    if cfg!(debug_assertions) && is_attended && cli.command.simulates() {
+        terminal.note(DEBUG_BUILD);
+    }
     let done = catch_panic(|| command(registry, cli.command, terminal));
     let code = done.unwrap_or_else(|source| {
         let file = String::new();

@@ -160,7 +160,7 @@ impl Course {
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Stopped {
     /// Interrupt by the user.
-    #[error("interrupted at {0}")]
+    #[error("{}", interrupt::message(*.0))]
     Interrupted(SimTime),
     /// Failure of a part.
     #[error(transparent)]
@@ -170,7 +170,7 @@ pub(crate) enum Stopped {
     Panic(TwinError),
     /// End of the scenario before the start of control.
     #[error(
-        "at {0} the devices were still being initialised, and control had not started\n  = help: increase `duration`"
+        "at {0} the devices were still being initialised, and control had not started\n  = help: let the run be longer"
     )]
     NotOpen(SimTime),
 }
