@@ -1,5 +1,7 @@
 //! Width of the terminal, and text that fits it.
 
+use std::io::IsTerminal;
+
 use unicode_width::UnicodeWidthChar;
 
 /// Least width for which text is laid out \[columns\].
@@ -12,7 +14,9 @@ const HANGING: usize = 2;
 pub fn columns() -> Option<usize> {
     let named = std::env::var("COLUMNS").ok();
     let named = named.and_then(|text| text.trim().parse().ok());
-    let of_terminal = || terminal_size::terminal_size_of(std::io::stdout());
+    // The first of the program's streams that is a terminal has the size of all of them.
+    let is_terminal = std::io::stdout().is_terminal();
+    let of_terminal = || is_terminal.then(terminal_size::terminal_size).flatten();
     named
         .filter(|columns| *columns > 0)
         .or_else(|| of_terminal().map(|(wide, _)| usize::from(wide.0)))

@@ -3,7 +3,9 @@
 
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Once, OnceLock, mpsc};
+#[cfg(feature = "cli")]
+use std::sync::mpsc;
+use std::sync::{Once, OnceLock};
 use std::time::Duration;
 
 use twinrig_kernel::{SimDuration, SimTime};
