@@ -70,14 +70,13 @@ impl Expectation {
     /// Returns whether a time that the expectation names is later than `end`, or its window begins
     /// no earlier. An expectation without such a time applies to a run of any length.
     fn needs_run_after(&self, end: SimTime) -> bool {
-        let is_later = |at: Option<SimTime>| at.is_none_or(|at| at > end);
         self.after >= end
             || self.before.is_some_and(|before| before > end)
             || self.settled_by().is_some_and(|by| by >= end)
             || self
                 .within()
-                .is_some_and(|it| is_later(self.after.checked_add(it)))
-            || self.recovered_by().is_some_and(is_later)
+                .is_some_and(|within| later(self.after, within) > end)
+            || self.recovered_by().is_some_and(|by| by > end)
     }
 
     /// Returns the time from which on a value is settled.
@@ -107,15 +106,20 @@ impl Expectation {
         }
     }
 
-    /// Returns the latest end of a recovery; its inner `None` is a time beyond all times.
-    fn recovered_by(&self) -> Option<Option<SimTime>> {
+    /// Returns the latest end of a recovery.
+    fn recovered_by(&self) -> Option<SimTime> {
         match &self.claim {
             Claim::Body(BodyClaim::Recovers(recovery, _))
             | Claim::Signal(SignalClaim {
                 mode: SignalMode::Recovers(recovery, _),
                 ..
-            }) => Some(recovery.end.checked_add(recovery.within)),
+            }) => Some(later(recovery.end, recovery.within)),
             _ => None,
         }
     }
+}
+
+/// Returns the time `after` a time, or the last one there is.
+fn later(at: SimTime, after: SimDuration) -> SimTime {
+    at.checked_add(after).unwrap_or(SimTime::MAX)
 }
