@@ -170,7 +170,7 @@ pub(crate) enum Stopped {
     Panic(TwinError),
     /// End of the scenario before the start of control.
     #[error(
-        "at {0} the devices were still being initialised, and control had not started\n  = help: let the run be longer"
+        "at {0} the devices were still being initialised, and control had not started\n  = help: increase `duration`"
     )]
     NotOpen(SimTime),
 }
