@@ -26,8 +26,8 @@ pub struct RunStopwatch {
 impl RunStopwatch {
     /// Starts a stopwatch of this thread.
     pub fn start() -> Self {
-        // The wall clock starts before and stops after the count of waiting time, which is thereby a
-        // part of the wall time, also where the thread waits between the two.
+        // The wall clock starts before and stops after the count of waiting time, which is thereby
+        // a part of the wall time, also where the thread waits between the two.
         let wall = Stopwatch::start();
         Self {
             wall,

@@ -3,7 +3,7 @@
 use serde::{Serialize, Serializer};
 use twinrig_scenario::{LeftOut, TrackedDrive, TrackedLeg, TrackedLift, TrackingReport};
 
-use crate::report::{left_out, seconds};
+use crate::report::seconds;
 
 #[derive(Serialize)]
 struct Written<'a> {
@@ -105,10 +105,5 @@ pub(super) fn lines(tracking: Option<&TrackingReport>) -> Vec<String> {
     let others: Vec<String> = saturated.into_iter().chain(lift).collect();
     let lines = [errors, others].into_iter();
     let lines = lines.filter(|parts| !parts.is_empty());
-    let unobserved = left_out::lines(&tracking.left_out).into_iter();
-    let unobserved = unobserved.map(|[parts, why]| format!("not observed: {parts} ({why})"));
-    lines
-        .map(|parts| parts.join("; "))
-        .chain(unobserved)
-        .collect()
+    lines.map(|parts| parts.join("; ")).collect()
 }
