@@ -102,7 +102,8 @@ def test_warnings_are_warnings() -> None:
 def test_warning_that_a_filter_raises_loses_neither_run_nor_failure() -> None:
     slow: dict[str, Any] = {**SMALL, "actuator": {"lag": "1 s"}}
     # The devices of its bus need longer to open.
-    broken = {"actuator.lag": "100 s", "duration": "10 ms", "expect": []}
+    late = [{"at": "1 s", "set": "frequency", "by": "0.1 Hz"}]
+    broken: dict[str, Any] = {"duration": "10 ms", "expect": [], "change": late}
     with warnings.catch_warnings():
         warnings.simplefilter("error", twinrig.ScenarioWarning)
         with pytest.raises(twinrig.ScenarioWarning) as raised:
