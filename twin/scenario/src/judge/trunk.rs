@@ -179,7 +179,7 @@ pub(crate) struct Upright {
     heights: Extremes,
     tilts: Extremes,
     fallen_at: Option<SimTime>,
-    /// Side to which it was tilted then.
+    /// Side to which it first was tilted too far.
     side: &'static str,
 }
 
@@ -227,8 +227,9 @@ impl Upright {
         self.tilts.add_of(element, now, tilt);
         if !(height >= min_height && tilt <= self.tilt) && self.fallen_at.is_none() {
             self.fallen_at = Some(now);
-            let angle = values[element];
-            self.side = match (element == self.roll, angle > 0.0) {
+        }
+        if tilt > self.tilt && self.side.is_empty() {
+            self.side = match (element == self.roll, values[element] > 0.0) {
                 (true, true) => "to the right, ",
                 (true, false) => "to the left, ",
                 (false, true) => "forward, ",
