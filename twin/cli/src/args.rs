@@ -185,7 +185,7 @@ impl Command {
 /// Settings that override keys of a scenario file.
 #[derive(Clone, Debug, Default, Args)]
 pub struct Settings {
-    /// Set a key of the scenario: plant.step="0.5 ms"
+    /// Set a key of the scenario: plant.step="0.5 ms", seed=2
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
     pub set: Vec<(String, String)>,
     /// Run with this plant; short for --set plant.model=MODEL
@@ -199,7 +199,7 @@ pub struct RunArgs {
     /// Scenario files
     #[arg(required = true, value_name = "SCENARIO")]
     pub scenarios: Vec<PathBuf>,
-    /// Set a key of the scenario: plant.step="0.5 ms"
+    /// Set a key of the scenario: plant.step="0.5 ms", seed=2
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
     pub set: Vec<(String, String)>,
     /// Run with this plant; short for --set plant.model=MODEL. If repeated, run each plant and

@@ -86,7 +86,7 @@ impl TrackingReport {
             && share > SATURATED_SHARE_MAX
         {
             warnings.push(format!(
-                "the {drive} drive of {leg} is at its limit of torque and speed in {:.0} % of the time",
+                "the {drive} drive of {leg} is at its limit of torque and speed in {:.0} % of the time: take shorter or slower steps, or other drives by [actuator]",
                 share * 100.0
             ));
         }
