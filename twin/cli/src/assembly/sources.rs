@@ -70,14 +70,14 @@ impl Sources {
             let [any, _] = substitutes();
             return match parse(any.as_ref()) {
                 Ok(scenario) => Ok((scenario, None)),
-                Err(error) => Err(of_any_robot(&parse).unwrap_or(error).into()),
+                Err(error) => Err(of_any_robot(parse).unwrap_or(error).into()),
             };
         };
         match self.robot(&word.value, &overrides) {
             Ok((file, robot)) => Ok((parse(Some(&robot))?, Some(file))),
             Err(error) => {
                 let mut error = placed(error, Some(&word), self.document.file());
-                let further = of_any_robot(&parse).into_iter();
+                let further = of_any_robot(parse).into_iter();
                 let further = further.flat_map(|error| error.problems);
                 error.problems.extend(further);
                 Err(error.into())
