@@ -35,3 +35,4 @@ mod sweep;
 mod thesis;
 mod tools;
 mod warnings;
+mod widths;
