@@ -104,6 +104,8 @@ def check(expected, message, wanted=(None,), **inputs):
         assert junit.read_text().count("<failure") == expected, junit.read_text()
         assert len(list(junit.parent.glob("recordings/*.mcap"))) == expected + 1
         assert message in runner.summary.read_text()
+        annotation = "::error file=tests/two.toml,line=14::stays above a height: 0.14 m is not ≥"
+        assert (annotation in runner.text) == bool(expected), runner.text
 
 
 def check_schema(name, file):

@@ -7,13 +7,13 @@
 //! exponential. [`ServoBench`] takes steps of a millisecond at most.
 //!
 //! ```
+//! use std::path::Path;
 //! use twinrig_drives::{BenchMotors, MotorBench, Shaft};
 //! use twinrig_kernel::{SimDuration, SimTime};
 //! use twinrig_robot::RobotFile;
 //! use twinrig_runtime::Plant;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let text = include_str!("../../../robots/oncilla.toml");
-//! let robot = RobotFile::parse("oncilla.toml", text)?.robot()?;
+//! let robot = RobotFile::find("oncilla", Path::new(""))?.robot()?;
 //! let motors = robot.motors.ok_or("no motors")?;
 //! let motored = BenchMotors {
 //!     legs: vec!["LF".to_owned()],

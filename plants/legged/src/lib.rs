@@ -6,13 +6,13 @@
 //! pose and the same errors.
 //!
 //! ```
+//! use std::path::Path;
 //! use twinrig_kernel::SimDuration;
 //! use twinrig_leg::Pantograph;
 //! use twinrig_legged::{Base, Drives, SetPoint, Setup, Signals, StartPose};
 //! use twinrig_robot::RobotFile;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let text = include_str!("../../../robots/cheetah-cub.toml");
-//! let robot = RobotFile::parse("cheetah-cub.toml", text)?.robot()?;
+//! let robot = RobotFile::find("cheetah-cub", Path::new(""))?.robot()?;
 //! let setup = Setup {
 //!     base: Base::Fixed,
 //!     legs: vec!["LF".to_owned()],

@@ -6,14 +6,14 @@
 //! pulls but never pushes, friction in the joints, Coulomb friction and slip on the ground.
 //!
 //! ```
+//! use std::path::Path;
 //! use twinrig_kernel::{SimDuration, SimTime};
 //! use twinrig_legged::{Base, Drives, SetPoint, Setup, Start};
 //! use twinrig_massless::{Force, Massless, Options};
 //! use twinrig_robot::RobotFile;
 //! use twinrig_runtime::Plant;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let text = include_str!("../../../robots/cheetah-cub.toml");
-//! let robot = RobotFile::parse("cheetah-cub.toml", text)?.robot()?;
+//! let robot = RobotFile::find("cheetah-cub", Path::new(""))?.robot()?;
 //! let setup = Setup {
 //!     base: Base::Free,
 //!     legs: robot.legs.iter().map(|mount| mount.name.clone()).collect(),

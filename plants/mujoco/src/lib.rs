@@ -10,8 +10,7 @@
 //! use twinrig_robot::RobotFile;
 //! use twinrig_runtime::Plant;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let text = include_str!("../../../robots/cheetah-cub.toml");
-//! let robot = RobotFile::parse("cheetah-cub.toml", text)?.robot()?;
+//! let robot = RobotFile::find("cheetah-cub", Path::new(""))?.robot()?;
 //! let setup = Setup {
 //!     base: Base::Fixed,
 //!     legs: vec!["LF".to_owned()],
@@ -27,6 +26,7 @@
 //! # Ok(())
 //! # }
 //! ```
+//! use std::path::Path;
 //!
 //! # The model
 //!

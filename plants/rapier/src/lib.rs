@@ -2,14 +2,14 @@
 //! solver (projected Gauss–Seidel).
 //!
 //! ```
+//! use std::path::Path;
 //! use twinrig_kernel::{SimDuration, SimTime};
 //! use twinrig_legged::{Base, Drives, SetPoint, Setup, StartPose};
 //! use twinrig_rapier::{Joints, Options, Rapier};
 //! use twinrig_robot::RobotFile;
 //! use twinrig_runtime::Plant;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let text = include_str!("../../../robots/cheetah-cub.toml");
-//! let robot = RobotFile::parse("cheetah-cub.toml", text)?.robot()?;
+//! let robot = RobotFile::find("cheetah-cub", Path::new(""))?.robot()?;
 //! // The legs hang from a fixed trunk, are released, and swing (thesis, section 2.5.1).
 //! let (hip, knee) = (10_f64.to_radians(), -9.5_f64.to_radians());
 //! let setup = Setup {

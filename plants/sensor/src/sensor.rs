@@ -25,7 +25,7 @@ pub struct TactileParameters {
 /// ```
 /// use twinrig_sensor::{SensorFile, TactileSensor};
 ///
-/// let file = include_str!("../../../benches/tactile.toml");
+/// let file = include_str!("../files/tactile.toml");
 /// let mut sensor = TactileSensor::new(SensorFile::parse("tactile.toml", file)?.sensor()?, 0.0)?;
 /// sensor.advance(1e-3, 0.5); // the load rises to 0.5 N within a millisecond
 /// assert!(sensor.piezoelectric_volts() > 0.0);

@@ -18,15 +18,18 @@ mod robustness;
 mod study;
 mod sweep;
 mod thesis;
+mod values;
 
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
-use twinrig_campaign::sweep::POINTS_MOST;
-use twinrig_document::{parse_duration, parse_quantity};
-use twinrig_kernel::{SimDuration, Unit};
+use twinrig_kernel::SimDuration;
 
 use crate::version::VERSION;
+use values::{
+    any_duration, deviation, duration, key_value, length, plateau, runs_of_ensemble, seconds,
+    share, tolerance, whole_number, whole_number_or_none,
+};
 
 pub use cell::{CellArgs, CellCommand, CellPredictArgs, ElectrodeName};
 pub use colour::Colour;
@@ -124,6 +127,33 @@ pub enum Command {
 }
 
 impl Command {
+    /// Returns whether the command simulates, which takes long in a debug build.
+    pub fn simulates(&self) -> bool {
+        match self {
+            Self::Run(_)
+            | Self::Replay(_)
+            | Self::Serve(_)
+            | Self::Study(_)
+            | Self::Sweep(_)
+            | Self::Optimize(_)
+            | Self::Thesis(_) => true,
+            Self::Plan(args) => args.sufficient,
+            Self::Check(_)
+            | Self::New(_)
+            | Self::List(_)
+            | Self::Diff(_)
+            | Self::Devices(_)
+            | Self::Doctor(_)
+            | Self::Draw(_)
+            | Self::Export(_)
+            | Self::Cell(_)
+            | Self::Examples(_)
+            | Self::Schema(_)
+            | Self::Completions(_)
+            | Self::Man(_) => false,
+        }
+    }
+
     /// Returns whether the command prints JSON instead of text.
     pub fn json(&self) -> bool {
         match self {
@@ -155,7 +185,7 @@ impl Command {
 /// Settings that override keys of a scenario file.
 #[derive(Clone, Debug, Default, Args)]
 pub struct Settings {
-    /// Set a key of the scenario: plant.step="0.5 ms"
+    /// Set a key of the scenario: plant.step="0.5 ms", seed=2
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
     pub set: Vec<(String, String)>,
     /// Run with this plant; short for --set plant.model=MODEL
@@ -169,7 +199,7 @@ pub struct RunArgs {
     /// Scenario files
     #[arg(required = true, value_name = "SCENARIO")]
     pub scenarios: Vec<PathBuf>,
-    /// Set a key of the scenario: plant.step="0.5 ms"
+    /// Set a key of the scenario: plant.step="0.5 ms", seed=2
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
     pub set: Vec<(String, String)>,
     /// Run with this plant; short for --set plant.model=MODEL. If repeated, run each plant and
@@ -181,6 +211,14 @@ pub struct RunArgs {
     /// expectations are evaluated for the first plant only
     #[arg(long, value_name = "TIME", value_parser = any_duration, conflicts_with = "port")]
     pub from: Option<SimDuration>,
+    /// End the run at TIME; what begins or is judged later is left out. Short for --set
+    /// until=TIME
+    #[arg(long, value_name = "TIME")]
+    pub until: Option<String>,
+    /// End the command after DURATION of wall-clock time, as Ctrl-C does. The result then depends
+    /// on the machine
+    #[arg(long, value_name = "DURATION", value_parser = duration)]
+    pub budget: Option<SimDuration>,
     /// Run in real time on the hardware at DEVICE instead of emulated boards and plant; one --port
     /// per bus
     #[arg(long, value_name = "BUS=DEVICE", value_parser = key_value)]
@@ -292,98 +330,6 @@ pub struct SchemaArgs {
     pub robot: Vec<String>,
 }
 
-fn any_duration(text: &str) -> Result<SimDuration, String> {
-    parse_duration(text).map_err(|error| error.to_string())
-}
-
-fn duration(text: &str) -> Result<SimDuration, String> {
-    let duration = any_duration(text)?;
-    if duration.is_zero() {
-        return Err("it must be positive".to_owned());
-    }
-    Ok(duration)
-}
-
-/// A greater one is a mistake in the unit: a run has tens of plateaus.
-fn plateau(text: &str) -> Result<SimDuration, String> {
-    let length = duration(text)?;
-    if length > SimDuration::from_secs(3600) {
-        return Err("it must be at most 3600 s".to_owned());
-    }
-    Ok(length)
-}
-
-fn length(text: &str) -> Result<f64, String> {
-    non_negative(text, Unit::Meter)
-}
-
-fn share(text: &str) -> Result<f64, String> {
-    non_negative(text, Unit::One)
-}
-
-fn deviation(text: &str) -> Result<f64, String> {
-    let deviation = share(text)?;
-    if deviation > 0.5 {
-        return Err("it must be at most 0.5: no phases are farther apart".to_owned());
-    }
-    Ok(deviation)
-}
-
-fn non_negative(text: &str, unit: Unit) -> Result<f64, String> {
-    let value = parse_quantity(text, unit).map_err(|error| error.to_string())?;
-    if value < 0.0 {
-        return Err("it must not be negative".to_owned());
-    }
-    Ok(value)
-}
-
-fn whole_number(text: &str) -> Result<usize, String> {
-    number_from(1, text)
-}
-
-/// One run has nothing to be compared with.
-fn runs_of_ensemble(text: &str) -> Result<usize, String> {
-    number_from(2, text)
-}
-
-/// Returns a length above zero \[m\].
-fn tolerance(text: &str) -> Result<f64, String> {
-    match parse_quantity(text, Unit::Meter) {
-        Ok(length) if length > 0.0 => Ok(length),
-        Ok(_) => Err("it must be positive".to_owned()),
-        Err(error) => Err(error.to_string()),
-    }
-}
-
-fn whole_number_or_none(text: &str) -> Result<usize, String> {
-    number_from(0, text)
-}
-
-fn number_from(least: usize, text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(count) if (least..=POINTS_MOST).contains(&count) => Ok(count),
-        _ => Err(format!(
-            "it must be a whole number from {least} to {POINTS_MOST}"
-        )),
-    }
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(seconds) if seconds > 0.0 && seconds < 1e6 => Ok(seconds),
-        _ => Err("it must be a number of seconds above 0 and below 1000000".to_owned()),
-    }
-}
-
-fn key_value(text: &str) -> Result<(String, String), String> {
-    match text.split_once('=') {
-        Some((key, value)) if !key.trim().is_empty() => {
-            Ok((key.trim().to_owned(), value.trim().to_owned()))
-        }
-        _ => Err("KEY=VALUE is required".to_owned()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory;
@@ -391,28 +337,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_that_no_memory_holds_are_refused() {
-        assert_eq!(whole_number("1000000"), Ok(POINTS_MOST));
-        for text in [
-            "0",
-            "1000001",
-            "9223372036854775807",
-            "18446744073709551616",
-        ] {
-            let error = whole_number(text).unwrap_err();
-            assert_eq!(error, "it must be a whole number from 1 to 1000000");
-        }
-    }
-
-    #[test]
     fn command_line_definition_is_consistent() {
         Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn setting_is_split_at_first_equals_sign() {
-        let parsed = key_value("plant.step = a=b").unwrap();
-        assert_eq!(parsed, ("plant.step".to_owned(), "a=b".to_owned()));
-        assert!(key_value("plant.step").is_err() && key_value("=1").is_err());
     }
 }

@@ -33,7 +33,14 @@ impl Document {
     pub fn read(path: &Path) -> Result<Self, DocumentError> {
         let file = path.display().to_string();
         match read_file(path, TEXT_MOST) {
-            Err(error) => Err(Problem::of_file(file, unreadable(&error), "").into()),
+            Err(error) => {
+                let help = if file == "-" {
+                    "this command does not read standard input: give a file"
+                } else {
+                    ""
+                };
+                Err(Problem::of_file(file, unreadable(&error), help).into())
+            }
             Ok(bytes) => Document::from_bytes(&file, bytes),
         }
     }

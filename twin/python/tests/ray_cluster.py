@@ -86,6 +86,8 @@ def main(nodes: int, folder: str) -> None:
     from ray.cluster_utils import Cluster as Machines
 
     common: dict[str, Any] = {"object_store_memory": STORE_BYTES, "include_dashboard": False}
+    # Ray writes the address of a cluster there, and makes the folder of others only.
+    Path("/tmp/ray").mkdir(exist_ok=True)
     machines = Machines()
     head = machines.add_node(num_cpus=0, temp_dir=folder, **common)
     others = [machines.add_node(num_cpus=1, **common) for _ in range(nodes)]

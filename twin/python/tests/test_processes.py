@@ -159,4 +159,4 @@ def test_console_script_is_the_program(folder: Path) -> None:
     assert call("run", TROT, "--no-record")[0] == 0
     assert call("run", "nonsense.toml")[0] == 2
     code, out = call("--version")
-    assert (code, out) == (0, f"twin {twinrig.__version__}\n")
+    assert code == 0 and out.startswith(f"twin {twinrig.__version__}\n")

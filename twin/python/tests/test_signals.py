@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +45,8 @@ def test_run_and_recording_have_the_same_numbers(
     for field in run.footsteps.dtype.names or ():
         kept, written = run.footsteps[field], read.footsteps[field]
         assert np.array_equal(kept, written, equal_nan=field != "leg")
-    assert run.expectations == read.expectations and run.verdict == read.verdict
+    without_file = [replace(one, file=None) for one in run.expectations]
+    assert without_file == read.expectations and run.verdict == read.verdict
     assert (run.fingerprint, run.seed) == (read.fingerprint, read.seed)
     a, b = run.frames(in_parents=True), read.frames(in_parents=True)
     assert list(a) == list(b)

@@ -100,11 +100,10 @@ def test_missing_runs_have_no_columns(tmp_path: Path) -> None:
 
 
 def test_run_with_an_error_is_a_row(tmp_path: Path) -> None:
-    # A coefficient of friction of 1e300 overflows.
-    values = {"key": "plant.ground.friction", "values": [0.5, 1e300]}
-    spec = {**SPEC, "design": "grid", "dimension": [values]}
-    del spec["points"]
-    sweep = twinrig.sweep(TROT, spec, out=tmp_path)
+    # The devices of the bus need more than 10 ms to open.
+    values = {"key": "until", "values": ["500 ms", "10 ms"]}
+    spec = {"name": "short", "design": "grid", "dimension": [values]}
+    sweep = twinrig.sweep("scenarios/oncilla-trot.toml", spec, out=tmp_path)
     assert (sweep.verdict, sweep.counts["error"]) == ("error", 1)
     assert sweep.columns()["verdict"].tolist() == [row["verdict"] for row in sweep.rows]
     assert sweep.rows[0]["error"] is None and sweep.rows[1]["error"]

@@ -111,6 +111,24 @@ pub struct ExpectationMessage {
     pub first_violation_s: Option<f64>,
     /// Leg and footstep concerned, or the reason for `unobserved`.
     pub detail: String,
+    /// Leg of the measured value.
+    pub leg: Option<String>,
+    /// Signal of the measured value.
+    pub signal: Option<String>,
+    /// Element of a signal with several, counted from 0.
+    pub element: Option<u32>,
+    /// Instant of the measured value, since the start of the run \[s\].
+    pub instant_s: Option<f64>,
+    /// The same instant on the time line of recordings \[s\].
+    pub recording_s: Option<f64>,
+    /// Value of the signal at the instant.
+    pub value: Option<f64>,
+    /// Least accepted value.
+    pub min: Option<f64>,
+    /// Greatest accepted value.
+    pub max: Option<f64>,
+    /// Line of the scenario, counted from 1.
+    pub line: Option<u32>,
 }
 
 fn nan() -> f64 {
@@ -267,11 +285,23 @@ impl ExpectationMessage {
         to.text(&self.unit);
         to.f64(number(self.first_violation_s));
         to.text(&self.detail);
+        to.text(self.leg.as_deref().unwrap_or_default());
+        to.text(self.signal.as_deref().unwrap_or_default());
+        to.u32(self.element.map_or(0, |element| element.saturating_add(1)));
+        let times = [self.instant_s, self.recording_s];
+        for value in times.into_iter().chain([self.value, self.min, self.max]) {
+            to.f64(number(value));
+        }
+        to.u32(self.line.unwrap_or(0));
     }
 
     fn read(from: &mut CdrReader<'_>) -> Option<Self> {
         let (name, verdict, optional) = (from.text()?, from.text()?, from.bool()?);
         let [measured, bound, other_bound, margin] = from.f64s()?.map(no_nan);
+        let (unit, first_violation_s) = (from.text()?, no_nan(from.f64()?));
+        let (detail, leg, signal) = (from.text()?, from.text()?, from.text()?);
+        let element = from.u32()?.checked_sub(1);
+        let [instant_s, recording_s, value, min, max] = from.f64s()?.map(no_nan);
         Some(Self {
             name,
             verdict,
@@ -280,9 +310,18 @@ impl ExpectationMessage {
             bound,
             other_bound,
             margin,
-            unit: from.text()?,
-            first_violation_s: no_nan(from.f64()?),
-            detail: from.text()?,
+            unit,
+            first_violation_s,
+            detail,
+            leg: not_empty(leg),
+            signal: not_empty(signal),
+            element,
+            instant_s,
+            recording_s,
+            value,
+            min,
+            max,
+            line: from.u32().map(|line| (line > 0).then_some(line))?,
         })
     }
 }
@@ -332,7 +371,21 @@ mod tests {
             verdict: "fail".to_owned(),
             interrupted: true,
             error: Some("µ".to_owned()),
-            expectations: vec![ExpectationMessage::default(); 3],
+            expectations: vec![
+                ExpectationMessage::default(),
+                ExpectationMessage {
+                    leg: Some("LF".to_owned()),
+                    signal: Some("body/rpy".to_owned()),
+                    element: Some(0),
+                    instant_s: Some(0.5),
+                    recording_s: Some(1.5),
+                    value: Some(-0.25),
+                    min: Some(-1.0),
+                    max: Some(1.0),
+                    line: Some(41),
+                    ..ExpectationMessage::default()
+                },
+            ],
         });
     }
 

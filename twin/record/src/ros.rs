@@ -90,7 +90,16 @@ const DEFINITIONS: [(&str, &str); 22] = [
          float64 margin           # distance to the limit, negative on its wrong side\n\
          string unit              # of measured, bound and margin\n\
          float64 first_violation_s\n\
-         string detail            # which leg, which footstep, why unobserved\n",
+         string detail            # which leg, which footstep, why unobserved\n\
+         string leg               # of the measured value\n\
+         string signal            # of the measured value\n\
+         uint32 element           # of the signal, counted from 1; 0: none\n\
+         float64 instant_s        # of the measured value, since the start of the run\n\
+         float64 recording_s      # the same instant in the recording\n\
+         float64 value            # of the signal at the instant\n\
+         float64 min              # least accepted value\n\
+         float64 max              # greatest accepted value\n\
+         uint32 line              # of the scenario, counted from 1\n",
     ),
     (
         "twinrig/Verdict",

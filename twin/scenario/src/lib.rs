@@ -89,6 +89,7 @@ mod scenario;
 mod scene;
 mod schema;
 mod sequence;
+mod until;
 
 pub use actuator::{ActuatorKind, ActuatorSpec, ServoOverride, SetPointKind};
 pub use catalogue::{Catalogue, Kind, VariableSpec};

@@ -11,6 +11,7 @@ use crate::expect::{BodyClaim, Claim, Expectation};
 use crate::language::Words;
 use crate::loads::{PayloadSpec, SurfaceSpec};
 use crate::options::Options;
+use crate::scene::LeftOut;
 
 /// A value that overrides one of the scenario file, as `--set KEY=VALUE` and `--plant MODEL` do.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -52,7 +53,7 @@ pub struct Scenario {
     pub robot: Option<Placed<String>>,
     /// Replaced values of the robot file.
     pub overrides: Overrides,
-    /// Duration of the run.
+    /// Duration of the run: that of the file, or `until` if it is shorter.
     pub duration: SimDuration,
     /// Seed of all random streams.
     pub seed: u64,
@@ -89,6 +90,8 @@ pub struct Scenario {
     pub expectations: Vec<Expectation>,
     /// Expectations of other plants than this one.
     pub of_other_plants: Vec<Expectation>,
+    /// Parts left out because `until` ends the run before them.
+    pub beyond_end: Vec<LeftOut>,
     /// Accepted values that are probably mistakes.
     pub warnings: Vec<Warning>,
 }

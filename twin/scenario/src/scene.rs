@@ -249,16 +249,16 @@ impl Scenario {
                 why: why.to_owned(),
             });
         };
+        for LeftOut { part, why } in &self.beyond_end {
+            omit(part, why);
+        }
         for (part, why) in self.omitted_robot_parts() {
             omit(part, why);
         }
         for expectation in &self.of_other_plants {
             let plants = expectation.plants.join(", ");
-            let part = format!("expectation that {}", expectation.name);
-            omit(
-                &part,
-                &format!("it is about {plants}, not {}", self.plant.model),
-            );
+            let why = format!("it is about {plants}, not {}", self.plant.model);
+            omit(&expectation.part(), &why);
         }
         if self.controller.is_none() {
             omit("controller", "there is no [controller]");

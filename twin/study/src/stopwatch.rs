@@ -12,6 +12,9 @@ use twinrig_runtime::interrupt;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stopwatch(Instant);
 
+/// Resolution of the clocks \[s\].
+const RESOLUTION_S: f64 = 1e-9;
+
 /// Wall clock that does not count the time for which this thread waited for a processor, where the
 /// system reports it: other programs then affect a run time by caches and frequency only.
 #[derive(Clone, Copy, Debug)]
@@ -23,16 +26,20 @@ pub struct RunStopwatch {
 impl RunStopwatch {
     /// Starts a stopwatch of this thread.
     pub fn start() -> Self {
+        // The wall clock starts before and stops after the count of waiting time, which is thereby
+        // a part of the wall time, also where the thread waits between the two.
+        let wall = Stopwatch::start();
         Self {
+            wall,
             waited_s: waited_s(),
-            wall: Stopwatch::start(),
         }
     }
 
     /// Returns the time since the start \[s\].
     pub fn elapsed_s(self) -> f64 {
-        let wall_s = self.wall.elapsed_s();
-        (wall_s - (waited_s() - self.waited_s).max(0.0)).max(0.0)
+        let waited_s = waited_s() - self.waited_s;
+        // The two are of different clocks.
+        (self.wall.elapsed_s() - waited_s).max(RESOLUTION_S)
     }
 }
 
@@ -94,6 +101,9 @@ mod tests {
             std::hint::spin_loop();
         }
         let elapsed_s = run.elapsed_s();
-        assert!((0.0..=wall.elapsed_s()).contains(&elapsed_s), "{elapsed_s}");
+        assert!(
+            (RESOLUTION_S..=wall.elapsed_s()).contains(&elapsed_s),
+            "{elapsed_s}"
+        );
     }
 }

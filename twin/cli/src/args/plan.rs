@@ -11,7 +11,7 @@ use super::{key_value, seconds, whole_number};
 pub struct PlanArgs {
     /// Scenario file
     pub scenario: PathBuf,
-    /// Set a key of the scenario: plant.step="0.5 ms"
+    /// Set a key of the scenario: plant.step="0.5 ms", seed=2
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
     pub set: Vec<(String, String)>,
     /// Plan with this plant; short for --set plant.model=MODEL. With --sufficient: consider this

@@ -136,7 +136,8 @@ fn named_legs(ports: &[Port]) -> Vec<LegFact> {
 impl FiledRobot {
     fn of(file: &RobotFile, scenario: &Scenario) -> Result<Self, TwinError> {
         let robot = file.robot();
-        let mut robot = robot.map_err(|error| sources::placed(error, scenario))?;
+        let placed = |error| sources::placed(error, scenario.robot.as_ref(), &scenario.file);
+        let mut robot = robot.map_err(placed)?;
         let payloads = scenario.plant.payloads.iter();
         let point = |load: &PayloadSpec| PointMass {
             mass: load.mass,

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use twinrig_document::{Document, DocumentError, Item, Overrides, Problem};
-use twinrig_robot::{RobotError, RobotFile};
+use twinrig_document::{Document, DocumentError, Item, Overrides, Placed, Problem};
+use twinrig_robot::{Robot, RobotError, RobotFile};
 use twinrig_scenario::{Scenario, Setting};
 
 use crate::assembly::body::Body;
@@ -15,8 +15,8 @@ use crate::parts::constraints::DefaultRules;
 pub(crate) const SCENARIO_FILE: &str = "scenario.toml";
 pub(crate) const ROBOT_FILE: &str = "robot.toml";
 
-/// Substitute for a robot that cannot be read.
-const ANY_ROBOT: &str = "cheetah-cub";
+/// Substitutes for a robot that cannot be read: their lengths differ.
+const ANY_ROBOTS: [&str; 2] = ["cheetah-cub", "oncilla"];
 
 /// Documents of an assembly.
 pub(crate) struct Sources {
@@ -36,7 +36,7 @@ pub(crate) struct Sources {
 #[derive(Default)]
 struct Peeked {
     /// Name of the robot.
-    robot: Option<String>,
+    robot: Option<Placed<String>>,
     /// Overrides of its values.
     overrides: Overrides,
 }
@@ -65,43 +65,57 @@ impl Sources {
             robot: word,
             overrides,
         } = self.peek(settings);
-        let find = |word: &str| match &self.robot {
+        let parse = |robot: Option<&Robot>| self.parse(registry, settings, robot);
+        let Some(word) = word else {
+            let [any, _] = substitutes();
+            return match parse(any.as_ref()) {
+                Ok(scenario) => Ok((scenario, None)),
+                Err(error) => Err(of_any_robot(parse).unwrap_or(error).into()),
+            };
+        };
+        match self.robot(&word.value, &overrides) {
+            Ok((file, robot)) => Ok((parse(Some(&robot))?, Some(file))),
+            Err(error) => {
+                let mut error = placed(error, Some(&word), self.document.file());
+                let further = of_any_robot(parse).into_iter();
+                let further = further.flat_map(|error| error.problems);
+                error.problems.extend(further);
+                Err(error.into())
+            }
+        }
+    }
+
+    /// Reads the robot `name` with `overrides`.
+    fn robot(&self, name: &str, overrides: &Overrides) -> Result<(RobotFile, Robot), RobotError> {
+        let mut file = match &self.robot {
             Some(text) => RobotFile::parse(ROBOT_FILE, text),
             // A file that a recording lacks is not searched on disk, where it may have changed.
             None if self.kept.is_some() => Err(RobotError::NotFound {
-                name: word.to_owned(),
+                name: name.to_owned(),
                 help: "the recording does not keep it".to_owned(),
             }),
-            None => RobotFile::find(word, &self.folder),
-        };
-        let replaced = |mut file: RobotFile| {
-            let sound = file.robot().is_ok();
-            file.override_with(&overrides)?;
-            match file.robot() {
-                Ok(robot) => Ok((file, robot)),
-                Err(error) if sound => Err(blamed(error, file.file(), &overrides)),
-                Err(error) => Err(error),
-            }
-        };
-        let found = word.map(|word| find(&word).and_then(replaced)).transpose();
-        let robot = found.as_ref().ok().and_then(Option::as_ref);
-        let robot = robot.map(|(_, robot)| robot.clone());
-        // Any robot suffices to check the rest of a scenario whose robot cannot be read.
-        let robot = robot.or_else(|| RobotFile::find(ANY_ROBOT, Path::new("")).ok()?.robot().ok());
-        let mut catalogue = registry.catalogue(robot.as_ref());
-        catalogue.share_plant_options(self.shared_options);
-        let scenario = Scenario::parse(
-            self.document.file(),
-            self.document.text(),
-            &self.folder,
-            settings,
-            &catalogue,
-        );
-        let scenario = scenario?;
-        match found {
-            Ok(found) => Ok((scenario, found.map(|(file, _)| file))),
-            Err(error) => Err(placed(error, &scenario)),
+            None => RobotFile::find(name, &self.folder),
+        }?;
+        let sound = file.robot().is_ok();
+        file.override_with(overrides)?;
+        match file.robot() {
+            Ok(robot) => Ok((file, robot)),
+            Err(error) if sound => Err(blamed(error, file.file(), overrides)),
+            Err(error) => Err(error),
         }
+    }
+
+    /// Reads the scenario with the keys that `robot` has.
+    fn parse(
+        &self,
+        registry: &Registry,
+        settings: &[Setting],
+        robot: Option<&Robot>,
+    ) -> Result<Scenario, DocumentError> {
+        let mut catalogue = registry.catalogue(robot);
+        catalogue.share_plant_options(self.shared_options);
+        let (file, text) = (self.document.file(), self.document.text());
+        Scenario::parse(file, text, &self.folder, settings, &catalogue)
     }
 
     /// Reads the scenario and the robot and model that it simulates.
@@ -124,8 +138,8 @@ impl Sources {
         }
         let mut found = Peeked::default();
         let _ = document.check(|table| {
-            if let Some(Ok(word)) = table.get("robot").map(|item| item.text()) {
-                found.robot = Some(word.to_owned());
+            if let Some(Ok(word)) = table.get("robot").map(|item| item.placed_text()) {
+                found.robot = Some(word);
             }
             if let Some(Ok(overrides)) = table.get("override").as_ref().map(Item::overrides) {
                 found.overrides = overrides;
@@ -134,6 +148,28 @@ impl Sources {
         });
         found
     }
+}
+
+/// Returns the robots of [`ANY_ROBOTS`]; the legs of the second have names that no robot has.
+fn substitutes() -> [Option<Robot>; 2] {
+    let read = |name| RobotFile::find(name, Path::new("")).ok()?.robot().ok();
+    let [one, mut other] = ANY_ROBOTS.map(read);
+    for mount in other.iter_mut().flat_map(|robot| &mut robot.legs) {
+        mount.name.push('~');
+    }
+    [one, other]
+}
+
+/// Returns the problems that a scenario has with any robot. A problem with one substitute alone, as
+/// a height that is out of its reach, may be none with the robot that is meant.
+fn of_any_robot(
+    parse: impl Fn(Option<&Robot>) -> Result<Scenario, DocumentError>,
+) -> Option<DocumentError> {
+    let [one, other] = substitutes().map(|robot| parse(robot.as_ref()).err());
+    let (mut one, other) = (one?, other?);
+    one.problems
+        .retain(|problem| other.problems.contains(problem));
+    (!one.problems.is_empty()).then_some(one)
 }
 
 /// Adds the overridden keys to the help of each problem in `file`, which is valid without
@@ -156,18 +192,20 @@ fn blamed(error: RobotError, file: &str, overrides: &Overrides) -> RobotError {
     RobotError::Document(error)
 }
 
-/// Places the error at the scenario's `robot` key.
-pub(crate) fn placed(error: RobotError, scenario: &Scenario) -> TwinError {
+/// Places the error at `robot`, the key of the scenario in `file`.
+pub(crate) fn placed(
+    error: RobotError,
+    robot: Option<&Placed<String>>,
+    file: &str,
+) -> DocumentError {
     match error {
-        RobotError::Document(error) => error.into(),
-        RobotError::NotFound { ref name, ref help } => {
+        RobotError::Document(error) => error,
+        RobotError::NotFound { name, help } => {
             let message = format!("there is no robot `{name}`");
-            match &scenario.robot {
-                Some(robot) => robot.error(message, help).into(),
+            match robot {
+                Some(robot) => robot.error(message, help),
                 // None is looked for then.
-                None => TwinError::Document(DocumentError {
-                    problems: vec![Problem::of_file(&scenario.file, message, help)],
-                }),
+                None => Problem::of_file(file, message, help).into(),
             }
         }
     }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use twinrig_document::{DocumentError, Problem, Warning, escaped};
 
-use super::{FAILURE, SUCCESS, Terminal, settings};
+use super::{FAILURE, SUCCESS, Terminal, settings, source};
 use crate::args::CheckArgs;
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
@@ -24,9 +24,9 @@ pub(super) fn check(registry: &Registry, args: &CheckArgs, terminal: &mut Termin
     let settings = settings(&args.settings);
     let mut code = SUCCESS;
     for path in &args.scenarios {
-        let file = path.display().to_string();
+        let file = source::name(path);
         let checked = guarded(&file, || {
-            build(&Assembly::of_file(registry, path, &settings)?)
+            build(&source::assembly(registry, path, &settings)?)
         });
         let (checked, warnings) = match checked {
             Ok((name, warnings)) if args.strict && !warnings.is_empty() => {

@@ -20,6 +20,7 @@ mod replay;
 mod run;
 mod schema;
 mod serve;
+mod source;
 mod study;
 mod sweep;
 mod thesis;
@@ -28,14 +29,15 @@ pub use plan::plan_json;
 pub use run::recording_path;
 
 use std::ffi::OsString;
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::process::ExitCode;
 
 use anstream::adapter::strip_str;
 use anstream::{AutoStream, ColorChoice};
+use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, FromArgMatches};
 use serde::Serialize;
-use twinrig_document::{Warning, escaped};
+use twinrig_document::{Warning, escaped, nearest};
 use twinrig_runtime::catch_panic;
 use twinrig_scenario::Setting;
 
@@ -46,6 +48,10 @@ use crate::report::layout::laid_out;
 use crate::report::style::harmless;
 use crate::report::width::{columns, error_columns, fit, fit_message};
 
+/// Notice of a debug build. Measured, in processor time of release builds: bench 44, oncilla-trot
+/// 69, trot 79.
+const DEBUG_BUILD: &str = "this is a debug build, in which runs take 40 to 80 times as long as \
+                           with --release";
 /// Exit code: success.
 const SUCCESS: u8 = 0;
 /// Exit code: negative result, such as a failed expectation or a difference between recordings.
@@ -205,7 +211,24 @@ fn parse(
     let words = name.chain(arguments.into_iter().map(Into::into));
     // 0: no limit.
     let command = Cli::command().term_width(columns.unwrap_or(0));
-    Cli::from_arg_matches(&command.try_get_matches_from(words)?)
+    let matches = command.try_get_matches_from(words);
+    let parsed = matches.and_then(|matches| Cli::from_arg_matches(&matches));
+    parsed.map_err(with_suggestion)
+}
+
+/// Sets the nearest command in the error of an unknown one: clap's measure of likeness has none for
+/// short words with transposed letters, and several for others.
+fn with_suggestion(mut error: clap::Error) -> clap::Error {
+    let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else {
+        return error;
+    };
+    let commands = Cli::command();
+    let names = commands.get_subcommands().map(clap::Command::get_name);
+    if let Some(near) = nearest(word, names) {
+        let near = ContextValue::Strings(vec![near.to_owned()]);
+        error.insert(ContextKind::SuggestedSubcommand, near);
+    }
+    error
 }
 
 /// Runs the program with the given command-line arguments and output streams, for tests: without
@@ -259,6 +282,10 @@ fn no_command(
 fn dispatch(registry: &Registry, cli: Cli, terminal: &mut Terminal<'_>) -> u8 {
     let json = cli.command.json();
     terminal.styles = cli.color.styles(terminal.styles);
+    let is_attended = terminal.interactive && std::io::stderr().is_terminal();
+    if cfg!(debug_assertions) && is_attended && cli.command.simulates() {
+        terminal.note(DEBUG_BUILD);
+    }
     let done = catch_panic(|| command(registry, cli.command, terminal));
     let code = done.unwrap_or_else(|source| {
         let file = String::new();

@@ -20,7 +20,7 @@ use self::loads::Loads;
 use self::push::PlannedPush;
 use self::sensor::{Sensor, sensed};
 use self::tables::{diagnostics, signals, undriven, wired};
-use super::{FAILURE, SUCCESS, Terminal, settings};
+use super::{FAILURE, SUCCESS, Terminal, settings, source};
 use crate::args::{PlanArgs, Settings};
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
@@ -145,7 +145,7 @@ fn planned<'r>(registry: &'r Registry, args: &PlanArgs) -> Result<(Plan, Assembl
     };
     let set = args.set.clone();
     let settings = settings(&Settings { set, plant });
-    let assembly = Assembly::of_file(registry, &args.scenario, &settings)?;
+    let assembly = source::assembly(registry, &args.scenario, &settings)?;
     Ok((of(registry, &assembly)?, assembly))
 }
 

@@ -143,7 +143,7 @@ impl<'s, 'a> PlantComparison<'s, 'a> {
             let report = self.session.run(self.path, Some(plant), terminal);
             self.session.show(report, terminal);
             if interrupt::is_requested() {
-                return Status::Pass.exit_code();
+                return Status::Error.exit_code();
             }
         }
         let reports = &self.session.reports[first_report..];

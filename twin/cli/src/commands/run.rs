@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use twinrig_document::quoted;
 use twinrig_record::Fingerprint;
 use twinrig_scenario::{Scenario, Setting};
 
 use super::plant_comparison::{self, PlantComparison};
-use super::{PLANT_KEY, Terminal, outputs, settings};
+use super::{PLANT_KEY, Terminal, outputs, settings, source};
 use crate::args::{RunArgs, Settings};
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
@@ -34,17 +35,18 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
         reports: Vec::new(),
         error: None,
     };
+    let _budget = args.budget.map(interrupt::end_after);
     let mut worst = Status::Pass.exit_code();
     for path in &args.scenarios {
-        if args.plant.len() > 1 {
+        if interrupt::is_requested() {
+            let report = Report::of_error(&source::name(path), interrupt::not_run());
+            session.show(report, terminal);
+        } else if args.plant.len() > 1 {
             let code = PlantComparison::new(&mut session, path).run(terminal);
             worst = worst.max(code);
         } else {
             let report = session.run(path, args.plant.first(), terminal);
             session.show(report, terminal);
-        }
-        if interrupt::is_requested() {
-            break;
         }
     }
     let reports = session.reports;
@@ -98,7 +100,7 @@ impl<'a> Session<'a> {
         plant: Option<&String>,
         terminal: &mut Terminal<'_>,
     ) -> Report {
-        let file = path.display().to_string();
+        let file = source::name(path);
         let report = guarded(&file, || {
             let assembly = self.assembly(path, plant)?;
             self.warn(&assembly, terminal);
@@ -131,12 +133,17 @@ impl<'a> Session<'a> {
         path: &Path,
         plant: Option<&String>,
     ) -> Result<Assembly<'a>, TwinError> {
-        let settings: Vec<Setting> = settings(&Settings {
+        let mut settings: Vec<Setting> = settings(&Settings {
             set: self.args.set.clone(),
             plant: plant.cloned(),
         });
-        guarded(&path.display().to_string(), || {
-            Assembly::of_file(self.registry, path, &settings)
+        settings.extend(self.args.until.as_ref().map(|until| Setting {
+            origin: "--until".to_owned(),
+            key: "until".to_owned(),
+            value: quoted(until),
+        }));
+        guarded(&source::name(path), || {
+            source::assembly(self.registry, path, &settings)
         })
     }
 
@@ -181,7 +188,7 @@ impl<'a> Session<'a> {
 
 /// Returns the report of a run that could not start.
 pub(super) fn error_of(path: &Path, error: &TwinError) -> Report {
-    Report::of_error(&path.display().to_string(), error.to_string())
+    Report::of_error(&source::name(path), error.to_string())
 }
 
 /// Returns the devices with the names of their buses.

@@ -33,6 +33,7 @@
 //! # Ok::<(), FrameError>(())
 //! ```
 
+pub use twinrig_document::Range;
 pub use twinrig_kernel::{
     Direction, HostTime, LocalDuration, LocalTime, Port, SimDuration, SimTime, Snapshot,
     SnapshotError, Stream, Unit, signal, stream,

@@ -43,6 +43,7 @@
 //! assert!(registry.controllers().any(|name| name == "hold"));
 //! ```
 
+pub use twinrig_document::Range;
 pub use twinrig_estimate as estimate;
 pub use twinrig_gait as gait;
 pub use twinrig_kernel::{

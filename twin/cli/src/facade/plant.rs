@@ -72,7 +72,7 @@ pub use twinrig_actuator as actuator;
 pub use twinrig_contact as contact;
 pub use twinrig_legged as legged;
 
-pub use twinrig_document::DocumentError;
+pub use twinrig_document::{DocumentError, Range};
 pub use twinrig_kernel::{
     Direction, Field, Layout, Port, SignalKind, SimDuration, SimTime, Snapshot, SnapshotError,
     Unit, signal,

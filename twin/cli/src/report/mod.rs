@@ -296,6 +296,8 @@ impl Line {
     /// Converts the outcome to a message of a recording.
     pub(crate) fn message(&self) -> ExpectationMessage {
         let outcome = &self.outcome;
+        let witness = &outcome.witness;
+        let [min, max] = table::limits(outcome);
         let verdict = match outcome.verdict {
             Verdict::Pass => "pass",
             Verdict::Fail => "fail",
@@ -312,6 +314,15 @@ impl Line {
             unit: outcome.unit.symbol().to_owned(),
             first_violation_s: outcome.first_violation.map(|at| seconds(at.as_nanos())),
             detail: outcome.detail.clone(),
+            leg: witness.leg.clone(),
+            signal: witness.signal.clone(),
+            element: witness.element.and_then(|element| element.try_into().ok()),
+            instant_s: witness.at.map(|at| seconds(at.as_nanos())),
+            recording_s: witness.at.map(recording_s),
+            value: witness.value,
+            min,
+            max,
+            line: outcome.place.line().try_into().ok(),
         }
     }
 }

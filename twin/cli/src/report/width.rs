@@ -1,6 +1,7 @@
 //! Width of the terminal, and text that fits it.
 
-use terminal_size::{Height, Width};
+use std::io::IsTerminal;
+
 use unicode_width::UnicodeWidthChar;
 
 /// Least width for which text is laid out \[columns\].
@@ -15,17 +16,19 @@ const RESET: &str = "\u{1b}[0m";
 /// Returns the columns of standard output: `COLUMNS`, else the size of the terminal; none for files
 /// and pipes, whose lines are not limited. At least 40.
 pub fn columns() -> Option<usize> {
-    limit(|| terminal_size::terminal_size_of(std::io::stdout()))
+    limit(std::io::stdout().is_terminal())
 }
 
 /// Returns the columns of standard error, as [`columns`] does.
 pub fn error_columns() -> Option<usize> {
-    limit(|| terminal_size::terminal_size_of(std::io::stderr()))
+    limit(std::io::stderr().is_terminal())
 }
 
-fn limit(of_terminal: impl FnOnce() -> Option<(Width, Height)>) -> Option<usize> {
+fn limit(is_terminal: bool) -> Option<usize> {
     let named = std::env::var("COLUMNS").ok();
     let named = named.and_then(|text| text.trim().parse().ok());
+    // The first of the program's streams that is a terminal has the size of all of them.
+    let of_terminal = || is_terminal.then(terminal_size::terminal_size).flatten();
     named
         .filter(|columns| *columns > 0)
         .or_else(|| of_terminal().map(|(wide, _)| usize::from(wide.0)))

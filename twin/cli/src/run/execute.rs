@@ -160,7 +160,7 @@ impl Course {
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Stopped {
     /// Interrupt by the user.
-    #[error("interrupted at {0}")]
+    #[error("{}", interrupt::message(*.0))]
     Interrupted(SimTime),
     /// Failure of a part.
     #[error(transparent)]

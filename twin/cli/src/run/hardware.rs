@@ -60,7 +60,7 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
     } = observer;
     let (reached, error) = match ended {
         Ok(Ended::Duration) => (assembly.end(), too_slow(&times)),
-        Ok(Ended::Stopped | Ended::HungUp) => (reached, Some(format!("interrupted at {reached}"))),
+        Ok(Ended::Stopped | Ended::HungUp) => (reached, Some(interrupt::message(reached))),
         Err(error) => (reached, Some(failure(assembly, &execution.ports, error))),
     };
     let course = Course {

@@ -1,11 +1,17 @@
-//! Handling of SIGINT and SIGTERM: a run ends after the current instant, with a complete recording.
+//! Handling of SIGINT and SIGTERM, and of a budget of wall-clock time: a run ends after the current
+//! instant, with a complete recording.
 
 use std::io::Write;
-use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
+#[cfg(feature = "cli")]
+use std::sync::mpsc;
+use std::sync::{Once, OnceLock};
 use std::time::Duration;
 
+use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::interrupt;
+
+use crate::report::seconds;
 
 static HANDLER: Once = Once::new();
 /// Whether the running operation has detected the interrupt request.
@@ -24,7 +30,7 @@ const GRACE_PERIOD_ON_HARDWARE: Duration = Duration::from_secs(15);
 #[cfg(feature = "cli")]
 pub fn listen() {
     HANDLER.call_once(|| {
-        let (sender, receiver) = std::sync::mpsc::channel();
+        let (sender, receiver) = mpsc::channel();
         // Without a handler a signal terminates the program, and the recording is readable up to
         // its last flush, so a failure to install it is ignored.
         let _ = ctrlc::set_handler(move || {
@@ -40,6 +46,51 @@ pub fn listen() {
             }
         });
     });
+}
+
+/// Budget that is used up.
+static USED_UP: OnceLock<SimDuration> = OnceLock::new();
+
+/// Budget of wall-clock time, which counts until this value is dropped.
+#[cfg(feature = "cli")]
+pub struct Budget {
+    _end: mpsc::Sender<()>,
+}
+
+/// Requests the end of the program after `budget` of wall-clock time, as the first signal does.
+#[cfg(feature = "cli")]
+pub fn end_after(budget: SimDuration) -> Budget {
+    let (sender, receiver) = mpsc::channel::<()>();
+    let thread = std::thread::Builder::new().name("budget".to_owned());
+    // Without the thread the run is as long as without a budget.
+    let _ = thread.spawn(move || {
+        let left = Duration::from_nanos(budget.as_nanos());
+        if receiver.recv_timeout(left) == Err(mpsc::RecvTimeoutError::Timeout) {
+            let _ = USED_UP.set(budget);
+            interrupt::request();
+            exit_unless_acknowledged();
+        }
+    });
+    Budget { _end: sender }
+}
+
+/// Returns the reason of an interrupt, for messages: empty for a signal.
+fn reason() -> String {
+    USED_UP.get().map_or_else(String::new, |budget| {
+        let seconds = seconds(budget.as_nanos());
+        format!(": the budget of {seconds} s is used up")
+    })
+}
+
+/// Returns the message of a run that was interrupted at `at`.
+pub fn message(at: SimTime) -> String {
+    format!("interrupted at {at}{}", reason())
+}
+
+/// Returns the message of a run that did not start because of an interrupt.
+#[cfg(feature = "cli")]
+pub fn not_run() -> String {
+    format!("not run, since the command was interrupted{}", reason())
 }
 
 fn exit_unless_acknowledged() {

@@ -29,6 +29,8 @@ mod recordings;
 mod robustness;
 mod run_observer;
 mod schema;
+#[cfg(unix)]
+mod shortened;
 mod studies;
 mod sufficient;
 mod sweep;

@@ -38,7 +38,7 @@ class Expectation:
     detail: str
     """Leg and footstep concerned, or the reason for ``unobserved``; may be empty."""
     leg: str | None = None
-    """Leg of the measured value; this and the following are ``None`` in recordings."""
+    """Leg of the measured value."""
     signal: str | None = None
     """Signal of the measured value."""
     element: int | None = None
@@ -54,7 +54,7 @@ class Expectation:
     max: float | None = None
     """Greatest accepted value."""
     file: str | None = None
-    """File of the expectation."""
+    """File of the expectation; ``None`` in recordings, which contain the scenario itself."""
     line: int | None = None
     """Line in it, counted from 1."""
     ensemble: dict[str, Any] | None = None

@@ -190,7 +190,7 @@ pub(super) fn outcome(expectation: &Expectation, finding: Finding) -> Outcome {
     let finite = |value: f64| value.is_finite().then_some(value);
     let numbers = finding.comparison;
     let unit = match resolve::unit(&expectation.claim) {
-        Unit::Meter if finding.detail.starts_with(TILT) => Unit::Radian,
+        Unit::Meter if finding.detail.contains(TILT) => Unit::Radian,
         unit => unit,
     };
     Outcome {

@@ -179,9 +179,11 @@ pub(crate) struct Upright {
     heights: Extremes,
     tilts: Extremes,
     fallen_at: Option<SimTime>,
+    /// Side to which it first was tilted too far.
+    side: &'static str,
 }
 
-/// Detail of a finding of [`Upright`] whose values are angles instead of heights.
+/// Part of the detail of a finding of [`Upright`] whose values are angles instead of heights.
 pub(crate) const TILT: &str = "greatest tilt";
 
 impl Upright {
@@ -195,6 +197,7 @@ impl Upright {
             heights: Extremes::default(),
             tilts: Extremes::default(),
             fallen_at: None,
+            side: "",
         }
     }
 
@@ -225,6 +228,14 @@ impl Upright {
         if !(height >= min_height && tilt <= self.tilt) && self.fallen_at.is_none() {
             self.fallen_at = Some(now);
         }
+        if tilt > self.tilt && self.side.is_empty() {
+            self.side = match (element == self.roll, values[element] > 0.0) {
+                (true, true) => "to the right, ",
+                (true, false) => "to the left, ",
+                (false, true) => "forward, ",
+                (false, false) => "backward, ",
+            };
+        }
     }
 
     pub fn finding(&self) -> Finding {
@@ -245,7 +256,8 @@ impl Upright {
         // Of two limits with different units the one with the smaller relative margin is reported.
         if tilted.margin / self.tilt < low.margin / standing_height {
             let Site { at, element } = self.tilts.greatest_site;
-            Finding::of(tilted, self.fallen_at, TILT).seen_in(element, at, tilted.measured)
+            let detail = format!("{}{TILT}", self.side);
+            Finding::of(tilted, self.fallen_at, detail).seen_in(element, at, tilted.measured)
         } else {
             let Site { at, element } = self.heights.least_site;
             let finding = Finding::of(low, self.fallen_at, "lowest height");

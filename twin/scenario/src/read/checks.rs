@@ -23,6 +23,7 @@ pub(crate) mod code {
     pub const WITHIN: &str = "within-beyond-end";
     pub const BY: &str = "by-beyond-end";
     pub const LAG: &str = "lag-beyond-run";
+    pub const UNTIL: &str = "until-before-expectations";
     pub const NOTHING_EXPECTED: &str = "nothing-expected";
     pub const EXACT: &str = "exact-beyond-horizon";
     pub const LONG_RUN: &str = "long-run";

@@ -56,6 +56,9 @@ table! {
         r#"robot = "cheetah-cub""#, otherwise("none, with a standalone plant only");
     DURATION: SimDuration = "duration", POSITIVE_DURATION, "simulated time", r#"duration = "20 s""#,
         required();
+    UNTIL: SimDuration = "until", POSITIVE_DURATION,
+        "earlier end of the run; what begins or is judged later is left out",
+        r#"until = "1 s""#, otherwise("the end of `duration`");
     SEED: u64 = "seed", NATURAL, "seed of all random streams", "seed = 2", default("1");
     ENSEMBLE: EnsembleSpec = "ensemble", ensemble::ENSEMBLE,
         "number of runs from perturbed starts, in whose share the expectations hold",
@@ -237,11 +240,12 @@ struct Source<'s> {
 fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<Scenario, Reported> {
     use root_table::{
         BUS, DURATION, ENSEMBLE, FALL, FAULT, FOOTSTEPS, HORIZON, IO, NAME, OBSERVE, OVERRIDE,
-        PLANT, PUSH, RECORD, SEED,
+        PLANT, PUSH, RECORD, SEED, UNTIL,
     };
     let table = root_table::TABLE.of(root);
     let (name, robot) = (table.get(&NAME), robot(table, catalogue));
     let (overrides, duration) = (table.get(&OVERRIDE), table.read(&DURATION));
+    let until = table.get(&UNTIL);
     let run = *duration.as_ref().unwrap_or(&SimDuration::MAX);
     let (seed, observe) = (table.read(&SEED), table.read(&OBSERVE));
     let (ensemble, horizon) = (table.get(&ENSEMBLE), table.get(&HORIZON));
@@ -288,7 +292,7 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
     let io = io.unwrap_or_else(|| controller::io_default(controller.as_ref()));
     let footsteps = footsteps?;
     let checks = ScenarioChecks {
-        duration: duration?,
+        duration: duration?.min(until?.unwrap_or(SimDuration::MAX)),
         observe: observed,
         footsteps: &footsteps,
         plant: &plant,
@@ -298,7 +302,7 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
         of_other_plants: of_other_plants.len(),
     };
     checks.check(root)?;
-    Ok(Scenario {
+    let mut scenario = Scenario {
         name: name?.unwrap_or_else(|| stem(&source.file)),
         file: source.file,
         text: source.text,
@@ -327,8 +331,27 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
         changes: changes?,
         expectations: distinct(expectations),
         of_other_plants,
+        beyond_end: Vec::new(),
         warnings: Vec::new(),
-    })
+    };
+    end_early(table, &mut scenario, until?);
+    Ok(scenario)
+}
+
+/// Ends a run at `until`, with a warning if no expectation remains.
+fn end_early(table: Declared<'_, '_>, scenario: &mut Scenario, until: Option<SimDuration>) {
+    let (Some(until), Some(item)) = (until, table.item(&root_table::UNTIL)) else {
+        return;
+    };
+    let expected = !scenario.expectations.is_empty();
+    scenario.end_early(until);
+    if expected && scenario.expectations.is_empty() {
+        item.warn(
+            code::UNTIL,
+            "every expectation is judged later",
+            "this run cannot fail: give a later time",
+        );
+    }
 }
 
 /// Returns whether the plant refuses the actuators of a scenario.

@@ -113,13 +113,27 @@ fn fall_reports_height_or_tilt_with_its_unit() {
     // later.
     let late = outcome("body = { fall = false }\nafter = '6 s'", &sinks);
     assert_eq!(late.verdict, Verdict::Fail);
-    let rolls = Run {
-        rpy: &|ms| [if ms < 5000 { 0.0 } else { -1.0 }, 0.0, 0.0],
-        ..Run::default()
-    };
-    let tilted = outcome("body = { fall = false }", &rolls);
-    assert_eq!((tilted.verdict, tilted.unit), (Verdict::Fail, Unit::Radian));
-    assert!(close(tilted.measured, 1.0));
+    let tilts: [([f64; 2], &str); 4] = [
+        ([1.0, 0.5], "to the right"),
+        ([-1.0, 0.5], "to the left"),
+        ([-0.5, 1.0], "forward"),
+        ([0.5, -1.0], "backward"),
+    ];
+    for ([roll, pitch], side) in tilts {
+        // On its way down it is tilted elsewhere, by less than a fall.
+        let tilts = Run {
+            rpy: &|ms| match ms {
+                ..4000 => [0.0; 3],
+                4000..5000 => [-0.5 * roll, -0.5 * pitch, 0.0],
+                _ => [roll, pitch, 0.0],
+            },
+            ..Run::default()
+        };
+        let tilted = outcome("body = { fall = false }", &tilts);
+        assert_eq!((tilted.verdict, tilted.unit), (Verdict::Fail, Unit::Radian));
+        assert!(close(tilted.measured, 1.0));
+        assert!(tilted.detail.starts_with(side), "{}", tilted.detail);
+    }
 }
 
 #[test]

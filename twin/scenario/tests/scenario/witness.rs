@@ -100,7 +100,8 @@ fn settling_says_when_the_signal_was_last_outside() {
     // 10 mm · e^(−t) falls below 1 mm over its value at 10 s at ln(10 / (1 + 10 e^−10)) s.
     let expected = libm::log(10.0 / (1.0 + 10.0 * libm::exp(-10.0)));
     let last = found.witness.at.unwrap().since_start().as_secs_f64();
-    let gap = 9.0 / 16.0;
+    // A slowly falling signal is not stored as a whole.
+    let gap = 9.0 / 63.0;
     assert!(
         (expected - gap..=expected).contains(&last),
         "{last} {expected}"

@@ -13,7 +13,9 @@ const ROBOT: &str = "cheetah-cub";
 /// stands in its own scenario, bent well within the reach of a pantograph leg.
 const STRETCHED_PERCENT: f64 = 93.0;
 const BEND_PERCENT: f64 = 7.0;
-const SLIP_PERCENT: f64 = 10.0;
+const SLIP_PERCENT: f64 = 1.0;
+/// Changes in which the legs bend.
+const STEPS: f64 = 100.0;
 
 /// Returns the scenario in which the robot stands and bends its legs.
 pub fn text(args: &NewArgs) -> Result<String, TwinError> {
@@ -30,7 +32,8 @@ pub fn text(args: &NewArgs) -> Result<String, TwinError> {
         .replace("@SHARE_STRETCHED@", &STRETCHED_PERCENT.to_string())
         .replace("@STRETCHED@", &millimetres(stretched))
         .replace("@BENT@", &millimetres(stretched - bend))
-        .replace("@BEND@", &millimetres(bend))
+        .replace("@STEP@", &format!("{:.3} mm", bend * 0.1 / STEPS))
+        .replace("@STEPS@", &STEPS.to_string())
         .replace("@SLIP@", &millimetres(tenths(SLIP_PERCENT))))
 }
 

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use twinrig_study::{ProgressObserver, Sufficiency, SufficiencyPlan, sufficient};
 
-use super::super::{FAILURE, NEGATIVE, SUCCESS, Terminal, settings};
+use super::super::{FAILURE, NEGATIVE, SUCCESS, Terminal, settings, source};
 use super::sufficient_text::text;
 use crate::args::{PlanArgs, Settings};
 use crate::assembly::Assembly;
@@ -72,6 +72,12 @@ fn found(
     args: &PlanArgs,
     terminal: &mut Terminal<'_>,
 ) -> Result<SufficientTwin, TwinError> {
+    if source::is_standard_input(&args.scenario) {
+        return Err(TwinError::Together {
+            why: "--sufficient does not read standard input".to_owned(),
+            help: "write the scenario to a file".to_owned(),
+        });
+    }
     let set = args.set.clone();
     let settings = settings(&Settings { set, plant: None });
     let own = Assembly::of_file(registry, &args.scenario, &settings)?;

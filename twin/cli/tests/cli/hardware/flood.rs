@@ -18,8 +18,19 @@ const FLOOD: Duration = Duration::from_secs(3);
 /// Maximum increase of the memory of the twin \[bytes\].
 const MEMORY_INCREASE_MAX: u64 = 16 << 20;
 
+/// Opens the port. Programs that other tests start hold a copy of a port just closed, and thereby
+/// its lock, between fork and exec.
 fn open(link: &str) -> SerialPort {
-    SerialPort::open(Path::new(link), BAUD).unwrap()
+    let mut opened = None;
+    wait_until("the port is free", || {
+        match SerialPort::open(Path::new(link), BAUD) {
+            Ok(port) => opened = Some(port),
+            Err(DeviceError::Busy { .. }) => {}
+            Err(error) => panic!("{error}"),
+        }
+        opened.is_some()
+    });
+    opened.unwrap()
 }
 
 /// Writes invalid bytes as fast as they are accepted.

@@ -3,9 +3,8 @@
 use twinrig_document::Item;
 use twinrig_kernel::{SimDuration, SimTime};
 
-use crate::expect::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode};
+use crate::expect::{Claim, Expectation};
 use crate::read::{code, print_duration};
-use crate::sequence::{Relation, SequenceClaim};
 
 /// Warns about `within` and `by` of the claim in the table `subject`, in a run of duration `run`.
 pub(super) fn warn(subject: &Item<'_>, expectation: &Expectation, run: SimDuration) {
@@ -13,13 +12,15 @@ pub(super) fn warn(subject: &Item<'_>, expectation: &Expectation, run: SimDurati
     let end = expectation.before.map_or(run, |before| before.min(run));
     let interval = if end < run { "its window" } else { "the run" };
     let ends = format!("{interval} ends at {}", print_duration(end.since_start()));
-    if settled_by(&expectation.claim).is_some_and(|by| by >= end)
+    if expectation.settled_by().is_some_and(|by| by >= end)
         && let Some(by) = subject.peek("settles").and_then(|item| item.peek("by"))
     {
         let message = format!("there is no observation from `by` on: {ends}");
         by.warn(code::BY, message, "give an earlier time");
     }
-    let until = within(&expectation.claim).map(|within| expectation.after.checked_add(within));
+    let until = expectation
+        .within()
+        .map(|within| expectation.after.checked_add(within));
     if until.is_some_and(|until| until.is_none_or(|until| until > end))
         && let Some(within) = subject.peek("within")
     {
@@ -29,30 +30,5 @@ pub(super) fn warn(subject: &Item<'_>, expectation: &Expectation, run: SimDurati
             _ => "it counts from `after` on",
         };
         within.warn(code::WITHIN, message, help);
-    }
-}
-
-fn settled_by(claim: &Claim) -> Option<SimTime> {
-    match claim {
-        Claim::Body(BodyClaim::Settles { by, .. })
-        | Claim::Signal(SignalClaim {
-            mode: SignalMode::Settles { by, .. },
-            ..
-        }) => Some(*by),
-        _ => None,
-    }
-}
-
-fn within(claim: &Claim) -> Option<SimDuration> {
-    match claim {
-        Claim::Signal(SignalClaim {
-            mode: SignalMode::Eventually(_, within),
-            ..
-        }) => *within,
-        Claim::Sequence(SequenceClaim { relation, .. }) => match *relation {
-            Relation::Then(within) => Some(within),
-            Relation::Before(within) => within,
-        },
-        _ => None,
     }
 }

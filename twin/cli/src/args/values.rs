@@ -1,0 +1,123 @@
+//! Values of options.
+
+use twinrig_campaign::sweep::POINTS_MOST;
+use twinrig_document::{parse_duration, parse_quantity};
+use twinrig_kernel::{SimDuration, Unit};
+
+pub(super) fn any_duration(text: &str) -> Result<SimDuration, String> {
+    parse_duration(text).map_err(|error| error.to_string())
+}
+
+pub(super) fn duration(text: &str) -> Result<SimDuration, String> {
+    let duration = any_duration(text)?;
+    if duration.is_zero() {
+        return Err("it must be positive".to_owned());
+    }
+    Ok(duration)
+}
+
+/// A greater one is a mistake in the unit: a run has tens of plateaus.
+pub(super) fn plateau(text: &str) -> Result<SimDuration, String> {
+    let length = duration(text)?;
+    if length > SimDuration::from_secs(3600) {
+        return Err("it must be at most 3600 s".to_owned());
+    }
+    Ok(length)
+}
+
+pub(super) fn length(text: &str) -> Result<f64, String> {
+    non_negative(text, Unit::Meter)
+}
+
+pub(super) fn share(text: &str) -> Result<f64, String> {
+    non_negative(text, Unit::One)
+}
+
+pub(super) fn deviation(text: &str) -> Result<f64, String> {
+    let deviation = share(text)?;
+    if deviation > 0.5 {
+        return Err("it must be at most 0.5: no phases are farther apart".to_owned());
+    }
+    Ok(deviation)
+}
+
+fn non_negative(text: &str, unit: Unit) -> Result<f64, String> {
+    let value = parse_quantity(text, unit).map_err(|error| error.to_string())?;
+    if value < 0.0 {
+        return Err("it must not be negative".to_owned());
+    }
+    Ok(value)
+}
+
+pub(super) fn whole_number(text: &str) -> Result<usize, String> {
+    number_from(1, text)
+}
+
+/// One run has nothing to be compared with.
+pub(super) fn runs_of_ensemble(text: &str) -> Result<usize, String> {
+    number_from(2, text)
+}
+
+/// Returns a length above zero \[m\].
+pub(super) fn tolerance(text: &str) -> Result<f64, String> {
+    match parse_quantity(text, Unit::Meter) {
+        Ok(length) if length > 0.0 => Ok(length),
+        Ok(_) => Err("it must be positive".to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+pub(super) fn whole_number_or_none(text: &str) -> Result<usize, String> {
+    number_from(0, text)
+}
+
+fn number_from(least: usize, text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count) if (least..=POINTS_MOST).contains(&count) => Ok(count),
+        _ => Err(format!(
+            "it must be a whole number from {least} to {POINTS_MOST}"
+        )),
+    }
+}
+
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if seconds > 0.0 && seconds < 1e6 => Ok(seconds),
+        _ => Err("it must be a number of seconds above 0 and below 1000000".to_owned()),
+    }
+}
+
+pub(super) fn key_value(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() => {
+            Ok((key.trim().to_owned(), value.trim().to_owned()))
+        }
+        _ => Err("KEY=VALUE is required".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_no_memory_holds_are_refused() {
+        assert_eq!(whole_number("1000000"), Ok(POINTS_MOST));
+        for text in [
+            "0",
+            "1000001",
+            "9223372036854775807",
+            "18446744073709551616",
+        ] {
+            let error = whole_number(text).unwrap_err();
+            assert_eq!(error, "it must be a whole number from 1 to 1000000");
+        }
+    }
+
+    #[test]
+    fn setting_is_split_at_first_equals_sign() {
+        let parsed = key_value("plant.step = a=b").unwrap();
+        assert_eq!(parsed, ("plant.step".to_owned(), "a=b".to_owned()));
+        assert!(key_value("plant.step").is_err() && key_value("=1").is_err());
+    }
+}
