@@ -332,6 +332,14 @@ fn after(feature: &str) -> String {
 }
 
 impl TwinError {
+    /// Returns the message, with excerpts of files that fit `columns` if there is a limit.
+    pub(crate) fn text(&self, columns: Option<usize>) -> String {
+        match self {
+            Self::Document(error) => error.text(columns),
+            _ => self.to_string(),
+        }
+    }
+
     /// Returns the error of a part of `scenario` that cannot be built.
     pub(crate) fn not_built(
         scenario: &Scenario,

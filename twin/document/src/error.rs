@@ -7,7 +7,7 @@ use annotate_snippets::{
 };
 
 use crate::source::Place;
-use crate::visible::visible;
+use crate::visible::{escaped, visible};
 
 /// A value with its position.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,7 +76,7 @@ impl fmt::Display for Problem {
     ///   = help: units that fit: m, cm, mm, um, km
     /// ```
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.write(Level::ERROR.primary_title(&self.message), f)
+        f.write_str(&self.text(None))
     }
 }
 
@@ -87,14 +87,19 @@ impl Problem {
         Some((place.line(), place.column()))
     }
 
-    /// Writes title, position and help.
-    fn write(&self, title: Title<'_>, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn text(&self, columns: Option<usize>) -> String {
+        self.rendered(Level::ERROR.primary_title(&self.message), columns)
+    }
+
+    /// Returns title, position and help; the excerpt fits `columns` if there is a limit.
+    fn rendered(&self, title: Title<'_>, columns: Option<usize>) -> String {
+        let file = escaped(&self.file);
         let mut report = match &self.place {
-            None => title.element(Origin::path(&self.file)),
+            None => title.element(Origin::path(&file)),
             Some(place) => title.element(
                 // The line alone: a file with thousands of problems is not searched for each.
                 Snippet::source(place.line_text())
-                    .path(&self.file)
+                    .path(&file)
                     .line_start(place.line())
                     .annotation(AnnotationKind::Primary.span(place.in_line())),
             ),
@@ -102,7 +107,12 @@ impl Problem {
         if !self.help.is_empty() {
             report = report.element(Level::HELP.message(normalize_untrusted_str(&self.help)));
         }
-        f.write_str(&Renderer::plain().render(&[report]))
+        let plain = Renderer::plain();
+        let renderer = match columns {
+            Some(columns) => plain.term_width(columns),
+            None => plain,
+        };
+        renderer.render(&[report])
     }
 }
 
@@ -118,12 +128,18 @@ pub struct Warning {
 impl fmt::Display for Warning {
     /// As [`Problem`], preceded by `warning[CODE]: `.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let title = Level::WARNING.primary_title(&self.problem.message);
-        self.problem.write(title.id(self.code), f)
+        f.write_str(&self.text(None))
     }
 }
 
 impl Warning {
+    /// Returns the text of [`Display`](fmt::Display), with an excerpt of the file that fits
+    /// `columns` if there is a limit. Messages and remedies are not broken.
+    pub fn text(&self, columns: Option<usize>) -> String {
+        let title = Level::WARNING.primary_title(&self.problem.message);
+        self.problem.rendered(title.id(self.code), columns)
+    }
+
     /// Sorts by position, as errors are sorted, and removes duplicates.
     pub(crate) fn sort(warnings: &mut Vec<Warning>) {
         warnings.sort_by_cached_key(|warning| warning.problem.order());
@@ -149,6 +165,18 @@ impl DocumentError {
         problems.dedup();
         DocumentError { problems }
     }
+
+    /// Returns the text of [`Display`](fmt::Display), with excerpts of the file that fit `columns`
+    /// if there is a limit. Messages and remedies are not broken.
+    pub fn text(&self, columns: Option<usize>) -> String {
+        let shown = self.problems.iter().take(SHOWN_MOST);
+        let mut texts: Vec<String> = shown.map(|problem| problem.text(columns)).collect();
+        match self.problems.len().saturating_sub(SHOWN_MOST) {
+            0 => {}
+            more => texts.push(format!("and {more} more problems")),
+        }
+        texts.join("\n\n")
+    }
 }
 
 impl From<Problem> for DocumentError {
@@ -161,16 +189,7 @@ impl From<Problem> for DocumentError {
 
 impl fmt::Display for DocumentError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, problem) in self.problems.iter().take(SHOWN_MOST).enumerate() {
-            if index > 0 {
-                f.write_str("\n\n")?;
-            }
-            problem.fmt(f)?;
-        }
-        match self.problems.len().saturating_sub(SHOWN_MOST) {
-            0 => Ok(()),
-            more => write!(f, "\n\nand {more} more problems"),
-        }
+        f.write_str(&self.text(None))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Command `twin check`: validation of scenarios.
 
 use serde::Serialize;
-use twinrig_document::{DocumentError, Problem, Warning};
+use twinrig_document::{DocumentError, Problem, Warning, escaped};
 
 use super::{FAILURE, SUCCESS, Terminal, settings, source};
 use crate::args::CheckArgs;
@@ -53,7 +53,7 @@ pub(super) fn check(registry: &Registry, args: &CheckArgs, terminal: &mut Termin
                 terminal.warn(&warnings);
                 let mark = styled(GREEN, "✓");
                 let name = styled(DIM, &name);
-                terminal.print(&format!("{mark} {file}  {name}"));
+                terminal.print(&format!("{mark} {}  {name}", escaped(&file)));
             }
             Err((_, error)) => terminal.print_error(&error),
         }

@@ -47,7 +47,7 @@ pub(super) fn devices(args: &DevicesArgs, terminal: &mut Terminal<'_>) -> u8 {
     let ports = match ports() {
         Ok(ports) => ports.into_iter().map(Port::from).collect(),
         Err(error) => {
-            let _ = writeln!(terminal.err, "error: {error}");
+            terminal.print_message(&format!("error: {error}"));
             return FAILURE;
         }
     };

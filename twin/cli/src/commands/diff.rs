@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use serde::Serialize;
+use twinrig_document::escaped;
 use twinrig_kernel::SimTime;
 use twinrig_record::{Comparison, Divergence, Recording, VerdictMessage, divergence_within};
 
@@ -126,7 +127,7 @@ const NAMED: usize = 6;
 /// Returns the first of the names, and the number of the remaining ones.
 pub(super) fn some_of(names: &[String]) -> String {
     let shown = names.iter().take(NAMED).map(String::as_str);
-    let shown = shown.collect::<Vec<_>>().join(", ");
+    let shown = escaped(&shown.collect::<Vec<_>>().join(", "));
     match names.len().saturating_sub(NAMED) {
         0 => shown,
         more => format!("{shown}, and {more} more"),

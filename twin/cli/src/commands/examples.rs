@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use toml_edit::DocumentMut;
 use twinrig_document::{parse_duration, suggestion};
-use twinrig_kernel::SimDuration;
 use twinrig_robot::RobotFile;
 
 use super::{FAILURE, SUCCESS, Terminal, schema};
@@ -16,6 +15,7 @@ use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::examples::{EXAMPLES, Example};
 use crate::report::grid::{Grid, Left, Right};
+use crate::report::seconds;
 
 /// Schema file that the first line of an example names.
 const SCHEMA: &str = "scenario.schema.json";
@@ -65,7 +65,7 @@ impl Entry {
             name: example.name,
             robot: text(document.get("robot")),
             plant: text(plant).unwrap_or_default(),
-            simulated_s: parse_duration(&duration).map_or(0.0, SimDuration::as_secs_f64),
+            simulated_s: parse_duration(&duration).map_or(0.0, |it| seconds(it.as_nanos())),
             about: first_sentence(example.text),
         }
     }

@@ -4,7 +4,7 @@ use std::ops::Bound;
 use std::path::Path;
 
 use serde::Serialize;
-use twinrig_document::Range;
+use twinrig_document::{Range, escaped};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_scenario::{Accepts, Kind, TableReference, language};
 
@@ -204,9 +204,8 @@ fn text(listing: &Listing) -> String {
             if !part.variables.is_empty() {
                 let names = part.variables.iter().map(|variable| variable.name.as_str());
                 let names = names.collect::<Vec<_>>().join(", ");
-                for line in crate::report::table::wrapped(&format!("variables: {names}"), 90) {
-                    grid.row(["".into(), Cell::new(line, DIM)]);
-                }
+                let names = Cell::new(format!("variables: {names}"), DIM);
+                grid.paragraph("".into(), &names, 90);
             }
         }
         if parts.is_empty() {
@@ -225,5 +224,11 @@ fn text(listing: &Listing) -> String {
         grid.row([table.name.into(), table.about.into()]);
     }
     lines.extend(grid.lines(2));
+    if let Some(facts) = &listing.robot {
+        lines.push(format!(
+            "what follows from {} is at the beginning of this list",
+            escaped(&facts.file)
+        ));
+    }
     lines.join("\n")
 }

@@ -35,16 +35,18 @@ use std::process::ExitCode;
 use anstream::adapter::strip_str;
 use anstream::{AutoStream, ColorChoice};
 use clap::error::{ContextKind, ContextValue};
-use clap::{CommandFactory, Parser};
+use clap::{CommandFactory, FromArgMatches};
 use serde::Serialize;
-use twinrig_document::{Warning, nearest};
+use twinrig_document::{Warning, escaped, nearest};
 use twinrig_runtime::catch_panic;
 use twinrig_scenario::Setting;
 
 use crate::args::{Cli, Command, Settings};
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
-use crate::report::width::{columns, fit};
+use crate::report::layout::laid_out;
+use crate::report::style::harmless;
+use crate::report::width::{columns, error_columns, fit, fit_message};
 
 /// Notice of a debug build. Measured, in processor time of release builds: bench 44, oncilla-trot
 /// 69, trot 79.
@@ -63,8 +65,10 @@ struct Terminal<'a> {
     err: &'a mut dyn Write,
     /// Whether standard output shows styles.
     styles: bool,
-    /// Columns that lines of text must fit; none: no limit.
+    /// Columns that lines of standard output must fit; none: no limit.
     columns: Option<usize>,
+    /// Columns that lines of standard error must fit; none: no limit.
+    err_columns: Option<usize>,
     /// Whether to show progress and to handle interrupts.
     interactive: bool,
     /// First error of writing to standard output.
@@ -74,18 +78,11 @@ struct Terminal<'a> {
 impl Terminal<'_> {
     /// Prints styled text with exactly one newline at its end.
     fn print(&mut self, text: &str) {
-        let text = self.fit(text);
+        let text = laid_out(&harmless(text), self.columns);
         if self.styles {
             self.print_plain(&text);
         } else {
             self.print_plain(&strip_str(&text).to_string());
-        }
-    }
-
-    fn fit(&self, text: &str) -> String {
-        match self.columns {
-            Some(columns) => fit(text, columns),
-            None => text.to_owned(),
         }
     }
 
@@ -135,20 +132,30 @@ impl Terminal<'_> {
     }
 
     fn print_error(&mut self, error: &TwinError) {
-        let _ = writeln!(self.err, "{error}");
+        self.print_message(&error.text(self.err_columns));
+    }
+
+    /// Prints text, which has no styles, to standard error.
+    fn print_message(&mut self, text: &str) {
+        let text = escaped(text);
+        let text = match self.err_columns {
+            Some(columns) => fit_message(&text, columns),
+            None => text,
+        };
+        let _ = writeln!(self.err, "{text}");
     }
 
     /// Prints warnings to standard error; the JSON report contains them, too.
     fn warn<'w>(&mut self, warnings: impl IntoIterator<Item = &'w Warning>) {
         for warning in warnings {
-            let _ = writeln!(self.err, "{warning}\n");
+            let text = warning.text(self.err_columns);
+            self.print_message(&format!("{text}\n"));
         }
     }
 
     /// Prints a note to standard error.
     fn note(&mut self, text: &str) {
-        let text = self.fit(&format!("note: {text}"));
-        let _ = writeln!(self.err, "{text}");
+        self.print_message(&format!("note: {text}"));
     }
 }
 
@@ -173,29 +180,39 @@ pub fn run_args(
         err: &mut std::io::stderr(),
         styles: AutoStream::choice(&std::io::stdout()) != ColorChoice::Never,
         columns: columns(),
+        err_columns: error_columns(),
         interactive: true,
         write_error: None,
     };
-    match parse(arguments) {
+    match parse(arguments, terminal.columns) {
         Ok(cli) => dispatch(registry, cli, &mut terminal),
         Err(error) => {
-            let text = terminal.fit(&error.render().ansi().to_string());
+            let text = error.render().ansi().to_string();
+            let fitted = |columns: Option<usize>| match columns {
+                Some(columns) => fit(&text, columns),
+                None => text.clone(),
+            };
             let printed = if error.use_stderr() {
-                write!(anstream::stderr(), "{text}")
+                write!(anstream::stderr(), "{}", fitted(terminal.err_columns))
             } else {
-                write!(anstream::stdout(), "{text}")
+                write!(anstream::stdout(), "{}", fitted(terminal.columns))
             };
             no_command(&error, printed, &mut terminal)
         }
     }
 }
 
-/// Parses command-line arguments. Help and messages call the program `twin`.
+/// Parses command-line arguments. Help, which fits `columns`, and messages call the program `twin`.
 fn parse(
     arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>,
+    columns: Option<usize>,
 ) -> Result<Cli, clap::Error> {
     let name = std::iter::once(OsString::from("twin"));
-    let parsed = Cli::try_parse_from(name.chain(arguments.into_iter().map(Into::into)));
+    let words = name.chain(arguments.into_iter().map(Into::into));
+    // 0: no limit.
+    let command = Cli::command().term_width(columns.unwrap_or(0));
+    let matches = command.try_get_matches_from(words);
+    let parsed = matches.and_then(|matches| Cli::from_arg_matches(&matches));
     parsed.map_err(with_suggestion)
 }
 
@@ -227,10 +244,11 @@ pub fn run_with(
         err,
         styles: false,
         columns: None,
+        err_columns: None,
         interactive: false,
         write_error: None,
     };
-    match parse(words) {
+    match parse(words, None) {
         Ok(cli) => dispatch(registry, cli, &mut terminal),
         Err(error) => {
             let text = error.render().to_string();

@@ -9,6 +9,7 @@ mod sufficient_text;
 mod tables;
 
 use serde::Serialize;
+use twinrig_document::escaped;
 use twinrig_kernel::{Direction, Port};
 use twinrig_runtime::Coupling;
 use twinrig_runtime::{Group, Rig};
@@ -329,7 +330,7 @@ fn text(plan: &Plan) -> String {
     let mut left_out = Grid::new(&[Left]);
     for [parts, why] in left_out::lines(&plan.left_out) {
         let why = styled(DIM, &format!("({why})"));
-        left_out.row([format!("{parts} {why}").into()]);
+        left_out.row([Cell::of_styled(format!("{} {why}", escaped(&parts)))]);
     }
     section(&mut lines, "left out", &left_out);
     lines.join("\n")

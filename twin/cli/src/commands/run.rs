@@ -33,6 +33,7 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
         recordings: Vec::new(),
         warned: BTreeSet::new(),
         reports: Vec::new(),
+        error: None,
     };
     let _budget = args.budget.map(interrupt::end_after);
     let mut worst = Status::Pass.exit_code();
@@ -87,6 +88,8 @@ pub(super) struct Session<'a> {
     /// Texts of the warnings that were shown.
     warned: BTreeSet<String>,
     pub(super) reports: Vec<Report>,
+    /// Error of the last run, if it did not start.
+    error: Option<TwinError>,
 }
 
 impl<'a> Session<'a> {
@@ -104,7 +107,11 @@ impl<'a> Session<'a> {
             let execution = self.execution(&assembly, "", terminal);
             execute(&assembly, &execution)
         });
-        report.unwrap_or_else(|error| error_of(path, &error))
+        report.unwrap_or_else(|error| {
+            let report = error_of(path, &error);
+            self.error = Some(error);
+            report
+        })
     }
 
     /// Prints the warnings of a scenario, each once per command.
@@ -165,7 +172,11 @@ impl<'a> Session<'a> {
             terminal.print_json(&report);
         } else if let (None, Some(error)) = (&report.fingerprint, &report.error) {
             // The run did not start, so that the report consists of the error.
-            let _ = writeln!(terminal.err, "{error}\n");
+            match self.error.take() {
+                Some(error) => terminal.print_error(&error),
+                None => terminal.print_message(error),
+            }
+            terminal.print_message("");
         } else {
             let text = table::report(&report);
             terminal.print(&text);

@@ -48,7 +48,7 @@ fn serve_twin(
     let BuiltParts { buses, plant, .. } = assembly.parts()?;
     let wires = wires(scenario, buses, &ports(&args.pty))?;
     for note in privileges(args).prepare() {
-        let _ = writeln!(terminal.err, "note: {note}");
+        terminal.note(&note);
     }
     for wire in &wires {
         terminal.print(&format!("{} at {}", wire.name, wire.device.place()));

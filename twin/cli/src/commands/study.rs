@@ -54,7 +54,7 @@ pub(super) fn study(registry: &Registry, args: &StudyArgs, terminal: &mut Termin
                 None => SUCCESS,
                 Some(error) => {
                     if !frame.json {
-                        let _ = writeln!(terminal.err, "{error}");
+                        terminal.print_message(&error);
                     }
                     FAILURE
                 }

@@ -8,6 +8,8 @@ use twinrig_campaign::optimization::{
 use twinrig_campaign::sweep::{ExpectationVerdict, percent};
 
 use super::execute::OptimizationOutcome;
+use twinrig_document::escaped;
+
 use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 
@@ -131,7 +133,7 @@ fn verdict(result: &OptimizationResult) -> String {
         }
     };
     let word = styled(style, &result.verdict.word().to_uppercase());
-    format!("{word}  {explained}")
+    format!("{word}  {}", escaped(&explained))
 }
 
 /// Returns the objective of the best point: `forward speed 1.21 m/s, evaluation 811 of 1212`.

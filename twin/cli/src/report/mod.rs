@@ -2,6 +2,7 @@
 
 pub(crate) mod grid;
 pub(crate) mod junit;
+pub(crate) mod layout;
 pub(crate) mod left_out;
 pub(crate) mod style;
 pub(crate) mod table;

@@ -2,6 +2,9 @@
 //! they are stripped as the report is printed.
 
 use anstyle::{AnsiColor, Style};
+use twinrig_document::escaped;
+
+use crate::report::grid::MARKS;
 
 /// Style of success.
 pub const GREEN: Style = AnsiColor::Green.on_default();
@@ -14,8 +17,42 @@ pub const BOLD: Style = Style::new().bold();
 /// Style of secondary information.
 pub const DIM: Style = Style::new().dimmed();
 
-/// Adds a style to text.
+/// Sequences of which the styles consist, and their end.
+const SEQUENCES: [&str; 6] = [
+    "\u{1b}[0m",
+    "\u{1b}[1m",
+    "\u{1b}[2m",
+    "\u{1b}[31m",
+    "\u{1b}[32m",
+    "\u{1b}[33m",
+];
+
+/// Escapes the control characters of a report other than line breaks, styles and the marks of
+/// tables, so that no text of others in it moves the cursor.
+pub fn harmless(report: &str) -> String {
+    let mut out = String::with_capacity(report.len());
+    let mut rest = report;
+    while let Some(c) = rest.chars().next() {
+        let style = SEQUENCES.into_iter().find(|style| rest.starts_with(style));
+        let part = style.map_or(c.len_utf8(), str::len);
+        let (kept, after) = rest.split_at(part);
+        if style.is_some() || MARKS.contains(&c) {
+            out.push_str(kept);
+        } else {
+            out.push_str(&escaped(kept));
+        }
+        rest = after;
+    }
+    out
+}
+
+/// Adds a style to text, whose control characters are escaped.
 pub fn styled(style: Style, text: &str) -> String {
+    with_style(style, &escaped(text))
+}
+
+/// Adds a style to text that is harmless.
+pub(super) fn with_style(style: Style, text: &str) -> String {
     if text.is_empty() {
         String::new()
     } else {
@@ -37,7 +74,20 @@ mod tests {
                 let styled = styled(style, &text);
                 prop_assert_eq!(styled == text, style.is_plain() || text.is_empty());
                 prop_assert_eq!(strip_str(&styled).to_string(), &*text);
+                prop_assert_eq!(harmless(&styled), styled);
             }
         }
+    }
+
+    #[test]
+    fn only_styles_and_marks_remain_of_control_characters() {
+        let own = format!("{}\n{}a", styled(RED, "fails\u{1b}[31m"), MARKS[0]);
+        let other = "\u{1b}[2K\r\u{0}\u{202e}\u{9b}2J";
+        let expected = "\\u{1b}[2K\\u{d}\\u{0}\\u{202e}\\u{9b}2J";
+        assert_eq!(
+            harmless(&format!("{own}{other}")),
+            format!("{own}{expected}")
+        );
+        assert!(own.contains("fails\\u{1b}[31m"), "{own}");
     }
 }

@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use anstyle::Style;
 use shown::Shown;
 use twinrig_campaign::sweep::percent;
+use twinrig_document::escaped;
 use twinrig_kernel::SimTime;
 use twinrig_scenario::{Outcome, Verdict};
 use twinrig_study::EnsembleKind;
@@ -38,7 +39,12 @@ pub fn report(report: &Report) -> String {
     }
     let _ = writeln!(out, "  {}", verdict(report));
     for warning in tracking::warnings(report.tracking.as_ref()) {
-        let _ = writeln!(out, "  {}  {warning}", styled(YELLOW, "warning"));
+        let _ = writeln!(
+            out,
+            "  {}  {}",
+            styled(YELLOW, "warning"),
+            escaped(&warning)
+        );
     }
     for line in facts(report).lines(2) {
         let _ = writeln!(out, "{line}");
@@ -46,7 +52,7 @@ pub fn report(report: &Report) -> String {
     if let Some(real_time) = &report.real_time {
         let _ = writeln!(out);
         for note in &real_time.notes {
-            let _ = writeln!(out, "  note: {note}");
+            let _ = writeln!(out, "  note: {}", escaped(note));
         }
         for line in real_time.times.to_string().lines() {
             let _ = writeln!(out, "  {}", styled(DIM, line));
@@ -326,11 +332,7 @@ fn integrator_fallbacks(report: &Report) -> Option<String> {
 fn facts(report: &Report) -> Grid {
     let mut grid = Grid::new(&[Left, Left]);
     let mut fact = |name: &str, value: String| {
-        let mut name = name;
-        for line in wrapped(&value, WIDTH) {
-            grid.row([Cell::new(name, DIM), line.into()]);
-            name = "";
-        }
+        grid.paragraph(Cell::new(name, DIM), &value.into(), WIDTH);
     };
     if let (Some(simulated), Some(wall)) = (report.simulated_s, report.wall_s) {
         let speed = speed(report).map_or_else(String::new, |speed| format!(", {speed}"));
@@ -393,24 +395,6 @@ fn facts(report: &Report) -> Grid {
         fact("fingerprint", fingerprint.clone());
     }
     grid
-}
-
-/// Breaks `text` at spaces into lines of at most `width` characters; longer words are not broken.
-pub fn wrapped(text: &str, width: usize) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for word in text.split(' ') {
-        let Some(line) = lines.last_mut() else { break };
-        let len = line.chars().count();
-        if len > 0 && len + 1 + word.chars().count() > width {
-            lines.push(word.to_owned());
-        } else {
-            if len > 0 {
-                line.push(' ');
-            }
-            line.push_str(word);
-        }
-    }
-    lines
 }
 
 /// Replaces leg names in a signal name by `*`, so that signals of all legs share a line.

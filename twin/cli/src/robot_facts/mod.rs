@@ -23,7 +23,7 @@ use leg::leg_kinds;
 #[derive(Debug, Serialize)]
 pub(crate) struct RobotFacts {
     name: String,
-    file: String,
+    pub(crate) file: String,
     sections: Vec<Section>,
 }
 

@@ -1,5 +1,7 @@
 //! Facts of a robot for readers.
 
+use twinrig_document::escaped;
+
 use super::{MARKS, RobotFacts, shown};
 use crate::report::grid::{Cell, Grid, Left};
 use crate::report::style::{BOLD, DIM, styled};
@@ -16,7 +18,7 @@ impl RobotFacts {
         for section in &self.sections {
             let legs = section.legs.join(", ");
             lines.push(
-                format!("  {}  {}", styled(BOLD, &section.part), legs)
+                format!("  {}  {}", styled(BOLD, &section.part), escaped(&legs))
                     .trim_end()
                     .to_owned(),
             );

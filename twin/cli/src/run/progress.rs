@@ -8,9 +8,11 @@ use std::fmt::Write as _;
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
+use twinrig_document::escaped;
+
 use crate::optimize::execute::OptimizationProgress;
 use crate::optimize::table::value_and_unit;
-use crate::report::width::{columns, width};
+use crate::report::width::{error_columns, fit, width};
 use crate::sweep::execute::SweepProgress;
 
 /// Time before the first update.
@@ -33,7 +35,7 @@ impl Progress {
     /// and standard error is a terminal.
     pub fn new(title: &str, end_s: f64, requested: bool) -> Self {
         Self {
-            title: title.to_owned(),
+            title: escaped(title).replace('\n', " "),
             end_s,
             started: Instant::now(),
             updated: None,
@@ -76,7 +78,9 @@ impl Progress {
     /// Prints a note before the run.
     pub fn note(&self, text: &str) {
         if self.enabled {
-            let _ = writeln!(std::io::stderr(), "note: {text}");
+            let text = escaped(&format!("note: {text}"));
+            let text = error_columns().map_or(text.clone(), |most| fit(&text, most));
+            let _ = writeln!(std::io::stderr(), "{text}");
         }
     }
 
@@ -91,7 +95,7 @@ impl Progress {
         };
         if is_due {
             self.updated = Some(Instant::now());
-            let line = shortened(&line(wall.as_secs_f64()), columns());
+            let line = shortened(&line(wall.as_secs_f64()), error_columns());
             let mut terminal = std::io::stderr().lock();
             // Errors on a closed standard error are ignored.
             let _ = write!(terminal, "\r\x1b[2K{line}").and_then(|()| terminal.flush());

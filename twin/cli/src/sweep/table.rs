@@ -7,6 +7,8 @@ use twinrig_campaign::sweep::{
     RowVerdict, Share, ShareVerdict, SweepResult, SweepVerdict, percent,
 };
 
+use twinrig_document::escaped;
+
 use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 use crate::sweep::execute::SweepOutcome;
@@ -47,15 +49,7 @@ fn heading(result: &SweepResult) -> String {
 
 fn shares(result: &SweepResult) -> Grid {
     let mut grid = Grid::new(&[Left, Left, Right, Right, Left, Left]);
-    let dim = |text: &str| Cell::new(text, DIM);
-    grid.row([
-        "".into(),
-        dim("share"),
-        dim("held"),
-        dim("interval"),
-        dim("bound"),
-        "".into(),
-    ]);
+    grid.header("| share | held | interval | bound |");
     for share in &result.shares {
         let (mark, style) = match share.verdict {
             ShareVerdict::Pass => ("✓", GREEN),
@@ -124,7 +118,7 @@ fn verdict(result: &SweepResult) -> String {
         }
     };
     let word = styled(style, &result.verdict.word().to_uppercase());
-    format!("{word}  {explained}")
+    format!("{word}  {}", escaped(&explained))
 }
 
 fn judged(result: &SweepResult) -> String {
@@ -187,7 +181,12 @@ fn list(out: &mut String, result: &SweepResult) {
             RED
         };
         let word = styled(style, row.row.verdict.word());
-        let _ = writeln!(out, "\n  {word}  {}\n    {}", row.name, row.command);
+        let _ = writeln!(
+            out,
+            "\n  {word}  {}\n    {}",
+            escaped(&row.name),
+            escaped(&row.command)
+        );
         let error = row.row.error.as_deref().unwrap_or_default();
         for line in error.lines() {
             let _ = writeln!(out, "    {}", styled(DIM, line));

@@ -4,7 +4,6 @@ use anstyle::Style;
 
 use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
-use crate::report::table::wrapped;
 use crate::thesis::item::Item;
 use crate::thesis::result::{FigureResult, ItemResult, ThesisResult};
 use crate::thesis::verdict::Verdict;
@@ -54,9 +53,7 @@ pub(crate) fn item(result: &ItemResult) -> String {
         grid.row([name("printed"), figure.printed.clone().into()]);
         grid.row([name("ours"), figure.ours_text().into()]);
         grid.row([name("verdict"), verdict(figure)]);
-        for (n, line) in wrapped(&figure.ground(), COLUMNS).into_iter().enumerate() {
-            grid.row([name(if n == 0 { "ground" } else { "" }), line.into()]);
-        }
+        grid.paragraph(name("ground"), &figure.ground().into(), COLUMNS);
         lines.extend(grid.lines(4));
     }
     if !result.commands.is_empty() {
@@ -92,9 +89,7 @@ pub(crate) fn table(result: &ThesisResult) -> String {
 pub(crate) fn summary(result: &ThesisResult, skipped: &[&Item], departures: &[String]) -> String {
     let mut grid = Grid::new(&[Left, Left]);
     let mut fact = |name: &str, text: String| {
-        for (n, line) in wrapped(&text, COLUMNS).into_iter().enumerate() {
-            grid.row([Cell::new(if n == 0 { name } else { "" }, DIM), line.into()]);
-        }
+        grid.paragraph(Cell::new(name, DIM), &text.into(), COLUMNS);
     };
     let counts = Verdict::ALL.into_iter().filter_map(|verdict| {
         let count = result.count(verdict);

@@ -37,3 +37,4 @@ mod sweep;
 mod thesis;
 mod tools;
 mod warnings;
+mod widths;

@@ -160,4 +160,6 @@ fn listing_of_a_robot_begins_with_what_follows_from_its_file() {
     let text = twin(&["list", "cheetah-cub"]).out;
     assert!(text.starts_with("Cheetah-cub  "), "{text}");
     assert!(text.find("axial stiffness") < text.find("plants"), "{text}");
+    let last = "what follows from robots/cheetah-cub.toml is at the beginning of this list\n";
+    assert!(text.ends_with(last), "{text}");
 }

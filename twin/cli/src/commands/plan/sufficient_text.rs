@@ -1,5 +1,6 @@
 //! Text form of the search of the cheapest sufficient twin.
 
+use twinrig_document::escaped;
 use twinrig_study::{
     Candidate, CandidateRow, CandidateStatus, Deviation, ReferenceMargin, Rule, brief,
     brief_quantity,
@@ -221,7 +222,8 @@ fn proof(found: &SufficientTwin) -> Vec<String> {
     lines.push(format!("    scene: {scene}"));
     for [parts, why] in left_out::lines(&proof.left_out) {
         lines.push(format!(
-            "      {parts} {}",
+            "      {} {}",
+            escaped(&parts),
             styled(DIM, &format!("({why})"))
         ));
     }

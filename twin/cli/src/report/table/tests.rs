@@ -221,11 +221,4 @@ proptest! {
             prop_assert!((shown - value).abs() <= 0.2 * value, "{value} is shown as {text}");
         }
     }
-
-    #[test]
-    fn wrapped_text_keeps_all_words_within_width(words in prop::collection::vec("[a-z]{1,9}", 1..40)) {
-        let lines = wrapped(&words.join(" "), 20);
-        prop_assert!(lines.iter().all(|line| line.len() <= 20));
-        prop_assert_eq!(lines.join(" "), words.join(" "));
-    }
 }
