@@ -4,6 +4,7 @@
 //!
 //! ```no_run
 //! # // Not run: doctests do not find MuJoCo's library; `tests/plant` does the same and more.
+//! use std::path::Path;
 //! use twinrig_kernel::{SimDuration, SimTime};
 //! use twinrig_legged::{Base, Drives, SetPoint, Setup, StartPose};
 //! use twinrig_mujoco::{Coordinates, Mujoco, Options};
@@ -26,7 +27,6 @@
 //! # Ok(())
 //! # }
 //! ```
-//! use std::path::Path;
 //!
 //! # The model
 //!
