@@ -162,8 +162,8 @@ impl Table {
         self.columns - self.indent
     }
 
-    /// Returns the columns in one line, with the texts, or the last one only, as narrow as they have
-    /// to be; none if they do not fit.
+    /// Returns the columns in one line, with the texts, or the last one only, as narrow as they
+    /// have to be; none if they do not fit.
     fn beside(&self, last_only: bool) -> Option<Vec<Vec<Column>>> {
         let last = self.sides.len().checked_sub(1)?;
         let least = |index: usize| {
