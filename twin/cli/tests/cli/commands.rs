@@ -590,3 +590,48 @@ fn robot_error_caused_by_override_names_the_override() {
     assert_eq!(done.code, 2);
     assert!(!done.err.contains("`leg.aslp.l2`"), "{}", done.err);
 }
+
+#[test]
+fn failure_of_a_plant_names_the_push_that_acts() {
+    let trot = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/trot.toml");
+    let push = |force: &str, at: &str| {
+        let push =
+            format!("{{on=\"body\",at=\"{at}\",for=\"0.1 s\",force=\"{force}\",direction=\"y\"}}");
+        let pushes = format!("push=[{push}]");
+        twin(&[
+            "run",
+            trot,
+            "--no-record",
+            "--json",
+            "--until",
+            "2 s",
+            "--set",
+            &pushes,
+        ])
+    };
+    let failed = push("1e6 N", "1 s");
+    let error = json(&failed.out)[0]["error"].as_str().unwrap().to_owned();
+    assert_eq!(failed.code, 2);
+    assert!(
+        error.contains("the push `push 1` (--set:1) acts from 1 s to 1.1 s with 1000000 N"),
+        "{error}"
+    );
+    assert!(json(&push("1 N", "1 s").out)[0]["error"].is_null());
+}
+
+#[test]
+fn all_mistakes_of_a_sweep_are_reported_at_once() {
+    let trot = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/trot.toml");
+    let folder = Folder::new("sweep-mistakes");
+    let text = "design = \"grid\"\npoints = 3\nseed = \"a\"\n\
+                [[dimension]]\nkey = \"seed\"\nvalues = []\n";
+    let done = twin(&["sweep", trot, &folder.file("spec.toml", text)]);
+    assert_eq!(done.code, 2);
+    for mistake in [
+        "a grid has no `points`",
+        "`seed` is a text",
+        "the list has no values",
+    ] {
+        assert!(done.err.contains(mistake), "{}", done.err);
+    }
+}

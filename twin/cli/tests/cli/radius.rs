@@ -226,7 +226,11 @@ fn mistakes_are_errors_with_a_remedy() {
         (&["--along", "seed.x", "--to", "3"], "--along seed.x=VALUE"),
         (
             &["--along", "duration", "--to", "3 m"],
-            "`duration` is in s",
+            "--to 3 m is a length in m, and `duration` is a duration in s",
+        ),
+        (
+            &["--along", "duration", "--to", "5"],
+            "write its unit, as in --to \"5 s\"",
         ),
         (&["--along", "duration"], "1 --along and 0 --to"),
         (
