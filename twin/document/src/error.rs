@@ -37,6 +37,8 @@ pub struct Problem {
     pub message: String,
     /// Remedy; may be empty.
     pub help: String,
+    /// Dotted path of the key, if the problem is that its table has none of that name.
+    pub unknown_key: Option<String>,
 }
 
 impl Problem {
@@ -47,6 +49,7 @@ impl Problem {
             place: Some(place.clone()),
             message: visible(&message.into()),
             help: visible(&help.into()),
+            unknown_key: None,
         }
     }
 
@@ -61,6 +64,7 @@ impl Problem {
             place: None,
             message: visible(&message.into()),
             help: visible(&help.into()),
+            unknown_key: None,
         }
     }
 }

@@ -219,13 +219,17 @@ impl<'d> Table<'d> {
         self.place()
     }
 
-    fn item(&self, key: &str, node: &'d Node) -> Item<'d> {
-        let path = if self.path.is_empty() {
+    /// Dotted path of a key.
+    fn path_of(&self, key: &str) -> String {
+        if self.path.is_empty() {
             key.to_owned()
         } else {
             format!("{}.{key}", self.path)
-        };
-        Item::new(node, path, self.problems)
+        }
+    }
+
+    fn item(&self, key: &str, node: &'d Node) -> Item<'d> {
+        Item::new(node, self.path_of(key), self.problems)
     }
 }
 
@@ -271,8 +275,10 @@ impl Drop for Table<'_> {
                     requested.iter().map(String::as_str),
                 ),
             };
-            self.problems
-                .report(Problem::at(&entry.key_place, message, help));
+            self.problems.report(Problem {
+                unknown_key: Some(self.path_of(&entry.key)),
+                ..Problem::at(&entry.key_place, message, help)
+            });
         }
     }
 }

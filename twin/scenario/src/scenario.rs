@@ -150,12 +150,14 @@ impl Words for Base {
 
 /// `[plant] start`: angles and rates of hip, knee and ankle of all legs, each relative to the
 /// segment before it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct StartPose {
     /// Angles `q1`, `q2`, `q3`, zero in the leg's reference pose \[rad\].
     pub q: [f64; 3],
     /// Their rates `q1_rate`, `q2_rate`, `q3_rate` \[rad/s\].
     pub rates: [f64; 3],
+    /// Places of the angles in the scenario, that of the table for an absent one.
+    pub places: [Place; 3],
 }
 
 /// `[plant] ground`
@@ -305,6 +307,8 @@ pub struct PushSpec {
     pub shape: PulseShape,
     /// Greatest force \[N\] or torque \[N·m\], world axes.
     pub peak: [f64; 3],
+    /// Its place in the scenario, for messages.
+    pub place: Place,
 }
 
 /// Part that is pushed.

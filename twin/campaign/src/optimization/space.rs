@@ -11,7 +11,9 @@ use super::keys::{
     PARTICLES, RESTARTS, SCALE, SEED, SET, TO,
 };
 use crate::search::{CmaEs, Dimension, Search, SearchError, SwarmSearch};
-use crate::sweep::read::{check_dimensions, interval, natural, refuse_scenario, scale, settings};
+use crate::sweep::read::{
+    check_dimensions, interval, natural, refuse, refuse_scenario, scale, settings,
+};
 use crate::sweep::{SweepValue, ValueInterval};
 
 /// Keys of a sweep's dimension that a search does not have.
@@ -173,17 +175,20 @@ fn space(document: &Document, table: &Table<'_>) -> Result<SearchSpace, Reported
     let objective = objective(table);
     let constraints = table.optional(CONSTRAINTS, constraints);
     let dimensions = table.required(DIMENSION, |item| item.each(dimension));
+    let dimensions = dimensions.and_then(|dimensions| {
+        check_dimensions(table, dimensions.iter().map(|it| &it.key))?;
+        Ok(dimensions)
+    });
+    let restarts = match (method, restarts) {
+        (Ok(Some(SearchMethod::Pso)), Ok(Some(_))) => {
+            let message = format!("a particle swarm has no `{RESTARTS}`");
+            let help = "leave it out, or take method = \"cma-es\"";
+            Err(table.report(RESTARTS, message, help))
+        }
+        (_, restarts) => restarts,
+    };
     let (method, restarts, dimensions) = (method?, restarts?, dimensions?);
     let method = method.unwrap_or(SearchMethod::CmaEs);
-    check_dimensions(table, dimensions.iter().map(|it| &it.key))?;
-    if restarts.is_some() && method == SearchMethod::Pso {
-        let message = format!("a particle swarm has no `{RESTARTS}`");
-        return Err(table.report(
-            RESTARTS,
-            message,
-            "leave it out, or take method = \"cma-es\"",
-        ));
-    }
     let (objective, direction) = objective?;
     let file = document.file();
     let stem = || Path::new(file).file_stem();
@@ -230,13 +235,14 @@ fn objective(table: &Table<'_>) -> Result<(Placed<String>, Direction), Reported>
 fn constraints(item: &Item<'_>) -> Result<ConstraintChoice, Reported> {
     if !item.is_text() {
         let names = item.each(Item::placed_text)?;
+        let mut distinct = Ok(());
         for (index, name) in names.iter().enumerate() {
             if names[..index].iter().any(|other| other.value == name.value) {
                 let message = format!("`{}` is listed twice", name.value);
-                return Err(item.report_at(&name.place, message, "leave one of them out"));
+                distinct = Err(item.report_at(&name.place, message, "leave one of them out"));
             }
         }
-        return Ok(ConstraintChoice::Named(names));
+        return distinct.map(|()| ConstraintChoice::Named(names));
     }
     let word = item.placed_text()?;
     if word.value == "all" {
@@ -251,19 +257,24 @@ fn dimension(item: &Item<'_>) -> Result<SpaceDimension, Reported> {
     let key = table.required(KEY, Item::placed_text);
     let logarithmic = table.optional(SCALE, scale);
     table.expect(SWEEP_ONLY);
-    for key in SWEEP_ONLY {
-        if table.keys().any(|known| known == key) {
-            let message = format!("a search has no `{key}`: it searches an interval of quantities");
-            let help = format!("write `{FROM}` and `{TO}`; `twin sweep` runs given values");
-            return Err(table.report(key, message, help));
+    let refused = refuse(table, &SWEEP_ONLY, |key| {
+        let message = format!("a search has no `{key}`: it searches an interval of quantities");
+        let help = format!("write `{FROM}` and `{TO}`; `twin sweep` runs given values");
+        (message, help)
+    });
+    table.expect([FROM, TO]);
+    // An interval is not missed where other keys were given in its place.
+    refused?;
+    let is_logarithmic = logarithmic.is_ok_and(Option::unwrap_or_default);
+    let interval = interval(table, None, is_logarithmic);
+    let key = key.and_then(|key| {
+        if key.value != SEED {
+            return Ok(key);
         }
-    }
-    let interval = interval(table, None, logarithmic?.unwrap_or(false));
-    let (key, interval) = (key?, interval?);
-    if key.value == SEED {
         let message = "whole numbers are not searched";
         let help = "the seed of all runs is a key of `set`; `twin sweep` runs many seeds";
-        return Err(table.report_at(&key.place, message, help));
-    }
+        Err(table.report_at(&key.place, message, help))
+    });
+    let (key, interval, _) = (key?, interval?, logarithmic?);
     Ok(SpaceDimension { key, interval })
 }

@@ -71,7 +71,7 @@ impl DimensionValues {
             Self::Listed(values) => values[index.min(values.len() - 1)].clone(),
             Self::Interval(interval) => {
                 let last = interval.count.unwrap_or(2).saturating_sub(1).max(1);
-                interval.at(index as f64 / last as f64)
+                interval.on_grid(index as f64 / last as f64)
             }
             Self::Whole { from, to } => {
                 SweepValue::whole(from.saturating_add(index as u64).min(*to))
@@ -113,9 +113,19 @@ fn drawn(count: u128, stratum: usize, strata: usize, numbers: &mut Stream) -> u6
 }
 
 impl ValueInterval {
-    /// Returns the quantity at a share of the interval, 0 to 1; the ends are exact.
-    fn at(&self, share: f64) -> SweepValue {
-        SweepValue::quantity(self.number_at(share), self.unit)
+    /// Returns the quantity at a share of the interval, 0 to 1; the ends are exact. Where a decimal
+    /// number of a few digits differs from it by rounding errors alone, that number is meant: 2.4,
+    /// not 2.4000000000000004.
+    fn on_grid(&self, share: f64) -> SweepValue {
+        /// Digits after the first one.
+        const DIGITS: usize = 11;
+        /// Roundings of the interpolation, relative to the greater end.
+        const ROUNDINGS: f64 = 4.0 * f64::EPSILON;
+        let number = self.number_at(share);
+        let short: f64 = format!("{number:.DIGITS$e}").parse().unwrap_or(number);
+        let error = ROUNDINGS * self.from.abs().max(self.to.abs());
+        let is_meant = (short - number).abs() <= error && (self.from..=self.to).contains(&short);
+        SweepValue::quantity(if is_meant { short } else { number }, self.unit)
     }
 
     fn number_at(&self, share: f64) -> f64 {

@@ -40,17 +40,16 @@ pub(crate) fn check_dimensions<'k>(
         let message = format!("there are more than {DIMENSIONS_MOST} dimensions");
         return Err(table.report(DIMENSION, message, "leave some of them out"));
     }
+    let mut checked = Ok(());
     for (index, later) in keys.iter().enumerate() {
-        for earlier in &keys[..index] {
-            let (key, other) = (&later.value, &earlier.value);
-            if overlap(key, other) {
-                let message = format!("`{key}` is set by the dimension `{other}` already");
-                let help = "one dimension for each key";
-                return Err(table.report_at(&later.place, message, help));
-            }
+        let (key, mut earlier) = (&later.value, keys[..index].iter());
+        if let Some(other) = earlier.find(|other| overlap(key, &other.value)) {
+            let message = format!("`{key}` is set by the dimension `{}` already", other.value);
+            let help = "one dimension for each key";
+            checked = Err(table.report_at(&later.place, message, help));
         }
     }
-    Ok(())
+    checked
 }
 
 /// Returns whether one of two dotted keys is the other, or a table that contains it.
@@ -103,15 +102,15 @@ fn leaves(
         settings.push((key, toml(item)));
         return Ok(());
     };
+    let mut read = Ok(());
     for key in keys {
         if let Some(value) = item.peek(key) {
             path.push(key.to_owned());
-            let read = leaves(&value, path, settings);
+            read = leaves(&value, path, settings).and(read);
             path.pop();
-            read?;
         }
     }
-    Ok(())
+    read
 }
 
 /// Checks that a value is written in one line, which a setting requires.
@@ -129,62 +128,78 @@ pub(crate) fn scale(item: &Item<'_>) -> Result<bool, Reported> {
 
 pub(super) fn dimension(item: &Item<'_>, is_grid: bool) -> Result<SweepDimension, Reported> {
     let table = &item.table()?;
+    // All keys are read before the first return: a dimension shows all its problems.
     let key = table.required(KEY, Item::placed_text);
     let also = table.optional(ALSO, |item| item.each(Item::placed_text));
-    let also = also.map(Option::unwrap_or_default);
+    let is_listed = table.keys().any(|known| known == VALUES);
     let listed = table.optional(VALUES, listed);
     let is_seed = key.as_ref().is_ok_and(|key| key.value == SCENARIO_SEED);
-    let whole = table.optional(WHOLE, Item::boolean)?.unwrap_or(is_seed);
+    let whole = table.optional(WHOLE, Item::boolean);
     let logarithmic = table.optional(SCALE, scale);
     let count = table.optional(COUNT, |item| natural(item, 2));
     table.expect([FROM, TO]);
-    let given = |key: &str| table.keys().any(|known| known == key);
-    if let Some(values) = listed? {
-        for key in [FROM, TO, COUNT, SCALE, WHOLE] {
-            if given(key) {
-                let message = format!("`{key}` has no meaning beside `{VALUES}`");
-                return Err(table.report(key, message, "leave one of them out"));
-            }
+    let values = match whole {
+        _ if is_listed => beside_values(table)
+            .and(listed)
+            .map(|values| DimensionValues::Listed(values.unwrap_or_default())),
+        Err(reported) => Err(reported),
+        Ok(_) if !table.keys().any(|known| [FROM, TO].contains(&known)) => {
+            let help = "add `values = [ … ]`, or `from` and `to`";
+            Err(item.report("the dimension has no values", help))
         }
-        return Ok(SweepDimension {
-            key: key?,
-            also: also?,
-            values: DimensionValues::Listed(values),
-        });
-    }
-    if !given(FROM) && !given(TO) {
-        let message = "the dimension has no values";
-        let help = "add `values = [ … ]`, or `from` and `to`";
-        return Err(item.report(message, help));
-    }
-    let values = if whole {
-        for key in [COUNT, SCALE] {
-            if given(key) {
-                let message =
-                    format!("`{key}` has no meaning for whole numbers, all of which count");
-                let help = format!("leave it out, or list the numbers in `{VALUES}`");
-                return Err(table.report(key, message, help));
-            }
-        }
-        whole_numbers(table)
-    } else {
-        let count = count?;
-        let interval = interval(table, count, logarithmic?.unwrap_or(false))?;
-        match (count, is_grid) {
-            (None, true) => return Err(table.missing(COUNT)),
-            (Some(_), false) => {
-                let message = format!("`{COUNT}` has no meaning where values are drawn");
-                let help = "leave it out; `points` counts the draws";
-                return Err(table.report(COUNT, message, help));
-            }
-            _ => Ok(DimensionValues::Interval(interval)),
-        }
+        Ok(whole) if whole.unwrap_or(is_seed) => whole_numbers(table),
+        Ok(_) => quantities(table, count, logarithmic, is_grid),
     };
     Ok(SweepDimension {
         key: key?,
-        also: also?,
+        also: also?.unwrap_or_default(),
         values: values?,
     })
+}
+
+/// Reports each of `keys` that is present, as it has no meaning here.
+pub(crate) fn refuse(
+    table: &Table<'_>,
+    keys: &[&str],
+    message: impl Fn(&str) -> (String, String),
+) -> Result<(), Reported> {
+    let mut refused = Ok(());
+    for key in keys {
+        if table.keys().any(|known| known == *key) {
+            let (message, help) = message(key);
+            refused = Err(table.report(key, message, help));
+        }
+    }
+    refused
+}
+
+/// Refuses the keys of intervals beside a list of values.
+fn beside_values(table: &Table<'_>) -> Result<(), Reported> {
+    refuse(table, &[FROM, TO, COUNT, SCALE, WHOLE], |key| {
+        let message = format!("`{key}` has no meaning beside `{VALUES}`");
+        (message, "leave one of them out".to_owned())
+    })
+}
+
+/// Reads an interval of quantities, which has a number of values in a grid only.
+fn quantities(
+    table: &Table<'_>,
+    count: Result<Option<usize>, Reported>,
+    logarithmic: Result<Option<bool>, Reported>,
+    is_grid: bool,
+) -> Result<DimensionValues, Reported> {
+    let is_logarithmic = logarithmic.is_ok_and(Option::unwrap_or_default);
+    let interval = interval(table, count.unwrap_or(None), is_logarithmic);
+    match count? {
+        None if is_grid => return Err(table.missing(COUNT)),
+        Some(_) if !is_grid => {
+            let message = format!("`{COUNT}` has no meaning where values are drawn");
+            let help = "leave it out; `points` counts the draws";
+            return Err(table.report(COUNT, message, help));
+        }
+        _ => {}
+    }
+    logarithmic.and(interval.map(DimensionValues::Interval))
 }
 
 fn listed(item: &Item<'_>) -> Result<Vec<SweepValue>, Reported> {
@@ -195,19 +210,26 @@ fn listed(item: &Item<'_>) -> Result<Vec<SweepValue>, Reported> {
     if values.is_empty() {
         return Err(item.report("the list has no values", "add one"));
     }
+    let mut distinct = Ok(());
     for (index, (value, place)) in values.iter().enumerate() {
         if values[..index].iter().any(|(other, _)| other == value) {
             let message = format!("{} is listed twice", value.toml);
-            return Err(item.report_at(place, message, "leave one of them out"));
+            distinct = Err(item.report_at(place, message, "leave one of them out"));
         }
     }
+    distinct?;
     Ok(values.into_iter().map(|(value, _)| value).collect())
 }
 
 fn whole_numbers(table: &Table<'_>) -> Result<DimensionValues, Reported> {
     let from = table.required(FROM, Item::natural);
     let to = table.required(TO, Item::natural);
-    let (from, to) = (from?, to?);
+    let refused = refuse(table, &[COUNT, SCALE], |key| {
+        let message = format!("`{key}` has no meaning for whole numbers, all of which count");
+        let help = format!("leave it out, or list the numbers in `{VALUES}`");
+        (message, help)
+    });
+    let (from, to, ()) = (from?, to?, refused?);
     if from > to {
         return Err(not_ascending(table));
     }

@@ -8,7 +8,9 @@ use twinrig_document::{Document, DocumentError, Item, Placed, Range, Reported, T
 use super::design::{Design, DesignKind};
 use super::dimension::SweepDimension;
 use super::keys::{CONFIDENCE, DESIGN, DIMENSION, MAX, MIN, NAME, OF, POINTS, SEED, SET, SHARE};
-use super::read::{POINTS_MOST, check_dimensions, dimension, natural, refuse_scenario, settings};
+use super::read::{
+    POINTS_MOST, check_dimensions, dimension, natural, refuse, refuse_scenario, settings,
+};
 use super::share::{ShareSpec, percent};
 use super::value::SweepValue;
 
@@ -93,18 +95,27 @@ fn spec(document: &Document, table: &Table<'_>) -> Result<SweepSpec, Reported> {
     let is_grid = kind == Ok(DesignKind::Grid);
     let dimensions = table.required(DIMENSION, |item| item.each(|item| dimension(item, is_grid)));
     let shares = table.optional(SHARE, |item| item.each(share));
-    let (kind, points, seed, dimensions) = (kind?, points?, seed?, dimensions?);
-    check_dimensions(table, dimensions.iter().flat_map(SweepDimension::keys))?;
-    let points = if is_grid {
-        for key in [POINTS, SEED] {
-            if table.keys().any(|known| known == key) {
-                let help = "leave it out, or choose another `design`";
-                return Err(table.report(key, format!("a grid has no `{key}`"), help));
-            }
-        }
-        grid_points(table, &dimensions)?
+    let of_draws = if is_grid {
+        refuse(table, &[POINTS, SEED], |key| {
+            let help = "leave it out, or choose another `design`";
+            (format!("a grid has no `{key}`"), help.to_owned())
+        })
     } else {
-        points.ok_or_else(|| table.missing(POINTS))?
+        Ok(())
+    };
+    let points = match points {
+        Ok(None) if !is_grid && kind.is_ok() => Err(table.missing(POINTS)),
+        points => points,
+    };
+    let dimensions = dimensions.and_then(|dimensions| {
+        check_dimensions(table, dimensions.iter().flat_map(SweepDimension::keys))?;
+        Ok(dimensions)
+    });
+    let (kind, points, seed, dimensions) = (kind?, points?, seed?, dimensions?);
+    of_draws?;
+    let points = match points {
+        Some(points) if !is_grid => points,
+        _ => grid_points(table, &dimensions)?,
     };
     let file = document.file();
     let stem = || Path::new(file).file_stem();

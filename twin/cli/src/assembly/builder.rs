@@ -13,6 +13,7 @@ use crate::parts::coupling;
 use crate::parts::drives::with_abduction;
 use crate::parts::idle::Idle;
 use crate::parts::plant_kind::{PlantContext, StandaloneModel};
+use crate::parts::start;
 
 /// The error of a kind that the registry does not have.
 const NO_SUCH_KIND: &str = "there is none of that name";
@@ -266,7 +267,10 @@ impl<'a> PartBuilder<'a> {
             .plant(&context)
             .unwrap_or_else(|| Err(NO_SUCH_KIND.into()))
             .and_then(|plant| with_abduction(plant, &context))
-            .map_err(|source| self.not_built("plant", &plant.model, source))
+            .map_err(|source| match start::mistake(&context) {
+                Some(problem) => TwinError::Document(problem.into()),
+                None => self.not_built("plant", &plant.model, source),
+            })
     }
 }
 

@@ -7,7 +7,7 @@ use twinrig_document::Document;
 use twinrig_kernel::{Port, SimDuration, SimTime, signal};
 use twinrig_legged::Constraints;
 use twinrig_robot::Robot;
-use twinrig_runtime::{Change, Plant, Rig, RigError, Schedule, Timing, WiringError};
+use twinrig_runtime::{Change, Plant, Rig, Schedule, Timing};
 use twinrig_scenario::{
     ActuatorSpec, BusSpec, CommandedGait, Facts, PlantSpec, Scenario, Scene, Setting,
 };
@@ -17,6 +17,7 @@ pub(crate) mod body;
 pub(crate) mod builder;
 pub(crate) mod buses;
 mod commanded_gait;
+mod failure;
 mod instrumented;
 pub(crate) mod registry;
 mod sensed;
@@ -473,26 +474,5 @@ impl<'r> Assembly<'r> {
 
     pub(crate) fn leg_names(&self) -> Vec<&str> {
         self.builder().leg_names()
-    }
-
-    /// Returns the remedy for a command that has no input at a standalone plant.
-    fn rig_help(&self, error: &RigError) -> String {
-        let unmatched = matches!(error, RigError::Wiring(WiringError::Unmatched { port, .. }) if signal::parse_leg(&port.name).is_some());
-        let kind = self.scenario().controller.as_ref().map(|spec| &spec.kind);
-        match (kind, self.body.standalone_model()) {
-            (Some(kind), Some(_)) if unmatched => format!(
-                "\n  = help: `{kind}` has the same signals for every leg: map them all in [plant.inputs] and [plant.outputs], or write a controller of your own"
-            ),
-            _ => String::new(),
-        }
-    }
-
-    pub(crate) fn rig_error(&self, source: RigError) -> TwinError {
-        let help = self.rig_help(&source);
-        TwinError::Rig {
-            file: self.scenario().file.clone(),
-            help,
-            source: Box::new(source),
-        }
     }
 }

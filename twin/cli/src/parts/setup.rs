@@ -7,17 +7,16 @@ use twinrig_kernel::{Port, SimDuration, signal, stream};
 use twinrig_leg::LegCommand;
 use twinrig_legged::{
     Base, Drives, Push, PushSchedule, PushShape, PushTarget, SetPoint, Setup, Signals, Start,
-    StartPose,
 };
 use twinrig_robot::{Motors, Robot, Servo};
 use twinrig_scenario::{
     ActuatorKind, Base as SceneBase, Ground as SceneGround, GroundBelow, Heights, PlantSpec,
     Profile, PulseShape, PushLoad, PushSite, PushSpec, ServoOverride, SetPointKind,
-    StartPose as SceneStart,
 };
 
 use crate::error::BuildError;
 use crate::parts::plant_kind::PlantContext;
+use crate::parts::start;
 
 /// Returns the setup of a legged plant, with the default step `step`.
 ///
@@ -84,8 +83,8 @@ pub fn pushes(context: &PlantContext<'_>) -> Vec<Push> {
 /// Returns the start pose of the scenario, or else the pose of the first commands of the
 /// controller.
 fn start(context: &PlantContext<'_>) -> Start {
-    if let Some(SceneStart { q, rates }) = context.plant.start {
-        return StartPose { q, rates }.into();
+    if let Some(start) = &context.plant.start {
+        return start::pose(start).into();
     }
     let legs = context.legs.iter();
     legs.filter_map(|leg| first_command(leg, context)).collect()

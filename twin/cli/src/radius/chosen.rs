@@ -2,7 +2,8 @@
 
 use twinrig_campaign::radius::{AxisGrid, AxisValues, DisturbanceAxis, KeyChange, KeyRule};
 use twinrig_document::{
-    Document, DocumentError, Item, Placed, Problem, Range, Reported, quoted, suggestion,
+    Document, DocumentError, Item, Placed, Problem, Range, Reported, fitting_units, print_quantity,
+    quantity_name, quoted, suggestion,
 };
 use twinrig_kernel::Unit;
 
@@ -98,15 +99,13 @@ fn of_key(context: &DisturbanceContext<'_>, axis: &KeyAxis) -> Result<Disturbanc
             return Err(at(&given, message, "name a key with a number".to_owned()));
         }
     };
-    if of != unit || nominal == limit {
-        let [from, to] = [of, unit].map(Unit::symbol);
-        let message = if of == unit {
-            format!("`{key}` is {nominal} {to} without a disturbance already")
-        } else {
-            format!("`{key}` is in {from} without a disturbance, and in {to} with one")
-        };
-        let help = "give another value by --to".to_owned();
-        return Err(at(&given, message, help));
+    if of != unit {
+        return Err(unit_differs(&key, of, unit, &axis.to));
+    }
+    if nominal == limit {
+        let shown = print_quantity(nominal, of);
+        let message = format!("`{key}` is {shown} without a disturbance already");
+        return Err(at(&given, message, "give another value by --to".to_owned()));
     }
     Ok(DisturbanceAxis {
         name: axis.key.clone(),
@@ -126,6 +125,27 @@ fn of_key(context: &DisturbanceContext<'_>, axis: &KeyAxis) -> Result<Disturbanc
             rule: KeyRule::Equal,
         }],
     })
+}
+
+/// Returns the error of a greatest value in another unit than the value without a disturbance.
+fn unit_differs(key: &str, nominal: Unit, limit: Unit, text: &str) -> TwinError {
+    let is = |unit| match unit {
+        Unit::One => "a plain number".to_owned(),
+        unit => format!("{} in {unit}", quantity_name(unit)),
+    };
+    let help = match (nominal, limit) {
+        (Unit::One, _) => "write the number without a unit".to_owned(),
+        (_, Unit::One) => format!("write its unit, as in --to \"{text} {nominal}\""),
+        _ => format!("units that fit: {}", fitting_units(nominal)),
+    };
+    refused(
+        format!(
+            "--to {text} is {}, and `{key}` is {} without a disturbance",
+            is(limit),
+            is(nominal)
+        ),
+        help,
+    )
 }
 
 /// Reads a value of the command line; messages show `origin` as its file.

@@ -226,7 +226,7 @@ fn mistakes_are_errors_with_a_remedy() {
         (&["--along", "seed.x", "--to", "3"], "--along seed.x=VALUE"),
         (
             &["--along", "duration", "--to", "3 m"],
-            "`duration` is in s",
+            "`duration` is a duration in s",
         ),
         (&["--along", "duration"], "1 --along and 0 --to"),
         (

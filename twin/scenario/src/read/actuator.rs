@@ -1,5 +1,7 @@
 //! Reading `[actuator]`.
 
+use std::f64::consts::PI;
+
 use serde_json::json;
 use twinrig_document::{Item, Range, Reported};
 use twinrig_kernel::{SimDuration, Unit};
@@ -28,13 +30,13 @@ table! {
 table! {
     /// Keys of `hip` and `knee`.
     pub(super) servo_table = TableSpec::new("servo", "parameters of the servos of one joint");
-    LAG: f64 = "lag", quantity(Unit::Second, Range::POSITIVE), "time constant of a servo",
+    LAG: f64 = "lag", quantity(Unit::Second, Range::positive_to(60.0)), "time constant of a servo",
         r#"lag = "5 ms""#, otherwise("the robot file's");
-    SPEED: f64 = "speed", quantity(Unit::RadianPerSecond, Range::POSITIVE),
+    SPEED: f64 = "speed", quantity(Unit::RadianPerSecond, Range::positive_to(1e5)),
         "speed limit of a servo", r#"speed = "20 rad/s""#, otherwise("the robot file's");
-    TORQUE: f64 = "torque", quantity(Unit::NewtonMeter, Range::POSITIVE), "torque limit of a servo",
+    TORQUE: f64 = "torque", quantity(Unit::NewtonMeter, Range::positive_to(1e5)), "torque limit of a servo",
         r#"torque = "5 N·m""#, otherwise("the robot file's");
-    DEAD_BAND: f64 = "dead_band", quantity(Unit::Radian, Range::NOT_NEGATIVE),
+    DEAD_BAND: f64 = "dead_band", quantity(Unit::Radian, Range::between(0.0, PI)),
         "dead band of a servo", r#"dead_band = "0 deg""#, otherwise("the robot file's");
 }
 

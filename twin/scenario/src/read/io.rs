@@ -35,7 +35,7 @@ table! {
     SIGNALS: Vec<Placed<String>> = "signals", NAMES,
         "names of recorded signals; `*` and `**` are wildcards",
         r#"signals = ["body/*", "leg/**"]"#, otherwise("all");
-    FRAMES: f64 = "frames", quantity(Unit::Hertz, Range::NOT_NEGATIVE),
+    FRAMES: f64 = "frames", quantity(Unit::Hertz, Range::between(0.0, 1e6)),
         r#"rate at which poses are recorded; `"0 Hz"`: none"#, r#"frames = "25 Hz""#,
         default("'50 Hz'");
     BYTES: bool = "bytes", BOOLEAN, "whether the bytes on the wires are recorded", "bytes = true",

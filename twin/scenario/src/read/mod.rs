@@ -6,9 +6,11 @@ mod changes;
 mod checks;
 mod controller;
 mod coupling;
+mod elsewhere;
 mod ensemble;
 mod expect;
 mod fall;
+mod file;
 mod footsteps;
 mod io;
 mod limits;
@@ -23,9 +25,7 @@ mod vector;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use twinrig_document::{
-    Document, DocumentError, Item, Overrides, Placed, Problem, Reported, Table,
-};
+use twinrig_document::{Document, DocumentError, Item, Overrides, Placed, Reported, Table};
 use twinrig_kernel::SimDuration;
 
 pub(crate) use checks::{code, print_duration};
@@ -34,6 +34,7 @@ pub(crate) use limits::limits_table;
 pub(crate) use time::TIME;
 
 use checks::ScenarioChecks;
+use file::scenario;
 
 use crate::actuator::ActuatorSpec;
 use crate::catalogue::{Catalogue, Kind};
@@ -141,62 +142,6 @@ impl Scenario {
     ) -> Result<Self, DocumentError> {
         scenario(Document::parse(file, text)?, folder, settings, catalogue)
     }
-}
-
-/// Reads a scenario from a document.
-fn scenario(
-    mut document: Document,
-    folder: &Path,
-    settings: &[Setting],
-    catalogue: &Catalogue,
-) -> Result<Scenario, DocumentError> {
-    if let Some(problem) = other_file(&document) {
-        return Err(problem.into());
-    }
-    let file = document.file().to_owned();
-    let text = document.text().to_owned();
-    for setting in settings {
-        document.set(&setting.origin, &setting.key, &setting.value)?;
-    }
-    let (mut scenario, warnings) = document.check_and_warn(|table| {
-        let source = Source {
-            file,
-            text,
-            folder,
-            settings,
-        };
-        read(table, source, catalogue)
-    })?;
-    scenario.warnings = warnings;
-    Ok(scenario)
-}
-
-/// Problem of a file that is no scenario but one of the other kinds of this program.
-fn other_file(document: &Document) -> Option<Problem> {
-    let has = |key: &str| document.keys().any(|known| known == key);
-    if has(root_table::PLANT.name) {
-        return None;
-    }
-    let file = document.file();
-    let (what, help) = if has("trunk") && has("mount") {
-        let help = "name it in a scenario, as `robot = \"robots/mine.toml\"`";
-        ("a robot file", help.to_owned())
-    } else if has("dimension") && (has("minimize") || has("maximize")) {
-        let help = format!("`twin optimize SCENARIO --space {file}` searches in it");
-        ("a search space", help)
-    } else if has("dimension") {
-        (
-            "the specification of a sweep",
-            format!("`twin sweep SCENARIO {file}` runs it"),
-        )
-    } else {
-        return None;
-    };
-    Some(Problem::of_file(
-        file,
-        format!("this is {what}, not a scenario"),
-        help,
-    ))
 }
 
 /// Reads the robot, which only a standalone plant does not require.

@@ -1,5 +1,7 @@
 //! Reading `[plant]` and its ground.
 
+use std::f64::consts::TAU;
+
 use twinrig_document::{Item, Placed, Range, Reported};
 use twinrig_kernel::{SimDuration, Unit};
 use twinrig_runtime::Coupling;
@@ -51,8 +53,14 @@ const LEGS: Type<Vec<Placed<String>>> = Type::new(
     |item, _| legs(item),
 );
 
-const ANGLE: Type<f64> = quantity(Unit::Radian, Range::ANY);
-const RATE: Type<f64> = quantity(Unit::RadianPerSecond, Range::ANY);
+/// A joint turns no further.
+const ANGLE: Type<f64> = quantity(Unit::Radian, Range::between(-TAU, TAU));
+/// The speed of the fastest servo of a robot file.
+const RATE: Type<f64> = quantity(Unit::RadianPerSecond, Range::between(-1e5, 1e5));
+/// Extent of a ground along an axis \[m\].
+const EXTENT: f64 = 1e5;
+/// Greatest height of a ground \[m\].
+const HEIGHT_MOST: f64 = 1e3;
 
 table! {
     /// Keys of `start`.
@@ -98,26 +106,26 @@ table! {
         "coefficient of restitution: a ratio of speeds, in `lcp` by `rk4` and `rodas4` of impulses",
         "restitution = 0.3", default("0");
     PROFILE: ProfileName = "profile", choice(), "shape", r#"profile = "flat""#, default("'flat'");
-    AT: f64 = "at", quantity(Unit::Meter, Range::ANY),
+    AT: f64 = "at", quantity(Unit::Meter, Range::between(-EXTENT, EXTENT)),
         "place of the step, or of the near edge of a hole or bar",
         r#"profile = "step-down", at = "1 m", height = "20 mm""#, required(),
         only_with(&["step-down", "hole", "bar"]);
-    HEIGHT: f64 = "height", quantity(Unit::Meter, Range::NOT_NEGATIVE),
+    HEIGHT: f64 = "height", quantity(Unit::Meter, Range::between(0.0, HEIGHT_MOST)),
         "depth of the step or of the hole, height of the bar",
         r#"profile = "step-down", at = "1 m", height = "20 mm""#, required(),
         only_with(&["step-down", "hole", "bar"]);
-    LENGTH: f64 = "length", quantity(Unit::Meter, Range::POSITIVE),
+    LENGTH: f64 = "length", quantity(Unit::Meter, Range::positive_to(EXTENT)),
         "extent of a hole or bar along x",
         r#"profile = "hole", at = "1 m", length = "5 cm", height = "20 mm""#, required(),
         only_with(&["hole", "bar"]);
-    SPACING: f64 = "spacing", quantity(Unit::Meter, Range::POSITIVE), "distance of grid points",
+    SPACING: f64 = "spacing", quantity(Unit::Meter, Range::positive_to(HEIGHT_MOST)), "distance of grid points",
         r#"profile = "heights", spacing = "5 cm", amplitude = "4 mm""#, required(),
         only_with(&["heights"]);
     VALUES: Vec<Vec<f64>> = "values", Type::new(ROWS, |item, _| rows(item)),
         "given heights, each row along x",
         r#"profile = "heights", spacing = "5 cm", values = [["0 mm", "5 mm"], ["2 mm", "0 mm"]]"#,
         one_of(), only_with(&["heights"]);
-    AMPLITUDE: f64 = "amplitude", quantity(Unit::Meter, Range::NOT_NEGATIVE),
+    AMPLITUDE: f64 = "amplitude", quantity(Unit::Meter, Range::between(0.0, HEIGHT_MOST)),
         "greatest of random heights",
         r#"profile = "heights", spacing = "5 cm", amplitude = "4 mm""#, one_of(),
         only_with(&["heights"]);
@@ -126,11 +134,14 @@ table! {
         otherwise("the run's"), needs("amplitude"), only_with(&["heights"]);
 }
 
+/// Given heights \[m\].
+const HEIGHTS: Range = Range::between(-HEIGHT_MOST, HEIGHT_MOST);
+
 const ROWS: Shape = Shape::List {
     of: &Shape::List {
         of: &Shape::One(Accepts::Quantity {
             unit: Unit::Meter,
-            range: Range::ANY,
+            range: HEIGHTS,
         }),
         least: 1,
         distinct: false,
@@ -224,9 +235,15 @@ fn start(item: &Item<'_>) -> Result<StartPose, Reported> {
     let table = start_table::TABLE.of(table);
     let [q1, q2, q3] = [Q1, Q2, Q3].map(|key| table.read(&key));
     let [hip, knee, ankle] = [Q1_RATE, Q2_RATE, Q3_RATE].map(|key| table.read(&key));
+    let place = |key| {
+        table
+            .item(&key)
+            .map_or_else(|| item.place(), |it| it.place())
+    };
     Ok(StartPose {
         q: [q1?, q2?, q3?],
         rates: [hip?, knee?, ankle?],
+        places: [Q1, Q2, Q3].map(place),
     })
 }
 
@@ -285,7 +302,7 @@ fn heights(table: Declared<'_, '_>) -> Result<Heights, Reported> {
 }
 
 fn rows(item: &Item<'_>) -> Result<Vec<Vec<f64>>, Reported> {
-    let rows = item.each(|row| row.each(|height| height.quantity(Unit::Meter, &Range::ANY)))?;
+    let rows = item.each(|row| row.each(|height| height.quantity(Unit::Meter, &HEIGHTS)))?;
     let columns = rows.first().map_or(0, Vec::len);
     if columns == 0 || rows.iter().any(|row| row.len() != columns) {
         let help = "as in [[\"0 mm\", \"5 mm\"], [\"2 mm\", \"0 mm\"]]: rows of the same length, each along x";

@@ -158,6 +158,9 @@ fn push(item: &Item<'_>, n: usize, context: &Context<'_>) -> Result<PushSpec, Re
         torque: table.get(&TORQUE),
         impulse: table.get(&IMPULSE),
     };
+    let place = [&FORCE, &TORQUE, &IMPULSE];
+    let place = place.into_iter().find_map(|key| table.item(key));
+    let place = place.map_or_else(|| item.place(), |it| it.place());
     let (on, shape, lasts) = (on?, shape?, lasts?);
     let (is_torque, peak) = strengths.peak(table, item, &on, shape.mean() * lasts.as_secs_f64())?;
     let load = match (is_torque, point?) {
@@ -210,6 +213,7 @@ fn push(item: &Item<'_>, n: usize, context: &Context<'_>) -> Result<PushSpec, Re
         load,
         shape,
         peak: direction.map(|x| x * peak),
+        place,
     })
 }
 

@@ -22,7 +22,7 @@ pub(super) const fn three(of: &'static Shape) -> Shape {
 pub(super) const PLACE: Type<[f64; 3]> = Type::new(
     three(&Shape::One(Accepts::Quantity {
         unit: Unit::Meter,
-        range: Range::ANY,
+        range: DISTANCE,
     })),
     |item, _| vector(item, Unit::Meter, &DISTANCE),
 );

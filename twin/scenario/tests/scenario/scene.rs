@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{Change, Timing};
 use twinrig_scenario::{
-    LegFact, OptionValue, PayloadSpec, Profile, Scenario, Setting, StartPose, SurfaceSpec,
+    LegFact, OptionValue, PayloadSpec, Profile, Scenario, Setting, SurfaceSpec,
 };
 
 fn left_out(text: &str) -> Vec<String> {
@@ -166,11 +166,9 @@ fn all_values_of_a_file_are_read() {
     assert!(matches!(&scenario.io.transfer_time, Timing::Trace(times) if times.len() == 2));
     assert_eq!(scenario.observe.period, SimDuration::from_millis(4));
     let quarter = core::f64::consts::FRAC_PI_2;
-    let start = StartPose {
-        q: [quarter, 0.0, 0.5],
-        rates: [0.0, -3.0, 0.0],
-    };
-    assert_eq!(scenario.plant.start, Some(start));
+    let start = scenario.plant.start.as_ref().unwrap();
+    assert_eq!(start.q, [quarter, 0.0, 0.5]);
+    assert_eq!(start.rates, [0.0, -3.0, 0.0]);
     let ground = scenario.plant.ground.as_ref().unwrap();
     assert_eq!((ground.friction, ground.restitution), (None, 0.25));
     assert_eq!(
