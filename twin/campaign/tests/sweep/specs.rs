@@ -268,14 +268,14 @@ fn all_mistakes_are_reported_at_once() {
 
 #[test]
 fn values_of_decimal_steps_are_decimal() {
-    let spec = spec("[[dimension]]\nkey = 'a'\nfrom = '1.2 Hz'\nto = '3 Hz'\ncount = 10").unwrap();
+    let spec = spec("[[dimension]]\nkey = 'a'\nfrom = '2.1 Hz'\nto = '3 Hz'\ncount = 10").unwrap();
     let shown: Vec<String> = spec
         .points()
         .iter()
         .map(|it| it[0].shown().to_owned())
         .collect();
-    let expected: Vec<String> = (6..=15)
-        .map(|n| format!("{} Hz", f64::from(n) / 5.0))
+    let expected: Vec<String> = (21..=30)
+        .map(|n| format!("{} Hz", f64::from(n) / 10.0))
         .collect();
     assert_eq!(shown, expected);
 }
