@@ -172,7 +172,7 @@ fn check_geometry(table: &Table<'_>, leg: &Leg) -> Result<(), Reported> {
         let message =
             "the preload of `parallel` is not shorter than `l2`: the spring would have no length";
         let help = format!("it must be less than {}", mm(leg.l2));
-        result = Err(table.report("parallel", message, help));
+        result = Err(report_preload(table, "parallel", message, help));
     }
     if leg.diagonal_min < diagonal_max && -leg.diagonal.preload > diagonal_max - leg.diagonal_min {
         let message = "the preload of `diagonal` makes the unloaded leg bottom out";
@@ -180,7 +180,7 @@ fn check_geometry(table: &Table<'_>, leg: &Leg) -> Result<(), Reported> {
             "it must not be less than {}, the travel from extended to bottomed out",
             mm(leg.diagonal_min - diagonal_max)
         );
-        result = Err(table.report("diagonal", message, help));
+        result = Err(report_preload(table, "diagonal", message, help));
     }
     if -leg.parallel.preload > leg.parallel_travel {
         let message = "the preload of `parallel` opens the unloaded pantograph beyond its stop";
@@ -188,9 +188,16 @@ fn check_geometry(table: &Table<'_>, leg: &Leg) -> Result<(), Reported> {
             "it must not be less than {}, its travel to the stop",
             mm(-leg.parallel_travel)
         );
-        result = Err(table.report("parallel", message, help));
+        result = Err(report_preload(table, "parallel", message, help));
     }
     result
+}
+
+/// Reports a problem at the preload of a spring.
+fn report_preload(table: &Table<'_>, spring: &str, message: &str, help: String) -> Reported {
+    let preload = table.get(spring).and_then(|spring| spring.peek("preload"));
+    let place = preload.map_or_else(|| table.key_place(spring), |preload| preload.place());
+    table.report_at(&place, message, help)
 }
 
 /// Length of the diagonal in the extended leg (thesis, appendix A:

@@ -238,3 +238,44 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn all_mistakes_are_reported_at_once() {
+    let text = "points = 3\nseed = 2\n[set]\na = [\n1]\nb = [\n2]\n\
+                [[dimension]]\nkey = 'a'\nfrom = 1\nto = 2\ncount = 1\nscale = 'log'\nwhole = 3\n\
+                [[dimension]]\nkey = 'b'\nvalues = [1, 1]\ncount = 4\n\
+                [[share]]\nof = 'verdict'";
+    let error = spec(text).unwrap_err();
+    for message in [
+        "a grid has no `points`",
+        "a grid has no `seed`",
+        "`count` is 1",
+        "`log` is not a valid `scale`",
+        "`whole` is a whole number; expected true or false",
+        "1 is listed twice",
+        "`count` has no meaning beside `values`",
+        "the share has no bound",
+    ] {
+        assert!(error.contains(message), "{message}: {error}");
+    }
+    assert_eq!(
+        error.matches("a value of a setting is one line").count(),
+        2,
+        "{error}"
+    );
+    assert!(!error.contains("unknown key"), "{error}");
+}
+
+#[test]
+fn values_of_decimal_steps_are_decimal() {
+    let spec = spec("[[dimension]]\nkey = 'a'\nfrom = '2.1 Hz'\nto = '3 Hz'\ncount = 10").unwrap();
+    let shown: Vec<String> = spec
+        .points()
+        .iter()
+        .map(|it| it[0].shown().to_owned())
+        .collect();
+    let expected: Vec<String> = (21..=30)
+        .map(|n| format!("{} Hz", f64::from(n) / 10.0))
+        .collect();
+    assert_eq!(shown, expected);
+}

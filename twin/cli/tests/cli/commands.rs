@@ -618,20 +618,3 @@ fn failure_of_a_plant_names_the_push_that_acts() {
     );
     assert!(json(&push("1 N", "1 s").out)[0]["error"].is_null());
 }
-
-#[test]
-fn all_mistakes_of_a_sweep_are_reported_at_once() {
-    let trot = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/trot.toml");
-    let folder = Folder::new("sweep-mistakes");
-    let text = "design = \"grid\"\npoints = 3\nseed = \"a\"\n\
-                [[dimension]]\nkey = \"seed\"\nvalues = []\n";
-    let done = twin(&["sweep", trot, &folder.file("spec.toml", text)]);
-    assert_eq!(done.code, 2);
-    for mistake in [
-        "a grid has no `points`",
-        "`seed` is a text",
-        "the list has no values",
-    ] {
-        assert!(done.err.contains(mistake), "{}", done.err);
-    }
-}

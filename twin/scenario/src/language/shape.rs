@@ -98,7 +98,12 @@ impl Shape {
             Shape::Pattern(_) => "text".to_owned(),
             Shape::False => "`false`".to_owned(),
             Shape::List { of, .. } => match of {
-                Shape::One(_) | Shape::Plant => format!("list of {}s", of.words()),
+                Shape::One(_) | Shape::Plant => {
+                    // The plural of `length, at most 10 m` is that of the length.
+                    let words = of.words();
+                    let (name, range) = words.split_at(words.find(", ").unwrap_or(words.len()));
+                    format!("list of {name}s{range}")
+                }
                 Shape::Either(_) => format!("list of ({})", of.words()),
                 _ => format!("list of {}", of.words()),
             },
