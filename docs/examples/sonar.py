@@ -20,7 +20,7 @@ link = sys.argv[1]
 if os.path.islink(link):
     os.remove(link)
 os.symlink(os.ttyname(port), link)
-print(f"connect with: --port rangefinder={link}", flush=True)
+print(f"connect with: --port sonar={link}", flush=True)
 answers = 0
 try:
     while True:

@@ -1,7 +1,10 @@
 use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_runtime::{Part, PlantAccess, TaskError, TransmitBuffer, Wire};
 
-use crate::{Arrivals, Duplex, FaultSchedule, Faulty, Line, Node, Piece, Uart, WireError, earlier};
+use crate::{
+    Arrivals, Duplex, FaultSchedule, Faulty, Line, Node, Piece, Uart, UsbSerial, UsbTiming,
+    WireError, earlier,
+};
 
 /// Host end of a line without USB in between: written bytes enter the line at once, to be paced by
 /// a [`crate::Uart`]; received bytes are readable as soon as they are complete.
@@ -86,7 +89,31 @@ pub fn device_wire<N: Node>(
     faults: &FaultSchedule,
     node: N,
 ) -> Result<impl Wire + use<N>, WireError> {
-    let place = format!("wire/{}", node.name());
-    let line = Faulty::new(&place, byte_time, faults, Duplex::new(byte_time, node))?;
+    let line = device_line(byte_time, faults, node)?;
     Ok(HostEnd::new(Uart::new(byte_time, line)))
+}
+
+/// Returns the wire of a device at a USB converter, as [`device_wire`] is that of one at a UART of
+/// the host. The faults are between converter and device.
+///
+/// # Errors
+/// [`WireError`] if a fault or the timing is invalid.
+pub fn usb_device_wire<N: Node>(
+    timing: UsbTiming,
+    byte_time: SimDuration,
+    faults: &FaultSchedule,
+    node: N,
+) -> Result<impl Wire + use<N>, WireError> {
+    let name = node.name().to_owned();
+    let line = device_line(byte_time, faults, node)?;
+    UsbSerial::new(&name, timing, byte_time, faults.seed, line)
+}
+
+fn device_line<N: Node>(
+    byte_time: SimDuration,
+    faults: &FaultSchedule,
+    node: N,
+) -> Result<Faulty<Duplex<N>>, WireError> {
+    let place = format!("wire/{}", node.name());
+    Faulty::new(&place, byte_time, faults, Duplex::new(byte_time, node))
 }

@@ -134,7 +134,7 @@ pub use frame_format::{FrameFormat, crc16, sum16};
 pub use framed_driver::{FrameOutcome, FramedDriver, Protocol, RequestKind};
 pub use framed_node::{Emulation, FramedNode, TxQueue};
 pub use framer::{FrameMatch, Framer, FramerState};
-pub use host_end::{HostEnd, device_wire};
+pub use host_end::{HostEnd, device_wire, usb_device_wire};
 pub use line::{Line, earlier};
 pub use message::{FrameError, FramedMessage};
 pub use node::Node;

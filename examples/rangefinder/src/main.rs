@@ -14,12 +14,13 @@ use std::process::ExitCode;
 use twinrig::Registry;
 use twinrig::bus::{
     AnalogSource, BuildError, BusContext, BusKind, FramedDriver, FramedNode, SimDuration, Wire,
-    device_wire,
 };
 
 use device::EmulatedRangeFinder;
 use driver::RangeFinder;
 
+/// Name of the bus in scenarios.
+const NAME: &str = "rangefinder";
 const BAUD: u32 = 115_200;
 /// Start bit, eight data bits, stop bit.
 const BYTE_TIME: SimDuration = SimDuration::from_nanos(10_000_000_000 / BAUD as u64);
@@ -27,16 +28,18 @@ const BYTE_TIME: SimDuration = SimDuration::from_nanos(10_000_000_000 / BAUD as 
 const HEIGHT: &str = "body/position";
 
 fn main() -> ExitCode {
-    twinrig::run(Registry::standard().with_bus(range_finder()))
+    twinrig::run(registry())
 }
 
-/// Bus kind `rangefinder` of scenarios: description, driver, and wire with the emulated device.
-fn range_finder() -> BusKind {
+/// All parts of `twin`, and this bus kind: description, driver, and wire with the emulated device.
+fn registry() -> Registry {
     let about = "an example of a serial device: measures the height of the trunk";
-    BusKind::new("rangefinder", about, driver, wire)
+    let kind = BusKind::new(NAME, about, driver, wire)
         .at_baud(BAUD)
         .with_faults()
-        .measuring(|_| vec![HEIGHT.to_owned()])
+        .with_usb()
+        .measuring(|_| vec![HEIGHT.to_owned()]);
+    Registry::standard().with_bus(kind)
 }
 
 #[expect(clippy::unnecessary_wraps, reason = "drivers of other kinds may fail")]
@@ -44,15 +47,15 @@ fn driver(context: &BusContext<'_>) -> Result<FramedDriver<RangeFinder>, BuildEr
     Ok(FramedDriver::new(RangeFinder::new(context.name)))
 }
 
-fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
+fn wire(context: &BusContext<'_>) -> Result<Box<dyn Wire>, BuildError> {
     let height = AnalogSource {
         signal: HEIGHT.to_owned(),
         component: 2,
         scale: 1.0,
         offset: 0.0,
     };
-    let device = FramedNode::new(EmulatedRangeFinder::new(context.name, height));
-    Ok(device_wire(BYTE_TIME, &context.fault_schedule(), device)?)
+    let device = EmulatedRangeFinder::new(context.name, height);
+    context.device_wire(BYTE_TIME, FramedNode::new(device))
 }
 
 #[cfg(test)]
@@ -68,7 +71,7 @@ mod tests {
 
     #[test]
     fn scenario_meets_its_expectations() {
-        let registry = Registry::standard().with_bus(range_finder());
+        let registry = registry();
         let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/rangefinder.toml"));
         let assembly = Assembly::of_file(&registry, path, &[]);
         let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
@@ -99,7 +102,7 @@ mod tests {
 
     #[test]
     fn driver_measures_at_a_port_and_unconnected_commands_are_noted() {
-        let registry = Registry::standard().with_bus(range_finder());
+        let registry = registry();
         let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/rangefinder.toml"));
         let assembly = Assembly::of_file(&registry, path, &[]).unwrap();
         let device = Pty::open().unwrap();
@@ -128,7 +131,7 @@ mod tests {
     /// Regenerate with `UPDATE_SCHEMA=1 cargo test -p rangefinder schema`.
     #[test]
     fn schema_matches_this_program() {
-        let registry = Registry::standard().with_bus(range_finder());
+        let registry = registry();
         let mut schema = Vec::new();
         let code = twinrig::run_with(&registry, ["schema"], &mut schema, &mut Vec::new());
         assert_eq!(code, 0);
@@ -146,7 +149,7 @@ mod tests {
     fn tutorials_quote_this_example() {
         let pages = [
             (include_str!("../../../drivers/README.md"), 100),
-            (include_str!("../../../docs/tutorial-serial-device.md"), 120),
+            (include_str!("../../../docs/tutorial-serial-device.md"), 60),
             (include_str!("../../../docs/tutorial-timing-tests.md"), 100),
         ];
         let sources = [
@@ -188,7 +191,7 @@ mod tests {
             .unwrap();
         let mut printed = BufReader::new(sonar.stdout.take().unwrap()).lines();
         assert!(printed.next().unwrap().unwrap().starts_with("connect with"));
-        let registry = Registry::standard().with_bus(range_finder());
+        let registry = registry();
         let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/rangefinder.toml"));
         let assembly = Assembly::of_file(&registry, path, &[]).unwrap();
         let execution = Execution {

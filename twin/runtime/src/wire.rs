@@ -58,3 +58,29 @@ pub trait Wire: Part {
     /// Appends the bytes that are available to the host at this time.
     fn receive(&mut self, bytes: &mut Vec<u8>);
 }
+
+impl<W: Wire + ?Sized> Wire for Box<W> {
+    fn send(&mut self, now: SimTime, bytes: &[u8]) {
+        (**self).send(now, bytes);
+    }
+
+    fn send_contiguous(&mut self, now: SimTime, bytes: &[u8]) {
+        (**self).send_contiguous(now, bytes);
+    }
+
+    fn transmit_buffer(&self) -> Option<TransmitBuffer> {
+        (**self).transmit_buffer()
+    }
+
+    fn next_wake(&self) -> Option<SimTime> {
+        (**self).next_wake()
+    }
+
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        (**self).advance(now, plant)
+    }
+
+    fn receive(&mut self, bytes: &mut Vec<u8>) {
+        (**self).receive(bytes);
+    }
+}

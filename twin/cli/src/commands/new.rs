@@ -51,6 +51,10 @@ const DRIVER: Template = &[
         include_str!("../../templates/driver/scenario.toml"),
     ),
     (
+        "port.toml",
+        include_str!("../../templates/driver/port.toml"),
+    ),
+    (
         "src/main.rs",
         include_str!("../../templates/driver/src/main.rs"),
     ),
@@ -65,6 +69,10 @@ const DRIVER: Template = &[
     (
         "src/device.rs",
         include_str!("../../templates/driver/src/device.rs"),
+    ),
+    (
+        "src/timing.rs",
+        include_str!("../../templates/driver/src/timing.rs"),
     ),
     (".gitignore", include_str!("../../templates/gitignore")),
 ];

@@ -6,11 +6,13 @@ use twinrig_document::{DocumentError, Placed};
 use twinrig_kernel::{Port, SimDuration, SimTime};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Driver, PartKind, Wire, in_part};
-use twinrig_scenario::{FaultSpec, Kind, OptionSpec, Options};
+use twinrig_scenario::{Accepts, FaultSpec, Kind, OptionSpec, Options};
 use twinrig_sensor::SensorFile;
-use twinrig_wire::{Fault, FaultSchedule};
+use twinrig_wire::{Fault, FaultSchedule, Node, device_wire, usb_device_wire};
 
 use crate::error::BuildError;
+use crate::parts::option::option;
+use crate::parts::usb;
 
 type BuildDriver =
     Box<dyn Fn(&BusContext<'_>) -> Result<Box<dyn Driver>, BuildError> + Send + Sync>;
@@ -18,6 +20,8 @@ type BuildWire = Box<dyn Fn(&BusContext<'_>) -> Result<Box<dyn Wire>, BuildError
 type Mount = Box<dyn Fn(&Options) -> Option<SensorMount> + Send + Sync>;
 type Measured = Box<dyn Fn(&Options) -> Vec<String> + Send + Sync>;
 
+/// Key of the table with the timing of a USB converter.
+const USB: &str = "usb";
 /// Default baud rate of a serial port \[bit/s\].
 const BAUD: u32 = 115_200;
 
@@ -62,6 +66,27 @@ impl BusContext<'_> {
             faults: self.faults.iter().map(fault).collect(),
             seed: self.seed,
         }
+    }
+
+    /// Returns the wire of a device at a serial port of its own, where a byte takes `byte_time`,
+    /// with the faults of the scenario ([`BusKind::with_faults`]): behind a USB converter if the
+    /// scenario has the key `usb` ([`BusKind::with_usb`]), else at a UART of the host.
+    ///
+    /// # Errors
+    /// [`BuildError`] if a fault or the timing of USB is invalid.
+    pub fn device_wire<N: Node + 'static>(
+        &self,
+        byte_time: SimDuration,
+        device: N,
+    ) -> Result<Box<dyn Wire>, BuildError> {
+        let faults = self.fault_schedule();
+        Ok(match self.options.group(USB) {
+            Some(options) => {
+                let timing = usb::timing(Some(options))?;
+                Box::new(usb_device_wire(timing, byte_time, &faults, device)?)
+            }
+            None => Box::new(device_wire(byte_time, &faults, device)?),
+        })
     }
 }
 
@@ -149,6 +174,14 @@ impl BusKind {
     pub fn with_faults(mut self) -> Self {
         self.faults = true;
         self
+    }
+
+    /// Adds the key `usb`, the timing of a USB converter: latency timer, jitter, clock.
+    /// [`BusContext::device_wire`] applies it.
+    #[must_use]
+    pub fn with_usb(self) -> Self {
+        let about = "timing of the USB converter; without this table the host has a UART";
+        self.with_option(option(USB, about, Accepts::Group(usb::options())))
     }
 
     /// Enables faults at `place`, `wire/NAME/PLACE`; `*` stands for every leg and every motor on

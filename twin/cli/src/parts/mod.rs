@@ -36,3 +36,4 @@ pub(crate) mod standard;
 pub(crate) mod start;
 pub(crate) mod tactile;
 pub(crate) mod turn;
+mod usb;

@@ -8,14 +8,13 @@ use twinrig_motordriver::{
     Attachment, BoardConfig, Bus, BusConfig, BusTopology, BusWire, FirmwareConfig, Following,
     Generation, Interpolation, MotorDriver, SessionConfig, SessionGains, Side,
 };
-use twinrig_runtime::Timing;
 use twinrig_sbcp::{ControllerConfig, ForwardingMode};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
-use twinrig_wire::{UsbPreset, UsbTiming};
 
 use crate::error::BuildError;
 use crate::parts::bus_kind::{BusContext, BusKind};
 use crate::parts::option::{choice, number, option};
+use crate::parts::usb;
 
 /// Baud rate of the bus \[bit/s\]: the rate closest to 3.3 Mbit/s that the board processor
 /// supports.
@@ -27,9 +26,6 @@ const IDS: [(&str, u8, Side); 4] = [
     ("LH", 3, Side::Left),
     ("RH", 4, Side::Right),
 ];
-
-/// Maximum setting of the latency timer of an FT2232H (FTDI, AN232B-04).
-const LATENCY_TIMER_MAX: SimDuration = SimDuration::from_millis(255);
 
 /// Maximum response time of a board with the first firmware, whose main loop has a period of 1 ms
 /// of the board's clock.
@@ -110,7 +106,7 @@ fn options() -> Vec<OptionSpec> {
             "start times of the main loops of the boards",
             each(Accepts::Duration),
         ),
-        option("usb", "timing of USB", Accepts::Group(usb_options())),
+        option("usb", "timing of USB", Accepts::Group(usb::options())),
         option(
             "gains",
             "gains of the position controllers: p, i, d (400, 20, 200)",
@@ -154,46 +150,6 @@ fn options() -> Vec<OptionSpec> {
     ]
 }
 
-fn usb_options() -> Vec<OptionSpec> {
-    vec![
-        choice(
-            "preset",
-            "preset of the host timing",
-            &UsbPreset::ALL.map(UsbPreset::name),
-        ),
-        option(
-            "latency_timer",
-            "latency timer of the converter",
-            Accepts::Duration,
-        ),
-        option(
-            "turnaround",
-            "delay from a completion to the waiting program",
-            Accepts::Duration,
-        ),
-        option(
-            "jitter",
-            "delay of reads of the host in addition to the turnaround",
-            Accepts::Time,
-        ),
-        option(
-            "write_jitter",
-            "delay of writes of the host before the USB frame",
-            Accepts::Time,
-        ),
-        option(
-            "frame_offset",
-            "reading of the USB frame clock at the start",
-            Accepts::Duration,
-        ),
-        option(
-            "frame_clock",
-            "relative rate error of the USB frame clock; positive: fast",
-            number(Range::between(-0.1, 0.1)),
-        ),
-    ]
-}
-
 fn driver(context: &BusContext<'_>) -> Result<MotorDriver, BuildError> {
     Ok(Bus::driver(&config(context)?)?)
 }
@@ -233,7 +189,7 @@ fn config(context: &BusContext<'_>) -> Result<BusConfig, BuildError> {
         name: context.name.to_owned(),
         boards: boards(context)?,
         topology,
-        usb: usb(options.group("usb"))?,
+        usb: usb::timing(options.group("usb"))?,
         session: session(context),
         faults: context.fault_schedule(),
         seed: context.seed,
@@ -323,39 +279,6 @@ fn with_options(mut board: BoardConfig, options: &Options) -> Result<BoardConfig
         reason = "the magnitude of the option is at most 0.1"
     )]
     Ok(board.with_clock(rate_ppb as i64, phase)?)
-}
-
-fn usb(options: Option<&Options>) -> Result<UsbTiming, BuildError> {
-    let Some(options) = options else {
-        return Ok(UsbTiming::default());
-    };
-    let preset = options
-        .text("preset")
-        .map_or(Ok(UsbPreset::default()), str::parse)?;
-    let default = UsbTiming::preset(preset);
-    let duration = |name, default| options.duration(name).unwrap_or(default);
-    let latency_timer = duration("latency_timer", default.latency_timer);
-    if latency_timer > LATENCY_TIMER_MAX {
-        let why = format!("the latency timer of the converter is limited to {LATENCY_TIMER_MAX}");
-        return Err(why.into());
-    }
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "the magnitude of the option is at most 0.1"
-    )]
-    let frame_rate_ppb = libm::rint(options.number("frame_clock").unwrap_or(0.0) * 1e9) as i64;
-    Ok(UsbTiming {
-        latency_timer,
-        turnaround: duration("turnaround", default.turnaround),
-        jitter: options.time("jitter").cloned().unwrap_or(Timing::ZERO),
-        write_jitter: options
-            .time("write_jitter")
-            .cloned()
-            .unwrap_or(Timing::ZERO),
-        frame_offset: duration("frame_offset", default.frame_offset),
-        frame_rate_ppb,
-        ..default
-    })
 }
 
 fn session(context: &BusContext<'_>) -> SessionConfig {

@@ -13,7 +13,7 @@ use crate::protocol::{Answer, MILLIMETRES_MAX, Request};
 const MEASUREMENT_TIME: SimDuration = SimDuration::from_millis(5);
 
 /// Configuration, and the measured signal of the plant.
-pub struct EmulatedDevice {
+pub struct EmulatedRangeFinder {
     name: String,
     /// One input: the distance \[m\].
     inputs: AnalogInputs,
@@ -26,7 +26,7 @@ pub struct State {
     measured_at: Option<SimTime>,
 }
 
-impl EmulatedDevice {
+impl EmulatedRangeFinder {
     pub fn new(name: &str, distance: AnalogSource) -> Self {
         let input = AnalogInput {
             channel: 0,
@@ -39,7 +39,7 @@ impl EmulatedDevice {
     }
 }
 
-impl Emulation for EmulatedDevice {
+impl Emulation for EmulatedRangeFinder {
     type State = State;
     type Message = Request;
 
@@ -105,7 +105,7 @@ mod tests {
                 scale: 1.0,
                 offset: 0.0,
             };
-            let mut device = FramedNode::new(EmulatedDevice::new("device", source));
+            let mut device = FramedNode::new(EmulatedRangeFinder::new("device", source));
             let ports = [Port::output("height", Unit::Meter, 1)];
             device.connect("device", &plant(&ports)).unwrap();
             let mut height = StaticPlant {

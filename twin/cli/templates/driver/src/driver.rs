@@ -9,14 +9,14 @@ use twinrig::bus::{
 use crate::protocol::{Answer, Request};
 
 /// Time-out of an answer.
-const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(50);
+pub const ANSWER_TIMEOUT: SimDuration = SimDuration::from_millis(50);
 
 /// Configuration.
-pub struct DeviceProtocol {
+pub struct RangeFinder {
     name: String,
 }
 
-impl DeviceProtocol {
+impl RangeFinder {
     pub fn new(name: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -33,7 +33,7 @@ pub struct State {
     lost: u64,
 }
 
-impl Protocol for DeviceProtocol {
+impl Protocol for RangeFinder {
     type State = State;
     type Message = Answer;
 
@@ -97,48 +97,5 @@ impl Protocol for DeviceProtocol {
         diagnostics.count("answers", state.answers);
         diagnostics.count("lost", state.lost);
         diagnostics.value("last", Unit::Meter, state.distance);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-    use twinrig::bus::FramedDriver;
-    use twinrig::testing::driver_harness::DriverHarness;
-
-    use super::*;
-    use crate::protocol::MILLIMETRES_MAX;
-
-    proptest! {
-        /// An answer counts until the time-out, not after it, and the next request finds its own.
-        #[test]
-        fn answers_count_until_the_time_out(
-            millimetres in 0..=MILLIMETRES_MAX,
-            later_us in 0..100_000_u64,
-        ) {
-            let answer = |millimetres| {
-                let mut bytes = Vec::new();
-                Answer(millimetres).encode(&mut bytes);
-                bytes
-            };
-            let mut host = DriverHarness::new(FramedDriver::new(DeviceProtocol::new("device")));
-            prop_assert_eq!(host.open(), b"R");
-            host.receive(SimDuration::from_millis(6), &answer(0));
-
-            prop_assert_eq!(host.begin(&[]), b"R");
-            prop_assert_eq!(host.timeout(), Some(ANSWER_TIMEOUT));
-            let later = SimDuration::from_micros(later_us);
-            let in_time = later < ANSWER_TIMEOUT;
-            if in_time {
-                host.receive(later, &answer(millimetres));
-            } else {
-                host.expire();
-            }
-            prop_assert!(host.is_done());
-            let last = if in_time { f64::from(millimetres) * 1e-3 } else { 0.0 };
-            let counts = ["answers", "lost", "last"].map(|name| host.diagnostic(name));
-            let answers = 1.0 + f64::from(u8::from(in_time));
-            prop_assert_eq!(counts, [answers, 2.0 - answers, last]);
-        }
     }
 }

@@ -1,21 +1,22 @@
 //! A serial device, in a program with all commands of `twin`: messages (protocol.rs), the driver
-//! that runs on the robot (driver.rs), the emulated device (device.rs), and the bus kind that makes
-//! them known to scenarios.
+//! that runs on the robot (driver.rs), the emulated device (device.rs), properties of the timing
+//! (timing.rs), and the bus kind that makes them known to scenarios.
 
 mod device;
 mod driver;
 mod protocol;
+#[cfg(test)]
+mod timing;
 
 use std::process::ExitCode;
 
 use twinrig::Registry;
 use twinrig::bus::{
     AnalogSource, BuildError, BusContext, BusKind, FramedDriver, FramedNode, SimDuration, Wire,
-    device_wire,
 };
 
-use device::EmulatedDevice;
-use driver::DeviceProtocol;
+use device::EmulatedRangeFinder;
+use driver::RangeFinder;
 
 /// Name of the bus in scenarios.
 const NAME: &str = "template_name";
@@ -35,24 +36,25 @@ fn registry() -> Registry {
     let kind = BusKind::new(NAME, about, driver, wire)
         .at_baud(BAUD)
         .with_faults()
+        .with_usb()
         .measuring(|_| vec![HEIGHT.to_owned()]);
     Registry::standard().with_bus(kind)
 }
 
 #[expect(clippy::unnecessary_wraps, reason = "drivers of other kinds may fail")]
-fn driver(context: &BusContext<'_>) -> Result<FramedDriver<DeviceProtocol>, BuildError> {
-    Ok(FramedDriver::new(DeviceProtocol::new(context.name)))
+fn driver(context: &BusContext<'_>) -> Result<FramedDriver<RangeFinder>, BuildError> {
+    Ok(FramedDriver::new(RangeFinder::new(context.name)))
 }
 
-fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
+fn wire(context: &BusContext<'_>) -> Result<Box<dyn Wire>, BuildError> {
     let height = AnalogSource {
         signal: HEIGHT.to_owned(),
         component: 2,
         scale: 1.0,
         offset: 0.0,
     };
-    let device = FramedNode::new(EmulatedDevice::new(context.name, height));
-    Ok(device_wire(BYTE_TIME, &context.fault_schedule(), device)?)
+    let device = EmulatedRangeFinder::new(context.name, height);
+    context.device_wire(BYTE_TIME, FramedNode::new(device))
 }
 
 #[cfg(test)]
@@ -63,19 +65,21 @@ mod tests {
     use twinrig::{Assembly, Execution, execute};
 
     #[test]
-    fn scenario_meets_its_expectations_and_repeats() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("{NAME}.toml"));
-        let registry = registry();
-        let assembly = Assembly::of_file(&registry, &path, &[]);
-        let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
-        let run = || {
-            let report = execute(&assembly, &Execution::default());
-            report.unwrap_or_else(|error| panic!("{error}"))
-        };
-        let (first, second) = (run(), run());
-        for line in &first.expectations {
-            assert!(line.holds(), "{:?}", line.outcome);
+    fn scenarios_meet_their_expectations_and_repeat() {
+        for file in [&format!("{NAME}.toml"), "port.toml"] {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+            let registry = registry();
+            let assembly = Assembly::of_file(&registry, &path, &[]);
+            let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
+            let run = || {
+                let report = execute(&assembly, &Execution::default());
+                report.unwrap_or_else(|error| panic!("{error}"))
+            };
+            let (first, second) = (run(), run());
+            for line in &first.expectations {
+                assert!(line.holds(), "{:?}", line.outcome);
+            }
+            assert_eq!(first.fingerprint, second.fingerprint);
         }
-        assert_eq!(first.fingerprint, second.fingerprint);
     }
 }

@@ -1,5 +1,6 @@
-//! The messages; replace them by those of your device. Here the host sends `R`; the device answers
-//! `R1234` and an end of line, the distance in millimetres, in one to five digits.
+//! The messages, of a range finder that does not exist: replace them by those of your device. The
+//! host sends `R`; the device answers `R1234` and an end of line, the distance in millimetres, in
+//! one to five digits.
 
 use twinrig::bus::{FrameError, FrameMatch, FramedMessage};
 
@@ -12,7 +13,7 @@ const DIGITS_MAX: usize = 5;
 #[derive(Debug, PartialEq, Eq)]
 pub struct Request;
 
-/// Answer of the device: a distance \[mm\].
+/// Answer of the range finder: a distance \[mm\].
 #[derive(Debug, PartialEq, Eq)]
 pub struct Answer(pub u32);
 
@@ -64,24 +65,47 @@ impl FramedMessage for Answer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::collection::vec;
     use proptest::prelude::*;
-    use twinrig::testing::framing::check_message;
+    use twinrig::testing::framing::{check_message, frames};
 
     proptest! {
         /// Every answer is decoded as it was, found after garbage, and independent of the pieces in
         /// which its bytes arrive.
         #[test]
-        fn answers_are_decoded_amid_garbage(millimetres in 0..=MILLIMETRES_MAX) {
-            check_message(&Answer(millimetres), b"12\nRR9x");
+        fn answer_is_decoded_amid_garbage(
+            millimetres in 0..=MILLIMETRES_MAX,
+            // No end of line, which might complete an answer.
+            garbage in vec(prop_oneof![Just(b'R'), b'0'..=b'9', b' '..=b'~'], 0..30),
+        ) {
+            check_message(&Answer(millimetres), &garbage);
         }
 
-        /// Bytes from outside never panic.
+        /// Bytes from outside never panic, and the pieces in which they arrive have no influence.
         #[test]
-        fn any_bytes_are_matched(bytes in proptest::collection::vec(any::<u8>(), 0..20)) {
-            if let FrameMatch::Frame(length) = Answer::match_frame(&bytes) {
-                prop_assert!(length <= bytes.len());
-                let _ = Answer::decode(&bytes[..length]);
+        fn arbitrary_bytes_are_matched_in_any_pieces(
+            bytes in vec(prop_oneof![b'0'..=b'9', Just(b'R'), Just(b'\n'), any::<u8>()], 0..100),
+            cut in 0..100_usize,
+        ) {
+            let (front, back) = bytes.split_at(cut.min(bytes.len()));
+            let found = frames::<Answer>(&[&bytes]);
+            prop_assert_eq!(&found, &frames::<Answer>(&[front, back]));
+            for frame in found.0 {
+                prop_assert!(Answer::decode(&frame).is_ok_and(|it| it.0 <= MILLIMETRES_MAX));
             }
         }
+    }
+
+    #[test]
+    fn answers_have_one_to_five_digits() {
+        let received = frames::<Answer>(&[b"12\nRR9xR", b"7", b"\n"]);
+        assert_eq!(received, (vec![b"R7\n".to_vec()], 7));
+        assert_eq!(Answer::match_frame(b"R123456"), FrameMatch::Garbage);
+        assert_eq!(Answer::match_frame(b"R\n"), FrameMatch::Garbage);
+    }
+
+    #[test]
+    fn request_is_decoded_amid_garbage() {
+        check_message(&Request, b"x1");
     }
 }
