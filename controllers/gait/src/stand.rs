@@ -93,11 +93,11 @@ fn declare(limbs: &[Limb]) -> Vec<ProcessVariable> {
             0.93 * length,
         ));
     }
-    for end in ["fore", "hind"] {
+    for (end, length) in ["fore", "hind"].into_iter().zip(lengths) {
         variables.push(ProcessVariable::new(
             format!("mid_stance_offset/{end}"),
             Unit::Meter,
-            ..,
+            -length..=length,
             0.0,
         ));
     }

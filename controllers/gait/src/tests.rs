@@ -189,14 +189,16 @@ fn offset_of_the_step_length_acts_on_its_leg_alone() {
 fn target_out_of_reach_becomes_the_nearest_point_and_is_counted() {
     let mut cpg = cpg(Gait::Trot);
     set(&mut cpg, "ramp", 0.0);
-    set(&mut cpg, "step_length", 10.0);
+    let leg = Pantograph::new(&Robot::example().legs[0].leg).unwrap();
+    set(&mut cpg, "step_length", 2.0 * leg.length_max());
     let rows = run(&mut cpg, 500, 8);
     assert!(rows.iter().flatten().all(|value| value.is_finite()));
     assert!(cpg.out_of_reach() > 500);
 
     set(&mut cpg, "frequency", 0.0);
-    set(&mut cpg, "mid_stance_offset/fore", 30.0); // the leg points forward
-    let leg = Pantograph::new(&Robot::example().legs[0].leg).unwrap();
+    set(&mut cpg, "hip_height/fore", 1e-9); // the leg points forward
+    set(&mut cpg, "step_length", 0.0);
+    set(&mut cpg, "mid_stance_offset/fore", leg.length_max());
     let LegCommand { hip, knee } = leg
         .inverse_closed(Planar::new(leg.length_max(), 0.0))
         .unwrap();

@@ -102,8 +102,9 @@ impl LocusVariables {
         let [fore, hind] = lengths;
         let longest = fore.max(hind);
         let length = |name, range, default| ProcessVariable::new(name, Unit::Meter, range, default);
-        let step_length = ProcessVariable::new("step_length", Unit::Meter, 0.0.., 0.54 * fore);
-        variables.add(step_length);
+        // From one horizontal leg to the other.
+        let steps = 0.0..=2.0 * longest;
+        variables.add(length("step_length".to_owned(), steps, 0.54 * fore));
         variables.add(ProcessVariable::new("ramp", Unit::Second, 0.0.., 1.0));
         variables.add(length("crouch".to_owned(), 0.0..=longest, 0.0));
         variables.add_pair("hip_height", |name, end| {
@@ -113,8 +114,8 @@ impl LocusVariables {
         variables.add_pair("step_height", |name, end| {
             length(name, 0.0..=lengths[end], 0.17 * lengths[end])
         });
-        variables.add_pair("mid_stance_offset", |name, _| {
-            ProcessVariable::new(name, Unit::Meter, .., 0.0)
+        variables.add_pair("mid_stance_offset", |name, end| {
+            length(name, -lengths[end]..=lengths[end], 0.0)
         });
         let incidence = FootLocus::INCIDENCE_MIN..=FootLocus::INCIDENCE_MAX;
         for (key, default) in [("touch_down_angle", 1.67), ("take_off_angle", FRAC_PI_2)] {

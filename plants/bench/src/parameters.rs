@@ -138,7 +138,7 @@ fn bench(table: &Table<'_>) -> Result<BenchParameters, Reported> {
     let cam = table.required("cam", |item| cam(&item.table()?));
     let carriage = table.required("carriage", |item| carriage(&item.table()?));
     let range = table.required("reference", |item| {
-        positive(&item.table()?, "range", Unit::Newton)
+        quantity(&item.table()?, "range", Unit::Newton, &ranges::FORCE)
     });
     let sensor = table.required("sensor", |item| TactileParameters::read(&item.table()?));
     let (cam, carriage) = (cam?, carriage?);
@@ -172,7 +172,7 @@ struct CamTable {
 }
 
 fn cam(table: &Table<'_>) -> Result<CamTable, Reported> {
-    let lift = |item: &Item<'_>| item.quantity(Unit::Meter, &Range::NOT_NEGATIVE);
+    let lift = |item: &Item<'_>| item.quantity(Unit::Meter, &ranges::LIFT);
     let profile = match table.get("profile") {
         Some(item) if item.is_list() => lifts(&item),
         Some(item) => {
@@ -192,11 +192,15 @@ fn cam(table: &Table<'_>) -> Result<CamTable, Reported> {
             lift.map(|lift| CamProfile::Harmonic { lift })
         }
     };
-    let base_radius = positive(table, "base_radius", Unit::Meter);
-    let inertia = positive(table, "inertia", Unit::KilogramSquareMeter);
-    let friction = table.required("friction", |item| {
-        item.quantity(Unit::NewtonMeterSecondPerRadian, &Range::NOT_NEGATIVE)
-    });
+    let base_radius = quantity(table, "base_radius", Unit::Meter, &ranges::RADIUS);
+    let inertia = quantity(
+        table,
+        "inertia",
+        Unit::KilogramSquareMeter,
+        &ranges::INERTIA,
+    );
+    let unit = Unit::NewtonMeterSecondPerRadian;
+    let friction = quantity(table, "friction", unit, &ranges::SHAFT_FRICTION);
     let scratches = table.required("scratches", |item| scratches(&item.table()?));
     Ok(CamTable {
         profile: profile?,
@@ -211,7 +215,7 @@ fn cam(table: &Table<'_>) -> Result<CamTable, Reported> {
 const LIFTS: std::ops::RangeInclusive<usize> = 9..=1001;
 
 fn lifts(item: &Item<'_>) -> Result<CamProfile, Reported> {
-    let lifts = item.each(|item| item.quantity(Unit::Meter, &Range::NOT_NEGATIVE))?;
+    let lifts = item.each(|item| item.quantity(Unit::Meter, &ranges::LIFT))?;
     if !LIFTS.contains(&lifts.len()) {
         let message = format!("a cam of {} lifts", lifts.len());
         let help = format!(
@@ -248,13 +252,8 @@ fn scratches(table: &Table<'_>) -> Result<Scratches, Reported> {
             )),
         }
     });
-    let depth = table.required("depth", |item| {
-        item.quantity(Unit::Meter, &Range::between(0.0, 1e-4))
-    });
-    // Narrower ones would fall between the points of the table of the cam.
-    let width = table.required("width", |item| {
-        item.quantity(Unit::Radian, &Range::between(0.08, 1.0))
-    });
+    let depth = quantity(table, "depth", Unit::Meter, &ranges::DEPTH);
+    let width = quantity(table, "width", Unit::Radian, &ranges::WIDTH);
     Ok(Scratches {
         count: count?,
         depth: depth?,
@@ -271,13 +270,12 @@ struct CarriageTable {
 }
 
 fn carriage(table: &Table<'_>) -> Result<CarriageTable, Reported> {
-    let mass = positive(table, "mass", Unit::Kilogram);
-    let friction = table.required("friction", |item| {
-        item.quantity(Unit::NewtonSecondPerMeter, &Range::NOT_NEGATIVE)
-    });
-    let roller_radius = positive(table, "roller_radius", Unit::Meter);
-    let stiffness = positive(table, "stiffness", Unit::NewtonPerMeter);
-    let preload = table.required("preload", |item| item.quantity(Unit::Meter, &PRELOAD));
+    let mass = quantity(table, "mass", Unit::Kilogram, &ranges::MASS);
+    let unit = Unit::NewtonSecondPerMeter;
+    let friction = quantity(table, "friction", unit, &ranges::FRICTION);
+    let roller_radius = quantity(table, "roller_radius", Unit::Meter, &ranges::RADIUS);
+    let stiffness = quantity(table, "stiffness", Unit::NewtonPerMeter, &ranges::STIFFNESS);
+    let preload = quantity(table, "preload", Unit::Meter, &ranges::PRELOAD);
     Ok(CarriageTable {
         mass: mass?,
         friction: friction?,
@@ -287,8 +285,35 @@ fn carriage(table: &Table<'_>) -> Result<CarriageTable, Reported> {
     })
 }
 
-const PRELOAD: Range = Range::between(-0.05, 0.05);
+/// Accepted values of a bench that fits on a table, but not what a slip of a unit makes of it.
+mod ranges {
+    use twinrig_document::Range;
 
-fn positive(table: &Table<'_>, key: &str, unit: Unit) -> Result<f64, Reported> {
-    table.required(key, |item| item.quantity(unit, &Range::POSITIVE))
+    /// Radius of cam or roller \[m\].
+    pub(super) const RADIUS: Range = Range::between(1e-4, 1.0);
+    /// Lift of the cam \[m\].
+    pub(super) const LIFT: Range = Range::between(0.0, 0.5);
+    /// Compression of the springs; negative: a gap \[m\].
+    pub(super) const PRELOAD: Range = Range::between(-0.05, 0.05);
+    /// Inertia of the cam \[kg·m²\].
+    pub(super) const INERTIA: Range = Range::between(1e-10, 10.0);
+    /// Friction of the cam's shaft \[N·m·s/rad\].
+    pub(super) const SHAFT_FRICTION: Range = Range::between(0.0, 100.0);
+    /// Mass of the carriage \[kg\].
+    pub(super) const MASS: Range = Range::between(1e-4, 100.0);
+    /// Friction of the carriage \[N·s/m\].
+    pub(super) const FRICTION: Range = Range::between(0.0, 1e5);
+    /// Stiffness of the springs \[N/m\].
+    pub(super) const STIFFNESS: Range = Range::between(1e-2, 1e8);
+    /// Range of the reference cell \[N\].
+    pub(super) const FORCE: Range = Range::between(1e-3, 1e6);
+    /// Depth of a scratch \[m\].
+    pub(super) const DEPTH: Range = Range::between(0.0, 1e-4);
+    /// Width of a scratch \[rad\]: narrower ones would fall between the points of the table of the
+    /// cam.
+    pub(super) const WIDTH: Range = Range::between(0.08, 1.0);
+}
+
+fn quantity(table: &Table<'_>, key: &str, unit: Unit, range: &Range) -> Result<f64, Reported> {
+    table.required(key, |item| item.quantity(unit, range))
 }

@@ -44,3 +44,32 @@ fn parameters_of_sensors_are_checked() {
         r#"silicone_time = "100 ms""#
     ));
 }
+
+/// A slip of a unit, in each quantity of a bench that has a range.
+#[test]
+fn quantities_of_no_bench_are_reported() {
+    for (from, to) in [
+        (r#"base_radius = "20 mm""#, r#"base_radius = "20 m""#),
+        (r#"inertia = "100 g·cm²""#, r#"inertia = "100 kg·m²""#),
+        (r#"mass = "120 g""#, r#"mass = "120 Mg""#),
+        (
+            r#"stiffness = "2.34 N/mm""#,
+            r#"stiffness = "2.34e-6 N/mm""#,
+        ),
+        (r#"range = "50 N""#, r#"range = "50e6 N""#),
+        (r#"feedback = "75e3 ohm""#, r#"feedback = "75e12 ohm""#),
+        (
+            r#"amplifier_time = "100 ms""#,
+            r#"amplifier_time = "100 ns""#,
+        ),
+        (r#"gain = "-0.05 V·s/N""#, r#"gain = "-0.05e9 V·s/N""#),
+    ] {
+        let problems = problems(from, to);
+        let value = to.split('"').nth(1).unwrap();
+        assert!(problems.contains(value), "{problems}");
+        assert!(
+            problems.contains("out of range") || value == "120 Mg",
+            "{problems}"
+        );
+    }
+}

@@ -1,6 +1,5 @@
 //! Reading of sensor parameters.
 
-use std::ops::Bound;
 use std::path::Path;
 
 use twinrig_document::{
@@ -106,9 +105,14 @@ fn cell(table: &Table<'_>) -> Result<(PiezoresistiveCell, ResistanceAmplifier), 
 }
 
 fn saturating(table: &Table<'_>) -> Result<Characteristic, Reported> {
-    let sensitivity = positive(table, "sensitivity", Unit::SiemensPerNewton);
-    let base = table.required("base", |item| item.quantity(Unit::Siemens, &Range::ANY));
-    let saturation = positive(table, "saturation", Unit::Newton);
+    let sensitivity = quantity(
+        table,
+        "sensitivity",
+        Unit::SiemensPerNewton,
+        &ranges::SENSITIVITY,
+    );
+    let base = quantity(table, "base", Unit::Siemens, &ranges::BASE);
+    let saturation = quantity(table, "saturation", Unit::Newton, &ranges::FORCE);
     Ok(Characteristic::Saturating {
         sensitivity: sensitivity?,
         base: base?,
@@ -119,7 +123,7 @@ fn saturating(table: &Table<'_>) -> Result<Characteristic, Reported> {
 fn hysteretic(table: &Table<'_>) -> Result<Characteristic, Reported> {
     let loading = table.required("loading", |item| branch(&item.table()?));
     let unloading = table.required("unloading", |item| branch(&item.table()?));
-    let switch = positive(table, "switch", Unit::NewtonPerSecond);
+    let switch = quantity(table, "switch", Unit::NewtonPerSecond, &ranges::RATE);
     Ok(Characteristic::Hysteretic {
         loading: loading?,
         unloading: unloading?,
@@ -128,12 +132,10 @@ fn hysteretic(table: &Table<'_>) -> Result<Characteristic, Reported> {
 }
 
 fn branch(table: &Table<'_>) -> Result<Branch, Reported> {
-    let base = table.required("base", |item| {
-        item.quantity(Unit::Siemens, &Range::NOT_NEGATIVE)
-    });
-    let rise = positive(table, "rise", Unit::Siemens);
-    let mid = table.required("mid", |item| item.quantity(Unit::Newton, &Range::ANY));
-    let width = positive(table, "width", Unit::Newton);
+    let base = quantity(table, "base", Unit::Siemens, &ranges::BRANCH_BASE);
+    let rise = quantity(table, "rise", Unit::Siemens, &ranges::CONDUCTANCE);
+    let mid = quantity(table, "mid", Unit::Newton, &ranges::MID);
+    let width = quantity(table, "width", Unit::Newton, &ranges::FORCE);
     Ok(Branch {
         base: base?,
         rise: rise?,
@@ -144,8 +146,8 @@ fn branch(table: &Table<'_>) -> Result<Branch, Reported> {
 
 fn creep(table: &Table<'_>) -> Result<Creep, Reported> {
     let share = table.required("share", |item| item.number(&Range::between(0.0, 1.0)));
-    let load = positive(table, "load", Unit::Newton);
-    let time = positive(table, "time", Unit::Second);
+    let load = quantity(table, "load", Unit::Newton, &ranges::FORCE);
+    let time = quantity(table, "time", Unit::Second, &ranges::TIME);
     Ok(Creep {
         share: share?,
         load: load?,
@@ -154,9 +156,9 @@ fn creep(table: &Table<'_>) -> Result<Creep, Reported> {
 }
 
 fn amplifier(table: &Table<'_>) -> Result<ResistanceAmplifier, Reported> {
-    let feedback = positive(table, "feedback", Unit::Ohm);
-    let reference = positive(table, "reference", Unit::Volt);
-    let rail = positive(table, "rail", Unit::Volt);
+    let feedback = quantity(table, "feedback", Unit::Ohm, &ranges::RESISTANCE);
+    let reference = quantity(table, "reference", Unit::Volt, &ranges::VOLTAGE);
+    let rail = quantity(table, "rail", Unit::Volt, &ranges::VOLTAGE);
     Ok(ResistanceAmplifier {
         feedback: feedback?,
         reference: reference?,
@@ -166,13 +168,11 @@ fn amplifier(table: &Table<'_>) -> Result<ResistanceAmplifier, Reported> {
 
 fn piezoelectric(item: &Item<'_>) -> Result<PiezoelectricCell, Reported> {
     let table = &item.table()?;
-    let gain = table.required("gain", |item| {
-        item.quantity(Unit::VoltSecondPerNewton, &Range::ANY)
-    });
-    let amplifier_time = positive(table, "amplifier_time", Unit::Second);
-    let silicone_time = positive(table, "silicone_time", Unit::Second);
-    let rail = positive(table, "rail", Unit::Volt);
-    let offset = table.required("offset", |item| item.quantity(Unit::Volt, &VOLTS));
+    let gain = quantity(table, "gain", Unit::VoltSecondPerNewton, &ranges::GAIN);
+    let amplifier_time = quantity(table, "amplifier_time", Unit::Second, &ranges::TIME);
+    let silicone_time = quantity(table, "silicone_time", Unit::Second, &ranges::TIME);
+    let rail = quantity(table, "rail", Unit::Volt, &ranges::VOLTAGE);
+    let offset = quantity(table, "offset", Unit::Volt, &ranges::OFFSET);
     let cell = PiezoelectricCell {
         gain: gain?,
         amplifier_time: amplifier_time?,
@@ -186,11 +186,36 @@ fn piezoelectric(item: &Item<'_>) -> Result<PiezoelectricCell, Reported> {
     }
 }
 
-const VOLTS: Range = Range {
-    min: Bound::Included(-10.0),
-    max: Bound::Included(10.0),
-};
+/// Accepted values of a tactile sensor, but not what a slip of a unit makes of it.
+mod ranges {
+    use twinrig_document::Range;
 
-fn positive(table: &Table<'_>, key: &str, unit: Unit) -> Result<f64, Reported> {
-    table.required(key, |item| item.quantity(unit, &Range::POSITIVE))
+    /// Conductance of a cell \[S\].
+    pub(super) const CONDUCTANCE: Range = Range::between(1e-12, 10.0);
+    /// Offset of a conductance \[S\].
+    pub(super) const BASE: Range = Range::between(-10.0, 10.0);
+    /// Conductance of a branch without load \[S\].
+    pub(super) const BRANCH_BASE: Range = Range::between(0.0, 10.0);
+    /// Conductance per force \[S/N\].
+    pub(super) const SENSITIVITY: Range = Range::between(1e-12, 10.0);
+    /// Load of a cell \[N\].
+    pub(super) const FORCE: Range = Range::between(1e-4, 1e6);
+    /// Load in the middle of a branch \[N\].
+    pub(super) const MID: Range = Range::between(-1e6, 1e6);
+    /// Rate of the load at which the branch changes \[N/s\].
+    pub(super) const RATE: Range = Range::between(1e-6, 1e9);
+    /// Time constant \[s\].
+    pub(super) const TIME: Range = Range::between(1e-6, 1e6);
+    /// Resistor of an amplifier \[Ω\].
+    pub(super) const RESISTANCE: Range = Range::between(1.0, 1e12);
+    /// Supply or reference \[V\].
+    pub(super) const VOLTAGE: Range = Range::between(1e-3, 1e3);
+    /// Voltage per rate of the load \[V·s/N\].
+    pub(super) const GAIN: Range = Range::between(-1e6, 1e6);
+    /// Offset of a voltage \[V\].
+    pub(super) const OFFSET: Range = Range::between(-10.0, 10.0);
+}
+
+fn quantity(table: &Table<'_>, key: &str, unit: Unit, range: &Range) -> Result<f64, Reported> {
+    table.required(key, |item| item.quantity(unit, range))
 }
