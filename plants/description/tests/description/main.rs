@@ -1,0 +1,3 @@
+//! Robots as URDF against Pinocchio, and robots read back.
+
+mod peer;
