@@ -1,3 +1,5 @@
-//! Robots as URDF against Pinocchio, and robots read back.
+//! Robots as URDF against Pinocchio, robots read back, and descriptions that are refused.
 
 mod peer;
+mod refused;
+mod round_trip;
