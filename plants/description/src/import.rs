@@ -6,16 +6,18 @@ use twinrig_document::{DocumentError, Problem, Source};
 use twinrig_robot::{RobotError, RobotFile};
 
 use crate::quadruped::quadruped;
-use crate::read_urdf;
 use crate::robot_file::robot_file;
 use crate::tree::Tree;
 use crate::xml::Text;
+use crate::{read_mjcf, read_urdf};
 
 /// Language of a description.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Language {
     /// URDF, of ROS.
     Urdf,
+    /// MJCF, of MuJoCo.
+    Mjcf,
 }
 
 /// A robot file made of a description.
@@ -47,6 +49,7 @@ pub fn import(
     let text = Text::new(&source);
     let tree: Tree = match language {
         Language::Urdf => read_urdf::tree(text)?,
+        Language::Mjcf => read_mjcf::tree(text)?,
     };
     let place = tree.place.clone();
     let name = name.unwrap_or(&tree.name).to_owned();

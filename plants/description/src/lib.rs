@@ -23,6 +23,7 @@
 
 mod import;
 mod quadruped;
+mod read_mjcf;
 mod read_urdf;
 mod robot_file;
 mod tree;

@@ -1,5 +1,7 @@
 //! Range of a knee.
 
+use core::f64::consts::PI;
+
 use twinrig_document::Problem;
 
 use crate::tree::Joint;
@@ -8,14 +10,14 @@ use crate::tree::Joint;
 /// \[rad\].
 const STRETCHED_MIN: f64 = 0.02;
 
-/// Value in place of a smaller angle \[rad\].
-const STRETCHED: f64 = 0.1;
+/// Value in place of a smaller angle: 10° \[rad\].
+const STRETCHED: f64 = PI / 18.0;
 
-/// Greatest angle of a knee: beyond it the leg is folded flat \[rad\].
-const FOLDED_MAX: f64 = 2.95;
+/// Greatest angle of a knee, 170°: beyond it the leg is folded flat \[rad\].
+const FOLDED_MAX: f64 = PI / 18.0 * 17.0;
 
-/// Range of a knee without limits, as Cheetah-cub's \[rad\].
-const USUAL: [f64; 2] = [0.61, 2.27];
+/// Range of a knee without limits, that of Cheetah-cub: 35° to 130° \[rad\].
+const USUAL: [f64; 2] = [PI / 36.0 * 7.0, PI / 18.0 * 13.0];
 
 /// Least difference of both angles \[rad\].
 const TRAVEL_MIN: f64 = 0.05;
@@ -82,7 +84,7 @@ impl Bend {
             "the knee `{}` bends the leg from {stretched:.3} rad to {bottomed:.3} rad only",
             knee.name
         );
-        let help = "check its limits; a leg needs a travel of 0.05 rad below 2.95 rad";
+        let help = "check its limits; a leg needs a travel of 0.05 rad below 170°";
         Err(Problem::at(&knee.place, message, help))
     }
 }

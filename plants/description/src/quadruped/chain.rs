@@ -155,7 +155,7 @@ impl Chain {
         let count = chain.joints.len();
         if !(2..=3).contains(&count) {
             let body = &tree.bodies[first];
-            let message = format!("the leg of `{}` has {count} hinges about y", body.name);
+            let message = format!("hinges about y in the leg of `{}`: {count}", body.name);
             let help = "two or three are required: hip, knee and, possibly, ankle";
             return Err(Problem::at(&body.place, message, help));
         }

@@ -21,6 +21,11 @@ pub enum ImportCommand {
     /// and drives are taken from the file; springs, friction and the like, which it does not have,
     /// are marked as ASSUMED.
     Urdf(ImportFileArgs),
+    /// Make a robot file of an MJCF, the format of MuJoCo, in one file
+    ///
+    /// As from a URDF. Masses are those of `inertial` or of simple shapes; tendons, equalities and
+    /// contacts are not read.
+    Mjcf(ImportFileArgs),
 }
 
 /// Arguments of an import from one file.

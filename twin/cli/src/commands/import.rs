@@ -14,6 +14,7 @@ use crate::error::TwinError;
 pub(super) fn import(args: &ImportArgs, terminal: &mut Terminal<'_>) -> u8 {
     let done = match &args.language {
         ImportCommand::Urdf(args) => imported(Language::Urdf, args, terminal),
+        ImportCommand::Mjcf(args) => imported(Language::Mjcf, args, terminal),
     };
     match done {
         Ok(()) => SUCCESS,
