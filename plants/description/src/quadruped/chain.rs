@@ -95,7 +95,7 @@ fn direction(axis: Vector3<f64>, joint: &Joint) -> Result<Direction, Problem> {
         "the axis of `{}` is ({:.3}, {:.3}, {:.3}) in the trunk, neither along nor across it",
         joint.name, axis.x, axis.y, axis.z
     );
-    let help = "legs abduct about x, forward, and then move in a plane about y, left";
+    let help = "legs abduct about x, then move in a plane about y; fix other parts to the trunk";
     Err(Problem::at(&joint.place, message, help))
 }
 

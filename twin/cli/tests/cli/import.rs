@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::common::{Folder, twin};
+use crate::common::{Folder, json, twin};
 
 #[test]
 fn exported_robot_is_imported_and_nothing_is_overwritten() {
@@ -42,6 +42,34 @@ fn exported_robot_is_imported_and_nothing_is_overwritten() {
     assert_eq!(done.code, 2);
     assert!(done.err.contains("cub.toml exists"), "{}", done.err);
     assert_eq!(fs::read_to_string(&out).unwrap(), text);
+}
+
+#[test]
+fn imported_robot_trots_bit_for_bit_like_the_exported_one() {
+    let folder = Folder::new("import-trot");
+    let (model, out) = (folder.join("cub.urdf"), folder.join("cub.toml"));
+    twin(&["export", "urdf", "cheetah-cub", "--out", &model]);
+    twin(&["import", "urdf", &model, "--out", &out]);
+    let trot = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/trot.toml");
+    let fingerprint = |robot: &str| {
+        let words = [
+            "run",
+            "--json",
+            "--no-record",
+            "--until",
+            "2 s",
+            trot,
+            "--set",
+        ];
+        let done = twin(&[&words[..], &[&format!("robot={robot}")]].concat());
+        json(&done.out)[0]["fingerprint"].clone()
+    };
+    let ours = fingerprint("cheetah-cub");
+    assert!(ours.is_string());
+    assert_eq!(fingerprint(&out), ours);
+    let text = fs::read_to_string(&out).unwrap();
+    fs::write(&out, text.replace("l1 = \"44.2 mm\"", "l1 = \"44.3 mm\"")).unwrap();
+    assert_ne!(fingerprint(&out), ours);
 }
 
 #[test]
