@@ -14,7 +14,7 @@ const ARROWS: &[(&str, &str)] = &[
     ("squat", "twinrig"),
     (
         "twinrig",
-        "actuator bench campaign contact document drives estimate gait kernel lcp leg legged massless motordriver \
+        "actuator bench campaign contact description document drives estimate gait kernel lcp leg legged massless motordriver \
          mujoco optoforce phidget rapier rb110 record robot runtime sbcp scenario script sensor \
          study tactile testing wire",
     ),
@@ -29,6 +29,7 @@ const ARROWS: &[(&str, &str)] = &[
         "actuator contact kernel leg legged robot runtime",
     ),
     ("contact", "kernel"),
+    ("description", "document kernel leg legged robot"),
     ("document", "kernel"),
     ("drives", "actuator kernel legged robot runtime"),
     ("estimate", ""),

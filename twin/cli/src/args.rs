@@ -9,6 +9,7 @@ mod draw;
 mod examples;
 mod export;
 mod gait_study;
+mod import;
 mod list;
 mod new;
 mod optimize;
@@ -37,8 +38,9 @@ pub use completions::{CompletionsArgs, ManArgs};
 pub use doctor::DoctorArgs;
 pub use draw::DrawArgs;
 pub use examples::{ExamplesArgs, ExamplesCommand, ExamplesCopyArgs};
-pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
+pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs, UrdfArgs};
 pub use gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
+pub use import::{ImportArgs, ImportCommand, ImportFileArgs};
 pub use list::ListArgs;
 pub use new::{NewArgs, NewKind};
 pub use optimize::OptimizeArgs;
@@ -102,6 +104,8 @@ pub enum Command {
     Draw(DrawArgs),
     /// Write a robot or a scenario in the format of another program
     Export(ExportArgs),
+    /// Make a robot file of a robot in the format of another program
+    Import(ImportArgs),
     /// Design piezoresistive cells of tactile sensors by the models of the thesis
     Cell(CellArgs),
     /// Compare the printed figures of the thesis with ours
@@ -146,6 +150,7 @@ impl Command {
             | Self::Doctor(_)
             | Self::Draw(_)
             | Self::Export(_)
+            | Self::Import(_)
             | Self::Cell(_)
             | Self::Examples(_)
             | Self::Schema(_)
@@ -174,6 +179,7 @@ impl Command {
             Self::New(_)
             | Self::Serve(_)
             | Self::Export(_)
+            | Self::Import(_)
             | Self::Schema(_)
             | Self::Draw(_)
             | Self::Completions(_)

@@ -20,6 +20,12 @@ pub enum ExportCommand {
     /// MJCF, the format of MuJoCo: the robot on flat ground, its drives held at their start
     /// positions
     Mjcf(MjcfArgs),
+    /// URDF, the robot description of ROS: the tree of links and joints with masses, inertia and
+    /// limits
+    ///
+    /// URDF has trees only. The parallel rod of each leg is replaced by an ankle that mimics the
+    /// knee, as the closed pantograph does; springs, stops and cable are comments.
+    Urdf(UrdfArgs),
     /// FMU for co-simulation by FMI: the plant of a scenario, or its whole rig
     ///
     /// The FMU contains the library libtwinrig_fmu.so, the scenario and its robot, and needs
@@ -58,6 +64,16 @@ pub struct MjcfArgs {
     /// Coordinates: maximal (segments connected by pin constraints) or minimal (joint angles)
     #[arg(long, value_name = "WHICH", value_parser = ["maximal", "minimal"], default_value = "maximal")]
     pub coordinates: String,
+    /// Write to FILE instead of standard output
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+/// Arguments of `twin export urdf`.
+#[derive(Clone, Debug, Args)]
+pub struct UrdfArgs {
+    /// Name of a robot, or path of a robot file
+    pub robot: String,
     /// Write to FILE instead of standard output
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,

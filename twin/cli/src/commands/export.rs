@@ -1,9 +1,12 @@
 //! Command `twin export`: robots and scenarios for other programs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use twinrig_description::urdf;
+use twinrig_robot::RobotFile;
 
 use super::{FAILURE, SUCCESS, Terminal, settings};
-use crate::args::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs};
+use crate::args::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs, UrdfArgs};
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
 use crate::error::{TwinError, guarded};
@@ -12,6 +15,7 @@ use crate::fmu::{self, FmiVersion, FmuRequest};
 pub(super) fn export(registry: &Registry, args: &ExportArgs, terminal: &mut Terminal<'_>) -> u8 {
     let written = match &args.language {
         ExportCommand::Mjcf(args) => mjcf(args, terminal),
+        ExportCommand::Urdf(args) => export_urdf(args, terminal),
         ExportCommand::Fmu(args) => {
             let file = args.scenario.display().to_string();
             guarded(&file, || export_fmu(registry, args, terminal))
@@ -63,6 +67,34 @@ fn export_fmu(
     Ok(())
 }
 
+/// Writes a robot as URDF.
+fn export_urdf(args: &UrdfArgs, terminal: &mut Terminal<'_>) -> Result<(), TwinError> {
+    let robot = RobotFile::find(&args.robot, Path::new(""))?.robot()?;
+    let text = urdf(&robot).map_err(|source| TwinError::Leg {
+        robot: args.robot.clone(),
+        source,
+    })?;
+    write_model(&text, args.out.as_ref(), terminal)
+}
+
+/// Writes a model to a file, or to standard output without one.
+fn write_model(
+    text: &str,
+    out: Option<&PathBuf>,
+    terminal: &mut Terminal<'_>,
+) -> Result<(), TwinError> {
+    let Some(path) = out else {
+        terminal.print_plain(text);
+        return Ok(());
+    };
+    std::fs::write(path, text).map_err(|source| TwinError::Write {
+        path: path.clone(),
+        source,
+    })?;
+    terminal.print(&format!("written {}", path.display()));
+    Ok(())
+}
+
 #[cfg(not(feature = "mujoco"))]
 fn mjcf(_: &MjcfArgs, _: &mut Terminal<'_>) -> Result<(), TwinError> {
     Err(TwinError::MissingFeature {
@@ -74,16 +106,7 @@ fn mjcf(_: &MjcfArgs, _: &mut Terminal<'_>) -> Result<(), TwinError> {
 #[cfg(feature = "mujoco")]
 fn mjcf(args: &MjcfArgs, terminal: &mut Terminal<'_>) -> Result<(), TwinError> {
     let text = with_mujoco::written(args)?;
-    let Some(path) = &args.out else {
-        terminal.print(&text);
-        return Ok(());
-    };
-    std::fs::write(path, text).map_err(|source| TwinError::Write {
-        path: path.clone(),
-        source,
-    })?;
-    terminal.print(&format!("written {}", path.display()));
-    Ok(())
+    write_model(&text, args.out.as_ref(), terminal)
 }
 
 #[cfg(feature = "mujoco")]
@@ -91,11 +114,10 @@ mod with_mujoco {
     use std::path::Path;
 
     use twinrig_contact::{Ground, Terrain};
-    use twinrig_document::{DocumentError, Problem};
     use twinrig_kernel::SimDuration;
     use twinrig_legged::{Base, Drives, SetPoint, Setup, Start};
     use twinrig_mujoco::{Coordinates, Engine, Options, mjcf};
-    use twinrig_robot::{Robot, RobotError, RobotFile};
+    use twinrig_robot::{Robot, RobotFile};
 
     use crate::args::MjcfArgs;
     use crate::error::BuildError;
@@ -106,8 +128,7 @@ mod with_mujoco {
 
     /// Returns the model, verified by a compilation in MuJoCo.
     pub(super) fn written(args: &MjcfArgs) -> Result<String, TwinError> {
-        let robot = RobotFile::find(&args.robot, Path::new("")).and_then(|file| file.robot());
-        let robot = robot.map_err(not_found)?;
+        let robot = RobotFile::find(&args.robot, Path::new(""))?.robot()?;
         let text = model(&robot, &args.coordinates);
         text.map_err(|source| TwinError::Export {
             robot: args.robot.clone(),
@@ -166,16 +187,5 @@ mod with_mujoco {
         let numbers = value.split(' ');
         let numbers = numbers.map(|number| if number == "-0" { "0" } else { number });
         numbers.collect::<Vec<_>>().join(" ")
-    }
-
-    fn not_found(error: RobotError) -> TwinError {
-        match error {
-            RobotError::Document(error) => error.into(),
-            RobotError::NotFound { name, help } => {
-                let message = format!("there is no robot `{name}`");
-                let problems = vec![Problem::of_file(name, message, help)];
-                DocumentError { problems }.into()
-            }
-        }
     }
 }

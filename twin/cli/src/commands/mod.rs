@@ -10,6 +10,7 @@ mod doctor;
 mod draw;
 mod examples;
 mod export;
+mod import;
 mod list;
 mod new;
 mod optimize;
@@ -312,6 +313,7 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::Cell(args) => cell::cell(&args, terminal),
         Command::Thesis(args) => thesis::thesis(registry, &args, terminal),
         Command::Export(args) => export::export(registry, &args, terminal),
+        Command::Import(args) => import::import(&args, terminal),
         Command::Examples(args) => examples::examples(registry, &args, terminal),
         Command::Schema(args) => schema::schema(registry, &args, terminal),
         Command::Doctor(args) => doctor::doctor(registry, &args, terminal),

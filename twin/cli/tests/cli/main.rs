@@ -13,6 +13,7 @@ mod gait_studies;
 mod ground;
 #[cfg(unix)]
 mod hardware;
+mod import;
 #[cfg(unix)]
 mod interrupt;
 mod junit;

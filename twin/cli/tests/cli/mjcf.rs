@@ -267,6 +267,31 @@ mod with_mujoco {
     }
 
     #[test]
+    fn exported_mjcf_and_urdf_make_the_same_robot_file() {
+        let folder = Folder::new("both-formats");
+        let robots = ["mjcf", "urdf"].map(|language| {
+            let model = folder.join(language);
+            let export = ["export", language, "cheetah-cub", "--out", &model];
+            let minimal: &[&str] = match language {
+                "mjcf" => &["--coordinates", "minimal"],
+                _ => &[],
+            };
+            assert_eq!(twin(&[&export[..], minimal].concat()).code, 0);
+            let done = twin(&["import", language, &model, "--out", "-"]);
+            assert_eq!((done.code, done.err.as_str()), (0, ""));
+            // Drives are servos in URDF, and clutches in MJCF, which are not read.
+            let text = done.out.split("[actuator.hip]").next().unwrap().to_owned();
+            text.split_once("name = ").unwrap().1.to_owned()
+        });
+        assert_eq!(robots[0], robots[1]);
+        let maximal = folder.join("maximal.xml");
+        twin(&["export", "mjcf", "cheetah-cub", "--out", &maximal]);
+        let done = twin(&["import", "mjcf", &maximal, "--out", "-"]);
+        assert_eq!(done.code, 2);
+        assert!(done.err.contains("--coordinates minimal"), "{}", done.err);
+    }
+
+    #[test]
     fn plan_shows_undriven_inputs_and_step_of_model() {
         let folder = Folder::new("plan");
         let scenario = text("pup.toml");

@@ -1,0 +1,257 @@
+//! The text of a robot file. Values that the description does not have are Cheetah-cub's, scaled,
+//! and marked as ASSUMED.
+
+mod leg;
+mod scaled;
+
+use core::fmt::Write;
+
+use twinrig_document::print_quantity;
+use twinrig_kernel::Unit;
+use twinrig_robot::RobotError;
+
+use crate::Imported;
+use crate::quadruped::{Leg, Quadruped};
+use leg::leg_lines;
+use scaled::Scale;
+
+/// Least width of an entry, before its comment.
+const WIDTH: usize = 43;
+
+/// Significant digits of values: the last ones of a sum are roundings.
+const DIGITS: usize = 13;
+
+/// Significant digits of assumed values.
+const DIGITS_ASSUMED: usize = 4;
+
+/// Where a value is from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Origin {
+    /// The description.
+    File,
+    /// Cheetah-cub.
+    Assumed,
+}
+
+/// Lines of a robot file.
+#[derive(Default)]
+struct Lines {
+    text: String,
+    read: usize,
+    assumed: usize,
+}
+
+impl Lines {
+    fn raw(&mut self, line: &str) {
+        self.text.push_str(line);
+        self.text.push('\n');
+    }
+
+    /// Adds an entry, with the source of its value and a note in the comment.
+    fn entry(&mut self, key: &str, value: &str, from: Origin, note: &str) {
+        let source = match from {
+            Origin::File => {
+                self.read += 1;
+                "FILE"
+            }
+            Origin::Assumed => {
+                self.assumed += 1;
+                "ASSUMED"
+            }
+        };
+        let entry = format!("{key} = {value}");
+        let colon = if note.is_empty() { "" } else { ": " };
+        // Writing to a string cannot fail.
+        let _ = writeln!(self.text, "{entry:WIDTH$} # {source}{colon}{note}");
+    }
+
+    /// Adds a value that may be unknown, and then is `scaled`.
+    fn either(&mut self, key: &str, value: Option<f64>, scaled: f64, unit: Unit) {
+        match value {
+            Some(value) => self.entry(key, &quantity(value, unit), Origin::File, ""),
+            None => self.entry(key, &assumed(scaled, unit), Origin::Assumed, ""),
+        }
+    }
+}
+
+/// Returns the value as a string of TOML, in the unit in which people write it.
+fn quantity(value: f64, unit: Unit) -> String {
+    written(value, unit, DIGITS)
+}
+
+/// Returns an assumed value as a string of TOML.
+fn assumed(value: f64, unit: Unit) -> String {
+    written(value, unit, DIGITS_ASSUMED)
+}
+
+fn written(value: f64, unit: Unit, digits: usize) -> String {
+    let rounded = |value: f64| {
+        let text = format!("{value:.*e}", digits - 1);
+        // A formatted number is a number; zero has no sign.
+        text.parse().unwrap_or(value) + 0.0
+    };
+    let (scale, spelling) = match unit {
+        Unit::Meter => (1e3, "mm"),
+        Unit::Kilogram => (1e3, "g"),
+        Unit::Second => (1e3, "ms"),
+        Unit::Radian => return format!("\"{} deg\"", rounded(value.to_degrees())),
+        _ => return format!("\"{}\"", print_quantity(rounded(value), unit)),
+    };
+    format!("\"{} {spelling}\"", rounded(value * scale))
+}
+
+/// Returns the robot file of a quadruped read from `file`.
+pub(crate) fn robot_file(
+    name: &str,
+    file: &str,
+    robot: &Quadruped,
+) -> Result<Imported, RobotError> {
+    let scale = Scale::of(robot)?;
+    let mut lines = Lines::default();
+    head(name, file, robot, &mut lines);
+    trunk(robot, &mut lines);
+    let kinds = kinds(robot, &scale);
+    for (kind, leg) in &kinds {
+        let leg = leg.text.replace("@KIND@", kind);
+        lines.raw(leg.trim_end());
+    }
+    for (_, leg) in &kinds {
+        lines.read += leg.read;
+        lines.assumed += leg.assumed;
+    }
+    lines.raw("\n# Coordinates in the trunk frame: origin at its centre of mass, x forward, y left, z up.");
+    for (index, leg) in robot.legs.iter().enumerate() {
+        let own = leg_lines(leg, &scale).text;
+        let kind = kinds.iter().find(|(_, kind)| kind.text == own);
+        let kind = kind.map_or("aslp", |(kind, _)| kind.as_str());
+        let [x, y, z] = [leg.hip.x, leg.hip.y, leg.hip.z].map(|at| quantity(at, Unit::Meter));
+        let gap = if index == 0 { "" } else { "\n" };
+        lines.raw(&format!(
+            "{gap}[[mount]]\nname = \"{}\"\nleg = \"{kind}\"",
+            leg.name
+        ));
+        lines.entry("hip", &format!("[{x}, {y}, {z}]"), Origin::File, "");
+    }
+    drives(robot, &scale, &mut lines);
+    lines.raw("\n[ground]");
+    lines.entry(
+        "friction",
+        "0.6",
+        Origin::Assumed,
+        "between foot and ground",
+    );
+    Ok(Imported {
+        text: lines.text,
+        read: lines.read,
+        assumed: lines.assumed,
+        notes: robot.notes.clone(),
+    })
+}
+
+fn head(name: &str, file: &str, robot: &Quadruped, lines: &mut Lines) {
+    let file: String = file
+        .chars()
+        .map(|c| if c.is_control() { ' ' } else { c })
+        .collect();
+    lines.raw(&format!(
+        "# Made from {file} by `twin import`. Sources of the values:\n\
+         #   FILE     follows from that file\n\
+         #   ASSUMED  is not in it: Cheetah-cub's value (robots/cheetah-cub.toml of Twinrig), scaled by mass\n\
+         #            and length of leg so that springs give alike. Replace it by yours"
+    ));
+    for note in &robot.notes {
+        lines.raw(&format!("#\n# Note: {note}."));
+    }
+    let name: String = name.chars().filter(|c| !c.is_control()).collect();
+    let name = name.replace('\\', "\\\\").replace('"', "\\\"");
+    lines.raw(&format!("\nname = \"{name}\""));
+}
+
+fn trunk(robot: &Quadruped, lines: &mut Lines) {
+    lines.raw("\n[trunk]");
+    let mass = robot.trunk.mass;
+    lines.entry(
+        "mass",
+        &quantity(mass, Unit::Kilogram),
+        Origin::File,
+        "without legs",
+    );
+    let hips = |axis: usize| {
+        let at = robot.legs.iter().map(|leg| leg.hip[axis]);
+        at.clone().fold(f64::MIN, f64::max) - at.fold(f64::MAX, f64::min)
+    };
+    let (size, from) = match robot.size {
+        Some(size) => (size, Origin::File),
+        None => ([hips(0), hips(1), 0.5 * hips(1)], Origin::Assumed),
+    };
+    let own = [0, 1, 2].map(|axis| robot.trunk.inertia[(axis, axis)]);
+    let (inertia, of_box) = if own.iter().all(|moment| *moment > 0.0) {
+        (own, Origin::File)
+    } else {
+        let [l, w, h] = size.map(|edge| edge * edge * mass / 12.0);
+        ([w + h, l + h, l + w], Origin::Assumed)
+    };
+    let inertia = inertia.map(|moment| quantity(moment, Unit::KilogramSquareMeter));
+    let note = if of_box == Origin::Assumed {
+        "a uniform box"
+    } else {
+        ""
+    };
+    lines.entry(
+        "inertia",
+        &format!("[{}]", inertia.join(", ")),
+        of_box,
+        note,
+    );
+    let size = size.map(|edge| quantity(edge, Unit::Meter)).join(", ");
+    lines.entry(
+        "size",
+        &format!("[{size}]"),
+        from,
+        "length, width, height; for pictures",
+    );
+}
+
+/// Returns the different kinds of legs, with their names.
+fn kinds(robot: &Quadruped, scale: &Scale) -> Vec<(String, Lines)> {
+    let mut kinds: Vec<(String, Lines)> = Vec::new();
+    for leg in &robot.legs {
+        let lines = leg_lines(leg, scale);
+        if !kinds.iter().any(|(_, kind)| kind.text == lines.text) {
+            kinds.push((leg.name.to_lowercase(), lines));
+        }
+    }
+    if let [(name, _)] = &mut kinds[..] {
+        "aslp".clone_into(name);
+    }
+    kinds
+}
+
+fn drives(robot: &Quadruped, scale: &Scale, lines: &mut Lines) {
+    let legs = &robot.legs;
+    for (index, joint) in ["hip", "knee"].into_iter().enumerate() {
+        let servo = scale.servo(index);
+        // Drives of all legs are equal in a robot file: the weakest is taken.
+        let least = |of: fn(&Leg) -> [Option<f64>; 2]| {
+            legs.iter()
+                .filter_map(|leg| of(leg)[index])
+                .min_by(f64::total_cmp)
+        };
+        lines.raw(&format!("\n[actuator.{joint}]"));
+        lines.either(
+            "torque",
+            least(|leg| leg.torque),
+            servo.torque,
+            Unit::NewtonMeter,
+        );
+        lines.either(
+            "speed",
+            least(|leg| leg.speed),
+            servo.speed,
+            Unit::RadianPerSecond,
+        );
+        lines.either("lag", None, servo.lag, Unit::Second);
+        lines.either("dead_band", None, servo.dead_band, Unit::Radian);
+        lines.either("inertia", None, servo.inertia, Unit::KilogramSquareMeter);
+    }
+}

@@ -1,0 +1,89 @@
+//! Command `twin import`: robot files of the robots of other programs.
+
+use std::fs::{self, OpenOptions};
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use twinrig_description::{Imported, Language, import as read};
+use twinrig_document::{DocumentError, Problem, TEXT_MOST, read_file};
+
+use super::{FAILURE, SUCCESS, Terminal};
+use crate::args::{ImportArgs, ImportCommand, ImportFileArgs};
+use crate::error::TwinError;
+
+pub(super) fn import(args: &ImportArgs, terminal: &mut Terminal<'_>) -> u8 {
+    let done = match &args.language {
+        ImportCommand::Urdf(args) => imported(Language::Urdf, args, terminal),
+        ImportCommand::Mjcf(args) => imported(Language::Mjcf, args, terminal),
+    };
+    match done {
+        Ok(()) => SUCCESS,
+        Err(error) => {
+            terminal.print_error(&error);
+            FAILURE
+        }
+    }
+}
+
+fn imported(
+    language: Language,
+    args: &ImportFileArgs,
+    terminal: &mut Terminal<'_>,
+) -> Result<(), TwinError> {
+    let file = args.file.display().to_string();
+    let text = text(&file, &args.file)?;
+    let made = read(language, &file, &text, args.name.as_deref())?;
+    for note in &made.notes {
+        terminal.note(note);
+    }
+    let path = args.out.clone().unwrap_or_else(|| {
+        let name = args.file.file_stem().unwrap_or(args.file.as_os_str());
+        let mut name = name.to_owned();
+        name.push(".toml");
+        Path::new("robots").join(name)
+    });
+    if path.as_os_str() == "-" {
+        terminal.print_plain(&made.text);
+        return Ok(());
+    }
+    write_new(&path, &made)?;
+    let path = path.display();
+    terminal.print(&format!(
+        "written {path}: {} entries from {file}, {} ASSUMED\n\n  twin list {path}\n  twin draw {path}",
+        made.read, made.assumed
+    ));
+    Ok(())
+}
+
+fn text(file: &str, path: &Path) -> Result<String, DocumentError> {
+    let bytes = read_file(path, TEXT_MOST).map_err(|error| {
+        let message = format!("cannot read the file: {error}");
+        Problem::of_file(file, message, "")
+    })?;
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let message = format!("the file is not UTF-8 from byte {at} on");
+        Problem::of_file(file, message, "save it as UTF-8").into()
+    })
+}
+
+/// Writes a file that must not exist.
+fn write_new(path: &PathBuf, made: &Imported) -> Result<(), TwinError> {
+    let written = || {
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder)?;
+        }
+        let mut file = OpenOptions::new().write(true).create_new(true).open(path)?;
+        file.write_all(made.text.as_bytes())
+    };
+    written().map_err(|source| match source.kind() {
+        ErrorKind::AlreadyExists => TwinError::Together {
+            why: format!("{} exists", path.display()),
+            help: "nothing is overwritten: choose another file with --out".to_owned(),
+        },
+        _ => TwinError::Write {
+            path: path.clone(),
+            source,
+        },
+    })
+}
