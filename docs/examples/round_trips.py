@@ -1,7 +1,9 @@
-"""Prints the first bytes of a recording, and how long the boards took to answer.
+"""Prints the first bytes of a recording, and how long the devices took to answer.
 
     pip install mcap mcap-ros2-support
-    python docs/examples/round_trips.py recordings/first-contact-seed1.mcap
+    python docs/examples/round_trips.py recordings/first-contact-seed1.mcap [BUS]
+
+BUS is the name of the bus, `sbcp` if it is missing.
 
 The scenario has to have `[record] bytes = true`.
 """
@@ -13,7 +15,8 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 PRINTED = 6
-OUT, IN = "/wire/sbcp/out", "/wire/sbcp/in"
+BUS = sys.argv[2] if len(sys.argv) > 2 else "sbcp"
+OUT, IN = f"/wire/{BUS}/out", f"/wire/{BUS}/in"
 
 written, answered, round_trips, lines = None, None, [], 0
 with open(sys.argv[1], "rb") as file:
@@ -32,4 +35,8 @@ with open(sys.argv[1], "rb") as file:
 
 # Everything before the first step of the controller has time 0 on hardware.
 timed = [1e3 * time for time in round_trips if time > 0]
-print(f"{len(timed)} round trips: median {statistics.median(timed):.2f} ms, longest {max(timed):.1f} ms")
+if timed:
+    median, longest = statistics.median(timed), max(timed)
+    print(f"{len(timed)} round trips: median {median:.2f} ms, longest {longest:.1f} ms")
+else:
+    print(f"no round trip: {lines} pieces of bytes on the bus `{BUS}`, all before the first step")

@@ -106,6 +106,12 @@ impl Framer {
         self.state.skipped
     }
 
+    /// Number of bytes in no frame so far: those outside frames, and the beginning of the next one.
+    pub fn unframed(&self) -> u64 {
+        let beginning = self.state.bytes.len() - self.state.consumed;
+        self.state.skipped + beginning as u64
+    }
+
     /// Returns the state to be saved.
     pub fn state(&self) -> &FramerState {
         &self.state

@@ -75,7 +75,7 @@ pub enum Command {
     Plan(PlanArgs),
     /// Validate scenarios without running them
     Check(CheckArgs),
-    /// Make a controller or driver (a crate), a scenario or a robot (a file) to begin with
+    /// Make a controller, driver or plant (a crate), a scenario or a robot (a file) to begin with
     New(NewArgs),
     /// List the parts of this build; of a robot also what follows from its file
     List(ListArgs),

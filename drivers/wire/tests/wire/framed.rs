@@ -196,6 +196,19 @@ proptest! {
         prop_assert_eq!(names_shutdown, kind == 2);
     }
 
+    /// A device that does not answer, and one that answers in another form.
+    #[test]
+    fn failed_opening_counts_the_bytes_that_are_no_frame(bytes in vec(any::<u8>(), 0..30)) {
+        let (mut driver, mut now) = (FramedDriver::new(Toy), 0);
+        apply(&mut driver, &mut now, Event::Open);
+        let foreign: Vec<u8> = bytes.into_iter().filter(|byte| !b"+!-".contains(byte)).collect();
+        driver.handle_bytes(HostTime::from_nanos(0), &foreign);
+        apply(&mut driver, &mut now, Event::Wait(10 * TIMEOUT));
+        let why = driver.is_busy().unwrap_err().why;
+        let counted = why.contains(&format!("; {} bytes arrived that are no frame", foreign.len()));
+        prop_assert_eq!(counted, !foreign.is_empty(), "{}", why);
+    }
+
     #[test]
     fn answer_in_two_parts_completes_a_request_within_its_time_outs(
         first in 0..TIMEOUT, second in 0..REST_TIMEOUT, kind in 0..3_usize,

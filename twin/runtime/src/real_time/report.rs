@@ -52,6 +52,12 @@ impl TaskReport {
 /// Text of several lines for a terminal.
 impl fmt::Display for RealTimeReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.iterations == 0 {
+            return writeln!(
+                f,
+                "no control step: the run ended while its devices were opened"
+            );
+        }
         writeln!(
             f,
             "{} iterations after {} of opening; {} control steps missed by the process, {} overslept",
