@@ -102,8 +102,8 @@ impl LocusVariables {
         let [fore, hind] = lengths;
         let longest = fore.max(hind);
         let length = |name, range, default| ProcessVariable::new(name, Unit::Meter, range, default);
-        // From one horizontal leg to the other.
-        let steps = 0.0..=2.0 * longest;
+        // Beyond reach feet go to the nearest point; a slip of a unit goes farther.
+        let steps = 0.0..=20.0 * longest;
         variables.add(length("step_length".to_owned(), steps, 0.54 * fore));
         variables.add(ProcessVariable::new("ramp", Unit::Second, 0.0.., 1.0));
         variables.add(length("crouch".to_owned(), 0.0..=longest, 0.0));

@@ -36,7 +36,11 @@ impl RobotFile {
         if is_path && !file.exists() {
             return Err(RobotError::NotFound {
                 name: name.to_owned(),
-                help: format!("there is no file {}", file.display()),
+                help: if name.starts_with('~') {
+                    "`~` is not expanded here: write the whole path".to_owned()
+                } else {
+                    format!("there is no file {}", file.display())
+                },
             });
         }
         if let Some(document) = ROBOTS.find(name, beside)? {

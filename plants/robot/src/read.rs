@@ -317,6 +317,19 @@ fn mounts(item: &Item<'_>, kinds: &[String]) -> Result<Vec<Mount>, Reported> {
             let second = &item.list()?[index];
             return Err(second.report(message, "the names of legs must be unique"));
         }
+        if let Some(other) = mounts[..index].iter().find(|other| other.hip == mount.hip) {
+            let message = format!("`{}` and `{}` have the same hip", other.name, mount.name);
+            let second = &item.list()?[index];
+            return Err(second.report(message, "give each leg a place of its own"));
+        }
+        let side = match mount.name.as_str() {
+            "LF" | "LH" if mount.hip[1] < 0.0 => "right",
+            "RF" | "RH" if mount.hip[1] > 0.0 => "left",
+            _ => continue,
+        };
+        let message = format!("the hip of `{}` is on the {side}", mount.name);
+        let second = &item.list()?[index];
+        return Err(second.report(message, "x is forward, y to the left, z up"));
     }
     Ok(mounts)
 }

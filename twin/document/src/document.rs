@@ -34,11 +34,7 @@ impl Document {
         let file = path.display().to_string();
         match read_file(path, TEXT_MOST) {
             Err(error) => {
-                let help = if file == "-" {
-                    "this command does not read standard input: give a file"
-                } else {
-                    ""
-                };
+                let help = not_found(path);
                 Err(Problem::of_file(file, unreadable(&error), help).into())
             }
             Ok(bytes) => Document::from_bytes(&file, bytes),
@@ -275,6 +271,23 @@ fn collect(node: &Node, path: &mut Vec<String>, leaves: &mut Vec<(Vec<String>, P
             leaves.push((path.clone(), entry.key_place.clone(), entry.node.clone()));
         }
         path.truncate(depth);
+    }
+}
+
+/// Remedy for a file that cannot be read: what was meant.
+fn not_found(path: &Path) -> String {
+    let file = path.display().to_string();
+    let with_extension = path.with_extension("toml");
+    if file == "-" {
+        "this command does not read standard input: give a file".to_owned()
+    } else if let Some(option) = file.strip_prefix(['—', '–', '−']) {
+        format!("an option begins with two hyphens: --{option}")
+    } else if file.starts_with('~') {
+        "`~` is not expanded here: write the whole path".to_owned()
+    } else if path.extension().is_none() && with_extension.is_file() {
+        format!("did you mean {}?", with_extension.display())
+    } else {
+        String::new()
     }
 }
 

@@ -85,10 +85,10 @@ impl fmt::Display for Problem {
 }
 
 impl Problem {
-    /// Sort key of the problems of one document: line and column.
+    /// Sort key of the problems of one document: line and offset. The column would be counted.
     fn order(&self) -> Option<(usize, usize)> {
         let place = self.place.as_ref()?;
-        Some((place.line(), place.column()))
+        Some((place.line(), place.start()))
     }
 
     fn text(&self, columns: Option<usize>) -> String {

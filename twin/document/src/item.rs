@@ -2,7 +2,7 @@
 
 use twinrig_kernel::{SimDuration, Unit};
 
-use crate::document::{Overrides, SET_TWICE};
+use crate::document::{Overrides, SET_TWICE, quoted};
 use crate::error::{Placed, Problem};
 use crate::near;
 use crate::node::{Node, Value};
@@ -347,6 +347,14 @@ impl<'d> Item<'d> {
     /// Reports that the value is no list.
     fn no_list(&self) -> Reported {
         let key = self.key();
+        if let Value::Text(text) = &self.node.value {
+            let words = text
+                .split([',', ' ', '[', ']'])
+                .filter(|word| !word.is_empty());
+            let words: Vec<String> = words.map(quoted).collect();
+            let help = format!("write it as in {key} = [{}]", words.join(", "));
+            return self.wrong_type_with_help("a list", help);
+        }
         let Value::Table(entries) = &self.node.value else {
             return self.wrong_type("a list");
         };

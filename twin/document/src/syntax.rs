@@ -27,6 +27,11 @@ pub(crate) fn problem(errors: &[toml::de::Error], source: &Arc<Source>) -> Probl
     if let Some(problem) = not_closed(&place, source) {
         return problem;
     }
+    if message.starts_with("duplicate key")
+        && let Some(problem) = defined_before(&place, source)
+    {
+        return problem;
+    }
     let help = hint(place.line_text(), message);
     let help = help.unwrap_or_else(|| lines.collect::<Vec<_>>().join("; "));
     Problem::at(&place, format!("this is not TOML: {message}"), help)
@@ -87,6 +92,39 @@ fn single_bracket(place: &Place, source: &Arc<Source>) -> Option<Problem> {
     None
 }
 
+/// Problem of a table or a key that is there twice, which names the line of the first one.
+fn defined_before(place: &Place, source: &Arc<Source>) -> Option<Problem> {
+    let second = place.line_text().trim();
+    let (mut table, mut defined) = (String::new(), Vec::new());
+    for (number, line) in source.text.lines().enumerate().take(place.line()) {
+        let line = line.trim();
+        let header = line
+            .strip_prefix('[')
+            .and_then(|rest| rest.split(']').next());
+        let key = match header.filter(|name| !name.starts_with('[')) {
+            Some(name) => {
+                name.trim().clone_into(&mut table);
+                table.clone()
+            }
+            None => match line.split_once('=') {
+                Some((key, _)) if table.is_empty() => key.trim().to_owned(),
+                Some((key, _)) => format!("{table}.{}", key.trim()),
+                None => continue,
+            },
+        };
+        defined.push((number + 1, key));
+    }
+    let (_, key) = defined.pop()?;
+    let (line, _) = defined.into_iter().find(|(_, known)| *known == key)?;
+    let message = format!("this is not TOML: `{key}` is already in line {line}");
+    let help = if second.starts_with('[') {
+        format!("write the keys of this table in line {line} and after it")
+    } else {
+        "remove one of the two".to_owned()
+    };
+    Some(Problem::at(place, message, help))
+}
+
 /// Problem of a bracket that is not closed in its line, which the parser finds in the next one.
 fn not_closed(place: &Place, source: &Arc<Source>) -> Option<Problem> {
     if !place.before().trim().is_empty() {
@@ -127,6 +165,19 @@ fn first_open(line: &str) -> Option<usize> {
 
 /// Remedy for a line that is not TOML.
 fn hint(line: &str, message: &str) -> Option<String> {
+    let start = line.trim_start();
+    if ["<<<<<<<", "=======", ">>>>>>>"]
+        .iter()
+        .any(|mark| start.starts_with(mark))
+    {
+        return Some("a mark of an unresolved merge: keep one of both sides, without marks".into());
+    }
+    if start.starts_with("```") {
+        return Some("a fence of Markdown: delete this line".to_owned());
+    }
+    if message.contains("escape") {
+        return Some("paths have `/`; or put the text in single quotes, without escapes".into());
+    }
     if let Some(c) = line.chars().find(|c| is_disallowed(*c)) {
         return Some(named(c));
     }
@@ -137,6 +188,9 @@ fn hint(line: &str, message: &str) -> Option<String> {
     let (key, value) = (key.trim(), value.trim());
     if value.contains(" //") {
         return Some("a comment begins with `#`".to_owned());
+    }
+    if let Some(hint) = hint_of_number(line, message) {
+        return Some(hint);
     }
     let is_bare = value.starts_with(|c: char| c.is_alphanumeric());
     let about_value = ["quote", "boolean", "literal", "number"];
@@ -150,6 +204,42 @@ fn hint(line: &str, message: &str) -> Option<String> {
         }
         "null" | "None" | "nil" => format!("leave `{key}` out to have its default"),
         text => format!("texts and quantities are in quotes: {key} = \"{text}\""),
+    })
+}
+
+/// Remedy for a number or a key in braces, in a line with an equals sign.
+fn hint_of_number(line: &str, message: &str) -> Option<String> {
+    let bare = line.split('#').next().unwrap_or(line);
+    for (at, _) in bare.match_indices('=') {
+        let value = bare[at + 1..].trim_start();
+        let digits = |text: &str| text.chars().take_while(char::is_ascii_digit).count();
+        let whole = digits(value);
+        let (number, rest) = value.split_at(whole);
+        if let Some(rest) = rest
+            .strip_prefix('.')
+            .filter(|rest| whole == 0 && digits(rest) > 0)
+        {
+            return Some(format!(
+                "write a zero before the point: 0.{}",
+                &rest[..digits(rest)]
+            ));
+        }
+        if let Some(rest) = rest
+            .strip_prefix(',')
+            .filter(|rest| whole > 0 && digits(rest) > 0)
+        {
+            let share = &rest[..digits(rest)];
+            return Some(format!("write a decimal point: {number}.{share}"));
+        }
+    }
+    let colon = bare.split('{').nth(1)?.split_once(':')?.0;
+    let is_key = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | ' ' | '"');
+    let is_pair = message.contains("key") && colon.chars().all(is_key);
+    is_pair.then(|| {
+        format!(
+            "write `=` in place of `:`, as in {{ {} = … }}",
+            colon.trim()
+        )
     })
 }
 
@@ -170,6 +260,7 @@ fn named(c: char) -> String {
             format!("`{c}` is {code}; TOML has straight quotes: \"…\"")
         }
         '\u{a0}' | '\u{202f}' | '\u{2007}' => format!("there is a no-break space ({code})"),
+        '\r' => format!("lines end with CR alone ({code}): save the file with LF or CR LF"),
         c if c.is_control() || is_invisible(c) => {
             format!("there is an invisible character, {code}; delete it")
         }

@@ -372,6 +372,7 @@ fn check_legs(
         FootstepMeasure::Order(groups) => named.extend(groups.iter().flatten()),
         _ => {}
     }
+    forgotten_leg(legs, measure, facts, problems);
     for leg in named {
         if !facts.legs.iter().any(|known| known.name == leg.value) {
             problems.push(unknown_leg(leg, "the scene", &facts.legs));
@@ -379,8 +380,40 @@ fn check_legs(
     }
 }
 
+/// Reports a leg that a pattern or an order of all legs does not name: its footsteps would not be
+/// judged.
+fn forgotten_leg(
+    legs: &LegChoice,
+    measure: &FootstepMeasure,
+    facts: &Facts,
+    problems: &mut Vec<Problem>,
+) {
+    let (what, named): (_, Vec<&Placed<String>>) = match measure {
+        FootstepMeasure::Phase {
+            pattern: Pattern::Given(legs),
+            ..
+        } => ("pattern", legs.iter().map(|(leg, _)| leg).collect()),
+        FootstepMeasure::Order(groups) => ("order", groups.iter().flatten().collect()),
+        _ => return,
+    };
+    let (LegChoice::All, Some(first)) = (legs, named.first()) else {
+        return;
+    };
+    let is_named = |leg: &&LegFact| named.iter().any(|named| named.value == leg.name);
+    for leg in facts.legs.iter().filter(|leg| !is_named(leg)) {
+        let message = format!("the {what} does not name leg `{}`", leg.name);
+        let help = "name it, or choose the legs that are judged by `leg`";
+        problems.push(Problem::at(&first.place, message, help));
+    }
+}
+
 fn unknown_leg(leg: &Placed<String>, owner: &str, legs: &[LegFact]) -> Problem {
     let known = legs.iter().map(|leg| leg.name.as_str());
     let message = format!("{owner} has no leg `{}`", leg.value);
-    Problem::at(&leg.place, message, suggestion(&leg.value, "legs", known))
+    let help = match leg.value.as_str() {
+        "front" => "did you mean `fore`?".to_owned(),
+        "rear" | "back" => "did you mean `hind`?".to_owned(),
+        value => suggestion(value, "legs", known),
+    };
+    Problem::at(&leg.place, message, help)
 }

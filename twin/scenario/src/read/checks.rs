@@ -23,6 +23,7 @@ pub(crate) mod code {
     pub const WITHIN: &str = "within-beyond-end";
     pub const BY: &str = "by-beyond-end";
     pub const LAG: &str = "lag-beyond-run";
+    pub const RAMP: &str = "ramp-beyond-run";
     pub const UNTIL: &str = "until-before-expectations";
     pub const NOTHING_EXPECTED: &str = "nothing-expected";
     pub const EXACT: &str = "exact-beyond-horizon";
@@ -159,6 +160,7 @@ impl ScenarioChecks<'_> {
                 );
             }
         }
+        self.warn_of_ramp(table);
         let mean = mean(&self.io.transfer_time);
         if mean > self.io.step {
             table.warn_at(
@@ -187,6 +189,24 @@ impl ScenarioChecks<'_> {
 }
 
 impl ScenarioChecks<'_> {
+    /// Warns about a gait whose steps do not reach their length.
+    fn warn_of_ramp(&self, table: &Table<'_>) {
+        let variables = self.controller.iter().flat_map(|it| &it.variables);
+        let ramp = variables.clone().find(|(name, _)| name == "ramp");
+        let Some((_, ramp)) = ramp.filter(|(_, ramp)| *ramp > self.duration.as_secs_f64()) else {
+            return;
+        };
+        table.warn_at(
+            &place(table, &["controller", "ramp"]),
+            code::RAMP,
+            format!("the ramp of {ramp} s is longer than the run"),
+            format!(
+                "the run lasts {}: steps do not reach their length",
+                print_duration(self.duration)
+            ),
+        );
+    }
+
     /// Warns about a run that takes hours or days, from the number of its steps.
     fn warn_of_long_run(&self, table: &Table<'_>) {
         let step = self.plant.step.unwrap_or(self.observe);

@@ -8,6 +8,8 @@ use crate::language::{KeySpec, TableSpec};
 
 /// Tables that a message names.
 const NAMED_MOST: usize = 3;
+/// Tables of robot files that scenarios do not have.
+const OF_ROBOT: [&str; 2] = ["trunk", "leg"];
 /// Tables with a key that nearly every table has: none of them explains the mistake.
 const COMMON_LEAST: usize = 7;
 
@@ -18,6 +20,11 @@ pub(super) fn with_other_tables(mut error: DocumentError, catalogue: &Catalogue)
             continue;
         };
         let (table, key) = path.rsplit_once('.').unwrap_or(("", path));
+        if table.is_empty() && OF_ROBOT.contains(&key) {
+            let over = root_table::OVERRIDE.name;
+            problem.help = format!("`{key}` is of the robot: write `{over}.{key}`");
+            continue;
+        }
         let mut owners = owners(table, key, catalogue);
         if owners.is_empty() || owners.len() >= COMMON_LEAST {
             continue;
@@ -75,7 +82,7 @@ fn owner(table: &TableSpec, key: &KeySpec, here: &str) -> Option<String> {
         None if bare == here => None,
         None if table.name == root_table::TABLE.name && here.is_empty() => None,
         None if table.name == root_table::TABLE.name => {
-            Some("no table: write it above the first one".to_owned())
+            Some("the top level, above the first table".to_owned())
         }
         None => Some(format!("`{}`", table.name)),
     }

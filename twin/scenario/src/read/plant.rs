@@ -304,7 +304,15 @@ fn heights(table: Declared<'_, '_>) -> Result<Heights, Reported> {
 fn rows(item: &Item<'_>) -> Result<Vec<Vec<f64>>, Reported> {
     let rows = item.each(|row| row.each(|height| height.quantity(Unit::Meter, &HEIGHTS)))?;
     let columns = rows.first().map_or(0, Vec::len);
-    if columns == 0 || rows.iter().any(|row| row.len() != columns) {
+    if let Some(ragged) = rows.iter().position(|row| row.len() != columns) {
+        let found = rows[ragged].len();
+        let message = format!(
+            "`values` is not a grid: row 1 has {columns} values, row {} has {found}",
+            ragged + 1
+        );
+        return Err(item.report(message, "every row has the same number of values, along x"));
+    }
+    if columns == 0 {
         let help = "as in [[\"0 mm\", \"5 mm\"], [\"2 mm\", \"0 mm\"]]: rows of the same length, each along x";
         return Err(item.report("`values` is not a grid", help));
     }

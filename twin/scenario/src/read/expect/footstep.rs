@@ -250,7 +250,11 @@ fn order(item: &Item<'_>) -> Result<Vec<Vec<Placed<String>>>, Reported> {
             Ok(vec![item.placed_text()?])
         }
     })?;
-    if groups.len() < 2 || groups.iter().any(Vec::is_empty) {
+    if let Some(empty) = groups.iter().position(Vec::is_empty) {
+        let message = format!("group {} of the order is empty", empty + 1);
+        return Err(item.report(message, "name its legs, or remove it"));
+    }
+    if groups.len() < 2 {
         let help = "as in [\"LF\", \"RH\"] or [[\"LF\", \"RH\"], [\"RF\", \"LH\"]]";
         return Err(item.report("an order requires at least two groups of legs", help));
     }
