@@ -257,14 +257,14 @@ impl<P: Protocol> Driver for FramedDriver<P> {
                 Err(DriverError { why })
             }
             Some(_) => {
-                let mut why = self.protocol.open_failure(&self.state);
-                let unframed = self.framer.unframed();
-                if unframed > 0 {
-                    why += &format!(
-                        "; {unframed} bytes arrived that are no frame: wrong baud rate, or another \
-                         protocol"
-                    );
-                }
+                let why = self.protocol.open_failure(&self.state);
+                let why = match self.framer.unframed() {
+                    0 => why,
+                    bytes => format!(
+                        "{why}; {bytes} bytes arrived that are no frame: wrong baud rate, or \
+                         another protocol"
+                    ),
+                };
                 Err(DriverError { why })
             }
         }
