@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import threading
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
@@ -20,6 +21,10 @@ from libcosimpy.CosimSlave import CosimLocalSlave
 
 ROOT = Path(__file__).resolve().parents[3]
 TROT = "scenarios/trot.toml"
+
+# FMPy changes the current folder of the process while it loads a library. Two threads that load at
+# once would leave the process in an unpacked FMU.
+LOADING = threading.Lock()
 
 
 def program() -> str:
@@ -84,12 +89,13 @@ class Instance:
     ) -> None:
         self.fmu = fmu
         kind = FMU3Slave if fmu.is_fmi3 else FMU2Slave
-        self.raw: Any = kind(
-            guid=fmu.description.guid,
-            unzipDirectory=fmu.folder,
-            modelIdentifier=fmu.description.coSimulation.modelIdentifier,
-            instanceName=name,
-        )
+        with LOADING:
+            self.raw: Any = kind(
+                guid=fmu.description.guid,
+                unzipDirectory=fmu.folder,
+                modelIdentifier=fmu.description.coSimulation.modelIdentifier,
+                instanceName=name,
+            )
         self.raw.instantiate()
         self.now = start
         if fmu.is_fmi3:

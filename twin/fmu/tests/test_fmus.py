@@ -182,6 +182,7 @@ def test_instances_that_take_turns_are_independent(rig: Fmu) -> None:
 
 def test_instances_on_two_threads_are_independent(rig: Fmu) -> None:
     results: list[str] = []
+    folder = Path.cwd()
 
     def run() -> None:
         with rig.instance() as instance:
@@ -197,6 +198,7 @@ def test_instances_on_two_threads_are_independent(rig: Fmu) -> None:
         thread.join()
     assert len(results) == 3
     assert len(set(results)) == 1
+    assert Path.cwd() == folder, "loading on two threads changed the folder of the process"
 
 
 def test_plant_alone_is_the_native_plant(plant: Fmu) -> None:
