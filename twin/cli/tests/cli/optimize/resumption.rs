@@ -72,7 +72,7 @@ fn killed_optimisation_continues_with_the_same_answer() {
 
 #[test]
 fn signal_ends_the_optimisation_which_the_same_command_continues() {
-    let optimization = Optimization::new("signal", WALK, &SPACE.replace("= 4", "= 40"));
+    let optimization = Optimization::new("signal", WALK, &SPACE.replace("= 4", "= 12"));
     let mut child = optimization.start("out", &[]);
     wait_until("runs are stored", || optimization.stored("out") > 0);
     let id = child.id().to_string();
