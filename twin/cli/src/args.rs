@@ -210,7 +210,7 @@ pub struct RunArgs {
     pub set: Vec<(String, String)>,
     /// Run with this plant; short for --set plant.model=MODEL. If repeated, run each plant and
     /// compare each with the first, footstep by footstep
-    #[arg(long, value_name = "MODEL")]
+    #[arg(long, value_name = "MODEL", value_delimiter = ',')]
     pub plant: Vec<String>,
     /// Start the other plants at TIME from the state of the first plant, so that differences
     /// accumulated before TIME do not count. From there on the plants are compared; the

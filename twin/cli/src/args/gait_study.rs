@@ -21,7 +21,7 @@ pub struct ModulationOptions {
     #[arg(value_name = "SCENARIO", default_value = "scenarios/step-change.toml")]
     pub scenarios: Vec<PathBuf>,
     /// Study on this plant; may be repeated; without it, on the scenario's own
-    #[arg(long, value_name = "MODEL")]
+    #[arg(long, value_name = "MODEL", value_delimiter = ',')]
     pub plant: Vec<String>,
     /// Set a key of the scenarios: controller.frequency="3 Hz"
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
@@ -68,7 +68,7 @@ pub struct FeedbackOptions {
     #[arg(value_name = "SCENARIO", default_values = FEEDBACK)]
     pub scenarios: Vec<PathBuf>,
     /// Study on this plant; may be repeated; without it, on the scenario's own
-    #[arg(long, value_name = "MODEL")]
+    #[arg(long, value_name = "MODEL", value_delimiter = ',')]
     pub plant: Vec<String>,
     /// Set a key of the scenarios: controller.feedback="0.3 rad/(N·s)"
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
@@ -113,7 +113,7 @@ pub struct TransitionOptions {
     #[arg(value_name = "SCENARIO")]
     pub scenario: PathBuf,
     /// Study on this plant; may be repeated; without it, on the scenario's own
-    #[arg(long, value_name = "MODEL")]
+    #[arg(long, value_name = "MODEL", value_delimiter = ',')]
     pub plant: Vec<String>,
     /// Set a key of the scenario: controller.step_length="8 cm"
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]

@@ -16,7 +16,7 @@ pub struct PlanArgs {
     pub set: Vec<(String, String)>,
     /// Plan with this plant; short for --set plant.model=MODEL. With --sufficient: consider this
     /// plant only; may be repeated
-    #[arg(long, value_name = "MODEL")]
+    #[arg(long, value_name = "MODEL", value_delimiter = ',')]
     pub plant: Vec<String>,
     /// Search the plant, constraints, method and step that give the margin of every expectation
     /// with an error below a tenth of it, in the least time; runs the scenario many times

@@ -28,7 +28,7 @@ pub struct RobustnessOptions {
     #[arg(long, value_name = "N")]
     pub jobs: Option<NonZeroUsize>,
     /// Study on this plant; may be repeated; without it, on the scenario's own
-    #[arg(long, value_name = "MODEL")]
+    #[arg(long, value_name = "MODEL", value_delimiter = ',')]
     pub plant: Vec<String>,
     /// Set a key of the scenarios: controller.frequency="3 Hz"
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]

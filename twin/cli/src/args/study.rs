@@ -138,7 +138,7 @@ pub struct StudyOptions {
     #[arg(value_name = "SCENARIO", default_value = "scenarios/passive-legs.toml")]
     pub scenario: PathBuf,
     /// Study this plant; may be repeated; without it, all plants of this build
-    #[arg(long, value_name = "MODEL")]
+    #[arg(long, value_name = "MODEL", value_delimiter = ',')]
     pub plant: Vec<String>,
     /// Set a key of the scenario: duration="300 ms"
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]

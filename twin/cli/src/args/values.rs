@@ -88,12 +88,41 @@ pub(super) fn seconds(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn key_value(text: &str) -> Result<(String, String), String> {
-    match text.split_once('=') {
-        Some((key, value)) if !key.trim().is_empty() => {
-            Ok((key.trim().to_owned(), value.trim().to_owned()))
-        }
-        _ => Err("KEY=VALUE is required".to_owned()),
+    if text.trim_start().starts_with('{') {
+        return Err("KEY=VALUE is required, not JSON".to_owned());
     }
+    let (key, value) = match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() => (key.trim(), value.trim()),
+        _ => return Err("KEY=VALUE is required".to_owned()),
+    };
+    match second_setting(value) {
+        Some(second) => Err(format!("each setting needs its own --set: --set {second}")),
+        None => Ok((key.to_owned(), value.to_owned())),
+    }
+}
+
+/// Returns the rest of a value that begins with `KEY=`, behind a blank that is neither in quotes
+/// nor in brackets.
+fn second_setting(value: &str) -> Option<&str> {
+    let (mut quote, mut depth) = (None, 0_usize);
+    for (index, character) in value.char_indices() {
+        match (quote, character) {
+            (Some(open), _) => quote = quote.filter(|_| open != character),
+            (None, '"' | '\'') => quote = Some(character),
+            (None, '[' | '{') => depth += 1,
+            (None, ']' | '}') => depth = depth.saturating_sub(1),
+            (None, blank) if blank.is_whitespace() && depth == 0 => {
+                let rest = value[index..].trim_start();
+                let key = rest.split_once('=')?.0.trim_end();
+                let is_key = |one: char| one.is_ascii_alphanumeric() || "._-".contains(one);
+                if !key.is_empty() && key.chars().all(is_key) {
+                    return Some(rest);
+                }
+            }
+            (None, _) => {}
+        }
+    }
+    None
 }
 
 #[cfg(test)]
@@ -119,5 +148,26 @@ mod tests {
         let parsed = key_value("plant.step = a=b").unwrap();
         assert_eq!(parsed, ("plant.step".to_owned(), "a=b".to_owned()));
         assert!(key_value("plant.step").is_err() && key_value("=1").is_err());
+    }
+
+    #[test]
+    fn second_setting_is_refused_outside_of_quotes_and_brackets() {
+        for text in [
+            r#"duration = "2 s" seed = 2"#,
+            "name=a b  c.d=e",
+            "a=[1, 2] b-c={d = 1}",
+        ] {
+            let error = key_value(text).unwrap_err();
+            assert!(error.contains("its own --set"), "{text}: {error}");
+        }
+        for text in [
+            r#"name="a b=c""#,
+            "ground={ friction = 0.6, profile = 'flat b=c' }",
+            "name=a (b = c)",
+            "duration=2 s",
+            r#"order=["a b=c", { d=1 }]"#,
+        ] {
+            assert!(key_value(text).is_ok(), "{text}");
+        }
     }
 }

@@ -105,9 +105,7 @@ fn plant_cannot_resume_after_the_end_of_the_first_run() {
     let folder = Folder::new("ended-from");
     let file = falls(&folder, "falls.toml", "fall = { end = true }");
     let out = folder.join("out");
-    let words = [
-        "run", &file, "--plant", "massless", "--plant", "lcp", "--from", "1.9 s",
-    ];
+    let words = ["run", &file, "--plant", "massless,lcp", "--from", "1.9 s"];
     let done = twin(&[&words[..], &["--out", &out]].concat());
     assert_eq!(done.code, 2, "{}", done.out);
     assert!(done.out.contains("which ended the run"), "{}", done.out);

@@ -185,7 +185,8 @@ impl Files {
             "space" => "optimize {trot} --space {space} --out {dir}/o",
             _ => &row.new,
         };
-        let mut words: Vec<String> = line.split(' ').map(str::to_owned).collect();
+        // A blank inside of a word is written `\s`.
+        let mut words: Vec<_> = line.split(' ').map(|w| w.replace(r"\s", " ")).collect();
         for word in &mut words {
             for base in ["trot", "robot", "stairs", "sweep", "space", "dir"] {
                 *word = word.replace(&format!("{{{base}}}"), &self.path(base));
