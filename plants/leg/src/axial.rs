@@ -26,14 +26,16 @@ pub struct LoadedLength {
 
 impl Pantograph {
     /// Returns the slope of the axial force over the length, without a hip torque and with a slack
-    /// cable: the stiffness of thesis, eq. 2.21 \[N/m\].
+    /// cable: the stiffness of thesis, eq. 2.21 \[N/m\]. At full extension the slope is that of
+    /// shorter legs, where the stop carries nothing.
     ///
     /// # Errors
-    /// [`LegError::OutOfReach`] within 0.1 % of either end of the range of lengths.
+    /// [`LegError::OutOfReach`] beyond the longest leg, and within 0.1 % of the shortest one.
     pub fn axial_stiffness(&self, length: f64) -> Result<f64, LegError> {
+        self.push(length)?;
         let step = STEP * self.length_max();
-        let (shorter, longer) = (self.push(length - step)?, self.push(length + step)?);
-        Ok((shorter - longer) / (2.0 * step))
+        let (shorter, longer) = (length - step, (length + step).min(self.nearly_extended()));
+        Ok((self.push(shorter)? - self.push(longer)?) / (longer - shorter))
     }
 
     /// Returns the greatest axial stiffness in the range of a gait, 0.7 to 0.98 of the greatest
@@ -166,6 +168,26 @@ mod tests {
                 Some(_) => prop_assert_eq!(loaded.length, leg.length_min()),
             }
         }
+    }
+
+    #[test]
+    fn stiffness_at_full_extension_is_that_of_shorter_legs() {
+        let leg = Pantograph::new(&Leg::example()).unwrap();
+        let preload = leg.preload_force().unwrap();
+        // There the preload keeps the pantograph closed.
+        let longest = leg.length_max();
+        let slope = (closed(longest - 1e-4).1 - closed(longest - 1e-5).1) / 9e-5;
+        for excess in [1e-9, 1e-6, 1e-3] {
+            let loaded = leg.length_under(preload * (1.0 + excess)).unwrap();
+            assert_eq!(loaded.stop, None);
+            let stiffness = leg.axial_stiffness(loaded.length).unwrap();
+            // The slope changes by less than 1 % in 0.1 mm.
+            assert!(
+                (stiffness / slope - 1.0).abs() < 0.01,
+                "{stiffness} {slope}"
+            );
+        }
+        assert!(leg.axial_stiffness(1.001 * longest).is_err());
     }
 
     #[test]
