@@ -1,4 +1,6 @@
-//! Text form of the signals of a comparison: one line per kind, by decreasing difference.
+//! Text form of the signals of a comparison: one line per kind, by the onset of the difference.
+
+use core::cmp::Ordering;
 
 use super::super::EventDifference;
 use super::super::signals::{Drifted, OfSignal, RESIDUAL};
@@ -10,9 +12,6 @@ use twinrig_kernel::signal;
 /// Maximum number of kinds shown; the JSON contains all signals.
 const SHOWN: usize = 12;
 
-/// Kinds that are shown first.
-const FIRST: [&str; 2] = [signal::BODY_POSITION, signal::BODY_RPY];
-
 /// Share below which differences are rounding errors.
 const ROUNDING: f64 = 1e-9;
 
@@ -20,8 +19,8 @@ const ROUNDING: f64 = 1e-9;
 struct Kind<'d> {
     group: &'d str,
     name: String,
-    /// Component with the greatest difference among all legs.
-    worst: &'d OfSignal,
+    /// Component that differs first among all legs.
+    first: &'d OfSignal,
     /// Greatest share of all components, which decides whether the kind differs.
     share: f64,
 }
@@ -34,7 +33,7 @@ impl EventDifference {
         if differ.is_empty() {
             return Vec::new();
         }
-        let aligned = differ.iter().any(|kind| kind.worst.by_leg.is_some());
+        let aligned = differ.iter().any(|kind| kind.first.by_leg.is_some());
         let how = if aligned {
             "stride by stride"
         } else {
@@ -43,7 +42,7 @@ impl EventDifference {
         let mut lines = vec![
             String::new(),
             format!(
-                "  signals {how}: b − a, and as a share of the range in a; worst leg and component, in its unit"
+                "  signals {how}: b − a, and as a share of the range in a; by the time of 10 %, then of 1 %; first leg and component, in its unit"
             ),
         ];
         let mut grid = Grid::new(&[[Left; 1].as_slice(), &[Right; 8]].concat());
@@ -68,7 +67,7 @@ impl EventDifference {
         lines
     }
 
-    /// Returns the kinds of [`FIRST`], then the others by decreasing difference.
+    /// Returns the kinds in the order in which they differ: a cause stands above its effects.
     fn kinds(&self) -> Vec<Kind<'_>> {
         let mut legs: Vec<&str> = self.legs.iter().map(|leg| leg.leg.as_str()).collect();
         // Includes legs without footsteps.
@@ -85,31 +84,37 @@ impl EventDifference {
                 .find(|kind| kind.group == signal.group && kind.name == name);
             if let Some(kind) = known {
                 kind.share = kind.share.max(share);
-                if signal.aligned.max > kind.worst.aligned.max {
-                    kind.worst = signal;
+                if signal.onset(kind.first) == Ordering::Less {
+                    kind.first = signal;
                 }
             } else {
                 kinds.push(Kind {
                     group: &signal.group,
                     name,
-                    worst: signal,
+                    first: signal,
                     share,
                 });
             }
         }
-        kinds.sort_by(|a, b| {
-            let place = |kind: &Kind<'_>| {
-                let place = FIRST.iter().position(|name| *name == kind.name);
-                place.unwrap_or(FIRST.len())
-            };
-            let share = |kind: &Kind<'_>| kind.worst.aligned.share.unwrap_or(0.0);
-            place(a).cmp(&place(b)).then(share(b).total_cmp(&share(a)))
-        });
+        kinds.sort_by(|a, b| a.first.onset(b.first));
         kinds
     }
 }
 
 impl OfSignal {
+    /// Compares by the time at which the difference exceeds 10 % of the range, then 1 %, then by its
+    /// maximum as a share of the range, the greatest first.
+    fn onset(&self, other: &Self) -> Ordering {
+        let key = |of: &Self| {
+            let drift = &of.aligned;
+            let [tenth, hundredth] = [drift.exceeds_10_percent_at_s, drift.exceeds_1_percent_at_s]
+                .map(|at_s| at_s.unwrap_or(f64::INFINITY));
+            [tenth, hundredth, -drift.share.unwrap_or(0.0)]
+        };
+        let pairs = key(self).into_iter().zip(key(other));
+        pairs.fold(Ordering::Equal, |order, (a, b)| order.then(a.total_cmp(&b)))
+    }
+
     /// Returns the greatest relative difference, at equal times or at equal footsteps; 0 for
     /// signals without a range.
     fn share(&self) -> f64 {
@@ -133,8 +138,8 @@ impl Kind<'_> {
             rms_of_tenths,
             growth_per_s,
             ..
-        } = &self.worst.aligned;
-        let unit = &self.worst.unit;
+        } = &self.first.aligned;
+        let unit = &self.first.unit;
         let scale = Scale::of(*max, unit);
         let scaled = |value: f64| three(value * scale.factor);
         let ends = [rms_of_tenths.first(), rms_of_tenths.last()]
@@ -147,7 +152,7 @@ impl Kind<'_> {
         };
         let percent = |share: Option<f64>| percent(share.filter(|_| has_share));
         [
-            self.worst.name().into(),
+            self.first.name().into(),
             quantity(*max, unit).into(),
             percent(*share).into(),
             scaled(*rms).into(),
@@ -155,7 +160,49 @@ impl Kind<'_> {
             at(exceeds_10_percent_at_s).into(),
             ends.join(", ").into(),
             scaled(*growth_per_s).into(),
-            percent(self.worst.plain.share.filter(|_| aligned)).into(),
+            percent(self.first.plain.share.filter(|_| aligned)).into(),
         ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use twinrig_record::Drift;
+
+    use super::*;
+
+    fn signal(name: &str, exceeds_at_s: [Option<f64>; 2], share: f64) -> OfSignal {
+        let drift = Drift {
+            share: Some(share),
+            exceeds_at_s,
+            ..Drift::default()
+        };
+        OfSignal {
+            group: "plant".to_owned(),
+            signal: name.to_owned(),
+            component: 0,
+            components: 1,
+            unit: "1".to_owned(),
+            by_leg: None,
+            aligned: drift.clone().into(),
+            plain: drift.into(),
+            ends_at_s: None,
+            ends_a: None,
+            ends_b: None,
+        }
+    }
+
+    #[test]
+    fn signal_that_differs_first_stands_above_those_that_differ_more() {
+        let mut signals = [
+            signal("body", [Some(0.2), Some(0.9)], 50.0),
+            signal("equal", [None, None], 1e-12),
+            signal("drift", [Some(0.1), None], 0.05),
+            signal("leg", [Some(0.3), Some(0.4)], 0.2),
+            signal("small", [Some(0.1), None], 0.02),
+        ];
+        signals.sort_by(OfSignal::onset);
+        let names = signals.each_ref().map(|signal| signal.signal.as_str());
+        assert_eq!(names, ["leg", "body", "drift", "small", "equal"]);
     }
 }
