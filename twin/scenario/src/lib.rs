@@ -102,9 +102,9 @@ pub use gait::{Fitness, FitnessScales, FitnessTerms, GaitClaim, GaitMeasure};
 pub use glob::matches;
 pub use ground_below::GroundBelow;
 pub use judge::{
-    CommandedGait, Footstep, Judge, LIFT_SHARE_MIN, Layouts, Outcome, Reference, RunEnd,
-    SATURATED_SHARE_MAX, ServoLimits, TrackedDrive, TrackedLeg, TrackedLift, Tracking,
-    TrackingReport, Verdict, Witness,
+    CommandedGait, DriveLimits, Footstep, Judge, LIFT_SHARE_MIN, Layouts, Outcome, Reference,
+    RunEnd, SATURATED_SHARE_MAX, TrackedDrive, TrackedLeg, TrackedLift, Tracking, TrackingReport,
+    Verdict, Witness,
 };
 pub use limits::{Comparison, Limits};
 pub use loads::{PayloadSpec, SurfaceSpec};

@@ -1,9 +1,9 @@
 //! What a gait commands, from the variables of its controller and the drives of its robot.
 
-use twinrig_robot::{Robot, Servo};
+use twinrig_robot::{Motor, Robot, Servo};
 use twinrig_runtime::ProcessVariable;
 use twinrig_scenario::{
-    ActuatorKind, CommandedGait, LegFact, Scenario, ServoLimits, ServoOverride,
+    ActuatorKind, CommandedGait, DriveLimits, LegFact, Scenario, ServoOverride,
 };
 
 use crate::parts::setup::overridden;
@@ -46,22 +46,38 @@ pub(super) fn of(
             (!has_any).then(|| "the controller has no variable `step_height`".to_owned())
         },
         ramp: value(RAMP).unwrap_or(0.0),
-        servos: robot.and_then(|robot| servos(robot, scenario)),
+        limits: robot.and_then(|robot| limits(robot, scenario)),
     }
 }
 
-/// Returns the limits of the servos of hip and knee; none for other drives.
-fn servos(robot: &Robot, scenario: &Scenario) -> Option<[ServoLimits; 2]> {
+/// Returns the limits of the drives of hip and knee; none for ideal drives.
+fn limits(robot: &Robot, scenario: &Scenario) -> Option<[DriveLimits; 2]> {
     let actuator = &scenario.actuator;
-    let limits = |servo: Servo, by: &ServoOverride| {
-        let Servo { speed, torque, .. } = overridden(servo, by);
-        ServoLimits { speed, torque }
-    };
-    let servos = &robot.actuators;
-    (actuator.kind == ActuatorKind::Servo).then(|| {
-        [
-            limits(servos.hip, &actuator.hip),
-            limits(servos.knee, &actuator.knee),
-        ]
-    })
+    match actuator.kind {
+        ActuatorKind::Servo => {
+            let of = |servo: Servo, by: &ServoOverride| {
+                let Servo { speed, torque, .. } = overridden(servo, by);
+                DriveLimits { speed, torque }
+            };
+            let servos = &robot.actuators;
+            Some([
+                of(servos.hip, &actuator.hip),
+                of(servos.knee, &actuator.knee),
+            ])
+        }
+        ActuatorKind::Motor => {
+            let motors = robot.motors.as_ref()?;
+            Some([motors.hip, motors.knee].map(at_supply))
+        }
+        ActuatorKind::Ideal | ActuatorKind::None => None,
+    }
+}
+
+/// Returns the torque–speed line of a motor at its supply voltage.
+fn at_supply(motor: Motor) -> DriveLimits {
+    let constant = motor.torque_constant * motor.gear;
+    DriveLimits {
+        speed: motor.voltage / constant,
+        torque: constant * motor.voltage / motor.resistance,
+    }
 }

@@ -9,6 +9,8 @@ use crate::report::seconds;
 struct Written<'a> {
     /// Time from which on it is evaluated \[s\].
     from_s: f64,
+    /// Whether it is that of the ramp, in which the run ended.
+    in_ramp: bool,
     legs: Vec<WrittenLeg<'a>>,
     left_out: &'a [LeftOut],
     warnings: Vec<String>,
@@ -66,6 +68,7 @@ pub(super) fn serialize<S: Serializer>(
 ) -> Result<S::Ok, S::Error> {
     let written = tracking.as_ref().map(|tracking| Written {
         from_s: seconds(tracking.from.as_nanos()),
+        in_ramp: tracking.in_ramp,
         legs: tracking.legs.iter().map(Into::into).collect(),
         left_out: &tracking.left_out,
         warnings: tracking.warnings(),
@@ -103,7 +106,9 @@ pub(super) fn lines(tracking: Option<&TrackingReport>) -> Vec<String> {
         format!("feet lift {mean:.1} mm of {commanded:.1} mm commanded ({leg})")
     });
     let others: Vec<String> = saturated.into_iter().chain(lift).collect();
-    let lines = [errors, others].into_iter();
+    let ramp = tracking.in_ramp && !(errors.is_empty() && others.is_empty());
+    let ramp = ramp.then(|| "of the ramp only".to_owned());
+    let lines = [ramp.into_iter().collect(), errors, others].into_iter();
     let lines = lines.filter(|parts| !parts.is_empty());
     lines.map(|parts| parts.join("; ")).collect()
 }

@@ -48,7 +48,7 @@ pub(crate) use resolve::unit;
 pub use tracked::{
     LIFT_SHARE_MIN, SATURATED_SHARE_MAX, TrackedDrive, TrackedLeg, TrackedLift, TrackingReport,
 };
-pub use tracking::{CommandedGait, ServoLimits, Tracking};
+pub use tracking::{CommandedGait, DriveLimits, Tracking};
 
 /// Final data of a run.
 #[derive(Clone, Copy, Debug)]

@@ -18,8 +18,10 @@ pub const SATURATED_SHARE_MAX: f64 = 0.25;
 /// Tracking of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackingReport {
-    /// Time from which on it is evaluated: the end of the gait's ramp.
+    /// Time from which on it is evaluated: the end of the gait's ramp, or the first command.
     pub from: SimTime,
+    /// Whether the run ended in the ramp, of which it is then.
+    pub in_ramp: bool,
     /// Legs, in the robot's order.
     pub legs: Vec<TrackedLeg>,
     /// Parts that are not evaluated.

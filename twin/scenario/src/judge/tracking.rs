@@ -16,16 +16,16 @@ use crate::scene::{LeftOut, LegFact, Scene};
 /// drive counts as saturated: torques and rates are means over a period.
 const LINE_TOLERANCE: f64 = 0.02;
 
-/// Torque–speed line of a servo.
+/// Torque–speed line of a drive: of a servo, or of a motor at its supply voltage.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ServoLimits {
+pub struct DriveLimits {
     /// Speed without load \[rad/s\].
     pub speed: f64,
     /// Stall torque \[N·m\].
     pub torque: f64,
 }
 
-impl ServoLimits {
+impl DriveLimits {
     /// Returns whether a drive is on its torque–speed line at a torque \[N·m\] and a rate
     /// \[rad/s\], in either direction. A drive that is driven back has its stall torque.
     #[inline]
@@ -45,8 +45,8 @@ pub struct CommandedGait {
     pub no_step_heights: Option<String>,
     /// Time from the first command in which the gait grows to its full size \[s\].
     pub ramp: f64,
-    /// Limits of the servos of hip and knee; none without servos.
-    pub servos: Option<[ServoLimits; 2]>,
+    /// Limits of the drives of hip and knee; none for drives without limits.
+    pub limits: Option<[DriveLimits; 2]>,
 }
 
 /// Observer of a run that compares commands of the legs' drives with their motion.
@@ -54,8 +54,8 @@ pub struct CommandedGait {
 pub struct Tracking {
     legs: Vec<LegTracking>,
     ramp: f64,
-    /// Time after which samples count; none before the first command.
-    from: Option<SimTime>,
+    /// Times of the first command and of the end of the ramp; none before the first command.
+    started: Option<[SimTime; 2]>,
     left_out: Vec<LeftOut>,
 }
 
@@ -81,7 +81,6 @@ struct Lifts {
     least: f64,
 }
 
-/// Statistics of one drive.
 #[derive(Clone, Debug)]
 struct DriveTracking {
     name: &'static str,
@@ -89,10 +88,17 @@ struct DriveTracking {
     group: Group,
     position: usize,
     torque: Option<usize>,
-    limits: Option<ServoLimits>,
+    limits: Option<DriveLimits>,
     commanded: Option<f64>,
     /// Last observation.
     last: Option<(SimTime, f64)>,
+    /// Statistics of the ramp, and of the gait at its full size.
+    ramp: DriveStatistics,
+    full: DriveStatistics,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct DriveStatistics {
     count: u64,
     squares: f64,
     peak: f64,
@@ -103,33 +109,41 @@ struct DriveTracking {
 }
 
 impl DriveTracking {
+    /// Evaluates a sample, in the ramp or after it.
     #[inline]
-    fn sample(&mut self, now: SimTime, values: &[f64], counts: bool) {
+    fn sample(&mut self, now: SimTime, values: &[f64], in_ramp: bool) {
         let position = values[self.position];
         let last = self.last.replace((now, position));
-        let Some(commanded) = self.commanded.filter(|_| counts) else {
+        let Some(commanded) = self.commanded else {
             return;
         };
+        let of = if in_ramp {
+            &mut self.ramp
+        } else {
+            &mut self.full
+        };
         let error = commanded - position;
-        self.count += 1;
-        self.squares += error * error;
-        if error.abs() > self.peak {
-            (self.peak, self.peak_at) = (error.abs(), now);
+        of.count += 1;
+        of.squares += error * error;
+        if error.abs() > of.peak {
+            (of.peak, of.peak_at) = (error.abs(), now);
         }
         if let (Some(limits), Some(torque), Some((before, from))) =
             (&self.limits, self.torque, last)
         {
             let rate = (position - from) / (now - before).as_secs_f64();
-            self.periods += 1;
-            self.saturated += u64::from(limits.saturates(values[torque], rate));
+            of.periods += 1;
+            of.saturated += u64::from(limits.saturates(values[torque], rate));
         }
     }
+}
 
-    fn tracked(&self) -> Option<TrackedDrive> {
+impl DriveStatistics {
+    fn tracked(&self, drive: &'static str) -> Option<TrackedDrive> {
         let rms = (self.squares / self.count as f64).sqrt();
         // The first sample that is not finite makes the mean so.
         rms.is_finite().then(|| TrackedDrive {
-            drive: self.name,
+            drive,
             rms,
             peak: self.peak,
             peak_at: self.peak_at,
@@ -184,18 +198,19 @@ impl Tracking {
         if let Some(why) = &gait.no_step_heights {
             omit(&mut left_out, LIFT, why);
         }
-        if gait.servos.is_none() {
+        if gait.limits.is_none() {
             let why = match scene.scenario.actuator.kind {
-                ActuatorKind::Motor => "a board sets the voltage of the motors",
                 ActuatorKind::Ideal | ActuatorKind::None => "the drives have no limits",
-                ActuatorKind::Servo => "there is no robot file with the limits of the drives",
+                ActuatorKind::Motor | ActuatorKind::Servo => {
+                    "there is no robot file with the limits of the drives"
+                }
             };
             omit(&mut left_out, "saturation of the drives", why);
         }
         Some(Tracking {
             legs,
             ramp: gait.ramp,
-            from: None,
+            started: None,
             left_out,
         })
     }
@@ -205,15 +220,15 @@ impl Tracking {
     pub fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         if group == Group::ProcessOutputs {
             let ramp = self.ramp;
-            self.from.get_or_insert_with(|| after(now, ramp));
+            self.started.get_or_insert_with(|| [now, after(now, ramp)]);
             for drive in self.legs.iter_mut().flat_map(|leg| &mut leg.drives) {
                 drive.commanded = Some(values[drive.command]);
             }
         }
-        let counts = self.from.is_some_and(|from| from < now);
+        let in_ramp = !self.is_full_at(now);
         for leg in &mut self.legs {
             for drive in leg.drives.iter_mut().filter(|drive| drive.group == group) {
-                drive.sample(now, values, counts);
+                drive.sample(now, values, in_ramp);
             }
             if let (Some((of, element)), Some(greatest)) = (leg.clearance, &mut leg.lifts.greatest)
                 && of == group
@@ -226,16 +241,24 @@ impl Tracking {
 
     /// Evaluates a completed footstep.
     pub fn footstep(&mut self, step: &Footstep) {
-        let counts = self.from.is_some_and(|from| from < step.touch_down);
+        let is_full = self.is_full_at(step.touch_down);
         let leg = self.legs.iter_mut().find(|leg| leg.index == step.leg);
-        if let Some(leg) = leg.filter(|_| counts) {
+        if let Some(leg) = leg.filter(|_| is_full) {
             leg.lifts.close();
         }
     }
 
-    /// Returns the tracking up to now.
+    /// Returns whether the gait has its full size.
+    fn is_full_at(&self, now: SimTime) -> bool {
+        self.started.is_some_and(|[_, full]| full < now)
+    }
+
+    /// Returns the tracking up to now: of the gait at its full size, or of its ramp if the run ended
+    /// before.
     pub fn report(&self) -> TrackingReport {
         let mut left_out = self.left_out.clone();
+        let mut drives = self.legs.iter().flat_map(|leg| &leg.drives);
+        let in_ramp = !drives.any(|drive| drive.full.count > 0);
         let legs = self.legs.iter();
         let legs: Vec<TrackedLeg> = legs
             .map(|leg| TrackedLeg {
@@ -243,22 +266,28 @@ impl Tracking {
                 drives: leg
                     .drives
                     .iter()
-                    .filter_map(DriveTracking::tracked)
+                    .filter_map(|drive| {
+                        let of = if in_ramp { &drive.ramp } else { &drive.full };
+                        of.tracked(drive.name)
+                    })
                     .collect(),
                 lift: leg.lifts.tracked(leg.step_height),
             })
             .collect();
-        let observed = |leg: &LegTracking| leg.drives.iter().any(|drive| drive.count > 0);
-        if !self.legs.iter().any(observed) {
+        if in_ramp {
             let why = "the run ended before the gait had its full size";
-            omit(&mut left_out, "tracking error", why);
+            omit(&mut left_out, LIFT, why);
         } else if self.legs.iter().any(|leg| leg.lifts.count == 0)
             && left_out.iter().all(|left_out| left_out.part != LIFT)
         {
             omit(&mut left_out, LIFT, "a foot made no two footsteps");
         }
         TrackingReport {
-            from: self.from.unwrap_or(SimTime::ZERO),
+            from: self.started.map_or(
+                SimTime::ZERO,
+                |[ramp, full]| if in_ramp { ramp } else { full },
+            ),
+            in_ramp,
             legs,
             left_out,
         }
@@ -318,7 +347,7 @@ fn leg_tracking(
         };
         let signal = of_leg(&leg.name, torque);
         let found = resolve::find(layouts, &signal).filter(|(other, _)| *other == group);
-        let limits = gait.servos.map(|servos| servos[index]);
+        let limits = gait.limits.map(|limits| limits[index]);
         if found.is_none() && limits.is_some() {
             let why = format!("nothing observes leg/*/{torque}");
             omit(left_out, "saturation of the drives", &why);
@@ -332,12 +361,8 @@ fn leg_tracking(
             limits,
             commanded: None,
             last: None,
-            count: 0,
-            squares: 0.0,
-            peak: 0.0,
-            peak_at: SimTime::ZERO,
-            periods: 0,
-            saturated: 0,
+            ramp: DriveStatistics::default(),
+            full: DriveStatistics::default(),
         });
     }
     let clearance = resolve::find(layouts, &of_leg(&leg.name, FOOT_CLEARANCE));

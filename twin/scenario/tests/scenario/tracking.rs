@@ -5,7 +5,7 @@ use std::f64::consts::{SQRT_2, TAU};
 use crate::common::run::at;
 use twinrig_kernel::{Direction, Layout, Port, Unit, signal};
 use twinrig_runtime::Group;
-use twinrig_scenario::{CommandedGait, Footstep, Layouts, ServoLimits, Tracking, TrackingReport};
+use twinrig_scenario::{CommandedGait, DriveLimits, Footstep, Layouts, Tracking, TrackingReport};
 
 /// A leg whose hip follows its command, over 5 s after a ramp of 1 s.
 struct Leg<'l> {
@@ -17,6 +17,10 @@ struct Leg<'l> {
 }
 
 fn tracked(leg: &Leg<'_>) -> TrackingReport {
+    tracked_until(leg, 6_000)
+}
+
+fn tracked_until(leg: &Leg<'_>, end_ms: u64) -> TrackingReport {
     let scene = crate::common::scene(&crate::common::text("")).unwrap();
     let of = |name: &str| signal::of_leg("LF", name);
     let plant = [
@@ -33,7 +37,7 @@ fn tracked(leg: &Leg<'_>) -> TrackingReport {
         diagnostics: &none,
         tasks: &[],
     };
-    let limits = ServoLimits {
+    let limits = DriveLimits {
         speed: 10.0,
         torque: 2.0,
     };
@@ -41,10 +45,10 @@ fn tracked(leg: &Leg<'_>) -> TrackingReport {
         step_heights: vec![Some(leg.step_height); scene.legs.len()],
         no_step_heights: None,
         ramp: 1.0,
-        servos: Some([limits; 2]),
+        limits: Some([limits; 2]),
     };
     let mut tracking = Tracking::new(&scene, &layouts, &gait).unwrap();
-    for ms in 0..=6_000 {
+    for ms in 0..=end_ms {
         let time = ms as f64 / 1e3;
         // Nothing that the leg does in the ramp counts.
         let in_ramp = if ms <= 1_000 { 9.0 } else { 0.0 };
@@ -136,4 +140,25 @@ fn feet_that_lift_less_than_half_of_the_step_height_are_warned_about() {
         ["the gait is not followed: LF lifts its foot by 13.0 mm, and 35.0 mm are commanded"]
     );
     assert_eq!(lifting(0.018).warnings(), <[&str; 0]>::default());
+}
+
+/// A robot that falls in the ramp of its gait may do so because its drives are too weak for it.
+#[test]
+fn run_that_ends_in_the_ramp_has_the_tracking_of_the_ramp() {
+    let stalled = Leg {
+        torque: &|_| 2.0,
+        ..STILL
+    };
+    let report = tracked_until(&stalled, 800);
+    let drive = &report.legs[0].drives[0];
+    assert!(report.in_ramp && report.from == at(0));
+    // 9 rad from the command all the time.
+    assert!(
+        (drive.rms - 9.0).abs() < 1e-9 && drive.saturated == Some(1.0),
+        "{drive:?}"
+    );
+    assert_eq!(report.warnings().len(), 1, "{:?}", report.warnings());
+    let later = tracked(&stalled);
+    assert!(!later.in_ramp && later.from == at(1_000));
+    assert!(later.legs[0].drives[0].rms < 1e-9);
 }
