@@ -253,8 +253,8 @@ impl Tracking {
         self.started.is_some_and(|[_, full]| full < now)
     }
 
-    /// Returns the tracking up to now: of the gait at its full size, or of its ramp if the run ended
-    /// before.
+    /// Returns the tracking up to now: of the gait at its full size, or of its ramp if the run
+    /// ended before.
     pub fn report(&self) -> TrackingReport {
         let mut left_out = self.left_out.clone();
         let mut drives = self.legs.iter().flat_map(|leg| &leg.drives);

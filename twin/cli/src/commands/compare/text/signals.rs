@@ -102,8 +102,8 @@ impl EventDifference {
 }
 
 impl OfSignal {
-    /// Compares by the time at which the difference exceeds 10 % of the range, then 1 %, then by its
-    /// maximum as a share of the range, the greatest first.
+    /// Compares by the time at which the difference exceeds 10 % of the range, then 1 %, then by
+    /// its maximum as a share of the range, the greatest first.
     fn onset(&self, other: &Self) -> Ordering {
         let key = |of: &Self| {
             let drift = &of.aligned;
