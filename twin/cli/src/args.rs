@@ -217,6 +217,12 @@ pub struct RunArgs {
     /// expectations are evaluated for the first plant only
     #[arg(long, value_name = "TIME", value_parser = any_duration, conflicts_with = "port")]
     pub from: Option<SimDuration>,
+    /// Seed of all random streams; short for --set seed=N
+    #[arg(long, value_name = "N")]
+    pub seed: Option<String>,
+    /// Duration of the run; short for --set duration=DURATION
+    #[arg(long, value_name = "DURATION")]
+    pub duration: Option<String>,
     /// End the run at TIME; what begins or is judged later is left out. Short for --set
     /// until=TIME
     #[arg(long, value_name = "TIME")]

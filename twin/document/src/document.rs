@@ -106,8 +106,9 @@ impl Document {
     /// that a shell needs no second pair of quotes. Messages about the value show `origin` as the
     /// file. Replacing a value set by an earlier call is a warning: the last one is used.
     ///
-    /// Elements of a list are counted from 0: `change.0.at`. The number after the last one appends
-    /// an element; a list that is not there is set as a whole.
+    /// Elements of a list have their name, or their kind if they have none, or are counted from 0:
+    /// `bus.sbcp.gains`, `change.0.at`. The number after the last one appends an element; a list
+    /// that is not there is set as a whole.
     ///
     /// # Errors
     /// The key is not a dotted key, a part of its path is not a table, or a list has no such

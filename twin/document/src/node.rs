@@ -5,6 +5,7 @@ use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::near::nearest;
 use crate::source::{Place, Source};
 
 /// A value with its position.
@@ -34,8 +35,13 @@ pub(crate) enum Value {
 pub(crate) enum InsertError {
     /// The parent of a key has no keys.
     NoTable { key: String },
-    /// A list has no element of that index.
-    NoElement { key: String, count: usize },
+    /// A list has no element of that index or name.
+    NoElement {
+        key: String,
+        count: usize,
+        /// Name of an element that resembles the key.
+        near: Option<String>,
+    },
 }
 
 impl InsertError {
@@ -46,26 +52,43 @@ impl InsertError {
                 format!("`{key}` cannot be set: its parent is not a table"),
                 "set the whole parent, or make it a table in the file: `{ … }`".to_owned(),
             ),
-            Self::NoElement { key, count } => (
-                format!("`{key}` cannot be set: its parent is a list with {count} elements"),
-                match count {
+            Self::NoElement { key, count, near } => {
+                let message =
+                    format!("`{key}` cannot be set: its parent is a list with {count} elements");
+                let mut help = match count {
                     0 => "0 appends the first one".to_owned(),
                     1 => "0 is its element, and 1 appends another one".to_owned(),
                     _ => {
                         let last = count - 1;
                         format!("0 to {last} are its elements, and {count} appends another one")
                     }
-                },
-            ),
+                };
+                if let Some(near) = near {
+                    help = format!("did you mean `{near}`? {help}");
+                }
+                (message, help)
+            }
         }
     }
 }
 
-/// Returns the index that a key of a list is.
-fn index_of(key: &str) -> Option<usize> {
-    let index: usize = key.parse().ok()?;
-    // One spelling for each element.
-    (index.to_string() == key).then_some(index)
+/// Returns the index that a key of a list means: an index, or the name of one element.
+fn index_of(items: &[Node], key: &str) -> Option<usize> {
+    if let Ok(index) = key.parse::<usize>() {
+        // One spelling for each element.
+        return (index.to_string() == key).then_some(index);
+    }
+    let mut named = (0..items.len()).filter(|&index| items[index].name() == Some(key));
+    named.next().filter(|_| named.next().is_none())
+}
+
+/// Returns a name as a part of a dotted key.
+fn key_of(name: &str) -> String {
+    let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    if !name.is_empty() && name.chars().all(is_bare) {
+        return name.to_owned();
+    }
+    format!("{name:?}")
 }
 
 /// A key of a table, its position and its value.
@@ -136,15 +159,39 @@ impl Node {
         Node { value, place }
     }
 
+    fn text(&self, key: &str) -> Option<&str> {
+        let Value::Table(entries) = &self.value else {
+            return None;
+        };
+        match &entries.iter().find(|entry| entry.key == key)?.node.value {
+            Value::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// Returns the name of an element of a list: that of a table, or its kind if it has none.
+    fn name(&self) -> Option<&str> {
+        self.text("name").or_else(|| self.text("kind"))
+    }
+
+    /// Whether this is a table in place of a list of one element, whose name is `key`.
+    fn is_only(&self, key: &str) -> bool {
+        self.text("kind").is_some() && self.name() == Some(key)
+    }
+
     /// Returns the node at the path `keys` below this one; an element of a list has its index,
-    /// from 0, as key.
+    /// from 0, or its name as key.
     pub fn find(&self, keys: &[String]) -> Option<&Node> {
         let [key, rest @ ..] = keys else {
             return Some(self);
         };
         let node = match &self.value {
-            Value::Table(entries) => &entries.iter().find(|entry| entry.key == *key)?.node,
-            Value::List(items) => items.get(index_of(key)?)?,
+            Value::Table(entries) => match entries.iter().find(|entry| entry.key == *key) {
+                Some(entry) => &entry.node,
+                None if self.is_only(key) => self,
+                None => return None,
+            },
+            Value::List(items) => items.get(index_of(items, key)?)?,
             _ => return None,
         };
         node.find(rest)
@@ -173,8 +220,9 @@ impl Node {
         }
     }
 
-    /// Inserts `node` at the path `keys` below this one, creating tables as needed. The index after
-    /// the last one of a list appends an element. A missing parent becomes a table also if the key
+    /// Inserts `node` at the path `keys` below this one, creating tables as needed. An element of a
+    /// list has its index or its name as key; the index after the last one appends an element, and
+    /// the only element may be a table in place of a list. A missing parent becomes a table also if the key
     /// is a number: tables may have such keys.
     pub fn insert(
         &mut self,
@@ -190,14 +238,16 @@ impl Node {
             value: Value::Table(Vec::new()),
             place: place.clone(),
         };
+        let is_only = !rest.is_empty() && self.is_only(key);
         let entries = match &mut self.value {
             Value::Table(entries) => entries,
             Value::List(items) => {
                 let count = items.len();
-                let index = index_of(key).filter(|&index| index <= count);
+                let index = index_of(items, key).filter(|&index| index <= count);
                 let index = index.ok_or_else(|| InsertError::NoElement {
                     key: key.clone(),
                     count,
+                    near: nearest(key, items.iter().filter_map(Node::name)).map(key_of),
                 })?;
                 if index == count {
                     items.push(empty());
@@ -206,7 +256,11 @@ impl Node {
             }
             _ => return Err(InsertError::NoTable { key: key.clone() }),
         };
-        let index = if let Some(index) = entries.iter().position(|entry| entry.key == *key) {
+        let known = entries.iter().position(|entry| entry.key == *key);
+        if known.is_none() && is_only {
+            return self.insert(rest, place, node);
+        }
+        let index = if let Some(index) = known {
             index
         } else {
             entries.push(Entry {

@@ -59,6 +59,54 @@ fn set_requires_a_valid_key() {
     insta::assert_snapshot!(document.set("--set", "l1.deep", "3").unwrap_err());
 }
 
+/// An element of a list is known by its name, or by its kind where it has none; so is a table that
+/// stands for a list of one.
+#[test]
+fn elements_of_lists_are_set_by_their_name() {
+    let gains = |document: &Document| {
+        document.check(|table| {
+            let of = |item: &Item<'_>| {
+                let table = &item.table()?;
+                table.optional("name", |item| item.text().map(str::to_owned))?;
+                table.optional("kind", |item| item.text().map(str::to_owned))?;
+                table.optional("gains", |item| item.table()?.required("p", Item::natural))
+            };
+            table.optional("name", |item| item.text().map(str::to_owned))?;
+            table.optional("bus", |item| {
+                if item.is_list() {
+                    item.each(of)
+                } else {
+                    of(item).map(|gains| vec![gains])
+                }
+            })
+        })
+    };
+    let set = |text: &str, key: &str| {
+        let mut document = Document::parse("run.toml", text).unwrap();
+        document.set("--set", key, "9").unwrap();
+        gains(&document).unwrap().unwrap()
+    };
+    let list = "[[bus]]\nkind = 'sbcp'\n[[bus]]\nkind = 'sbcp'\nname = 'the other'";
+    assert_eq!(set(list, "bus.sbcp.gains.p"), [Some(9), None]);
+    assert_eq!(set(list, "bus.\"the other\".gains.p"), [None, Some(9)]);
+    assert_eq!(set("[bus]\nkind = 'sbcp'", "bus.sbcp.gains.p"), [Some(9)]);
+    let set_error = |text: &str, key: &str| {
+        let mut document = Document::parse("run.toml", text).unwrap();
+        document.set("--set", key, "9").unwrap_err().to_string()
+    };
+    let unknown = set_error(list, "bus.'the othr'.gains.p");
+    assert!(
+        unknown.contains(r#"did you mean `"the other"`?"#),
+        "{unknown}"
+    );
+    let twice = "[[bus]]\nkind = 'sbcp'\n[[bus]]\nkind = 'sbcp'";
+    assert!(set_error(twice, "bus.sbcp.gains.p").contains("list with 2 elements"));
+    // The name of a document is none of a table in it.
+    let mut document = Document::parse("run.toml", "name = 'run'").unwrap();
+    document.set("--set", "run.bus", "[]").unwrap();
+    assert!(gains(&document).is_err());
+}
+
 /// Settings of elements are those of the document in which the values are written at their place.
 #[test]
 fn elements_of_lists_are_set_by_their_index() {

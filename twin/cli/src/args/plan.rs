@@ -34,8 +34,8 @@ pub struct PlanArgs {
     /// Approximate limit of the computation time of the search
     #[arg(
         long,
-        value_name = "SECONDS",
-        default_value_t = 200.0,
+        value_name = "DURATION",
+        default_value = "200 s",
         value_parser = seconds,
         requires = "sufficient"
     )]

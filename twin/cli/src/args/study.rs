@@ -148,7 +148,7 @@ pub struct StudyOptions {
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     pub duration: Option<SimDuration>,
     /// Approximate limit of the computation time; rows truncated by it are reported
-    #[arg(long, value_name = "SECONDS", default_value_t = 200.0, value_parser = seconds)]
+    #[arg(long, value_name = "DURATION", default_value = "200 s", value_parser = seconds)]
     pub budget: f64,
     /// Folder for the HTML page, the CSV and the JSON file
     #[arg(long, value_name = "DIR", default_value = "studies")]

@@ -80,11 +80,16 @@ fn number_from(least: usize, text: &str) -> Result<usize, String> {
     }
 }
 
+/// Returns a budget \[s\], as `30 s` or as a number of seconds.
 pub(super) fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(seconds) if seconds > 0.0 && seconds < 1e6 => Ok(seconds),
-        _ => Err("it must be a number of seconds above 0 and below 1000000".to_owned()),
+    let seconds = match text.parse() {
+        Ok(seconds) => seconds,
+        Err(_) => duration(text)?.as_secs_f64(),
+    };
+    if seconds > 0.0 && seconds < 1e6 {
+        return Ok(seconds);
     }
+    Err("it must be above 0 and below 1000000 s".to_owned())
 }
 
 pub(super) fn key_value(text: &str) -> Result<(String, String), String> {

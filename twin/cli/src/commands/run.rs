@@ -137,11 +137,23 @@ impl<'a> Session<'a> {
             set: self.args.set.clone(),
             plant: plant.cloned(),
         });
-        settings.extend(self.args.until.as_ref().map(|until| Setting {
-            origin: "--until".to_owned(),
-            key: "until".to_owned(),
-            value: quoted(until),
-        }));
+        let RunArgs {
+            seed,
+            duration,
+            until,
+            ..
+        } = self.args;
+        for (key, value) in [
+            ("seed", seed.clone()),
+            ("duration", duration.as_deref().map(quoted)),
+            ("until", until.as_deref().map(quoted)),
+        ] {
+            settings.extend(value.map(|value| Setting {
+                origin: format!("--{key}"),
+                key: key.to_owned(),
+                value,
+            }));
+        }
         guarded(&source::name(path), || {
             source::assembly(self.registry, path, &settings)
         })

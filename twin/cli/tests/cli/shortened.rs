@@ -129,6 +129,59 @@ fn run_until_end_or_later_is_the_whole_run() {
     let whole = fingerprint(&[]);
     assert_eq!(fingerprint(&["--until", "1 s"]), whole);
     assert_eq!(fingerprint(&["--until", "5 s"]), whole);
+    let beyond = twin(&["run", &file, "--no-record", "--until", "5 s"]);
+    assert!(
+        beyond.err.contains("the run ends before, at 1 s"),
+        "{}",
+        beyond.err
+    );
+}
+
+#[test]
+fn short_options_are_settings() {
+    let folder = Folder::new("short-options");
+    let file = folder.file("run.toml", &format!("duration = \"2 s\"\n{EARLY}"));
+    let of = |words: &[&str]| {
+        let done = twin(&[&["run", &file, "--no-record", "--json"], words].concat());
+        let report = json(&done.out).remove(0);
+        (
+            report["fingerprint"].clone(),
+            report["seed"].clone(),
+            report["simulated_s"].clone(),
+        )
+    };
+    let short = of(&["--seed", "7", "--duration", "1.5 s"]);
+    assert_eq!(short, of(&["--set", "seed=7", "--set", "duration=1.5 s"]));
+    assert_eq!((short.1, short.2), (7.into(), 1.5.into()));
+    let wrong = twin(&["run", &file, "--seed", "seven"]);
+    assert!(
+        wrong.code == 2 && wrong.err.contains("--> --seed:1"),
+        "{}",
+        wrong.err
+    );
+    for budget in ["30", "30 s", "0.5 min"] {
+        let words = [
+            "study",
+            "stability",
+            &file,
+            "--budget",
+            budget,
+            "--plant",
+            "none",
+        ];
+        let done = twin(&words);
+        assert!(
+            done.code == 2 && !done.err.contains("--budget"),
+            "{}",
+            done.err
+        );
+    }
+    let wrong = twin(&["study", "stability", &file, "--budget", "30 m"]);
+    assert!(
+        wrong.code == 2 && wrong.err.contains("--budget"),
+        "{}",
+        wrong.err
+    );
 }
 
 #[test]

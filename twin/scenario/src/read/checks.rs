@@ -25,6 +25,7 @@ pub(crate) mod code {
     pub const LAG: &str = "lag-beyond-run";
     pub const RAMP: &str = "ramp-beyond-run";
     pub const UNTIL: &str = "until-before-expectations";
+    pub const UNTIL_BEYOND: &str = "until-beyond-end";
     pub const NOTHING_EXPECTED: &str = "nothing-expected";
     pub const EXACT: &str = "exact-beyond-horizon";
     pub const LONG_RUN: &str = "long-run";

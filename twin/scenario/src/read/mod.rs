@@ -283,11 +283,21 @@ fn read(root: &Table<'_>, source: Source<'_>, catalogue: &Catalogue) -> Result<S
     Ok(scenario)
 }
 
-/// Ends a run at `until`, with a warning if no expectation remains.
+/// Ends a run at `until`, with a warning if it is after the end, or no expectation remains.
 fn end_early(table: Declared<'_, '_>, scenario: &mut Scenario, until: Option<SimDuration>) {
     let (Some(until), Some(item)) = (until, table.item(&root_table::UNTIL)) else {
         return;
     };
+    if until > scenario.duration {
+        item.warn(
+            code::UNTIL_BEYOND,
+            format!(
+                "the run ends before, at {}",
+                print_duration(scenario.duration)
+            ),
+            "give a greater `duration`, or leave it out",
+        );
+    }
     let expected = !scenario.expectations.is_empty();
     scenario.end_early(until);
     if expected && scenario.expectations.is_empty() {
