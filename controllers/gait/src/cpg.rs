@@ -28,7 +28,7 @@ use crate::{Abduction, DutyMap, Gait, GaitError, Oscillators};
 /// | `frequency` | Hz | all | ω = 2πf, all |
 /// | `step_length` | m | ≥ 0 | L, ≥ 0 |
 /// | `step_length_offset/X` | m | to two lengths of a leg | –, added to L for leg X (5) |
-/// | `hip_height/fore`, `/hind` | m | above 0, to the leg's length | H, above h (1) |
+/// | `hip_height/fore`, `/hind` | m | the leg's reach | H, above h (1) |
 /// | `step_height/…` | m | 0 to the leg's length | h, 0 to H |
 /// | `mid_stance_offset/…` | m | all | `x_o`, ≥ 0 (2) |
 /// | `duty_factor/…` | 1 | between 0 and 1 | d, the same |
@@ -41,7 +41,7 @@ use crate::{Abduction, DutyMap, Gait, GaitError, Oscillators};
 /// | `crouch` | m | ≥ 0 | –, initial reduction of the hip height, removed over the ramp |
 /// | `splay` | rad | −π/2 to π/2 | –, angle of abduction ([`Abduction`]) |
 ///
-/// 1. A foot above the hip is out of reach in any case.
+/// 1. A hip that is lower than the shortest leg is out of reach.
 /// 2. Wider here, since gaits with negative offsets run well.
 /// 3. At both limits of the thesis tan(θ − π/2) diverges.
 /// 4. Here the limits are harmless.

@@ -1,5 +1,7 @@
 //! Leg of a controller: from a foot target to two motor angles.
 
+use core::ops::RangeInclusive;
+
 use twinrig_kernel::{Port, Unit, signal};
 use twinrig_leg::{LegCommand, Pantograph, Planar};
 use twinrig_robot::{LegMount, Robot};
@@ -65,21 +67,20 @@ impl Limb {
         })
     }
 
-    /// Distance from hip to foot of the extended leg \[m\].
-    pub(crate) fn length_max(&self) -> f64 {
-        self.pantograph.length_max()
-    }
-
     /// Lengths of the extended fore and hind legs \[m\]; equal if the robot has only one of these.
     pub(crate) fn lengths_max(limbs: &[Self]) -> [f64; 2] {
+        Self::reaches(limbs).map(|reach| *reach.end())
+    }
+
+    /// Shortest and longest distance from hip to foot of fore and hind legs \[m\]; equal if the
+    /// robot has only one of these.
+    pub(crate) fn reaches(limbs: &[Self]) -> [RangeInclusive<f64>; 2] {
         let of = |fore: bool| {
-            let mut limbs = limbs.iter();
-            limbs
-                .find(|limb| limb.corner.fore == fore)
-                .map(Self::length_max)
+            let limb = limbs.iter().find(|limb| limb.corner.fore == fore)?;
+            Some(limb.pantograph.length_min()..=limb.pantograph.length_max())
         };
-        let fore = of(true).or(of(false)).unwrap_or(1.0);
-        [fore, of(false).unwrap_or(fore)]
+        let fore = of(true).or(of(false)).unwrap_or(0.0..=1.0);
+        [fore.clone(), of(false).unwrap_or(fore)]
     }
 
     /// Place of the foot in front of the trunk's centre of mass by the angles of the segments

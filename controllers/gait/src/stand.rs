@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit};
 use twinrig_robot::Robot;
-use twinrig_runtime::{Bound, Process, ProcessVariable, VariableError};
+use twinrig_runtime::{Process, ProcessVariable, VariableError};
 
 use crate::limb::Limb;
 use crate::{Abduction, GaitError};
@@ -84,14 +84,10 @@ impl Stand {
 fn declare(limbs: &[Limb]) -> Vec<ProcessVariable> {
     let lengths = Limb::lengths_max(limbs);
     let mut variables = Vec::new();
-    for (end, length) in ["fore", "hind"].into_iter().zip(lengths) {
-        let range = (Bound::Excluded(0.0), Bound::Included(length));
-        variables.push(ProcessVariable::new(
-            format!("hip_height/{end}"),
-            Unit::Meter,
-            range,
-            0.93 * length,
-        ));
+    for (end, reach) in ["fore", "hind"].into_iter().zip(Limb::reaches(limbs)) {
+        let height = 0.93 * reach.end();
+        let name = format!("hip_height/{end}");
+        variables.push(ProcessVariable::new(name, Unit::Meter, reach, height));
     }
     for (end, length) in ["fore", "hind"].into_iter().zip(lengths) {
         variables.push(ProcessVariable::new(

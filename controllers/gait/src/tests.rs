@@ -196,12 +196,14 @@ fn target_out_of_reach_becomes_the_nearest_point_and_is_counted() {
     assert!(cpg.out_of_reach() > 500);
 
     set(&mut cpg, "frequency", 0.0);
-    set(&mut cpg, "hip_height/fore", 1e-9); // the leg points forward
+    let (lowest, longest) = (leg.length_min(), leg.length_max());
+    set(&mut cpg, "hip_height/fore", lowest);
     set(&mut cpg, "step_length", 0.0);
-    set(&mut cpg, "mid_stance_offset/fore", leg.length_max());
-    let LegCommand { hip, knee } = leg
-        .inverse_closed(Planar::new(leg.length_max(), 0.0))
-        .unwrap();
+    set(&mut cpg, "mid_stance_offset/fore", longest);
+    // The extended leg points to the target.
+    let share = longest / libm::hypot(longest, lowest);
+    let nearest = Planar::new(share * longest, -share * lowest);
+    let LegCommand { hip, knee } = leg.inverse_closed(nearest).unwrap();
     let row = run(&mut cpg, 1, 8).remove(0);
     assert!(
         (row[0] - hip).abs() < 0.01 && (row[1] - knee).abs() < 1e-6,

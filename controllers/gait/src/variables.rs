@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use twinrig_kernel::Unit;
-use twinrig_runtime::{Bound, ProcessVariable};
+use twinrig_runtime::ProcessVariable;
 
 use crate::limb::Limb;
 use crate::{Abduction, FootLocus, LocusShape};
@@ -99,6 +99,7 @@ impl LocusVariables {
     /// legs.
     pub(crate) fn declare(variables: &mut Variables, limbs: &[Limb]) {
         let lengths = Limb::lengths_max(limbs);
+        let reaches = Limb::reaches(limbs);
         let [fore, hind] = lengths;
         let longest = fore.max(hind);
         let length = |name, range, default| ProcessVariable::new(name, Unit::Meter, range, default);
@@ -108,8 +109,7 @@ impl LocusVariables {
         variables.add(ProcessVariable::new("ramp", Unit::Second, 0.0.., 1.0));
         variables.add(length("crouch".to_owned(), 0.0..=longest, 0.0));
         variables.add_pair("hip_height", |name, end| {
-            let range = (Bound::Excluded(0.0), Bound::Included(lengths[end]));
-            ProcessVariable::new(name, Unit::Meter, range, 0.93 * lengths[end])
+            ProcessVariable::new(name, Unit::Meter, reaches[end].clone(), 0.93 * lengths[end])
         });
         variables.add_pair("step_height", |name, end| {
             length(name, 0.0..=lengths[end], 0.17 * lengths[end])

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use twinrig_document::{Document, DocumentError, Library, Overrides, suggestion};
+use twinrig_document::{Document, DocumentError, Library, Overrides, Place, suggestion};
 
 use crate::error::RobotError;
 use crate::parameters::Robot;
@@ -94,6 +94,12 @@ impl RobotFile {
     /// Text of the file, without overrides.
     pub fn text(&self) -> &str {
         self.document.text()
+    }
+
+    /// Returns the place of a dotted key, as of `leg.aslp.l1` or `mount.LF.hip`; none if the file has
+    /// none.
+    pub fn place(&self, key: &str) -> Option<Place> {
+        self.document.place(key)
     }
 
     /// Reads and validates the robot.

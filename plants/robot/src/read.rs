@@ -300,6 +300,9 @@ fn one_sided(table: &Table<'_>) -> Result<OneSided, Reported> {
     })
 }
 
+/// Axes of the trunk.
+const AXES: &str = "x is forward, y to the left, z up";
+
 struct Mount {
     name: String,
     kind: String,
@@ -329,7 +332,20 @@ fn mounts(item: &Item<'_>, kinds: &[String]) -> Result<Vec<Mount>, Reported> {
         };
         let message = format!("the hip of `{}` is on the {side}", mount.name);
         let second = &item.list()?[index];
-        return Err(second.report(message, "x is forward, y to the left, z up"));
+        return Err(second.report(message, AXES));
+    }
+    for side in ["L", "R"] {
+        let hip = |end: &str| {
+            mounts
+                .iter()
+                .position(|mount| mount.name == format!("{side}{end}"))
+        };
+        if let (Some(fore), Some(hind)) = (hip("F"), hip("H"))
+            && mounts[fore].hip[0] < mounts[hind].hip[0]
+        {
+            let message = format!("the hip of `{side}F` is behind that of `{side}H`");
+            return Err(item.list()?[fore].report(message, AXES));
+        }
     }
     Ok(mounts)
 }

@@ -101,6 +101,12 @@ impl Document {
         entries.iter().map(|entry| entry.key.as_str())
     }
 
+    /// Returns the place of the value at a dotted key without quotes; none if there is none.
+    pub fn place(&self, key: &str) -> Option<Place> {
+        let keys: Vec<String> = key.split('.').map(str::to_owned).collect();
+        Some(self.root.find(&keys)?.place.clone())
+    }
+
     /// Sets `value` at the dotted `key`, replacing an existing value:
     /// `set("--set", "plant.step", "0.5 ms")`. A value that is not TOML is taken as a string, so
     /// that a shell needs no second pair of quotes. Messages about the value show `origin` as the

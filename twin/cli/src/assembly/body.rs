@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use twinrig_document::Warning;
 use twinrig_kernel::{Port, signal};
 use twinrig_robot::{LegMount, PointMass, Robot, RobotFile};
 use twinrig_scenario::{LegFact, PayloadSpec, Scenario};
@@ -11,6 +12,7 @@ use crate::assembly::sensors::Sensors;
 use crate::assembly::sources;
 use crate::error::TwinError;
 use crate::parts::plant_kind::{ModelContext, StandaloneModel};
+use crate::robot_facts;
 
 /// Robot and model of a scenario. A robot beside a standalone model serves the controller.
 #[derive(Clone)]
@@ -26,6 +28,8 @@ struct FiledRobot {
     robot: Robot,
     file: String,
     text: String,
+    /// Values that contradict each other.
+    warnings: Vec<Warning>,
 }
 
 impl Body {
@@ -56,6 +60,11 @@ impl Body {
 
     pub(crate) fn robot(&self) -> Option<&Robot> {
         self.robot.as_ref().map(|filed| &filed.robot)
+    }
+
+    /// Returns the values of the robot file that contradict each other.
+    pub(crate) fn warnings(&self) -> &[Warning] {
+        self.robot.as_ref().map_or(&[], |filed| &filed.warnings)
     }
 
     /// Returns name and text of the robot file.
@@ -145,6 +154,7 @@ impl FiledRobot {
         };
         robot.trunk.payloads = payloads.map(point).collect();
         Ok(Self {
+            warnings: robot_facts::warnings(file, &robot),
             robot,
             file: file.file().to_owned(),
             text: file.text().to_owned(),

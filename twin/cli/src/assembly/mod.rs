@@ -201,6 +201,7 @@ impl<'r> Assembly<'r> {
         let mut scene = scenario.scene(&facts)?;
         let large = recording_size::warning(&scene, &facts.plant_outputs, &facts.process_ports);
         scene.scenario.warnings.extend(large);
+        scene.scenario.warnings.extend_from_slice(body.warnings());
         let mut assembly = Self {
             registry,
             scene,

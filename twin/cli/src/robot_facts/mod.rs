@@ -7,6 +7,7 @@ mod body;
 mod drives;
 mod fact;
 mod leg;
+mod plausibility;
 mod text;
 
 use serde::Serialize;
@@ -18,6 +19,7 @@ use fact::Fact;
 pub(crate) use fact::shown;
 pub(crate) use leg::LegKind;
 use leg::leg_kinds;
+pub(crate) use plausibility::warnings;
 
 /// Facts of a robot.
 #[derive(Debug, Serialize)]

@@ -1,0 +1,202 @@
+//! Values of a robot file that contradict each other, as a slip of a unit or of an exponent does:
+//! each lies within its own range, and no robot has all of them.
+
+use twinrig_document::{Problem, Warning, print_quantity};
+use twinrig_kernel::Unit;
+use twinrig_leg::Stop;
+use twinrig_robot::{Robot, RobotFile};
+
+use super::leg::LegKind;
+use super::leg_kinds_of;
+
+/// Least compression of a standing leg, as a share of its length. Legs of animals and of robots
+/// give by 5 to 30 % under a few times their load (Blickhan and Full 1993); a leg that gives by a
+/// thousandth is a rod.
+const GIVE_LEAST: f64 = 1e-3;
+/// Stall torque over weight times leg length. Two legs have to hold the trunk with some reserve;
+/// Cheetah-cub has 1.2, Oncilla 2.0.
+const TORQUE: [f64; 2] = [0.02, 100.0];
+/// Least mass of the trunk, as a share of that of the legs.
+const TRUNK_LEAST: f64 = 0.1;
+/// Least knee angle of the extended leg \[rad\]: a leg nearer to the straight one than 2° is straight
+/// for every purpose, and 2° is more than 1 rad written as degrees.
+const KNEE_LEAST: f64 = 0.035;
+/// Greatest distance of a payload from the middle of the trunk, in lengths of the trunk.
+const PAYLOAD_MOST: f64 = 2.0;
+/// Names of the legs of a quadruped.
+const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
+
+mod code {
+    pub(super) const SPRINGS: &str = "springs-and-weight";
+    pub(super) const TORQUE: &str = "torque-and-weight";
+    pub(super) const MASS: &str = "trunk-and-legs";
+    pub(super) const STRAIGHT: &str = "straight-leg";
+    pub(super) const LEGS: &str = "missing-leg";
+    pub(super) const PAYLOAD: &str = "payload-beyond-trunk";
+}
+
+/// Returns a warning for each contradiction. A leg that forms no pantograph has none: it is an error
+/// elsewhere.
+pub(crate) fn warnings(file: &RobotFile, robot: &Robot) -> Vec<Warning> {
+    let Ok(kinds) = leg_kinds_of(file, robot) else {
+        return Vec::new();
+    };
+    let warning = |code, key: &str, message: String, help: &str| Warning {
+        code,
+        problem: match file.place(key) {
+            Some(place) => Problem::at(&place, message, help),
+            None => Problem::of_file(file.file(), message, help),
+        },
+    };
+    let mut warnings = Vec::new();
+    for kind in &kinds {
+        let key = |key: &str| format!("leg.{}.{key}", kind.name);
+        if let Some(message) = springs(kind) {
+            let help = "check the units of `stiffness` and of the masses";
+            warnings.push(warning(code::SPRINGS, &key("diagonal"), message, help));
+        }
+        if kind.leg.q2_ref < KNEE_LEAST {
+            let angle = kind.leg.q2_ref.to_degrees();
+            let message = format!("the extended leg is straight: its knee is at {angle:.2}°");
+            let help = "check the unit: `deg` or `rad`";
+            warnings.push(warning(code::STRAIGHT, &key("q2_ref"), message, help));
+        }
+    }
+    let longest = kinds.iter().map(|kind| kind.pantograph.length_max());
+    let moment = robot.weight() * longest.fold(0.0, f64::max);
+    let servos = [("hip", robot.actuators.hip), ("knee", robot.actuators.knee)];
+    for (name, servo) in servos {
+        let share = servo.torque / moment;
+        if !(TORQUE[0]..=TORQUE[1]).contains(&share) {
+            let message = format!(
+                "the torque of the servo is {share:.2e} times weight × leg length ({})",
+                print_quantity(moment, Unit::NewtonMeter)
+            );
+            let help = "check the units of `torque` and of the masses";
+            let key = format!("actuator.{name}.torque");
+            warnings.push(warning(code::TORQUE, &key, message, help));
+        }
+    }
+    let of_legs: f64 = robot.legs.iter().map(|mount| mount.leg.mass.total()).sum();
+    if robot.trunk.mass < TRUNK_LEAST * of_legs {
+        let message = format!(
+            "the trunk weighs less than a tenth of the legs ({})",
+            print_quantity(of_legs, Unit::Kilogram)
+        );
+        let help = "check the units of the masses";
+        warnings.push(warning(code::MASS, "trunk.mass", message, help));
+    }
+    let [length, width, height] = robot.trunk.size;
+    let most = PAYLOAD_MOST * length.max(width).max(height);
+    let distance = |at: [f64; 3]| at.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let distances = robot.trunk.payloads.iter().map(|load| distance(load.at));
+    let farthest = distances.fold(0.0, f64::max);
+    if farthest > most {
+        let message = format!(
+            "a payload is {} from the middle of a trunk that is {} long",
+            print_quantity(farthest, Unit::Meter),
+            print_quantity(length, Unit::Meter)
+        );
+        let help = "check the unit of `at` in [[payload]]";
+        warnings.push(warning(code::PAYLOAD, "trunk.size", message, help));
+    }
+    if let Some(leg) = missing_leg(robot) {
+        let message = format!("three legs of a quadruped: there is no {leg}");
+        let help = format!("add a [[mount]] name = \"{leg}\", or name the legs otherwise");
+        warnings.push(warning(code::LEGS, "mount", message, &help));
+    }
+    warnings
+}
+
+/// Returns a message where the springs do not fit to the weight.
+fn springs(kind: &LegKind) -> Option<String> {
+    let load = print_quantity(kind.load, Unit::Newton);
+    if kind.standing.stop == Some(Stop::Bottomed) {
+        return Some(format!(
+            "the springs do not bear the weight: under its share of {load} the leg bottoms out"
+        ));
+    }
+    let stiffness = kind.pantograph.greatest_axial_stiffness().ok()?;
+    let give = kind.load / (stiffness * kind.pantograph.length_max());
+    (give < GIVE_LEAST).then(|| {
+        format!(
+            "the leg gives by {:.1e} of its length under its share of the weight ({load}): it is no spring",
+            give
+        )
+    })
+}
+
+/// Returns the only leg of [`LEGS`] that a robot with three of them does not have.
+fn missing_leg(robot: &Robot) -> Option<&'static str> {
+    let has = |leg: &&str| robot.legs.iter().any(|mount| mount.name == **leg);
+    let mut missing = LEGS.into_iter().filter(|leg| !has(leg));
+    let leg = missing.next()?;
+    (missing.next().is_none() && robot.legs.len() == 3).then_some(leg)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the codes of the warnings of Cheetah-cub with a line of its file replaced.
+    fn codes(from: &str, to: &str) -> Vec<&'static str> {
+        let (_, text) = RobotFile::embedded()[0];
+        assert!(text.contains(from), "{from}");
+        let file = RobotFile::parse("robot.toml", &text.replacen(from, to, 1)).unwrap();
+        let robot = file.robot().unwrap();
+        let warnings = warnings(&file, &robot);
+        assert!(
+            warnings
+                .iter()
+                .all(|warning| warning.problem.place.is_some())
+        );
+        warnings.iter().map(|warning| warning.code).collect()
+    }
+
+    #[test]
+    fn slips_of_units_are_warned_about() {
+        for (from, to, code) in [
+            (r#"mass = "900 g""#, r#"mass = "2.02 g""#, code::MASS),
+            (r#"mass = "900 g""#, r#"mass = "900 kg""#, code::SPRINGS),
+            ("4400 N/m", "4400 N/mm", code::SPRINGS),
+            ("4400 N/m", "4.5 N/m", code::SPRINGS),
+            (
+                r#"q2_ref = "35 deg""#,
+                r#"q2_ref = "0.61 deg""#,
+                code::STRAIGHT,
+            ),
+            (
+                r#"torque = "2 N·m""#,
+                r#"torque = "5000 N·m""#,
+                code::TORQUE,
+            ),
+            (
+                "[[mount]]\nname = \"RH\"",
+                "[[mount]]\nname = \"XX\"",
+                "none",
+            ),
+        ] {
+            let found = codes(from, to);
+            assert_eq!(
+                found.contains(&code),
+                code != "none",
+                "{from} → {to}: {found:?}"
+            );
+        }
+        let (_, text) = RobotFile::embedded()[0];
+        let (three, _) = text.split_once("[[mount]]\nname = \"RH\"").unwrap();
+        let (_, drives) = text.split_once("# Kondo").unwrap();
+        let file = RobotFile::parse("robot.toml", &format!("{three}#{drives}")).unwrap();
+        let robot = file.robot().unwrap();
+        assert_eq!(warnings(&file, &robot)[0].code, code::LEGS);
+    }
+
+    #[test]
+    fn robots_of_this_repository_are_plausible() {
+        for (name, text) in RobotFile::embedded() {
+            let file = RobotFile::parse(name, text).unwrap();
+            let found = warnings(&file, &file.robot().unwrap());
+            assert!(found.is_empty(), "{name}: {found:?}");
+        }
+    }
+}
