@@ -96,8 +96,8 @@ impl RobotFile {
         self.document.text()
     }
 
-    /// Returns the place of a dotted key, as of `leg.aslp.l1` or `mount.LF.hip`; none if the file has
-    /// none.
+    /// Returns the place of a dotted key, as of `leg.aslp.l1` or `mount.LF.hip`; none if the file
+    /// does not have it.
     pub fn place(&self, key: &str) -> Option<Place> {
         self.document.place(key)
     }

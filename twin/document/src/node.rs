@@ -222,8 +222,8 @@ impl Node {
 
     /// Inserts `node` at the path `keys` below this one, creating tables as needed. An element of a
     /// list has its index or its name as key; the index after the last one appends an element, and
-    /// the only element may be a table in place of a list. A missing parent becomes a table also if the key
-    /// is a number: tables may have such keys.
+    /// the only element may be a table in place of a list. A missing parent becomes a table also if
+    /// the key is a number: tables may have such keys.
     pub fn insert(
         &mut self,
         keys: &[String],

@@ -7,6 +7,9 @@ use thiserror::Error;
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Snapshot(pub Vec<u8>);
 
+/// Length of the hash in front of checked bytes.
+const HASH_BYTES: usize = blake3::OUT_LEN;
+
 /// A snapshot that does not match the part it is restored into.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum SnapshotError {
@@ -18,6 +21,9 @@ pub enum SnapshotError {
         /// Message of the decoder.
         why: String,
     },
+    /// The hash in front of the bytes is not theirs.
+    #[error("the bytes were changed, cut off, or saved by another one")]
+    Damaged,
     /// The bytes are the state of a part of another model or configuration.
     #[error("the snapshot was taken of {found}, and is restored into {expected}")]
     Mismatch {
@@ -55,6 +61,27 @@ impl Snapshot {
         )
     }
 
+    /// Returns the bytes behind a keyed hash of them: every state that leaves a rig has one, since a
+    /// changed bit may be the state of another motion. States of different `key` are no states of
+    /// each other.
+    #[must_use]
+    pub fn checked(&self, key: &[u8; 32]) -> Vec<u8> {
+        let hash = blake3::keyed_hash(key, &self.0);
+        [hash.as_bytes(), self.0.as_slice()].concat()
+    }
+
+    /// Returns the snapshot of the bytes of [`Snapshot::checked`].
+    ///
+    /// # Errors
+    /// [`SnapshotError::Damaged`] for any other bytes.
+    pub fn verified(bytes: &[u8], key: &[u8; 32]) -> Result<Self, SnapshotError> {
+        let (hash, state) = bytes.split_at_checked(HASH_BYTES).unwrap_or((bytes, &[]));
+        if hash == blake3::keyed_hash(key, state).as_bytes() {
+            return Ok(Self(state.to_vec()));
+        }
+        Err(SnapshotError::Damaged)
+    }
+
     /// Deserialises a state of type `T`.
     ///
     /// # Errors
@@ -89,6 +116,25 @@ mod tests {
         ];
         let back: [f64; 5] = Snapshot::of(&odd).read().unwrap();
         assert_eq!(odd.map(f64::to_bits), back.map(f64::to_bits));
+    }
+
+    #[test]
+    fn every_change_of_checked_bytes_is_refused() {
+        let (snapshot, key) = (Snapshot::of(&[1_u64, 2, 300]), [7; 32]);
+        let bytes = snapshot.checked(&key);
+        assert_eq!(Snapshot::verified(&bytes, &key), Ok(snapshot));
+        for bit in 0..8 * bytes.len() {
+            let mut flipped = bytes.clone();
+            flipped[bit / 8] ^= 1 << (bit % 8);
+            assert_eq!(
+                Snapshot::verified(&flipped, &key),
+                Err(SnapshotError::Damaged)
+            );
+        }
+        for length in 0..bytes.len() {
+            assert!(Snapshot::verified(&bytes[..length], &key).is_err());
+        }
+        assert!(Snapshot::verified(&bytes, &[8; 32]).is_err());
     }
 
     #[test]

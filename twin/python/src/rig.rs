@@ -233,30 +233,30 @@ impl PyRig {
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let mut locked = self.lock()?;
         let state = locked.state()?;
-        let latest = &state.latest.0;
-        let saved =
-            catch_panic(|| Snapshot::of(&(state.reached, self.scenario, latest, state.rig.save())));
+        let saved = catch_panic(|| {
+            let observed = (&state.latest.0, &state.fingerprint);
+            Snapshot::of(&(state.reached, observed, state.rig.save()))
+        });
         let saved = saved.map_err(|source| state.panicked(py, source))?;
         match state.exceptions.take() {
             Some(exception) => Err(exception),
-            None => Ok(PyBytes::new(py, &saved.0)),
+            None => Ok(PyBytes::new(py, &saved.checked(&self.scenario))),
         }
     }
 
-    /// Restores a saved state; the fingerprint begins anew.
+    /// Restores a saved state, with the fingerprint of all before it.
     fn restore(&self, py: Python<'_>, state: &[u8]) -> PyResult<()> {
         let mut locked = self.lock()?;
         let rig_state = locked.state()?;
-        let saved = Snapshot(state.to_vec());
-        let saved = saved.read::<SavedState>();
-        let (reached, scenario, latest, rig) = saved.map_err(|_| {
-            PyValueError::new_err("the bytes are not the saved state of a rig of this build")
+        let saved = Snapshot::verified(state, &self.scenario).map_err(|_| {
+            PyValueError::new_err(
+                "the bytes were changed, cut off, or saved of a rig of another scenario, robot, \
+                 setting or build",
+            )
         })?;
-        if scenario != self.scenario {
-            return Err(PyValueError::new_err(
-                "the state was saved of a rig of another scenario, robot or setting",
-            ));
-        }
+        let saved = saved.read::<SavedState>();
+        let (reached, (latest, fingerprint), rig) =
+            saved.map_err(|error| PyValueError::new_err(error.to_string()))?;
         let lengths = |groups: &[Vec<f64>; 4]| groups.each_ref().map(Vec::len);
         if lengths(&latest) != lengths(&rig_state.latest.0) {
             return Err(PyValueError::new_err(
@@ -270,7 +270,7 @@ impl PyRig {
             exception.unwrap_or_else(|| PyValueError::new_err(error.to_string()))
         })?;
         rig_state.reached = reached;
-        rig_state.fingerprint = Fingerprint::new();
+        rig_state.fingerprint = fingerprint;
         rig_state.latest = Latest(latest);
         Ok(())
     }
@@ -302,8 +302,8 @@ impl PyRig {
     }
 }
 
-/// Saved state: time reached, hash of the scenario, newest values of each group, the rig.
-type SavedState = (SimTime, [u8; 32], [Vec<f64>; 4], Snapshot);
+/// Saved state: time reached, newest values of each group and the fingerprint, the rig.
+type SavedState = (SimTime, ([Vec<f64>; 4], Fingerprint), Snapshot);
 
 /// Returns a hash of scenario, robot and settings.
 fn scenario_key(assembly: &Assembly<'_>) -> [u8; 32] {

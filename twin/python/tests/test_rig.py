@@ -53,9 +53,24 @@ def test_restored_rig_continues_bit_for_bit() -> None:
     ours, theirs = rig.read_all(), other.read_all()
     assert ours.keys() == theirs.keys() and len(ours) > 50
     assert all(np.array_equal(ours[name], theirs[name]) for name in ours)
+    unbroken = rig.fingerprint
+    assert other.fingerprint == unbroken
     rig.restore(saved)
     rig.step(until=1.5)
-    assert rig.fingerprint == other.fingerprint
+    assert rig.fingerprint == unbroken
+
+
+def test_changed_state_is_refused_and_the_rig_stays() -> None:
+    rig = twinrig.Rig(TROT, set=SHORT)
+    rig.step(until=0.2)
+    saved = rig.save()
+    bits = np.random.default_rng(1).integers(8 * len(saved), size=2000)
+    for bit in bits:
+        flipped = bytearray(saved)
+        flipped[bit // 8] ^= 1 << (bit % 8)
+        with pytest.raises(ValueError, match="the bytes were changed"):
+            rig.restore(bytes(flipped))
+    assert rig.save() == saved
 
 
 def test_variable_set_between_steps_is_a_change_of_the_scenario() -> None:

@@ -47,21 +47,18 @@ pub struct FmuInstance {
 pub struct FmuState {
     /// Hash of the resources of its FMU.
     key: [u8; 32],
-    bytes: Vec<u8>,
+    snapshot: Snapshot,
 }
 
 impl fmt::Debug for FmuState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "FmuState of {} bytes", self.bytes.len())
+        write!(f, "FmuState of {} bytes", self.snapshot.0.len())
     }
 }
 
 /// Contents of a saved state: number of the caller, start time, part. The stop time is a property
 /// of the experiment that an instance runs, not of a state.
 type Saved = (u8, i64, Snapshot);
-
-/// Length of the hash before a serialised state.
-const HASH_BYTES: usize = 32;
 
 impl FmuInstance {
     /// Builds the instance of the resources at `location`, a file URI or a path, which must have
@@ -277,10 +274,12 @@ impl FmuInstance {
     pub fn save(&self, number: u8) -> Result<FmuState, FmuError> {
         let saved = catch_panic(|| {
             let saved: Saved = (number, self.start_ns, self.part.save());
-            Snapshot::of(&saved).0
+            Snapshot::of(&saved)
         });
-        let (key, bytes) = (self.key, saved?);
-        Ok(FmuState { key, bytes })
+        Ok(FmuState {
+            key: self.key,
+            snapshot: saved?,
+        })
     }
 
     /// Restores a state of this instance, or of another one of the same FMU, and returns the number
@@ -293,8 +292,7 @@ impl FmuInstance {
         if state.key != self.key {
             return Err(refused("it was saved by another one".to_owned()));
         }
-        let saved = Snapshot(state.bytes.clone());
-        let saved = saved.read::<Saved>();
+        let saved = state.snapshot.read::<Saved>();
         let (number, start_ns, part) = saved.map_err(|error| refused(error.to_string()))?;
         self.is_observed = false;
         let restored = catch_panic(|| self.part.restore(&part))?;
@@ -305,8 +303,7 @@ impl FmuInstance {
 
     /// Returns a state as bytes, which another process can restore.
     pub fn serialise(&self, state: &FmuState) -> Vec<u8> {
-        let hash = blake3::keyed_hash(&state.key, &state.bytes);
-        [&hash.as_bytes()[..], &state.bytes].concat()
+        state.snapshot.checked(&state.key)
     }
 
     /// Returns the state of bytes.
@@ -314,13 +311,13 @@ impl FmuInstance {
     /// # Errors
     /// [`FmuError::State`] for any bytes but those of [`FmuInstance::serialise`] of the same FMU.
     pub fn deserialise(&self, bytes: &[u8]) -> Result<FmuState, FmuError> {
-        let (hash, state) = bytes.split_at_checked(HASH_BYTES).unwrap_or((bytes, &[]));
-        if hash == blake3::keyed_hash(&self.key, state).as_bytes() {
-            let (key, bytes) = (self.key, state.to_vec());
-            return Ok(FmuState { key, bytes });
+        let key = self.key;
+        match Snapshot::verified(bytes, &key) {
+            Ok(snapshot) => Ok(FmuState { key, snapshot }),
+            Err(error) => Err(FmuError::State {
+                why: error.to_string(),
+            }),
         }
-        let why = "the bytes were changed, cut off, or saved by another one".to_owned();
-        Err(FmuError::State { why })
     }
 
     /// Builds the instance anew, as it was at first.

@@ -18,8 +18,8 @@ const GIVE_LEAST: f64 = 1e-3;
 const TORQUE: [f64; 2] = [0.02, 100.0];
 /// Least mass of the trunk, as a share of that of the legs.
 const TRUNK_LEAST: f64 = 0.1;
-/// Least knee angle of the extended leg \[rad\]: a leg nearer to the straight one than 2° is straight
-/// for every purpose, and 2° is more than 1 rad written as degrees.
+/// Least knee angle of the extended leg \[rad\]: a leg nearer to the straight one than 2° is
+/// straight for every purpose, and 2° is more than 1 rad written as degrees.
 const KNEE_LEAST: f64 = 0.035;
 /// Greatest distance of a payload from the middle of the trunk, in lengths of the trunk.
 const PAYLOAD_MOST: f64 = 2.0;
@@ -35,8 +35,8 @@ mod code {
     pub(super) const PAYLOAD: &str = "payload-beyond-trunk";
 }
 
-/// Returns a warning for each contradiction. A leg that forms no pantograph has none: it is an error
-/// elsewhere.
+/// Returns a warning for each contradiction. A leg that forms no pantograph has none: it is an
+/// error elsewhere.
 pub(crate) fn warnings(file: &RobotFile, robot: &Robot) -> Vec<Warning> {
     let Ok(kinds) = leg_kinds_of(file, robot) else {
         return Vec::new();

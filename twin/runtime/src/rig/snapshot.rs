@@ -9,6 +9,9 @@ use crate::process_slot::ProcessSlotState;
 use crate::sensor::ChainState;
 use crate::{Group, Manager, RigError, TimeSource};
 
+/// Key of the hash of saved rigs.
+const KEY: &[u8; 32] = b"twinrig: state of a lockstep rig";
+
 /// State of a rig between two events.
 #[derive(Serialize, Deserialize)]
 struct SavedRig {
@@ -27,9 +30,10 @@ struct SavedRig {
 
 impl Rig {
     /// Saves the rig, including transfers and iterations in progress. Another rig of the same
-    /// configuration that is restored from it continues bit for bit as this one does.
+    /// configuration that is restored from it continues bit for bit as this one does. The snapshot
+    /// begins with a hash, by which [`Rig::restore`] recognises any change of it.
     pub fn save(&self) -> Snapshot {
-        Snapshot::of(&SavedRig {
+        let saved = Snapshot::of(&SavedRig {
             configuration: self.configuration(),
             manager: self.manager.clone(),
             agenda: self.events.agenda.clone(),
@@ -45,17 +49,18 @@ impl Rig {
             process: self.process.save(),
             tasks: self.events.save_parts(),
             plant: self.events.plant_host.save(),
-        })
+        });
+        Snapshot(saved.checked(KEY))
     }
 
     /// Restores a saved state, also after an error.
     ///
     /// # Errors
-    /// [`RigError::Snapshot`] if the snapshot belongs to a rig of another configuration; the rig is
-    /// then unchanged. If a part refuses its snapshot, some parts have been restored and some not,
+    /// [`RigError::Snapshot`] if the snapshot was changed, or belongs to a rig of another
+    /// configuration; the rig is then unchanged. If a part refuses its snapshot, some parts have been restored and some not,
     /// and the rig returns that error from every further call.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), RigError> {
-        let saved: SavedRig = snapshot.read()?;
+        let saved: SavedRig = Snapshot::verified(&snapshot.0, KEY)?.read()?;
         if saved.configuration != self.configuration() {
             return Err(SnapshotError::Mismatch {
                 expected: self.configuration(),
