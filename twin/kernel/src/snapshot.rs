@@ -61,9 +61,9 @@ impl Snapshot {
         )
     }
 
-    /// Returns the bytes behind a keyed hash of them: every state that leaves a rig has one, since a
-    /// changed bit may be the state of another motion. States of different `key` are no states of
-    /// each other.
+    /// Returns the bytes behind a keyed hash of them: every state that leaves a rig has one, since
+    /// a changed bit may be the state of another motion. States of different `key` are no states
+    /// of each other.
     #[must_use]
     pub fn checked(&self, key: &[u8; 32]) -> Vec<u8> {
         let hash = blake3::keyed_hash(key, &self.0);

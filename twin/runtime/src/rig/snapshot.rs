@@ -57,8 +57,8 @@ impl Rig {
     ///
     /// # Errors
     /// [`RigError::Snapshot`] if the snapshot was changed, or belongs to a rig of another
-    /// configuration; the rig is then unchanged. If a part refuses its snapshot, some parts have been restored and some not,
-    /// and the rig returns that error from every further call.
+    /// configuration; the rig is then unchanged. If a part refuses its snapshot, some parts have
+    /// been restored and some not, and the rig returns that error from every further call.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), RigError> {
         let saved: SavedRig = Snapshot::verified(&snapshot.0, KEY)?.read()?;
         if saved.configuration != self.configuration() {
