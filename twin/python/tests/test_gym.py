@@ -306,6 +306,47 @@ def test_settings_of_an_episode() -> None:
         env.reset(options={"sets": {}})
 
 
+def distances(env: TwinVectorEnv, episodes: int) -> list[list[float]]:
+    """Return the distance that each environment covers in each episode, after `reset`."""
+    covered: list[list[float]] = [[] for _ in range(env.num_envs)]
+    while len(covered[0]) < episodes:
+        _, _, _, truncated, info = env.step([ACTION] * env.num_envs)
+        for i in np.flatnonzero(truncated):
+            covered[i].append(info["body/position"][i][0])
+    return covered
+
+
+def test_settings_of_a_vector_hold_in_the_episodes_after_an_automatic_reset() -> None:
+    env = TwinVectorEnv(2, TROT, **{**GAIT, "duration": 0.4})
+    env.reset()
+    [usual, _] = distances(env, 2)
+    env.reset(options={"set": {"plant.ground.friction": 0.05}})
+    [slippery, other] = distances(env, 2)
+    assert slippery[0] == slippery[1] != usual[0] == usual[1] and other == slippery
+    env.reset(options={"set": [{}, {"plant.ground.friction": 0.05}]})
+    assert distances(env, 2) == [usual, slippery]
+    env.reset()
+    assert distances(env, 1) == [usual[:1]] * 2
+    with pytest.raises(ValueError, match="expected 2 dictionaries, not 1"):
+        env.reset(options={"set": [{}]})
+
+
+def test_settings_are_drawn_for_each_episode() -> None:
+    drawn: list[float] = []
+
+    def draw(generator: np.random.Generator) -> dict[str, float]:
+        drawn.append(float(generator.uniform(0.02, 0.2)))
+        return {"plant.ground.friction": drawn[-1]}
+
+    env = TwinVectorEnv(2, TROT, **{**GAIT, "duration": 0.4})
+    env.reset(seed=3, options={"set": draw})
+    covered = distances(env, 2)
+    assert len(set(drawn)) == 4 and len({end for ends in covered for end in ends}) == 4
+    single = make(duration=0.4)
+    single.reset(seed=3, options={"set": draw})
+    assert drawn[-1] == drawn[0]
+
+
 def test_a_reward_that_is_nan_is_an_error() -> None:
     env = make(reward=lambda step: float("nan"))
     env.reset()

@@ -177,3 +177,39 @@ def test_scenarios_without_a_file_have_recordings_of_their_own(folder: Path) -> 
     one, two, again = run(0.3), run(0.6), run(0.3)
     assert one != two and one == again
     assert one is not None and one.name.startswith("scenario-")
+
+
+def test_arrays_of_a_run_are_read_only() -> None:
+    run = twinrig.run("scenarios/trot.toml", set={"until": "1.2 s"})
+    for results in (run, pickle.loads(pickle.dumps(run))):
+        group = results.signals.groups["plant"]
+        arrays = (group.matrix, group.time, group["body/position"], results.footsteps)
+        for array in arrays:
+            with pytest.raises(ValueError, match="read-only"):
+                array[0] = 0.0
+    copied = run.signals["body/position"].copy()
+    copied[0] = 0.0
+    assert run.signals["body/position"][0, 2] > 0.0
+
+
+def test_tables_of_other_packages_have_a_column_for_each_component() -> None:
+    import pandas
+    import xarray
+
+    signals = twinrig.run("scenarios/trot.toml", set={"until": "1.2 s"}).signals
+    group = signals.groups["plant"]
+    columns = signals.columns()
+    assert len(columns) == group.matrix.shape[1]
+    assert np.array_equal(columns["body/position z"], signals["body/position"][:, 2])
+    table = signals.to_pandas()
+    assert isinstance(table, pandas.DataFrame) and list(table) == list(columns)
+    assert np.array_equal(table.to_numpy(), group.matrix)
+    assert np.array_equal(table.index, group.time)
+    data = signals.to_xarray()
+    assert isinstance(data, xarray.Dataset) and list(data) == list(group)
+    assert data["leg/LF/hip/torque"].attrs["units"] == "N·m"
+    assert np.array_equal(data["body/position"], signals["body/position"])
+    for mistaken in (signals, group):
+        with pytest.raises(TypeError, match="`columns`, `to_pandas`"):
+            pandas.DataFrame(mistaken)
+        assert "body/position" in mistaken._repr_html_()

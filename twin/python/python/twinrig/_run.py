@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from twinrig._frames import Frame, frames
-from twinrig._signal import Floats, SignalGroup, Signals
+from twinrig._signal import Floats, SignalGroup, Signals, frozen
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def _footsteps(legs: list[str], leg: npt.NDArray[np.int64], numbers: Floats) -> 
     rows = numbers.view(FOOTSTEP_NUMBERS)
     for field in FOOTSTEP_NUMBERS.names or ():
         array[field] = rows[field]
-    return array
+    return frozen(array)
 
 
 class Results:
@@ -131,6 +131,10 @@ class Results:
         self.signals = Signals(groups)
         self.footsteps = _footsteps(*raw["footsteps"])
         self._frames: tuple[list[tuple[str, str]], Floats, Floats] = raw["frames"]
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        frozen(self.footsteps)
 
     def frames(self, *, in_parents: bool = False) -> dict[str, Frame]:
         """Return the coordinate frames of trunk and leg segments over time, by name.

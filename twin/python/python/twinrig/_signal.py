@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import html
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NoReturn
 
@@ -133,8 +134,17 @@ def _restored(values: Floats, name: str, unit: str, time: Floats | None) -> Sign
     return signal
 
 
+def frozen(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return the array without leave to write: what a fingerprint is of must not change."""
+    array.flags.writeable = False
+    return array
+
+
 class SignalGroup(Mapping[str, Signal]):
-    """Signals that are sampled together, by name, in the order of the recording."""
+    """Signals that are sampled together, by name, in the order of the recording.
+
+    Arrays are read-only; ``signal.copy()`` is not.
+    """
 
     name: str
     """``plant``, ``process-inputs``, ``process-outputs`` or ``gauges`` (counters)."""
@@ -151,7 +161,8 @@ class SignalGroup(Mapping[str, Signal]):
         values: Floats,
     ) -> None:
         width = sum(size for _, _, size in rows)
-        self.name, self.time, self.matrix = name, time, values.reshape(len(time), width)
+        self.name, self.time = name, frozen(time)
+        self.matrix = frozen(values.reshape(len(time), width))
         self._columns: dict[str, tuple[int, int, str]] = {}
         start = 0
         for signal, unit, size in rows:
@@ -172,8 +183,61 @@ class SignalGroup(Mapping[str, Signal]):
     def __len__(self) -> int:
         return len(self._columns)
 
+    def columns(self) -> dict[str, Floats]:
+        """Return the components of all signals, each of shape (n,).
+
+        The name of a component of a vector has its letter (x, y, z) or number behind it:
+        ``body/position x``.
+        """
+        found: dict[str, Floats] = {}
+        for name, (start, size, _) in self._columns.items():
+            parts = _parts_of(size)
+            found |= {name + part: self.matrix[:, start + i] for i, part in enumerate(parts)}
+        return found
+
+    def to_pandas(self) -> Any:
+        """Return a ``pandas.DataFrame`` of `columns`, with the time [s] as its index."""
+        import pandas
+
+        return pandas.DataFrame(self.columns(), index=pandas.Index(self.time, name="time"))
+
+    def to_xarray(self) -> Any:
+        """Return an ``xarray.Dataset`` of the signals over `time`, with their units."""
+        import xarray
+
+        def variable(signal: Signal) -> Any:
+            axes = ["time", *(f"component_{size}" for size in signal.shape[1:])]
+            return axes, np.asarray(signal), {"units": signal.unit}
+
+        variables = {name: variable(signal) for name, signal in self.items()}
+        return xarray.Dataset(variables, coords={"time": ("time", self.time, {"units": "s"})})
+
+    def __array__(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError("signals have units and sizes of their own: `columns`, `to_pandas`, `matrix`")
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        frozen(self.time)
+        frozen(self.matrix)
+
     def __repr__(self) -> str:
         return f"<SignalGroup {self.name!r}, {len(self)} signals, {len(self.time)} samples>"
+
+    def _repr_html_(self) -> str:
+        rows = (
+            f"<tr><td>{html.escape(name)}</td><td>{size}</td><td>{html.escape(unit)}</td></tr>"
+            for name, (_, size, unit) in self._columns.items()
+        )
+        head = "<tr><th>signal</th><th>size</th><th>unit</th></tr>"
+        caption = f"{html.escape(self.name)}: {len(self.time)} samples"
+        return f"<table><caption>{caption}</caption>{head}{''.join(rows)}</table>"
+
+
+def _parts_of(size: int) -> Sequence[str]:
+    """Return what is behind the name of a signal for each of its components."""
+    if size == 1:
+        return [""]
+    return [" x", " y", " z"] if size == 3 else [f" {i}" for i in range(size)]
 
 
 class Signals(Mapping[str, Signal]):
@@ -201,8 +265,31 @@ class Signals(Mapping[str, Signal]):
     def __len__(self) -> int:
         return len(set().union(*self.groups.values()))
 
+    def columns(self) -> dict[str, Floats]:
+        """Return the components of the plant's signals, as `SignalGroup.columns`."""
+        return self._plant().columns()
+
+    def to_pandas(self) -> Any:
+        """Return the plant's signals, as `SignalGroup.to_pandas`."""
+        return self._plant().to_pandas()
+
+    def to_xarray(self) -> Any:
+        """Return the plant's signals, as `SignalGroup.to_xarray`."""
+        return self._plant().to_xarray()
+
+    def _plant(self) -> SignalGroup:
+        if "plant" not in self.groups:
+            raise KeyError(f"no signal of the plant was kept; there are {', '.join(self.groups)}")
+        return self.groups["plant"]
+
+    def __array__(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError("signals have units and sizes of their own: `columns`, `to_pandas`")
+
     def __repr__(self) -> str:
         return f"<Signals of {', '.join(self.groups) or 'no group'}: {len(self)}>"
+
+    def _repr_html_(self) -> str:
+        return "".join(group._repr_html_() for group in self.groups.values())
 
 
 def unknown(name: object, known: Mapping[str, Any]) -> NoReturn:

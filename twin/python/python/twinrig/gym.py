@@ -17,7 +17,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -63,15 +63,43 @@ class Seeds:
         return self.current
 
 
-def _settings(options: Mapping[str, Any] | None) -> Mapping[str, Any]:
-    """Return the settings of an episode in the argument `options` of `reset`."""
-    unknown = [name for name in options or {} if name != "set"]
-    if unknown:
-        raise ValueError(f"options: unknown key {unknown[0]!r}; known is 'set'")
-    settings = (options or {}).get("set") or {}
+Draw: TypeAlias = Callable[[np.random.Generator], Mapping[str, Any]]
+"""Settings of an episode, drawn from the random numbers of its environment."""
+
+
+class Settings:
+    """Settings of the episodes of environments, in the argument `options` of `reset`.
+
+    Its key ``set`` is a dictionary, a sequence of dictionaries, one an environment, or a function
+    that draws a dictionary at the beginning of each episode.
+    """
+
+    def __init__(self, options: Mapping[str, Any] | None, count: int) -> None:
+        unknown = [name for name in options or {} if name != "set"]
+        if unknown:
+            raise ValueError(f"options: unknown key {unknown[0]!r}; known is 'set'")
+        given = (options or {}).get("set") or {}
+        self._draw: Draw | None = given if callable(given) else None
+        many = isinstance(given, Sequence) and not isinstance(given, str)
+        self._each = list(given) if many else [{} if self._draw else given] * count
+        if len(self._each) != count:
+            raise ValueError(f"options['set']: expected {count} dictionaries, not {len(given)}")
+        for settings in self._each:
+            _check_mapping(settings)
+
+    def of(self, index: int, generator: Callable[[], np.random.Generator]) -> Mapping[str, Any]:
+        """Return the settings of the next episode of an environment."""
+        if self._draw is None:
+            settings: Mapping[str, Any] = self._each[index]
+            return settings
+        drawn = self._draw(generator())
+        _check_mapping(drawn)
+        return drawn
+
+
+def _check_mapping(settings: object) -> None:
     if not isinstance(settings, Mapping):
         raise TypeError(f"options['set']: expected a dictionary, not {type(settings).__name__}")
-    return settings
 
 
 class TwinEnv(gymnasium.Env[Floats, Floats]):
@@ -168,14 +196,16 @@ class TwinEnv(gymnasium.Env[Floats, Floats]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Floats, dict[str, Any]]:
-        """Begin an episode.
+        """Begin an episode, with the settings ``options["set"]``: a dictionary, or a function that
+        draws it from a generator of NumPy.
 
         Returns the observation, shape ``(m,)``, and `info`: `time` [s], `has_fallen`, and the
         values of `signals` by their names.
         """
         super().reset(seed=seed)
-        settings = _settings(options)
-        self._episode.prepare(self._seeds.next(seed, lambda: self.np_random), settings)
+        settings = Settings(options, 1)
+        scenario_seed = self._seeds.next(seed, lambda: self.np_random)
+        self._episode.prepare(scenario_seed, settings.of(0, lambda: self.np_random))
         return self._task.begin(self._episode)
 
     def step(self, action: npt.ArrayLike) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
@@ -268,6 +298,7 @@ class TwinVectorEnv(VectorEnv[Floats, Floats, npt.NDArray[Any]]):
         self._seeds = [Seeds(reseed) for _ in range(num_envs)]
         self._draws: list[np.random.Generator | None] = [None] * num_envs
         self._workers = Workers(threads)
+        self._settings = Settings(None, num_envs)
         self._has_begun = False
         self.single_observation_space, self.single_action_space = _spaces(self._task)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -281,27 +312,31 @@ class TwinVectorEnv(VectorEnv[Floats, Floats, npt.NDArray[Any]]):
     ) -> tuple[Floats, dict[str, Any]]:
         """Begin an episode in every environment; the seeds of an integer n are n, n + 1 and so on.
 
+        The settings ``options["set"]`` apply to this episode and to those that follow it without a
+        call of `reset`: a dictionary, a sequence of dictionaries, one an environment, or a
+        function that draws one from a generator of NumPy for each episode of each environment.
+
         Returns the observations, shape ``(num_envs, m)``, and `info` with arrays whose first index
         is the environment.
         """
-        settings = _settings(options)
+        settings = Settings(options, self.num_envs)
         first = [None] * self.num_envs if seed is None else seed
         seeds = [first + i for i in range(self.num_envs)] if isinstance(first, int) else first
         if len(seeds) != self.num_envs:
             raise ValueError(f"seed: expected {self.num_envs} seeds, not {len(seeds)}")
-        begun = [self._begin(i, seeds[i], settings) for i in range(self.num_envs)]
+        self._settings = settings
+        begun = [self._begin(i, seeds[i]) for i in range(self.num_envs)]
         self._has_begun = True
         return np.stack([observation for observation, _ in begun]), _joined(
             [info for _, info in begun]
         )
 
-    def _begin(
-        self, index: int, seed: int | None, settings: Mapping[str, Any]
-    ) -> tuple[Floats, dict[str, Any]]:
+    def _begin(self, index: int, seed: int | None) -> tuple[Floats, dict[str, Any]]:
         """Begin an episode of one environment."""
         if seed is not None:
             self._draws[index] = gymnasium.utils.seeding.np_random(seed)[0]
         seed = self._seeds[index].next(seed, lambda: self._generator(index))
+        settings = self._settings.of(index, lambda: self._generator(index))
         self._episodes[index].prepare(seed, settings)
         return self._task.begin(self._episodes[index])
 
@@ -343,7 +378,7 @@ class TwinVectorEnv(VectorEnv[Floats, Floats, npt.NDArray[Any]]):
 
     def _next(self, index: int) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
         """Begin the next episode of one environment instead of a step."""
-        observation, info = self._begin(index, None, {})
+        observation, info = self._begin(index, None)
         return observation, 0.0, False, False, info
 
     def _advance(self, running: Sequence[int], actions: Floats) -> None:
