@@ -283,6 +283,17 @@ pub enum TwinError {
         /// Path of the file.
         path: PathBuf,
     },
+    /// Folder with a result that would be overwritten.
+    #[error(
+        "error: this folder has the result of {of}\n --> {}\n  = help: give another folder with --out DIR, or remove this one",
+        path.display()
+    )]
+    ForeignResult {
+        /// Path of the result.
+        path: PathBuf,
+        /// Files that it is of.
+        of: String,
+    },
     /// Failure to write a file or folder.
     #[error("error: cannot write: {source}\n --> {}", path.display())]
     Write {

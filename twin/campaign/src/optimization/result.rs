@@ -18,6 +18,9 @@ pub enum OptimizationVerdict {
     Found,
     /// The search has ended, and no point is feasible.
     Infeasible,
+    /// The search has ended, and the objective has no value in most points without a fall: it has
+    /// sought where the objective can be observed.
+    Unobserved,
     /// An interrupt ended the search; the same command continues it.
     Interrupted,
 }
@@ -28,6 +31,7 @@ impl OptimizationVerdict {
         match self {
             Self::Found => "found",
             Self::Infeasible => "infeasible",
+            Self::Unobserved => "unobserved",
             Self::Interrupted => "interrupted",
         }
     }
@@ -36,7 +40,7 @@ impl OptimizationVerdict {
     pub fn exit_code(self) -> u8 {
         match self {
             Self::Found => 0,
-            Self::Infeasible => 1,
+            Self::Infeasible | Self::Unobserved => 1,
             Self::Interrupted => 2,
         }
     }
@@ -92,6 +96,10 @@ pub struct OptimizationResult {
     pub best: Option<BestPoint>,
     /// Error of the first run that has one.
     pub error: Option<String>,
+    /// Reason for which the objective has no value, of the first point without a fall that has
+    /// none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unobserved: Option<String>,
     /// Generations, in their order.
     pub history: Vec<Generation>,
     /// Hash of all points and their costs.
@@ -298,6 +306,8 @@ impl OptimizationResult {
         let best = self.best.as_ref();
         self.verdict = if is_interrupted {
             OptimizationVerdict::Interrupted
+        } else if 2 * self.without_value() > self.points.len() {
+            OptimizationVerdict::Unobserved
         } else if best.is_some_and(|best| best.evaluation.class == RunClass::Feasible) {
             OptimizationVerdict::Found
         } else {
@@ -322,6 +332,17 @@ impl OptimizationResult {
         self
     }
 
+    /// Returns the number of points without a value of the objective, for another reason than a
+    /// fall: falls are ordered by their time.
+    pub fn without_value(&self) -> usize {
+        self.points.iter().filter(lacks_value).count()
+    }
+
+    /// Returns the first of these points.
+    pub fn first_without_value(&self) -> Option<&EvaluatedPoint> {
+        self.points.iter().find(lacks_value)
+    }
+
     /// Returns the first point whose run has an error.
     pub fn first_error(&self) -> Option<&EvaluatedPoint> {
         let is_error = |point: &&EvaluatedPoint| point.evaluation.class == RunClass::Error;
@@ -343,6 +364,13 @@ impl OptimizationResult {
             )
         })
     }
+}
+
+fn lacks_value(point: &&EvaluatedPoint) -> bool {
+    let Evaluation {
+        class, fell_at_s, ..
+    } = point.evaluation;
+    class == RunClass::Unobserved && fell_at_s.is_none()
 }
 
 impl OptimizedDimension {

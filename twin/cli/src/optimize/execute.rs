@@ -100,6 +100,7 @@ pub fn optimize(
     let engine = engine(registry, &request.engine)?;
     let space = space(request)?;
     let plan = OptimizationPlan::new(registry, &request.scenario, space, &request.settings)?;
+    files::refuse_foreign(&plan, &request.out)?;
     let mut known = BTreeMap::new();
     let rules = plan.rules.clone();
     let (log, opened) = RowLog::open(
@@ -146,6 +147,11 @@ pub fn optimize(
         if let Some(first) = result.first_error() {
             let row = log.find(first.key)?;
             result.error = row.and_then(|row| row.error);
+        }
+        if let Some(first) = result.first_without_value() {
+            let row = log.find(first.key)?;
+            let why = row.and_then(|row| Some(row.expectation(&result.objective)?.detail.clone()));
+            result.unobserved = why;
         }
         files::write(&plan, &result, &request.out)?
     };
@@ -206,6 +212,7 @@ fn new_result(plan: &OptimizationPlan<'_>) -> Result<OptimizationResult, TwinErr
         saved: None,
         best: None,
         error: None,
+        unobserved: None,
         history: Vec::new(),
         hash: String::new(),
         points: Vec::new(),

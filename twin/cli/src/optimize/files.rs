@@ -12,6 +12,9 @@ use super::table::{class, value_and_unit};
 use crate::error::TwinError;
 use crate::sweep::files::replace;
 
+/// File of the result.
+const RESULT: &str = "optimization.json";
+
 /// Writes `best.toml`, `history.csv`, `points.csv`, `optimization.json` and `report.html` into a
 /// folder; returns their paths. The caller has the lock of the rows.
 pub(super) fn write(
@@ -24,7 +27,7 @@ pub(super) fn write(
     let mut texts = vec![
         ("history.csv", result.history_csv()),
         ("points.csv", result.points_csv()),
-        ("optimization.json", json + "\n"),
+        (RESULT, json + "\n"),
         ("report.html", twinrig_study::optimization_page(result)),
     ];
     texts.extend(best(plan, result, folder)?.map(|text| ("best.toml", text)));
@@ -37,6 +40,35 @@ pub(super) fn write(
         Ok(path)
     });
     written.collect()
+}
+
+/// Refuses a folder that has the result of another search space, scenario or setting, which would
+/// be overwritten: two spaces may have one name. A folder without a result is free.
+pub(super) fn refuse_foreign(plan: &OptimizationPlan<'_>, folder: &Path) -> Result<(), TwinError> {
+    let result = folder.join(RESULT);
+    let Ok(text) = std::fs::read_to_string(&result) else {
+        return Ok(());
+    };
+    let Ok(found) = serde_json::from_str::<serde_json::Value>(&text) else {
+        return Ok(());
+    };
+    let foreign = |of: String| {
+        Err(TwinError::ForeignResult {
+            path: result.clone(),
+            of,
+        })
+    };
+    for (key, file) in [("space", &plan.space.file), ("file", &plan.runs.file)] {
+        let other = found[key].as_str().unwrap_or_default();
+        let path = |name: &str| std::fs::canonicalize(name).ok();
+        if other != file && (path(other).is_none() || path(other) != path(file)) {
+            return foreign(other.to_owned());
+        }
+    }
+    if found["settings"] != serde_json::json!(plan.runs.base_pairs()) {
+        return foreign("the same files with other settings".to_owned());
+    }
+    Ok(())
 }
 
 /// Returns the scenario with the settings of the best point; none if no point has a value of the

@@ -125,6 +125,16 @@ fn verdict(result: &OptimizationResult) -> String {
             });
             (YELLOW, format!("the same command continues{so_far}"))
         }
+        (OptimizationVerdict::Unobserved, _) => {
+            let why = result.unobserved.as_ref();
+            let why = why.map_or(String::new(), |why| format!(": {why}"));
+            let (without, all) = (result.without_value(), result.counts.evaluations);
+            let objective = &result.objective;
+            (
+                RED,
+                format!("{objective} has no value in {without} of {all} points{why}"),
+            )
+        }
         (_, best) => {
             let best = best.as_ref().map_or(String::new(), |best| {
                 format!("; the best one {}", class(&best.evaluation))

@@ -160,13 +160,17 @@ impl Finding {
     }
 
     /// Requires `least` observations for a verdict. A violation at a known instant fails with fewer
-    /// of them; every other verdict becomes unobserved.
+    /// of them; every other verdict becomes unobserved. What was measured by fewer ones stays, since
+    /// a search must not know a value of one side of the bound alone.
     pub fn require_count(self, count: u64, least: u64, noun: &str) -> Self {
         let certain = self.verdict == Verdict::Fail && self.first_violation.is_some();
         if count >= least || certain || self.verdict == Verdict::Unobserved {
             return self;
         }
-        Finding::unobserved(format!("{count} {noun}, and {least} are needed"))
+        Finding {
+            comparison: self.comparison.filter(|_| count > 0),
+            ..Finding::unobserved(format!("{count} {noun}, and {least} are needed"))
+        }
     }
 
     /// Returns the finding that an observed signal was not finite.
@@ -203,7 +207,9 @@ pub(super) fn outcome(expectation: &Expectation, finding: Finding) -> Outcome {
         bound: numbers.and_then(|numbers| finite(numbers.bound)),
         other_bound: numbers.and_then(|numbers| numbers.other),
         unit,
-        margin: numbers.and_then(|numbers| finite(numbers.margin)),
+        margin: numbers
+            .filter(|_| finding.verdict != Verdict::Unobserved)
+            .and_then(|numbers| finite(numbers.margin)),
         first_violation: finding.first_violation,
         witness: finding.witness,
         detail: finding.detail,

@@ -57,7 +57,7 @@ fn verdict_requires_ten_samples() {
                     (Verdict::Unobserved, detail),
                     "{window}"
                 );
-                assert_eq!(found.measured, None, "{window}");
+                assert_eq!(found.margin, None, "{window}");
             } else {
                 assert_eq!(found.verdict, Verdict::Pass, "{window}");
             }

@@ -116,3 +116,55 @@ fn more_iterations_continue() {
     optimization.run("whole", &[]);
     assert_eq!(optimization.files("out"), optimization.files("whole"));
 }
+
+/// An expectation of few samples is unobserved, whether its bound holds or not: a search must not
+/// find the point that violates it most because that has a value.
+#[test]
+fn objective_has_its_value_on_both_sides_of_its_bound() {
+    let few = "[[expect]]\nname = 'ahead'\nafter = '1190 ms'\nbefore = '1194 ms'\n\
+               signal = { name = 'body/position', component = 'x', always = { min = 'BOUND' } }\n";
+    let value = |test: &str, bound: &str, space: &str, code: u8| {
+        let scenario = format!("{WALK}{}", few.replace("BOUND", bound));
+        Optimization::new(test, &scenario, space).json(code, "out", &[])
+    };
+    let space = SPACE.replace("'speed'", "'ahead'");
+    let below = value("few-below", "-10 m", &space, 0);
+    let above = value("few-above", "10 m", &space, 0);
+    assert_eq!(below["best"]["objective"], above["best"]["objective"]);
+    assert_eq!(below["best"]["point"], above["best"]["point"]);
+}
+
+/// A search in which the objective cannot be observed is no search.
+#[test]
+fn search_without_values_fails_and_says_why() {
+    let scenario = format!(
+        "{WALK}[[expect]]\nname = 'late'\nafter = '1191 ms'\nbefore = '1191500 us'\n\
+         signal = {{ name = 'body/position', component = 'x', always = {{ min = '-10 m' }} }}\n"
+    );
+    let space = SPACE
+        .replace("'speed'", "'late'")
+        .replace("'2 m'", "'6 cm'");
+    let optimization = Optimization::new("no-values", &scenario, &space);
+    let result = optimization.json(1, "out", &[]);
+    assert_eq!(result["verdict"], "unobserved", "{result}");
+    assert_eq!(
+        result["unobserved"],
+        "there is no observation in its window"
+    );
+    let text = optimization.run("out", &[]).out;
+    assert!(text.contains("late has no value in "), "{text}");
+}
+
+/// The found point of one robot is not replaced by a point of another one.
+#[test]
+fn folder_of_another_search_is_refused() {
+    let optimization = Optimization::new("foreign", WALK, SPACE);
+    let first = optimization.json(0, "out", &["--iterations", "0"]);
+    let best = optimization.read("out", "best.toml");
+    let other = optimization.run("out", &["--iterations", "0", "--set", "seed=2"]);
+    assert_eq!(other.code, 2, "{other:?}");
+    assert!(other.err.contains("with other settings") && other.err.contains("--out DIR"));
+    assert_eq!(optimization.read("out", "best.toml"), best);
+    let again = optimization.json(0, "out", &["--iterations", "0"]);
+    assert_eq!(again["hash"], first["hash"]);
+}

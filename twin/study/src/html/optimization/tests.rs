@@ -38,6 +38,7 @@ fn empty(logarithmic: bool) -> OptimizationResult {
         saved: None,
         best: None,
         error: None,
+        unobserved: None,
         history: Vec::new(),
         hash: String::new(),
         points: Vec::new(),
