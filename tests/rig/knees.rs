@@ -32,8 +32,8 @@ impl Drop {
 
     /// Returns the least bend of the knee over the drop \[°\], or the fault that ends it.
     fn least_bend(&self) -> Result<f64, String> {
-        let text = self.scenario();
-        let assembly = Assembly::of_texts(&Registry::standard(), &text, self.robot.1, &[]);
+        let (registry, text) = (Registry::standard(), self.scenario());
+        let assembly = Assembly::of_texts(&registry, &text, self.robot.1, &[]);
         let assembly = assembly.unwrap_or_else(|error| panic!("{error}\n{text}"));
         let mut rig = assembly.rig().unwrap_or_else(|error| panic!("{error}"));
         let mut least = f64::INFINITY;
