@@ -33,7 +33,7 @@ impl AssemblyWatch {
     ///
     /// # Errors
     /// [`PartFault`] of `leg` if knee or rod have changed their side.
-    pub(crate) fn check(&self, leg: &str, angles: [f64; 3]) -> Result<(), PartFault> {
+    pub(crate) fn check(self, leg: &str, angles: [f64; 3]) -> Result<(), PartFault> {
         let [first, second, third] = angles;
         let (bend, ankle, opening) = (first - second, third - second, third - first);
         if (0.05..3.0).contains(&bend) && ANKLE.contains(&ankle) && opening.abs() < OPENING {
