@@ -2,8 +2,8 @@
 //! leg would change its assembly mode, so that no finite energy takes it there.
 //!
 //! The knee, bent by β between 0 (straight) and π (folded), has a stop at each end. With σ = 1 for
-//! the extended and −1 for the bottomed one, and the limit β₀ at which the diagonal has its greatest
-//! or its least length `l_d`:
+//! the extended and −1 for the bottomed one, and the limit β₀ at which the diagonal has its
+//! greatest or its least length `l_d`:
 //!
 //! ```text
 //! u = (1 + σ cos β)/sin β = cot(β/2) or tan(β/2)      |du/dβ| = (1 + u²)/2

@@ -1,8 +1,8 @@
 //! Assembly mode of the legs: the side to which the knee bends, and the side of the line from the
 //! diagonal's end to the ankle on which the rod holds the third segment.
 //!
-//! Lengths of rods and springs are the same in all modes, and a leg that has left its own is another
-//! mechanism: every plant fails there.
+//! Lengths of rods and springs are the same in all modes, and a leg that has left its own is
+//! another mechanism: every plant fails there.
 
 use libm::sin;
 use twinrig_robot::LegMount;
