@@ -168,7 +168,7 @@ impl PyRig {
         Ok(self.fall.holds(|name| state.find(name)))
     }
 
-    /// Hash of all samples and events since the rig was built or restored, as 64 digits.
+    /// Hash of all samples and events since the rig was built, as 64 digits.
     #[getter]
     fn fingerprint(&self) -> PyResult<String> {
         Ok(self.lock()?.state()?.fingerprint.digest().to_string())

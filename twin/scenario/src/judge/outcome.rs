@@ -160,8 +160,8 @@ impl Finding {
     }
 
     /// Requires `least` observations for a verdict. A violation at a known instant fails with fewer
-    /// of them; every other verdict becomes unobserved. What was measured by fewer ones stays, since
-    /// a search must not know a value of one side of the bound alone.
+    /// of them; every other verdict becomes unobserved. What was measured by fewer ones stays,
+    /// since a search must not know a value of one side of the bound alone.
     pub fn require_count(self, count: u64, least: u64, noun: &str) -> Self {
         let certain = self.verdict == Verdict::Fail && self.first_violation.is_some();
         if count >= least || certain || self.verdict == Verdict::Unobserved {
