@@ -335,12 +335,15 @@ impl OptimizationResult {
     /// Returns the number of points without a value of the objective, for another reason than a
     /// fall: falls are ordered by their time.
     pub fn without_value(&self) -> usize {
-        self.points.iter().filter(lacks_value).count()
+        self.points
+            .iter()
+            .filter(|point| lacks_value(point))
+            .count()
     }
 
     /// Returns the first of these points.
     pub fn first_without_value(&self) -> Option<&EvaluatedPoint> {
-        self.points.iter().find(lacks_value)
+        self.points.iter().find(|point| lacks_value(point))
     }
 
     /// Returns the first point whose run has an error.
@@ -366,7 +369,7 @@ impl OptimizationResult {
     }
 }
 
-fn lacks_value(point: &&EvaluatedPoint) -> bool {
+fn lacks_value(point: &EvaluatedPoint) -> bool {
     let Evaluation {
         class, fell_at_s, ..
     } = point.evaluation;

@@ -120,8 +120,7 @@ fn springs(kind: &LegKind) -> Option<String> {
     let give = kind.load / (stiffness * kind.pantograph.length_max());
     (give < GIVE_LEAST).then(|| {
         format!(
-            "the leg gives by {:.1e} of its length under its share of the weight ({load}): it is no spring",
-            give
+            "the leg gives by {give:.1e} of its length under its share of the weight ({load}): it is no spring"
         )
     })
 }
