@@ -6,7 +6,6 @@ mod carried;
 mod determinism;
 mod energy;
 mod fused;
-mod knees;
 mod latency;
 mod loads;
 mod motors;

@@ -39,7 +39,6 @@
 //! plant; options of a single plant; and the scenario language, which the builder of plants
 //! translates.
 
-mod assembly;
 mod constraints;
 mod dynamics;
 mod error;

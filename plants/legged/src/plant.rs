@@ -7,7 +7,6 @@ use twinrig_runtime::interrupt::LongLoop;
 use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantFault, PlantState, WorkCounts};
 
 use crate::LEGS;
-use crate::assembly::AssemblyWatch;
 use crate::dynamics::{Dynamics, FromRobot, PartFault, StepInputs};
 use crate::error::LeggedError;
 use crate::ground_friction::GroundFriction;
@@ -24,7 +23,6 @@ pub struct LeggedPlant<D: Dynamics + ?Sized> {
     dynamics: Box<D>,
     base: Base,
     legs: Vec<String>,
-    assembly: Vec<AssemblyWatch>,
     now: SimTime,
     step: SimDuration,
     signals: Signals,
@@ -65,11 +63,8 @@ impl<D: FromRobot + ?Sized> LeggedPlant<D> {
         let dynamics = D::from_robot(robot, options)?;
         let setup = D::setup(options);
         let legs = setup.selected_mounts(robot)?;
-        let assembly = legs.iter().map(|mount| AssemblyWatch::new(mount));
-        let assembly = assembly.collect();
         let legs: Vec<&str> = legs.iter().map(|mount| mount.name.as_str()).collect();
-        let plant = Self::of(dynamics, &legs, setup, selected);
-        Ok(Self { assembly, ..plant })
+        Ok(Self::of(dynamics, &legs, setup, selected))
     }
 }
 
@@ -96,7 +91,6 @@ impl<D: Dynamics + ?Sized> LeggedPlant<D> {
             dynamics,
             base: setup.base,
             legs: legs.iter().map(|&leg| leg.to_owned()).collect(),
-            assembly: Vec::new(),
             now: SimTime::ZERO,
             step: setup.step,
             signals,
@@ -128,15 +122,6 @@ impl<D: Dynamics + ?Sized> LeggedPlant<D> {
     /// Returns the dynamics, for changes of their state.
     pub fn dynamics_mut(&mut self) -> &mut D {
         &mut self.dynamics
-    }
-
-    /// Checks that no leg has left its assembly mode.
-    fn check_assembly(&self) -> Result<(), PartFault> {
-        let legs = self.assembly.iter().zip(&self.legs).enumerate();
-        for (i, (watch, leg)) in legs {
-            watch.check(leg, self.dynamics.angles(i))?;
-        }
-        Ok(())
     }
 
     /// Sets the inputs from the present time on.
@@ -202,17 +187,15 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
             let seconds = (next - self.now).as_secs_f64();
             // An engine that fails cannot return to the state before the step.
             let energy = self.energy().stored();
-            let fault = |time, PartFault { part, why }| PlantFault {
-                time,
-                part,
-                energy,
-                why,
-            };
-            let advanced = self.dynamics.advance(self.now, seconds);
-            advanced.map_err(|failure| fault(self.now, failure))?;
+            if let Err(PartFault { part, why }) = self.dynamics.advance(self.now, seconds) {
+                return Err(PlantFault {
+                    time: self.now,
+                    part,
+                    energy,
+                    why,
+                });
+            }
             self.now = next;
-            self.check_assembly()
-                .map_err(|failure| fault(next, failure))?;
         }
         if self.logs_events {
             self.dynamics.drain_events(&mut self.events);

@@ -15,7 +15,6 @@
 use twinrig_compliant::events::{ELEMENTS, GROUND, if_compressed};
 use twinrig_compliant::frame::{cross, into_world, quaternion_rate};
 use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
-use twinrig_compliant::stop::{LEAST, barrier};
 use twinrig_compliant::{
     Below, Commands, DriveLaws, Flows, Footforce, Internal, Joints, Point, Pushed, TrunkMotion,
     Turns,
@@ -26,6 +25,10 @@ use twinrig_robot::GRAVITY;
 use super::model::{CompliantModel, Legs};
 use super::state::{Slope, State};
 use super::trunk::{TrunkConstants, TrunkSums};
+
+/// Sine of the angle between second and third link below which a stop keeps them from lying in one
+/// line, where the foot does not determine their rates.
+pub(crate) const SINE_MIN: f64 = 0.1;
 
 /// Motion of legs and feet in one state.
 #[derive(Debug, Clone, Copy)]
@@ -81,20 +84,18 @@ impl<L: Lanes> LegMotion<L> {
 /// Index of the element between second and third link.
 pub(crate) const ANKLE: usize = ELEMENTS - 1;
 
-/// Returns the depth of the stop that keeps second and third link from one line, where the foot
-/// does not determine their rates \[m\].
+/// Returns the depth of the stop between second and third link \[m\].
 #[inline(always)]
 pub(crate) fn in_line<L: Lanes>(legs: &Legs<L>, turns: &Turns<L, 3>) -> L {
-    let [depth, _] = barrier(turns.sine_of_ankle());
-    legs.pantographs.links[2] * depth
+    let sine = turns.sine_of_ankle();
+    legs.pantographs.links[2] * (sine.like(SINE_MIN) - sine)
 }
 
 impl<L: Lanes> LegMotion<L> {
     /// Returns the lever of the stop between second and third link \[m\].
     #[inline(always)]
     fn lever(legs: &Legs<L>, turns: &Turns<L, 3>) -> L {
-        let [_, slope] = barrier(turns.sine_of_ankle());
-        -(legs.pantographs.links[2] * turns.cosine_of_ankle() * slope)
+        legs.pantographs.links[2] * turns.cosine_of_ankle()
     }
 
     /// Returns the rate of the depth of that stop \[m/s\].
@@ -226,11 +227,10 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
         let internal = Internal::new(&legs.pantographs, turns, &joints, true);
         // The stop between second and third link.
         let [_, mut second, mut third] = internal.torques;
-        let (sine, mut dissipated) = (turns.sine_of_ankle(), internal.dissipated);
+        let (depth, mut dissipated) = (in_line(legs, turns), internal.dissipated);
         let mut compressed = internal.compressed;
         // Rare: only where it is pressed.
-        if sine.any(sine.like(LEAST).gt(sine)) {
-            let depth = in_line(legs, turns);
+        if depth.any(depth.gt(depth.zero())) {
             let lever = LegMotion::lever(legs, turns);
             let stop = legs
                 .pantographs
