@@ -217,6 +217,10 @@ fn wrong_unit(text: &str, spelling: &str, unit: Unit) -> QuantityError {
     if let Some(error) = miswritten_number(text, expected) {
         return error;
     }
+    if let Some(help) = of_data_sheet(text, spelling, unit) {
+        let message = format!("`{spelling}` is no unit of a scenario; expected {expected}");
+        return QuantityError { message, help };
+    }
     let meant = units::kind(unit).and_then(|kind| meant_unit(kind, spelling));
     let meant = meant.map(|unit| format!("did you mean `{unit}`?"));
     let fitting = match fitting_units(unit) {
@@ -239,6 +243,14 @@ fn wrong_unit(text: &str, spelling: &str, unit: Unit) -> QuantityError {
         format!("`{spelling}` is not a known unit; expected {expected}")
     };
     QuantityError { message, help }
+}
+
+/// Remedy for a unit of data sheets: the value with four digits.
+fn of_data_sheet(text: &str, spelling: &str, unit: Unit) -> Option<String> {
+    let number = split(text).0.parse().ok()?;
+    let value = units::of_data_sheet(unit, spelling, number)?;
+    let digits = format!("{value:.3e}").parse::<f64>().ok()?;
+    Some(format!("write `\"{}\"`", print_quantity(digits, unit)))
 }
 
 /// Error of a text without a number at its beginning.

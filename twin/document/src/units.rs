@@ -138,7 +138,13 @@ pub(crate) const KINDS: &[Kind] = &[
     Kind {
         unit: Unit::KilogramSquareMeter,
         name: "a moment of inertia",
-        spellings: &[("kg·m²", Ten(0)), ("g·cm²", Ten(-7)), ("kg·cm²", Ten(-4))],
+        spellings: &[
+            ("kg·m²", Ten(0)),
+            ("g·cm²", Ten(-7)),
+            ("kg·cm²", Ten(-4)),
+            ("kg·mm²", Ten(-6)),
+            ("g·mm²", Ten(-9)),
+        ],
     },
     Kind {
         unit: Unit::Second,
@@ -212,6 +218,25 @@ pub(crate) const KINDS: &[Kind] = &[
         spellings: &[("K", Ten(0))],
     },
 ];
+
+/// Returns the value in SI units of a number with a unit of data sheets that is no multiple of one
+/// of ours: the torque of a weight on an arm, the time of a servo for 60°.
+pub(crate) fn of_data_sheet(unit: Unit, spelling: &str, number: f64) -> Option<f64> {
+    let spelling = spelling.replace([' ', '·', '*', '-'], "").to_lowercase();
+    match (unit, spelling.as_str()) {
+        (Unit::NewtonMeter, "kgcm" | "kgfcm") => Some(number * 0.01 * GRAVITY),
+        (Unit::NewtonMeter, "ozin" | "ozfin") => Some(number * OUNCE * INCH * GRAVITY),
+        (Unit::RadianPerSecond, "s/60°" | "sec/60°" | "s/60deg" | "sec/60deg") => {
+            Some(60.0 * DEGREE / number)
+        }
+        _ => None,
+    }
+}
+
+/// Standard acceleration of gravity \[m/s²\], avoirdupois ounce \[kg\], inch \[m\].
+const GRAVITY: f64 = 9.806_65;
+const OUNCE: f64 = 0.028_349_523_125;
+const INCH: f64 = 0.025_4;
 
 /// Returns the quantity of `unit`; `None` for a unit that cannot occur in a document.
 pub(crate) fn kind(unit: Unit) -> Option<&'static Kind> {

@@ -7,6 +7,8 @@ import os
 import random
 import subprocess
 import sys
+import warnings
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -94,6 +96,19 @@ def test_thirty_broken_fmus_are_refused_with_file_and_reason(attempts: Attempts)
 
 def test_nothing_is_written_beside_the_temporary_folder(attempts: Attempts) -> None:
     assert attempts.is_unchanged
+
+
+def test_directory_may_be_listed_twice_and_a_file_may_not(folder: Path) -> None:
+    path = folder / "model.fmu"
+    contents = {"modelDescription.xml": LAG_2, LIBRARY_2: b"library"}
+    for again, status in (("resources/", Status.DONE), (LIBRARY_2, Status.REFUSED)):
+        archive(path, contents)
+        with zipfile.ZipFile(path, "a") as file, warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            for _ in range(2):
+                file.writestr(again, b"")
+        found, reply = Worker(str(folder)).call(Request.DESCRIBE, b"")
+        assert found == status, reply
 
 
 def damaged(source: bytes, seed: int) -> bytes:

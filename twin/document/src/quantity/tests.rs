@@ -4,6 +4,33 @@ use super::*;
 use crate::units::KINDS;
 
 #[test]
+fn units_of_data_sheets_have_their_conversion() {
+    // 0.16 s for 60° are 375 °/s; 20 kgf·cm are 20 · 0.01 m · 9.80665 N.
+    for (text, unit, remedy) in [
+        ("0.16 s/60°", Unit::RadianPerSecond, 6.545),
+        ("20 kg·cm", Unit::NewtonMeter, 1.961),
+        ("277.7 oz-in", Unit::NewtonMeter, 1.961),
+    ] {
+        let error = parse_quantity(text, unit).unwrap_err();
+        let written = error.help.split('"').nth(1).unwrap();
+        assert_eq!(
+            parse_quantity(written, unit),
+            Ok(remedy),
+            "{text}: {}",
+            error.help
+        );
+    }
+    assert_eq!(
+        parse_quantity("2 kg·mm²", Unit::KilogramSquareMeter),
+        Ok(2e-6)
+    );
+    assert_eq!(
+        parse_quantity("5 g·mm²", Unit::KilogramSquareMeter),
+        Ok(5e-9)
+    );
+}
+
+#[test]
 fn power_of_ten_adds_no_rounding() {
     // 12.6 × 0.01 is 0.126 in floating point, but 0.7 × 0.001 is not 0.0007.
     assert_eq!(parse_quantity("0.7 mm", Unit::Meter), Ok(0.0007));

@@ -88,7 +88,8 @@ class Archive:
         seen: set[str] = set()
         for info in infos:
             _check_entry(info)
-            if info.filename in seen:
+            # A directory has no contents of which one could be lost.
+            if info.filename in seen and not info.is_dir():
                 raise Refusal(f"`{info.filename}` is in the archive twice")
             seen.add(info.filename)
         total = sum(info.file_size for info in infos)
