@@ -58,7 +58,7 @@ pub(crate) fn leg_kinds(robot: &Robot, assumed: &Assumed) -> Result<Vec<LegKind>
 /// Returns the load of a leg with all legs on the ground and the feet below the hips, from the
 /// balance of moments about the centre of mass of the trunk \[N\]. Legs at the same end share its
 /// load equally; without legs at both ends all legs do.
-fn load(robot: &Robot, mount: &LegMount) -> f64 {
+pub(super) fn load(robot: &Robot, mount: &LegMount) -> f64 {
     let end = |fore: bool| {
         let places = robot.legs.iter().map(|mount| mount.hip[0]);
         places.filter(move |x| (*x > 0.0) == fore)

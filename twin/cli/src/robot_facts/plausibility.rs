@@ -3,18 +3,16 @@
 
 use twinrig_document::{Problem, Warning, print_quantity};
 use twinrig_kernel::Unit;
-use twinrig_leg::Stop;
-use twinrig_robot::{Robot, RobotFile};
+use twinrig_leg::{LegError, Pantograph};
+use twinrig_robot::{LegMount, Robot, RobotFile};
 
-use super::leg::LegKind;
-use super::leg_kinds_of;
+use super::assumed::Assumed;
+use super::leg::load;
 
-/// Least compression of a standing leg, as a share of its length. Legs of animals and of robots
-/// give by 5 to 30 % under a few times their load (Blickhan and Full 1993); a leg that gives by a
-/// thousandth is a rod.
-const GIVE_LEAST: f64 = 1e-3;
-/// Stall torque over weight times leg length. Two legs have to hold the trunk with some reserve;
-/// Cheetah-cub has 1.2, Oncilla 2.0.
+/// Least compression of a spring by the share of the weight, as a share of the length of the leg:
+/// one that gives by less is a rod, and no spring.
+const GIVE_LEAST: f64 = 1e-4;
+/// Stall torque over weight times leg length: 1 holds the robot on one horizontal leg.
 const TORQUE: [f64; 2] = [0.02, 100.0];
 /// Least mass of the trunk, as a share of that of the legs.
 const TRUNK_LEAST: f64 = 0.1;
@@ -35,12 +33,9 @@ mod code {
     pub(super) const PAYLOAD: &str = "payload-beyond-trunk";
 }
 
-/// Returns a warning for each contradiction. A leg that forms no pantograph has none: it is an
-/// error elsewhere.
+/// Returns a warning for each contradiction. Every run asks, so that it takes some equilibria of a
+/// leg and no more. A leg that forms no pantograph has no warning: it is an error elsewhere.
 pub(crate) fn warnings(file: &RobotFile, robot: &Robot) -> Vec<Warning> {
-    let Ok(kinds) = leg_kinds_of(file, robot) else {
-        return Vec::new();
-    };
     let warning = |code, key: &str, message: String, help: &str| Warning {
         code,
         problem: match file.place(key) {
@@ -49,21 +44,31 @@ pub(crate) fn warnings(file: &RobotFile, robot: &Robot) -> Vec<Warning> {
         },
     };
     let mut warnings = Vec::new();
-    for kind in &kinds {
-        let key = |key: &str| format!("leg.{}.{key}", kind.name);
-        if let Some(message) = springs(kind) {
-            let help = "check the units of `stiffness` and of the masses";
-            warnings.push(warning(code::SPRINGS, &key("diagonal"), message, help));
+    let (mut longest, mut last) = (0.0_f64, None);
+    for mount in &robot.legs {
+        // Legs of one kind stand together in files, and mostly bear the same.
+        let same = (&mount.leg, load(robot, mount).to_bits());
+        if last.replace(same) == Some(same) {
+            continue;
         }
-        if kind.leg.q2_ref < KNEE_LEAST {
-            let angle = kind.leg.q2_ref.to_degrees();
+        let key = |key: &str| {
+            let assumed = Assumed::of_text(file.text());
+            format!("leg.{}.{key}", assumed.kind_of(&mount.name).unwrap_or(""))
+        };
+        if let Ok((length, message)) = springs(robot, mount) {
+            longest = longest.max(length);
+            let help = "check the units of `stiffness` and of the masses";
+            let of = |message| warning(code::SPRINGS, &key("diagonal"), message, help);
+            warnings.extend(message.map(of));
+        }
+        if mount.leg.q2_ref < KNEE_LEAST {
+            let angle = mount.leg.q2_ref.to_degrees();
             let message = format!("the extended leg is straight: its knee is at {angle:.2}°");
             let help = "check the unit: `deg` or `rad`";
             warnings.push(warning(code::STRAIGHT, &key("q2_ref"), message, help));
         }
     }
-    let longest = kinds.iter().map(|kind| kind.pantograph.length_max());
-    let moment = robot.weight() * longest.fold(0.0, f64::max);
+    let moment = robot.weight() * longest;
     let servos = [("hip", robot.actuators.hip), ("knee", robot.actuators.knee)];
     for (name, servo) in servos {
         let share = servo.torque / moment;
@@ -108,21 +113,29 @@ pub(crate) fn warnings(file: &RobotFile, robot: &Robot) -> Vec<Warning> {
     warnings
 }
 
-/// Returns a message where the springs do not fit to the weight.
-fn springs(kind: &LegKind) -> Option<String> {
-    let load = print_quantity(kind.load, Unit::Newton);
-    if kind.standing.stop == Some(Stop::Bottomed) {
-        return Some(format!(
-            "the springs do not bear the weight: under its share of {load} the leg bottoms out"
-        ));
+/// Returns the greatest length of a leg \[m\], and a message where its springs do not fit to the
+/// weight.
+fn springs(robot: &Robot, mount: &LegMount) -> Result<(f64, Option<String>), LegError> {
+    let leg = Pantograph::new(&mount.leg)?;
+    let (load, length) = (load(robot, mount), leg.length_max());
+    let shown = print_quantity(load, Unit::Newton);
+    let bottomed = leg.length_min() * (1.0 + 1e-6);
+    if leg.equilibrium(bottomed, 0.0, f64::INFINITY)?.axial < load {
+        let message = format!(
+            "the springs do not bear the weight: under its share of {shown} the leg bottoms out"
+        );
+        return Ok((length, Some(message)));
     }
-    let stiffness = kind.pantograph.greatest_axial_stiffness().ok()?;
-    let give = kind.load / (stiffness * kind.pantograph.length_max());
-    (give < GIVE_LEAST).then(|| {
-        format!(
-            "the leg gives by {give:.1e} of its length under its share of the weight ({load}): it is no spring"
-        )
-    })
+    let stiffest = mount
+        .leg
+        .diagonal
+        .stiffness
+        .max(mount.leg.parallel.stiffness);
+    let give = load / (stiffest * length);
+    let message = (give < GIVE_LEAST).then(|| {
+        format!("a spring that gives by {give:.1e} of the leg's length under {shown} is a rod")
+    });
+    Ok((length, message))
 }
 
 /// Returns the only leg of [`LEGS`] that a robot with three of them does not have.
