@@ -245,12 +245,15 @@ fn wrong_unit(text: &str, spelling: &str, unit: Unit) -> QuantityError {
     QuantityError { message, help }
 }
 
-/// Remedy for a unit of data sheets: the value with four digits.
+/// Remedy for a unit of data sheets: the value with four digits, if it has one (0 s for 60° has
+/// none).
 fn of_data_sheet(text: &str, spelling: &str, unit: Unit) -> Option<String> {
     let number = split(text).0.parse().ok()?;
     let value = units::of_data_sheet(unit, spelling, number)?;
     let digits = format!("{value:.3e}").parse::<f64>().ok()?;
-    Some(format!("write `\"{}\"`", print_quantity(digits, unit)))
+    digits
+        .is_finite()
+        .then(|| format!("write `\"{}\"`", print_quantity(digits, unit)))
 }
 
 /// Error of a text without a number at its beginning.

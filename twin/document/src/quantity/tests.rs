@@ -126,6 +126,23 @@ proptest! {
     }
 
     #[test]
+    fn conversions_of_data_sheets_are_accepted_when_followed(
+        number in prop_oneof![Just(0.0), any::<f64>().prop_filter("finite", |x| x.is_finite())],
+        of in prop::sample::select(vec![
+            ("s/60°", Unit::RadianPerSecond),
+            ("kg·cm", Unit::NewtonMeter),
+            ("oz·in", Unit::NewtonMeter),
+        ]),
+    ) {
+        let (spelling, unit) = of;
+        let help = parse_quantity(&format!("{number} {spelling}"), unit).unwrap_err().help;
+        if let Some(written) = help.strip_prefix("write `\"") {
+            let written = written.strip_suffix("\"`").unwrap();
+            prop_assert!(parse_quantity(written, unit).is_ok(), "{help}");
+        }
+    }
+
+    #[test]
     fn printed_durations_round_trip(nanos in 0..=LONGEST_NANOS) {
         for text in [format!("{nanos} ns"), format!("{}.{:09} s", nanos / 1_000_000_000, nanos % 1_000_000_000)] {
             prop_assert_eq!(parse_duration(&text), Ok(SimDuration::from_nanos(nanos)));
