@@ -80,7 +80,7 @@ fn trunk(robot: &Robot, text: &mut String) {
 
 /// Writes the links and joints of a leg.
 fn leg(robot: &Robot, mount: &LegMount, text: &mut String) -> Result<(), LegError> {
-    let LegMount { name, hip, leg } = mount;
+    let LegMount { name, hip, leg, .. } = mount;
     let pantograph = Pantograph::new(leg)?;
     let [upper, middle, lower] = Segment::of(leg);
     let segment = |part: &str| format!("{name}_{part}");

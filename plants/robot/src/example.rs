@@ -74,6 +74,7 @@ impl Robot {
         let mount = |name: &str, x: f64, y: f64| LegMount {
             name: name.to_owned(),
             hip: [x, y, 0.0],
+            kind: "aslp".to_owned(),
             leg: Leg::example(),
         };
         Self {

@@ -34,6 +34,25 @@ impl Robot {
     pub fn weight(&self) -> f64 {
         GRAVITY * self.mass()
     }
+
+    /// Returns the load of a leg with all legs on the ground and the feet below the hips, from the
+    /// balance of moments about the centre of mass of the trunk \[N\]. Legs at the same end share
+    /// its load equally; without legs at both ends all legs do.
+    pub fn standing_load(&self, mount: &LegMount) -> f64 {
+        let end = |fore: bool| {
+            let places = self.legs.iter().map(|mount| mount.hip[0]);
+            places.filter(move |x| (*x > 0.0) == fore)
+        };
+        let mean = |fore: bool| end(fore).sum::<f64>() / end(fore).count() as f64;
+        let (fore, hind) = (mean(true), mean(false));
+        let total = self.weight();
+        if fore.is_nan() || hind.is_nan() {
+            return total / self.legs.len() as f64;
+        }
+        let is_fore = mount.hip[0] > 0.0;
+        let arm = if is_fore { -hind } else { fore };
+        total * arm / (fore - hind) / end(is_fore).count() as f64
+    }
 }
 
 /// Trunk: the body that carries the legs.
@@ -63,6 +82,8 @@ pub struct LegMount {
     pub name: String,
     /// Hip joint in the trunk frame: origin at the centre of mass, x forward, y left, z up \[m\].
     pub hip: [f64; 3],
+    /// Name of the leg's table below `leg` in the robot file.
+    pub kind: String,
     /// Parameters of the leg.
     pub leg: Leg,
 }

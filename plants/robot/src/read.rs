@@ -42,6 +42,7 @@ pub(crate) fn robot(table: &Table<'_>) -> Result<Robot, Reported> {
         Some(LegMount {
             name: mount.name,
             hip: mount.hip,
+            kind: mount.kind,
             leg: leg.clone(),
         })
     });

@@ -100,7 +100,7 @@ def test_nothing_is_written_beside_the_temporary_folder(attempts: Attempts) -> N
 
 def test_directory_may_be_listed_twice_and_a_file_may_not(folder: Path) -> None:
     path = folder / "model.fmu"
-    contents = {"modelDescription.xml": LAG_2, LIBRARY_2: b"library"}
+    contents: dict[str, str | bytes] = {"modelDescription.xml": LAG_2, LIBRARY_2: b"library"}
     for again, status in (("resources/", Status.DONE), (LIBRARY_2, Status.REFUSED)):
         archive(path, contents)
         with zipfile.ZipFile(path, "a") as file, warnings.catch_warnings():

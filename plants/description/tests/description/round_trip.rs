@@ -54,6 +54,7 @@ prop_compose! {
         let mounts = corners.into_iter().zip(&legs).map(|((name, x, y), own)| LegMount {
             name: name.to_owned(),
             hip: [x, y, z],
+            kind: if equal { "aslp" } else { name }.to_owned(),
             leg: if equal { legs[0].clone() } else { own.clone() },
         });
         robot.legs = mounts.collect();
@@ -73,7 +74,7 @@ fn described(robot: &Robot) -> Vec<(String, f64)> {
     };
     add("inertia", &robot.trunk.inertia);
     add("size", &robot.trunk.size);
-    for LegMount { name, hip, leg } in &robot.legs {
+    for LegMount { name, hip, leg, .. } in &robot.legs {
         let (mass, joints) = (leg.mass, leg.joint_friction);
         add(&format!("{name} hip"), hip);
         let lengths = [

@@ -7,12 +7,12 @@ use twinrig_kernel::{Port, signal};
 use twinrig_robot::{LegMount, PointMass, Robot, RobotFile};
 use twinrig_scenario::{LegFact, PayloadSpec, Scenario};
 
+use crate::assembly::plausibility;
 use crate::assembly::registry::Registry;
 use crate::assembly::sensors::Sensors;
 use crate::assembly::sources;
 use crate::error::TwinError;
 use crate::parts::plant_kind::{ModelContext, StandaloneModel};
-use crate::robot_facts;
 
 /// Robot and model of a scenario. A robot beside a standalone model serves the controller.
 #[derive(Clone)]
@@ -154,7 +154,7 @@ impl FiledRobot {
         };
         robot.trunk.payloads = payloads.map(point).collect();
         Ok(Self {
-            warnings: robot_facts::warnings(file, &robot),
+            warnings: plausibility::warnings(file, &robot),
             robot,
             file: file.file().to_owned(),
             text: file.text().to_owned(),

@@ -19,6 +19,7 @@ pub(crate) mod buses;
 mod commanded_gait;
 mod failure;
 mod instrumented;
+mod plausibility;
 pub(crate) mod registry;
 mod sensed;
 pub(crate) mod sensors;

@@ -20,7 +20,7 @@ use panel::{Frame, Panel};
 
 pub(crate) use canvas::Page;
 
-use crate::robot_facts::{LegKind, leg_kinds_of};
+use crate::robot_facts::{LegKind, leg_kinds};
 
 /// Width of the page \[px\].
 const WIDTH: f64 = 1400.0;
@@ -40,7 +40,7 @@ pub(crate) fn drawing(file: &RobotFile, robot: &Robot) -> Result<Page, LegError>
     canvas.label("title", [SPACE, SPACE + LINE], &title);
     let mut top = 2.0 * SPACE + LINE;
     let mut kinds: Vec<LegKind> = Vec::new();
-    for kind in leg_kinds_of(file, robot)? {
+    for kind in leg_kinds(robot)? {
         // Legs that differ in their load only look the same.
         match kinds.iter_mut().find(|other| other.leg == kind.leg) {
             Some(other) => other.legs.extend(kind.legs),

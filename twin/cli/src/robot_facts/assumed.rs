@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use toml_edit::{Decor, DocumentMut, Item, Table, TableLike, Value};
+use toml_edit::{Decor, DocumentMut, Item, Table};
 
 /// Words of comments that mark a value as a choice of the file's author: robot files define them
 /// in their first comment.
@@ -12,8 +12,6 @@ pub(crate) const MARKS: [&str; 2] = ["ASSUMED", "SCALED"];
 #[derive(Debug, Default)]
 pub(crate) struct Assumed {
     keys: BTreeSet<String>,
-    /// Names of mounts and of their kinds of legs.
-    kinds: Vec<(String, String)>,
 }
 
 impl Assumed {
@@ -36,13 +34,6 @@ impl Assumed {
         })
     }
 
-    /// Returns the name of the kind of the leg `mount`.
-    pub fn kind_of(&self, mount: &str) -> Option<&str> {
-        let mut kinds = self.kinds.iter();
-        let found = kinds.find(|(name, _)| name == mount);
-        found.map(|(_, kind)| kind.as_str())
-    }
-
     fn table(&mut self, prefix: &str, table: &Table) {
         for (key, item) in table {
             let path = if prefix.is_empty() {
@@ -54,31 +45,18 @@ impl Assumed {
                 Item::Table(inner) => self.table(&path, inner),
                 Item::ArrayOfTables(tables) => {
                     for inner in tables {
-                        self.mount(inner);
                         // The comment above the first of them is about all.
                         self.mark(&path, [suffix_or_prefix(inner.decor(), true)]);
                         self.table(&path, inner);
                     }
                 }
                 Item::Value(value) => {
-                    let elements = value.as_array().into_iter().flatten();
-                    for element in elements.filter_map(Value::as_inline_table) {
-                        self.mount(element);
-                    }
                     let above = table.key(key).map(toml_edit::Key::leaf_decor);
                     let above = above.and_then(|decor| suffix_or_prefix(decor, true));
                     self.mark(&path, [above, suffix_or_prefix(value.decor(), false)]);
                 }
                 Item::None => {}
             }
-        }
-    }
-
-    /// Notes the kind of the leg of a mount; other tables have no such keys.
-    fn mount(&mut self, table: &dyn TableLike) {
-        let text = |key| table.get(key).and_then(Item::as_str);
-        if let (Some(name), Some(kind)) = (text("name"), text("leg")) {
-            self.kinds.push((name.to_owned(), kind.to_owned()));
         }
     }
 

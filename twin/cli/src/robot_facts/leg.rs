@@ -5,9 +5,8 @@ use core::f64::consts::TAU;
 use twinrig_kernel::Unit;
 use twinrig_leg::{LegError, LoadedLength, Pantograph, Stop};
 use twinrig_legged::Segment;
-use twinrig_robot::{Leg, LegMount, Robot};
+use twinrig_robot::{Leg, Robot};
 
-use super::assumed::Assumed;
 use super::fact::{Fact, shown};
 
 /// Legs of the same parameters that carry the same share of the weight.
@@ -31,10 +30,10 @@ pub(crate) struct LegKind {
 ///
 /// # Errors
 /// [`LegError`] for a leg whose parameters form no pantograph.
-pub(crate) fn leg_kinds(robot: &Robot, assumed: &Assumed) -> Result<Vec<LegKind>, LegError> {
+pub(crate) fn leg_kinds(robot: &Robot) -> Result<Vec<LegKind>, LegError> {
     let mut kinds: Vec<LegKind> = Vec::new();
     for mount in &robot.legs {
-        let load = load(robot, mount);
+        let load = robot.standing_load(mount);
         let same = |kind: &&mut LegKind| {
             kind.leg == mount.leg && (kind.load - load).abs() <= 1e-9 * load.abs()
         };
@@ -44,7 +43,7 @@ pub(crate) fn leg_kinds(robot: &Robot, assumed: &Assumed) -> Result<Vec<LegKind>
         }
         let pantograph = Pantograph::new(&mount.leg)?;
         kinds.push(LegKind {
-            name: assumed.kind_of(&mount.name).unwrap_or("").to_owned(),
+            name: mount.kind.clone(),
             legs: vec![mount.name.clone()],
             leg: mount.leg.clone(),
             standing: pantograph.length_under(load)?,
@@ -53,25 +52,6 @@ pub(crate) fn leg_kinds(robot: &Robot, assumed: &Assumed) -> Result<Vec<LegKind>
         });
     }
     Ok(kinds)
-}
-
-/// Returns the load of a leg with all legs on the ground and the feet below the hips, from the
-/// balance of moments about the centre of mass of the trunk \[N\]. Legs at the same end share its
-/// load equally; without legs at both ends all legs do.
-pub(super) fn load(robot: &Robot, mount: &LegMount) -> f64 {
-    let end = |fore: bool| {
-        let places = robot.legs.iter().map(|mount| mount.hip[0]);
-        places.filter(move |x| (*x > 0.0) == fore)
-    };
-    let mean = |fore: bool| end(fore).sum::<f64>() / end(fore).count() as f64;
-    let (fore, hind) = (mean(true), mean(false));
-    let total = robot.weight();
-    if fore.is_nan() || hind.is_nan() {
-        return total / robot.legs.len() as f64;
-    }
-    let is_fore = mount.hip[0] > 0.0;
-    let arm = if is_fore { -hind } else { fore };
-    total * arm / (fore - hind) / end(is_fore).count() as f64
 }
 
 impl LegKind {

@@ -7,7 +7,6 @@ mod body;
 mod drives;
 mod fact;
 mod leg;
-mod plausibility;
 mod text;
 
 use serde::Serialize;
@@ -17,9 +16,7 @@ use twinrig_robot::{Robot, RobotFile};
 use assumed::{Assumed, MARKS};
 use fact::Fact;
 pub(crate) use fact::shown;
-pub(crate) use leg::LegKind;
-use leg::leg_kinds;
-pub(crate) use plausibility::warnings;
+pub(crate) use leg::{LegKind, leg_kinds};
 
 /// Facts of a robot.
 #[derive(Debug, Serialize)]
@@ -45,7 +42,7 @@ struct Section {
 /// [`LegError`] for a leg without the poses that the facts are about.
 pub(crate) fn robot_facts(file: &RobotFile, robot: &Robot) -> Result<RobotFacts, LegError> {
     let assumed = Assumed::of_text(file.text());
-    let kinds = leg_kinds(robot, &assumed)?;
+    let kinds = leg_kinds(robot)?;
     let mut sections = vec![Section {
         part: "body".to_owned(),
         legs: Vec::new(),
@@ -75,14 +72,6 @@ pub(crate) fn robot_facts(file: &RobotFile, robot: &Robot) -> Result<RobotFacts,
         file: file.file().to_owned(),
         sections,
     })
-}
-
-/// Returns the kinds of legs of the robot that `file` contains.
-///
-/// # Errors
-/// [`LegError`] for a leg whose parameters form no pantograph.
-pub(crate) fn leg_kinds_of(file: &RobotFile, robot: &Robot) -> Result<Vec<LegKind>, LegError> {
-    leg_kinds(robot, &Assumed::of_text(file.text()))
 }
 
 #[cfg(test)]

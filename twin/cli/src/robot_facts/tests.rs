@@ -141,7 +141,7 @@ fn legs_of_several_kinds_and_a_load_beyond_the_springs_are_reported() {
         .map(|section| section.legs.join(" "))
         .collect();
     assert_eq!(legs, ["", "LF RF", "LH RH", ""]);
-    let kinds = leg_kinds(&robot, &Assumed::of_text(&heavy)).unwrap();
+    let kinds = leg_kinds(&robot).unwrap();
     let loads: f64 = kinds.iter().map(|kind| 2.0 * kind.load).sum();
     assert!((loads - robot.weight()).abs() < 1e-9);
     assert!((kinds[1].load / kinds[0].load - 2.0).abs() < 1e-12);
@@ -154,7 +154,6 @@ fn legs_of_several_kinds_and_a_load_beyond_the_springs_are_reported() {
 #[test]
 fn comments_are_read_in_every_form_of_a_table() {
     let text = "\
-        mount = [{ name = \"L\", leg = \"a b\" }]\n\
         # ASSUMED: far above.\n\
         \n\
         x = 1 # published\n\
@@ -164,7 +163,6 @@ fn comments_are_read_in_every_form_of_a_table() {
         [t]\n\
         u.v = 1 # ASSUMED\n";
     let assumed = Assumed::of_text(text);
-    assert_eq!(assumed.kind_of("L"), Some("a b"));
     for (key, expected) in [
         ("x", ""),
         ("y", "y"),

@@ -6,9 +6,6 @@ use twinrig_kernel::Unit;
 use twinrig_leg::{LegError, Pantograph};
 use twinrig_robot::{LegMount, Robot, RobotFile};
 
-use super::assumed::Assumed;
-use super::leg::load;
-
 /// Least compression of a spring by the share of the weight, as a share of the length of the leg:
 /// one that gives by less is a rod, and no spring.
 const GIVE_LEAST: f64 = 1e-4;
@@ -47,14 +44,11 @@ pub(crate) fn warnings(file: &RobotFile, robot: &Robot) -> Vec<Warning> {
     let (mut longest, mut last) = (0.0_f64, None);
     for mount in &robot.legs {
         // Legs of one kind stand together in files, and mostly bear the same.
-        let same = (&mount.leg, load(robot, mount).to_bits());
+        let same = (&mount.leg, robot.standing_load(mount).to_bits());
         if last.replace(same) == Some(same) {
             continue;
         }
-        let key = |key: &str| {
-            let assumed = Assumed::of_text(file.text());
-            format!("leg.{}.{key}", assumed.kind_of(&mount.name).unwrap_or(""))
-        };
+        let key = |key: &str| format!("leg.{}.{key}", mount.kind);
         if let Ok((length, message)) = springs(robot, mount) {
             longest = longest.max(length);
             let help = "check the units of `stiffness` and of the masses";
@@ -117,7 +111,7 @@ pub(crate) fn warnings(file: &RobotFile, robot: &Robot) -> Vec<Warning> {
 /// weight.
 fn springs(robot: &Robot, mount: &LegMount) -> Result<(f64, Option<String>), LegError> {
     let leg = Pantograph::new(&mount.leg)?;
-    let (load, length) = (load(robot, mount), leg.length_max());
+    let (load, length) = (robot.standing_load(mount), leg.length_max());
     let shown = print_quantity(load, Unit::Newton);
     let bottomed = leg.length_min() * (1.0 + 1e-6);
     if leg.equilibrium(bottomed, 0.0, f64::INFINITY)?.axial < load {
