@@ -145,7 +145,7 @@ Refused = Callable[[twinrig.Rig], Any]
         (lambda rig: rig.set_variable("frequncy", 1.0), KeyError, "did you mean `frequency`"),
         (lambda rig: rig.set_variable("duty_factor/fore", 1.5), ValueError, "1.5 is not in"),
         (lambda rig: rig.set_variable("frequency", math.nan), ValueError, "frequency = NaN"),
-        (lambda rig: rig.restore(b""), ValueError, "not the saved state"),
+        (lambda rig: rig.restore(b""), ValueError, "cut off"),
         (lambda rig: rig.restore(cart_rig().save()), ValueError, "another scenario"),
         (lambda rig: rig.restore(twinrig.Rig(WALK).save()), ValueError, "another scenario"),
         (lambda rig: rig.step(0.3), TypeError, "positional"),
