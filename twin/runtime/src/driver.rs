@@ -1,6 +1,8 @@
 use thiserror::Error;
 use twinrig_kernel::{HostTime, Port, Snapshot, SnapshotError};
 
+use crate::BusHealth;
+
 /// Master side of a protocol, sans-IO: bytes and times in, bytes and wake-up times out. The same
 /// driver is used with a modelled [`crate::Wire`] in virtual time and with a real [`crate::Device`]
 /// in real time, and cannot distinguish the two.
@@ -60,6 +62,12 @@ pub trait Driver: Send {
     /// Writes the diagnostics, concatenated in order.
     fn read_diagnostics(&self, values: &mut [f64]) {
         let _ = values;
+    }
+
+    /// Returns the traffic up to `now`; none where the driver counts nothing.
+    fn bus_health(&self, now: HostTime) -> Option<BusHealth> {
+        let _ = now;
+        None
     }
 
     /// Saves all state that affects later behaviour.

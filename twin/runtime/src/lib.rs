@@ -67,6 +67,7 @@
 //! Limits: no scenarios, files, protocols or physics; outside [`real_time`] no clock and no
 //! threads; recording is left to observers.
 
+mod bus_health;
 mod composite_plant;
 mod device;
 mod direct_io;
@@ -102,6 +103,7 @@ mod wiring;
 
 pub use std::ops::Bound;
 
+pub use bus_health::{BusError, BusHealth, LateDevice, Silence};
 pub use composite_plant::{CompositePlant, NameClash};
 pub use device::{Device, DeviceError, READ_MAX};
 pub use direct_io::DirectIo;

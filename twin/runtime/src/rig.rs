@@ -5,8 +5,8 @@ use crate::interrupt;
 use crate::process_slot::ProcessSlot;
 use crate::sensor::SignalChain;
 use crate::{
-    Change, ControlStep, Group, IoTask, Manager, Observer, Plant, Process, Progress, RigError,
-    RunEvent, TimeSource,
+    BusHealth, Change, ControlStep, Group, IoTask, Manager, Observer, Plant, Process, Progress,
+    RigError, RunEvent, TimeSource,
 };
 
 mod assembly;
@@ -283,6 +283,15 @@ impl Rig {
     /// Returns the names of the tasks, in order of registration.
     pub fn task_names(&self) -> impl ExactSizeIterator<Item = &str> {
         self.events.parts.iter().map(|slot| slot.name.as_str())
+    }
+
+    /// Returns name and traffic of each bus up to the last event.
+    pub fn bus_health(&self) -> Vec<(&str, BusHealth)> {
+        let now = self.now();
+        let parts = self.events.parts.iter();
+        parts
+            .filter_map(|slot| Some((slot.name.as_str(), slot.part.bus_health(now)?)))
+            .collect()
     }
 
     /// Returns the name of the task that carries the process's signal `port`.

@@ -4,7 +4,7 @@ use std::ops::Range;
 use thiserror::Error;
 use twinrig_kernel::{Layout, Port, SimDuration, SimTime};
 
-use crate::{DeviceError, PanicReport, Part, PlantFault};
+use crate::{BusHealth, DeviceError, PanicReport, Part, PlantFault};
 
 /// A recurring transfer with a device: the manager starts it when the process has ended and the
 /// task is idle, and does not interfere until it is done.
@@ -59,6 +59,12 @@ pub trait IoTask: Part {
     /// order. Read only while the task is idle; before the first transfer, these are the initial
     /// inputs of the process.
     fn to_process(&self) -> &[f64];
+
+    /// Returns the traffic up to `now`; none where the task has no bus.
+    fn bus_health(&self, now: SimTime) -> Option<BusHealth> {
+        let _ = now;
+        None
+    }
 }
 
 /// Progress of a transfer.

@@ -3,7 +3,8 @@ use twinrig_kernel::{Direction, HostTime, Layout, Port, SimTime, Snapshot, Snaps
 
 use crate::traced_wire::TracedWire;
 use crate::{
-    Driver, DriverError, IoTask, Part, PartKind, PlantAccess, Progress, TaskError, Wire, in_part,
+    BusHealth, Driver, DriverError, IoTask, Part, PartKind, PlantAccess, Progress, TaskError, Wire,
+    in_part,
 };
 
 /// A driver and its modelled wire, boards included: a task of the lockstep executor.
@@ -191,5 +192,9 @@ impl IoTask for WiredTask {
 
     fn to_process(&self) -> &[f64] {
         self.driver.to_process()
+    }
+
+    fn bus_health(&self, now: SimTime) -> Option<BusHealth> {
+        self.driver.bus_health(host_time(now))
     }
 }
