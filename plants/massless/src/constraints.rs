@@ -72,6 +72,8 @@ pub(crate) struct Constraints {
     entries: Vec<Entry>,
     responses: Vec<Response>,
     problem: Problem,
+    /// Impulses projected onto their bounds, before the solution is repeated.
+    projected: Vec<f64>,
     pub(crate) sweeps: u64,
     pub(crate) factorisations: u64,
 }
@@ -239,15 +241,7 @@ impl Constraints {
             self.problem.offset(i, free + allowed);
         }
         let solution = self.impulses(tolerance)?;
-        if self.problem.project_onto_bounds() {
-            // To a tighter tolerance, so that clamping to the bounds causes no creep.
-            let finer = tolerance.map(|tolerance| 1e-4 * tolerance);
-            let polished = self.problem.solve_within(finer[0], finer[1]);
-            self.problem.project_onto_bounds();
-            let further = polished.unwrap_or_default();
-            self.sweeps += u64::from(further.sweeps);
-            self.factorisations += u64::from(further.factorisations);
-        }
+        self.polish(tolerance);
         self.sweeps += u64::from(solution.sweeps);
         self.factorisations += u64::from(solution.factorisations);
         for ((entry, response), &impulse) in self
@@ -259,6 +253,30 @@ impl Constraints {
             motion.add_force(&entry.row, response, mobility, impulse / seconds);
         }
         Ok(())
+    }
+
+    /// Projects the impulses onto their bounds, and repeats the solution with a finer tolerance
+    /// where that changes them, so that clamping causes no creep. Where the finer solution is not
+    /// found, the projected impulses remain: its last iterate need not satisfy any condition.
+    fn polish(&mut self, tolerance: [f64; 2]) {
+        if !self.problem.project_onto_bounds() {
+            return;
+        }
+        self.projected.clear();
+        self.projected.extend_from_slice(self.problem.unknowns());
+        let [relative, absolute] = tolerance.map(|tolerance| 1e-4 * tolerance);
+        match self.problem.solve_within(relative, absolute) {
+            Ok(polished) => {
+                self.sweeps += u64::from(polished.sweeps);
+                self.factorisations += u64::from(polished.factorisations);
+                self.problem.project_onto_bounds();
+            }
+            Err(_) => {
+                for (row, &impulse) in self.projected.iter().enumerate() {
+                    self.problem.guess(row, impulse);
+                }
+            }
+        }
     }
 
     /// Torque impulse of the constraints on a drive (0: hip, 1: pulley) \[N·m·s\].

@@ -276,7 +276,11 @@ impl Flow {
                 free = self.middle.free_motion(&self.model, mobility);
             }
             let mut motion = free;
+            // The matrix is assembled again where the drives reached or left their limits after its
+            // assembly: in the last change that is followed, or at the end of the last iterate.
+            let assembled_for = mobility.drive;
             drives.impose(&self.model, &self.middle, mobility, &mut motion);
+            reassemble |= mobility.drive != assembled_for;
             if damped {
                 let factored = mobility.factor(&self.model);
                 factored.ok_or(FlowError::NotFinite)?;

@@ -7,6 +7,7 @@ mod extremes;
 mod force;
 mod friction;
 mod harness;
+mod impacts;
 mod motors;
 mod passive;
 mod properties;

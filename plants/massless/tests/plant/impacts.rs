@@ -1,0 +1,68 @@
+//! Energy of falls in which drives saturate.
+
+use twinrig_contact::{Ground, Terrain};
+use twinrig_kernel::SimDuration;
+use twinrig_legged::{Drives, Setup, StartPose};
+use twinrig_robot::Servo;
+use twinrig_runtime::EnergyBalance;
+use twinrig_testing::robots::robot;
+
+use crate::harness::{massless, setup};
+
+/// Weak servos with light rotors, which a fall saturates.
+const WEAK: Servo = Servo {
+    torque: 2.0,
+    speed: 6.545,
+    lag: 20e-3,
+    dead_band: 5.236e-3,
+    inertia: 1e-4,
+};
+
+/// Two legs that move, 91 mm above the ground.
+fn fall() -> Setup {
+    let terrain = Terrain::step_down(-50.0, 0.090_922_4);
+    let start = StartPose {
+        q: [27.8464_f64, -5.51783, 5.51783].map(f64::to_radians),
+        rates: [4.0595, -7.5171, 10.518],
+    };
+    Setup {
+        legs: ["LF", "RH"].map(str::to_owned).to_vec(),
+        ground: Some(Ground::new(terrain, 1.16238, 0.0).unwrap()),
+        drives: Drives::Servos {
+            hip: WEAK,
+            knee: WEAK,
+        },
+        step: SimDuration::from_micros(2000),
+        start: start.into(),
+        ..setup()
+    }
+}
+
+/// Stored energy but for that of the drives: it cannot grow.
+fn remaining(energy: &EnergyBalance) -> f64 {
+    energy.stored() - energy.actuator
+}
+
+#[test]
+fn impacts_of_a_fall_that_saturates_servos_dissipate() {
+    // After the landing some servo reaches and leaves its torque limit more often in a step than
+    // is followed: the impulses must be those of the mobility with which they act.
+    let mut harness = massless(&robot(), &fall());
+    let start = remaining(&harness.energy());
+    for ms in (2..=600).step_by(2) {
+        harness.advance_to_ms(ms);
+        let energy = harness.energy();
+        // The removal of overlaps gives back what was taken while they arose. In the first step it
+        // gives 4e-4 J, before anything was taken; impulses of another mobility gave 19 J.
+        assert!(
+            remaining(&energy) < start + 1e-3,
+            "at {ms} ms: {start} J, {energy:?}"
+        );
+        assert!(energy.impact > -1e-3, "at {ms} ms: {energy:?}");
+    }
+    let energy = harness.energy();
+    assert!(
+        energy.impact > 0.1 && energy.residual.abs() < 1e-3 * energy.exchanged,
+        "{energy:?}"
+    );
+}
