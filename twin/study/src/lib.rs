@@ -132,7 +132,9 @@ pub use plant_id::PlantId;
 pub use precision::precision;
 pub use precision_plan::PrecisionPlan;
 pub use progress::ProgressObserver;
-pub use radius::{axis_end, not_monotone, radius_cell, radius_markdown, radius_value};
+pub use radius::{
+    axis_end, not_monotone, radius_cell, radius_markdown, radius_resolution, radius_value,
+};
 pub use reference_note::{CheckNote, ReferenceNote};
 pub use robustness::{
     Divergence, EnsembleKind, EnsembleRun, ExpectationSpread, Growth, GrowthRate, MarginQuantiles,

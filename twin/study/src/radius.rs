@@ -48,6 +48,13 @@ pub fn axis_end(axis: &AxisResult) -> String {
     }
 }
 
+/// Returns the width of the widest window of failures that could have been missed below a radius of
+/// the axis: `23 µs`; empty without a radius.
+pub fn radius_resolution(axis: &AxisResult) -> String {
+    let width = axis.resolution();
+    width.map_or_else(String::new, |width| radius_value(axis, width))
+}
+
 /// Returns sentences about expectations that are not monotone along an axis.
 pub fn not_monotone(axis: &AxisResult) -> Vec<String> {
     let sentence = |one: &ExpectationRadius| {

@@ -88,6 +88,9 @@ pub struct ExpectationRadius {
     pub unobserved: bool,
     /// Tested values beyond the first failure at which it holds again: it is not monotone.
     pub holds_again: Vec<f64>,
+    /// Greatest distance of neighbouring tested values below the radius: a window of failures there
+    /// is found for sure if it is wider, and may have been missed if not. None without a radius.
+    pub resolution: Option<f64>,
     /// Value and margin of the runs in which it was observed.
     pub margins: Vec<(f64, f64)>,
 }
@@ -181,6 +184,13 @@ impl AxisResult {
         }
     }
 
+    /// Returns the width of the widest window of failures that could have been missed below a
+    /// radius of the axis; none without one.
+    pub fn resolution(&self) -> Option<f64> {
+        let widths = self.expectations.iter().filter_map(|one| one.resolution);
+        widths.reduce(f64::max)
+    }
+
     /// Returns the last value with which the scenario is valid.
     pub fn last(&self) -> f64 {
         match self.end {
@@ -242,6 +252,10 @@ impl ExpectationRadius {
             unobserved: first
                 .and_then(observation)
                 .is_some_and(|it| !it.is_observed),
+            resolution: match state {
+                RadiusState::Found | RadiusState::Beyond => Some(search.resolution(index)),
+                RadiusState::FailsUndisturbed | RadiusState::Unobserved => None,
+            },
             holds_again: again.map(|it| value(it.size)).collect(),
             margins: valid.iter().filter_map(margin).collect(),
         }
@@ -265,7 +279,7 @@ impl RadiusResult {
     /// SI unit of the line.
     pub fn csv(&self) -> String {
         let head = "axis | direction | unit | nominal | end | expectation | state | holds to | \
-                    fails at | first | monotone | holds again at";
+                    fails at | first | monotone | holds again at | resolution";
         let mut text = csv_line(head.split(" | ").map(str::to_owned));
         let number = |value: Option<f64>| value.map_or(String::new(), |it| it.to_string());
         for axis in &self.axes {
@@ -285,6 +299,7 @@ impl RadiusResult {
                     is_first.to_string(),
                     one.is_monotone().to_string(),
                     again.join(" "),
+                    number(one.resolution),
                 ]);
             }
         }

@@ -2,9 +2,14 @@
 
 use super::axis::{AxisValues, legible};
 
-/// Parts of the range below a radius, each with a tested size: windows of failures as wide as two
-/// of them are found.
-const PARTS: u32 = 8;
+/// Greatest distance of neighbouring tested sizes below a radius, as a share of the range of the
+/// axis, and of the radius: every wider window of failures contains a tested size.
+const RANGE_SHARE: f64 = 1.0 / 15.0;
+const RADIUS_SHARE: f64 = 0.25;
+/// Share of that distance which gaps are divided into: sizes are rounded, and distances with them.
+const BEFORE_ROUNDING: f64 = 0.95;
+/// Greatest precision that sizes in gaps are rounded by: coarser ones would move them too far.
+const GAP_PRECISION: f64 = 0.01;
 /// Least size that is tested, as a share of the greatest.
 const LEAST: f64 = 1e-6;
 /// Greatest number of sizes of an axis: a bound for expectations that fail at random.
@@ -200,22 +205,54 @@ impl AxisSearch {
     /// Returns sizes in the gaps below the radius of each expectation: a failure there is the first
     /// one. An expectation that does not fail has gaps up to the end of the axis.
     fn in_gaps(&self, searched: &[usize]) -> Vec<f64> {
-        let mut sizes: Vec<f64> = Vec::new();
+        let mut known: Vec<f64> = self.tested.iter().map(|it| it.size).collect();
+        let tested = known.len();
         for &one in searched {
-            let below = self.bracket(one).map_or(self.end(), |it| it.holds);
-            for part in 0..PARTS {
-                let [from, to] =
-                    [part, part + 1].map(|end| below * f64::from(end) / f64::from(PARTS));
-                let is_inside = |size: f64| size > from && size <= to;
-                let mut known = self.tested.iter().map(|it| it.size).chain(sizes.clone());
-                let size = legible(0.5 * (from + to), self.precision);
-                if !known.any(is_inside) && is_inside(size) {
-                    sizes.push(size);
+            let below = self.below(one);
+            let widest = (RANGE_SHARE * self.end()).min(RADIUS_SHARE * below);
+            if below <= LEAST * self.values.greatest() {
+                continue;
+            }
+            let inside: Vec<f64> = known.iter().copied().filter(|it| *it <= below).collect();
+            for ends in inside.windows(2) {
+                let &[from, to] = ends else { continue };
+                if to - from <= widest {
+                    continue;
+                }
+                let parts = ((to - from) / (BEFORE_ROUNDING * widest)).ceil();
+                let mut part = 1.0;
+                while part < parts {
+                    let size = from + (to - from) * part / parts;
+                    let size = legible(size, self.precision.min(GAP_PRECISION));
+                    if size > from && size < to {
+                        known.push(size);
+                    }
+                    part += 1.0;
                 }
             }
+            known.sort_by(f64::total_cmp);
+            known.dedup();
         }
-        sizes.sort_by(f64::total_cmp);
-        sizes
+        if known.len() == tested {
+            return Vec::new();
+        }
+        let is_new = |size: &f64| self.tested.iter().all(|it| it.size != *size);
+        known.into_iter().filter(is_new).collect()
+    }
+
+    /// Returns the greatest size below the first failure of an expectation, or the end of the axis.
+    fn below(&self, expectation: usize) -> f64 {
+        self.bracket(expectation).map_or(self.end(), |it| it.holds)
+    }
+
+    /// Returns the greatest distance of neighbouring tested sizes below the first failure of an
+    /// expectation: a narrower window of failures may have been missed there.
+    pub(super) fn resolution(&self, expectation: usize) -> f64 {
+        let below = self.below(expectation);
+        let sizes = self.valid().iter().map(|it| it.size);
+        let sizes: Vec<f64> = sizes.filter(|size| *size <= below).collect();
+        let gaps = sizes.windows(2).map(|ends| ends[1] - ends[0]);
+        gaps.fold(0.0, f64::max)
     }
 }
 
@@ -301,17 +338,41 @@ mod tests {
             }
         }
 
-        /// A window of failures as wide as two parts of the range below contains a tested size, and
-        /// its lower end is the radius.
+        /// A window of failures as wide as a fifteenth of the range contains a tested size, wherever
+        /// it is and in both directions, and its lower end is the radius; so does one as wide as a
+        /// quarter of the radius.
         #[test]
         fn windows_of_failures_below_are_found(
-            from in 0.05..0.6_f64, width in 0.25..0.3_f64, grid in any_grid(),
+            from in 0.001..0.999_f64, width in 0.0667..0.3_f64, end in 0.01..1.0_f64,
+            precision in 1e-4..0.1_f64, of_radius: bool, grid in any_grid(), is_up: bool,
         ) {
-            let to = from + width;
-            let holds = |size: f64| size < from || (size >= to && size < 0.95);
-            let search = found(values(1.0, grid), 0.01, &[&holds], 2.0);
+            let end = if of_radius { end } else { 1.0 };
+            let share = if of_radius { width + 0.19 } else { width };
+            let (from, to) = (from * end, (from + share) * end);
+            let holds = |size: f64| size < from || (size >= to && size < end);
+            let range = values(if is_up { 1.0 } else { -1.0 }, grid);
+            let search = found(range, precision, &[&holds], 2.0);
             let Bracket { holds, fails } = search.bracket(0).unwrap();
-            prop_assert!(holds < from && from <= fails && fails - holds <= 0.01 * fails);
+            prop_assert!(holds < from && from <= fails, "{holds} {fails}");
+            prop_assert!(fails - holds <= precision * fails);
+        }
+
+        /// The resolution is the width of the widest window that no tested size is in, and within
+        /// the promised share of the range.
+        #[test]
+        fn resolution_is_the_widest_window_that_could_be_missed(
+            limit in 1e-6..1e6_f64, threshold in 1e-3..1.5_f64, precision in 1e-4..0.5_f64,
+            grid in any_grid(),
+        ) {
+            let holds = |size: f64| size < threshold * limit;
+            let search = found(values(limit, grid), precision, &[&holds], f64::INFINITY);
+            let resolution = search.resolution(0);
+            let below = search.bracket(0).map_or(limit, |it| it.holds);
+            prop_assert!(resolution > 0.0 && resolution <= RANGE_SHARE * limit);
+            prop_assert!(resolution <= RADIUS_SHARE * below);
+            let sizes: Vec<f64> = search.tested().iter().map(|it| it.size).collect();
+            let is_gap = |ends: &[f64]| ends[1] <= below && ends[1] - ends[0] == resolution;
+            prop_assert!(sizes.windows(2).any(is_gap));
         }
 
         /// Outcomes at random end the search, too.

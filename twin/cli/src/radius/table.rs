@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use twinrig_campaign::radius::{AxisResult, ExpectationRadius, RadiusResult, RadiusState};
-use twinrig_study::{axis_end, not_monotone, radius_cell, radius_value};
+use twinrig_study::{axis_end, not_monotone, radius_cell, radius_resolution, radius_value};
 
 use super::execute::RadiusOutcome;
 use crate::report::grid::{Cell, Grid, Left, Right, Side};
@@ -16,6 +16,19 @@ pub(crate) fn text(outcome: &RadiusOutcome, files: &[PathBuf]) -> String {
     let mut text = StudyText::new(&result.scenario, "radii of disturbances", String::new());
     text.table("holds to", &radii(result));
     text.table("first to fail", &first(result));
+    let widths = result
+        .axes
+        .iter()
+        .map(|axis| (axis, radius_resolution(axis)));
+    let widths: Vec<_> = widths.filter(|(_, width)| !width.is_empty()).collect();
+    if !widths.is_empty() {
+        text.section(
+            "widest window of failures that could be missed below the radii",
+            widths
+                .iter()
+                .map(|(axis, width)| format!("    {}: {width}", axis.name)),
+        );
+    }
     let notes: Vec<String> = result.axes.iter().flat_map(not_monotone).collect();
     if !notes.is_empty() {
         text.section(

@@ -8,12 +8,14 @@ use twinrig::{BuildKey, ControllerKind, Registry};
 
 use crate::common::{Done, Folder, json, registry, twin_of};
 
-/// Controller with two weaknesses: it is lost if an iteration begins later than 3.0 ms after the
-/// one before, and it resonates if that takes from 1.75 ms to 2.25 ms.
+/// Controller with three weaknesses: it is lost if an iteration begins later than 3.0 ms after the
+/// one before, it resonates if that takes from 1.75 ms to 2.25 ms, and it hums if it takes 3.0 ms
+/// or 3.25 ms.
 #[derive(Default)]
 struct Brittle {
     lost: bool,
     resonates: bool,
+    hums: bool,
 }
 
 impl Process for Brittle {
@@ -23,7 +25,9 @@ impl Process for Brittle {
 
     fn ports(&self) -> Vec<Port> {
         let output = |name| Port::output(name, Unit::One, 1);
-        vec![output("brittle/lost"), output("brittle/resonates")]
+        ["brittle/lost", "brittle/resonates", "brittle/hums"]
+            .map(output)
+            .to_vec()
     }
 
     fn is_monitor(&self, _: &str) -> bool {
@@ -34,15 +38,16 @@ impl Process for Brittle {
         let us = elapsed.as_nanos() / 1000;
         self.lost |= us > 3000;
         self.resonates |= (1750..=2250).contains(&us);
-        outputs.copy_from_slice(&[f64::from(self.lost), f64::from(self.resonates)]);
+        self.hums |= (3000..=3250).contains(&us);
+        outputs.copy_from_slice(&[self.lost, self.resonates, self.hums].map(f64::from));
     }
 
     fn save(&self) -> Snapshot {
-        Snapshot::of(&(self.lost, self.resonates))
+        Snapshot::of(&(self.lost, self.resonates, self.hums))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        (self.lost, self.resonates) = snapshot.read()?;
+        (self.lost, self.resonates, self.hums) = snapshot.read()?;
         Ok(())
     }
 }
@@ -65,6 +70,17 @@ body = { height = { min = "10 cm" } }
 [[expect]]
 name = "leaps"
 body = { height = { min = "1 m" } }
+"#;
+
+/// The controller hums at latencies above 2.75 ms, up to 3.25 ms.
+const WINDOW: &str = r#"
+robot = "cheetah-cub"
+duration = "100 ms"
+plant = { model = "toy" }
+controller = { kind = "brittle", period = "0.25 ms" }
+[[expect]]
+name = "does not hum"
+signal = { name = "brittle/hums", always = { max = 0 } }
 "#;
 
 const LATENCY: &[&str] = &["--along", "controller.compute_time=0 ms", "--to", "5 ms"];
@@ -139,6 +155,30 @@ fn planted_weaknesses_are_found() {
     let [_, _, _, markdown] = radius.files("coarse").try_into().unwrap();
     assert!(markdown.contains("| leaps | fails |\n"), "{markdown}");
     assert!(markdown.contains(r" ms\*** |"), "{markdown}");
+}
+
+/// The window in which the controller hums is 7 % of the range and between two values of the grid;
+/// it is found in both directions of the axis. What could be missed is stated.
+#[test]
+fn window_of_a_fifteenth_of_the_range_is_found_in_both_directions() {
+    for (from, to, threshold) in [("0.1 ms", "7.3 ms", 2.75e-3), ("7.3 ms", "0.1 ms", 3.25e-3)] {
+        let radius = Radius::new("window", WINDOW);
+        let key = format!("controller.compute_time={from}");
+        let along = ["--along", &key, "--to", to];
+        let axis = radius.axis("out", &along);
+        let one = &axis["expectations"][0];
+        let value = |name: &str| one[name].as_f64().unwrap();
+        let [least, greatest] = [value("holds_to"), value("fails_at")];
+        let [least, greatest] = [least.min(greatest), least.max(greatest)];
+        assert!((least..=greatest).contains(&threshold), "{axis}");
+        assert!(greatest - least <= 0.01 * 7.2e-3, "{axis}");
+        assert!(!one["holds_again"].as_array().unwrap().is_empty(), "{axis}");
+        assert!(value("resolution") <= 7.2e-3 / 15.0, "{axis}");
+        let text = radius.run("out", &along).out;
+        assert!(text.contains("could be missed"), "{text}");
+        let html = &radius.files("out")[0];
+        assert!(html.contains("every window of failures wider than"));
+    }
 }
 
 /// A disturbance that the scenario does not permit ends the axis; a fault of the plant fails all.

@@ -10,7 +10,7 @@ use super::reproduction::Reproduction;
 use super::table::Table;
 use super::text::{element, escaped, in_unit, paragraph};
 use super::{card, document, drawing};
-use crate::radius::{axis_end, not_monotone, radius_cell, radius_value};
+use crate::radius::{axis_end, not_monotone, radius_cell, radius_resolution, radius_value};
 
 /// Colours.
 const HOLDS: usize = 0;
@@ -91,6 +91,13 @@ fn section(axis: &AxisResult) -> String {
         axis_end(axis),
         axis.tested.len()
     ));
+    let resolution = radius_resolution(axis);
+    if !resolution.is_empty() {
+        text += &paragraph(&format!(
+            "Below the radii, every window of failures wider than {resolution} contains a tested \
+             value; narrower ones could have been missed."
+        ));
+    }
     text += &chart(axis);
     for sentence in not_monotone(axis) {
         text += &paragraph(&sentence);
