@@ -13,8 +13,13 @@ const SUGGESTIONS_MAX: usize = 3;
 pub fn near_misses<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     let letters = word.chars().count();
     let distance_max = (letters / 3).max(2);
+    // No edit distance is below the difference of the lengths, which is counted first: it rules out
+    // most candidates, and scenarios may have thousands of misspelt words.
+    let may_be_near =
+        |candidate: &&str| candidate.chars().count().abs_diff(letters) <= distance_max;
     let mut found: Vec<(usize, &str)> = candidates
         .into_iter()
+        .filter(may_be_near)
         .map(|candidate| (strsim::osa_distance(word, candidate), candidate))
         .filter(|&(distance, candidate)| {
             (1..=distance_max).contains(&distance)
@@ -49,6 +54,32 @@ mod tests {
             "an exact match is excluded"
         );
         assert!(near_misses("ab", ["xy"]).is_empty(), "nothing in common");
+    }
+
+    #[test]
+    fn lengths_rule_out_no_near_candidate() {
+        let words = [
+            "a",
+            "ab",
+            "abc",
+            "abcd",
+            "abcde",
+            "abcdef",
+            "abcdefgh",
+            "abcdefghijkl",
+        ];
+        for word in words {
+            for other in words.into_iter().filter(|other| *other != word) {
+                let distance = strsim::osa_distance(word, other);
+                let longest = word.len().max(other.len());
+                let is_near = distance <= (word.len() / 3).max(2) && distance < longest;
+                assert_eq!(
+                    near_misses(word, [other]).len(),
+                    usize::from(is_near),
+                    "{word} {other}"
+                );
+            }
+        }
     }
 
     #[test]

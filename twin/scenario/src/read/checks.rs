@@ -29,6 +29,7 @@ pub(crate) mod code {
     pub const NOTHING_EXPECTED: &str = "nothing-expected";
     pub const EXACT: &str = "exact-beyond-horizon";
     pub const LONG_RUN: &str = "long-run";
+    pub const STEP: &str = "step-above-observation";
 }
 
 /// Longest observation period of the trunk, which falls 2 mm in it.
@@ -178,6 +179,7 @@ impl ScenarioChecks<'_> {
             );
         }
         self.warn_of_long_run(table);
+        self.warn_of_step(table);
         if self.expectations.is_empty() && self.of_other_plants > 0 {
             table.warn_at(
                 &place(table, &["plant", "model"]),
@@ -205,6 +207,33 @@ impl ScenarioChecks<'_> {
                 "the run lasts {}: steps do not reach their length",
                 print_duration(self.duration)
             ),
+        );
+    }
+
+    /// Warns about a step of the plant that the instants of observation divide.
+    fn warn_of_step(&self, table: &Table<'_>) {
+        let (limit, remedy, label) = match self.plant.coupling {
+            Coupling::Grid { step, .. } => {
+                (step, "write a longer `grid`", "the communication grid")
+            }
+            Coupling::Exact => (
+                self.observe,
+                "give [observe] a longer `period`",
+                "the period of observation",
+            ),
+        };
+        let Some(step) = self.plant.step.filter(|step| *step > limit) else {
+            return;
+        };
+        let limit = print_duration(limit);
+        table.warn_at(
+            &place(table, &["plant", "step"]),
+            code::STEP,
+            format!(
+                "the step of {} is longer than {label}, {limit}: the plant steps by {limit} at most",
+                print_duration(step)
+            ),
+            format!("write `step = \"{limit}\"`, or {remedy}"),
         );
     }
 

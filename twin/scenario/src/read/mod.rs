@@ -368,11 +368,11 @@ fn distinct_names<T>(
     name: impl Fn(&T) -> &str,
     elements: &str,
 ) -> Result<(), Reported> {
-    for (index, one) in read.iter().enumerate() {
-        let name_of_one = name(one);
-        if read[..index].iter().any(|it| name(it) == name_of_one) {
-            let message = format!("two {elements} have the name `{name_of_one}`");
-            return Err(items[index].report(message, "give each of them a distinct `name`"));
+    let mut names = BTreeSet::new();
+    for (item, one) in items.iter().zip(read) {
+        if !names.insert(name(one)) {
+            let message = format!("two {elements} have the name `{}`", name(one));
+            return Err(item.report(message, "give each of them a distinct `name`"));
         }
     }
     Ok(())

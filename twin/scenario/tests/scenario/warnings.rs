@@ -152,6 +152,41 @@ fn long_run_is_reported_at_its_cause() {
 }
 
 #[test]
+fn step_that_is_divided_is_reported() {
+    let of = |observe: &str, settings: &[(&str, &str)]| {
+        let setting = |(key, value): &(&str, &str)| Setting {
+            origin: "--set".into(),
+            key: (*key).into(),
+            value: (*value).into(),
+        };
+        let settings: Vec<Setting> = settings.iter().map(setting).collect();
+        let text = text(&format!("[observe]\nperiod = '{observe}'"));
+        let scenario = Scenario::parse("run.toml", &text, ".".as_ref(), &settings, &catalogue());
+        let warnings = scenario.unwrap().warnings;
+        let found = warnings
+            .iter()
+            .map(|warning| (warning.code, warning.to_string()));
+        found.collect::<Vec<_>>()
+    };
+    assert_eq!(of("2 ms", &[("plant.step", "2 ms")]), []);
+    let [(code, message)] = &of("1 ms", &[("plant.step", "2 ms")])[..] else {
+        panic!("one warning");
+    };
+    assert_eq!(*code, "step-above-observation");
+    assert!(message.contains("the step of 2 ms is longer than the period of observation, 1 ms"));
+    assert!(message.contains("write `step = \"1 ms\"`"), "{message}");
+    let grid = ("plant.coupling", "{ grid = \"1 ms\" }");
+    let [(_, message)] = &of("2 ms", &[("plant.step", "2 ms"), grid])[..] else {
+        panic!("one warning");
+    };
+    assert!(
+        message.contains("the communication grid, 1 ms"),
+        "{message}"
+    );
+    assert_eq!(of("2 ms", &[("plant.step", "1 ms"), grid]), []);
+}
+
+#[test]
 fn run_with_expectations_of_other_plants_only_is_reported() {
     let of_another = "[[expect]]\nbody = { fall = false }\nplants = ['mujoco']\n";
     assert_eq!(warnings_of(of_another), [("nothing-expected", 5)]);
