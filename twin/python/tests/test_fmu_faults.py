@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 import twinrig
 from children import interrupted
-from fmus import COMPILER, LAG_2, LAG_3, LIBRARY_2, archive, lag3
-from lags import SCENARIO, Number, lagged, program, run, scenario, written
+from fmus import COMPILER, LAG_2, LAG_3, LIBRARY_2, archive, lag, lag3
+from lags import SCENARIO, Constant, Number, lagged, program, run, scenario, written
 
 pytestmark = pytest.mark.skipif(
     COMPILER is None and "CI" not in os.environ, reason="there is no C compiler"
@@ -64,6 +64,44 @@ def test_fault_of_fmi_3_ends_the_run(folder: Path, fault: str) -> None:
     with pytest.raises(twinrig.RunError) as raised:
         run(written(folder), Number)
     assert FAULTS_3[fault] in str(raised.value)
+
+
+BOUNDED = """
+[[expect]]
+name = "bounded"
+signal = { name = "x", always = { max = 2.0 } }
+[[expect]]
+name = "later"
+after = "600 ms"
+signal = { name = "x", always = { max = 2.0 } }
+"""
+
+
+@pytest.mark.parametrize("own", [True, False])
+@pytest.mark.parametrize("fault", ["TERMINATE", "TERMINATE_AT_EVENT", "2"])
+def test_regular_end_by_the_fmu_needs_a_key(folder: Path, fault: str, own: bool) -> None:
+    def text(key: str) -> Path:
+        # The FMU of FMI 2.0 is in millimetres.
+        return written(folder, key + (BOUNDED.replace("2.0", '"2 m"') if two else BOUNDED))
+
+    two = fault == "2"
+    if two:
+        lag(folder / "lag.fmu", "TERMINATE")
+    else:
+        lag3(folder / "lag.fmu", fault)
+    controller, isolated = Constant if two else Number, {"plant.isolated": own}
+    with pytest.raises(twinrig.RunError, match="ended the simulation.*`may_terminate = true`"):
+        run(text(""), controller, set=isolated)
+    recording = folder / "ended.mcap"
+    ended = run(text("may_terminate = true\n"), controller, set=isolated, record=recording)
+    # What was seen is judged: nothing was after 0.6 s.
+    verdicts = {row.name: row.verdict for row in ended.expectations}
+    assert verdicts == {"bounded": "pass", "later": "unobserved"}
+    assert ended.verdict == "fail" and 0.49 < ended.signals["x"].time[-1] < 0.51
+    np.testing.assert_allclose(
+        ended.signals["x"], lagged(ended.signals["x"].time), rtol=1e-12, atol=1e-15
+    )
+    assert twinrig.read(recording).signals["x"].shape == ended.signals["x"].shape
 
 
 def test_messages_of_the_fmu_are_in_the_fault(folder: Path) -> None:

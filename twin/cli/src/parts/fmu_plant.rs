@@ -25,6 +25,8 @@ pub const FILE: &str = "file";
 pub const ISOLATED: &str = "isolated";
 /// Key: limit of one call in wall time.
 pub const TIME_LIMIT: &str = "time_limit";
+/// Key: whether the FMU may end the simulation.
+pub const MAY_TERMINATE: &str = "may_terminate";
 /// Key: tolerance of the FMU's solver.
 pub const TOLERANCE: &str = "relative_tolerance";
 /// Key: table of inputs.
@@ -80,6 +82,14 @@ pub fn options() -> Vec<OptionSpec> {
             Accepts::Boolean,
         )
     };
+    let may_terminate = OptionSpec {
+        default: Some(OptionValue::Boolean(false)),
+        ..option(
+            MAY_TERMINATE,
+            "whether an end by the FMU itself ends the run regularly, not as a fault",
+            Accepts::Boolean,
+        )
+    };
     vec![
         option(
             FILE,
@@ -87,6 +97,7 @@ pub fn options() -> Vec<OptionSpec> {
             Accepts::Name,
         ),
         isolated,
+        may_terminate,
         option(
             TIME_LIMIT,
             "limit of one call in wall time (10 s)",

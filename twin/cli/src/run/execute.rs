@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use twinrig_kernel::{SimDuration, SimTime, Snapshot};
 use twinrig_record::VerdictMessage;
-use twinrig_runtime::{EnergyBalance, Rig, WorkCounts, catch_panic};
+use twinrig_runtime::{EnergyBalance, Rig, RigError, WorkCounts, catch_panic};
 
 use crate::assembly::Assembly;
 use crate::error::TwinError;
@@ -222,8 +222,8 @@ fn next_multiple(now: SimTime, period: SimDuration) -> Option<SimTime> {
     SimTime::ZERO.checked_add(next)
 }
 
-/// Runs to `end`, to a fall that ends the run, or to a failure of the recording; returns the time
-/// reached.
+/// Runs to `end`, to a fall that ends the run, to a regular end by the plant, or to a failure of the
+/// recording; returns the time reached.
 pub(crate) fn run<W: Write>(
     assembly: &Assembly<'_>,
     rig: &mut Rig,
@@ -272,6 +272,12 @@ fn run_in_slices<W: Write>(
         if interrupt::is_requested() {
             // Takes precedence over other errors.
             return Err(Stopped::Interrupted(rig.now()));
+        }
+        if let Err(RigError::Plant(fault)) = &ran
+            && rig.plant().has_ended()
+        {
+            observers.end_at(fault.time);
+            return Ok(fault.time);
         }
         ran.map_err(|error| Stopped::Failed(assembly.rig_error(error)))?;
         if observers.is_broken() {

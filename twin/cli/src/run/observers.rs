@@ -138,6 +138,11 @@ impl<'c, W: Write> RunObservers<'c, W> {
         self.judge.fell_at()
     }
 
+    /// Ends the scenario at `at`, as its plant has.
+    pub(crate) fn end_at(&mut self, at: SimTime) {
+        self.judge.end_at(at);
+    }
+
     /// Returns the time of a fall that ended the run.
     pub(crate) fn ended_at(&self) -> Option<SimTime> {
         self.judge.ended_at()

@@ -3,6 +3,9 @@
 use thiserror::Error;
 use twinrig::kernel::SimDuration;
 
+/// Remedy for an FMU that ends the simulation.
+const TERMINATION_HELP: &str = "if that is its regular end, set `may_terminate = true` in [plant]; expectations are then judged up to it";
+
 /// Failure of a request to a worker.
 #[derive(Clone, Debug, Error)]
 pub(super) enum Failure {
@@ -15,6 +18,14 @@ pub(super) enum Failure {
         /// Function or variable.
         part: String,
         /// Reason, with the last messages of the FMU.
+        why: String,
+    },
+    /// The FMU ended the simulation.
+    #[error("`{part}`: {why}: {}", TERMINATION_HELP)]
+    Terminated {
+        /// Function.
+        part: String,
+        /// How, with the last messages of the FMU.
         why: String,
     },
     /// The process of the FMU ended.
@@ -50,7 +61,7 @@ impl Failure {
     /// Returns the part of the FMU that failed, if it is known.
     pub fn part(&self) -> Option<&str> {
         match self {
-            Self::Failed { part, .. } => Some(part),
+            Self::Failed { part, .. } | Self::Terminated { part, .. } => Some(part),
             _ => None,
         }
     }
@@ -59,6 +70,7 @@ impl Failure {
     pub fn why(&self) -> String {
         match self {
             Self::Failed { why, .. } => why.clone(),
+            Self::Terminated { why, .. } => format!("{why}: {TERMINATION_HELP}"),
             other => other.to_string(),
         }
     }

@@ -34,6 +34,7 @@ const PREPARATION: Duration = Duration::from_secs(20);
 /// Statuses of replies.
 const DONE: u8 = 0;
 const REFUSED: u8 = 1;
+const TERMINATED: u8 = 3;
 
 /// Place of a worker, and the limit of its calls.
 #[derive(Clone, Copy, Debug)]
@@ -112,7 +113,10 @@ impl Link {
             _ => match serde_json::from_slice(&content) {
                 Ok(Failed { part, why }) => {
                     let why = format!("{why}{}", self.output());
-                    Err(Failure::Failed { part, why })
+                    Err(match status {
+                        TERMINATED => Failure::Terminated { part, why },
+                        _ => Failure::Failed { part, why },
+                    })
                 }
                 Err(error) => Err(Failure::Worker(format!("sent a wrong reply: {error}"))),
             },

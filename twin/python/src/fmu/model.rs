@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use thiserror::Error;
-use twinrig::fmu_plant::{FILE, ISOLATED, NAME, TIME_LIMIT, TOLERANCE};
+use twinrig::fmu_plant::{FILE, ISOLATED, MAY_TERMINATE, NAME, TIME_LIMIT, TOLERANCE};
 use twinrig::kernel::signal::ENERGY;
 use twinrig::kernel::{Direction, Port, SimDuration};
 use twinrig::runtime::{Coupling, Plant};
@@ -38,6 +38,7 @@ pub(super) struct FmuModel {
     signals: Vec<Signal>,
     parameters: Vec<(String, Vec<f64>)>,
     tolerance: Option<f64>,
+    may_terminate: bool,
     settings: LinkSettings,
     exceptions: Exceptions,
     /// The worker that has described the FMU, for the first plant.
@@ -110,6 +111,7 @@ impl FmuModel {
             signals,
             parameters,
             tolerance: options.number(TOLERANCE),
+            may_terminate: options.boolean(MAY_TERMINATE).unwrap_or_default(),
             settings,
             exceptions: exceptions.clone(),
             first: Mutex::new(Some(link)),
@@ -223,6 +225,7 @@ impl StandaloneModel for FmuModel {
             missing_state: self.description.missing_state.as_deref(),
             parameters: &self.parameters,
             tolerance: self.tolerance,
+            may_terminate: self.may_terminate,
             step: plant.step,
         };
         let link = self.link().map_err(failed)?;

@@ -28,6 +28,8 @@ pub(super) struct Start<'a> {
     pub parameters: &'a [(String, Vec<f64>)],
     /// Tolerance of its solver.
     pub tolerance: Option<f64>,
+    /// Whether the FMU may end the simulation.
+    pub may_terminate: bool,
     /// Greatest communication step; none: as long as inputs are constant.
     pub step: Option<SimDuration>,
 }
@@ -46,6 +48,7 @@ pub(super) struct FmuPlant {
     token: String,
     missing_state: Option<String>,
     step: Option<SimDuration>,
+    may_terminate: bool,
     ports: Vec<Port>,
     inputs: Vec<Element>,
     /// Elements of the outputs, then the terms of the energy balance, if the FMU has one.
@@ -115,6 +118,7 @@ impl FmuPlant {
             token: start.token.to_owned(),
             missing_state: start.missing_state.map(str::to_owned),
             step: start.step,
+            may_terminate: start.may_terminate,
             ports: signals.iter().map(|signal| signal.port.clone()).collect(),
             initial: vec![0.0; inputs.len()],
             values: vec![0.0; outputs.len()],
@@ -243,6 +247,11 @@ impl Plant for FmuPlant {
 
     fn observe(&mut self, outputs: &mut [f64]) {
         outputs.copy_from_slice(&self.values[..self.energy]);
+    }
+
+    fn has_ended(&self) -> bool {
+        let worker = self.worker.lock().unwrap_or_else(PoisonError::into_inner);
+        self.may_terminate && matches!(worker.failure, Some(Failure::Terminated { .. }))
     }
 
     fn energy(&self) -> EnergyBalance {

@@ -17,7 +17,8 @@
 
 enum {
     NONE, CRASH, ABORT, EXIT, HANG, NOT_A_NUMBER, INFINITE, ERROR, FATAL, DISCARD, PENDING, STATUS,
-    NOISE, NO_INSTANCE, NO_INITIALIZATION, ABORT_ON_LOAD, CRASH_AT_END, WRITE, HANG_AT_END
+    NOISE, NO_INSTANCE, NO_INITIALIZATION, ABORT_ON_LOAD, CRASH_AT_END, WRITE, HANG_AT_END,
+    TERMINATE
 };
 
 typedef struct {
@@ -141,7 +142,7 @@ static int misbehave(Lag *lag) {
                                    "the reason is %d", 42);
         return 3;
     case FATAL: return 4;
-    case DISCARD: return 2;
+    case DISCARD: case TERMINATE: return 2;
     case PENDING: return 5;
     case STATUS: return 17;
     default: return 0;
@@ -178,5 +179,5 @@ int fmi2GetRealStatus(void *c, int kind, double *value) {
     return 0;
 }
 int fmi2GetIntegerStatus(void *c, int kind, int *value) { return 3; }
-int fmi2GetBooleanStatus(void *c, int kind, int *value) { *value = 0; return 0; }
+int fmi2GetBooleanStatus(void *c, int kind, int *value) { *value = FAULT == TERMINATE; return 0; }
 int fmi2GetStringStatus(void *c, int kind, const char **value) { return 3; }

@@ -226,6 +226,12 @@ impl Judge {
         self.ended_at
     }
 
+    /// Moves the end of the scenario to `at`, where a plant has ended it regularly: expectations whose
+    /// window reaches beyond are judged by what was observed until then.
+    pub fn end_at(&mut self, at: SimTime) {
+        self.end = self.end.min(at);
+    }
+
     /// Returns the outcomes, one for each expectation, in their order.
     pub fn finish(&mut self, run: &RunEnd) -> Vec<Outcome> {
         self.close_footsteps();

@@ -15,3 +15,7 @@ class Fault(Exception):
         self.part = part
         """Function or variable that failed."""
         self.why = why
+
+
+class Termination(Fault):
+    """The FMU ended the simulation."""

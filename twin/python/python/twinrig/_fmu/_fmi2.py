@@ -13,7 +13,7 @@ from fmpy import calloc, free, fmi2
 from fmpy.fmi1 import FMICallException
 from fmpy.logging import addLoggerProxy
 
-from twinrig._fmu._errors import Fault, Refusal
+from twinrig._fmu._errors import Fault, Refusal, Termination
 from twinrig._fmu._instance import DISCARD, Instance, fault, loaded
 from twinrig._fmu._log import Log
 from twinrig._fmu._model import Model
@@ -72,14 +72,14 @@ class Instance2(Instance):
             raise fault(error, self.log) from error
 
     def _discarded(self) -> Fault:
-        why = "it discarded the step"
+        why, kind_of_end = "it discarded the step", Fault
         last = c_double(float("nan"))
         try:
             if self.fmu.getBooleanStatus(fmi2.fmi2Terminated):
-                why = "the FMU ended the simulation"
+                why, kind_of_end = "the FMU ended the simulation", Termination
             kind = fmi2.fmi2LastSuccessfulTime
             self.fmu.fmi2GetRealStatus(self.fmu.component, kind, byref(last))
             why = f"{why}, which it simulated to {last.value} s"
         except FMICallException:
             pass  # The FMU does not know.
-        return Fault("fmi2DoStep", f"{why}{self.log.take()}")
+        return kind_of_end("fmi2DoStep", f"{why}{self.log.take()}")

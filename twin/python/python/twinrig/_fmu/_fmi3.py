@@ -11,7 +11,7 @@ from typing import Any
 from fmpy import fmi3
 from fmpy.fmi1 import FMICallException
 
-from twinrig._fmu._errors import Fault, Refusal
+from twinrig._fmu._errors import Fault, Refusal, Termination
 from twinrig._fmu._instance import Instance, fault, loaded
 from twinrig._fmu._log import Log
 from twinrig._fmu._model import Model
@@ -107,7 +107,7 @@ class Instance3(Instance):
             now, target - now, not self.may_go_back()
         )
         if terminate:
-            raise Fault("fmi3DoStep", f"the FMU ended the simulation{self.log.take()}")
+            raise Termination("fmi3DoStep", f"the FMU ended the simulation{self.log.take()}")
         reached = target
         if early:
             if not now <= last <= target:
@@ -123,7 +123,7 @@ class Instance3(Instance):
             again, terminate, _, _, defined, time = self.fmu.updateDiscreteStates()
             if terminate:
                 part = "fmi3UpdateDiscreteStates"
-                raise Fault(part, f"the FMU ended the simulation{self.log.take()}")
+                raise Termination(part, f"the FMU ended the simulation{self.log.take()}")
             self._next_event = time if defined else None
             if not again:
                 self.fmu.enterStepMode()

@@ -13,7 +13,7 @@ from typing import Any
 from fmpy.fmi1 import FMICallException
 
 from twinrig._fmu._archive import Archive
-from twinrig._fmu._errors import Fault, Refusal
+from twinrig._fmu._errors import Fault, Refusal, Termination
 from twinrig._fmu._instance import Instance, fault
 from twinrig._fmu._log import Log
 from twinrig._fmu._model import Model, read
@@ -48,6 +48,8 @@ class Status(IntEnum):
     """With the reason."""
     FAILED = 2
     """With part and reason as JSON."""
+    TERMINATED = 3
+    """The FMU ended the simulation; with part and reason as JSON."""
 
 
 class Worker:
@@ -155,4 +157,5 @@ class Worker:
 
 
 def _failed(error: Fault) -> tuple[int, bytes]:
-    return Status.FAILED, json.dumps({"part": error.part, "why": error.why}).encode()
+    status = Status.TERMINATED if isinstance(error, Termination) else Status.FAILED
+    return status, json.dumps({"part": error.part, "why": error.why}).encode()
