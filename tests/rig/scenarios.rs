@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
+use twinrig::kernel::{SimDuration, SimTime};
+use twinrig::runtime::{Change, RigError, VariableError};
 use twinrig::scenario::Setting;
 use twinrig::{Assembly, Execution, Registry, execute};
-use twinrig_tests::{scenarios, scenarios_in};
+use twinrig_tests::{TrotFixture, scenarios, scenarios_in};
 
 #[test]
 fn every_scenario_is_valid_and_has_expectations() {
@@ -33,6 +35,38 @@ fn setting(key: &str, value: &str) -> Setting {
 
 fn scenario(name: &str) -> PathBuf {
     scenarios().join(format!("{name}.toml"))
+}
+
+#[test]
+fn rig_of_a_scenario_refuses_what_is_out_of_range_and_stays_as_it_was() {
+    let registry = Registry::standard();
+    let assembly = TrotFixture::default().assembly(&registry);
+    let [mut rig, untouched] = [0, 1].map(|_| assembly.rig().unwrap());
+    let start = rig.save();
+    let mut set = |variable: &str, value: f64| {
+        let refused = rig.schedule(SimTime::ZERO, variable, Change::To(value));
+        refused.unwrap_err()
+    };
+    assert!(matches!(
+        set("frequency", -5.0),
+        RigError::Change { source: VariableError::OutOfRange { range, .. }, .. } if range == "[0, ∞["
+    ));
+    // Half of the rate of the controller, 500 Hz.
+    let sampled = set("frequency", 251.0).to_string();
+    assert!(sampled.contains("samples up to 250 Hz"), "{sampled}");
+    for value in [1e9, -100.1] {
+        let refused = rig.override_output("leg/LF/hip/command", Some(&[value]));
+        let RigError::OverrideOutOfRange { most, .. } = refused.unwrap_err() else {
+            panic!("{value}");
+        };
+        assert_eq!(most, 100.0);
+    }
+    let end = assembly.end();
+    let late = rig.run_until(end + SimDuration::from_nanos(1), &mut ());
+    assert!(matches!(late, Err(RigError::PastEnd { .. })));
+    assert_eq!(rig.save(), start);
+    assert_eq!(untouched.save(), start);
+    rig.run_until(end, &mut ()).unwrap();
 }
 
 #[test]

@@ -25,7 +25,7 @@ use crate::{Abduction, DutyMap, Gait, GaitError, Oscillators};
 ///
 /// | name | unit | range | thesis, table 3.3 |
 /// |---|---|---|---|
-/// | `frequency` | Hz | all | ω = 2πf, all |
+/// | `frequency` | Hz | ≥ 0 | ω = 2πf, all |
 /// | `step_length` | m | ≥ 0 | L, ≥ 0 |
 /// | `step_length_offset/X` | m | to two lengths of a leg | –, added to L for leg X (5) |
 /// | `hip_height/fore`, `/hind` | m | the leg's reach | H, above h (1) |
@@ -97,7 +97,7 @@ impl PhaseVariables {
     fn declare(limbs: &[Limb], phases: &[f64]) -> Variables {
         let mut variables = Variables::default();
         let rate = Unit::RadianPerSecond;
-        variables.add(ProcessVariable::new("frequency", Unit::Hertz, .., 3.0));
+        variables.add(ProcessVariable::new("frequency", Unit::Hertz, 0.0.., 3.0));
         variables.add(ProcessVariable::new("coupling", rate, 0.0..=1000.0, 2.5));
         let open = (Bound::Excluded(0.0), Bound::Excluded(1.0));
         variables.add_pair("duty_factor", |name, _| {

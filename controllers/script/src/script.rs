@@ -17,7 +17,7 @@ const DEFAULT_OFFSETS: [f64; 2] = [0.0, 0.5];
 const DEFAULT_AMPLITUDE: f64 = 0.1;
 /// Limits of angles \[rad\] and frequencies \[Hz\]: beyond any drive, and small enough to prevent
 /// overflows.
-const ANGLE_MAX: f64 = 100.0;
+const ANGLE_MAX: f64 = signal::COMMAND_ANGLE_MAX;
 const FREQUENCY_MAX: f64 = 1000.0;
 
 /// Indices of the variables: pairs for hip and knee, then the abduction of all legs.

@@ -24,7 +24,7 @@ ARGUMENTS: dict[str, Any] = {
     "observations": ["body/velocity", "body/rpy", "leg/*/hip/position"],
     "actions": {"frequency": (2.5, 4.0), "step_length": (0.08, 0.14)},
     "reward": lambda step: float(step["body/velocity"][0]),
-    "duration": 1e6,
+    "set": {"duration": "1000000 s"},
 }
 ACTION = [3.6, 0.13]
 

@@ -50,6 +50,15 @@ impl PyRig {
         Ok(())
     }
 
+    /// Returns the time `duration` after `now`, or the end of the scenario if that is earlier.
+    pub(crate) fn after(&self, now: SimTime, duration: SimDuration) -> PyResult<SimTime> {
+        let to = now.checked_add(duration).unwrap_or(SimTime::MAX);
+        if now >= self.end && !duration.is_zero() {
+            return Err(past_end(to, self.end));
+        }
+        Ok(to.min(self.end))
+    }
+
     /// Returns the rig for one call, in the process that made it.
     pub(crate) fn lock(&self) -> PyResult<Locked<'_>> {
         self.check_process()?;
@@ -121,7 +130,8 @@ impl PyRig {
         })
     }
 
-    /// Advances to `until` [s], by default by one control period, and returns the time reached.
+    /// Advances to `until` [s], by default by one control period or to the end of the scenario, and
+    /// returns the time reached.
     #[pyo3(signature = (*, until = None))]
     fn step(&self, py: Python<'_>, until: Option<f64>) -> PyResult<f64> {
         let mut locked = self.lock()?;
@@ -129,10 +139,11 @@ impl PyRig {
         let now = state.reached;
         let to = match until {
             Some(seconds) => time(seconds)?,
-            None => now
-                .checked_add(self.period)
-                .ok_or_else(|| no_time(f64::INFINITY))?,
+            None => self.after(now, self.period)?,
         };
+        if to > self.end {
+            return Err(past_end(to, self.end));
+        }
         if to < now {
             return Err(PyValueError::new_err(format!(
                 "the rig is at {now}, and cannot step back to {to}: restore a saved state"
@@ -154,7 +165,7 @@ impl PyRig {
         self.period.as_secs_f64()
     }
 
-    /// Duration of the scenario [s], which is no limit of the rig.
+    /// Duration of the scenario [s], beyond which the rig does not step.
     #[getter]
     fn duration(&self) -> f64 {
         seconds(self.end)
@@ -327,6 +338,13 @@ pub(crate) fn time(seconds: f64) -> PyResult<SimTime> {
 
 pub(crate) fn no_time(seconds: f64) -> PyErr {
     PyValueError::new_err(format!("{seconds} s is no simulated time: 0 to 584 years"))
+}
+
+/// Returns the exception for a step past the end of the scenario.
+fn past_end(to: SimTime, end: SimTime) -> PyErr {
+    PyValueError::new_err(format!(
+        "the scenario ends at {end}, before {to}: build the rig with `set={{\"duration\": …}}`"
+    ))
 }
 
 /// Returns the exception for a request that the rig refuses.

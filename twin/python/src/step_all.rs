@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use twinrig::kernel::{SimDuration, SimTime};
 
 use crate::poll::Poll;
-use crate::rig::{Locked, PyRig, no_time, time};
+use crate::rig::{Locked, PyRig, time};
 use crate::rig_state::{RigState, RunOutcome, SLICE};
 use crate::workers::PyWorkers;
 
@@ -19,10 +19,9 @@ struct RigStep<'a> {
 }
 
 impl<'a> RigStep<'a> {
-    fn new(state: &'a mut RigState, duration: SimDuration) -> PyResult<Self> {
+    fn new(rig: &PyRig, state: &'a mut RigState, duration: SimDuration) -> PyResult<Self> {
         let now = state.reached;
-        let to = now.checked_add(duration);
-        let to = to.ok_or_else(|| no_time(f64::INFINITY))?;
+        let to = rig.after(now, duration)?;
         Ok(Self {
             state,
             next: now,
@@ -52,7 +51,7 @@ impl<'a> RigStep<'a> {
     }
 }
 
-/// Advances every rig by `duration` \[s\], on the threads of `workers`, and returns the exception
+/// Advances every rig by `duration` \[s\] or to the end of its scenario, on the threads of `workers`, and returns the exception
 /// of each, or None. Python's signals are polled in a long step; an exception of a handler leaves
 /// all rigs at the end of the same slice.
 #[pyfunction]
@@ -69,7 +68,8 @@ pub(crate) fn step_all(
     let duration = time(duration)? - SimTime::ZERO;
     let mut locks: Vec<Locked<'_>> = rigs.iter().map(|rig| rig.lock()).collect::<PyResult<_>>()?;
     let states = locks.iter_mut().map(Locked::state);
-    let steps = states.map(|state| RigStep::new(state?, duration));
+    let steps = rigs.iter().zip(states);
+    let steps = steps.map(|(rig, state)| RigStep::new(rig, state?, duration));
     let mut steps: Vec<RigStep<'_>> = steps.collect::<PyResult<_>>()?;
     // A short step leaves the signals to the interpreter, and reads no clock.
     let mut poll = (duration > SLICE).then(Poll::new);

@@ -212,13 +212,20 @@ TYPED = """
       <Integer start="1"/></ScalarVariable>
     <ScalarVariable name="braked" valueReference="0" causality="parameter" variability="tunable">
       <Boolean start="false"/></ScalarVariable>
+    <ScalarVariable name="share" valueReference="3" causality="parameter" variability="tunable">
+      <Real start="0.5" min="0" max="1"/></ScalarVariable>
+    <ScalarVariable name="order" valueReference="0" causality="parameter" variability="tunable">
+      <Integer start="1" min="1"/></ScalarVariable>
   </ModelVariables>"""
 
 
 def test_parameters_have_the_type_of_their_variable(folder: Path) -> None:
     path = scenario(folder, description=LAG_2.replace("</ModelVariables>", TYPED))
     whole = "it must be a whole number from -2147483648 to 2147483647"
+    declared = "as the FMU declares it"
     for parameter, message, remedy in (
+        ("share = 1.5", "`share` of type Real is 1.5", f"it must be from 0 to 1, {declared}"),
+        ("order = 0", "`order` of type Integer is 0", f"it must be at least 1, {declared}"),
         ("teeth = 1.5", "`teeth` of type Integer is 1.5", whole),
         ("teeth = 3e10", "`teeth` of type Integer is 30000000000", whole),
         ("teeth = true", "`teeth` of type Integer is true", whole),

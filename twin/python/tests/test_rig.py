@@ -99,6 +99,18 @@ def test_written_output_replaces_that_of_the_controller() -> None:
     assert rig.read(command) != 0.3
 
 
+def test_rig_ends_with_its_scenario() -> None:
+    short = {"duration": "5 ms", "expect": []}
+    rigs = [twinrig.Rig(TROT, set=short) for _ in range(2)]
+    assert [rigs[0].step() for _ in range(3)] == [0.002, 0.004, 0.005]
+    with pytest.raises(ValueError, match="the scenario ends at 5.000 ms"):
+        rigs[0].step()
+    assert twinrig.step_all(rigs[1:], 0.02) == [None] and rigs[1].now == 0.005
+    with pytest.raises(ValueError, match="the scenario ends at 5.000 ms"):
+        twinrig.step_all(rigs, 0.02)
+    assert rigs[0].fingerprint == rigs[1].fingerprint == twinrig.run(TROT, set=short).fingerprint
+
+
 def test_several_signals_are_read_at_once() -> None:
     rig = twinrig.Rig(TROT)
     names = [f"leg/{leg}/hip/position" for leg in LEGS]
@@ -145,6 +157,12 @@ Refused = Callable[[twinrig.Rig], Any]
         (lambda rig: rig.set_variable("frequncy", 1.0), KeyError, "did you mean `frequency`"),
         (lambda rig: rig.set_variable("duty_factor/fore", 1.5), ValueError, "1.5 is not in"),
         (lambda rig: rig.set_variable("frequency", math.nan), ValueError, "frequency = NaN"),
+        (lambda rig: rig.set_variable("frequency", -5.0), ValueError, r"-5 is not in \[0, ∞\["),
+        (lambda rig: rig.set_variable("frequency", 251.0), ValueError, "samples up to 250 Hz"),
+        (lambda rig: rig.write("leg/LF/hip/command", 1e9), ValueError, r"not in \[-100, 100\] rad"),
+        (lambda rig: rig.write("leg/RH/knee/command", -100.1), ValueError, "give a value within"),
+        (lambda rig: rig.step(until=1e9), ValueError, "the scenario ends at 20"),
+        (lambda rig: rig.step(until=20.000000001), ValueError, "build the rig with"),
         (lambda rig: rig.restore(b""), ValueError, "cut off"),
         (lambda rig: rig.restore(cart_rig().save()), ValueError, "another scenario"),
         (lambda rig: rig.restore(twinrig.Rig(WALK).save()), ValueError, "another scenario"),

@@ -108,6 +108,28 @@ pub enum RigError {
         /// The refused values.
         values: Vec<f64>,
     },
+    /// An output of the process cannot be replaced by values of this magnitude.
+    #[error(
+        "`{signal}` = {value} {unit} is not in [-{most}, {most}] {unit}: give a value within it"
+    )]
+    OverrideOutOfRange {
+        /// The signal.
+        signal: String,
+        /// Its unit.
+        unit: &'static str,
+        /// The refused value.
+        value: f64,
+        /// The greatest magnitude.
+        most: f64,
+    },
+    /// A run past the end of the scenario.
+    #[error("the scenario ends at {end}, before {to}: give a longer `duration`")]
+    PastEnd {
+        /// The requested time.
+        to: SimTime,
+        /// The end ([`crate::Rig::set_end`]).
+        end: SimTime,
+    },
     /// A process variable was not set.
     #[error("change at {at}: {source}")]
     Change {

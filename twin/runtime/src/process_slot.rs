@@ -4,7 +4,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{
     Direction, EventQueue, Layout, Port, Rank, SimDuration, SimTime, Snapshot, SnapshotError,
-    near_misses,
+    near_misses, signal::magnitude_max,
 };
 
 use crate::wiring::{TaskLinks, wire};
@@ -118,6 +118,7 @@ impl ProcessSlot {
         at: SimTime,
         variable: &str,
         change: Change,
+        period: SimDuration,
     ) -> Result<(), RigError> {
         let variables = self.process.variables();
         let Some(index) = variables.iter().position(|known| known.name() == variable) else {
@@ -132,8 +133,9 @@ impl ProcessSlot {
             return Err(RigError::ChangeInThePast { at, now });
         }
         if let Change::To(value) = change {
-            variables[index]
-                .check(value)
+            let checked = variables[index].check(value);
+            checked
+                .and_then(|()| variables[index].check_sampled(value, period))
                 .map_err(|source| RigError::Change { at, source })?;
         }
         let pending = PendingChange {
@@ -149,13 +151,17 @@ impl ProcessSlot {
     pub(crate) fn check_values(
         &mut self,
         values: &[(usize, f64)],
+        period: SimDuration,
     ) -> Result<Result<(), VariableError>, SnapshotError> {
         let process = &mut self.process;
         in_part(PartKind::Controller, &self.name, || {
             let saved = process.save();
             let mut values = values.iter();
-            let checked =
-                values.try_for_each(|(index, value)| process.set_variable(*index, *value));
+            let checked = values.try_for_each(|&(index, value)| {
+                process.set_variable(index, value)?;
+                let variable = process.variables().get(index);
+                variable.map_or(Ok(()), |variable| variable.check_sampled(value, period))
+            });
             process.restore(&saved)?;
             Ok(checked)
         })
@@ -189,10 +195,29 @@ impl ProcessSlot {
                 values: values.to_vec(),
             });
         }
+        self.check_magnitude(signal, values)?;
         self.state
             .overrides
             .extend(range.zip(values.iter().copied()));
         Ok(())
+    }
+
+    /// Refuses values beyond the magnitude that an output can have.
+    fn check_magnitude(&self, signal: &str, values: &[f64]) -> Result<(), RigError> {
+        let port = self.outputs.fields().map(|field| &field.port);
+        let port = port.clone().find(|port| port.name == signal);
+        let Some((port, most)) = port.and_then(|port| Some((port, magnitude_max(port)?))) else {
+            return Ok(());
+        };
+        match values.iter().find(|value| value.abs() > most) {
+            None => Ok(()),
+            Some(&value) => Err(RigError::OverrideOutOfRange {
+                signal: signal.to_owned(),
+                unit: port.unit.symbol(),
+                value,
+                most,
+            }),
+        }
     }
 
     /// Applies the changes due at the control step `scheduled` and reports them to the observer at

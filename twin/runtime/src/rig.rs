@@ -42,6 +42,8 @@ pub struct Rig {
     /// Sensors, in the order in which they were added.
     sensors: Vec<SignalChain>,
     period: SimDuration,
+    /// End of the scenario; none: the rig runs as long as it is told to.
+    end: Option<SimTime>,
     process_end: PartId,
     control_step: PartId,
     /// Error that ended the run, if any.
@@ -62,7 +64,8 @@ impl Rig {
         variable: &str,
         change: Change,
     ) -> Result<(), RigError> {
-        self.process.schedule(self.now(), at, variable, change)
+        self.process
+            .schedule(self.now(), at, variable, change, self.period)
     }
 
     /// Checks whether the process would accept these values of its variables now, given by index
@@ -74,7 +77,7 @@ impl Rig {
     /// be restored after the check, which then ends the run.
     pub fn check_values(&mut self, values: &[(usize, f64)]) -> Result<(), RigError> {
         let at = self.now();
-        match self.process.check_values(values) {
+        match self.process.check_values(values, self.period) {
             Ok(checked) => checked.map_err(|source| RigError::Change { at, source }),
             Err(error) => {
                 let error = RigError::from(error);
@@ -89,8 +92,9 @@ impl Rig {
     /// The process receives the replaced values as its last outputs.
     ///
     /// # Errors
-    /// [`RigError::NoSuchOutput`], or [`RigError::BadOverride`] for values of another number or
-    /// values that are not finite.
+    /// [`RigError::NoSuchOutput`], [`RigError::BadOverride`] for values of another number or values
+    /// that are not finite, and [`RigError::OverrideOutOfRange`] for angles of joints beyond
+    /// [`twinrig_kernel::signal::COMMAND_ANGLE_MAX`].
     pub fn override_output(
         &mut self,
         signal: &str,
@@ -99,10 +103,16 @@ impl Rig {
         self.process.override_output(signal, values)
     }
 
+    /// Sets the end of the scenario, which [`Rig::run_until`] does not pass; none: there is no end.
+    pub fn set_end(&mut self, end: Option<SimTime>) {
+        self.end = end;
+    }
+
     /// Handles every event up to and at `to`. Running in pieces is equivalent to running at once.
     ///
     /// # Errors
-    /// [`RigError`] if a part fails; `observer` has then received everything before the failure,
+    /// [`RigError::PastEnd`] if `to` is later than the end of the scenario; nothing has happened
+    /// then. [`RigError`] if a part fails; `observer` has then received everything before the failure,
     /// and the rig returns the same error from every further call. [`RigError::Interrupted`] if the
     /// program is requested to end: the rig can continue from there.
     pub fn run_until<O: Observer>(
@@ -110,6 +120,9 @@ impl Rig {
         to: SimTime,
         observer: &mut O,
     ) -> Result<(), RigError> {
+        if let Some(end) = self.end.filter(|end| to > *end) {
+            return Err(RigError::PastEnd { to, end });
+        }
         while let Some(time) = self.step(to, observer)? {
             if interrupt::is_requested() {
                 // The events of one instant are not separated.

@@ -3,7 +3,7 @@ use std::ops::{Bound, RangeBounds};
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
-use twinrig_kernel::Unit;
+use twinrig_kernel::{SimDuration, Unit};
 
 /// A parameter of a process that may be set during a run.
 ///
@@ -150,6 +150,24 @@ impl ProcessVariable {
             name: self.name.clone(),
             value,
             range: self.range_text(),
+        })
+    }
+
+    /// Checks whether a controller with this `period` samples a frequency of this `value`: up to half
+    /// of its rate. Variables in another unit than Hz always pass.
+    ///
+    /// # Errors
+    /// [`VariableError::Refused`].
+    pub fn check_sampled(&self, value: f64, period: SimDuration) -> Result<(), VariableError> {
+        let greatest = 0.5 / period.as_secs_f64();
+        // A period that is rounded to whole nanoseconds may shift the limit.
+        if self.unit != Unit::Hertz || value.abs() <= greatest * (1.0 + 1e-9) {
+            return Ok(());
+        }
+        Err(VariableError::Refused {
+            name: self.name.clone(),
+            value,
+            why: format!("a controller with a period of {period} samples up to {greatest} Hz"),
         })
     }
 }

@@ -26,7 +26,7 @@ fn phase_output_follows_the_commands_and_changes_no_bit_of_them() {
 fn phase_output_is_below_a_whole_turn() {
     // One rounding error before take-off, which a duty map may take to 2π.
     let mut last = cpg(Gait::Trot).with_phase_output();
-    set(&mut last, "frequency", -0.5 * f64::EPSILON);
+    set(&mut last, "frequency", 1.0_f64.next_down());
     last.step(SimDuration::from_secs(1), &[], &mut [0.0; 12]);
     set(&mut last, "frequency", 0.0);
     let mut rounded = 0;

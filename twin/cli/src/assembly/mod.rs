@@ -397,7 +397,9 @@ impl<'r> Assembly<'r> {
     /// # Errors
     /// A part that cannot be built, or signals that do not connect.
     pub fn rig(&self) -> Result<Rig, TwinError> {
-        self.rig_around(|plant| plant)
+        let mut rig = self.rig_around(|plant| plant)?;
+        rig.set_end(Some(self.scenario().end()));
+        Ok(rig)
     }
 
     /// Builds the rig with a wrapper around the plant.

@@ -343,7 +343,7 @@ fn build(resources: &Resources) -> Result<(Box<dyn Simulated>, Variables), FmuEr
             (Box::new(part), variables)
         }
         FmuPart::Rig => {
-            let (part, variables) = RigPart::new(assembly.rig()?);
+            let (part, variables) = RigPart::new(assembly.rig_around(|plant| plant)?);
             (Box::new(part), variables)
         }
     })

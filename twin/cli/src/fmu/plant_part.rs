@@ -1,7 +1,8 @@
 //! A plant alone in an FMU.
 
+use twinrig_kernel::signal::magnitude_max;
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime, Snapshot};
-use twinrig_runtime::{Group, PartKind, Plant, RigError, in_part};
+use twinrig_runtime::{Group, PartKind, Plant, RigError, VariableError, in_part};
 
 use crate::fmu::part::{Simulated, mismatch};
 use crate::fmu::variables::Variables;
@@ -19,6 +20,7 @@ pub(crate) struct PlantPart {
     window: SimDuration,
     now: SimTime,
     inputs: Vec<f64>,
+    commands: Layout,
     outputs: Vec<f64>,
 }
 
@@ -39,6 +41,7 @@ impl PlantPart {
             window,
             now: SimTime::ZERO,
             inputs,
+            commands,
             outputs: vec![0.0; observed.len()],
         };
         (part, variables)
@@ -52,6 +55,22 @@ impl PlantPart {
         SimTime::ZERO.checked_add(since_start)
     }
 
+    /// Refuses a command beyond the range of the model description.
+    fn check(&self, index: usize, value: f64) -> Result<(), RigError> {
+        let port = self.commands.field_at(index).map(|field| &field.port);
+        match port.and_then(|port| Some((port, magnitude_max(port)?))) {
+            Some((port, most)) if value.abs() > most => Err(RigError::Change {
+                at: self.now,
+                source: VariableError::OutOfRange {
+                    name: port.name.clone(),
+                    value,
+                    range: format!("[-{most}, {most}]"),
+                },
+            }),
+            _ => Ok(()),
+        }
+    }
+
     fn is_on_grid(&self) -> bool {
         self.now.since_start().is_multiple_of(self.window)
     }
@@ -63,6 +82,9 @@ impl Simulated for PlantPart {
     }
 
     fn set_inputs(&mut self, values: &[(usize, f64)]) -> Result<(), RigError> {
+        for &(index, value) in values {
+            self.check(index, value)?;
+        }
         for &(index, value) in values {
             self.inputs[index] = value;
         }

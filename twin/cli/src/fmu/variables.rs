@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::ops::Bound;
 
+use twinrig_kernel::signal::magnitude_max;
 use twinrig_kernel::{Layout, Unit};
 use twinrig_runtime::{Group, ProcessVariable};
 
@@ -95,6 +96,7 @@ impl Variables {
     /// Adds the inputs of a plant with their initial values, concatenated.
     pub(crate) fn add_commands(&mut self, layout: &Layout, start: &[f64]) {
         for field in layout.fields() {
+            let most = magnitude_max(&field.port);
             let inputs = field.range().map(Element::Input).collect();
             self.add(inputs, |reference| FmuVariable {
                 name: field.port.name.clone(),
@@ -103,7 +105,7 @@ impl Variables {
                 reference,
                 size: field.port.size,
                 start: Some(start[field.range()].to_vec()),
-                range: (None, None),
+                range: (most.map(|most| -most), most),
                 is_discrete: false,
                 depends_at_start: false,
             });

@@ -156,6 +156,11 @@ class Task:
         self._terminated = terminated
         self.step = rig.period if step is None else _seconds(step, "step")
         end = rig.duration if duration is None else _seconds(duration, "duration")
+        if end > rig.duration:
+            raise ValueError(
+                f"duration: {duration} s is longer than the scenario, {rig.duration} s: "
+                'give it a longer one by `set={"duration": …}`'
+            )
         self._end_ns = _nanoseconds(end)
         if self.step < rig.period:
             raise ValueError(f"step: {step} s is shorter than the control period, {rig.period} s")

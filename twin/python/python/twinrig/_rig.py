@@ -27,7 +27,8 @@ class Rig(_native.Rig):
     1.002
 
     It starts at time 0, with the events of time 0 done: the first control step and observation.
-    Expectations are not judged; scheduled changes and faults of the scenario happen.
+    Expectations are not judged; scheduled changes and faults of the scenario happen. It ends with
+    the scenario: a step past its `duration` is refused.
 
     A rig is used by one call at a time, and by the process that made it; it cannot be pickled, but
     its saved state is `bytes`.
@@ -80,7 +81,7 @@ class Rig(_native.Rig):
             Signal of the controller: ``leg/LF/hip/command``.
         values
             Values in the unit of the signal, shape ``(size,)``, or a number for a signal of size
-            1; ``None`` ends the replacement.
+            1; ``None`` ends the replacement. Angles of joints are at most 100 rad.
         """
         if values is None:
             super().write(name, None)
@@ -137,7 +138,7 @@ def step_all(
     threads: int | None = None,
     workers: Workers | None = None,
 ) -> list[BaseException | None]:
-    """Advance every rig by `duration` [s], on all cores.
+    """Advance every rig by `duration` [s], or to the end of its scenario, on all cores.
 
     Returns the exception of each, or ``None``; an exception of one has no effect on the others.
     Results do not depend on the number of threads, which are those of `workers`, or are started for

@@ -130,7 +130,7 @@ class TwinEnv(gymnasium.Env[Floats, Floats]):
     step
         Duration of an action [s], a control period by default.
     duration
-        Duration of an episode [s], that of the scenario by default.
+        Duration of an episode [s], that of the scenario by default and at most.
     terminated
         Function of a `Step` that returns whether the episode is terminated. By default it is by a
         fall, with the thresholds `fall` of the scenario, seen at the ends of steps.
@@ -227,7 +227,7 @@ class TwinEnv(gymnasium.Env[Floats, Floats]):
         checked = task.actions.checked(action, task.actions.low.shape)
         try:
             task.actions.apply(episode.rig, checked)
-            episode.rig.step(until=episode.rig.now + task.step)
+            episode.rig.step(until=min(episode.rig.now + task.step, episode.rig.duration))
         except Exception:
             episode.fail()
             raise

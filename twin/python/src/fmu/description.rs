@@ -41,6 +41,10 @@ pub(super) struct Variable {
     pub rate_of: Option<String>,
     /// Whether it has a start value.
     pub has_start: bool,
+    /// Least value, in its unit; none: not declared.
+    pub min: Option<f64>,
+    /// Greatest value, in its unit; none: not declared.
+    pub max: Option<f64>,
 }
 
 /// A unit of the model.

@@ -89,10 +89,21 @@ fn start_value(variable: &Variable, value: &OptionValue) -> Result<f64, (String,
             (number, expected.to_owned())
         }
     };
-    accepted.ok_or_else(|| {
+    let refused = |expected: String| {
         let message = format!("`{}` of type {} is {shown}", variable.name, variable.kind);
         (message, format!("it must be {expected}"))
-    })
+    };
+    let number = accepted.ok_or_else(|| refused(expected))?;
+    let (least, most) = (variable.min, variable.max);
+    if least.is_none_or(|least| number >= least) && most.is_none_or(|most| number <= most) {
+        return Ok(number);
+    }
+    let range = match (least, most) {
+        (Some(least), Some(most)) => format!("from {least} to {most}"),
+        (Some(least), None) => format!("at least {least}"),
+        (None, most) => format!("at most {}", most.unwrap_or(f64::MAX)),
+    };
+    Err(refused(format!("{range}, as the FMU declares it")))
 }
 
 fn number(value: &OptionValue) -> Option<f64> {

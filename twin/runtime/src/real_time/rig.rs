@@ -113,8 +113,9 @@ impl RealTimeRig {
         variable: &str,
         change: Change,
     ) -> Result<(), RigError> {
+        let period = self.scheduler.period;
         let slot = &mut self.scheduler.slot;
-        slot.schedule(SimTime::ZERO, at, variable, change)
+        slot.schedule(SimTime::ZERO, at, variable, change, period)
     }
 
     /// Returns the layout of a group's values as passed to the observer. Those of the plant are the

@@ -265,8 +265,14 @@ fn run_real_time(case: &Case, clock: &ManualClock) -> (RealTimeScheduler, Log) {
         RealTimeScheduler::new(&case.schedule, process, interfaces.collect()).unwrap();
     for (at, change) in &case.changes {
         let slot = &mut scheduler.slot;
-        slot.schedule(SimTime::ZERO, *at, "offset", *change)
-            .unwrap();
+        slot.schedule(
+            SimTime::ZERO,
+            *at,
+            "offset",
+            *change,
+            SimDuration::from_millis(1),
+        )
+        .unwrap();
     }
     let fixed = case.lengths.iter().enumerate();
     let mut fixed_tasks = FixedTasks(

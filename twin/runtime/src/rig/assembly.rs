@@ -44,6 +44,7 @@ impl Rig {
             events,
             compute: compute.map_err(RigError::Compute)?,
             period,
+            end: None,
             sensors: Vec::new(),
             process_end,
             control_step,

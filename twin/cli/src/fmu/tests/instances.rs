@@ -109,6 +109,16 @@ fn refused_steps_and_values_change_nothing() {
                 let message = refused.unwrap_err().to_string();
                 assert!(message.contains(&input.name), "{message}");
             }
+            if let (_, Some(most)) = input.range {
+                let refused = instance.set_numbers("Real", &[input.reference], &[1.01 * most]);
+                assert!(matches!(refused, Err(FmuError::OutOfRange(_))));
+            }
+            if let (Some(least), _) = input.range {
+                let below = least - 1e-3;
+                let refused = instance.set_numbers("Real", &[input.reference], &[below]);
+                assert!(matches!(refused, Err(FmuError::OutOfRange(_))));
+            }
+            assert!(input.range.0.is_some(), "{}", input.name);
             let output = instance.variables().outputs().next().unwrap().reference;
             assert!(instance.set_numbers("Real", &[output], &[0.0]).is_err());
             assert!(instance.set_numbers("Real", &[u32::MAX], &[0.0]).is_err());

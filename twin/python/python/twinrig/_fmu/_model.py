@@ -196,7 +196,18 @@ def _variable(variable: Any, units: dict[str, Any]) -> dict[str, Any]:
         "unit": None if definition is None else _unit(definition, relative=bool(relative)),
         "rate_of": None if derivative is None else derivative.name,
         "has_start": variable.start is not None,
+        "min": _bound(variable, "min"),
+        "max": _bound(variable, "max"),
     }
+
+
+def _bound(variable: Any, name: str) -> float | None:
+    """Bound of a variable, or of its type."""
+    for source in (variable, variable.declaredType):
+        bound = _number(getattr(source, name, None))
+        if bound is not None and math.isfinite(bound):
+            return bound
+    return None
 
 
 def _unit(definition: Any, *, relative: bool) -> dict[str, Any]:
