@@ -1,8 +1,8 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{HostTime, Port, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{Driver, DriverError};
+use twinrig_runtime::{BusHealth, Driver, DriverError};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
-use twinrig_sbcp::{Address, Instruction, Master, Request};
+use twinrig_sbcp::{Address, FRAME_MAX, Instruction, Master, Request};
 
 use crate::bus::master_config;
 use crate::config::{BusConfig, SessionConfig};
@@ -11,6 +11,8 @@ use crate::event_timing::EventTiming;
 use crate::host_board::HostBoard;
 use crate::reply::{COMMAND_LEN, Reply, command_bytes};
 use crate::session::Session;
+
+mod health;
 
 /// Host driver of the motordriver boards: initialises them, exchanges set-points for measurements
 /// once per cycle with all used boards (the *scheduled* workflow), and leaves them coasting.
@@ -85,6 +87,8 @@ enum Stage {
     Opening,
     Open,
     Cycling,
+    /// The bus is given up, at the latest then.
+    Failing(HostTime),
     Closing,
 }
 
@@ -116,7 +120,8 @@ impl MotorDriver {
         config.check()?;
         let gains = &config.session.gains;
         let host_board = |board| HostBoard::new(board, gains);
-        let boards: Vec<HostBoard> = config.boards.iter().map(host_board).collect();
+        let boards = config.boards.iter().map(host_board);
+        let boards = boards.collect::<Result<Vec<HostBoard>, _>>()?;
         let measured = boards.iter().filter(|board| board.is_used());
         let used = config.boards.iter().filter(|board| board.used);
         let request = |id| {
@@ -167,16 +172,18 @@ impl State {
                     self.stage = Stage::Closed;
                 } else if self.session.is_idle() {
                     self.publish();
+                    self.master.end_startup();
                     self.stage = match self.stage {
                         Stage::Opening => Stage::Open,
                         _ => Stage::Closed,
                     };
                 }
             }
+            Stage::Failing(until) => self.await_late_answers(now, until),
             Stage::Cycling => {
                 if !self.master.is_busy() {
                     self.end_cycle(now);
-                    if config.free_running && self.failed.is_none() {
+                    if config.free_running && self.stage == Stage::Open {
                         self.begin_cycle(now);
                     }
                 }
@@ -201,29 +208,24 @@ impl State {
         }
         let lasted = now.as_nanos().saturating_sub(self.begun.as_nanos());
         self.longest_ns = self.longest_ns.max(lasted);
-        let mut last = None;
+        let mut implausible = [None; FRAME_MAX];
         let used = self.boards.iter_mut().filter(|board| board.is_used());
-        for (board, outcome) in used.zip(self.master.outcomes()) {
+        for (n, (board, outcome)) in used.zip(self.master.outcomes()).enumerate() {
             match outcome {
                 Ok(payload) => match Reply::parse(payload) {
                     Some(reply) if board.store(&reply, self.begun) => {}
-                    _ => self.implausible += 1,
+                    _ => {
+                        self.implausible += 1;
+                        implausible[n] = Some(self.frame[n].to);
+                    }
                 },
-                Err(failure) => {
-                    self.held += 1;
-                    last = Some((board, failure));
-                }
+                Err(_) => self.held += 1,
             }
         }
-        if let Some((board, failure)) = last
-            && self.master.error_threshold_reached()
-        {
-            let errors = self.master.counters().errors;
-            let threshold = self.master.config().error_threshold;
-            self.failed = Some(format!(
-                "{board}: {failure} (error {errors}; the bus is given up at {threshold})"
-            ));
+        for from in implausible.into_iter().flatten() {
+            self.master.record_implausible(from, now);
         }
+        self.check_threshold(now);
         self.publish();
     }
 
@@ -305,7 +307,11 @@ impl Driver for MotorDriver {
             self.state.master.poll_timeout(),
             self.state.session.timeout(),
         );
-        master.into_iter().chain(session).min()
+        let failing = match self.state.stage {
+            Stage::Failing(until) => Some(until),
+            _ => None,
+        };
+        master.into_iter().chain(session).chain(failing).min()
     }
 
     fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> bool {
@@ -320,7 +326,7 @@ impl Driver for MotorDriver {
             });
         }
         Ok(match state.stage {
-            Stage::Opening | Stage::Closing => true,
+            Stage::Opening | Stage::Closing | Stage::Failing(_) => true,
             Stage::Cycling => state.awaited,
             Stage::Open | Stage::Closed => false,
         })
@@ -371,6 +377,10 @@ impl Driver for MotorDriver {
             1.0 - bus.errors as f64 / tried as f64,
             state.longest_ns as f64 * 1e-9,
         ]);
+    }
+
+    fn bus_health(&self, now: HostTime) -> Option<BusHealth> {
+        Some(self.state.bus_health(now, &self.config))
     }
 
     fn save(&self) -> Snapshot {

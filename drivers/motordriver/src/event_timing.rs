@@ -81,6 +81,12 @@ impl EventTiming {
         span as f64 * 1e-9 / (self.intervals.count().max(1) as f64)
     }
 
+    /// Returns the mean interval \[ns\]; 0 before the second event.
+    pub(crate) fn mean_ns(&self) -> u64 {
+        let span = self.last_ns.unwrap_or_default() - self.first_ns;
+        span / self.intervals.count().max(1)
+    }
+
     /// Returns the ports of the diagnostics, behind `prefix`.
     pub(crate) fn ports(prefix: &str) -> [Port; 9] {
         Self::DIAGNOSTICS.map(|name| Port::output(format!("{prefix}/{name}"), Unit::Second, 1))

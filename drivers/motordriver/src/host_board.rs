@@ -2,6 +2,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{HostTime, Port};
+use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
+use twinrig_sbcp::{Address, Master, SbcpError};
 
 use crate::config::{Attachment, BoardConfig, SessionGains};
 use crate::leg::{self, Leg};
@@ -11,6 +13,8 @@ use crate::shaft::{self, Shaft};
 /// Host's view of a board.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct HostBoard {
+    /// Number in the record of the traffic.
+    device: u16,
     used: bool,
     mechanism: Mechanism,
 }
@@ -22,14 +26,21 @@ enum Mechanism {
 }
 
 impl HostBoard {
-    pub(crate) fn new(board: &BoardConfig, gains: &SessionGains) -> Self {
-        Self {
+    pub(crate) fn new(board: &BoardConfig, gains: &SessionGains) -> Result<Self, SbcpError> {
+        let address = Address::new(CLASS_MOTORDRIVER, board.id)?;
+        Ok(Self {
+            device: Master::device(address),
             used: board.used,
             mechanism: match board.attachment {
                 Attachment::Leg { side } => Mechanism::Leg(Leg::new(board, side)),
                 Attachment::Shaft => Mechanism::Shaft(Shaft::new(board, gains)),
             },
-        }
+        })
+    }
+
+    /// Returns its number in the record of the traffic.
+    pub(crate) fn device(&self) -> u16 {
+        self.device
     }
 
     pub(crate) fn is_used(&self) -> bool {

@@ -9,8 +9,8 @@ use crate::host_board::HostBoard;
 use crate::registers::{Mode, MotorRegister, RUNTIME_CALIBRATED};
 use crate::requests::{Job, configuration, sensor};
 
-/// Attempts per request before the board is considered lost, as far as the error threshold permits.
-/// ASSUMED.
+/// Attempts per request before the board is considered lost. Lost answers are counted, but do not
+/// count towards the error threshold. ASSUMED.
 const TRIES: u8 = 10;
 /// Attempts where giving up is harmless: probing for a board, and letting it coast. ASSUMED.
 const FEW_TRIES: u8 = 3;
@@ -250,7 +250,7 @@ impl Session {
                 self.step += 1;
                 self.tries = 0;
             }
-        } else if self.tries >= TRIES || master.error_threshold_reached() {
+        } else if self.tries >= TRIES {
             let errors = master.counters().errors;
             return Err(format!(
                 "{host} failed during initialisation, after {errors} errors in total: {reason}"

@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, Unit};
 use twinrig_wire::{
-    Diagnostics, FrameOutcome, FramedDriver, FramedMessage, Protocol, RequestKind, SequenceNumber,
+    Diagnostics, FrameCounts, FrameOutcome, FramedDriver, FramedMessage, Pacing, Protocol,
+    RequestKind, SequenceNumber, TrafficError,
 };
 
 use crate::assumed::ANSWER_TIMEOUT;
@@ -36,6 +37,11 @@ pub struct State {
 }
 
 impl OptoForceProtocol {
+    /// Returns the period of the samples.
+    fn period(&self) -> SimDuration {
+        SimDuration::from_millis(u64::from(self.0.speed.code()))
+    }
+
     /// Processes a sample. Returns whether it is new and valid.
     fn sample(&self, state: &mut State, counter: u16, status: Status, counts: [i16; 3]) -> bool {
         let Some(lost) = state.counter.advance(counter) else {
@@ -57,6 +63,8 @@ impl OptoForceProtocol {
 impl Protocol for OptoForceProtocol {
     type State = State;
     type Message = Message;
+
+    const DEVICE: &'static str = "sensor";
 
     fn initial(&self) -> State {
         State::default()
@@ -83,8 +91,7 @@ impl Protocol for OptoForceProtocol {
             RequestKind::Close => Speed::Stop,
             // The next sample is sent without a request.
             RequestKind::Transfer => {
-                let period = SimDuration::from_millis(u64::from(self.0.speed.code()));
-                return (self.0.take == SampleChoice::Fresh).then(|| period * 2);
+                return (self.0.take == SampleChoice::Fresh).then(|| self.period() * 2);
             }
         };
         state.acknowledged = false;
@@ -157,6 +164,20 @@ impl Protocol for OptoForceProtocol {
 
     fn to_process<'s>(&self, state: &'s State) -> &'s [f64] {
         &state.force
+    }
+
+    fn pacing(&self) -> Option<Pacing> {
+        (self.0.speed != Speed::Stop).then(|| Pacing::Frames(self.period()))
+    }
+
+    fn counts(&self, state: &State) -> FrameCounts {
+        let errors = [
+            (TrafficError::Lost, state.lost),
+            (TrafficError::NotNew, state.stale),
+            (TrafficError::Fault, state.unwell),
+            (TrafficError::Unexpected, state.foreign),
+        ];
+        FrameCounts::new(state.samples, &errors)
     }
 
     fn report(&self, state: &State, diagnostics: &mut Diagnostics<'_>) {

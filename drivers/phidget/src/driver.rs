@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, Unit};
 use twinrig_wire::{
-    Diagnostics, FrameOutcome, FramedDriver, FramedMessage, Protocol, RequestKind, SequenceNumber,
+    Diagnostics, FrameCounts, FrameOutcome, FramedDriver, FramedMessage, Pacing, Protocol,
+    RequestKind, SequenceNumber, TrafficError,
 };
 
 use crate::assumed::ANSWER_TIMEOUT;
@@ -57,6 +58,8 @@ impl State {
 impl Protocol for PhidgetProtocol {
     type State = State;
     type Message = Message;
+
+    const DEVICE: &'static str = "board";
 
     fn initial(&self) -> State {
         State {
@@ -152,6 +155,19 @@ impl Protocol for PhidgetProtocol {
 
     fn to_process<'s>(&self, state: &'s State) -> &'s [f64] {
         &state.readings
+    }
+
+    fn pacing(&self) -> Option<Pacing> {
+        Some(Pacing::Frames(self.0.board.interval()))
+    }
+
+    fn counts(&self, state: &State) -> FrameCounts {
+        let errors = [
+            (TrafficError::Lost, state.lost),
+            (TrafficError::NotNew, state.stale),
+            (TrafficError::Unexpected, state.foreign),
+        ];
+        FrameCounts::new(state.reports, &errors)
     }
 
     fn report(&self, state: &State, diagnostics: &mut Diagnostics<'_>) {

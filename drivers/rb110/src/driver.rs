@@ -1,6 +1,9 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, Unit};
-use twinrig_wire::{Diagnostics, FrameOutcome, FramedDriver, FramedMessage, Protocol, RequestKind};
+use twinrig_wire::{
+    Diagnostics, FrameCounts, FrameOutcome, FramedDriver, FramedMessage, Pacing, Protocol,
+    RequestKind, TrafficError,
+};
 
 use crate::assumed::ANSWER_TIMEOUT;
 use crate::protocol::{ANALOG, Answer, COUNTS, LINES, Request};
@@ -24,6 +27,7 @@ pub struct State {
     answered: bool,
     volts: Vec<f64>,
     transfers: u64,
+    answers: u64,
     lost: u64,
     saturated: u64,
     replaced: u64,
@@ -58,12 +62,15 @@ impl Protocol for Rb110Protocol {
     type State = State;
     type Message = Answer;
 
+    const DEVICE: &'static str = "servo board";
+
     fn initial(&self) -> State {
         State {
             sequence: 0,
             answered: false,
             volts: vec![0.0; self.0.analog.len()],
             transfers: 0,
+            answers: 0,
             lost: 0,
             saturated: 0,
             replaced: 0,
@@ -124,6 +131,7 @@ impl Protocol for Rb110Protocol {
             return FrameOutcome::Incomplete;
         }
         state.answered = true;
+        state.answers += 1;
         state.replaced += u64::from(answer.replaced);
         let full_scale = self.0.range.full_scale(self.0.reference);
         for (volts, input) in state.volts.iter_mut().zip(&self.0.analog) {
@@ -149,6 +157,14 @@ impl Protocol for Rb110Protocol {
 
     fn to_process<'s>(&self, state: &'s State) -> &'s [f64] {
         &state.volts
+    }
+
+    fn pacing(&self) -> Option<Pacing> {
+        Some(Pacing::Requests(self.0.period))
+    }
+
+    fn counts(&self, state: &State) -> FrameCounts {
+        FrameCounts::new(state.answers, &[(TrafficError::NoAnswer, state.lost)])
     }
 
     fn report(&self, state: &State, diagnostics: &mut Diagnostics<'_>) {

@@ -44,6 +44,7 @@
 //! rate of 1e-3 one response in 1700 is wrong but accepted, without any means of detection.
 
 mod answer;
+mod attribution;
 pub mod codes;
 mod controlled;
 mod controller;

@@ -3,13 +3,17 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::HostTime;
+use twinrig_wire::{TrafficError, TrafficLog};
 
+use crate::attribution::Attribution;
 use crate::codes::{ErrorCode, FRAME_MAX};
 use crate::error::SbcpError;
 use crate::late_answers::LateAnswers;
 use crate::master_config::{MasterConfig, MasterCounters, Outcome, RequestError, Topology};
 use crate::packet::{Payload, Request, Response};
 use crate::parser::Parser;
+
+mod traffic;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 enum Kind {
@@ -76,6 +80,12 @@ pub struct Master {
     late: LateAnswers,
     now: HostTime,
     counters: MasterCounters,
+    traffic: TrafficLog,
+    attribution: Attribution,
+    /// Errors that do not count towards the threshold.
+    startup_errors: u64,
+    /// Finds late answers in unsolicited bytes.
+    unsolicited_parser: Parser,
 }
 
 impl Master {
@@ -95,6 +105,10 @@ impl Master {
             late: LateAnswers::default(),
             now: HostTime::default(),
             counters: MasterCounters::default(),
+            traffic: TrafficLog::default(),
+            attribution: Attribution::default(),
+            startup_errors: 0,
+            unsolicited_parser: Parser::default(),
         }
     }
 
@@ -111,10 +125,12 @@ impl Master {
         }
     }
 
-    /// Whether the number of errors has reached [`MasterConfig::error_threshold`].
+    /// Whether the number of errors since [`Master::end_startup`] has reached
+    /// [`MasterConfig::error_threshold`].
     pub fn error_threshold_reached(&self) -> bool {
         let threshold = u64::try_from(self.config.error_threshold);
-        threshold.is_ok_and(|threshold| self.counters.errors >= threshold.max(1))
+        let errors = self.counters.errors - self.startup_errors;
+        threshold.is_ok_and(|threshold| errors >= threshold.max(1))
     }
 
     /// Begins the transfer of one request at `now`.
@@ -148,10 +164,14 @@ impl Master {
             return;
         }
         self.now = now;
+        let skipped = self.parser.skipped();
         let mut rest = bytes;
         while let State::Waiting(_) = self.state {
             let Some(packet) = self.parser.next(&mut rest) else {
                 self.handle_damaged();
+                let garbled = u64::from(self.parser.skipped() > skipped);
+                self.traffic
+                    .error(TrafficError::Garbled, None, garbled, now);
                 return;
             };
             let response = Response::parse(&packet);
@@ -161,6 +181,7 @@ impl Master {
             // Unsolicited bytes.
             self.counters.garbage += rest.len() as u64;
             self.unsolicited = Some(now);
+            self.inspect_unsolicited(rest);
         }
     }
 
@@ -193,6 +214,9 @@ impl Master {
         }
         if let State::Waiting(_) = self.state {
             self.abandon();
+            for index in self.outstanding() {
+                self.record_error(index, TrafficError::NoAnswer);
+            }
             self.open = self.outstanding().end;
             self.proceed();
         }
@@ -217,6 +241,7 @@ impl Master {
         self.parser.reset();
         let packets = self.outstanding();
         self.counters.requests += packets.len() as u64;
+        self.record_requests();
         for request in self.requests[packets].iter().flatten() {
             request.emit(bytes);
         }
@@ -313,10 +338,12 @@ impl Master {
 
     /// Abandons the open requests; their answers may still arrive.
     fn abandon(&mut self) {
-        let until = self.written + self.timeout() + self.config.grace;
+        let due = self.written + self.timeout();
+        let until = due + self.grace();
         for index in self.outstanding() {
             if let Some(request) = self.requests[index] {
                 self.late.add(self.now, request.to, until);
+                self.attribution.abandon(request.to, self.written, due);
             }
         }
     }
@@ -330,6 +357,7 @@ impl Master {
         let over = self.config.topology == Topology::Direct && !self.parser.is_partial();
         if over && self.parser.damaged().is_some_and(matches_open) {
             self.counters.damaged += 1;
+            self.record_error(self.open, TrafficError::Checksum);
             self.open += 1;
             self.proceed();
         }
@@ -345,11 +373,18 @@ impl Master {
             let index = open.clone().find(|index| matches(&response, *index));
             index.map(|index| (index, response))
         });
+        if found.is_none() {
+            self.record_unexpected(response.as_ref());
+        }
         let Some((index, response)) = found else {
             self.counters.strays += 1;
             self.unsolicited = Some(self.now);
             return;
         };
+        for lost in self.open..index {
+            self.record_error(lost, TrafficError::NoAnswer);
+        }
+        self.record_answer(index, &response);
         self.outcomes[index] = match response.error {
             ErrorCode::OK => Ok(response.payload),
             error => Err(RequestError::Refused(error)),

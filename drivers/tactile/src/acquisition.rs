@@ -1,6 +1,9 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{HostTime, Port, SimDuration, Unit};
-use twinrig_wire::{Diagnostics, FrameOutcome, FramedMessage, Protocol, RequestKind, SampleChoice};
+use twinrig_wire::{
+    Diagnostics, FrameCounts, FrameOutcome, FramedMessage, Pacing, Protocol, RequestKind,
+    SampleChoice, TrafficError,
+};
 
 use crate::assumed::{ANSWER_TIMEOUT, REPORT_INTERVAL, SILENT_PERIODS};
 use crate::newest_sample::{Continuity, NewestSample};
@@ -217,6 +220,8 @@ impl Protocol for TactileAcquisition {
     type State = State;
     type Message = Message;
 
+    const DEVICE: &'static str = "board";
+
     fn initial(&self) -> State {
         State {
             now: HostTime::default(),
@@ -346,6 +351,22 @@ impl Protocol for TactileAcquisition {
 
     fn to_process<'s>(&self, state: &'s State) -> &'s [f64] {
         &state.values
+    }
+
+    fn pacing(&self) -> Option<Pacing> {
+        Some(Pacing::Frames(self.config.period))
+    }
+
+    fn counts(&self, state: &State) -> FrameCounts {
+        let counts = &state.counts;
+        let errors = [
+            (TrafficError::Lost, counts.lost),
+            (TrafficError::NotNew, counts.stale),
+            (TrafficError::Restart, counts.restarts),
+            (TrafficError::Fault, counts.overruns),
+            (TrafficError::Unexpected, counts.foreign),
+        ];
+        FrameCounts::new(counts.samples, &errors)
     }
 
     fn report(&self, state: &State, diagnostics: &mut Diagnostics<'_>) {

@@ -1,5 +1,5 @@
 use twinrig_kernel::{Direction, HostTime, Layout, Port, Snapshot, SnapshotError};
-use twinrig_runtime::{Driver, DriverError};
+use twinrig_runtime::{BusHealth, Driver, DriverError};
 use twinrig_wire::{Diagnostics, FramedDriver};
 
 use crate::{Stage, TactileAcquisition};
@@ -195,6 +195,10 @@ impl Driver for TactileDriver {
             (values, rest) = rest.split_at_mut(mounted.diagnostics.min(rest.len()));
             mounted.read_diagnostics(values);
         }
+    }
+
+    fn bus_health(&self, now: HostTime) -> Option<BusHealth> {
+        self.framed.bus_health(now)
     }
 
     fn save(&self) -> Snapshot {

@@ -1,8 +1,10 @@
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use twinrig_kernel::{Direction, HostTime, Layout, Port, SimDuration, Snapshot, SnapshotError};
-use twinrig_runtime::{Driver, DriverError};
+use twinrig_runtime::{BusHealth, Driver, DriverError};
 
-use crate::{Diagnostics, FramedMessage, Framer, FramerState};
+use crate::{
+    Diagnostics, FrameCounts, FramedMessage, Framer, FramerState, Pacing, TrafficError, TrafficLog,
+};
 
 /// Device-specific part of a driver: the requests and the interpretation of the answers.
 /// [`FramedDriver`] turns it into a driver.
@@ -59,6 +61,21 @@ pub trait Protocol: Send {
     /// Returns the output ports, end to end, in order.
     fn to_process<'s>(&self, state: &'s Self::State) -> &'s [f64];
 
+    /// Word for the device in reports: `servo board`.
+    const DEVICE: &'static str = "device";
+
+    /// Returns when frames of the device are expected; None where it is not known, so that its
+    /// silence is not judged.
+    fn pacing(&self) -> Option<Pacing> {
+        None
+    }
+
+    /// Returns the counts since the creation of the state, for the health of the bus.
+    fn counts(&self, state: &Self::State) -> FrameCounts {
+        let _ = state;
+        FrameCounts::default()
+    }
+
     /// Reports the diagnostics, besides the count of bytes outside frames.
     fn report(&self, state: &Self::State, diagnostics: &mut Diagnostics<'_>) {
         let _ = (state, diagnostics);
@@ -110,8 +127,12 @@ pub struct FramedDriver<P: Protocol> {
     protocol: P,
     framer: Framer,
     pending: Pending,
+    traffic: TrafficLog,
     state: P::State,
 }
+
+/// Number of the only device of the bus.
+const DEVICE: u16 = 0;
 
 /// Progress of the current request.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -145,6 +166,7 @@ impl<P: Protocol> FramedDriver<P> {
             protocol,
             framer: Framer::new(P::Message::match_frame),
             pending: Pending::default(),
+            traffic: TrafficLog::default(),
             state,
         }
     }
@@ -172,6 +194,38 @@ impl<P: Protocol> FramedDriver<P> {
         let timeout = self.protocol.request(state, kind, from_process, request);
         self.pending.attempts += 1;
         self.pending.waiting = timeout.map(|timeout| (kind, now + timeout));
+        if !request.is_empty() {
+            let answered = matches!(self.protocol.pacing(), Some(Pacing::Requests(_)));
+            self.traffic.request(answered.then_some(DEVICE), now);
+        }
+    }
+
+    /// Records what a message or a time-out has changed in the counts; returns whether there was an
+    /// error.
+    fn record(&mut self, now: HostTime, before: &FrameCounts) -> bool {
+        let counts = self.protocol.counts(&self.state);
+        match (counts.accepted - before.accepted, self.protocol.pacing()) {
+            (0, _) => {}
+            (new, Some(Pacing::Frames(_))) => self.traffic.frames(DEVICE, new, now),
+            (_, _) => self.traffic.answer(DEVICE, now),
+        }
+        let mut any = false;
+        for (kind, count) in counts.errors.into_iter().flatten() {
+            let same = |error: &&(TrafficError, u64)| error.0 == kind;
+            let earlier = before.errors.iter().flatten().find(same);
+            let new = count - earlier.map_or(0, |(_, count)| *count);
+            self.traffic.error(kind, Some(DEVICE), new, now);
+            any |= new > 0;
+        }
+        any
+    }
+
+    /// Begins to judge silence at the end of the opening.
+    fn opened(&mut self, now: HostTime) {
+        self.traffic.forget_silences();
+        if let Some(Pacing::Frames(_)) = self.protocol.pacing() {
+            self.traffic.expect_frames(DEVICE, now);
+        }
     }
 
     fn report(&self, diagnostics: &mut Diagnostics<'_>) {
@@ -198,25 +252,39 @@ impl<P: Protocol> Driver for FramedDriver<P> {
     }
 
     fn close(&mut self, now: HostTime) {
+        self.traffic.forget_silences();
         self.begin_request(now, RequestKind::Close, &[]);
     }
 
     fn handle_bytes(&mut self, now: HostTime, bytes: &[u8]) {
+        let skipped = self.framer.skipped();
         self.framer.push(bytes);
         while let Some(frame) = self.framer.next_frame() {
             let Ok(message) = P::Message::decode(frame) else {
+                let kind = TrafficError::Implausible;
+                self.traffic.error(kind, Some(DEVICE), 1, now);
                 continue;
             };
             let kind = self.pending.waiting.map(|(kind, _)| kind);
+            let before = self.protocol.counts(&self.state);
             let outcome = self.protocol.handle_message(&mut self.state, kind, message);
+            self.record(now, &before);
             match (outcome, kind) {
-                (FrameOutcome::Complete, _) => self.pending.waiting = None,
+                (FrameOutcome::Complete, kind) => {
+                    self.pending.waiting = None;
+                    if kind == Some(RequestKind::Open) {
+                        self.opened(now);
+                    }
+                }
                 (FrameOutcome::More(timeout), Some(kind)) => {
                     self.pending.waiting = Some((kind, now + timeout));
                 }
                 (FrameOutcome::Incomplete, _) | (FrameOutcome::More(_), None) => {}
             }
         }
+        let garbled = u64::from(self.framer.skipped() > skipped);
+        self.traffic
+            .error(TrafficError::Garbled, None, garbled, now);
     }
 
     fn handle_timeout(&mut self, now: HostTime) {
@@ -224,7 +292,13 @@ impl<P: Protocol> Driver for FramedDriver<P> {
             return;
         };
         self.pending.waiting = None;
+        let before = self.protocol.counts(&self.state);
         self.protocol.time_out(&mut self.state, kind);
+        let counted = self.record(now, &before);
+        if kind != RequestKind::Transfer && !counted {
+            let error = TrafficError::NoAnswer;
+            self.traffic.error(error, Some(DEVICE), 1, now);
+        }
         if kind == RequestKind::Transfer {
             return;
         }
@@ -282,13 +356,28 @@ impl<P: Protocol> Driver for FramedDriver<P> {
         Diagnostics::read(values, |diagnostics| self.report(diagnostics));
     }
 
+    fn bus_health(&self, now: HostTime) -> Option<BusHealth> {
+        let period = self.protocol.pacing().map(|pacing| match pacing {
+            Pacing::Requests(period) | Pacing::Frames(period) => period,
+        });
+        let name = |_| format!("{} of {}", P::DEVICE, self.name());
+        Some(self.traffic.health(now, period, name))
+    }
+
     fn save(&self) -> Snapshot {
-        Snapshot::of(&(&self.state, &self.pending, self.framer.state()))
+        let Self {
+            state,
+            pending,
+            traffic,
+            framer,
+            ..
+        } = self;
+        Snapshot::of(&(state, pending, framer.state(), traffic))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let framer: FramerState;
-        (self.state, self.pending, framer) = snapshot.read()?;
+        (self.state, self.pending, framer, self.traffic) = snapshot.read()?;
         self.framer.set_state(framer);
         Ok(())
     }
