@@ -4,11 +4,12 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{
     BoardClock, LocalDuration, LocalTime, Port, SimTime, Snapshot, SnapshotError, Unit,
 };
-use twinrig_runtime::{Part, PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_runtime::{BusHealth, Part, PlantAccess, PlantSignals, TaskError, WiringError};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{AnswerPolicy, SbcpError, Slave, SlaveConfig, SlaveEvent};
 use twinrig_wire::{Node, Piece};
 
+use crate::clock_check::ClockCheck;
 use crate::config::{Attachment, BoardConfig, Generation};
 use crate::event_timing::EventTiming;
 use crate::firmware::Firmware;
@@ -50,6 +51,7 @@ const VOLTS_PER_DUTY: f64 = 24.0 / 32_768.0;
 pub struct MotorBoard {
     /// Name of the leg or motor: `LF`.
     name: String,
+    id: u8,
     /// Prefix of the diagnostics: `sbcp/LF`.
     prefix: String,
     attachment: Attachment,
@@ -73,6 +75,7 @@ struct State {
     requests: EventTiming,
     requests_taken: u64,
     saturated: u64,
+    clock_check: ClockCheck,
 }
 
 /// Names and units of a board's diagnostics, without those of the request timing.
@@ -125,6 +128,7 @@ impl MotorBoard {
         };
         Ok(Self {
             name: config.name.clone(),
+            id: config.id,
             prefix: format!("{bus}/{}", config.name),
             attachment: config.attachment,
             with_bytewise_reception: false,
@@ -141,6 +145,7 @@ impl MotorBoard {
                 requests: EventTiming::new(None),
                 requests_taken: 0,
                 saturated: 0,
+                clock_check: ClockCheck::default(),
             },
         })
     }
@@ -263,7 +268,10 @@ impl State {
                     self.requests.record(at.as_nanos());
                     self.requests_taken += 1;
                     if let Some(goals) = command(&payload) {
-                        self.firmware.command(goals);
+                        let firmware = &mut self.firmware;
+                        firmware.command(goals);
+                        let (period, counts) = (firmware.smooth_period(), firmware.smooth_counts());
+                        self.clock_check.count_point(period, counts, at);
                     }
                 }
                 SlaveEvent::Written { address, value, .. } => {
@@ -345,6 +353,12 @@ impl Part for MotorBoard {
             bus.superseded as f64,
             bus.events_lost as f64,
         ]);
+    }
+
+    fn report_health(&self, health: &mut BusHealth) {
+        let board = format!("board {} (id {})", self.name, self.id);
+        let counts = self.state.firmware.smooth_counts();
+        self.state.clock_check.report(board, counts, health);
     }
 
     fn save(&self) -> Snapshot {

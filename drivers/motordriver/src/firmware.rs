@@ -111,6 +111,11 @@ impl Firmware {
             .any(|motor| motor.mode == Mode::Calibrate)
     }
 
+    /// Returns the interpolation period \[ticks\].
+    pub(crate) fn smooth_period(&self) -> u16 {
+        self.smooth.period()
+    }
+
     pub(crate) fn smooth_counts(&self) -> SmoothCounts {
         self.smooth.counts()
     }

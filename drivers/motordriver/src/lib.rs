@@ -58,6 +58,7 @@
 mod assumed;
 mod board;
 mod bus;
+mod clock_check;
 mod config;
 mod driver;
 mod error;

@@ -191,3 +191,28 @@ fn invalid_configurations_are_rejected() {
     assert!(error(|board| board.servos[1].pulse.ticks_per_radian = 0.0).contains("RF"));
     assert!(error(|board| board.reference = f64::NAN).contains("reference"));
 }
+
+#[test]
+fn unplugged_board_is_silent_and_a_plugged_one_is_clean() {
+    let mut rig = wired(&FaultSchedule::default());
+    run(&mut rig, 1000).1.unwrap();
+    let health = rig.bus_health();
+    let (name, health) = &health[0];
+    assert_eq!(name, "rb110");
+    assert!(health.is_clean() && health.answers >= 48, "{health:?}");
+    let mut rig = wired(&fault(FaultKind::Unplug { fails: false }, 500, 10_000));
+    run(&mut rig, 1000).1.unwrap();
+    let health = rig.bus_health().remove(0).1;
+    let silence = health.silence.as_ref().unwrap();
+    assert!(silence.is_dead(), "{silence:?}");
+    assert_eq!(silence.device, "servo board of rb110");
+    assert!(
+        silence.length > SimDuration::from_millis(450),
+        "{silence:?}"
+    );
+    assert_eq!(
+        (health.errors[0].kind, &*health.errors[0].device),
+        ("no answer", "servo board of rb110")
+    );
+    assert!(health.errors[0].count >= 23, "{health:?}");
+}

@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{
     Direction, Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit,
 };
-use twinrig_runtime::{Part, PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_runtime::{BusHealth, Part, PlantAccess, PlantSignals, TaskError, WiringError};
 
 use crate::error::nonzero;
 use crate::line::earlier;
@@ -180,6 +180,12 @@ impl Part for Rs485 {
             let (values, after) = rest.split_at_mut(slot.width);
             slot.node.read_diagnostics(now, values);
             rest = after;
+        }
+    }
+
+    fn report_health(&self, health: &mut BusHealth) {
+        for slot in &self.slots {
+            slot.node.report_health(health);
         }
     }
 

@@ -1,6 +1,6 @@
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
 
-use crate::{PlantSignals, WiringError};
+use crate::{BusHealth, PlantSignals, WiringError};
 
 /// Common interface of the parts between a process and a plant (tasks, wires, lines, nodes):
 /// signals of the plant, diagnostics, traffic, state.
@@ -43,6 +43,13 @@ pub trait Part: Send {
         }
     }
 
+    /// Adds the errors that emulated boards count themselves, as their firmware does.
+    fn report_health(&self, health: &mut BusHealth) {
+        if let Some(inner) = self.inner() {
+            inner.report_health(health);
+        }
+    }
+
     /// Returns the names of the traces of bytes, each of one direction: `sbcp/out`, `sbcp/in`.
     fn traces(&self) -> Vec<String> {
         self.inner().map_or_else(Vec::new, Part::traces)
@@ -81,6 +88,9 @@ impl<T: Part + ?Sized> Part for Box<T> {
     }
     fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
         (**self).read_diagnostics(now, values);
+    }
+    fn report_health(&self, health: &mut BusHealth) {
+        (**self).report_health(health);
     }
     fn traces(&self) -> Vec<String> {
         (**self).traces()

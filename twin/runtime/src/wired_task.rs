@@ -195,6 +195,9 @@ impl IoTask for WiredTask {
     }
 
     fn bus_health(&self, now: SimTime) -> Option<BusHealth> {
-        self.driver.bus_health(host_time(now))
+        let mut health = self.driver.bus_health(host_time(now))?;
+        self.wire.report_health(&mut health);
+        health.errors.sort_by_key(|error| error.first);
+        Some(health)
     }
 }

@@ -3,6 +3,7 @@
 mod allocation;
 mod faults;
 mod harness;
+mod health;
 mod rates;
 mod restore;
 mod session;
