@@ -67,8 +67,8 @@ pub const PUSH_FORCE: &str = "push/force";
 /// Phase of a leg's controller: swing from 0 to π, stance from π to 2π.
 pub const PHASE: &str = "phase";
 
-/// Greatest magnitude of the commanded angle of a joint \[rad\]: 16 turns, more than any drive with a
-/// pose can mean. A drive that turns on is commanded by its rate.
+/// Greatest magnitude of the commanded angle of a joint \[rad\]: 16 turns, more than any drive with
+/// a pose can mean. A drive that turns on is commanded by its rate.
 pub const COMMAND_ANGLE_MAX: f64 = 100.0;
 
 /// Declaration of a standard signal.
@@ -179,8 +179,8 @@ pub fn command(leg: &str, joint: &str) -> String {
     of_leg(leg, &format!("{joint}/command"))
 }
 
-/// Returns the greatest magnitude of the values of this port, which is known of the commanded angles
-/// of joints ([`COMMAND_ANGLE_MAX`]).
+/// Returns the greatest magnitude of the values of this port, which is known of the commanded
+/// angles of joints ([`COMMAND_ANGLE_MAX`]).
 #[must_use]
 pub fn magnitude_max(port: &Port) -> Option<f64> {
     let is_command = parse_leg(&port.name).is_some_and(|(_, rest)| rest.ends_with("/command"));

@@ -51,9 +51,9 @@ impl<'a> RigStep<'a> {
     }
 }
 
-/// Advances every rig by `duration` \[s\] or to the end of its scenario, on the threads of `workers`, and returns the exception
-/// of each, or None. Python's signals are polled in a long step; an exception of a handler leaves
-/// all rigs at the end of the same slice.
+/// Advances every rig by `duration` \[s\] or to the end of its scenario, on the threads of
+/// `workers`, and returns the exception of each, or None. Python's signals are polled in a long
+/// step; an exception of a handler leaves all rigs at the end of the same slice.
 #[pyfunction]
 #[expect(
     clippy::needless_pass_by_value,

@@ -79,8 +79,8 @@ pub trait Plant: Send {
         self.inner().and_then(Plant::constraint_violation)
     }
 
-    /// Returns whether the last failure of [`Plant::advance`] is a regular end: the model has ended the
-    /// simulation, which the scenario permits. A run then ends without an error.
+    /// Returns whether the last failure of [`Plant::advance`] is a regular end: the model has ended
+    /// the simulation, which the scenario permits. A run then ends without an error.
     fn has_ended(&self) -> bool {
         self.inner().is_some_and(Plant::has_ended)
     }

@@ -112,9 +112,10 @@ impl Rig {
     ///
     /// # Errors
     /// [`RigError::PastEnd`] if `to` is later than the end of the scenario; nothing has happened
-    /// then. [`RigError`] if a part fails; `observer` has then received everything before the failure,
-    /// and the rig returns the same error from every further call. [`RigError::Interrupted`] if the
-    /// program is requested to end: the rig can continue from there.
+    /// then. [`RigError`] if a part fails; `observer` has then received everything before the
+    /// failure, and the rig returns the same error from every further call.
+    /// [`RigError::Interrupted`] if the program is requested to end: the rig can continue from
+    /// there.
     pub fn run_until<O: Observer>(
         &mut self,
         to: SimTime,

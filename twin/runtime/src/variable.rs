@@ -153,8 +153,8 @@ impl ProcessVariable {
         })
     }
 
-    /// Checks whether a controller with this `period` samples a frequency of this `value`: up to half
-    /// of its rate. Variables in another unit than Hz always pass.
+    /// Checks whether a controller with this `period` samples a frequency of this `value`: up to
+    /// half of its rate. Variables in another unit than Hz always pass.
     ///
     /// # Errors
     /// [`VariableError::Refused`].

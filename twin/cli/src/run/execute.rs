@@ -222,8 +222,8 @@ fn next_multiple(now: SimTime, period: SimDuration) -> Option<SimTime> {
     SimTime::ZERO.checked_add(next)
 }
 
-/// Runs to `end`, to a fall that ends the run, to a regular end by the plant, or to a failure of the
-/// recording; returns the time reached.
+/// Runs to `end`, to a fall that ends the run, to a regular end by the plant, or to a failure of
+/// the recording; returns the time reached.
 pub(crate) fn run<W: Write>(
     assembly: &Assembly<'_>,
     rig: &mut Rig,

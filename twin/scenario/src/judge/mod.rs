@@ -226,8 +226,8 @@ impl Judge {
         self.ended_at
     }
 
-    /// Moves the end of the scenario to `at`, where a plant has ended it regularly: expectations whose
-    /// window reaches beyond are judged by what was observed until then.
+    /// Moves the end of the scenario to `at`, where a plant has ended it regularly: expectations
+    /// whose window reaches beyond are judged by what was observed until then.
     pub fn end_at(&mut self, at: SimTime) {
         self.end = self.end.min(at);
     }
