@@ -212,6 +212,7 @@ impl State {
         let used = self.boards.iter_mut().filter(|board| board.is_used());
         for (n, (board, outcome)) in used.zip(self.master.outcomes()).enumerate() {
             match outcome {
+                Ok(_) if self.master.is_doubtful(n) => self.held += 1,
                 Ok(payload) => match Reply::parse(payload) {
                     Some(reply) if board.store(&reply, self.begun) => {}
                     _ => {

@@ -49,6 +49,8 @@ fn samples_arrive_at_the_rate_of_the_sensor_and_transfers_never_wait() {
         let mut rig = wired_to(&sensor, &FaultSchedule::default(), force);
         let (log, result) = run(&mut rig, 1000);
         result.unwrap();
+        let health = rig.bus_health().remove(0).1;
+        assert!(health.is_clean() && health.silence.is_some(), "{health:?}");
         let samples = diagnostic(&rig, &log, "optoforce/samples");
         assert!(
             (sent - 1.0..=sent + 2.0).contains(&samples),

@@ -158,7 +158,11 @@ impl Protocol for PhidgetProtocol {
     }
 
     fn pacing(&self) -> Option<Pacing> {
-        Some(Pacing::Frames(self.0.board.interval()))
+        match self.0.board {
+            board @ Board::Bridge { .. } => Some(Pacing::Frames(board.interval())),
+            // It reports changes only.
+            Board::InterfaceKit { .. } => None,
+        }
     }
 
     fn counts(&self, state: &State) -> FrameCounts {

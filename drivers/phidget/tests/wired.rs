@@ -61,6 +61,8 @@ fn bridge_reports_once_per_interval_and_transfers_never_wait() {
         let mut rig = wired(&bridge(interval_ms), &FaultSchedule::default());
         let (log, result) = run(&mut rig, 1000);
         result.unwrap();
+        let health = rig.bus_health().remove(0).1;
+        assert!(health.is_clean() && health.silence.is_some(), "{health:?}");
         let reports = diagnostic(&rig, &log, "phidget/reports");
         assert!(
             (expected..=expected + 2.0).contains(&reports),

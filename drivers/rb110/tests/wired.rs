@@ -198,7 +198,7 @@ fn unplugged_board_is_silent_and_a_plugged_one_is_clean() {
     run(&mut rig, 1000).1.unwrap();
     let health = rig.bus_health();
     let (name, health) = &health[0];
-    assert_eq!(name, "rb110");
+    assert_eq!(*name, "rb110");
     assert!(health.is_clean() && health.answers >= 48, "{health:?}");
     let mut rig = wired(&fault(FaultKind::Unplug { fails: false }, 500, 10_000));
     run(&mut rig, 1000).1.unwrap();

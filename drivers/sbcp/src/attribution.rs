@@ -31,8 +31,8 @@ struct Asked {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Attribution {
     asked: Vec<Asked>,
-    /// Greatest delay behind a time-out that was found \[ns\].
-    learned: Duration,
+    /// A late answer was found.
+    late: bool,
 }
 
 /// A late answer.
@@ -45,11 +45,6 @@ pub(crate) struct Late {
 }
 
 impl Attribution {
-    /// Returns the greatest delay behind a time-out that was found.
-    pub(crate) fn learned(&self) -> Duration {
-        self.learned
-    }
-
     /// Adds a request, written at `written` with its time-out at `due`, that was abandoned.
     pub(crate) fn abandon(&mut self, to: Address, written: HostTime, due: HostTime) {
         self.asked.retain(|asked| due < asked.due + LATENESS_MAX);
@@ -64,8 +59,8 @@ impl Attribution {
     }
 
     /// Returns whether an answer of `from`, received at `now` while the request written at
-    /// `written` with time-out `due` is open, may be that of an abandoned request; then notes that
-    /// it was accepted.
+    /// `written` with time-out `due` is open, may be that of an abandoned request, on a bus on which
+    /// answers were late before; notes that it was accepted.
     pub(crate) fn accept(
         &mut self,
         from: Address,
@@ -86,7 +81,7 @@ impl Attribution {
                 taken: Some(now),
             });
         }
-        doubtful
+        doubtful && self.late
     }
 
     /// Forgets the requests to a board if no abandoned one among them can still be answered.
@@ -117,7 +112,7 @@ impl Attribution {
         for (n, (due, arrived)) in pairs.iter().enumerate() {
             let lateness = arrived.as_nanos().saturating_sub(due.as_nanos());
             let lateness = Duration::from_nanos(lateness);
-            self.learned = self.learned.max(lateness.min(LATENESS_MAX));
+            self.late = true;
             let taken = n < before;
             late(Late { lateness, taken });
         }
@@ -139,17 +134,5 @@ impl Attribution {
     pub(crate) fn is_open(&self, now: HostTime) -> bool {
         let open = |asked: &Asked| asked.taken.is_none() && now < asked.due + LATENESS_MAX;
         self.asked.iter().any(open)
-    }
-
-    /// Returns the time from which a request to `to` cannot be answered by an older answer, given
-    /// the delays found so far; `margin` is added to these.
-    pub(crate) fn free_from(&self, to: Address, margin: Duration) -> Option<HostTime> {
-        if self.learned.is_zero() {
-            return None;
-        }
-        let unanswered = self.asked.iter().filter(|asked| asked.to == to);
-        unanswered
-            .map(|asked| asked.due + self.learned + margin)
-            .max()
     }
 }

@@ -52,7 +52,12 @@ enum State {
 /// Only a later request to the same board is affected, so that board gets no request until
 /// [`MasterConfig::cycle_timeout`] (or [`MasterConfig::lazy_timeout`]) and [`MasterConfig::grace`]
 /// have passed since the abandoned request was written (for the reason see [`crate::GRACE`]);
-/// others are served meanwhile.
+/// others are served meanwhile. An answer that no open request asked for is attributed to the oldest
+/// unanswered request to its board of the last 10 ms, and counted as late, by device and with its
+/// delay behind the time-out ([`Master::traffic`]). If answers were accepted for later requests
+/// meanwhile, they belonged to earlier ones, and are counted as stale. From then on an answer of a
+/// board that owes one is doubtful ([`Master::is_doubtful`]): it completes the request, but its
+/// content is not to be used.
 ///
 /// **Unsolicited bytes.** After a stray, or a byte while no request is open, the next transfer
 /// waits until there has been no unsolicited byte for [`MasterConfig::quiet`], but not longer than
@@ -82,6 +87,8 @@ pub struct Master {
     counters: MasterCounters,
     traffic: TrafficLog,
     attribution: Attribution,
+    /// Answers that may belong to earlier requests.
+    doubtful: [bool; FRAME_MAX],
     /// Errors that do not count towards the threshold.
     startup_errors: u64,
     /// Finds late answers in unsolicited bytes.
@@ -107,6 +114,7 @@ impl Master {
             counters: MasterCounters::default(),
             traffic: TrafficLog::default(),
             attribution: Attribution::default(),
+            doubtful: [false; FRAME_MAX],
             startup_errors: 0,
             unsolicited_parser: Parser::default(),
         }
@@ -287,6 +295,7 @@ impl Master {
         }
         self.count = packets;
         self.open = 0;
+        self.doubtful = [false; FRAME_MAX];
         self.outcomes.clear();
         self.outcomes.resize(packets, Err(RequestError::NoAnswer));
         if self.quiet_from().is_some_and(|from| now < from) {
@@ -339,7 +348,7 @@ impl Master {
     /// Abandons the open requests; their answers may still arrive.
     fn abandon(&mut self) {
         let due = self.written + self.timeout();
-        let until = due + self.grace();
+        let until = due + self.config.grace;
         for index in self.outstanding() {
             if let Some(request) = self.requests[index] {
                 self.late.add(self.now, request.to, until);

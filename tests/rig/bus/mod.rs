@@ -10,5 +10,6 @@ mod harness;
 mod probe_plant;
 mod property;
 mod recovery;
+mod shipped;
 mod strategies;
 mod values;

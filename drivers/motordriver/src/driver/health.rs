@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use twinrig_kernel::{HostTime, SimDuration};
 use twinrig_runtime::BusHealth;
-use twinrig_sbcp::Master;
+use twinrig_sbcp::{ErrorCode, Master, RequestError};
 
 use super::{Stage, State};
 use crate::config::SessionConfig;
@@ -59,8 +59,11 @@ impl State {
     /// Returns the failures of the last cycle, with the boards of each: late ones first.
     fn failures(&self) -> String {
         let mut failures: Vec<(String, Vec<String>)> = Vec::new();
+        let outcomes = self.master.outcomes();
+        let silent = Err(RequestError::Refused(ErrorCode::TIMEOUT));
+        let all_silent = outcomes.len() > 1 && outcomes.iter().all(|outcome| *outcome == silent);
         let used = self.boards.iter().filter(|board| board.is_used());
-        let cycle = used.zip(&self.frame).zip(self.master.outcomes());
+        let cycle = used.zip(&self.frame).zip(outcomes);
         for ((board, request), outcome) in cycle {
             let Err(failure) = outcome else { continue };
             let late = self.master.traffic().lateness(Master::device(request.to));
@@ -76,6 +79,12 @@ impl State {
         let failures = failures
             .iter()
             .map(|(reason, boards)| format!("{}: {reason}", boards.join(", ")));
-        failures.collect::<Vec<_>>().join("; ")
+        let failures = failures.collect::<Vec<_>>().join("; ");
+        if all_silent {
+            // The bus controller waits for microseconds and drops what comes later.
+            format!("{failures} to the bus controller, all at once: late, or cut off from it")
+        } else {
+            failures
+        }
     }
 }

@@ -1,7 +1,5 @@
 //! Record of errors and late answers.
 
-use std::time::Duration;
-
 use twinrig_kernel::{HostTime, SimDuration};
 use twinrig_wire::{TrafficError, TrafficLog};
 
@@ -9,9 +7,6 @@ use super::{Kind, Master};
 use crate::attribution::Late;
 use crate::codes::ErrorCode;
 use crate::packet::{Address, Response};
-
-/// Added to the delays found so far: two microframes, by which the arrival at the host varies.
-const MARGIN: Duration = Duration::from_micros(250);
 
 impl Master {
     /// Returns the number of a device in the [`TrafficLog`].
@@ -35,6 +30,12 @@ impl Master {
     pub fn record_implausible(&mut self, from: Address, now: HostTime) {
         let kind = TrafficError::Implausible;
         self.traffic.error(kind, Some(Self::device(from)), 1, now);
+    }
+
+    /// Returns whether the answer to a request of the last transfer may be that to an earlier one:
+    /// the board owes an answer, and answers were late before. Its content is not to be used.
+    pub fn is_doubtful(&self, index: usize) -> bool {
+        self.doubtful.get(index).copied().unwrap_or_default()
     }
 
     /// Returns whether an answer to an abandoned request may still arrive at `now`, late.
@@ -69,7 +70,8 @@ impl Master {
                 let from = response.from();
                 self.traffic.answer(Self::device(from), self.now);
                 let due = self.written + self.timeout();
-                self.attribution.accept(from, self.written, due, self.now);
+                let (attribution, written) = (&mut self.attribution, self.written);
+                self.doubtful[index] = attribution.accept(from, written, due, self.now);
             }
             ErrorCode::TIMEOUT => self.record_error(index, TrafficError::NoAnswer),
             ErrorCode::CHECKSUM => self.record_error(index, TrafficError::Checksum),
@@ -92,12 +94,7 @@ impl Master {
             };
             attribution.attribute(from, now, &mut record)
         });
-        if let Some(from) = from.filter(|_| attributed) {
-            // Answers to other abandoned requests may be as late.
-            if let Some(until) = self.attribution.free_from(from, MARGIN) {
-                self.late.add(now, from, until);
-            }
-        } else {
+        if !attributed {
             self.traffic.error(TrafficError::Unexpected, None, 1, now);
         }
     }
@@ -113,13 +110,5 @@ impl Master {
         let garbled = u64::from(self.unsolicited_parser.skipped() > skipped);
         let kind = TrafficError::Garbled;
         self.traffic.error(kind, None, garbled, self.now);
-    }
-
-    /// Returns the time from its time-out in which the answer to an abandoned request may arrive.
-    pub(super) fn grace(&self) -> Duration {
-        match self.attribution.learned() {
-            Duration::ZERO => self.config.grace,
-            learned => self.config.grace.max(learned + MARGIN),
-        }
     }
 }

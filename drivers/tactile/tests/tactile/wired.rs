@@ -17,6 +17,8 @@ fn samples_arrive_at_the_rate_of_the_board_and_transfers_never_wait() {
         let mut rig = wired(&config, &none());
         let (log, result) = run(&mut rig, 1300);
         result.unwrap();
+        let health = rig.bus_health().remove(0).1;
+        assert!(health.is_clean() && health.silence.is_some(), "{health:?}");
         let (samples, expected) = (
             diagnostic(&rig, &log, "tactile/samples"),
             1300.0 / period_ms as f64,
