@@ -185,7 +185,7 @@ impl TrafficLog {
     fn end_silence(&mut self, device: u16, now: HostTime) {
         let entry = self.silence(device);
         if let Some(since) = entry.since.take() {
-            entry.longest = longer(entry.longest, (since, between(since, now)));
+            entry.longest = Some(longer(entry.longest, (since, between(since, now))));
         }
     }
 
@@ -212,7 +212,9 @@ impl TrafficLog {
         let mut worst: Option<(u16, (HostTime, SimDuration))> = None;
         for entry in &self.silences {
             let present = entry.since.map(|since| (since, between(since, now)));
-            let longest = present.map_or(entry.longest, |present| longer(entry.longest, present));
+            let longest = present.map_or(entry.longest, |present| {
+                Some(longer(entry.longest, present))
+            });
             if let Some(longest) = longest
                 && worst.is_none_or(|(_, worst)| worst.1 < longest.1)
             {
@@ -242,8 +244,8 @@ impl TrafficLog {
 fn longer(
     before: Option<(HostTime, SimDuration)>,
     new: (HostTime, SimDuration),
-) -> Option<(HostTime, SimDuration)> {
-    Some(before.filter(|before| before.1 >= new.1).unwrap_or(new))
+) -> (HostTime, SimDuration) {
+    before.filter(|before| before.1 >= new.1).unwrap_or(new)
 }
 
 #[cfg(test)]
