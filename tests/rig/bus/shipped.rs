@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use twinrig::kernel::{SimDuration, SimTime};
-use twinrig::runtime::BusHealth;
+use twinrig::runtime::{BusHealth, Silence};
 use twinrig::scenario::Setting;
 use twinrig::{Assembly, Registry};
 use twinrig_tests::run_from;
@@ -58,10 +58,7 @@ fn dead_board_on_each_of_two_buses_is_silent() {
             ("bus.sbcp.error_threshold", "-1"),
         ];
         for (name, health) in health("oncilla-trot.toml", &settings) {
-            let dead = health
-                .silence
-                .as_ref()
-                .is_some_and(|silence| silence.is_dead());
+            let dead = health.silence.as_ref().is_some_and(Silence::is_dead);
             let concerned = place.split('/').nth(1) == Some(name.as_str());
             assert_eq!(dead, concerned, "{place}, {name}: {health:?}");
             assert_eq!(
