@@ -50,7 +50,7 @@ pub struct LateDevice {
 pub struct Silence {
     /// The device, as in [`BusError::device`].
     pub device: String,
-    /// Its last answer before, or the end of the opening.
+    /// Its first request without an answer; of a device that transmits unasked, its last frame.
     pub since: HostTime,
     /// Its length, to the next answer or to the present.
     pub length: SimDuration,
