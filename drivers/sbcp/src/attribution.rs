@@ -59,8 +59,8 @@ impl Attribution {
     }
 
     /// Returns whether an answer of `from`, received at `now` while the request written at
-    /// `written` with time-out `due` is open, may be that of an abandoned request, on a bus on which
-    /// answers were late before; notes that it was accepted.
+    /// `written` with time-out `due` is open, may be that of an abandoned request, on a bus on
+    /// which answers were late before; notes that it was accepted.
     pub(crate) fn accept(
         &mut self,
         from: Address,

@@ -53,12 +53,12 @@ enum State {
 /// Only a later request to the same board is affected, so that board gets no request until
 /// [`MasterConfig::cycle_timeout`] (or [`MasterConfig::lazy_timeout`]) and [`MasterConfig::grace`]
 /// have passed since the abandoned request was written (for the reason see [`crate::GRACE`]);
-/// others are served meanwhile. An answer that no open request asked for is attributed to the oldest
-/// unanswered request to its board of the last 10 ms, and counted as late, by device and with its
-/// delay behind the time-out ([`Master::traffic`]). If answers were accepted for later requests
-/// meanwhile, they belonged to earlier ones, and are counted as stale. From then on an answer of a
-/// board that owes one is doubtful ([`Master::is_doubtful`]): it completes the request, but its
-/// content is not to be used.
+/// others are served meanwhile. An answer that no open request asked for is attributed to the
+/// oldest unanswered request to its board of the last 10 ms, and counted as late, by device and
+/// with its delay behind the time-out ([`Master::traffic`]). If answers were accepted for later
+/// requests meanwhile, they belonged to earlier ones, and are counted as stale. From then on an
+/// answer of a board that owes one is doubtful ([`Master::is_doubtful`]): it completes the request,
+/// but its content is not to be used.
 ///
 /// **Unsolicited bytes.** After a stray, or a byte while no request is open, the next transfer
 /// waits until there has been no unsolicited byte for [`MasterConfig::quiet`], but not longer than

@@ -1,6 +1,7 @@
 use twinrig_kernel::{HostTime, SimDuration};
 
-/// Traffic of a bus as its driver has seen it, for reports: no signal, and no part of a fingerprint.
+/// Traffic of a bus as its driver has seen it, for reports: no signal, and no part of a
+/// fingerprint.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BusHealth {
     /// Requests written, or frames of a device that transmits unasked.

@@ -338,9 +338,9 @@ mod tests {
             }
         }
 
-        /// A window of failures as wide as a fifteenth of the range contains a tested size, wherever
-        /// it is and in both directions, and its lower end is the radius; so does one as wide as a
-        /// quarter of the radius.
+        /// A window of failures as wide as a fifteenth of the range contains a tested size,
+        /// wherever it is and in both directions, and its lower end is the radius; so does one as
+        /// wide as a quarter of the radius.
         #[test]
         fn windows_of_failures_below_are_found(
             from in 0.001..0.999_f64, width in 0.0667..0.3_f64, end in 0.01..1.0_f64,
