@@ -227,9 +227,10 @@ fn unresponsive_device_ends_the_run_at_the_time_limit_and_all_are_closed() {
         (HalvingDriver::new("sbcp"), other),
     ];
     let mut rig = rig(Summing::new(&["mute", "sbcp"]), drivers);
-    rig.options.limits.open = millis(30);
+    // The other device answers in time on a loaded machine, too.
+    let limit = millis(500);
+    rig.options.limits.open = limit;
     let (ended, report, log) = run(rig, 1000);
-    let limit = millis(30);
     let Err(RigError::Task { task, source, .. }) = ended else {
         panic!("{ended:?}");
     };
