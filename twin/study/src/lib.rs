@@ -149,8 +149,8 @@ pub use stopwatch::RunStopwatch;
 pub use study::{Order, Study, StudyKind};
 pub use sufficient::{
     Candidate, CandidateFactory, CandidateReference, CandidateRow, CandidateRun, CandidateStatus,
-    Deviation, MarginOutcome, ReferenceMargin, ReferenceRuns, Rule, RunFailure, Sufficiency,
-    SufficiencyPlan, perturb_start, sufficient,
+    Deviation, MarginOutcome, ReferenceMargin, ReferenceRuns, Rule, RunFailure, START_PERTURBATION,
+    Sufficiency, SufficiencyPlan, perturb_start, sufficient,
 };
 pub use sweep::Factor;
 pub use thesis::{FIGURES, ModelClass, ThesisFigure};

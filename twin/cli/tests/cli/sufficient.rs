@@ -48,6 +48,11 @@ fn choice_passes_and_its_omissions_change_nothing() {
     assert_eq!(proof["changed_signals"], Value::Array(Vec::new()));
     // A trunk that is held has one start, and no servo restricts the plants.
     assert_eq!(found["starts"], 1);
+    let scope = found["scope"].as_str().unwrap();
+    assert!(
+        scope.starts_with("the scenario's settings only, from its start;"),
+        "{scope}"
+    );
     assert_eq!(found["reference"]["reference"]["plant"], "lcp");
     let chosen = found["chosen"].as_u64().unwrap();
     let row = &found["rows"][usize::try_from(chosen).unwrap()];

@@ -21,7 +21,7 @@ pub use rule::{Deviation, ReferenceMargin, Rule};
 pub use search::sufficient;
 
 /// Greatest change of a coordinate at a perturbed start, m or rad.
-const PERTURBATION: f64 = 1e-6;
+pub const START_PERTURBATION: f64 = 1e-6;
 
 /// Parameters of the search.
 #[derive(Clone, Debug)]
@@ -173,7 +173,7 @@ pub fn perturb_start(plant: &mut dyn Plant, start: usize) -> Result<(), String> 
     let perturbation = StartPerturbation {
         seed: 0,
         member: start,
-        magnitude: Magnitude::UpTo(PERTURBATION),
+        magnitude: Magnitude::UpTo(START_PERTURBATION),
     };
     perturbation.apply(plant)
 }

@@ -1,7 +1,9 @@
 //! `twin plan --sufficient`: the cheapest plant and setting that answer a scenario.
 
 use serde::Serialize;
-use twinrig_study::{ProgressObserver, Sufficiency, SufficiencyPlan, sufficient};
+use twinrig_study::{
+    ProgressObserver, START_PERTURBATION, Sufficiency, SufficiencyPlan, sufficient,
+};
 
 use super::super::{FAILURE, NEGATIVE, SUCCESS, Terminal, settings, source};
 use super::sufficient_text::text;
@@ -21,6 +23,8 @@ pub(super) struct SufficientTwin {
     pub(super) file: String,
     #[serde(flatten)]
     pub(super) search: Sufficiency,
+    /// Settings and starts for which the choice is shown to suffice.
+    pub(super) scope: String,
     /// Factors by which the scenario's own choice, and the reference, take longer than the choice.
     pub(super) savings: [Option<f64>; 2],
     /// Lines of a scenario that make the choice.
@@ -104,6 +108,7 @@ fn found(
     Ok(SufficientTwin {
         scenario: own.scenario().name.clone(),
         file: own.scenario().file.clone(),
+        scope: scope(search.starts),
         savings: search.savings(),
         toml: settings.map(toml),
         options: settings.map(options),
@@ -112,6 +117,17 @@ fn found(
         left_out: builder.left_out().to_vec(),
         search,
     })
+}
+
+/// Returns the settings and the starts of the runs that were compared.
+fn scope(starts: usize) -> String {
+    let starts = match starts {
+        1 => "its start".to_owned(),
+        _ => format!("{starts} starts within {START_PERTURBATION:e} m or rad"),
+    };
+    format!(
+        "the scenario's settings only, from {starts}; near a bound, other settings may need another plant"
+    )
 }
 
 /// Returns the lines of a scenario with these settings, by table.

@@ -64,7 +64,7 @@ fn choice(found: &SufficientTwin) -> Vec<String> {
     let reference = &search.reference;
     fact("reference", reference.reference.describe());
     fact("verified by", reference.check.describe());
-    fact("starts", search.starts.to_string());
+    fact("shown for", found.scope.clone());
     let mut lines = facts.lines(2);
     if let Some(options) = &found.options
         && !options.is_empty()
