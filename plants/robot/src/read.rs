@@ -454,9 +454,5 @@ fn within(table: &Table<'_>, key: &str, unit: Unit, range: &Range) -> Result<f64
 }
 
 fn three(item: &Item<'_>, unit: Unit, range: &Range) -> Result<[f64; 3], Reported> {
-    let values = item.each(|item| item.quantity(unit, range))?;
-    values.try_into().map_err(|values: Vec<f64>| {
-        let message = format!("`{}` has {} entries", item.key(), values.len());
-        item.report(message, "three entries are required")
-    })
+    item.quantities(unit, range, "three entries are required")
 }

@@ -1,8 +1,10 @@
 //! A value that is being read.
 
+mod list;
+
 use twinrig_kernel::{SimDuration, Unit};
 
-use crate::document::{Overrides, SET_TWICE, quoted};
+use crate::document::{Overrides, SET_TWICE};
 use crate::error::{Placed, Problem};
 use crate::near;
 use crate::node::{Node, Value};
@@ -222,7 +224,7 @@ impl<'d> Item<'d> {
                     self.key(),
                     quantity::quantity_name(unit)
                 ),
-                help: quantity::example(unit),
+                help: quantity::example_of(digits, unit),
             }),
             _ => {
                 return Err(self
@@ -295,38 +297,6 @@ impl<'d> Item<'d> {
         }
     }
 
-    /// Returns the items of a list.
-    ///
-    /// # Errors
-    /// The value has another type.
-    pub fn list(&self) -> Result<Vec<Item<'d>>, Reported> {
-        let Value::List(nodes) = &self.node.value else {
-            return Err(self.no_list());
-        };
-        let item = |node| Item::new(node, self.path.clone(), self.problems);
-        Ok(nodes.iter().map(item).collect())
-    }
-
-    /// Reads a list item by item with `read`; every item is read, even after a problem.
-    ///
-    /// # Errors
-    /// The value is not a list, or `read` reported a problem.
-    pub fn each<T>(
-        &self,
-        read: impl FnMut(&Item<'d>) -> Result<T, Reported>,
-    ) -> Result<Vec<T>, Reported> {
-        let read: Vec<_> = self.list()?.iter().map(read).collect();
-        read.into_iter().collect()
-    }
-
-    /// Returns a list of strings.
-    ///
-    /// # Errors
-    /// The value has another type.
-    pub fn texts(&self) -> Result<Vec<&'d str>, Reported> {
-        self.each(Item::text)
-    }
-
     /// Returns a table whose entries replace those of another document, where its keys are checked.
     ///
     /// # Errors
@@ -342,34 +312,6 @@ impl<'d> Item<'d> {
             }
             _ => Err(self.wrong_type("a table")),
         }
-    }
-
-    /// Reports that the value is no list.
-    fn no_list(&self) -> Reported {
-        let key = self.key();
-        if let Value::Text(text) = &self.node.value {
-            let words = text
-                .split([',', ' ', '[', ']'])
-                .filter(|word| !word.is_empty());
-            let words: Vec<String> = words.map(quoted).collect();
-            let help = format!("write it as in {key} = [{}]", words.join(", "));
-            return self.wrong_type_with_help("a list", help);
-        }
-        let Value::Table(entries) = &self.node.value else {
-            return self.wrong_type("a list");
-        };
-        let mut keys = entries.iter().map(|entry| entry.key.as_str());
-        if let Some(index) = keys.find(|key| key.parse::<usize>().is_ok()) {
-            let message = format!("there is no list `{key}` that has an element {index}");
-            let help = format!("set the list as a whole: {key}=[{{ … }}]");
-            return self.report(message, help);
-        }
-        let help = if self.toml().starts_with('[') {
-            format!("write [[{}]] in place of [{}]", self.path, self.path)
-        } else {
-            format!("write it as in {key} = [{{ … }}]")
-        };
-        self.wrong_type_with_help("a list", help)
     }
 
     fn wrong_type(&self, expected: &str) -> Reported {

@@ -261,6 +261,10 @@ impl Node {
             return self.insert(rest, place, node);
         }
         let index = if let Some(index) = known {
+            if rest.is_empty() {
+                // Messages about the key point to where its value is from.
+                entries[index].key_place = place.clone();
+            }
             index
         } else {
             entries.push(Entry {

@@ -194,12 +194,17 @@ pub(crate) fn any_unit(text: &str) -> Result<Unit, QuantityError> {
 
 /// Remedy with an example; for a length: `write it as in "3 m"; units that fit: m, cm, …`.
 pub(crate) fn example(unit: Unit) -> String {
+    example_of("3", unit)
+}
+
+/// As [`example`], with a number that is given.
+pub(crate) fn example_of(number: &str, unit: Unit) -> String {
     let first = units::kind(unit).map_or("", |kind| kind.spellings[0].0);
     if first.is_empty() {
         "write a number, as in 0.5".into()
     } else {
         format!(
-            "write it as in \"3 {first}\"; units that fit: {}",
+            "write it as in \"{number} {first}\"; units that fit: {}",
             fitting_units(unit)
         )
     }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::document::quoted;
 use crate::error::Problem;
 use crate::source::{Place, Source};
 use crate::visible::{code_point, is_invisible};
@@ -182,7 +183,7 @@ fn hint(line: &str, message: &str) -> Option<String> {
         return Some(named(c));
     }
     if let Some((key, value)) = line.split_once(':').filter(|_| !line.contains('=')) {
-        return Some(format!("write {} = {}", key.trim(), value.trim()));
+        return Some(format!("write {} = {}", key.trim(), as_value(value.trim())));
     }
     let (key, value) = line.split_once('=')?;
     let (key, value) = (key.trim(), value.trim());
@@ -203,8 +204,23 @@ fn hint(line: &str, message: &str) -> Option<String> {
             format!("write {key} = {}", text.to_lowercase())
         }
         "null" | "None" | "nil" => format!("leave `{key}` out to have its default"),
-        text => format!("texts and quantities are in quotes: {key} = \"{text}\""),
+        text if text.ends_with(';') => {
+            let value = as_value(text.trim_end_matches([';', ' ']));
+            format!("lines have no `;`: write {key} = {value}")
+        }
+        text => {
+            let text = quoted(text.trim_matches(['"', '\'']));
+            format!("texts and quantities are in quotes: {key} = {text}")
+        }
     })
+}
+
+/// Returns a value in TOML: as it is written, or else as a text.
+fn as_value(text: &str) -> String {
+    match toml::de::DeValue::parse(text) {
+        Ok(_) => text.to_owned(),
+        Err(_) => quoted(text.trim_matches(['"', '\''])),
+    }
 }
 
 /// Remedy for a number or a key in braces, in a line with an equals sign.

@@ -3,8 +3,8 @@ const SUGGESTIONS_MAX: usize = 3;
 
 /// Returns the candidates close to the misspelt `word`, nearest first, ties in the order of
 /// `candidates`. A candidate is close if its edit distance (insertion, deletion, replacement,
-/// transposition of neighbours) is at most a third of the word's letters, or two. An exact match is
-/// excluded.
+/// transposition of neighbours) is at most a third of the word's letters, or two, and at most half of
+/// the letters of the longer of both. An exact match is excluded.
 ///
 /// ```
 /// use twinrig_kernel::near_misses;
@@ -23,7 +23,7 @@ pub fn near_misses<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>
         .map(|candidate| (strsim::osa_distance(word, candidate), candidate))
         .filter(|&(distance, candidate)| {
             (1..=distance_max).contains(&distance)
-                && distance < candidate.chars().count().max(letters)
+                && 2 * distance <= candidate.chars().count().max(letters)
         })
         .collect();
     found.sort_by_key(|&(distance, _)| distance);
@@ -54,6 +54,10 @@ mod tests {
             "an exact match is excluded"
         );
         assert!(near_misses("ab", ["xy"]).is_empty(), "nothing in common");
+        assert!(
+            near_misses("kp", ["hip"]).is_empty(),
+            "one letter in common"
+        );
     }
 
     #[test]
@@ -72,7 +76,7 @@ mod tests {
             for other in words.into_iter().filter(|other| *other != word) {
                 let distance = strsim::osa_distance(word, other);
                 let longest = word.len().max(other.len());
-                let is_near = distance <= (word.len() / 3).max(2) && distance < longest;
+                let is_near = distance <= (word.len() / 3).max(2) && 2 * distance <= longest;
                 assert_eq!(
                     near_misses(word, [other]).len(),
                     usize::from(is_near),

@@ -29,10 +29,5 @@ pub(super) const PLACE: Type<[f64; 3]> = Type::new(
 
 /// Reads three quantities.
 pub(super) fn vector(item: &Item<'_>, unit: Unit, range: &Range) -> Result<[f64; 3], Reported> {
-    let values = item.each(|item| item.quantity(unit, range))?;
-    let count = values.len();
-    values.try_into().map_err(|_| {
-        let message = format!("`{}` has {count} values, not three", item.key());
-        item.report(message, "give its components forward, left and up")
-    })
+    item.quantities(unit, range, "give its components forward, left and up")
 }
