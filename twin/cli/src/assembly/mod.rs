@@ -167,7 +167,7 @@ impl<'r> Assembly<'r> {
         let (mut scenario, body) = sources.body(registry, settings)?;
         let legs = scenario.legs(&body.legs())?;
         let has_choice = registry.has_constraints(&scenario.plant.model);
-        constraints::complete(
+        let rigid = constraints::complete(
             &mut scenario,
             has_choice,
             body.robot(),
@@ -203,6 +203,7 @@ impl<'r> Assembly<'r> {
         let large = recording_size::warning(&scene, &facts.plant_outputs, &facts.process_ports);
         scene.scenario.warnings.extend(large);
         scene.scenario.warnings.extend_from_slice(body.warnings());
+        scene.left_out.extend(rigid);
         let mut assembly = Self {
             registry,
             scene,

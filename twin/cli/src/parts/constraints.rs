@@ -6,7 +6,7 @@ use twinrig_kernel::Unit;
 use twinrig_legged::Constraints;
 use twinrig_robot::Robot;
 use twinrig_scenario::{
-    Accepts, ActuatorKind, LegFact, OptionSpec, OptionValue, Options, Profile, Scenario,
+    Accepts, ActuatorKind, LeftOut, LegFact, OptionSpec, OptionValue, Options, Profile, Scenario,
     SetPointKind,
 };
 
@@ -56,24 +56,33 @@ pub(crate) fn named_constraints(options: &Options) -> Option<Constraints> {
 /// Set-points are linear, for any plant, so that plants can be compared; those of a scenario that
 /// asks for rigid constraints are held, because nothing is gained there. `has_choice`: whether the
 /// plant declares the option; one that wraps a plant of ours gets the default as well.
+///
+/// Returns the compliance of driven legs as left out, with the reason, where the plant has the
+/// choice and the scenario makes none.
 pub(crate) fn complete(
     scenario: &mut Scenario,
     has_choice: bool,
     robot: Option<&Robot>,
     legs: &[LegFact],
     rules: DefaultRules,
-) {
+) -> Option<LeftOut> {
     let asked = named_constraints(&scenario.plant.options).or_else(|| {
         (has_choice && is_of_rigid(&scenario.plant.options)).then_some(Constraints::Rigid)
     });
     let driven = scenario.controller.is_some() && scenario.actuator.kind != ActuatorKind::None;
     let present = rules == DefaultRules::Present;
-    let compliant = present && driven && has_compliance(scenario, robot, legs);
+    let prevented = no_compliance(scenario, robot, legs);
+    let compliant = present && driven && prevented.is_none();
     let open = if compliant {
         Constraints::Compliant
     } else {
         Constraints::Rigid
     };
+    let is_open = present && driven && has_choice && asked.is_none();
+    let left_out = prevented.filter(|_| is_open).map(|why| LeftOut {
+        part: "compliance of stops, cables and soles".to_owned(),
+        why,
+    });
     let name = asked.unwrap_or(open).name();
     let options = std::mem::take(&mut scenario.plant.options);
     scenario.plant.options = options.with(CONSTRAINTS, OptionValue::Text(name.to_owned()));
@@ -87,6 +96,7 @@ pub(crate) fn complete(
         };
         actuator.set_point = Some(course);
     }
+    left_out
 }
 
 /// Refuses a bar that would be no obstacle: rigid constraints have no walls, and a compliant foot
@@ -140,11 +150,17 @@ fn is_of_rigid(options: &Options) -> bool {
         .any(|&(name, of_both)| options.get(name).is_some() && options.text(name) != of_both)
 }
 
-/// Whether legs and ground can be compliant.
-fn has_compliance(scenario: &Scenario, robot: Option<&Robot>, legs: &[LegFact]) -> bool {
+/// Returns the reason for which legs and ground cannot be compliant.
+fn no_compliance(scenario: &Scenario, robot: Option<&Robot>, legs: &[LegFact]) -> Option<String> {
     let ground = scenario.plant.ground.as_ref();
-    let rebounds = ground.is_some_and(|ground| ground.restitution > 0.0);
+    if ground.is_some_and(|ground| ground.restitution > 0.0) {
+        return Some("a ground with restitution is rigid".to_owned());
+    }
     let mut mounts = robot.iter().flat_map(|robot| &robot.legs);
     let simulated = |name: &str| legs.iter().any(|leg| leg.name == name);
-    !rebounds && mounts.all(|leg| leg.leg.compliance.is_some() || !simulated(&leg.name))
+    let rigid = mounts.find(|leg| leg.leg.compliance.is_none() && simulated(&leg.name))?;
+    Some(format!(
+        "the robot file has no [leg.{}.compliance]: docs/tutorial-robot.md shows one",
+        rigid.kind
+    ))
 }

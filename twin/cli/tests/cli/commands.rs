@@ -1,7 +1,9 @@
 //! End-to-end tests of the commands, in this process.
 
+use std::fs;
+
 use crate::common::{Folder, SOUND, json, twin};
-use serde_json::json;
+use serde_json::{Value, json};
 
 #[test]
 fn run_prints_documented_keys_first_and_in_order() {
@@ -570,6 +572,43 @@ fn rebounding_ground_is_rigid_unless_the_scenario_asks_for_compliance() {
         "{}",
         refused.err
     );
+}
+
+#[test]
+fn driven_legs_without_compliance_are_rigid_and_the_reason_is_shown() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    let read = |path: &str| fs::read_to_string(format!("{root}/{path}")).unwrap();
+    let robot = read("robots/cheetah-cub.toml");
+    let (before, compliance) = robot.split_once("[leg.aslp.compliance]").unwrap();
+    let mounts = compliance.find("[[mount]]").unwrap();
+    let folder = Folder::new("no-compliance");
+    fs::create_dir(folder.join("robots")).unwrap();
+    folder.file(
+        "robots/stiff.toml",
+        &(before.to_owned() + &compliance[mounts..]),
+    );
+    let file = folder.file("trot.toml", &read("scenarios/trot.toml"));
+    let plan =
+        |set: &[&str]| json(&twin(&[&["plan", &file, "--json"], set].concat()).out).remove(0);
+    let why = |plan: &Value| {
+        let parts = plan["left_out"].as_array().unwrap();
+        let part = parts
+            .iter()
+            .find(|it| it["part"].to_string().contains("compliance"));
+        part.map(|it| it["why"].as_str().unwrap().to_owned())
+    };
+    let own = plan(&["--set", "robot=stiff"]);
+    assert_eq!(own["constraints"], "rigid");
+    assert!(
+        why(&own).unwrap().contains("no [leg.aslp.compliance]"),
+        "{own}"
+    );
+    for set in [
+        &[][..],
+        &["--set", "robot=stiff", "--set", "plant.constraints=rigid"],
+    ] {
+        assert_eq!(why(&plan(set)), None, "{set:?}");
+    }
 }
 
 #[test]
