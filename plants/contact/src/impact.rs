@@ -40,7 +40,8 @@ impl Problem {
     /// and with the diagonal matrix E of coefficients: of the admissible impulses, E P₁ among them,
     /// the second phase selects those of least energy. For one common coefficient the bound is not
     /// positive. Different coefficients with friction may exceed the energy taken, even many times;
-    /// then all are reduced by the factor |P₁|/|EP₁|.
+    /// then all are reduced by the factor |P₁|/|EP₁|. An expansion that still adds energy, by the
+    /// tolerance of its solution, is reduced further.
     ///
     /// # Errors
     /// [`SolveError`], as described for the method; [`SolveError::Parameter`] for a coefficient outside
@@ -78,6 +79,26 @@ impl Problem {
         self.offset.copy_from_slice(before);
         self.phases = Some(phases);
         result
+    }
+
+    /// Returns the kinetic energy that the impulses [`Self::unknowns`] add at the rates `before`,
+    /// ΔT = Pᵀ ġ⁻ + ½ Pᵀ G P, and the magnitude of the energy they exchange: ½ Σ |Pᵢ| (|ġᵢ⁻| +
+    /// |ġᵢ⁺|) \[J\]. A law of impacts keeps the first below round-off of the second.
+    ///
+    /// Where `G` has a compliance on its diagonal, the work against it is part of the energy added,
+    /// which is then greater than that of the motion.
+    ///
+    /// # Panics
+    /// If the number of rates differs from the number of rows.
+    pub fn impact_energy(&self, before: &[f64]) -> [f64; 2] {
+        assert_eq!(before.len(), self.len(), "one rate per row");
+        let (mut added, mut exchanged) = (0.0, 0.0);
+        for (row, (&rate, &impulse)) in before.iter().zip(self.unknowns()).enumerate() {
+            let change = self.w(row) - self.offset[row];
+            added += impulse * (rate + 0.5 * change);
+            exchanged += 0.5 * impulse.abs() * (rate.abs() + (rate + change).abs());
+        }
+        [added, exchanged]
     }
 
     /// Computes the impulses P of an impact without collision (a tangential impact), for sliding
@@ -155,6 +176,12 @@ impl Problem {
     }
 }
 
+/// Whether the impulses add energy beyond round-off.
+fn gains(problem: &Problem, before: &[f64]) -> bool {
+    let [added, exchanged] = problem.impact_energy(before);
+    added > 1e-12 * exchanged
+}
+
 impl Phases {
     fn newton(
         &mut self,
@@ -198,19 +225,42 @@ impl Phases {
         }
         let expansion = self.second_phase(problem, |row| coefficients[row], method)?;
         problem.offset.copy_from_slice(before);
-        let solution = compression.and(expansion);
-        let (mut gain, mut magnitude) = (0.0, 0.0);
-        for (row, rate) in before.iter().enumerate() {
-            let (z, after) = (problem.unknowns[row], problem.w(row));
-            gain += 0.5 * z * (rate + after);
-            magnitude += 0.5 * z.abs() * (rate.abs() + after.abs());
-        }
+        let mut solution = compression.and(expansion);
         let share = self.restitution_scale(problem, coefficients);
-        if gain <= 1e-12 * magnitude || share >= 1.0 {
-            return Ok(solution);
+        if gains(problem, before) && share < 1.0 {
+            problem.unknowns[..before.len()].copy_from_slice(&self.first);
+            let reduced = self.second_phase(problem, |row| share * coefficients[row], method)?;
+            problem.offset.copy_from_slice(before);
+            solution = solution.and(reduced);
         }
-        problem.unknowns[..before.len()].copy_from_slice(&self.first);
-        Ok(solution.and(self.second_phase(problem, |row| share * coefficients[row], method)?))
+        if gains(problem, before) {
+            self.bound_energy(problem, before);
+        }
+        Ok(solution)
+    }
+
+    /// Reduces the expansion, whose impulses P satisfy their conditions only within a tolerance, to
+    /// P₁ + s (P − P₁) with the greatest s at which no energy is added. Both ends are in the cone
+    /// and leave no gap closing, and so is every point between them.
+    fn bound_energy(&self, problem: &mut Problem, before: &[f64]) {
+        let n = problem.len();
+        let (mut curvature, mut slope, mut compressed) = (0.0, 0.0, 0.0);
+        for (row, &rate) in before.iter().enumerate() {
+            let more = problem.unknowns[row] - self.first[row];
+            curvature += more * (problem.w(row) - self.rates[row]);
+            slope += more * self.rates[row];
+            compressed += 0.5 * self.first[row] * (rate + self.rates[row]);
+        }
+        // ½ curvature s² + slope s + compressed = 0, whose first term is the lesser one.
+        let root = libm::sqrt((slope * slope - 2.0 * curvature * compressed).max(0.0));
+        let share = if compressed < 0.0 && slope + root > 0.0 {
+            (-2.0 * compressed / (slope + root)).min(1.0)
+        } else {
+            0.0
+        };
+        for (unknown, first) in problem.unknowns[..n].iter_mut().zip(&self.first) {
+            *unknown = first + share * (*unknown - first);
+        }
     }
 
     /// Solves a further impact after one whose impulses are the unknowns: the lower bound of a
@@ -246,11 +296,12 @@ impl Phases {
                 Bound::Free | Bound::Disc { .. } | Bound::DiscSecond => {}
             }
         }
-        let solution = problem.solve_by(method)?;
+        let solution = problem.solve_by(method);
+        // An approximation is the sum of both phases, too.
         for (unknown, first) in problem.unknowns.iter_mut().zip(&self.first) {
             *unknown += first;
         }
-        Ok(solution)
+        solution
     }
 
     /// Returns the factor for all coefficients at which the expansion returns no more energy than

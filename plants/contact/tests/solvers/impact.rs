@@ -131,6 +131,50 @@ proptest! {
     }
 
     #[test]
+    fn poissons_law_adds_no_energy_by_any_method(
+        collision in collision(true),
+        e in proptest::collection::vec(0.0..=1.0_f64, 9),
+        sweeps in 1..200_u32,
+    ) {
+        let rates = collision.rates(&collision.v);
+        let sweeps = Method::GaussSeidel { relaxation: 1.0, sweeps, tolerance: 1e-3 };
+        for method in [Method::Newton, Method::Direct, sweeps] {
+            let mut problem = collision.case().problem();
+            if problem.impact(Restitution::Poisson, &rates, &e[..rates.len()], method).is_ok() {
+                let [added, exchanged] = problem.impact_energy(&rates);
+                let after = collision.after(problem.unknowns());
+                let by_velocities = collision.energy(&after) - collision.energy(&collision.v);
+                prop_assert!((added - by_velocities).abs() <= 1e-9 * (1.0 + exchanged), "{} {}", added, by_velocities);
+                // The tolerance of a solution is relative to the rates, which are of order one, not to
+                // its impulses. Sweeps leave an error of the compression, which nothing bounds.
+                let allowed = if matches!(method, Method::GaussSeidel { .. }) { 1e-3 } else { 1e-9 };
+                prop_assert!(added <= allowed * exchanged + 1e-14, "{:?} adds {} of {}", method, added, exchanged);
+            }
+        }
+    }
+
+    /// The impulses of an approximation are those of both phases: no gap closes by more than the
+    /// residual of the error.
+    #[test]
+    fn truncated_impact_leaves_no_gap_closing_beyond_its_residual(
+        collision in collision(false),
+        e in 0.1..=1.0_f64,
+        sweeps in 1..40_u32,
+    ) {
+        let rates = collision.rates(&collision.v);
+        let method = Method::GaussSeidel { relaxation: 1.0, sweeps, tolerance: 1e-6 };
+        let mut problem = collision.case().problem();
+        let e = vec![e; rates.len()];
+        if let Err(SolveError::Violated { residual, .. }) =
+            problem.impact(Restitution::Poisson, &rates, &e, method)
+        {
+            for row in 0..rates.len() {
+                prop_assert!(problem.w(row) >= -residual * (1.0 + 1e-9) - 1e-12, "{} {}", problem.w(row), residual);
+            }
+        }
+    }
+
+    #[test]
     fn unconstrained_momentum_is_conserved_and_bilateral_row_stays_at_rest(collision in collision(false), e in 0.0..=1.0_f64) {
         // No row acts on the last degree of freedom; the first row is a joint that is at rest
         // before.
