@@ -147,7 +147,7 @@ pub fn record(assembly: &Assembly<'_>, name: &str) -> (Report, Vec<u8>) {
     let execution = Execution {
         recording: Some(path.clone()),
         progress: false,
-        ports: Vec::new(),
+        ..Execution::default()
     };
     let report = match execute(assembly, &execution) {
         Ok(report) => report,

@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{HostTime, SimTime};
-use twinrig_runtime::{BusError, BusHealth};
+use twinrig_runtime::{BusError, BusHealth, SLOW_CLOCK};
 
 use crate::smooth::SmoothCounts;
 
@@ -35,10 +35,11 @@ impl ClockCheck {
         health.missed_points += counts.missed;
         if let Some(at) = self.exceeded {
             health.errors.push(BusError {
-                kind: "slow clock: periods shortened",
+                kind: SLOW_CLOCK,
                 device: board,
                 count: counts.filled,
                 first: HostTime::from_nanos(at.as_nanos()),
+                last: HostTime::from_nanos(u64::MAX),
             });
         }
     }

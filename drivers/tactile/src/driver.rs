@@ -1,4 +1,4 @@
-use twinrig_kernel::{Direction, HostTime, Layout, Port, Snapshot, SnapshotError};
+use twinrig_kernel::{Direction, HostTime, Layout, Port, SimDuration, Snapshot, SnapshotError};
 use twinrig_runtime::{BusHealth, Driver, DriverError};
 use twinrig_wire::{Diagnostics, FramedDriver};
 
@@ -195,6 +195,10 @@ impl Driver for TactileDriver {
             (values, rest) = rest.split_at_mut(mounted.diagnostics.min(rest.len()));
             mounted.read_diagnostics(values);
         }
+    }
+
+    fn period(&self) -> Option<SimDuration> {
+        self.framed.period()
     }
 
     fn bus_health(&self, now: HostTime) -> Option<BusHealth> {

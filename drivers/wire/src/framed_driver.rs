@@ -356,10 +356,14 @@ impl<P: Protocol> Driver for FramedDriver<P> {
         Diagnostics::read(values, |diagnostics| self.report(diagnostics));
     }
 
+    fn period(&self) -> Option<SimDuration> {
+        let pacing = self.protocol.pacing()?;
+        let (Pacing::Requests(period) | Pacing::Frames(period)) = pacing;
+        Some(period)
+    }
+
     fn bus_health(&self, now: HostTime) -> Option<BusHealth> {
-        let period = self.protocol.pacing().map(|pacing| match pacing {
-            Pacing::Requests(period) | Pacing::Frames(period) => period,
-        });
+        let period = self.period();
         let name = |_| format!("{} of {}", P::DEVICE, self.name());
         Some(self.traffic.health(now, period, name))
     }

@@ -69,6 +69,7 @@ struct ErrorEntry {
     device: Option<u16>,
     count: u64,
     first: HostTime,
+    last: HostTime,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -76,6 +77,7 @@ struct LateEntry {
     device: u16,
     count: u64,
     first: HostTime,
+    last: HostTime,
     worst: SimDuration,
 }
 
@@ -122,12 +124,16 @@ impl TrafficLog {
         }
         let mut entries = self.errors.iter_mut();
         match entries.find(|entry| (entry.kind, entry.device) == (kind, device)) {
-            Some(entry) => entry.count += count,
+            Some(entry) => {
+                entry.count += count;
+                entry.last = now;
+            }
             None => self.errors.push(ErrorEntry {
                 kind,
                 device,
                 count,
                 first: now,
+                last: now,
             }),
         }
     }
@@ -138,11 +144,13 @@ impl TrafficLog {
             Some(entry) => {
                 entry.count += 1;
                 entry.worst = entry.worst.max(lateness);
+                entry.last = now;
             }
             None => self.late.push(LateEntry {
                 device,
                 count: 1,
                 first: now,
+                last: now,
                 worst: lateness,
             }),
         }
@@ -202,11 +210,13 @@ impl TrafficLog {
             device: entry.device.map(&name).unwrap_or_default(),
             count: entry.count,
             first: entry.first,
+            last: entry.last,
         });
         let late = self.late.iter().map(|entry| LateDevice {
             device: name(entry.device),
             count: entry.count,
             first: entry.first,
+            last: entry.last,
             worst: entry.worst,
         });
         let mut worst: Option<(u16, (HostTime, SimDuration))> = None;

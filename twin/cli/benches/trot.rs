@@ -35,7 +35,7 @@ fn complete_run(bencher: Bencher<'_, '_>, settings: &[(&str, &str)], recording: 
         let execution = Execution {
             recording,
             progress: false,
-            ports: Vec::new(),
+            ..Execution::default()
         };
         bencher
             .counter(ItemsCount::new(simulated_s(assembly.scenario().duration)))

@@ -96,7 +96,7 @@ pub use parts::lcp::lcp;
 pub use parts::massless::massless;
 pub use parts::method::Method;
 pub use parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
-pub use report::{Energy, Line, LineEnsemble, RealTime, Report, Status, Warned};
+pub use report::{BusReport, Energy, Line, LineEnsemble, RealTime, Report, Status, Warned};
 pub use run::ensemble::with_ensemble;
 pub use run::execute::{Execution, execute, execute_observed};
 pub use run::observers::{RunLayouts, RunObserver};

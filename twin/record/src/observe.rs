@@ -21,7 +21,8 @@ impl Observer for Fingerprint {
             RunEvent::ProcessEnd => self.event(now, 2, &[]),
             RunEvent::TaskBegin { task } => self.event(now, 3, &[task as u64]),
             RunEvent::TaskEnd { task } => self.event(now, 4, &[task as u64]),
-            RunEvent::TaskSkipped { task } => self.event(now, 5, &[task as u64]),
+            // Why a task is busy follows from the events before.
+            RunEvent::TaskSkipped { task, .. } => self.event(now, 5, &[task as u64]),
             RunEvent::Overrun { missed } => self.event(now, 6, &[missed]),
             RunEvent::Change { variable, value } => {
                 self.event(now, 7, &[variable as u64, value.to_bits()]);
@@ -37,8 +38,8 @@ impl Observer for Fingerprint {
 }
 
 /// Records every sample, every change, and exceptional events (skipped tasks, overruns). Begin and
-/// end of processes and tasks are frequent and follow from the scenario; they enter only the
-/// fingerprint.
+/// end of processes and tasks, and skips that follow from the periods, are frequent and follow from
+/// the scenario; they enter only the fingerprint.
 impl<W: Write> Observer for Recorder<W> {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         self.sample(now, group, values);
@@ -51,7 +52,10 @@ impl<W: Write> Observer for Recorder<W> {
             count: None,
         };
         match event {
-            RunEvent::TaskSkipped { task } => {
+            RunEvent::TaskSkipped {
+                task,
+                implied: false,
+            } => {
                 let message = EventMessage {
                     part: Some(name(&self.tasks, task)),
                     ..event_message("task skipped")
@@ -73,7 +77,8 @@ impl<W: Write> Observer for Recorder<W> {
             RunEvent::ProcessBegin { .. }
             | RunEvent::ProcessEnd
             | RunEvent::TaskBegin { .. }
-            | RunEvent::TaskEnd { .. } => {}
+            | RunEvent::TaskEnd { .. }
+            | RunEvent::TaskSkipped { .. } => {}
         }
     }
 
@@ -106,7 +111,10 @@ mod tests {
             RunEvent::TaskBegin { task: 0 },
             RunEvent::TaskBegin { task: 1 },
             RunEvent::TaskEnd { task: 0 },
-            RunEvent::TaskSkipped { task: 0 },
+            RunEvent::TaskSkipped {
+                task: 0,
+                implied: false,
+            },
             RunEvent::Overrun { missed: 0 },
             RunEvent::Change {
                 variable: 0,

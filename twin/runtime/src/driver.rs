@@ -1,5 +1,5 @@
 use thiserror::Error;
-use twinrig_kernel::{HostTime, Port, Snapshot, SnapshotError};
+use twinrig_kernel::{HostTime, Port, SimDuration, Snapshot, SnapshotError};
 
 use crate::BusHealth;
 
@@ -62,6 +62,11 @@ pub trait Driver: Send {
     /// Writes the diagnostics, concatenated in order.
     fn read_diagnostics(&self, values: &mut [f64]) {
         let _ = values;
+    }
+
+    /// Returns the nominal duration of a transfer, as [`crate::IoTask::period`].
+    fn period(&self) -> Option<SimDuration> {
+        None
     }
 
     /// Returns the traffic up to `now`; none where the driver counts nothing.

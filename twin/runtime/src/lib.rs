@@ -103,7 +103,7 @@ mod wiring;
 
 pub use std::ops::Bound;
 
-pub use bus_health::{BusError, BusHealth, LateDevice, Silence};
+pub use bus_health::{BusError, BusHealth, BusSummary, LateDevice, SLOW_CLOCK, Silence};
 pub use composite_plant::{CompositePlant, NameClash};
 pub use device::{Device, DeviceError, READ_MAX};
 pub use direct_io::DirectIo;

@@ -29,7 +29,7 @@ use twinrig_kernel::{SimDuration, SimTime};
 /// assert!(matches!(manager.control_step(millis(0)), ControlStep::Begin { .. }));
 /// manager.process_ended();
 /// assert!(manager.takes_part(0));
-/// manager.task_begun(0); // takes 3 ms
+/// manager.task_begun(0, millis(0)); // takes 3 ms
 ///
 /// let elapsed = SimDuration::from_millis(2);
 /// assert_eq!(manager.control_step(millis(2)), ControlStep::Begin { elapsed, missed: 0 });
@@ -53,6 +53,8 @@ pub struct Manager {
 struct TaskState {
     busy: bool,
     takes_part: bool,
+    /// Beginning of the last transfer.
+    begun: SimTime,
 }
 
 /// Decision at a control step.
@@ -121,12 +123,19 @@ impl Manager {
     ///
     /// # Panics
     /// If it was busy.
-    pub fn task_begun(&mut self, task: usize) {
+    pub fn task_begun(&mut self, task: usize, now: SimTime) {
         assert!(
             !self.tasks[task].busy,
             "task {task} was started while it was busy"
         );
         self.tasks[task].busy = true;
+        self.tasks[task].begun = now;
+    }
+
+    /// Returns the time from the beginning of the task's last transfer to `now`.
+    pub fn since_begin(&self, task: usize, now: SimTime) -> SimDuration {
+        let since = now.checked_since(self.tasks[task].begun);
+        since.unwrap_or(SimDuration::ZERO)
     }
 
     /// Marks the task as idle: its transfer has ended.

@@ -58,6 +58,9 @@ pub enum RunEvent {
     TaskSkipped {
         /// Its index.
         task: usize,
+        /// Whether the skip follows from the periods: one transfer lasts longer than a control
+        /// step ([`crate::IoTask::period`]), and this one is not overdue.
+        implied: bool,
     },
     /// The process misses a control step: the last iteration is still running.
     Overrun {

@@ -5,8 +5,8 @@ use crate::interrupt;
 use crate::process_slot::ProcessSlot;
 use crate::sensor::SignalChain;
 use crate::{
-    BusHealth, Change, ControlStep, Group, IoTask, Manager, Observer, Plant, Process, Progress,
-    RigError, RunEvent, TimeSource,
+    BusHealth, BusSummary, Change, ControlStep, Group, IoTask, Manager, Observer, Plant, Process,
+    Progress, RigError, RunEvent, TimeSource,
 };
 
 mod assembly;
@@ -38,6 +38,8 @@ pub struct Rig {
     /// Tasks, plant and agenda.
     events: EventLoop<Box<dyn IoTask>>,
     manager: Manager,
+    /// Time for which the transfers of each task may occupy it by the periods.
+    implied_busy: Vec<SimDuration>,
     compute: TimeSource,
     /// Sensors, in the order in which they were added.
     sensors: Vec<SignalChain>,
@@ -192,7 +194,8 @@ impl Rig {
                 self.process.accept_results(n, slot.part.to_process());
                 sensors::deliver(&mut self.sensors, n, now, &mut self.process.state.inputs);
             } else {
-                observer.event(now, RunEvent::TaskSkipped { task: n });
+                let implied = self.manager.since_begin(n, now) < self.implied_busy[n];
+                observer.event(now, RunEvent::TaskSkipped { task: n, implied });
             }
         }
         observer.event(now, RunEvent::ProcessBegin { elapsed });
@@ -213,7 +216,7 @@ impl Rig {
         let tasks = self.events.parts.len();
         if now == SimTime::ZERO {
             for n in 0..tasks {
-                self.manager.task_begun(n);
+                self.manager.task_begun(n, now);
                 let progress = self
                     .events
                     .call(n, observer, |task, now, plant| task.open(now, plant))?;
@@ -240,7 +243,7 @@ impl Rig {
             if !self.manager.takes_part(n) {
                 continue;
             }
-            self.manager.task_begun(n);
+            self.manager.task_begun(n, now);
             observer.event(now, RunEvent::TaskBegin { task: n });
             let from_process = self.process.task_inputs(n);
             let progress = self.events.call(n, observer, |task, now, plant| {
@@ -305,6 +308,19 @@ impl Rig {
         let parts = self.events.parts.iter();
         parts
             .filter_map(|slot| Some((slot.name.as_str(), slot.part.bus_health(now)?)))
+            .collect()
+    }
+
+    /// Returns the buses as a report has them, with their traffic up to the last event.
+    pub fn buses(&self) -> Vec<BusSummary> {
+        let health = self.bus_health().into_iter();
+        health
+            .map(|(name, health)| {
+                let parts = self.events.parts.iter();
+                let parts = parts.filter(|slot| slot.name == name);
+                let ports = parts.flat_map(|slot| [slot.part.ports(), slot.part.diagnostics()]);
+                BusSummary::new(name, health, ports.flatten())
+            })
             .collect()
     }
 

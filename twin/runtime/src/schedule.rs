@@ -60,6 +60,17 @@ pub(crate) fn check_observation_period(observe: SimDuration) -> Result<(), RigEr
     Ok(())
 }
 
+/// Returns for how long a transfer may occupy its task by the periods: the nominal duration on the
+/// control grid, if that is longer than a control step; otherwise zero.
+pub(crate) fn implied_busy(nominal: Option<SimDuration>, control: SimDuration) -> SimDuration {
+    let steps = nominal.map_or(0, |it| it.as_nanos().div_ceil(control.as_nanos()));
+    if steps > 1 {
+        control.checked_mul(steps).unwrap_or(control)
+    } else {
+        SimDuration::ZERO
+    }
+}
+
 /// Change of a process variable during a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Change {

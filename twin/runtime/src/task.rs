@@ -60,6 +60,12 @@ pub trait IoTask: Part {
     /// inputs of the process.
     fn to_process(&self) -> &[f64];
 
+    /// Returns the nominal duration of a transfer that the device paces itself, such as the period
+    /// of its frames; none where a transfer is to end within a control step.
+    fn period(&self) -> Option<SimDuration> {
+        None
+    }
+
     /// Returns the traffic up to `now`; none where the task has no bus.
     fn bus_health(&self, now: SimTime) -> Option<BusHealth> {
         let _ = now;

@@ -1,5 +1,7 @@
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Direction, HostTime, Layout, Port, SimTime, Snapshot, SnapshotError};
+use twinrig_kernel::{
+    Direction, HostTime, Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError,
+};
 
 use crate::traced_wire::TracedWire;
 use crate::{
@@ -192,6 +194,10 @@ impl IoTask for WiredTask {
 
     fn to_process(&self) -> &[f64] {
         self.driver.to_process()
+    }
+
+    fn period(&self) -> Option<SimDuration> {
+        self.driver.period()
     }
 
     fn bus_health(&self, now: SimTime) -> Option<BusHealth> {

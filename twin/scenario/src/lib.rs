@@ -57,6 +57,7 @@
 //!     energy: None,
 //!     work: None,
 //!     real_time_factor: None,
+//!     buses: &[],
 //! };
 //! let outcomes = judge.finish(&end);
 //! assert_eq!(outcomes[0].verdict, Verdict::Pass);

@@ -74,6 +74,7 @@ fn repeat(registry: &Registry, args: &ReplayArgs, progress: bool) -> Result<Repl
         recording: Some(repetition.0.clone()),
         progress,
         ports: Vec::new(),
+        strict: false,
     };
     let cut_off = cut_off(&recorded);
     let end = cut_off.unwrap_or_else(|| assembly.end());

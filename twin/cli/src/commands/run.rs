@@ -175,6 +175,7 @@ impl<'a> Session<'a> {
             recording,
             progress: terminal.interactive && !self.args.json,
             ports: ports(&self.args.port),
+            strict: self.args.strict,
         }
     }
 

@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use twinrig_scenario::{TrackingReport, Verdict};
+use twinrig_scenario::Verdict;
 
 use crate::report::table;
 use crate::report::{Line, Report};
@@ -111,6 +111,21 @@ fn suite(report: &Report, all: &[Report]) -> Suite {
         };
         cases.push(Case::of("runs to its end", problem));
     }
+    if let Some(reasons) = &report.strict {
+        let name = "has no warnings (--strict)";
+        cases.push(match reasons.as_slice() {
+            [] => Case::passed(name),
+            [first, ..] => {
+                let problem = CaseProblem {
+                    kind: ProblemKind::Failure,
+                    of_type: "strict".to_owned(),
+                    message: first.clone(),
+                    text: reasons.join("\n"),
+                };
+                Case::of(name, problem)
+            }
+        });
+    }
     let texts = [
         ("file", Some(report.file.clone())),
         ("plant", report.plant.clone()),
@@ -121,14 +136,17 @@ fn suite(report: &Report, all: &[Report]) -> Suite {
     let properties = texts
         .into_iter()
         .filter_map(|(key, text)| Some((key, text?)));
-    let warnings = report.tracking.iter().flat_map(TrackingReport::warnings);
-    let warnings: Vec<String> = warnings.map(|text| format!("warning: {text}\n")).collect();
+    let warnings = report.run_warnings().into_iter();
+    let warnings = warnings.map(|text| format!("warning: {text}\n"));
+    let buses = report.buses.iter();
+    let buses = buses.map(|bus| format!("bus {}: {}\n", bus.bus.name, bus.line()));
+    let output: Vec<String> = warnings.chain(buses).collect();
     Suite {
         name,
         properties: properties.collect(),
         time_s: report.wall_s.unwrap_or(0.0),
         cases,
-        output: warnings.concat(),
+        output: output.concat(),
     }
 }
 

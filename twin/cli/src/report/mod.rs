@@ -1,5 +1,6 @@
 //! Reports of scenarios: the `--json` output, and the source of the table and the `JUnit` file.
 
+pub(crate) mod buses;
 pub(crate) mod grid;
 pub(crate) mod junit;
 pub(crate) mod layout;
@@ -11,6 +12,7 @@ pub(crate) mod width;
 
 #[cfg(feature = "cli")]
 use anstream::adapter::strip_str;
+pub use buses::BusReport;
 use serde::{Serialize, Serializer};
 use twinrig_document::{Place, Warning};
 use twinrig_kernel::SimTime;
@@ -98,13 +100,18 @@ pub struct Report {
     pub work: Option<WorkCounts>,
     /// Timing of a run on hardware.
     pub real_time: Option<RealTime>,
-    /// Warnings about the scenario.
+    /// Warnings about the scenario and about its run.
     pub warnings: Vec<Warned>,
     /// Time of the robot's fall, if one was observed \[s\].
     pub fell_at_s: Option<f64>,
     /// How the legs follow the commands of a gait; none if the controller commands no leg.
     #[serde(serialize_with = "tracking::serialize")]
     pub tracking: Option<TrackingReport>,
+    /// Traffic of the buses.
+    pub buses: Vec<BusReport>,
+    /// Reasons for which a strict run fails, although its expectations may hold; none if the run
+    /// was not strict.
+    pub strict: Option<Vec<String>>,
 }
 
 /// Warning, in its serialised form.
@@ -119,6 +126,9 @@ pub struct Warned {
     /// Line in the file, counted from 1.
     pub line: Option<usize>,
 }
+
+/// Code of warnings about the traffic of a run.
+pub(crate) const BUS_WARNING: &str = "bus";
 
 impl Warned {
     /// Converts warnings, in their order.
@@ -409,7 +419,28 @@ impl Report {
             warnings: Vec::new(),
             fell_at_s: None,
             tracking: None,
+            buses: Vec::new(),
+            strict: None,
         }
+    }
+
+    /// Returns the warnings about the run: gaits that are not followed, and buses.
+    pub(crate) fn run_warnings(&self) -> Vec<String> {
+        let of_run = self.warnings.iter().filter(|it| it.code == BUS_WARNING);
+        let mut warnings = tracking::warnings(self.tracking.as_ref());
+        warnings.extend(of_run.map(|warned| warned.message.clone()));
+        warnings
+    }
+
+    /// Makes the run strict: it fails where there is a warning. A bus that is not clean is one.
+    pub(crate) fn make_strict(&mut self) {
+        let of_scenario = self.warnings.iter().filter(|it| it.code != BUS_WARNING);
+        let of_scenario = of_scenario.map(|warned| warned.message.clone());
+        let reasons: Vec<String> = of_scenario.chain(self.run_warnings()).collect();
+        if self.verdict == Status::Pass && !reasons.is_empty() {
+            self.verdict = Status::Fail;
+        }
+        self.strict = Some(reasons);
     }
 
     /// Returns the table that `twin run` prints, without styles. Needs the feature `cli`.

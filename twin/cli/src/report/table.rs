@@ -38,7 +38,7 @@ pub fn report(report: &Report) -> String {
         let _ = writeln!(out);
     }
     let _ = writeln!(out, "  {}", verdict(report));
-    for warning in tracking::warnings(report.tracking.as_ref()) {
+    for warning in report.run_warnings() {
         let _ = writeln!(
             out,
             "  {}  {}",
@@ -104,7 +104,8 @@ fn first_failure(report: &Report) -> Option<String> {
         return error.lines().next().map(str::to_owned);
     }
     let failed = report.expectations.iter().find(|line| !line.holds());
-    failed.map(|line| line.outcome.name.clone())
+    let failed = failed.map(|line| line.outcome.name.clone());
+    failed.or_else(|| report.strict.as_ref()?.first().cloned())
 }
 
 fn status_style(status: Status) -> Style {
@@ -141,6 +142,13 @@ fn verdict(report: &Report) -> String {
         0 => "no expectations".to_owned(),
         1 => format!("{} of 1 expectation holds", report.held()),
         _ => format!("{} of {count} expectations hold", report.held()),
+    };
+    let text = match &report.strict {
+        Some(reasons) if !reasons.is_empty() => {
+            let (count, plural) = (reasons.len(), if reasons.len() == 1 { "" } else { "s" });
+            format!("{text}; a strict run fails by {count} warning{plural}")
+        }
+        _ => text,
     };
     let word = styled(status_style(report.verdict), report.verdict.word());
     format!("{word}  {text}")
@@ -380,6 +388,9 @@ fn facts(report: &Report) -> Grid {
         .enumerate()
     {
         fact(if n == 0 { "tracking" } else { "" }, text);
+    }
+    for bus in &report.buses {
+        fact(&format!("bus {}", bus.bus.name), bus.line());
     }
     if let Some(fallbacks) = integrator_fallbacks(report) {
         fact("integrator", fallbacks);

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use twinrig_kernel::{SimDuration, SimTime, Snapshot};
 use twinrig_record::VerdictMessage;
-use twinrig_runtime::{EnergyBalance, Rig, RigError, WorkCounts, catch_panic};
+use twinrig_runtime::{BusSummary, EnergyBalance, Rig, RigError, WorkCounts, catch_panic};
 
 use crate::assembly::Assembly;
 use crate::error::TwinError;
@@ -35,6 +35,8 @@ pub struct Execution {
     /// Devices of the buses by bus name, for a run on hardware; empty: boards and plant are
     /// simulated.
     pub ports: Vec<(String, PathBuf)>,
+    /// Whether a run with warnings fails, such as that of a bus with errors.
+    pub strict: bool,
 }
 
 /// Runs `assembly`, the reference run if an expectation requires one, and the ensemble if the
@@ -98,7 +100,9 @@ pub(crate) fn execute_saving(
     if let Some(reference) = reference {
         judge = judge.with_reference(&reference);
     }
-    let observers = RunObservers::new(judge, recorder).with_tracking(tracking(assembly, &rig));
+    let observers = RunObservers::new(judge, recorder)
+        .with_tracking(tracking(assembly, &rig))
+        .with_tasks(&rig);
     let mut observers = observers.with_caller(caller, &rig);
     let title = &assembly.scenario().name;
     let mut progress = Progress::new(title, end.as_secs_f64(), execution.progress);
@@ -135,6 +139,8 @@ pub(crate) struct Course {
     pub simulated: bool,
     /// Energy balance and work counts of the plant, if it is in a valid state.
     pub plant: Option<(EnergyBalance, WorkCounts)>,
+    /// Traffic of the buses whose drivers are in a valid state.
+    pub buses: Vec<BusSummary>,
 }
 
 impl Course {
@@ -152,6 +158,7 @@ impl Course {
             error: stopped.map(|stopped| stopped.to_string()),
             simulated: true,
             plant: is_valid.then(|| (rig.plant().energy(), rig.plant().work())),
+            buses: if is_valid { rig.buses() } else { Vec::new() },
         }
     }
 }
@@ -186,6 +193,9 @@ pub(crate) fn report<W: Write>(
     if execution.recording.is_none() {
         let warnings = &mut report.warnings;
         warnings.retain(|warning| warning.code != LARGE_RECORDING);
+    }
+    if execution.strict {
+        report.make_strict();
     }
     let (reached, mut error) = (course.reached, course.error);
     let status = if error.is_some() {

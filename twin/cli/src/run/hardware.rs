@@ -40,7 +40,8 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
     }
     let mut observer = TimingObserver {
         observers: RunObservers::new(judge(assembly, &rig), recorder)
-            .with_tracking(tracking(assembly, &rig)),
+            .with_tracking(tracking(assembly, &rig))
+            .with_tasks(&rig),
         progress,
         reached: SimTime::ZERO,
     };
@@ -69,6 +70,7 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
         error,
         simulated: false,
         plant: None,
+        buses: times.buses.clone(),
     };
     let mut report = report(assembly, execution, observers, course);
     if report.verdict != Status::Pass {

@@ -8,7 +8,8 @@ use twinrig_scenario::{Judge, Layouts, Outcome, Reference, RunEnd, Tracking};
 
 use crate::assembly::Assembly;
 use crate::error::TwinError;
-use crate::report::{Line, Report, Status, Warned, seconds};
+use crate::report::buses::skips;
+use crate::report::{BUS_WARNING, BusReport, Line, Report, Status, Warned, seconds};
 use crate::run::execute::{Course, Execution, Stopped, run};
 use crate::run::executor::Executor;
 use crate::run::observers::{PolledOnly, RunObserver, RunObservers};
@@ -65,8 +66,42 @@ pub(crate) fn reference(
         energy: None,
         work: None,
         real_time_factor: None,
+        buses: &[],
     });
     Ok(Some(observers.reference()))
+}
+
+/// Returns the reports of the buses, and warnings about those that are not clean and about tasks
+/// without a bus whose transfers are too long.
+fn buses(
+    assembly: &Assembly<'_>,
+    skipped: &[(String, u64)],
+    course: &Course,
+) -> (Vec<BusReport>, Vec<Warned>) {
+    let scenario = assembly.scenario();
+    let warned = |bus: Option<&str>, message| Warned {
+        code: BUS_WARNING,
+        message,
+        file: scenario.file.clone(),
+        line: bus.and_then(|bus| Some(scenario.bus(bus)?.name.place.line())),
+    };
+    let of_bus = |name: &str| course.buses.iter().any(|bus| bus.name == name);
+    let reports = course.buses.iter().map(|bus| BusReport {
+        bus: bus.clone(),
+        skipped: skipped
+            .iter()
+            .find(|(task, _)| *task == bus.name)
+            .map_or(0, |(_, count)| *count),
+    });
+    let reports: Vec<BusReport> = reports.collect();
+    let unclean = reports.iter();
+    let unclean = unclean.filter_map(|bus| Some(warned(Some(&bus.bus.name), bus.warning()?)));
+    let direct = skipped
+        .iter()
+        .filter(|(task, count)| *count > 0 && !of_bus(task));
+    let direct = direct.map(|(task, count)| warned(None, skips(task, *count)));
+    let warnings = unclean.chain(direct).collect();
+    (reports, warnings)
 }
 
 /// Evaluates a completed run and returns its report.
@@ -85,9 +120,13 @@ pub(crate) fn judged_report<W: Write>(
         energy,
         work,
         real_time_factor,
+        buses: &course.buses,
     });
     // A fall that ends the run is a failure regardless of the expectations.
     let pass = outcomes.iter().all(Outcome::holds) && observers.ended_at().is_none();
+    let (buses, of_buses) = buses(assembly, observers.skipped(), course);
+    let mut warnings = Warned::all(&scenario.warnings);
+    warnings.extend(of_buses);
     let fell_at = observers.fell_at().or(observers.ended_at());
     Report {
         scenario: scenario.name.clone(),
@@ -107,8 +146,10 @@ pub(crate) fn judged_report<W: Write>(
         energy: energy.map(Into::into),
         work,
         real_time: None,
-        warnings: Warned::all(&scenario.warnings),
+        warnings,
         fell_at_s: fell_at.map(|at| seconds(at.as_nanos())),
         tracking: observers.tracking(),
+        buses,
+        strict: None,
     }
 }

@@ -66,6 +66,8 @@ pub(crate) struct RunObservers<'c, W: Write> {
     legs: Vec<String>,
     tracking: Option<Tracking>,
     caller: Option<&'c mut dyn RunObserver>,
+    /// Names of the tasks, and the control steps at which each was busy beyond its period.
+    skipped: Vec<(String, u64)>,
 }
 
 impl<'c, W: Write> RunObservers<'c, W> {
@@ -77,7 +79,21 @@ impl<'c, W: Write> RunObservers<'c, W> {
             judge,
             tracking: None,
             caller: None,
+            skipped: Vec::new(),
         }
+    }
+
+    /// Counts the control steps at which the tasks of `executor` were busy.
+    pub(crate) fn with_tasks(mut self, executor: &dyn Executor) -> Self {
+        let tasks = executor.tasks().into_iter();
+        self.skipped = tasks.map(|task| (task, 0)).collect();
+        self
+    }
+
+    /// Returns the names of the tasks, and the control steps at which each was busy although its
+    /// period does not imply that.
+    pub(crate) fn skipped(&self) -> &[(String, u64)] {
+        &self.skipped
     }
 
     /// Adds the observer of how legs follow their commands.
@@ -226,6 +242,14 @@ impl<W: Write> Observer for RunObservers<'_, W> {
     fn event(&mut self, now: SimTime, event: RunEvent) {
         Observer::event(&mut self.fingerprint, now, event);
         self.judge.event(now, event);
+        if let RunEvent::TaskSkipped {
+            task,
+            implied: false,
+        } = event
+            && let Some((_, count)) = self.skipped.get_mut(task)
+        {
+            *count += 1;
+        }
         if let Some(recorder) = &mut self.recorder {
             Observer::event(recorder, now, event);
         }

@@ -288,6 +288,7 @@ impl FootstepObserver {
             energy: None,
             work: None,
             real_time_factor: None,
+            buses: &[],
         };
         for (judge, steps) in [
             (&mut self.judge, &mut self.footsteps),

@@ -2,6 +2,7 @@
 
 mod bench;
 mod builds;
+mod buses;
 mod cell;
 mod commands;
 mod common;

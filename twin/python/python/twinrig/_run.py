@@ -159,6 +159,8 @@ class Run(Results):
     """Energy balance; ``None`` after a panic of a part."""
     recording: Path | None
     """Path of the recording."""
+    buses: list[dict[str, Any]]
+    """Traffic of each bus, with the keys of ``buses`` in ``twin run --json``."""
 
     def __init__(self, raw: dict[str, Any]) -> None:
         super().__init__(raw)
@@ -166,6 +168,7 @@ class Run(Results):
         self._table: str = raw["table"]
         report = self.report
         self.verdict, self.error = report["verdict"], report["error"]
+        self.buses = report["buses"]
         self.fingerprint, self.seed = report["fingerprint"], report["seed"]
         self.expectations = [Expectation(**line) for line in report["expectations"]]
         self.energy = None if report["energy"] is None else Energy(**report["energy"])

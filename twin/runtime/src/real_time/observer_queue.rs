@@ -141,7 +141,7 @@ fn pack(event: RunEvent) -> [u64; 3] {
         RunEvent::ProcessEnd => [2, 0, 0],
         RunEvent::TaskBegin { task } => [3, task as u64, 0],
         RunEvent::TaskEnd { task } => [4, task as u64, 0],
-        RunEvent::TaskSkipped { task } => [5, task as u64, 0],
+        RunEvent::TaskSkipped { task, implied } => [5, task as u64, u64::from(implied)],
         RunEvent::Overrun { missed } => [6, missed, 0],
         RunEvent::Change { variable, value } => [7, variable as u64, value.to_bits()],
     }
@@ -160,7 +160,10 @@ fn unpack_event(words: &[u64]) -> Option<RunEvent> {
         2 => RunEvent::ProcessEnd,
         3 => RunEvent::TaskBegin { task: index? },
         4 => RunEvent::TaskEnd { task: index? },
-        5 => RunEvent::TaskSkipped { task: index? },
+        5 => RunEvent::TaskSkipped {
+            task: index?,
+            implied: second != 0,
+        },
         6 => RunEvent::Overrun { missed: first },
         _ => RunEvent::Change {
             variable: index?,
@@ -197,7 +200,10 @@ mod tests {
             RunEvent::ProcessEnd,
             RunEvent::TaskBegin { task: 1 },
             RunEvent::TaskEnd { task: 2 },
-            RunEvent::TaskSkipped { task: 3 },
+            RunEvent::TaskSkipped {
+                task: 3,
+                implied: true,
+            },
             RunEvent::Overrun { missed: 4 },
             RunEvent::Change {
                 variable: 5,

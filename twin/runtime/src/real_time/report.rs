@@ -1,6 +1,7 @@
 use std::fmt;
 
 use super::Histogram;
+use crate::BusSummary;
 use twinrig_kernel::SimDuration;
 
 /// Timing report of a real-time run.
@@ -27,6 +28,8 @@ pub struct RealTimeReport {
     /// Records lost because the observer's queue or a task's queue was full. A recording with such
     /// gaps is not reliable.
     pub lost: u64,
+    /// Traffic of the buses, up to the order to close them.
+    pub buses: Vec<BusSummary>,
 }
 
 /// Report on the transfers of a task.
@@ -36,7 +39,7 @@ pub struct TaskReport {
     pub name: String,
     /// Time from the end of the iteration to the end of the transfer.
     pub took: Histogram,
-    /// Control steps at which it was busy.
+    /// Control steps at which it was busy, apart from those that follow from the periods.
     pub skipped: u64,
 }
 

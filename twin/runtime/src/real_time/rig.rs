@@ -93,6 +93,7 @@ impl RealTimeRig {
                 name: driver.name().into(),
                 ports: driver.ports(),
                 diagnostics: driver.diagnostics(),
+                period: driver.period(),
             })
             .collect();
         Ok(Self {
@@ -206,6 +207,9 @@ impl Control {
         });
         let closed = self.close(&mut pool);
         self.scheduler.report.lost += pool.lost();
+        for (task, health) in pool.bus_health() {
+            self.scheduler.add_bus(task, health);
+        }
         let ended = result.unwrap_or_else(|panic| Err(panic.into()));
         let ended = ended.and_then(|ended| closed.map(|()| ended));
         (ended, self.scheduler.report)

@@ -7,11 +7,12 @@ use super::driver_session::{ByteDirection, duration};
 use super::report::{RealTimeReport, TaskReport};
 use crate::interrupt::LongLoop;
 use crate::process_slot::ProcessSlot;
-use crate::schedule::check_observation_period;
+use crate::schedule::{check_observation_period, implied_busy};
 use crate::traced_wire::{OWN_TRACES, byte_traces};
 use crate::wiring::{Link, append_ports, diagnostics_layout};
 use crate::{
-    ControlStep, Group, Manager, Observer, Process, RigError, RunEvent, Schedule, TaskError,
+    BusHealth, BusSummary, ControlStep, Group, Manager, Observer, Process, RigError, RunEvent,
+    Schedule, TaskError,
 };
 
 /// Tasks of the scheduler: on threads, or simulated in a test.
@@ -71,6 +72,10 @@ pub(super) struct TaskPart {
     diagnostics: Range<usize>,
     /// From the results of the task to the measurements of all tasks.
     measurements: Vec<Link>,
+    /// Measurements and diagnostics.
+    provided: Vec<Port>,
+    /// Time for which transfers may occupy it by the periods.
+    implied_busy: SimDuration,
     begun: HostTime,
 }
 
@@ -79,6 +84,7 @@ pub(super) struct TaskInterface {
     pub(super) name: String,
     pub(super) ports: Vec<Port>,
     pub(super) diagnostics: Vec<Port>,
+    pub(super) period: Option<SimDuration>,
 }
 
 impl RealTimeScheduler {
@@ -97,6 +103,8 @@ impl RealTimeScheduler {
             traces.extend(byte_traces(&task.name, &[]));
             parts.push(TaskPart {
                 name: task.name.clone(),
+                provided: [task.ports.clone(), task.diagnostics.clone()].concat(),
+                implied_busy: implied_busy(task.period, period),
                 diagnostics: append_ports(&mut diagnostics, task.diagnostics),
                 measurements: append_measurements(&mut measurements, &task.ports),
                 begun: HostTime::default(),
@@ -134,7 +142,16 @@ impl RealTimeScheduler {
 
     /// Marks all tasks as busy with opening.
     pub(super) fn begin_opening(&mut self) {
-        (0..self.tasks.len()).for_each(|n| self.manager.task_begun(n));
+        (0..self.tasks.len()).for_each(|n| self.manager.task_begun(n, SimTime::ZERO));
+    }
+
+    /// Adds the traffic of a task's bus to the report.
+    pub(super) fn add_bus(&mut self, task: usize, health: BusHealth) {
+        // Without a control step all instants are those of the opening.
+        let health = health.since(self.origin.unwrap_or(HostTime::from_nanos(u64::MAX)));
+        let TaskPart { name, provided, .. } = &self.tasks[task];
+        let bus = BusSummary::new(name, health, provided.iter().cloned());
+        self.report.buses.push(bus);
     }
 
     /// Returns whether all tasks are idle.
@@ -274,8 +291,9 @@ impl RealTimeScheduler {
                     link.copy(results, &mut self.measured);
                 }
             } else {
-                self.report.tasks[n].skipped += 1;
-                observer.event(now, RunEvent::TaskSkipped { task: n });
+                let implied = self.manager.since_begin(n, now) < self.tasks[n].implied_busy;
+                self.report.tasks[n].skipped += u64::from(!implied);
+                observer.event(now, RunEvent::TaskSkipped { task: n, implied });
             }
         }
         observer.event(now, RunEvent::ProcessBegin { elapsed });
@@ -319,7 +337,7 @@ impl RealTimeScheduler {
             if !self.manager.takes_part(n) {
                 continue;
             }
-            self.manager.task_begun(n);
+            self.manager.task_begun(n, now);
             observer.event(now, RunEvent::TaskBegin { task: n });
             part.begun = ended;
             tasks.begin(n, ended, self.slot.task_inputs(n));

@@ -260,6 +260,7 @@ fn run_real_time(case: &Case, clock: &ManualClock) -> (RealTimeScheduler, Log) {
         name: n.to_string(),
         ports: ports(n).into(),
         diagnostics: Vec::new(),
+        period: None,
     });
     let mut scheduler =
         RealTimeScheduler::new(&case.schedule, process, interfaces.collect()).unwrap();
@@ -418,6 +419,7 @@ fn failed_transfer_ends_the_run_with_task_and_time() {
         name: "0".into(),
         ports: ports(0).into(),
         diagnostics: Vec::new(),
+        period: None,
     };
     let mut scheduler = RealTimeScheduler::new(
         &regular().schedule,

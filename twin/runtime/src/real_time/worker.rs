@@ -11,7 +11,7 @@ use super::driver_session::{ByteDirection, DriverSession, SessionObserver};
 use super::limits::Limits;
 use super::ring::RingWriter;
 use super::system::raise_priority;
-use crate::{PartKind, TaskError, catch_panic, in_part};
+use crate::{BusHealth, PartKind, TaskError, catch_panic, in_part};
 
 /// Orders of the control thread to a worker. A later order overrides an earlier one.
 pub(super) mod order {
@@ -34,6 +34,8 @@ pub(super) mod report {
 pub(super) struct Shared {
     pub(super) order: AtomicU8,
     pub(super) failure: OnceLock<TaskError>,
+    /// Traffic of the bus up to the order to close.
+    pub(super) health: OnceLock<BusHealth>,
 }
 
 /// A task on its own thread: opens, then runs a transfer per order, then closes.
@@ -93,6 +95,11 @@ impl Worker {
         let served = catch_driver_panic(&name, || self.open_and_serve());
         let failed = served.is_err();
         self.report_failure(served);
+        // A driver that panicked may panic again.
+        let now = self.clock.now();
+        if let Ok(Some(health)) = catch_panic(|| self.session.driver.bus_health(now)) {
+            let _ = self.shared.health.set(health);
+        }
         let limit = self.limits.close;
         let mut queue = ReportQueue {
             shared: &self.shared,

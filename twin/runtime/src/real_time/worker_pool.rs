@@ -12,7 +12,7 @@ use super::limits::Limits;
 use super::ring::{RingReader, ring, unpack};
 use super::scheduler::{Report, ReportKind, Tasks};
 use super::worker::{Shared, Worker, order, report};
-use crate::{Device, Driver, Phase, RigError, TaskError};
+use crate::{BusHealth, Device, Driver, Phase, RigError, TaskError};
 
 /// Worker threads of all tasks, as seen by the control thread.
 pub(super) struct WorkerPool {
@@ -82,6 +82,14 @@ impl WorkerPool {
             }
         }
         self.workers.iter().all(|worker| worker.thread.is_none())
+    }
+
+    /// Returns the traffic of the buses whose threads have ended, by task.
+    pub(super) fn bus_health(&self) -> Vec<(usize, BusHealth)> {
+        let workers = self.workers.iter().enumerate();
+        let health =
+            workers.filter_map(|(n, worker)| Some((n, worker.shared.health.get()?.clone())));
+        health.collect()
     }
 
     /// Returns the number of lost reports.

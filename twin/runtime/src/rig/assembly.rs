@@ -3,6 +3,7 @@ use twinrig_kernel::{Agenda, SimTime};
 use super::Rig;
 use crate::event_loop::{EventLoop, rank};
 use crate::process_slot::ProcessSlot;
+use crate::schedule::implied_busy;
 use crate::{IoTask, Manager, Plant, Process, RigError, Schedule};
 
 impl Rig {
@@ -28,6 +29,8 @@ impl Rig {
             .map(|task| (task.name().to_string(), task.ports()))
             .collect();
         let process = ProcessSlot::new(process, &named)?;
+        let busy = tasks.iter().map(|task| implied_busy(task.period(), period));
+        let implied_busy = busy.collect();
         let parts = named.into_iter().map(|(name, _)| name).zip(tasks);
         let agenda = Agenda::new(schedule.events_max);
         let own_events = |agenda: &mut Agenda| {
@@ -41,6 +44,7 @@ impl Rig {
         Ok(Self {
             process,
             manager: Manager::new(events.parts.len()),
+            implied_busy,
             events,
             compute: compute.map_err(RigError::Compute)?,
             period,

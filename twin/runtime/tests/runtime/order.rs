@@ -10,7 +10,7 @@ fn of_task(log: &Log, task: usize) -> Vec<(SimTime, char)> {
     let mark = |event| match event {
         RunEvent::TaskBegin { task: of } => (of == task).then_some('b'),
         RunEvent::TaskEnd { task: of } => (of == task).then_some('e'),
-        RunEvent::TaskSkipped { task: of } => (of == task).then_some('s'),
+        RunEvent::TaskSkipped { task: of, .. } => (of == task).then_some('s'),
         _ => None,
     };
     log.events()

@@ -58,7 +58,7 @@ proptest! {
         let (mut skipped, mut last) = (vec![false; tasks], vec![None::<Vec<f64>>; tasks]);
         for (time, event) in run.log.events() {
             match event {
-                RunEvent::TaskSkipped { task } => skipped[task] = true,
+                RunEvent::TaskSkipped { task, .. } => skipped[task] = true,
                 RunEvent::ProcessBegin { .. } => {
                     let (at, inputs) = reads.next().unwrap();
                     prop_assert_eq!(at, time);
@@ -86,7 +86,7 @@ proptest! {
             match event {
                 RunEvent::TaskBegin { task } => busy[task] = true,
                 RunEvent::TaskEnd { task } => busy[task] = false,
-                RunEvent::TaskSkipped { task } => skipped[task] = true,
+                RunEvent::TaskSkipped { task, .. } => skipped[task] = true,
                 RunEvent::ProcessBegin { .. } => {
                     prop_assert_eq!(&skipped, &busy);
                     skipped.fill(false);

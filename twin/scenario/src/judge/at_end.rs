@@ -33,7 +33,7 @@ pub(super) fn energy(balance: Option<&EnergyBalance>, limits: &Limits) -> Findin
     }
 }
 
-pub(super) fn cost(measure: CostMeasure, limits: &Limits, run: &RunEnd) -> Finding {
+pub(super) fn cost(measure: CostMeasure, limits: &Limits, run: &RunEnd<'_>) -> Finding {
     let value = match measure {
         CostMeasure::RealTimeFactor => run.real_time_factor,
         CostMeasure::Count(name) => {
@@ -91,6 +91,7 @@ mod tests {
             energy: None,
             work,
             real_time_factor: None,
+            buses: &[],
         };
         let verdict = |work| cost(CostMeasure::Count("steps"), &LIMITS, &end(work)).verdict;
         assert_eq!(verdict(Some(WorkCounts::of_steps(1))), Verdict::Fail);

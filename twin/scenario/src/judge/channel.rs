@@ -56,6 +56,8 @@ pub(super) enum CycleEvent {
     End,
     /// A cycle was due while the previous one was running.
     Missed,
+    /// So it was, as follows from the periods.
+    Waits,
 }
 
 impl CycleEvent {
@@ -67,7 +69,10 @@ impl CycleEvent {
             RunEvent::Overrun { .. } => Some((Cycle::Control, Self::Missed)),
             RunEvent::TaskBegin { task } => Some((Cycle::Task(task), Self::Begin)),
             RunEvent::TaskEnd { task } => Some((Cycle::Task(task), Self::End)),
-            RunEvent::TaskSkipped { task } => Some((Cycle::Task(task), Self::Missed)),
+            RunEvent::TaskSkipped { task, implied } => {
+                let event = if implied { Self::Waits } else { Self::Missed };
+                Some((Cycle::Task(task), event))
+            }
             RunEvent::Change { .. } | RunEvent::Opened => None,
         }
     }

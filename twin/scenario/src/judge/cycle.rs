@@ -18,6 +18,8 @@ pub(crate) struct CycleMeter {
     last_begin: Option<SimTime>,
     begins: u64,
     missed: u64,
+    /// Transfers of buses that had not ended at a cycle of the controller.
+    skipped: u64,
     /// Whether the last cycle that began has not ended.
     running: bool,
     /// Jitter, latency or interval between two cycle starts \[s\].
@@ -41,6 +43,7 @@ impl CycleMeter {
             last_begin: None,
             begins: 0,
             missed: 0,
+            skipped: 0,
             running: false,
             extremes: Extremes::default(),
             intervals: None,
@@ -68,11 +71,10 @@ impl CycleMeter {
                     self.extremes.add_within(now, latency, &self.limits);
                 }
             }
-            CycleEvent::Missed => {
-                self.missed += 1;
-                let missed = self.missed as f64;
-                if self.first_miss.is_none() && !self.limits.hold(missed) {
-                    self.first_miss = Some(now);
+            CycleEvent::Missed | CycleEvent::Waits => {
+                if event == CycleEvent::Missed {
+                    self.missed += 1;
+                    self.count_miss(now);
                 }
                 self.last_missed = Some(now);
                 if let Some(lower_bound) = self.lower_bound(now) {
@@ -80,6 +82,24 @@ impl CycleMeter {
                 }
             }
         }
+    }
+
+    /// Counts a transfer of a bus that has not ended at a cycle of the controller.
+    pub fn skip(&mut self, now: SimTime) {
+        self.skipped += 1;
+        self.count_miss(now);
+    }
+
+    fn count_miss(&mut self, now: SimTime) {
+        let missed = (self.missed + self.skipped) as f64;
+        if self.first_miss.is_none() && !self.limits.hold(missed) {
+            self.first_miss = Some(now);
+        }
+    }
+
+    /// Returns whether it counts the deadlines that were missed.
+    pub fn counts_misses(&self) -> bool {
+        self.measure == TimingMeasure::DeadlineMisses
     }
 
     fn record_interval(&mut self, now: SimTime, interval: SimDuration, jitter: SimDuration) {
@@ -111,8 +131,8 @@ impl CycleMeter {
         Some(seconds(lower_bound))
     }
 
-    /// Returns the finding of a window that ends at `end`.
-    pub fn finding(&self, end: SimTime) -> Finding {
+    /// Returns the finding of a window that ends at `end`, in which buses missed so many deadlines.
+    pub fn finding(&self, end: SimTime, of_buses: u64) -> Finding {
         let (Some(first), Some(last)) = (self.first_begin, self.last_begin) else {
             return Finding::unobserved("no cycle began in its time");
         };
@@ -130,8 +150,16 @@ impl CycleMeter {
             }
             TimingMeasure::HalfRange => self.half_range(last, end),
             TimingMeasure::DeadlineMisses => {
-                let missed = self.missed as f64;
-                let detail = format!("of {} cycles", self.begins + self.missed);
+                let missed = (self.missed + self.skipped + of_buses) as f64;
+                let mut detail = format!("of {} cycles", self.begins + self.missed);
+                for (count, what) in [
+                    (self.skipped, "transfers not done in time"),
+                    (of_buses, "points and answers of buses"),
+                ] {
+                    if count > 0 {
+                        detail = format!("{detail}, {count} {what}");
+                    }
+                }
                 Finding::of(self.limits.compare(missed, missed), self.first_miss, detail)
             }
             TimingMeasure::CycleRate => self.rate(first, last, end),

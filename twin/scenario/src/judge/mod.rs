@@ -1,6 +1,7 @@
 //! The judge: turns samples and events of a run into verdicts.
 
 mod at_end;
+mod buses;
 mod channel;
 mod compare;
 mod condition;
@@ -27,7 +28,7 @@ mod trunk;
 mod until;
 
 use twinrig_kernel::SimTime;
-use twinrig_runtime::{EnergyBalance, Group, WorkCounts};
+use twinrig_runtime::{BusSummary, EnergyBalance, Group, WorkCounts};
 
 use crate::expect::{Claim, Expectation};
 use crate::scene::{LegFact, Scene, foot_load, foot_position};
@@ -52,7 +53,7 @@ pub use tracking::{CommandedGait, DriveLimits, Tracking};
 
 /// Final data of a run.
 #[derive(Clone, Copy, Debug)]
-pub struct RunEnd {
+pub struct RunEnd<'b> {
     /// Time at which the run ended. If that is before the end of the scenario, no expectation
     /// passes, unless a fall ended the run as configured and the window of the expectation was
     /// complete.
@@ -63,6 +64,8 @@ pub struct RunEnd {
     pub work: Option<WorkCounts>,
     /// Simulated over wall-clock time; none if it was not measured.
     pub real_time_factor: Option<f64>,
+    /// Traffic of the buses.
+    pub buses: &'b [BusSummary],
 }
 
 /// Footsteps of a run without changes that displacements refer to; see [`Judge::reference`].
@@ -233,7 +236,7 @@ impl Judge {
     }
 
     /// Returns the outcomes, one for each expectation, in their order.
-    pub fn finish(&mut self, run: &RunEnd) -> Vec<Outcome> {
+    pub fn finish(&mut self, run: &RunEnd<'_>) -> Vec<Outcome> {
         self.close_footsteps();
         for monitor in &mut self.monitors {
             if let MonitorKind::Sequence(meter) = &mut monitor.meter {
@@ -245,6 +248,7 @@ impl Judge {
             .map(|(expectation, monitor)| {
                 let finding = self.finding(expectation, monitor, run);
                 let finding = self.restrict_to_observed(finding, monitor, run);
+                let finding = buses::restrict(finding, expectation, monitor, &self.legs, run.buses);
                 outcome(expectation, monitor.named(finding))
             })
             .collect()
@@ -270,7 +274,12 @@ impl Judge {
 
     /// Turns a pass into an unobserved finding if a part of the window was not observed: after a
     /// fall, or after the end of a run that ended early.
-    fn restrict_to_observed(&self, finding: Finding, monitor: &Monitor, run: &RunEnd) -> Finding {
+    fn restrict_to_observed(
+        &self,
+        finding: Finding,
+        monitor: &Monitor,
+        run: &RunEnd<'_>,
+    ) -> Finding {
         if monitor.fell && monitor.includes_falls() {
             return finding;
         }
@@ -287,13 +296,16 @@ impl Judge {
         }
     }
 
-    fn finding(&self, expectation: &Expectation, monitor: &Monitor, run: &RunEnd) -> Finding {
+    fn finding(&self, expectation: &Expectation, monitor: &Monitor, run: &RunEnd<'_>) -> Finding {
         match (&monitor.meter, &expectation.claim) {
             (MonitorKind::Absent(reason), _) => Finding::unobserved(reason.clone()),
             (MonitorKind::Signal(meter), _) => sample_finding(meter.finding(), monitor),
             (MonitorKind::Comparison(meter), _) => sample_finding(meter.finding(), monitor),
             (MonitorKind::Sequence(meter), _) => sample_finding(meter.finding(), monitor),
-            (MonitorKind::Cycle(_, meter), _) => meter.finding(monitor.window.before.min(run.at)),
+            (MonitorKind::Cycle(_, meter), _) => {
+                let misses = buses::deadline_misses(expectation, monitor, run.buses);
+                meter.finding(monitor.window.before.min(run.at), misses)
+            }
             (MonitorKind::Footsteps(meter), _) => {
                 sample_finding(self.footstep_finding(meter, monitor), monitor)
             }

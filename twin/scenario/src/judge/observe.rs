@@ -3,7 +3,7 @@
 use twinrig_kernel::SimTime;
 use twinrig_runtime::{Group, Observer, RunEvent};
 
-use super::channel::CycleEvent;
+use super::channel::{Cycle, CycleEvent};
 use super::gait::FirstLeg;
 use super::touch_downs::TouchDown;
 use super::{Judge, MonitorKind};
@@ -178,11 +178,16 @@ impl Observer for Judge {
         };
         for index in &self.cycle_monitors {
             let monitor = &mut self.monitors[*index];
-            if let MonitorKind::Cycle(cycle, meter) = &mut monitor.meter
-                && *cycle == of
-                && monitor.window.contains(now)
-            {
+            let MonitorKind::Cycle(cycle, meter) = &mut monitor.meter else {
+                continue;
+            };
+            if !monitor.window.contains(now) {
+                continue;
+            }
+            if *cycle == of {
                 meter.event(now, event);
+            } else if *cycle == Cycle::Control && event == CycleEvent::Missed {
+                meter.skip(now);
             }
         }
     }

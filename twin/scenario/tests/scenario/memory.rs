@@ -130,6 +130,7 @@ fn memory_of_a_judge_is_independent_of_the_run_length() {
             energy: None,
             work: None,
             real_time_factor: None,
+            buses: &[],
         };
         assert_eq!(judge.finish(&end).len(), EXPECTATIONS.len());
     });

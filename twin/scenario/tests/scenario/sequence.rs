@@ -175,6 +175,7 @@ fn judged(expect: &str, p: &[(u64, f64)], q: &[(u64, f64)]) -> Outcome {
         energy: None,
         work: None,
         real_time_factor: None,
+        buses: &[],
     };
     judge.finish(&end).remove(0)
 }

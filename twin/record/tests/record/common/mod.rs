@@ -143,7 +143,13 @@ pub fn record<W: std::io::Write>(
                     value: 0.11,
                 },
             );
-            recorder.event(now, RunEvent::TaskSkipped { task: 0 });
+            recorder.event(
+                now,
+                RunEvent::TaskSkipped {
+                    task: 0,
+                    implied: false,
+                },
+            );
         }
         if step % 25 == 24 {
             recorder.message(now, &footstep(step));

@@ -154,6 +154,7 @@ pub fn judge_run(scene: &Scene, run: &Run<'_>, reference: Option<&Reference>) ->
             ..WorkCounts::default()
         }),
         real_time_factor: Some(400.0),
+        buses: &[],
     };
     let outcomes = judge.finish(&end);
     footsteps.extend_from_slice(judge.closed());
@@ -213,6 +214,7 @@ pub fn cycles_until(expect: &str, events: &[(u64, RunEvent)], end_us: u64) -> Ou
         energy: None,
         work: None,
         real_time_factor: None,
+        buses: &[],
     };
     judge.finish(&end).remove(0)
 }

@@ -99,6 +99,7 @@ pub fn judge(signal: &str, expect: &str, run: &Run<'_>) -> Outcome {
         energy: None,
         work: None,
         real_time_factor: None,
+        buses: &[],
     };
     judge.finish(&end).remove(0)
 }

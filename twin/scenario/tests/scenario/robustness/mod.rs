@@ -261,6 +261,7 @@ impl Case {
             energy: None,
             work: None,
             real_time_factor: None,
+            buses: &[],
         };
         judge.finish(&end).remove(0)
     }
