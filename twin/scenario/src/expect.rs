@@ -25,6 +25,8 @@ pub struct Expectation {
     pub before: Option<SimTime>,
     /// Whether it counts as satisfied if it is unobserved.
     pub optional: bool,
+    /// Whether it is judged although a bus that it reads is dead for a time.
+    pub through_silence: bool,
     /// Plants that it applies to; empty for all plants.
     pub plants: Vec<String>,
     /// Claim.

@@ -60,7 +60,7 @@ fn oncilla(settings: &[&str]) -> (u8, Value) {
     let unlimited = "bus.sbcp.error_threshold=-1";
     run(
         "oncilla-trot.toml",
-        "1.2 s",
+        "6 s",
         &[settings, &[unlimited]].concat(),
         &rows,
     )
@@ -92,8 +92,6 @@ fn healthy_buses_are_clean_and_pass_strictly() {
     }
 }
 
-/// The 16 ms of the latency timer are seen by what they delay, and a clock that is fast by the
-/// points that its board misses.
 #[test]
 fn no_expectation_about_timing_passes_under_a_fault_of_timing() {
     let unplugged = |place: &str| {
@@ -143,10 +141,8 @@ fn no_expectation_about_timing_passes_under_a_fault_of_timing() {
         let lines = report["expectations"].as_array().unwrap();
         for ((of, _), line) in ROWS.iter().zip(lines) {
             let concerned = *of == bus_name || *of == "control";
-            // The controller's own cycle is on time while it skips a busy bus.
-            let seen = line["name"] == "jitter" && what == "busy";
             let passes = line["verdict"] == "pass";
-            assert_eq!(passes, !concerned || seen, "{fault}: {line}");
+            assert_eq!(passes, !concerned, "{fault}: {line}");
         }
     }
 }
@@ -157,7 +153,7 @@ fn bus_that_is_given_up_is_in_the_report() {
     let late =
         "fault=[{ at = '0.6 s', on = 'wire/sbcp', kind = 'delay', by = '3 ms', for = '9 s' }]";
     let rows = ROWS.map(|(_, row)| row);
-    let (code, report) = run("oncilla-trot.toml", "1.2 s", &[late], &rows);
+    let (code, report) = run("oncilla-trot.toml", "6 s", &[late], &rows);
     assert_eq!(code, 2, "{report}");
     assert!(
         !bus(&report, "sbcp")["errors"]
@@ -172,13 +168,13 @@ fn bus_that_is_given_up_is_in_the_report() {
 #[test]
 fn transfers_longer_than_the_period_are_missed_cycles() {
     let rows = [ROWS[0].1];
-    let (code, report) = run("trot.toml", "0.3 s", &["io.transfer_time='3 ms'"], &rows);
+    let (code, report) = run("trot.toml", "2 s", &["io.transfer_time='3 ms'"], &rows);
     assert_eq!(code, 1, "{report}");
     let line = &report["expectations"][0];
     assert_eq!(line["verdict"], "fail", "{line}");
     assert!(line["measured"].as_f64().unwrap() > 50.0, "{line}");
     assert!(report["strict"].to_string().contains("busy"), "{report}");
-    let (code, report) = run("trot.toml", "0.3 s", &[], &rows);
+    let (code, report) = run("trot.toml", "2 s", &[], &rows);
     assert_eq!(
         (code, &report["buses"]),
         (0, &serde_json::json!([])),

@@ -34,6 +34,10 @@ table! {
         r#"before = "8 s", body = { fall = false }"#, otherwise("the end of the run");
     OPTIONAL: bool = "optional", BOOLEAN, "whether it passes if it is unobserved",
         "optional = true, body = { fall = false }", default("false");
+    THROUGH_SILENCE: bool = "through_silence", BOOLEAN,
+        "whether it is judged although a bus that it reads is dead for a time",
+        "through_silence = true, signal = { name = \"sbcp/errors\", eventually = { min = 9 } }",
+        default("false");
     PLANTS: () = "plants", contextual(PLANTS_OF_BUILD), "plants to which it applies",
         r#"plants = ["massless"], body = { fall = false }"#, otherwise("all");
     FOOTSTEP: Claim = "footstep",
@@ -131,7 +135,7 @@ impl Context<'_> {
 pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expectation, Reported> {
     use expect_table::{
         AFTER, BEFORE, BODY, COMPARE, COST, ENERGY, FOOTSTEP, GAIT, NAME, OPTIONAL, PLANTS,
-        PRECEDENCE, RESPONSE, SIGNAL, TIMING,
+        PRECEDENCE, RESPONSE, SIGNAL, THROUGH_SILENCE, TIMING,
     };
     let table = &item.table()?;
     let table = expect_table::TABLE.of(table);
@@ -142,6 +146,7 @@ pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expe
     let after = table.get_with(&AFTER, |item| instant(item, context));
     let before = table.get_with(&BEFORE, |item| instant(item, context));
     let optional = table.read(&OPTIONAL);
+    let through_silence = table.read(&THROUGH_SILENCE);
     let plants = table.get_with(&PLANTS, |item| {
         let plants = item.each(|item| plant(item, context))?;
         if plants.is_empty() {
@@ -169,6 +174,7 @@ pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expe
         after: explicit_after.unwrap_or(SimTime::ZERO),
         before,
         optional: optional?,
+        through_silence: through_silence?,
         plants: plants?.unwrap_or_default(),
         claim,
     };
