@@ -19,7 +19,7 @@ use crate::units::{Joint, Scale, force_word, magnetic_word};
 use crate::wiring::Signals;
 
 /// Tick of the firmware, by the board's own clock.
-const TICK: LocalDuration = LocalDuration::from_nanos(1_000_000);
+pub(crate) const TICK: LocalDuration = LocalDuration::from_nanos(1_000_000);
 /// Volts per unit of duty: 24 V / 2¹⁵.
 const VOLTS_PER_DUTY: f64 = 24.0 / 32_768.0;
 

@@ -229,6 +229,8 @@ pub struct Line {
     pub outcome: Outcome,
     /// The expectation over the runs of the scenario's ensemble; none without one.
     pub ensemble: Option<LineEnsemble>,
+    /// Whether it is unobserved in a run that an error ended before its time window.
+    pub cut_short: bool,
 }
 
 /// An expectation over the runs of an ensemble.
@@ -294,6 +296,7 @@ impl Line {
         Self {
             outcome,
             ensemble: None,
+            cut_short: false,
         }
     }
 
@@ -359,6 +362,7 @@ struct WrittenLine<'a> {
     max: Option<f64>,
     file: &'a str,
     line: usize,
+    cut_short: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     ensemble: Option<&'a LineEnsemble>,
 }
@@ -389,6 +393,7 @@ impl Serialize for Line {
             max,
             file: &outcome.place.source().name,
             line: outcome.place.line(),
+            cut_short: self.cut_short,
             ensemble: self.ensemble.as_ref(),
         }
         .serialize(serializer)

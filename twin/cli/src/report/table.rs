@@ -24,17 +24,21 @@ const WIDTH: usize = 100;
 pub fn report(report: &Report) -> String {
     let mut out = String::new();
     let _ = writeln!(out, "{}", heading(report));
-    if !report.expectations.is_empty() {
-        let _ = writeln!(out);
-        for line in expectations(report).lines(2) {
-            let _ = writeln!(out, "{line}");
-        }
-    }
     let _ = writeln!(out);
+    // The cause stands above what it left unobserved.
     if let Some(error) = &report.error {
         for line in error.lines() {
             let _ = writeln!(out, "  {}", styled(RED, line));
         }
+        let _ = writeln!(out);
+    }
+    let (seen, cut) = (expectations(report), cut_short(report));
+    let lines = seen.lines(2).into_iter().chain(cut.lines(2));
+    let lines: Vec<String> = lines.collect();
+    for line in &lines {
+        let _ = writeln!(out, "{line}");
+    }
+    if !lines.is_empty() {
         let _ = writeln!(out);
     }
     let _ = writeln!(out, "  {}", verdict(report));
@@ -157,8 +161,12 @@ fn verdict(report: &Report) -> String {
 fn expectations(report: &Report) -> Grid {
     let sides = [Left, Left, Right, Left, Right, Left, Right, Left];
     let mut grid = Grid::new(&sides);
+    let mut lines = report.expectations.iter().filter(|line| !line.cut_short);
+    let Some(first) = lines.next() else {
+        return grid;
+    };
     grid.header("| expectation | measured | | bound | | margin |");
-    for line in &report.expectations {
+    for line in std::iter::once(first).chain(lines) {
         let outcome = &line.outcome;
         let (mark, style) = mark(line);
         let shown = Shown::of(outcome);
@@ -175,6 +183,18 @@ fn expectations(report: &Report) -> Grid {
             Cell::new(number(outcome.margin), bad),
             Cell::new(line_remark(line, report.recording.is_some()), DIM),
         ]);
+    }
+    grid
+}
+
+/// Returns the expectations that the end of the run left unobserved, in one paragraph.
+fn cut_short(report: &Report) -> Grid {
+    let mut grid = Grid::new(&[Left, Left]);
+    let lines = report.expectations.iter().filter(|line| line.cut_short);
+    let names: Vec<&str> = lines.map(|line| line.outcome.name.as_str()).collect();
+    if !names.is_empty() {
+        let text = format!("unobserved by that: {}", names.join(", "));
+        grid.paragraph(Cell::new("?", RED), &text.into(), WIDTH);
     }
     grid
 }

@@ -4,7 +4,9 @@ use std::io::Write;
 
 use twinrig_kernel::SimTime;
 use twinrig_runtime::Group;
-use twinrig_scenario::{Judge, Layouts, Outcome, Reference, RunEnd, Tracking};
+use twinrig_scenario::{
+    Expectation, Judge, Layouts, Outcome, Reference, RunEnd, Scenario, Tracking, Verdict,
+};
 
 use crate::assembly::Assembly;
 use crate::error::TwinError;
@@ -104,6 +106,22 @@ fn buses(
     (reports, warnings)
 }
 
+/// Returns the lines of a report, with those marked that the end of the run left unobserved.
+fn lines(outcomes: Vec<Outcome>, scenario: &Scenario, course: &Course) -> Vec<Line> {
+    let lines = outcomes.into_iter().zip(&scenario.expectations);
+    let line = |(outcome, expectation): (Outcome, &Expectation)| {
+        let reaches_beyond = expectation
+            .before
+            .is_none_or(|before| before > course.reached);
+        let is_unobserved = outcome.verdict == Verdict::Unobserved;
+        Line {
+            cut_short: course.error.is_some() && is_unobserved && reaches_beyond,
+            ..Line::of(outcome)
+        }
+    };
+    lines.map(line).collect()
+}
+
 /// Evaluates a completed run and returns its report.
 pub(crate) fn judged_report<W: Write>(
     assembly: &Assembly<'_>,
@@ -138,7 +156,7 @@ pub(crate) fn judged_report<W: Write>(
         simulated_s: Some(simulated_s),
         wall_s: Some(wall_s),
         real_time_factor,
-        expectations: outcomes.into_iter().map(Line::of).collect(),
+        expectations: lines(outcomes, scenario, course),
         left_out: assembly.scene().left_out.clone(),
         recording: None,
         file: scenario.file.clone(),

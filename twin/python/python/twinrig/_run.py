@@ -57,6 +57,8 @@ class Expectation:
     """File of the expectation; ``None`` in recordings, which contain the scenario itself."""
     line: int | None = None
     """Line in it, counted from 1."""
+    cut_short: bool = False
+    """Whether it is unobserved in a run that an error ended before its time window."""
     ensemble: dict[str, Any] | None = None
     """Share and margins over the runs of the scenario's ensemble, as in ``twin run --json``."""
 

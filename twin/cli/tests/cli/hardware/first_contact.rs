@@ -43,8 +43,9 @@ fn first_contact_is_judged_completely_on_hardware() {
     assert_eq!(names(lockstep), names(real));
     for line in real["expectations"].as_array().unwrap() {
         // Whether they hold depends on the machine.
-        assert_ne!(line["verdict"], "unobserved", "{line}");
-        assert!(line["measured"].is_number(), "{line}");
+        let observed = line["verdict"] != "unobserved";
+        assert!(observed || super::bus_was_late(line), "{line}");
+        assert_eq!(line["measured"].is_number(), observed, "{line}");
     }
     let failed = real["verdict"] == "fail";
     let notes = real["real_time"]["notes"].to_string();
@@ -70,7 +71,9 @@ fn boards_that_do_not_answer_fail_first_contact() {
     let lines = report["expectations"].as_array().unwrap();
     let verdict = |name: &str| &lines.iter().find(|line| line["name"] == name).unwrap()["verdict"];
     assert_eq!(verdict("boards answer"), "fail", "{report}");
-    assert_eq!(verdict("commands are in the range of the boards"), "pass");
+    // The counters of a dead bus count nothing.
+    let counted = verdict("commands are in the range of the boards");
+    assert_eq!(counted, "unobserved", "{report}");
 }
 
 fn bytes(hexadecimal: &str) -> Vec<u8> {

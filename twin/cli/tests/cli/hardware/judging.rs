@@ -6,21 +6,25 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
-use super::{Running, STAND, WELL_RECORDED, is_longer, run_on_twin, wait_until, with_retries};
+use super::{
+    Running, STAND, WELL_RECORDED, bus_was_late, is_longer, run_on_twin, wait_until, with_retries,
+};
 use crate::common::{Folder, twin};
 
 /// Returns a scenario with expectations of the bus, of the control cycle and of the plant;
-/// `optional` is appended to the last.
+/// `optional` is appended to the last. On an overloaded machine the bus is silent for a time.
 fn scenario_with_expectations(optional: &str) -> String {
     format!(
         r#"{STAND}
 [[expect]]
 name = "there are cycles"
+through_silence = true
 signal = {{ name = "sbcp/cycles", always = {{ min = 1 }} }}
 after = "0.9 s"
 
 [[expect]]
 name = "and control steps"
+through_silence = true
 timing = {{ of = "control", cycle_rate = {{ min = "1 Hz" }} }}
 
 [[expect]]
@@ -185,7 +189,7 @@ fn walking_robot_runs_on_two_ports_without_plant() {
     ];
     for line in lines(&report) {
         let observable = observable.contains(&line["name"].as_str().unwrap());
-        let observed = line["verdict"] != "unobserved";
+        let observed = line["verdict"] != "unobserved" || bus_was_late(line);
         assert_eq!(observed, observable, "{line}");
     }
     let tasks = report["real_time"]["tasks"].as_array().unwrap();

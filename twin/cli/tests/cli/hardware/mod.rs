@@ -258,6 +258,14 @@ pub fn with_retries<T>(mut attempt: impl FnMut() -> Result<T, Ended>) -> T {
     panic!("this machine is too busy to initialise the boards");
 }
 
+/// Returns whether a line is unobserved because the bus was late or silent for a time, as on an
+/// overloaded machine.
+pub fn bus_was_late(line: &serde_json::Value) -> bool {
+    let detail = line["detail"].as_str().unwrap_or_default();
+    line["verdict"] == "unobserved"
+        && (detail.contains(" was silent for ") || detail.ends_with(" were not in time"))
+}
+
 pub fn is_longer(path: &str, bytes: u64) -> bool {
     Path::new(path)
         .metadata()
