@@ -488,7 +488,10 @@ fn slow_task_skips_steps_without_delaying_a_fast_one() {
         "{report}"
     );
     assert_eq!(
-        log.count(RunEvent::TaskSkipped { task: 1 }) as u64,
+        log.count(RunEvent::TaskSkipped {
+            task: 1,
+            implied: false
+        }) as u64,
         report.tasks[1].skipped
     );
 }
