@@ -241,7 +241,8 @@ pub struct RunArgs {
     /// Do not write recordings
     #[arg(long, conflicts_with = "out")]
     pub no_record: bool,
-    /// Fail where there is a warning, or a bus with errors, late answers, or boards that miss points
+    /// Fail where there is a warning, or a bus with errors, late answers, or boards that miss
+    /// points
     #[arg(long)]
     pub strict: bool,
     /// Print one JSON object per scenario instead of a table
