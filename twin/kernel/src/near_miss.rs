@@ -3,8 +3,8 @@ const SUGGESTIONS_MAX: usize = 3;
 
 /// Returns the candidates close to the misspelt `word`, nearest first, ties in the order of
 /// `candidates`. A candidate is close if its edit distance (insertion, deletion, replacement,
-/// transposition of neighbours) is at most a third of the word's letters, or two, and at most half of
-/// the letters of the longer of both. An exact match is excluded.
+/// transposition of neighbours) is at most a third of the word's letters, or two, and at most half
+/// of the letters of the longer of both. An exact match is excluded.
 ///
 /// ```
 /// use twinrig_kernel::near_misses;

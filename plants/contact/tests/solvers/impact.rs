@@ -145,8 +145,8 @@ proptest! {
                 let after = collision.after(problem.unknowns());
                 let by_velocities = collision.energy(&after) - collision.energy(&collision.v);
                 prop_assert!((added - by_velocities).abs() <= 1e-9 * (1.0 + exchanged), "{} {}", added, by_velocities);
-                // The tolerance of a solution is relative to the rates, which are of order one, not to
-                // its impulses. Sweeps leave an error of the compression, which nothing bounds.
+                // The tolerance of a solution is relative to the rates, which are of order one, not
+                // to its impulses. Sweeps leave an error of the compression, which nothing bounds.
                 let allowed = if matches!(method, Method::GaussSeidel { .. }) { 1e-3 } else { 1e-9 };
                 prop_assert!(added <= allowed * exchanged + 1e-14, "{:?} adds {} of {}", method, added, exchanged);
             }
