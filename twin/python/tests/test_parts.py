@@ -303,7 +303,7 @@ def test_ctrl_c_ends_a_run_with_a_python_controller() -> None:
 
 STEPS = """
 import sys, twinrig
-rigs = [twinrig.Rig(sys.argv[1]) for _ in range(3)]
+rigs = [twinrig.Rig(sys.argv[1], set={"duration": "1e6 s"}) for _ in range(3)]
 rigs[0].step(until=0.5)
 print("ready", flush=True)
 try:
