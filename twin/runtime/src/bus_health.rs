@@ -1,3 +1,5 @@
+use std::fmt;
+
 use twinrig_kernel::{Direction, HostTime, Port, SimDuration, SimTime};
 
 /// Traffic of a bus as its driver has seen it, for reports: no signal, and no part of a
@@ -64,6 +66,22 @@ pub struct Silence {
     pub length: SimDuration,
     /// Period in which an answer or frame is expected.
     pub period: SimDuration,
+}
+
+impl fmt::Display for Silence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            device,
+            since,
+            length,
+            period,
+        } = self;
+        let since = since.as_nanos() as f64 / 1e9;
+        write!(
+            f,
+            "{device} silent for {length} from {since:.3} s, its period is {period}"
+        )
+    }
 }
 
 /// A bus of a run as reports have it. Instants are those of the run, from control step 0 on

@@ -2,7 +2,7 @@
 
 use serde::{Serialize, Serializer};
 use twinrig_kernel::HostTime;
-use twinrig_runtime::{BusSummary, Silence};
+use twinrig_runtime::BusSummary;
 
 use crate::report::seconds;
 
@@ -136,7 +136,7 @@ impl BusReport {
             }
         }
         if let Some(silence) = health.silence.as_ref().filter(|it| it.is_dead()) {
-            faults.push(format!("dead: {}", silence_text(silence)));
+            faults.push(format!("dead: {silence}"));
         }
         faults
     }
@@ -165,15 +165,4 @@ impl BusReport {
         let name = &self.bus.name;
         (!self.is_clean()).then(|| format!("bus {name}: {}", self.faults().join("; ")))
     }
-}
-
-fn silence_text(silence: &Silence) -> String {
-    let Silence {
-        device,
-        since,
-        length,
-        period,
-    } = silence;
-    let since = instant_s(*since);
-    format!("{device} silent for {length} from {since:.3} s, its period is {period}")
 }

@@ -1,7 +1,7 @@
 //! Expectations that depend on the traffic of buses.
 
 use twinrig_kernel::signal::{BODY_POSITION, BODY_RPY};
-use twinrig_runtime::{BusSummary, Silence};
+use twinrig_runtime::BusSummary;
 
 use super::Monitor;
 use super::monitor::MonitorKind;
@@ -54,7 +54,7 @@ pub(super) fn restrict(
     let window = monitor.window;
     let dead = buses.iter().find_map(|bus| {
         let silence = bus.health.dead(window.after, window.before)?;
-        reads(expectation, bus, legs).then(|| dead(bus, silence))
+        reads(expectation, bus, legs).then(|| format!("bus {}: {silence}", bus.name))
     });
     // A count has its bound for them.
     let is_counted =
@@ -68,20 +68,6 @@ pub(super) fn restrict(
         })
     };
     dead.or_else(faulty).map_or(finding, Finding::unobserved)
-}
-
-fn dead(bus: &BusSummary, silence: &Silence) -> String {
-    let Silence {
-        device,
-        since,
-        length,
-        period,
-    } = silence;
-    let name = &bus.name;
-    let since = since.as_nanos() as f64 / 1e9;
-    format!(
-        "{device} on bus {name} was silent for {length} from {since:.3} s, its period is {period}"
-    )
 }
 
 /// Returns whether a claim is of signals that a bus provides, or of its timing.

@@ -263,7 +263,7 @@ pub fn with_retries<T>(mut attempt: impl FnMut() -> Result<T, Ended>) -> T {
 pub fn bus_was_late(line: &serde_json::Value) -> bool {
     let detail = line["detail"].as_str().unwrap_or_default();
     line["verdict"] == "unobserved"
-        && (detail.contains(" was silent for ") || detail.ends_with(" were not in time"))
+        && (detail.contains(" silent for ") || detail.ends_with(" were not in time"))
 }
 
 pub fn is_longer(path: &str, bytes: u64) -> bool {
