@@ -40,8 +40,7 @@ impl Problem {
     /// and with the diagonal matrix E of coefficients: of the admissible impulses, E P₁ among them,
     /// the second phase selects those of least energy. For one common coefficient the bound is not
     /// positive. Different coefficients with friction may exceed the energy taken, even many times;
-    /// then all are reduced by the factor |P₁|/|EP₁|. An expansion that still adds energy, by the
-    /// tolerance of its solution, is reduced further.
+    /// then all are reduced by the factor |P₁|/|EP₁|.
     ///
     /// # Errors
     /// [`SolveError`], as described for the method; [`SolveError::Parameter`] for a coefficient outside
@@ -233,34 +232,7 @@ impl Phases {
             problem.offset.copy_from_slice(before);
             solution = solution.and(reduced);
         }
-        if gains(problem, before) {
-            self.bound_energy(problem, before);
-        }
         Ok(solution)
-    }
-
-    /// Reduces the expansion, whose impulses P satisfy their conditions only within a tolerance, to
-    /// P₁ + s (P − P₁) with the greatest s at which no energy is added. Both ends are in the cone
-    /// and leave no gap closing, and so is every point between them.
-    fn bound_energy(&self, problem: &mut Problem, before: &[f64]) {
-        let n = problem.len();
-        let (mut curvature, mut slope, mut compressed) = (0.0, 0.0, 0.0);
-        for (row, &rate) in before.iter().enumerate() {
-            let more = problem.unknowns[row] - self.first[row];
-            curvature += more * (problem.w(row) - self.rates[row]);
-            slope += more * self.rates[row];
-            compressed += 0.5 * self.first[row] * (rate + self.rates[row]);
-        }
-        // ½ curvature s² + slope s + compressed = 0, whose first term is the lesser one.
-        let root = libm::sqrt((slope * slope - 2.0 * curvature * compressed).max(0.0));
-        let share = if compressed < 0.0 && slope + root > 0.0 {
-            (-2.0 * compressed / (slope + root)).min(1.0)
-        } else {
-            0.0
-        };
-        for (unknown, first) in problem.unknowns[..n].iter_mut().zip(&self.first) {
-            *unknown = first + share * (*unknown - first);
-        }
     }
 
     /// Solves a further impact after one whose impulses are the unknowns: the lower bound of a
