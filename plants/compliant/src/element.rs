@@ -34,6 +34,9 @@ pub struct Element<T> {
 pub struct Press<L> {
     /// F \[N\].
     pub force: L,
+    /// Its elastic part Fₑ \[N\], and the derivative of that with respect to the depth \[N/m\].
+    pub elastic: L,
+    pub(crate) stiffness: L,
     /// Dissipated power \[W\].
     pub dissipated: L,
 }
@@ -60,6 +63,14 @@ impl Element<Quad> {
         }
     }
 
+    /// Returns the elastic force at a share of the toe region \[N\]; at least a number so small
+    /// that it has no effect, in place of zero.
+    pub(crate) fn force_in_toe(&self, share: f64) -> Quad {
+        let (stiffness, region) = (self.stiffness.0, self.toe_region.0);
+        let force = |lane: usize| 0.5 * share * share * stiffness[lane] * region[lane];
+        Quad(std::array::from_fn(|lane| force(lane).max(1e-100)))
+    }
+
     /// Loads the elements into lanes.
     #[inline(always)]
     pub fn load<S: Simd>(&self, simd: S) -> Element<S::Lanes> {
@@ -83,6 +94,8 @@ impl<L: Lanes> Element<L> {
         let force = (elastic + self.damping * toe * rate).max(zero);
         Press {
             force,
+            elastic,
+            stiffness: self.stiffness * (toe * self.half_per_toe_region * 2.0),
             dissipated: (force - elastic) * rate,
         }
     }
@@ -91,6 +104,14 @@ impl<L: Lanes> Element<L> {
     #[inline(always)]
     pub(crate) fn toe_share(&self, depth: L) -> L {
         depth * self.half_per_toe_region * 2.0
+    }
+
+    /// Returns the elastic force at a depth \[N\].
+    #[inline(always)]
+    pub(crate) fn elastic(&self, depth: L) -> L {
+        let pressed = depth.max(depth.zero());
+        let toe = pressed.min(self.toe_region);
+        self.stiffness * (toe * toe * self.half_per_toe_region + (pressed - toe))
     }
 
     /// Returns the energy stored at a depth \[J\].

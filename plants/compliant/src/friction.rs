@@ -1,46 +1,76 @@
 //! Sole of a foot: a one-sided element along the normal of the ground, and Coulomb friction by a
-//! bristle that the load scales.
+//! bristle that stores energy in proportion to the elastic load.
 //!
-//! With the normal force Fₙ, the velocity v of the foot along the ground, the deflection z of the
-//! bristle, zₛ at the limit of friction, the depth x and the toe region δ of the element:
+//! With the normal force F and its elastic part Fₑ, the depth x and the toe region δ of the element,
+//! the velocity v of the foot along the ground, the deflection z of the bristle and zₛ at the limit
+//! of friction:
 //!
 //! ```text
-//! Fₜ = −µ Fₙ z/max(|z|, zₛ)
-//! ż = g (v − |v| z/zₛ) + (1 − g) (w zₛ v/√(v² + v₀²) − z)/τ
-//! g = clamp(x/εδ, 0, 1)    w = clamp(1 − gap/R, 0, 1)
+//! S = Fₑ(x) + S₀    g = clamp(x/εδ, 0, 1)    b = g min(F, S)    q = min(|z|/zₛ, 1)
+//! V = ½ (µ₀ S/zₛ) |z|²
+//! Fₜ = −µ b z/max(|z|, zₛ) − µ (F − b) v/√(v² + v₀²)
+//! ż = r v − (max(r |v|/zₛ, h⁺) − h⁻ (1 − q²) + (1 − g)/τ) z
+//! r = (µ/µ₀) (b/S) zₛ/max(|z|, zₛ)    h = Ṡ/2S = h⁺ − h⁻
 //! ```
 //!
-//! The force never leaves the cone of friction. In sliding, z is zₛ along v (Dahl's model, its
-//! stiffness µ Fₙ/zₛ proportional to the load); a foot at rest that is pressed beyond εδ stays
-//! where it is under any constant load inside the cone. |z| exceeds zₛ by integration errors only.
-//! Near the ground the bristle of an unloaded foot turns along its velocity: a foot that lands in
-//! motion slides at once, as Coulomb's law demands. Away from the ground it relaxes.
+//! The bristle bears b of the load, viscous friction the rest: light loads, and what a damper adds
+//! to the elastic force. Both stay in the cone of friction, whose limit is reached in sliding. A foot
+//! at rest that is pressed beyond εδ under a constant load inside the cone stays where it is.
+//!
+//! # Passivity
+//!
+//! A spring whose stiffness µ₀ S/zₛ follows the load takes the power ½ (µ₀ Ṡ/zₛ) |z|² where it is
+//! stretched and the load grows. Friction cannot draw it from the normal motion, so z gives way: by
+//! −h z the energy stays as it is. In sliding, what the bristle dissipates pays for it, r |v|/zₛ of
+//! each h, and z remains at zₛ: hence the larger of the two. Where the load falls the same term
+//! stretches the bristle, but not beyond zₛ, so that load that oscillates gives back what it takes.
+//! The sum
+//!
+//! ```text
+//! −Fₜ·v − V̇ = (µ₀ S/zₛ) |z|² (max(r |v|/zₛ, h⁺) − h⁺ + h⁻ q² + (1 − g)/τ)
+//!           + µ (F − b) v²/√(v² + v₀²)
+//! ```
+//!
+//! has no negative term, in any state: friction is passive for all motions and loads. S depends on
+//! the depth alone, so its rate needs no acceleration, and S₀ bounds h by |ẋ|/δ where Fₑ begins. It
+//! is Fₑ(δ/2): a share of 5 % at 5 N on Cheetah-cub. V does not depend on µ, which may change under
+//! a foot; µ₀ is that of the ground without patches.
+//!
+//! What is left: Dahl's law creeps in cycles of force that slide in part, and load that oscillates
+//! under a constant force moves the foot by terms in q².
 
 use twinrig_legged::LEGS;
 
 use crate::element::Element;
 use crate::lanes::{Lanes, Quad, Simd};
 
-/// Share ε of the toe region over which the bristle begins to follow the ground. ASSUMED: half of
-/// it, where a foot of Cheetah-cub bears 0.25 N; less is a switch that substeps of the usual length
+/// Share ε of the toe region over which the bristle begins to bear the load. ASSUMED: half of it,
+/// where a foot of Cheetah-cub bears 0.25 N; less is a switch that substeps of the usual length
 /// miss.
 const ENGAGEMENT: f64 = 0.5;
 
-/// Distance R from the ground within which the bristle of an unloaded foot turns \[m\], its time
-/// constant τ \[s\], and the speed v₀ below which it has no direction \[m/s\]. ASSUMED: a foot that
-/// lands at up to 1 m/s is near the ground for four time constants.
-const RANGE: f64 = 2e-3;
-const TURNING: f64 = 0.5e-3;
-const DIRECTED: f64 = 1e-2;
+/// Time constant τ of the bristle of an unloaded foot \[s\]. ASSUMED: short against a swing.
+const RELAXATION: f64 = 2e-3;
+
+/// Speed v₀ at which friction that no bristle bears reaches 0.7 of its limit \[m/s\]. ASSUMED.
+const SLOW: f64 = 5e-2;
+
+/// Share of the toe region whose elastic force is S₀.
+const LEAST: f64 = 0.5;
 
 /// Soles of four legs; `T` is [`Quad`] in memory, or lanes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sole<T> {
     /// Compression along the normal.
     pub element: Element<T>,
-    /// µ/zₛ \[1/m\], and 1/zₛ.
-    grip: T,
+    /// µ, and its ratio to that of the stored energy, µ₀.
+    friction: T,
+    relative: T,
+    /// 1/zₛ \[1/m\], and µ₀/zₛ.
     per_deflection: T,
+    stored: T,
+    /// S₀ \[N\].
+    least: T,
 }
 
 /// Motion of a contact point relative to the ground.
@@ -70,22 +100,30 @@ pub struct Grip<L> {
 }
 
 impl Sole<Quad> {
-    /// Combines elements with the coefficient of friction µ and the deflections zₛ of the legs
+    /// Combines elements with the coefficient of friction µ₀ and the deflections zₛ of the legs
     /// \[m\].
     pub fn new(element: Element<Quad>, friction: f64, deflections: &[f64]) -> Self {
         let deflection = |lane: usize| deflections.get(lane).copied().unwrap_or(1.0);
         let per_deflection = Quad(std::array::from_fn(|lane| 1.0 / deflection(lane)));
+        // A ground without friction stores nothing, unless a patch of it has friction.
+        let stored = if friction > 0.0 { friction } else { 1.0 };
         Self {
-            element,
-            grip: Quad(per_deflection.0.map(|share| friction * share)),
+            friction: Quad::splat(friction),
+            relative: Quad::splat(friction / stored),
             per_deflection,
+            stored: Quad(per_deflection.0.map(|share| stored * share)),
+            least: element.force_in_toe(LEAST),
+            element,
         }
     }
 
-    /// Sets the coefficients of friction of the legs; bristles keep their deflection.
+    /// Sets the coefficients of friction of the legs. Bristles keep their deflection, and their
+    /// energy, which does not depend on it.
     pub fn set_friction(&mut self, friction: &[f64; LEGS]) {
-        let shares = self.per_deflection.0;
-        self.grip = Quad(std::array::from_fn(|lane| friction[lane] * shares[lane]));
+        self.friction = Quad(*friction);
+        self.relative = Quad(std::array::from_fn(|lane| {
+            friction[lane] * self.per_deflection.0[lane] / self.stored.0[lane]
+        }));
     }
 
     /// Loads the soles into lanes.
@@ -93,8 +131,11 @@ impl Sole<Quad> {
     pub fn load<S: Simd>(&self, simd: S) -> Sole<S::Lanes> {
         Sole {
             element: self.element.load(simd),
-            grip: simd.load(self.grip),
+            friction: simd.load(self.friction),
+            relative: simd.load(self.relative),
             per_deflection: simd.load(self.per_deflection),
+            stored: simd.load(self.stored),
+            least: simd.load(self.least),
         }
     }
 }
@@ -111,21 +152,40 @@ impl<L: Lanes> Sole<L> {
         } = *approach;
         let press = self.element.press(-gap, -gap_rate);
         let (zero, one) = (gap.zero(), gap.like(1.0));
-        let deflection = (x * x + y * y).sqrt() * self.per_deflection;
-        let pull = press.force * self.grip / deflection.max(one);
-        let tangential = [-(pull * x), -(pull * y)];
-        let loaded = (self.element.toe_share(-gap) * (1.0 / ENGAGEMENT)).clamp(zero, one);
-        let square = u * u + v * v;
-        let near = (one - gap * (1.0 / RANGE)).clamp(zero, one);
-        let free = (one - loaded) * (1.0 / TURNING);
-        let decay = loaded * square.sqrt() * self.per_deflection + free;
-        let turned = free * near / ((square + DIRECTED * DIRECTED).sqrt() * self.per_deflection);
-        let follow = loaded + turned;
+        let engaged = (self.element.toe_share(-gap) * (1.0 / ENGAGEMENT)).clamp(zero, one);
+        // S, and ½ Ṡ/S.
+        let scale = press.elastic + self.least;
+        let per_scale = scale.reciprocal();
+        let growth = press.stiffness * gap_rate * per_scale * -0.5;
+        let (grows, falls) = (growth.max(zero), (-growth).max(zero));
+        let square = x * x + y * y;
+        let stretch = square.sqrt() * self.per_deflection;
+        let within = stretch.min(one);
+        let borne = engaged * press.force.min(scale);
+        let held = borne / stretch.max(one);
+        let follow = self.relative * held * per_scale;
+        let speed_square = u * u + v * v;
+        let slide = (follow * speed_square.sqrt() * self.per_deflection).max(grows);
+        let free = (one - engaged) * (1.0 / RELAXATION);
+        let kept = one - within * within;
+        let decay = slide - falls * kept + free;
+        let pull = self.friction * held * self.per_deflection;
+        let direct = self.friction * (press.force - borne) / (speed_square + SLOW * SLOW).sqrt();
+        let loss = slide - grows + falls * (one - kept) + free;
         Grip {
             normal: press.force,
-            tangential,
+            tangential: [-(pull * x + direct * u), -(pull * y + direct * v)],
             bristle_rate: [follow * u - decay * x, follow * v - decay * y],
-            dissipated: press.dissipated - tangential[0] * u - tangential[1] * v,
+            dissipated: press.dissipated
+                + direct * speed_square
+                + self.stored * scale * square * loss,
         }
+    }
+
+    /// Returns the energy of element and bristle at a depth \[J\].
+    #[inline(always)]
+    pub fn energy(&self, depth: L, [x, y]: [L; 2]) -> L {
+        let scale = self.element.elastic(depth) + self.least;
+        self.element.energy(depth) + self.stored * scale * (x * x + y * y) * 0.5
     }
 }

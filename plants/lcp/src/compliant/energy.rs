@@ -123,10 +123,8 @@ impl<const N: usize, const P: usize> StoredEnergy<'_, N, P> {
         if let Some(ground) = &self.model.rigid.ground {
             for p in 0..P {
                 let point = end_of(legs, turns, state, N - P + 1 + p, trunk);
-                energy += legs
-                    .sole
-                    .element
-                    .energy(-Below::new(simd, ground, trunk, &point).gap);
+                let depth = -Below::new(simd, ground, trunk, &point).gap;
+                energy += legs.sole.energy(depth, state.bristles[p]);
             }
         }
         energy

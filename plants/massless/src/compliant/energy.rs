@@ -36,7 +36,7 @@ impl Kernel for StoredEnergy<'_> {
             + legs.pantographs.stops.energy(in_line(&legs, &turns));
         if let Some(ground) = &model.rigid.ground {
             let below = Below::new(simd, ground, &trunk, &motion.point);
-            springs += legs.sole.element.energy(-below.gap);
+            springs += legs.sole.energy(-below.gap, state.bristle);
         }
         let [ux, uy, uz] = motion.point.velocity;
         let [hip, knee] = model.drives.inertias();
