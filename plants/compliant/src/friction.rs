@@ -36,8 +36,8 @@
 //! is Fₑ(δ/2): a share of 5 % at 5 N on Cheetah-cub. V does not depend on µ, which may change under
 //! a foot; µ₀ is that of the ground without patches.
 //!
-//! What is left: Dahl's law creeps in cycles of force that slide in part, and load that oscillates
-//! under a constant force moves the foot by terms in q².
+//! What is left is Dahl's creep: where force or load oscillates inside the cone, the foot moves a
+//! little in each cycle along the mean force.
 
 use twinrig_legged::LEGS;
 
