@@ -1,9 +1,9 @@
 //! Sole of a foot: a one-sided element along the normal of the ground, and Coulomb friction by a
 //! bristle that stores energy in proportion to the elastic load.
 //!
-//! With the normal force F and its elastic part Fₑ, the depth x and the toe region δ of the element,
-//! the velocity v of the foot along the ground, the deflection z of the bristle and zₛ at the limit
-//! of friction:
+//! With the normal force F and its elastic part Fₑ, the depth x and the toe region δ of the
+//! element, the velocity v of the foot along the ground, the deflection z of the bristle and zₛ at
+//! the limit of friction:
 //!
 //! ```text
 //! S = Fₑ(x) + S₀    g = clamp(x/εδ, 0, 1)    b = g min(F, S)    q = min(|z|/zₛ, 1)
@@ -14,8 +14,8 @@
 //! ```
 //!
 //! The bristle bears b of the load, viscous friction the rest: light loads, and what a damper adds
-//! to the elastic force. Both stay in the cone of friction, whose limit is reached in sliding. A foot
-//! at rest that is pressed beyond εδ under a constant load inside the cone stays where it is.
+//! to the elastic force. Both stay in the cone of friction, whose limit is reached in sliding. A
+//! foot at rest that is pressed beyond εδ under a constant load inside the cone stays where it is.
 //!
 //! # Passivity
 //!
