@@ -347,3 +347,26 @@ proptest! {
         }
     }
 }
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn dissipation_never_decreases_in_drops(
+        drop in 0.12..0.25_f64,
+        velocity in proptest::array::uniform3(-1.0..1.0_f64),
+        turning in proptest::array::uniform3(-3.0..3.0_f64),
+    ) {
+        let mut flow = landing::<4, 2>(1e-6, Features::Detected);
+        flow.state.position.0[2] = drop;
+        flow.state.velocity = Quad::of_three(velocity);
+        flow.state.turning = Quad::of_three(turning);
+        flow.ledger = twinrig_legged::Ledger::opened(flow.stored());
+        for _ in 0..100 {
+            let before = flow.sums.dissipated.0;
+            flow.step(2e-3).unwrap();
+            let after = flow.sums.dissipated.0;
+            // Exact: sums of powers, none negative, with positive weights.
+            prop_assert!(before.iter().zip(after).all(|(a, b)| b >= *a), "{before:?} {after:?}");
+        }
+    }
+}

@@ -10,4 +10,6 @@ mod trunk;
 
 pub(crate) use equations::initial;
 #[cfg(test)]
+mod drops;
+#[cfg(test)]
 mod tests;
