@@ -6,6 +6,7 @@ mod carried;
 mod determinism;
 mod energy;
 mod fused;
+mod knees;
 mod latency;
 mod loads;
 mod motors;

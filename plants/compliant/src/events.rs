@@ -9,9 +9,17 @@
 use crate::lanes::{LANES, Lanes, Quad};
 
 /// Number of elements inside a leg, the first ones of every plant.
-pub const INSIDE: usize = 5;
-/// Their names: the leg extended, its diagonal bottomed out, the pantograph open and closed, cable.
-pub const INSIDE_NAMES: [&str; INSIDE] = ["extended", "bottomed", "open", "closed", "cable"];
+pub const INSIDE: usize = 6;
+/// Their names: the leg extended, its diagonal bottomed out, the pantograph open and closed, its
+/// rod in line with the third link, the cable.
+pub const INSIDE_NAMES: [&str; INSIDE] = [
+    "extended",
+    "bottomed",
+    "open",
+    "closed",
+    "dead-centre",
+    "cable",
+];
 /// Index of the foot.
 pub const GROUND: usize = INSIDE;
 /// Number of elements of a leg; the last is one of the plant.
@@ -252,11 +260,11 @@ mod tests {
     fn changed_elements_of_present_legs_are_counted_and_logged() {
         let mut log = EventLog::default();
         let observe = |log: &mut EventLog, ends| dispatch(Features::Detected, Observed(log, ends));
-        assert_eq!(observe(&mut log, [0.0, 33.0]), 4);
+        assert_eq!(observe(&mut log, [0.0, 65.0]), 4);
         assert!(log.is_empty(), "disabled");
         log.enable(true);
-        assert_eq!(observe(&mut log, [33.0, 33.0]), 0);
-        assert_eq!(observe(&mut log, [0.0, 33.0]), 4);
+        assert_eq!(observe(&mut log, [65.0, 65.0]), 0);
+        assert_eq!(observe(&mut log, [0.0, 65.0]), 4);
         let events: Vec<_> = log.drain().collect();
         let places: Vec<_> = events.iter().map(|e| (e.leg, e.element)).collect();
         assert_eq!(places, [(0, 0), (0, GROUND), (1, 0), (1, GROUND)]);

@@ -7,7 +7,8 @@
 //! [`Flow`] integrates them by the Runge–Kutta method of order 4 with error control
 //! ([`StepControl`]), keeps the energy balance, and implements `Dynamics` of `twinrig-legged`. Four
 //! legs are computed side by side in the [lanes] of the processor. The instants at which elements
-//! are compressed and released are [events], which the method does not need.
+//! are compressed and released are [events], which the method does not need. No stop lets a leg
+//! through into another assembly mode ([stop]).
 //!
 //! ```
 //! use twinrig_compliant::lanes::{Features, Kernel, Lanes, Quad, Simd, dispatch};
@@ -59,6 +60,7 @@ mod pantograph;
 mod pushed;
 mod rk4;
 mod servo;
+pub mod stop;
 
 pub use commands::Commands;
 pub use element::{Element, Press};

@@ -1,5 +1,9 @@
 //! Pantographs of four legs: constants, lengths, and the forces of springs, stops, cable and joint
 //! friction.
+//!
+//! Stops hold in the angles of the joints ([`crate::stop`]): at the straight and at the folded leg,
+//! and where rod and third link are in one line, lengths have no derivative, and a stop in them
+//! would let the leg through.
 
 use twinrig_leg::Pantograph;
 use twinrig_robot::{Compliance, Leg};
@@ -7,6 +11,7 @@ use twinrig_robot::{Compliance, Leg};
 use crate::element::Element;
 use crate::events::{INSIDE, if_compressed, weight};
 use crate::lanes::{LANES, Lanes, Quad, Simd};
+use crate::stop::{DeadCentre, Ends, KneeRange};
 
 /// Constants of one leg of `N` links: three segments, and the foot as the fourth where it is a
 /// segment.
@@ -65,11 +70,19 @@ impl<const N: usize> PantographConstants<N> {
         diagonal: [0.0, 1.0],
         parallel: [0.0, 1.0],
         toe: [0.0; 2],
-        diagonal_range: [0.0, 10.0],
+        diagonal_range: [0.8, 1.2],
         parallel_max: 10.0,
         cable_max: 10.0,
         pulley_radius: 0.0,
     };
+
+    /// Returns the range of the diagonal, and the sides that enclose the knee.
+    fn range(&self) -> KneeRange {
+        KneeRange {
+            diagonal: self.diagonal_range,
+            sides: [self.l_delta, self.links[1]],
+        }
+    }
 }
 
 /// Constants of four legs; `T` is [`Quad`] in memory, or lanes.
@@ -85,9 +98,9 @@ pub struct Pantographs<T, const N: usize> {
     diagonal: [T; 2],
     parallel: [T; 2],
     toe: [T; 2],
-    /// Middle and half of the range of the diagonal.
-    diagonal_middle: T,
-    diagonal_half: T,
+    ends: Ends<T>,
+    /// lΔ/l₂.
+    ratio: T,
     parallel_max: T,
     cable_max: T,
     /// Stops of the pantograph.
@@ -135,8 +148,8 @@ impl<const N: usize> Pantographs<Quad, N> {
             diagonal: pair(&|leg| leg.diagonal),
             parallel: pair(&|leg| leg.parallel),
             toe: pair(&|leg| leg.toe),
-            diagonal_middle: quad(&|leg| 0.5 * (leg.diagonal_range[1] + leg.diagonal_range[0])),
-            diagonal_half: quad(&|leg| 0.5 * (leg.diagonal_range[1] - leg.diagonal_range[0])),
+            ends: Ends::side_by_side(&legs.each_ref().map(PantographConstants::range)),
+            ratio: quad(&|leg| leg.l_delta / leg.links[1]),
             parallel_max: quad(&|leg| leg.parallel_max),
             cable_max: quad(&|leg| leg.cable_max),
             pulley_radius: quad(&|leg| leg.pulley_radius),
@@ -159,8 +172,8 @@ impl<const N: usize> Pantographs<Quad, N> {
             diagonal: simd.load_all(&self.diagonal),
             parallel: simd.load_all(&self.parallel),
             toe: simd.load_all(&self.toe),
-            diagonal_middle: simd.load(self.diagonal_middle),
-            diagonal_half: simd.load(self.diagonal_half),
+            ends: self.ends.load(simd),
+            ratio: simd.load(self.ratio),
             parallel_max: simd.load(self.parallel_max),
             cable_max: simd.load(self.cable_max),
             pulley_radius: simd.load(self.pulley_radius),
@@ -215,6 +228,12 @@ impl<L: Lanes, const N: usize> Turns<L, N> {
         }
     }
 
+    /// Returns sine and cosine of the angle θ₁ − θ₂ by which the knee is bent.
+    #[inline(always)]
+    fn knee(&self) -> [L; 2] {
+        [self.sine[0][1], self.cosine[0][1]]
+    }
+
     /// Returns sin(θ₃ − θ₂).
     #[inline(always)]
     pub fn sine_of_ankle(&self) -> L {
@@ -261,11 +280,22 @@ impl<L: Lanes, const N: usize> Turns<L, N> {
             cable,
             along,
             gradient,
+            turn,
             rates: [
-                along[0] * turn,
                 gradient[0] * rates[0] + gradient[1] * rates[1] + gradient[2] * rates[2],
                 along[1] * turn,
             ],
+        }
+    }
+
+    /// Returns the distance of rod and third link from one line.
+    #[inline(always)]
+    fn off_centre(&self, legs: &Pantographs<L, N>) -> DeadCentre<L> {
+        DeadCentre {
+            arm: legs.l_delta,
+            ratio: legs.ratio,
+            sines: [-self.sine[0][2], -self.sine[1][2]],
+            cosines: [self.cosine[0][2], self.cosine[1][2]],
         }
     }
 }
@@ -280,8 +310,10 @@ struct Lengths<L> {
     along: [L; 2],
     /// Gradient of the parallel rod \[m/rad\].
     gradient: [L; 3],
-    /// Rates of diagonal, parallel rod and cable \[m/s\].
-    rates: [L; 3],
+    /// Rate of θ₂ − θ₁ \[rad/s\].
+    turn: L,
+    /// Rates of parallel rod and cable \[m/s\].
+    rates: [L; 2],
 }
 
 /// Torques and forces inside the legs.
@@ -308,39 +340,34 @@ impl<L: Lanes, const N: usize> Internal<L, N> {
     ) -> Self {
         let rates = joints.rates;
         let lengths = turns.lengths(legs, rates);
-        // The stops of the diagonal, extended and bottomed out, are mirror images.
-        let offset = lengths.diagonal - legs.diagonal_middle;
-        let upper = offset.gt(offset.zero());
-        let ward = |x: L| x.or(upper, -x);
-        let zero = offset.zero();
-        let depth = ward(offset) - legs.diagonal_half;
-        let end = legs.stops.press(depth, ward(lengths.rates[0]));
+        let zero = lengths.diagonal.zero();
+        let (upper, end) = legs.ends.nearer(turns.knee());
+        let pressed = legs.stops.press(end.depth, end.slope * lengths.turn);
         let either = zero.like(weight(0)).or(upper, zero.like(weight(1)));
-        let mut compressed = either.or(depth.gt(zero), zero);
+        let mut compressed = either.or(end.depth.gt(zero), zero);
         let depth = legs.l_delta * (joints.angles[0] - joints.angles[2]);
         let rate = legs.l_delta * (rates[0] - rates[2]);
         let closed = legs.stops.press(depth, rate);
         compressed += if_compressed(3, depth);
-        let mut dissipated = end.dissipated + closed.dissipated;
-        let along_diagonal =
-            legs.diagonal[0] * (legs.diagonal[1] - lengths.diagonal) - ward(end.force);
+        let mut dissipated = pressed.dissipated + closed.dissipated;
+        let along_diagonal = legs.diagonal[0] * (legs.diagonal[1] - lengths.diagonal);
         let mut along_parallel = legs.parallel[0] * (legs.parallel[1] - lengths.parallel);
         // Rare: only where it is pressed.
         let depth = lengths.parallel - legs.parallel_max;
         if depth.any(depth.gt(zero)) {
-            let open = legs.stops.press(depth, lengths.rates[1]);
+            let open = legs.stops.press(depth, lengths.rates[0]);
             compressed += if_compressed(2, depth);
             along_parallel -= open.force;
             dissipated += open.dissipated;
         }
-        let mut knee = along_diagonal * lengths.along[0];
+        let mut knee = along_diagonal * lengths.along[0] - pressed.force * end.slope;
         let mut tension = knee.zero();
         if has_cable {
             let wound = legs.pulley_radius * joints.pulley;
             let winding = legs.pulley_radius * joints.pulley_rate;
             let depth = lengths.cable - legs.cable_max + wound;
-            let press = legs.cable.press(depth, lengths.rates[2] + winding);
-            compressed += if_compressed(4, depth);
+            let press = legs.cable.press(depth, lengths.rates[1] + winding);
+            compressed += if_compressed(5, depth);
             tension = press.force;
             dissipated += press.dissipated;
             knee -= tension * lengths.along[1];
@@ -350,6 +377,18 @@ impl<L: Lanes, const N: usize> Internal<L, N> {
         torques[0] = along_parallel * lengths.gradient[0] - knee - pushed;
         torques[1] = along_parallel * lengths.gradient[1] + knee;
         torques[2] = along_parallel * lengths.gradient[2] + pushed;
+        let centre = turns.off_centre(legs);
+        // Rare, too.
+        if centre.is_reached() {
+            let (depth, gradient) = centre.depth();
+            let rate = gradient[0] * rates[0] + gradient[1] * rates[1] + gradient[2] * rates[2];
+            let kept = legs.stops.press(depth, rate);
+            compressed += if_compressed(4, depth);
+            dissipated += kept.dissipated;
+            for i in 0..3 {
+                torques[i] -= kept.force * gradient[i];
+            }
+        }
         if N > 3 {
             let bent = joints.angles[N - 1] - joints.angles[2] - legs.toe[1];
             let torque = legs.toe[0] * bent;
@@ -400,23 +439,26 @@ impl<L: Lanes> Depths<L> {
     ) -> Self {
         let (angles, rates) = (joints.angles, joints.rates);
         let lengths = turns.lengths(legs, rates);
-        let offset = lengths.diagonal - legs.diagonal_middle;
+        let [extended, bottomed] = legs.ends.both(turns.knee());
+        let (centre, slopes) = turns.off_centre(legs).depth();
         Self {
             diagonal: lengths.diagonal,
             parallel: lengths.parallel,
             depths: [
-                offset - legs.diagonal_half,
-                -offset - legs.diagonal_half,
+                extended.depth,
+                bottomed.depth,
                 lengths.parallel - legs.parallel_max,
                 legs.l_delta * (angles[0] - angles[2]),
+                centre,
                 lengths.cable - legs.cable_max + legs.pulley_radius * joints.pulley,
             ],
             rates: [
+                extended.slope * lengths.turn,
+                bottomed.slope * lengths.turn,
                 lengths.rates[0],
-                -lengths.rates[0],
-                lengths.rates[1],
                 legs.l_delta * (rates[0] - rates[2]),
-                lengths.rates[2] + legs.pulley_radius * joints.pulley_rate,
+                slopes[0] * rates[0] + slopes[1] * rates[1] + slopes[2] * rates[2],
+                lengths.rates[1] + legs.pulley_radius * joints.pulley_rate,
             ],
         }
     }
@@ -429,8 +471,8 @@ impl<L: Lanes, const N: usize> Pantographs<L, N> {
         let depths = Depths::new(self, turns, joints);
         let mut energy =
             spring(self.diagonal, depths.diagonal) + spring(self.parallel, depths.parallel);
-        let [extended, bottomed, open, closed, cable] = depths.depths;
-        for depth in [extended, bottomed, open, closed] {
+        let [extended, bottomed, open, closed, centre, cable] = depths.depths;
+        for depth in [extended, bottomed, open, closed, centre] {
             energy += self.stops.energy(depth);
         }
         if has_cable {

@@ -39,6 +39,7 @@
 //! plant; options of a single plant; and the scenario language, which the builder of plants
 //! translates.
 
+mod assembly;
 mod constraints;
 mod dynamics;
 mod error;

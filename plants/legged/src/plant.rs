@@ -7,6 +7,7 @@ use twinrig_runtime::interrupt::LongLoop;
 use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantFault, PlantState, WorkCounts};
 
 use crate::LEGS;
+use crate::assembly::AssemblyWatch;
 use crate::dynamics::{Dynamics, FromRobot, PartFault, StepInputs};
 use crate::error::LeggedError;
 use crate::ground_friction::GroundFriction;
@@ -23,6 +24,7 @@ pub struct LeggedPlant<D: Dynamics + ?Sized> {
     dynamics: Box<D>,
     base: Base,
     legs: Vec<String>,
+    assembly: Vec<AssemblyWatch>,
     now: SimTime,
     step: SimDuration,
     signals: Signals,
@@ -63,8 +65,11 @@ impl<D: FromRobot + ?Sized> LeggedPlant<D> {
         let dynamics = D::from_robot(robot, options)?;
         let setup = D::setup(options);
         let legs = setup.selected_mounts(robot)?;
+        let assembly = legs.iter().map(|mount| AssemblyWatch::new(mount));
+        let assembly = assembly.collect();
         let legs: Vec<&str> = legs.iter().map(|mount| mount.name.as_str()).collect();
-        Ok(Self::of(dynamics, &legs, setup, selected))
+        let plant = Self::of(dynamics, &legs, setup, selected);
+        Ok(Self { assembly, ..plant })
     }
 }
 
@@ -91,6 +96,7 @@ impl<D: Dynamics + ?Sized> LeggedPlant<D> {
             dynamics,
             base: setup.base,
             legs: legs.iter().map(|&leg| leg.to_owned()).collect(),
+            assembly: Vec::new(),
             now: SimTime::ZERO,
             step: setup.step,
             signals,
@@ -122,6 +128,16 @@ impl<D: Dynamics + ?Sized> LeggedPlant<D> {
     /// Returns the dynamics, for changes of their state.
     pub fn dynamics_mut(&mut self) -> &mut D {
         &mut self.dynamics
+    }
+
+    /// Checks that no leg has left its assembly mode. Called before each step, so that the fault
+    /// leaves the plant in the state in which it was found.
+    fn check_assembly(&self) -> Result<(), PartFault> {
+        let legs = self.assembly.iter().zip(&self.legs).enumerate();
+        for (i, (watch, leg)) in legs {
+            watch.check(leg, self.dynamics.angles(i))?;
+        }
+        Ok(())
     }
 
     /// Sets the inputs from the present time on.
@@ -187,14 +203,14 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
             let seconds = (next - self.now).as_secs_f64();
             // An engine that fails cannot return to the state before the step.
             let energy = self.energy().stored();
-            if let Err(PartFault { part, why }) = self.dynamics.advance(self.now, seconds) {
-                return Err(PlantFault {
-                    time: self.now,
-                    part,
-                    energy,
-                    why,
-                });
-            }
+            let advanced = self.check_assembly();
+            let advanced = advanced.and_then(|()| self.dynamics.advance(self.now, seconds));
+            advanced.map_err(|PartFault { part, why }| PlantFault {
+                time: self.now,
+                part,
+                energy,
+                why,
+            })?;
             self.now = next;
         }
         if self.logs_events {

@@ -22,18 +22,21 @@ pub enum Law {
     Momentum,
     /// Ground forces are within the friction cone.
     Friction,
+    /// Knees bend to their side.
+    AssemblyMode,
     /// All methods of one model compute the same motion.
     Agreement,
 }
 
 impl Law {
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Refusal,
         Self::Penetration,
         Self::Dissipation,
         Self::Energy,
         Self::Momentum,
         Self::Friction,
+        Self::AssemblyMode,
         Self::Agreement,
     ];
 
@@ -47,6 +50,7 @@ impl Law {
             Self::Energy => energy(run),
             Self::Momentum => momentum(run),
             Self::Friction => friction(run),
+            Self::AssemblyMode => assembly_mode(run),
             // Compares two runs.
             Self::Agreement => None,
         }?;
@@ -193,6 +197,17 @@ fn energy(run: &Run) -> Option<Finding> {
         let above = (sample.energy.stored() - start) / exchanged;
         let about = "energy above the start, relative to the energy exchanged";
         Finding::new(sample.time_s, above, share, about)
+    }))
+}
+
+/// Sine of the angle by which a knee is bent to the other side \[1\].
+fn assembly_mode(run: &Run) -> Option<Finding> {
+    worst(run.samples.iter().flat_map(|sample| {
+        let legs = sample.angles.iter().zip(&run.case.legs);
+        legs.map(move |([first, second, _], leg)| {
+            let about = format!("sine of the knee of {leg}, bent the other way");
+            Finding::new(sample.time_s, libm::sin(second - first), 0.0, about)
+        })
     }))
 }
 

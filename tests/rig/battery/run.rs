@@ -4,9 +4,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use twinrig::kernel::{SimDuration, SimTime};
 use twinrig::robot::{LegMount, Robot, RobotFile};
-use twinrig::runtime::{EnergyBalance, Group, Observer, RunEvent};
+use twinrig::runtime::{EnergyBalance, Group, Observer, PlantState, RunEvent};
 use twinrig::{Assembly, Registry};
-use twinrig_kernel::Layout;
+use twinrig_kernel::{Layout, signal};
 use twinrig_leg::Pantograph;
 
 use crate::battery::case::Case;
@@ -34,6 +34,8 @@ pub struct Sample {
     /// Position of the trunk \[m\].
     pub trunk: [f64; 3],
     pub feet: Vec<Foot>,
+    /// Absolute angles of the segments of each leg \[rad\].
+    pub angles: Vec<[f64; 3]>,
     /// Number of fallbacks to another method and of shortened steps so far.
     pub fallbacks: u64,
     /// Momentum of the segments; `None` for a plant with mass-less legs.
@@ -113,6 +115,13 @@ pub fn robot() -> Robot {
     }
 }
 
+/// Returns the angles of the segments of a leg.
+fn angles(state: Option<&PlantState>, leg: &str) -> [f64; 3] {
+    let angles = state.and_then(|state| state.get(&signal::of_leg(leg, signal::ANGLES)));
+    let angles = angles.and_then(|angles| angles.try_into().ok());
+    angles.unwrap_or([f64::NAN; 3])
+}
+
 /// Maximum length of a leg \[m\].
 fn reach(mount: &LegMount) -> f64 {
     Pantograph::new(&mount.leg).map_or(0.0, |leg| leg.length_max())
@@ -168,12 +177,16 @@ pub fn run_text(registry: &Registry, case: &Case, text: &str) -> Result<Run, Str
             break;
         }
         let plant = rig.plant();
-        let state = plant.state().filter(|_| plant.name() == "lcp");
+        let state = plant.state();
+        let angles = case.legs.iter().map(|leg| angles(state.as_ref(), leg));
+        let angles = angles.collect();
+        let state = state.filter(|_| plant.name() == "lcp");
         run.samples.push(Sample {
             time_s: now.as_secs_f64(),
             energy: plant.energy(),
             trunk: feet.trunk,
             feet: feet.feet.clone(),
+            angles,
             fallbacks: plant.work().fallbacks,
             momentum: state.map(|state| momentum(robot, &case.legs, case.toe, &state)),
         });

@@ -127,3 +127,16 @@ fn force_outside_the_friction_cone_is_detected() {
     let rough = rough.unwrap_or_else(|error| panic!("{error}"));
     assert_discriminates(Law::Friction, &valid_run(&case), &rough);
 }
+
+/// Every plant ends with an error if a knee passes the straight leg; an angle is therefore altered
+/// here.
+#[test]
+fn knee_that_bends_the_other_way_is_detected() {
+    let case = case(|case| case.method == Method::Massless && is_plain_drop(case));
+    let valid = valid_run(&case);
+    let mut faulty = valid.clone();
+    let last = faulty.samples.last_mut().expect("a run has samples");
+    let [first, second, _] = &mut last.angles[0];
+    *second = 2.0 * *first - *second;
+    assert_discriminates(Law::AssemblyMode, &valid, &faulty);
+}

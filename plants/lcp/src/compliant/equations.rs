@@ -191,8 +191,8 @@ impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
     }
 
     fn element_names(&self) -> [&'static str; ELEMENTS] {
-        let [a, b, c, d, e] = INSIDE_NAMES;
-        [a, b, c, d, e, "ground", "toe"]
+        let [a, b, c, d, e, f] = INSIDE_NAMES;
+        [a, b, c, d, e, f, "ground", "toe"]
     }
 
     fn leg_name(&self, leg: usize) -> &str {

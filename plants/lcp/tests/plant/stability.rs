@@ -43,7 +43,9 @@ fn fault_of_run(
 ) -> Option<(String, f64)> {
     let mut harness = lcp(robot, setup, integration);
     let fault = harness.run_checked(seconds).err()?;
-    assert_eq!(fault.part, "integrator", "{fault}");
+    // Large steps may throw a leg into another assembly mode before their energy is out of bounds.
+    let is_leg = fault.part.starts_with("leg/") && fault.why.contains("another mechanism");
+    assert!(is_leg || fault.part == "integrator", "{fault}");
     assert!(fault.energy.is_finite());
     Some((fault.why, harness.now_us as f64 * 1e-6))
 }

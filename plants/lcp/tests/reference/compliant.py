@@ -18,12 +18,17 @@ p = max(x, 0):
 
     F = max(0, k (t²/2δ + p − t) + c (t/δ) ẋ)
 
-    extended   x = l_d − l_d,max       pulls the ends of the diagonal together
-    bottomed   x = l_d,min − l_d       pushes them apart
-    open       x = l_p − l₂ − travel   pulls the ends of the parallel rod together
-    closed     x = l_Δ (θ₁ − θ₃)       torques ∓l_Δ F on the first and the third segment
-    cable      x = l_c − l_c,max + rφ  pulls ankle and hip together, and brakes the pulley by r F
-    sole       x = −z                  pushes the foot up
+    extended     x = a (u − u(l_d,max))      pulls the ends of the diagonal together
+    bottomed     x = b (1/u − 1/u(l_d,min))  pushes them apart
+    open         x = l_p − l₂ − travel       pulls the ends of the parallel rod together
+    closed       x = l_Δ (θ₁ − θ₃)           torques ∓l_Δ F on the first and the third segment
+    dead-centre  x = l_Δ (W²/w − W), w < W   torques −F ∂x/∂q on the joints
+    cable        x = l_c − l_c,max + rφ      pulls ankle and hip together, and brakes the pulley by r F
+    sole         x = −z                      pushes the foot up
+
+Extended and bottomed, here as functions of the diagonal, u² = (l_d² − (l₂ − l_Δ)²)/((l₂ + l_Δ)² − l_d²);
+a and b give each depth the slope ±1 with respect to l_d at its limit. Rod and third segment are in one
+line where w = sin q₃ + (l_Δ/l₂) sin(q₂ + q₃) is zero; W = 0.1.
 
 Friction of the sole, with the velocity v along the ground and the bristle z; |v|_ε = √(v² + ε²):
 
@@ -46,8 +51,9 @@ from point_masses import rows_of_leg
 from robot_file import GRAVITY, cheetah_cub
 
 ENGAGEMENT, RANGE, TURNING, DIRECTED = 0.5, 2e-3, 0.5e-3, 1e-2
+LEAST = 0.1
 NAMED = ["hip", "inner", "outer", "ankle", "foot"]
-ELEMENTS = ["extended", "bottomed", "open", "closed", "cable", "sole"]
+ELEMENTS = ["extended", "bottomed", "open", "closed", "dead-centre", "cable", "sole"]
 # Whether the trunk moves along x, y, z, and turns about these axes.
 BASES = {"fixed": [0, 0, 0, 0, 0, 0], "planar": [1, 0, 1, 0, 1, 0], "free": [1, 1, 1, 1, 1, 1]}
 
@@ -58,6 +64,13 @@ def press(element, depth, rate):
     toe = np.minimum(pressed, element.toe_region)
     elastic = element.stiffness * (toe**2 / (2 * element.toe_region) + pressed - toe)
     return np.maximum(elastic + element.damping * toe / element.toe_region * rate, 0.0)
+
+
+def knee(leg, length):
+    """Returns u of a length of the diagonal, and its derivative."""
+    least, most = length**2 - (leg.l2 - leg.ld) ** 2, (leg.l2 + leg.ld) ** 2 - length**2
+    u = np.sqrt(least / most)
+    return u, length * (least + most) / (most**2 * u)
 
 
 def cross_matrices(s):
@@ -158,8 +171,14 @@ class CompliantRobot:
 
         length, rate, direction = span("inner", "ankle")
         tension = leg.k_d * (length - (leg.diagonal_max + leg.preload_d))
-        tension += self.pressed("extended", leg.stops, length - leg.diagonal_max, rate)
-        tension -= self.pressed("bottomed", leg.stops, leg.diagonal_min - length, -rate)
+        u, slope = knee(leg, length)
+        limit, limit_slope = knee(leg, leg.diagonal_max)
+        slope_out = slope / limit_slope
+        tension += slope_out * self.pressed("extended", leg.stops, (u - limit) / limit_slope, slope_out * rate)
+        limit, limit_slope = knee(leg, leg.diagonal_min)
+        scale = limit**2 / limit_slope
+        slope_in = scale * slope / u**2
+        tension -= slope_in * self.pressed("bottomed", leg.stops, scale * (1 / u - 1 / limit), -slope_in * rate)
         pull("inner", "ankle", tension, direction)
 
         length, rate, direction = span("inner", "outer")
@@ -172,6 +191,14 @@ class CompliantRobot:
         closed = self.pressed("closed", leg.stops, -leg.ld * opening, -leg.ld * opening_rate)
         torques = -self.damping * rates
         torques[:, 1:] += leg.ld * closed[:, None]
+
+        ratio, bent = leg.ld / leg.l2, joints[:, 1] + joints[:, 2]
+        w = np.sin(joints[:, 2]) + ratio * np.sin(bent)
+        slope = -leg.ld * LEAST**2 / w**2
+        by_joint = slope[:, None] * np.stack([ratio * np.cos(bent), np.cos(joints[:, 2]) + ratio * np.cos(bent)], axis=1)
+        rate = np.sum(by_joint * rates[:, 1:], axis=1)
+        kept = self.pressed("dead-centre", leg.stops, leg.ld * (LEAST**2 / w - LEAST), rate)
+        torques[:, 1:] -= by_joint * kept[:, None]
 
         cable = np.zeros(self.legs)
         if self.servo:

@@ -169,8 +169,8 @@ impl Equations for CompliantEquations {
     }
 
     fn element_names(&self) -> [&'static str; ELEMENTS] {
-        let [a, b, c, d, e] = INSIDE_NAMES;
-        [a, b, c, d, e, "ground", "ankle"]
+        let [a, b, c, d, e, f] = INSIDE_NAMES;
+        [a, b, c, d, e, f, "ground", "ankle"]
     }
 
     fn leg_name(&self, leg: usize) -> &str {

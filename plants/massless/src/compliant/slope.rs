@@ -15,6 +15,7 @@
 use twinrig_compliant::events::{ELEMENTS, GROUND, if_compressed};
 use twinrig_compliant::frame::{cross, into_world, quaternion_rate};
 use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
+use twinrig_compliant::stop::{LEAST, barrier};
 use twinrig_compliant::{
     Below, Commands, DriveLaws, Flows, Footforce, Internal, Joints, Point, Pushed, TrunkMotion,
     Turns,
@@ -25,10 +26,6 @@ use twinrig_robot::GRAVITY;
 use super::model::{CompliantModel, Legs};
 use super::state::{Slope, State};
 use super::trunk::{TrunkConstants, TrunkSums};
-
-/// Sine of the angle between second and third link below which a stop keeps them from lying in one
-/// line, where the foot does not determine their rates.
-pub(crate) const SINE_MIN: f64 = 0.1;
 
 /// Motion of legs and feet in one state.
 #[derive(Debug, Clone, Copy)]
@@ -84,18 +81,20 @@ impl<L: Lanes> LegMotion<L> {
 /// Index of the element between second and third link.
 pub(crate) const ANKLE: usize = ELEMENTS - 1;
 
-/// Returns the depth of the stop between second and third link \[m\].
+/// Returns the depth of the stop that keeps second and third link from one line, where the foot
+/// does not determine their rates \[m\].
 #[inline(always)]
 pub(crate) fn in_line<L: Lanes>(legs: &Legs<L>, turns: &Turns<L, 3>) -> L {
-    let sine = turns.sine_of_ankle();
-    legs.pantographs.links[2] * (sine.like(SINE_MIN) - sine)
+    let [depth, _] = barrier(turns.sine_of_ankle());
+    legs.pantographs.links[2] * depth
 }
 
 impl<L: Lanes> LegMotion<L> {
     /// Returns the lever of the stop between second and third link \[m\].
     #[inline(always)]
     fn lever(legs: &Legs<L>, turns: &Turns<L, 3>) -> L {
-        legs.pantographs.links[2] * turns.cosine_of_ankle()
+        let [_, slope] = barrier(turns.sine_of_ankle());
+        -(legs.pantographs.links[2] * turns.cosine_of_ankle() * slope)
     }
 
     /// Returns the rate of the depth of that stop \[m/s\].
@@ -227,10 +226,11 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
         let internal = Internal::new(&legs.pantographs, turns, &joints, true);
         // The stop between second and third link.
         let [_, mut second, mut third] = internal.torques;
-        let (depth, mut dissipated) = (in_line(legs, turns), internal.dissipated);
+        let (sine, mut dissipated) = (turns.sine_of_ankle(), internal.dissipated);
         let mut compressed = internal.compressed;
         // Rare: only where it is pressed.
-        if depth.any(depth.gt(depth.zero())) {
+        if sine.any(sine.like(LEAST).gt(sine)) {
+            let depth = in_line(legs, turns);
             let lever = LegMotion::lever(legs, turns);
             let stop = legs
                 .pantographs

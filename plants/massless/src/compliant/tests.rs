@@ -9,9 +9,9 @@ use twinrig_robot::{GRAVITY, JointFriction, OneSided, PointMass, Robot};
 use twinrig_testing::robots::{SERVO, SERVOS, pose, robot, robot_named, standing, with_legs};
 
 use super::equations::{CompliantFlow, initial};
-use super::slope::SINE_MIN;
 use super::state::{Slope, State};
 use crate::model::Options;
+use twinrig_compliant::stop::LEAST;
 
 fn build(robot: &Robot, setup: Setup) -> CompliantFlow {
     initial(robot, &Options::compliant(setup, 1e-6)).unwrap()
@@ -360,7 +360,7 @@ fn posture_and_state_are_equivalent() {
 #[test]
 fn stop_pushes_second_and_third_link_out_of_line() {
     let mut flow = between_stops(Base::Fixed);
-    let within = 0.8 * SINE_MIN;
+    let within = 0.8 * LEAST;
     let ankle = std::f64::consts::PI - libm::asin(within);
     flow.state.angles[2] = Quad(flow.state.angles[1].0.map(|second| second + ankle));
     flow.state.hip_rate = Quad::splat(0.0);
