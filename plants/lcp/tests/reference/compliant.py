@@ -30,11 +30,13 @@ Extended and bottomed, here as functions of the diagonal, u² = (l_d² − (l₂
 a and b give each depth the slope ±1 with respect to l_d at its limit. Rod and third segment are in one
 line where w = sin q₃ + (l_Δ/l₂) sin(q₂ + q₃) is zero; W = 0.1.
 
-Friction of the sole, with the velocity v along the ground and the bristle z; |v|_ε = √(v² + ε²):
+Friction of the sole, with the velocity v along the ground, the bristle z, and the elastic part F_e of
+the normal force F:
 
-    F_t = −µ F_n z/max(|z|, z_s)
-    ż = g (v − |v| z/z_s) + (1 − g) (w z_s v/|v|_ε − z)/τ
-    g = clamp(x/0.5 δ, 0, 1)   w = clamp(1 − gap/2 mm, 0, 1)   τ = 0.5 ms   ε = 10 mm/s
+    F_t = −µ b z/max(|z|, z_s) − µ (F − b) v/√(v² + v₀²)
+    ż = r v − (max(r |v|/z_s, h⁺) − h⁻ (1 − min(|z|/z_s, 1)²) + (1 − g)/τ) z
+    S = F_e + k δ/8   b = g min(F, S)   r = (b/S) z_s/max(|z|, z_s)   h = Ṡ/2S = h⁺ − h⁻
+    g = clamp(x/0.5 δ, 0, 1)   τ = 2 ms   v₀ = 50 mm/s
 
 Servo, with set-point s, lag T and the torque line |τ| ≤ τ_max clamp(1 ∓ q̇/q̇_max, 0, 1): q̈ =
 (4/T) (clamp((s − q)/T, ±q̇_max) − q̇) as long as torque and load permit.
@@ -50,7 +52,7 @@ from free_base import rotation_matrix
 from point_masses import rows_of_leg
 from robot_file import GRAVITY, cheetah_cub
 
-ENGAGEMENT, RANGE, TURNING, DIRECTED = 0.5, 2e-3, 0.5e-3, 1e-2
+ENGAGEMENT, RELAXATION, SLOW = 0.5, 2e-3, 5e-2
 LEAST = 0.1
 NAMED = ["hip", "inner", "outer", "ankle", "foot"]
 ELEMENTS = ["extended", "bottomed", "open", "closed", "dead-centre", "cable", "sole"]
@@ -58,12 +60,17 @@ ELEMENTS = ["extended", "bottomed", "open", "closed", "dead-centre", "cable", "s
 BASES = {"fixed": [0, 0, 0, 0, 0, 0], "planar": [1, 0, 1, 0, 1, 0], "free": [1, 1, 1, 1, 1, 1]}
 
 
-def press(element, depth, rate):
-    """Returns the force of one-sided elements."""
+def elastic_force(element, depth):
+    """Returns the elastic part of the force of one-sided elements."""
     pressed = np.maximum(depth, 0.0)
     toe = np.minimum(pressed, element.toe_region)
-    elastic = element.stiffness * (toe**2 / (2 * element.toe_region) + pressed - toe)
-    return np.maximum(elastic + element.damping * toe / element.toe_region * rate, 0.0)
+    return element.stiffness * (toe**2 / (2 * element.toe_region) + pressed - toe)
+
+
+def press(element, depth, rate):
+    """Returns the force of one-sided elements."""
+    toe = np.clip(depth, 0.0, element.toe_region) / element.toe_region
+    return np.maximum(elastic_force(element, depth) + element.damping * toe * rate, 0.0)
 
 
 def knee(leg, length):
@@ -212,17 +219,22 @@ class CompliantRobot:
     def ground(self, feet, velocities, bristles):
         """Returns the forces of level ground at height zero, and the rates of the bristles."""
         sole, limit = self.leg.sole, self.leg.slip_deflection
-        gap, slip = feet[:, 2], velocities[:, :2]
-        normal = self.pressed("sole", sole, -gap, -velocities[:, 2])
-        deflection = np.linalg.norm(bristles, axis=1)
+        depth, sinking, slip = -feet[:, 2], -velocities[:, 2], velocities[:, :2]
+        normal = self.pressed("sole", sole, depth, sinking)
+        scale = elastic_force(sole, depth) + sole.stiffness * sole.toe_region / 8
+        h = sole.stiffness * np.clip(depth / sole.toe_region, 0, 1) * sinking / (2 * scale)
+        g = np.clip(depth / (ENGAGEMENT * sole.toe_region), 0, 1)
+        borne = g * np.minimum(normal, scale)
+        stretch, speed = np.linalg.norm(bristles, axis=1), np.linalg.norm(slip, axis=1)
+        held = borne / np.maximum(stretch, limit)
         forces = np.zeros((self.legs, 3))
         forces[:, 2] = normal
-        forces[:, :2] = -(self.friction * normal / np.maximum(deflection, limit))[:, None] * bristles
-        speed, square = np.linalg.norm(slip, axis=1)[:, None], np.sum(slip**2, axis=1)[:, None]
-        g = np.clip(-gap / (ENGAGEMENT * sole.toe_region), 0, 1)[:, None]
-        w = np.clip(1 - gap / RANGE, 0, 1)[:, None]
-        turned = (w * limit * slip / np.sqrt(square + DIRECTED**2) - bristles) / TURNING
-        return forces, g * (slip - speed * bristles / limit) + (1 - g) * turned
+        viscous = (normal - borne) / np.sqrt(speed**2 + SLOW**2)
+        forces[:, :2] = -self.friction * (held[:, None] * bristles + viscous[:, None] * slip)
+        r = limit * held / scale
+        decay = np.maximum(r * speed / limit, np.maximum(h, 0)) + (1 - g) / RELAXATION
+        decay -= np.maximum(-h, 0) * (1 - np.minimum(stretch / limit, 1) ** 2)
+        return forces, r[:, None] * slip - decay[:, None] * bristles
 
     def slope(self, y, hip_set_points, knee_set_points):
         """Returns the time derivative of a state."""
