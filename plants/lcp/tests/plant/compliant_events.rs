@@ -70,8 +70,10 @@ fn instants_converge_with_the_tolerance() {
         assert!(fine.len() > 8, "{fine:?}");
         assert!(fine.is_sorted_by(|a, b| a.at_s <= b.at_s));
         for tolerance in [2e-6, 1e-7] {
-            // Depths err in proportion to the tolerance, and the instants, 13 s/m of it at most,
-            // with them.
+            // The control permits an error of the tolerance in each millisecond, 360 of it over the
+            // run, and an instant errs by that of the depth over its rate. Rates of some 0.1 m/s
+            // and more would permit thousands of s/m; errors that do not add up leave 13 s/m, and
+            // both tolerances share one bound because the error is proportional.
             let error_s = 20.0 * tolerance;
             let coarse = events(&mut compliant(&setup, tolerance, false), 180);
             let (fine, coarse) = (firsts(&fine), firsts(&coarse));
