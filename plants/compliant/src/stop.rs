@@ -31,8 +31,9 @@ pub const LEAST: f64 = 0.1;
 /// stages that jump across are rejected by their error.
 const TINY: f64 = 1e-6;
 
-/// Least bend of the knee from the straight or the folded leg at which its stops begin \[rad\], for
-/// robots whose own limit is closer: there, the diagonal has no slope that the stop could take over.
+/// Least bend of the knee from the straight or the folded leg at which its stops begin \[rad\],
+/// for robots whose own limit is closer: there, the diagonal has no slope that the stop could take
+/// over.
 const BEND_MIN: f64 = 1e-3;
 
 /// Returns W²/w − W of a sine w, and its derivative.

@@ -215,8 +215,9 @@ fn step_beyond_the_limit_of_stability_is_refused() {
         "{unstable}"
     );
     let refused = stiff(1e-9).unwrap_err();
-    // The bristle gives way at up to 5e7/s while a sole of 10 nm is pressed: within the least substep,
-    // at a kink of that rate, it moves by more than the tolerance. All three refusals name the rate.
+    // The bristle gives way at up to 5e7/s while a sole of 10 nm is pressed: within the least
+    // substep, at a kink of that rate, it moves by more than the tolerance. All three refusals name
+    // the rate.
     let FlowError::Step(
         StepError::TooStiff { fastest, .. }
         | StepError::TooPrecise { fastest, .. }
