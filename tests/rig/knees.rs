@@ -42,32 +42,33 @@ struct Drop {
     springs: [f64; 2],
 }
 
+fn pick<T: Copy>(stream: &mut Stream, from: &[T]) -> T {
+    let drawn = stream.between(0, from.len() as u64 - 1);
+    from[usize::try_from(drawn).expect("an index")]
+}
+
 impl Drop {
     /// Draws a drop.
     fn random(seed: u64) -> Self {
         let mut stream = stream(seed, "knees");
         let uniform = |stream: &mut Stream, low: f64, high: f64| low + (high - low) * stream.unit();
         let legs: [&[&str]; 4] = [&["LF"], &["LF", "RH"], &["RF", "LH", "RH"], &["LF", "RF"]];
-        let choice = stream.between(0, 3);
-        let massless = choice == 0;
+        let (massless, lcp) = ("model = \"massless\"", "model = \"lcp\"");
+        let plants = [massless, lcp, lcp, "model = \"lcp\"\ntoe = true"];
+        let plant = pick(&mut stream, &plants);
         Self {
             robot: [&CHEETAH_CUB, &ONCILLA][usize::from(stream.unit() < 0.5)],
-            plant: [
-                "model = \"massless\"",
-                "model = \"lcp\"",
-                "model = \"lcp\"",
-                "model = \"lcp\"\ntoe = true",
-            ][choice as usize],
+            plant,
             // Legs without mass have drives.
-            drives: ["none", "servo"][usize::from(massless || stream.unit() < 0.5)],
-            legs: legs[stream.between(0, 3) as usize],
+            drives: ["none", "servo"][usize::from(plant == massless || stream.unit() < 0.5)],
+            legs: pick(&mut stream, &legs),
             height_mm: uniform(&mut stream, 0.0, 500.0),
             bend: [
                 uniform(&mut stream, -30.0, 40.0),
                 uniform(&mut stream, 40.0, 90.0),
             ],
             friction: uniform(&mut stream, 0.0, 2.0),
-            step_us: [500, 1000, 2000][stream.between(0, 2) as usize],
+            step_us: pick(&mut stream, &[500, 1000, 2000]),
             // From a tenth to a hundredfold.
             springs: [0, 1].map(|_| libm::pow(10.0, uniform(&mut stream, -1.0, 2.0))),
         }
