@@ -35,8 +35,8 @@ pub(crate) const FIG_3_7: Item = Item {
         )
         .rule(Rule::AtLeast(1.0), "a count")
         .remark(
-            "the thesis finds one in all of its optimised gaits; here two of three searches have \
-             gaits with a pace above an excitation, and one of these two was chosen",
+            "the thesis finds one in all of its optimised gaits; so do three searches here, of which \
+             the best gait was chosen",
         ),
         PrintedFigure::statement(
             "before",
@@ -47,8 +47,8 @@ pub(crate) const FIG_3_7: Item = Item {
         )
         .rule(MOSTLY, MOSTLY_GROUND)
         .remark(
-            "regular are cycles within a tenth of the pattern of a gait: a seventh of the time \
-             here; on lcp half of them are walk, a tenth is trot",
+            "regular are cycles within a tenth of the pattern of a gait: a tenth of the time here, \
+             and most of them walk; the thesis shows a trot",
         ),
         PrintedFigure::statement(
             "after",
@@ -57,8 +57,7 @@ pub(crate) const FIG_3_7: Item = Item {
             AFTER,
             "%",
         )
-        .rule(MOSTLY, MOSTLY_GROUND)
-        .remark("above 7π the legs of a side part, to the pattern of a diagonal walk"),
+        .rule(MOSTLY, MOSTLY_GROUND),
         PrintedFigure::value("begins", "change begins", "figure 3.7", 63.0, "s").remark(OTHER_GAIT),
         PrintedFigure::value(
             "excitation",
@@ -78,7 +77,10 @@ pub(crate) const FIG_3_7: Item = Item {
         .remark(OTHER_GAIT),
         PrintedFigure::value("lasts", "duration of the change", "figure 3.7", 7.0, "s")
             .rule(Rule::Factor(2.0), "\"a few seconds\"")
-            .remark("established are three cycles in a row"),
+            .remark(
+                "established are three cycles in a row; from the last walk on, before which most \
+                 cycles are irregular",
+            ),
         PrintedFigure::statement(
             "slip",
             "slip of the feet in the change over that in the rest of the run",
@@ -88,8 +90,8 @@ pub(crate) const FIG_3_7: Item = Item {
         )
         .rule(Rule::AtLeast(2.0), "\"large\"; of the slip in a second")
         .remark(
-            "path of all feet on the ground, from the first footstep on; feet slip as much where \
-             the pace ends on the way down; from 105 to 128 s the robot moves backwards",
+            "path of all feet on the ground, from the first footstep on; feet slip as much in the \
+             irregular cycles from 90 s on",
         ),
         PrintedFigure::statement(
             "hysteresis",
@@ -102,7 +104,7 @@ pub(crate) const FIG_3_7: Item = Item {
             Rule::AtLeast(1.0),
             "two steps of the excitation, as one is its resolution",
         )
-        .remark("the gait of another search has 2π: docs/studies.md"),
+        .remark("0.5π with the gaits of two other searches: docs/studies.md"),
     ],
     measure: transition,
     commands: &[
