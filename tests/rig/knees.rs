@@ -1,5 +1,7 @@
-//! Knees of compliant plants keep their side in drops onto few legs.
+//! Knees of compliant plants keep their side in drops onto few legs, and limits that the robot
+//! exceeds there are noted.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use twinrig::kernel::SimTime;
@@ -11,17 +13,21 @@ struct Robot {
     name: &'static str,
     file: &'static str,
     springs: [f64; 2],
+    /// l₂, lΔ, least diagonal and travel of the rod \[m\]; the extended leg has a bend of 35°.
+    lengths: [f64; 4],
 }
 
 const CHEETAH_CUB: Robot = Robot {
     name: "cheetah-cub",
     file: include_str!("../../robots/cheetah-cub.toml"),
     springs: [4400.0, 1800.0],
+    lengths: [0.0714, 0.015, 0.06282, 0.01],
 };
 const ONCILLA: Robot = Robot {
     name: "oncilla",
     file: include_str!("../../robots/oncilla.toml"),
     springs: [12_230.0, 5005.0],
+    lengths: [0.1191, 0.025, 0.1048, 0.0167],
 };
 
 /// Number of random drops; `KNEES=N` selects another.
@@ -101,34 +107,97 @@ impl Drop {
         text
     }
 
-    /// Returns the least bend of a knee over the drop \[°\], and the fault that ended it, if any.
-    fn least_bend(&self) -> (f64, Option<String>) {
+    /// Runs the drop.
+    fn run(&self) -> Course {
         let (registry, text) = (Registry::standard(), self.scenario());
         let assembly = Assembly::of_texts(&registry, &text, self.robot.file, &[]);
         let assembly = assembly.unwrap_or_else(|error| panic!("{error}\n{text}"));
         let mut rig = assembly
             .rig()
             .unwrap_or_else(|error| panic!("{error}\n{text}"));
-        let mut least = f64::INFINITY;
+        let mut course = Course::default();
         for ms in (0..=600).step_by(2) {
-            if let Err(fault) = rig.run_until(SimTime::from_nanos(ms * 1_000_000), &mut ()) {
-                return (least, Some(fault.to_string()));
+            let at = SimTime::from_nanos(ms * 1_000_000);
+            if let Err(fault) = rig.run_until(at, &mut ()) {
+                course.fault = Some(fault.to_string());
+                return course;
             }
             let state = rig.plant().state().expect("the plant has named states");
+            let position = state.get(signal::BODY_POSITION).expect("a position");
+            course.beyond("body", at, -0.001 * self.height_mm - position[2], 0.0);
             for leg in self.legs {
                 let angles = state.get(&signal::of_leg(leg, signal::ANGLES));
-                let &[first, second, _] = angles.expect("angles") else {
-                    panic!("a leg has three segments");
-                };
-                let bend = first - second;
-                least = least.min(libm::atan2(libm::sin(bend), libm::cos(bend)).to_degrees());
+                let angles: [f64; 3] = angles.and_then(|it| it.try_into().ok()).expect("angles");
+                let bend = angles[0] - angles[1];
+                let bend = libm::atan2(libm::sin(bend), libm::cos(bend)).to_degrees();
+                course.least_bend = course.least_bend.min(bend);
+                let beyond_m = self.robot.beyond_stop(angles);
+                course.beyond(&signal::leg_path(leg), at, beyond_m, 1e-3);
             }
         }
+        let found = rig.plant().limit_violations().into_iter();
+        course.found = found.map(|it| (it.part, it.first, it.worst_m)).collect();
         let balance = rig.plant().energy();
         let share = balance.residual / balance.exchanged;
         // Twice the worst balance of harsh drops between stops, at the default tolerance.
         assert!(share.abs() < 1e-3, "{share:e} not accounted for:\n{text}");
-        (least, None)
+        course
+    }
+}
+
+impl Robot {
+    /// Returns the distance beyond the stops of diagonal and rod \[m\]: the sides of the polygon of
+    /// knee, ankle and both ends of the rods.
+    fn beyond_stop(&self, angles: [f64; 3]) -> f64 {
+        let [l2, l_delta, diagonal_min, travel] = self.lengths;
+        let along =
+            |length: f64, angle: f64| [length * libm::sin(angle), length * libm::cos(angle)];
+        let sum = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a + c, b + d];
+        let norm = |[a, b]: [f64; 2]| libm::hypot(a, b);
+        let extended = norm(sum(along(l_delta, 35f64.to_radians()), along(l2, 0.0)));
+        let diagonal = sum(along(l_delta, angles[0]), along(l2, angles[1]));
+        let rod = norm(sum(diagonal, along(-l_delta, angles[2])));
+        let diagonal = norm(diagonal);
+        [
+            diagonal - extended,
+            diagonal_min - diagonal,
+            rod - l2 - travel,
+            l2 - rod,
+        ]
+        .into_iter()
+        .fold(0.0, f64::max)
+    }
+}
+
+/// Course of a drop.
+struct Course {
+    /// Least bend of a knee \[°\].
+    least_bend: f64,
+    /// The fault that ended it.
+    fault: Option<String>,
+    /// Limits exceeded: part, first instant and greatest distance \[m\], by part.
+    expected: BTreeMap<String, (SimTime, f64)>,
+    /// The plant's own.
+    found: Vec<(String, SimTime, f64)>,
+}
+
+impl Default for Course {
+    fn default() -> Self {
+        Self {
+            least_bend: f64::INFINITY,
+            fault: None,
+            expected: BTreeMap::new(),
+            found: Vec::new(),
+        }
+    }
+}
+
+impl Course {
+    fn beyond(&mut self, part: &str, at: SimTime, by_m: f64, from_m: f64) {
+        if by_m > from_m {
+            let known = self.expected.entry(part.to_owned()).or_insert((at, by_m));
+            known.1 = known.1.max(by_m);
+        }
     }
 }
 
@@ -136,6 +205,7 @@ impl Drop {
 fn knees_of_compliant_plants_keep_their_side() {
     let lcp = "model = \"lcp\"";
     let massless = "model = \"massless\"";
+    let mut beyond_stops = 0;
     for (robot, plant, drives, height_mm, bend) in [
         (&CHEETAH_CUB, lcp, "none", 0.0, [15.0, 63.0]),
         (&CHEETAH_CUB, lcp, "none", 0.0, [-20.0, 80.0]),
@@ -153,10 +223,32 @@ fn knees_of_compliant_plants_keep_their_side() {
             step_us: 1000,
             springs: [1.0; 2],
         };
-        let (least, fault) = drop.least_bend();
-        assert_eq!(fault, None, "{}", drop.scenario());
+        let course = drop.run();
+        assert_eq!(course.fault, None, "{}", drop.scenario());
+        let least = course.least_bend;
         assert!(least > 1.0, "bent by {least}°:\n{}", drop.scenario());
+        // All fall over, to below the ground.
+        assert!(course.expected.contains_key("body"), "{}", drop.scenario());
+        assert_eq!(
+            course.found.len(),
+            course.expected.len(),
+            "{:?} {:?}",
+            course.found,
+            course.expected
+        );
+        for (part, first, worst_m) in course.found {
+            // The trunk's place on massless is that of the centre that it shares with this leg.
+            if part == "body" && plant == massless {
+                continue;
+            }
+            let expected = course.expected[&part];
+            assert_eq!(first, expected.0, "{part}");
+            // Rounding of lengths by two formulas.
+            assert!((worst_m - expected.1).abs() < 1e-12, "{part}: {worst_m}");
+            beyond_stops += usize::from(part != "body");
+        }
     }
+    assert!(beyond_stops > 0);
 }
 
 /// Springs of a tenth to a hundred times the stiffness, friction from 0 to 2, toes, subsets of
@@ -168,7 +260,11 @@ fn slow_knees_keep_their_side_in_random_harsh_drops() {
     let mut faults = 0;
     for seed in 0..drops {
         let drop = Drop::random(seed);
-        let (least, fault) = drop.least_bend();
+        let Course {
+            least_bend: least,
+            fault,
+            ..
+        } = drop.run();
         let of_leg = fault.as_ref().is_some_and(|why| why.contains("mechanism"));
         assert!(
             least > 0.0 && !of_leg,

@@ -46,6 +46,7 @@ mod error;
 mod external_load;
 mod ground_friction;
 mod ledger;
+mod limits;
 mod plant;
 mod posture;
 mod push;

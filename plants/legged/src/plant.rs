@@ -4,13 +4,16 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_robot::Robot;
 use twinrig_runtime::interrupt::LongLoop;
-use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantFault, PlantState, WorkCounts};
+use twinrig_runtime::{
+    EnergyBalance, LimitViolation, Plant, PlantEvent, PlantFault, PlantState, WorkCounts,
+};
 
 use crate::LEGS;
 use crate::assembly::AssemblyWatch;
 use crate::dynamics::{Dynamics, FromRobot, PartFault, StepInputs};
 use crate::error::LeggedError;
 use crate::ground_friction::GroundFriction;
+use crate::limits::{Excesses, Limits};
 use crate::push::Push;
 use crate::push_schedule::PushSchedule;
 use crate::set_points::{Ramp, SetPoint, SetPoints};
@@ -25,6 +28,7 @@ pub struct LeggedPlant<D: Dynamics + ?Sized> {
     base: Base,
     legs: Vec<String>,
     assembly: Vec<AssemblyWatch>,
+    limits: Limits,
     now: SimTime,
     step: SimDuration,
     signals: Signals,
@@ -47,6 +51,7 @@ struct Saved<S> {
     ramps: Vec<Ramp>,
     /// Coefficients of friction at the feet, where they change.
     friction: Option<[f64; LEGS]>,
+    limits: Excesses,
     dynamics: S,
 }
 
@@ -67,9 +72,14 @@ impl<D: FromRobot + ?Sized> LeggedPlant<D> {
         let legs = setup.selected_mounts(robot)?;
         let assembly = legs.iter().map(|mount| AssemblyWatch::new(mount));
         let assembly = assembly.collect();
+        let limits = Limits::new(&legs, setup.ground.as_ref())?;
         let legs: Vec<&str> = legs.iter().map(|mount| mount.name.as_str()).collect();
         let plant = Self::of(dynamics, &legs, setup, selected);
-        Ok(Self { assembly, ..plant })
+        Ok(Self {
+            assembly,
+            limits,
+            ..plant
+        })
     }
 }
 
@@ -97,6 +107,7 @@ impl<D: Dynamics + ?Sized> LeggedPlant<D> {
             base: setup.base,
             legs: legs.iter().map(|&leg| leg.to_owned()).collect(),
             assembly: Vec::new(),
+            limits: Limits::default(),
             now: SimTime::ZERO,
             step: setup.step,
             signals,
@@ -235,6 +246,7 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
     fn begin_window(&mut self) {
         let impulses = (0..self.legs.len()).map(|leg| self.dynamics.ground_impulse(leg));
         self.window.begin(self.now.as_secs_f64(), impulses);
+        self.limits.check(self.now, &*self.dynamics);
     }
 
     fn energy(&self) -> EnergyBalance {
@@ -247,6 +259,10 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
 
     fn constraint_violation(&self) -> Option<f64> {
         self.dynamics.constraint_violation()
+    }
+
+    fn limit_violations(&self) -> Vec<LimitViolation> {
+        self.limits.violations(&self.legs)
     }
 
     fn least_substep_s(&self) -> Option<f64> {
@@ -269,6 +285,7 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
             window: self.window,
             ramps: self.set_points.save(),
             friction: self.friction.as_ref().map(GroundFriction::save),
+            limits: self.limits.save(),
             dynamics: self.dynamics.save(),
         })
     }
@@ -289,6 +306,7 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
         let restored = self.dynamics.restore(saved.dynamics);
         restored.map_err(mismatch)?;
         self.set_points.restore(saved.ramps);
+        self.limits.restore(saved.limits);
         (self.now, self.window) = (saved.now, saved.window);
         Ok(())
     }
@@ -327,6 +345,7 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
         let initial_inputs = |inputs: &mut [f64]| self.dynamics.initial_inputs(inputs);
         self.set_points.reset(initial_inputs);
         self.events.clear();
+        self.limits.restore(Excesses::default());
         self.window = Window::default();
         self.begin_window();
         Ok(lines)

@@ -1,6 +1,7 @@
 use thiserror::Error;
 use twinrig_kernel::{Direction, Layout, Port, SimTime, Snapshot, SnapshotError};
 
+use crate::limit::LimitViolation;
 use crate::plant::{EnergyBalance, Plant, PlantEvent, PlantFault, WorkCounts};
 use crate::plant_state::PlantState;
 
@@ -129,6 +130,12 @@ impl Plant for CompositePlant {
             self.second.constraint_violation(),
         );
         a.into_iter().chain(b).reduce(f64::max)
+    }
+
+    fn limit_violations(&self) -> Vec<LimitViolation> {
+        let mut violations = self.first.limit_violations();
+        violations.extend(self.second.limit_violations());
+        violations
     }
 
     fn least_substep_s(&self) -> Option<f64> {

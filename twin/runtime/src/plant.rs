@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
 
+use crate::limit::LimitViolation;
 use crate::plant_state::PlantState;
 
 /// Model of the physics. Its input ports are actuator commands, its output ports measurements and
@@ -77,6 +78,12 @@ pub trait Plant: Send {
     /// limits, penetration; none if the plant has no such constraints.
     fn constraint_violation(&self) -> Option<f64> {
         self.inner().and_then(Plant::constraint_violation)
+    }
+
+    /// Returns the limits of the model that parts have exceeded since the start, at instants of
+    /// [`Plant::begin_window`].
+    fn limit_violations(&self) -> Vec<LimitViolation> {
+        self.inner().map_or_else(Vec::new, Plant::limit_violations)
     }
 
     /// Returns whether the last failure of [`Plant::advance`] is a regular end: the model has ended

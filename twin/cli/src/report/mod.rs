@@ -130,7 +130,15 @@ pub struct Warned {
 /// Code of warnings about the traffic of a run.
 pub(crate) const BUS_WARNING: &str = "bus";
 
+/// Code of warnings about limits of the plant that were exceeded.
+pub(crate) const LIMIT_WARNING: &str = "beyond-limit";
+
 impl Warned {
+    /// Returns whether the warning is about the run, not about the scenario.
+    fn is_of_run(&self) -> bool {
+        [BUS_WARNING, LIMIT_WARNING].contains(&self.code)
+    }
+
     /// Converts warnings, in their order.
     pub(crate) fn all(warnings: &[Warning]) -> Vec<Self> {
         let warned = |Warning { code, problem }: &Warning| Self {
@@ -429,9 +437,10 @@ impl Report {
         }
     }
 
-    /// Returns the warnings about the run: gaits that are not followed, and buses.
+    /// Returns the warnings about the run: gaits that are not followed, buses, and limits of the
+    /// plant.
     pub(crate) fn run_warnings(&self) -> Vec<String> {
-        let of_run = self.warnings.iter().filter(|it| it.code == BUS_WARNING);
+        let of_run = self.warnings.iter().filter(|warned| warned.is_of_run());
         let mut warnings = tracking::warnings(self.tracking.as_ref());
         warnings.extend(of_run.map(|warned| warned.message.clone()));
         warnings
@@ -439,7 +448,7 @@ impl Report {
 
     /// Makes the run strict: it fails where there is a warning. A bus that is not clean is one.
     pub(crate) fn make_strict(&mut self) {
-        let of_scenario = self.warnings.iter().filter(|it| it.code != BUS_WARNING);
+        let of_scenario = self.warnings.iter().filter(|warned| !warned.is_of_run());
         let of_scenario = of_scenario.map(|warned| warned.message.clone());
         let reasons: Vec<String> = of_scenario.chain(self.run_warnings()).collect();
         if self.verdict == Status::Pass && !reasons.is_empty() {

@@ -6,7 +6,9 @@ use std::time::Instant;
 
 use twinrig_kernel::{SimDuration, SimTime, Snapshot};
 use twinrig_record::VerdictMessage;
-use twinrig_runtime::{BusSummary, EnergyBalance, Rig, RigError, WorkCounts, catch_panic};
+use twinrig_runtime::{
+    BusSummary, EnergyBalance, LimitViolation, Rig, RigError, WorkCounts, catch_panic,
+};
 
 use crate::assembly::Assembly;
 use crate::error::TwinError;
@@ -141,6 +143,8 @@ pub(crate) struct Course {
     pub plant: Option<(EnergyBalance, WorkCounts)>,
     /// Traffic of the buses whose drivers are in a valid state.
     pub buses: Vec<BusSummary>,
+    /// Limits that the plant has exceeded, if it is in a valid state.
+    pub limits: Vec<LimitViolation>,
 }
 
 impl Course {
@@ -159,6 +163,11 @@ impl Course {
             simulated: true,
             plant: is_valid.then(|| (rig.plant().energy(), rig.plant().work())),
             buses: if is_valid { rig.buses() } else { Vec::new() },
+            limits: if is_valid {
+                rig.plant().limit_violations()
+            } else {
+                Vec::new()
+            },
         }
     }
 }

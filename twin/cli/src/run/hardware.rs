@@ -71,6 +71,7 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
         simulated: false,
         plant: None,
         buses: times.buses.clone(),
+        limits: Vec::new(),
     };
     let mut report = report(assembly, execution, observers, course);
     if report.verdict != Status::Pass {

@@ -11,7 +11,7 @@ use twinrig_scenario::{
 use crate::assembly::Assembly;
 use crate::error::TwinError;
 use crate::report::buses::skips;
-use crate::report::{BUS_WARNING, BusReport, Line, Report, Status, Warned, seconds};
+use crate::report::{BUS_WARNING, BusReport, LIMIT_WARNING, Line, Report, Status, Warned, seconds};
 use crate::run::execute::{Course, Execution, Stopped, run};
 use crate::run::executor::Executor;
 use crate::run::observers::{PolledOnly, RunObserver, RunObservers};
@@ -145,6 +145,12 @@ pub(crate) fn judged_report<W: Write>(
     let (buses, of_buses) = buses(assembly, observers.skipped(), course);
     let mut warnings = Warned::all(&scenario.warnings);
     warnings.extend(of_buses);
+    warnings.extend(course.limits.iter().map(|violation| Warned {
+        code: LIMIT_WARNING,
+        message: violation.to_string(),
+        file: scenario.file.clone(),
+        line: None,
+    }));
     let fell_at = observers.fell_at().or(observers.ended_at());
     Report {
         scenario: scenario.name.clone(),
