@@ -227,4 +227,4 @@ pub enum ExportError {
 }
 
 /// Remedy for a missing library.
-const LIBRARY_HELP: &str = "build it by `cargo build --release -p twinrig-fmu` and name it by `--library target/release/libtwinrig_fmu.so`; a wheel that is built after that contains it";
+const LIBRARY_HELP: &str = "build it by `cargo build --release -p twinrig-fmu` and name it by `--library target/release/libtwinrig_fmu.so`; the Python package that `pip install .` builds contains it";

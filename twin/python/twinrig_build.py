@@ -1,0 +1,76 @@
+"""Backend that builds the Python package: maturin, and the library of FMUs in the wheel.
+
+An FMU is loaded by programs without Python, so that its library is one of its own, which
+``twin export fmu`` finds beside the module. Both share the compiled crates.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import maturin
+from maturin import (
+    build_editable,
+    build_sdist,
+    get_requires_for_build_editable,
+    get_requires_for_build_sdist,
+    get_requires_for_build_wheel,
+    prepare_metadata_for_build_editable,
+    prepare_metadata_for_build_wheel,
+)
+
+__all__ = [
+    "build_editable",
+    "build_sdist",
+    "build_wheel",
+    "get_requires_for_build_editable",
+    "get_requires_for_build_sdist",
+    "get_requires_for_build_wheel",
+    "prepare_metadata_for_build_editable",
+    "prepare_metadata_for_build_wheel",
+]
+
+# With the features that the module has: both have the same crates, which are compiled once.
+COMMAND = (
+    "cargo build --release --locked --package twinrig-fmu --features twinrig/default "
+    "--message-format json-render-diagnostics"
+)
+PACKAGE = Path(__file__).parent / "python" / "twinrig"
+
+
+def build_wheel(
+    wheel_directory: str,
+    config_settings: Mapping[str, Any] | None = None,
+    metadata_directory: str | None = None,
+) -> str:
+    """Build the wheel, with the library in the package while it is packed."""
+    built = library()
+    place = PACKAGE / built.name
+    shutil.copyfile(built, place)
+    try:
+        wheel: str = maturin.build_wheel(wheel_directory, config_settings, metadata_directory)
+        return wheel
+    finally:
+        place.unlink()
+
+
+def library() -> Path:
+    """Build the library of FMUs and return its path, which depends on cargo's configuration."""
+    try:
+        done = subprocess.run(COMMAND.split(), stdout=subprocess.PIPE, text=True, check=False)
+    except FileNotFoundError:
+        sys.exit("the package is built with Rust, and cargo is not on the PATH: https://rustup.rs")
+    if done.returncode != 0:
+        sys.exit(f"`{COMMAND}` failed")
+    for line in done.stdout.splitlines():
+        message = json.loads(line)
+        if message.get("reason") == "compiler-artifact":
+            if message["target"]["name"] == "twinrig_fmu":
+                return Path(message["filenames"][0])
+    sys.exit(f"`{COMMAND}` made no library")
