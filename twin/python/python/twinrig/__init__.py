@@ -17,7 +17,7 @@ from __future__ import annotations
 import os
 
 from twinrig import _native
-from twinrig._commands import check, diff, parts, plan, read, robots, run, study
+from twinrig._commands import check, command, diff, parts, plan, read, robots, run, study
 from twinrig._errors import (
     Problem,
     RecordingError,
@@ -31,7 +31,7 @@ from twinrig._parts import Controller, Input, Output, Plant, Variable
 from twinrig._rig import Rig, Workers, step_all
 from twinrig._run import Energy, Expectation, Recording, Run
 from twinrig._signal import Signal, SignalGroup, Signals
-from twinrig._sweep import Share, Sweep, sweep
+from twinrig._sweep import Share, Sweep, optimize, sweep
 
 __version__ = _native.VERSION
 
@@ -60,7 +60,9 @@ __all__ = [
     "Variable",
     "Workers",
     "check",
+    "command",
     "diff",
+    "optimize",
     "parts",
     "plan",
     "read",

@@ -12,7 +12,7 @@ from twinrig import _native
 from twinrig._errors import RecordingError, RunError, ScenarioError, ScenarioWarning, TwinError
 from twinrig._parts import PartSource, sources
 from twinrig._run import Recording, Run
-from twinrig._scenario import Path, Scenario, native, path_of, settings
+from twinrig._scenario import Path, Scenario, file_of, native, path_of, settings
 
 
 def _recording_place(record: Path | None) -> tuple[str, bool] | None:
@@ -208,7 +208,7 @@ def diff(
 
 def study(
     kind: str,
-    scenario: Path | None = None,
+    scenario: Scenario | None = None,
     *,
     plants: Iterable[str] = (),
     set: Mapping[str, Any] | None = None,
@@ -227,7 +227,8 @@ def study(
         ``precision``, ``stability``, ``coupling``, ``estimate``, ``modulation`` or
         ``transition``.
     scenario
-        Path of a scenario file; by default that of the kind.
+        Path of a scenario file, or its tables as a dictionary, which is written to the current
+        folder; by default that of the kind.
     plants
         Models to study; by default all of this build.
     set
@@ -255,8 +256,65 @@ def study(
     for name, value in (("duration", duration), ("budget", budget), *sizes):
         words += option(name, value)
     if scenario is not None:
-        words += ["--", path_of(scenario, "scenario")]
+        words += ["--", file_of(scenario, "scenario")]
     return command_json(words, TwinError)
+
+
+def command(name: str, /, *arguments: Scenario, **options: Any) -> Any:
+    """Run any command of the program, and return what it prints.
+
+    >>> twinrig.command("export", "fmu", "scenarios/trot.toml", out="trot.fmu")
+    'written trot.fmu: FMI 2.0, plant with 24 inputs and 109 outputs'
+    >>> twinrig.command("replay", "recordings/trot-seed1.mcap", json=True)["identical"]
+    True
+
+    Parameters
+    ----------
+    name
+        Name of the command: ``export``, ``import``, ``draw``, ``cell``, ``thesis``, ``replay``,
+        ``serve`` and others, which ``twin --help`` lists.
+    arguments
+        Its arguments: words, paths, and scenarios also as dictionaries, which are written to files
+        ``scenario-….toml`` in the current folder.
+    options
+        Its options, with ``_`` in place of ``-``: ``no_record=True`` is ``--no-record``. A list
+        repeats the option; ``set`` is a dictionary, as of `run`.
+
+    Returns
+    -------
+    str or dict
+        The text without colours, or with ``json=True`` the object.
+
+    Raises
+    ------
+    TwinError
+        The command ended with an error, with exit code 2. A comparison or verdict that fails is
+        none.
+    """
+    places = [file_of(argument, name) for argument in arguments]
+    # A path that begins with `-` is not taken for an option.
+    words = [name, *(f"./{place}" if place.startswith("-") else place for place in places)]
+    for key, value in options.items():
+        words += _option_words(key.rstrip("_").replace("_", "-"), value)
+    if options.get("json") is True:
+        return command_json(words, TwinError, "verdict")
+    code, out, err = _native.command(words)
+    if code == 2:
+        raise TwinError(err.strip() or f"the command {name} ended with code {code}")
+    return out.removesuffix("\n")
+
+
+def _option_words(name: str, value: object) -> list[str]:
+    """Return an option of the command line, which a list repeats."""
+    if isinstance(value, bool):
+        return [f"--{name}"] if value else []
+    if name == "set" and isinstance(value, Mapping):
+        return [f"--set={key}={text}" for key, text in settings(value)]
+    if isinstance(value, os.PathLike):
+        return [f"--{name}={path_of(value, name)}"]
+    if isinstance(value, Iterable) and not isinstance(value, (str, Mapping)):
+        return [word for each in value for word in _option_words(name, each)]
+    return option(name, value)
 
 
 def parts(robot: Path = "cheetah-cub") -> dict[str, Any]:

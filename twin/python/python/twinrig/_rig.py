@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from twinrig import _native
+from twinrig._html import table
 from twinrig._parts import Floats, PartSource, sources
 from twinrig._scenario import Scenario, native
 
@@ -113,6 +114,13 @@ class Rig(_native.Rig):
             return f"<twinrig.Rig {self._name!r} at {self.now:.6g} s>"
         except (ValueError, RuntimeError) as error:
             return f"<twinrig.Rig {self._name!r}: {error}>"
+
+    def _repr_html_(self) -> str:
+        try:
+            rows = [(name, value, unit) for name, unit, value, _, _ in self.variables()]
+        except (ValueError, RuntimeError):
+            rows = []
+        return table(repr(self)[1:-1], ("variable", "value", "unit"), rows)
 
 
 class Workers(_native.Workers):

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from twinrig._frames import Frame, frames
+from twinrig._html import table
 from twinrig._signal import Floats, SignalGroup, Signals, frozen
 
 
@@ -221,3 +222,11 @@ class Recording(Results):
 
     def __repr__(self) -> str:
         return f"<Recording {str(self.path)!r}: {self.verdict}, {self._counts()}>"
+
+    def _repr_html_(self) -> str:
+        rows = (
+            (each.name, each.verdict, each.measured, each.bound, each.margin, each.unit)
+            for each in self.expectations
+        )
+        head = ("expectation", "verdict", "measured", "bound", "margin", "unit")
+        return table(f"{self.path}: {self.verdict}, {self._counts()}", head, rows)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
+import tempfile
 from collections.abc import Iterable, Mapping
 from typing import Any, TypeAlias, Union
 
@@ -29,6 +31,27 @@ def path_of(path: Path, argument: str) -> str:
     if "\0" in text:
         raise ValueError(f"{argument}: a path has no null character: {text!r}")
     return text
+
+
+def file_of(
+    tables: Scenario, argument: str, folder: str = "", name: str = "scenario-{}.toml"
+) -> str:
+    """Return the path of a file; that of a dictionary is written, for commands that read files.
+
+    Its name has a hash of the tables, so that a search or sweep is continued with the same file,
+    and the commands in results, which repeat a run, find it. Robots and paths of a scenario are
+    relative to the current folder, and so is its file.
+    """
+    if not isinstance(tables, Mapping):
+        return path_of(tables, argument)
+    text = _toml.document(tables).encode()
+    path = os.path.join(folder, name.format(hashlib.sha256(text).hexdigest()[:16]))
+    os.makedirs(folder or ".", exist_ok=True)
+    # Replaced as a whole: another process may read it.
+    with tempfile.NamedTemporaryFile(dir=folder or ".", delete=False) as file:
+        file.write(text)
+    os.replace(file.name, path)
+    return path
 
 
 def settings(values: Mapping[str, Any] | None) -> list[tuple[str, str]]:

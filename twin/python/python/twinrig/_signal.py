@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import difflib
-import html
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
+
+from twinrig._html import table
 
 Floats = npt.NDArray[np.float64]
 
@@ -99,6 +100,18 @@ class Signal(np.ndarray[Any, np.dtype[np.float64]]):
 
     def __repr__(self) -> str:
         return f"<Signal {self._name!r} [{self._unit}], {np.asarray(self)!r}>"
+
+    def _repr_html_(self) -> str:
+        # A view may have any shape: each sample is a row.
+        shape = self.shape or (1,)
+        values = np.asarray(self).reshape(shape[0], int(np.prod(shape[1:])))
+        rows = []
+        if values.size:
+            ends = ("first", values[0]), ("last", values[-1])
+            limits = ("least", values.min(axis=0)), ("greatest", values.max(axis=0))
+            rows = [(name, *row.tolist()) for name, row in (*ends, *limits)]
+        parts = [part.strip() or "value" for part in _parts_of(values.shape[1])]
+        return table(f"{self._name} [{self._unit}]: {shape[0]} samples", ("", *parts), rows)
 
 
 def _rows(index: Any, dimensions: int) -> Any:
@@ -224,13 +237,9 @@ class SignalGroup(Mapping[str, Signal]):
         return f"<SignalGroup {self.name!r}, {len(self)} signals, {len(self.time)} samples>"
 
     def _repr_html_(self) -> str:
-        rows = (
-            f"<tr><td>{html.escape(name)}</td><td>{size}</td><td>{html.escape(unit)}</td></tr>"
-            for name, (_, size, unit) in self._columns.items()
-        )
-        head = "<tr><th>signal</th><th>size</th><th>unit</th></tr>"
-        caption = f"{html.escape(self.name)}: {len(self.time)} samples"
-        return f"<table><caption>{caption}</caption>{head}{''.join(rows)}</table>"
+        rows = ((name, size, unit) for name, (_, size, unit) in self._columns.items())
+        caption = f"{self.name}: {len(self.time)} samples"
+        return table(caption, ("signal", "size", "unit"), rows)
 
 
 def _parts_of(size: int) -> Sequence[str]:

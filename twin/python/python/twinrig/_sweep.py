@@ -1,11 +1,9 @@
-"""Sweeps: many runs, and assertions about their shares."""
+"""Sweeps and searches: many runs, and assertions about their shares."""
 
 from __future__ import annotations
 
 import csv
-import tempfile
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Any, Union
@@ -13,10 +11,10 @@ from typing import Any, Union
 import numpy as np
 import numpy.typing as npt
 
-from twinrig import _toml
 from twinrig._commands import command_json, option
 from twinrig._errors import TwinError
-from twinrig._scenario import Path, path_of, settings
+from twinrig._html import table
+from twinrig._scenario import Path, Scenario, file_of, path_of, settings
 
 Column = Union[npt.NDArray[np.float64], npt.NDArray[np.str_]]
 
@@ -84,13 +82,23 @@ class Sweep:
     def to_parquet(self, path: Path) -> None:
         """Write the columns as a Parquet file, which requires the package `pyarrow`."""
         try:
-            from pyarrow import parquet, table
+            from pyarrow import parquet
+            from pyarrow import table as arrow_table
         except ImportError as error:
             raise ImportError("Parquet requires pyarrow: pip install pyarrow") from error
-        parquet.write_table(table(self.columns()), path_of(path, "path"))
+        parquet.write_table(arrow_table(self.columns()), path_of(path, "path"))
 
     def __repr__(self) -> str:
         return f"<Sweep {self.name!r}: {self.verdict}, {self.counts['points']} points>"
+
+    def _repr_html_(self) -> str:
+        rows = (
+            (each.of, each.verdict, f"{each.held} of {each.runs}", each.share, each.low, each.high)
+            for each in self.shares
+        )
+        counts = ", ".join(f"{number} {name}" for name, number in self.counts.items())
+        head = ("share of", "verdict", "holds", "share", "low", "high")
+        return table(f"{self.name}: {self.verdict}; {counts}", head, rows)
 
 
 def _columns(path: FilePath) -> dict[str, Column]:
@@ -108,20 +116,8 @@ def _column(name: str, cells: tuple[str, ...]) -> Column:
         return np.array(cells, dtype=np.str_)
 
 
-@contextmanager
-def _spec_file(spec: Path | Mapping[str, Any]) -> Iterator[str]:
-    """Yield the path of a specification; that of a dictionary is a temporary file."""
-    if not isinstance(spec, Mapping):
-        yield path_of(spec, "spec")
-        return
-    with tempfile.TemporaryDirectory(prefix="twinrig-") as folder:
-        path = FilePath(folder) / "sweep.toml"
-        path.write_text(_toml.document(spec), encoding="utf-8")
-        yield str(path)
-
-
 def sweep(
-    scenario: Path,
+    scenario: Scenario,
     spec: Path | Mapping[str, Any],
     *,
     set: Mapping[str, Any] | None = None,
@@ -139,7 +135,8 @@ def sweep(
     Parameters
     ----------
     scenario
-        Path of a scenario file.
+        Path of a scenario file, or its tables as a dictionary, as of `twinrig.run`; that is written
+        to a file ``scenario-….toml`` in the current folder, which the results name.
     spec
         Path of a specification, or its tables as a dictionary: dimensions, design and shares.
     set, plant
@@ -173,28 +170,83 @@ def sweep(
     KeyboardInterrupt
         The sweep was interrupted; the same call continues it.
     """
-    words = ["sweep", "--json"]
-    for name, value in settings(set):
-        words.append(f"--set={name}={value}")
-    for name, number in (
-        ("plant", plant),
-        ("engine", engine),
-        ("address", address),
-        ("jobs", jobs),
-        ("partition", partition),
-    ):
-        words += option(name, number)
+    words = ["sweep", "--json", *_engine_words(set, plant, engine, address, jobs)]
+    words += option("partition", partition)
     for name, path in (("record", record), ("junit", junit)):
         if path is not None:
             words.append(f"--{name}={path_of(path, name)}")
-    with _spec_file(spec) as file:
-        folder = FilePath(path_of(out, "out")) if out is not None else _folder(spec, file)
-        words.append(f"--out={folder}")
-        words += ["--", path_of(scenario, "scenario"), file]
-        report = command_json(words, TwinError, "rows")
-    return Sweep(report, folder)
+    folder = _folder(out, "sweeps", spec, "spec")
+    file = file_of(spec, "spec", str(folder), "sweep.toml")
+    words += [f"--out={folder}", "--", file_of(scenario, "scenario"), file]
+    return Sweep(command_json(words, TwinError, "rows"), folder)
 
 
-def _folder(spec: Path | Mapping[str, Any], path: str) -> FilePath:
-    name = spec.get("name", "sweep") if isinstance(spec, Mapping) else FilePath(path).stem
-    return FilePath("sweeps") / str(name).replace("/", "-")
+def optimize(
+    scenario: Scenario,
+    space: Path | Mapping[str, Any],
+    *,
+    set: Mapping[str, Any] | None = None,
+    plant: str | None = None,
+    particles: int | None = None,
+    iterations: int | None = None,
+    seed: int | None = None,
+    engine: str = "local",
+    address: str | None = None,
+    jobs: int | None = None,
+    out: Path | None = None,
+) -> dict[str, Any]:
+    """Search the settings with the best value of an expectation, as ``twin optimize`` does.
+
+    Returns the object of ``twin optimize --json``; the folder `out` then has the scenario with the
+    best settings, ``best.toml``, the history, and the points.
+
+    Parameters
+    ----------
+    scenario, set, plant, engine, address, jobs
+        As of `sweep`.
+    space
+        Path of a search space, or its tables as a dictionary: dimensions, objective, method.
+    particles, iterations, seed
+        In place of those of the search space.
+    out
+        Folder of the results and of the rows, from which an interrupted search continues; by
+        default ``optimizations/`` and the name of the search space.
+
+    Raises
+    ------
+    TwinError
+        The scenario or the search space has mistakes, or a file cannot be written.
+    KeyboardInterrupt
+        The search was interrupted; the same call continues it.
+    """
+    words = ["optimize", "--json", *_engine_words(set, plant, engine, address, jobs)]
+    for name, number in (("particles", particles), ("iterations", iterations), ("seed", seed)):
+        words += option(name, number)
+    folder = _folder(out, "optimizations", space, "space")
+    # With a hash: the folder refuses the results of another search space.
+    file = file_of(space, "space", str(folder), "space-{}.toml")
+    words += [f"--out={folder}", f"--space={file}", "--", file_of(scenario, "scenario")]
+    return command_json(words, TwinError, "verdict")
+
+
+def _engine_words(
+    set: Mapping[str, Any] | None,
+    plant: str | None,
+    engine: str,
+    address: str | None,
+    jobs: int | None,
+) -> list[str]:
+    words = [f"--set={name}={value}" for name, value in settings(set)]
+    words += option("plant", plant) + option("engine", engine)
+    return words + option("address", address) + option("jobs", jobs)
+
+
+def _folder(
+    out: Path | None, parent: str, tables: Path | Mapping[str, Any], argument: str
+) -> FilePath:
+    """Return the folder of results: `out`, or that of the name of a specification."""
+    if out is not None:
+        return FilePath(path_of(out, "out"))
+    if isinstance(tables, Mapping):
+        return FilePath(parent) / str(tables.get("name", parent.removesuffix("s"))).replace("/", "-")
+    return FilePath(parent) / FilePath(path_of(tables, argument)).stem
