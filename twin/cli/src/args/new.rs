@@ -18,7 +18,7 @@ pub struct NewArgs {
     #[arg(long, value_name = "ROBOT")]
     pub robot: Option<String>,
     /// Clone of Twinrig that the crate depends on; without it, the one from which this program was
-    /// built, if it is still there, else the crate of this version
+    /// built, if this program or DIR is in it, else the crate of this version
     #[arg(long, value_name = "PATH")]
     pub twinrig: Option<PathBuf>,
 }

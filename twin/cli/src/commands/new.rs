@@ -13,6 +13,10 @@ use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::{NewArgs, NewKind};
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::sweep::build_key::file_of_this_code;
+
+/// Version of the crate that new ones depend on.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// Files of a crate: path in the crate, text.
 type Template = &'static [(&'static str, &'static str)];
@@ -155,19 +159,20 @@ fn make_crate(
     template: Template,
 ) -> Result<String, TwinError> {
     name::check_crate(&args.name, registry)?;
-    let source = dependency(args.twinrig.as_deref())?;
+    let source = Dependency::of(args)?;
     let folder = args.folder.join(&args.name);
     // An existing folder is refused as a whole, so that nothing in it is touched.
     fs::create_dir_all(&args.folder).map_err(|source| not_written(&args.folder, source))?;
     fs::create_dir(&folder).map_err(|source| not_written(&folder, source))?;
     for (file, text) in template {
         let file = folder.join(file.replace("template_name", &args.name));
-        write_new(&file, &filled(text, &args.name, &source))?;
+        write_new(&file, &filled(text, &args.name, &source.toml()))?;
     }
     Ok(format!(
         "written {folder}: begin with {folder}/README.md\n\n  cd {folder}\n  cargo test\n  \
-         cargo run --release -- run {}.toml",
+         cargo run --release -- run {}.toml{}",
         args.name,
+        source.note(),
         folder = folder.display()
     ))
 }
@@ -178,27 +183,70 @@ fn filled(text: &str, name: &str, source: &str) -> String {
         .replace("@TWINRIG@", source)
 }
 
-/// Returns where the crate finds `twinrig`, as the inside of a table of Cargo.toml.
-fn dependency(clone: Option<&Path>) -> Result<String, TwinError> {
-    let path = match clone {
-        Some(clone) => {
+/// Where a new crate finds `twinrig`.
+enum Dependency {
+    /// A crate in a clone.
+    Clone(PathBuf),
+    /// The crate of this version in the registry of cargo.
+    Published,
+}
+
+impl Dependency {
+    /// Returns the given clone. Without it, the one that this program was built from, where the
+    /// program or the new crate is in it: elsewhere its path has nothing to do with the user.
+    fn of(args: &NewArgs) -> Result<Self, TwinError> {
+        if let Some(clone) = &args.twinrig {
             let path = clone.join("twin/cli");
             let manifest = path.join("Cargo.toml");
             fs::canonicalize(&manifest).map_err(|_| TwinError::Together {
                 why: format!("{} is not a clone of Twinrig", clone.display()),
                 help: format!("there is no {}", manifest.display()),
             })?;
-            fs::canonicalize(&path).map_err(|source| not_written(&path, source))?
+            let path = fs::canonicalize(&path).map_err(|source| not_written(&path, source))?;
+            return Ok(Self::Clone(path));
         }
-        None => PathBuf::from(env!("CARGO_MANIFEST_DIR")),
-    };
-    if !path.join("Cargo.toml").is_file() {
-        return Ok(format!("version = \"{}\"", env!("CARGO_PKG_VERSION")));
+        let folder = fs::canonicalize(&args.folder);
+        let folder = folder.or_else(|_| std::path::absolute(&args.folder));
+        let places = [file_of_this_code(), folder.ok()];
+        Ok(Self::of_places(
+            Path::new(env!("CARGO_MANIFEST_DIR")),
+            places.into_iter().flatten(),
+        ))
     }
-    Ok(format!(
-        "path = {}",
-        toml_edit::Value::from(path.display().to_string())
-    ))
+
+    /// Returns the crate at `path` in a clone, if one of the places is in the clone.
+    fn of_places(path: &Path, mut places: impl Iterator<Item = PathBuf>) -> Self {
+        let root = path.ancestors().nth(2).unwrap_or(path);
+        if places.any(|place| place.starts_with(root)) && path.join("Cargo.toml").is_file() {
+            Self::Clone(path.to_owned())
+        } else {
+            Self::Published
+        }
+    }
+
+    /// Returns it as the inside of a table of Cargo.toml.
+    fn toml(&self) -> String {
+        match self {
+            Self::Clone(path) => {
+                let path = toml_edit::Value::from(path.display().to_string());
+                format!("path = {path}")
+            }
+            Self::Published => format!("version = \"{VERSION}\""),
+        }
+    }
+
+    /// Returns what the user should know about it; may be empty.
+    fn note(&self) -> String {
+        match self {
+            Self::Clone(path) => format!(
+                "\n\ntwinrig is that of {}: another machine needs its own path in Cargo.toml",
+                path.display()
+            ),
+            Self::Published => format!(
+                "\n\ntwinrig {VERSION} is that of crates.io; `--twinrig CLONE` takes it from a clone"
+            ),
+        }
+    }
 }
 
 /// Writes a file that must not exist.

@@ -87,6 +87,24 @@ fn a_folder_that_is_no_clone_is_refused_before_anything_is_written() {
     assert!(!folder.exists());
 }
 
+#[test]
+fn the_clone_of_the_build_is_named_within_it_only() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = path.join("../..").canonicalize().unwrap();
+    let of = |place: PathBuf| Dependency::of_places(path, [place].into_iter()).toml();
+    assert!(of(root.join("target/debug/twin")).starts_with("path = "));
+    let version = format!("version = \"{VERSION}\"");
+    for elsewhere in [
+        "/home/user/venv/lib/twinrig/_native.abi3.so",
+        "/home/user/robots",
+    ] {
+        assert_eq!(of(PathBuf::from(elsewhere)), version);
+    }
+    let gone = Path::new("/nowhere/twin/cli");
+    let within = Dependency::of_places(gone, [PathBuf::from("/nowhere/crates")].into_iter());
+    assert_eq!(within.toml(), version);
+}
+
 proptest! {
     /// A refused name comes with one that is accepted.
     #[test]
