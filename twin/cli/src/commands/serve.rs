@@ -17,6 +17,7 @@ use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::run::hardware::{check_places, place};
 use crate::run::interrupt;
+use crate::sweep::build_key::file_of_this_code;
 
 pub(super) fn serve(registry: &Registry, args: &ServeArgs, terminal: &mut Terminal<'_>) -> u8 {
     if terminal.interactive {
@@ -115,8 +116,13 @@ fn pty(link: Option<&Path>) -> Result<Pty, DeviceError> {
     }
 }
 
-/// Returns the name of this program, which custom programs based on this crate choose.
+/// Returns the name of this program, which custom programs based on this crate choose; in the Python
+/// package this crate is a library, and the program is that of the package.
 fn program() -> String {
+    let is_library = file_of_this_code().zip(std::env::current_exe().ok());
+    if is_library.is_some_and(|(code, program)| code != program) {
+        return "twin".to_owned();
+    }
     let path = std::env::args_os().next().map(PathBuf::from);
     let name = path.as_deref().and_then(Path::file_stem);
     name.map_or("twin".to_owned(), |name| quoted(&name.to_string_lossy()))
