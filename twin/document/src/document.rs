@@ -294,7 +294,7 @@ fn not_found(path: &Path) -> String {
     } else if path.extension().is_none() && with_extension.is_file() {
         format!("did you mean {}?", with_extension.display())
     } else {
-        String::new()
+        "`twin examples` lists the scenarios that the program contains".to_owned()
     }
 }
 
@@ -309,7 +309,7 @@ fn unreadable(error: &std::io::Error) -> String {
 }
 
 /// Whether `text` is TOML with exactly one entry.
-fn is_entry(text: &str) -> bool {
+pub(crate) fn is_entry(text: &str) -> bool {
     DeTable::parse(text).is_ok_and(|table| table.get_ref().len() == 1) && !text.contains('\n')
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::document::quoted;
+use crate::document::{is_entry, quoted};
 use crate::error::Problem;
 use crate::source::{Place, Source};
 use crate::visible::{code_point, is_invisible};
@@ -175,6 +175,13 @@ fn hint(line: &str, message: &str) -> Option<String> {
     }
     if start.starts_with("```") {
         return Some("a fence of Markdown: delete this line".to_owned());
+    }
+    if start.starts_with("//") || start.starts_with("/*") {
+        return Some("a comment begins with `#`".to_owned());
+    }
+    let entry = line.trim_end().strip_suffix(',');
+    if entry.is_some_and(is_entry) {
+        return Some("a line ends without a comma".to_owned());
     }
     if message.contains("escape") {
         return Some("paths have `/`; or put the text in single quotes, without escapes".into());

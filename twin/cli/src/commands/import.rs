@@ -36,12 +36,7 @@ fn imported(
     for note in &made.notes {
         terminal.note(note);
     }
-    let path = args.out.clone().unwrap_or_else(|| {
-        let name = args.file.file_stem().unwrap_or(args.file.as_os_str());
-        let mut name = name.to_owned();
-        name.push(".toml");
-        Path::new("robots").join(name)
-    });
+    let path = place(args);
     if path.as_os_str() == "-" {
         terminal.print_plain(&made.text);
         return Ok(());
@@ -53,6 +48,18 @@ fn imported(
         made.read, made.assumed
     ));
     Ok(())
+}
+
+/// Returns the path of the robot file. Scenarios find a robot by the name of its file.
+fn place(args: &ImportFileArgs) -> PathBuf {
+    if let Some(out) = &args.out {
+        return out.clone();
+    }
+    let name = args.name.as_deref().filter(|name| !name.contains('/'));
+    let stem = args.file.file_stem().unwrap_or(args.file.as_os_str());
+    let mut name = name.map_or_else(|| stem.to_owned(), Into::into);
+    name.push(".toml");
+    Path::new("robots").join(name)
 }
 
 fn text(file: &str, path: &Path) -> Result<String, DocumentError> {
@@ -86,4 +93,24 @@ fn write_new(path: &PathBuf, made: &Imported) -> Result<(), TwinError> {
             source,
         },
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn file_has_the_name_of_the_robot() {
+        let of = |name: Option<&str>, out: Option<&str>| {
+            place(&ImportFileArgs {
+                file: "models/cub.urdf".into(),
+                name: name.map(str::to_owned),
+                out: out.map(Into::into),
+            })
+        };
+        assert_eq!(of(None, None), Path::new("robots/cub.toml"));
+        assert_eq!(of(Some("hound"), None), Path::new("robots/hound.toml"));
+        assert_eq!(of(Some("a/b"), None), Path::new("robots/cub.toml"));
+        assert_eq!(of(Some("hound"), Some("x.toml")), Path::new("x.toml"));
+    }
 }

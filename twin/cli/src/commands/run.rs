@@ -18,6 +18,7 @@ use crate::report::{junit, table};
 use crate::run::execute::{Execution, execute};
 use crate::run::interrupt;
 use crate::run::recording_size::LARGE_RECORDING;
+use crate::sweep::runs::quoted as shell;
 
 pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'_>) -> u8 {
     if terminal.interactive {
@@ -57,7 +58,7 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
     let codes = reports.iter().map(|report| report.verdict.exit_code());
     let mut status = codes.max().map(|code| code.max(worst));
     if let Some(path) = &args.junit
-        && let Err(source) = std::fs::write(path, junit::document(&reports))
+        && let Err(source) = std::fs::write(path, junit::document(&reports, &options(args)))
     {
         terminal.print_error(&TwinError::Write {
             path: path.clone(),
@@ -66,6 +67,22 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
         status = Some(Status::Error.exit_code());
     }
     status.unwrap_or(Status::Error.exit_code())
+}
+
+/// Returns the options that the result of a run depends on, apart from its plant.
+fn options(args: &RunArgs) -> Vec<String> {
+    let set = args.set.iter();
+    let set = set.map(|(key, value)| format!("--set {}", shell(&format!("{key}={value}"))));
+    let others = [
+        ("seed", &args.seed),
+        ("duration", &args.duration),
+        ("until", &args.until),
+    ];
+    let others = others.into_iter().filter_map(|(name, value)| {
+        let value = value.as_ref()?;
+        Some(format!("--{name} {}", shell(value)))
+    });
+    set.chain(others).collect()
 }
 
 /// Checks before the runs that all outputs can be written.

@@ -9,8 +9,8 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use twinrig_scenario::Verdict;
 
-use crate::report::table;
-use crate::report::{Line, Report};
+use crate::report::{Line, Report, table, tracking};
+use crate::sweep::runs::quoted;
 
 /// Suite of test cases.
 pub(crate) struct Suite {
@@ -79,11 +79,15 @@ impl Case {
     }
 }
 
-/// Returns the document with one test suite per report and one test case per expectation.
-pub fn document(reports: &[Report]) -> String {
+/// Returns the document with one test suite per report and one test case per expectation. `options`
+/// are those of the command, which repeats a run.
+pub fn document(reports: &[Report], options: &[String]) -> String {
     let suites: Vec<Suite> = reports
         .iter()
-        .map(|report| suite(report, reports))
+        .map(|report| Suite {
+            output: output(report, options),
+            ..suite(report, reports)
+        })
         .collect();
     written(&suites)
 }
@@ -136,18 +140,33 @@ fn suite(report: &Report, all: &[Report]) -> Suite {
     let properties = texts
         .into_iter()
         .filter_map(|(key, text)| Some((key, text?)));
-    let warnings = report.run_warnings().into_iter();
-    let warnings = warnings.map(|text| format!("warning: {text}\n"));
-    let buses = report.buses.iter();
-    let buses = buses.map(|bus| format!("bus {}: {}\n", bus.bus.name, bus.line()));
-    let output: Vec<String> = warnings.chain(buses).collect();
     Suite {
         name,
         properties: properties.collect(),
         time_s: report.wall_s.unwrap_or(0.0),
         cases,
-        output: output.concat(),
+        output: String::new(),
     }
+}
+
+/// Returns what the table of a run has beside its expectations, and the command that repeats it.
+fn output(report: &Report, options: &[String]) -> String {
+    let warnings = report.run_warnings().into_iter();
+    let warnings = warnings.map(|text| format!("warning: {text}\n"));
+    let tracking = tracking::lines(report.tracking.as_ref()).into_iter();
+    let tracking = tracking.map(|text| format!("tracking: {text}\n"));
+    let buses = report.buses.iter();
+    let buses = buses.map(|bus| format!("bus {}: {}\n", bus.bus.name, bus.line()));
+    let plant = report.plant.iter().map(|plant| format!("--plant {plant}"));
+    let words = std::iter::once(format!("twin run {}", quoted(&report.file)));
+    let words: Vec<String> = words.chain(plant).chain(options.iter().cloned()).collect();
+    // A text from standard input is gone.
+    let repeat = (!report.file.starts_with('<')).then(|| format!("repeat: {}\n", words.join(" ")));
+    warnings
+        .chain(tracking)
+        .chain(buses)
+        .chain(repeat)
+        .collect()
 }
 
 fn case(line: &Line, recorded: bool) -> Case {

@@ -95,3 +95,29 @@ fn outcomes_have_place_instant_and_limits_as_fields() {
     let speed = &report["expectations"][0];
     assert!(speed["min"].as_f64() < speed["max"].as_f64(), "{speed}");
 }
+
+#[test]
+fn output_repeats_the_run_and_has_its_tracking() {
+    let folder = Folder::new("junit-output");
+    let file = folder.join("junit.xml");
+    let trot = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/trot.toml");
+    let words = ["run", trot, "--no-record", "--junit", &file];
+    let settings = [
+        "--seed",
+        "2",
+        "--until",
+        "2 s",
+        "--set",
+        "plant.ground.friction=0.5",
+    ];
+    twin(&[&words[..], &settings].concat());
+    let text = std::fs::read_to_string(&file).unwrap();
+    let output = text.split("<system-out>").nth(1).unwrap();
+    let output = output.split("</system-out>").next().unwrap();
+    assert!(output.contains("tracking: hip "), "{output}");
+    let repeat = format!(
+        "repeat: twin run {trot} --plant massless --set plant.ground.friction=0.5 --seed 2 --until \
+         &apos;2 s&apos;"
+    );
+    assert!(output.contains(&repeat), "{output}");
+}
