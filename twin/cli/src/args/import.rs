@@ -36,7 +36,8 @@ pub struct ImportFileArgs {
     /// Name of the robot instead of that in the file
     #[arg(long, value_name = "NAME")]
     pub name: Option<String>,
-    /// Write to OUT instead of robots/NAME.toml, without --name robots/FILE.toml; `-` for standard output
+    /// Write to OUT instead of robots/NAME.toml (without --name robots/FILE.toml); `-` for standard
+    /// output
     #[arg(long, value_name = "OUT")]
     pub out: Option<PathBuf>,
 }
