@@ -238,10 +238,11 @@ impl Dependency {
     /// Returns what the user should know about it; may be empty.
     fn note(&self) -> String {
         match self {
-            Self::Clone(path) => format!(
-                "\n\ntwinrig is that of {}: another machine needs its own path in Cargo.toml",
-                path.display()
-            ),
+            Self::Clone(_) => {
+                "\n\nCargo.toml has the path of a clone of Twinrig on this machine; others need \
+                 their own"
+                    .to_owned()
+            }
             Self::Published => format!(
                 "\n\ntwinrig {VERSION} is that of crates.io; `--twinrig CLONE` takes it from a clone"
             ),

@@ -116,8 +116,8 @@ fn pty(link: Option<&Path>) -> Result<Pty, DeviceError> {
     }
 }
 
-/// Returns the name of this program, which custom programs based on this crate choose; in the Python
-/// package this crate is a library, and the program is that of the package.
+/// Returns the name of this program, which custom programs based on this crate choose. In the
+/// Python package this crate is a library, and the program is that of the package.
 fn program() -> String {
     let is_library = file_of_this_code().zip(std::env::current_exe().ok());
     if is_library.is_some_and(|(code, program)| code != program) {
