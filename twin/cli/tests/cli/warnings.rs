@@ -160,3 +160,22 @@ fn long_run_and_large_recording_are_warnings() {
     assert!(done.err.contains("GB"), "{done:?}");
     assert!(done.err.contains("5.6 hours"), "{done:?}");
 }
+
+#[test]
+fn gait_without_a_cycle_is_a_warning_unless_something_changes_it() {
+    let trot = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/trot.toml");
+    let codes = |settings: &[&str]| {
+        let done = twin(&[&["check", trot, "--json"], settings].concat());
+        let warnings = json(&done.out)[0]["warnings"].clone();
+        warnings
+            .as_array()
+            .unwrap()
+            .iter()
+            .any(|it| it["code"] == "no-frequency")
+    };
+    let zero = ["--set", "controller.frequency=0 Hz"];
+    assert!(codes(&zero));
+    assert!(!codes(&["--set", "controller.frequency=0.1 Hz"]));
+    let change = "change=[{ at = \"1 s\", set = \"frequency\", to = \"3 Hz\" }]";
+    assert!(!codes(&[&zero[..], &["--set", change]].concat()));
+}

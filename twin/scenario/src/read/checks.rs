@@ -24,6 +24,7 @@ pub(crate) mod code {
     pub const BY: &str = "by-beyond-end";
     pub const LAG: &str = "lag-beyond-run";
     pub const RAMP: &str = "ramp-beyond-run";
+    pub const FREQUENCY: &str = "no-frequency";
     pub const UNTIL: &str = "until-before-expectations";
     pub const UNTIL_BEYOND: &str = "until-beyond-end";
     pub const NOTHING_EXPECTED: &str = "nothing-expected";
@@ -163,6 +164,7 @@ impl ScenarioChecks<'_> {
             }
         }
         self.warn_of_ramp(table);
+        self.warn_of_no_frequency(table);
         let mean = mean(&self.io.transfer_time);
         if mean > self.io.step {
             table.warn_at(
@@ -192,6 +194,21 @@ impl ScenarioChecks<'_> {
 }
 
 impl ScenarioChecks<'_> {
+    /// Warns about a gait that has no cycle. Any change may be one of its frequency.
+    fn warn_of_no_frequency(&self, table: &Table<'_>) {
+        let mut variables = self.controller.iter().flat_map(|it| &it.variables);
+        let stands = variables.any(|(name, value)| name == "frequency" && *value == 0.0);
+        if !stands || table.get("change").is_some() {
+            return;
+        }
+        table.warn_at(
+            &place(table, &["controller", "frequency"]),
+            code::FREQUENCY,
+            "the frequency is 0 Hz, and nothing changes it".to_owned(),
+            "give a greater one, or a [[change]] of it".to_owned(),
+        );
+    }
+
     /// Warns about a gait whose steps do not reach their length.
     fn warn_of_ramp(&self, table: &Table<'_>) {
         let variables = self.controller.iter().flat_map(|it| &it.variables);
