@@ -76,15 +76,20 @@ impl Claim {
         }
     }
 
-    /// Returns whether the claim applies to an upright robot only: after a fall, footsteps, speed
-    /// and heading are those of the fall, and there is no recovery from it.
+    /// Returns whether the claim applies to an upright robot only: after a fall, footsteps, speed,
+    /// heading and ranges are those of the fall, and there is no recovery from it.
     pub(crate) fn requires_upright_robot(&self) -> bool {
         matches!(
             self,
             Claim::Footstep(_)
                 | Claim::Gait(_)
                 | Claim::Body(
-                    BodyClaim::Speed(..) | BodyClaim::YawDrift(_) | BodyClaim::Recovers(..)
+                    BodyClaim::Speed(..)
+                        | BodyClaim::YawDrift(_)
+                        | BodyClaim::RollRange(_)
+                        | BodyClaim::PitchRange(_)
+                        | BodyClaim::HeightRange(_)
+                        | BodyClaim::Recovers(..)
                 )
         )
     }

@@ -19,7 +19,7 @@ fn rolls_over<'r>() -> Run<'r> {
 }
 
 /// Claims about an upright robot that the synthetic trot satisfies.
-const SATISFIED: [&str; 17] = [
+const SATISFIED: [&str; 20] = [
     "footstep = { slip = { max = '1 mm' } }",
     "footstep = { stance = { near = '160 ms', within = '1 ms' } }",
     "footstep = { swing = { near = '140 ms', within = '1 ms' } }",
@@ -36,6 +36,9 @@ const SATISFIED: [&str; 17] = [
     "body = { speed = { near = '0.4 m/s', within = '1 %' } }",
     "body = { speed = { near = '0.4 m/s', within = '1 %' }, along = 'path' }",
     "body = { yaw_drift = { max = '1 deg' } }",
+    "body = { roll_range = { max = '1 deg' } }",
+    "body = { pitch_range = { max = '1 deg' } }",
+    "body = { height_range = { max = '1 mm' } }",
     "footstep = { leg = 'LF', count = { min = 10 } }",
 ];
 
