@@ -223,10 +223,10 @@ impl Model {
         }
     }
 
-    /// Place of the trunk's own centre of mass, trunk axes from that of the model, where the trunk
-    /// has payloads \[m\].
+    /// Place of the trunk's own centre of mass, trunk axes from that of the model \[m\]; none where
+    /// they are the same, as with equal legs at all corners and no payload.
     pub(crate) fn centre_of_trunk(&self) -> Option<Vector3<f64>> {
-        self.tensor.map(|_| -self.centre)
+        (self.centre != Vector3::zeros()).then(|| -self.centre)
     }
 
     /// Inertias at hip and pulley of a leg \[kg·m²\].

@@ -161,9 +161,10 @@ pub(crate) fn start(
     }
     let height = setup.height(robot, |mount, start| {
         let foot = Vector3::new(start.foot.x, 0.0, start.foot.y);
-        Vector3::from(mount.hip) - model.centre + foot
+        Vector3::from(mount.hip) + foot
     })?;
-    state.set_position(Vector3::z() * height);
+    // The trunk's own centre is above the origin, as on other plants.
+    state.set_position(Vector3::z() * height + model.centre);
     Ok((state, inputs))
 }
 

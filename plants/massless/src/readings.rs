@@ -1,5 +1,6 @@
 //! Measurements of the plant.
 
+use std::f64::consts::TAU;
 use std::ops::Add;
 
 use libm::atan2;
@@ -107,8 +108,15 @@ impl Readings for Islands {
         let (flow, leg) = self.of(leg);
         // The first angle is a coordinate; the others take an arc tangent each.
         let [_, second, third] = flow.placement.poses[leg].along;
-        let of = |e: Planar| atan2(e.x, -e.y);
-        [flow.state.hip(leg), of(second), of(third)]
+        let first = flow.state.hip(leg);
+        // By its assembly mode each segment is less than half a turn from the one before: so the
+        // angles follow the first through whole turns.
+        let beside = |previous: f64, e: Planar| {
+            let angle = atan2(e.x, -e.y);
+            angle + TAU * ((previous - angle) / TAU).round()
+        };
+        let second = beside(first, second);
+        [first, second, beside(second, third)]
     }
 
     fn feet(&self) -> [FootMotion; LEGS] {

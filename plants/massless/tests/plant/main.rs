@@ -11,6 +11,7 @@ mod impacts;
 mod motors;
 mod passive;
 mod properties;
+mod readings;
 mod reference;
 mod statics;
 mod symmetry;

@@ -75,14 +75,18 @@ fn loads_of_fore_and_hind_feet_satisfy_the_balance_of_moments() {
         ..setup()
     };
     let mut harness = settled(&robot, &two);
-    // All masses with their positions: trunk and hips as one, feet where they are measured.
-    let body = harness.read("body/position");
+    // All masses with their positions: trunk, hips, and feet where they are measured.
+    let (trunk, pitch) = (
+        harness.read("body/position")[0],
+        harness.read("body/rpy")[1],
+    );
     let foot =
         |harness: &mut Harness, leg: &str| harness.read(&format!("leg/{leg}/foot/position"))[0];
     let (fore, hind) = (foot(&mut harness, "LF"), foot(&mut harness, "LH"));
     let mass = robot.trunk.mass + 2.0 * 0.02;
+    let hips = 0.02 * (0.1 - 0.06) * libm::cos(pitch);
     let feet = 0.03 * G;
-    let share = (body[0] - hind) / (fore - hind);
+    let share = (trunk + hips / mass - hind) / (fore - hind);
     for (leg, expected) in [
         ("LF", mass * G * share + feet),
         ("LH", mass * G * (1.0 - share) + feet),
