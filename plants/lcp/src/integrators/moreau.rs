@@ -4,17 +4,22 @@
 //! ```text
 //! q̄ = q ⊕ ½h u_a                                               q⁺ = q̄ ⊕ ½h u_b
 //! (H(q̄) + ½h D)(u_b − u_a) = h (f(q̄, u_a) + ½(g(u_a) + g(u_b))) + Jᵀ P
-//! 0 ≤ P ⊥ J u_b + γ g/h ≥ 0      D: friction of the joints, damping of the motors
+//! 0 ≤ P ⊥ J u_b + o ≥ 0          D: friction of the joints, damping of the motors
 //! ```
 //!
 //! Momenta are constant in the half steps ([`drift`]); forces and impulses change them in the
 //! middle ([`kick`]). Without impulses this is the generalised leapfrog: second order, symplectic,
 //! time-reversible. Momentum is balanced to round-off; the energy oscillates by an error of second
 //! order and does not drift. J is that at q̄; g is the gap at the beginning of the step,
-//! extrapolated from the middle, `g(q̄) − ½h J u_a`, and γ g/h is not below −50 mm/s.
+//! extrapolated from the middle, `g(q̄) − ½h J u_a`, and `o = max(γ g/h, J u_a, 0)`.
 //!
-//! Without event location a step has constant cost, and is of first order where a constraint opens
-//! or closes.
+//! The impulses of a step give no energy in total: `J u_b` is at most `−J u_a`, and friction that
+//! would do work acts against `½(u_a + u_b)` ([`impulses`]). An overlap is corrected by a shift of
+//! the positions without velocities ([`overlaps`]), whose work is deducted from later
+//! losses.
+//!
+//! A step is of first order where a constraint opens or closes. One that leaves a new overlap of
+//! more than 25 µm is halved, so that a landing is resolved more finely than the rest.
 
 mod drift;
 mod drives;
@@ -22,31 +27,32 @@ mod impulses;
 mod inertia;
 mod kick;
 mod momentum;
-
-use twinrig_legged::DriveModels;
+mod overlaps;
 
 use super::run_state::RunState;
 use super::step_error::StepError;
-use crate::constraints::motion::Dynamics;
 use crate::constraints::saturation::Effort;
 use crate::model::Model;
 use crate::model::articulated::rotation;
 use crate::model::chain::friction_torques;
-use crate::model::leg_constraints::{DriveAction, HIP};
+use crate::model::leg_constraints::HIP;
 use crate::model::real::{Lanes, Real};
 use crate::model::state::State;
 
 use drift::{HalfStep, Momentum, Rates, advance_joints, rotated};
-use drives::{MeanDrive, TorqueSpeedLines, drive_over, mean_commanded, torque_speed_lines};
+use drives::{
+    Hip, MeanDrive, TorqueSpeedLines, drive_over, drive_torques, mean_commanded, torque_speed_lines,
+};
 use impulses::ImpulseSolver;
 pub(crate) use impulses::LastImpulses;
 use inertia::{Memory, unload_middle};
 use momentum::Geometry;
+use overlaps::check_feet;
 
 /// A motor that changes more often is at the limit of its torque, where both modes are valid.
 const CHANGES_MAX: u32 = 4;
 
-/// Maximum number of halvings of a step whose impulses are not found.
+/// Maximum number of halvings of a step whose impulses are not found, or that leaves an overlap.
 const HALVINGS_MAX: u32 = 8;
 
 /// Solution of a step.
@@ -61,20 +67,6 @@ struct SolvedStep<const N: usize> {
     tension: Lanes,
     torques: [Lanes; 2],
     hip_work: Lanes,
-}
-
-/// Hips over a step.
-struct Hip {
-    /// Rates before and after the forces in the middle.
-    rates: [Lanes; 2],
-    acceleration: Lanes,
-    /// Damping of motors that impose no acceleration \[N·m·s/rad\].
-    damping: Lanes,
-    /// Torque that imposes the acceleration of the other motors \[N·m\].
-    imposed_torque: Lanes,
-    /// Changes of momentum in the half steps before and after, due to the change of the legs'
-    /// configuration \[kg·m²/s\].
-    momentum_change: [Lanes; 2],
 }
 
 /// Moreau's midpoint rule with its workspace.
@@ -95,7 +87,7 @@ impl<const N: usize> Moreau<N> {
         self.solver.last_impulses = *last_impulses;
     }
 
-    /// Advances by `seconds`; halves a step whose impulses are not found.
+    /// Advances by `seconds`; halves a step whose impulses are not found, or that leaves an overlap.
     pub(crate) fn advance(
         &mut self,
         model: &Model<N>,
@@ -112,8 +104,15 @@ impl<const N: usize> Moreau<N> {
         seconds: f64,
         halvings: u32,
     ) -> Result<(), StepError> {
+        // Legs on a fixed trunk are independent: a landing of one does not divide the steps of all.
+        self.solver.halvable = halvings > 0 && model.is_free();
         match self.step(model, run, seconds) {
-            Err(StepError::SolveError(_) | StepError::NotConverged { .. }) if halvings > 0 => {
+            Err(
+                StepError::SolveError(_)
+                | StepError::NotConverged { .. }
+                | StepError::ImpactGivesEnergy { .. }
+                | StepError::Overlap { .. },
+            ) if halvings > 0 => {
                 run.counts.fallbacks += 1;
                 self.advance_halved(model, run, 0.5 * seconds, halvings - 1)?;
                 self.advance_halved(model, run, 0.5 * seconds, halvings - 1)
@@ -140,6 +139,9 @@ impl<const N: usize> Moreau<N> {
             let solved = self.solve_step(model, run, commanded, &lines, seconds);
             self.solver.instant.drain_counts(&mut run.counts);
             let solved = solved?;
+            if self.solver.halvable {
+                check_feet(model, [&before, &solved.after], seconds)?;
+            }
             let (half, per) = (Lanes::splat(0.5), Lanes::splat(1.0 / seconds));
             let after = &solved.after;
             let effort = Effort {
@@ -235,7 +237,7 @@ impl<const N: usize> Moreau<N> {
             kick,
             seconds,
         )?;
-        let tension = solver.tension(seconds);
+        let tension = solver.instant.tension(seconds);
 
         let legs = &model.side_by_side;
         let h = Lanes::splat(seconds);
@@ -254,6 +256,9 @@ impl<const N: usize> Moreau<N> {
             links: after.rates,
             turning: after.turning,
         };
+        let motors = (memory.start.hips[0], &drive);
+        let shifting = solver.correct_overlaps(model, &memory.middle, motors, &after, seconds);
+        let shifting = shifting.as_ref();
         // Momenta of the links under all forces.
         let change = std::array::from_fn(|i| last.links[i] - rates.links[i]);
         let damping = friction_torques(legs, &change);
@@ -262,6 +267,10 @@ impl<const N: usize> Moreau<N> {
         });
         momenta[0] += hip_inertia * before.rates[0] - Lanes::splat(half) * hip_damping * change[0];
 
+        if let Some(shifting) = shifting {
+            (after.rates, after.turning) = (shifting.rates.links, shifting.rates.turning);
+            after.pulley += Lanes::splat(half) * shifting.pulley;
+        }
         advance_joints(&mut after, half);
         memory.end.renew(model, &run.mode, &after.angles);
         let (end, legs) = (&memory.end.geometry, &model.side_by_side);
@@ -281,7 +290,10 @@ impl<const N: usize> Moreau<N> {
                 momenta[i] -= legs.moments[i] * along;
             }
             robot.drift(half);
-            after.attitude = rotated(middle.attitude, last.turning, half);
+            if let Some(shifting) = shifting {
+                robot.shift(shifting.push, &memory.middle, body, half);
+            }
+            after.attitude = rotated(middle.attitude, after.turning, half);
             spin = robot.spin_in(after.attitude);
             *body = end_body;
         }
@@ -367,35 +379,6 @@ impl<const N: usize> Moreau<N> {
         run.elapsed_s += seconds;
         run.counts.steps += 1;
     }
-}
-
-/// Computes the torques of the motors, mean over a step, and the work of the hip motors.
-fn drive_torques<const N: usize>(
-    dynamics: &Dynamics<'_, Lanes, N>,
-    solved: &mut SolvedStep<N>,
-    drive: &DriveAction<Lanes>,
-    hip: &Hip,
-    winding: Lanes,
-    seconds: f64,
-) {
-    let Some(drives) = &dynamics.model.drives else {
-        return;
-    };
-    let h = Lanes::splat(seconds);
-    let inertia = drives.inertias().map(Lanes::splat);
-    let lost = Lanes::splat(0.5 * seconds) * hip.damping;
-    let mut torque = drive.hip_torque - lost * hip.acceleration;
-    solved.hip_work = h * torque * solved.mean[0];
-    if let DriveModels::Servos(_) = drives {
-        let saturated = dynamics.mode.commands.hip_saturated;
-        let follows = Lanes::splat(1.0) - saturated * saturated;
-        let kick = h * (inertia[0] * hip.acceleration + hip.imposed_torque);
-        let ([behind, beyond], [first, last]) = (hip.momentum_change, hip.rates);
-        torque += follows * (behind + kick + beyond) / h;
-        solved.hip_work += follows * (behind * first + kick * solved.mean[0] + beyond * last);
-    }
-    let radius = dynamics.legs.pulley_radius;
-    solved.torques = [torque, inertia[1] * winding + radius * solved.tension];
 }
 
 #[cfg(test)]

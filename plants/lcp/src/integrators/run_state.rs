@@ -168,14 +168,19 @@ impl<const N: usize> RunState<N> {
     }
 
     /// Returns a contact point of one leg; computes this leg only.
-    pub(crate) fn site(&self, model: &Model<N>, leg: usize, links: usize) -> Site<f64, N> {
+    pub(crate) fn site_of(
+        state: &State<Lanes, N>,
+        model: &Model<N>,
+        leg: usize,
+        links: usize,
+    ) -> Site<f64, N> {
         let of = |lanes: &[Lanes; N]| lanes.map(|lane| lane.lane(leg));
-        let turns = of(&self.state.angles).map(Real::sin_cos);
+        let turns = of(&state.angles).map(Real::sin_cos);
         let (sines, cosines) = (turns.map(|(sine, _)| sine), turns.map(|(_, cosine)| cosine));
         Site::from_turns(
             &model.legs[leg].constants,
-            [&sines, &cosines, &of(&self.state.rates)],
-            [self.state.velocity, self.state.turning],
+            [&sines, &cosines, &of(&state.rates)],
+            [state.velocity, state.turning],
             0,
             links,
         )
@@ -188,10 +193,20 @@ impl<const N: usize> RunState<N> {
         leg: usize,
         links: usize,
     ) -> Option<Footing<f64>> {
+        Self::footing_of(&self.state, model, leg, links)
+    }
+
+    /// Returns the same in another state.
+    pub(crate) fn footing_of(
+        state: &State<Lanes, N>,
+        model: &Model<N>,
+        leg: usize,
+        links: usize,
+    ) -> Option<Footing<f64>> {
         let ground = model.ground.as_ref()?;
-        let upright = rotation(self.state.attitude);
-        let site = self.site(model, leg, links);
-        Some(site.footing(ground, self.state.position, &upright))
+        let upright = rotation(state.attitude);
+        let site = Self::site_of(state, model, leg, links);
+        Some(site.footing(ground, state.position, &upright))
     }
 
     /// Logs the differences between the present mode and `next`.

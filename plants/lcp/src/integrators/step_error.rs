@@ -10,6 +10,14 @@ pub(crate) enum StepError {
     SolveError(#[from] SolveError),
     #[error("a foot jams under its own friction, and no impulse releases it: {0}")]
     Jammed(SolveError),
+    #[error("the impact of leg {} gives {given:.3e} J, but can only dissipate", leg + 1)]
+    ImpactGivesEnergy { leg: usize, given: f64 },
+    #[error("leg {} sinks by {depth:.3e} m into a constraint within {seconds:e} s", leg + 1)]
+    Overlap {
+        leg: usize,
+        depth: f64,
+        seconds: f64,
+    },
     #[error("the state is not a number")]
     NotFinite,
     #[error("active constraints are violated by {by:.3e} m, which no forces can correct")]

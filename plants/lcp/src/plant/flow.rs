@@ -124,6 +124,8 @@ impl<const N: usize> Flow<N> {
         match self.method {
             Method::Rk4 => self.with_fallback(Stepper::RungeKutta, before, seconds),
             Method::Rodas4 => self.with_fallback(Stepper::Rosenbrock, before, seconds),
+            // Legs on a fixed trunk are independent: one does not divide the steps of all.
+            Method::Moreau if model.is_free() => self.without_gain(before, seconds),
             Method::Moreau => self.moreau.advance(model, run, seconds),
             Method::SemiImplicit => self.fixed_step.semi_implicit(model, run, seconds),
             Method::ExplicitEuler => self.fixed_step.explicit_euler(model, run, seconds),
@@ -181,13 +183,21 @@ impl<const N: usize> Flow<N> {
         self.fallback.has_just_ended() && self.run.counts.events > before.run.counts.events
     }
 
-    /// Advances by Moreau's rule in place of another method, in as many substeps as needed to avoid
-    /// an energy gain.
+    /// Advances by Moreau's rule in place of another method.
     fn moreau_fallback(&mut self, before: &Checkpoint<N>, seconds: f64) -> Result<(), StepError> {
+        self.roll_back(before);
         self.run.counts.fallbacks += 1;
+        self.without_gain(before, seconds)
+    }
+
+    /// Advances by Moreau's rule, in as many substeps as needed to avoid an energy gain.
+    fn without_gain(&mut self, before: &Checkpoint<N>, seconds: f64) -> Result<(), StepError> {
         for halvings in 0..=HALVINGS_MAX {
             let substeps = 1 << halvings;
-            self.roll_back(before);
+            if halvings > 0 {
+                self.roll_back(before);
+                self.run.counts.fallbacks += 1;
+            }
             self.moreau.set_last_impulses(&before.last_impulses);
             for _ in 0..substeps {
                 self.moreau

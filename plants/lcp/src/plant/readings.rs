@@ -100,6 +100,7 @@ mod tests {
 
     use super::*;
     use crate::fixtures::{HARD, flat, flow, robot, tumbling};
+    use crate::integrators::run_state::RunState;
 
     #[test]
     fn feet_of_all_legs_match_the_contact_points_of_each() {
@@ -112,7 +113,8 @@ mod tests {
         let feet = flow.feet();
         let surfaces = flow.surfaces(&feet);
         for leg in 0..LEGS {
-            let sites = [3, 4].map(|links| flow.run.site(&flow.model, leg, links));
+            let sites =
+                [3, 4].map(|links| RunState::site_of(&flow.run.state, &flow.model, leg, links));
             let [foot, tip] = sites.map(|site| site.in_world(flow.run.state.position, &rotation));
             let velocity = into_world(&rotation, sites[0].velocity);
             assert_eq!(feet[leg].position, Vector3::from(foot));

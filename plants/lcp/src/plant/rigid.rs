@@ -34,7 +34,7 @@ impl StepError {
     /// Returns the fault of the part that failed.
     fn fault(&self) -> PartFault {
         let part = match self {
-            Self::SolveError(_) | Self::Jammed(_) => "contact",
+            Self::SolveError(_) | Self::Jammed(_) | Self::ImpactGivesEnergy { .. } => "contact",
             _ => "integrator",
         };
         PartFault::new(part, self.to_string())

@@ -143,7 +143,7 @@ pub(crate) struct Entry<const N: usize> {
     /// Acceleration of the cable's gap by its pulley \[m/s²\], and mobility of the pulley at the
     /// end of the cable \[1/kg\].
     pub(crate) winding: f64,
-    pub(super) compliance: f64,
+    pub(crate) compliance: f64,
     /// Direction of the ground force on a foot, world frame.
     pub(crate) direction: [f64; 3],
 }

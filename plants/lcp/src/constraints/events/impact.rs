@@ -2,13 +2,14 @@
 
 use core::mem;
 
-use twinrig_contact::{Method, Restitution, SolveError};
+use twinrig_contact::{Method, Restitution};
 use twinrig_legged::{DriveModels, LEGS};
 
 use super::Instant;
 use super::closed::{Entry, Feet, Role, SLOTS, STICKING, Stop, touching};
 use super::losses::Losses;
 use crate::constraints::motion::Dynamics;
+use crate::integrators::step_error::StepError;
 use crate::model::articulated::Articulated;
 use crate::model::leg_constraints::DriveAction;
 use crate::model::real::{Lanes, Real};
@@ -62,7 +63,7 @@ impl<const N: usize> Instant<N> {
         dynamics: &Dynamics<'_, Lanes, N>,
         state: &mut State<Lanes, N>,
         legs: &[usize],
-    ) -> Result<ImpactTotals, SolveError> {
+    ) -> Result<ImpactTotals, StepError> {
         let (articulated, drive) = self.find_closed(dynamics, state, legs);
         if !self.entries.iter().any(|e| e.is_normal() && e.rate < 0.0) {
             return Ok(ImpactTotals::default());
@@ -84,7 +85,7 @@ impl<const N: usize> Instant<N> {
         (self.before, self.coefficients) = (before, coefficients);
         solved?;
         self.note_stopped(&dynamics.model.friction);
-        Ok(self.apply_impulses(dynamics, state, &articulated, &drive))
+        self.apply_impulses(dynamics, state, &articulated, &drive)
     }
 
     /// Resolves the impact without collision of jammed feet ([`Instant::resolve_modes`]); none
@@ -94,7 +95,7 @@ impl<const N: usize> Instant<N> {
         dynamics: &Dynamics<'_, Lanes, N>,
         state: &mut State<Lanes, N>,
         legs: &[usize],
-    ) -> Result<Option<ImpactTotals>, SolveError> {
+    ) -> Result<Option<ImpactTotals>, StepError> {
         let (articulated, drive) = self.find_closed(dynamics, state, legs);
         self.prepare(&articulated, &dynamics.model.friction);
         let jams = |entry: &Entry<N>| match entry.role {
@@ -112,7 +113,9 @@ impl<const N: usize> Instant<N> {
         (self.before, self.marks) = (before, marks);
         solved?;
         self.note_stopped(&dynamics.model.friction);
-        Ok(has_impulse.then(|| self.apply_impulses(dynamics, state, &articulated, &drive)))
+        has_impulse
+            .then(|| self.apply_impulses(dynamics, state, &articulated, &drive))
+            .transpose()
     }
 
     /// Finds the closed constraints for an impact, and their rates.
@@ -151,18 +154,9 @@ impl<const N: usize> Instant<N> {
         state: &mut State<Lanes, N>,
         articulated: &Articulated<Lanes, N>,
         drive: &DriveAction<Lanes>,
-    ) -> ImpactTotals {
+    ) -> Result<ImpactTotals, StepError> {
         let mut totals = ImpactTotals::default();
-        let mut trunk = [0.0; 6];
-        let mut torques = [Lanes::zero(); N];
-        for (i, (entry, &impulse)) in self.entries.iter().zip(self.problem.unknowns()).enumerate() {
-            for (a, r) in trunk.iter_mut().zip(&self.force_responses[i].trunk) {
-                *a += r * impulse;
-            }
-            for (torque, arm) in torques.iter_mut().zip(&entry.force_row.links) {
-                let sum = torque.lane(entry.row.leg) + arm * impulse;
-                *torque = torque.with_lane(entry.row.leg, sum);
-            }
+        for (entry, &impulse) in self.entries.iter().zip(self.problem.unknowns()) {
             if entry.role == Role::Stop(Stop::Cable) {
                 let leg = entry.row.leg;
                 let gain = drive.pulley_mobility.lane(leg) * dynamics.legs.pulley_radius.lane(leg);
@@ -170,11 +164,44 @@ impl<const N: usize> Instant<N> {
                 state.pulley_rate = state.pulley_rate.with_lane(leg, rate);
             }
         }
+        let (trunk, torques) = self.responses();
         articulated.change_velocities(state, trunk, torques);
-        let Losses { impact, friction } = self.losses(1.0, |row| self.problem.w(row));
+        let losses = self.losses(1.0, |row| self.rate_after(row));
+        // Errors of the rates below the sticking speed are accepted.
+        self.check_energy(losses, STICKING, |row| self.rate_after(row))?;
+        let Losses { impact, friction } = losses.divided();
         (totals.impact, totals.friction) = (impact, friction);
         totals.ground = self.ground();
-        totals
+        Ok(totals)
+    }
+
+    /// Returns the velocity changes of the trunk by the impulses of the solution, and the impulses on
+    /// the links.
+    pub(crate) fn responses(&self) -> ([f64; 6], [Lanes; N]) {
+        let (mut trunk, mut links) = ([0.0; 6], [Lanes::zero(); N]);
+        let impulses = self.problem.unknowns();
+        let rows = self.entries.iter().zip(&self.force_responses);
+        for ((entry, response), impulse) in rows.zip(impulses) {
+            for (sum, r) in trunk.iter_mut().zip(&response.trunk) {
+                *sum += r * impulse;
+            }
+            let leg = entry.row.leg;
+            for (sum, arm) in links.iter_mut().zip(&entry.force_row.links) {
+                *sum = sum.with_lane(leg, sum.lane(leg) + arm * impulse);
+            }
+        }
+        (trunk, links)
+    }
+
+    /// Returns the rate of a row after the impulses: without the compliance of a foot, which the
+    /// motion does not have. That of a cable is its pulley's.
+    fn rate_after(&self, row: usize) -> f64 {
+        let entry = &self.entries[row];
+        let compliance = match entry.role {
+            Role::Stop(_) => 0.0,
+            _ => entry.compliance,
+        };
+        self.problem.w(row) - compliance * self.problem.unknowns()[row]
     }
 
     /// Stores the feet stopped by the impact: those with an impulse inside the friction cone.
@@ -235,7 +262,7 @@ fn impact_model<const N: usize>(
 
 impl<const N: usize> Articulated<Lanes, N> {
     /// Changes the velocities by generalised impulses.
-    fn change_velocities(
+    pub(crate) fn change_velocities(
         &self,
         state: &mut State<Lanes, N>,
         trunk: [f64; 6],

@@ -112,6 +112,20 @@ impl Momentum {
         into_trunk(&upright, change)
     }
 
+    /// Shifts the centre of mass by an impulse over `seconds` that changes no velocity.
+    pub(super) fn shift<const N: usize>(
+        &mut self,
+        push: [f64; 3],
+        middle: &Articulated<Lanes, N>,
+        body: &Body,
+        seconds: f64,
+    ) {
+        let push = into_world(&middle.rotation(), push);
+        for i in self.free_axes() {
+            self.position[i] += seconds * push[i] / body.mass;
+        }
+    }
+
     /// Sets position and velocity of the trunk at its known attitude.
     pub(super) fn place_trunk<const N: usize>(
         &self,

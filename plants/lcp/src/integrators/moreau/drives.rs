@@ -2,6 +2,7 @@
 
 use twinrig_legged::DriveModels;
 
+use super::SolvedStep;
 use crate::constraints::motion::Dynamics;
 use crate::model::Model;
 use crate::model::drives::{Commands, torque_speed_line};
@@ -87,4 +88,47 @@ pub(super) fn drive_over<const N: usize>(
             + (knee - knee_damping * middle.pulley_rate) * drive.pulley_mobility;
     }
     MeanDrive { drive, hip_damping }
+}
+
+/// Hips over a step.
+pub(super) struct Hip {
+    /// Rates before and after the forces in the middle.
+    pub(super) rates: [Lanes; 2],
+    pub(super) acceleration: Lanes,
+    /// Damping of motors that impose no acceleration \[N·m·s/rad\].
+    pub(super) damping: Lanes,
+    /// Torque that imposes the acceleration of the other motors \[N·m\].
+    pub(super) imposed_torque: Lanes,
+    /// Changes of momentum in the half steps before and after, due to the change of the legs'
+    /// configuration \[kg·m²/s\].
+    pub(super) momentum_change: [Lanes; 2],
+}
+
+/// Computes the torques of the motors, mean over a step, and the work of the hip motors.
+pub(super) fn drive_torques<const N: usize>(
+    dynamics: &Dynamics<'_, Lanes, N>,
+    solved: &mut SolvedStep<N>,
+    drive: &DriveAction<Lanes>,
+    hip: &Hip,
+    winding: Lanes,
+    seconds: f64,
+) {
+    let Some(drives) = &dynamics.model.drives else {
+        return;
+    };
+    let h = Lanes::splat(seconds);
+    let inertia = drives.inertias().map(Lanes::splat);
+    let lost = Lanes::splat(0.5 * seconds) * hip.damping;
+    let mut torque = drive.hip_torque - lost * hip.acceleration;
+    solved.hip_work = h * torque * solved.mean[0];
+    if let DriveModels::Servos(_) = drives {
+        let saturated = dynamics.mode.commands.hip_saturated;
+        let follows = Lanes::splat(1.0) - saturated * saturated;
+        let kick = h * (inertia[0] * hip.acceleration + hip.imposed_torque);
+        let ([behind, beyond], [first, last]) = (hip.momentum_change, hip.rates);
+        torque += follows * (behind + kick + beyond) / h;
+        solved.hip_work += follows * (behind * first + kick * solved.mean[0] + beyond * last);
+    }
+    let radius = dynamics.legs.pulley_radius;
+    solved.torques = [torque, inertia[1] * winding + radius * solved.tension];
 }

@@ -6,7 +6,7 @@ use twinrig_contact::Method;
 use super::drift::Rates;
 use super::kick::Kick;
 use super::momentum::{Geometry, Momenta};
-use crate::constraints::events::{Entry, Feet, Instant, Role, SLOTS, Stop};
+use crate::constraints::events::{Entry, Feet, Instant, Role, SLOTS};
 use crate::constraints::motion::Dynamics;
 use crate::integrators::run_state::RunState;
 use crate::integrators::step_error::StepError;
@@ -17,14 +17,21 @@ use crate::model::load::PushForces;
 use crate::model::real::{Lanes, Real};
 use crate::model::state::State;
 
-/// Share γ of a gap that a step closes, or of an overlap that it corrects, at an active constraint:
-/// the maximum for which an overlap decays without oscillation, as positions advance by the mean of
-/// the velocities at both ends.
+/// Share γ of a gap that a step closes at an active constraint: the maximum for which gaps close
+/// without oscillation, as positions advance by the mean of the velocities at both ends. The same
+/// share of an overlap is corrected.
 pub(super) const RECOVERY: f64 = 1.0 / 3.0;
 
-/// Approach velocity below which an impact has no restitution, and maximum velocity of the
-/// correction of an overlap \[m/s\].
+/// Approach velocity below which an impact has no restitution \[m/s\].
 const RESTING: f64 = 0.05;
+
+/// Growth of an overlap in a step above which the step is halved \[m\]: a quarter of the depth that
+/// is accepted in rigid ground, as some such steps may follow each other.
+pub(super) const OVERLAP_MAX: f64 = 2.5e-5;
+
+/// Number of solutions of a step, of which each but the first lets friction of further feet act
+/// against the mean velocity.
+const PASSES_MAX: u32 = 6;
 
 /// Predicted gap below which a constraint enters the problem \[m\].
 const CLOSING: f64 = 1e-6;
@@ -46,6 +53,8 @@ pub(crate) struct LastImpulses {
     pub(crate) impulses: [[f64; SLOTS]; 4],
     /// Length of that step \[s\].
     pub(crate) seconds: f64,
+    /// Work of the corrections of overlaps, less what was deducted from the losses \[J\].
+    pub(crate) correction: f64,
 }
 
 impl LastImpulses {
@@ -73,8 +82,16 @@ impl LastImpulses {
 pub(super) struct ImpulseSolver<const N: usize> {
     pub(super) instant: Instant<N>,
     pub(super) last_impulses: LastImpulses,
+    /// Whether a step with a new overlap can be halved.
+    pub(super) halvable: bool,
     /// Rates without the impulses, by row.
     free_rates: Vec<f64>,
+    /// Whether friction acts against the mean velocity, by row.
+    averaged: Vec<bool>,
+    /// Correction of the overlaps.
+    pub(super) shift: Box<Instant<N>>,
+    /// Work of the correction of overlaps in the step \[J\].
+    pub(super) corrected: f64,
 }
 
 impl<const N: usize> ImpulseSolver<N> {
@@ -97,6 +114,7 @@ impl<const N: usize> ImpulseSolver<N> {
             instant,
             free_rates,
             last_impulses,
+            ..
         } = self;
         let model = dynamics.model;
         let near = |gap: f64, rate: f64| gap + 0.5 * seconds * rate.min(0.0) < SEARCH_DISTANCE;
@@ -137,54 +155,133 @@ impl<const N: usize> ImpulseSolver<N> {
             }
             kept
         });
-        let restitution = model.restitution();
         instant.prepare(articulated, &model.friction);
-        for (i, (entry, free)) in instant.entries.iter().zip(free_rates.iter()).enumerate() {
-            instant
-                .problem
-                .offset(i, free + rate_offset(entry, restitution, seconds));
+        for (i, entry) in instant.entries.iter().enumerate() {
             let last = last_impulses.force(entry.row.leg, entry.role.slot());
             instant.problem.guess(i, last * seconds);
         }
-        instant.solve(
-            VIOLATION_ACCEPTED,
-            Method::Newton,
-            |problem, method| match method {
-                Method::Newton => problem.solve_within(TOLERANCE[0], TOLERANCE[1]),
-                _ => problem.solve_by(method),
-            },
-        )?;
-        instant.problem.project_onto_bounds();
+        self.solve(model.restitution(), seconds)?;
+        let instant = &self.instant;
+        let (by_trunk, by_links) = instant.responses();
+        let per = 1.0 / seconds;
         let (mut trunk, mut torques) = (accelerations.trunk, articulated.torques);
-        let impulses = instant.problem.unknowns();
-        for ((entry, response), impulse) in instant
-            .entries
-            .iter()
-            .zip(&instant.force_responses)
-            .zip(impulses)
-        {
-            let force = impulse / seconds;
-            for (a, r) in trunk.iter_mut().zip(&response.trunk) {
-                *a += r * force;
-            }
-            for (torque, arm) in torques.iter_mut().zip(&entry.force_row.links) {
-                let sum = torque.lane(entry.row.leg) + arm * force;
-                *torque = torque.with_lane(entry.row.leg, sum);
-            }
+        for (sum, change) in trunk.iter_mut().zip(by_trunk) {
+            *sum += per * change;
+        }
+        for (sum, change) in torques.iter_mut().zip(by_links) {
+            *sum += Lanes::splat(per) * change;
         }
         Ok((articulated.with_trunk(trunk, &torques), torques))
     }
 
-    /// Returns the tension of each leg's cable, mean over the step \[N\].
-    pub(super) fn tension(&self, seconds: f64) -> Lanes {
-        let mut tension = Lanes::zero();
-        let impulses = self.instant.problem.unknowns();
-        for (entry, impulse) in self.instant.entries.iter().zip(impulses) {
-            if entry.role == Role::Stop(Stop::Cable) {
-                tension = tension.with_lane(entry.row.leg, impulse / seconds);
+    /// Solves for impulses that give no energy.
+    fn solve(&mut self, restitution: f64, seconds: f64) -> Result<(), StepError> {
+        let n = self.instant.entries.len();
+        self.averaged.clear();
+        self.averaged.resize(n, false);
+        for pass in 1.. {
+            self.set_offsets(restitution, seconds);
+            self.instant.solve(
+                VIOLATION_ACCEPTED,
+                Method::Newton,
+                |problem, method| match method {
+                    Method::Newton => problem.solve_within(TOLERANCE[0], TOLERANCE[1]),
+                    _ => problem.solve_by(method),
+                },
+            )?;
+            self.instant.problem.project_onto_bounds();
+            let after = |row| self.rate_after(row, restitution, seconds);
+            let losses = self.instant.losses(1.0, after);
+            let checked = self.instant.check_energy(losses, VIOLATION_ACCEPTED, after);
+            if checked.is_ok() {
+                break;
+            }
+            if pass == PASSES_MAX || !self.average_slides(restitution, seconds) {
+                return checked;
             }
         }
-        tension
+        self.check_overlaps(restitution, seconds)
+    }
+
+    /// Sets the offsets of the problem: the rates at the end of the step without impulses, plus those
+    /// that are allowed.
+    fn set_offsets(&mut self, restitution: f64, seconds: f64) {
+        for (i, free) in self.free_rates.iter().enumerate() {
+            let offset = free + self.rate_offset(i, restitution, seconds);
+            self.instant.problem.offset(i, offset);
+        }
+    }
+
+    /// Returns the rate of a row after the impulses.
+    fn rate_after(&self, row: usize, restitution: f64, seconds: f64) -> f64 {
+        self.instant.problem.w(row) - self.rate_offset(row, restitution, seconds)
+    }
+
+    /// Lets friction act against the mean velocity of the step at each foot where, acting against
+    /// that at its end, it does work. Returns whether there is a further one.
+    fn average_slides(&mut self, restitution: f64, seconds: f64) -> bool {
+        let mut changed = false;
+        for row in 0..self.averaged.len() {
+            let role = self.instant.entries[row].role;
+            if !matches!(role, Role::Tangent { which: 1, .. }) || self.averaged[row] {
+                continue;
+            }
+            let work: f64 = [row, row + 1]
+                .map(|row| {
+                    let after = self.rate_after(row, restitution, seconds);
+                    self.instant.problem.unknowns()[row] * (self.instant.entries[row].rate + after)
+                })
+                .iter()
+                .sum();
+            if work > 0.0 {
+                self.averaged[row..row + 2].fill(true);
+                changed = true;
+            }
+        }
+        changed
+    }
+
+    /// Returns an error for a step that can be halved and in which a leg moves beyond a stop or a
+    /// cable by more than [`OVERLAP_MAX`].
+    fn check_overlaps(&self, restitution: f64, seconds: f64) -> Result<(), StepError> {
+        if !self.halvable {
+            return Ok(());
+        }
+        let half = 0.5 * seconds;
+        for (row, entry) in self.instant.entries.iter().enumerate() {
+            if !matches!(entry.role, Role::Stop(_)) {
+                continue;
+            }
+            let end = entry.gap + half * self.rate_after(row, restitution, seconds);
+            let growth = (entry.gap - half * entry.rate).min(0.0) - end;
+            if growth > OVERLAP_MAX {
+                let (leg, depth) = (entry.row.leg, -end);
+                return Err(StepError::Overlap {
+                    leg,
+                    depth,
+                    seconds,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the offset of a gap's rate at the end of the step, for a gap that closes or the
+    /// rebound of an impact.
+    fn rate_offset(&self, row: usize, restitution: f64, seconds: f64) -> f64 {
+        let entry = &self.instant.entries[row];
+        match entry.role {
+            Role::Tangent { .. } if self.averaged[row] => entry.rate,
+            Role::Tangent { .. } => 0.0,
+            Role::Normal { .. } if restitution > 0.0 && entry.rate < -RESTING => {
+                restitution * entry.rate
+            }
+            // Where the gap opens before, an impulse gives no energy if it closes as fast after.
+            _ => {
+                let start = entry.gap - 0.5 * seconds * entry.rate;
+                (RECOVERY * start / seconds).max(entry.rate).max(0.0)
+            }
+        }
     }
 
     /// Enters the work of the impulses in the energy balance, and the ground impulses in the sums.
@@ -198,12 +295,19 @@ impl<const N: usize> ImpulseSolver<N> {
             .ground
             .as_ref()
             .map_or(0.0, |ground| ground.restitution);
-        let before = core::mem::take(&mut self.last_impulses).impulses;
+        let LastImpulses {
+            impulses: before,
+            correction,
+            ..
+        } = core::mem::take(&mut self.last_impulses);
         self.last_impulses.seconds = seconds;
-        let losses = self.instant.losses(1.0, |row| {
-            let entry = &self.instant.entries[row];
-            self.instant.problem.w(row) - rate_offset(entry, restitution, seconds)
-        });
+        let after = |row| self.rate_after(row, restitution, seconds);
+        let mut losses = self.instant.losses(1.0, after).divided();
+        // An overlap is energy that an impulse took too much; its correction returns it.
+        let correction = correction + core::mem::take(&mut self.corrected);
+        let returned = correction.min(losses.impact);
+        losses.impact -= returned;
+        self.last_impulses.correction = correction - returned;
         run.ledger.impact += losses.impact;
         run.ledger.dissipated += losses.friction;
         let impulses = self.instant.problem.unknowns();
@@ -231,19 +335,4 @@ fn gap_acceleration<const N: usize>(
         sum += j * a.lane(entry.row.leg);
     }
     sum
-}
-
-/// Returns the offset of a gap's rate at the end of the step, for the correction of the gap or the
-/// rebound of an impact.
-fn rate_offset<const N: usize>(entry: &Entry<N>, restitution: f64, seconds: f64) -> f64 {
-    let start = entry.gap - 0.5 * seconds * entry.rate;
-    // Slow correction; otherwise an impact would rebound by the overlap of its step.
-    let recovered = (RECOVERY * start / seconds).max(-RESTING);
-    match entry.role {
-        Role::Tangent { .. } => 0.0,
-        Role::Normal { .. } if restitution > 0.0 && entry.rate < -RESTING => {
-            (restitution * entry.rate).min(recovered)
-        }
-        _ => recovered,
-    }
 }

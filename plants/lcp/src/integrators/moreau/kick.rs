@@ -11,7 +11,7 @@
 
 use twinrig_robot::GRAVITY;
 
-use crate::constraints::events::{Entry, Instant, SLOTS};
+use crate::constraints::events::{Entry, Instant, Role, SLOTS, Stop};
 use crate::integrators::step_error::StepError;
 use crate::model::Model;
 use crate::model::articulated::{Accelerations, Articulated};
@@ -61,6 +61,17 @@ impl<const N: usize> Instant<N> {
             }
         }
         sum
+    }
+
+    /// Returns the tension of each leg's cable by impulses over `seconds` \[N\].
+    pub(super) fn tension(&self, seconds: f64) -> Lanes {
+        let mut tension = Lanes::zero();
+        for (entry, impulse) in self.entries.iter().zip(self.problem.unknowns()) {
+            if entry.role == Role::Stop(Stop::Cable) {
+                tension = tension.with_lane(entry.row.leg, impulse / seconds);
+            }
+        }
+        tension
     }
 }
 

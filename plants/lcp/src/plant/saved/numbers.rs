@@ -130,6 +130,7 @@ impl<const N: usize> Numbers<N> {
             .flatten()
             .for_each(&mut *to);
         to(&mut self.last_impulses.seconds);
+        to(&mut self.last_impulses.correction);
     }
 }
 
