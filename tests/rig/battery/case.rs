@@ -1,6 +1,10 @@
 //! Random drops, stands and walks. A case is determined by its seed and formats itself as a
 //! scenario file; the seed suffices to repeat it.
 
+mod harsh;
+
+pub use harsh::Harsh;
+
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 

@@ -26,10 +26,16 @@ pub enum Law {
     AssemblyMode,
     /// All methods of one model compute the same motion.
     Agreement,
+    /// Impacts dissipate energy and supply none.
+    Impact,
+    /// Energy never exceeds an earlier value.
+    Rise,
+    /// Feet are at most 0.1 mm deep in the ground.
+    Depth,
 }
 
 impl Law {
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 11] = [
         Self::Refusal,
         Self::Penetration,
         Self::Dissipation,
@@ -38,7 +44,22 @@ impl Law {
         Self::Friction,
         Self::AssemblyMode,
         Self::Agreement,
+        Self::Impact,
+        Self::Rise,
+        Self::Depth,
     ];
+    /// Laws of random drops, stands and walks.
+    pub const GENERAL: [Self; 7] = [
+        Self::Refusal,
+        Self::Penetration,
+        Self::Dissipation,
+        Self::Energy,
+        Self::Momentum,
+        Self::Friction,
+        Self::AssemblyMode,
+    ];
+    /// Laws of harsh drops.
+    pub const HARSH: [Self; 4] = [Self::Refusal, Self::Impact, Self::Rise, Self::Depth];
 
     /// Evaluates the law and returns the sample nearest to a violation, or the worst violation;
     /// `None` if the law does not apply to the run.
@@ -51,6 +72,9 @@ impl Law {
             Self::Momentum => momentum(run),
             Self::Friction => friction(run),
             Self::AssemblyMode => assembly_mode(run),
+            Self::Impact => impact(run),
+            Self::Rise => rise(run),
+            Self::Depth => depth(run),
             // Compares two runs.
             Self::Agreement => None,
         }?;
@@ -211,6 +235,59 @@ fn assembly_mode(run: &Run) -> Option<Finding> {
     }))
 }
 
+/// Lower bound of the energy exchanged, below which a share of it is round-off \[J\].
+const EXCHANGED_MIN: f64 = 1e-3;
+
+/// Share of the energy exchanged that is round-off \[1\].
+const ROUND_OFF_SHARE: f64 = 1e-9;
+
+fn exchanged(sample: &Sample) -> f64 {
+    sample.energy.exchanged.max(EXCHANGED_MIN)
+}
+
+/// Energy given by impacts between two samples, relative to the energy exchanged \[1\].
+fn impact(run: &Run) -> Option<Finding> {
+    let about = "energy given by impacts, relative to the energy exchanged";
+    worst(run.samples.windows(2).filter_map(|pair| {
+        let [before, after] = pair else { return None };
+        let share = (before.energy.impact - after.energy.impact) / exchanged(after);
+        Some(Finding::new(after.time_s, share, ROUND_OFF_SHARE, about))
+    }))
+}
+
+/// Energy above an earlier value, without the work of drives, relative to the energy exchanged
+/// \[1\]: at most twice the error of the balance, whose sign may change.
+fn rise(run: &Run) -> Option<Finding> {
+    let errors = run
+        .samples
+        .iter()
+        .map(|sample| sample.energy.residual.abs() / exchanged(sample));
+    let bound = ROUND_OFF_SHARE + 2.0 * errors.fold(0.0, f64::max);
+    let mut least = f64::INFINITY;
+    worst(run.samples.iter().map(|sample| {
+        let energy = sample.energy.stored() - sample.energy.actuator;
+        least = least.min(energy);
+        let about = "rise of the energy, relative to the energy exchanged";
+        Finding::new(
+            sample.time_s,
+            (energy - least) / exchanged(sample),
+            bound,
+            about,
+        )
+    }))
+}
+
+/// Depth of the feet \[m\].
+fn depth(run: &Run) -> Option<Finding> {
+    if run.case.method.is_compliant() {
+        return None;
+    }
+    worst(run.samples.iter().flat_map(|sample| {
+        let deepest = sample.feet.iter().map(|foot| -foot.clearance);
+        deepest.map(|depth| Finding::new(sample.time_s, depth, 1e-4, "depth of a foot [m]"))
+    }))
+}
+
 /// Change of momentum in flight not explained by gravity, relative to the momenta of the bodies
 /// \[1\].
 fn momentum(run: &Run) -> Option<Finding> {
@@ -298,7 +375,7 @@ fn friction(run: &Run) -> Option<Finding> {
 pub fn applies(law: Law, method: Method) -> bool {
     match law {
         Law::Momentum => method.locates_events() || method == Method::Compliant,
-        Law::Penetration => !method.is_compliant(),
+        Law::Penetration | Law::Depth => !method.is_compliant(),
         Law::Agreement => matches!(method, Method::Rodas4 | Method::Moreau),
         _ => true,
     }

@@ -27,6 +27,8 @@ pub struct LawReport {
     folder: PathBuf,
     cases: u64,
     counts: BTreeMap<(Law, Method), LawCount>,
+    /// Cases without violation, by method.
+    clean: BTreeMap<Method, u64>,
 }
 
 impl LawReport {
@@ -37,6 +39,7 @@ impl LawReport {
             folder: PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name),
             cases: 0,
             counts: BTreeMap::new(),
+            clean: BTreeMap::new(),
         }
     }
 
@@ -44,12 +47,15 @@ impl LawReport {
     pub fn check(&mut self, laws: &[Law], run: &Result<Run, String>) {
         self.cases += 1;
         let run = run.as_ref().unwrap_or_else(|error| panic!("{error}"));
+        let mut clean = true;
         for &law in laws {
             let Some(finding) = law.judge(run) else {
                 continue;
             };
+            clean &= !finding.is_violation();
             self.add(law, run, finding);
         }
+        *self.clean.entry(run.case.method).or_default() += u64::from(clean);
     }
 
     /// Adds comparisons of methods on one case.
@@ -71,7 +77,7 @@ impl LawReport {
         let path = self
             .folder
             .join(format!("{law:?}-{}-{seed}.toml", method.name()));
-        let text = format!("# {law:?}: {finding}\n{}", run.case.scenario());
+        let text = format!("# {law:?}: {finding}\n{}", run.text);
         let written =
             std::fs::create_dir_all(&self.folder).and_then(|()| std::fs::write(&path, text));
         if let Err(error) = written {
@@ -95,6 +101,11 @@ impl LawReport {
                 cells.join("   ")
             ));
         }
+        let clean = self.clean.iter();
+        let clean: Vec<String> = clean
+            .map(|(method, n)| format!("{} {n}", method.name()))
+            .collect();
+        lines.push(format!("  {:<12} {}", "clean", clean.join("   ")));
         for ((law, method), count) in &self.counts {
             for (seed, finding) in count.broken.iter().take(SHOWN) {
                 let file = self

@@ -5,9 +5,10 @@
 //! `BATTERY_METHOD` the only method (`rk4`, `rodas4`, `moreau`, `massless`, `compliant`,
 //! `compliant-massless`), `BATTERY_NOMINAL` number of nominal drops per method, `BATTERY_AGREE` and
 //! `BATTERY_AGREE_FINELY` number of cases in which methods are compared, with steps of 0.1 ms and
-//! of 10 µs. A case that violates a law is written as a scenario file for `twin run`. Known
-//! violations are listed in `known.txt`; with counts other than the default ones, results are
-//! printed and not asserted. `ci/test quick` skips the tests with `slow_` in their names:
+//! of 10 µs, `BATTERY_HARSH` number of harsh drops per method. A case that violates a law is
+//! written as a scenario file for `twin run`. Known violations are listed in `known.txt`; with
+//! counts other than the default ones, results are printed and not asserted. `ci/test quick` skips
+//! the tests with `slow_` in their names:
 //!
 //! ```console
 //! $ export BATTERY_FIRST=17 BATTERY_CASES=1
@@ -26,7 +27,7 @@ use law_report::LawReport;
 use twinrig::Registry;
 use twinrig::kernel::SimDuration;
 
-use case::{Case, Method};
+use case::{Case, Harsh, Method};
 use law::Law;
 
 /// Default number of cases.
@@ -35,6 +36,8 @@ const CASES: u64 = 1000;
 const COMPARED: u64 = 20;
 /// The same with steps of 10 µs.
 const COMPARED_FINELY: u64 = 2;
+/// Default number of harsh drops per method.
+const HARSH: u64 = 60;
 /// Default number of nominal drops per method.
 const NOMINAL: u64 = 100;
 /// Seeds of nominal drops that ended with an error in earlier versions.
@@ -71,7 +74,7 @@ fn slow_laws_hold_in_random_drops_stands_and_walks() {
     for seed in first..first + cases {
         let case = Case::random(seed, &robot);
         if methods.contains(&case.method) {
-            report.check(&Law::ALL, &run::run(&registry, &case));
+            report.check(&Law::GENERAL, &run::run(&registry, &case));
         }
     }
     let is_default = (first, cases) == (0, CASES) && methods.len() == Method::RIGID.len();
@@ -91,7 +94,7 @@ fn slow_laws_hold_with_compliant_constraints() {
         let method = Method::COMPLIANT[usize::from(seed % 2 == 1)];
         if methods.contains(&method) {
             let case = Case::random_compliant(seed, method, &robot);
-            report.check(&Law::ALL, &run::run(&registry, &case));
+            report.check(&Law::GENERAL, &run::run(&registry, &case));
         }
     }
     let is_default = (first, cases) == (0, CASES) && methods.len() == Method::COMPLIANT.len();
@@ -117,6 +120,25 @@ fn nominal_drops_complete() {
         }
     }
     report.finish(true);
+}
+
+/// Impacts give no energy.
+#[test]
+fn slow_laws_hold_in_harsh_drops() {
+    let registry = Registry::standard();
+    let robot = run::robot();
+    let methods = selected(&Method::RIGID);
+    let mut report = LawReport::new("battery-harsh");
+    let first = variable("BATTERY_FIRST", 0);
+    let drops = variable("BATTERY_HARSH", HARSH);
+    for method in methods.iter().copied() {
+        for seed in first..first + drops {
+            let Harsh { case, text } = Harsh::drop(seed, method, &robot);
+            report.check(&Law::HARSH, &run::run_text(&registry, &case, &text));
+        }
+    }
+    let is_default = (first, drops) == (0, HARSH) && methods.len() == Method::RIGID.len();
+    report.finish(is_default);
 }
 
 #[test]

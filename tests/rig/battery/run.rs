@@ -46,6 +46,8 @@ pub struct Sample {
 #[derive(Clone, Debug)]
 pub struct Run {
     pub case: Case,
+    /// Scenario file.
+    pub text: String,
     /// Samples from the start to the end or to the error of the plant.
     pub samples: Vec<Sample>,
     /// Error of the plant, if any.
@@ -158,6 +160,7 @@ pub fn run_text(registry: &Registry, case: &Case, text: &str) -> Result<Run, Str
     let legs = robot.legs.iter().filter(|mount| is_present(&mount.name));
     let mut run = Run {
         case: case.clone(),
+        text: text.to_owned(),
         samples: Vec::new(),
         refused: None,
         mass: robot.trunk.mass + legs.map(|mount| mount.leg.mass.total()).sum::<f64>(),
