@@ -1,8 +1,11 @@
 //! Unilateral constraints of a step (stops, cables, contacts within reach) and their impulses.
 
+mod losses;
+mod rates;
+
 use twinrig_contact::{Bound, Method, Problem, Solution, SolveError};
 use twinrig_leg::Stop;
-use twinrig_legged::{LEGS, TangentialImpulse, taken_by_friction};
+use twinrig_legged::LEGS;
 
 use crate::midpoint::{Midpoint, Placement};
 use crate::mobility::{Mobility, Motion, Response};
@@ -19,6 +22,10 @@ const RECOVERY: f64 = 1.0 / 3.0;
 /// Approach speed below which an impact does not rebound, and limit of the speed at which overlaps
 /// are removed \[m/s\].
 const RESTING_SPEED: f64 = 0.05;
+
+/// Residual that is accepted where no method converges further \[m/s\]: a hundredth of a micrometre
+/// over a step of a millisecond, which the next step removes.
+const RESIDUAL_ACCEPTED: f64 = 1e-5;
 
 /// Impulses of a leg's constraints in the last step, per second \[N\]: stops in the order of
 /// [`Stop::ALL`], the ankle's, then the ground's along normal and tangents.
@@ -64,6 +71,12 @@ struct Entry {
     gap: f64,
     /// Rate of the gap at the start of the step \[m/s\].
     rate: f64,
+    /// Rates of the gap at the end of the step to which a positive impulse leads, without and with
+    /// the removal of overlaps \[m/s\]. To the first an impulse does no work.
+    lossless: f64,
+    recovering: f64,
+    /// Whether friction acts against the mean velocity of the step instead of that at its end.
+    mean: bool,
 }
 
 /// Constraints of one step and the workspace of their solution.
@@ -72,7 +85,13 @@ pub(crate) struct Constraints {
     entries: Vec<Entry>,
     responses: Vec<Response>,
     problem: Problem,
-    /// Impulses projected onto their bounds, before the solution is repeated.
+    /// Energy of the overlaps \[J\]: what impulses took as they left an overlap, up to the work that
+    /// removes it at their force. The removal gives at most this energy back; the rest is lost with
+    /// the contact. It is one sum, as the work of redundant constraints is unique only together.
+    pub(crate) overlap: f64,
+    /// Share of the removal of overlaps in this step.
+    share: f64,
+    /// Impulses projected onto their bounds, before these are polished.
     projected: Vec<f64>,
     pub(crate) sweeps: u64,
     pub(crate) factorisations: u64,
@@ -91,6 +110,7 @@ impl Constraints {
         seconds: f64,
     ) {
         self.entries.clear();
+        self.share = 1.0;
         for (i, leg) in middle.legs.iter().enumerate() {
             let constants = &model.legs[i];
             let cable = constants.pantograph.cable_length(before.pulley(i));
@@ -144,6 +164,9 @@ impl Constraints {
                 role,
                 gap,
                 rate: row.rate(before),
+                lossless: 0.0,
+                recovering: 0.0,
+                mean: false,
             }));
         }
     }
@@ -197,9 +220,6 @@ impl Constraints {
     /// Solves the problem: by pivoting where Newton's method fails, and approximately where both
     /// fail.
     fn impulses(&mut self, [relative, absolute]: [f64; 2]) -> Result<Solution, SolveError> {
-        /// Residual that is accepted where no method converges further \[m/s\]: a hundredth of a
-        /// micrometre over a step of a millisecond, which the next step removes.
-        const RESIDUAL_ACCEPTED: f64 = 1e-5;
         let solved = self.problem.solve_within(relative, absolute);
         let Err(SolveError::Violated { .. }) = solved else {
             return solved;
@@ -222,28 +242,21 @@ impl Constraints {
         seconds: f64,
         tolerance: [f64; 2],
     ) -> Result<(), SolveError> {
-        let restitution = model
-            .ground
-            .as_ref()
-            .map_or(0.0, |ground| ground.restitution);
-        for (i, entry) in self.entries.iter().enumerate() {
-            let free = entry.rate + seconds * motion.along(&entry.row);
-            // Overlaps are removed slowly: otherwise an impact would rebound by the overlap of its
-            // step.
-            let recovered = (RECOVERY * entry.gap / seconds).max(-RESTING_SPEED);
-            let allowed = match entry.role {
-                Role::First | Role::Second => 0.0,
-                Role::Normal if restitution > 0.0 && entry.rate < -RESTING_SPEED => {
-                    (restitution * entry.rate).min(recovered)
-                }
-                Role::Stop(_) | Role::Ankle | Role::Normal => recovered,
-            };
-            self.problem.offset(i, free + allowed);
+        /// Passes after which no overlap is removed.
+        const PASSES_MAX: usize = 4;
+        self.set_rates(model, seconds);
+        for pass in 1.. {
+            self.set_offsets(motion, self.share, seconds);
+            let solution = self.impulses(tolerance)?;
+            self.sweeps += u64::from(solution.sweeps);
+            self.factorisations += u64::from(solution.factorisations);
+            self.polish(tolerance);
+            let possible = self.recovery_share(self.share);
+            if !self.average_slides() && possible >= self.share {
+                break;
+            }
+            self.share = if pass < PASSES_MAX { possible } else { 0.0 };
         }
-        let solution = self.impulses(tolerance)?;
-        self.polish(tolerance);
-        self.sweeps += u64::from(solution.sweeps);
-        self.factorisations += u64::from(solution.factorisations);
         for ((entry, response), &impulse) in self
             .entries
             .iter()
@@ -257,7 +270,7 @@ impl Constraints {
 
     /// Projects the impulses onto their bounds, and repeats the solution with a finer tolerance
     /// where that changes them, so that clamping causes no creep. Where the finer solution is not
-    /// found, the projected impulses remain: its last iterate need not satisfy any condition.
+    /// found, its last iterate may violate every condition; the projected impulses remain.
     fn polish(&mut self, tolerance: [f64; 2]) {
         if !self.problem.project_onto_bounds() {
             return;
@@ -294,33 +307,6 @@ impl Constraints {
                     }
             })
             .sum()
-    }
-
-    /// Energy dissipated by impacts and by sliding in the step, from the velocities at its end
-    /// \[J\].
-    pub(crate) fn losses(&self, after: &State) -> (f64, f64) {
-        let (mut impact, mut sliding) = (0.0, 0.0);
-        let impulses = self.problem.unknowns();
-        let slide = |row: usize| {
-            let entry = &self.entries[row];
-            TangentialImpulse {
-                impulse: impulses[row],
-                before: entry.rate,
-                after: entry.row.rate(after),
-            }
-        };
-        for (i, entry) in self.entries.iter().enumerate() {
-            match entry.role {
-                Role::Stop(_) | Role::Ankle | Role::Normal => impact += slide(i).taken(),
-                Role::First => {
-                    let (taken, rest) = taken_by_friction([slide(i), slide(i + 1)]);
-                    sliding += taken;
-                    impact += rest;
-                }
-                Role::Second => {}
-            }
-        }
-        (impact, sliding)
     }
 
     /// Number of constraints that became active in this step: touch-downs, stops reached, cables

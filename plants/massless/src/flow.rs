@@ -33,6 +33,10 @@ pub(crate) enum FlowError {
     },
     #[error("a step of {seconds:e} s is too long: a foot penetrates the ground by {metres:e} m")]
     Penetration { seconds: f64, metres: f64 },
+    #[error(
+        "impacts give {given:.3e} J, but can only dissipate; shorten the steps, or take compliant constraints or the plant lcp"
+    )]
+    ImpactGivesEnergy { leg: usize, given: f64 },
     #[error("a step of {seconds:e} s is too long: {why}")]
     Dissipation {
         seconds: f64,
@@ -49,6 +53,7 @@ pub struct SavedFlow {
     torques: [[f64; 2]; LEGS],
     impulses: [[f64; 3]; LEGS],
     energy_defect: [f64; LEGS],
+    overlap: f64,
     damped: bool,
     ledger: Ledger,
     counts: WorkCounts,
@@ -156,6 +161,7 @@ impl Flow {
             torques: *torques,
             impulses: *impulses,
             energy_defect: *energy_defect,
+            overlap: self.constraints.overlap,
             damped: *damped,
             ledger: *ledger,
             counts: *counts,
@@ -170,6 +176,7 @@ impl Flow {
             (saved.impulses, saved.energy_defect, saved.ledger);
         (self.damped, self.counts) = (saved.damped, saved.counts);
         self.load = StepLoad::default();
+        self.constraints.overlap = saved.overlap;
         self.constraints.sweeps = saved.counts.solver_iterations;
         self.constraints.factorisations = saved.counts.factorisations;
         Ok(())
@@ -227,7 +234,7 @@ impl Flow {
         Ok(())
     }
 
-    /// Kinetic, spring and gravity energy \[J\].
+    /// Kinetic, spring and gravity energy \[J\]; that of overlaps counts as that of springs.
     pub(crate) fn stored(&self) -> Stored {
         let (velocity, rate) = (self.state.velocity(), self.state.rate());
         let height = self.state.position().z;
@@ -235,7 +242,10 @@ impl Flow {
             self.model.mass * velocity.norm_squared() + rate.dot(&self.model.spin(&rate));
         // The energy of a fixed trunk is constant, and counts as zero.
         let held = self.model.base == Base::Fixed;
-        let (mut springs, mut gravity) = (0.0, if held { 0.0 } else { self.model.mass * height });
+        let (mut springs, mut gravity) = (
+            self.constraints.overlap,
+            if held { 0.0 } else { self.model.mass * height },
+        );
         for (i, leg) in self.model.legs.iter().enumerate() {
             let foot = leg.foot_in_trunk(self.state.foot(i));
             let foot_velocity = self.state.foot_velocity(i);

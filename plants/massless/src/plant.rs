@@ -103,6 +103,7 @@ impl FlowError {
     fn of(&self, model: &Model) -> PartFault {
         let part = match self {
             Self::NoPose(no_pose) => signal::leg_path(&model.legs[no_pose.leg].name),
+            Self::ImpactGivesEnergy { leg, .. } => signal::leg_path(&model.legs[*leg].name),
             Self::SolveError(_) => "contact".to_owned(),
             Self::NotFinite
             | Self::NotConverged { .. }

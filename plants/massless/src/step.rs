@@ -363,9 +363,9 @@ impl Flow {
         }
         self.check_penetration(seconds)?;
         let mut ledger = self.ledger;
-        let (impact, sliding) = self.constraints.losses(after);
-        ledger.impact += impact;
-        ledger.dissipated += sliding;
+        let losses = self.constraints.losses(after, seconds)?;
+        ledger.impact += losses.impact;
+        ledger.dissipated += losses.sliding;
         for (i, leg) in self.middle.legs.iter().enumerate() {
             let travel = [
                 after.hip(i) - before.hip(i),
@@ -384,7 +384,7 @@ impl Flow {
         }
         let checked = ledger.check();
         checked.map_err(|why| FlowError::Dissipation { seconds, why })?;
-        self.ledger = ledger;
+        (self.ledger, self.constraints.overlap) = (ledger, losses.overlap);
         (self.energy_defect, self.torques) = (end.energy_defect, end.torques);
         self.counts.events += self.constraints.activations(&self.forces);
         self.forces = self.constraints.forces(seconds);

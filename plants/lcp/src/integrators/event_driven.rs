@@ -193,19 +193,22 @@ impl<const N: usize> EventDriven<N> {
             progress.remaining -= h;
             core::mem::swap(&mut buffers.start, &mut buffers.trial.motion);
             let handled = self.handle_events(model, run, &events, progress)?;
-            let state = run.state;
             let start = &mut buffers.start;
             if handled {
                 if self.rhs.follow_command(model, run) {
                     for island in model.islands() {
-                        self.select_modes(model, run, island, recovery)?;
+                        let left = progress.remaining.lane(island.start);
+                        let at_s = run.now_s + (seconds - left);
+                        self.select_modes(model, run, island, recovery, at_s)?;
                     }
                 }
+                let state = run.state;
                 self.rhs.motion_into(model, run, &state, recovery, start);
             }
             if guarded && !handled {
                 core::mem::swap(&mut buffers.guards, &mut buffers.after);
             } else {
+                let state = run.state;
                 self.rhs
                     .renew_guards(model, run, &state, start, &mut buffers.guards);
             }

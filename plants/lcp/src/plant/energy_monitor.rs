@@ -93,6 +93,12 @@ impl EnergyMonitor {
             let lost = -balance.residual;
             return Err(StepError::EnergyLoss { seconds, lost });
         }
+        // Impacts that are checked one by one take energy in every step; the other methods give some
+        // within the error of their balance.
+        let given = (before.impact - run.ledger.impact).max(-run.ledger.impact);
+        if given > floor.max(balance.residual.abs()) {
+            return Err(StepError::ImpactsGiveEnergy { seconds, given });
+        }
         let checked = run.ledger.check();
         checked.map_err(|why| StepError::Dissipation { seconds, why })
     }

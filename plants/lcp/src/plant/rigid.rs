@@ -32,10 +32,11 @@ pub(crate) fn initial_flow<const N: usize>(
 
 impl StepError {
     /// Returns the fault of the part that failed.
-    fn fault(&self) -> PartFault {
+    fn fault<const N: usize>(&self, model: &Model<N>) -> PartFault {
         let part = match self {
-            Self::SolveError(_) | Self::Jammed(_) | Self::ImpactGivesEnergy { .. } => "contact",
-            _ => "integrator",
+            Self::SolveError(_) | Self::Jammed(_) => "contact".to_owned(),
+            Self::ImpactGivesEnergy { leg, .. } => signal::leg_path(&model.legs[*leg].name),
+            _ => "integrator".to_owned(),
         };
         PartFault::new(part, self.to_string())
     }
@@ -101,7 +102,7 @@ impl<const N: usize> Dynamics for Flow<N> {
         if moved.is_err() {
             self.window = before;
         }
-        moved.map_err(|error| error.fault())
+        moved.map_err(|error| error.fault(&self.model))
     }
 
     fn counts(&self) -> WorkCounts {

@@ -48,17 +48,21 @@ fn impacts_of_a_fall_that_saturates_servos_dissipate() {
     // After the landing some servo reaches and leaves its torque limit more often in a step than
     // is followed: the impulses must be those of the mobility with which they act.
     let mut harness = massless(&robot(), &fall());
-    let start = remaining(&harness.energy());
+    let mut before = harness.energy();
+    let (mut least, mut error) = (remaining(&before), 0.0_f64);
     for ms in (2..=600).step_by(2) {
         harness.advance_to_ms(ms);
         let energy = harness.energy();
-        // The removal of overlaps gives back what was taken while they arose. In the first step it
-        // gives 4e-4 J, before anything was taken; impulses of another mobility gave 19 J.
+        assert!(energy.impact >= before.impact, "at {ms} ms: {energy:?}");
+        // Up to the error of the balance, of either sign. Without a limit to the removal of overlaps,
+        // impacts gave 4e-4 J in the first step; impulses of another mobility gave 19 J.
+        least = least.min(remaining(&energy));
+        error = error.max(energy.residual.abs());
         assert!(
-            remaining(&energy) < start + 1e-3,
-            "at {ms} ms: {start} J, {energy:?}"
+            remaining(&energy) <= least + 2.0 * error + 1e-9 * energy.exchanged,
+            "at {ms} ms: {least} J, {energy:?}"
         );
-        assert!(energy.impact > -1e-3, "at {ms} ms: {energy:?}");
+        before = energy;
     }
     let energy = harness.energy();
     assert!(

@@ -71,7 +71,7 @@ impl<const N: usize> EventDriven<N> {
             };
             if island.clone().any(violated) {
                 changed = true;
-                self.select_modes(model, run, island, recovery)?;
+                self.select_modes(model, run, island, recovery, run.now_s)?;
             }
         }
         if changed {
@@ -84,15 +84,16 @@ impl<const N: usize> EventDriven<N> {
         Ok(())
     }
 
-    /// Selects the active constraints of these legs anew, without an impact.
+    /// Selects the active constraints of these legs anew at this time \[s\], without an impact.
     pub(crate) fn select_modes(
         &mut self,
         model: &Model<N>,
         run: &mut RunState<N>,
         legs: core::ops::Range<usize>,
         recovery: f64,
+        at_s: f64,
     ) -> Result<(), StepError> {
-        self.resolve_event(model, run, legs, recovery, run.now_s, false)
+        self.resolve_event(model, run, legs, recovery, at_s, false)
     }
 
     /// Handles the located events; returns whether there were any.

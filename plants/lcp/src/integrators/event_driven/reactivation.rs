@@ -23,7 +23,8 @@ impl<const N: usize> EventDriven<N> {
         let logging = core::mem::take(&mut run.log.enabled);
         let mut selected = Ok(());
         for island in model.islands() {
-            selected = selected.and_then(|()| self.select_modes(model, run, island, 0.0));
+            selected =
+                selected.and_then(|()| self.select_modes(model, run, island, 0.0, run.now_s));
         }
         run.log.enabled = logging;
         let mode = core::mem::replace(&mut run.mode, before);
