@@ -146,6 +146,11 @@ impl<const N: usize> Instant<N> {
         solved.map(|_| ())
     }
 
+    /// Starts an event: that an earlier one failed after its impact has no effect on this one.
+    pub(crate) fn begin_event(&mut self) {
+        self.last_impact = None;
+    }
+
     /// Adds the iterations and factorisations since the last call to the counts of a run.
     pub(crate) fn drain_counts(&mut self, counts: &mut WorkCounts) {
         counts.solver_iterations += mem::take(&mut self.iterations);

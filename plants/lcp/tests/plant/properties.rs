@@ -83,6 +83,33 @@ impl Motion {
         harness.try_advance_to_us(2000 * k).is_ok()
     }
 
+    /// Asserts that a plant restored at a tick continues as the original; returns false if a fault
+    /// occurred before.
+    fn restored_continues(&self, from: u64) -> bool {
+        let (mut harness, mut other) = (self.harness(), self.harness());
+        let rest = harness.commands.clone();
+        for k in 1..=from {
+            if !self.advance_to_tick(&mut harness, &rest, k) {
+                return false;
+            }
+        }
+        let saved = harness.plant.save();
+        // The target plant has advanced differently.
+        other.advance_to_ms(14);
+        other.plant.begin_window();
+        other.plant.restore(&saved).unwrap();
+        other.now_us = harness.now_us;
+        assert_eq!(other.plant.save().0, saved.0);
+        for k in from + 1..from + 25 {
+            let [original, restored] =
+                [&mut harness, &mut other].map(|harness| self.advance_to_tick(harness, &rest, k));
+            assert_eq!(original, restored, "tick {k}");
+            assert_eq!(harness.observe(), other.observe(), "tick {k}");
+        }
+        assert_eq!(harness.plant.save().0, other.plant.save().0);
+        true
+    }
+
     /// Asserts that the events of every part are in the order of time, and alternate.
     fn assert_events_alternate(&self) {
         let mut harness = self.harness();
@@ -131,31 +158,28 @@ fn stop_reached_as_a_motor_saturates_has_the_time_of_its_event() {
     motion.assert_events_alternate();
 }
 
+#[test]
+fn plant_restored_after_a_failed_event_continues_bit_for_bit() {
+    // The event of a step that is repeated by Moreau's rule fails after its impact. The velocities
+    // before that impact are no part of the state: the next event must not take them for its own.
+    let motion = Motion {
+        integration: Integration::new(Method::Rodas4, 2000),
+        base: Base::Free,
+        friction: 0.330_337_659_985_046,
+        fall: 0.030_991_199_686_581_504,
+        frequency: 1.736_891_529_197_545_5,
+        swing: [0.221_483_718_119_597_58, 0.086_790_916_613_446_12],
+        torque: 1.0,
+    };
+    assert!(motion.restored_continues(44));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(18))]
 
     #[test]
     fn restored_plant_continues_bit_for_bit(motion in motions(), from in 1..60_u64) {
-        let (mut harness, mut other) = (motion.harness(), motion.harness());
-        let rest = harness.commands.clone();
-        let mut completed = true;
-        for k in 1..=from {
-            completed &= motion.advance_to_tick(&mut harness, &rest, k);
-        }
-        prop_assume!(completed);
-        let saved = harness.plant.save();
-        // The target plant has advanced differently.
-        other.advance_to_ms(14);
-        other.plant.begin_window();
-        other.plant.restore(&saved).unwrap();
-        other.now_us = harness.now_us;
-        prop_assert_eq!(&other.plant.save().0, &saved.0);
-        for k in from + 1..from + 25 {
-            let advanced = [&mut harness, &mut other].map(|harness| motion.advance_to_tick(harness, &rest, k));
-            prop_assert_eq!(advanced[0], advanced[1]);
-            prop_assert_eq!(harness.observe(), other.observe());
-        }
-        prop_assert_eq!(harness.plant.save().0, other.plant.save().0);
+        prop_assume!(motion.restored_continues(from));
     }
 
     #[test]

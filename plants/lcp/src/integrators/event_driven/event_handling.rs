@@ -190,6 +190,7 @@ impl<const N: usize> Event<N> {
             mode,
             totals,
         } = self;
+        instant.begin_event();
         if with_impact {
             let dynamics = Dynamics::new(model, &model.side_by_side, before, recovery);
             *totals = instant.impact(&dynamics, state, legs)?;
