@@ -369,7 +369,7 @@ impl<E: Equations> Flow<E> {
         let most = (RESIDUAL_MAX * balance.exchanged).max(RESIDUAL_FLOOR * reference);
         // The form of the comparison rejects NaN.
         if balance.residual.abs() <= most {
-            return Ok(self.ledger.check_within(most)?);
+            return Ok(self.ledger.check_within([most; 2])?);
         }
         let residual = balance.residual;
         Err(FlowError::Energy { seconds, residual })

@@ -100,7 +100,7 @@ impl Machine {
                 balance.residual, balance.exchanged
             )));
         }
-        let checked = self.state.ledger.check_within(limit);
+        let checked = self.state.ledger.check_within([limit; 2]);
         checked.map_err(|why| diverged(format!("{why}: shorten the step")))
     }
 

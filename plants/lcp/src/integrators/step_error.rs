@@ -14,11 +14,6 @@ pub(crate) enum StepError {
         "an impact gives {given:.3e} J, but can only dissipate; shorten the steps, or take another integrator or compliant constraints"
     )]
     ImpactGivesEnergy { leg: usize, given: f64 },
-    #[error(
-        "impacts have given {given:.3e} J in steps of {:.3} ms, but can only dissipate; shorten the steps, or take another integrator or compliant constraints",
-        seconds * 1e3
-    )]
-    ImpactsGiveEnergy { seconds: f64, given: f64 },
     #[error("leg {} sinks by {depth:.3e} m into a constraint within {seconds:e} s", leg + 1)]
     Overlap {
         leg: usize,

@@ -316,3 +316,26 @@ fn jammed_foot_does_not_sink() {
         assert_eq!(harness.plant.work().fallbacks, 0, "{method:?}");
     }
 }
+
+#[test]
+fn impacts_that_generate_energy_are_faults_with_every_method() {
+    // A scenario cannot contain such a restitution; this simulates a defect.
+    let mut setup = drop(0.05, 0.6);
+    if let Some(ground) = &mut setup.ground {
+        ground.restitution = 2.0;
+    }
+    for integration in INTEGRATIONS {
+        let mut harness = lcp(&robot(), &setup, integration);
+        let fault = harness.run_checked(0.3).unwrap_err();
+        // The methods for comparison reject the restitution itself, or find the gain in a balance.
+        let each_is_checked = matches!(
+            integration.method,
+            Method::Rk4 | Method::Rodas4 | Method::Moreau
+        );
+        assert!(
+            !each_is_checked
+                || fault.part.starts_with("leg/") && fault.why.contains("but can only dissipate"),
+            "{integration:?}: {fault}"
+        );
+    }
+}

@@ -9,6 +9,7 @@ use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
 
 use super::Islands;
+use crate::flow::Flow;
 use crate::model::GRAVITY;
 use crate::{Force, Options};
 
@@ -378,6 +379,22 @@ fn foot_rebounds_at_the_coefficient_of_restitution() {
             assert!((impact - lost).abs() < 5e-5, "{impact} not {lost}");
         }
     }
+}
+
+#[test]
+fn impacts_that_generate_energy_are_a_fault() {
+    // Defects: more energy returned than the overlaps took, and a negative sum.
+    let (plant, ..) = landed(0.0, GAPS[0]);
+    let fault_of = |defect: fn(&mut Flow)| {
+        let mut plant = plant.clone();
+        defect(&mut plant.dynamics_mut().flows[0]);
+        plant.advance(SimTime::from_nanos(210_000), &[0.0; 2])
+    };
+    assert_eq!(fault_of(|_| ()), Ok(()));
+    let fault = fault_of(|flow| flow.constraints.overlap = -0.1).unwrap_err();
+    assert!(fault.why.contains("impacts give 1.000e-1 J"), "{fault}");
+    let fault = fault_of(|flow| flow.ledger.impact = -0.1).unwrap_err();
+    assert!(fault.why.contains("impacts have generated"), "{fault}");
 }
 
 #[test]
