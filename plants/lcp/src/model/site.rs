@@ -108,8 +108,8 @@ impl<T: Real<Sum = T>, const N: usize> Site<T, N> {
         std::array::from_fn(|i| position[i] + offset[i])
     }
 
-    /// Returns the ground below the site, as its tangent plane: derivatives include its slope and
-    /// exclude its curvature.
+    /// Returns the ground below the site. Derivatives are those of its tangent plane: they include
+    /// its slope, and not the change of its curvature along the motion.
     pub(crate) fn footing(
         &self,
         ground: &Ground,
@@ -126,13 +126,13 @@ impl<T: Real<Sum = T>, const N: usize> Site<T, N> {
             into_trunk(rotation, d.map(T::splat))
         });
         let moved = Vector3::from(into_world(rotation, self.velocity).map(T::plain));
-        let bend = T::splat(0.0 * moved.x);
+        let curvature = ground.normal_rate(&plain, &moved).dot(&moved);
         let mut gap = T::splat(surface.gap);
         for i in 0..3 {
             gap += T::splat(surface.normal[i]) * (world[i] - T::splat(plain[i]));
         }
         let mut bias = directions.map(|d| dot(d, self.bias));
-        bias[0] += bend;
+        bias[0] += T::splat(curvature);
         Footing {
             gap,
             directions,
