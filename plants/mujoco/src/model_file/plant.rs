@@ -234,7 +234,7 @@ impl Plant for Mjcf {
         // negative.
         let checked = self
             .ledger
-            .check_within(GAIN_SHARE * self.energy().exchanged.max(1.0));
+            .check_within([GAIN_SHARE * self.energy().exchanged.max(1.0); 2]);
         checked.map_err(|why| self.fault(&why))
     }
 
