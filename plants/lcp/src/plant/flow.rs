@@ -102,8 +102,9 @@ impl<const N: usize> Flow<N> {
         self.run.elapsed_s = 0.0;
         let before = self.checkpoint();
         let result = self.advance(&before, seconds).and_then(|()| {
-            self.monitor
-                .check(&self.model, &self.run, self.method, &before.run, seconds)
+            let method = (self.method, self.tolerance);
+            let (model, run) = (&self.model, &self.run);
+            self.monitor.check(model, run, method, &before.run, seconds)
         });
         if result.is_err() {
             self.roll_back(&before);

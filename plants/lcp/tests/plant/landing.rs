@@ -1,8 +1,9 @@
 //! Falls: simultaneous contacts of feet, stops and ground.
 
 use twinrig_contact::{Ground, HeightField, Terrain};
+use twinrig_kernel::SimDuration;
 use twinrig_lcp::Method;
-use twinrig_legged::{Base, Drives, Setup};
+use twinrig_legged::{Base, Drives, Setup, StartPose};
 use twinrig_robot::Servo;
 use twinrig_runtime::{Plant, PlantEventKind};
 use twinrig_testing::robots::{LEGS, SERVO, flat_ground, pose, robot, with_legs};
@@ -341,17 +342,25 @@ fn impacts_that_generate_energy_are_faults_with_every_method() {
     }
 }
 
+/// Returns ground with these heights at points 5 cm apart, within `cells` of them in each direction.
+fn curved_ground(cells: u32, friction: f64, height: impl Fn([f64; 2]) -> f64) -> Ground {
+    let at = |n: u32| 0.05 * (f64::from(n) - f64::from(cells));
+    let side = 2 * cells + 1;
+    let points = (0..side).flat_map(|row| (0..side).map(move |column| [at(column), at(row)]));
+    let heights = points.map(height).collect();
+    let field = HeightField::new([at(0); 2], 0.05, side as usize, heights).unwrap();
+    Ground::new(Terrain::Heights(field), friction, 0.0).unwrap()
+}
+
 #[test]
 fn feet_that_slide_through_a_trough_stay_on_its_ground() {
     // h = ½ x²/R, which the cubic spline of a height field reproduces: at 1 m/s its curvature
     // accelerates the feet by 1 m/s². Without this term feet sink by the ratio of this acceleration
     // to the square of the decay rate of constraint errors, 40 µm.
     const RADIUS: f64 = 0.5;
-    let height = |column: u32| 0.5 * libm::pow(0.02 * f64::from(column) - 0.7, 2.0) / RADIUS;
-    let rows: Vec<f64> = (0..20).flat_map(|_| (0..60).map(height)).collect();
-    let field = HeightField::new([-0.4, -0.2], 0.02, 60, rows).unwrap();
+    let trough = |[x, _]: [f64; 2]| 0.5 * libm::pow(x - 0.3, 2.0) / RADIUS;
     let setup = Setup {
-        ground: Some(Ground::new(Terrain::Heights(field), 0.0, 0.0).unwrap()),
+        ground: Some(curved_ground(10, 0.0, trough)),
         ..standing_setup()
     };
     for integration in &INTEGRATIONS[..2] {
@@ -378,4 +387,42 @@ fn feet_that_slide_through_a_trough_stay_on_its_ground() {
             "{energy:?}"
         );
     }
+}
+
+#[test]
+fn slide_that_begins_on_curved_ground_is_no_fault() {
+    // The robot tips over a foot, which moves by 20 nm before it slides. The work of its friction is
+    // of either sign within the tolerance of the position.
+    let mut ground = curved_ground(4, 0.842_814_924_691_706_2, |[x, y]| x * x + 0.1 * y);
+    ground.restitution = 0.151_517_981_174_833_63;
+    let servo = Servo {
+        torque: 4.104_452_964_844_807,
+        speed: 20.0,
+        lag: 5e-3,
+        dead_band: 0.0,
+        ..SERVO
+    };
+    let q = [
+        -0.494_229_827_420_128_55,
+        -1.456_195_314_293_352_8,
+        1.456_195_314_293_352_8,
+    ];
+    let setup = Setup {
+        ground: Some(ground),
+        step: SimDuration::from_micros(500),
+        drives: Drives::Servos {
+            hip: servo,
+            knee: servo,
+        },
+        start: StartPose { q, rates: [0.0; 3] }.into(),
+        ..standing_setup()
+    };
+    let mut harness = lcp(&robot(), &setup, Integration::new(Method::Rodas4, 500));
+    let mut least = 0.0_f64;
+    for _ in 0..200 {
+        harness.run_checked(5e-4).unwrap();
+        least = least.min(harness.energy().dissipated);
+    }
+    // Otherwise the motion is not the one of interest.
+    assert!(least < -1e-8, "{least:e} J");
 }
