@@ -9,7 +9,7 @@ use std::path::Path;
 use twinrig::kernel::{SimDuration, SimTime};
 use twinrig::runtime::{Group, Observer, RunEvent};
 use twinrig::scenario::Setting;
-use twinrig::{Assembly, Registry};
+use twinrig::{Assembly, Execution, Registry, execute};
 use twinrig_tests::{TrotFixture, run, run_from};
 
 /// Engines of this build.
@@ -144,6 +144,50 @@ fn rapier_is_within_a_tenth_of_a_millimetre_and_converges() {
             "{scenario}: {coarse:.3e} m, {fine:.3e} m"
         );
     }
+}
+
+/// Measured values of rows of the trot on MuJoCo with a step: speed \[m/s\], pitch and roll \[rad\]
+/// from peak to peak, and slip \[m\].
+#[cfg(feature = "mujoco")]
+fn trot_on_mujoco(step: &str) -> [f64; 4] {
+    let settings = [
+        ("plant.model", "mujoco"),
+        ("plant.step", step),
+        ("duration", "8 s"),
+    ];
+    let settings = settings.map(|(key, value)| Setting {
+        origin: "--set".to_owned(),
+        key: key.to_owned(),
+        value: value.to_owned(),
+    });
+    let path = twinrig_tests::scenarios().join("trot.toml");
+    let registry = Registry::standard();
+    let assembly = Assembly::of_file(&registry, &path, &settings).unwrap();
+    let report = execute(&assembly, &Execution::default()).unwrap();
+    [
+        "forward speed",
+        "pitch, peak to peak",
+        "roll, peak to peak",
+        "feet do not slip",
+    ]
+    .map(|name| {
+        let mut rows = report.expectations.iter().map(|line| &line.outcome);
+        rows.find(|row| row.name == name).unwrap().measured.unwrap()
+    })
+}
+
+/// At 0.5 ms the trot differs from that at half of the step by less than plants differ from each
+/// other, at 2 ms by more: peers are compared at 0.5 ms.
+#[test]
+#[cfg(feature = "mujoco")]
+fn trot_on_mujoco_is_converged_at_half_a_millisecond() {
+    let [coarse, half, fine] = ["2 ms", "0.5 ms", "0.25 ms"].map(trot_on_mujoco);
+    let within = |values: &[f64; 4]| {
+        let [speed, pitch, roll, slip] = std::array::from_fn(|i| (values[i] - fine[i]).abs());
+        speed < 0.01 && pitch < 3e-3 && roll < 5e-3 && slip < 5e-3
+    };
+    assert!(within(&half), "{half:?}, {fine:?}");
+    assert!(!within(&coarse), "{coarse:?}, {fine:?}");
 }
 
 /// A walking robot: the run is reproduced on another thread and after other runs.
