@@ -18,6 +18,7 @@ mod resolve_modes;
 pub(crate) use closed::{Entry, Feet, Role, SLOTS, STOPPED, Stop};
 use impact::ImpactRecord;
 pub(crate) use impact::ImpactTotals;
+pub(crate) use losses::{ImpactError, ImpactGivesEnergy};
 pub(crate) use resolve_modes::ModeResolution;
 
 use core::mem;

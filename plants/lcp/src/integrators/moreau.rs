@@ -110,7 +110,7 @@ impl<const N: usize> Moreau<N> {
             Err(
                 StepError::SolveError(_)
                 | StepError::NotConverged { .. }
-                | StepError::ImpactGivesEnergy { .. }
+                | StepError::ImpactGivesEnergy(_)
                 | StepError::Overlap { .. },
             ) if halvings > 0 => {
                 run.counts.fallbacks += 1;

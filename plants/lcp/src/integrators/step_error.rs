@@ -3,6 +3,8 @@
 use twinrig_contact::SolveError;
 use twinrig_legged::NegativeDissipation;
 
+use crate::constraints::events::{ImpactError, ImpactGivesEnergy};
+
 /// Integration errors.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum StepError {
@@ -10,10 +12,8 @@ pub(crate) enum StepError {
     SolveError(#[from] SolveError),
     #[error("a foot jams under its own friction, and no impulse releases it: {0}")]
     Jammed(SolveError),
-    #[error(
-        "an impact gives {given:.3e} J, but can only dissipate; shorten the steps, or take another integrator or compliant constraints"
-    )]
-    ImpactGivesEnergy { leg: usize, given: f64 },
+    #[error(transparent)]
+    ImpactGivesEnergy(#[from] ImpactGivesEnergy),
     #[error("leg {} sinks by {depth:.3e} m into a constraint within {seconds:e} s", leg + 1)]
     Overlap {
         leg: usize,
@@ -50,4 +50,13 @@ pub(crate) enum StepError {
         1e3 * seconds
     )]
     EnergyLoss { seconds: f64, lost: f64 },
+}
+
+impl From<ImpactError> for StepError {
+    fn from(error: ImpactError) -> Self {
+        match error {
+            ImpactError::SolveError(error) => error.into(),
+            ImpactError::GivesEnergy(error) => error.into(),
+        }
+    }
 }

@@ -35,7 +35,7 @@ impl StepError {
     fn fault<const N: usize>(&self, model: &Model<N>) -> PartFault {
         let part = match self {
             Self::SolveError(_) | Self::Jammed(_) => "contact".to_owned(),
-            Self::ImpactGivesEnergy { leg, .. } => signal::leg_path(&model.legs[*leg].name),
+            Self::ImpactGivesEnergy(impact) => signal::leg_path(&model.legs[impact.leg].name),
             _ => "integrator".to_owned(),
         };
         PartFault::new(part, self.to_string())

@@ -7,9 +7,8 @@ use twinrig_legged::{DriveModels, LEGS};
 
 use super::Instant;
 use super::closed::{Entry, Feet, Role, SLOTS, STICKING, Stop, touching};
-use super::losses::Losses;
+use super::losses::{ImpactError, Losses};
 use crate::constraints::motion::Dynamics;
-use crate::integrators::step_error::StepError;
 use crate::model::articulated::Articulated;
 use crate::model::leg_constraints::DriveAction;
 use crate::model::real::{Lanes, Real};
@@ -63,7 +62,7 @@ impl<const N: usize> Instant<N> {
         dynamics: &Dynamics<'_, Lanes, N>,
         state: &mut State<Lanes, N>,
         legs: &[usize],
-    ) -> Result<ImpactTotals, StepError> {
+    ) -> Result<ImpactTotals, ImpactError> {
         let (articulated, drive) = self.find_closed(dynamics, state, legs);
         if !self.entries.iter().any(|e| e.is_normal() && e.rate < 0.0) {
             return Ok(ImpactTotals::default());
@@ -95,7 +94,7 @@ impl<const N: usize> Instant<N> {
         dynamics: &Dynamics<'_, Lanes, N>,
         state: &mut State<Lanes, N>,
         legs: &[usize],
-    ) -> Result<Option<ImpactTotals>, StepError> {
+    ) -> Result<Option<ImpactTotals>, ImpactError> {
         let (articulated, drive) = self.find_closed(dynamics, state, legs);
         self.prepare(&articulated, &dynamics.model.friction);
         let jams = |entry: &Entry<N>| match entry.role {
@@ -154,7 +153,7 @@ impl<const N: usize> Instant<N> {
         state: &mut State<Lanes, N>,
         articulated: &Articulated<Lanes, N>,
         drive: &DriveAction<Lanes>,
-    ) -> Result<ImpactTotals, StepError> {
+    ) -> Result<ImpactTotals, ImpactError> {
         let mut totals = ImpactTotals::default();
         for (entry, &impulse) in self.entries.iter().zip(self.problem.unknowns()) {
             if entry.role == Role::Stop(Stop::Cable) {

@@ -1,10 +1,30 @@
 //! Energy dissipated by impulses.
 
+use twinrig_contact::SolveError;
 use twinrig_legged::{TangentialImpulse, taken_by_friction};
 
 use super::Instant;
 use super::closed::Role;
-use crate::integrators::step_error::StepError;
+
+/// Violation of dissipativity by one impact, at the constraint of a leg that gives the most.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "an impact gives {given:.3e} J, but can only dissipate; shorten the steps, or take another integrator or compliant constraints"
+)]
+pub(crate) struct ImpactGivesEnergy {
+    pub(crate) leg: usize,
+    /// \[J\]
+    pub(crate) given: f64,
+}
+
+/// Errors of an impact.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub(crate) enum ImpactError {
+    #[error(transparent)]
+    SolveError(#[from] SolveError),
+    #[error(transparent)]
+    GivesEnergy(#[from] ImpactGivesEnergy),
+}
 
 /// Energy dissipated by impulses \[J\].
 #[derive(Debug, Clone, Copy, Default)]
@@ -65,7 +85,7 @@ impl<const N: usize> Instant<N> {
         losses: Losses,
         accepted: f64,
         after: impl Fn(usize) -> f64,
-    ) -> Result<(), StepError> {
+    ) -> Result<(), ImpactGivesEnergy> {
         /// Round-off, relative to the energy exchanged.
         const ROUND_OFF: f64 = 1e-9;
         let (mut allowed, mut worst) = (0.0, (0, 0.0));
@@ -84,7 +104,7 @@ impl<const N: usize> Instant<N> {
             return Ok(());
         }
         let leg = worst.0;
-        Err(StepError::ImpactGivesEnergy { leg, given })
+        Err(ImpactGivesEnergy { leg, given })
     }
 }
 
