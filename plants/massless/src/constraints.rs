@@ -85,9 +85,10 @@ pub(crate) struct Constraints {
     entries: Vec<Entry>,
     responses: Vec<Response>,
     problem: Problem,
-    /// Energy of the overlaps \[J\]: what impulses took as they left an overlap, up to the work that
-    /// removes it at their force. The removal gives at most this energy back; the rest is lost with
-    /// the contact. It is one sum, as the work of redundant constraints is unique only together.
+    /// Energy of the overlaps \[J\]: what impulses took as they left an overlap, up to the work
+    /// that removes it at their force. The removal gives at most this energy back; the rest is lost
+    /// with the contact. It is one sum, as the work of redundant constraints is unique only
+    /// together.
     pub(crate) overlap: f64,
     /// Share of the removal of overlaps in this step.
     share: f64,

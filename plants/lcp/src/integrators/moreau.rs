@@ -87,7 +87,8 @@ impl<const N: usize> Moreau<N> {
         self.solver.last_impulses = *last_impulses;
     }
 
-    /// Advances by `seconds`; halves a step whose impulses are not found, or that leaves an overlap.
+    /// Advances by `seconds`; halves a step whose impulses are not found, or that leaves an
+    /// overlap.
     pub(crate) fn advance(
         &mut self,
         model: &Model<N>,

@@ -61,8 +61,8 @@ pub(super) struct EnergyMonitor {
 }
 
 impl EnergyMonitor {
-    /// Checks the energy and the feet after a step that started from `before`, by a method with this
-    /// maximum error of a step \[m\].
+    /// Checks the energy and the feet after a step that started from `before`, by a method with
+    /// this maximum error of a step \[m\].
     pub(super) fn check<const N: usize>(
         &mut self,
         model: &Model<N>,
@@ -101,8 +101,8 @@ impl EnergyMonitor {
                 run.ledger.check_within([tolerance * weight, 0.0])
             }
             Method::Rk4 | Method::Rodas4 | Method::Moreau => run.ledger.check(),
-            // The constraint forces of fixed steps change velocities as impacts do, with an error of
-            // the order of that of the balance.
+            // The constraint forces of fixed steps change velocities as impacts do, with an error
+            // of the order of that of the balance.
             Method::SemiImplicit | Method::ExplicitEuler | Method::Thesis => {
                 let allowed = floor.max(balance.residual.abs());
                 run.ledger.check_within([0.0, allowed])

@@ -342,7 +342,8 @@ fn impacts_that_generate_energy_are_faults_with_every_method() {
     }
 }
 
-/// Returns ground with these heights at points 5 cm apart, within `cells` of them in each direction.
+/// Returns ground with these heights at points 5 cm apart, within `cells` of them in each
+/// direction.
 fn curved_ground(cells: u32, friction: f64, height: impl Fn([f64; 2]) -> f64) -> Ground {
     let at = |n: u32| 0.05 * (f64::from(n) - f64::from(cells));
     let side = 2 * cells + 1;
@@ -391,8 +392,8 @@ fn feet_that_slide_through_a_trough_stay_on_its_ground() {
 
 #[test]
 fn slide_that_begins_on_curved_ground_is_no_fault() {
-    // The robot tips over a foot, which moves by 20 nm before it slides. The work of its friction is
-    // of either sign within the tolerance of the position.
+    // The robot tips over a foot, which moves by 20 nm before it slides. The work of its friction
+    // is of either sign within the tolerance of the position.
     let mut ground = curved_ground(4, 0.842_814_924_691_706_2, |[x, y]| x * x + 0.1 * y);
     ground.restitution = 0.151_517_981_174_833_63;
     let servo = Servo {

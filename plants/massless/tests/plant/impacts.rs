@@ -52,8 +52,8 @@ fn assert_dissipative(setup: &Setup) -> EnergyBalance {
         harness.advance_to_ms(ms);
         let energy = harness.energy();
         assert!(energy.impact >= before.impact, "at {ms} ms: {energy:?}");
-        // Up to the error of the balance, of either sign. Without a limit to the removal of overlaps,
-        // impacts gave 4e-4 J in the first step; impulses of another mobility gave 19 J.
+        // Up to the error of the balance, of either sign. Without a limit to the removal of
+        // overlaps, impacts gave 4e-4 J in the first step; impulses of another mobility gave 19 J.
         least = least.min(remaining(&energy));
         error = error.max(energy.residual.abs());
         assert!(

@@ -174,8 +174,8 @@ impl<const N: usize> Instant<N> {
         Ok(totals)
     }
 
-    /// Returns the velocity changes of the trunk by the impulses of the solution, and the impulses on
-    /// the links.
+    /// Returns the velocity changes of the trunk by the impulses of the solution, and the impulses
+    /// on the links.
     pub(crate) fn responses(&self) -> ([f64; 6], [Lanes; N]) {
         let (mut trunk, mut links) = ([0.0; 6], [Lanes::zero(); N]);
         let impulses = self.problem.unknowns();

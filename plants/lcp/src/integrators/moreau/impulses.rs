@@ -197,14 +197,14 @@ impl<const N: usize> ImpulseSolver<N> {
                 break;
             }
             if pass == PASSES_MAX || !self.average_slides(restitution, seconds) {
-                return checked;
+                return Ok(checked?);
             }
         }
         self.check_overlaps(restitution, seconds)
     }
 
-    /// Sets the offsets of the problem: the rates at the end of the step without impulses, plus those
-    /// that are allowed.
+    /// Sets the offsets of the problem: the rates at the end of the step without impulses, plus
+    /// those that are allowed.
     fn set_offsets(&mut self, restitution: f64, seconds: f64) {
         for (i, free) in self.free_rates.iter().enumerate() {
             let offset = free + self.rate_offset(i, restitution, seconds);

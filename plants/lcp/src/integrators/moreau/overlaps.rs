@@ -19,8 +19,8 @@ use crate::model::real::{Lanes, Real};
 use crate::model::state::State;
 use crate::model::trunk::Schur;
 
-/// Overlap that is left \[m\]: a correction moves joints without a velocity, which measured rates do
-/// not show.
+/// Overlap that is left \[m\]: a correction moves joints without a velocity, which measured rates
+/// do not show.
 const LEFT: f64 = 1e-8;
 
 /// Maximum speed of a correction \[m/s\].
