@@ -19,7 +19,7 @@
 //! losses.
 //!
 //! A step is of first order where a constraint opens or closes. One that leaves a new overlap of
-//! more than 25 µm is halved, so that a landing is resolved more finely than the rest.
+//! more than 10 µm is halved, so that a landing is resolved more finely than the rest.
 
 mod drift;
 mod drives;
