@@ -47,10 +47,10 @@ const CORRECTION_STIFFNESS: f64 = 0.1;
 /// Greatest penetration of a landing foot in a step of the plant, over the length of the step
 /// \[m/s\]. Positions advance by the mean of the velocities before and after, so a foot that
 /// arrives at twice this speed penetrates by as much.
-const PENETRATION_RATE_MAX: f64 = 0.45;
+const PENETRATION_RATE_MAX: f64 = 0.05;
 
 /// Shortest step for a landing: the plant's step over this number.
-const LANDING_SUBDIVISIONS_MAX: f64 = 16.0;
+const LANDING_SUBDIVISIONS_MAX: f64 = 64.0;
 
 /// Convergence of the iteration.
 #[derive(Debug, Clone, Copy, Default)]
