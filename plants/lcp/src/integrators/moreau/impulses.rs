@@ -25,8 +25,8 @@ pub(super) const RECOVERY: f64 = 1.0 / 3.0;
 /// Approach velocity below which an impact has no restitution \[m/s\].
 const RESTING: f64 = 0.05;
 
-/// Growth of an overlap in a step above which the step is halved \[m\]: a tenth of the depth that is
-/// accepted in rigid ground, as many such steps may follow each other.
+/// Growth of an overlap in a step above which the step is halved \[m\]: a tenth of the depth that
+/// is accepted in rigid ground, as many such steps may follow each other.
 pub(super) const OVERLAP_MAX: f64 = 1e-5;
 
 /// Number of solutions of a step, of which each but the first lets friction of further feet act

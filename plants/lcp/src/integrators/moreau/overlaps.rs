@@ -23,7 +23,8 @@ use crate::model::trunk::Schur;
 /// do not show.
 const LEFT: f64 = 1e-8;
 
-/// Maximum speed of a correction \[m/s\]: a foot that slides at 3 m/s over rough ground sinks as fast.
+/// Maximum speed of a correction \[m/s\]: a foot that slides at 3 m/s over rough ground sinks as
+/// fast.
 const SPEED_MAX: f64 = 0.5;
 
 /// Velocities in the second half of a step by which positions advance.
