@@ -61,12 +61,10 @@ impl Ledger {
         let round_off = ROUND_OFF.max(ROUND_OFF_SHARE * self.exchanged);
         let [friction, impacts] = allowed.map(|allowed| allowed.max(round_off));
         // The form of the comparisons rejects NaN.
-        if !(self.dissipated >= -friction) {
-            Err(NegativeDissipation::Friction(-self.dissipated))
-        } else if !(self.impact >= -impacts) {
-            Err(NegativeDissipation::Impacts(-self.impact))
-        } else {
-            Ok(())
+        match (self.dissipated >= -friction, self.impact >= -impacts) {
+            (true, true) => Ok(()),
+            (false, _) => Err(NegativeDissipation::Friction(-self.dissipated)),
+            (true, false) => Err(NegativeDissipation::Impacts(-self.impact)),
         }
     }
 
