@@ -2,7 +2,7 @@
 
 use super::motion::Dynamics;
 use crate::model::articulated::{Accelerations, Articulated, Response, Row, cross_mobility};
-use crate::model::dense::solve;
+use crate::model::dense::Factors;
 use crate::model::real::{Real, Wide};
 use crate::model::site::{Footing, Site};
 use crate::model::state::State;
@@ -14,6 +14,8 @@ pub(crate) struct Workspace<T, const N: usize> {
     force_rows: Vec<Row<T, N>>,
     responses: Vec<Response<T, N>>,
     matrix: Vec<T>,
+    factors: Factors<T>,
+    known: Vec<T>,
     pub(crate) forces: Vec<T>,
     /// By row, the share of a normal's mobility that sliding friction leaves; one without sliding.
     pub(crate) normal_shares: Vec<f64>,
@@ -26,6 +28,8 @@ impl<T, const N: usize> Default for Workspace<T, N> {
             force_rows: Vec::new(),
             responses: Vec::new(),
             matrix: Vec::new(),
+            factors: Factors::default(),
+            known: Vec::new(),
             forces: Vec::new(),
             normal_shares: Vec::new(),
         }
@@ -89,8 +93,8 @@ impl<R: Wide, const N: usize> Dynamics<'_, R, N> {
                     .push(if contact.slides.is_some() { 0.0 } else { 1.0 });
             }
         }
-        workspace.fill(articulated, self.model.contact_compliance());
-        solve(&mut workspace.matrix, &mut workspace.forces);
+        workspace.fill(articulated);
+        workspace.solve(self.model.contact_compliance());
         let mut trunk = accelerations.trunk;
         let mut torques = articulated.torques;
         for ((force_row, response), &force) in workspace
@@ -133,7 +137,7 @@ impl<R: Wide, const N: usize> Dynamics<'_, R, N> {
 
 impl<T: Real, const N: usize> Workspace<T, N> {
     /// Fills the matrix: accelerations along each row by unit forces.
-    fn fill<R: Wide<Sum = T>>(&mut self, articulated: &Articulated<R, N>, compliance: f64) {
+    fn fill<R: Wide<Sum = T>>(&mut self, articulated: &Articulated<R, N>) {
         let n = self.rows.len();
         self.matrix.clear();
         for row in 0..n {
@@ -151,9 +155,8 @@ impl<T: Real, const N: usize> Workspace<T, N> {
                         let normal = cross_mobility(upright, pull, upright, &response);
                         self.normal_shares[row] = entry.plain() / normal.plain();
                     }
-                    // Redundant constraints share their force; a row without mobility has none.
-                    entry += T::splat(compliance);
-                    if entry.plain() <= compliance {
+                    // A row without mobility has no force.
+                    if entry.plain() <= 0.0 {
                         entry = T::splat(1.0);
                         self.forces[row] = T::zero();
                     }
@@ -161,6 +164,39 @@ impl<T: Real, const N: usize> Workspace<T, N> {
                 self.matrix.push(entry);
             }
         }
+    }
+}
+
+impl<T: Real, const N: usize> Workspace<T, N> {
+    /// Solves A λ = b for the forces, b being their present values. Redundant constraints share
+    /// their force: by (A + ε)⁻¹ A (A + ε)⁻¹ b with a small compliance ε, the solution of least norm.
+    /// A single (A + ε)⁻¹ would divide by ε any error of b that no forces cancel, as that of two
+    /// feet which hold each other.
+    fn solve(&mut self, compliance: f64) {
+        let n = self.forces.len();
+        let Self {
+            matrix,
+            factors,
+            known,
+            forces,
+            ..
+        } = self;
+        let entries = matrix.iter().enumerate().map(|(k, &entry)| {
+            if k % (n + 1) == 0 {
+                entry + T::splat(compliance)
+            } else {
+                entry
+            }
+        });
+        factors.factor(entries, n);
+        factors.solve(forces);
+        known.clear();
+        known.extend(matrix.chunks_exact(n.max(1)).map(|row| {
+            let terms = row.iter().zip(&*forces);
+            terms.fold(T::zero(), |sum, (&entry, &force)| sum + entry * force)
+        }));
+        factors.solve(known);
+        core::mem::swap(known, forces);
     }
 }
 

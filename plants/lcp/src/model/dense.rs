@@ -2,40 +2,75 @@
 
 use crate::model::real::Real;
 
-/// Solves A x = b by Gaussian elimination with partial pivoting; A by rows. Overwrites A, and b
-/// with x.
-pub(crate) fn solve<T: Real>(a: &mut [T], b: &mut [T]) {
-    let n = b.len();
-    for k in 0..n {
-        let mut pivot = k;
-        for i in k + 1..n {
-            if a[i * n + k].plain().abs() > a[pivot * n + k].plain().abs() {
-                pivot = i;
-            }
+/// Factors L U of a matrix by Gaussian elimination with partial pivoting.
+#[derive(Debug, Clone)]
+pub(crate) struct Factors<T> {
+    /// By rows: U above the diagonal, the multipliers of L below, inverse pivots on it.
+    entries: Vec<T>,
+    /// Row exchanged with each row, in order.
+    exchanges: Vec<usize>,
+}
+
+impl<T> Default for Factors<T> {
+    fn default() -> Self {
+        Self {
+            entries: Vec::new(),
+            exchanges: Vec::new(),
         }
-        if pivot != k {
-            for j in k..n {
-                a.swap(k * n + j, pivot * n + j);
+    }
+}
+
+impl<T: Real> Factors<T> {
+    /// Factors a square matrix, by rows.
+    pub(crate) fn factor(&mut self, matrix: impl Iterator<Item = T>, n: usize) {
+        self.entries.clear();
+        self.entries.extend(matrix);
+        self.exchanges.clear();
+        let a = &mut self.entries[..n * n];
+        for k in 0..n {
+            let mut pivot = k;
+            for i in k + 1..n {
+                if a[i * n + k].plain().abs() > a[pivot * n + k].plain().abs() {
+                    pivot = i;
+                }
             }
+            self.exchanges.push(pivot);
+            if pivot != k {
+                for j in 0..n {
+                    a.swap(k * n + j, pivot * n + j);
+                }
+            }
+            let inverse = T::splat(1.0) / a[k * n + k];
+            for i in k + 1..n {
+                let factor = a[i * n + k] * inverse;
+                for j in k + 1..n {
+                    let upper = a[k * n + j];
+                    a[i * n + j] -= factor * upper;
+                }
+                a[i * n + k] = factor;
+            }
+            a[k * n + k] = inverse;
+        }
+    }
+
+    /// Solves A x = b; overwrites b with x.
+    pub(crate) fn solve(&self, b: &mut [T]) {
+        let (a, n) = (&self.entries, b.len());
+        for (k, &pivot) in self.exchanges.iter().enumerate() {
             b.swap(k, pivot);
         }
-        let inverse = T::splat(1.0) / a[k * n + k];
-        for i in k + 1..n {
-            let factor = a[i * n + k] * inverse;
-            for j in k + 1..n {
-                let upper = a[k * n + j];
-                a[i * n + j] -= factor * upper;
-            }
+        for k in 0..n {
             let known = b[k];
-            b[i] -= factor * known;
+            for i in k + 1..n {
+                b[i] -= a[i * n + k] * known;
+            }
         }
-        a[k * n + k] = inverse;
-    }
-    for k in (0..n).rev() {
-        let mut sum = b[k];
-        for j in k + 1..n {
-            sum -= a[k * n + j] * b[j];
+        for k in (0..n).rev() {
+            let mut sum = b[k];
+            for j in k + 1..n {
+                sum -= a[k * n + j] * b[j];
+            }
+            b[k] = sum * a[k * n + k];
         }
-        b[k] = sum * a[k * n + k];
     }
 }

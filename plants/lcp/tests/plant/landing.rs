@@ -4,7 +4,7 @@ use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_kernel::SimDuration;
 use twinrig_lcp::Method;
 use twinrig_legged::{Base, Drives, Setup, StartPose};
-use twinrig_robot::Servo;
+use twinrig_robot::{GRAVITY, Servo};
 use twinrig_runtime::{Plant, PlantEventKind};
 use twinrig_testing::robots::{LEGS, SERVO, flat_ground, pose, robot, with_legs};
 
@@ -387,6 +387,30 @@ fn feet_that_slide_through_a_trough_stay_on_its_ground() {
             energy.residual.abs() < 3e-5 * energy.exchanged,
             "{energy:?}"
         );
+    }
+}
+
+#[test]
+fn forces_across_a_planar_base_are_least() {
+    // The three directions of a sticking foot have two degrees of freedom: across the slope no
+    // force moves it. There the correction of an overlap of 1e-10 m was a force of 355 N.
+    let slope = |[x, y]: [f64; 2]| 0.2 * x + 0.3 * y - 0.02;
+    let setup = Setup {
+        base: Base::Planar,
+        ground: Some(curved_ground(4, 1.2, slope)),
+        ..standing_setup()
+    };
+    let weight = robot().mass() * GRAVITY;
+    for integration in &INTEGRATIONS[..2] {
+        let mut harness = lcp(&robot(), &setup, *integration);
+        for _ in 0..150 {
+            harness.run_checked(2e-3).unwrap();
+            for leg in LEGS {
+                let force = harness.read(&format!("leg/{leg}/foot/force"));
+                let force = libm::hypot(libm::hypot(force[0], force[1]), force[2]);
+                assert!(force < weight, "{integration:?}: {force} N at {leg}");
+            }
+        }
     }
 }
 
