@@ -38,22 +38,24 @@ impl Observer for Feet {
     }
 }
 
+/// Returns settings as of `--set`.
+fn of_command_line(settings: &[(&str, &str)]) -> Vec<Setting> {
+    let settings = settings.iter().map(|(key, value)| Setting {
+        origin: "--set".to_owned(),
+        key: (*key).to_owned(),
+        value: (*value).to_owned(),
+    });
+    settings.collect()
+}
+
 /// Returns the foot positions during the first 300 ms of passive legs, the interval shown in the
 /// thesis (figure 2.5).
 fn feet(scenario: &str, settings: &[(&str, &str)]) -> Vec<Vec<f64>> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../scenarios")
         .join(scenario);
-    let settings: Vec<Setting> = settings
-        .iter()
-        .map(|(key, value)| Setting {
-            origin: "--set".to_owned(),
-            key: (*key).to_owned(),
-            value: (*value).to_owned(),
-        })
-        .collect();
     let registry = Registry::standard();
-    let assembly = Assembly::of_file(&registry, &path, &settings).unwrap();
+    let assembly = Assembly::of_file(&registry, &path, &of_command_line(settings)).unwrap();
     let mut rig = assembly.rig().unwrap();
     let layout = rig.layout(Group::Plant);
     let mut feet = Feet::default();
@@ -155,14 +157,9 @@ fn trot_on_mujoco(step: &str) -> [f64; 4] {
         ("plant.step", step),
         ("duration", "8 s"),
     ];
-    let settings = settings.map(|(key, value)| Setting {
-        origin: "--set".to_owned(),
-        key: key.to_owned(),
-        value: value.to_owned(),
-    });
     let path = twinrig_tests::scenarios().join("trot.toml");
     let registry = Registry::standard();
-    let assembly = Assembly::of_file(&registry, &path, &settings).unwrap();
+    let assembly = Assembly::of_file(&registry, &path, &of_command_line(&settings)).unwrap();
     let report = execute(&assembly, &Execution::default()).unwrap();
     [
         "forward speed",

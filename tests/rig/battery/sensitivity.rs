@@ -140,3 +140,39 @@ fn knee_that_bends_the_other_way_is_detected() {
     *second = 2.0 * *first - *second;
     assert_discriminates(Law::AssemblyMode, &valid, &faulty);
 }
+
+/// Methods that check each impact end with an error if one gives energy; the balance is therefore
+/// altered here.
+#[test]
+fn energy_gain_by_an_impact_is_detected() {
+    let case = case(|case| case.method == Method::Rk4 && is_plain_drop(case));
+    let valid = valid_run(&case);
+    let mut faulty = valid.clone();
+    let [.., before, last] = faulty.samples.as_mut_slice() else {
+        panic!("fewer than two samples");
+    };
+    last.energy.impact = before.energy.impact - 2e-9 * last.energy.exchanged.max(1e-3);
+    assert_discriminates(Law::Impact, &valid, &faulty);
+}
+
+#[test]
+fn rise_of_the_energy_is_detected() {
+    let is_suitable =
+        |case: &Case| case.method == Method::Rk4 && is_plain_drop(case) && case.is_passive();
+    let valid = valid_run(&case(is_suitable));
+    let mut faulty = valid.clone();
+    // A gain that the residual of the balance does not contain.
+    let last = faulty.samples.last_mut().expect("a run has samples");
+    last.energy.kinetic += 1e-2 * last.energy.exchanged;
+    assert_discriminates(Law::Rise, &valid, &faulty);
+}
+
+#[test]
+fn depth_of_feet_is_detected() {
+    let case = case(|case| case.method == Method::Rk4 && is_plain_drop(case));
+    assert_discriminates(
+        Law::Depth,
+        &valid_run(&case),
+        &run_with_integrator(&case, "thesis"),
+    );
+}

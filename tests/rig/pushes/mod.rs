@@ -247,11 +247,12 @@ fn energy_balance_closes_through_pushes_as_without() {
             let [without, none] = residual(method, setup, &[]);
             let [with, work] = residual(method, setup, pushes);
             assert!(none == 0.0 && work > 0.01, "{method}: {work:e} J");
-            // One step of Moreau's rule, with impacts of 20 mJ in it, is off by 1.4 mJ.
-            let share = if method.ends_with("compliant") {
-                3e-5
-            } else {
-                1.5e-3
+            let share = match method {
+                compliant if compliant.ends_with("compliant") => 3e-5,
+                // It falls back to Moreau's rule in one step, with impacts of 20 mJ, of which 7 %
+                // are its error.
+                "rodas4" => 1.5e-3,
+                _ => 1e-3,
             };
             let most = 2.0 * without + share * work;
             assert!(with < most, "{method} {:?}: {with:e} J", setup.base);

@@ -165,9 +165,7 @@ impl<T: Real, const N: usize> Workspace<T, N> {
             }
         }
     }
-}
 
-impl<T: Real, const N: usize> Workspace<T, N> {
     /// Solves A λ = b for the forces, b being their present values. Redundant constraints share
     /// their force: by (A + ε)⁻¹ A (A + ε)⁻¹ b with a small compliance ε, the solution of least
     /// norm. A single (A + ε)⁻¹ would divide by ε any error of b that no forces cancel, as that of

@@ -74,3 +74,33 @@ impl<T: Real> Factors<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::Factors;
+
+    proptest! {
+        #[test]
+        fn solution_satisfies_the_system(
+            matrix in prop::array::uniform16(-1.0..1.0_f64),
+            x in prop::array::uniform4(-1.0..1.0_f64),
+        ) {
+            // The dominant entries of a permutation: rows are exchanged, and the system is regular.
+            let mut matrix = matrix;
+            (0..4).for_each(|row| matrix[4 * row + (row + 1) % 4] += 3.5);
+            let product = |x: &[f64]| -> Vec<f64> {
+                let rows = matrix.chunks_exact(4);
+                rows.map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum()).collect()
+            };
+            let mut found = product(&x);
+            let mut factors = Factors::default();
+            factors.factor(matrix.iter().copied(), 4);
+            factors.solve(&mut found);
+            for (found, x) in found.iter().zip(&x) {
+                prop_assert!((found - x).abs() < 1e-12, "{found} for {x}");
+            }
+        }
+    }
+}

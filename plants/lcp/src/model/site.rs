@@ -108,8 +108,8 @@ impl<T: Real<Sum = T>, const N: usize> Site<T, N> {
         std::array::from_fn(|i| position[i] + offset[i])
     }
 
-    /// Returns the ground below the site. Derivatives are those of its tangent plane: they include
-    /// its slope, and not the change of its curvature along the motion.
+    /// Returns the ground below the site. Its curvature is in the acceleration; derivatives by dual
+    /// numbers are those of the tangent plane.
     pub(crate) fn footing(
         &self,
         ground: &Ground,

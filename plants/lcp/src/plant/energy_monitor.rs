@@ -211,4 +211,25 @@ mod tests {
         assert_eq!(at(-0.1, 0.0, 1e-3), Ok(()));
         assert_eq!(at(-0.1, 2e-4, 0.0), Ok(()));
     }
+
+    #[test]
+    fn impacts_that_generate_energy_in_total_are_a_fault() {
+        let robot = fixtures::robot();
+        let start = ([0.0, -45.0, 45.0], [0.0; 3]);
+        let mut flow = flow::<3>(&robot, Base::Free, start, Drives::None, None);
+        for method in [Method::Rk4, Method::Moreau, Method::SemiImplicit] {
+            flow.method = method;
+            assert_eq!(flow.step(1e-3), Ok(()), "{method:?}");
+            // The balance closes: friction takes the energy that impacts give.
+            let ledger = flow.run.ledger;
+            flow.run.ledger.dissipated += 1.0 + ledger.impact;
+            flow.run.ledger.impact = -1.0;
+            let fault = flow.step(1e-3).unwrap_err();
+            assert!(
+                fault.to_string().contains("impacts have generated"),
+                "{method:?}: {fault}"
+            );
+            flow.run.ledger = ledger;
+        }
+    }
 }
