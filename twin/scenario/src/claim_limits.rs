@@ -41,7 +41,8 @@ impl FootstepMeasure {
     pub(crate) fn limits(&self) -> Option<&Limits> {
         match self {
             FootstepMeasure::Slip(limits)
-            | FootstepMeasure::DutyFactor(limits)
+            | FootstepMeasure::DutyFactor(_, limits)
+            | FootstepMeasure::Contacts(limits)
             | FootstepMeasure::StanceTime(limits)
             | FootstepMeasure::SwingTime(limits)
             | FootstepMeasure::Frequency(limits)
@@ -50,7 +51,7 @@ impl FootstepMeasure {
             | FootstepMeasure::PeakLoad(limits)
             | FootstepMeasure::Position(_, limits)
             | FootstepMeasure::Count(limits)
-            | FootstepMeasure::PhaseSpread(limits)
+            | FootstepMeasure::PhaseSpread(_, limits)
             | FootstepMeasure::Displacement { limits, .. } => Some(limits),
             FootstepMeasure::Phase { .. } | FootstepMeasure::Order(_) => None,
         }

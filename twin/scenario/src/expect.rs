@@ -122,8 +122,9 @@ pub enum LegChoice {
 pub enum FootstepMeasure {
     /// Greatest horizontal distance moved while in contact, of every footstep \[m\].
     Slip(Limits),
-    /// Mean share of the stance in a leg's cycle (touch-down to touch-down), of every leg \[1\].
-    DutyFactor(Limits),
+    /// Mean share of the cycle with the foot on the ground, of every leg; with touch-downs as marks
+    /// from a touch-down to the lift-off before the next \[1\].
+    DutyFactor(CycleMark, Limits),
     /// Touch-down to lift-off, of every footstep \[s\].
     StanceTime(Limits),
     /// Lift-off to the next touch-down, of every footstep but a leg's last \[s\].
@@ -141,8 +142,12 @@ pub enum FootstepMeasure {
     Position(Axis, Limits),
     /// Number of touch-downs, of every leg \[1\].
     Count(Limits),
+    /// Mean number of contacts in a cycle, bounces included, of every leg \[1\].
+    Contacts(Limits),
     /// Circular mean of each leg's phase in the cycle of the first leg, compared with a pattern.
     Phase {
+        /// Mark of the cycles.
+        by: CycleMark,
         /// Pattern.
         pattern: Pattern,
         /// Greatest deviation of any leg, as a share of the cycle.
@@ -150,7 +155,7 @@ pub enum FootstepMeasure {
     },
     /// Circular standard deviation of each leg's phase in the cycle of the first leg \[1, share of
     /// the cycle\].
-    PhaseSpread(Limits),
+    PhaseSpread(CycleMark, Limits),
     /// Cyclic order of touch-downs; legs of one group in any order. The measured value is the
     /// number of touch-downs out of order.
     Order(Vec<Vec<Placed<String>>>),
@@ -165,6 +170,22 @@ pub enum FootstepMeasure {
         /// Its limits.
         limits: Limits,
     },
+}
+
+/// Mark by which the cycle of a leg is dated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CycleMark {
+    /// Circular mean of the load; see [`crate::LoadCycle`].
+    Load,
+    /// First touch-down of a footstep.
+    TouchDown,
+}
+
+impl Words for CycleMark {
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("load", CycleMark::Load),
+        ("touch-down", CycleMark::TouchDown),
+    ];
 }
 
 /// An axis of the world, or the horizontal distance.
@@ -384,10 +405,11 @@ impl FootstepMeasure {
             FootstepMeasure::Frequency(_) => Unit::Hertz,
             FootstepMeasure::Impulse(_) => Unit::NewtonSecond,
             FootstepMeasure::PeakLoad(_) => Unit::Newton,
-            FootstepMeasure::DutyFactor(_)
+            FootstepMeasure::DutyFactor(..)
+            | FootstepMeasure::Contacts(_)
             | FootstepMeasure::Count(_)
             | FootstepMeasure::Phase { .. }
-            | FootstepMeasure::PhaseSpread(_)
+            | FootstepMeasure::PhaseSpread(..)
             | FootstepMeasure::Order(_) => Unit::One,
         }
     }

@@ -96,16 +96,16 @@ pub use actuator::{ActuatorKind, ActuatorSpec, ServoOverride, SetPointKind};
 pub use catalogue::{Catalogue, Kind, VariableSpec};
 pub use compare::{CompareClaim, CompareMeasure, Operand};
 pub use expect::{
-    Along, Axis, BodyClaim, Claim, CostMeasure, Expectation, FootstepClaim, FootstepMeasure,
-    LegChoice, SignalClaim, SignalMode, TimingClaim, TimingMeasure,
+    Along, Axis, BodyClaim, Claim, CostMeasure, CycleMark, Expectation, FootstepClaim,
+    FootstepMeasure, LegChoice, SignalClaim, SignalMode, TimingClaim, TimingMeasure,
 };
 pub use gait::{Fitness, FitnessScales, FitnessTerms, GaitClaim, GaitMeasure};
 pub use glob::matches;
 pub use ground_below::GroundBelow;
 pub use judge::{
-    CommandedGait, DriveLimits, Footstep, Judge, LIFT_SHARE_MIN, Layouts, Outcome, Reference,
-    RunEnd, SATURATED_SHARE_MAX, TrackedDrive, TrackedLeg, TrackedLift, Tracking, TrackingReport,
-    Verdict, Witness,
+    CommandedGait, DriveLimits, Footstep, Judge, LIFT_SHARE_MIN, Layouts, LegCycle, LoadCycle,
+    Outcome, Reference, RunEnd, SATURATED_SHARE_MAX, TrackedDrive, TrackedLeg, TrackedLift,
+    Tracking, TrackingReport, Verdict, Witness,
 };
 pub use limits::{Comparison, Limits};
 pub use loads::{PayloadSpec, SurfaceSpec};

@@ -32,6 +32,28 @@ pub struct MotionSample {
     pub slip_m: f64,
 }
 
+/// Cycle of the loads of all legs; the `LoadCycle` of the judge defines it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeasuredCycle {
+    /// Time of the mean load of the first leg \[s\].
+    pub centre_s: f64,
+    /// Period \[s\].
+    pub period_s: f64,
+    /// Phase of each leg as a share of the period; none if its load has no first harmonic.
+    pub phases: Vec<Option<f64>>,
+    /// Number of contacts of each leg, bounces included.
+    pub contacts: Vec<f64>,
+}
+
+/// Phases of the oscillators of a controller at an instant.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PhaseSample {
+    /// Time \[s\].
+    pub at_s: f64,
+    /// Phase of each leg's oscillator \[rad\].
+    pub phases_rad: Vec<f64>,
+}
+
 /// Footsteps of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GaitRun {
@@ -41,6 +63,10 @@ pub struct GaitRun {
     pub footsteps: Vec<FootContact>,
     /// Contacts in order of touch-down, each bounce by itself.
     pub contacts: Vec<FootContact>,
+    /// Cycles of the loads, in order.
+    pub cycles: Vec<MeasuredCycle>,
+    /// Phases of the oscillators over time; empty if the controller does not output them.
+    pub oscillators: Vec<PhaseSample>,
     /// Trunk and slip of the feet over time.
     pub motion: Vec<MotionSample>,
     /// Time of a fall \[s\].

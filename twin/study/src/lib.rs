@@ -117,7 +117,7 @@ pub use feedback::{
 };
 pub use floors::Floor;
 pub use footsteps::{Footstep, WALK};
-pub use gait_run::{FootContact, GaitRun, MotionSample};
+pub use gait_run::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
 pub use html::{html, optimization_page, radius_page, sweep_page};
 pub use latency::{LoadDelay, SampledSignal};
 pub use machine::Machine;
@@ -156,8 +156,8 @@ pub use sweep::Factor;
 pub use thesis::{FIGURES, ModelClass, ThesisFigure};
 pub use tolerance::ToleranceSlope;
 pub use transition::{
-    GaitCycle, GaitPattern, Hysteresis, MIXED, STANDING, Transition, TransitionCase,
-    TransitionInput, TransitionPlan, TransitionResult, TransitionRunner, TransitionStudy, Way,
-    transition,
+    ClassAgreement, GaitCycle, GaitPattern, Hysteresis, MIXED, STANDING, Transition,
+    TransitionCase, TransitionInput, TransitionPlan, TransitionResult, TransitionRunner,
+    TransitionStudy, Way, transition,
 };
 pub use transport::{Cost, STROLL, Transport};

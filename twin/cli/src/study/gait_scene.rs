@@ -5,9 +5,10 @@ use std::path::Path;
 use twinrig_kernel::{Direction, SimDuration, SimTime, signal};
 use twinrig_runtime::{Group, Observer, ProcessVariable, Rig, RunEvent};
 use twinrig_scenario::{
-    ActuatorKind, ChangeSpec, Footstep, Judge, Layouts, LegFact, RunEnd, Scenario, Scene, Setting,
+    ActuatorKind, ChangeSpec, Footstep, Judge, Layouts, LegFact, LoadCycle, RunEnd, Scenario,
+    Scene, Setting,
 };
-use twinrig_study::{FootContact, GaitRun, MotionSample};
+use twinrig_study::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
 
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
@@ -19,6 +20,8 @@ use crate::study::slip_meter::SlipMeter;
 
 /// Simulated time between two checks for a fall or an interrupt.
 const SLICE: SimDuration = SimDuration::from_millis(100);
+/// Time between two samples of the phases of oscillators: 25 in a cycle at 4 Hz.
+const PHASE_PERIOD: SimDuration = SimDuration::from_millis(10);
 /// Limits of a servo that no gait reaches: speed \[rad/s\] and torque \[N·m\].
 const UNSATURATED: [f64; 2] = [1e3, 1e3];
 /// Process variable that scales the feedback of loads.
@@ -242,6 +245,11 @@ struct FootstepObserver {
     bounces: Judge,
     footsteps: Vec<Footstep>,
     contacts: Vec<Footstep>,
+    cycles: Vec<MeasuredCycle>,
+    /// Indices of the phases of the legs in the outputs of the controller; none without them.
+    oscillators: Option<Vec<usize>>,
+    phases: Vec<PhaseSample>,
+    next_phases: SimTime,
     slip: SlipMeter,
     /// Indices of the trunk's position and angles in the outputs of the plant.
     trunk: Option<[usize; 2]>,
@@ -268,14 +276,23 @@ impl FootstepObserver {
         footsteps.least_impulse = 0.0;
         let plant = rig.layout(Group::Plant);
         let start = |name| plant.find(name).map(|range| range.start);
+        let outputs = rig.layout(Group::ProcessOutputs);
+        let phase = |leg: &LegFact| {
+            let phase = outputs.find(&signal::of_leg(&leg.name, signal::PHASE));
+            phase.map(|range| range.start)
+        };
         let trunk = start(signal::BODY_POSITION).zip(start(signal::BODY_RPY));
         let lift_off = scene.scenario.observe.footsteps.lift_off;
         Self {
-            judge: judge(scene),
+            judge: judge(scene).with_load_cycles(),
             slip: SlipMeter::new(plant, lift_off.newton(scene.weight)),
             bounces: judge(&every_contact),
             footsteps: Vec::new(),
             contacts: Vec::new(),
+            cycles: Vec::new(),
+            oscillators: scene.legs.iter().map(phase).collect(),
+            phases: Vec::new(),
+            next_phases: SimTime::ZERO,
             trunk: trunk.map(|(position, angles)| [position, angles]),
             motion: Vec::new(),
             next_motion: SimTime::ZERO,
@@ -298,11 +315,15 @@ impl FootstepObserver {
             steps.extend_from_slice(judge.closed());
             steps.sort_by_key(|step| (step.touch_down, step.leg));
         }
+        self.cycles
+            .extend(self.judge.load_cycles().iter().map(measured));
         let contacts = |steps: &[Footstep]| steps.iter().map(contact).collect();
         GaitRun {
             legs: self.judge.legs().map(str::to_owned).collect(),
             footsteps: contacts(&self.footsteps),
             contacts: contacts(&self.contacts),
+            cycles: self.cycles,
+            oscillators: self.phases,
             motion: self.motion,
             fell_at_s: self.judge.fell_at().map(SimTime::as_secs_f64),
             end_s: end.as_secs_f64(),
@@ -321,12 +342,32 @@ fn contact(step: &Footstep) -> FootContact {
     }
 }
 
+fn measured(cycle: &LoadCycle) -> MeasuredCycle {
+    MeasuredCycle {
+        centre_s: cycle.centre.as_secs_f64(),
+        period_s: cycle.period.as_secs_f64(),
+        phases: cycle.legs.iter().map(|leg| leg.phase).collect(),
+        contacts: cycle.legs.iter().map(|leg| leg.contacts).collect(),
+    }
+}
+
 impl Observer for FootstepObserver {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         self.judge.samples(now, group, values);
         self.bounces.samples(now, group, values);
         self.footsteps.extend_from_slice(self.judge.closed());
         self.contacts.extend_from_slice(self.bounces.closed());
+        self.cycles
+            .extend(self.judge.load_cycles().iter().map(measured));
+        if let (Group::ProcessOutputs, Some(phases)) = (group, &self.oscillators)
+            && now >= self.next_phases
+        {
+            self.phases.push(PhaseSample {
+                at_s: now.as_secs_f64(),
+                phases_rad: phases.iter().map(|phase| values[*phase]).collect(),
+            });
+            self.next_phases = now + PHASE_PERIOD;
+        }
         if let (Group::Plant, Some([position, angles])) = (group, self.trunk) {
             self.slip.sample(values);
             if now >= self.next_motion {

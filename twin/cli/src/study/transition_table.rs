@@ -19,6 +19,7 @@ pub fn text(study: &TransitionStudy, files: &[PathBuf]) -> String {
         text.table("values on both ways", &hysteresis(study));
     }
     text.table("time in each gait", &shares(study));
+    text.table("cycles", &cycles(study));
     text.finish(&study.input.left_out, files)
 }
 
@@ -79,6 +80,28 @@ fn shares(study: &TransitionStudy) -> Grid {
                 .worst_slip()
                 .map_or(String::new(), |[at_s, slip]| {
                     format!("{:.0} mm at {at_s:.0} s", 1e3 * slip)
+                })
+                .into(),
+        ]);
+    }
+    grid
+}
+
+fn cycles(study: &TransitionStudy) -> Grid {
+    let mut grid = Grid::new(&[Left, Right, Right]);
+    grid.header("run | contacts of a leg | class by oscillators the same");
+    for result in &study.cases {
+        let agreement = result.agreement();
+        let contacts = result.contacts();
+        grid.row([
+            study.label(result).into(),
+            contacts
+                .map_or(String::new(), |it| format!("{it:.2}"))
+                .into(),
+            agreement
+                .share()
+                .map_or(String::new(), |share| {
+                    format!("{:.1} % of {}", 100.0 * share, agreement.cycles)
                 })
                 .into(),
         ]);

@@ -10,6 +10,7 @@ mod fall;
 mod footstep;
 mod gait;
 mod labels;
+mod load_cycle;
 mod meter;
 mod monitor;
 mod observe;
@@ -37,6 +38,7 @@ use channel::{Cycle, CycleEvent};
 use fall::FallDetector;
 use footstep::{Detector, Thresholds};
 use gait::FirstLeg;
+use load_cycle::LoadReaders;
 use monitor::{Monitor, MonitorKind, SampleCount, sample_counts};
 use outcome::{Finding, outcome};
 use steps::{ReferenceStep, RunFacts, StepMeter};
@@ -44,6 +46,7 @@ use touch_downs::TouchDowns;
 
 pub use channel::Layouts;
 pub use footstep::Footstep;
+pub use load_cycle::{LegCycle, LoadCycle};
 pub use outcome::{Outcome, Verdict, Witness};
 pub(crate) use resolve::unit;
 pub use tracked::{
@@ -97,6 +100,7 @@ pub struct Judge {
     reads: [bool; 4],
     feet: Vec<Foot>,
     touch_downs: TouchDowns,
+    load_cycles: LoadReaders,
     /// Footsteps completed by the last samples.
     closed: Vec<Footstep>,
     /// Touch-down of the first leg in the last samples.
@@ -156,6 +160,11 @@ impl Judge {
             expectations: scenario.expectations.clone(),
             end: scenario.end(),
             legs: scene.legs.clone(),
+            load_cycles: LoadReaders::new(
+                load_of_legs(&feet, foot_channel, scene.legs.len()),
+                Thresholds::of(scene),
+                indices(&Monitor::reads_load_cycles),
+            ),
             cycle_monitors: indices(&|monitor| matches!(monitor.meter, MonitorKind::Cycle(..))),
             reads: layouts.groups().map(|(group, _)| {
                 fall.reads(group)
@@ -181,6 +190,14 @@ impl Judge {
             has_reference: false,
             lengths: layouts.groups().map(|(_, layout)| layout.len()),
         }
+    }
+
+    /// Collects the cycles of the loads, whether or not an expectation evaluates them; see
+    /// [`Judge::load_cycles`].
+    #[must_use]
+    pub fn with_load_cycles(mut self) -> Self {
+        self.load_cycles.collect();
+        self
     }
 
     /// Sets the run without changes that displacements refer to, observed by a judge of the same
@@ -218,6 +235,14 @@ impl Judge {
         &self.closed
     }
 
+    /// Returns the cycles of the loads found by the last
+    /// [`samples`](twinrig_runtime::Observer::samples), up to 15 s after their time; after
+    /// [`Judge::finish`] those up to the end of the run. They are collected by a judge
+    /// [with load cycles](Judge::with_load_cycles).
+    pub fn load_cycles(&self) -> &[LoadCycle] {
+        self.load_cycles.collected()
+    }
+
     /// Returns the time of the fall; none without a fall, or if the trunk is not observed.
     pub fn fell_at(&self) -> Option<SimTime> {
         self.fall.fell_at()
@@ -237,6 +262,8 @@ impl Judge {
 
     /// Returns the outcomes, one for each expectation, in their order.
     pub fn finish(&mut self, run: &RunEnd<'_>) -> Vec<Outcome> {
+        self.load_cycles.clear();
+        self.load_cycles.finish(&mut self.monitors);
         self.close_footsteps();
         for monitor in &mut self.monitors {
             if let MonitorKind::Sequence(meter) = &mut monitor.meter {
@@ -362,6 +389,16 @@ fn sample_finding(finding: Finding, monitor: &Monitor) -> Finding {
 fn fell(at: Option<SimTime>) -> Finding {
     let seconds = at.map_or(0.0, |at| tracker::seconds(at.since_start()));
     Finding::unobserved(format!("fell at {seconds} s"))
+}
+
+/// Returns the index of the load of each leg in the samples of a channel.
+fn load_of_legs(feet: &[Foot], channel: Group, legs: usize) -> Vec<Option<usize>> {
+    let load = |leg| {
+        let mut feet = feet.iter().filter(|foot| foot.channel == channel);
+        let foot = feet.find(|foot| foot.detector.leg() == leg);
+        foot.map(|foot| foot.load)
+    };
+    (0..legs).map(load).collect()
 }
 
 /// Returns the feet whose load and position are observed.

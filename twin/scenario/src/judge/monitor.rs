@@ -9,6 +9,7 @@ use super::cycle::CycleMeter;
 use super::footstep::Footstep;
 use super::gait::GaitMeter;
 use super::labels::Label;
+use super::load_cycle::LoadCycle;
 use super::meter::Meter;
 use super::outcome::{Finding, Verdict};
 use super::sequence::SequenceMeter;
@@ -56,6 +57,11 @@ impl Monitor {
         matches!(self.meter, MonitorKind::Footsteps(_))
     }
 
+    /// Returns whether it evaluates cycles of the loads.
+    pub fn reads_load_cycles(&self) -> bool {
+        matches!(&self.meter, MonitorKind::Footsteps(meter) if meter.reads_load_cycles())
+    }
+
     /// Returns whether it is of two signals and evaluates samples of `group`.
     pub fn reads_pair(&self, group: Group) -> bool {
         match &self.meter {
@@ -77,6 +83,13 @@ impl Monitor {
             MonitorKind::Footsteps(meter) => meter.step(step),
             MonitorKind::Gait(meter) if self.window.contains(step.touch_down) => meter.step(step),
             _ => {}
+        }
+    }
+
+    /// Adds a cycle of the loads, unless the robot has fallen.
+    pub fn load_cycle(&mut self, cycle: &LoadCycle) {
+        if let (MonitorKind::Footsteps(meter), false) = (&mut self.meter, self.fell) {
+            meter.load_cycle(cycle);
         }
     }
 

@@ -92,6 +92,7 @@ impl Judge {
         if self.fall.ended_at().is_some() {
             self.ended_at.get_or_insert(now);
         }
+        self.load_cycles.finish(&mut self.monitors);
         for (monitor, expectation) in self.monitors.iter_mut().zip(&self.expectations) {
             if !expectation.claim.requires_upright_robot() || monitor.window.before < now {
                 continue;
@@ -129,6 +130,7 @@ impl Observer for Judge {
             "the number of samples differs from the layout"
         );
         self.closed.clear();
+        self.load_cycles.clear();
         self.first_leg = FirstLeg::default();
         if !self.reads[channel as usize] {
             return;
@@ -138,6 +140,7 @@ impl Observer for Judge {
         }
         self.find_footsteps(now, channel, values);
         if channel == self.foot_channel {
+            self.load_cycles.sample(now, values, &mut self.monitors);
             for count in &mut self.foot_samples {
                 count.samples += u64::from(count.window.contains(now));
             }

@@ -43,16 +43,23 @@ fn measures_of_a_synthetic_trot_are_recovered() {
             .unwrap()
     };
     let (cycle, stance) = (CYCLE_MS as f64 / 1000.0, STANCE_MS as f64 / 1000.0);
-    assert!((measured("duty_factor = { max = 0.99 }") - stance / cycle).abs() < 1e-12);
+    let duty = measured("duty_factor = { max = 0.99 }, by = 'touch-down'");
+    assert!((duty - stance / cycle).abs() < 1e-12);
+    // By the loads to a thousandth: the observations of 2 ms are a 75th of half a cycle.
+    assert!((measured("duty_factor = { max = 0.99 }") - stance / cycle).abs() < 1e-3);
+    assert!((measured("contacts = { max = 9 }") - 1.0).abs() < 1e-3);
     assert!((measured("stance = { max = '1 s' }") - stance).abs() < 1e-12);
     assert!((measured("swing = { max = '1 s' }") - (cycle - stance)).abs() < 1e-12);
     assert!((measured("frequency = { max = '9 Hz' }") - 1.0 / cycle).abs() < 1e-12);
     assert!((measured("impulse = { max = '9 N s' }") - 5.4 * stance).abs() < 1e-12);
     assert!((measured("peak_load = { max = '9 N' }") - 5.4).abs() < 1e-12);
     assert_eq!(measured("count = { min = 1 }"), 30.0);
-    assert!(measured("phase = 'trot', tolerance = 0.1") < 1e-9);
-    assert!((measured("phase = 'pace', tolerance = 0.1") - 0.5).abs() < 1e-9);
-    assert!(measured("phase_spread = { max = 0.1 }") < 1e-6);
+    for by in ["load", "touch-down"] {
+        let measured = |expect: &str| measured(&format!("{expect}, by = '{by}'"));
+        assert!(measured("phase = 'trot', tolerance = 0.1") < 1e-6);
+        assert!((measured("phase = 'pace', tolerance = 0.1") - 0.5).abs() < 1e-6);
+        assert!(measured("phase_spread = { max = 0.1 }") < 1e-5);
+    }
     assert!(measured("phase = { LF = 0.2, RF = 0.7, LH = 0.7, RH = 0.2 }, tolerance = 0.1") < 1e-9);
     assert_eq!(measured("order = [['LF', 'RH'], ['RF', 'LH']]"), 0.0);
     assert!(measured("order = ['LF', 'RF', 'RH', 'LH']") > 10.0);
@@ -115,6 +122,7 @@ fn leg_with_few_touch_downs_has_no_phase() {
     for expect in [
         "phase = 'trot', tolerance = 0.49",
         "phase_spread = { max = 1 }",
+        "phase_spread = { max = 1 }, by = 'touch-down'",
     ] {
         let phase = outcome(&format!("footstep = {{ {expect} }}"), &lame);
         assert_eq!(
@@ -126,6 +134,12 @@ fn leg_with_few_touch_downs_has_no_phase() {
 
 #[test]
 fn phase_deviation_wraps_around() {
+    for by in ["load", "touch-down"] {
+        deviation_wraps_around(by);
+    }
+}
+
+fn deviation_wraps_around(by: &str) {
     // RH touches down 4 ms before or after LF in turn: its phase is close to 0 from both sides.
     let jittery = Run {
         load: &|leg, ms| {
@@ -134,7 +148,8 @@ fn phase_deviation_wraps_around() {
         },
         ..Run::default()
     };
-    let phase = outcome("footstep = { phase = 'trot', tolerance = 0.05 }", &jittery);
+    let expect = format!("footstep = {{ phase = 'trot', tolerance = 0.05, by = '{by}' }}");
+    let phase = outcome(&expect, &jittery);
     assert_eq!(phase.verdict, Verdict::Pass, "{phase:?}");
 }
 
@@ -334,7 +349,7 @@ proptest! {
         let measured = |expect: &str| outcome(&format!("footstep = {{ {expect} }}"), &run).measured.unwrap();
         let frequency = measured("frequency = { max = '99 Hz' }");
         prop_assert!((frequency - 1000.0 / cycle as f64).abs() < 1e-9);
-        let duty = measured("duty_factor = { max = 0.99 }");
+        let duty = measured("duty_factor = { max = 0.99 }, by = 'touch-down'");
         prop_assert!((duty - stance as f64 / cycle as f64).abs() < 1e-9);
     }
 }

@@ -7,7 +7,7 @@ use twinrig_runtime::{Group, Observer, RunEvent};
 use twinrig_scenario::{Judge, Layouts, LegFact, RunEnd, Scene};
 
 /// One expectation of each kind.
-const EXPECTATIONS: [&str; 33] = [
+const EXPECTATIONS: [&str; 35] = [
     "footstep = { slip = { max = '1 mm' } }",
     "footstep = { stance = { max = '1 s' } }",
     "footstep = { swing = { max = '1 s' } }",
@@ -20,6 +20,8 @@ const EXPECTATIONS: [&str; 33] = [
     "footstep = { count = { max = 99 } }",
     "footstep = { phase = 'trot', tolerance = 0.05 }",
     "footstep = { phase_spread = { max = 0.05 } }",
+    "footstep = { phase_spread = { max = 0.05 }, by = 'touch-down' }",
+    "footstep = { contacts = { max = 2 } }",
     "footstep = { order = [['LF', 'RH'], ['RF', 'LH']] }",
     "footstep = { displacement = { max = '1 m' }, against = 'without changes', cycle = 3000 }",
     "body = { fall = false }",
@@ -136,7 +138,7 @@ fn memory_of_a_judge_is_independent_of_the_run_length() {
     });
     assert!(feed.footsteps > 25_000, "{} footsteps", feed.footsteps);
     assert_eq!((later.count_total, later.bytes_total), (0, 0));
-    // Measured: 112 kB. Each element of a `settles` takes 4 kB, for the instant at which it was
-    // last outside.
-    assert!(total.bytes_max < 120_000, "{} bytes", total.bytes_max);
+    // Measured: 362 kB. The loads of the last 27 s take 264 kB; each element of a `settles` takes 4 kB,
+    // for the instant at which it was last outside.
+    assert!(total.bytes_max < 380_000, "{} bytes", total.bytes_max);
 }

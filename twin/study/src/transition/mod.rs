@@ -1,4 +1,4 @@
-//! Study of gait transitions: gaits classified over time from footfalls while a variable of the
+//! Study of gait transitions: gaits classified over time by the loads of the feet while a variable of the
 //! controller changes in steps (thesis, section 3.3.2.3, figure 3.7).
 
 mod classify;
@@ -7,7 +7,7 @@ mod results;
 
 pub use classify::{GaitCycle, GaitPattern, MIXED, STANDING};
 pub use events::{Hysteresis, Transition, Way};
-pub use results::{TransitionResult, TransitionStudy};
+pub use results::{ClassAgreement, TransitionResult, TransitionStudy};
 
 use twinrig_kernel::{SimTime, Unit};
 

@@ -16,6 +16,22 @@ use crate::number::plain;
 /// Interval over which speed and slip are given \[s\].
 const BIN_S: f64 = 1.0;
 
+/// Agreement of the classes by loads and by oscillators, in the cycles outside of transitions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct ClassAgreement {
+    /// Number of cycles with both classes.
+    pub cycles: usize,
+    /// Number of those with one class.
+    pub agreeing: usize,
+}
+
+impl ClassAgreement {
+    /// Returns the share of the agreeing cycles; none without cycles.
+    pub fn share(&self) -> Option<f64> {
+        (self.cycles > 0).then(|| self.agreeing as f64 / self.cycles as f64)
+    }
+}
+
 /// Results of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransitionResult {
@@ -23,7 +39,7 @@ pub struct TransitionResult {
     pub case: TransitionCase,
     /// The run; empty if it failed.
     pub run: GaitRun,
-    /// Cycles of the first leg and times of standing, in order.
+    /// Cycles of the loads and times without them, in order.
     pub cycles: Vec<GaitCycle>,
     /// Transitions between gaits.
     pub transitions: Vec<Transition>,
@@ -88,6 +104,32 @@ impl TransitionResult {
         shares
     }
 
+    /// Returns the agreement of loads and oscillators.
+    pub fn agreement(&self) -> ClassAgreement {
+        let changes = |cycle: &GaitCycle| {
+            let mut transitions = self.transitions.iter();
+            transitions.any(|one| {
+                let until_s = one.established_s.unwrap_or(f64::INFINITY);
+                cycle.begin_s < until_s && one.begin_s < cycle.end_s
+            })
+        };
+        let cycles = self.cycles.iter().filter(|cycle| !changes(cycle));
+        let both = cycles.filter_map(|cycle| Some(cycle.oscillators.as_ref()? == &cycle.class));
+        let mut agreement = ClassAgreement::default();
+        for agrees in both {
+            agreement.cycles += 1;
+            agreement.agreeing += usize::from(agrees);
+        }
+        agreement
+    }
+
+    /// Returns the mean number of contacts of a leg in a cycle; none without cycles.
+    pub fn contacts(&self) -> Option<f64> {
+        let contacts = self.cycles.iter().filter_map(|cycle| cycle.contacts);
+        let (count, sum) = contacts.fold((0.0, 0.0), |(count, sum), one| (count + 1.0, sum + one));
+        (count > 0.0).then(|| sum / count)
+    }
+
     /// Returns the second with the most slip: its middle \[s\], \[m/s\].
     pub fn worst_slip(&self) -> Option<[f64; 2]> {
         let slips = self.slips.iter();
@@ -134,8 +176,11 @@ struct CsvRow<'a> {
     begin_s: f64,
     end_s: f64,
     class: &'a str,
+    oscillators: Option<&'a str>,
+    contacts: Option<f64>,
     deviation: Option<f64>,
     phases: &'a [f64],
+    oscillator_phases: &'a [f64],
     value: f64,
     slip_m: f64,
 }
@@ -213,6 +258,8 @@ impl TransitionStudy {
                 "transitions": result.transitions,
                 "hysteresis": result.hysteresis,
                 "seconds": Value::Object(shares.collect()),
+                "agreement": result.agreement(),
+                "contacts": result.contacts(),
                 "speeds": result.speeds,
                 "slips": result.slips,
                 "why": result.why,
@@ -244,8 +291,11 @@ impl TransitionStudy {
                 begin_s: cycle.begin_s,
                 end_s: cycle.end_s,
                 class: &cycle.class,
+                oscillators: cycle.oscillators.as_deref(),
+                contacts: cycle.contacts,
                 deviation: cycle.deviation,
                 phases: &cycle.phases,
+                oscillator_phases: &cycle.oscillator_phases,
                 value: cycle.value,
                 slip_m: cycle.slip_m,
             })

@@ -1,11 +1,13 @@
-//! Classification of synthetic footfalls with known gaits.
+//! Classification of synthetic cycles with known gaits.
+
+use std::f64::consts::TAU;
 
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime, Stream, Unit, stream};
 use twinrig_study::{
-    FootContact, GaitPattern, GaitRun, MIXED, MotionSample, STANDING, TransitionCase,
-    TransitionInput, TransitionPlan, TransitionResult, TransitionRunner, TransitionStudy, Way,
-    transition,
+    FootContact, GaitPattern, GaitRun, MIXED, MeasuredCycle, MotionSample, PhaseSample, STANDING,
+    TransitionCase, TransitionInput, TransitionPlan, TransitionResult, TransitionRunner,
+    TransitionStudy, Way, transition,
 };
 
 use crate::pages::{elements, machine};
@@ -42,8 +44,8 @@ fn part(gait: &'static str, seconds: f64, period_s: f64) -> Part {
     }
 }
 
-/// Footfalls of parts one after another, from `begin_s` on; each touch-down is up to `jitter` of
-/// the cycle early or late.
+/// Cycles and footfalls of parts one after another, from `begin_s` on; each phase is up to `jitter`
+/// of the cycle early or late. Oscillators have the phases of the gait.
 fn footfalls(parts: &[Part], begin_s: f64, jitter: f64, random: &mut Stream) -> GaitRun {
     let mut run = GaitRun {
         legs: ["LF", "RF", "LH", "RH"].map(str::to_owned).into(),
@@ -55,8 +57,18 @@ fn footfalls(parts: &[Part], begin_s: f64, jitter: f64, random: &mut Stream) -> 
         let cycles = cycles.take_while(|begin| begin + part.period_s <= part.seconds + 1e-9);
         let moves = part.gait.map(phases);
         for (begin, shares) in cycles.filter_map(|begin| moves.map(|shares| (begin, shares))) {
-            for (leg, share) in shares.into_iter().enumerate() {
-                let share = share + jitter * (2.0 * random.unit() - 1.0);
+            let jittered = shares.map(|share| share + jitter * (2.0 * random.unit() - 1.0));
+            run.cycles.push(MeasuredCycle {
+                centre_s: from_s + begin + 0.5 * part.period_s,
+                period_s: part.period_s,
+                phases: jittered.map(|share| Some(share.rem_euclid(1.0))).into(),
+                contacts: vec![1.0, 1.0, 2.0, 2.0],
+            });
+            run.oscillators.extend([0.3, 0.7].map(|share| PhaseSample {
+                at_s: from_s + begin + share * part.period_s,
+                phases_rad: shares.map(|phase| TAU * (share - phase)).into(),
+            }));
+            for (leg, share) in jittered.into_iter().enumerate() {
                 let touch_down_s = from_s + begin + share * part.period_s;
                 run.footsteps.push(FootContact {
                     leg,
@@ -163,13 +175,14 @@ proptest! {
         let random = || stream(seed, "footfalls");
         let here = result(footfalls(&parts, begin_s, 0.02, &mut random()));
         let found: Vec<&str> = classes(&here).into_iter().filter(|it| *it != STANDING).collect();
-        prop_assert_eq!(found.len(), 11);
+        let found: Vec<&str> = found.into_iter().filter(|it| *it != MIXED).collect();
+        prop_assert_eq!(found.len(), 12);
         prop_assert!(found.iter().all(|class| *class == gait), "{:?}", found);
         // The phases themselves depend on neither.
         let parts = [part(gait, 12.0, 1.0)];
         let there = result(footfalls(&parts, 0.0, 0.02, &mut random()));
         let moving = |of: &TransitionResult| -> Vec<Vec<f64>> {
-            let moving = of.cycles.iter().filter(|cycle| cycle.class != STANDING);
+            let moving = of.cycles.iter().filter(|cycle| !cycle.phases.is_empty());
             moving.map(|cycle| cycle.phases.clone()).collect()
         };
         for (a, b) in moving(&here).iter().flatten().zip(moving(&there).iter().flatten()) {
@@ -184,24 +197,24 @@ fn mixed_steps_and_times_without_steps_are_no_gait() {
     let mut random = stream(1, "footfalls");
     // A leg that lags by an eighth of a cycle more than the tolerance allows.
     let mut run = footfalls(&[part("trot", 6.0, 0.5)], 0.0, 0.0, &mut random);
-    for step in run.footsteps.iter_mut().filter(|step| step.leg == 3) {
-        step.touch_down_s += 0.25 * 0.5;
+    for cycle in &mut run.cycles {
+        cycle.phases[3] = Some(0.25);
     }
     let lagging = result(run.clone());
     assert!(classes(&lagging).iter().all(|class| *class == MIXED));
     assert_eq!(lagging.cycles[3].deviation, Some(0.125));
-    // A leg that steps twice as often, one that does not step.
-    for step in run.footsteps.clone().iter().filter(|step| step.leg == 3) {
-        let touch_down_s = step.touch_down_s + 0.25;
-        run.footsteps.push(FootContact {
-            touch_down_s,
-            ..*step
-        });
+    // A leg without a phase.
+    for cycle in &mut run.cycles {
+        cycle.phases[3] = None;
     }
-    let twice = result(run.clone());
-    assert!(twice.cycles.iter().all(|cycle| cycle.deviation.is_none()));
-    run.footsteps.retain(|step| step.leg != 3);
-    assert!(classes(&result(run)).iter().all(|class| *class == MIXED));
+    let lame = result(run.clone());
+    assert!(lame.cycles.iter().all(|cycle| cycle.deviation.is_none()));
+    assert!(classes(&lame).iter().all(|class| *class == MIXED));
+    // Steps that do not repeat.
+    run.cycles.drain(3..6);
+    let found = result(run);
+    let gap = &found.cycles[3];
+    assert_eq!((gap.begin_s, gap.end_s, gap.contacts), (1.5, 3.0, None));
     let stands = Part {
         gait: None,
         ..part("trot", 4.0, 0.5)
@@ -211,6 +224,34 @@ fn mixed_steps_and_times_without_steps_are_no_gait() {
     let mut seen = classes(&found);
     seen.dedup();
     assert_eq!(seen, ["trot", STANDING, "pace"]);
+}
+
+#[test]
+fn agreement_is_that_outside_of_transitions() {
+    let parts = [part("walk", 10.0, 0.5), part("trot", 10.0, 0.5)];
+    let mut run = footfalls(&parts, 0.0, 0.0, &mut stream(1, "footfalls"));
+    let agreement = result(run.clone()).agreement();
+    assert_eq!((agreement.cycles, agreement.agreeing), (40, 40));
+    assert_eq!(result(run.clone()).contacts(), Some(1.5));
+    // Oscillators that keep the walk for 5 s.
+    for sample in &mut run.oscillators {
+        if (10.0..15.0).contains(&sample.at_s) {
+            sample.phases_rad = phases("walk").map(|phase| -TAU * phase).into();
+        }
+    }
+    let agreement = result(run.clone()).agreement();
+    assert_eq!((agreement.cycles, agreement.agreeing), (40, 30));
+    assert_eq!(agreement.share(), Some(0.75));
+    // The same while neither gait lasts by the loads is a part of the transition.
+    for cycle in &mut run.cycles {
+        if (10.0..15.0).contains(&cycle.centre_s) {
+            cycle.phases[0] = None;
+        }
+    }
+    let agreement = result(run.clone()).agreement();
+    assert_eq!((agreement.cycles, agreement.agreeing), (30, 30));
+    run.oscillators.clear();
+    assert_eq!(result(run).agreement().share(), None);
 }
 
 #[test]

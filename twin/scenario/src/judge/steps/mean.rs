@@ -3,13 +3,14 @@
 use twinrig_kernel::SimTime;
 
 use crate::judge::footstep::Footstep;
+use crate::judge::load_cycle::LegCycle;
 use crate::judge::outcome::{Finding, Witness};
 use crate::limits::Limits;
 
 /// Measure of the footsteps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mean {
-    /// Mean share of the stance in the cycle (touch-down to touch-down).
+    /// Mean share of the stance in the cycle.
     DutyFactor,
     /// Mean rate of touch-downs.
     Frequency,
@@ -45,7 +46,7 @@ impl Cycles {
         self.count += 1;
     }
 
-    fn value(&self, mean: Mean) -> Option<f64> {
+    pub fn value(&self, mean: Mean) -> Option<f64> {
         match mean {
             Mean::Count => Some(self.count as f64),
             Mean::DutyFactor => {
@@ -62,17 +63,47 @@ impl Cycles {
     }
 }
 
+/// Measure of the load of a leg in a cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum LoadMean {
+    /// Share of the cycle on the ground.
+    DutyFactor,
+    /// Number of contacts.
+    Contacts,
+}
+
+/// Running sum over the cycles of the load of one leg.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct LoadSum {
+    count: u64,
+    sum: f64,
+}
+
+impl LoadSum {
+    pub fn add(&mut self, mean: LoadMean, cycle: &LegCycle) {
+        self.count += 1;
+        self.sum += match mean {
+            LoadMean::DutyFactor => cycle.duty_factor,
+            LoadMean::Contacts => cycle.contacts,
+        };
+    }
+
+    /// Returns the mean; none without a cycle.
+    pub fn value(&self) -> Option<f64> {
+        (self.count > 0).then(|| self.sum / self.count as f64)
+    }
+}
+
 /// Returns the finding of the leg with the least margin, and the index of the first leg without a
 /// value.
 pub(super) fn finding<'n>(
-    legs: impl Iterator<Item = (&'n str, Cycles)>,
-    mean: Mean,
+    legs: impl Iterator<Item = (&'n str, Option<f64>)>,
     limits: &Limits,
 ) -> (Option<Finding>, Option<usize>) {
     let mut worst: Option<(&str, f64)> = None;
     let mut missing = None;
-    for (place, (name, cycles)) in legs.enumerate() {
-        let Some(value) = cycles.value(mean) else {
+    for (place, (name, value)) in legs.enumerate() {
+        let Some(value) = value else {
             missing = missing.or(Some(place));
             continue;
         };

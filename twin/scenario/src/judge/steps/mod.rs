@@ -8,15 +8,16 @@ mod phase;
 mod worst;
 
 use super::footstep::Footstep;
+use super::load_cycle::LoadCycle;
 use super::outcome::{Finding, Verdict};
 use super::touch_downs::TouchDown;
 use super::tracker::{Window, seconds};
-use crate::expect::{Axis, FootstepClaim, FootstepMeasure, LegChoice};
+use crate::expect::{Axis, CycleMark, FootstepClaim, FootstepMeasure, LegChoice};
 use crate::limits::Limits;
 use crate::pattern::Pattern;
 use crate::scene::LegFact;
 use displacement::{CycleOfLeg, minus};
-use mean::{Cycles, Mean};
+use mean::{Cycles, LoadMean, LoadSum, Mean};
 use order::TouchDownOrder;
 use phase::Phases;
 use worst::Worst;
@@ -43,6 +44,8 @@ enum Statistics {
     Pairs(Pair, Limits, Vec<Worst>, Vec<Option<Footstep>>),
     /// Value of all footsteps of a leg.
     Mean(Mean, Limits, Vec<Cycles>),
+    /// Value of all cycles of the load of a leg.
+    LoadMean(LoadMean, Limits, Vec<LoadSum>),
     Phase {
         pattern: Pattern,
         tolerance: f64,
@@ -127,6 +130,9 @@ impl StepMeter {
         };
         let mean =
             |mean, limits: &Limits| Statistics::Mean(mean, *limits, vec![Cycles::default(); count]);
+        let load_mean = |mean, limits: &Limits| {
+            Statistics::LoadMean(mean, *limits, vec![LoadSum::default(); count])
+        };
         let statistics = match &claim.measure {
             FootstepMeasure::Slip(limits) => each(Quantity::Slip, limits),
             FootstepMeasure::Impulse(limits) => each(Quantity::Impulse, limits),
@@ -135,16 +141,26 @@ impl StepMeter {
             FootstepMeasure::StanceTime(limits) => each(Quantity::Stance, limits),
             FootstepMeasure::SwingTime(limits) => pairs(Pair::Swing, limits),
             FootstepMeasure::StrideLength(limits) => pairs(Pair::Stride, limits),
-            FootstepMeasure::DutyFactor(limits) => mean(Mean::DutyFactor, limits),
+            FootstepMeasure::DutyFactor(CycleMark::TouchDown, limits) => {
+                mean(Mean::DutyFactor, limits)
+            }
+            FootstepMeasure::DutyFactor(CycleMark::Load, limits) => {
+                load_mean(LoadMean::DutyFactor, limits)
+            }
+            FootstepMeasure::Contacts(limits) => load_mean(LoadMean::Contacts, limits),
             FootstepMeasure::Frequency(limits) => mean(Mean::Frequency, limits),
             FootstepMeasure::Count(limits) => mean(Mean::Count, limits),
-            FootstepMeasure::Phase { pattern, tolerance } => Statistics::Phase {
+            FootstepMeasure::Phase {
+                by,
+                pattern,
+                tolerance,
+            } => Statistics::Phase {
                 pattern: pattern.clone(),
                 tolerance: *tolerance,
-                phases: Phases::new(&legs),
+                phases: Phases::new(*by, &legs),
             },
-            FootstepMeasure::PhaseSpread(limits) => {
-                Statistics::PhaseSpread(*limits, Phases::new(&legs))
+            FootstepMeasure::PhaseSpread(by, limits) => {
+                Statistics::PhaseSpread(*limits, Phases::new(*by, &legs))
             }
             FootstepMeasure::Order(groups) => {
                 let index = |name: &str| all.iter().position(|leg| leg.name == name);
@@ -174,6 +190,17 @@ impl StepMeter {
     /// Returns the indices of the selected legs.
     pub fn legs(&self) -> &[usize] {
         &self.legs
+    }
+
+    /// Returns whether it evaluates cycles of the loads.
+    pub fn reads_load_cycles(&self) -> bool {
+        match &self.statistics {
+            Statistics::LoadMean(..) => true,
+            Statistics::Phase { phases, .. } | Statistics::PhaseSpread(_, phases) => {
+                phases.as_ref().is_some_and(Phases::reads_load_cycles)
+            }
+            _ => false,
+        }
     }
 
     /// Returns whether it refers to the run without changes.
@@ -208,10 +235,32 @@ impl StepMeter {
                 }
             }
             Statistics::Mean(_, _, cycles) => cycles[place].add(step),
-            Statistics::Phase { .. }
+            Statistics::LoadMean(..)
+            | Statistics::Phase { .. }
             | Statistics::PhaseSpread(..)
             | Statistics::Order(_)
             | Statistics::Displacement(..) => {}
+        }
+    }
+
+    /// Adds a cycle of the loads. It counts if all samples that it is measured by are in the window:
+    /// those of one period before and after its centre.
+    pub fn load_cycle(&mut self, cycle: &LoadCycle) {
+        if !cycle.samples().iter().all(|at| self.window.contains(*at)) {
+            return;
+        }
+        match &mut self.statistics {
+            Statistics::LoadMean(mean, _, sums) => {
+                for (leg, sum) in self.legs.iter().zip(sums) {
+                    sum.add(*mean, &cycle.legs[*leg]);
+                }
+            }
+            Statistics::Phase {
+                phases: Some(phases),
+                ..
+            }
+            | Statistics::PhaseSpread(_, Some(phases)) => phases.load_cycle(cycle),
+            _ => {}
         }
     }
 
@@ -268,12 +317,12 @@ impl StepMeter {
                     Mean::Count if facts.fell => maximum_only(limits),
                     _ => *limits,
                 };
-                let legs = names().zip(cycles.iter().copied());
-                let (finding, without_value) = mean::finding(legs, *mean, &limits);
-                violation_or_missing(
-                    finding,
-                    without_value.map(|place| self.missing(place, facts)),
-                )
+                let values = cycles.iter().map(|cycles| cycles.value(*mean));
+                self.mean_finding(names().zip(values), &limits, facts)
+            }
+            Statistics::LoadMean(_, limits, sums) => {
+                let values = sums.iter().map(LoadSum::value);
+                self.mean_finding(names().zip(values), limits, facts)
             }
             Statistics::Phase { .. } | Statistics::PhaseSpread(..) | Statistics::Order(_)
                 if facts.overflowed =>
@@ -307,6 +356,17 @@ impl StepMeter {
                 violation_or_missing(worst::finding(names().zip(displacements), limits), missing)
             }
         }
+    }
+
+    fn mean_finding<'n>(
+        &self,
+        legs: impl Iterator<Item = (&'n str, Option<f64>)>,
+        limits: &Limits,
+        facts: &RunFacts<'_>,
+    ) -> Finding {
+        let (finding, without_value) = mean::finding(legs, limits);
+        let missing = without_value.map(|place| self.missing(place, facts));
+        violation_or_missing(finding, missing)
     }
 
     fn missing(&self, place: usize, facts: &RunFacts<'_>) -> Finding {

@@ -1,9 +1,11 @@
-//! Phases of touch-downs.
+//! Phases of legs, by their loads or their touch-downs.
 
 use std::f64::consts::TAU;
 
 use twinrig_kernel::SimTime;
 
+use crate::expect::CycleMark;
+use crate::judge::load_cycle::{LoadCycle, wrap};
 use crate::judge::outcome::{Finding, Witness};
 use crate::judge::touch_downs::TouchDown;
 use crate::limits::Limits;
@@ -14,29 +16,39 @@ use crate::scene::LegFact;
 /// not periodic motion.
 const MAX_PER_CYCLE: usize = 1024;
 
-/// Phases of legs in the cycle of the first of them, touch-down to touch-down.
+/// Least number of cycles for a verdict.
+const MIN_CYCLES: u64 = 2;
+
+/// Phases of legs in the cycle of the first of them.
 #[derive(Clone, Debug)]
 pub(super) struct Phases {
+    by: CycleMark,
     first: usize,
-    /// Start of the present cycle.
+    /// Number of completed cycles.
+    cycles: u64,
+    /// Touch-down of the first leg that began the present cycle.
     begin: Option<SimTime>,
-    /// Number of touch-downs of the first leg.
-    begins: u64,
     others: Vec<Shares>,
     /// Leg with too many touch-downs in one cycle.
     overflowed: Option<usize>,
 }
 
-/// Touch-downs of one leg as shares of the cycle.
+/// Phases of one leg as shares of the cycle.
 #[derive(Clone, Debug)]
 struct Shares {
     leg: usize,
-    /// Sum of the unit vectors of the phases in completed cycles.
+    /// Phases in completed cycles.
+    sum: CircularSum,
+    /// Touch-downs in the present cycle.
+    pending: Vec<SimTime>,
+}
+
+/// Sum of unit vectors.
+#[derive(Clone, Copy, Debug, Default)]
+struct CircularSum {
     x: f64,
     y: f64,
     count: u64,
-    /// Touch-downs in the present cycle.
-    pending: Vec<SimTime>,
 }
 
 /// Mean and spread of the phase of one leg in the cycle of another.
@@ -50,37 +62,57 @@ struct LegPhase {
 
 impl Phases {
     /// Creates the statistics of these legs; none if there are fewer than two.
-    pub fn new(legs: &[usize]) -> Option<Self> {
+    pub fn new(by: CycleMark, legs: &[usize]) -> Option<Self> {
         let [first, others @ ..] = legs else {
             return None;
         };
         let shares = |leg: &usize| Shares {
             leg: *leg,
-            x: 0.0,
-            y: 0.0,
-            count: 0,
+            sum: CircularSum::default(),
             pending: Vec::with_capacity(4),
         };
         (!others.is_empty()).then(|| Phases {
+            by,
             first: *first,
+            cycles: 0,
             begin: None,
-            begins: 0,
             others: others.iter().map(shares).collect(),
             overflowed: None,
         })
     }
 
+    /// Returns whether it evaluates cycles of the loads.
+    pub fn reads_load_cycles(&self) -> bool {
+        self.by == CycleMark::Load
+    }
+
+    /// Adds a cycle of the loads.
+    pub fn load_cycle(&mut self, cycle: &LoadCycle) {
+        if !self.reads_load_cycles() {
+            return;
+        }
+        self.cycles += 1;
+        for other in &mut self.others {
+            if let Some(phase) = cycle.phase(other.leg, self.first) {
+                other.sum.add(phase);
+            }
+        }
+    }
+
     /// Adds a touch-down; touch-downs arrive in temporal order.
     pub fn touch_down(&mut self, TouchDown { at, leg }: TouchDown) {
+        if self.by != CycleMark::TouchDown {
+            return;
+        }
         if leg == self.first {
             if let Some(begin) = self.begin {
                 let cycle = (at - begin).as_secs_f64();
                 for other in &mut self.others {
                     other.close(begin, cycle);
                 }
+                self.cycles += 1;
             }
             self.begin = Some(at);
-            self.begins += 1;
             return;
         }
         // Touch-downs before the first cycle are ignored.
@@ -98,8 +130,12 @@ impl Phases {
 
     /// Returns the phases of the legs, and the reason if some are missing.
     fn all(&self, detail_of: &dyn Fn(usize) -> String) -> (Vec<LegPhase>, Option<Finding>) {
-        if self.begins < 3 {
-            return (Vec::new(), Some(Finding::unobserved(detail_of(self.first))));
+        if self.cycles < MIN_CYCLES {
+            let detail = match self.by {
+                CycleMark::Load => format!("the loads have {} cycles in its time", self.cycles),
+                CycleMark::TouchDown => detail_of(self.first),
+            };
+            return (Vec::new(), Some(Finding::unobserved(detail)));
         }
         if let Some(leg) = self.overflowed {
             let detail = format!(
@@ -111,8 +147,8 @@ impl Phases {
         let mut missing = None;
         let mut phases = Vec::new();
         for other in &self.others {
-            // A leg with touch-downs in less than half of the cycles has no phase.
-            if 2 * other.count < self.begins - 1 {
+            // A leg with a phase in less than half of the cycles has none.
+            if 2 * other.sum.count < self.cycles {
                 missing = missing.or_else(|| Some(Finding::unobserved(detail_of(other.leg))));
             } else {
                 phases.push(other.phase());
@@ -205,15 +241,13 @@ impl Shares {
     fn close(&mut self, begin: SimTime, cycle: f64) {
         for at in self.pending.drain(..) {
             let share = (at - begin).as_secs_f64() / cycle;
-            self.x += libm::cos(TAU * share);
-            self.y += libm::sin(TAU * share);
-            self.count += 1;
+            self.sum.add(share);
         }
     }
 
     fn phase(&self) -> LegPhase {
-        let (x, y) = (self.x, self.y);
-        let length = ((x * x + y * y).sqrt() / self.count as f64).min(1.0);
+        let CircularSum { x, y, count } = self.sum;
+        let length = ((x * x + y * y).sqrt() / count as f64).min(1.0);
         LegPhase {
             leg: self.leg,
             mean: wrap(libm::atan2(y, x) / TAU),
@@ -222,8 +256,11 @@ impl Shares {
     }
 }
 
-/// Wraps a phase into [0, 1).
-fn wrap(share: f64) -> f64 {
-    let wrapped = share - share.floor();
-    if wrapped < 1.0 { wrapped } else { 0.0 }
+impl CircularSum {
+    fn add(&mut self, share: f64) {
+        let (sine, cosine) = libm::sincos(TAU * share);
+        self.x += cosine;
+        self.y += sine;
+        self.count += 1;
+    }
 }

@@ -7,7 +7,7 @@ use serde_json::json;
 use twinrig_document::{Item, Placed, Range, Reported};
 use twinrig_kernel::Unit;
 
-use crate::expect::{Axis, FootstepClaim, FootstepMeasure, LegChoice};
+use crate::expect::{Axis, CycleMark, FootstepClaim, FootstepMeasure, LegChoice};
 use crate::language::{
     Declared, Key, Shape, TableSpec, Type, Words, choice, contextual, quantity, table,
 };
@@ -47,7 +47,10 @@ const CYCLE: Type<u32> = Type::new(
 table! {
     /// Keys of `footstep`.
     pub(super) footstep_table = TableSpec::new("footstep", "claim about footsteps")
-        .refined(axis_of_position_or_displacement);
+        .refined(|schema| {
+            axis_of_position_or_displacement(schema);
+            mark_of_cycle(schema);
+        });
     LEG: LegChoice = "leg", Type::new(LEG_OR_LEGS, |item, _| legs(item)),
         "a name, a list of names, `fore`, `hind` or `all`",
         r#"leg = "fore", slip = { max = "40 mm" }"#, default("'all'"), qualifier();
@@ -55,9 +58,8 @@ table! {
         limits_of!(Unit::Meter, Domain::NOT_NEGATIVE, FootstepMeasure::Slip),
         "each: greatest horizontal distance from the place of touch-down in contact",
         r#"slip = { max = "40 mm" }"#, one_of();
-    DUTY_FACTOR: FootstepMeasure = "duty_factor",
-        limits_of!(Unit::One, Domain::SHARE, FootstepMeasure::DutyFactor),
-        "mean: stance share of the cycle",
+    DUTY_FACTOR: () = "duty_factor", contextual(Shape::Limits(Unit::One, Domain::SHARE)),
+        "mean: share of the cycle on the ground",
         r#"leg = "fore", duty_factor = { near = 0.515, within = 0.05 }"#, one_of();
     STANCE: FootstepMeasure = "stance",
         limits_of!(Unit::Second, Domain::POSITIVE, FootstepMeasure::StanceTime), "each: duration",
@@ -84,6 +86,9 @@ table! {
         r#"position = { max = "20 cm" }, axis = "y""#, one_of();
     COUNT: FootstepMeasure = "count", limits_of!(Unit::One, Domain::COUNT, FootstepMeasure::Count),
         "number of touch-downs of every leg", "count = { near = 54.5, within = 2.5 }", one_of();
+    CONTACTS: FootstepMeasure = "contacts",
+        limits_of!(Unit::One, Domain::NOT_NEGATIVE, FootstepMeasure::Contacts),
+        "mean: contacts in a cycle, bounces included", "contacts = { max = 1.2 }", one_of();
     PHASE: Pattern = "phase",
         Type::new(
             Shape::Either(&[Shape::Choice(Pattern::words), Shape::ByName(&SHARE)]),
@@ -95,9 +100,12 @@ table! {
         "greatest deviation from `phase`",
         "phase = { LF = 0, RF = 0.5, LH = 0.5, RH = 0 }, tolerance = 0.05", needs("phase"),
         qualifier();
-    PHASE_SPREAD: FootstepMeasure = "phase_spread",
-        limits_of!(Unit::One, Domain::NOT_NEGATIVE, FootstepMeasure::PhaseSpread),
+    PHASE_SPREAD: () = "phase_spread", contextual(Shape::Limits(Unit::One, Domain::NOT_NEGATIVE)),
         "circular standard deviation of the phase", "phase_spread = { max = 0.03 }", one_of();
+    BY: CycleMark = "by", choice(),
+        "mark of the cycles of `phase`, `phase_spread` and `duty_factor`: circular mean of the load, \
+         or touch-down", r#"phase_spread = { max = 0.05 }, by = "touch-down""#, default("'load'"),
+        qualifier();
     ORDER: FootstepMeasure = "order",
         Type::new(GROUPS, |item, _| order(item).map(FootstepMeasure::Order)),
         "sequence of touch-downs, repeated; any order within a group",
@@ -133,6 +141,14 @@ fn axis_of_position_or_displacement(schema: &mut serde_json::Value) {
     schema["dependentSchemas"] = json!({ AXIS.name: of_either });
 }
 
+/// Adds the condition that a measure of cycles has `by`.
+fn mark_of_cycle(schema: &mut serde_json::Value) {
+    use footstep_table::{BY, DUTY_FACTOR, PHASE, PHASE_SPREAD};
+    let of_cycle = [PHASE.name, PHASE_SPREAD.name, DUTY_FACTOR.name];
+    let required = of_cycle.map(|key| json!({ "required": [key] }));
+    schema["dependentSchemas"][BY.name] = json!({ "anyOf": required });
+}
+
 /// Reads `footstep = { … }`.
 pub(super) fn claim(item: &Item<'_>) -> Result<FootstepClaim, Reported> {
     let table = &item.table()?;
@@ -148,8 +164,8 @@ pub(super) fn claim(item: &Item<'_>) -> Result<FootstepClaim, Reported> {
 
 fn measure(table: Declared<'_, '_>, name: &str) -> Result<FootstepMeasure, Reported> {
     use footstep_table::{
-        AXIS, COUNT, DISPLACEMENT, DUTY_FACTOR, FREQUENCY, IMPULSE, ORDER, PEAK_LOAD, PHASE,
-        PHASE_SPREAD, POSITION, SLIP, STANCE, STRIDE, SWING, TOLERANCE,
+        AXIS, BY, CONTACTS, COUNT, DISPLACEMENT, DUTY_FACTOR, FREQUENCY, IMPULSE, ORDER, PEAK_LOAD,
+        PHASE, PHASE_SPREAD, POSITION, SLIP, STANCE, STRIDE, SWING, TOLERANCE,
     };
     if name == POSITION.name {
         let axis = table.get_with(&AXIS, |item| item.choice(&Axis::WORDS[..3]));
@@ -159,25 +175,26 @@ fn measure(table: Declared<'_, '_>, name: &str) -> Result<FootstepMeasure, Repor
     if name == PHASE.name {
         let (pattern, tolerance) = (table.read(&PHASE), table.read(&TOLERANCE));
         return Ok(FootstepMeasure::Phase {
+            by: table.read(&BY)?,
             pattern: pattern?,
             tolerance: tolerance?,
         });
+    }
+    if name == PHASE_SPREAD.name {
+        let limits = |item: &Item<'_>| read(item, Unit::One, &Domain::NOT_NEGATIVE);
+        let (by, limits) = (table.read(&BY), table.read_with(&PHASE_SPREAD, limits));
+        return Ok(FootstepMeasure::PhaseSpread(by?, limits?));
+    }
+    if name == DUTY_FACTOR.name {
+        let limits = |item: &Item<'_>| read(item, Unit::One, &Domain::SHARE);
+        let (by, limits) = (table.read(&BY), table.read_with(&DUTY_FACTOR, limits));
+        return Ok(FootstepMeasure::DutyFactor(by?, limits?));
     }
     if name == DISPLACEMENT.name {
         return displacement(table);
     }
     let keys = [
-        SLIP,
-        DUTY_FACTOR,
-        STANCE,
-        SWING,
-        FREQUENCY,
-        STRIDE,
-        IMPULSE,
-        PEAK_LOAD,
-        COUNT,
-        PHASE_SPREAD,
-        ORDER,
+        SLIP, CONTACTS, STANCE, SWING, FREQUENCY, STRIDE, IMPULSE, PEAK_LOAD, COUNT, ORDER,
     ];
     table.read_among(&keys, name)
 }
