@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit, stream};
 use twinrig_robot::Robot;
-use twinrig_runtime::{Bound, Process, ProcessVariable, VariableError};
+use twinrig_runtime::{Bound, LimitViolation, Process, ProcessVariable, VariableError};
 
 use crate::leg_commands::{LegCommands, Phases, Saved};
 use crate::limb::Limb;
@@ -196,6 +196,13 @@ impl Cpg {
         self
     }
 
+    /// Enables the output of the distance of each leg's target from its reach, zero within it.
+    #[must_use]
+    pub fn with_reach_output(mut self) -> Self {
+        self.legs.enable_reach_output();
+        self
+    }
+
     /// Enables the output of the mean phase rate of a leg over its last cycle, for a filter that
     /// requires the frequency of its load; before the first cycle it is the variable `frequency`.
     ///
@@ -240,6 +247,10 @@ impl Process for Cpg {
 
     fn is_monitor(&self, output: &str) -> bool {
         LegCommands::is_monitor(output)
+    }
+
+    fn limit_violations(&self) -> Vec<LimitViolation> {
+        self.legs.limit_violations()
     }
 
     fn variables(&self) -> &[ProcessVariable] {

@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{Port, SnapshotError, Unit, signal};
-use twinrig_runtime::{ProcessVariable, VariableError};
+use twinrig_kernel::{Port, SimDuration, SimTime, SnapshotError, Unit, signal};
+use twinrig_runtime::{Limit, LimitViolation, ProcessVariable, VariableError};
 
 use crate::limb::Limb;
 use crate::phase_meter::PhaseMeter;
@@ -14,6 +14,7 @@ use crate::{Abduction, FootLocus, GaitError};
 /// Last parts of the names of outputs that are no commands.
 const PHASE: &str = "phase";
 const FREQUENCY: &str = "frequency";
+const OUT_OF_REACH: &str = "out_of_reach";
 
 /// Part that all gait controllers have in common: ramp, foot locus and inverse kinematics of every
 /// leg, and the outputs. The controllers differ in the phases only.
@@ -30,18 +31,47 @@ pub(crate) struct LegCommands {
     abduction: Abduction,
     /// Whether the phase of each leg is an output.
     outputs_phase: bool,
+    /// Whether the distance of each leg's target from its reach is an output.
+    outputs_reach: bool,
     /// Leg whose mean phase rate is an output.
     metered: Option<usize>,
     state: LegState,
 }
 
 /// State of the commands without the variables.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct LegState {
     /// Time since the start \[s\].
     age: f64,
-    out_of_reach: u64,
+    /// Targets out of reach of each leg of the robot.
+    out_of_reach: Vec<OutOfReach>,
     meter: PhaseMeter,
+}
+
+/// Targets of a leg that are out of its reach.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+struct OutOfReach {
+    /// Number of them.
+    count: u64,
+    /// Time of the first since the start \[s\].
+    first_s: f64,
+    /// Distance of the present target from the reach, and the greatest one \[m\].
+    present_m: f64,
+    worst_m: f64,
+}
+
+impl OutOfReach {
+    #[inline]
+    fn add(&mut self, at_s: f64, beyond_m: f64) {
+        self.present_m = beyond_m;
+        if beyond_m > 0.0 {
+            if self.count == 0 {
+                self.first_s = at_s;
+            }
+            self.count += 1;
+            self.worst_m = self.worst_m.max(beyond_m);
+        }
+    }
 }
 
 /// Values of all variables, and the state.
@@ -68,13 +98,17 @@ impl LegCommands {
         let of_locus = LocusVariables::of(&variables);
         Ok(Self {
             loci: loci(&of_locus, &variables)?,
+            state: LegState {
+                out_of_reach: vec![OutOfReach::default(); limbs.len()],
+                ..LegState::default()
+            },
             limbs,
             variables,
             of_locus,
             abduction: Abduction::None,
             outputs_phase: false,
+            outputs_reach: false,
             metered: None,
-            state: LegState::default(),
         })
     }
 
@@ -86,6 +120,10 @@ impl LegCommands {
         self.outputs_phase = true;
     }
 
+    pub(crate) fn enable_reach_output(&mut self) {
+        self.outputs_reach = true;
+    }
+
     /// Enables the output of the mean phase rate of `leg`.
     pub(crate) fn enable_frequency_of(&mut self, leg: &str) -> Result<(), GaitError> {
         self.metered = Some(Limb::find(&self.limbs, leg)?);
@@ -94,7 +132,22 @@ impl LegCommands {
 
     /// Number of targets out of reach since the start.
     pub(crate) fn out_of_reach(&self) -> u64 {
-        self.state.out_of_reach
+        let legs = self.state.out_of_reach.iter();
+        legs.map(|leg| leg.count).sum()
+    }
+
+    /// Legs whose targets were out of reach.
+    pub(crate) fn limit_violations(&self) -> Vec<LimitViolation> {
+        let legs = self.limbs.iter().zip(&self.state.out_of_reach);
+        let beyond = legs.filter(|(_, of_leg)| of_leg.count > 0);
+        let violation = |(limb, of_leg): (&Limb, &OutOfReach)| LimitViolation {
+            part: signal::leg_path(&limb.name),
+            limit: Limit::Reach,
+            first: SimTime::ZERO
+                + SimDuration::try_from_secs_f64(of_leg.first_s).unwrap_or(SimDuration::ZERO),
+            worst_m: of_leg.worst_m,
+        };
+        beyond.map(violation).collect()
     }
 
     pub(crate) fn variables(&self) -> &[ProcessVariable] {
@@ -113,23 +166,28 @@ impl LegCommands {
         limbs.filter(|(_, limb)| limb.active)
     }
 
-    /// Outputs: commands of hips and knees, of abductions, phases, and a mean phase rate.
+    /// Outputs: commands of hips and knees, of abductions, phases, distances of the targets from
+    /// the reach, and a mean phase rate.
     pub(crate) fn outputs(&self) -> impl Iterator<Item = Port> {
         let abducted = self.abduction.of(&self.limbs);
         let phases = self.active().filter(|_| self.outputs_phase);
+        let reaches = self.active().filter(|_| self.outputs_reach);
         let name = |leg: &Limb, what| signal::of_leg(&leg.name, what);
         let metered = self.metered.map(|leg| &self.limbs[leg]);
         self.active()
             .flat_map(|(_, limb)| limb.ports())
             .chain(abducted.map(|limb| limb.port("abduction")))
             .chain(phases.map(move |(_, leg)| Port::output(name(leg, PHASE), Unit::Radian, 1)))
+            .chain(
+                reaches.map(move |(_, leg)| Port::output(name(leg, OUT_OF_REACH), Unit::Meter, 1)),
+            )
             .chain(metered.map(move |leg| Port::output(name(leg, FREQUENCY), Unit::Hertz, 1)))
     }
 
     /// Whether the output is no command.
     pub(crate) fn is_monitor(output: &str) -> bool {
         let what = signal::parse_leg(output).map(|(_, what)| what);
-        what == Some(PHASE) || what == Some(FREQUENCY)
+        what.is_some_and(|what| [PHASE, FREQUENCY, OUT_OF_REACH].contains(&what))
     }
 
     /// Sets a variable, and returns the values that the controller derives from all of them. If
@@ -173,6 +231,7 @@ impl LegCommands {
         let rest = self.write_drives(phases, outputs);
         let rest = self.write_abductions(rest);
         let rest = self.write_phases(phases, rest);
+        let rest = self.write_reaches(rest);
         if let (Some(leg), [output]) = (self.metered, rest) {
             self.state.meter.step(seconds, phases.turn(leg));
             let measured = self.state.meter.frequency();
@@ -211,8 +270,8 @@ impl LegCommands {
             let end = limb.corner.end();
             let step_length = fraction * self.of_locus.step_length(&self.variables, leg);
             let locus = loci[end].with_step_length(step_length);
-            let (command, outside) = limb.command(locus.point(phases.phase(leg, end)));
-            self.state.out_of_reach += u64::from(outside);
+            let (command, beyond_m) = limb.command(locus.point(phases.phase(leg, end)));
+            self.state.out_of_reach[leg].add(self.state.age, beyond_m);
             let (output, behind) = rest.split_at_mut(command.len());
             output.copy_from_slice(&command);
             rest = behind;
@@ -241,9 +300,20 @@ impl LegCommands {
         rest
     }
 
+    fn write_reaches<'o>(&self, outputs: &'o mut [f64]) -> &'o mut [f64] {
+        if !self.outputs_reach {
+            return outputs;
+        }
+        let (of_legs, rest) = outputs.split_at_mut(self.active().count());
+        for ((leg, _), output) in self.active().zip(of_legs) {
+            *output = self.state.out_of_reach[leg].present_m;
+        }
+        rest
+    }
+
     pub(crate) fn save(&self) -> Saved {
         let values = self.variables.iter().map(ProcessVariable::value);
-        (values.collect(), self.state)
+        (values.collect(), self.state.clone())
     }
 
     /// Restores the variables and the state, and returns the values that the controller derives
@@ -255,6 +325,9 @@ impl LegCommands {
     ) -> Result<T, SnapshotError> {
         if values.len() != self.variables.len() {
             return Err(self.mismatch(format!("one of {} variables", values.len())));
+        }
+        if state.out_of_reach.len() != self.limbs.len() {
+            return Err(self.mismatch(format!("one of {} legs", state.out_of_reach.len())));
         }
         let mut variables = self.variables.clone();
         for (variable, value) in variables.iter_mut().zip(values) {

@@ -103,12 +103,12 @@ impl Limb {
     }
 
     /// Returns the hip and knee angles \[rad\] that bring the foot to `target` \[m\], or to the
-    /// nearest point in the leg's reach, and whether it is out of reach.
+    /// nearest point in the leg's reach, and the distance of the target from it, zero within reach
+    /// \[m\].
     #[inline]
-    pub(crate) fn command(&self, target: [f64; 2]) -> ([f64; 2], bool) {
+    pub(crate) fn command(&self, target: [f64; 2]) -> ([f64; 2], f64) {
         let [x, z] = target.map(|coordinate| coordinate.clamp(-TARGET_MAX, TARGET_MAX));
-        let (LegCommand { hip, knee }, outside) =
-            self.pantograph.inverse_nearest(Planar::new(x, z));
-        ([hip, knee], outside)
+        let (LegCommand { hip, knee }, beyond) = self.pantograph.inverse_nearest(Planar::new(x, z));
+        ([hip, knee], beyond)
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Stream, Unit, stream};
 use twinrig_robot::Robot;
-use twinrig_runtime::{Process, ProcessVariable, VariableError};
+use twinrig_runtime::{LimitViolation, Process, ProcessVariable, VariableError};
 
 use crate::leg_commands::{LegCommands, Phases, Saved};
 use crate::limb::Limb;
@@ -270,6 +270,13 @@ impl Tegotae {
         self
     }
 
+    /// Enables the output of the distance of each leg's target from its reach, zero within it.
+    #[must_use]
+    pub fn with_reach_output(mut self) -> Self {
+        self.legs.enable_reach_output();
+        self
+    }
+
     /// Enables the output of the mean phase rate of a leg over its last cycle, for a filter that
     /// requires the frequency of its load; before the first cycle it is that of the excitation.
     ///
@@ -336,6 +343,10 @@ impl Process for Tegotae {
 
     fn is_monitor(&self, output: &str) -> bool {
         LegCommands::is_monitor(output)
+    }
+
+    fn limit_violations(&self) -> Vec<LimitViolation> {
+        self.legs.limit_violations()
     }
 
     fn variables(&self) -> &[ProcessVariable] {

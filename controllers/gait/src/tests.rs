@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, Snapshot};
 use twinrig_leg::{LegCommand, Pantograph, Planar};
 use twinrig_robot::Robot;
-use twinrig_runtime::{Process, ProcessVariable, VariableError};
+use twinrig_runtime::{Limit, Process, ProcessVariable, VariableError};
 
 use crate::{Cpg, FootLocus, Gait, GaitError, LocusShape};
 
@@ -194,6 +194,17 @@ fn target_out_of_reach_becomes_the_nearest_point_and_is_counted() {
     let rows = run(&mut cpg, 500, 8);
     assert!(rows.iter().flatten().all(|value| value.is_finite()));
     assert!(cpg.out_of_reach() > 500);
+    // Halves of a stride of twice the longest leg are beyond it by less than a fifth of it.
+    let violations = cpg.limit_violations();
+    assert_eq!(violations.len(), 4);
+    for violation in &violations {
+        assert_eq!(violation.limit, Limit::Reach);
+        assert!(violation.part.starts_with("leg/"));
+        assert!(
+            (0.0..leg.length_max()).contains(&violation.worst_m),
+            "{violation}"
+        );
+    }
 
     set(&mut cpg, "frequency", 0.0);
     let (lowest, longest) = (leg.length_min(), leg.length_max());

@@ -260,19 +260,17 @@ impl Pantograph {
         Ok(self.command_at(foot, length))
     }
 
-    /// Solves the same for the reachable point nearest to `foot`; returns also whether `foot`
-    /// itself is out of reach.
+    /// Solves the same for the reachable point nearest to `foot`; returns also the distance of
+    /// `foot` from it, zero within reach \[m\].
     #[inline]
-    pub fn inverse_nearest(&self, foot: Planar) -> (LegCommand, bool) {
+    pub fn inverse_nearest(&self, foot: Planar) -> (LegCommand, f64) {
         let length = foot.norm();
-        let is_outside = !self.reaches(length);
-        let (foot, length) = if is_outside {
-            let nearest = self.nearest_reachable(foot);
-            (nearest, nearest.norm())
-        } else {
-            (foot, length)
-        };
-        (self.command_at(foot, length), is_outside)
+        if self.reaches(length) {
+            return (self.command_at(foot, length), 0.0);
+        }
+        let nearest = self.nearest_reachable(foot);
+        let beyond = Planar::new(foot.x - nearest.x, foot.y - nearest.y).norm();
+        (self.command_at(nearest, nearest.norm()), beyond)
     }
 
     /// Returns whether a distance from hip to foot is in the range of the closed pantograph.

@@ -198,8 +198,12 @@ proptest! {
     fn nearest_command_is_that_of_the_foot_or_of_the_nearest_point(x in -0.3..0.3_f64, z in -0.3..0.3_f64) {
         let foot = Planar::new(x, z);
         let closed = leg().inverse_closed(foot);
-        let (command, is_outside) = leg().inverse_nearest(foot);
-        prop_assert_eq!(is_outside, closed.is_err());
+        let (command, beyond) = leg().inverse_nearest(foot);
+        prop_assert_eq!(beyond > 0.0, closed.is_err());
+        let range = [leg().length_min(), leg().length_max()];
+        let length = foot.norm();
+        let expected = (length - length.clamp(range[0], range[1])).abs();
+        prop_assert!((beyond - expected).abs() < 1e-9, "{}, {}", beyond, expected);
         let nearest = || leg().inverse_closed(leg().nearest_reachable(foot)).unwrap();
         prop_assert_eq!(command, closed.unwrap_or_else(|_| nearest()));
     }

@@ -11,6 +11,8 @@ pub enum Limit {
     Stop,
     /// The ground, below a part without contact.
     Ground,
+    /// The reach of a leg, beyond which a controller commands its foot.
+    Reach,
 }
 
 /// Part beyond a limit at some instants of observation.
@@ -39,6 +41,11 @@ impl fmt::Display for LimitViolation {
                 f,
                 "{part} is up to {worst_mm:.0} mm below the ground, first at {first}: only feet have \
                  contact with it"
+            ),
+            Limit::Reach => write!(
+                f,
+                "the foot of {part} is commanded up to {worst_mm:.1} mm out of reach, first at {first} \
+                 of control: it moves to the nearest point in reach"
             ),
         }
     }

@@ -1,6 +1,6 @@
 use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError};
 
-use crate::{ProcessVariable, VariableError};
+use crate::{LimitViolation, ProcessVariable, VariableError};
 
 /// A controller: signals in, signals out, once per control period. It cannot distinguish a twin
 /// from hardware.
@@ -20,6 +20,12 @@ pub trait Process: Send {
     fn is_monitor(&self, output: &str) -> bool {
         let _ = output;
         false
+    }
+
+    /// Returns the limits that commands have exceeded since the first iteration, with times since
+    /// then.
+    fn limit_violations(&self) -> Vec<LimitViolation> {
+        Vec::new()
     }
 
     /// Returns the variables that may be set during a run. Their count, names, units and ranges are

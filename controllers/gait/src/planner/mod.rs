@@ -9,7 +9,7 @@ mod tests;
 
 use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit, signal};
 use twinrig_robot::Robot;
-use twinrig_runtime::{Bound, Process, ProcessVariable, VariableError};
+use twinrig_runtime::{Bound, LimitViolation, Process, ProcessVariable, VariableError};
 
 use crate::limb::Limb;
 use crate::load_signal::LoadSignal;
@@ -209,6 +209,10 @@ impl Process for Planner {
 
     fn is_monitor(&self, output: &str) -> bool {
         [Self::DISTANCE, Self::STEP_CHANGE].contains(&output) || self.gait.is_monitor(output)
+    }
+
+    fn limit_violations(&self) -> Vec<LimitViolation> {
+        self.gait.limit_violations()
     }
 
     fn variables(&self) -> &[ProcessVariable] {

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use twinrig_kernel::SimDuration;
+use twinrig_leg::Pantograph;
 use twinrig_robot::Robot;
 use twinrig_runtime::{Process, VariableError};
 
@@ -20,6 +21,41 @@ fn phase_output_follows_the_commands_and_changes_no_bit_of_them() {
         assert_eq!(outputs[8..], [0, 1, 2, 3].map(|leg| plain.phase(leg)));
     }
     assert!(with.is_monitor("leg/RH/phase") && !with.is_monitor("leg/RH/hip/command"));
+}
+
+#[test]
+fn reach_output_is_the_distance_of_the_target_from_the_reach() {
+    let (mut plain, mut with) = (cpg(Gait::Trot), cpg(Gait::Trot).with_reach_output());
+    let leg = Pantograph::new(&Robot::example().legs[0].leg).unwrap();
+    for cpg in [&mut plain, &mut with] {
+        set(cpg, "ramp", 0.0);
+        set(cpg, "frequency", 0.0);
+        set(cpg, "step_length", 0.0);
+        set(cpg, "step_height/fore", 0.0);
+        set(cpg, "hip_height/fore", leg.length_min());
+    }
+    assert!(with.is_monitor("leg/RH/out_of_reach"));
+    let (mut without, mut outputs) = ([0.0; 8], [0.0; 12]);
+    // Targets at one height, farther and farther in front of the hip.
+    for n in 0..20 {
+        let offset = 0.05 * f64::from(n) * leg.length_max();
+        for cpg in [&mut plain, &mut with] {
+            set(cpg, "mid_stance_offset/fore", offset);
+        }
+        plain.step(PERIOD, &[], &mut without);
+        with.step(PERIOD, &[], &mut outputs);
+        assert_eq!(outputs[..8], without);
+        let beyond = libm::hypot(offset, leg.length_min()) - leg.length_max();
+        assert!(
+            (outputs[8] - beyond.max(0.0)).abs() < 1e-6,
+            "{n}: {beyond}, {outputs:?}"
+        );
+    }
+    let [fore, ..] = &with.limit_violations()[..] else {
+        panic!("no violation");
+    };
+    assert!((fore.worst_m - outputs[8]).abs() < 1e-12);
+    assert_eq!(fore.first.as_nanos() % PERIOD.as_nanos(), 0);
 }
 
 #[test]

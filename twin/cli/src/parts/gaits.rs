@@ -10,6 +10,7 @@ use crate::parts::option::{choice, option};
 const START: &str = "start";
 const FREQUENCY_OF: &str = "frequency_of";
 const PHASE_OUTPUT: &str = "phase_output";
+const REACH_OUTPUT: &str = "reach_output";
 const FIXED_POINT: &str = "fixed_point";
 const LOAD: &str = "load";
 const LOAD_COMPONENT: &str = "load_component";
@@ -48,8 +49,11 @@ pub(crate) fn planner() -> ControllerKind {
 fn build_cpg(context: &ControllerContext<'_>) -> Result<Cpg, BuildError> {
     let cpg = Cpg::new(context.robot, context.legs, gait(context)?)?;
     let mut cpg = cpg.with_abduction(abduction(context));
-    if has_phase_output(context) {
+    if is_set(context, PHASE_OUTPUT) {
         cpg = cpg.with_phase_output();
+    }
+    if is_set(context, REACH_OUTPUT) {
+        cpg = cpg.with_reach_output();
     }
     if let Some(leg) = context.options.text(FREQUENCY_OF) {
         cpg = cpg.with_frequency_of(leg)?;
@@ -60,7 +64,7 @@ fn build_cpg(context: &ControllerContext<'_>) -> Result<Cpg, BuildError> {
     })
 }
 
-fn cpg_options() -> [OptionSpec; 5] {
+fn cpg_options() -> [OptionSpec; 6] {
     [
         gaits("gait, which sets the phases of the legs"),
         choice(
@@ -70,6 +74,7 @@ fn cpg_options() -> [OptionSpec; 5] {
         ),
         abducting(),
         phase_output(),
+        reach_output(),
         frequency_of(),
     ]
 }
@@ -89,8 +94,11 @@ pub(crate) fn tegotae() -> ControllerKind {
         if let Some((name, component)) = load(context) {
             tegotae = tegotae.with_load(name, component)?;
         }
-        if has_phase_output(context) {
+        if is_set(context, PHASE_OUTPUT) {
             tegotae = tegotae.with_phase_output();
+        }
+        if is_set(context, REACH_OUTPUT) {
+            tegotae = tegotae.with_reach_output();
         }
         if let Some(leg) = options.text(FREQUENCY_OF) {
             tegotae = tegotae.with_frequency_of(leg)?;
@@ -114,6 +122,7 @@ pub(crate) fn tegotae() -> ControllerKind {
         load_component,
         abducting(),
         phase_output(),
+        reach_output(),
         frequency_of(),
     ];
     let kind = kind.with_variables(|context| Ok(Tegotae::variables_of(context.robot)?));
@@ -173,8 +182,17 @@ fn phase_output() -> OptionSpec {
     )
 }
 
-fn has_phase_output(context: &ControllerContext<'_>) -> bool {
-    context.options.boolean(PHASE_OUTPUT).unwrap_or_default()
+fn reach_output() -> OptionSpec {
+    option(
+        REACH_OUTPUT,
+        "also output the distance of each foot's target from the reach of its leg, \
+         `leg/LEG/out_of_reach`, zero within it (false)",
+        Accepts::Boolean,
+    )
+}
+
+fn is_set(context: &ControllerContext<'_>, key: &str) -> bool {
+    context.options.boolean(key).unwrap_or_default()
 }
 
 fn gaits(about: &str) -> OptionSpec {

@@ -1,7 +1,7 @@
 //! Filter for controller outputs that no part receives.
 
 use twinrig_kernel::{Direction, Layout, Port, SimDuration, Snapshot, SnapshotError};
-use twinrig_runtime::{Process, ProcessVariable, VariableError};
+use twinrig_runtime::{LimitViolation, Process, ProcessVariable, VariableError};
 
 /// Process with only those outputs that are received; on hardware, the outputs that a bus carries.
 pub(crate) struct OutputFilter {
@@ -50,6 +50,10 @@ impl Process for OutputFilter {
 
     fn is_monitor(&self, output: &str) -> bool {
         self.process.is_monitor(output)
+    }
+
+    fn limit_violations(&self) -> Vec<LimitViolation> {
+        self.process.limit_violations()
     }
 
     fn variables(&self) -> &[ProcessVariable] {

@@ -143,7 +143,7 @@ pub(crate) struct Course {
     pub plant: Option<(EnergyBalance, WorkCounts)>,
     /// Traffic of the buses whose drivers are in a valid state.
     pub buses: Vec<BusSummary>,
-    /// Limits that the plant has exceeded, if it is in a valid state.
+    /// Limits that the plant and the commands have exceeded, if they are in a valid state.
     pub limits: Vec<LimitViolation>,
 }
 
@@ -164,7 +164,9 @@ impl Course {
             plant: is_valid.then(|| (rig.plant().energy(), rig.plant().work())),
             buses: if is_valid { rig.buses() } else { Vec::new() },
             limits: if is_valid {
-                rig.plant().limit_violations()
+                let mut limits = rig.plant().limit_violations();
+                limits.extend(rig.process().limit_violations());
+                limits
             } else {
                 Vec::new()
             },

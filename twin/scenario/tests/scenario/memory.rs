@@ -138,7 +138,7 @@ fn memory_of_a_judge_is_independent_of_the_run_length() {
     });
     assert!(feed.footsteps > 25_000, "{} footsteps", feed.footsteps);
     assert_eq!((later.count_total, later.bytes_total), (0, 0));
-    // Measured: 362 kB. The loads of the last 27 s take 264 kB; each element of a `settles` takes 4 kB,
-    // for the instant at which it was last outside.
+    // Measured: 362 kB. The loads of the last 27 s take 264 kB; each element of a `settles` takes 4
+    // kB, for the instant at which it was last outside.
     assert!(total.bytes_max < 380_000, "{} bytes", total.bytes_max);
 }

@@ -1,5 +1,5 @@
-//! Study of gait transitions: gaits classified over time by the loads of the feet while a variable of the
-//! controller changes in steps (thesis, section 3.3.2.3, figure 3.7).
+//! Study of gait transitions: gaits classified over time by the loads of the feet while a variable
+//! of the controller changes in steps (thesis, section 3.3.2.3, figure 3.7).
 
 mod classify;
 mod events;

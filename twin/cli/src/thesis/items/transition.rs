@@ -47,8 +47,8 @@ pub(crate) const FIG_3_7: Item = Item {
         )
         .rule(MOSTLY, MOSTLY_GROUND)
         .remark(
-            "regular are cycles within a tenth of the pattern of a gait: a tenth of the time here, \
-             and most of them walk; the thesis shows a trot",
+            "by the loads; regular are cycles within a tenth of the pattern of a gait, half of the time \
+             here. By its oscillators the robot does not trot: it rocks on its diagonals",
         ),
         PrintedFigure::statement(
             "after",
@@ -78,8 +78,8 @@ pub(crate) const FIG_3_7: Item = Item {
         PrintedFigure::value("lasts", "duration of the change", "figure 3.7", 7.0, "s")
             .rule(Rule::Factor(2.0), "\"a few seconds\"")
             .remark(
-                "established are three cycles in a row; from the last walk on, before which most \
-                 cycles are irregular",
+                "established are three cycles in a row; from the last diagonal walk on, before which \
+                 cycles are irregular from 65 s on",
             ),
         PrintedFigure::statement(
             "slip",
@@ -104,7 +104,7 @@ pub(crate) const FIG_3_7: Item = Item {
             Rule::AtLeast(1.0),
             "two steps of the excitation, as one is its resolution",
         )
-        .remark("0.5π with the gaits of two other searches: docs/studies.md"),
+        .remark("by the loads; 1.5π by touch-downs, which call the pace irregular near its begin"),
     ],
     measure: transition,
     commands: &[

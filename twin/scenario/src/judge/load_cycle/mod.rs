@@ -5,13 +5,13 @@
 //! its load, the circular mean of the cycle weighted by the load, so that a contact counts by its
 //! impulse.
 //!
-//! Each cycle is seen through a raised cosine two periods long. Its copies one period apart add up to
-//! one, so that phase, duty factor and number of contacts of a periodic gait are those of one period
-//! exactly, whatever the shape of the loads.
+//! Each cycle is seen through a raised cosine two periods long. Its copies one period apart add up
+//! to one, so that phase, duty factor and number of contacts of a periodic gait are those of one
+//! period exactly, whatever the shape of the loads.
 //!
 //! The period is not known beforehand, and changes. It is the longest time after which the loads
-//! repeat ([`repetition`]). Cycles are found with a delay of [`LOOKAHEAD_S`], whatever their period:
-//! they depend neither on earlier ones nor on the length of the run, except near its ends.
+//! repeat ([`repetition`]). Cycles are found with a delay of [`LOOKAHEAD_S`], whatever their
+//! period: they depend neither on earlier ones nor on the length of the run, except near its ends.
 
 mod history;
 mod readers;
@@ -33,8 +33,8 @@ use repetition::{BINS, LONGEST_S, Window};
 const LOOKAHEAD_S: f64 = 3.0 * LONGEST_S;
 /// Time between two searches where the loads do not repeat \[s\].
 const SEARCH_STEP_S: f64 = 0.1;
-/// Least magnitude of the first Fourier coefficient of a leg that has a phase, over the mean load of
-/// a leg. A rectangular pulse of duty factor 0.9 reaches 0.11.
+/// Least magnitude of the first Fourier coefficient of a leg that has a phase, over the mean load
+/// of a leg. A rectangular pulse of duty factor 0.9 reaches 0.11.
 const CONCENTRATION_MIN: f64 = 0.1;
 
 /// One cycle of all legs.
@@ -61,7 +61,7 @@ pub struct LegCycle {
 }
 
 impl LoadCycle {
-    /// Returns the phase of a leg after that of the leg `first`, as a share of the period in [0, 1);
+    /// Returns the phase of a leg after that of the leg `first`, as a share of the period below 1;
     /// none if one of them has none.
     pub fn phase(&self, leg: usize, first: usize) -> Option<f64> {
         let of = |leg: usize| self.legs.get(leg)?.phase;
@@ -108,7 +108,8 @@ impl LoadCycles {
         }
     }
 
-    /// Adds a sample, the mean load of each foot since the last one, and passes completed cycles on.
+    /// Adds a sample, the mean load of each foot since the last one; `found` takes the completed
+    /// cycles.
     pub fn sample(
         &mut self,
         now: SimTime,

@@ -6,7 +6,8 @@ use super::{LoadCycle, LoadCycles};
 use crate::judge::footstep::Thresholds;
 use crate::judge::monitor::Monitor;
 
-/// Search for the cycles of the loads, and their readers: monitors, and a caller that collects them.
+/// Search for the cycles of the loads, and their readers: monitors, and a caller that collects
+/// them.
 #[derive(Clone, Debug)]
 pub(in crate::judge) struct LoadReaders {
     thresholds: Thresholds,

@@ -1,5 +1,5 @@
-//! Periodic loads of rectangular contacts, whose phase, duty factor and number of contacts are known
-//! in closed form.
+//! Periodic loads of rectangular contacts, whose phase, duty factor and number of contacts are
+//! known in closed form.
 
 use proptest::prelude::*;
 use twinrig_kernel::SimDuration;
@@ -145,8 +145,8 @@ proptest! {
         prop_assert!((5..=8).contains(&cycles.len()), "{} cycles", cycles.len());
         // Two samples at each end of a contact.
         let sampled = 4.0 * SAMPLE_S / gait.period_s;
-        // A touch-down lies between two instants of the history, and the weights of two bins differ by
-        // up to 0.05.
+        // A touch-down lies between two instants of the history, and the weights of two bins differ
+        // by up to 0.05.
         let instants = 0.01 / gait.period_s;
         for cycle in &cycles {
             prop_assert!((cycle.period.as_secs_f64() / gait.period_s - 1.0).abs() < 0.005, "{cycle:?}");

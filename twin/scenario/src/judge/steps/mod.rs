@@ -243,8 +243,8 @@ impl StepMeter {
         }
     }
 
-    /// Adds a cycle of the loads. It counts if all samples that it is measured by are in the window:
-    /// those of one period before and after its centre.
+    /// Adds a cycle of the loads. It counts if all samples that it is measured by are in the
+    /// window: those of one period before and after its centre.
     pub fn load_cycle(&mut self, cycle: &LoadCycle) {
         if !cycle.samples().iter().all(|at| self.window.contains(*at)) {
             return;
