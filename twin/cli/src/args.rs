@@ -220,6 +220,9 @@ pub struct RunArgs {
     /// Seed of all random streams; short for --set seed=N
     #[arg(long, value_name = "N")]
     pub seed: Option<String>,
+    /// Judge the expectations over N seeds; short for --set 'ensemble={runs=N,vary="seed"}'
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=10_000), conflicts_with = "port")]
+    pub seeds: Option<u64>,
     /// Duration of the run; short for --set duration=DURATION
     #[arg(long, value_name = "DURATION")]
     pub duration: Option<String>,

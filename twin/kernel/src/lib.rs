@@ -54,5 +54,5 @@ pub use near_miss::near_misses;
 pub use port::{Direction, Port, SignalKind};
 pub use sim_time::{SimDuration, SimTime};
 pub use snapshot::{Snapshot, SnapshotError};
-pub use stream::{Stream, stream};
+pub use stream::{Stream, count_drawn, drawn_streams, stream};
 pub use unit::Unit;

@@ -1,3 +1,6 @@
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use serde::{Deserialize, Serialize};
@@ -6,9 +9,58 @@ use serde::{Deserialize, Serialize};
 ///
 /// The conversions to floating point and to ranges are implemented here, so that no release of
 /// another crate changes the results of a run.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct Stream(ChaCha8Rng);
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Stream {
+    numbers: ChaCha8Rng,
+    name: Box<str>,
+    /// Whether a number was drawn, since it was created or restored.
+    #[serde(skip)]
+    is_drawn: bool,
+}
+
+/// Streams with the same next numbers are equal.
+impl PartialEq for Stream {
+    fn eq(&self, other: &Self) -> bool {
+        self.numbers == other.numbers
+    }
+}
+
+impl Eq for Stream {}
+
+thread_local! {
+    /// Names of the streams that were drawn from, within [`drawn_streams`].
+    static DRAWN: RefCell<Option<BTreeSet<String>>> = const { RefCell::new(None) };
+}
+
+/// Returns the result of `run` and the names of the streams whose first number it drew, or the
+/// first one after they were restored from a saved state, sorted. Draws of other threads are not
+/// counted.
+///
+/// ```
+/// use twinrig_kernel::{drawn_streams, stream};
+/// let (_, drawn) = drawn_streams(|| {
+///     let (mut used, _unused) = (stream(1, "noise"), stream(1, "jitter"));
+///     used.unit()
+/// });
+/// assert_eq!(drawn, ["noise"]);
+/// ```
+pub fn drawn_streams<T>(run: impl FnOnce() -> T) -> (T, Vec<String>) {
+    /// Restores the names of the caller's own census, also after a panic.
+    struct Outer(Option<BTreeSet<String>>);
+    impl Drop for Outer {
+        fn drop(&mut self) {
+            DRAWN.set(self.0.take());
+        }
+    }
+    let mut outer = Outer(DRAWN.replace(Some(BTreeSet::new())));
+    let result = run();
+    let drawn = DRAWN.take().unwrap_or_default();
+    let names = drawn.iter().cloned().collect();
+    if let Some(outer) = &mut outer.0 {
+        outer.extend(drawn);
+    }
+    (result, names)
+}
 
 /// Returns the stream of `name` under `seed`. Its key is the BLAKE3 hash of both: adding a stream
 /// does not change the numbers of another, and no two names share numbers.
@@ -22,13 +74,21 @@ pub fn stream(seed: u64, name: &str) -> Stream {
     let mut hasher = blake3::Hasher::new_derive_key("twinrig random stream, version 1");
     hasher.update(&seed.to_le_bytes());
     hasher.update(name.as_bytes());
-    Stream(ChaCha8Rng::from_seed(*hasher.finalize().as_bytes()))
+    Stream {
+        numbers: ChaCha8Rng::from_seed(*hasher.finalize().as_bytes()),
+        name: name.into(),
+        is_drawn: false,
+    }
 }
 
 impl Stream {
     /// Returns 64 random bits.
     pub fn bits(&mut self) -> u64 {
-        self.0.next_u64()
+        if !self.is_drawn {
+            self.is_drawn = true;
+            note_draw(&self.name);
+        }
+        self.numbers.next_u64()
     }
 
     /// Returns a uniform number in [0, 1), a multiple of 2⁻⁵³.
@@ -70,6 +130,22 @@ impl Stream {
     }
 }
 
+/// Counts streams that were drawn from before, as while parts were built, for [`drawn_streams`].
+pub fn count_drawn(names: &[String]) {
+    for name in names {
+        note_draw(name);
+    }
+}
+
+#[cold]
+fn note_draw(name: &str) {
+    DRAWN.with_borrow_mut(|drawn| {
+        if let Some(drawn) = drawn {
+            drawn.insert(name.to_owned());
+        }
+    });
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -109,6 +185,33 @@ mod tests {
         for _ in 0..100 {
             assert_eq!(restored.bits(), stream.bits());
         }
+    }
+
+    #[test]
+    fn nested_census_belongs_to_the_outer_one_and_a_panic_ends_its_own() {
+        let draw = |name: &str| stream(1, name).bits();
+        let (inner, outer) = drawn_streams(|| {
+            draw("before");
+            let (_, inner) = drawn_streams(|| draw("inner"));
+            let panicked = std::panic::catch_unwind(|| drawn_streams(|| panic!("in a run")));
+            assert!(panicked.is_err());
+            draw("after");
+            inner
+        });
+        assert_eq!(inner, ["inner"]);
+        assert_eq!(outer, ["after", "before", "inner"]);
+        // Outside of a census a draw is forgotten.
+        let mut early = stream(1, "early");
+        early.bits();
+        let names = ["built".to_owned()];
+        let (_, drawn) = drawn_streams(|| (early.bits(), count_drawn(&names)));
+        assert_eq!(drawn, names);
+        // A restored stream is counted anew.
+        let (_, drawn) = drawn_streams(|| {
+            let mut restored: Stream = Snapshot::of(&early).read().unwrap();
+            restored.bits()
+        });
+        assert_eq!(drawn, ["early"]);
     }
 
     #[test]

@@ -41,6 +41,7 @@ impl FootstepMeasure {
     pub(crate) fn limits(&self) -> Option<&Limits> {
         match self {
             FootstepMeasure::Slip(limits)
+            | FootstepMeasure::SlipShare(limits)
             | FootstepMeasure::DutyFactor(_, limits)
             | FootstepMeasure::Contacts(limits)
             | FootstepMeasure::StanceTime(limits)

@@ -122,6 +122,9 @@ pub enum LegChoice {
 pub enum FootstepMeasure {
     /// Greatest horizontal distance moved while in contact, of every footstep \[m\].
     Slip(Limits),
+    /// Slip over the travel in stance, of every leg: stride length by stance share; both are sums
+    /// over the footsteps but the last \[1\].
+    SlipShare(Limits),
     /// Mean share of the cycle with the foot on the ground, of every leg; with touch-downs as marks
     /// from a touch-down to the lift-off before the next \[1\].
     DutyFactor(CycleMark, Limits),
@@ -405,7 +408,8 @@ impl FootstepMeasure {
             FootstepMeasure::Frequency(_) => Unit::Hertz,
             FootstepMeasure::Impulse(_) => Unit::NewtonSecond,
             FootstepMeasure::PeakLoad(_) => Unit::Newton,
-            FootstepMeasure::DutyFactor(..)
+            FootstepMeasure::SlipShare(_)
+            | FootstepMeasure::DutyFactor(..)
             | FootstepMeasure::Contacts(_)
             | FootstepMeasure::Count(_)
             | FootstepMeasure::Phase { .. }

@@ -116,7 +116,7 @@ pub use reference::{KeyReference, TableReference, language};
 pub use scenario::{
     Base, BusSpec, ChangeSpec, ControllerSpec, EnsembleSpec, FallSpec, FaultSpec, FootstepSpec,
     Ground, Heights, IoSpec, LoadThreshold, ObserveSpec, PlantSpec, Profile, PulseShape, PushLoad,
-    PushSite, PushSpec, RecordSpec, Scenario, SensorSpec, Setting, StartPose,
+    PushSite, PushSpec, RecordSpec, Scenario, SensorSpec, Setting, StartPose, Varied,
 };
 pub use scene::{Facts, LeftOut, LegFact, Scene, SensedSignal};
 pub use schema::schema;

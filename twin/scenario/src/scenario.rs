@@ -57,7 +57,7 @@ pub struct Scenario {
     pub duration: SimDuration,
     /// Seed of all random streams.
     pub seed: u64,
-    /// Runs from perturbed starts; none for one run.
+    /// Runs from perturbed starts or with other seeds; none for one run.
     pub ensemble: Option<EnsembleSpec>,
     /// Time up to which the trajectory is predictable; none: it is not known.
     pub horizon: Option<SimDuration>,
@@ -103,6 +103,22 @@ pub struct EnsembleSpec {
     pub runs: usize,
     /// Least share of the runs in which an expectation holds.
     pub share: f64,
+    /// Difference between the runs.
+    pub vary: Varied,
+}
+
+/// Difference between the runs of an ensemble.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Varied {
+    /// The start of the plant: all runs have the same random numbers.
+    Start,
+    /// The seed of the random numbers.
+    Seed,
+}
+
+impl Words for Varied {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("start", Varied::Start), ("seed", Varied::Seed)];
 }
 
 /// `[plant]`

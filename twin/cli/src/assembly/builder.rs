@@ -23,6 +23,8 @@ pub(crate) struct BuiltParts {
     pub(crate) process: Box<dyn Process>,
     pub(crate) buses: Vec<Bus>,
     pub(crate) plant: Box<dyn Plant>,
+    /// Names of the random streams that were drawn from meanwhile, outside of a run.
+    pub(crate) drawn: Vec<String>,
 }
 
 /// Both ends of a bus.

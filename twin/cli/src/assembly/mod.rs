@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use twinrig_document::Document;
-use twinrig_kernel::{Port, SimDuration, SimTime, signal};
+use twinrig_kernel::{Port, SimDuration, SimTime, count_drawn, drawn_streams, signal};
 use twinrig_legged::Constraints;
 use twinrig_robot::Robot;
 use twinrig_runtime::{Change, Plant, Rig, Schedule, Timing};
@@ -164,6 +164,20 @@ impl<'r> Assembly<'r> {
         sources: &Sources,
         settings: &[Setting],
     ) -> Result<Self, TwinError> {
+        let (assembly, drawn) = drawn_streams(|| Self::build(registry, sources, settings));
+        let mut assembly = assembly?;
+        let built = assembly.built.get_mut();
+        if let Some(parts) = built.unwrap_or_else(PoisonError::into_inner) {
+            parts.drawn = drawn;
+        }
+        Ok(assembly)
+    }
+
+    fn build(
+        registry: &'r Registry,
+        sources: &Sources,
+        settings: &[Setting],
+    ) -> Result<Self, TwinError> {
         let (mut scenario, body) = sources.body(registry, settings)?;
         let legs = scenario.legs(&body.legs())?;
         let has_choice = registry.has_constraints(&scenario.plant.model);
@@ -219,6 +233,7 @@ impl<'r> Assembly<'r> {
             process,
             buses,
             plant,
+            drawn: Vec::new(),
         };
         assembly.built = Mutex::new(Some(parts));
         Ok(assembly)
@@ -241,6 +256,7 @@ impl<'r> Assembly<'r> {
     pub(crate) fn parts(&self) -> Result<BuiltParts, TwinError> {
         let built = self.built.lock();
         if let Some(parts) = built.unwrap_or_else(PoisonError::into_inner).take() {
+            count_drawn(&parts.drawn);
             return Ok(parts);
         }
         let builder = self.builder();
@@ -248,6 +264,7 @@ impl<'r> Assembly<'r> {
             process: builder.process()?,
             buses: builder.buses(&self.facts.process_ports)?,
             plant: self.plant()?,
+            drawn: Vec::new(),
         })
     }
 
@@ -421,6 +438,7 @@ impl<'r> Assembly<'r> {
             process,
             buses,
             mut plant,
+            drawn: _,
         } = parts;
         if let Some(start) = &self.start {
             let file = || self.scenario().file.clone();

@@ -73,8 +73,10 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
 fn options(args: &RunArgs) -> Vec<String> {
     let set = args.set.iter();
     let set = set.map(|(key, value)| format!("--set {}", shell(&format!("{key}={value}"))));
+    let seeds = args.seeds.map(|seeds| seeds.to_string());
     let others = [
         ("seed", &args.seed),
+        ("seeds", &seeds),
         ("duration", &args.duration),
         ("until", &args.until),
     ];
@@ -156,10 +158,22 @@ impl<'a> Session<'a> {
         });
         let RunArgs {
             seed,
+            seeds,
             duration,
             until,
             ..
         } = self.args;
+        // The share of a table in the file stays.
+        for (key, value) in [
+            ("runs", seeds.map(|it| it.to_string())),
+            ("vary", seeds.map(|_| quoted("seed"))),
+        ] {
+            settings.extend(value.map(|value| Setting {
+                origin: "--seeds".to_owned(),
+                key: format!("ensemble.{key}"),
+                value,
+            }));
+        }
         for (key, value) in [
             ("seed", seed.clone()),
             ("duration", duration.as_deref().map(quoted)),

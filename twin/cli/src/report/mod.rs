@@ -109,6 +109,9 @@ pub struct Report {
     pub tracking: Option<TrackingReport>,
     /// Traffic of the buses.
     pub buses: Vec<BusReport>,
+    /// Names of the random streams that the run drew from; none of a run on hardware, or of one
+    /// that did not start.
+    pub random: Option<Vec<String>>,
     /// Reasons for which a strict run fails, although its expectations may hold; none if the run
     /// was not strict.
     pub strict: Option<Vec<String>>,
@@ -433,6 +436,7 @@ impl Report {
             fell_at_s: None,
             tracking: None,
             buses: Vec::new(),
+            random: None,
             strict: None,
         }
     }

@@ -337,6 +337,16 @@ pub fn sentence(outcome: &Outcome, recorded: bool) -> String {
     parts.join(", ")
 }
 
+/// Returns the random streams of a run as text; none without any.
+fn random_streams(names: &[String]) -> Option<String> {
+    let (first, others) = names.split_first()?;
+    Some(match others.len() {
+        0 => first.clone(),
+        1 => format!("{first}, {}", others[0]),
+        more => format!("{first} and {more} more streams"),
+    })
+}
+
 /// Returns the real-time factor as text.
 fn speed(report: &Report) -> Option<String> {
     let factor = report.real_time_factor?;
@@ -384,6 +394,9 @@ fn facts(report: &Report) -> Grid {
             "ensemble",
             format!("{others} more runs {by}; required: {share} of all runs"),
         );
+    }
+    if let Some(text) = report.random.as_deref().and_then(random_streams) {
+        fact("random", text);
     }
     if let Some(at) = report.fell_at_s {
         let ended = report.simulated_s.is_some_and(|simulated| simulated <= at);

@@ -9,6 +9,8 @@ use twinrig_study::{
     run_all_on,
 };
 
+use twinrig_scenario::Varied;
+
 use crate::assembly::Assembly;
 use crate::error::{TwinError, guarded};
 use crate::report::{Line, LineEnsemble, Report, Status};
@@ -22,6 +24,7 @@ use crate::sweep::row;
 pub(crate) struct Ensemble<A> {
     assembly: A,
     magnitudes: Vec<Magnitude>,
+    vary: Varied,
     /// Reason why the start cannot be perturbed.
     why_seeds: Option<String>,
 }
@@ -31,13 +34,14 @@ impl<'r, A: Borrow<Assembly<'r>>> Ensemble<A> {
     ///
     /// # Errors
     /// Parts that cannot be built.
-    pub(crate) fn new(assembly: A, runs: usize) -> Result<Self, TwinError> {
+    pub(crate) fn new(assembly: A, runs: usize, vary: Varied) -> Result<Self, TwinError> {
         let mut ensemble = Self {
             assembly,
             magnitudes: Magnitude::spaced(runs.saturating_sub(1)),
+            vary,
             why_seeds: None,
         };
-        if runs > 1 {
+        if runs > 1 && vary == Varied::Start {
             // The least perturbation leaves every start possible.
             ensemble.why_seeds = match ensemble.member(1)?.rig() {
                 Ok(_) => None,
@@ -54,9 +58,9 @@ impl<'r, A: Borrow<Assembly<'r>>> Ensemble<A> {
     }
 
     pub(crate) fn kind(&self) -> EnsembleKind {
-        match self.why_seeds {
-            None => EnsembleKind::Starts,
-            Some(_) => EnsembleKind::Seeds,
+        match (self.vary, &self.why_seeds) {
+            (Varied::Start, None) => EnsembleKind::Starts,
+            (Varied::Start, Some(_)) | (Varied::Seed, _) => EnsembleKind::Seeds,
         }
     }
 
@@ -122,11 +126,20 @@ pub fn with_ensemble(
     if report.error.is_some() {
         return Ok(report);
     }
-    let ensemble = Ensemble::new(assembly, spec.runs)?;
+    let ensemble = Ensemble::new(assembly, spec.runs, spec.vary)?;
     let title = format!("{}, ensemble", report.scenario);
     let mut progress = Progress::of_parts(&title, show_progress);
     let others = spec.runs - 1;
-    let run = |index: usize| ran(ensemble.run(index + 1, None));
+    // Without random numbers a run with another seed is the same run.
+    let is_same =
+        ensemble.kind() == EnsembleKind::Seeds && report.random.as_ref().is_some_and(Vec::is_empty);
+    let first_row = row::of_report(report.clone());
+    let run = |index: usize| {
+        if is_same {
+            return Ok(first_row.clone());
+        }
+        ran(ensemble.run(index + 1, None))
+    };
     let rows = run_all_on(None, others, &run, &mut |done, _| {
         progress.part(done, others, "");
         !interrupt::is_requested()
@@ -146,7 +159,7 @@ pub fn with_ensemble(
     };
     let first = Member {
         magnitude: None,
-        row: row::of_report(report.clone()),
+        row: first_row,
     };
     let others = rows.into_iter().enumerate().map(|(index, row)| Member {
         magnitude: ensemble.magnitude(index + 1),

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use twinrig_kernel::{SimDuration, SimTime, Snapshot};
+use twinrig_kernel::{SimDuration, SimTime, Snapshot, drawn_streams};
 use twinrig_record::VerdictMessage;
 use twinrig_runtime::{
     BusSummary, EnergyBalance, LimitViolation, Rig, RigError, WorkCounts, catch_panic,
@@ -87,6 +87,21 @@ pub(crate) fn execute_until(
 /// Executes a run in virtual time with an observer of the caller, up to `end` at most; also returns
 /// the snapshot of the rig at `save_at` if the run reached it.
 pub(crate) fn execute_saving(
+    assembly: &Assembly<'_>,
+    execution: &Execution,
+    end: SimTime,
+    save_at: Option<SimTime>,
+    caller: Option<&mut dyn RunObserver>,
+) -> Result<(Report, Option<Snapshot>), TwinError> {
+    let (result, drawn) =
+        drawn_streams(|| execute_drawing(assembly, execution, end, save_at, caller));
+    result.map(|(report, saved)| {
+        let random = Some(drawn);
+        (Report { random, ..report }, saved)
+    })
+}
+
+fn execute_drawing(
     assembly: &Assembly<'_>,
     execution: &Execution,
     end: SimTime,

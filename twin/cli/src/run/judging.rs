@@ -174,6 +174,7 @@ pub(crate) fn judged_report<W: Write>(
         fell_at_s: fell_at.map(|at| seconds(at.as_nanos())),
         tracking: observers.tracking(),
         buses,
+        random: None,
         strict: None,
     }
 }

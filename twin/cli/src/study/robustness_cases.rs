@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use twinrig_kernel::{SimDuration, SimTime, Unit, signal};
 use twinrig_runtime::Group;
-use twinrig_scenario::{Footstep, Setting};
+use twinrig_scenario::{Footstep, Setting, Varied};
 use twinrig_study::{MemberRun, RobustnessCase, RobustnessPlan, RobustnessRunner, Trajectory};
 
 use crate::args::RobustnessOptions;
@@ -87,7 +87,7 @@ impl<'r> RobustnessCases<'r> {
         let positions = positions(&assembly);
         let names: Vec<String> = positions.iter().map(|(name, _)| name.clone()).collect();
         let assembly = assembly.with_scenario(&scenario, &names)?;
-        let ensemble = Ensemble::new(assembly, self.runs)?;
+        let ensemble = Ensemble::new(assembly, self.runs, Varied::Start)?;
         let (kind, why_seeds) = (ensemble.kind(), ensemble.why_seeds().map(str::to_owned));
         let has = |unit| positions.iter().any(|(_, it)| *it == unit);
         self.cases.push(RobustnessCase {

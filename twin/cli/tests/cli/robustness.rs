@@ -244,6 +244,48 @@ fn plants_without_named_state_differ_by_seed_and_hardware_is_refused() {
     );
 }
 
+/// A run that draws no random number has the same fingerprint with every seed, one that does another.
+#[test]
+fn random_streams_of_a_run_decide_whether_seeds_have_an_effect() {
+    const EXPECT: &str = "expect=[{name='height',body={height={min='1 cm'}}}]";
+    for (name, is_random) in [
+        ("trot", false),
+        ("oncilla-trot", false),
+        ("tegotae-noisy", true),
+    ] {
+        let file = format!("{}/../../scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let run = |options: &[&str]| {
+            let begin = ["run", &file, "--no-record", "--json", "--until", "0.6 s"];
+            let done = twin(&[&begin, &["--set", EXPECT][..], options].concat());
+            assert_eq!(done.code, 0, "{}", done.out);
+            json(&done.out).remove(0)
+        };
+        let [one, other] = ["1", "2"].map(|seed| run(&["--seed", seed]));
+        let drawn = one["random"].as_array().unwrap();
+        assert_eq!(!drawn.is_empty(), is_random, "{name}: {drawn:?}");
+        assert_eq!(one["random"], other["random"]);
+        assert_eq!(
+            one["fingerprint"] != other["fingerprint"],
+            is_random,
+            "{name}"
+        );
+
+        let over_seeds = run(&["--seeds", "3"]);
+        assert_eq!(over_seeds["fingerprint"], one["fingerprint"]);
+        let ensemble = &over_seeds["expectations"][0]["ensemble"];
+        assert_eq!(
+            (&ensemble["differ_by"], &ensemble["runs"]),
+            (&"seeds".into(), &3.into())
+        );
+        let margins = &ensemble["margins"];
+        assert_eq!(
+            margins["min"] != margins["max"],
+            is_random,
+            "{name}: {margins}"
+        );
+    }
+}
+
 /// A leg that falls and a stand are not chaotic.
 #[test]
 fn drop_of_a_leg_never_changes_its_verdicts() {

@@ -1,12 +1,12 @@
-//! Reading `ensemble`: the number of runs from perturbed starts.
+//! Reading `ensemble`: the number of runs from perturbed starts or with other seeds.
 
 use twinrig_document::{Item, Range, Reported};
 use twinrig_kernel::Unit;
 
-use crate::language::{Key, Shape, TableSpec, Type, quantity, table};
+use crate::language::{Key, Shape, TableSpec, Type, choice, quantity, table};
 use crate::options::Accepts;
 use crate::read::options::natural;
-use crate::scenario::EnsembleSpec;
+use crate::scenario::{EnsembleSpec, Varied};
 
 /// Runs of which one differs from another.
 const LEAST: u64 = 2;
@@ -27,29 +27,32 @@ const RUNS: Type<u64> = Type::new(COUNT, |item, _| natural(item, &(LEAST..=MOST)
 
 table! {
     /// Keys of `ensemble`.
-    pub(super) ensemble_table = TableSpec::new("ensemble", "runs from perturbed starts");
-    RUNS: u64 = "runs", super::RUNS, "number of runs, the unperturbed one included", "runs = 32",
+    pub(super) ensemble_table = TableSpec::new("ensemble", "runs from perturbed starts or with other seeds");
+    RUNS: u64 = "runs", super::RUNS, "number of runs, that of the file included", "runs = 32",
         required();
     SHARE: f64 = "share", quantity(Unit::One, Range::between(0.0, 1.0)),
         "least share of the runs in which an expectation holds", "runs = 32, share = 0.9",
         default("0.95");
+    VARY: Varied = "vary", choice(), "difference between the runs",
+        r#"runs = 20, vary = "seed""#, default("'start'");
 }
 
 fn ensemble(item: &Item<'_>) -> Result<EnsembleSpec, Reported> {
-    use ensemble_table::{RUNS, SHARE, TABLE};
+    use ensemble_table::{RUNS, SHARE, TABLE, VARY};
     if !item.is_table() {
         let runs = natural(item, &(LEAST..=MOST))?;
-        return Ok(spec(runs, self::SHARE));
+        return Ok(spec(runs, self::SHARE, Varied::Start));
     }
     let table = &item.table()?;
     let table = TABLE.of(table);
     let (runs, share) = (table.read(&RUNS), table.read(&SHARE));
-    Ok(spec(runs?, share?))
+    Ok(spec(runs?, share?, table.read(&VARY)?))
 }
 
-fn spec(runs: u64, share: f64) -> EnsembleSpec {
+fn spec(runs: u64, share: f64, vary: Varied) -> EnsembleSpec {
     EnsembleSpec {
         runs: usize::try_from(runs).unwrap_or(usize::MAX),
         share,
+        vary,
     }
 }

@@ -1,6 +1,8 @@
 //! Detection and judgement of footsteps.
 
-use crate::common::run::{CYCLE_MS, Run, STANCE_MS, at, judge_run, judge_with, outcome, trot_load};
+use crate::common::run::{
+    CYCLE_MS, PERIOD_MS, Run, STANCE_MS, at, judge_run, judge_with, outcome, trot_load,
+};
 use proptest::prelude::*;
 use twinrig_scenario::{Footstep, Verdict};
 
@@ -63,6 +65,30 @@ fn measures_of_a_synthetic_trot_are_recovered() {
     assert!(measured("phase = { LF = 0.2, RF = 0.7, LH = 0.7, RH = 0.2 }, tolerance = 0.1") < 1e-9);
     assert_eq!(measured("order = [['LF', 'RH'], ['RF', 'LH']]"), 0.0);
     assert!(measured("order = ['LF', 'RF', 'RH', 'LH']") > 10.0);
+}
+
+#[test]
+fn slip_share_is_slip_over_the_travel_in_stance() {
+    // Strides of 120 mm, in whose stance of 160 of 300 ms the foot slides 30 mm.
+    let slide = |ms: u64| 0.03 * ms.min(STANCE_MS) as f64 / STANCE_MS as f64;
+    let run = Run {
+        foot: &|_, ms| {
+            [
+                0.12 * (ms / CYCLE_MS) as f64 + slide(ms % CYCLE_MS),
+                0.0,
+                0.0,
+            ]
+        },
+        ..Run::default()
+    };
+    let found = outcome("footstep = { leg = 'LF', slip_share = { max = 1 } }", &run);
+    // In contact up to the observation before the lift-off.
+    let slip = slide(STANCE_MS - PERIOD_MS);
+    let travel = 0.12 * STANCE_MS as f64 / CYCLE_MS as f64;
+    assert!(
+        (found.measured.unwrap() - slip / travel).abs() < 1e-9,
+        "{found:?}"
+    );
 }
 
 /// Load of a leg that touches down at its share of the cycle.

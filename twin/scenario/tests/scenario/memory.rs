@@ -7,8 +7,9 @@ use twinrig_runtime::{Group, Observer, RunEvent};
 use twinrig_scenario::{Judge, Layouts, LegFact, RunEnd, Scene};
 
 /// One expectation of each kind.
-const EXPECTATIONS: [&str; 35] = [
+const EXPECTATIONS: [&str; 36] = [
     "footstep = { slip = { max = '1 mm' } }",
+    "footstep = { slip_share = { max = 0.3 } }",
     "footstep = { stance = { max = '1 s' } }",
     "footstep = { swing = { max = '1 s' } }",
     "footstep = { stride = { max = '1 m' } }",

@@ -2,6 +2,8 @@
 
 use twinrig_kernel::SimTime;
 
+use super::displacement::minus;
+use crate::expect::Axis;
 use crate::judge::footstep::Footstep;
 use crate::judge::load_cycle::LegCycle;
 use crate::judge::outcome::{Finding, Witness};
@@ -12,6 +14,8 @@ use crate::limits::Limits;
 pub(super) enum Mean {
     /// Mean share of the stance in the cycle.
     DutyFactor,
+    /// Slip over the travel in stance.
+    SlipShare,
     /// Mean rate of touch-downs.
     Frequency,
     /// Number of touch-downs.
@@ -23,17 +27,33 @@ pub(super) enum Mean {
 pub(super) struct Cycles {
     count: u64,
     first: Option<SimTime>,
-    /// Touch-down of the last footstep and its stance time \[s\].
-    last: Option<(SimTime, Option<f64>)>,
+    last: Option<Last>,
     /// Sum of the stance shares of the cycles; none if one of them has none.
     shares: Option<f64>,
+    /// Sum of the slips and of the travels in stance of the same footsteps \[m\].
+    slip: f64,
+    travel: f64,
+}
+
+/// The last footstep.
+#[derive(Clone, Copy, Debug)]
+struct Last {
+    touch_down: SimTime,
+    /// Stance time \[s\].
+    stance: Option<f64>,
+    position: [f64; 3],
+    slip: f64,
 }
 
 impl Cycles {
     pub fn add(&mut self, step: &Footstep) {
-        if let Some((previous, stance)) = self.last {
-            let cycle = (step.touch_down - previous).as_secs_f64();
-            let share = stance.map(|stance| stance / cycle);
+        if let Some(last) = self.last {
+            let cycle = (step.touch_down - last.touch_down).as_secs_f64();
+            let share = last.stance.map(|stance| stance / cycle);
+            let stride = minus(step.position, last.position);
+            let stride = Axis::Horizontal.along(stride);
+            self.slip += last.slip;
+            self.travel += stride * share.unwrap_or(1.0);
             let shares = if self.count == 1 {
                 Some(0.0)
             } else {
@@ -42,7 +62,12 @@ impl Cycles {
             self.shares = shares.and_then(|sum| Some(sum + share?));
         }
         self.first.get_or_insert(step.touch_down);
-        self.last = Some((step.touch_down, step.stance()));
+        self.last = Some(Last {
+            touch_down: step.touch_down,
+            stance: step.stance(),
+            position: step.position,
+            slip: step.slip,
+        });
         self.count += 1;
     }
 
@@ -53,10 +78,10 @@ impl Cycles {
                 let cycles = self.count.checked_sub(1).filter(|cycles| *cycles > 0)?;
                 Some(self.shares? / cycles as f64)
             }
+            Mean::SlipShare => (self.travel > 0.0).then(|| self.slip / self.travel),
             Mean::Frequency => {
                 let cycles = self.count.checked_sub(1).filter(|cycles| *cycles > 0)?;
-                let (last, _) = self.last?;
-                let time = (last - self.first?).as_secs_f64();
+                let time = (self.last?.touch_down - self.first?).as_secs_f64();
                 Some(cycles as f64 / time)
             }
         }

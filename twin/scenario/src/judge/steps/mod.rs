@@ -135,6 +135,7 @@ impl StepMeter {
         };
         let statistics = match &claim.measure {
             FootstepMeasure::Slip(limits) => each(Quantity::Slip, limits),
+            FootstepMeasure::SlipShare(limits) => mean(Mean::SlipShare, limits),
             FootstepMeasure::Impulse(limits) => each(Quantity::Impulse, limits),
             FootstepMeasure::PeakLoad(limits) => each(Quantity::PeakLoad, limits),
             FootstepMeasure::Position(axis, limits) => each(Quantity::Position(*axis), limits),

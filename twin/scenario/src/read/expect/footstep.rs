@@ -58,6 +58,10 @@ table! {
         limits_of!(Unit::Meter, Domain::NOT_NEGATIVE, FootstepMeasure::Slip),
         "each: greatest horizontal distance from the place of touch-down in contact",
         r#"slip = { max = "40 mm" }"#, one_of();
+    SLIP_SHARE: FootstepMeasure = "slip_share",
+        limits_of!(Unit::One, Domain::NOT_NEGATIVE, FootstepMeasure::SlipShare),
+        "mean: slip over the travel in stance, stride by stance share",
+        r#"slip_share = { near = "20 %", within = 0.05 }"#, one_of();
     DUTY_FACTOR: () = "duty_factor", contextual(Shape::Limits(Unit::One, Domain::SHARE)),
         "mean: share of the cycle on the ground",
         r#"leg = "fore", duty_factor = { near = 0.515, within = 0.05 }"#, one_of();
@@ -165,7 +169,7 @@ pub(super) fn claim(item: &Item<'_>) -> Result<FootstepClaim, Reported> {
 fn measure(table: Declared<'_, '_>, name: &str) -> Result<FootstepMeasure, Reported> {
     use footstep_table::{
         AXIS, BY, CONTACTS, COUNT, DISPLACEMENT, DUTY_FACTOR, FREQUENCY, IMPULSE, ORDER, PEAK_LOAD,
-        PHASE, PHASE_SPREAD, POSITION, SLIP, STANCE, STRIDE, SWING, TOLERANCE,
+        PHASE, PHASE_SPREAD, POSITION, SLIP, SLIP_SHARE, STANCE, STRIDE, SWING, TOLERANCE,
     };
     if name == POSITION.name {
         let axis = table.get_with(&AXIS, |item| item.choice(&Axis::WORDS[..3]));
@@ -194,7 +198,8 @@ fn measure(table: Declared<'_, '_>, name: &str) -> Result<FootstepMeasure, Repor
         return displacement(table);
     }
     let keys = [
-        SLIP, CONTACTS, STANCE, SWING, FREQUENCY, STRIDE, IMPULSE, PEAK_LOAD, COUNT, ORDER,
+        SLIP, SLIP_SHARE, CONTACTS, STANCE, SWING, FREQUENCY, STRIDE, IMPULSE, PEAK_LOAD, COUNT,
+        ORDER,
     ];
     table.read_among(&keys, name)
 }
