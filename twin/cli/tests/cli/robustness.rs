@@ -244,7 +244,8 @@ fn plants_without_named_state_differ_by_seed_and_hardware_is_refused() {
     );
 }
 
-/// A run that draws no random number has the same fingerprint with every seed, one that does another.
+/// A run that draws no random number has the same fingerprint with every seed, one that does
+/// another.
 #[test]
 fn random_streams_of_a_run_decide_whether_seeds_have_an_effect() {
     const EXPECT: &str = "expect=[{name='height',body={height={min='1 cm'}}}]";
