@@ -120,6 +120,16 @@ fn violation_before_a_fall_fails() {
         (found.verdict, found.detail.as_str()),
         (Verdict::Unobserved, "fell at 5 s")
     );
+    // Cycles of the loads up to the fall count, though they are found later.
+    for gait in [
+        "phase = 'pace', tolerance = 0.1",
+        "phase_spread = { min = 0.1 }",
+        "duty_factor = { min = 0.8 }",
+        "contacts = { min = 2 }",
+    ] {
+        let found = outcome(&format!("footstep = {{ {gait} }}"), &rolls_over());
+        assert_eq!(found.verdict, Verdict::Fail, "{gait}: {found:?}");
+    }
     // A mean up to the fall counts; motion after the fall does not affect the speed.
     let slow = "body = { speed = { min = '0.5 m/s' } }";
     let found = outcome(slow, &rolls_over());
