@@ -134,6 +134,9 @@ fn gait(legs: impl Strategy<Value = Vec<Vec<Contact>>>) -> impl Strategy<Value =
 }
 
 proptest! {
+    // A case is a run of some thousand samples.
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
     /// Measures of a cycle are those of the closed form, with any bounces.
     #[test]
     fn cycles_of_periodic_loads_are_those_of_their_fourier_series(
