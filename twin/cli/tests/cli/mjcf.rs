@@ -58,7 +58,7 @@ mod with_mujoco {
     #[test]
     fn pup_meets_its_expectations_and_is_replayed_without_model_file() {
         let folder = Folder::new("pup");
-        let path = changed(&folder, "duration = \"4 s\"", "duration = \"2 s\"");
+        let path = changed(&folder, "duration = \"4 s\"", "duration = \"3 s\"");
         let out = folder.join("out");
         let done = twin(&["run", "--json", "--out", &out, &path]);
         assert_eq!(done.code, 0, "{}{}", done.out, done.err);
