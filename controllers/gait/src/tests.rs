@@ -194,7 +194,7 @@ fn target_out_of_reach_becomes_the_nearest_point_and_is_counted() {
     let rows = run(&mut cpg, 500, 8);
     assert!(rows.iter().flatten().all(|value| value.is_finite()));
     assert!(cpg.out_of_reach() > 500);
-    // Halves of a stride of twice the longest leg are beyond it by less than a fifth of it.
+    // Half of a stride of twice the longest leg is beyond its reach by less than its length.
     let violations = cpg.limit_violations();
     assert_eq!(violations.len(), 4);
     for violation in &violations {
