@@ -50,7 +50,7 @@ pub use radius::RadiusOptions;
 pub use robustness::RobustnessOptions;
 pub use study::{EstimateOptions, PrecisionOptions, StudyArgs, StudyCommand, StudyOptions};
 pub use sweep::SweepArgs;
-pub use thesis::ThesisArgs;
+pub use thesis::{FlipMoves, ThesisArgs};
 
 /// Co-simulates a legged robot, its controller and its I/O in virtual time and judges the run.
 #[derive(Debug, Parser)]

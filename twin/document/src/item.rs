@@ -8,6 +8,7 @@ use crate::document::{Overrides, SET_TWICE};
 use crate::error::{Placed, Problem};
 use crate::near;
 use crate::node::{Node, Value};
+use crate::probe;
 use crate::quantity::{self, QuantityError};
 use crate::range::{Range, readable};
 use crate::source::Place;
@@ -232,6 +233,7 @@ impl<'d> Item<'d> {
             }
         };
         let value = value.map_err(|error| self.report(error.message, error.help))?;
+        let value = value * probe::factor(&self.path, &self.node.place);
         if range.contains(value) {
             return Ok(value);
         }
@@ -267,7 +269,14 @@ impl<'d> Item<'d> {
             self.quantity(Unit::Second, &Range::NOT_NEGATIVE)?;
             return Err(self.wrong_type("a duration"));
         };
-        quantity::parse_duration(text).map_err(|error| self.report(error.message, error.help))
+        let duration = quantity::parse_duration(text);
+        let duration = duration.map_err(|error| self.report(error.message, error.help))?;
+        let factor = probe::factor(&self.path, &self.node.place);
+        Ok(if factor.to_bits() == 1.0_f64.to_bits() {
+            duration
+        } else {
+            SimDuration::try_from_secs_f64(duration.as_secs_f64() * factor).unwrap_or(duration)
+        })
     }
 
     /// Returns a duration greater than zero.

@@ -50,6 +50,7 @@ mod library;
 mod near;
 mod node;
 mod pattern;
+pub mod probe;
 mod quantity;
 mod range;
 mod source;

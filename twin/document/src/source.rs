@@ -99,6 +99,19 @@ impl Place {
             .trim_end_matches('\r')
     }
 
+    /// Text of the line behind the position.
+    pub(crate) fn after(&self) -> &str {
+        let rest = &self.source.text[self.span.end..];
+        rest.split('\n').next().unwrap_or(rest)
+    }
+
+    /// Text of the line above; empty for the first.
+    pub(crate) fn line_above(&self) -> &str {
+        let before = &self.source.text[..self.line_start()];
+        let before = before.strip_suffix('\n').unwrap_or_default();
+        before.rsplit('\n').next().unwrap_or_default()
+    }
+
     /// Text of the line before the position.
     pub(crate) fn before(&self) -> &str {
         &self.source.text[self.line_start()..self.span.start]

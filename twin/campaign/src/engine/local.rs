@@ -6,6 +6,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread::{Builder, available_parallelism};
 use std::time::Duration;
 
+use twinrig_document::probe;
 use twinrig_runtime::{catch_panic, interrupt};
 
 use super::{Engine, EngineError, EngineEvent, EngineOptions, EngineStatus, Job};
@@ -14,7 +15,8 @@ use super::{Engine, EngineError, EngineEvent, EngineOptions, EngineStatus, Job};
 const UPDATE: Duration = Duration::from_millis(100);
 
 /// Does each task on one of several threads, by default one for each processor. The threads are in
-/// the scope of the interrupt token of the caller, and begin no further task after an interrupt.
+/// the scope of the interrupt token and of the probe of the caller, and begin no further task after
+/// an interrupt.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LocalEngine;
 
@@ -62,7 +64,7 @@ fn on_threads(
     threads: usize,
     observe: &mut dyn FnMut(Option<EngineEvent>) -> bool,
 ) -> Result<(), EngineError> {
-    let token = interrupt::current();
+    let (token, probe) = (interrupt::current(), probe::current());
     let (next, ended) = (AtomicUsize::new(0), AtomicBool::new(false));
     let work = || {
         while !ended.load(Ordering::Relaxed) && !interrupt::is_requested() {
@@ -83,14 +85,15 @@ fn on_threads(
     )]
     std::thread::scope(|scope| {
         for number in 1..=threads {
-            let (sender, token) = (sender.clone(), &token);
+            let (sender, token, probe) = (sender.clone(), &token, probe.clone());
             let worker = move || {
-                interrupt::in_scope(token.as_ref(), || {
+                let work = || {
                     while let Some(event) = work() {
                         // The receiver outlives the threads.
                         let _ = sender.send(event);
                     }
-                });
+                };
+                interrupt::in_scope(token.as_ref(), || probe::within(probe, work));
             };
             let started = Builder::new().name(format!("task {number}"));
             if let Err(source) = started.spawn_scoped(scope, worker) {

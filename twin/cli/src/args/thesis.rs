@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::key_value;
 
@@ -21,10 +21,31 @@ pub struct ThesisArgs {
     /// Set a key of all scenarios of ITEM: override.leg.aslp.diagonal.stiffness="2200 N/m"
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value, requires = "item")]
     pub set: Vec<(String, String)>,
+    /// Move every number that the items read, one at a time, and show which verdicts flip: assumed
+    /// and fitted ones by 10 %, others by 2 %. `least` repeats the least recorded move of each figure
+    #[arg(
+        long,
+        value_name = "MOVES",
+        value_enum,
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "all",
+        conflicts_with_all = ["set", "list"]
+    )]
+    pub flips: Option<FlipMoves>,
     /// Folder of the scenarios
     #[arg(long, value_name = "DIR", default_value = "scenarios")]
     pub scenarios: PathBuf,
     /// Print JSON instead of a table
     #[arg(long)]
     pub json: bool,
+}
+
+/// Moves of `twin thesis --flips`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FlipMoves {
+    /// Of every number, both ways
+    All,
+    /// The least recorded move of each figure
+    Least,
 }

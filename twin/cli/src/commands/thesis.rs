@@ -4,14 +4,15 @@ use twinrig_scenario::Setting;
 use twinrig_study::Machine;
 
 use super::{FAILURE, NEGATIVE, SUCCESS, Terminal};
-use crate::args::ThesisArgs;
+use crate::args::{FlipMoves, ThesisArgs};
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::run::interrupt;
 use crate::run::progress::Progress;
+use crate::thesis::flips::FlipRun;
 use crate::thesis::item::Item;
 use crate::thesis::items::items;
-use crate::thesis::record::recorded;
+use crate::thesis::record::{recorded, recorded_flips};
 use crate::thesis::result::ThesisResult;
 use crate::thesis::{run, text};
 
@@ -25,6 +26,15 @@ pub(super) fn thesis(registry: &Registry, args: &ThesisArgs, terminal: &mut Term
     }
     if terminal.interactive {
         interrupt::listen();
+    }
+    if let Some(moves) = args.flips {
+        return match flip(registry, args, moves, terminal) {
+            Ok(code) => code,
+            Err(error) => {
+                terminal.report_error(&error, args.json);
+                FAILURE
+            }
+        };
     }
     match compare(registry, args, terminal) {
         Ok((result, skipped)) => show(args, &result, &skipped, terminal),
@@ -53,16 +63,58 @@ fn list(args: &ThesisArgs, terminal: &mut Terminal<'_>) {
     }
 }
 
+/// Returns the selected items, and the others that were not named.
+fn select(args: &ThesisArgs) -> Result<(Vec<&'static Item>, Vec<&'static Item>), TwinError> {
+    Ok(match &args.item {
+        Some(id) => (vec![run::find(id)?], Vec::new()),
+        None => items().partition(|item| args.all || !item.is_long()),
+    })
+}
+
+/// Moves the numbers that the selected items read, and prints which verdicts flip.
+fn flip(
+    registry: &Registry,
+    args: &ThesisArgs,
+    moves: FlipMoves,
+    terminal: &mut Terminal<'_>,
+) -> Result<u8, TwinError> {
+    let (selected, _) = select(args)?;
+    let run = FlipRun::new(registry, selected, &args.scenarios);
+    let progress = Progress::of_parts("thesis", terminal.interactive && !args.json);
+    if moves == FlipMoves::All {
+        let flips = run.all(BUILD, progress)?;
+        if args.json {
+            terminal.print_plain(&serde_json::to_string_pretty(&flips).unwrap_or_default());
+        } else {
+            terminal.print(&text::flips(&flips));
+        }
+        return Ok(SUCCESS);
+    }
+    let recorded = recorded_flips().unwrap_or_default();
+    let (departures, count) = run.repeat(&recorded, progress)?;
+    if args.json {
+        terminal.print_json(&serde_json::json!({ "moves": count, "departures": departures }));
+    } else {
+        let departing = departures.len();
+        terminal.print(&format!("{count} moves repeated, {departing} departures"));
+        for departure in &departures {
+            terminal.print(&format!("  {departure}"));
+        }
+    }
+    Ok(if departures.is_empty() && count > 0 {
+        SUCCESS
+    } else {
+        NEGATIVE
+    })
+}
+
 /// Runs the selected items; also returns the others that were not named.
 fn compare(
     registry: &Registry,
     args: &ThesisArgs,
     terminal: &Terminal<'_>,
 ) -> Result<(ThesisResult, Vec<&'static Item>), TwinError> {
-    let (selected, skipped): (Vec<_>, Vec<_>) = match &args.item {
-        Some(id) => (vec![run::find(id)?], Vec::new()),
-        None => items().partition(|item| args.all || !item.is_long()),
-    };
+    let (selected, skipped) = select(args)?;
     let settings = args.set.iter().map(|(key, value)| Setting {
         origin: "--set".to_owned(),
         key: key.clone(),

@@ -3,7 +3,7 @@
 use crate::error::TwinError;
 use crate::thesis::context::Context;
 use crate::thesis::number::number;
-use crate::thesis::verdict::{Measurement, Rule};
+use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
 
 /// Figure, table or section of the thesis.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +19,8 @@ pub(crate) struct Item {
     pub run_s: f64,
     /// Printed figures.
     pub figures: &'static [PrintedFigure],
+    /// Origins of ours.
+    pub sources: &'static [Source],
     /// Determines ours.
     pub measure: fn(&Context<'_>) -> Result<Measurements, TwinError>,
     /// Commands that show more.
@@ -32,6 +34,45 @@ impl Item {
     /// Returns whether the item is run by name or with `--all` only.
     pub(crate) fn is_long(&self) -> bool {
         self.run_s > LONG_S
+    }
+
+    /// Returns the origin of the measurement with a key; none without one in a figure that is
+    /// declared not run.
+    pub(crate) fn source(&self, key: &str) -> Option<&'static Source> {
+        let mut named = self.sources.iter();
+        let named = named.find(|source| source.keys.contains(&key));
+        named.or_else(|| self.sources.iter().find(|source| source.keys.is_empty()))
+    }
+}
+
+/// Origin of measurements.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Source {
+    /// Keys of the measurements; none for all that no other source names.
+    pub keys: &'static [&'static str],
+    /// What their agreement says.
+    pub basis: Basis,
+    /// Their inputs, and what was free to differ.
+    pub inputs: &'static [Input],
+}
+
+impl Source {
+    /// Origin of the measurements with these keys.
+    pub(crate) const fn of(
+        keys: &'static [&'static str],
+        basis: Basis,
+        inputs: &'static [Input],
+    ) -> Self {
+        Self {
+            keys,
+            basis,
+            inputs,
+        }
+    }
+
+    /// Origin of all measurements that no other source names.
+    pub(crate) const fn rest(basis: Basis, inputs: &'static [Input]) -> Self {
+        Self::of(&[], basis, inputs)
     }
 }
 
@@ -82,7 +123,7 @@ impl PrintedFigure {
             place,
             printed: Printed::Value(value),
             unit,
-            rule: Rule::NotReproducible,
+            rule: Rule::NotRun,
             tolerance: "",
             remark: "",
             is_timing: false,
@@ -112,7 +153,7 @@ impl PrintedFigure {
         }
     }
 
-    /// Sets evidence, or the reason for which the figure cannot be reproduced.
+    /// Sets evidence, or the reason for which the figure was not run.
     pub(crate) const fn remark(self, remark: &'static str) -> Self {
         Self { remark, ..self }
     }
@@ -148,7 +189,7 @@ impl PrintedFigure {
             Rule::Between(least, most) => {
                 format!("{} to {}", number(least), with_unit(most))
             }
-            Rule::NotReproducible => return String::new(),
+            Rule::NotRun => return String::new(),
         };
         match self.tolerance {
             "" => rule,

@@ -13,15 +13,14 @@ pub(crate) const END: &str = "<!-- end -->";
 /// Returns the table of all results in Markdown, and the numbers of verdicts.
 pub(crate) fn table(result: &ThesisResult) -> String {
     let mut text = String::new();
-    let count = |verdict| result.count(verdict);
-    let _ = writeln!(
-        text,
-        "{} reproduced, {} refuted, {} not reproducible. Run times (⏱) are of {}.\n",
-        count(Verdict::Reproduced),
-        count(Verdict::Refuted),
-        count(Verdict::NotReproducible),
-        result.cpu,
-    );
+    let counts: Vec<String> = Verdict::ALL
+        .into_iter()
+        .map(|verdict| (result.count(verdict), verdict.words()))
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, words)| format!("{count} {words}"))
+        .collect();
+    let counts = counts.join(", ");
+    let _ = writeln!(text, "{counts}. Run times (⏱) are of {}.\n", result.cpu);
     text.push_str("| item | figure | printed | ours | verdict | ground |\n");
     text.push_str("|---|---|---|---|---|---|\n");
     for item in &result.items {
@@ -43,7 +42,7 @@ fn row(figure: &FigureResult) -> String {
         ""
     };
     let verdict = match figure.verdict {
-        Verdict::Refuted => format!("**{}**", figure.verdict.words()),
+        Verdict::Contradicted | Verdict::Misprint => format!("**{}**", figure.verdict.words()),
         verdict => verdict.words().to_owned(),
     };
     format!(

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::thesis::item::{Item, Measurements, Printed, PrintedFigure};
+use crate::thesis::item::{Item, Measurements, Printed, PrintedFigure, Source};
 use crate::thesis::number;
 use crate::thesis::verdict::{Measurement, Verdict};
 
@@ -51,6 +51,8 @@ pub(crate) struct FigureResult {
     pub ours: Option<Measurement>,
     /// Verdict.
     pub verdict: Verdict,
+    /// Inputs of ours, and what was free to differ: `fitted: geometry of the leg`.
+    pub inputs: Vec<String>,
     /// Rule of the verdict with the reason for its tolerance.
     pub rule: String,
     /// Evidence, reason of a difference, or what ours assumes.
@@ -62,7 +64,10 @@ pub(crate) struct FigureResult {
 impl ItemResult {
     /// Compares measurements with the printed figures of an item.
     pub(crate) fn of(item: &Item, measured: &Measurements) -> Self {
-        let figure = |figure: &PrintedFigure| FigureResult::of(figure, measured.get(figure.key));
+        let figure = |figure: &PrintedFigure| {
+            let source = item.source(figure.key);
+            FigureResult::of(figure, source, measured.get(figure.key))
+        };
         Self {
             id: item.id.to_owned(),
             title: item.title.to_owned(),
@@ -74,9 +79,10 @@ impl ItemResult {
 }
 
 impl FigureResult {
-    fn of(figure: &PrintedFigure, ours: Option<Measurement>) -> Self {
+    fn of(figure: &PrintedFigure, source: Option<&Source>, ours: Option<Measurement>) -> Self {
         let ours = ours.filter(|found| found.value.is_finite());
         let printed_value = figure.printed_value();
+        let inputs = source.map_or(&[][..], |source| source.inputs);
         Self {
             key: figure.key.to_owned(),
             quantity: figure.quantity.to_owned(),
@@ -91,7 +97,11 @@ impl FigureResult {
             printed_value,
             unit: figure.unit.to_owned(),
             ours,
-            verdict: figure.rule.verdict(printed_value, ours),
+            verdict: match source {
+                Some(source) => figure.rule.verdict(source.basis, printed_value, ours),
+                None => Verdict::NotRun,
+            },
+            inputs: inputs.iter().map(|input| input.text()).collect(),
             rule: figure.rule_text(),
             remark: figure.remark.to_owned(),
             timing: figure.is_timing,
@@ -107,9 +117,10 @@ impl FigureResult {
         )
     }
 
-    /// Returns the ground of the verdict: rule and remark.
+    /// Returns the ground of the verdict: rule, remark and inputs.
     pub(crate) fn ground(&self) -> String {
-        let parts = [self.rule.as_str(), self.remark.as_str()];
+        let inputs = self.inputs.join("; ");
+        let parts = [self.rule.as_str(), self.remark.as_str(), inputs.as_str()];
         let parts = parts.into_iter().filter(|part| !part.is_empty());
         parts.collect::<Vec<_>>().join("; ")
     }
@@ -157,7 +168,12 @@ impl ThesisResult {
 impl ItemResult {
     /// Returns the result of the same printed figure.
     pub(crate) fn figure(&self, like: &FigureResult) -> Option<&FigureResult> {
+        self.of_figure(&like.key, &like.place)
+    }
+
+    /// Returns the result of the figure with a key and a place.
+    pub(crate) fn of_figure(&self, key: &str, place: &str) -> Option<&FigureResult> {
         let mut figures = self.figures.iter();
-        figures.find(|figure| (&figure.key, &figure.place) == (&like.key, &like.place))
+        figures.find(|figure| (figure.key.as_str(), figure.place.as_str()) == (key, place))
     }
 }

@@ -13,7 +13,7 @@ use crate::thesis::item::{Item, Measurements, Printed};
 use crate::thesis::items::items;
 use crate::thesis::record::recorded;
 use crate::thesis::result::{FigureResult, ItemResult, ThesisResult};
-use crate::thesis::verdict::{Rule, Verdict};
+use crate::thesis::verdict::{Basis, Input, Rule, Verdict};
 use crate::thesis::{page, run};
 
 /// Command that writes the record.
@@ -53,11 +53,8 @@ fn every_figure_has_a_place_a_rule_and_the_reason_for_it() {
                 !figure.place.is_empty() && !figure.quantity.is_empty(),
                 "{name}"
             );
-            if figure.rule == Rule::NotReproducible {
-                assert!(
-                    !figure.remark.is_empty(),
-                    "{name}: why is it not reproducible?"
-                );
+            if figure.rule == Rule::NotRun {
+                assert!(!figure.remark.is_empty(), "{name}: why was it not run?");
             } else {
                 assert!(!figure.tolerance.is_empty(), "{name}: why this tolerance?");
                 let accepted = figure.rule.accepted(figure.printed_value());
@@ -68,6 +65,36 @@ fn every_figure_has_a_place_a_rule_and_the_reason_for_it() {
                     assert!((least..=most).contains(&value), "{name}");
                 }
             }
+        }
+    }
+}
+
+/// Each figure has one origin, whose inputs are those of its basis.
+#[test]
+fn every_figure_names_its_inputs_and_what_was_free_to_differ() {
+    for item in items() {
+        for figure in item.figures {
+            let name = format!("{}, {}", item.id, figure.quantity);
+            let Some(source) = item.source(figure.key) else {
+                assert_eq!(figure.rule, Rule::NotRun, "{name}: no source");
+                continue;
+            };
+            let has = |is: fn(&Input) -> bool| source.inputs.iter().any(is);
+            let is_fitted = has(|input| matches!(input, Input::Fitted(_)));
+            let is_free = has(|input| matches!(input, Input::Free(_)));
+            match source.basis {
+                Basis::Arithmetic => assert!(!is_fitted && !is_free, "{name}"),
+                Basis::Given => assert!(!is_free && !source.inputs.is_empty(), "{name}"),
+                Basis::Outcome | Basis::Substitute => assert!(is_free, "{name}"),
+            }
+        }
+        for key in item.sources.iter().flat_map(|source| source.keys) {
+            let mut figures = item.figures.iter();
+            assert!(
+                figures.any(|figure| figure.key == *key),
+                "{}: {key}",
+                item.id
+            );
         }
     }
 }
@@ -103,7 +130,7 @@ fn result(items: Vec<ItemResult>) -> ThesisResult {
 #[test]
 fn item_of_which_nothing_was_observed_departs_from_every_record() {
     for item in items() {
-        let judged = |figure: &&FigureResult| figure.verdict != Verdict::NotReproducible;
+        let judged = |figure: &&FigureResult| figure.verdict != Verdict::NotRun;
         let found = result(vec![unobserved(item)]);
         let count = found.items[0].figures.iter().filter(judged).count();
         let departures = found.departures(Some(&found));
@@ -158,12 +185,11 @@ fn record_is_that_of_the_declared_items() {
         for figure in &item.figures {
             let name = format!("{}, {}", item.id, figure.quantity);
             assert_ne!(figure.verdict, Verdict::Unobserved, "{name}");
-            if figure.verdict == Verdict::Refuted {
-                assert!(
-                    !figure.remark.is_empty(),
-                    "{name} is refuted: by what evidence?"
-                );
-            }
+            let negative = [Verdict::Contradicted, Verdict::Misprint, Verdict::NotRun];
+            assert!(
+                !negative.contains(&figure.verdict) || !figure.remark.is_empty(),
+                "{name} has no evidence"
+            );
         }
     }
     if std::env::var_os("UPDATE_DOCS").is_none() {

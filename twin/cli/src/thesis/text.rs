@@ -4,6 +4,7 @@ use anstyle::Style;
 
 use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
+use crate::thesis::flips::Flips;
 use crate::thesis::item::Item;
 use crate::thesis::result::{FigureResult, ItemResult, ThesisResult};
 use crate::thesis::verdict::Verdict;
@@ -14,8 +15,9 @@ const COLUMNS: usize = 96;
 fn style(verdict: Verdict) -> Style {
     match verdict {
         Verdict::Reproduced => GREEN,
-        Verdict::Refuted => YELLOW,
-        Verdict::NotReproducible => DIM,
+        Verdict::Consistent | Verdict::Recomputed => Style::new(),
+        Verdict::Contradicted | Verdict::Misprint => YELLOW,
+        Verdict::NotRun => DIM,
         Verdict::Unobserved => RED,
     }
 }
@@ -82,6 +84,34 @@ pub(crate) fn table(result: &ThesisResult) -> String {
         }
     }
     grid.lines(0).join("\n")
+}
+
+/// Formats the moves that flip verdicts.
+pub(crate) fn flips(flips: &Flips) -> String {
+    let mut grid = Grid::new(&[Left, Left, Left, Left]);
+    grid.header("item | figure | verdict | flips");
+    for item in &flips.items {
+        for (n, figure) in item.figures.iter().enumerate() {
+            let id = if n == 0 { item.id.as_str() } else { "" };
+            grid.row([
+                Cell::new(id, BOLD),
+                figure.key.as_str().into(),
+                figure.verdict.words().into(),
+                item.text(&figure.key, &figure.place).into(),
+            ]);
+        }
+    }
+    let mut lines = grid.lines(0);
+    lines.push(String::new());
+    for item in &flips.items {
+        let [free, set] = item.moved;
+        let refused = item.refused;
+        let id = &item.id;
+        lines.push(format!(
+            "  {id}: {free} assumed or fitted and {set} other numbers, {refused} moves refused"
+        ));
+    }
+    lines.join("\n")
 }
 
 /// Formats the numbers of verdicts, the items that were not run, and the departures from the

@@ -6,22 +6,31 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Verdict {
-    /// Ours is within the tolerance.
+    /// An outcome that was free to differ agrees.
     Reproduced,
-    /// Ours was determined and is outside of it.
-    Refuted,
-    /// The thesis does not print what a repetition requires.
-    NotReproducible,
+    /// An input, a fit or a demand comes back.
+    Consistent,
+    /// Arithmetic on printed numbers agrees.
+    Recomputed,
+    /// The same experiment has another result.
+    Contradicted,
+    /// Printed numbers or formulas exclude each other.
+    Misprint,
+    /// The experiment was not repeated: data, parameters or the method are not there.
+    NotRun,
     /// Nothing was determined, or an interval that contains a limit of the tolerance.
     Unobserved,
 }
 
 impl Verdict {
     /// All verdicts, in the order of summaries.
-    pub(crate) const ALL: [Self; 4] = [
+    pub(crate) const ALL: [Self; 7] = [
         Self::Reproduced,
-        Self::Refuted,
-        Self::NotReproducible,
+        Self::Consistent,
+        Self::Recomputed,
+        Self::Contradicted,
+        Self::Misprint,
+        Self::NotRun,
         Self::Unobserved,
     ];
 
@@ -29,9 +38,69 @@ impl Verdict {
     pub(crate) fn words(self) -> &'static str {
         match self {
             Self::Reproduced => "reproduced",
-            Self::Refuted => "refuted",
-            Self::NotReproducible => "not reproducible",
+            Self::Consistent => "consistent",
+            Self::Recomputed => "recomputed",
+            Self::Contradicted => "contradicted",
+            Self::Misprint => "misprint",
+            Self::NotRun => "not run",
             Self::Unobserved => "unobserved",
+        }
+    }
+}
+
+/// Origin of a figure of ours, by which its agreement or difference is judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Basis {
+    /// Arithmetic on printed numbers and formulas.
+    Arithmetic,
+    /// An input, a value fitted to the printed one, or a demand that a search had to meet.
+    Given,
+    /// Outcome of the experiment of the thesis, free to differ.
+    Outcome,
+    /// Outcome of another method, model or controller, free to differ: a difference contradicts
+    /// nothing.
+    Substitute,
+}
+
+impl Basis {
+    /// Returns the verdict on a figure that agrees.
+    pub(crate) fn agreement(self) -> Verdict {
+        match self {
+            Self::Arithmetic => Verdict::Recomputed,
+            Self::Given => Verdict::Consistent,
+            Self::Outcome | Self::Substitute => Verdict::Reproduced,
+        }
+    }
+
+    /// Returns the verdict on a figure that differs.
+    pub(crate) fn difference(self) -> Verdict {
+        match self {
+            Self::Arithmetic => Verdict::Misprint,
+            Self::Given | Self::Outcome => Verdict::Contradicted,
+            Self::Substitute => Verdict::NotRun,
+        }
+    }
+}
+
+/// Input or outcome of what determines a figure of ours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Input {
+    /// Taken from the thesis or another source, or chosen without regard to the printed figure.
+    Set(&'static str),
+    /// Chosen so that the printed figure, or one that determines it, comes out.
+    Fitted(&'static str),
+    /// Not chosen: what the model, protocol or search gives.
+    Free(&'static str),
+}
+
+impl Input {
+    /// Returns the input for readers: `fitted: geometry of the leg`.
+    pub(crate) fn text(self) -> String {
+        match self {
+            Self::Set(input) => format!("set: {input}"),
+            Self::Fitted(input) => format!("fitted: {input}"),
+            Self::Free(outcome) => format!("free: {outcome}"),
         }
     }
 }
@@ -104,13 +173,13 @@ pub(crate) enum Rule {
     AtMost(f64),
     /// Ours is between both.
     Between(f64, f64),
-    /// Declared not reproducible; the remark of the figure has the reason.
-    NotReproducible,
+    /// Declared not run; the remark of the figure has the reason.
+    NotRun,
 }
 
 impl Rule {
     /// Returns the accepted values for a printed value; none if the figure is declared not
-    /// reproducible, or if the rule refers to a printed value that does not exist.
+    /// run, or if the rule refers to a printed value that does not exist.
     pub(crate) fn accepted(self, printed: Option<f64>) -> Option<[f64; 2]> {
         let (minus, plus) = (f64::NEG_INFINITY, f64::INFINITY);
         match self {
@@ -127,14 +196,19 @@ impl Rule {
             Self::AtLeast(least) => Some([least, plus]),
             Self::AtMost(most) => Some([minus, most]),
             Self::Between(least, most) => Some([least, most]),
-            Self::NotReproducible => None,
+            Self::NotRun => None,
         }
     }
 
-    /// Returns the verdict on a printed value, given ours.
-    pub(crate) fn verdict(self, printed: Option<f64>, ours: Option<Measurement>) -> Verdict {
-        if self == Self::NotReproducible {
-            return Verdict::NotReproducible;
+    /// Returns the verdict on a printed value, given ours and its basis.
+    pub(crate) fn verdict(
+        self,
+        basis: Basis,
+        printed: Option<f64>,
+        ours: Option<Measurement>,
+    ) -> Verdict {
+        if self == Self::NotRun {
+            return Verdict::NotRun;
         }
         let (Some([least, most]), Some(ours)) = (self.accepted(printed), ours) else {
             return Verdict::Unobserved;
@@ -142,9 +216,9 @@ impl Rule {
         let [low, high] = ours.ends();
         // NaN satisfies none of these.
         if low >= least && high <= most {
-            Verdict::Reproduced
+            basis.agreement()
         } else if high < least || low > most {
-            Verdict::Refuted
+            basis.difference()
         } else {
             Verdict::Unobserved
         }
@@ -157,6 +231,7 @@ mod tests {
 
     use super::*;
 
+    const OUTCOME: Basis = Basis::Outcome;
     const PRINTED: Option<f64> = Some(253.27);
 
     fn any_rule() -> impl Strategy<Value = Rule> {
@@ -174,13 +249,13 @@ mod tests {
         fn value_within_the_tolerance_is_reproduced_and_any_other_refuted(
             printed in -1e3..1e3, share in 0.0..1.0, ours in -2e3..2e3
         ) {
-            let verdict = Rule::Within(share).verdict(Some(printed), Some(Measurement::exact(ours)));
+            let verdict = Rule::Within(share).verdict(OUTCOME, Some(printed), Some(Measurement::exact(ours)));
             let distance: f64 = ours - printed;
             // At the limit the rounding of the product decides.
             prop_assume!((distance.abs() - share * printed.abs()).abs() > 1e-9);
             let is_within = distance.abs() < share * printed.abs();
             prop_assert_eq!(verdict == Verdict::Reproduced, is_within);
-            prop_assert_eq!(verdict == Verdict::Refuted, !is_within);
+            prop_assert_eq!(verdict == Verdict::Contradicted, !is_within);
         }
 
         /// Verdicts on an interval hold for every value in it, and only an interval that contains a
@@ -191,8 +266,8 @@ mod tests {
         ) {
             let (low, high) = (ends.0, ends.0 + ends.1);
             let value = low + inside * (high - low);
-            let whole = rule.verdict(PRINTED, Some(Measurement::within(value, low, high)));
-            let single = |value| rule.verdict(PRINTED, Some(Measurement::exact(value)));
+            let whole = rule.verdict(OUTCOME, PRINTED, Some(Measurement::within(value, low, high)));
+            let single = |value| rule.verdict(OUTCOME, PRINTED, Some(Measurement::exact(value)));
             if whole == Verdict::Unobserved {
                 let [least, most] = rule.accepted(PRINTED).unwrap();
                 prop_assert!((low..=high).contains(&least) || (low..=high).contains(&most));
@@ -203,9 +278,9 @@ mod tests {
 
         #[test]
         fn nothing_measured_is_no_verdict(rule in any_rule()) {
-            prop_assert_eq!(rule.verdict(PRINTED, None), Verdict::Unobserved);
+            prop_assert_eq!(rule.verdict(OUTCOME, PRINTED, None), Verdict::Unobserved);
             let nan = Some(Measurement::exact(f64::NAN));
-            prop_assert_eq!(rule.verdict(PRINTED, nan), Verdict::Unobserved);
+            prop_assert_eq!(rule.verdict(OUTCOME, PRINTED, nan), Verdict::Unobserved);
         }
     }
 
@@ -213,15 +288,15 @@ mod tests {
     fn bound_refutes_what_it_excludes_and_confirms_nothing_else() {
         let bound = Some(Measurement::at_least(100.0));
         assert_eq!(
-            Rule::Within(0.2).verdict(Some(1.69), bound),
-            Verdict::Refuted
+            Rule::Within(0.2).verdict(OUTCOME, Some(1.69), bound),
+            Verdict::Contradicted
         );
         assert_eq!(
-            Rule::AtLeast(1.42).verdict(None, bound),
+            Rule::AtLeast(1.42).verdict(OUTCOME, None, bound),
             Verdict::Reproduced
         );
         assert_eq!(
-            Rule::AtLeast(200.0).verdict(None, bound),
+            Rule::AtLeast(200.0).verdict(OUTCOME, None, bound),
             Verdict::Unobserved
         );
     }

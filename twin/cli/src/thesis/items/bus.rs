@@ -5,8 +5,8 @@ use twinrig_sbcp::{BYTE_TIME, OVERHEAD};
 
 use crate::error::TwinError;
 use crate::thesis::context::Context;
-use crate::thesis::item::{Item, Measurements, PrintedFigure};
-use crate::thesis::verdict::{Measurement, Rule};
+use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
+use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
 
 const BOARDS: f64 = 4.0;
 
@@ -45,6 +45,10 @@ pub(crate) const SEC_5_3_1: Item = Item {
             .rule(Rule::Within(1e-9), "a product of counts")
             .remark("of the packets of the emulated bus"),
     ],
+    sources: &[Source::rest(
+        Basis::Arithmetic,
+        &[Input::Set("printed counts and lengths")],
+    )],
     measure: |_| Ok(sec_5_3_1()),
     commands: &["twin run scenarios/thesis/sec-5-3-2-bus-controller.toml"],
 };
@@ -130,6 +134,20 @@ pub(crate) const SEC_5_3_2: Item = Item {
         )
         .rule(Rule::AtMost(2.0), "printed for the whole chain")
         .remark("with a timer of the master that is locked to the frames of USB"),
+    ],
+    sources: &[
+        Source::of(
+            &["first", "first-jitter"],
+            Basis::Outcome,
+            &[
+                Input::Set("period of the firmware's loop"),
+                Input::Free("phases of four loops"),
+            ],
+        ),
+        Source::rest(
+            Basis::Given,
+            &[Input::Fitted("times of the host and of the firmware")],
+        ),
     ],
     measure: sec_5_3_2,
     commands: &[

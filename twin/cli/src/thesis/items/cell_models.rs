@@ -5,8 +5,8 @@ use twinrig_sensor::design::CellFactor::{Glue, Layer, Length, Shape, Width};
 use twinrig_sensor::design::{CellResponse, Effect, Elimination, PrintedModel, THRESHOLD};
 
 use crate::thesis::error::ThesisError;
-use crate::thesis::item::{Item, Measurements, PrintedFigure};
-use crate::thesis::verdict::Rule;
+use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
+use crate::thesis::verdict::{Basis, Input, Rule};
 
 const ROUNDING: Rule = Rule::Within(5e-4);
 
@@ -77,6 +77,10 @@ pub(crate) const TABLE_4_5: Item = Item {
         kept("a3-kept", "saturation load: effects with p < 10 %", 3.0)
             .remark("layer, p = 0.1023, is kept on purpose (4.2.3)"),
     ],
+    sources: &[Source::rest(
+        Basis::Arithmetic,
+        &[Input::Set("printed numbers")],
+    )],
     measure: |_| Ok(refitted().map_err(ThesisError::from)?),
     commands: &["twin cell fit"],
 };

@@ -6,8 +6,8 @@ use twinrig_sensor::ResistanceAmplifier;
 use twinrig_sensor::design::{CELLS, CellDesign, CellPrediction, Effect, Electrode};
 
 use crate::thesis::error::ThesisError;
-use crate::thesis::item::{Item, Measurements, PrintedFigure};
-use crate::thesis::verdict::Rule;
+use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
+use crate::thesis::verdict::{Basis, Input, Rule};
 
 const ABOUT: &str = "\"approximately\"";
 
@@ -45,6 +45,10 @@ pub(crate) const FIG_4_4: Item = Item {
         PrintedFigure::value("points", "the same, fitted here", "figure 4.4", 0.9994, "")
             .remark("the measured points are not printed"),
     ],
+    sources: &[Source::rest(
+        Basis::Arithmetic,
+        &[Input::Set("printed numbers")],
+    )],
     measure: |_| Ok(fig_4_4()),
     commands: &["twin cell fit"],
 };
@@ -93,9 +97,13 @@ pub(crate) const TABLE_4_4: Item = Item {
             "48 coefficients",
             "",
         )
-        .rule(Rule::NotReproducible, "")
+        .rule(Rule::NotRun, "")
         .remark("the measured points are not printed, but their R² of 0.989 to 0.999"),
     ],
+    sources: &[Source::rest(
+        Basis::Arithmetic,
+        &[Input::Set("printed numbers")],
+    )],
     measure: |_| Ok(table_4_4()),
     commands: &["twin cell fit"],
 };
@@ -142,6 +150,10 @@ pub(crate) const SEC_4_2_3: Item = Item {
         .rule(Rule::Within(0.1), ABOUT)
         .remark("at 20 N, the range of table 4.1; at 15 N it is 3.9 V"),
     ],
+    sources: &[Source::rest(
+        Basis::Arithmetic,
+        &[Input::Set("printed numbers")],
+    )],
     measure: |_| Ok(sec_4_2_3()?),
     commands: &[
         "twin cell predict --type B --layers 2 --glue yes --length 20mm --width 30mm",

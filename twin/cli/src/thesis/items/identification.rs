@@ -2,8 +2,8 @@
 
 use crate::error::TwinError;
 use crate::thesis::context::Context;
-use crate::thesis::item::{Item, Measurements, PrintedFigure};
-use crate::thesis::verdict::Rule;
+use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
+use crate::thesis::verdict::{Basis, Input, Rule};
 
 const FITTED: &str = "the simulated cell is fitted to the printed figure";
 
@@ -23,6 +23,10 @@ pub(crate) const FIG_4_11: Item = Item {
             .rule(Rule::Within(0.2), "\"around\"")
             .remark(FITTED),
     ],
+    sources: &[Source::rest(
+        Basis::Given,
+        &[Input::Fitted("characteristics of the simulated cell")],
+    )],
     measure: fig_4_11,
     commands: &[
         "twin study estimate",
@@ -46,6 +50,7 @@ pub(crate) const FIG_4_12: Item = Item {
         "silicone with air bubbles under a foot that lifts off is not simulated; neither \
              data nor a model are printed",
     )],
+    sources: &[],
     measure: |_| Ok(Measurements::default()),
     commands: &[],
 };
@@ -75,6 +80,22 @@ pub(crate) const FIG_4_13: Item = Item {
         )
         .rule(Rule::AtLeast(0.99), "a hundredth of the variance")
         .remark("charge amplifier and silicone, whose model knows no frequency"),
+    ],
+    sources: &[
+        Source::of(
+            &["r-squared"],
+            Basis::Given,
+            &[Input::Set(
+                "a linear cell and amplifier, of which it holds at each frequency",
+            )],
+        ),
+        Source::rest(
+            Basis::Outcome,
+            &[
+                Input::Set("time constants of amplifier and silicone"),
+                Input::Free("response over frequency"),
+            ],
+        ),
     ],
     measure: fig_4_13,
     commands: &["twin study estimate"],
@@ -109,6 +130,13 @@ pub(crate) const FIG_4_14: Item = Item {
              none but harmonics",
         ),
     ],
+    sources: &[Source::rest(
+        Basis::Outcome,
+        &[
+            Input::Fitted("characteristics of the simulated cell"),
+            Input::Free("distribution of the residuals"),
+        ],
+    )],
     measure: fig_4_14,
     commands: &["twin study estimate"],
 };

@@ -2,8 +2,8 @@
 
 use crate::error::TwinError;
 use crate::thesis::context::Context;
-use crate::thesis::item::{Item, Measurements, PrintedFigure};
-use crate::thesis::verdict::{Measurement, Rule};
+use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
+use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
 
 const MANY_MINIMA: &str = "the sign depends on the covariances: the objective of F2 has several \
                            minima, and its coefficients are right at some frequencies only";
@@ -32,6 +32,10 @@ pub(crate) const FIG_4_7: Item = Item {
         )
         .rule(Rule::AtMost(1.0), "a maximum"),
     ],
+    sources: &[Source::rest(
+        Basis::Arithmetic,
+        &[Input::Set("printed formula")],
+    )],
     measure: |_| Ok(fig_4_7()),
     commands: &["twin run scenarios/thesis/fig-4-8.toml"],
 };
@@ -79,6 +83,20 @@ pub(crate) const FIG_4_8: Item = Item {
         .rule(Rule::AtLeast(14.0), "the load itself")
         .remark("its gradient vanishes in saturation"),
     ],
+    sources: &[
+        Source::of(
+            &["lost"],
+            Basis::Outcome,
+            &[Input::Set("cells and noises"), Input::Free("the estimate")],
+        ),
+        Source::rest(
+            Basis::Given,
+            &[
+                Input::Set("cells, noises and bias"),
+                Input::Fitted("constants of the filter are those of the cells"),
+            ],
+        ),
+    ],
     measure: fig_4_8,
     commands: &["twin run scenarios/thesis/fig-4-8.toml"],
 };
@@ -118,6 +136,20 @@ pub(crate) const FIG_4_9: Item = Item {
         )
         .rule(Rule::AtLeast(30.0), "a third of the rate"),
     ],
+    sources: &[
+        Source::of(
+            &["cost"],
+            Basis::Given,
+            &[Input::Fitted("covariances, by a search for this cost")],
+        ),
+        Source::rest(
+            Basis::Substitute,
+            &[
+                Input::Set("cells"),
+                Input::Free("covariances that a search finds"),
+            ],
+        ),
+    ],
     measure: fig_4_9,
     commands: &["twin study estimate"],
 };
@@ -156,6 +188,13 @@ pub(crate) const FIG_4_15: Item = Item {
         .rule(Rule::AtLeast(2.0), "visible in the figure")
         .remark("in saturation the piezoresistive cell adds nothing"),
     ],
+    sources: &[Source::rest(
+        Basis::Substitute,
+        &[
+            Input::Fitted("covariances, by a search"),
+            Input::Free("the estimate"),
+        ],
+    )],
     measure: fig_4_15,
     commands: &[
         "twin run scenarios/thesis/fig-4-15.toml",

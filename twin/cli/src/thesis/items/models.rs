@@ -4,8 +4,8 @@ use twinrig_study::{Row, StabilityPlan, Status, Study};
 
 use crate::error::TwinError;
 use crate::thesis::context::Context;
-use crate::thesis::item::{Item, Measurements, PrintedFigure};
-use crate::thesis::verdict::{Measurement, Rule};
+use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
+use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
 
 /// Largest stable step of the model with segment masses: sections 2.5.2 and 2.7.3, chapter 6
 /// \[µs\].
@@ -94,6 +94,13 @@ pub(crate) const FIG_2_5: Item = Item {
         )
         .remark("the model for Webots, with the softness of its joints, is not printed"),
     ],
+    sources: &[Source::rest(
+        Basis::Substitute,
+        &[
+            Input::Set("springs, masses and friction of the robot file"),
+            Input::Free("largest stable step"),
+        ],
+    )],
     measure: fig_2_5,
     commands: &["twin study stability"],
 };
@@ -190,6 +197,26 @@ pub(crate) const FIG_2_6: Item = Item {
         )
         .timing(),
     ],
+    sources: &[
+        Source::of(
+            &[
+                "slower",
+                "slower-conclusion",
+                "slower-quarter",
+                "faster-massless",
+                "maximal-run",
+            ],
+            Basis::Arithmetic,
+            &[Input::Set("printed steps, run times and speeds")],
+        ),
+        Source::rest(
+            Basis::Substitute,
+            &[
+                Input::Set("springs, masses and friction of the robot file"),
+                Input::Free("run time"),
+            ],
+        ),
+    ],
     measure: fig_2_6,
     commands: &["twin study precision", "twin study stability"],
 };
@@ -234,6 +261,13 @@ pub(crate) const FIG_2_10: Item = Item {
              is one of the method, not of the model without masses",
         ),
     ],
+    sources: &[Source::rest(
+        Basis::Substitute,
+        &[
+            Input::Set("springs, masses and friction of the robot file"),
+            Input::Free("largest stable step"),
+        ],
+    )],
     measure: fig_2_10,
     commands: &["twin study stability --plant massless --plant lcp"],
 };

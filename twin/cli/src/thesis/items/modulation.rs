@@ -4,8 +4,8 @@ use twinrig_study::{Counting, ModelForm, ModulationStudy};
 
 use crate::error::TwinError;
 use crate::thesis::context::Context;
-use crate::thesis::item::{Item, Measurements, PrintedFigure};
-use crate::thesis::verdict::{Measurement, Rule};
+use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
+use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
 
 /// Mean displacement against the change that counts \[mm\].
 const OPPOSITE: Rule = Rule::AtLeast(0.5);
@@ -69,6 +69,13 @@ pub(crate) const FIG_3_5: Item = Item {
         .rule(OPPOSITE, OPPOSITE_GROUND)
         .remark(BY_TOUCH_DOWN),
     ],
+    sources: &[Source::rest(
+        Basis::Substitute,
+        &[
+            Input::Fitted("the gait, by a search for speed and evenness"),
+            Input::Free("footsteps"),
+        ],
+    )],
     measure: open_loop,
     commands: &[
         "twin study modulation scenarios/thesis/fig-3-5.toml --plant massless --plant lcp",
@@ -119,6 +126,13 @@ pub(crate) const FIG_3_8: Item = Item {
         .rule(LINEAR, LINEAR_GROUND)
         .remark(BY_TOUCH_DOWN),
     ],
+    sources: &[Source::rest(
+        Basis::Substitute,
+        &[
+            Input::Fitted("the gait, by a search for speed and evenness"),
+            Input::Free("footsteps"),
+        ],
+    )],
     measure: with_feedback,
     commands: &[
         "twin study modulation scenarios/thesis/fig-3-5.toml scenarios/thesis/fig-3-8.toml \

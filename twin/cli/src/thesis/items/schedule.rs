@@ -5,8 +5,8 @@ use twinrig_runtime::{Group, Observer, RunEvent};
 
 use crate::error::TwinError;
 use crate::thesis::context::Context;
-use crate::thesis::item::{Item, Measurements, PrintedFigure};
-use crate::thesis::verdict::Rule;
+use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
+use crate::thesis::verdict::{Basis, Input, Rule};
 
 const COUNT: Rule = Rule::Within(0.0);
 const A_COUNT: &str = "a count";
@@ -36,6 +36,12 @@ pub(crate) const FIG_5_3: Item = Item {
         .rule(COUNT, A_COUNT)
         .remark("a transfer takes 1.1 steps"),
     ],
+    sources: &[Source::rest(
+        Basis::Given,
+        &[Input::Set(
+            "the printed rule, which the executor implements",
+        )],
+    )],
     measure: fig_5_3,
     commands: &["cargo test -p twinrig-runtime --test runtime scheduling"],
 };

@@ -2,8 +2,8 @@
 
 use crate::error::TwinError;
 use crate::thesis::context::{Context, RunReport};
-use crate::thesis::item::{Item, Measurements, PrintedFigure};
-use crate::thesis::verdict::{Measurement, Rule};
+use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
+use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
 
 const COUNT: Rule = Rule::Within(0.0);
 const A_COUNT: &str = "a count";
@@ -61,6 +61,13 @@ pub(crate) const FIG_5_9: Item = Item {
         .rule(Rule::AtLeast(1.2), "half of the speed of the set-points")
         .remark(SET_SPEED),
     ],
+    sources: &[Source::rest(
+        Basis::Outcome,
+        &[
+            Input::Set("gains of the position controller"),
+            Input::Free("speed between set-points"),
+        ],
+    )],
     measure: fig_5_9,
     commands: &["twin run scenarios/thesis/fig-5-9.toml"],
 };
@@ -110,6 +117,20 @@ pub(crate) const FIG_5_10: Item = Item {
         .rule(Rule::Between(1.0, 10.0), "\"in a few seconds\"")
         .remark("at the mismatch of table 5.4, 764 ppm"),
     ],
+    sources: &[
+        Source::of(
+            &["c-slow", "c-fast"],
+            Basis::Given,
+            &[Input::Fitted("clocks of the boards, to table 5.4")],
+        ),
+        Source::rest(
+            Basis::Outcome,
+            &[
+                Input::Set("the printed rule of the buffer, delays and jitter"),
+                Input::Free("missed and shortened steps"),
+            ],
+        ),
+    ],
     measure: fig_5_10,
     commands: &["twin run scenarios/thesis/fig-5-10.toml"],
 };
@@ -148,6 +169,26 @@ pub(crate) const TABLE_5_4: Item = Item {
         filled("LH", "filled-buffer steps, board 3", 1534.0),
         filled("RH", "filled-buffer steps, board 4", 1524.0),
     ],
+    sources: &[
+        Source::of(
+            &["packets", "rate", "period"],
+            Basis::Given,
+            &[Input::Set("duration and period of the run")],
+        ),
+        Source::of(
+            &["LF", "RF", "LH", "RH"],
+            Basis::Given,
+            &[Input::Fitted("clocks of the boards")],
+        ),
+        Source::rest(
+            Basis::Outcome,
+            &[
+                Input::Set("jitter of the host"),
+                Input::Fitted("clocks of the boards"),
+                Input::Free("errors and missed points"),
+            ],
+        ),
+    ],
     measure: table_5_4,
     commands: &["twin run scenarios/thesis/table-5-4.toml"],
 };
@@ -165,6 +206,10 @@ pub(crate) const TABLE_5_4_WITHOUT: Item = Item {
         "s",
     )
     .rule(Rule::Between(1.0, 10.0), "\"every few seconds\"")],
+    sources: &[Source::rest(
+        Basis::Given,
+        &[Input::Fitted("clocks of the boards")],
+    )],
     measure: table_5_4_without,
     commands: &["twin run scenarios/thesis/table-5-4-without.toml"],
 };

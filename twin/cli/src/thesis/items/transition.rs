@@ -6,8 +6,8 @@ use twinrig_study::{MIXED, STANDING, Transition, TransitionResult, Way};
 
 use crate::error::TwinError;
 use crate::thesis::context::Context;
-use crate::thesis::item::{Item, Measurements, PrintedFigure};
-use crate::thesis::verdict::{Measurement, Rule};
+use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
+use crate::thesis::verdict::{Basis, Input, Rule};
 
 /// Gaits before and after the printed transition.
 const BEFORE: &str = "trot";
@@ -93,19 +93,8 @@ pub(crate) const FIG_3_7: Item = Item {
             "path of all feet on the ground, from the first footstep on; feet slip as much in the \
              irregular cycles from 90 s on",
         ),
-        PrintedFigure::statement(
-            "hysteresis",
-            "excitation at which the pace begins, less that at which it ends on the way down",
-            "not in the thesis; known of walk and trot",
-            "hysteresis",
-            "π rad/s",
-        )
-        .rule(
-            Rule::AtLeast(1.0),
-            "two steps of the excitation, as one is its resolution",
-        )
-        .remark("by the loads; 1.5π by touch-downs, which call the pace irregular near its begin"),
     ],
+    sources: &[Source::rest(Basis::Substitute, &[Input::Fitted("the gait, by a search of the printed fitness on this ramp"), Input::Free("classes of the strides, and their times")])],
     measure: transition,
     commands: &[
         "twin study transition scenarios/thesis/fig-3-7.toml --plant massless --plant lcp",
@@ -142,13 +131,6 @@ fn measurements(run: &TransitionResult) -> Measurements {
     let rest = rest / (begin_s - first_s + end_s - established_s);
     let during = slip([begin_s, established_s]) / (established_s - begin_s);
     found.set("slip", during / rest);
-    let pace = |one: &&Transition| one.way == Way::Down && one.from == AFTER;
-    let end = run.transitions.iter().rev().find(pace);
-    let begins = excitation(run, established_s);
-    found.add(
-        "hysteresis",
-        end.map(|end| Measurement::exact((begins - end.value) / PI)),
-    );
     found
 }
 
@@ -162,13 +144,6 @@ fn descent_s(run: &TransitionResult) -> f64 {
     let values = run.case.values.windows(2);
     let mut falls = values.filter(|pair| pair[1][1] < pair[0][1]);
     falls.next().map_or(run.run.end_s, |pair| pair[1][0])
-}
-
-/// Returns the value of the excitation at a time.
-fn excitation(run: &TransitionResult, at_s: f64) -> f64 {
-    let values = run.case.values.iter().rev();
-    let mut past = values.filter(|[from_s, _]| *from_s <= at_s);
-    past.next().map_or(f64::NAN, |[_, value]| *value)
 }
 
 /// Returns the share of a class in the time of the regular cycles of a span.

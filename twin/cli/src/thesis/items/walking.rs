@@ -9,12 +9,13 @@ use crate::error::TwinError;
 use crate::sweep::execute::{SweepRequest, sweep};
 use crate::thesis::context::Context;
 use crate::thesis::error::ThesisError;
-use crate::thesis::item::{Item, Measurements, PrintedFigure};
-use crate::thesis::verdict::{Measurement, Rule};
+use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
+use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
 
-/// Greatest speed of Cheetah-cub \[m/s\], and its length \[m\].
+/// Greatest speed of Cheetah-cub \[m/s\], its length \[cm\], and the speed in lengths \[1/s\].
 const SPEED: f64 = 1.42;
-const LENGTH: f64 = 0.201;
+const LENGTH: f64 = 20.1;
+const LENGTHS: f64 = 6.9;
 /// Height of the robot, and of the step \[mm\].
 const HEIGHT: f64 = 158.0;
 const STEP: f64 = 20.0;
@@ -42,15 +43,9 @@ pub(crate) const SPEEDS: Item = Item {
             "m/s",
         )
         .remark("neither data of the servos nor parameters of the gait are printed"),
-        PrintedFigure::value(
-            "lengths",
-            "the same in body lengths a second",
-            "1.1.3",
-            6.9,
-            "1/s",
-        )
-        .rule(Rule::Within(0.01), "two printed digits")
-        .remark("1.42 m/s over the printed length of 20.1 cm are 7.1"),
+        PrintedFigure::value("length", "Cheetah-cub, length", "1.1.3", LENGTH, "cm")
+            .rule(Rule::Within(0.01), "two digits of the speed in lengths")
+            .remark("6.9 lengths a second are printed, which at 1.42 m/s are of 20.6 cm"),
         PrintedFigure::value(
             "oncilla",
             "Oncilla, trot",
@@ -62,6 +57,21 @@ pub(crate) const SPEEDS: Item = Item {
         .remark(
             "a gait found by optimisation; friction of the joints is five times that of the \
              robot file",
+        ),
+    ],
+    sources: &[
+        Source::of(
+            &["fast", "oncilla"],
+            Basis::Given,
+            &[
+                Input::Fitted("the gait, by a search for this speed"),
+                Input::Set("servo, friction and compression of the robot file"),
+            ],
+        ),
+        Source::of(
+            &["length"],
+            Basis::Arithmetic,
+            &[Input::Set("printed speeds and height")],
         ),
     ],
     measure: speeds,
@@ -97,6 +107,18 @@ pub(crate) const STEP_DOWN: Item = Item {
         .rule(Rule::Within(0.1), "\"approximately\"")
         .remark("printed as a share of the hip's height; 20 mm over the robot's 15.8 cm"),
     ],
+    sources: &[
+        Source::of(
+            &["share"],
+            Basis::Substitute,
+            &[Input::Set("robot and gait"), Input::Free("falls")],
+        ),
+        Source::of(
+            &["height"],
+            Basis::Arithmetic,
+            &[Input::Set("printed lengths")],
+        ),
+    ],
     measure: step_down,
     commands: &[
         "twin run scenarios/step-down.toml",
@@ -128,6 +150,11 @@ pub(crate) const LOADS: Item = Item {
         )
         .rule(Rule::Within(0.05), "\"approximately\""),
     ],
+    sources: &[Source::of(
+        &["load"],
+        Basis::Arithmetic,
+        &[Input::Set("printed mass")],
+    )],
     measure: loads,
     commands: &["twin run scenarios/trot-fast.toml"],
 };
@@ -141,7 +168,7 @@ fn speeds(context: &Context<'_>) -> Result<Measurements, TwinError> {
     ] {
         found.add(key, context.run(file)?.measured("forward speed")?);
     }
-    found.set("lengths", SPEED / LENGTH);
+    found.set("length", 1e2 * SPEED / LENGTHS);
     Ok(found)
 }
 
