@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::thesis::flips::Flips;
 use crate::thesis::item::{Item, Measurements, Printed, PrintedFigure, Source};
 use crate::thesis::number;
 use crate::thesis::verdict::{Measurement, Verdict};
@@ -57,6 +58,9 @@ pub(crate) struct FigureResult {
     pub rule: String,
     /// Evidence, reason of a difference, or what ours assumes.
     pub remark: String,
+    /// Moves of the inputs that flip the verdict, for readers; empty if none was made.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub flips: String,
     /// Whether ours is a run time, which depends on the machine.
     pub timing: bool,
 }
@@ -75,6 +79,20 @@ impl ItemResult {
             figures: item.figures.iter().map(figure).collect(),
             commands: item.commands.iter().map(ToString::to_string).collect(),
         }
+    }
+}
+
+impl ItemResult {
+    /// Returns the result with the recorded flips of its figures.
+    pub(crate) fn with_flips(mut self, flips: &Flips) -> Self {
+        if let Some(item) = flips.item(&self.id) {
+            let is_moved =
+                |figure: &&mut FigureResult| !figure.timing && figure.verdict != Verdict::NotRun;
+            for figure in self.figures.iter_mut().filter(is_moved) {
+                figure.flips = item.text(&figure.key, &figure.place);
+            }
+        }
+        self
     }
 }
 
@@ -104,6 +122,7 @@ impl FigureResult {
             inputs: inputs.iter().map(|input| input.text()).collect(),
             rule: figure.rule_text(),
             remark: figure.remark.to_owned(),
+            flips: String::new(),
             timing: figure.is_timing,
         }
     }
@@ -117,12 +136,12 @@ impl FigureResult {
         )
     }
 
-    /// Returns the ground of the verdict: rule, remark and inputs.
+    /// Returns the ground of the verdict: rule, remark, inputs and flips.
     pub(crate) fn ground(&self) -> String {
         let inputs = self.inputs.join("; ");
-        let parts = [self.rule.as_str(), self.remark.as_str(), inputs.as_str()];
+        let parts = [&self.rule, &self.remark, &inputs, &self.flips];
         let parts = parts.into_iter().filter(|part| !part.is_empty());
-        parts.collect::<Vec<_>>().join("; ")
+        parts.map(String::as_str).collect::<Vec<_>>().join("; ")
     }
 }
 

@@ -15,6 +15,7 @@ use crate::thesis::error::ThesisError;
 use crate::thesis::item::Item;
 use crate::thesis::items::items;
 use crate::thesis::progress::ItemProgress;
+use crate::thesis::record::recorded_flips;
 use crate::thesis::result::{ItemResult, ThesisResult};
 
 /// Returns the item with an identifier.
@@ -46,6 +47,7 @@ pub(crate) fn run(
     let progress = ItemProgress::new(selected, progress);
     let context = Context::new(registry, scenarios, settings, progress);
     let mut results = Vec::new();
+    let flips = recorded_flips().unwrap_or_default();
     for (done, item) in selected.iter().enumerate() {
         context.begin(done);
         let measured = (item.measure)(&context);
@@ -58,7 +60,7 @@ pub(crate) fn run(
             let id = item.id.to_owned();
             return Err(ThesisError::UnusedSetting { id }.into());
         }
-        results.push(ItemResult::of(item, &measured));
+        results.push(ItemResult::of(item, &measured).with_flips(&flips));
     }
     Ok(ThesisResult {
         cpu: machine.cpu.clone(),

@@ -44,6 +44,24 @@ pub(crate) const SEC_5_3_1: Item = Item {
         PrintedFigure::value("baud", "least baud rate", "eq. 5.1", 1.28, "Mbit/s")
             .rule(Rule::Within(1e-9), "a product of counts")
             .remark("of the packets of the emulated bus"),
+        PrintedFigure::value(
+            "time-out",
+            "time-out of the bus controller, over the latest first byte of an answer",
+            "5.3.2",
+            20.0,
+            "µs",
+        )
+        .rule(Rule::AtMost(20.0), "an answer that comes is not timed out")
+        .remark("printed response time of 10 µs and a byte on the bus"),
+        PrintedFigure::value(
+            "tracking",
+            "greatest rate of set-points",
+            "5.3.3",
+            500.0,
+            "Hz",
+        )
+        .rule(Rule::Within(1e-9), "a quotient")
+        .remark("an interpolation takes two updates of the controller of 1 kHz"),
     ],
     sources: &[Source::rest(
         Basis::Arithmetic,
@@ -159,12 +177,17 @@ pub(crate) const SEC_5_3_2: Item = Item {
 
 fn sec_5_3_1() -> Measurements {
     const HERTZ: f64 = 1000.0;
+    /// Greatest response time of a board [µs], and updates of the controller in an interpolation.
+    const RESPONSE: f64 = 10.0;
+    const UPDATES: f64 = 2.0;
     let mut found = Measurements::default();
     let payload = (COMMAND_LEN + REPLY_LEN) as f64;
     let packets = payload + 2.0 * OVERHEAD as f64;
     found.set("payload", payload);
     found.set("effective", 1e-3 * BOARDS * payload * BITS * HERTZ);
     found.set("baud", 1e-6 * BOARDS * packets * BITS * HERTZ);
+    found.set("time-out", RESPONSE + 1e6 * BYTE_TIME.as_secs_f64());
+    found.set("tracking", HERTZ / UPDATES);
     found
 }
 

@@ -4,6 +4,7 @@ mod bench;
 mod bus;
 mod cell_models;
 mod cells;
+mod formulas;
 mod identification;
 mod leg_force;
 mod load_filters;
@@ -17,13 +18,16 @@ mod walking;
 use crate::thesis::item::Item;
 
 /// Items by their place in the thesis.
-static ITEMS: [Item; 31] = [
+static ITEMS: [Item; 34] = [
     walking::SPEEDS,
     walking::STEP_DOWN,
     models::FIG_2_5,
     models::FIG_2_6,
+    formulas::SEC_2_6_1,
     leg_force::FIG_2_9,
     models::FIG_2_10,
+    formulas::EQ_3_1,
+    formulas::TABLE_3_4,
     modulation::FIG_3_5,
     transition::FIG_3_7,
     modulation::FIG_3_8,
