@@ -49,7 +49,10 @@ pub enum CellCommand {
 #[derive(Clone, Debug, Args)]
 pub struct CellCalibrateArgs {
     /// Scenario of the identification
-    #[arg(value_name = "SCENARIO", default_value = "scenarios/thesis/fig-4-11.toml")]
+    #[arg(
+        value_name = "SCENARIO",
+        default_value = "scenarios/thesis/fig-4-11.toml"
+    )]
     pub scenario: PathBuf,
     /// Set a key of the scenario: plant.cell=1, seed=2
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
@@ -66,7 +69,11 @@ pub struct CellCompareArgs {
     #[arg(value_name = "SCENARIO", default_value = "scenarios/bench.toml")]
     pub scenario: PathBuf,
     /// Scenario of the identification
-    #[arg(long, value_name = "SCENARIO", default_value = "scenarios/thesis/fig-4-11.toml")]
+    #[arg(
+        long,
+        value_name = "SCENARIO",
+        default_value = "scenarios/thesis/fig-4-11.toml"
+    )]
     pub identify: PathBuf,
     /// Number of cells: 1 to N
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = whole_number)]

@@ -68,7 +68,8 @@ impl Sensors {
         };
         let calibration = file.calibration()?;
         self.calibrations.push((name.value.clone(), calibration));
-        self.files.push((file_name, file.text().as_bytes().to_vec()));
+        self.files
+            .push((file_name, file.text().as_bytes().to_vec()));
         Ok(())
     }
 
@@ -90,8 +91,7 @@ impl Sensors {
             Some(kept) => mount.of_recording(&name, kept)?,
         };
         let cell = mount.cell();
-        self.mounted
-            .push((mount.signal, file.cell(cell.as_ref())?));
+        self.mounted.push((mount.signal, file.cell(cell.as_ref())?));
         self.files.push((name, file.text().as_bytes().to_vec()));
         Ok(())
     }

@@ -30,8 +30,9 @@ pub(super) fn cell(registry: &Registry, args: &CellArgs, terminal: &mut Terminal
             .map(|report| print(&report, args.json, terminal))
             .map_err(of_design),
         CellCommand::Calibrate(args) => calibrate::calibrate(registry, args, terminal),
-        CellCommand::Compare(args) => compare::compare(registry, args)
-            .map(|report| print(&report, args.json, terminal)),
+        CellCommand::Compare(args) => {
+            compare::compare(registry, args).map(|report| print(&report, args.json, terminal))
+        }
     };
     match done {
         Ok(()) => SUCCESS,

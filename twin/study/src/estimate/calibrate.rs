@@ -90,7 +90,10 @@ pub fn calibration_text(found: &Calibration, source: &CalibrationRun, samples: &
     if let Some(cell) = source.cell {
         let _ = writeln!(text, "cell = {cell}");
     }
-    let _ = writeln!(text, "fingerprint = \"{samples}\"            # of its samples");
+    let _ = writeln!(
+        text,
+        "fingerprint = \"{samples}\"            # of its samples"
+    );
     let _ = writeln!(
         text,
         "\n# Over the whole run, creep included: F1, F2 and F3.\n[piezoresistive]"
@@ -109,7 +112,10 @@ pub fn calibration_text(found: &Calibration, source: &CalibrationRun, samples: &
     let _ = writeln!(text, "time = {}", quantity(found.creep.time_s, "s"));
     let residual = quantity(found.creep_residual, "V");
     let _ = writeln!(text, "residual = {residual}");
-    let _ = writeln!(text, "\n# rate_gain: F1; rate, acceleration: F2; the others: F3 and F4.");
+    let _ = writeln!(
+        text,
+        "\n# rate_gain: F1; rate, acceleration: F2; the others: F3 and F4."
+    );
     text += &piezoelectric(found);
     text
 }

@@ -202,7 +202,12 @@ impl CellReport for CellComparison {
                 share.calibration.into(),
                 share.filter.clone().into(),
                 format!("{} of {}", share.met, share.cells).into(),
-                format!("{:.0} to {:.0} %", 100.0 * interval.low, 100.0 * interval.high).into(),
+                format!(
+                    "{:.0} to {:.0} %",
+                    100.0 * interval.low,
+                    100.0 * interval.high
+                )
+                .into(),
                 list(&share.median_n).into(),
                 list(&share.greatest_n).into(),
             ]);

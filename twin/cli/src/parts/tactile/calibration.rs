@@ -13,10 +13,22 @@ use twinrig_kernel::Unit;
 const CALIBRATIONS: Library = Library {
     folder: "calibrations",
     embedded: &[
-        ("tactile-1", include_str!("../../../files/calibrations/tactile-1.toml")),
-        ("tactile-2", include_str!("../../../files/calibrations/tactile-2.toml")),
-        ("tactile-3", include_str!("../../../files/calibrations/tactile-3.toml")),
-        ("tactile-4", include_str!("../../../files/calibrations/tactile-4.toml")),
+        (
+            "tactile-1",
+            include_str!("../../../files/calibrations/tactile-1.toml"),
+        ),
+        (
+            "tactile-2",
+            include_str!("../../../files/calibrations/tactile-2.toml"),
+        ),
+        (
+            "tactile-3",
+            include_str!("../../../files/calibrations/tactile-3.toml"),
+        ),
+        (
+            "tactile-4",
+            include_str!("../../../files/calibrations/tactile-4.toml"),
+        ),
     ],
 };
 
@@ -79,9 +91,8 @@ fn calibration(table: &Table<'_>) -> Result<Calibration, Reported> {
     let electric = table.required("piezoelectric", |item| {
         let table = item.table()?;
         let gain = |key: &str| table.required(key, |item| item.quantity(GAIN, &Range::ANY));
-        let time = |key: &str| {
-            table.required(key, |item| item.quantity(Unit::Second, &Range::POSITIVE))
-        };
+        let time =
+            |key: &str| table.required(key, |item| item.quantity(Unit::Second, &Range::POSITIVE));
         let (rate_gain, sensitivity) = (gain("rate_gain"), gain("gain"));
         let (feedback, lag) = (time("amplifier_time"), time("silicone_time"));
         let (rate, acceleration) = (
@@ -139,11 +150,13 @@ fn hysteresis(table: &Table<'_>) -> Result<Hysteresis, Reported> {
 
 fn sigmoid(item: &Item<'_>) -> Result<Sigmoid, Reported> {
     let table = item.table()?;
-    let newtons = |key: &str, range: Range| {
-        table.required(key, |item| item.quantity(Unit::Newton, &range))
-    };
+    let newtons =
+        |key: &str, range: Range| table.required(key, |item| item.quantity(Unit::Newton, &range));
     let (rise, base) = (volts(&table, "rise"), volts(&table, "base"));
-    let (mid, width) = (newtons("mid", Range::ANY), newtons("width", Range::POSITIVE));
+    let (mid, width) = (
+        newtons("mid", Range::ANY),
+        newtons("width", Range::POSITIVE),
+    );
     Ok(Sigmoid {
         a: rise?,
         b: -1.0 / width?,

@@ -50,7 +50,9 @@ impl<'a> Constants<'a> {
                 let group = keys.group(table);
                 let set = |name: &&&str| group.is_some_and(|group| group.get(name).is_some());
                 if let Some(name) = names.iter().find(set) {
-                    let why = format!("`{table}.{name}` is that of the calibration: remove one of the two");
+                    let why = format!(
+                        "`{table}.{name}` is that of the calibration: remove one of the two"
+                    );
                     return Err(why.into());
                 }
             }
