@@ -110,7 +110,8 @@ impl Observer for Log {
 fn sensor() -> TactileParameters {
     let file = include_str!("../../benches/tactile.toml");
     let file = SensorFile::parse("tactile.toml", file).unwrap();
-    file.sensor().unwrap()
+    // The cell of the scenario.
+    file.sensor().unwrap().drawn(0.1, 1)
 }
 
 /// Load at a piezoresistive voltage \[N\], between the branches of the hysteresis.

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::EstimateError;
 use crate::kalman::Innovation;
-use crate::model::{AmplifierModel, FrequencyModel, Model, RateModel};
+use crate::model::{AdaptiveModel, AmplifierModel, FrequencyModel, Model, RateModel};
 use crate::settings::Settings;
 use crate::track::{HISTORY, Track};
 
@@ -116,6 +116,7 @@ enum Inner {
     F1(Track<RateModel, 3>),
     F2(Track<FrequencyModel, 5>),
     F3(Track<AmplifierModel, 6>),
+    F4(Track<AdaptiveModel, 8>),
 }
 
 /// Evaluates an expression for the track of any model.
@@ -125,6 +126,7 @@ macro_rules! with {
             Inner::F1($track) => $value,
             Inner::F2($track) => $value,
             Inner::F3($track) => $value,
+            Inner::F4($track) => $value,
         }
     };
 }
@@ -160,6 +162,17 @@ impl ForceEstimator {
                     amplifier: *amplifier,
                 };
                 Inner::F3(Track::new(model, states, settings))
+            }
+            Model::F4 {
+                amplifier,
+                floor,
+                states,
+            } => {
+                let model = AdaptiveModel {
+                    amplifier: *amplifier,
+                    floor: *floor,
+                };
+                Inner::F4(Track::new(model, states, settings))
             }
         }))
     }

@@ -43,7 +43,7 @@
 //! ```
 //!
 //! [`Model`] selects the filter: F1 and F2 are the thesis', F3 has the charge amplifier as states
-//! and requires no frequency. [`Settings::recovery`] returns an estimate that is lost in
+//! and requires no frequency, F4 adds gain and creep. [`Settings::recovery`] returns an estimate that is lost in
 //! saturation. [`Estimate`] has deviation, innovations and NIS; [`ForceEstimator::nees`] compares
 //! with a known truth. [`Objective`] is that of tuning (eq. 4.19).
 //!
@@ -55,12 +55,14 @@
 //!   force. Estimates below zero are possible.
 //! - The process variances of states depend on how time is divided into steps, by terms of second
 //!   order; white noise does not.
-//! - Creep and temperature of the piezoresistive cell are not states: they appear as errors.
+//! - Creep of the piezoresistive cell is a state of F4 only, temperature of none: elsewhere they
+//!   appear as errors.
 //! - Measurements older than the newest 64 are dropped.
 //! - Identification assumes equally spaced samples for the amplifier, and forces known exactly.
 
 mod amplifier;
 mod butterworth;
+mod calibration;
 mod error;
 mod estimator;
 pub mod fit;
@@ -73,6 +75,7 @@ mod track;
 
 pub use amplifier::ChargeAmplifier;
 pub use butterworth::{Butterworth, Section};
+pub use calibration::Calibration;
 pub use error::EstimateError;
 pub use estimator::{Channel, Counters, Estimate, ForceEstimator, Measurement, Outcome};
 pub use kalman::{Innovation, Kalman};

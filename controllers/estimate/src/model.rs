@@ -1,4 +1,4 @@
-//! Process and measurement models of the filters F1, F2 and F3.
+//! Process and measurement models of the filters F1 to F4.
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
@@ -48,6 +48,17 @@ pub enum Model {
         /// State variables.
         states: [StateSettings; 6],
     },
+    /// F3 with two more states before the bias, each relative and zero in a cell as calibrated:
+    /// deviation γ of the gain \[1\], V = (1 + γ)·V_amplifier + D, and creep κ \[1\] by which the
+    /// piezoresistive voltage h(F, Ḟ) exceeds the calibrated one: floor + (1 + κ)(h − floor).
+    F4 {
+        /// The piezoelectric cell with its amplifier.
+        amplifier: ChargeAmplifier,
+        /// Piezoresistive voltage of a cell that does not conduct, which does not creep \[V\].
+        floor: f64,
+        /// State variables.
+        states: [StateSettings; 8],
+    },
 }
 
 /// Coefficient that falls exponentially with the frequency: c(f) = value·exp(−f/scale), f ≥ 0.
@@ -88,6 +99,17 @@ const F3_NAMES: [&str; 6] = [
     "bias",
 ];
 
+const F4_NAMES: [&str; 8] = [
+    "force",
+    "rate",
+    "acceleration",
+    "crystal rate",
+    "voltage",
+    "gain",
+    "creep",
+    "bias",
+];
+
 impl Model {
     /// Returns the names of the state variables.
     pub fn names(&self) -> &'static [&'static str] {
@@ -95,6 +117,7 @@ impl Model {
             Self::F1 { .. } => &F1_NAMES,
             Self::F2 { .. } => &F2_NAMES,
             Self::F3 { .. } => &F3_NAMES,
+            Self::F4 { .. } => &F4_NAMES,
         }
     }
 
@@ -104,6 +127,7 @@ impl Model {
             Self::F1 { states, .. } => states,
             Self::F2 { states, .. } => states,
             Self::F3 { states, .. } => states,
+            Self::F4 { states, .. } => states,
         }
     }
 
@@ -113,6 +137,7 @@ impl Model {
             Self::F1 { states, .. } => states,
             Self::F2 { states, .. } => states,
             Self::F3 { states, .. } => states,
+            Self::F4 { states, .. } => states,
         }
     }
 
@@ -131,6 +156,12 @@ impl Model {
                 acceleration.check()
             }
             Self::F3 { amplifier, .. } => amplifier.check(),
+            Self::F4 {
+                amplifier, floor, ..
+            } => {
+                amplifier.check()?;
+                finite("floor of the piezoresistive voltage", *floor)
+            }
         }
     }
 }
@@ -140,6 +171,12 @@ impl Model {
 pub(crate) trait Dynamics<const N: usize>: Copy {
     /// Index of the angular frequency, if it is a state.
     const FREQUENCY: Option<usize> = None;
+
+    /// Index of the creep, if it is a state, and the piezoresistive voltage that does not creep
+    /// \[V\].
+    fn creep(&self) -> Option<(usize, f64)> {
+        None
+    }
 
     /// Transition over `seconds`, and covariance of white noise with density `white` on the
     /// derivative of the highest derivative of the force.
@@ -240,5 +277,44 @@ impl Dynamics<6> for AmplifierModel {
     fn piezoelectric(&self, state: &SVector<f64, 6>) -> (f64, SVector<f64, 6>) {
         let value = state[4] + state[5];
         (value, SVector::from([0.0, 0.0, 0.0, 0.0, 1.0, 1.0]))
+    }
+}
+
+/// Model F4.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct AdaptiveModel {
+    pub(crate) amplifier: ChargeAmplifier,
+    pub(crate) floor: f64,
+}
+
+/// Indices of the states that F3 does not have.
+const GAIN: usize = 5;
+const CREEP: usize = 6;
+
+impl Dynamics<8> for AdaptiveModel {
+    fn creep(&self) -> Option<(usize, f64)> {
+        Some((CREEP, self.floor))
+    }
+
+    #[inline]
+    fn transition(&self, t: f64, white: f64) -> (SMatrix<f64, 8, 8>, SMatrix<f64, 8, 8>) {
+        let (chain, unit) = self.amplifier.transition(t);
+        let mut transition = SMatrix::<f64, 8, 8>::identity();
+        let mut noise = SMatrix::<f64, 8, 8>::zeros();
+        transition.fixed_view_mut::<5, 5>(0, 0).copy_from(&chain);
+        noise
+            .fixed_view_mut::<5, 5>(0, 0)
+            .copy_from(&(unit * white));
+        (transition, noise)
+    }
+
+    #[inline]
+    fn piezoelectric(&self, state: &SVector<f64, 8>) -> (f64, SVector<f64, 8>) {
+        let factor = 1.0 + state[GAIN];
+        let mut gradient = SVector::zeros();
+        gradient[4] = factor;
+        gradient[GAIN] = state[4];
+        gradient[7] = 1.0;
+        (factor * state[4] + state[7], gradient)
     }
 }

@@ -31,7 +31,7 @@ pub struct Settings {
     /// proportion to it.
     pub period_s: f64,
     /// Density of white noise on the derivative of the highest derivative of the force: of F̈ in F1
-    /// \[N²/s³\], of the jerk in F2 and F3 \[N²/s⁵\]. It is added to the process variances, and
+    /// \[N²/s³\], of the jerk in F2, F3 and F4 \[N²/s⁵\]. It is added to the process variances, and
     /// does not depend on the lengths of the steps.
     pub white: f64,
     /// Normalised innovation squared of the piezoresistive cell above which its response is

@@ -14,6 +14,9 @@ use crate::settings::{Piezoresistive, Settings};
 /// Measurements that can be applied again: at 1 kHz and two channels, 32 ms.
 pub(crate) const HISTORY: usize = 64;
 
+/// Greatest number of states of a model.
+const N_MAX: usize = 8;
+
 /// Greatest magnitude of a measurement, in V or rad/s: far beyond any sensor, and far from overflow
 /// of what follows from it.
 const GREATEST: f64 = 1e9;
@@ -45,7 +48,7 @@ pub(crate) struct Track<M, const N: usize> {
     model: M,
     settings: Settings,
     /// Process variances per second.
-    noise: [f64; 6],
+    noise: [f64; N_MAX],
     now: Moment<N>,
     history: VecDeque<Entry<N>>,
     /// Time and channel of the newest measurement that left the history.
@@ -58,7 +61,7 @@ impl<M: Dynamics<N>, const N: usize> Track<M, N> {
     pub(crate) fn new(model: M, states: &[StateSettings; N], settings: &Settings) -> Self {
         let state = SVector::from(states.map(|state| state.initial));
         let variances = SVector::from(states.map(|state| state.variance));
-        let mut noise = [0.0; 6];
+        let mut noise = [0.0; N_MAX];
         for (noise, state) in noise.iter_mut().zip(states) {
             *noise = state.noise / settings.period_s;
         }
@@ -179,7 +182,9 @@ impl<M: Dynamics<N>, const N: usize> Track<M, N> {
             (Channel::Piezoelectric, _) => self.model.piezoelectric(state),
             (Channel::Piezoresistive, Some(cell)) => {
                 let recovery = self.settings.recovery;
-                let (line, recovered) = linearise(&now.kalman, cell, recovery, measurement.value);
+                let creep = self.model.creep();
+                let (line, recovered) =
+                    linearise(&now.kalman, cell, creep, recovery, measurement.value);
                 now.recoveries += u64::from(recovered);
                 line
             }
@@ -243,38 +248,54 @@ impl<const N: usize> Moment<N> {
 }
 
 /// Returns value and gradient of the piezoresistive response at the estimate, extrapolated from the
-/// point of linearisation, and whether that is the measured voltage.
+/// point of linearisation, and whether that is the measured voltage. `creep`: index of the state and
+/// voltage that does not creep.
 fn linearise<const N: usize>(
     kalman: &Kalman<N>,
     cell: &Piezoresistive,
+    creep: Option<(usize, f64)>,
     recovery: Option<f64>,
     measured: f64,
 ) -> ((f64, SVector<f64, N>), bool) {
     let (state, covariance) = (kalman.state(), kalman.covariance());
     let [force, rate] = [state[0], state[1]];
+    let (factor, floor) = creep.map_or((1.0, 0.0), |(index, floor)| (1.0 + state[index], floor));
     let full = |point: &Gradient| {
         let mut gradient = SVector::zeros();
-        gradient[0] = point.by_force;
-        gradient[1] = point.by_rate;
+        gradient[0] = factor * point.by_force;
+        gradient[1] = factor * point.by_rate;
+        if let Some((index, floor)) = creep {
+            gradient[index] = point.voltage - floor;
+        }
         gradient
     };
+    let crept = |voltage: f64| match creep {
+        // Not `floor + 1 · (voltage − floor)`, which rounds.
+        None => voltage,
+        Some(_) => floor + factor * (voltage - floor),
+    };
     let here = cell.response.at(force, rate);
-    let line = (here.voltage, full(&here));
+    let line = (crept(here.voltage), full(&here));
     let Some(threshold) = recovery else {
         return (line, false);
     };
-    let error = measured - here.voltage;
+    let error = measured - line.0;
     let variance = line.1.dot(&(covariance * line.1)) + cell.variance;
     if error * error <= threshold * variance {
         return (line, false);
     }
     // The estimate does not explain the measurement. Where the response is steeper at the force
     // that does, its line is the better one: here it may be saturated.
-    let explained = cell.response.explain(measured, rate);
+    let fresh = if creep.is_some() && factor > 0.0 {
+        floor + (measured - floor) / factor
+    } else {
+        measured
+    };
+    let explained = cell.response.explain(fresh, rate);
     let there = explained.map(|force| (force, cell.response.at(force, rate)));
     match there {
         Some((point, there)) if there.by_force.abs() > here.by_force.abs() => {
-            let expected = there.voltage + there.by_force * (force - point);
+            let expected = crept(there.voltage) + factor * there.by_force * (force - point);
             ((expected, full(&there)), true)
         }
         _ => (line, false),

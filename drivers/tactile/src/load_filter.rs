@@ -139,6 +139,16 @@ impl LoadFilter {
         Ok(filter)
     }
 
+    /// Name, the last part of its signal.
+    pub fn name(&self) -> &str {
+        &self.config.name
+    }
+
+    /// Returns whether it takes a measured frequency from the process.
+    pub fn has_frequency(&self) -> bool {
+        self.config.frequency.is_some()
+    }
+
     /// Delay of the low-pass filter at low frequencies \[s\].
     pub fn low_pass_delay_s(&self) -> f64 {
         let filters = self.state.low_pass.as_ref();

@@ -59,6 +59,8 @@ pub struct BenchSettings {
     pub cam: Option<Placed<f64>>,
     /// Compression of the springs at the lowest point of the cam \[m\].
     pub preload: Option<Placed<f64>>,
+    /// Number of the cell, drawn within the spread of the file.
+    pub cell: Option<Placed<u64>>,
 }
 
 impl BenchFile {
@@ -96,9 +98,11 @@ impl BenchFile {
     ///
     /// # Errors
     /// Every parameter that is missing, unknown, of a wrong unit or out of range, at its place: a
-    /// cam that is not periodic or cuts under the roller, a load beyond the reference cell.
+    /// cam that is not periodic or cuts under the roller, a load beyond the reference cell; at the
+    /// number of a cell, a file without a spread.
     pub fn bench(&self, settings: &BenchSettings) -> Result<BenchParameters, DocumentError> {
-        let mut bench = self.document.check(bench)?;
+        let (mut bench, spread) = self.document.check(bench)?;
+        bench.sensor = bench.sensor.numbered(spread, settings.cell.as_ref())?;
         if let Some(cam) = &settings.cam {
             bench.profile = match bench.profile {
                 CamProfile::Bump { .. } => CamProfile::Bump { lift: cam.value },
@@ -132,7 +136,8 @@ fn overload(bench: &BenchParameters) -> Option<String> {
         .then(|| format!("a load of {most:.2} N saturates the reference cell of {range} N"))
 }
 
-fn bench(table: &Table<'_>) -> Result<BenchParameters, Reported> {
+/// Reads a bench and the spread of its cells.
+fn bench(table: &Table<'_>) -> Result<(BenchParameters, Option<f64>), Reported> {
     let name = table.required("name", |item| item.text().map(str::to_owned));
     let motor = table.required("motor", |item| Motor::read(&item.table()?));
     let cam = table.required("cam", |item| cam(&item.table()?));
@@ -140,8 +145,13 @@ fn bench(table: &Table<'_>) -> Result<BenchParameters, Reported> {
     let range = table.required("reference", |item| {
         quantity(&item.table()?, "range", Unit::Newton, &ranges::FORCE)
     });
-    let sensor = table.required("sensor", |item| TactileParameters::read(&item.table()?));
+    let sensor = table.required("sensor", |item| {
+        let table = item.table()?;
+        let spread = TactileParameters::read_spread(&table);
+        Ok((TactileParameters::read(&table)?, spread?))
+    });
     let (cam, carriage) = (cam?, carriage?);
+    let (sensor, spread) = sensor?;
     let bench = BenchParameters {
         name: name?,
         motor: motor?,
@@ -156,11 +166,11 @@ fn bench(table: &Table<'_>) -> Result<BenchParameters, Reported> {
         stiffness: carriage.stiffness,
         preload: carriage.preload,
         reference_range: range?,
-        sensor: sensor?,
+        sensor,
     };
     check_curvature(&bench.profile, bench.base_radius, bench.roller_radius)
         .map_err(|error| table.report("cam", error.to_string(), "smooth its profile"))?;
-    Ok(bench)
+    Ok((bench, spread))
 }
 
 struct CamTable {

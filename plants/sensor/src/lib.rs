@@ -1,7 +1,7 @@
 //! Tactile sensors for the load of a leg (thesis, chapter 4): a piezoresistive cell for the load, a
 //! piezoelectric cell for its changes, each with its amplifier. [`TactileSensor`] is one such
 //! sensor; [`SensedPlant`] mounts sensors at loads of any plant. Parameters are read from files
-//! ([`SensorFile`]), or predicted from the dimensions of a cell ([`design`]).
+//! ([`SensorFile`]), of one design or of a drawn cell ([`TactileParameters::drawn`]), or predicted from the dimensions of a cell ([`design`]).
 //!
 //! ```
 //! use twinrig_sensor::{PiezoelectricCell, SensorFile};
@@ -18,6 +18,7 @@
 //! which would act on the plant; noise, which the emulated acquisition cards add.
 
 pub mod design;
+mod drawn_cell;
 mod error;
 mod low_pass;
 mod piezoelectric;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use twinrig_document::{
-    Document, DocumentError, Item, Library, Range, Reported, Table, suggestion,
+    Document, DocumentError, Item, Library, Placed, Range, Reported, Table, suggestion,
 };
 use twinrig_kernel::Unit;
 
@@ -61,14 +61,36 @@ impl SensorFile {
     /// # Errors
     /// Every parameter that is missing, unknown, of a wrong unit or out of range, at its place.
     pub fn sensor(&self) -> Result<TactileParameters, DocumentError> {
-        self.document.check(|table| {
+        self.cell(None)
+    }
+
+    /// Reads the sensor; with a number that cell, drawn within the spread of the file.
+    ///
+    /// # Errors
+    /// As [`SensorFile::sensor`]; at the number, if the file has no spread.
+    pub fn cell(&self, number: Option<&Placed<u64>>) -> Result<TactileParameters, DocumentError> {
+        let (sensor, spread) = self.document.check(|table| {
             table.expect(table.keys());
-            table.required("sensor", |item| TactileParameters::read(&item.table()?))
-        })
+            table.required("sensor", |item| {
+                let table = item.table()?;
+                let spread = TactileParameters::read_spread(&table);
+                Ok((TactileParameters::read(&table)?, spread?))
+            })
+        })?;
+        Ok(sensor.numbered(spread, number)?)
     }
 }
 
 impl TactileParameters {
+    /// Reads how far the constants of cells are from those of the table of a sensor, as a share of
+    /// them \[1\], if the table has it.
+    ///
+    /// # Errors
+    /// For a value that is no share, reported at its place.
+    pub fn read_spread(table: &Table<'_>) -> Result<Option<f64>, Reported> {
+        table.optional("spread", |item| item.quantity(Unit::One, &ranges::SPREAD))
+    }
+
     /// Reads the table of a sensor.
     ///
     /// # Errors
@@ -190,6 +212,8 @@ fn piezoelectric(item: &Item<'_>) -> Result<PiezoelectricCell, Reported> {
 mod ranges {
     use twinrig_document::Range;
 
+    /// Spread of the constants of cells: time constants must stay apart.
+    pub(super) const SPREAD: Range = Range::between(0.0, 0.5);
     /// Conductance of a cell \[S\].
     pub(super) const CONDUCTANCE: Range = Range::between(1e-12, 10.0);
     /// Offset of a conductance \[S\].

@@ -259,3 +259,36 @@ fn equal_time_constants_are_rejected() {
     let error = TactileSensor::new(parameters, 0.0).unwrap_err();
     assert!(matches!(error, SensorError::EqualTimes { .. }));
 }
+
+#[test]
+fn constants_of_a_drawn_cell_are_within_the_spread_and_its_loop_keeps_its_sign() {
+    let design = parameters();
+    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+    for number in 0..200 {
+        let cell = design.drawn(0.1, number);
+        assert_eq!(cell, design.drawn(0.1, number));
+        let ratios = [
+            cell.piezoelectric.gain / design.piezoelectric.gain,
+            cell.piezoelectric.amplifier_time / design.piezoelectric.amplifier_time,
+            cell.piezoelectric.silicone_time / design.piezoelectric.silicone_time,
+            cell.amplifier.feedback / design.amplifier.feedback,
+            cell.amplifier.reference / design.amplifier.reference,
+            cell.piezoresistive.creep.share / design.piezoresistive.creep.share,
+            cell.piezoresistive.creep.time / design.piezoresistive.creep.time,
+        ];
+        for ratio in ratios {
+            assert!((ratio - 1.0).abs() <= 0.1, "{number}: {ratio}");
+            (least, most) = (least.min(ratio), most.max(ratio));
+        }
+        let Characteristic::Hysteretic {
+            loading, unloading, ..
+        } = cell.piezoresistive.characteristic
+        else {
+            panic!("the sensor has hysteresis")
+        };
+        assert!(loading.mid > unloading.mid, "{number}");
+    }
+    // 1400 uniform numbers come within a hundredth of both ends.
+    assert!(least < 0.901 && most > 1.099, "{least} {most}");
+    assert_eq!(design.drawn(0.0, 3), design);
+}

@@ -32,7 +32,9 @@ use values::{
     share, tolerance, whole_number, whole_number_or_none,
 };
 
-pub use cell::{CellArgs, CellCommand, CellPredictArgs, ElectrodeName};
+pub use cell::{
+    CellArgs, CellCalibrateArgs, CellCommand, CellCompareArgs, CellPredictArgs, ElectrodeName,
+};
 pub use colour::Colour;
 pub use completions::{CompletionsArgs, ManArgs};
 pub use doctor::DoctorArgs;
@@ -106,7 +108,7 @@ pub enum Command {
     Export(ExportArgs),
     /// Make a robot file of a robot in the format of another program
     Import(ImportArgs),
-    /// Design piezoresistive cells of tactile sensors by the models of the thesis
+    /// Design cells of tactile sensors by the models of the thesis, calibrate and compare them
     Cell(CellArgs),
     /// Compare the printed figures of the thesis with ours
     ///

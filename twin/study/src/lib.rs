@@ -104,9 +104,10 @@ pub use ensemble::{Ensemble, EnsembleDifference, Interval, QuantityInterval};
 pub use error::StudyError;
 pub use error_control::ErrorControlTrend;
 pub use estimate::{
-    EstimateCurve, EstimateInput, EstimatePlan, EstimatePoint, EstimateStudy, FilterKind,
-    FilterRow, Identification, LoadRecorder, LoadRun, LoadSample, LoopPoint, PrintedFigure,
-    Residuals, SearchSize, SteadyPart, TunedFilter, Verdict, VoltageCurve, VoltagePoint, estimate,
+    CalibrationRun, EstimateCurve, EstimateInput, EstimatePlan, EstimatePoint, EstimateStudy,
+    FilterKind, FilterRow, Identification, LoadRecorder, LoadRun, LoadSample, LoopPoint,
+    PrintedFigure, Residuals, SearchSize, SteadyPart, TunedFilter, Verdict, VoltageCurve,
+    VoltagePoint, calibrate, calibration_text, estimate, samples_fingerprint,
 };
 pub use factory::{
     MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind, StudyInput, Variant,

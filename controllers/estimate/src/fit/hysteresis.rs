@@ -42,7 +42,7 @@ fn unpack(p: &SVector<f64, 9>) -> Hysteresis {
 
 /// Derivatives of a sigmoid with respect to its parameters. Its value is a·s + d with s(z),
 /// z = −b(F + c), and a·ds/dz follows from the derivative with respect to the force.
-fn by_parameters(sigmoid: &Sigmoid, force: f64) -> [f64; 4] {
+pub(super) fn by_parameters(sigmoid: &Sigmoid, force: f64) -> [f64; 4] {
     let (value, by_force) = sigmoid.at(force);
     let share = (value - sigmoid.d) / sigmoid.a;
     let by_b = by_force * (force + sigmoid.c) / sigmoid.b;

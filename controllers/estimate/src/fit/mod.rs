@@ -2,11 +2,13 @@
 
 mod amplifier;
 mod coefficients;
+mod creep;
 mod hysteresis;
 mod least_squares;
 
 pub use amplifier::{AmplifierFit, amplifier};
 pub use coefficients::{CoefficientFit, RateSample, Run, coefficients};
+pub use creep::{CreepFit, creep};
 pub use hysteresis::{ForceSample, guess_hysteresis, hysteresis};
 
 /// Result of an identification.

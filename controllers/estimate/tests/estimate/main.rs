@@ -1,5 +1,6 @@
 //! Tests of estimators.
 
+mod adaptive;
 mod consistency;
 mod identification;
 mod kalman;

@@ -1,8 +1,12 @@
 //! Arguments of `twin cell`.
 
+use std::path::PathBuf;
+
 use clap::{ArgAction, Args, Subcommand, ValueEnum};
 use twinrig_document::parse_quantity;
 use twinrig_kernel::Unit;
+
+use super::{key_value, whole_number};
 
 /// Arguments of `twin cell`.
 #[derive(Clone, Debug, Args)]
@@ -25,6 +29,64 @@ pub enum CellCommand {
     /// By the models of table 4.5, with 95 % prediction intervals. A design outside the tested
     /// range is predicted all the same, and reported.
     Predict(CellPredictArgs),
+    /// Identify the cells of a sensor on a bench and write their constants for filters
+    ///
+    /// Runs a bench with a tactile bus while the frequency of the load changes, fits both cells to
+    /// the forces of the reference cell, and writes the constants with the name, the seed and the
+    /// fingerprint of the run. Filters of scenarios name the file: `calibration = "NAME"`.
+    Calibrate(CellCalibrateArgs),
+    /// Compare the filters of a scenario over drawn cells, by their own calibration and by a common
+    /// one
+    ///
+    /// For each cell, one run of another scenario identifies it, with another seed, and one run of
+    /// the scenario gives the samples to all its filters: with the constants of that cell, and with
+    /// those of the design. Prints the share of the cells whose error meets a limit at each
+    /// frequency, with its 95 % interval.
+    Compare(CellCompareArgs),
+}
+
+/// Arguments of `twin cell calibrate`.
+#[derive(Clone, Debug, Args)]
+pub struct CellCalibrateArgs {
+    /// Scenario of the identification
+    #[arg(
+        value_name = "SCENARIO",
+        default_value = "scenarios/thesis/fig-4-11.toml"
+    )]
+    pub scenario: PathBuf,
+    /// Set a key of the scenario: plant.cell=1, seed=2
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
+    pub set: Vec<(String, String)>,
+    /// File of the calibration; without it, standard output
+    #[arg(long, short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+}
+
+/// Arguments of `twin cell compare`.
+#[derive(Clone, Debug, Args)]
+pub struct CellCompareArgs {
+    /// Scenario with the filters, each with a calibration
+    #[arg(value_name = "SCENARIO", default_value = "scenarios/bench.toml")]
+    pub scenario: PathBuf,
+    /// Scenario of the identification
+    #[arg(
+        long,
+        value_name = "SCENARIO",
+        default_value = "scenarios/thesis/fig-4-11.toml"
+    )]
+    pub identify: PathBuf,
+    /// Number of cells: 1 to N
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = whole_number)]
+    pub cells: usize,
+    /// Greatest error that meets the demand, root mean square
+    #[arg(long, value_name = "FORCE", value_parser = force, default_value = "200 mN")]
+    pub limit: f64,
+    /// Set a key of the scenario
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
+    pub set: Vec<(String, String)>,
+    /// Print a JSON object
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Arguments of `twin cell fit`.
@@ -81,6 +143,8 @@ impl CellArgs {
         match &self.command {
             CellCommand::Fit(args) => args.json,
             CellCommand::Predict(args) => args.json,
+            CellCommand::Calibrate(_) => false,
+            CellCommand::Compare(args) => args.json,
         }
     }
 }
@@ -103,6 +167,10 @@ fn resistance(text: &str) -> Result<f64, String> {
 
 fn voltage(text: &str) -> Result<f64, String> {
     positive(text, Unit::Volt)
+}
+
+fn force(text: &str) -> Result<f64, String> {
+    positive(text, Unit::Newton)
 }
 
 fn positive(text: &str, unit: Unit) -> Result<f64, String> {

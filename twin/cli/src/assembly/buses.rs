@@ -133,6 +133,7 @@ impl PartBuilder<'_> {
             options: &bus.options,
             faults: &faults,
             seed: scenario.seed,
+            calibrations: self.body.sensors().calibrations(),
         };
         build(&context).map_err(|source| self.not_built("bus", &bus.kind, source))
     }

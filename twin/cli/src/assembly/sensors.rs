@@ -1,8 +1,9 @@
-//! Tactile sensors that buses mount at loads of the plant.
+//! Tactile sensors that buses mount at loads of the plant, and calibrations of their filters.
 
 use std::path::Path;
 
-use twinrig_document::DocumentError;
+use twinrig_document::{DocumentError, Placed};
+use twinrig_estimate::Calibration;
 use twinrig_kernel::Port;
 use twinrig_runtime::Plant;
 use twinrig_scenario::{BusSpec, Scenario};
@@ -11,11 +12,14 @@ use twinrig_sensor::{SensedPlant, TactileParameters};
 use crate::assembly::registry::Registry;
 use crate::error::BuildError;
 use crate::parts::bus_kind::SensorMount;
+use crate::parts::tactile::CalibrationFile;
 
 /// Sensors of a scenario, with the texts of their files.
 #[derive(Clone, Default)]
 pub(crate) struct Sensors {
     mounted: Vec<(String, TactileParameters)>,
+    /// By the names in the scenario.
+    calibrations: Vec<(String, Calibration)>,
     files: Vec<(String, Vec<u8>)>,
 }
 
@@ -37,7 +41,41 @@ impl Sensors {
                 sensors.mount(mount, &scenario.folder, kept)?;
             }
         }
+        for bus in &scenario.buses {
+            let kind = registry.bus(&bus.kind);
+            for name in kind.map_or_else(Vec::new, |kind| kind.calibrations(&bus.options)) {
+                sensors.calibrate(&name, &scenario.folder, kept)?;
+            }
+        }
         Ok(sensors)
+    }
+
+    /// Reads a calibration that has not been read.
+    fn calibrate(
+        &mut self,
+        name: &Placed<String>,
+        folder: &Path,
+        kept: Option<&[(String, Vec<u8>)]>,
+    ) -> Result<(), DocumentError> {
+        let mut known = self.calibrations.iter();
+        if known.any(|(known, _)| *known == name.value) {
+            return Ok(());
+        }
+        let file_name = format!("calibration-{}.toml", self.calibrations.len());
+        let file = match kept {
+            None => CalibrationFile::find(name, folder)?,
+            Some(kept) => CalibrationFile::of_recording(name, &file_name, kept)?,
+        };
+        let calibration = file.calibration()?;
+        self.calibrations.push((name.value.clone(), calibration));
+        self.files
+            .push((file_name, file.text().as_bytes().to_vec()));
+        Ok(())
+    }
+
+    /// Calibrations by the names in the scenario.
+    pub(crate) fn calibrations(&self) -> &[(String, Calibration)] {
+        &self.calibrations
     }
 
     fn mount(
@@ -52,7 +90,8 @@ impl Sensors {
             None => mount.find(folder)?,
             Some(kept) => mount.of_recording(&name, kept)?,
         };
-        self.mounted.push((mount.signal, file.sensor()?));
+        let cell = mount.cell();
+        self.mounted.push((mount.signal, file.cell(cell.as_ref())?));
         self.files.push((name, file.text().as_bytes().to_vec()));
         Ok(())
     }

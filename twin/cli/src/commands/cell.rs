@@ -1,13 +1,17 @@
-//! Command `twin cell`: design of piezoresistive cells.
+//! Command `twin cell`: design of piezoresistive cells, calibration and comparison of drawn ones.
 
+mod calibrate;
+mod compare;
 mod fit;
 mod predict;
 
 use serde::Serialize;
+use twinrig_scenario::Setting;
 use twinrig_sensor::design::CellResponse;
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::{CellArgs, CellCommand};
+use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 
 /// Result of a command, for programs and for readers.
@@ -16,22 +20,37 @@ trait CellReport: Serialize {
     fn lines(&self) -> Vec<String>;
 }
 
-pub(super) fn cell(args: &CellArgs, terminal: &mut Terminal<'_>) -> u8 {
+pub(super) fn cell(registry: &Registry, args: &CellArgs, terminal: &mut Terminal<'_>) -> u8 {
+    let of_design = |source| TwinError::Cell { source };
     let done = match &args.command {
-        CellCommand::Fit(_) => {
-            fit::FitReport::new().map(|report| print(&report, args.json(), terminal))
-        }
-        CellCommand::Predict(args) => {
-            predict::PredictionReport::new(args).map(|report| print(&report, args.json, terminal))
+        CellCommand::Fit(_) => fit::FitReport::new()
+            .map(|report| print(&report, args.json(), terminal))
+            .map_err(of_design),
+        CellCommand::Predict(args) => predict::PredictionReport::new(args)
+            .map(|report| print(&report, args.json, terminal))
+            .map_err(of_design),
+        CellCommand::Calibrate(args) => calibrate::calibrate(registry, args, terminal),
+        CellCommand::Compare(args) => {
+            compare::compare(registry, args).map(|report| print(&report, args.json, terminal))
         }
     };
     match done {
         Ok(()) => SUCCESS,
-        Err(source) => {
-            terminal.report_error(&TwinError::Cell { source }, args.json());
+        Err(error) => {
+            terminal.report_error(&error, args.json());
             FAILURE
         }
     }
+}
+
+/// Returns the settings of `--set`.
+fn settings(set: &[(String, String)]) -> Vec<Setting> {
+    let setting = |(key, value): &(String, String)| Setting {
+        origin: "--set".to_owned(),
+        key: key.clone(),
+        value: value.clone(),
+    };
+    set.iter().map(setting).collect()
 }
 
 fn print(report: &impl CellReport, json: bool, terminal: &mut Terminal<'_>) {

@@ -310,7 +310,7 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::Study(args) => study::study(registry, &args, terminal),
         Command::Sweep(args) => sweep::sweep(registry, &args, terminal),
         Command::Optimize(args) => optimize::optimize(registry, &args, terminal),
-        Command::Cell(args) => cell::cell(&args, terminal),
+        Command::Cell(args) => cell::cell(registry, &args, terminal),
         Command::Thesis(args) => thesis::thesis(registry, &args, terminal),
         Command::Export(args) => export::export(registry, &args, terminal),
         Command::Import(args) => import::import(&args, terminal),

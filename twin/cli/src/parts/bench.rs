@@ -15,6 +15,7 @@ const NAME: &str = "bench";
 const FILE: &str = "file";
 const CAM: &str = "cam";
 const PRELOAD: &str = "preload";
+const CELL: &str = "cell";
 
 /// Attachment of a recording: the file of the bench.
 const KEPT: &str = "bench.toml";
@@ -45,6 +46,11 @@ fn options() -> Vec<OptionSpec> {
             PRELOAD,
             "compression of the springs at the lowest point of the cam; negative: gap before the sensor (of the file)",
             length(Range::between(-0.05, 0.05)),
+        ),
+        option(
+            CELL,
+            "number of the sensor's cell, whose constants are drawn within the `spread` of the file (none: those of the file)",
+            Accepts::Natural(0..=u64::from(u32::MAX)),
         ),
     ]
 }
@@ -83,6 +89,10 @@ fn load(context: &ModelContext<'_>) -> Result<LoadedBench, DocumentError> {
     let parameters = bench.bench(&BenchSettings {
         cam: set(CAM),
         preload: set(PRELOAD),
+        cell: plant.options.natural(CELL).map(|value| Placed {
+            value,
+            place: plant.place.clone(),
+        }),
     })?;
     Ok(LoadedBench {
         parameters,

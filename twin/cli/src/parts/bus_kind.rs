@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use twinrig_document::{DocumentError, Placed};
+use twinrig_estimate::Calibration;
 use twinrig_kernel::{Port, SimDuration, SimTime};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Driver, PartKind, Wire, in_part};
@@ -18,6 +19,7 @@ type BuildDriver =
     Box<dyn Fn(&BusContext<'_>) -> Result<Box<dyn Driver>, BuildError> + Send + Sync>;
 type BuildWire = Box<dyn Fn(&BusContext<'_>) -> Result<Box<dyn Wire>, BuildError> + Send + Sync>;
 type Mount = Box<dyn Fn(&Options) -> Option<SensorMount> + Send + Sync>;
+type Calibrations = Box<dyn Fn(&Options) -> Vec<Placed<String>> + Send + Sync>;
 type Measured = Box<dyn Fn(&Options) -> Vec<String> + Send + Sync>;
 
 /// Key of the table with the timing of a USB converter.
@@ -47,6 +49,8 @@ pub struct BusContext<'a> {
     pub faults: &'a [(&'a str, &'a FaultSpec)],
     /// Seed of the run.
     pub seed: u64,
+    /// Calibrations that the options name.
+    pub(crate) calibrations: &'a [(String, Calibration)],
 }
 
 impl BusContext<'_> {
@@ -96,6 +100,8 @@ pub(crate) struct SensorMount {
     pub(crate) signal: String,
     /// Name or path of the file with the sensor.
     pub(crate) sensor: Placed<String>,
+    /// Number of the cell, drawn within the spread of the file.
+    pub(crate) cell: Option<u64>,
 }
 
 impl SensorMount {
@@ -107,6 +113,12 @@ impl SensorMount {
             self.sensor
                 .error(format!("there is no sensor `{name}`"), help)
         })
+    }
+
+    /// Returns the number of the cell, with the place of the sensor for messages.
+    pub(crate) fn cell(&self) -> Option<Placed<u64>> {
+        let place = self.sensor.place.clone();
+        self.cell.map(|value| Placed { value, place })
     }
 
     /// Returns the file that a recording keeps as `name`.
@@ -133,6 +145,7 @@ pub struct BusKind {
     places: Vec<String>,
     measured: Measured,
     mount: Mount,
+    calibrations: Calibrations,
     baud: u32,
     driver: BuildDriver,
     wire: BuildWire,
@@ -155,6 +168,7 @@ impl BusKind {
             places: Vec::new(),
             measured: Box::new(|_| Vec::new()),
             mount: Box::new(|_| None),
+            calibrations: Box::new(|_| Vec::new()),
             baud: BAUD,
             driver: Box::new(move |context| Ok(Box::new(driver(context)?))),
             wire: Box::new(move |context| Ok(Box::new(wire(context)?))),
@@ -216,6 +230,21 @@ impl BusKind {
     /// Returns the sensor that the bus mounts at a load of the plant.
     pub(crate) fn mount(&self, options: &Options) -> Option<SensorMount> {
         (self.mount)(options)
+    }
+
+    /// Declares the calibrations that filters of the bus name, derived from the options.
+    #[must_use]
+    pub(crate) fn calibrated(
+        mut self,
+        calibrations: impl Fn(&Options) -> Vec<Placed<String>> + Send + Sync + 'static,
+    ) -> Self {
+        self.calibrations = Box::new(calibrations);
+        self
+    }
+
+    /// Returns the calibrations that filters of the bus name.
+    pub(crate) fn calibrations(&self, options: &Options) -> Vec<Placed<String>> {
+        (self.calibrations)(options)
     }
 
     /// Sets the baud rate of the serial port \[bit/s\].

@@ -13,7 +13,8 @@ use twinrig_tactile::{Stage, TactileSample};
 
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
-use crate::error::TwinError;
+use crate::error::{BuildError, TwinError};
+use crate::parts::bus_kind::BusContext;
 use crate::parts::tactile;
 use crate::run::interrupt;
 use crate::study::builder::first_line;
@@ -31,6 +32,7 @@ pub(crate) struct BenchRecorder<'r> {
     path: &'r Path,
     settings: Vec<Setting>,
     bus: String,
+    cell: Option<u64>,
     input: EstimateInput,
 }
 
@@ -88,11 +90,26 @@ impl<'r> BenchRecorder<'r> {
             path,
             settings: settings.to_vec(),
             bus: bus.name.value.clone(),
+            cell: scenario.plant.options.natural("cell"),
             input,
         })
     }
 
-    fn recorded(&self, seed: u64) -> Result<LoadRun, TwinError> {
+    /// Number of the drawn cell of the bench, if the scenario has one.
+    pub(crate) fn cell(&self) -> Option<u64> {
+        self.cell
+    }
+
+    /// Runs the bench with a seed and returns every sample of the driver, with the measured
+    /// frequency. `build` is called with the context of the bus, for parts that take its options.
+    ///
+    /// # Errors
+    /// Errors of the scenario and of the run; what `build` returns.
+    pub(crate) fn samples(
+        &self,
+        seed: u64,
+        build: impl FnOnce(&BusContext<'_>) -> Result<(), BuildError>,
+    ) -> Result<BenchRun, TwinError> {
         let mut settings = self.settings.clone();
         settings.push(Setting {
             origin: "study".to_owned(),
@@ -106,6 +123,7 @@ impl<'r> BenchRecorder<'r> {
         let assembly = assembly.with_scenario(&scenario, &[])?;
         let (sender, samples) = channel();
         let mut rig = assembly.rig_with_driver(&self.bus, |context| {
+            build(context)?;
             let driver = tactile::driver(context)?;
             Ok(Box::new(driver.with_stage(Box::new(Collector(sender)))))
         })?;
@@ -119,11 +137,36 @@ impl<'r> BenchRecorder<'r> {
             rig.run_until(now, &mut frequencies)
                 .map_err(|error| assembly.rig_error(error))?;
         }
-        Ok(LoadRun {
+        Ok(BenchRun {
             samples: frequencies.beside(&samples),
             steady: steady(&scenario, first),
         })
     }
+
+    /// Runs the bench with a seed.
+    ///
+    /// # Errors
+    /// Errors of the scenario and of the run.
+    pub(crate) fn recorded(&self, seed: u64) -> Result<LoadRun, TwinError> {
+        let run = self.samples(seed, |_| Ok(()))?;
+        let sample = |(sample, frequency): &(TactileSample, Option<f64>)| LoadSample {
+            at_ns: sample.at.as_nanos(),
+            volts: sample.volts,
+            reference: sample.reference,
+            saturated: sample.saturated,
+            frequency: *frequency,
+        };
+        Ok(LoadRun {
+            samples: run.samples.iter().map(sample).collect(),
+            steady: run.steady,
+        })
+    }
+}
+
+/// Samples of a run, each with the frequency measured since the one before \[Hz\].
+pub(crate) struct BenchRun {
+    pub(crate) samples: Vec<(TactileSample, Option<f64>)>,
+    pub(crate) steady: Vec<SteadyPart>,
 }
 
 impl LoadRecorder for BenchRecorder<'_> {
@@ -230,7 +273,7 @@ impl FrequencyObserver {
     }
 
     /// Returns the samples, each with the frequency measured since the one before.
-    fn beside(self, samples: &Receiver<TactileSample>) -> Vec<LoadSample> {
+    fn beside(self, samples: &Receiver<TactileSample>) -> Vec<(TactileSample, Option<f64>)> {
         let mut frequencies = self.found.into_iter().peekable();
         let sample = |sample: TactileSample| {
             let at_ns = sample.at.as_nanos();
@@ -238,13 +281,7 @@ impl FrequencyObserver {
             while let Some((_, hz)) = frequencies.next_if(|(at, _)| at.as_nanos() <= at_ns) {
                 frequency = Some(hz);
             }
-            LoadSample {
-                at_ns,
-                volts: sample.volts,
-                reference: sample.reference,
-                saturated: sample.saturated,
-                frequency,
-            }
+            (sample, frequency)
         };
         samples.try_iter().map(sample).collect()
     }

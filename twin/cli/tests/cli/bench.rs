@@ -105,7 +105,7 @@ fn unknown_sensor_is_reported_at_its_place() {
         "sensor = \"skin\"",
     );
     assert!(error.contains("there is no sensor `skin`"), "{error}");
-    assert!(error.contains("changed.toml:30:10"), "{error}");
+    assert!(error.contains("changed.toml:33:10"), "{error}");
 }
 
 #[test]
@@ -123,7 +123,7 @@ fn load_beyond_the_reference_cell_is_reported() {
 fn negative_deviation_of_a_filter_is_reported_at_its_place() {
     let error = refused("bench.toml", "noise = \"20 mV\"", "noise = \"-20 mV\"");
     assert!(error.contains("`noise` is -0.02 V"), "{error}");
-    assert!(error.contains("changed.toml:38:24"), "{error}");
+    assert!(error.contains("changed.toml:51:24"), "{error}");
 }
 
 #[test]
@@ -184,4 +184,122 @@ signal = { name = "phidget/overloaded", always = { max = 0 } }
     );
     let done = twin(&["run", &path, "--no-record"]);
     assert_eq!(done.code, 0, "{done:?}");
+}
+
+/// Runs bench.toml with another calibration of the estimate, and returns which expectations on its
+/// error hold.
+fn errors_with(calibration: &str) -> [bool; 2] {
+    let folder = Folder::new(&format!("calibrated-{calibration}"));
+    let path = changed(
+        &folder,
+        "bench.toml",
+        &[(
+            "calibration = \"tactile-1\"",
+            &format!("calibration = \"{calibration}\""),
+        )],
+    );
+    let done = twin(&["run", &path, "--no-record", "--json"]);
+    let report = &json(&done.out)[0];
+    let expectations = report["expectations"].as_array().unwrap();
+    [
+        "error of the estimate at 2 Hz",
+        "error of the estimate at 4.2 Hz",
+    ]
+    .map(|name| {
+        let found = expectations.iter().find(|it| it["name"] == name).unwrap();
+        found["verdict"] == "holds"
+    })
+}
+
+/// The estimate meets the demand by what was measured of this cell, not by constants that plant and
+/// filter share: with those of another cell it does not.
+#[test]
+fn error_is_below_the_demand_with_the_calibration_of_this_cell_only() {
+    assert_eq!(errors_with("tactile-1"), [true, true]);
+    for other in ["tactile-2", "tactile-3", "tactile-4"] {
+        assert_eq!(errors_with(other), [false, false], "{other}");
+    }
+}
+
+#[test]
+fn unknown_calibration_is_reported_with_the_known_ones() {
+    let error = refused(
+        "bench.toml",
+        "calibration = \"tactile-1\"",
+        "calibration = \"tactile-9\"",
+    );
+    assert!(
+        error.contains("there is no calibration `tactile-9`"),
+        "{error}"
+    );
+    assert!(error.contains("twin cell calibrate"), "{error}");
+}
+
+#[test]
+fn constant_beside_a_calibration_is_refused() {
+    let error = refused(
+        "bench.toml",
+        "piezoelectric.noise = \"5 mV\"\nprocess",
+        "piezoelectric = { noise = \"5 mV\", gain = \"0.05 V·s/N\" }\nprocess",
+    );
+    let expected = "`piezoelectric.gain` is that of the calibration";
+    assert!(error.contains(expected), "{error}");
+}
+
+#[test]
+fn invalid_calibration_is_reported_at_its_place() {
+    let folder = Folder::new("bad-calibration");
+    let good = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../calibrations/tactile-1.toml");
+    let good = std::fs::read_to_string(good).unwrap();
+    for (from, to, expected) in [
+        ("floor = ", "flor = ", "`floor` is missing"),
+        ("switch = \"10", "switch = \"-10", "`switch` is -10"),
+        (
+            "amplifier_time = \"102",
+            "amplifier_time = \"-102",
+            "`amplifier_time` is -0.102",
+        ),
+        ("seed = 1001\n", "", "`seed` is missing"),
+    ] {
+        assert!(good.contains(from), "{from}");
+        let file = folder.file("mine.toml", &good.replacen(from, to, 1));
+        let calibration = format!("calibration = \"{file}\"");
+        let path = changed(
+            &folder,
+            "bench.toml",
+            &[("calibration = \"tactile-1\"", &calibration)],
+        );
+        let done = twin(&["check", &path]);
+        assert_eq!(done.code, 2, "{}", done.out);
+        assert!(
+            (done.out.clone() + &done.err).contains(expected),
+            "{} {}",
+            done.out,
+            done.err
+        );
+    }
+}
+
+#[test]
+fn numbered_cell_of_a_sensor_without_spread_is_refused() {
+    let folder = Folder::new("no-spread");
+    let bench = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../benches/tactile.toml");
+    let bench = std::fs::read_to_string(bench).unwrap();
+    let spread = bench
+        .lines()
+        .find(|line| line.starts_with("spread"))
+        .unwrap();
+    let file = folder.file("mine.toml", &bench.replacen(spread, "", 1));
+    let path = changed(
+        &folder,
+        "bench.toml",
+        &[("file = \"tactile\"", &format!("file = \"{file}\""))],
+    );
+    let done = twin(&["check", &path]);
+    assert_eq!(done.code, 2, "{}", done.out);
+    assert!(
+        (done.out + &done.err).contains("has no `spread`"),
+        "{}",
+        done.err
+    );
 }

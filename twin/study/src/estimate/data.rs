@@ -92,11 +92,17 @@ pub(crate) struct Signals {
 }
 
 impl Signals {
+    /// Returns the signals behind the thesis' low-pass filter.
     pub(crate) fn new(run: &LoadRun, phase: Phase) -> Result<Self, StudyError> {
+        Self::below(run, phase, LOW_PASS.1)
+    }
+
+    /// Returns the signals behind a low-pass filter with a cut-off frequency \[Hz\].
+    pub(crate) fn below(run: &LoadRun, phase: Phase, cutoff: f64) -> Result<Self, StudyError> {
         let samples = &run.samples;
         let period_s = period_s(samples)?;
         check(run, period_s)?;
-        let filter = Butterworth::new(LOW_PASS.0, LOW_PASS.1, 1.0 / period_s)?;
+        let filter = Butterworth::new(LOW_PASS.0, cutoff, 1.0 / period_s)?;
         let channel = |value: &dyn Fn(&LoadSample) -> f64| {
             let raw: Vec<f64> = samples.iter().map(value).collect();
             low_passed(&filter, &raw, phase)

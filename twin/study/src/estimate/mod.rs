@@ -1,6 +1,7 @@
 //! Study of load filters: identification of both cells, tuning of the filters and their validation,
 //! each on a run of its own (sections 4.3.2.2 and 4.3.2.3).
 
+mod calibrate;
 mod curves;
 mod data;
 mod distribution;
@@ -13,6 +14,7 @@ mod track;
 mod tune;
 mod validate;
 
+pub use calibrate::{CalibrationRun, calibrate, calibration_text, samples_fingerprint};
 pub use curves::{EstimateCurve, LoopPoint, VoltageCurve, VoltagePoint};
 pub use data::{LoadRun, LoadSample, SteadyPart};
 pub use distribution::Residuals;

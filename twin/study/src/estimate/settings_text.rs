@@ -35,11 +35,12 @@ fn model_name(model: &Model) -> &'static str {
         Model::F1 { .. } => "F1",
         Model::F2 { .. } => "F2",
         Model::F3 { .. } => "F3",
+        Model::F4 { .. } => "F4",
     }
 }
 
 /// Six digits: less than the uncertainty of a fit.
-fn number(value: f64) -> String {
+pub(super) fn number(value: f64) -> String {
     if value == 0.0 {
         return "0.0".to_owned();
     }
@@ -49,7 +50,7 @@ fn number(value: f64) -> String {
     format!("{value:.5e}")
 }
 
-fn quantity(value: f64, unit: &str) -> String {
+pub(super) fn quantity(value: f64, unit: &str) -> String {
     format!("\"{} {unit}\"", number(value))
 }
 
@@ -84,7 +85,7 @@ fn piezoresistive(settings: &Settings) -> String {
     text
 }
 
-fn sigmoid(branch: &Sigmoid) -> String {
+pub(super) fn sigmoid(branch: &Sigmoid) -> String {
     // a/(1 + e^z) + d = −a/(1 + e^−z) + a + d: of the two forms the one with a positive width.
     let (rise, steepness, base) = if branch.b < 0.0 {
         (branch.a, branch.b, branch.d)
@@ -117,7 +118,7 @@ fn piezoelectric(settings: &Settings) -> String {
                 ));
             }
         }
-        Model::F3 { amplifier, .. } => {
+        Model::F3 { amplifier, .. } | Model::F4 { amplifier, .. } => {
             keys.push(format!(
                 "gain = {}",
                 quantity(-amplifier.sensitivity, "V·s/N")
@@ -141,6 +142,7 @@ fn process(model: &Model) -> String {
             "rate" | "crystal rate" => quantity(deviation, "N/s"),
             "acceleration" => number(deviation),
             "frequency" => quantity(deviation / TAU, "Hz"),
+            "gain" | "creep" => number(deviation),
             _ => quantity(deviation, "V"),
         };
         (state.noise > 0.0).then(|| format!("{} = {text}", name.replace(' ', "_")))

@@ -3,22 +3,23 @@
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
-use twinrig_document::Range;
-use twinrig_estimate::{
-    ChargeAmplifier, Decay, ForceResponse, Hysteresis, Model, Piezoresistive, RECOVERY, Settings,
-    Sigmoid, StateSettings,
-};
-use twinrig_kernel::{SimDuration, Unit};
+use twinrig_document::{Placed, Range};
+use twinrig_estimate::{Calibration, Model, Piezoresistive, RECOVERY, Settings, StateSettings};
+use twinrig_kernel::Unit;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
 use twinrig_tactile::{LoadFilter, LoadFilterConfig};
 
 use crate::error::BuildError;
+use crate::parts::bus_kind::BusContext;
 use crate::parts::option::{choice, number, option};
+use crate::parts::tactile::constants::{Constants, LINEAR, LOADING, UNLOADING, required};
 
 /// Name of the table.
 pub(super) const FILTER: &str = "filter";
 
-const MODELS: [&str; 3] = ["F3", "F1", "F2"];
+const MODELS: [&str; 4] = ["F3", "F1", "F2", "F4"];
+/// Key of the calibration.
+const CALIBRATION: &str = "calibration";
 /// Last parts of other signals below a load.
 const TAKEN: [&str; 5] = [
     "rate",
@@ -27,17 +28,16 @@ const TAKEN: [&str; 5] = [
     "piezoelectric",
     "reference",
 ];
-const LINEAR: &str = "linear";
-const LOADING: &str = "loading";
-const UNLOADING: &str = "unloading";
 /// Names of the state variables of all models, with their units.
-const STATES: [(&str, Unit); 7] = [
+const STATES: [(&str, Unit); 9] = [
     ("force", Unit::Newton),
     ("rate", Unit::NewtonPerSecond),
     ("acceleration", Unit::One),
     ("crystal_rate", Unit::NewtonPerSecond),
     ("voltage", Unit::Volt),
     ("frequency", Unit::Hertz),
+    ("gain", Unit::One),
+    ("creep", Unit::One),
     ("bias", Unit::Volt),
 ];
 
@@ -50,6 +50,11 @@ pub(super) fn table() -> OptionSpec {
     let about = "filters of the load, by the name of their estimate: `bench/force/NAME`";
     let keys = vec![
         choice("model", "process model", &MODELS),
+        option(
+            CALIBRATION,
+            "name or path of a file with the constants of both cells, in `calibrations/`: in place of those here",
+            Accepts::Name,
+        ),
         option(
             "low_pass",
             "cut-off frequency of a low-pass filter of fourth order before the filter (none)",
@@ -76,7 +81,7 @@ pub(super) fn table() -> OptionSpec {
         states("initial", "deviations of the state variables at the start"),
         option(
             "white",
-            "density of white noise of the derivative of the highest derivative of the force: N²/s³ in F1, N²/s⁵ in F2 and F3 (0)",
+            "density of white noise of the derivative of the highest derivative of the force: N²/s³ in F1, N²/s⁵ in F2, F3 and F4 (0)",
             number(Range::NOT_NEGATIVE),
         ),
         option(
@@ -96,8 +101,10 @@ fn states(name: &str, about: &str) -> OptionSpec {
     let deviation = |(name, unit): (&str, Unit)| {
         let about = match name {
             "acceleration" => "of the second derivative of the force in N/s²".to_owned(),
-            "crystal_rate" => "of the rate behind the silicone, in F3".to_owned(),
-            "voltage" => "of the amplifier, in F3".to_owned(),
+            "crystal_rate" => "of the rate behind the silicone, in F3 and F4".to_owned(),
+            "voltage" => "of the amplifier, in F3 and F4".to_owned(),
+            "gain" => "of the relative deviation of the gain, in F4".to_owned(),
+            "creep" => "of the relative creep, in F4".to_owned(),
             "bias" => "of the bias of the piezoelectric voltage".to_owned(),
             name => format!("of the {name}"),
         };
@@ -158,6 +165,10 @@ fn piezoresistive() -> OptionSpec {
                 "rate over which the share of the sigmoids changes by a factor of e",
                 quantity(Unit::NewtonPerSecond, Range::POSITIVE),
             ),
+            volts(
+                "floor",
+                "voltage of a cell that does not conduct, which does not creep, in F4",
+            ),
         ]),
     )
 }
@@ -184,7 +195,7 @@ fn piezoelectric() -> OptionSpec {
     };
     option(
         "piezoelectric",
-        "piezoelectric cell; F1 requires `gain`, F2 `rate` and `acceleration`, F3 `gain` and the times",
+        "piezoelectric cell; F1 requires `gain`, F2 `rate` and `acceleration`, F3 and F4 `gain` and the times",
         Accepts::Group(vec![
             option(
                 "noise",
@@ -198,16 +209,16 @@ fn piezoelectric() -> OptionSpec {
             ),
             gain(
                 "gain",
-                "sensitivity to the rate of the force: V = gain · rate in F1 and at low frequencies in F3",
+                "sensitivity to the rate of the force: V = gain · rate in F1 and at low frequencies in F3 and F4",
             ),
             option(
                 "amplifier_time",
-                "time constant of the amplifier, in F3",
+                "time constant of the amplifier, in F3 and F4",
                 Accepts::PositiveDuration,
             ),
             option(
                 "silicone_time",
-                "time constant of the silicone, in F3",
+                "time constant of the silicone, in F3 and F4",
                 Accepts::PositiveDuration,
             ),
             decay("rate", "coefficient of the rate, in F2", "V·s/N"),
@@ -220,15 +231,33 @@ fn piezoelectric() -> OptionSpec {
     )
 }
 
-/// Returns the filters of a sensor at the load `signal`, sampled at a period; `reference`: a
-/// reference cell measures the load.
-pub(super) fn filters(
-    options: &Options,
-    signal: &str,
-    period: SimDuration,
-    reference: bool,
+/// Calibrations that filters take.
+#[derive(Clone, Copy)]
+pub(crate) enum NamedCalibrations<'c> {
+    /// Those that the filters name.
+    Own,
+    /// This one, in place of each of those.
+    Replaced(&'c Calibration),
+}
+
+/// Returns the names of the calibrations of the filters.
+pub(super) fn calibrations(options: &Options) -> Vec<Placed<String>> {
+    let name = |(_, value): &(Placed<String>, OptionValue)| match value {
+        OptionValue::Group(keys) => keys.name(CALIBRATION).cloned(),
+        _ => None,
+    };
+    options.named(FILTER).iter().filter_map(name).collect()
+}
+
+/// Returns the filters of a bus.
+pub(crate) fn filters(
+    context: &BusContext<'_>,
+    calibrations: NamedCalibrations<'_>,
 ) -> Result<Vec<LoadFilter>, BuildError> {
-    let filter = |(name, value): &(twinrig_document::Placed<String>, OptionValue)| {
+    let config = super::config(context)?;
+    let signal = config.signal.as_str();
+    let rate = 1.0 / config.period.as_secs_f64();
+    let filter = |(name, value): &(Placed<String>, OptionValue)| {
         let OptionValue::Group(keys) = value else {
             return Err(format!("`{FILTER}.{}` is not a table", name.value).into());
         };
@@ -239,13 +268,22 @@ pub(super) fn filters(
             );
             return Err(why.into());
         }
-        let rate = 1.0 / period.as_secs_f64();
         let frequency = keys.group("frequency");
-        let built = settings(keys).and_then(|settings| {
+        let calibration = keys.name(CALIBRATION).map(|name| match calibrations {
+            NamedCalibrations::Replaced(other) => Ok(other),
+            NamedCalibrations::Own => {
+                let mut known = context.calibrations.iter();
+                let found = known.find(|(known, _)| *known == name.value);
+                let missing = || BuildError::from(format!("`{}` has not been read", name.value));
+                found.map(|found| &found.1).ok_or_else(missing)
+            }
+        });
+        let built = calibration.transpose().and_then(|calibration| {
+            let constants = Constants::of(keys, calibration)?;
             Ok(LoadFilter::new(LoadFilterConfig {
                 name: name.value.clone(),
                 signal: signal.to_owned(),
-                settings,
+                settings: settings(keys, &constants)?,
                 low_pass: keys.number("low_pass").map(|cutoff| [cutoff, rate]),
                 ranges: [
                     range(keys.group("piezoresistive"), f64::NEG_INFINITY),
@@ -254,12 +292,16 @@ pub(super) fn filters(
                 frequency: frequency
                     .and_then(|it| it.text("signal"))
                     .map(str::to_owned),
-                reference,
+                reference: signal.starts_with(super::BENCH),
             })?)
         });
         built.map_err(|error| format!("`{FILTER}.{}`: {error}", name.value).into())
     };
-    options.named(FILTER).iter().map(filter).collect()
+    options_of(context).iter().map(filter).collect()
+}
+
+fn options_of<'a>(context: &BusContext<'a>) -> &'a [(Placed<String>, OptionValue)] {
+    context.options.named(FILTER)
 }
 
 /// Returns the range in which a voltage is plausible: up to `max`, and from `min`, or `least` times
@@ -270,11 +312,11 @@ fn range(group: Option<&Options>, least: f64) -> RangeInclusive<f64> {
     number("min").unwrap_or(least * max)..=max
 }
 
-fn settings(keys: &Options) -> Result<Settings, BuildError> {
+fn settings(keys: &Options, constants: &Constants<'_>) -> Result<Settings, BuildError> {
     let noise = |group: Option<&Options>| group.and_then(|group| group.number("noise"));
     let square = |x: f64| x * x;
     let cell = keys.group("piezoresistive").map(|group| {
-        let response = response(group)?;
+        let response = constants.response(group)?;
         let variance = square(required(group, "piezoresistive", "noise")?);
         Ok::<_, BuildError>(Piezoresistive { response, variance })
     });
@@ -283,7 +325,7 @@ fn settings(keys: &Options) -> Result<Settings, BuildError> {
         square(TAU * hertz)
     });
     Ok(Settings {
-        model: model(keys)?,
+        model: model(keys, constants)?,
         piezoresistive: cell.transpose()?,
         piezoelectric: noise(keys.group("piezoelectric")).map(square),
         frequency,
@@ -296,72 +338,35 @@ fn settings(keys: &Options) -> Result<Settings, BuildError> {
 /// Default deviation of a measured frequency \[Hz\].
 const FREQUENCY_NOISE: f64 = 0.05;
 
-fn required(group: &Options, table: &str, name: &str) -> Result<f64, BuildError> {
-    let missing = || format!("`{table}` has no `{name}`");
-    group.number(name).ok_or_else(|| missing().into())
-}
-
-fn response(group: &Options) -> Result<ForceResponse, BuildError> {
-    const TABLE: &str = "piezoresistive";
-    if let Some(linear) = group.group(LINEAR) {
-        return Ok(ForceResponse::Linear {
-            gain: required(linear, LINEAR, "per_newton")?,
-            offset: required(linear, LINEAR, "offset")?,
-        });
-    }
-    let sigmoid = |name: &str| {
-        let branch = group.group(name);
-        let branch =
-            branch.ok_or_else(|| format!("`{TABLE}` has neither `{LINEAR}` nor `{name}`"))?;
-        Ok::<_, BuildError>(Sigmoid {
-            a: required(branch, name, "rise")?,
-            b: -1.0 / required(branch, name, "width")?,
-            c: -required(branch, name, "mid")?,
-            d: required(branch, name, "base")?,
-        })
-    };
-    Ok(ForceResponse::Hysteresis(Hysteresis {
-        loading: sigmoid(LOADING)?,
-        unloading: sigmoid(UNLOADING)?,
-        switch: 1.0 / required(group, TABLE, "switch")?,
-    }))
-}
-
-fn model(keys: &Options) -> Result<Model, BuildError> {
-    const TABLE: &str = "piezoelectric";
-    let empty = Options::default();
-    let group = keys.group(TABLE).unwrap_or(&empty);
-    let gain = || required(group, TABLE, "gain");
-    let time = |name: &str| {
-        let time = group.duration(name).map(SimDuration::as_secs_f64);
-        time.ok_or_else(|| BuildError::from(format!("`{TABLE}` has no `{name}`")))
-    };
-    let decay = |name: &str| {
-        let decay = group.group(name);
-        let decay = decay.ok_or_else(|| BuildError::from(format!("`{TABLE}` has no `{name}`")))?;
-        Ok::<_, BuildError>(Decay {
-            value: required(decay, name, "value")?,
-            scale_hz: required(decay, name, "scale")?,
-        })
-    };
+fn model(keys: &Options, constants: &Constants<'_>) -> Result<Model, BuildError> {
     let state = |name: &str| state(keys, name);
     Ok(match keys.text("model") {
         Some("F1") => Model::F1 {
-            gain: gain()?,
+            gain: constants.rate_gain()?,
             states: ["force", "rate", "bias"].map(state),
         },
         Some("F2") => Model::F2 {
-            rate: decay("rate")?,
-            acceleration: decay("acceleration")?,
+            rate: constants.rate()?,
+            acceleration: constants.acceleration()?,
             states: ["force", "rate", "acceleration", "frequency", "bias"].map(state),
         },
+        Some("F4") => Model::F4 {
+            amplifier: constants.amplifier()?,
+            floor: constants.floor()?,
+            states: [
+                "force",
+                "rate",
+                "acceleration",
+                "crystal_rate",
+                "voltage",
+                "gain",
+                "creep",
+                "bias",
+            ]
+            .map(state),
+        },
         _ => Model::F3 {
-            amplifier: ChargeAmplifier {
-                // The gain is that of the sensor; the amplifier inverts.
-                sensitivity: -gain()?,
-                feedback_s: time("amplifier_time")?,
-                lag_s: time("silicone_time")?,
-            },
+            amplifier: constants.amplifier()?,
             states: [
                 "force",
                 "rate",
@@ -377,7 +382,7 @@ fn model(keys: &Options) -> Result<Model, BuildError> {
 
 /// Default deviations of the state variables at the start, in the order of [`STATES`]: a load that
 /// is near zero and at rest.
-const INITIAL: [f64; 7] = [1.0, 10.0, 100.0, 10.0, 0.1, 1.0, 0.1];
+const INITIAL: [f64; 9] = [1.0, 10.0, 100.0, 10.0, 0.1, 1.0, 0.1, 0.1, 0.1];
 
 /// Returns the initial value and noise of a state variable.
 fn state(keys: &Options, name: &str) -> StateSettings {

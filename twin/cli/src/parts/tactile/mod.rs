@@ -1,5 +1,7 @@
 //! Acquisition of tactile sensors, from scenario options.
 
+mod calibration;
+mod constants;
 mod filter;
 
 use twinrig_document::Range;
@@ -8,6 +10,9 @@ use twinrig_runtime::{FaultKind, Wire};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
 use twinrig_tactile::{CHANNELS, SampleChoice, Tactile, TactileDriver, Unplugged};
 use twinrig_wire::{AnalogInput, AnalogSource};
+
+pub(crate) use calibration::CalibrationFile;
+pub(crate) use filter::{NamedCalibrations, filters};
 
 use crate::error::BuildError;
 use crate::parts::analog_sources::{clock, clock_option};
@@ -40,8 +45,10 @@ pub(crate) fn kind() -> BusKind {
             Some(SensorMount {
                 signal: signal(options).to_owned(),
                 sensor: options.name("sensor")?.clone(),
+                cell: options.natural("cell"),
             })
         })
+        .calibrated(filter::calibrations)
         .measuring(|options| sources(options).map(|source| source.1).into());
     options().into_iter().fold(kind, BusKind::with_option)
 }
@@ -65,6 +72,11 @@ fn options() -> Vec<OptionSpec> {
             "sensor",
             "name or path of the file with the sensor that is mounted there, in `benches/`; a bench has its own",
             Accepts::Name,
+        ),
+        option(
+            "cell",
+            "number of the cell of `sensor`, whose constants are drawn within the `spread` of the file (none: those of the file)",
+            Accepts::Natural(0..=u64::from(u32::MAX)),
         ),
         option(
             "period",
@@ -112,12 +124,7 @@ fn options() -> Vec<OptionSpec> {
 /// Builds the driver with the filters of the scenario.
 pub(crate) fn driver(context: &BusContext<'_>) -> Result<TactileDriver, BuildError> {
     let config = config(context)?;
-    let filters = filter::filters(
-        context.options,
-        &config.signal,
-        config.period,
-        config.signal.starts_with(BENCH),
-    )?;
+    let filters = filters(context, NamedCalibrations::Own)?;
     let mut driver = config.driver()?;
     for filter in filters {
         driver = driver.with_stage(Box::new(filter));
