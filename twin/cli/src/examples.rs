@@ -47,6 +47,7 @@ examples! {
     "trot-damped"
     "trot-fast"
     "trot-foot-load"
+    "trot-grip"
     "trot-slow-servo"
     "walk"
 }
