@@ -53,7 +53,7 @@ pub(crate) const FIG_4_8: Item = Item {
             "follows the load well",
             "N",
         )
-        .rule(Rule::AtMost(0.7), "5 % of the load of 14 N"),
+        .rule(Rule::AtMost(0.65), "5 % of the load of 13 N"),
         PrintedFigure::statement(
             "shape",
             "sensor of the rate alone: slope against the load",
@@ -70,7 +70,7 @@ pub(crate) const FIG_4_8: Item = Item {
             "N",
         )
         .rule(
-            Rule::Between(1.4, 14.0),
+            Rule::Between(1.3, 13.0),
             "a tenth of the load to all of it, in 8 s",
         ),
         PrintedFigure::statement(
@@ -80,7 +80,7 @@ pub(crate) const FIG_4_8: Item = Item {
             "is lost soon",
             "N",
         )
-        .rule(Rule::AtLeast(14.0), "the load itself")
+        .rule(Rule::AtLeast(13.0), "the load itself")
         .remark("its gradient vanishes in saturation"),
     ],
     sources: &[
