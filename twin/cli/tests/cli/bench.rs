@@ -207,7 +207,7 @@ fn errors_with(calibration: &str) -> [bool; 2] {
     ]
     .map(|name| {
         let found = expectations.iter().find(|it| it["name"] == name).unwrap();
-        found["verdict"] == "holds"
+        found["verdict"] == "pass"
     })
 }
 
@@ -252,7 +252,7 @@ fn invalid_calibration_is_reported_at_its_place() {
     let good = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../calibrations/tactile-1.toml");
     let good = std::fs::read_to_string(good).unwrap();
     for (from, to, expected) in [
-        ("floor = ", "flor = ", "`floor` is missing"),
+        ("floor = ", "flor = ", "unknown key `flor`"),
         ("switch = \"10", "switch = \"-10", "`switch` is -10"),
         (
             "amplifier_time = \"102",

@@ -1,6 +1,6 @@
 //! `twin cell`: design of piezoresistive cells.
 
-use crate::common::{Done, json, twin};
+use crate::common::{Done, Folder, json, twin};
 
 const FOOT: &[&str] = &["--type", "B", "--layers", "2", "--glue", "yes"];
 
@@ -101,4 +101,57 @@ fn impossible_cells_are_errors() {
     assert!(message.contains("it must be positive"), "{message}");
     let message = reject(&[FOOT, &["--length", "20 N", "--width", "25 mm"]].concat());
     assert!(message.contains("a length"), "{message}");
+}
+
+fn root(name: &str) -> String {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    root.join(name).display().to_string()
+}
+
+/// The calibrations of the scenarios are what the command writes, with another seed than theirs.
+#[test]
+fn calibration_of_the_bench_is_that_of_its_run() {
+    let folder = Folder::new("calibrate");
+    let file = folder.join("cell.toml");
+    let scenario = root("scenarios/thesis/fig-4-11.toml");
+    let words = ["cell", "calibrate", &scenario, "--output", &file];
+    let set = ["--set", "plant.cell=1", "--set", "seed=1001"];
+    let done = twin(&[&words[..], &set].concat());
+    assert_eq!(done.code, 0, "{}", done.err);
+    let written = std::fs::read_to_string(&file).unwrap();
+    let kept = std::fs::read_to_string(root("calibrations/tactile-1.toml")).unwrap();
+    assert_eq!(written, kept);
+}
+
+#[test]
+fn scenario_without_a_tactile_bus_cannot_be_calibrated() {
+    let done = twin(&["cell", "calibrate", &root("scenarios/stand.toml")]);
+    assert_eq!((done.code, done.out.as_str()), (2, ""));
+    assert!(done.err.contains("no tactile bus"), "{}", done.err);
+}
+
+#[test]
+fn filters_are_compared_with_the_calibration_of_the_cell_and_with_that_of_the_design() {
+    let (scenario, identify) = (
+        root("scenarios/bench.toml"),
+        root("scenarios/thesis/fig-4-11.toml"),
+    );
+    let words = ["cell", "compare", &scenario, "--identify", &identify];
+    let done = twin(&[&words[..], &["--cells", "1", "--json"]].concat());
+    assert_eq!(done.code, 0, "{}", done.err);
+    let report = &json(&done.out)[0];
+    let met = |calibration: &str, filter: &str| {
+        let mut shares = report["shares"].as_array().unwrap().iter();
+        let of =
+            |it: &&serde_json::Value| it["calibration"] == calibration && it["filter"] == filter;
+        shares.find(of).unwrap()["met"].as_u64().unwrap()
+    };
+    assert_eq!([met("own", "estimate"), met("common", "estimate")], [1, 0]);
+    for filter in ["F1", "F2", "F3"] {
+        assert_eq!(
+            [met("own", filter), met("common", filter)],
+            [0, 0],
+            "{filter}"
+        );
+    }
 }
