@@ -111,6 +111,10 @@ pub struct Estimate {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ForceEstimator(Inner);
 
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a filter is created once, and a box would be a jump in every step"
+)]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 enum Inner {
     F1(Track<RateModel, 3>),

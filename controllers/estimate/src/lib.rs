@@ -43,9 +43,9 @@
 //! ```
 //!
 //! [`Model`] selects the filter: F1 and F2 are the thesis', F3 has the charge amplifier as states
-//! and requires no frequency, F4 adds gain and creep. [`Settings::recovery`] returns an estimate that is lost in
-//! saturation. [`Estimate`] has deviation, innovations and NIS; [`ForceEstimator::nees`] compares
-//! with a known truth. [`Objective`] is that of tuning (eq. 4.19).
+//! and requires no frequency, F4 adds gain and creep. [`Settings::recovery`] returns an estimate
+//! that is lost in saturation. [`Estimate`] has deviation, innovations and NIS;
+//! [`ForceEstimator::nees`] compares with a known truth. [`Objective`] is that of tuning (eq. 4.19).
 //!
 //! # Limits
 //!

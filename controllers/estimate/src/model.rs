@@ -49,7 +49,7 @@ pub enum Model {
         states: [StateSettings; 6],
     },
     /// F3 with two more states before the bias, each relative and zero in a cell as calibrated:
-    /// deviation γ of the gain \[1\], V = (1 + γ)·V_amplifier + D, and creep κ \[1\] by which the
+    /// deviation γ of the gain \[1\], V = (1 + γ)·Vₐ + D, and creep κ \[1\] by which the
     /// piezoresistive voltage h(F, Ḟ) exceeds the calibrated one: floor + (1 + κ)(h − floor).
     F4 {
         /// The piezoelectric cell with its amplifier.

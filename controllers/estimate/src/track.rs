@@ -248,8 +248,8 @@ impl<const N: usize> Moment<N> {
 }
 
 /// Returns value and gradient of the piezoresistive response at the estimate, extrapolated from the
-/// point of linearisation, and whether that is the measured voltage. `creep`: index of the state and
-/// voltage that does not creep.
+/// point of linearisation, and whether that is the measured voltage. `creep`: index of the state
+/// and voltage that does not creep.
 fn linearise<const N: usize>(
     kalman: &Kalman<N>,
     cell: &Piezoresistive,

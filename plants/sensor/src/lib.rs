@@ -1,7 +1,8 @@
 //! Tactile sensors for the load of a leg (thesis, chapter 4): a piezoresistive cell for the load, a
 //! piezoelectric cell for its changes, each with its amplifier. [`TactileSensor`] is one such
 //! sensor; [`SensedPlant`] mounts sensors at loads of any plant. Parameters are read from files
-//! ([`SensorFile`]), of one design or of a drawn cell ([`TactileParameters::drawn`]), or predicted from the dimensions of a cell ([`design`]).
+//! ([`SensorFile`]), of one design or of a drawn cell ([`TactileParameters::drawn`]), or predicted
+//! from the dimensions of a cell ([`design`]).
 //!
 //! ```
 //! use twinrig_sensor::{PiezoelectricCell, SensorFile};

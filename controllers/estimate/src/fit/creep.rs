@@ -9,7 +9,7 @@ use crate::error::{EstimateError, finite, positive};
 use crate::response::{Hysteresis, Sigmoid};
 
 /// Identified response of a cell that creeps: V = floor + (1 + κ)(h(F, Ḟ) − floor), with the
-/// response h as it was at the first sample, where κ = 0, and time · κ̇ = per_newton · F − κ.
+/// response h as it was at the first sample, where κ = 0, and `time_s` · κ̇ = `per_newton` · F − κ.
 ///
 /// Creep that the cell had before is part of h: a factor of both, which a load of constant mean
 /// does not tell apart.
@@ -28,12 +28,12 @@ pub struct CreepFit {
 /// Samples at a constant period, of which some count.
 struct Samples<'a> {
     period_s: f64,
-    samples: &'a [ForceSample],
+    all: &'a [ForceSample],
     counts: &'a [bool],
     number: usize,
 }
 
-/// Parameters: nine of the hysteresis, floor, initial slope per_newton/time, 1/time.
+/// Parameters: nine of the hysteresis, floor, initial slope `per_newton`/`time_s`, 1/`time_s`.
 const PARAMETERS: usize = 12;
 const FLOOR: usize = 9;
 const SLOPE: usize = 10;
@@ -55,7 +55,7 @@ impl Curve<PARAMETERS> for Samples<'_> {
         // κ̇ = slope · F − decay · κ with its sensitivities to slope and decay.
         let (mut creep, mut by_slope, mut by_decay) = (0.0, 0.0, 0.0);
         let (t, decay) = (self.period_s, p[DECAY]);
-        for (it, &counts) in self.samples.iter().zip(self.counts) {
+        for (it, &counts) in self.all.iter().zip(self.counts) {
             if counts {
                 let whole = model.at(it.force, it.rate);
                 let (weight, _) = Sigmoid {
@@ -166,7 +166,7 @@ pub fn creep(
     ]);
     let curve = Samples {
         period_s,
-        samples,
+        all: samples,
         counts,
         number: counted.len(),
     };

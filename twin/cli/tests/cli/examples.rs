@@ -117,7 +117,7 @@ fn links_of_crates_have_the_contents_of_their_targets() {
                     folders.push(path);
                     continue;
                 }
-                let shown = ["robots", "benches", "docs", "scenarios"]
+                let shown = ["robots", "benches", "calibrations", "docs", "scenarios"]
                     .map(|shown| root.join(shown).join(path.file_name().unwrap()));
                 let shown = shown.iter().find(|shown| shown.exists()).unwrap();
                 assert_eq!(

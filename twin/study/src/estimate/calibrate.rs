@@ -22,8 +22,9 @@ pub struct CalibrationRun {
     pub cell: Option<u64>,
 }
 
-/// Cut-off frequency of the low-pass filter of the piezoresistive identification \[Hz\]. Behind that
-/// of 10 Hz the corners of a saturated voltage are round, and the filters do without it. ASSUMED.
+/// Cut-off frequency of the low-pass filter of the piezoresistive identification \[Hz\]. ASSUMED.
+/// Behind that of 10 Hz the corners of a saturated voltage are round, and the filters do without
+/// it.
 const CUTOFF: f64 = 100.0;
 
 /// Identifies both cells from a run of a bench, in which the frequency of the load changes.

@@ -126,7 +126,7 @@ fn calibration(table: &Table<'_>) -> Result<Calibration, Reported> {
 
 const GAIN: Unit = Unit::VoltSecondPerNewton;
 
-/// Checks where the calibration comes from; on hardware there is no number of a cell.
+/// Checks where the calibration comes from; on hardware the number of the cell is missing.
 fn run(table: &Table<'_>) -> Result<(), Reported> {
     let scenario = table.required("scenario", |item| item.text().map(drop));
     let seed = table.required("seed", |item| item.natural().map(drop));
