@@ -78,7 +78,15 @@ fn flip(
     moves: FlipMoves,
     terminal: &mut Terminal<'_>,
 ) -> Result<u8, TwinError> {
-    let (selected, _) = select(args)?;
+    let (mut selected, _) = select(args)?;
+    let recorded = recorded_flips().unwrap_or_default();
+    if moves == FlipMoves::Least {
+        selected.retain(|item| {
+            recorded
+                .item(item.id)
+                .is_some_and(|it| !it.figures.is_empty())
+        });
+    }
     let run = FlipRun::new(registry, selected, &args.scenarios);
     let progress = Progress::of_parts("thesis", terminal.interactive && !args.json);
     if moves == FlipMoves::All {
@@ -90,7 +98,6 @@ fn flip(
         }
         return Ok(SUCCESS);
     }
-    let recorded = recorded_flips().unwrap_or_default();
     let (departures, count) = run.repeat(&recorded, progress)?;
     if args.json {
         terminal.print_json(&serde_json::json!({ "moves": count, "departures": departures }));
