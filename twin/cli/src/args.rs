@@ -112,10 +112,10 @@ pub enum Command {
     Cell(CellArgs),
     /// Compare the printed figures of the thesis with ours
     ///
-    /// Determines ours by scenarios, studies and closed forms. A verdict follows from both,
-    /// and from what was free to differ: reproduced, consistent, recomputed, contradicted, misprint,
-    /// or not run where the thesis does not print the data. Exit code: 0 all verdicts are those of
-    /// the documentation, 1 one differs or nothing was observed.
+    /// Determines ours by scenarios, studies and closed forms. A verdict follows from both, and
+    /// from what was free to differ: reproduced, consistent, recomputed, contradicted, misprint, or
+    /// not run where the thesis does not print the data. Exit code: 0 all verdicts are those of the
+    /// documentation, 1 one differs or nothing was observed.
     Thesis(ThesisArgs),
     /// List the scenarios that this program contains, and copy them to a folder
     Examples(ExamplesArgs),

@@ -22,7 +22,8 @@ pub struct ThesisArgs {
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value, requires = "item")]
     pub set: Vec<(String, String)>,
     /// Move every number that the items read, one at a time, and show which verdicts flip: assumed
-    /// and fitted ones by 10 %, others by 2 %. `least` repeats the least recorded move of each figure
+    /// and fitted ones by 10 %, others by 2 %. `least` repeats the least recorded move of each
+    /// figure
     #[arg(
         long,
         value_name = "MOVES",

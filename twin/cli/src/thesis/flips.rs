@@ -185,8 +185,8 @@ impl<'r> FlipRun<'r> {
         })
     }
 
-    /// Repeats the least recorded move of each figure; returns the figures whose verdict it does not
-    /// change as recorded, and the number of moves.
+    /// Repeats the least recorded move of each figure; returns the figures whose verdict it does
+    /// not change as recorded, and the number of moves.
     ///
     /// # Errors
     /// As [`Self::all`].

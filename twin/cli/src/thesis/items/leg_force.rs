@@ -16,9 +16,9 @@ use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
 const STIFFNESS: f64 = 253.27;
 const DIAGONAL: f64 = 4400.0;
 
-/// Ranges over which the stiffness is greatest: lengths as shares of the longest leg in a direction,
-/// and directions of the foot against the axis of the leg \[rad\]. The range of the figure is not
-/// printed.
+/// Ranges over which the stiffness is greatest: lengths as shares of the longest leg in a
+/// direction, and directions of the foot against the axis of the leg \[rad\]. The range of the
+/// figure is not printed.
 const LENGTHS: [f64; 2] = [0.75, 0.97];
 const DIRECTIONS: [f64; 2] = [-0.5, 0.5];
 /// Intervals of both ranges.
