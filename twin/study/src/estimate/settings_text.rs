@@ -140,9 +140,8 @@ fn process(model: &Model) -> String {
         let text = match *name {
             "force" => quantity(deviation, "N"),
             "rate" | "crystal rate" => quantity(deviation, "N/s"),
-            "acceleration" => number(deviation),
+            "acceleration" | "gain" | "creep" => number(deviation),
             "frequency" => quantity(deviation / TAU, "Hz"),
-            "gain" | "creep" => number(deviation),
             _ => quantity(deviation, "V"),
         };
         (state.noise > 0.0).then(|| format!("{} = {text}", name.replace(' ', "_")))
