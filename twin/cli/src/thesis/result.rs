@@ -86,8 +86,10 @@ impl ItemResult {
     /// Returns the result with the recorded flips of its figures.
     pub(crate) fn with_flips(mut self, flips: &Flips) -> Self {
         if let Some(item) = flips.item(&self.id) {
+            // Arithmetic reads no file.
+            let fixed = [Verdict::NotRun, Verdict::Recomputed, Verdict::Misprint];
             let is_moved =
-                |figure: &&mut FigureResult| !figure.timing && figure.verdict != Verdict::NotRun;
+                |figure: &&mut FigureResult| !figure.timing && !fixed.contains(&figure.verdict);
             for figure in self.figures.iter_mut().filter(is_moved) {
                 figure.flips = item.text(&figure.key, &figure.place);
             }

@@ -158,7 +158,7 @@ fn eq_3_1() -> Measurements {
 }
 
 fn table_3_4() -> Measurements {
-    /// Thresholds of c_mis in stages 1 and 2.
+    /// Thresholds of `c_mis` in stages 1 and 2.
     const THRESHOLDS: [f64; 2] = [0.3, 0.3];
     const PERFECT: f64 = 0.0;
     let mut found = Measurements::default();
