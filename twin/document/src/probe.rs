@@ -120,7 +120,7 @@ mod tests {
     use twinrig_kernel::Unit;
 
     use super::*;
-    use crate::{Document, Range};
+    use crate::{Document, Item, Range};
 
     const TEXT: &str = "# ASSUMED: a choice\nlength = '44.2 mm'\nperiod = '2 ms' # T\ncount = 3";
 
@@ -128,7 +128,7 @@ mod tests {
         let document = Document::parse("/any/robots/leg.toml", TEXT).unwrap();
         let read = document.check(|table| {
             let length = table.required("length", |v| v.quantity(Unit::Meter, &Range::POSITIVE))?;
-            let period = table.required("period", |v| v.duration())?;
+            let period = table.required("period", Item::duration)?;
             let count = table.required("count", |v| v.number(&Range::POSITIVE))?;
             Ok((length, period.as_nanos(), count))
         });
