@@ -109,7 +109,8 @@ fn error(model: Model, gain: f64, creep: f64) -> f64 {
             voltage + 3e-4 * noise.normal(),
         );
         if ms >= 8000 {
-            square += (filter.estimate().force - force).powi(2);
+            let error = filter.estimate().force - force;
+            square += error * error;
         }
         let [next, _] = load(1e-3 * f64::from(ms + 1));
         let mean = 1e3 * (next - force);
