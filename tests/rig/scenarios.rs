@@ -25,6 +25,66 @@ fn every_scenario_is_valid_and_has_expectations() {
     }
 }
 
+/// Claims on quantities of either sign.
+const SIGNED: [(&str, &str); 5] = [
+    ("body", "speed"),
+    ("compare", "delay"),
+    ("compare", "gain"),
+    ("compare", "peaks"),
+    ("footstep", "period"),
+];
+/// Last parts of the names of signals that are not negative.
+const NOT_NEGATIVE: [&str; 13] = [
+    "clock_error_worst",
+    "deviation",
+    "errors",
+    "filled_steps",
+    "kinetic",
+    "lift",
+    "longest",
+    "lost",
+    "mean",
+    "missed_points",
+    "out_of_reach",
+    "packets",
+    "saturated",
+];
+
+/// An upper bound alone would hold for the opposite fault as well.
+#[test]
+fn upper_bounds_on_signed_quantities_have_a_lower_one() {
+    let mut bounds = 0;
+    for path in [scenarios_in(""), scenarios_in("thesis")].concat() {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let scenario: toml::Table = toml::from_str(&text).unwrap();
+        for expectation in scenario["expect"].as_array().unwrap() {
+            let name = &expectation["name"];
+            let bound = |claim: &str, key: &str| {
+                let limits = expectation.get(claim)?.get(key)?.as_table()?;
+                Some(limits.contains_key("max") && !limits.contains_key("min"))
+            };
+            for (claim, key) in SIGNED {
+                let is_upper = bound(claim, key);
+                bounds += usize::from(is_upper.is_some());
+                assert_ne!(is_upper, Some(true), "{}, {name}: {key}", path.display());
+            }
+            if bound("signal", "always") == Some(true) {
+                let signal = expectation["signal"]["name"].as_str().unwrap();
+                let last = signal.rsplit('/').next().unwrap();
+                assert!(
+                    NOT_NEGATIVE.contains(&last),
+                    "{}, {name}: {signal}",
+                    path.display()
+                );
+            }
+        }
+    }
+    assert!(
+        bounds > 20,
+        "{bounds} bounds on signed quantities were seen"
+    );
+}
+
 fn setting(key: &str, value: &str) -> Setting {
     Setting {
         origin: "the test".to_owned(),
