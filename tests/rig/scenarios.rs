@@ -26,12 +26,11 @@ fn every_scenario_is_valid_and_has_expectations() {
 }
 
 /// Claims on quantities of either sign.
-const SIGNED: [(&str, &str); 5] = [
+const SIGNED: [(&str, &str); 4] = [
     ("body", "speed"),
     ("compare", "delay"),
     ("compare", "gain"),
     ("compare", "peaks"),
-    ("footstep", "period"),
 ];
 /// Last parts of the names of signals that are not negative.
 const NOT_NEGATIVE: [&str; 13] = [

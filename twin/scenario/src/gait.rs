@@ -30,6 +30,12 @@ pub enum GaitMeasure {
     FlightShare,
     /// Positive work of the drives over weight and distance along the initial heading \[1\].
     CostOfTransport,
+    /// Froude number V²/(g h) \[1\], of the speed V along the initial heading and the mean height
+    /// h of the trunk (thesis, section 4.1.1).
+    Froude,
+    /// Strouhal number f h/V \[1\], of the frequency f of the touch-downs of the first leg (thesis,
+    /// section 4.1.1).
+    Strouhal,
     /// Change of the trunk's state from one cycle to the next \[1\]: root mean square over the
     /// touch-downs of the first leg, of height over its first value, roll, pitch, and speed over
     /// the root of gravity and height. 0 for a limit cycle.
@@ -45,6 +51,8 @@ impl GaitMeasure {
             | Self::Mismatch
             | Self::FlightShare
             | Self::CostOfTransport
+            | Self::Froude
+            | Self::Strouhal
             | Self::CycleResidual => Unit::One,
         }
     }

@@ -100,6 +100,37 @@ fn slip_is_the_sum_over_all_footsteps() {
 }
 
 #[test]
+fn similarity_numbers_are_those_of_speed_height_and_stride_frequency() {
+    let run = Run {
+        body: &forward,
+        ..Run::default()
+    };
+    let height = forward(0)[2];
+    let froude = measured("froude = { max = 9 }", &run);
+    let expected = SPEED * SPEED / (9.81 * height);
+    assert!((froude / expected - 1.0).abs() < 1e-9, "{froude}");
+    let strouhal = measured("strouhal = { max = 9 }", &run);
+    let expected = 1000.0 / CYCLE_MS as f64 * height / SPEED;
+    assert!((strouhal / expected - 1.0).abs() < 1e-9, "{strouhal}");
+    // The product of the first and the square of the second knows no speed (section 4.1.1).
+    let f = 1000.0 / CYCLE_MS as f64;
+    let product = froude * strouhal * strouhal;
+    assert!((product / (f * f * height / 9.81) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn robot_that_stands_has_no_strouhal_number() {
+    let stands = |_| [0.0, 0.0, 0.12];
+    let run = Run {
+        body: &stands,
+        ..Run::default()
+    };
+    let found = outcome("gait = { strouhal = { max = 9 } }", &run);
+    assert_eq!(found.verdict, Verdict::Unobserved, "{found:?}");
+    assert_eq!(measured("froude = { max = 9 }", &run), 0.0);
+}
+
+#[test]
 fn cost_of_transport_is_positive_work_over_weight_and_distance() {
     // Each of the eight drives has the torque A cos ωt and the angle B sin ωt: the power
     // A B ω cos² ωt is never negative, its mean A B ω/2.

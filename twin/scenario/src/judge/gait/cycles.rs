@@ -1,10 +1,16 @@
 //! Change of the trunk's state from cycle to cycle.
 
+use twinrig_kernel::SimTime;
+
+use crate::judge::tracker::seconds;
+
 /// Differences between the states of the trunk at successive beginnings of a cycle: a return map.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Cycles {
-    proposed: Option<State>,
+    proposed: Option<(SimTime, State)>,
     last: Option<State>,
+    /// Beginnings of the first and of the last cycle.
+    span: Option<[SimTime; 2]>,
     /// Sum of the squares of the differences, and their number: that of whole cycles.
     squares: f64,
     number: u32,
@@ -13,22 +19,23 @@ pub(super) struct Cycles {
 }
 
 /// Height \[m\], roll and pitch \[rad\], and speed \[m/s\] of the trunk.
-type State = [f64; 4];
+pub(super) type State = [f64; 4];
 
 /// Gravity in the scale of the speed \[m/s²\].
-const GRAVITY: f64 = 9.81;
+pub(super) const GRAVITY: f64 = 9.81;
 
 impl Cycles {
     /// Proposes a state for the beginning of a cycle; it takes the place of an unconfirmed one.
-    pub fn propose(&mut self, height: f64, roll: f64, pitch: f64, speed: f64) {
-        self.proposed = Some([height, roll, pitch, speed]);
+    pub fn propose(&mut self, now: SimTime, state: State) {
+        self.proposed = Some((now, state));
     }
 
     /// Begins a cycle with the proposed state, if there is one.
     pub fn confirm(&mut self) {
-        let Some(state) = self.proposed.take() else {
+        let Some((now, state)) = self.proposed.take() else {
             return;
         };
+        self.span = Some([self.span.map_or(now, |[first, _]| first), now]);
         let Some(last) = self.last.replace(state) else {
             self.height = state[0];
             return;
@@ -48,6 +55,12 @@ impl Cycles {
             1 => "1 cycle".to_owned(),
             number => format!("{number} cycles"),
         }
+    }
+
+    /// Returns the frequency of the cycles \[Hz\]; none without a whole one.
+    pub fn frequency(&self) -> Option<f64> {
+        let [first, last] = self.span?;
+        (self.number > 0).then(|| f64::from(self.number) / seconds(last - first))
     }
 
     /// Returns the root mean square of the changes; none without a whole cycle.

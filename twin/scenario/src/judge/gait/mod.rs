@@ -19,7 +19,7 @@ use crate::expect::Along;
 use crate::gait::{Fitness, FitnessScales, FitnessTerms, GaitClaim, GaitMeasure};
 use crate::scene::{Scene, foot_load};
 use contacts::Contacts;
-use cycles::Cycles;
+use cycles::{Cycles, GRAVITY};
 use mismatch::{Mismatch, Phase};
 use work::Work;
 
@@ -43,6 +43,8 @@ pub(super) struct GaitMeter {
     /// Observed time, and time without a contact \[s\].
     observed: f64,
     flight: f64,
+    /// Integral of the trunk's height over the observed time \[m·s\].
+    heights: f64,
     last: Option<SimTime>,
     weight: f64,
 }
@@ -105,6 +107,7 @@ impl GaitMeter {
             slip: 0.0,
             observed: 0.0,
             flight: 0.0,
+            heights: 0.0,
             last: None,
             weight: scene.weight,
             claim: claim.clone(),
@@ -136,6 +139,7 @@ impl GaitMeter {
         let elapsed = self.last.map_or(0.0, |last| seconds(now - last));
         self.last = Some(now);
         self.observed += elapsed;
+        self.heights += elapsed * z;
         self.rolls.add(now, roll);
         self.pitches.add(now, pitch);
         let path = self
@@ -154,7 +158,7 @@ impl GaitMeter {
         }
         // The first observation has no speed.
         if first_leg.touched_down && elapsed > 0.0 {
-            self.cycles.propose(z, roll, pitch, speed);
+            self.cycles.propose(now, [z, roll, pitch, speed]);
         }
     }
 
@@ -192,6 +196,12 @@ impl GaitMeter {
                 let cost = work.map(|work| work / (self.weight * distance));
                 (cost, String::new())
             }
+            GaitMeasure::Froude | GaitMeasure::Strouhal => {
+                match self.similarity(path.speed(Along::Heading).unwrap_or(0.0)) {
+                    Ok(number) => (Some(number), String::new()),
+                    Err(reason) => return Finding::unobserved(reason),
+                }
+            }
             GaitMeasure::CycleResidual => match self.cycles.residual() {
                 Some(residual) => (Some(residual), self.cycles.detail()),
                 None => return Finding::unobserved("there is no whole cycle in its window"),
@@ -204,6 +214,23 @@ impl GaitMeter {
             Some(_) => Finding::not_a_number(None),
             None => Finding::unobserved("no phase was observed"),
         }
+    }
+
+    /// Returns the Froude or the Strouhal number at a speed \[m/s\], or why there is none.
+    fn similarity(&self, speed: f64) -> Result<f64, &'static str> {
+        let height = self.heights / self.observed;
+        if height <= 0.0 {
+            return Err("the trunk is not above the ground");
+        }
+        if self.claim.measure == GaitMeasure::Froude {
+            return Ok(speed * speed / (GRAVITY * height));
+        }
+        if speed <= 0.0 {
+            return Err("the robot did not advance");
+        }
+        let frequency = self.cycles.frequency();
+        let frequency = frequency.ok_or("there is no whole cycle in its window")?;
+        Ok(frequency * height / speed)
     }
 
     fn mismatch_share(&self) -> Option<f64> {

@@ -45,6 +45,12 @@ table! {
         gait!(CostOfTransport, NOT_NEGATIVE),
         "positive work of the drives over weight and distance", "cost_of_transport = { max = 1 }",
         one_of();
+    FROUDE: (GaitMeasure, Limits) = "froude", gait!(Froude, NOT_NEGATIVE),
+        "Froude number: square of the speed over gravity and mean height of the trunk",
+        r#"froude = { near = 0.5, within = "5 %" }"#, one_of();
+    STROUHAL: (GaitMeasure, Limits) = "strouhal", gait!(Strouhal, NOT_NEGATIVE),
+        "Strouhal number: stride frequency times mean height of the trunk over the speed",
+        r#"strouhal = { near = 0.5, within = "5 %" }"#, one_of();
     CYCLE_RESIDUAL: (GaitMeasure, Limits) = "cycle_residual", gait!(CycleResidual, NOT_NEGATIVE),
         "change of the trunk's state from cycle to cycle, root mean square",
         "cycle_residual = { max = 0.05 }", one_of();
@@ -52,7 +58,9 @@ table! {
 
 /// Reads `gait = { … }`.
 pub(super) fn claim(item: &Item<'_>) -> Result<GaitClaim, Reported> {
-    use gait_table::{COST_OF_TRANSPORT, CYCLE_RESIDUAL, FITNESS, FLIGHT_SHARE, MISMATCH, SLIP};
+    use gait_table::{
+        COST_OF_TRANSPORT, CYCLE_RESIDUAL, FITNESS, FLIGHT_SHARE, FROUDE, MISMATCH, SLIP, STROUHAL,
+    };
     let table = &item.table()?;
     let table = gait_table::TABLE.of(table);
     let measure = table.one_of(item, "no measure of the gait is given")?;
@@ -64,6 +72,8 @@ pub(super) fn claim(item: &Item<'_>) -> Result<GaitClaim, Reported> {
             SLIP,
             FLIGHT_SHARE,
             COST_OF_TRANSPORT,
+            FROUDE,
+            STROUHAL,
             CYCLE_RESIDUAL,
         ];
         table.read_among(&keys, measure)?
