@@ -57,7 +57,7 @@ fn upper_bounds_on_signed_quantities_have_a_lower_one() {
         let text = std::fs::read_to_string(&path).unwrap();
         let scenario: toml::Table = toml::from_str(&text).unwrap();
         for expectation in scenario["expect"].as_array().unwrap() {
-            let name = &expectation["name"];
+            let name = expectation["name"].as_str().unwrap();
             let bound = |claim: &str, key: &str| {
                 let limits = expectation.get(claim)?.get(key)?.as_table()?;
                 Some(limits.contains_key("max") && !limits.contains_key("min"))
