@@ -254,6 +254,22 @@ impl Dynamics<5> for FrequencyModel {
     }
 }
 
+/// Returns transition and noise of a model whose first five states are those of the cell with its
+/// amplifier, and whose other states stay.
+#[inline]
+fn chain_transition<const N: usize>(
+    amplifier: &ChargeAmplifier,
+    t: f64,
+    white: f64,
+) -> (SMatrix<f64, N, N>, SMatrix<f64, N, N>) {
+    let (chain, unit) = amplifier.transition(t);
+    let mut transition = SMatrix::<f64, N, N>::identity();
+    let mut noise = SMatrix::<f64, N, N>::zeros();
+    transition.view_mut((0, 0), (5, 5)).copy_from(&chain);
+    noise.view_mut((0, 0), (5, 5)).copy_from(&(unit * white));
+    (transition, noise)
+}
+
 /// Model F3.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct AmplifierModel {
@@ -263,14 +279,7 @@ pub(crate) struct AmplifierModel {
 impl Dynamics<6> for AmplifierModel {
     #[inline]
     fn transition(&self, t: f64, white: f64) -> (SMatrix<f64, 6, 6>, SMatrix<f64, 6, 6>) {
-        let (chain, unit) = self.amplifier.transition(t);
-        let mut transition = SMatrix::<f64, 6, 6>::identity();
-        let mut noise = SMatrix::<f64, 6, 6>::zeros();
-        transition.fixed_view_mut::<5, 5>(0, 0).copy_from(&chain);
-        noise
-            .fixed_view_mut::<5, 5>(0, 0)
-            .copy_from(&(unit * white));
-        (transition, noise)
+        chain_transition(&self.amplifier, t, white)
     }
 
     #[inline]
@@ -298,14 +307,7 @@ impl Dynamics<8> for AdaptiveModel {
 
     #[inline]
     fn transition(&self, t: f64, white: f64) -> (SMatrix<f64, 8, 8>, SMatrix<f64, 8, 8>) {
-        let (chain, unit) = self.amplifier.transition(t);
-        let mut transition = SMatrix::<f64, 8, 8>::identity();
-        let mut noise = SMatrix::<f64, 8, 8>::zeros();
-        transition.fixed_view_mut::<5, 5>(0, 0).copy_from(&chain);
-        noise
-            .fixed_view_mut::<5, 5>(0, 0)
-            .copy_from(&(unit * white));
-        (transition, noise)
+        chain_transition(&self.amplifier, t, white)
     }
 
     #[inline]

@@ -1,8 +1,8 @@
 //! Record of the numbers that are read from documents, and a move of one of them: which inputs a
 //! result depends on.
 //!
-//! A probe belongs to a thread. Whoever does a part of the work on other threads calls [`within`]
-//! there, with [`current`] of its own.
+//! A probe belongs to a thread. Code that does a part of its work on other threads calls [`within`]
+//! there, with its own [`current`]. Whole numbers, as counts and seeds, are not recorded.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::Fitted;
-use super::hysteresis::{ForceSample, by_parameters, hysteresis};
+use super::hysteresis::{ForceSample, by_parameters, hysteresis, unpack};
 use super::least_squares::{Curve, minimise};
 use crate::error::{EstimateError, finite, positive};
 use crate::response::{Hysteresis, Sigmoid};
@@ -51,7 +51,7 @@ impl Curve<PARAMETERS> for Samples<'_> {
         p: &SVector<f64, PARAMETERS>,
         mut sample: impl FnMut(f64, f64, SVector<f64, PARAMETERS>),
     ) {
-        let model = unpack(p);
+        let model = unpack(p.as_slice());
         // κ̇ = slope · F − decay · κ with its sensitivities to slope and decay.
         let (mut creep, mut by_slope, mut by_decay) = (0.0, 0.0, 0.0);
         let (t, decay) = (self.period_s, p[DECAY]);
@@ -91,20 +91,6 @@ impl Curve<PARAMETERS> for Samples<'_> {
         // A decay within a tenth of a second would be hysteresis, not creep, and its steps coarse.
         let slow = (-1.0..10.0_f64.min(0.1 / self.period_s)).contains(&p[DECAY]);
         finite && slow && [0, 1, 4, 5].iter().all(|&i| p[i] != 0.0) && p[8] > 0.0
-    }
-}
-
-fn unpack(p: &SVector<f64, PARAMETERS>) -> Hysteresis {
-    let sigmoid = |first: usize| Sigmoid {
-        a: p[first],
-        b: p[first + 1],
-        c: p[first + 2],
-        d: p[first + 3],
-    };
-    Hysteresis {
-        loading: sigmoid(0),
-        unloading: sigmoid(4),
-        switch: p[8],
     }
 }
 
@@ -174,7 +160,7 @@ pub fn creep(
     let p = minimum.parameters;
     Ok(Fitted {
         model: CreepFit {
-            hysteresis: unpack(&p),
+            hysteresis: unpack(p.as_slice()),
             floor: p[FLOOR],
             per_newton: p[SLOPE] / p[DECAY],
             time_s: 1.0 / p[DECAY],

@@ -26,7 +26,8 @@ fn pack(model: &Hysteresis) -> SVector<f64, 9> {
     SVector::from([l.a, l.b, l.c, l.d, u.a, u.b, u.c, u.d, model.switch])
 }
 
-fn unpack(p: &SVector<f64, 9>) -> Hysteresis {
+/// Returns the model of the first nine parameters, in the order of [`pack`].
+pub(super) fn unpack(p: &[f64]) -> Hysteresis {
     let sigmoid = |first: usize| Sigmoid {
         a: p[first],
         b: p[first + 1],
@@ -57,7 +58,7 @@ impl Curve<9> for Samples<'_> {
     }
 
     fn each(&self, p: &SVector<f64, 9>, mut sample: impl FnMut(f64, f64, SVector<f64, 9>)) {
-        let model = unpack(p);
+        let model = unpack(p.as_slice());
         for it in self.0 {
             let whole = model.at(it.force, it.rate);
             // The weight of the loading branch: eq. 4.20 with a = 1, c = d = 0.
@@ -107,7 +108,7 @@ pub fn hysteresis(
     };
     let minimum = minimise(&Samples(samples), pack(&start))?;
     Ok(Fitted {
-        model: unpack(&minimum.parameters),
+        model: unpack(minimum.parameters.as_slice()),
         r_squared: minimum.r_squared,
         residual: minimum.residual,
         iterations: minimum.iterations,

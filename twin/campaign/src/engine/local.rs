@@ -114,3 +114,51 @@ fn on_threads(
         }
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use twinrig_document::probe::Probe;
+
+    use super::*;
+
+    /// A task says whether it is in the scope of a probe.
+    struct InProbe;
+
+    impl Job for InProbe {
+        fn shared(&self) -> Vec<u8> {
+            Vec::new()
+        }
+
+        fn task(&self, _: usize) -> Vec<u8> {
+            Vec::new()
+        }
+
+        fn run(&self, _: usize) -> Option<Vec<u8>> {
+            Some(vec![u8::from(probe::current().is_some())])
+        }
+    }
+
+    /// Returns the results of tasks on two threads.
+    fn results() -> Vec<Result<Vec<u8>, String>> {
+        let options = EngineOptions {
+            jobs: NonZeroUsize::new(2),
+            ..EngineOptions::default()
+        };
+        let mut results = Vec::new();
+        let ended = LocalEngine.run(&InProbe, &[0, 1, 2], &options, &mut |event| {
+            if let EngineEvent::Done { result, .. } = event {
+                results.push(result);
+            }
+            true
+        });
+        assert!(ended.is_ok());
+        results
+    }
+
+    #[test]
+    fn tasks_are_in_the_scope_of_the_probe_of_the_caller() {
+        assert_eq!(results(), vec![Ok(vec![0]); 3]);
+        let within = probe::within(Some(Probe::new()), results);
+        assert_eq!(within, vec![Ok(vec![1]); 3]);
+    }
+}
