@@ -149,7 +149,7 @@ fn rapier_is_within_a_tenth_of_a_millimetre_and_converges() {
 }
 
 /// Measured values of rows of the trot on MuJoCo with a step: speed \[m/s\], pitch and roll \[rad\]
-/// from peak to peak, and slip \[m\].
+/// from peak to peak, and the share of slip of the fore feet.
 #[cfg(feature = "mujoco")]
 fn trot_on_mujoco(step: &str) -> [f64; 4] {
     let settings = [
@@ -165,7 +165,7 @@ fn trot_on_mujoco(step: &str) -> [f64; 4] {
         "forward speed",
         "pitch, peak to peak",
         "roll, peak to peak",
-        "feet do not slip",
+        "slip per step, fore feet",
     ]
     .map(|name| {
         let mut rows = report.expectations.iter().map(|line| &line.outcome);

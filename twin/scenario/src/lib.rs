@@ -104,8 +104,8 @@ pub use glob::matches;
 pub use ground_below::GroundBelow;
 pub use judge::{
     CommandedGait, DriveLimits, Footstep, Judge, LIFT_SHARE_MIN, Layouts, LegCycle, LoadCycle,
-    Outcome, Reference, RunEnd, SATURATED_SHARE_MAX, TrackedDrive, TrackedLeg, TrackedLift,
-    Tracking, TrackingReport, Verdict, Witness,
+    Outcome, Reference, RunEnd, SATURATED_SHARE_MAX, Similarity, TrackedDrive, TrackedLeg,
+    TrackedLift, Tracking, TrackingReport, Verdict, Witness,
 };
 pub use limits::{Comparison, Limits};
 pub use loads::{PayloadSpec, SurfaceSpec};

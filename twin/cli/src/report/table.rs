@@ -416,6 +416,9 @@ fn facts(report: &Report) -> Grid {
             format!("{exchanged} J exchanged, {residual:.1e} J unaccounted for"),
         );
     }
+    if let Some(text) = tracking::numbers(report.tracking.as_ref()) {
+        fact("gait", text);
+    }
     for (n, text) in tracking::lines(report.tracking.as_ref())
         .into_iter()
         .enumerate()

@@ -1,7 +1,11 @@
 //! How a gait is followed, as text and in its serialised form.
 
+use std::fmt::Write as _;
+
 use serde::{Serialize, Serializer};
-use twinrig_scenario::{LeftOut, TrackedDrive, TrackedLeg, TrackedLift, TrackingReport};
+use twinrig_scenario::{
+    LeftOut, Similarity, TrackedDrive, TrackedLeg, TrackedLift, TrackingReport,
+};
 
 use crate::report::seconds;
 
@@ -12,6 +16,9 @@ struct Written<'a> {
     /// Whether it is that of the ramp, in which the run ended.
     in_ramp: bool,
     legs: Vec<WrittenLeg<'a>>,
+    froude: Option<f64>,
+    strouhal: Option<f64>,
+    cost_of_transport: Option<f64>,
     left_out: &'a [LeftOut],
     warnings: Vec<String>,
 }
@@ -70,6 +77,9 @@ pub(super) fn serialize<S: Serializer>(
         from_s: seconds(tracking.from.as_nanos()),
         in_ramp: tracking.in_ramp,
         legs: tracking.legs.iter().map(Into::into).collect(),
+        froude: tracking.similarity.and_then(|it| it.froude),
+        strouhal: tracking.similarity.and_then(|it| it.strouhal),
+        cost_of_transport: tracking.similarity.and_then(|it| it.cost_of_transport),
         left_out: &tracking.left_out,
         warnings: tracking.warnings(),
     });
@@ -79,6 +89,23 @@ pub(super) fn serialize<S: Serializer>(
 /// Returns the warnings about a gait that is not followed.
 pub(super) fn warnings(tracking: Option<&TrackingReport>) -> Vec<String> {
     tracking.map_or_else(Vec::new, TrackingReport::warnings)
+}
+
+/// Returns the line with the numbers of a gait; none where the robot makes no strides.
+pub(super) fn numbers(tracking: Option<&TrackingReport>) -> Option<String> {
+    let Similarity {
+        froude,
+        strouhal,
+        cost_of_transport,
+    } = tracking?.similarity?;
+    let mut line = format!(
+        "Froude number {:.2}, Strouhal number {:.2}",
+        froude?, strouhal?
+    );
+    if let Some(cost) = cost_of_transport {
+        let _ = write!(line, ", cost of transport {cost:.2}");
+    }
+    Some(line)
 }
 
 /// Returns the lines of a report: tracking error and saturation of the drives, with the leg that is

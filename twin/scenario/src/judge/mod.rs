@@ -9,6 +9,7 @@ mod cycle;
 mod fall;
 mod footstep;
 mod gait;
+mod gaited;
 mod labels;
 mod load_cycle;
 mod meter;
@@ -50,7 +51,8 @@ pub use load_cycle::{LegCycle, LoadCycle};
 pub use outcome::{Outcome, Verdict, Witness};
 pub(crate) use resolve::unit;
 pub use tracked::{
-    LIFT_SHARE_MIN, SATURATED_SHARE_MAX, TrackedDrive, TrackedLeg, TrackedLift, TrackingReport,
+    LIFT_SHARE_MIN, SATURATED_SHARE_MAX, Similarity, TrackedDrive, TrackedLeg, TrackedLift,
+    TrackingReport,
 };
 pub use tracking::{CommandedGait, DriveLimits, Tracking};
 

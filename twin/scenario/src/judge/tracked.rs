@@ -24,8 +24,22 @@ pub struct TrackingReport {
     pub in_ramp: bool,
     /// Legs, in the robot's order.
     pub legs: Vec<TrackedLeg>,
+    /// Numbers of a gait; none without one, and where nothing observes the trunk.
+    pub similarity: Option<Similarity>,
     /// Parts that are not evaluated.
     pub left_out: Vec<LeftOut>,
+}
+
+/// Numbers by which gaits of different robots are compared (thesis, section 4.1.1), as those of
+/// [`GaitMeasure`](crate::GaitMeasure); none where the robot did not advance, or made no stride.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Similarity {
+    /// Froude number \[1\].
+    pub froude: Option<f64>,
+    /// Strouhal number \[1\].
+    pub strouhal: Option<f64>,
+    /// Positive work of the drives over weight and distance \[1\].
+    pub cost_of_transport: Option<f64>,
 }
 
 /// Tracking of a leg.

@@ -7,6 +7,7 @@ use twinrig_kernel::signal::{DRIVES, FOOT_CLEARANCE, command, of_leg};
 use twinrig_runtime::Group;
 
 use super::footstep::Footstep;
+use super::gaited::GaitNumbers;
 use super::tracked::{TrackedDrive, TrackedLeg, TrackedLift, TrackingReport};
 use super::{Layouts, resolve};
 use crate::actuator::ActuatorKind;
@@ -49,6 +50,14 @@ pub struct CommandedGait {
     pub limits: Option<[DriveLimits; 2]>,
 }
 
+impl CommandedGait {
+    /// Returns whether a leg is commanded to step.
+    fn has_steps(&self) -> bool {
+        let heights = self.step_heights.iter().flatten();
+        heights.into_iter().any(|height| *height > 0.0)
+    }
+}
+
 /// Observer of a run that compares commands of the legs' drives with their motion.
 #[derive(Clone, Debug)]
 pub struct Tracking {
@@ -56,6 +65,7 @@ pub struct Tracking {
     ramp: f64,
     /// Times of the first command and of the end of the ramp; none before the first command.
     started: Option<[SimTime; 2]>,
+    numbers: Option<GaitNumbers>,
     left_out: Vec<LeftOut>,
 }
 
@@ -211,6 +221,10 @@ impl Tracking {
             legs,
             ramp: gait.ramp,
             started: None,
+            numbers: gait
+                .has_steps()
+                .then(|| GaitNumbers::new(scene, layouts))
+                .flatten(),
             left_out,
         })
     }
@@ -226,6 +240,9 @@ impl Tracking {
             }
         }
         let in_ramp = !self.is_full_at(now);
+        if let Some(numbers) = self.numbers.as_mut().filter(|_| !in_ramp) {
+            numbers.samples(now, group, values);
+        }
         for leg in &mut self.legs {
             for drive in leg.drives.iter_mut().filter(|drive| drive.group == group) {
                 drive.sample(now, values, in_ramp);
@@ -242,6 +259,9 @@ impl Tracking {
     /// Evaluates a completed footstep.
     pub fn footstep(&mut self, step: &Footstep) {
         let is_full = self.is_full_at(step.touch_down);
+        if let Some(numbers) = self.numbers.as_mut().filter(|_| is_full) {
+            numbers.footstep(step);
+        }
         let leg = self.legs.iter_mut().find(|leg| leg.index == step.leg);
         if let Some(leg) = leg.filter(|_| is_full) {
             leg.lifts.close();
@@ -289,6 +309,7 @@ impl Tracking {
             ),
             in_ramp,
             legs,
+            similarity: self.numbers.as_ref().map(GaitNumbers::similarity),
             left_out,
         }
     }

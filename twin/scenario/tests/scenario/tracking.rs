@@ -162,3 +162,82 @@ fn run_that_ends_in_the_ramp_has_the_tracking_of_the_ramp() {
     assert!(!later.in_ramp && later.from == at(1_000));
     assert!(later.legs[0].drives[0].rms < 1e-9);
 }
+
+/// A trunk that advances at V and height h, with a stride of the first leg every half second, while
+/// every drive gives torque τ at rate ω: V²/(g h), f h/V, and n τ ω/(W V).
+#[test]
+fn numbers_of_a_gait_are_those_of_its_speed_height_and_work() {
+    let (speed, height, torque, rate) = (0.9, 0.1, 0.05, 1.5);
+    let scene = crate::common::scene(&crate::common::text("")).unwrap();
+    let legs = || scene.legs.iter().map(|leg| leg.name.as_str());
+    let trunk = [
+        Port::output(signal::BODY_POSITION, Unit::Meter, 3),
+        Port::output(signal::BODY_RPY, Unit::Radian, 3),
+    ];
+    let drives = legs().flat_map(|leg| {
+        signal::DRIVES.into_iter().flat_map(move |(angle, torque)| {
+            [
+                Port::output(signal::of_leg(leg, angle), Unit::Radian, 1),
+                Port::output(signal::of_leg(leg, torque), Unit::NewtonMeter, 1),
+            ]
+        })
+    });
+    let plant: Vec<Port> = trunk.into_iter().chain(drives).collect();
+    let commands = [Port::output(signal::command("LF", "hip"), Unit::Radian, 1)];
+    let none = Layout::default();
+    let layouts = Layouts {
+        plant: &Layout::of(&plant, Direction::Output),
+        process_inputs: &none,
+        process_outputs: &Layout::of(&commands, Direction::Output),
+        diagnostics: &none,
+        tasks: &[],
+    };
+    let mut gait = CommandedGait {
+        step_heights: vec![Some(0.02); scene.legs.len()],
+        ramp: 1.0,
+        ..CommandedGait::default()
+    };
+    let run = |gait: &CommandedGait| {
+        let mut tracking = Tracking::new(&scene, &layouts, gait).unwrap();
+        for ms in 0..=6_000 {
+            let time = ms as f64 / 1e3;
+            tracking.samples(at(ms), Group::ProcessOutputs, &[0.0]);
+            // Nothing in the ramp counts: there it stands.
+            let x = speed * (time - 1.0).max(0.0);
+            let drive = [rate * time, torque];
+            let drives = std::iter::repeat_n(drive, 2 * scene.legs.len()).flatten();
+            let values: Vec<f64> = [x, 0.0, height, 0.0, 0.0, 0.0]
+                .into_iter()
+                .chain(drives)
+                .collect();
+            tracking.samples(at(ms), Group::Plant, &values);
+            if ms % 500 == 250 {
+                tracking.footstep(&Footstep {
+                    leg: 0,
+                    touch_down: at(ms - 100),
+                    lift_off: Some(at(ms - 20)),
+                    position: [0.0; 3],
+                    slip: 0.0,
+                    impulse: 1.0,
+                    peak_load: 1.0,
+                });
+            }
+        }
+        tracking.report().similarity
+    };
+    let found = run(&gait).unwrap();
+    let power = 2.0 * legs().count() as f64 * torque * rate;
+    for (found, expected) in [
+        (found.froude, speed * speed / (9.81 * height)),
+        (found.strouhal, 2.0 * height / speed),
+        (found.cost_of_transport, power / (scene.weight * speed)),
+    ] {
+        assert!(
+            (found.unwrap() / expected - 1.0).abs() < 1e-9,
+            "{found:?}, expected {expected}"
+        );
+    }
+    // A controller without steps has no gait.
+    gait.step_heights = vec![None; scene.legs.len()];
+    assert_eq!(run(&gait), None);
+}

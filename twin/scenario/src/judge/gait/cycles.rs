@@ -2,6 +2,7 @@
 
 use twinrig_kernel::SimTime;
 
+use super::transport::GRAVITY;
 use crate::judge::tracker::seconds;
 
 /// Differences between the states of the trunk at successive beginnings of a cycle: a return map.
@@ -20,9 +21,6 @@ pub(super) struct Cycles {
 
 /// Height \[m\], roll and pitch \[rad\], and speed \[m/s\] of the trunk.
 pub(super) type State = [f64; 4];
-
-/// Gravity in the scale of the speed \[m/s²\].
-pub(super) const GRAVITY: f64 = 9.81;
 
 impl Cycles {
     /// Proposes a state for the beginning of a cycle; it takes the place of an unconfirmed one.

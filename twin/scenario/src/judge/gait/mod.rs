@@ -4,6 +4,7 @@
 mod contacts;
 mod cycles;
 mod mismatch;
+mod transport;
 mod work;
 
 use twinrig_kernel::{SimTime, signal};
@@ -13,39 +14,32 @@ use super::Layouts;
 use super::footstep::{Footstep, Thresholds};
 use super::outcome::Finding;
 use super::resolve::find;
-use super::tracker::{Extremes, seconds};
-use super::trunk::PlanarPath;
-use crate::expect::Along;
+use super::tracker::Extremes;
 use crate::gait::{Fitness, FitnessScales, FitnessTerms, GaitClaim, GaitMeasure};
 use crate::scene::{Scene, foot_load};
 use contacts::Contacts;
-use cycles::{Cycles, GRAVITY};
+use cycles::Cycles;
 use mismatch::{Mismatch, Phase};
-use work::Work;
+use transport::Passage;
+pub(super) use transport::Transport;
+pub(super) use work::Work;
 
 /// Statistics of a gait.
 #[derive(Clone, Debug)]
 pub(super) struct GaitMeter {
     claim: GaitClaim,
-    /// Index of x of the trunk's position; y and z follow.
-    position: usize,
     /// Index of the roll; pitch and yaw follow.
     roll: usize,
     contacts: Contacts,
     mismatch: Option<Mismatch>,
-    work: Option<Work>,
+    transport: Transport,
     cycles: Cycles,
-    path: Option<PlanarPath>,
     rolls: Extremes,
     pitches: Extremes,
     /// Sum of the slips of all footsteps \[m\].
     slip: f64,
-    /// Observed time, and time without a contact \[s\].
-    observed: f64,
+    /// Time without a contact \[s\].
     flight: f64,
-    /// Integral of the trunk's height over the observed time \[m·s\].
-    heights: f64,
-    last: Option<SimTime>,
     weight: f64,
 }
 
@@ -85,30 +79,19 @@ impl GaitMeter {
             let phases = legs().map(|leg| Phase::find(layouts, leg));
             phases.collect::<Result<_, String>>().map(Mismatch::new)
         });
-        let work = (claim.measure == GaitMeasure::CostOfTransport).then(|| {
-            let drives = legs().flat_map(|leg| {
-                signal::DRIVES.map(|(angle, torque)| {
-                    let index = |name| together(&signal::of_leg(leg, name));
-                    Ok((index(angle)?, index(torque)?))
-                })
-            });
-            drives.collect::<Result<_, String>>().map(Work::new)
-        });
+        let work = (claim.measure == GaitMeasure::CostOfTransport)
+            .then(|| Work::of_legs(legs(), |name| together(name)));
+        let roll = together(signal::BODY_RPY)?;
         let meter = Self {
-            position: position.start,
-            roll: together(signal::BODY_RPY)?,
+            transport: Transport::new(position.start, roll + 2, work.transpose()?),
+            roll,
             contacts: Contacts::new(loads, thresholds),
             mismatch: mismatch.transpose()?,
-            work: work.transpose()?,
             cycles: Cycles::default(),
-            path: None,
             rolls: Extremes::default(),
             pitches: Extremes::default(),
             slip: 0.0,
-            observed: 0.0,
             flight: 0.0,
-            heights: 0.0,
-            last: None,
             weight: scene.weight,
             claim: claim.clone(),
         };
@@ -134,18 +117,14 @@ impl GaitMeter {
 
     /// Evaluates an observation of trunk and feet within the window.
     pub fn sample(&mut self, now: SimTime, values: &[f64], first_leg: FirstLeg) {
-        let [x, y, z] = [0, 1, 2].map(|axis| values[self.position + axis]);
-        let [roll, pitch, yaw] = [0, 1, 2].map(|axis| values[self.roll + axis]);
-        let elapsed = self.last.map_or(0.0, |last| seconds(now - last));
-        self.last = Some(now);
-        self.observed += elapsed;
-        self.heights += elapsed * z;
+        let [roll, pitch] = [0, 1].map(|axis| values[self.roll + axis]);
+        let Passage {
+            elapsed,
+            speed,
+            height,
+        } = self.transport.sample(now, values);
         self.rolls.add(now, roll);
         self.pitches.add(now, pitch);
-        let path = self
-            .path
-            .get_or_insert_with(|| PlanarPath::new(now, [x, y], yaw));
-        let speed = path.advance(now, [x, y]);
         self.contacts.sample(values);
         if !self.contacts.any() {
             self.flight += elapsed;
@@ -153,12 +132,9 @@ impl GaitMeter {
         if let Some(mismatch) = &mut self.mismatch {
             mismatch.sample(now, elapsed, self.contacts.all());
         }
-        if let Some(work) = &mut self.work {
-            work.sample(values);
-        }
         // The first observation has no speed.
         if first_leg.touched_down && elapsed > 0.0 {
-            self.cycles.propose(now, [z, roll, pitch, speed]);
+            self.cycles.propose(now, [height, roll, pitch, speed]);
         }
     }
 
@@ -174,7 +150,7 @@ impl GaitMeter {
 
     /// Returns the finding. `survived`: time of a fall over that of the window's end.
     pub fn finding(&self, survived: f64) -> Finding {
-        let Some(path) = self.path.as_ref().filter(|_| self.observed > 0.0) else {
+        let Some(path) = self.transport.path() else {
             return Finding::unobserved("there is no observation in its window");
         };
         let non_finite_at = self.rolls.non_finite_at.or(self.pitches.non_finite_at);
@@ -183,21 +159,19 @@ impl GaitMeter {
             return Finding::not_a_number(non_finite_at);
         }
         let (measured, detail) = match self.claim.measure {
-            GaitMeasure::Fitness(scales) => self.fitness(path, survived, &scales),
+            GaitMeasure::Fitness(scales) => self.fitness(survived, &scales),
             GaitMeasure::Mismatch => (self.mismatch_share(), String::new()),
             GaitMeasure::Slip => (Some(self.slip), String::new()),
-            GaitMeasure::FlightShare => (Some(self.flight / self.observed), String::new()),
-            GaitMeasure::CostOfTransport => {
-                let distance = path.distance(Along::Heading);
-                if distance <= 0.0 {
-                    return Finding::unobserved("the robot did not advance");
-                }
-                let work = self.work.as_ref().map(Work::positive);
-                let cost = work.map(|work| work / (self.weight * distance));
-                (cost, String::new())
+            GaitMeasure::FlightShare => {
+                (Some(self.flight / self.transport.observed()), String::new())
             }
-            GaitMeasure::Froude | GaitMeasure::Strouhal => {
-                match self.similarity(path.speed(Along::Heading).unwrap_or(0.0)) {
+            GaitMeasure::CostOfTransport | GaitMeasure::Froude | GaitMeasure::Strouhal => {
+                let number = match self.claim.measure {
+                    GaitMeasure::Froude => self.transport.froude(),
+                    GaitMeasure::Strouhal => self.transport.strouhal(self.cycles.frequency()),
+                    _ => self.transport.cost(self.weight),
+                };
+                match number {
                     Ok(number) => (Some(number), String::new()),
                     Err(reason) => return Finding::unobserved(reason),
                 }
@@ -216,38 +190,16 @@ impl GaitMeter {
         }
     }
 
-    /// Returns the Froude or the Strouhal number at a speed \[m/s\], or why there is none.
-    fn similarity(&self, speed: f64) -> Result<f64, &'static str> {
-        let height = self.heights / self.observed;
-        if height <= 0.0 {
-            return Err("the trunk is not above the ground");
-        }
-        if self.claim.measure == GaitMeasure::Froude {
-            return Ok(speed * speed / (GRAVITY * height));
-        }
-        if speed <= 0.0 {
-            return Err("the robot did not advance");
-        }
-        let frequency = self.cycles.frequency();
-        let frequency = frequency.ok_or("there is no whole cycle in its window")?;
-        Ok(frequency * height / speed)
-    }
-
     fn mismatch_share(&self) -> Option<f64> {
         self.mismatch.as_ref().and_then(Mismatch::share)
     }
 
-    fn fitness(
-        &self,
-        path: &PlanarPath,
-        survived: f64,
-        scales: &FitnessScales,
-    ) -> (Option<f64>, String) {
+    fn fitness(&self, survived: f64, scales: &FitnessScales) -> (Option<f64>, String) {
         let Some(mismatch) = self.mismatch_share() else {
             return (None, String::new());
         };
         let terms = FitnessTerms {
-            speed: path.speed(Along::Heading).unwrap_or(0.0),
+            speed: self.transport.speed(),
             survived,
             mismatch,
             slip: self.slip,

@@ -1,9 +1,11 @@
 //! Work of the drives.
 
+use twinrig_kernel::signal;
+
 /// Positive work of the drives: none of them recovers energy. The power is that of the mean torque
 /// of two observations.
 #[derive(Clone, Debug)]
-pub(super) struct Work {
+pub(in crate::judge) struct Work {
     /// Indices of angle and torque of each drive.
     drives: Vec<(usize, usize)>,
     /// Last angle \[rad\] and torque \[N·m\] of each.
@@ -12,12 +14,24 @@ pub(super) struct Work {
 }
 
 impl Work {
-    pub fn new(drives: Vec<(usize, usize)>) -> Self {
-        Self {
+    /// Creates the meter of the drives of these legs, whose signals `index` finds, or returns its
+    /// first error.
+    pub fn of_legs<'l, E>(
+        legs: impl Iterator<Item = &'l str>,
+        index: impl Fn(&str) -> Result<usize, E>,
+    ) -> Result<Self, E> {
+        let drives = legs.flat_map(|leg| {
+            signal::DRIVES.map(|(angle, torque)| {
+                let index = |name| index(&signal::of_leg(leg, name));
+                Ok((index(angle)?, index(torque)?))
+            })
+        });
+        let drives = drives.collect::<Result<Vec<_>, E>>()?;
+        Ok(Self {
             last: vec![None; drives.len()],
             drives,
             positive: 0.0,
-        }
+        })
     }
 
     #[inline]
