@@ -1,4 +1,4 @@
-//! Path, height and work of a robot, and the numbers by which gaits of different robots are compared.
+//! Path, height and work of a robot, and the numbers by which gaits are compared.
 
 use twinrig_kernel::SimTime;
 
