@@ -9,7 +9,7 @@ use twinrig_runtime::{Bound, LimitViolation, Process, ProcessVariable, VariableE
 use crate::leg_commands::{LegCommands, Phases, Saved};
 use crate::limb::Limb;
 use crate::variables::{Variables, index};
-use crate::{Abduction, DutyMap, Gait, GaitError, Oscillators};
+use crate::{Abduction, DutyMap, DutyRule, Gait, GaitError, Oscillators, StanceCurve};
 
 /// Open-loop gait controller of the thesis, section 3.2: coupled oscillators → duty map → foot
 /// locus → inverse kinematics, for every leg.
@@ -77,6 +77,7 @@ pub struct Cpg {
     of_phases: PhaseVariables,
     /// Duty maps of the fore and of the hind legs, derived from the variables.
     duty: [DutyMap; 2],
+    duty_rule: DutyRule,
     /// State of the controller besides that of the commands.
     oscillators: Oscillators,
 }
@@ -122,9 +123,13 @@ impl PhaseVariables {
     }
 
     /// Duty maps of the fore and of the hind legs.
-    fn duty_maps(self, variables: &[ProcessVariable]) -> Result<[DutyMap; 2], GaitError> {
-        let [fore, hind] = [0, 1].map(|end| variables[self.duty_factor + end].value());
-        Ok([DutyMap::new(fore)?, DutyMap::new(hind)?])
+    fn duty_maps(
+        self,
+        rule: DutyRule,
+        variables: &[ProcessVariable],
+    ) -> Result<[DutyMap; 2], GaitError> {
+        let map = |end: usize| DutyMap::with_rule(rule, variables[self.duty_factor + end].value());
+        Ok([map(0)?, map(1)?])
     }
 }
 
@@ -167,7 +172,8 @@ impl Cpg {
         let legs = LegCommands::new(limbs, variables)?;
         let of_phases = PhaseVariables::of(legs.variables());
         Ok(Self {
-            duty: of_phases.duty_maps(legs.variables())?,
+            duty: of_phases.duty_maps(DutyRule::default(), legs.variables())?,
+            duty_rule: DutyRule::default(),
             legs,
             of_phases,
             oscillators: Oscillators::locked(&phases),
@@ -180,6 +186,23 @@ impl Cpg {
     /// A leg whose geometry is impossible.
     pub fn variables_of(robot: &Robot, gait: Gait) -> Result<Vec<ProcessVariable>, GaitError> {
         Ok(Self::new(robot, &[], gait)?.variables().to_vec())
+    }
+
+    /// Sets the curve of the feet in stance.
+    #[must_use]
+    pub fn with_stance(mut self, stance: StanceCurve) -> Self {
+        self.legs.set_stance_curve(stance);
+        self
+    }
+
+    /// Sets the stance share that a duty factor means.
+    ///
+    /// # Errors
+    /// A duty factor so close to its limits that a share vanishes in `f64`.
+    pub fn with_duty_rule(mut self, rule: DutyRule) -> Result<Self, GaitError> {
+        self.duty = self.of_phases.duty_maps(rule, self.legs.variables())?;
+        self.duty_rule = rule;
+        Ok(self)
     }
 
     /// Enables abduction commands.
@@ -258,8 +281,8 @@ impl Process for Cpg {
     }
 
     fn set_variable(&mut self, index: usize, value: f64) -> Result<(), VariableError> {
-        let of_phases = self.of_phases;
-        let derive = |variables: &[ProcessVariable]| of_phases.duty_maps(variables);
+        let (of_phases, rule) = (self.of_phases, self.duty_rule);
+        let derive = |variables: &[ProcessVariable]| of_phases.duty_maps(rule, variables);
         self.duty = self.legs.set_variable(index, value, derive)?;
         let leg = index.checked_sub(of_phases.differences);
         if let Some(leg) = leg.filter(|&leg| leg < self.legs.limbs.len()) {
@@ -295,8 +318,8 @@ impl Process for Cpg {
             let found = format!("one of {} oscillators", oscillators.len());
             return Err(self.legs.mismatch(found));
         }
-        let of_phases = self.of_phases;
-        let derive = |variables: &[ProcessVariable]| of_phases.duty_maps(variables);
+        let (of_phases, rule) = (self.of_phases, self.duty_rule);
+        let derive = |variables: &[ProcessVariable]| of_phases.duty_maps(rule, variables);
         self.duty = self.legs.restore(saved, derive)?;
         self.oscillators = oscillators;
         Ok(())

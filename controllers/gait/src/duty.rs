@@ -4,11 +4,61 @@ use std::f64::consts::PI;
 
 use crate::GaitError;
 
+/// Stance share of the cycle that a duty factor d sets.
+///
+/// Eq. 3.1 of the thesis is, with θ = 2π·t for the fraction t in `[0, 1)` of a cycle,
+///
+/// ```text
+/// Θ = θ/(1 − d)                    for θ < π(1 − d)
+/// Θ = (θ + 2π·d)/(1 + d)           otherwise
+/// ```
+///
+/// Both branches are π at θ = π(1 − d), t = (1 − d)/2, and the second ends with Θ = 2π at t = 1:
+/// swing takes a share of (1 − d)/2, stance one of (1 + d)/2, each at constant speed. The map of the
+/// thesis is thus a [`DutyMap`] of that share, which is above one half for every d: 0.5 is realised
+/// as 0.75. The text would have touch-down at θ = 2π(1 − d), as [`DutyRule::Corrected`] has it.
+///
+/// The phase has to be within `[0, 2π)`: the first branch has no lower limit, and the thesis'
+/// `[−π, 0)` for stance gives Θ = −π/(1 − d) at its start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum DutyRule {
+    /// d.
+    #[default]
+    Corrected,
+    /// (1 + d)/2, as eq. 3.1 is printed.
+    Thesis,
+}
+
+impl DutyRule {
+    /// All rules.
+    pub const ALL: [Self; 2] = [Self::Corrected, Self::Thesis];
+
+    /// Name in scenarios.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Corrected => "corrected",
+            Self::Thesis => "thesis",
+        }
+    }
+
+    /// Stance share of the cycle for the duty factor `d`.
+    ///
+    /// ```
+    /// use twinrig_gait::DutyRule;
+    /// assert_eq!(DutyRule::Corrected.stance_share(0.5), 0.5);
+    /// assert_eq!(DutyRule::Thesis.stance_share(0.5), 0.75);
+    /// ```
+    pub fn stance_share(self, duty_factor: f64) -> f64 {
+        match self {
+            Self::Corrected => duty_factor,
+            Self::Thesis => 0.5 * (1.0 + duty_factor),
+        }
+    }
+}
+
 /// Phase map with an exact stance share of the cycle.
 ///
-/// Eq. 3.1 of the thesis does not give the desired duty factor: its second branch reaches the end
-/// of stance after a share of (1 + d)/2, so that 0.5 is realised as 0.75. Here swing is the first 1
-/// − d of a cycle and stance the last d, each at constant speed:
+/// Swing is the first 1 − d of a cycle and stance the last d, each at constant speed:
 ///
 /// ```text
 /// Θ = π·t/(1 − d)                  for t < 1 − d
@@ -16,7 +66,7 @@ use crate::GaitError;
 /// ```
 ///
 /// Take-off (Θ = 0) keeps its time and touch-down (Θ = π) is at t = 1 − d, as in the text of the
-/// thesis.
+/// thesis. Its formula has another stance share ([`DutyRule`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DutyMap {
     swing_share: f64,
@@ -31,11 +81,22 @@ impl DutyMap {
     ///
     /// A duty factor outside `(0, 1)`, or so close to its limits that a share vanishes in `f64`.
     pub fn new(duty_factor: f64) -> Result<Self, GaitError> {
-        let swing_share = 1.0 - duty_factor;
+        Self::with_rule(DutyRule::Corrected, duty_factor)
+    }
+
+    /// Creates the map whose stance share is that of `rule` for the duty factor `d`, strictly
+    /// between 0 and 1.
+    ///
+    /// # Errors
+    ///
+    /// As [`DutyMap::new`].
+    pub fn with_rule(rule: DutyRule, duty_factor: f64) -> Result<Self, GaitError> {
+        let stance_share = rule.stance_share(duty_factor);
+        let swing_share = 1.0 - stance_share;
         let map = Self {
             swing_share,
             swing_slope: PI / swing_share,
-            stance_slope: PI / duty_factor,
+            stance_slope: PI / stance_share,
         };
         let inside = duty_factor > 0.0 && duty_factor < 1.0 && swing_share < 1.0;
         if !inside || !map.stance_slope.is_finite() {
@@ -103,6 +164,30 @@ mod tests {
             let stance = (1.0 - d) + share * d;
             prop_assert!((map.phase(stance) - PI - share * PI).abs() < 1e-12);
         }
+
+        #[test]
+        fn map_of_the_thesis_is_eq_3_1(d in 0.001..0.999_f64, t in 0.0..1.0_f64) {
+            let map = DutyMap::with_rule(DutyRule::Thesis, d).unwrap();
+            let theta = 2.0 * PI * t;
+            let printed = if theta < PI * (1.0 - d) {
+                theta / (1.0 - d)
+            } else {
+                (theta + 2.0 * PI * d) / (1.0 + d)
+            };
+            prop_assert!((map.phase(t) - printed).abs() < 1e-12);
+            prop_assert!((map.phase(1.0_f64.next_down()) - 2.0 * PI).abs() < 1e-12);
+        }
+
+        #[test]
+        fn stance_share_of_the_thesis_is_the_mean_of_one_and_the_duty_factor(d in 0.001..0.999_f64) {
+            let map = DutyMap::with_rule(DutyRule::Thesis, d).unwrap();
+            let count = 10_000;
+            let stance = (0..count)
+                .filter(|&k| map.phase(f64::from(k) / f64::from(count)) >= PI)
+                .count();
+            let share = stance as f64 / f64::from(count);
+            prop_assert!((share - 0.5 * (1.0 + d)).abs() <= 1.001 / f64::from(count), "{share}");
+        }
     }
 
     #[test]
@@ -110,6 +195,15 @@ mod tests {
         for d in [0.0, 1.0, -0.1, 1.1, f64::NAN, f64::INFINITY, 1e-320, 1e-17] {
             assert!(
                 matches!(DutyMap::new(d), Err(GaitError::OutOfRange { .. })),
+                "{d}"
+            );
+        }
+        for d in [0.0, 1.0, -0.1, 1.1, f64::NAN, f64::INFINITY] {
+            assert!(
+                matches!(
+                    DutyMap::with_rule(DutyRule::Thesis, d),
+                    Err(GaitError::OutOfRange { .. })
+                ),
                 "{d}"
             );
         }

@@ -9,7 +9,7 @@ use twinrig_runtime::{Limit, LimitViolation, ProcessVariable, VariableError};
 use crate::limb::Limb;
 use crate::phase_meter::PhaseMeter;
 use crate::variables::{LocusVariables, Variables};
-use crate::{Abduction, FootLocus, GaitError};
+use crate::{Abduction, FootLocus, GaitError, StanceCurve};
 
 /// Last parts of the names of outputs that are no commands.
 const PHASE: &str = "phase";
@@ -28,6 +28,7 @@ pub(crate) struct LegCommands {
     /// Loci of the fore and of the hind legs, derived from the variables; the step length is that
     /// of each leg.
     loci: [FootLocus; 2],
+    stance: StanceCurve,
     abduction: Abduction,
     /// Whether the phase of each leg is an output.
     outputs_phase: bool,
@@ -97,7 +98,8 @@ impl LegCommands {
         let variables = of_phases.sorted();
         let of_locus = LocusVariables::of(&variables);
         Ok(Self {
-            loci: loci(&of_locus, &variables)?,
+            loci: loci(&of_locus, &variables, StanceCurve::default())?,
+            stance: StanceCurve::default(),
             state: LegState {
                 out_of_reach: vec![OutOfReach::default(); limbs.len()],
                 ..LegState::default()
@@ -110,6 +112,11 @@ impl LegCommands {
             outputs_reach: false,
             metered: None,
         })
+    }
+
+    pub(crate) fn set_stance_curve(&mut self, stance: StanceCurve) {
+        self.stance = stance;
+        self.loci = self.loci.map(|locus| locus.with_stance(stance));
     }
 
     pub(crate) fn enable_abduction(&mut self, abduction: Abduction) {
@@ -208,7 +215,7 @@ impl LegCommands {
         }
         let before = variable.value();
         variable.set(value)?;
-        let loci = loci(&self.of_locus, &self.variables);
+        let loci = loci(&self.of_locus, &self.variables, self.stance);
         match loci.and_then(|loci| Ok((loci, derive(&self.variables)?))) {
             Ok((loci, derived)) => {
                 self.loci = loci;
@@ -335,7 +342,7 @@ impl LegCommands {
                 .set(value)
                 .map_err(|error| self.mismatch(error.to_string()))?;
         }
-        let loci = loci(&self.of_locus, &variables);
+        let loci = loci(&self.of_locus, &variables, self.stance);
         let derived = loci.and_then(|loci| Ok((loci, derive(&variables)?)));
         let (loci, derived) = derived.map_err(|error| self.mismatch(error.to_string()))?;
         self.loci = loci;
@@ -358,7 +365,8 @@ impl LegCommands {
 fn loci(
     of_locus: &LocusVariables,
     variables: &[ProcessVariable],
+    stance: StanceCurve,
 ) -> Result<[FootLocus; 2], GaitError> {
     let locus = |end| FootLocus::new(&of_locus.shape(variables, end));
-    Ok([locus(0)?, locus(1)?])
+    Ok([locus(0)?, locus(1)?].map(|locus| locus.with_stance(stance)))
 }

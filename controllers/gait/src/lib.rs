@@ -1,6 +1,7 @@
 //! Gait controllers with parameters in the space of the feet: one open-loop, one with feedback of
 //! the loads of the legs. Phases are exact: open-loop, the realised stance share *is* the duty
-//! factor, the stance foot moves at constant speed, and a locked network of oscillators stays
+//! factor and the stance foot moves at constant speed, unless the formulas of the thesis are chosen
+//! ([`DutyRule`], [`StanceCurve`]), and a locked network of oscillators stays
 //! locked to the last bit for any elapsed time; with feedback, a phase under a constant load is the
 //! closed solution for any elapsed time. The outputs are a pure function of the sequence of calls:
 //! the same calls give the same bits.
@@ -39,6 +40,7 @@ mod locus;
 mod oscillators;
 mod phase_meter;
 mod planner;
+mod stance_curve;
 mod stand;
 mod tegotae;
 mod tegotae_rule;
@@ -48,12 +50,13 @@ mod variables;
 
 pub use abduction::Abduction;
 pub use cpg::Cpg;
-pub use duty::DutyMap;
+pub use duty::{DutyMap, DutyRule};
 pub use error::GaitError;
 pub use gait::{Corner, Gait};
 pub use locus::{FootLocus, LocusShape};
 pub use oscillators::Oscillators;
 pub use planner::Planner;
+pub use stance_curve::StanceCurve;
 pub use stand::Stand;
 pub use tegotae::{Tegotae, TegotaeStart};
 pub use tegotae_rule::{FixedPoint, low_pass};

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::GaitError;
+use crate::{GaitError, StanceCurve};
 
 /// Parameters of a foot locus (thesis, table 3.1), in SI units.
 ///
@@ -63,34 +63,19 @@ impl Default for LocusShape {
 ///
 /// # Stance
 ///
-/// Table 3.2 gives the stance curves control points of the same kind, `(1 − c)·h` below the ground
-/// and offset by `(1 − c)·h·tan(θ − π/2)`. That contradicts the text, which requires a foot that
-/// follows the phase linearly: at c = 1 the control point coincides with the end point, so with
-/// `x = x_o ± L/2·(1 − u²)` the foot has zero speed at touch-down and take-off and passes
-/// mid-stance at twice the mean speed; on the ground that is slip.
-///
-/// A quadratic Bézier curve has `dx/du = 2[(1 − u)(x₁ − x₀) + u(x₂ − x₁)]`, which is constant if
-/// and only if its control point is midway, `x₁ = (x₀ + x₂)/2`. The control points of both stance
-/// curves therefore keep their height and move to the middle of their x-interval. With
-/// `s = Θ/π − 1`
-///
-/// ```text
-/// x = x_o + L/2 − L·s                        z = −H − (1 − c)·h·4s(1 − s)
-/// ```
-///
-/// one parabola through the three key points of table 3.2, traversed at the constant speed −L/π per
-/// radian of phase. In time that is L·f/d for a gait of frequency f and duty factor d: the speed at
-/// which a body passes over its feet without slip. The two incidence angles act on the swing only,
-/// where the intended leg retraction takes place.
+/// That of a [`StanceCurve`], by default [`StanceCurve::Linear`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FootLocus {
     hip_height: f64,
     step_height: f64,
     step_length: f64,
     mid_stance_offset: f64,
-    take_off_reach: f64,
-    touch_down_reach: f64,
+    /// a and b.
+    swing_reaches: [f64; 2],
+    /// Offsets of the control points after touch-down and before take-off.
+    stance_reaches: [f64; 2],
     stance_depth: f64,
+    stance: StanceCurve,
 }
 
 impl FootLocus {
@@ -129,14 +114,16 @@ impl FootLocus {
         }
         let take_off = Self::incidence("take_off_angle", shape.take_off_angle)?;
         let touch_down = Self::incidence("touch_down_angle", shape.touch_down_angle)?;
+        let stance_depth = (1.0 - shape.compression) * shape.step_height;
         Ok(Self {
             hip_height: shape.hip_height,
             step_height: shape.step_height,
             step_length: shape.step_length,
             mid_stance_offset: shape.mid_stance_offset,
-            take_off_reach: shape.step_height * take_off,
-            touch_down_reach: shape.step_height * touch_down,
-            stance_depth: (1.0 - shape.compression) * shape.step_height,
+            swing_reaches: [take_off, touch_down].map(|slope| shape.step_height * slope),
+            stance_reaches: [touch_down, take_off].map(|slope| -stance_depth * slope),
+            stance_depth,
+            stance: StanceCurve::default(),
         })
     }
 
@@ -152,6 +139,13 @@ impl FootLocus {
             });
         }
         Ok(libm::tan(angle - FRAC_PI_2))
+    }
+
+    /// Returns the curve with another stance.
+    #[must_use]
+    pub fn with_stance(mut self, stance: StanceCurve) -> Self {
+        self.stance = stance;
+        self
     }
 
     /// Returns the curve with another step length \[m\], for a ramp that changes it at every step.
@@ -183,31 +177,40 @@ impl FootLocus {
     pub fn point(&self, phase: f64) -> [f64; 2] {
         let half = 0.5 * self.step_length;
         let turn = phase * (1.0 / PI);
-        if turn >= 1.0 {
-            let s = turn - 1.0;
-            let x = self.mid_stance_offset + half - self.step_length * s;
-            return [
-                x,
-                -self.hip_height - self.stance_depth * 4.0 * s * (1.0 - s),
-            ];
+        if turn < 1.0 {
+            return self.bezier(turn, -half, self.swing_reaches, self.step_height);
         }
-        let (u, end, reach) = if turn < 0.5 {
-            (2.0 * turn, -half, self.take_off_reach)
+        let s = turn - 1.0;
+        match self.stance {
+            StanceCurve::Linear => [
+                self.mid_stance_offset + half - self.step_length * s,
+                -self.hip_height - self.stance_depth * 4.0 * s * (1.0 - s),
+            ],
+            StanceCurve::Thesis => self.bezier(s, half, self.stance_reaches, -self.stance_depth),
+        }
+    }
+
+    /// Two quadratic Bézier curves, of which `part` in `[0, 1]` has passed: from `start` in front
+    /// of the middle over a point that is `rise` above the ground to the opposite of `start`.
+    #[inline]
+    fn bezier(&self, part: f64, start: f64, reaches: [f64; 2], rise: f64) -> [f64; 2] {
+        let (u, end, reach) = if part < 0.5 {
+            (2.0 * part, start, reaches[0])
         } else {
-            (2.0 - 2.0 * turn, half, self.touch_down_reach)
+            (2.0 - 2.0 * part, -start, reaches[1])
         };
         let x = self.mid_stance_offset + end * (1.0 - u * u) + 2.0 * u * (1.0 - u) * reach;
-        [x, -self.hip_height + self.step_height * u * (2.0 - u)]
+        [x, -self.hip_height + rise * u * (2.0 - u)]
     }
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use proptest::prelude::*;
 
     use super::*;
 
-    fn shapes() -> impl Strategy<Value = LocusShape> {
+    pub(crate) fn shapes() -> impl Strategy<Value = LocusShape> {
         (
             0.05..0.15_f64,
             0.0..0.05_f64,

@@ -12,7 +12,7 @@ use crate::limb::Limb;
 use crate::load_signal::LoadSignal;
 use crate::tegotae_rule::{MID_STANCE, advance, low_pass, wrap};
 use crate::variables::{Variables, index};
-use crate::{Abduction, FixedPoint, Gait, GaitError};
+use crate::{Abduction, FixedPoint, Gait, GaitError, StanceCurve};
 
 /// Greatest load \[N\]: beyond any robot, and its square does not overflow.
 const LOAD_MAX: f64 = 1e6;
@@ -254,6 +254,13 @@ impl Tegotae {
         let legs = self.legs.active().count();
         self.load = LoadSignal::new(name, component, legs)?;
         Ok(self)
+    }
+
+    /// Sets the curve of the feet in stance.
+    #[must_use]
+    pub fn with_stance(mut self, stance: StanceCurve) -> Self {
+        self.legs.set_stance_curve(stance);
+        self
     }
 
     /// Enables abduction commands.

@@ -11,6 +11,7 @@ use twinrig_runtime::{Limit, Process, ProcessVariable, VariableError};
 use crate::{Cpg, FootLocus, Gait, GaitError, LocusShape};
 
 mod outputs;
+mod printed;
 mod tegotae;
 mod tegotae_rule;
 

@@ -1,7 +1,9 @@
 //! Kinds of the gait controllers, from scenario options.
 
-use twinrig_gait::{Abduction, Cpg, FixedPoint, Gait, Planner, Stand, Tegotae, TegotaeStart};
-use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
+use twinrig_gait::{
+    Abduction, Cpg, DutyRule, FixedPoint, Gait, Planner, StanceCurve, Stand, Tegotae, TegotaeStart,
+};
+use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
 
 use crate::error::BuildError;
 use crate::parts::controller_kind::{ControllerContext, ControllerKind};
@@ -12,6 +14,8 @@ const FREQUENCY_OF: &str = "frequency_of";
 const PHASE_OUTPUT: &str = "phase_output";
 const REACH_OUTPUT: &str = "reach_output";
 const FIXED_POINT: &str = "fixed_point";
+const LOCUS: &str = "locus";
+const DUTY_MAP: &str = "duty_map";
 const LOAD: &str = "load";
 const LOAD_COMPONENT: &str = "load_component";
 
@@ -48,7 +52,10 @@ pub(crate) fn planner() -> ControllerKind {
 
 fn build_cpg(context: &ControllerContext<'_>) -> Result<Cpg, BuildError> {
     let cpg = Cpg::new(context.robot, context.legs, gait(context)?)?;
-    let mut cpg = cpg.with_abduction(abduction(context));
+    let mut cpg = cpg
+        .with_abduction(abduction(context))
+        .with_stance(stance_curve(context))
+        .with_duty_rule(duty_rule(context.options))?;
     if is_set(context, PHASE_OUTPUT) {
         cpg = cpg.with_phase_output();
     }
@@ -64,13 +71,20 @@ fn build_cpg(context: &ControllerContext<'_>) -> Result<Cpg, BuildError> {
     })
 }
 
-fn cpg_options() -> [OptionSpec; 6] {
+fn cpg_options() -> [OptionSpec; 8] {
     [
         gaits("gait, which sets the phases of the legs"),
         choice(
             START,
             "initial phases: those of the gait, or random",
             &CPG_START,
+        ),
+        loci(),
+        choice(
+            DUTY_MAP,
+            "stance share of the cycle: the duty factor d, or (1 + d)/2 as eq. 3.1 of the thesis \
+             is printed",
+            &DutyRule::ALL.map(DutyRule::name),
         ),
         abducting(),
         phase_output(),
@@ -85,11 +99,22 @@ pub(crate) fn tegotae() -> ControllerKind {
     let kind = ControllerKind::new(Tegotae::NAME, about, |context| {
         let (legs, options) = (context.legs, context.options);
         let tegotae = Tegotae::new(context.robot, legs, gait(context)?, context.seed)?;
-        let start = named(&TegotaeStart::ALL, TegotaeStart::name, context, START);
-        let rule = named(&FixedPoint::ALL, FixedPoint::name, context, FIXED_POINT);
+        let start = named(
+            &TegotaeStart::ALL,
+            TegotaeStart::name,
+            context.options,
+            START,
+        );
+        let rule = named(
+            &FixedPoint::ALL,
+            FixedPoint::name,
+            context.options,
+            FIXED_POINT,
+        );
         let mut tegotae = tegotae
             .with_start(start)
             .with_fixed_point(rule)
+            .with_stance(stance_curve(context))
             .with_abduction(abduction(context));
         if let Some((name, component)) = load(context) {
             tegotae = tegotae.with_load(name, component)?;
@@ -118,6 +143,7 @@ pub(crate) fn tegotae() -> ControllerKind {
             "phase at which its load stops a leg: always mid-stance, or a function of the load",
             &FixedPoint::ALL.map(FixedPoint::name),
         ),
+        loci(),
         load_signal,
         load_component,
         abducting(),
@@ -203,23 +229,47 @@ fn gait(context: &ControllerContext<'_>) -> Result<Gait, BuildError> {
     Ok(context.options.text("gait").unwrap_or_default().parse()?)
 }
 
+/// Option with the curve of the feet in stance.
+fn loci() -> OptionSpec {
+    choice(
+        LOCUS,
+        "curve of the foot in stance: at constant speed, or with the control points of table 3.2 \
+         of the thesis as printed",
+        &StanceCurve::ALL.map(StanceCurve::name),
+    )
+}
+
+fn stance_curve(context: &ControllerContext<'_>) -> StanceCurve {
+    named(&StanceCurve::ALL, StanceCurve::name, context.options, LOCUS)
+}
+
 fn abducting() -> OptionSpec {
     let about = "also command the hip-abduction servos, by `splay`";
     choice("abduction", about, &Abduction::ALL.map(Abduction::name))
 }
 
 fn abduction(context: &ControllerContext<'_>) -> Abduction {
-    named(&Abduction::ALL, Abduction::name, context, "abduction")
+    named(
+        &Abduction::ALL,
+        Abduction::name,
+        context.options,
+        "abduction",
+    )
+}
+
+/// Returns the stance share that a duty factor means, corrected where the kind has no such option.
+pub(crate) fn duty_rule(options: &Options) -> DutyRule {
+    named(&DutyRule::ALL, DutyRule::name, options, DUTY_MAP)
 }
 
 /// Returns the one of `all` that the option `key` names; the default without one.
 fn named<T: Copy + Default>(
     all: &[T],
     name: impl Fn(T) -> &'static str,
-    context: &ControllerContext<'_>,
+    options: &Options,
     key: &str,
 ) -> T {
-    let wanted = context.options.text(key);
+    let wanted = options.text(key);
     let found = all.iter().find(|one| Some(name(**one)) == wanted);
     found.copied().unwrap_or_default()
 }

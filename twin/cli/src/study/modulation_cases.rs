@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use twinrig_document::parse_quantity;
+use twinrig_gait::DutyRule;
 use twinrig_kernel::{SimDuration, SimTime, Unit};
 use twinrig_runtime::Change;
 use twinrig_scenario::{ChangeSpec, Setting};
@@ -13,13 +14,14 @@ use twinrig_study::{
 use crate::args::ModulationOptions;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::parts::gaits::duty_rule;
 use crate::study::gait_scene::{Factor, GaitScene, base, left_out, plants};
 
 /// Variable of a scenario without changes.
 const STEP_LENGTH: &str = "step_length";
 /// Time at which the gaits of scenarios without changes are in their limit cycle.
 const LIMIT_CYCLE: SimDuration = SimDuration::from_secs(8);
-/// Variable whose mean is the commanded duty factor.
+/// Variable whose mean sets the commanded stance share.
 const DUTY_FACTOR: &str = "duty_factor";
 
 /// Runs the cases of a study of modulation.
@@ -133,7 +135,9 @@ impl<'r> ModulationCases<'r> {
         }
         let duties = scene.variables_called(DUTY_FACTOR);
         let duty: f64 = duties.iter().map(|variable| variable.value()).sum();
-        let duty = (!duties.is_empty()).then(|| duty / duties.len() as f64);
+        let rule = scene.scenario().controller.as_ref();
+        let rule = rule.map_or(DutyRule::default(), |it| duty_rule(&it.options));
+        let duty = (!duties.is_empty()).then(|| rule.stance_share(duty / duties.len() as f64));
         for factor in factors.iter().filter(|factor| scene.has(**factor)) {
             self.input.cases.push(ModulationCase {
                 gait: gait.to_owned(),
