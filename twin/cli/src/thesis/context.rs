@@ -23,6 +23,7 @@ use crate::study::load_recorder::BenchRecorder;
 use crate::study::modulation_cases::ModulationCases;
 use crate::study::transition_cases::TransitionCases;
 use crate::thesis::error::ThesisError;
+use crate::thesis::gaits;
 use crate::thesis::progress::ItemProgress;
 use crate::thesis::verdict::Measurement;
 
@@ -212,15 +213,30 @@ impl<'r> Context<'r> {
         self.estimate(EstimatePlan::default().search)
     }
 
-    /// Returns the study of footstep modulation of a scenario, on its own plant.
+    /// Returns the studies of footstep modulation of a scenario with each of the `gaits` of a
+    /// record, on its own plant.
     ///
     /// # Errors
-    /// Errors of the scenario or of the study.
-    pub(crate) fn modulation(&self, file: &str) -> Result<ModulationStudy, TwinError> {
-        let path = self.path(file)?;
+    /// Errors of the record, of the scenario or of a study.
+    pub(crate) fn modulations(
+        &self,
+        file: &str,
+        gaits: &str,
+    ) -> Result<Vec<ModulationStudy>, TwinError> {
+        let (file, gaits) = (self.path(file)?, self.path(gaits)?);
+        let gaits = gaits::read(&gaits)?.into_iter();
+        gaits.map(|gait| self.modulation(&file, gait)).collect()
+    }
+
+    fn modulation(
+        &self,
+        path: &Path,
+        mut settings: Vec<Setting>,
+    ) -> Result<ModulationStudy, TwinError> {
+        settings.extend(self.settings().iter().cloned());
         let ModulationPlan { points, steps, .. } = ModulationPlan::default();
         let options = ModulationOptions {
-            scenarios: vec![path.clone()],
+            scenarios: vec![path.to_owned()],
             plant: Vec::new(),
             set: Vec::new(),
             variable: None,
@@ -232,10 +248,10 @@ impl<'r> Context<'r> {
             out: PathBuf::new(),
             json: false,
         };
-        let cases = ModulationCases::new(self.registry, &options, self.settings())?;
+        let cases = ModulationCases::new(self.registry, &options, &settings)?;
         let plan = cases.plan(&options)?;
         let study = modulation(&cases, &plan, &mut *self.progress.borrow_mut());
-        study.map_err(|source| of_study(&path, source))
+        study.map_err(|source| of_study(path, source))
     }
 
     /// Returns the study of gait transitions of a scenario, on its own plant.

@@ -25,6 +25,14 @@ pub enum ThesisError {
         /// Its path.
         path: PathBuf,
     },
+    /// Record of gaits that cannot be read.
+    #[error("the gaits of the comparison cannot be read: {source}\n --> {}", path.display())]
+    Gaits {
+        /// Its path.
+        path: PathBuf,
+        /// Reason.
+        source: std::io::Error,
+    },
     /// Scenario that lacks an expectation.
     #[error(
         "the scenario has no expectation `{name}`, by which the item is measured\n --> {file}\n  = help: take the scenario of the repository"

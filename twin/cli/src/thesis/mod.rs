@@ -9,6 +9,7 @@
 mod context;
 pub(crate) mod error;
 pub(crate) mod flips;
+mod gaits;
 pub(crate) mod item;
 pub(crate) mod items;
 mod number;

@@ -5,77 +5,173 @@ use twinrig_study::{Counting, ModelForm, ModulationStudy};
 use crate::error::TwinError;
 use crate::thesis::context::Context;
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
-use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
+use crate::thesis::verdict::{Basis, Input, Rule};
 
-/// Mean displacement against the change that counts \[mm\].
-const OPPOSITE: Rule = Rule::AtLeast(0.5);
-const OPPOSITE_GROUND: &str = "a fifth of the least change";
+/// Keys of the figures of all gaits, counted in one way.
+struct Keys {
+    /// Mean over the gaits of the first footstep's displacement by the least change.
+    first: &'static str,
+    /// Number of gaits in which it is forwards.
+    forwards: &'static str,
+    /// Number of gaits with a mean displacement against a change.
+    erratic: &'static str,
+    /// R² of the linear model, mean over the gaits.
+    linear: &'static str,
+    /// The least.
+    least_linear: &'static str,
+}
+
+const BY_CYCLE: Keys = Keys {
+    first: "first, by cycle",
+    forwards: "forwards, by cycle",
+    erratic: "erratic, by cycle",
+    linear: "linear, by cycle",
+    least_linear: "least linear, by cycle",
+};
+const BY_TOUCH_DOWN: Keys = Keys {
+    first: "first, by touch-down",
+    forwards: "forwards, by touch-down",
+    erratic: "erratic, by touch-down",
+    linear: "linear, by touch-down",
+    least_linear: "least linear, by touch-down",
+};
+
+const CYCLE: &str = "one footstep for each leg and cycle";
+const TOUCH_DOWN: &str = "bounces included; the thesis does not print how it counts";
+
+const FIRST_GROUND: &str = "the mean over ten points of the cycle, all legs and five gaits";
+const FORWARDS_GROUND: &str = "of five gaits; the thesis shows one";
+const ERRATIC_GROUND: &str = "of five gaits; a mean displacement of more than 0.5 mm, a fifth of the least change, against \
+     a reduction";
+const LINEAR_GROUND: &str =
+    "of (k n + k₀) Δ over all changes Δ and footsteps n; mean of five gaits";
+const LEAST_GROUND: &str = "the least of five gaits";
 /// Coefficient of determination of a linear relation.
-const LINEAR: Rule = Rule::AtLeast(0.9);
-const LINEAR_GROUND: &str = "of (k n + k₀) Δ over all changes Δ and footsteps n";
-const BACKWARDS: Rule = Rule::AtMost(0.0);
-const BACKWARDS_GROUND: &str = "the mean over ten points of the cycle and all legs";
+const LINEAR: f64 = 0.9;
+/// Most of five.
+const MOST: f64 = 3.0;
 
-const BY_CYCLE: &str = "one footstep for each leg and cycle";
-const BY_TOUCH_DOWN: &str = "bounces included; the thesis does not print how it counts";
+const GAITS: &[Input] = &[
+    Input::Set("step length, stance curve and duty map as printed"),
+    Input::Fitted("five gaits, by searches for speed and evenness"),
+    Input::Free("footsteps"),
+];
 
-const OPPOSITE_BY_CYCLE: &str = "opposite, by cycle";
-const OPPOSITE_BY_TOUCH_DOWN: &str = "opposite, by touch-down";
-const FIRST_BY_CYCLE: &str = "first, by cycle";
-const FIRST_BY_TOUCH_DOWN: &str = "first, by touch-down";
-const LINEAR_BY_CYCLE: &str = "linear, by cycle";
-const LINEAR_BY_TOUCH_DOWN: &str = "linear, by touch-down";
+/// Figures of an open loop, as the thesis describes them.
+const fn erratic(keys: &Keys, remark: &'static str) -> [PrintedFigure; 5] {
+    let place = "figure 3.5";
+    [
+        PrintedFigure::statement(
+            keys.first,
+            "first footstep after a reduction by 2.5 mm",
+            place,
+            "moves forwards",
+            "mm",
+        )
+        .rule(Rule::AtLeast(0.0), FIRST_GROUND)
+        .remark(remark),
+        PrintedFigure::statement(
+            keys.forwards,
+            "number of gaits with a first footstep forwards",
+            place,
+            "moves forwards",
+            "",
+        )
+        .rule(Rule::AtLeast(MOST), FORWARDS_GROUND)
+        .remark(remark),
+        PrintedFigure::statement(
+            keys.erratic,
+            "number of erratic gaits",
+            "3.4",
+            "erratic",
+            "",
+        )
+        .rule(Rule::AtLeast(MOST), ERRATIC_GROUND)
+        .remark(remark),
+        PrintedFigure::statement(
+            keys.linear,
+            "coefficient of determination R²",
+            "3.4",
+            "erratic",
+            "",
+        )
+        .rule(Rule::AtMost(LINEAR), LINEAR_GROUND)
+        .remark(remark),
+        PrintedFigure::statement(keys.least_linear, "the same, least", "3.4", "erratic", "")
+            .rule(Rule::AtMost(LINEAR), LEAST_GROUND)
+            .remark(remark),
+    ]
+}
+
+/// Figures with feedback, as the thesis describes them.
+const fn regular(keys: &Keys, remark: &'static str) -> [PrintedFigure; 5] {
+    let place = "3.3.3";
+    [
+        PrintedFigure::statement(
+            keys.first,
+            "first footstep after a reduction by 2.5 mm",
+            place,
+            "moves backwards",
+            "mm",
+        )
+        .rule(Rule::AtMost(0.0), FIRST_GROUND)
+        .remark(remark),
+        PrintedFigure::statement(
+            keys.forwards,
+            "number of gaits with a first footstep forwards",
+            place,
+            "moves backwards",
+            "",
+        )
+        .rule(Rule::AtMost(0.0), FORWARDS_GROUND)
+        .remark(remark),
+        PrintedFigure::statement(
+            keys.erratic,
+            "number of erratic gaits",
+            place,
+            "regular",
+            "",
+        )
+        .rule(Rule::AtMost(0.0), ERRATIC_GROUND)
+        .remark(remark),
+        PrintedFigure::statement(
+            keys.linear,
+            "coefficient of determination R²",
+            place,
+            "linear in change and steps",
+            "",
+        )
+        .rule(Rule::AtLeast(LINEAR), LINEAR_GROUND)
+        .remark(remark),
+        PrintedFigure::statement(
+            keys.least_linear,
+            "the same, least",
+            place,
+            "linear in change and steps",
+            "",
+        )
+        .rule(Rule::AtLeast(LINEAR), LEAST_GROUND)
+        .remark(remark),
+    ]
+}
+
+/// Returns the figures of both ways of counting.
+const fn both(cycle: [PrintedFigure; 5], touch_down: [PrintedFigure; 5]) -> [PrintedFigure; 10] {
+    let [a, b, c, d, e] = cycle;
+    let [f, g, h, i, j] = touch_down;
+    [a, b, c, d, e, f, g, h, i, j]
+}
 
 pub(crate) const FIG_3_5: Item = Item {
     id: "fig-3-5",
     title: "Shorter steps in open loop",
     place: "figure 3.5, section 3.2.5",
-    run_s: 3.0,
-    figures: &[
-        PrintedFigure::statement(
-            FIRST_BY_CYCLE,
-            "first footstep after a reduction by 2.5 mm",
-            "figure 3.5",
-            "moves forwards",
-            "mm",
-        )
-        .rule(Rule::AtLeast(0.0), BACKWARDS_GROUND)
-        .remark(BY_CYCLE),
-        PrintedFigure::statement(
-            FIRST_BY_TOUCH_DOWN,
-            "the same, by touch-down",
-            "figure 3.5",
-            "moves forwards",
-            "mm",
-        )
-        .rule(Rule::AtLeast(0.0), BACKWARDS_GROUND)
-        .remark(BY_TOUCH_DOWN),
-        PrintedFigure::statement(
-            OPPOSITE_BY_CYCLE,
-            "greatest mean displacement against a reduction",
-            "3.4",
-            "erratic",
-            "mm",
-        )
-        .rule(OPPOSITE, OPPOSITE_GROUND)
-        .remark(BY_CYCLE),
-        PrintedFigure::statement(
-            OPPOSITE_BY_TOUCH_DOWN,
-            "the same, by touch-down",
-            "3.4",
-            "erratic",
-            "mm",
-        )
-        .rule(OPPOSITE, OPPOSITE_GROUND)
-        .remark(BY_TOUCH_DOWN),
-    ],
-    sources: &[Source::rest(
-        Basis::Substitute,
-        &[
-            Input::Fitted("the gait, by a search for speed and evenness"),
-            Input::Free("footsteps"),
-        ],
-    )],
+    run_s: 15.0,
+    figures: &both(
+        erratic(&BY_CYCLE, CYCLE),
+        erratic(&BY_TOUCH_DOWN, TOUCH_DOWN),
+    ),
+    sources: &[Source::rest(Basis::Substitute, GAITS)],
     measure: open_loop,
     commands: &[
         "twin study modulation scenarios/thesis/fig-3-5.toml --plant massless --plant lcp",
@@ -87,52 +183,12 @@ pub(crate) const FIG_3_8: Item = Item {
     id: "fig-3-8",
     title: "Shorter steps by feedback of the loads",
     place: "figure 3.8, section 3.3.3",
-    run_s: 3.0,
-    figures: &[
-        PrintedFigure::statement(
-            FIRST_BY_CYCLE,
-            "first footstep after a reduction by 2.5 mm",
-            "3.3.3",
-            "moves backwards",
-            "mm",
-        )
-        .rule(BACKWARDS, BACKWARDS_GROUND)
-        .remark(BY_CYCLE),
-        PrintedFigure::statement(
-            FIRST_BY_TOUCH_DOWN,
-            "the same, by touch-down",
-            "3.3.3",
-            "moves backwards",
-            "mm",
-        )
-        .rule(BACKWARDS, BACKWARDS_GROUND)
-        .remark(BY_TOUCH_DOWN),
-        PrintedFigure::statement(
-            LINEAR_BY_CYCLE,
-            "coefficient of determination R²",
-            "3.3.3",
-            "linear in change and steps",
-            "",
-        )
-        .rule(LINEAR, LINEAR_GROUND)
-        .remark("one footstep for each leg and cycle; the open loop is as linear"),
-        PrintedFigure::statement(
-            LINEAR_BY_TOUCH_DOWN,
-            "the same, by touch-down",
-            "3.3.3",
-            "linear in change and steps",
-            "",
-        )
-        .rule(LINEAR, LINEAR_GROUND)
-        .remark(BY_TOUCH_DOWN),
-    ],
-    sources: &[Source::rest(
-        Basis::Substitute,
-        &[
-            Input::Fitted("the gait, by a search for speed and evenness"),
-            Input::Free("footsteps"),
-        ],
-    )],
+    run_s: 15.0,
+    figures: &both(
+        regular(&BY_CYCLE, CYCLE),
+        regular(&BY_TOUCH_DOWN, TOUCH_DOWN),
+    ),
+    sources: &[Source::rest(Basis::Substitute, GAITS)],
     measure: with_feedback,
     commands: &[
         "twin study modulation scenarios/thesis/fig-3-5.toml scenarios/thesis/fig-3-8.toml \
@@ -142,40 +198,53 @@ pub(crate) const FIG_3_8: Item = Item {
 };
 
 fn open_loop(context: &Context<'_>) -> Result<Measurements, TwinError> {
-    Ok(measurements(&context.modulation("thesis/fig-3-5.toml")?))
+    let gaits = context.modulations("thesis/fig-3-5.toml", "optimizations/fig-3-5.csv")?;
+    Ok(measurements(&gaits))
 }
 
 fn with_feedback(context: &Context<'_>) -> Result<Measurements, TwinError> {
-    Ok(measurements(&context.modulation("thesis/fig-3-8.toml")?))
+    let gaits = context.modulations("thesis/fig-3-8.toml", "optimizations/fig-3-8.csv")?;
+    Ok(measurements(&gaits))
 }
 
-fn measurements(study: &ModulationStudy) -> Measurements {
+/// Figures of a gait, counted in one way.
+struct Footsteps {
+    /// Mean displacement of the first footstep by the least change \[mm\].
+    first: f64,
+    is_erratic: bool,
+    /// R² of the linear model.
+    linear: f64,
+}
+
+fn footsteps(gait: &ModulationStudy, counting: Counting) -> Option<Footsteps> {
+    let table = gait.cases.first()?.table(counting)?;
+    let least = gait.plan.changes.first()?;
+    Some(Footsteps {
+        first: 1e3 * table.cell(*least, 1)?.mean_m,
+        is_erratic: ModulationStudy::is_erratic(table),
+        linear: table.model(ModelForm::BilinearWithFirstStep)?.r_squared,
+    })
+}
+
+/// Returns the figures of all gaits; none of a counting in which one of them has none.
+fn measurements(gaits: &[ModulationStudy]) -> Measurements {
     let mut found = Measurements::default();
-    let Some(case) = study.cases.first() else {
-        return found;
-    };
-    let least = study.plan.changes.first().copied().unwrap_or(f64::NAN);
-    let [cycle, touch_down] = Counting::ALL;
-    for (counting, first, opposite, linear) in [
-        (cycle, FIRST_BY_CYCLE, OPPOSITE_BY_CYCLE, LINEAR_BY_CYCLE),
-        (
-            touch_down,
-            FIRST_BY_TOUCH_DOWN,
-            OPPOSITE_BY_TOUCH_DOWN,
-            LINEAR_BY_TOUCH_DOWN,
-        ),
-    ] {
-        let Some(table) = case.table(counting) else {
+    for (counting, keys) in Counting::ALL.into_iter().zip([BY_CYCLE, BY_TOUCH_DOWN]) {
+        let of_gaits = gaits.iter().map(|gait| footsteps(gait, counting));
+        let Some(of_gaits) = of_gaits.collect::<Option<Vec<Footsteps>>>() else {
             continue;
         };
-        let mean = table.cell(least, 1).map(|cell| 1e3 * cell.mean_m);
-        found.add(first, mean.map(Measurement::exact));
-        found.set(opposite, 1e3 * table.opposite_m());
-        let model = table.model(ModelForm::BilinearWithFirstStep);
-        found.add(
-            linear,
-            model.map(|model| Measurement::exact(model.r_squared)),
-        );
+        let mean = |of: fn(&Footsteps) -> f64| {
+            of_gaits.iter().map(of).sum::<f64>() / of_gaits.len() as f64
+        };
+        found.set(keys.first, mean(|it| it.first));
+        let forwards = of_gaits.iter().filter(|it| it.first > 0.0).count();
+        found.set(keys.forwards, forwards as f64);
+        let erratic = of_gaits.iter().filter(|it| it.is_erratic).count();
+        found.set(keys.erratic, erratic as f64);
+        found.set(keys.linear, mean(|it| it.linear));
+        let least = of_gaits.iter().map(|it| it.linear);
+        found.set(keys.least_linear, least.fold(f64::INFINITY, f64::min));
     }
     found
 }
