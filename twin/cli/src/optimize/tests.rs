@@ -71,6 +71,10 @@ fn scenarios_of_recorded_searches_have_the_best_settings() {
         let best = best_point(&history);
         let keys: Vec<&String> = best.iter().map(|(key, _)| key).collect();
         assert!(keys.iter().copied().eq(&plan.runs.keys), "{keys:?}");
+        // The best points of several searches, of which no scenario has the settings.
+        if history.starts_with("seed,") {
+            continue;
+        }
         let assembly = Assembly::of_file(&registry, &scenario, &[]).unwrap();
         let variables = variables(assembly.scenario());
         for (key, value) in best {

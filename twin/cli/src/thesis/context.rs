@@ -213,18 +213,18 @@ impl<'r> Context<'r> {
         self.estimate(EstimatePlan::default().search)
     }
 
-    /// Returns the studies of footstep modulation of a scenario with each of the `gaits` of a
-    /// record, on its own plant.
+    /// Returns the studies of footstep modulation of a scenario with each of the gaits that
+    /// searches of a `space` found, on its own plant.
     ///
     /// # Errors
-    /// Errors of the record, of the scenario or of a study.
+    /// Errors of the space and its gaits, of the scenario or of a study.
     pub(crate) fn modulations(
         &self,
         file: &str,
-        gaits: &str,
+        space: &str,
     ) -> Result<Vec<ModulationStudy>, TwinError> {
-        let (file, gaits) = (self.path(file)?, self.path(gaits)?);
-        let gaits = gaits::read(&gaits)?.into_iter();
+        let (file, space) = (self.path(file)?, self.path(space)?);
+        let gaits = gaits::read(&space)?.into_iter();
         gaits.map(|gait| self.modulation(&file, gait)).collect()
     }
 

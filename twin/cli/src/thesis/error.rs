@@ -26,12 +26,12 @@ pub enum ThesisError {
         path: PathBuf,
     },
     /// Record of gaits that cannot be read.
-    #[error("the gaits of the comparison cannot be read: {source}\n --> {}", path.display())]
+    #[error("the gaits of the comparison cannot be read: {why}\n --> {}", path.display())]
     Gaits {
         /// Its path.
         path: PathBuf,
         /// Reason.
-        source: std::io::Error,
+        why: String,
     },
     /// Scenario that lacks an expectation.
     #[error(

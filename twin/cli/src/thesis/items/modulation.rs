@@ -198,12 +198,12 @@ pub(crate) const FIG_3_8: Item = Item {
 };
 
 fn open_loop(context: &Context<'_>) -> Result<Measurements, TwinError> {
-    let gaits = context.modulations("thesis/fig-3-5.toml", "optimizations/fig-3-5.csv")?;
+    let gaits = context.modulations("thesis/fig-3-5.toml", "optimizations/fig-3-5.toml")?;
     Ok(measurements(&gaits))
 }
 
 fn with_feedback(context: &Context<'_>) -> Result<Measurements, TwinError> {
-    let gaits = context.modulations("thesis/fig-3-8.toml", "optimizations/fig-3-8.csv")?;
+    let gaits = context.modulations("thesis/fig-3-8.toml", "optimizations/fig-3-8.toml")?;
     Ok(measurements(&gaits))
 }
 
