@@ -51,11 +51,8 @@ const LINEAR: f64 = 0.9;
 /// Most of five.
 const MOST: f64 = 3.0;
 
-const GAITS: &[Input] = &[
-    Input::Set("step length, stance curve and duty map as printed"),
-    Input::Fitted("five gaits, by searches for speed and evenness"),
-    Input::Free("footsteps"),
-];
+const SEARCHED: Input = Input::Fitted("five gaits, by searches for speed and evenness");
+const FOOTSTEPS: Input = Input::Free("footsteps");
 
 /// Figures of an open loop, as the thesis describes them.
 const fn erratic(keys: &Keys, remark: &'static str) -> [PrintedFigure; 5] {
@@ -166,15 +163,23 @@ pub(crate) const FIG_3_5: Item = Item {
     id: "fig-3-5",
     title: "Shorter steps in open loop",
     place: "figure 3.5, section 3.2.5",
-    run_s: 15.0,
+    run_s: 30.0,
     figures: &both(
         erratic(&BY_CYCLE, CYCLE),
         erratic(&BY_TOUCH_DOWN, TOUCH_DOWN),
     ),
-    sources: &[Source::rest(Basis::Substitute, GAITS)],
+    sources: &[Source::rest(
+        Basis::Substitute,
+        &[
+            Input::Set("step length, stance curve and duty map as printed"),
+            SEARCHED,
+            FOOTSTEPS,
+        ],
+    )],
     measure: open_loop,
     commands: &[
-        "twin study modulation scenarios/thesis/fig-3-5.toml --plant massless --plant lcp",
+        "twin optimize scenarios/thesis/fig-3-5.toml \
+         --space scenarios/optimizations/fig-3-5.toml --seed 1",
         "twin run scenarios/thesis/fig-3-5.toml",
     ],
 };
@@ -183,16 +188,23 @@ pub(crate) const FIG_3_8: Item = Item {
     id: "fig-3-8",
     title: "Shorter steps by feedback of the loads",
     place: "figure 3.8, section 3.3.3",
-    run_s: 15.0,
+    run_s: 30.0,
     figures: &both(
         regular(&BY_CYCLE, CYCLE),
         regular(&BY_TOUCH_DOWN, TOUCH_DOWN),
     ),
-    sources: &[Source::rest(Basis::Substitute, GAITS)],
+    sources: &[Source::rest(
+        Basis::Substitute,
+        &[
+            Input::Set("stance curve as printed, step length of figure 3.5"),
+            SEARCHED,
+            FOOTSTEPS,
+        ],
+    )],
     measure: with_feedback,
     commands: &[
-        "twin study modulation scenarios/thesis/fig-3-5.toml scenarios/thesis/fig-3-8.toml \
-         --plant massless --plant lcp --factors",
+        "twin optimize scenarios/thesis/fig-3-8.toml \
+         --space scenarios/optimizations/fig-3-8.toml --seed 2",
         "twin run scenarios/thesis/fig-3-8.toml",
     ],
 };
