@@ -85,8 +85,6 @@ mod tests {
                           controller.frequency [Hz],controller.duty_factor.fore";
 
     fn pairs(gaits: &[Vec<Setting>]) -> Vec<Vec<(&str, &str)>> {
-        let pairs = |gait: &Vec<Setting>| gait.len();
-        assert!(gaits.iter().map(pairs).all(|count| count > 0));
         let gaits = gaits.iter();
         gaits
             .map(|gait| gait.iter().map(|it| (&*it.key, &*it.value)).collect())
