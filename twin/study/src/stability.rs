@@ -122,7 +122,12 @@ pub fn stability(
     };
     for (&scales, commands) in scales.iter().zip(&commands) {
         job.context.commands = commands;
-        let mut known = References::new(job.context, scales, trust);
+        // The reference takes its forces from no table.
+        let exact = Scales {
+            cells: None,
+            ..scales
+        };
+        let mut known = References::new(job.context, exact, trust);
         for plant in runs(plants, scales) {
             let share = job.begin(&plant.plant.label())?;
             let AssignedReference { reference, note } = known.of(plant, share);
