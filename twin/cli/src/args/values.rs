@@ -163,6 +163,20 @@ mod tests {
     use super::*;
 
     #[test]
+    fn factor_has_known_name_and_possible_values() {
+        let damping = factor_values("damping=0, 0.5,2").unwrap();
+        assert_eq!(damping.factor, Factor::Damping);
+        assert_eq!(damping.values, [0.0, 0.5, 2.0]);
+        for text in ["damping", "damping=", "damping=-1", "damping=NaN", "mess=1"] {
+            assert!(factor_values(text).is_err(), "{text}");
+        }
+        for cells in ["15", "16.5", "513"] {
+            assert!(factor_values(&format!("cells={cells}")).is_err(), "{cells}");
+        }
+        assert_eq!(factor_values("cells=16,512").unwrap().values, [16.0, 512.0]);
+    }
+
+    #[test]
     fn numbers_that_no_memory_holds_are_refused() {
         assert_eq!(whole_number("1000000"), Ok(POINTS_MOST));
         for text in [
