@@ -14,9 +14,9 @@ const FOLDED: f64 = 0.4;
 /// segment.
 ///
 /// Force and hip torque are the gradient of the interpolated energy, so the force field of the
-/// table is conservative, unlike that of a table of forces as in the thesis (section 2.7.2). The
-/// energy is smooth over the whole table because the stops are not part of it but constraints; no
-/// cell contains a kink.
+/// table is conservative. That of a table of forces as in the thesis (section 2.7.2,
+/// [`Self::with_linear_forces`]) is not. The energy is smooth over the whole table because the
+/// stops are not part of it but constraints; no cell contains a kink.
 #[derive(Debug, Clone)]
 pub struct EnergyTable {
     leg: Pantograph,
@@ -25,6 +25,7 @@ pub struct EnergyTable {
     /// Energy, its derivatives by span and by angle, and the mixed derivative, of each node; span
     /// varies fastest.
     nodes: Vec<[f64; 4]>,
+    linear_forces: bool,
     error: TableError,
 }
 
@@ -109,6 +110,7 @@ impl EnergyTable {
             span,
             angle,
             nodes: Vec::new(),
+            linear_forces: false,
             error: TableError {
                 energy: 0.0,
                 force: 0.0,
@@ -128,6 +130,17 @@ impl EnergyTable {
         }
         table.error = table.greatest_error()?;
         Ok(table)
+    }
+
+    /// Interpolates the forces linearly between those of the nodes, along span and angle. The energy
+    /// remains that of the cubic interpolation, of which these forces are not the gradient.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_linear_forces(mut self) -> Result<Self, LegError> {
+        self.linear_forces = true;
+        self.error = self.greatest_error()?;
+        Ok(self)
     }
 
     fn greatest_error(&self) -> Result<TableError, LegError> {
@@ -206,6 +219,9 @@ impl EnergyTable {
             by_s += bt[up] * along(&ds, value, slope_s) + bt[up + 1] * along(&ds, slope_t, twist);
             by_t += dt[up] * along(&bs, value, slope_s) + dt[up + 1] * along(&bs, slope_t, twist);
         }
+        if self.linear_forces {
+            (by_s, by_t) = self.linear((i, s), (j, t));
+        }
         let outward = span / r;
         let foot_force =
             outward * (by_s / self.span.step) + rotated(outward) * (by_t / self.angle.step / r);
@@ -218,6 +234,23 @@ impl EnergyTable {
                 foot: foot_force,
             },
         ))
+    }
+
+    /// Returns the derivatives of the energy by the places in a cell, each interpolated linearly.
+    fn linear(&self, (i, s): (usize, f64), (j, t): (usize, f64)) -> (f64, f64) {
+        let row = self.span.cells + 1;
+        let (mut by_span, mut by_angle) = (0.0, 0.0);
+        for (node, weight) in [
+            (j * row + i, (1.0 - s) * (1.0 - t)),
+            (j * row + i + 1, s * (1.0 - t)),
+            ((j + 1) * row + i, (1.0 - s) * t),
+            ((j + 1) * row + i + 1, s * t),
+        ] {
+            let [_, along_span, along_angle, _] = self.nodes[node];
+            by_span += weight * along_span;
+            by_angle += weight * along_angle;
+        }
+        (by_span * self.span.step, by_angle * self.angle.step)
     }
 
     /// Returns the energy and its derivatives by span and angle.

@@ -385,3 +385,13 @@ fn table_error_bound_holds_and_converges_with_cells() {
         fine.error()
     );
 }
+
+#[test]
+fn linear_forces_are_of_second_order() {
+    let cubic = EnergyTable::new(&leg(), 96).unwrap();
+    let tables = [48, 96].map(|cells| EnergyTable::new(&leg(), cells).unwrap());
+    let [coarse, fine] = tables.map(|table| table.with_linear_forces().unwrap().error());
+    let ratio = coarse.force / fine.force;
+    assert!((3.0..5.0).contains(&ratio), "{ratio}");
+    assert!(fine.force > 2.0 * cubic.error().force && fine.energy == cubic.error().energy);
+}

@@ -8,7 +8,7 @@ use twinrig_runtime::{EnergyBalance, WorkCounts};
 use crate::constraints::{Constraints, GROUND, LegForces};
 use crate::drives::Inputs;
 use crate::midpoint::{Midpoint, NoPose, Placement};
-use crate::model::{GRAVITY, Model};
+use crate::model::{GRAVITY, Method, Model};
 use crate::state::State;
 
 /// Maximum number of halvings of a step that fails.
@@ -198,10 +198,13 @@ impl Flow {
         Some(load)
     }
 
-    /// Advances by `seconds`, in halves if the whole step fails. The state is unchanged if these
-    /// fail, too.
+    /// Advances by `seconds`, in halves if the whole step of the midpoint rule fails. The state is
+    /// unchanged if these fail, too.
     pub(crate) fn run(&mut self, seconds: f64) -> Result<(), FlowError> {
         self.elapsed_s = 0.0;
+        if self.model.method == Method::ExplicitEuler {
+            return self.explicit_step(seconds);
+        }
         let Err(error) = self.step(seconds) else {
             return Ok(());
         };

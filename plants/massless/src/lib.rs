@@ -48,6 +48,7 @@ mod compliant;
 mod constraints;
 mod damping;
 mod drives;
+mod explicit;
 mod flow;
 mod midpoint;
 mod mobility;
@@ -60,6 +61,6 @@ mod rows;
 mod state;
 mod step;
 
-pub use model::{Force, MasslessError, Options};
+pub use model::{Force, MasslessError, Method, Options};
 pub use plant::Massless;
 pub use twinrig_compliant::lanes::Features;

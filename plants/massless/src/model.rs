@@ -18,6 +18,36 @@ pub enum Force {
         /// Cells along each axis.
         cells: usize,
     },
+    /// Table of forces with linear interpolation, as in the thesis (section 2.7.2): its forces are
+    /// not the gradient of an energy.
+    LinearLookup {
+        /// Cells along each axis.
+        cells: usize,
+    },
+}
+
+/// Integration method with rigid constraints.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Implicit midpoint rule, which conserves the energy of the springs.
+    #[default]
+    Midpoint,
+    /// Explicit Euler at a fixed step, as in the thesis (section 2.4): forces and velocities of the
+    /// start of a step hold throughout.
+    ExplicitEuler,
+}
+
+impl Method {
+    /// All methods, the default first.
+    pub const ALL: [Self; 2] = [Self::Midpoint, Self::ExplicitEuler];
+
+    /// Returns the name used in scenarios.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Midpoint => "midpoint",
+            Self::ExplicitEuler => "explicit-euler",
+        }
+    }
 }
 
 /// Options of the plant.
@@ -27,6 +57,8 @@ pub struct Options {
     pub setup: Setup,
     /// Method for the force of a leg's springs, with rigid constraints.
     pub force: Force,
+    /// Integration method, with rigid constraints.
+    pub method: Method,
     /// Formulation of the constraints.
     pub constraints: Constraints,
     /// Maximum estimated error with compliant constraints, per millisecond, in the position of
@@ -45,6 +77,7 @@ impl Options {
         Self {
             setup,
             force,
+            method: Method::Midpoint,
             constraints: Constraints::Rigid,
             tolerance: Self::TOLERANCE,
             features: Features::Detected,
@@ -118,6 +151,7 @@ pub(crate) struct Model {
     pub(crate) ground: Option<Ground>,
     /// Coefficient of friction at each leg; zero without ground.
     pub(crate) friction: [f64; LEGS],
+    pub(crate) method: Method,
     /// Step of the plant \[s\].
     pub(crate) step: f64,
     /// Mobility added to redundant constraints \[1/kg\].
@@ -206,6 +240,7 @@ impl Model {
             inputs: setup.drives.inputs(),
             friction: [setup.ground.as_ref().map_or(0.0, |ground| ground.friction); LEGS],
             ground: setup.ground.clone(),
+            method: options.method,
             step: setup.step.as_secs_f64(),
             // Nine orders of magnitude below the mobility of a foot: negligible where constraints
             // are independent, sufficient for redundant ones to share their load.
@@ -248,10 +283,13 @@ impl LegModel {
         let mass = mount.leg.mass.lumped_foot;
         positive(&format!("lumped foot of leg {}", mount.name), mass)?;
         let pantograph = Pantograph::new(&mount.leg).map_err(&leg_error)?;
+        let table = |cells| EnergyTable::new(&pantograph, cells);
         let table = match force {
             Force::Solve => None,
-            Force::Lookup { cells } => {
-                Some(EnergyTable::new(&pantograph, cells).map_err(&leg_error)?)
+            Force::Lookup { cells } => Some(table(cells).map_err(&leg_error)?),
+            Force::LinearLookup { cells } => {
+                let linear = table(cells).and_then(EnergyTable::with_linear_forces);
+                Some(linear.map_err(&leg_error)?)
             }
         };
         Ok(Self {

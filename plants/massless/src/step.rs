@@ -6,6 +6,7 @@ use crate::drives::DriveStep;
 use crate::flow::{Flow, FlowError, ground_force};
 use crate::midpoint::advance_positions;
 use crate::mobility::{Mobility, Motion};
+use crate::model::Method;
 use crate::state::State;
 
 /// Maximum number of iterates of a step's end. The error of each is (ωh/2)² times that of the one
@@ -95,10 +96,10 @@ impl Convergence {
 }
 
 /// Converged end of a step.
-struct StepEnd {
-    after: State,
-    energy_defect: [f64; LEGS],
-    torques: [[f64; 2]; LEGS],
+pub(crate) struct StepEnd {
+    pub(crate) after: State,
+    pub(crate) energy_defect: [f64; LEGS],
+    pub(crate) torques: [[f64; 2]; LEGS],
 }
 
 impl Flow {
@@ -254,7 +255,7 @@ impl Flow {
 
     /// Accelerations of the step, with constraint impulses and the torque limits of the drives. The
     /// first iterate collects the constraints; later ones only solve for them again.
-    fn constrained_motion(
+    pub(crate) fn constrained_motion(
         &mut self,
         drives: &mut DriveStep,
         mobility: &mut Mobility,
@@ -301,7 +302,8 @@ impl Flow {
                 self.constraints
                     .prepare(&self.model, mobility, &self.forces, seconds);
             }
-            let tolerance = TOLERANCES[usize::from(first)];
+            let coarse = first && self.model.method == Method::Midpoint;
+            let tolerance = TOLERANCES[usize::from(coarse)];
             let solved =
                 self.constraints
                     .solve(&self.model, mobility, &mut motion, seconds, tolerance);
@@ -333,9 +335,11 @@ impl Flow {
     }
 
     /// Rejects a step in which a landing foot penetrates too far, as long as a shorter one may
-    /// help: a foot that crosses an edge of the terrain is as deep after any step.
+    /// help: a foot that crosses an edge of the terrain is as deep after any step. Those of explicit
+    /// Euler are not divided.
     fn check_penetration(&self, seconds: f64) -> Result<(), FlowError> {
-        if seconds < self.model.step / LANDING_SUBDIVISIONS_MAX {
+        let is_fixed = self.model.method == Method::ExplicitEuler;
+        if is_fixed || seconds < self.model.step / LANDING_SUBDIVISIONS_MAX {
             return Ok(());
         }
         let limit = -PENETRATION_RATE_MAX * self.model.step;
@@ -356,7 +360,7 @@ impl Flow {
 
     /// Accepts the end of the step and accounts for energies, forces and impulses; the state is
     /// unchanged on error.
-    fn finish(&mut self, end: &StepEnd, seconds: f64) -> Result<(), FlowError> {
+    pub(crate) fn finish(&mut self, end: &StepEnd, seconds: f64) -> Result<(), FlowError> {
         let (before, after) = (self.state, &end.after);
         if !after.is_finite() {
             return Err(FlowError::NotFinite);

@@ -50,9 +50,12 @@ pub use plan::PlanArgs;
 pub(crate) use radius::DEFAULT_PRECISION;
 pub use radius::RadiusOptions;
 pub use robustness::RobustnessOptions;
-pub use study::{EstimateOptions, PrecisionOptions, StudyArgs, StudyCommand, StudyOptions};
+pub use study::{
+    EstimateOptions, PrecisionOptions, StabilityOptions, StudyArgs, StudyCommand, StudyOptions,
+};
 pub use sweep::SweepArgs;
 pub use thesis::{FlipMoves, ThesisArgs};
+pub use values::FactorValues;
 
 /// Co-simulates a legged robot, its controller and its I/O in virtual time and judges the run.
 #[derive(Debug, Parser)]

@@ -114,6 +114,8 @@ pub struct MethodOffer {
     /// Whether the steps are those of an engine alone, without energy balance, forces and checks:
     /// the method is measured for its error and run time only.
     pub step_only: bool,
+    /// Whether forces come from a table, so that its spacing has an effect.
+    pub tabulated: bool,
 }
 
 impl PlantOffer {
@@ -229,6 +231,9 @@ pub struct Scales {
     pub restitution: Option<f64>,
     /// Longest step of a method with error control \[s\]; `None`: the default of the plant.
     pub longest_step_s: Option<f64>,
+    /// Cells along each axis of a table of forces; `None`: as in the scenario.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cells: Option<f64>,
     /// Factor of the speed at which the commands are played.
     pub speed: f64,
     /// The lumped foot mass of a leg without segment masses is the foot's own mass: the limit for
@@ -249,6 +254,7 @@ impl Scales {
         friction: None,
         restitution: None,
         longest_step_s: None,
+        cells: None,
         speed: 1.0,
         bare_foot: false,
     };
@@ -264,6 +270,7 @@ impl Scales {
             gain: self.gain,
             friction: self.friction,
             restitution: self.restitution,
+            cells: self.cells,
             bare_foot: self.bare_foot,
             ..Self::AS_IS
         };

@@ -91,10 +91,10 @@ pub fn stability(
         });
     }
     let (scales, left_out) = sweeps(factory, plan);
-    let of_plant = |plant: &PlantOffer| 1 + plant.complete_methods().count();
-    let parts = scales
-        .iter()
-        .flat_map(|&scales| runs(plants, scales).map(of_plant));
+    let parts = scales.iter().flat_map(|&scales| {
+        let of_plant = move |plant: &PlantOffer| 1 + methods(plant, scales).count();
+        runs(plants, scales).map(of_plant)
+    });
     let parts = parts.sum();
     let speeds = scales.iter().map(|scales| scales.speed);
     let commands: Vec<Commands> = speeds.map(|speed| input.commands.at_speed(speed)).collect();
@@ -122,14 +122,19 @@ pub fn stability(
     };
     for (&scales, commands) in scales.iter().zip(&commands) {
         job.context.commands = commands;
-        let mut known = References::new(job.context, scales, trust);
+        // The reference takes its forces from no table.
+        let exact = Scales {
+            cells: None,
+            ..scales
+        };
+        let mut known = References::new(job.context, exact, trust);
         for plant in runs(plants, scales) {
             let share = job.begin(&plant.plant.label())?;
             let AssignedReference { reference, note } = known.of(plant, share);
             if scales == Scales::AS_IS {
                 study.references.push(note);
             }
-            for method in plant.complete_methods() {
+            for method in methods(plant, scales) {
                 let share = job.begin(&format!("{}, {}", plant.plant, method.name))?;
                 let row = panics
                     .guarded(|| Ok(job.row(plant, method, scales, reference.as_deref(), share)));
@@ -144,9 +149,15 @@ pub fn stability(
     Ok(study)
 }
 
+/// Returns the methods of a plant that run with these changes.
+fn methods(plant: &PlantOffer, scales: Scales) -> impl Iterator<Item = &MethodOffer> {
+    let concerned = move |method: &&MethodOffer| scales.cells.is_none() || method.tabulated;
+    plant.complete_methods().filter(concerned)
+}
+
 /// Returns the plants that run with these changes.
 fn runs(plants: &[PlantOffer], scales: Scales) -> impl Iterator<Item = &PlantOffer> {
-    let complete = |plant: &&PlantOffer| plant.complete_methods().next().is_some();
+    let complete = move |plant: &&PlantOffer| methods(plant, scales).next().is_some();
     plants.iter().filter(complete).filter(move |plant| {
         if plant.plant.is_compliant() {
             // How a compliant sole rebounds follows from its damping.
@@ -163,8 +174,14 @@ fn sweeps(factory: &dyn PlantFactory, plan: &StabilityPlan) -> (Vec<Scales>, Vec
     let mut left_out = Vec::new();
     let mut plants = factory.plants().iter();
     let any_compliant = plants.any(|plant| plant.plant.is_compliant());
+    let mut methods = factory
+        .plants()
+        .iter()
+        .flat_map(PlantOffer::complete_methods);
+    let any_table = methods.any(|method| method.tabulated);
     for factor in &plan.factors {
-        if factor.is_of_compliance() && !any_compliant {
+        let is_of_table = *factor == Factor::Cells;
+        if factor.is_of_compliance() && !any_compliant || is_of_table && !any_table {
             continue;
         }
         if let Some(why) = factor.ineffective_in(factory.input()) {

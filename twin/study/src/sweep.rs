@@ -26,11 +26,13 @@ pub enum Factor {
     LongestStep,
     /// Speed of the commands, a multiple.
     Speed,
+    /// Cells along each axis of a table of forces.
+    Cells,
 }
 
 impl Factor {
     /// All factors, in the order of the study.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Stiffness,
         Self::Mass,
         Self::Damping,
@@ -41,7 +43,25 @@ impl Factor {
         Self::ComplianceDamping,
         Self::LongestStep,
         Self::Speed,
+        Self::Cells,
     ];
+
+    /// Returns the word for the command line.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Stiffness => "stiffness",
+            Self::Mass => "mass",
+            Self::Damping => "damping",
+            Self::Gain => "gain",
+            Self::Friction => "friction",
+            Self::Restitution => "restitution",
+            Self::Compliance => "compliance",
+            Self::ComplianceDamping => "compliance-damping",
+            Self::LongestStep => "longest-step",
+            Self::Speed => "speed",
+            Self::Cells => "cells",
+        }
+    }
 
     /// Returns the name.
     pub fn name(self) -> &'static str {
@@ -56,12 +76,16 @@ impl Factor {
             Self::ComplianceDamping => "damping of the compliance",
             Self::LongestStep => "longest step in seconds",
             Self::Speed => "speed of the commands",
+            Self::Cells => "cells of the table of forces",
         }
     }
 
     /// Returns whether the value is a multiple of the robot's, not an absolute value.
     pub fn is_multiple(self) -> bool {
-        !matches!(self, Self::Friction | Self::Restitution | Self::LongestStep)
+        !matches!(
+            self,
+            Self::Friction | Self::Restitution | Self::LongestStep | Self::Cells
+        )
     }
 
     /// Returns whether only plants with compliant constraints are run with changes of this factor.
@@ -78,6 +102,16 @@ impl Factor {
         format!("{} {times}{}", self.name(), plain(value))
     }
 
+    /// Returns whether the factor can have a value.
+    pub fn accepts(self, value: f64) -> bool {
+        match self {
+            // Those of the plant option `cells`.
+            Self::Cells => value.fract() == 0.0 && (16.0..=512.0).contains(&value),
+            Self::LongestStep | Self::Speed | Self::Gain => value > 0.0 && value < 1e6,
+            _ => (0.0..1e6).contains(&value),
+        }
+    }
+
     /// Returns the values of the sweep, those of the thesis first.
     pub(crate) fn values(self) -> &'static [f64] {
         match self {
@@ -91,6 +125,7 @@ impl Factor {
             Self::ComplianceDamping => &[0.0, 0.1, 10.0, 100.0, 1e3, 1e4],
             Self::LongestStep => &[1e-3, 2e-4, 2e-5],
             Self::Speed => &[0.5, 2.0, 4.0],
+            Self::Cells => &[16.0, 32.0, 64.0, 128.0],
         }
     }
 
@@ -108,6 +143,7 @@ impl Factor {
             Self::ComplianceDamping => scales.compliance_damping = value,
             Self::LongestStep => scales.longest_step_s = Some(value),
             Self::Speed => scales.speed = value,
+            Self::Cells => scales.cells = Some(value),
         }
         scales
     }
@@ -125,6 +161,7 @@ impl Factor {
             Self::ComplianceDamping => Some(scales.compliance_damping),
             Self::LongestStep => scales.longest_step_s,
             Self::Speed => Some(scales.speed),
+            Self::Cells => scales.cells,
         }?;
         (self.scales(value) == *scales).then_some(value)
     }

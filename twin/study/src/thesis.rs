@@ -72,7 +72,9 @@ pub const FIGURES: [ThesisFigure; 3] = [
         quarter_s: None,
         like: ModelClass::Massless,
         why: "The thesis integrates forces from a bilinear table explicitly: neither conserves \
-              energy. Here a step is implicit and the work of the springs equals the decrease of \
+              energy. So does explicit Euler here, whose limit is c/k, in proportion to the \
+              joints' friction, which is assumed (away from the stops, passive-legs-free). Our \
+              step is implicit and the work of the springs equals the decrease of \
               their energy, so it is stable at any length at which it has a solution; where it \
               has none the step is halved, which the rows count as fallbacks. The step is \
               limited by its error.",

@@ -1,20 +1,44 @@
 //! A run allocates no memory after its start.
 
-use twinrig_massless::Force;
+use twinrig_legged::{Base, Setup};
+use twinrig_massless::{Force, Massless, Method, Options};
+use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 use twinrig_testing::plant_harness::at_ms;
 use twinrig_testing::robots::robot;
 use twinrig_testing::trot::Trot;
 
-use crate::harness::{setup, trotting};
+use crate::harness::{Harness, setup, trotting};
 
 #[test]
 fn steps_and_observations_allocate_nothing() {
     let (robot, setup) = (robot(), setup());
-    let mut harness = trotting(&robot, &setup, Force::Solve, 1000);
+    check(&robot, &setup, trotting(&robot, &setup, Force::Solve, 1000));
+}
+
+#[test]
+fn explicit_steps_allocate_nothing() {
+    let robot = robot();
+    let setup = Setup {
+        base: Base::Fixed,
+        ground: None,
+        ..Trot::START.started(&robot, setup())
+    };
+    let options = Options {
+        method: Method::ExplicitEuler,
+        ..Options::new(setup.clone(), Force::LinearLookup { cells: 32 })
+    };
+    let mut harness = Harness::new(Massless::new(&robot, &options, &|_| true).unwrap());
+    for ms in 1..=1000 {
+        harness.trot(&robot, &setup, Trot::START, ms);
+    }
+    check(&robot, &setup, harness);
+}
+
+fn check(robot: &Robot, setup: &Setup, mut harness: Harness) {
     let commands: Vec<Vec<f64>> = (1001..2000)
         .map(|ms| {
-            let commands = Trot::START.legs(&robot, &setup, f64::from(ms) * 1e-3);
+            let commands = Trot::START.legs(robot, setup, f64::from(ms) * 1e-3);
             commands
                 .iter()
                 .flat_map(|(_, command)| [command.hip, command.knee])

@@ -3,6 +3,7 @@
 mod allocation;
 mod compliant;
 mod energy;
+mod explicit;
 mod extremes;
 mod force;
 mod friction;

@@ -8,6 +8,7 @@ use twinrig_kernel::SimDuration;
 use super::gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
 use super::radius::RadiusOptions;
 use super::robustness::RobustnessOptions;
+use super::values::{FactorValues, factor_values};
 use super::{duration, key_value, seconds, whole_number, whole_number_or_none};
 
 /// Arguments of `twin study`.
@@ -33,7 +34,7 @@ pub enum StudyCommand {
     /// Searches for the longest step at which the motion stays bounded while stiffness, masses,
     /// damping, gain, friction or restitution of the robot and its ground are varied one at a time.
     /// A stability limit at which the foot positions are inaccurate is marked as wrong.
-    Stability(StudyOptions),
+    Stability(StabilityOptions),
     /// Measure the error and the saved computation time of coupling plant and boards on a fixed
     /// grid
     ///
@@ -95,7 +96,7 @@ impl StudyCommand {
         match self {
             Self::Precision(PrecisionOptions { study, .. })
             | Self::Estimate(EstimateOptions { study, .. })
-            | Self::Stability(study)
+            | Self::Stability(StabilityOptions { study, .. })
             | Self::Coupling(study) => study.json,
             Self::Modulation(options) => options.json,
             Self::Transition(options) => options.json,
@@ -129,6 +130,19 @@ pub struct PrecisionOptions {
     /// Walks from perturbed starts of each plant, where the scenario walks; 0 for none
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = whole_number_or_none)]
     pub ensemble: usize,
+}
+
+/// Options of a study of stability.
+#[derive(Clone, Debug, Args)]
+pub struct StabilityOptions {
+    /// Options of every study.
+    #[command(flatten)]
+    pub study: StudyOptions,
+    /// Vary this factor alone: stiffness, mass, damping, gain, friction, restitution, compliance,
+    /// compliance-damping, longest-step, speed (multiples of the robot's, or values in SI units),
+    /// or cells of the table of forces
+    #[arg(long, value_name = "FACTOR=VALUES", value_parser = factor_values)]
+    pub factor: Option<FactorValues>,
 }
 
 /// Options common to all studies.

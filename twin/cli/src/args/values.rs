@@ -3,6 +3,7 @@
 use twinrig_campaign::sweep::POINTS_MOST;
 use twinrig_document::{parse_duration, parse_quantity};
 use twinrig_kernel::{SimDuration, Unit};
+use twinrig_study::Factor;
 
 pub(super) fn any_duration(text: &str) -> Result<SimDuration, String> {
     parse_duration(text).map_err(|error| error.to_string())
@@ -47,6 +48,33 @@ fn non_negative(text: &str, unit: Unit) -> Result<f64, String> {
         return Err("it must not be negative".to_owned());
     }
     Ok(value)
+}
+
+/// Factor of a study of stability, and its values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FactorValues {
+    /// The factor.
+    pub factor: Factor,
+    /// Multiples of the robot's, or values in SI units.
+    pub values: Vec<f64>,
+}
+
+pub(super) fn factor_values(text: &str) -> Result<FactorValues, String> {
+    let (word, values) = text.split_once('=').ok_or("FACTOR=VALUES is required")?;
+    let known = Factor::ALL.into_iter().find(|it| it.word() == word.trim());
+    let factor = known.ok_or_else(|| {
+        let words = Factor::ALL.map(Factor::word);
+        format!(
+            "there is no factor `{word}`; there are {}",
+            words.join(", ")
+        )
+    })?;
+    let values = values.split(',').map(|value| match value.trim().parse() {
+        Ok(value) if factor.accepts(value) => Ok(value),
+        _ => Err(format!("`{value}` is no value of the factor `{word}`")),
+    });
+    let values = values.collect::<Result<_, _>>()?;
+    Ok(FactorValues { factor, values })
 }
 
 pub(super) fn whole_number(text: &str) -> Result<usize, String> {
@@ -133,6 +161,20 @@ fn second_setting(value: &str) -> Option<&str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn factor_has_known_name_and_possible_values() {
+        let damping = factor_values("damping=0, 0.5,2").unwrap();
+        assert_eq!(damping.factor, Factor::Damping);
+        assert_eq!(damping.values, [0.0, 0.5, 2.0]);
+        for text in ["damping", "damping=", "damping=-1", "damping=NaN", "mess=1"] {
+            assert!(factor_values(text).is_err(), "{text}");
+        }
+        for cells in ["15", "16.5", "513"] {
+            assert!(factor_values(&format!("cells={cells}")).is_err(), "{cells}");
+        }
+        assert_eq!(factor_values("cells=16,512").unwrap().values, [16.0, 512.0]);
+    }
 
     #[test]
     fn numbers_that_no_memory_holds_are_refused() {

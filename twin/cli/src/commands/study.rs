@@ -14,7 +14,8 @@ use twinrig_study::{
 
 use super::{FAILURE, NEGATIVE, SUCCESS, Terminal, outputs};
 use crate::args::{
-    EstimateOptions, PrecisionOptions, RobustnessOptions, StudyArgs, StudyCommand, StudyOptions,
+    EstimateOptions, FactorValues, PrecisionOptions, RobustnessOptions, StabilityOptions,
+    StudyArgs, StudyCommand, StudyOptions,
 };
 use crate::assembly::Assembly;
 use crate::assembly::registry::Registry;
@@ -115,13 +116,17 @@ fn run(
             precision(&builder, &plan, observer)
                 .map(|study| StudyResult::Plants(builder.with_panics(study)))
         }
-        StudyCommand::Stability(options) => {
+        StudyCommand::Stability(StabilityOptions { study, factor }) => {
             let mut plan = StabilityPlan {
-                budget_s: options.budget,
+                budget_s: study.budget,
                 ..StabilityPlan::default()
             };
-            plan.duration = options.duration.unwrap_or(plan.duration);
-            let builder = builder(registry, options, settings)?;
+            plan.duration = study.duration.unwrap_or(plan.duration);
+            if let Some(FactorValues { factor, values }) = factor {
+                plan.factors = vec![*factor];
+                plan.values = Some(values.clone());
+            }
+            let builder = builder(registry, study, settings)?;
             stability(&builder, &plan, observer)
                 .map(|study| StudyResult::Plants(builder.with_panics(study)))
         }

@@ -5,12 +5,12 @@ use std::ops::RangeInclusive;
 use twinrig_document::Range;
 use twinrig_kernel::{SimDuration, Unit};
 use twinrig_legged::Constraints;
-use twinrig_massless::{Force, Massless, Options};
+use twinrig_massless::{Force, Massless, Method, Options};
 use twinrig_scenario::{Accepts, OptionSpec, Options as SceneOptions};
 
 use crate::error::BuildError;
 use crate::parts::constraints::{check_bar, constraints_choice, named_constraints};
-use crate::parts::option::choice;
+use crate::parts::option::{choice, option};
 use crate::parts::plant_kind::{PlantContext, PlantKind};
 use crate::parts::setup::{pushes, setup};
 
@@ -22,9 +22,12 @@ const CELLS: u64 = 64;
 const ACCEPTED_CELLS: RangeInclusive<u64> = 16..=512;
 const SOLVE: &str = "solve";
 const LOOKUP: &str = "lookup";
+const LINEAR_LOOKUP: &str = "linear-lookup";
+const INTEGRATOR: &str = "integrator";
 
 pub(crate) fn kind() -> PlantKind {
-    let forces = [SOLVE, LOOKUP].map(str::to_owned);
+    let forces = [SOLVE, LOOKUP, LINEAR_LOOKUP].map(str::to_owned);
+    let methods = Method::ALL.map(|method| method.name().to_owned());
     PlantKind::new(
         "massless",
         "trunk and feet with mass, massless legs of springs",
@@ -32,7 +35,8 @@ pub(crate) fn kind() -> PlantKind {
     )
     .with_option(choice(
         "force",
-        "leg force from the spring equilibrium, or from a lookup table",
+        "leg force from the spring equilibrium, or from a lookup table: of energies, interpolated \
+         by cubics, or of forces, interpolated linearly",
         &forces,
     ))
     .with_option(OptionSpec {
@@ -43,6 +47,12 @@ pub(crate) fn kind() -> PlantKind {
         default: None,
     })
     .with_option(constraints_choice())
+    // No default, as it would ask for rigid constraints.
+    .with_option(option(
+        INTEGRATOR,
+        "time integration method with rigid constraints (midpoint)",
+        Accepts::Choice(methods.into()),
+    ))
     .with_option(OptionSpec {
         name: "tolerance".to_owned(),
         about: format!(
@@ -71,12 +81,21 @@ pub fn massless(context: &PlantContext<'_>) -> Result<Massless, BuildError> {
     check_bar(context, constraints)?;
     let options = match (constraints, force, tolerance) {
         (Constraints::Compliant, Force::Solve, tolerance) => {
+            if let Some(name) = values.text(INTEGRATOR) {
+                let message =
+                    format!("`integrator = \"{name}\"` requires `constraints = \"rigid\"`");
+                return Err(message.into());
+            }
             Options::compliant(setup, tolerance.unwrap_or(Options::TOLERANCE))
         }
-        (Constraints::Compliant, Force::Lookup { .. }, _) => {
-            return Err("`force = \"lookup\"` requires `constraints = \"rigid\"`".into());
+        (Constraints::Compliant, Force::Lookup { .. } | Force::LinearLookup { .. }, _) => {
+            let name = values.text("force").unwrap_or_default();
+            return Err(format!("`force = \"{name}\"` requires `constraints = \"rigid\"`").into());
         }
-        (Constraints::Rigid, force, None) => Options::new(setup, force),
+        (Constraints::Rigid, force, None) => Options {
+            method: method(values),
+            ..Options::new(setup, force)
+        },
         (Constraints::Rigid, _, Some(_)) => {
             return Err("`tolerance` requires `constraints = \"compliant\"`".into());
         }
@@ -85,15 +104,24 @@ pub fn massless(context: &PlantContext<'_>) -> Result<Massless, BuildError> {
     Ok(plant.with_pushes(&pushes(context), context.wanted)?)
 }
 
+fn method(options: &SceneOptions) -> Method {
+    let name = options.text(INTEGRATOR).unwrap_or_default();
+    let mut methods = Method::ALL.into_iter();
+    methods
+        .find(|method| method.name() == name)
+        .unwrap_or_default()
+}
+
 fn force(options: &SceneOptions) -> Result<Force, BuildError> {
-    let cells = options.natural("cells");
-    match (options.text("force"), cells) {
-        (Some(LOOKUP), cells) => Ok(Force::Lookup {
-            cells: usize::try_from(cells.unwrap_or(CELLS))?,
-        }),
+    let given = options.natural("cells");
+    let cells = usize::try_from(given.unwrap_or(CELLS))?;
+    match (options.text("force"), given) {
+        (Some(LOOKUP), _) => Ok(Force::Lookup { cells }),
+        (Some(LINEAR_LOOKUP), _) => Ok(Force::LinearLookup { cells }),
         (_, None) => Ok(Force::Solve),
-        (_, Some(cells)) => {
-            Err(format!("`cells = {cells}` requires `force = \"{LOOKUP}\"`").into())
-        }
+        (_, Some(cells)) => Err(format!(
+            "`cells = {cells}` requires `force = \"{LOOKUP}\"` or `force = \"{LINEAR_LOOKUP}\"`"
+        )
+        .into()),
     }
 }

@@ -37,6 +37,7 @@ pub struct Method {
     removed: Vec<String>,
     reference: Option<MethodSetting>,
     step_only: bool,
+    tabulated: bool,
 }
 
 impl Method {
@@ -50,6 +51,7 @@ impl Method {
             removed: Vec::new(),
             reference: None,
             step_only: false,
+            tabulated: false,
         }
     }
 
@@ -99,6 +101,14 @@ impl Method {
     pub(crate) fn step_only(mut self) -> Self {
         self.step_only = true;
         self.with_option(STEP_ONLY, "on")
+    }
+
+    /// Declares that the method takes forces from a table, so that studies vary its spacing by the
+    /// plant option `cells`.
+    #[must_use]
+    pub(crate) fn tabulated(mut self) -> Self {
+        self.tabulated = true;
+        self
     }
 
     /// Selects the formulation of the constraints.
@@ -173,6 +183,7 @@ impl Method {
             set_by: self.set_by,
             reference: self.reference,
             step_only: self.step_only,
+            tabulated: self.tabulated,
         }
     }
 

@@ -38,7 +38,7 @@ impl Registry {
     /// Returns the registry with the standard parts of this crate.
     pub fn standard() -> Self {
         let registry = Registry::empty()
-            .with_plant(massless_with_its_method())
+            .with_plant(massless_with_its_methods())
             .with_plant(lcp_with_its_methods())
             .with_plant(drives::kind())
             .with_plant(bench::kind())
@@ -74,14 +74,24 @@ fn engines(registry: Registry) -> Registry {
     registry
 }
 
-fn massless_with_its_method() -> PlantKind {
+fn massless_with_its_methods() -> PlantKind {
     let midpoint = Method::stepped("midpoint", "implicit, conserves the energy of the springs")
+        .with_option("integrator", "midpoint")
         .trusted_at_step(SimDuration::from_micros(5));
+    let euler = Method::stepped(
+        "explicit-euler",
+        "as published: forces from a table, interpolated linearly; unstable without damping",
+    )
+    .with_option("integrator", "explicit-euler")
+    .with_option("force", "linear-lookup")
+    .tabulated();
     let compliant = compliant_rk4()
         .with_option("force", "solve")
+        .without_option("integrator")
         .without_option("cells");
     massless::kind()
         .with_method(midpoint)
+        .with_method(euler)
         .with_compliant_method(compliant)
         .without_segment_masses()
 }

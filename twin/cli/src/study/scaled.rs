@@ -2,7 +2,7 @@
 
 use twinrig_kernel::SimDuration;
 use twinrig_robot::Robot;
-use twinrig_scenario::{ActuatorSpec, PlantSpec};
+use twinrig_scenario::{ActuatorSpec, OptionValue, PlantSpec};
 use twinrig_study::Scales;
 
 pub(super) fn scaled_robot(robot: &Robot, scales: &Scales) -> Robot {
@@ -49,6 +49,15 @@ pub(super) fn scaled_plant(mut plant: PlantSpec, scales: &Scales) -> PlantSpec {
     }
     if let Some(step) = scales.longest_step_s {
         plant.step = SimDuration::try_from_secs_f64(step).or(plant.step);
+    }
+    if let Some(cells) = scales.cells {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a whole number of cells"
+        )]
+        let cells = OptionValue::Natural(cells as u64);
+        plant.options = plant.options.with("cells", cells);
     }
     plant
 }

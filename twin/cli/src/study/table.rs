@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anstyle::Style;
 use twinrig_study::{
-    ErrorControlTrend, Factor, Row, RowKind, Scales, Status, StiffnessTrend, Study, StudyKind,
-    brief,
+    ErrorControlTrend, Factor, Row, RowKind, Scales, Series, Status, StiffnessTrend, Study,
+    StudyKind, brief,
 };
 
 use crate::report::grid::{Cell, Grid, Left, Right};
@@ -51,6 +51,9 @@ pub fn text(study: &Study, files: &[PathBuf]) -> String {
     }
     for trend in study.stiffnesses() {
         text.fact("stiffness", stiffness(&trend));
+    }
+    for line in limits(study) {
+        text.fact("limits", line);
     }
     for trend in study.error_control_trends() {
         text.fact("compliant", error_control(&trend));
@@ -156,6 +159,36 @@ fn stiffness(trend: &StiffnessTrend) -> String {
             )
         }
     }
+}
+
+/// Formats the largest stable steps of each method in a study of one factor.
+fn limits(study: &Study) -> Vec<String> {
+    let varied = |factor: &Factor| {
+        let changed = |row: &Row| row.scales != Scales::AS_IS && factor.of(&row.scales).is_some();
+        study.rows.iter().any(changed)
+    };
+    let mut factors = Factor::ALL.into_iter().filter(varied);
+    let (StudyKind::Stability, Some(factor), None) = (study.kind, factors.next(), factors.next())
+    else {
+        return Vec::new();
+    };
+    let series = study.series().into_iter().filter(|key| !key.is_adaptive());
+    let line = |key: Series<'_>| {
+        let rows = study.rows.iter().filter(|row| row.series() == key);
+        let limits = rows.filter_map(|row| {
+            let value = factor.of(&row.scales)?;
+            let bound = row.least_unstable_step_s.map_or("≥ ", |_| "");
+            let limit = row.largest_stable_step_s.map_or_else(
+                || "none".to_owned(),
+                |step| format!("{bound}{}", brief(step, "s")),
+            );
+            Some(format!("{value}: {limit}"))
+        });
+        let limits: Vec<String> = limits.collect();
+        (!limits.is_empty())
+            .then(|| format!("{}: {}, {}", key.name(), factor.name(), limits.join(", ")))
+    };
+    series.filter_map(line).collect()
 }
 
 fn reference(note: &twinrig_study::ReferenceNote) -> String {

@@ -41,6 +41,7 @@ pub(crate) struct Context<'r> {
     reads_settings: Cell<bool>,
     progress: RefCell<ItemProgress<'r>>,
     stability: RefCell<Option<Rc<Study>>>,
+    free_stability: RefCell<Option<Rc<Study>>>,
     identification: RefCell<Option<Rc<EstimateStudy>>>,
 }
 
@@ -58,6 +59,7 @@ impl<'r> Context<'r> {
             reads_settings: Cell::new(false),
             progress: RefCell::new(progress),
             stability: RefCell::default(),
+            free_stability: RefCell::default(),
             identification: RefCell::default(),
         }
     }
@@ -168,22 +170,39 @@ impl<'r> Context<'r> {
     /// # Errors
     /// Errors of the scenario or of the study.
     pub(crate) fn stability(&self) -> Result<Rc<Study>, TwinError> {
-        if let Some(study) = &*self.stability.borrow() {
+        self.stable_steps(&self.stability, "passive-legs.toml", &[1.0, 0.25])
+    }
+
+    /// Returns the same of legs that reach no stop.
+    ///
+    /// # Errors
+    /// As [`Self::stability`].
+    pub(crate) fn free_stability(&self) -> Result<Rc<Study>, TwinError> {
+        self.stable_steps(&self.free_stability, "passive-legs-free.toml", &[1.0])
+    }
+
+    fn stable_steps(
+        &self,
+        known: &RefCell<Option<Rc<Study>>>,
+        file: &str,
+        stiffnesses: &[f64],
+    ) -> Result<Rc<Study>, TwinError> {
+        if let Some(study) = &*known.borrow() {
             return Ok(Rc::clone(study));
         }
-        let path = self.path("passive-legs.toml")?;
+        let path = self.path(file)?;
         let plants = ["lcp", "massless"].map(str::to_owned);
         let builder = StudyBuilder::new(self.registry, &path, self.settings(), &plants, None)?;
         let selected = Selected::of(&builder, &["rodas4", "rk4", "explicit-euler", "midpoint"]);
         let plan = StabilityPlan {
             factors: vec![Factor::Stiffness],
-            values: Some(vec![1.0, 0.25]),
+            values: Some(stiffnesses.into()),
             budget_s: NO_BUDGET,
             ..StabilityPlan::default()
         };
         let study = stability(&selected, &plan, &mut *self.progress.borrow_mut());
         let study = Rc::new(study.map_err(|source| of_study(&path, source))?);
-        *self.stability.borrow_mut() = Some(Rc::clone(&study));
+        *known.borrow_mut() = Some(Rc::clone(&study));
         Ok(study)
     }
 

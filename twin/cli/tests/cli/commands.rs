@@ -450,6 +450,18 @@ fn cells_require_lookup_table() {
 }
 
 #[test]
+fn integrator_of_massless_requires_rigid_constraints() {
+    let folder = Folder::new("massless-integrator");
+    let check = |plant: &str| twin(&["check", &folder.file("euler.toml", &hanging(plant))]);
+    let euler = "integrator = \"explicit-euler\", force = \"linear-lookup\", cells = 16";
+    let accepted = check(euler);
+    assert_eq!(accepted.code, 0, "{}", accepted.err);
+    let refused = check("integrator = \"explicit-euler\", constraints = \"compliant\"");
+    assert_eq!(refused.code, 2);
+    assert!(refused.err.contains("constraints = \"rigid\""), "{}", refused.err);
+}
+
+#[test]
 fn plan_shows_step_of_plant_or_its_default() {
     let folder = Folder::new("step");
     for (plant, step_s, text) in [

@@ -132,6 +132,7 @@ impl Pacers {
                 set_by: SettingKind::Step,
                 reference: None,
                 step_only: false,
+                tabulated: false,
             }],
         });
         Self {

@@ -206,6 +206,7 @@ fn method(name: &str, set_by: SettingKind, reference: Option<MethodSetting>) -> 
         set_by,
         reference,
         step_only: name == STEP_ONLY,
+        tabulated: false,
     }
 }
 

@@ -135,6 +135,7 @@ impl Walkers {
             set_by: SettingKind::Step,
             reference: None,
             step_only: false,
+            tabulated: false,
         };
         let mut commands = Commands::of(&[Port::input("leg/A/hip/position", Unit::Radian, 1)]);
         for n in 0..10_u64 {

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use twinrig_scenario::Setting;
 
-use crate::args::{FeedbackOptions, PrecisionOptions, RadiusOptions, StudyCommand, StudyOptions};
+use crate::args::{
+    FeedbackOptions, PrecisionOptions, RadiusOptions, StabilityOptions, StudyCommand, StudyOptions,
+};
 use crate::error::TwinError;
 
 /// Greatest number of scenarios in the name of a file.
@@ -40,7 +42,7 @@ impl<'a> StudyFrame<'a> {
         };
         match study {
             StudyCommand::Precision(options) => of_plants("precision", &options.study),
-            StudyCommand::Stability(options) => of_plants("stability", options),
+            StudyCommand::Stability(options) => of_plants("stability", &options.study),
             StudyCommand::Coupling(options) => of_plants("coupling", options),
             StudyCommand::Estimate(options) => of_plants("estimate", &options.study),
             StudyCommand::Modulation(options) => Self {
@@ -147,7 +149,16 @@ impl<'a> StudyFrame<'a> {
                 words.push(format!("--ensemble {ensemble}"));
                 words.push(format!("--budget {}", study.budget));
             }
-            StudyCommand::Stability(study) | StudyCommand::Coupling(study) => {
+            StudyCommand::Stability(StabilityOptions { study, factor }) => {
+                words.extend(duration(study));
+                words.extend(factor.iter().map(|factor| {
+                    let values: Vec<String> =
+                        factor.values.iter().map(ToString::to_string).collect();
+                    format!("--factor {}={}", factor.factor.word(), values.join(","))
+                }));
+                words.push(format!("--budget {}", study.budget));
+            }
+            StudyCommand::Coupling(study) => {
                 words.extend(duration(study));
                 words.push(format!("--budget {}", study.budget));
             }

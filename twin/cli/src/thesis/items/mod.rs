@@ -8,6 +8,7 @@ mod formulas;
 mod identification;
 mod leg_force;
 mod load_filters;
+mod massless;
 mod models;
 mod modulation;
 mod schedule;
@@ -25,7 +26,7 @@ static ITEMS: [Item; 34] = [
     models::FIG_2_6,
     formulas::SEC_2_6_1,
     leg_force::FIG_2_9,
-    models::FIG_2_10,
+    massless::FIG_2_10,
     formulas::EQ_3_1,
     formulas::TABLE_3_4,
     modulation::FIG_3_5,
