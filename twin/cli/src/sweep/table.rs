@@ -34,11 +34,13 @@ pub(crate) fn text(outcome: &SweepOutcome) -> String {
         let _ = writeln!(out, "{line}");
     }
     let effects = effects(result);
-    if !effects.is_empty() {
+    if effects.is_empty() {
+        list(&mut out, result);
+    } else {
+        // A screening is not about single runs, and their commands set all dimensions.
         out.push('\n');
         out.push_str(&effects);
     }
-    list(&mut out, result);
     out
 }
 
