@@ -144,7 +144,10 @@ fn failed(row: &SweepRow) -> Option<f64> {
 
 fn summary(effects: &[f64], measure: &str, unit: &str, dimension: &str) -> ElementaryEffect {
     let count = effects.len() as f64;
-    let mean = |of: &dyn Fn(f64) -> f64| effects.iter().map(|&one| of(one)).sum::<f64>() / count;
+    let mean = |of: &dyn Fn(f64) -> f64| {
+        // From 0, as a sum without terms or of negative zeros is −0.
+        effects.iter().fold(0.0, |sum, &one| sum + of(one)) / count
+    };
     let mu = mean(&|one| one);
     let variance = mean(&|one| (one - mu) * (one - mu)) * count / (count - 1.0);
     ElementaryEffect {
