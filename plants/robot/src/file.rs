@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use twinrig_document::{Document, DocumentError, Library, Overrides, Place, suggestion};
+use twinrig_document::{
+    AssumedValue, Document, DocumentError, Library, Overrides, Place, suggestion,
+};
 
 use crate::error::RobotError;
 use crate::parameters::Robot;
@@ -21,6 +23,7 @@ const ROBOTS: Library = Library {
 #[derive(Debug, Clone)]
 pub struct RobotFile {
     document: Document,
+    assumed: Vec<AssumedValue>,
 }
 
 impl RobotFile {
@@ -44,7 +47,7 @@ impl RobotFile {
             });
         }
         if let Some(document) = ROBOTS.find(name, beside)? {
-            return Ok(RobotFile { document });
+            return RobotFile::of(document);
         }
         let known = RobotFile::names(beside);
         Err(RobotError::NotFound {
@@ -66,10 +69,20 @@ impl RobotFile {
     /// Parses `text`, with `file` as its name in messages.
     ///
     /// # Errors
-    /// If it is not TOML.
+    /// If it is not TOML, or the interval of an assumed value is none.
     pub fn parse(file: &str, text: &str) -> Result<Self, RobotError> {
-        let document = Document::parse(file, text)?;
-        Ok(RobotFile { document })
+        RobotFile::of(Document::parse(file, text)?)
+    }
+
+    fn of(mut document: Document) -> Result<Self, RobotError> {
+        let assumed = document.take_assumed()?;
+        Ok(RobotFile { document, assumed })
+    }
+
+    /// Returns the assumed values with their intervals, in the order of the text, whatever is
+    /// overridden.
+    pub fn assumed(&self) -> &[AssumedValue] {
+        &self.assumed
     }
 
     /// Returns the names that [`RobotFile::find`] finds from `beside`, sorted.

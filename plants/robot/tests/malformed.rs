@@ -1,10 +1,10 @@
 //! Error messages for malformed robot files with one mistake each.
 //!
-//! A case replaces a text of `robots/cheetah-cub.toml`.
+//! A case replaces a text of `plain.toml`, Cheetah-cub without the intervals of its values.
 
 use twinrig_robot::RobotFile;
 
-const CHEETAH_CUB: &str = include_str!("../../../robots/cheetah-cub.toml");
+const CHEETAH_CUB: &str = include_str!("plain.toml");
 
 /// Error message for Cheetah-cub with `old` replaced by `new`.
 fn message(old: &str, new: &str) -> String {

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use twinrig_document::Document;
+use twinrig_document::{Document, Item, print_quantity};
 use twinrig_robot::{Robot, RobotError, RobotFile};
 
 fn robot(name: &str) -> Robot {
@@ -113,10 +113,11 @@ fn every_value_of_a_robot_file_states_its_source() {
         include_str!("../../../robots/oncilla.toml"),
     ] {
         let figures = text.lines().filter(|line| {
-            let hip_or_name = ["name", "leg", "hip = ["]
-                .iter()
-                .any(|key| line.starts_with(key));
-            !line.starts_with(['#', '[']) && line.contains('=') && !hip_or_name
+            let opened = ["inertia = [", "size = ["].contains(line);
+            let of_mount = ["name", "leg", "hip = [", "    {"];
+            let of_mount = of_mount.iter().any(|key| line.starts_with(key));
+            let has_value = line.contains('=') && !line.starts_with(['#', '[']);
+            has_value && !opened && (!of_mount || line.contains('#'))
         });
         for line in figures {
             let comment = line.split_once('#').map_or("", |(_, comment)| comment);
@@ -130,6 +131,69 @@ fn every_value_of_a_robot_file_states_its_source() {
             let has_source =
                 has_source || text.contains("# D: √") && line.starts_with("diagonal_min");
             assert!(has_source, "no source: {line}");
+        }
+    }
+}
+
+#[test]
+fn intervals_change_no_value() {
+    let plain = RobotFile::parse("plain.toml", include_str!("plain.toml")).unwrap();
+    assert!(plain.assumed().is_empty());
+    assert_eq!(plain.robot().unwrap(), robot("cheetah-cub"));
+}
+
+/// Every value that is marked as assumed has an interval. Those of the trunk and of the mounts are
+/// marked for all of them together.
+#[test]
+fn assumed_values_have_intervals() {
+    for (name, text) in RobotFile::embedded() {
+        let marked = |line: &&str| line.contains("# ASSUMED") || line.contains("# SCALED");
+        let bare = text
+            .lines()
+            .filter(marked)
+            .find(|line| !line.contains("from =") && !line.starts_with('#'));
+        assert_eq!(bare, None, "{name}");
+        let file = RobotFile::find(name, Path::new("/")).unwrap();
+        let hips = file.assumed().iter();
+        let hips = hips.filter(|one| one.key.starts_with("mount.")).count();
+        assert_eq!(hips, 12, "{name}");
+    }
+}
+
+/// Each combination of the ends of the intervals of a leg can be built.
+#[test]
+fn ends_of_intervals_may_be_combined() {
+    let keys = [
+        "l1",
+        "l2",
+        "l3",
+        "l_delta",
+        "q2_ref",
+        "parallel_travel",
+        "diagonal_min",
+        "diagonal.preload",
+        "parallel.preload",
+    ];
+    for (name, _) in RobotFile::embedded() {
+        let file = RobotFile::find(name, Path::new("/")).unwrap();
+        let ends = keys.map(|key| {
+            let key = format!("leg.aslp.{key}");
+            let mut assumed = file.assumed().iter();
+            let one = assumed.find(|one| one.key == key).unwrap();
+            let end = |end| format!("{key} = '{}'\n", print_quantity(end, one.unit));
+            [end(one.from), end(one.to)]
+        });
+        for number in 0..1_usize << keys.len() {
+            let of = ends
+                .iter()
+                .enumerate()
+                .map(|(bit, ends)| ends[number >> bit & 1].as_str());
+            let text = format!("[override]\n{}", of.collect::<String>());
+            let overrides = Document::parse("ends.toml", &text).unwrap();
+            let overrides = overrides.check(|table| table.required("override", Item::overrides));
+            let mut file = file.clone();
+            file.override_with(&overrides.unwrap()).unwrap();
+            assert!(file.robot().is_ok(), "{name}: {text}");
         }
     }
 }

@@ -21,7 +21,7 @@ pub(crate) const SET_TWICE: &str = "set-twice";
 #[derive(Clone, Debug)]
 pub struct Document {
     source: Arc<Source>,
-    root: Node,
+    pub(crate) root: Node,
     warnings: Vec<Warning>,
 }
 

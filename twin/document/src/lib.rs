@@ -42,6 +42,7 @@
 //!
 //! Out of scope: writing TOML, the meaning of any file, comments, dates.
 
+mod assumed;
 mod document;
 mod error;
 mod file;
@@ -60,6 +61,7 @@ mod table;
 mod units;
 mod visible;
 
+pub use assumed::AssumedValue;
 pub use document::{Document, Overrides, quoted};
 pub use error::{DocumentError, Placed, Problem, Warning};
 pub use file::{STREAM_MOST, TEXT_MOST, read_file};

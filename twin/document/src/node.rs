@@ -170,7 +170,7 @@ impl Node {
     }
 
     /// Returns the name of an element of a list: that of a table, or its kind if it has none.
-    fn name(&self) -> Option<&str> {
+    pub fn name(&self) -> Option<&str> {
         self.text("name").or_else(|| self.text("kind"))
     }
 

@@ -25,7 +25,12 @@ UNITS = {
 
 
 def si(value):
-    """Converts `"44.2 mm"` to SI, in decimal, so that the result is the nearest double."""
+    """Converts `"44.2 mm"` to SI, in decimal, so that the result is the nearest double.
+
+    Of an assumed value, the interval is ignored.
+    """
+    if isinstance(value, dict):
+        value = value["value"]
     if not isinstance(value, str):
         return float(value)
     number, unit = value.split(" ", 1)

@@ -2,6 +2,7 @@
 
 use twinrig_kernel::Unit;
 
+use super::morris::ElementaryEffect;
 use super::result::{ResultRow, SweepResult};
 
 impl SweepResult {
@@ -49,6 +50,35 @@ impl SweepResult {
         }
         text
     }
+}
+
+/// Returns elementary effects as CSV.
+pub fn effects_csv(effects: &[ElementaryEffect]) -> String {
+    let head = [
+        "measure",
+        "unit",
+        "dimension",
+        "mu",
+        "mu_star",
+        "sigma",
+        "effects",
+    ];
+    let mut text = csv_line(head.map(str::to_owned));
+    for one in effects {
+        let sigma = one
+            .sigma
+            .map_or_else(String::new, |sigma| sigma.to_string());
+        text += &csv_line([
+            one.measure.clone(),
+            one.unit.clone(),
+            one.dimension.clone(),
+            one.mu.to_string(),
+            one.mu_star.to_string(),
+            sigma,
+            one.effects.to_string(),
+        ]);
+    }
+    text
 }
 
 fn cells(row: &ResultRow, names: &[(&str, Vec<&str>)]) -> Vec<String> {

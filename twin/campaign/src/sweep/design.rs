@@ -4,6 +4,7 @@ use serde::Serialize;
 use twinrig_kernel::{Stream, stream};
 
 use super::dimension::SweepDimension;
+use super::morris;
 use super::value::SweepValue;
 
 /// Rule that chooses the points.
@@ -17,6 +18,8 @@ pub enum DesignKind {
     LatinHypercube,
     /// Independent draws.
     Random,
+    /// Trajectories that change one dimension at a time, for elementary effects.
+    Morris,
 }
 
 impl DesignKind {
@@ -25,6 +28,7 @@ impl DesignKind {
         ("grid", Self::Grid),
         ("latin-hypercube", Self::LatinHypercube),
         ("random", Self::Random),
+        ("morris", Self::Morris),
     ];
 
     /// Returns the word of a specification.
@@ -43,12 +47,18 @@ pub struct Design {
     pub points: usize,
     /// Seed of the draws, without effect on a grid.
     pub seed: u64,
+    /// Number of values of each dimension of [`DesignKind::Morris`], which is even.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub levels: Option<usize>,
 }
 
 impl Design {
     /// Returns the points: a value for each dimension. The numbers of a dimension are of the stream
     /// `campaign/design/KEY`, so that another dimension has no influence on them.
     pub fn points(&self, dimensions: &[SweepDimension]) -> Vec<Vec<SweepValue>> {
+        if self.kind == DesignKind::Morris {
+            return morris::points(self, dimensions);
+        }
         let mut points = vec![Vec::with_capacity(dimensions.len()); self.points];
         // Points with the same value in all further dimensions.
         let mut block = self.points;
@@ -70,7 +80,7 @@ impl Design {
                         point.push(values.draw(stratum, self.points, &mut numbers));
                     }
                 }
-                DesignKind::Random => {
+                DesignKind::Random | DesignKind::Morris => {
                     for point in &mut points {
                         point.push(values.draw(0, 1, &mut numbers));
                     }

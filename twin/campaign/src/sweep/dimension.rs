@@ -116,7 +116,7 @@ impl ValueInterval {
     /// Returns the quantity at a share of the interval, 0 to 1; the ends are exact. Where a decimal
     /// number of a few digits differs from it by rounding errors alone, that number is meant: 2.4,
     /// not 2.4000000000000004.
-    fn on_grid(&self, share: f64) -> SweepValue {
+    pub(super) fn on_grid(&self, share: f64) -> SweepValue {
         /// Digits after the first one.
         const DIGITS: usize = 11;
         /// Roundings of the interpolation, relative to the greater end.

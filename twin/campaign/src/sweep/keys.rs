@@ -39,15 +39,26 @@ spec_keys! {
     /// All keys of a specification, by table.
     SPEC_KEYS:
     NAME = "top level", "name", "text (the file's name)", "name in reports", "name = \"step down\"";
-    DESIGN = "top level", "design", "`grid`, `latin-hypercube` or `random` (`grid`)",
+    DESIGN = "top level", "design", "`grid`, `latin-hypercube`, `random` or `morris` (`grid`)",
         "rule that chooses the points", "design = \"random\"";
-    POINTS = "top level", "points", "whole number; required unless the design is `grid`",
+    POINTS = "top level", "points", "whole number; required with `latin-hypercube` and `random`",
         "number of points", "points = 100";
+    TRAJECTORIES = "top level", "trajectories", "whole number; required with `morris`",
+        "number of trajectories, each of a point more than there are dimensions",
+        "trajectories = 20";
+    LEVELS = "top level", "levels", "even number (4); with `morris`",
+        "number of values of each dimension", "levels = 6";
+    MEASURES = "top level", "measures", "list of texts (all); with `morris`",
+        "names of the expectations whose measured values have effects",
+        "measures = [\"forward speed\"]";
+    ASSUMED = "top level", "assumed", "list of texts (none); not with `grid`",
+        "keys and tables of the robot file whose assumed values are dimensions, by their intervals",
+        "assumed = [\"leg\", \"actuator.hip.lag\"]";
     SEED = "top level", "seed", "whole number (1); not with `grid`", "seed of the draws",
         "seed = 2";
     SET = "top level", "set", "table (none)", "keys of the scenario that are the same in all runs",
         "set = { duration = \"7 s\" }";
-    DIMENSION = "top level", "dimension", "tables; *required*", "settings that are varied",
+    DIMENSION = "top level", "dimension", "tables; *required* without `assumed`", "settings that are varied",
         "dimension = [{ key = \"seed\", from = 1, to = 20 }]";
     SHARE = "top level", "share", "tables (none)", "assertions about shares of the runs",
         "share = [{ of = \"verdict\", min = \"80 %\" }]";

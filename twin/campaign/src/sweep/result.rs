@@ -118,6 +118,10 @@ pub struct SweepResult {
     pub settings: Vec<(String, String)>,
     /// Design.
     pub design: Design,
+    /// Points of a trajectory of the design, if it has any.
+    pub trajectory_points: Option<usize>,
+    /// Names of the expectations with elementary effects; none for all.
+    pub measures: Vec<String>,
     /// Partition of this call.
     pub partition: Partition,
     /// Dimensions, in the order of the specification.
@@ -286,7 +290,7 @@ impl SweepResult {
         let settings = settings.map(|(key, value)| (key.clone(), json!(value)));
         let dimensions = self.dimensions.iter().map(ResultDimension::json);
         let rows: Vec<Value> = self.rows.iter().map(|row| self.row_json(row)).collect();
-        json!({
+        let mut object = json!({
             "sweep": self.name,
             "spec": self.spec,
             "scenario": self.scenario,
@@ -303,7 +307,11 @@ impl SweepResult {
             "warning": self.warning(),
             "error": self.error(),
             "rows": rows,
-        })
+        });
+        if self.design.levels.is_some() {
+            object["effects"] = json!(self.elementary_effects());
+        }
+        object
     }
 
     fn row_json(&self, row: &ResultRow) -> Value {

@@ -3,13 +3,20 @@
 use std::ops::Bound;
 use std::path::Path;
 
-use twinrig_document::{Document, DocumentError, Item, Placed, Range, Reported, Table};
+use twinrig_document::{
+    AssumedValue, Document, DocumentError, Item, Placed, Problem, Range, Reported, Table,
+    suggestion,
+};
 
 use super::design::{Design, DesignKind};
-use super::dimension::SweepDimension;
-use super::keys::{CONFIDENCE, DESIGN, DIMENSION, MAX, MIN, NAME, OF, POINTS, SEED, SET, SHARE};
+use super::dimension::{DimensionValues, SweepDimension, ValueInterval};
+use super::keys::{
+    ASSUMED, CONFIDENCE, DESIGN, DIMENSION, LEVELS, MAX, MEASURES, MIN, NAME, OF, POINTS, SEED,
+    SET, SHARE, TRAJECTORIES,
+};
 use super::read::{
-    POINTS_MOST, check_dimensions, dimension, natural, refuse, refuse_scenario, settings,
+    DIMENSIONS_MOST, POINTS_MOST, check_dimensions, dimension, natural, overlap, refuse,
+    refuse_scenario, settings,
 };
 use super::share::{ShareSpec, percent};
 use super::value::SweepValue;
@@ -27,8 +34,15 @@ pub struct SweepSpec {
     pub design: Design,
     /// Settings of all runs: keys and values in TOML.
     pub set: Vec<(String, String)>,
-    /// Dimensions; at least one.
+    /// Dimensions; at least one, once those of `assumed` are added.
     pub dimensions: Vec<SweepDimension>,
+    /// Keys and tables of the robot file whose assumed values are dimensions, too; see
+    /// [`SweepSpec::add_assumed`].
+    pub assumed: Vec<Placed<String>>,
+    /// Expectations with elementary effects; none for all.
+    pub measures: Vec<Placed<String>>,
+    /// Number of trajectories of the design; 0 if it has none.
+    trajectories: usize,
     /// Asserted shares.
     pub shares: Vec<ShareSpec>,
 }
@@ -41,6 +55,76 @@ impl SweepSpec {
     pub fn read(document: &Document) -> Result<Self, DocumentError> {
         refuse_scenario(document, "the specification of a sweep")?;
         document.check(|table| spec(document, table))
+    }
+
+    /// Returns the number of points of a trajectory; none for a design without.
+    pub fn trajectory_points(&self) -> Option<usize> {
+        self.design.levels.map(|_| self.dimensions.len() + 1)
+    }
+
+    fn count_trajectories(&mut self) {
+        if let Some(length) = self.trajectory_points() {
+            self.design.points = self.trajectories.saturating_mul(length);
+        }
+    }
+
+    /// Adds a dimension for each of the robot's assumed values `known` that `assumed` names, or a
+    /// table of which it names, by the intervals of the robot file. A value that a dimension sets
+    /// already is left to it.
+    ///
+    /// # Errors
+    /// Names that no assumed value has, and too many dimensions or points.
+    pub fn add_assumed(&mut self, known: &[AssumedValue]) -> Result<(), DocumentError> {
+        let mut problems = Vec::new();
+        for name in &self.assumed {
+            let named = known.iter();
+            let named: Vec<_> = named
+                .filter(|one| is_below(&name.value, &one.key))
+                .collect();
+            if named.is_empty() {
+                let message = format!("the robot has no assumed value `{}`", name.value);
+                let keys = known.iter().map(|one| one.key.as_str());
+                let help = suggestion(&name.value, "assumed values", keys);
+                problems.push(Problem::at(&name.place, message, help));
+            }
+            for one in named {
+                let key = format!("{OVERRIDE}{}", one.key);
+                let is_set = |it: &SweepDimension| it.keys().any(|set| overlap(&set.value, &key));
+                if self.dimensions.iter().any(is_set) {
+                    continue;
+                }
+                self.dimensions.push(SweepDimension {
+                    key: Placed {
+                        value: key,
+                        place: name.place.clone(),
+                    },
+                    also: Vec::new(),
+                    values: DimensionValues::Interval(ValueInterval {
+                        from: one.from,
+                        to: one.to,
+                        unit: one.unit,
+                        count: None,
+                        logarithmic: false,
+                    }),
+                });
+            }
+        }
+        self.count_trajectories();
+        let is_many = self.dimensions.len() > DIMENSIONS_MOST || self.design.points > POINTS_MOST;
+        if let Some(last) = self.assumed.last().filter(|_| is_many) {
+            let message =
+                format!("there are more than {DIMENSIONS_MOST} dimensions or {POINTS_MOST} points");
+            problems.push(Problem::at(
+                &last.place,
+                message,
+                "name fewer assumed values",
+            ));
+        }
+        if problems.is_empty() {
+            Ok(())
+        } else {
+            Err(DocumentError { problems })
+        }
     }
 
     /// Returns the names of the shares that cannot pass, whichever runs hold: the intervals of so
@@ -85,41 +169,115 @@ impl SweepSpec {
     }
 }
 
+/// Table of a scenario with values of the robot.
+const OVERRIDE: &str = "override.";
+
+/// Whether a dotted key is `table` or below it.
+fn is_below(table: &str, key: &str) -> bool {
+    let rest = key.strip_prefix(table);
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
+/// Numbers of a design. A grid has none.
+#[derive(Default)]
+struct Numbers {
+    points: usize,
+    seed: u64,
+    trajectories: usize,
+    levels: Option<usize>,
+}
+
+fn numbers(table: &Table<'_>, kind: DesignKind) -> Result<Numbers, Reported> {
+    let points = table.optional(POINTS, |item| natural(item, 1));
+    let seed = table.optional(SEED, Item::natural);
+    let trajectories = table.optional(TRAJECTORIES, |item| natural(item, 1));
+    let levels = table.optional(LEVELS, |item| {
+        let levels = natural(item, 2)?;
+        if levels % 2 == 1 {
+            let message = format!("`{LEVELS}` is {levels}, which is odd");
+            return Err(item.report(message, "take an even number: a change is of half of them"));
+        }
+        Ok(levels)
+    });
+    let word = kind.word();
+    let (foreign, required): (&[&str], _) = match kind {
+        DesignKind::Grid => (
+            &[POINTS, SEED, TRAJECTORIES, LEVELS, MEASURES, ASSUMED],
+            None,
+        ),
+        DesignKind::Morris => (&[POINTS], Some(TRAJECTORIES)),
+        _ => (&[TRAJECTORIES, LEVELS, MEASURES], Some(POINTS)),
+    };
+    let refused = refuse(table, foreign, |key| {
+        let design = match kind {
+            DesignKind::Grid => "a grid".to_owned(),
+            _ => format!("the design `{word}`"),
+        };
+        let help = "leave it out, or choose another `design`";
+        (format!("{design} has no `{key}`"), help.to_owned())
+    });
+    let (points, seed, trajectories, levels) = (points?, seed?, trajectories?, levels?);
+    if let Some(key) = required.filter(|_| points.or(trajectories).is_none()) {
+        return Err(table.missing(key));
+    }
+    refused?;
+    Ok(Numbers {
+        points: points.unwrap_or(0),
+        seed: seed.unwrap_or(1),
+        trajectories: trajectories.unwrap_or(0),
+        levels: (kind == DesignKind::Morris).then(|| levels.unwrap_or(4)),
+    })
+}
+
+/// Reads the dimensions; there may be none beside assumed values.
+fn dimensions(table: &Table<'_>, kind: DesignKind) -> Result<Vec<SweepDimension>, Reported> {
+    let read = |item: &Item<'_>| item.each(|item| dimension(item, kind == DesignKind::Grid));
+    let has_assumed = table.keys().any(|key| key == ASSUMED);
+    let dimensions = if has_assumed {
+        table.optional(DIMENSION, read)?.unwrap_or_default()
+    } else {
+        table.required(DIMENSION, read)?
+    };
+    if !(has_assumed && dimensions.is_empty()) {
+        check_dimensions(table, dimensions.iter().flat_map(SweepDimension::keys))?;
+    }
+    let mut checked = Ok(());
+    for one in &dimensions {
+        if kind == DesignKind::Morris && !matches!(one.values, DimensionValues::Interval(_)) {
+            let message = format!("the values of `{}` are no interval", one.key.value);
+            let help = "elementary effects require `from` and `to`, and no whole numbers";
+            checked = Err(table.report_at(&one.key.place, message, help));
+        }
+    }
+    checked.map(|()| dimensions)
+}
+
 fn spec(document: &Document, table: &Table<'_>) -> Result<SweepSpec, Reported> {
     let name = table.optional(NAME, |item| item.text().map(str::to_owned));
     let kind = table.optional(DESIGN, |item| item.choice(DesignKind::WORDS));
-    let kind = kind.map(|kind| kind.unwrap_or(DesignKind::Grid));
-    let points = table.optional(POINTS, |item| natural(item, 1));
-    let seed = table.optional(SEED, Item::natural);
+    // Without a valid design, keys of all designs are accepted.
+    let read = kind.map(|kind| kind.unwrap_or(DesignKind::Grid));
+    let kind = read.unwrap_or(DesignKind::Random);
+    let numbers = match read {
+        Ok(kind) => numbers(table, kind),
+        Err(reported) => {
+            table.expect([POINTS, SEED, TRAJECTORIES, LEVELS]);
+            Err(reported)
+        }
+    };
+    let texts = |key| table.optional(key, |item| item.each(Item::placed_text));
+    let (assumed, measures) = (texts(ASSUMED), texts(MEASURES));
     let set = table.optional(SET, settings);
-    let is_grid = kind == Ok(DesignKind::Grid);
-    let dimensions = table.required(DIMENSION, |item| item.each(|item| dimension(item, is_grid)));
+    let dimensions = dimensions(table, kind);
     let shares = table.optional(SHARE, |item| item.each(share));
-    let of_draws = if is_grid {
-        refuse(table, &[POINTS, SEED], |key| {
-            let help = "leave it out, or choose another `design`";
-            (format!("a grid has no `{key}`"), help.to_owned())
-        })
-    } else {
-        Ok(())
-    };
-    let points = match points {
-        Ok(None) if !is_grid && kind.is_ok() => Err(table.missing(POINTS)),
-        points => points,
-    };
-    let dimensions = dimensions.and_then(|dimensions| {
-        check_dimensions(table, dimensions.iter().flat_map(SweepDimension::keys))?;
-        Ok(dimensions)
-    });
-    let (kind, points, seed, dimensions) = (kind?, points?, seed?, dimensions?);
-    of_draws?;
-    let points = match points {
-        Some(points) if !is_grid => points,
-        _ => grid_points(table, &dimensions)?,
+    let (numbers, dimensions) = (numbers?, dimensions?);
+    let points = match kind {
+        DesignKind::Grid => grid_points(table, &dimensions)?,
+        _ => numbers.points,
     };
     let file = document.file();
     let stem = || Path::new(file).file_stem();
-    Ok(SweepSpec {
+    let mut spec = SweepSpec {
         name: name?
             .or_else(|| stem().map(|stem| stem.to_string_lossy().into_owned()))
             .unwrap_or_default(),
@@ -128,12 +286,18 @@ fn spec(document: &Document, table: &Table<'_>) -> Result<SweepSpec, Reported> {
         design: Design {
             kind,
             points,
-            seed: seed.unwrap_or(1),
+            seed: numbers.seed,
+            levels: numbers.levels,
         },
+        trajectories: numbers.trajectories,
         set: set?.unwrap_or_default(),
         dimensions,
+        assumed: assumed?.unwrap_or_default(),
+        measures: measures?.unwrap_or_default(),
         shares: shares?.unwrap_or_default(),
-    })
+    };
+    spec.count_trajectories();
+    Ok(spec)
 }
 
 /// Number of points of a grid.

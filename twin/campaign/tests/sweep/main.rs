@@ -1,6 +1,7 @@
 //! Sweeps: specifications, designs, shares and stores.
 
 mod designs;
+mod morris;
 mod results;
 mod shares;
 mod specs;

@@ -6,7 +6,7 @@ use twinrig_kernel::Unit;
 use crate::{key, row, spec};
 
 /// Result of all points of a specification, which `change` has changed.
-fn result(text: &str, change: &dyn Fn(usize, &mut ResultRow)) -> SweepResult {
+pub fn result(text: &str, change: &dyn Fn(usize, &mut ResultRow)) -> SweepResult {
     let spec = spec(text).unwrap();
     let points = spec.points().into_iter().enumerate();
     let rows = points.map(|(index, point)| {
@@ -22,8 +22,8 @@ fn result(text: &str, change: &dyn Fn(usize, &mut ResultRow)) -> SweepResult {
         change(index, &mut one);
         one
     });
-    let dimensions = spec.dimensions.iter().map(|dimension| ResultDimension {
-        key: dimension.key.value.clone(),
+    let dimensions = spec.keys().map(|key| ResultDimension {
+        key: key.value.clone(),
         unit: Some(Unit::One),
     });
     SweepResult {
@@ -34,6 +34,8 @@ fn result(text: &str, change: &dyn Fn(usize, &mut ResultRow)) -> SweepResult {
         build: String::new(),
         settings: Vec::new(),
         design: spec.design,
+        trajectory_points: spec.trajectory_points(),
+        measures: Vec::new(),
         partition: Partition::WHOLE,
         dimensions: dimensions.collect(),
         verdict: SweepVerdict::Partial,

@@ -10,6 +10,12 @@ fn with_example(table: &str, name: &str, example: &str) -> String {
     let random = "design = 'random'\npoints = 5\n";
     match (table, name) {
         ("top level", "points") => format!("design = 'random'\n{example}\n{dimension}"),
+        ("top level", "trajectories" | "levels" | "measures") => {
+            let trajectories = ["trajectories = 2\n", ""][usize::from(name == "trajectories")];
+            let dimension = "[[dimension]]\nkey = 'a'\nfrom = 1\nto = 2\n";
+            format!("design = 'morris'\n{trajectories}{example}\n{dimension}")
+        }
+        ("top level", "assumed") => format!("{random}{example}\n{dimension}"),
         ("top level", "design" | "seed") => {
             let random = if name == "seed" {
                 random
@@ -211,9 +217,9 @@ proptest! {
     /// No text is a panic, and the points of a valid one are as many as it says.
     #[test]
     fn any_text_is_a_specification_or_an_error(
-        words in prop::collection::vec(word(), 0..12), ends: bool, design in 0..3_usize,
+        words in prop::collection::vec(word(), 0..12), ends: bool, design in 0..4_usize,
     ) {
-        let design = ["", "design = 'random'\npoints = 3\n", "design = 'latin-hypercube'\npoints = 4\n"][design];
+        let design = ["", "design = 'morris'\ntrajectories = 3\n", "design = 'random'\npoints = 3\n", "design = 'latin-hypercube'\npoints = 4\n"][design];
         let end = "\n[[dimension]]\nkey = 'seed'\nfrom = 1\nto = 3\n";
         let text = format!("{design}{}{}", words.concat(), if ends { end } else { "" });
         if let Ok(spec) = spec(&text) {

@@ -252,6 +252,13 @@ fn result(plan: &SweepPlan<'_>, partition: Partition, store: &RowStore) -> Sweep
         build: plan.runs.build.to_string(),
         settings: plan.runs.base_pairs(),
         design: plan.spec.design,
+        trajectory_points: plan.spec.trajectory_points(),
+        measures: plan
+            .spec
+            .measures
+            .iter()
+            .map(|name| name.value.clone())
+            .collect(),
         partition,
         dimensions: plan.dimensions(),
         verdict: SweepVerdict::Partial,

@@ -2,23 +2,25 @@
 
 use std::path::{Path, PathBuf};
 
-use twinrig_campaign::sweep::{Partition, SweepResult};
+use twinrig_campaign::sweep::{Partition, SweepResult, effects_csv};
 
 use crate::error::TwinError;
 
-/// Writes `rows.csv`, `sweep.json` and `report.html` into a folder; returns their paths. The caller
+/// Writes `rows.csv`, `sweep.json`, `report.html` and, of a screening, `effects.csv` into a folder; returns their paths. The caller
 /// has the lock of `partition`.
 pub(super) fn write(
     result: &SweepResult,
     partition: Partition,
     folder: &Path,
 ) -> Result<Vec<PathBuf>, TwinError> {
+    let effects = result.elementary_effects();
+    let effects = (!effects.is_empty()).then(|| ("effects.csv", effects_csv(&effects)));
     let texts = [
         ("rows.csv", result.csv()),
         ("sweep.json", format!("{:#}\n", result.json())),
         ("report.html", twinrig_study::sweep_page(result)),
     ];
-    let written = texts.into_iter().map(|(name, text)| {
+    let written = texts.into_iter().chain(effects).map(|(name, text)| {
         let path = folder.join(name);
         replace(&path, partition, &text).map_err(|source| TwinError::Write {
             path: path.clone(),

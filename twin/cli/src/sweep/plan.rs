@@ -11,7 +11,7 @@ use twinrig_scenario::Setting;
 use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::sweep::cases::RunCase;
-use crate::sweep::runs::{RunPlan, RunRequest, expectations};
+use crate::sweep::runs::{RunPlan, RunRequest, expectations, robot_file};
 
 /// A planned sweep.
 pub(crate) struct SweepPlan<'r> {
@@ -29,16 +29,17 @@ impl<'r> SweepPlan<'r> {
         settings: &[Setting],
         recorded: bool,
     ) -> Result<Self, TwinError> {
-        let spec = SweepSpec::read(&Document::read(spec)?)?;
-        let request = RunRequest {
-            scenario,
-            file: &spec.file,
-            set: &spec.set,
-            settings,
-            keys: spec.keys().cloned().collect(),
-            cases: vec![RunCase::default()],
-            recorded,
-        };
+        let mut spec = SweepSpec::read(&Document::read(spec)?)?;
+        if let Some(first) = spec.assumed.first() {
+            let robot = robot_file(registry, &request(&spec, scenario, settings, recorded))?;
+            let robot = robot.ok_or_else(|| {
+                let message = "the scenario has no robot, and so no assumed values";
+                let help = "leave `assumed` out, or write `robot = …` in the scenario";
+                DocumentError::from(Problem::at(&first.place, message, help))
+            })?;
+            spec.add_assumed(robot.assumed())?;
+        }
+        let request = request(&spec, scenario, settings, recorded);
         let (mut runs, _) = RunPlan::new(registry, request)?;
         let mut names = BTreeSet::new();
         for values in spec.points() {
@@ -47,7 +48,7 @@ impl<'r> SweepPlan<'r> {
             })?;
         }
         check_extremes(&runs)?;
-        check_shares(&spec, &names)?;
+        check_names(&spec, &names)?;
         Ok(Self { spec, runs })
     }
 
@@ -68,6 +69,23 @@ impl<'r> SweepPlan<'r> {
                 unit: unit(index),
             })
             .collect()
+    }
+}
+
+fn request<'p>(
+    spec: &'p SweepSpec,
+    scenario: &'p Path,
+    settings: &'p [Setting],
+    recorded: bool,
+) -> RunRequest<'p> {
+    RunRequest {
+        scenario,
+        file: &spec.file,
+        set: &spec.set,
+        settings,
+        keys: spec.keys().cloned().collect(),
+        cases: vec![RunCase::default()],
+        recorded,
     }
 }
 
@@ -93,16 +111,20 @@ fn check_extremes(runs: &RunPlan<'_>) -> Result<(), TwinError> {
     Ok(())
 }
 
-/// Checks that every asserted share is about an expectation of the scenario.
-fn check_shares(spec: &SweepSpec, known: &BTreeSet<String>) -> Result<(), TwinError> {
+/// Checks that every asserted share, and every measure, is about an expectation of the scenario.
+fn check_names(spec: &SweepSpec, known: &BTreeSet<String>) -> Result<(), TwinError> {
     let mut problems = Vec::new();
-    for share in &spec.shares {
-        let name = &share.of.value;
-        if name != VERDICT_SHARE && !known.contains(name) {
-            let names = known.iter().map(String::as_str);
-            let names = names.chain(std::iter::once(VERDICT_SHARE));
+    let shares = spec
+        .shares
+        .iter()
+        .map(|share| (&share.of, Some(VERDICT_SHARE)));
+    let measures = spec.measures.iter().map(|name| (name, None));
+    for (of, further) in shares.chain(measures) {
+        let name = &of.value;
+        if further != Some(name.as_str()) && !known.contains(name) {
+            let names = known.iter().map(String::as_str).chain(further);
             problems.push(Problem::at(
-                &share.of.place,
+                &of.place,
                 format!("no run has an expectation `{name}`"),
                 suggestion(name, "expectations", names),
             ));

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use twinrig_campaign::sweep::{RowKey, SweepValue, overlap};
 use twinrig_document::{Document, DocumentError, Placed, Problem, Warning};
+use twinrig_robot::RobotFile;
 use twinrig_scenario::{Expectation, Scenario, Setting};
 
 use crate::assembly::Assembly;
@@ -318,6 +319,17 @@ impl<'r> RunPlan<'r> {
 /// Origin of the setting of a dimension.
 fn origin(key: &str) -> String {
     format!("[[dimension]] {key}")
+}
+
+/// Returns the robot file of the scenario, with the settings of all runs; none without a robot.
+pub(crate) fn robot_file(
+    registry: &Registry,
+    request: &RunRequest<'_>,
+) -> Result<Option<RobotFile>, TwinError> {
+    let document = Document::read(request.scenario)?;
+    let folder = request.scenario.parent().unwrap_or(Path::new(""));
+    let read = Sources::of(document, folder).read(registry, &base_settings(request));
+    read.map(|(_, file)| file)
 }
 
 /// Returns the settings of all runs: those of the command line on top of those of the file, without

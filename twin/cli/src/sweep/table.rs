@@ -8,12 +8,13 @@ use twinrig_campaign::sweep::{
 };
 
 use twinrig_document::escaped;
+use twinrig_study::brief_quantity;
 
 use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 use crate::sweep::execute::SweepOutcome;
 
-/// Greatest number of runs that are listed.
+/// Greatest number of runs, and of effects on a measured value, that are listed.
 const LISTED: usize = 5;
 
 /// Returns the text of a result.
@@ -32,7 +33,44 @@ pub(crate) fn text(outcome: &SweepOutcome) -> String {
     for line in facts(outcome).lines(2) {
         let _ = writeln!(out, "{line}");
     }
-    list(&mut out, result);
+    let effects = effects(result);
+    if effects.is_empty() {
+        list(&mut out, result);
+    } else {
+        // A screening is not about single runs, and their commands set all dimensions.
+        out.push('\n');
+        out.push_str(&effects);
+    }
+    out
+}
+
+/// Returns the greatest elementary effects on each measured value that has any.
+fn effects(result: &SweepResult) -> String {
+    let mut grid = Grid::new(&[Left, Left, Right, Right, Right, Right]);
+    grid.header("effect on | of | μ* | μ | σ | number");
+    let effects = result.elementary_effects();
+    let mut out = String::new();
+    for of_measure in effects.chunk_by(|one, other| one.measure == other.measure) {
+        let some = of_measure.iter().filter(|one| one.mu_star > 0.0);
+        for (index, one) in some.take(LISTED).enumerate() {
+            let shown = |value: f64| brief_quantity(value, &one.unit);
+            let measure = if index == 0 { &*one.measure } else { "" };
+            grid.row([
+                measure.into(),
+                one.dimension.as_str().into(),
+                shown(one.mu_star).into(),
+                shown(one.mu).into(),
+                one.sigma.map_or_else(String::new, shown).into(),
+                one.effects.to_string().into(),
+            ]);
+        }
+    }
+    if !effects.is_empty() {
+        for line in grid.lines(2) {
+            // Writing to a string cannot fail.
+            let _ = writeln!(out, "{line}");
+        }
+    }
     out
 }
 

@@ -22,7 +22,7 @@ use regex_lite::{Captures, Regex};
 use super::common::{Done, Folder, twin};
 
 const TROT: &str = include_str!("../../../../scenarios/trot.toml");
-const ROBOT: &str = include_str!("../../../../robots/cheetah-cub.toml");
+const ROBOT: &str = include_str!("../../../../plants/robot/tests/plain.toml");
 const STAIRS: &str = include_str!("../../../../scenarios/step-down.toml");
 const SWEEP: &str = include_str!("../../../../scenarios/sweeps/step-down.toml");
 const SPACE: &str = include_str!("../../../../scenarios/optimizations/trot.toml");

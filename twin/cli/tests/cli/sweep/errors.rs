@@ -41,6 +41,12 @@ fn mistakes_are_errors_before_the_runs() {
             6,
         ),
         (
+            "design = 'random'\npoints = 2\nassumed = [\n'leg.aslp.l5']".to_owned(),
+            "the robot has no assumed value `leg.aslp.l5`",
+            "leg.aslp.l1",
+            4,
+        ),
+        (
             dimension("key = 'frequncy'\nvalues = ['1 Hz', '2 Hz']"),
             "`frequncy` is neither a key nor a process variable",
             "did you mean `frequency`?",

@@ -152,3 +152,26 @@ fn csv_has_points_and_margins() {
     assert_eq!(lines[1][9].parse().ok(), margin);
     assert_eq!(result["rows"][3]["point"]["plant.step"], 0.002);
 }
+
+/// Heights of a standing robot follow the preload of its springs and not its toes, which the plant
+/// does not have.
+#[test]
+fn screening_of_assumed_values_ranks_their_effects() {
+    let spec = "design = 'morris'\ntrajectories = 3\nmeasures = ['stands']\n\
+                assumed = ['leg.aslp.parallel.preload', 'leg.aslp.toe']\n";
+    let sweep = Sweep::new("morris", STAND, spec);
+    let result = sweep.json(0, "out", &[]);
+    assert_eq!(result["rows"].as_array().unwrap().len(), 3 * 5);
+    let effects = result["effects"].as_array().unwrap();
+    let of = effects.iter().filter(|one| one["measure"] == "stands");
+    let of: Vec<_> = of.collect();
+    assert_eq!(of[0]["dimension"], "override.leg.aslp.parallel.preload");
+    assert!(of[0]["mu_star"].as_f64().unwrap() > 0.0, "{effects:?}");
+    assert!(
+        of[1..].iter().all(|one| one["mu_star"] == 0.0),
+        "{effects:?}"
+    );
+    let path = sweep.folder.join("out/effects.csv");
+    let lines = std::fs::read_to_string(path).unwrap().lines().count();
+    assert_eq!(lines, effects.len() + 1);
+}

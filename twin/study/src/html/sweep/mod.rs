@@ -5,7 +5,9 @@ mod plots;
 #[cfg(test)]
 mod tests;
 
-use twinrig_campaign::sweep::{Share, ShareVerdict, SweepResult, SweepVerdict, percent};
+use twinrig_campaign::sweep::{
+    ElementaryEffect, Share, ShareVerdict, SweepResult, SweepVerdict, percent,
+};
 
 use plots::{BOUND, PASS, SweepAxis, margins, passing, plane};
 
@@ -15,6 +17,7 @@ use super::reproduction::Reproduction;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
 use super::{card, document, drawing};
+use crate::number::quantity;
 
 /// Greatest number of failures in the table.
 const LISTED: usize = 200;
@@ -34,6 +37,19 @@ pub fn sweep_page(result: &SweepResult) -> String {
     body += "<h2>Runs that pass</h2>\n";
     let passing: String = axes.iter().map(|axis| passing(result, axis)).collect();
     body += &element("div", "pair", &passing);
+    let effects = result.elementary_effects();
+    if !effects.is_empty() {
+        // Plots of all pairs of so many dimensions would be no overview.
+        body += "<h2>Elementary effects</h2>\n";
+        body += &paragraph(
+            "Changes of a measured value per whole interval of a dimension: their mean μ, the mean \
+             μ* of their magnitudes, and their standard deviation σ.",
+        );
+        body += &effect_table(&effects);
+        body += "<h2>Failures</h2>\n";
+        body += &failures(result);
+        return page(result, body);
+    }
     let pairs = axes.iter().enumerate();
     let pairs: String = pairs
         .flat_map(|(index, x)| axes[index + 1..].iter().map(move |y| (x, y)))
@@ -53,9 +69,32 @@ pub fn sweep_page(result: &SweepResult) -> String {
     }
     body += "<h2>Failures</h2>\n";
     body += &failures(result);
+    page(result, body)
+}
+
+fn page(result: &SweepResult, mut body: String) -> String {
     body += &reproduction(result);
     let title = format!("{}: {}", result.name, result.scenario);
     document("Sweep", &title, &headline(result), &body)
+}
+
+fn effect_table(effects: &[ElementaryEffect]) -> String {
+    let mut table = Table::new("effect on | of | μ* | μ | σ | number", 2);
+    for one in effects {
+        let shown = |value: f64| quantity(value, &one.unit);
+        table.row(
+            "",
+            vec![
+                escaped(&one.measure),
+                element("code", "", &escaped(&one.dimension)),
+                shown(one.mu_star),
+                shown(one.mu),
+                one.sigma.map_or_else(String::new, shown),
+                one.effects.to_string(),
+            ],
+        );
+    }
+    table.html()
 }
 
 fn headline(result: &SweepResult) -> String {

@@ -55,7 +55,10 @@ fn result(rows: Vec<ResultRow>) -> SweepResult {
             kind: DesignKind::Grid,
             points: rows.len(),
             seed: 1,
+            levels: None,
         },
+        trajectory_points: None,
+        measures: Vec::new(),
         partition: Partition::WHOLE,
         dimensions: vec![ResultDimension {
             key: "seed".to_owned(),
