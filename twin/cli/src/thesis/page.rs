@@ -1,26 +1,31 @@
-//! The table of the documentation.
+//! The generated parts of the documentation.
 
 use std::fmt::Write as _;
 
 use crate::thesis::result::{FigureResult, ThesisResult};
 use crate::thesis::verdict::Verdict;
 
-/// Mark before the generated part of the page.
-pub(crate) const BEGIN: &str = "<!-- results -->\n";
-/// Mark after it.
-pub(crate) const END: &str = "<!-- end -->";
+/// Marks around the generated parts of the page: the numbers of verdicts and the table.
+pub(crate) const MARKS: [(&str, &str); 2] = [
+    ("<!-- counts -->\n", "<!-- end of counts -->"),
+    ("<!-- results -->\n", "<!-- end -->"),
+];
 
-/// Returns the table of all results in Markdown, and the numbers of verdicts.
-pub(crate) fn table(result: &ThesisResult) -> String {
-    let mut text = String::new();
+/// Returns the numbers of verdicts.
+pub(crate) fn counts(result: &ThesisResult) -> String {
     let counts: Vec<String> = Verdict::ALL
         .into_iter()
         .map(|verdict| (result.count(verdict), verdict.words()))
         .filter(|(count, _)| *count > 0)
         .map(|(count, words)| format!("{count} {words}"))
         .collect();
-    let counts = counts.join(", ");
-    let _ = writeln!(text, "{counts}. Run times (⏱) are of {}.\n", result.cpu);
+    let figures: usize = result.items.iter().map(|item| item.figures.len()).sum();
+    format!("Of {figures} figures: {}.\n", counts.join(", "))
+}
+
+/// Returns the table of all results in Markdown.
+pub(crate) fn table(result: &ThesisResult) -> String {
+    let mut text = format!("Run times (⏱) are of {}.\n\n", result.cpu);
     text.push_str("| item | figure | printed | ours | verdict | ground |\n");
     text.push_str("|---|---|---|---|---|---|\n");
     for item in &result.items {

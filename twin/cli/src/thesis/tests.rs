@@ -237,10 +237,16 @@ fn page_shows_the_record() {
     let record = record();
     let path = root().join("docs/thesis.md");
     let kept = std::fs::read_to_string(&path).unwrap();
-    let (before, rest) = kept.split_once(page::BEGIN).unwrap();
-    let (_, after) = rest.split_once(page::END).unwrap();
-    let [begin, end] = [page::BEGIN, page::END];
-    let made = format!("{before}{begin}{}{end}{after}", page::table(&record));
+    let parts = [page::counts(&record), page::table(&record)];
+    let made =
+        page::MARKS
+            .into_iter()
+            .zip(parts)
+            .fold(kept.clone(), |page, ((begin, end), part)| {
+                let (before, rest) = page.split_once(begin).unwrap();
+                let (_, after) = rest.split_once(end).unwrap();
+                format!("{before}{begin}{part}{end}{after}")
+            });
     if std::env::var_os("UPDATE_DOCS").is_some() {
         std::fs::write(&path, &made).unwrap();
         let json = serde_json::to_string_pretty(&record).unwrap();

@@ -458,7 +458,11 @@ fn integrator_of_massless_requires_rigid_constraints() {
     assert_eq!(accepted.code, 0, "{}", accepted.err);
     let refused = check("integrator = \"explicit-euler\", constraints = \"compliant\"");
     assert_eq!(refused.code, 2);
-    assert!(refused.err.contains("constraints = \"rigid\""), "{}", refused.err);
+    assert!(
+        refused.err.contains("constraints = \"rigid\""),
+        "{}",
+        refused.err
+    );
 }
 
 #[test]
