@@ -85,7 +85,7 @@ mod tests {
         fn stance_has_the_printed_control_points(shape in shapes(), u in 0.0..1.0_f64) {
             let LocusShape { hip_height, step_height: h, step_length: l, mid_stance_offset: x_o, touch_down_angle, take_off_angle, compression: c } = shape;
             let low = -hip_height - (1.0 - c) * h;
-            let offset = |angle: f64| -(1.0 - c) * h * (angle - FRAC_PI_2).tan();
+            let offset = |angle: f64| -(1.0 - c) * h * libm::tan(angle - FRAC_PI_2);
             let middle = [x_o, low];
             let touch_down = [
                 [x_o + l / 2.0, -hip_height],
