@@ -17,8 +17,6 @@ struct Keys {
     erratic: &'static str,
     /// R² of the linear model, mean over the gaits.
     linear: &'static str,
-    /// The least.
-    least_linear: &'static str,
 }
 
 const BY_CYCLE: Keys = Keys {
@@ -26,14 +24,12 @@ const BY_CYCLE: Keys = Keys {
     forwards: "forwards, by cycle",
     erratic: "erratic, by cycle",
     linear: "linear, by cycle",
-    least_linear: "least linear, by cycle",
 };
 const BY_TOUCH_DOWN: Keys = Keys {
     first: "first, by touch-down",
     forwards: "forwards, by touch-down",
     erratic: "erratic, by touch-down",
     linear: "linear, by touch-down",
-    least_linear: "least linear, by touch-down",
 };
 
 const CYCLE: &str = "one footstep for each leg and cycle";
@@ -45,7 +41,6 @@ const ERRATIC_GROUND: &str = "of five gaits; a mean displacement of more than 0.
      a reduction";
 const LINEAR_GROUND: &str = "of (k n + k₀) Δ over all changes Δ and footsteps n; mean of five gaits; the bound is ours, as \
      no R² is printed";
-const LEAST_GROUND: &str = "the least of five gaits; the bound is ours";
 /// Coefficient of determination of a linear relation.
 const LINEAR: f64 = 0.9;
 /// Most of five.
@@ -55,7 +50,7 @@ const SEARCHED: Input = Input::Fitted("five gaits, by searches for speed and eve
 const FOOTSTEPS: Input = Input::Free("footsteps");
 
 /// Figures of an open loop, as the thesis describes them.
-const fn erratic(keys: &Keys, remark: &'static str) -> [PrintedFigure; 5] {
+const fn erratic(keys: &Keys, remark: &'static str) -> [PrintedFigure; 4] {
     let place = "figure 3.5";
     [
         PrintedFigure::statement(
@@ -94,14 +89,11 @@ const fn erratic(keys: &Keys, remark: &'static str) -> [PrintedFigure; 5] {
         )
         .rule(Rule::AtMost(LINEAR), LINEAR_GROUND)
         .remark(remark),
-        PrintedFigure::statement(keys.least_linear, "the same, least", "3.4", "erratic", "")
-            .rule(Rule::AtMost(LINEAR), LEAST_GROUND)
-            .remark(remark),
     ]
 }
 
 /// Figures with feedback, as the thesis describes them.
-const fn regular(keys: &Keys, remark: &'static str) -> [PrintedFigure; 5] {
+const fn regular(keys: &Keys, remark: &'static str) -> [PrintedFigure; 4] {
     let place = "3.3.3";
     [
         PrintedFigure::statement(
@@ -140,23 +132,14 @@ const fn regular(keys: &Keys, remark: &'static str) -> [PrintedFigure; 5] {
         )
         .rule(Rule::AtLeast(LINEAR), LINEAR_GROUND)
         .remark(remark),
-        PrintedFigure::statement(
-            keys.least_linear,
-            "the same, least",
-            place,
-            "linear in change and steps",
-            "",
-        )
-        .rule(Rule::AtLeast(LINEAR), LEAST_GROUND)
-        .remark(remark),
     ]
 }
 
 /// Returns the figures of both ways of counting.
-const fn both(cycle: &[PrintedFigure; 5], touch_down: &[PrintedFigure; 5]) -> [PrintedFigure; 10] {
-    let [a, b, c, d, e] = *cycle;
-    let [f, g, h, i, j] = *touch_down;
-    [a, b, c, d, e, f, g, h, i, j]
+const fn both(cycle: &[PrintedFigure; 4], touch_down: &[PrintedFigure; 4]) -> [PrintedFigure; 8] {
+    let [a, b, c, d] = *cycle;
+    let [e, f, g, h] = *touch_down;
+    [a, b, c, d, e, f, g, h]
 }
 
 pub(crate) const FIG_3_5: Item = Item {
@@ -255,8 +238,6 @@ fn measurements(gaits: &[ModulationStudy]) -> Measurements {
         let erratic = of_gaits.iter().filter(|it| it.is_erratic).count();
         found.set(keys.erratic, erratic as f64);
         found.set(keys.linear, mean(|it| it.linear));
-        let least = of_gaits.iter().map(|it| it.linear);
-        found.set(keys.least_linear, least.fold(f64::INFINITY, f64::min));
     }
     found
 }
