@@ -115,14 +115,17 @@ def amplifier(task):
     """The parameters of lsim's response, an offset and a free motion, that fit voltages."""
     times, forces = np.array(task["times"]), np.array(task["forces"])
 
-    def model(_, k, t1, t2, bias, slow, fast):
+    def model(_, k, log_t1, log_t2, bias, slow, fast):
+        t1, t2 = np.exp([log_t1, log_t2])
         system = scipy.signal.TransferFunction([-k, 0], np.polymul([t1, 1], [t2, 1]))
         forced = scipy.signal.lsim(system, forces - forces[0], times, interp=True)[1]
         return forced + bias + slow * np.exp(-times / t1) + fast * np.exp(-times / t2)
 
-    start = task["start"] + [0.0, 0.0]
+    # By logarithms: steps to time constants below zero end in other minima on some machines.
+    k, t1, t2, bias = task["start"]
+    start = [k, np.log(t1), np.log(t2), bias, 0.0, 0.0]
     found, _ = scipy.optimize.curve_fit(model, times, np.array(task["voltages"]), p0=start, ftol=1e-15, xtol=1e-15, gtol=1e-15, maxfev=10000)
-    return found[:4].tolist()
+    return [found[0], *np.exp(found[1:3]).tolist(), found[3]]
 
 
 def quantiles(task):

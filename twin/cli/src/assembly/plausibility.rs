@@ -167,12 +167,12 @@ mod tests {
             ("4400 N/m", "4400 N/mm", code::SPRINGS),
             ("4400 N/m", "4.5 N/m", code::SPRINGS),
             (
-                r#"q2_ref = "35 deg""#,
-                r#"q2_ref = "0.61 deg""#,
+                r#"q2_ref = { value = "35 deg", from = "30 deg""#,
+                r#"q2_ref = { value = "0.61 deg", from = "0.6 deg""#,
                 code::STRAIGHT,
             ),
             (
-                r#"torque = "2 N·m""#,
+                r#"torque = { value = "2 N·m", from = "1.5 N·m", to = "2.5 N·m" }"#,
                 r#"torque = "5000 N·m""#,
                 code::TORQUE,
             ),
