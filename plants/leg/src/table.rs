@@ -132,8 +132,8 @@ impl EnergyTable {
         Ok(table)
     }
 
-    /// Interpolates the forces linearly between those of the nodes, along span and angle. The energy
-    /// remains that of the cubic interpolation, of which these forces are not the gradient.
+    /// Interpolates the forces linearly between those of the nodes, along span and angle. The
+    /// energy remains that of the cubic interpolation, of which these forces are not the gradient.
     ///
     /// # Errors
     /// As [`Self::new`].

@@ -335,8 +335,8 @@ impl Flow {
     }
 
     /// Rejects a step in which a landing foot penetrates too far, as long as a shorter one may
-    /// help: a foot that crosses an edge of the terrain is as deep after any step. Those of explicit
-    /// Euler are not divided.
+    /// help: a foot that crosses an edge of the terrain is as deep after any step. Steps of
+    /// explicit Euler are not divided.
     fn check_penetration(&self, seconds: f64) -> Result<(), FlowError> {
         let is_fixed = self.model.method == Method::ExplicitEuler;
         if is_fixed || seconds < self.model.step / LANDING_SUBDIVISIONS_MAX {

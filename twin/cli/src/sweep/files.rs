@@ -6,8 +6,8 @@ use twinrig_campaign::sweep::{Partition, SweepResult, effects_csv};
 
 use crate::error::TwinError;
 
-/// Writes `rows.csv`, `sweep.json`, `report.html` and, of a screening, `effects.csv` into a folder; returns their paths. The caller
-/// has the lock of `partition`.
+/// Writes `rows.csv`, `sweep.json`, `report.html` and, of a screening, `effects.csv` into a folder;
+/// returns their paths. The caller has the lock of `partition`.
 pub(super) fn write(
     result: &SweepResult,
     partition: Partition,
