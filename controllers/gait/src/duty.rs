@@ -16,7 +16,8 @@ use crate::GaitError;
 /// Both branches are π at θ = π(1 − d), t = (1 − d)/2, and the second ends with Θ = 2π at t = 1:
 /// swing takes a share of (1 − d)/2, stance one of (1 + d)/2, each at constant speed. The map of
 /// the thesis is thus a [`DutyMap`] of that share, which is above one half for every d: 0.5 is
-/// realised as 0.75. The text would have touch-down at θ = 2π(1 − d), as [`DutyRule::Corrected`] has it.
+/// realised as 0.75. The text would have touch-down at θ = 2π(1 − d), as [`DutyRule::Corrected`]
+/// has it.
 ///
 /// The phase has to be within `[0, 2π)`: the first branch has no lower limit, and the thesis'
 /// `[−π, 0)` for stance gives Θ = −π/(1 − d) at its start.

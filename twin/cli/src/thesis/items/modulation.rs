@@ -49,96 +49,80 @@ const MOST: f64 = 3.0;
 const SEARCHED: Input = Input::Fitted("five gaits, by searches for speed and evenness");
 const FOOTSTEPS: Input = Input::Free("footsteps");
 
-/// Figures of an open loop, as the thesis describes them.
-const fn erratic(keys: &Keys, remark: &'static str) -> [PrintedFigure; 4] {
-    let place = "figure 3.5";
-    [
-        PrintedFigure::statement(
-            keys.first,
-            "first footstep after a reduction by 2.5 mm",
-            place,
-            "moves forwards",
-            "mm",
-        )
-        .rule(Rule::AtLeast(0.0), FIRST_GROUND)
-        .remark(remark),
-        PrintedFigure::statement(
-            keys.forwards,
-            "number of gaits with a first footstep forwards",
-            place,
-            "moves forwards",
-            "",
-        )
-        .rule(Rule::AtLeast(MOST), FORWARDS_GROUND)
-        .remark(remark),
-        PrintedFigure::statement(
-            keys.erratic,
-            "number of erratic gaits",
-            "3.4",
-            "erratic",
-            "",
-        )
-        .rule(Rule::AtLeast(MOST), ERRATIC_GROUND)
-        .remark(remark),
-        PrintedFigure::statement(
-            keys.linear,
-            "coefficient of determination R²",
-            "3.4",
-            "erratic",
-            "",
-        )
-        .rule(Rule::AtMost(LINEAR), LINEAR_GROUND)
-        .remark(remark),
-    ]
+/// Place and words of the thesis on a figure, and the rule that they mean.
+type Claim = (&'static str, &'static str, Rule);
+
+/// Claims on an open loop: first displacement, gaits forwards, erratic gaits, R².
+const ERRATIC: [Claim; 4] = [
+    ("figure 3.5", "moves forwards", Rule::AtLeast(0.0)),
+    ("figure 3.5", "moves forwards", Rule::AtLeast(MOST)),
+    ("3.4", "erratic", Rule::AtLeast(MOST)),
+    ("3.4", "erratic", Rule::AtMost(LINEAR)),
+];
+/// Claims on a loop with feedback, in the same order.
+const REGULAR: [Claim; 4] = [
+    ("3.3.3", "moves backwards", Rule::AtMost(0.0)),
+    ("3.3.3", "moves backwards", Rule::AtMost(0.0)),
+    ("3.3.3", "regular", Rule::AtMost(0.0)),
+    ("3.3.3", "linear in change and steps", Rule::AtLeast(LINEAR)),
+];
+
+const fn figure(
+    key: &'static str,
+    quantity: &'static str,
+    unit: &'static str,
+    (place, printed, rule): Claim,
+    ground: &'static str,
+    remark: &'static str,
+) -> PrintedFigure {
+    PrintedFigure::statement(key, quantity, place, printed, unit)
+        .rule(rule, ground)
+        .remark(remark)
 }
 
-/// Figures with feedback, as the thesis describes them.
-const fn regular(keys: &Keys, remark: &'static str) -> [PrintedFigure; 4] {
-    let place = "3.3.3";
+/// Figures of footsteps that are counted in one way.
+const fn counted(keys: &Keys, claims: [Claim; 4], remark: &'static str) -> [PrintedFigure; 4] {
+    let [first, forwards, erratic, linear] = claims;
     [
-        PrintedFigure::statement(
+        figure(
             keys.first,
             "first footstep after a reduction by 2.5 mm",
-            place,
-            "moves backwards",
             "mm",
-        )
-        .rule(Rule::AtMost(0.0), FIRST_GROUND)
-        .remark(remark),
-        PrintedFigure::statement(
+            first,
+            FIRST_GROUND,
+            remark,
+        ),
+        figure(
             keys.forwards,
             "number of gaits with a first footstep forwards",
-            place,
-            "moves backwards",
             "",
-        )
-        .rule(Rule::AtMost(0.0), FORWARDS_GROUND)
-        .remark(remark),
-        PrintedFigure::statement(
+            forwards,
+            FORWARDS_GROUND,
+            remark,
+        ),
+        figure(
             keys.erratic,
             "number of erratic gaits",
-            place,
-            "regular",
             "",
-        )
-        .rule(Rule::AtMost(0.0), ERRATIC_GROUND)
-        .remark(remark),
-        PrintedFigure::statement(
+            erratic,
+            ERRATIC_GROUND,
+            remark,
+        ),
+        figure(
             keys.linear,
             "coefficient of determination R²",
-            place,
-            "linear in change and steps",
             "",
-        )
-        .rule(Rule::AtLeast(LINEAR), LINEAR_GROUND)
-        .remark(remark),
+            linear,
+            LINEAR_GROUND,
+            remark,
+        ),
     ]
 }
 
 /// Returns the figures of both ways of counting.
-const fn both(cycle: &[PrintedFigure; 4], touch_down: &[PrintedFigure; 4]) -> [PrintedFigure; 8] {
-    let [a, b, c, d] = *cycle;
-    let [e, f, g, h] = *touch_down;
+const fn figures(claims: [Claim; 4]) -> [PrintedFigure; 8] {
+    let [a, b, c, d] = counted(&BY_CYCLE, claims, CYCLE);
+    let [e, f, g, h] = counted(&BY_TOUCH_DOWN, claims, TOUCH_DOWN);
     [a, b, c, d, e, f, g, h]
 }
 
@@ -147,10 +131,7 @@ pub(crate) const FIG_3_5: Item = Item {
     title: "Shorter steps in open loop",
     place: "figure 3.5, section 3.2.5",
     run_s: 30.0,
-    figures: &both(
-        &erratic(&BY_CYCLE, CYCLE),
-        &erratic(&BY_TOUCH_DOWN, TOUCH_DOWN),
-    ),
+    figures: &figures(ERRATIC),
     sources: &[Source::rest(
         Basis::Substitute,
         &[
@@ -172,10 +153,7 @@ pub(crate) const FIG_3_8: Item = Item {
     title: "Shorter steps by feedback of the loads",
     place: "figure 3.8, section 3.3.3",
     run_s: 30.0,
-    figures: &both(
-        &regular(&BY_CYCLE, CYCLE),
-        &regular(&BY_TOUCH_DOWN, TOUCH_DOWN),
-    ),
+    figures: &figures(REGULAR),
     sources: &[Source::rest(
         Basis::Substitute,
         &[
