@@ -7,6 +7,8 @@ use std::process::Command;
 
 use serde_json::Value;
 
+use crate::imports::Imports;
+
 /// Each crate with its dependencies within the project, dev-dependencies excluded; without the
 /// prefix `twinrig-`.
 const ARROWS: &[(&str, &str)] = &[
@@ -195,64 +197,81 @@ fn architecture_lists_every_crate_and_a_reason_for_every_dependency() {
 const LCP_ROOMS: &[(&str, &str)] = &[
     ("compliant", "formulation model options"),
     ("constraints", "model"),
-    ("formulation", ""),
     ("integrators", "constraints model"),
     ("model", "options"),
-    ("options", ""),
     (
         "plant",
         "compliant constraints formulation integrators model options",
     ),
 ];
 
-/// Returns the modules at the root of their crate that a source file without its tests names.
-fn root_modules_named(source: &str) -> BTreeSet<String> {
-    let source = source.split("#[cfg(test)]").next().unwrap();
-    let paths = source.split("crate::").skip(1);
-    let name = |path: &str| {
-        let end = path.find(|c: char| !(c.is_ascii_lowercase() || c == '_'));
-        path[..end.unwrap_or(path.len())].to_owned()
-    };
-    paths.map(name).collect()
-}
-
-/// Returns the Rust files of a folder and its subfolders, except `tests.rs`.
-fn sources(folder: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            found.extend(sources(&path));
-        } else if path.extension().is_some_and(|end| end == "rs") && !path.ends_with("tests.rs") {
-            found.push(path);
-        }
-    }
-    found
-}
-
 #[test]
 fn rooms_of_lcp_match_the_table() {
-    let source = root().join("plants/lcp/src");
+    let imports = Imports::read(&root().join("plants/lcp/src"));
     let mut found = BTreeMap::<String, BTreeSet<String>>::new();
-    for path in sources(&source) {
-        let inside = path.strip_prefix(&source).unwrap();
-        let first = Path::new(inside.iter().next().unwrap());
-        let room = first.file_stem().unwrap().to_str().unwrap().to_owned();
-        if ["lib", "fixtures"].contains(&room.as_str()) {
-            continue;
-        }
-        let text = std::fs::read_to_string(&path).unwrap();
-        // From the file of a room, such a path leaves the room without its name.
-        let leaves = text.contains("super::super::")
-            || inside.ends_with("mod.rs") && text.contains("super::");
-        assert!(!leaves, "{}: write paths from `crate`", inside.display());
-        let mut named = root_modules_named(&text);
-        named.remove(&room);
-        found.entry(room).or_default().extend(named);
+    for (room, used) in imports.arrows_of_rooms() {
+        found.entry(room).or_default().insert(used);
     }
     let table = LCP_ROOMS.iter().map(|(room, uses)| {
         let uses = uses.split_whitespace().map(str::to_owned);
         ((*room).to_owned(), uses.collect())
     });
     assert_eq!(found, table.collect());
+}
+
+/// Files that reach themselves by imports: none is understood without all others of its circle.
+const FILES_IN_CIRCLES: usize = 299;
+/// Files of the largest circle.
+const LARGEST_CIRCLE: usize = 43;
+/// Crates whose rooms form circles, with the number of circles.
+const CIRCLES_OF_ROOMS: &[(&str, usize)] = &[
+    ("twinrig", 1),
+    ("twinrig-contact", 2),
+    ("twinrig-description", 1),
+    ("twinrig-document", 1),
+    ("twinrig-estimate", 1),
+    ("twinrig-fmu", 1),
+    ("twinrig-legged", 1),
+    ("twinrig-massless", 3),
+    ("twinrig-motordriver", 2),
+    ("twinrig-mujoco", 3),
+    ("twinrig-optoforce", 1),
+    ("twinrig-phidget", 1),
+    ("twinrig-rapier", 1),
+    ("twinrig-rb110", 1),
+    ("twinrig-record", 2),
+    ("twinrig-runtime", 1),
+    ("twinrig-scenario", 2),
+    ("twinrig-sensor", 1),
+    ("twinrig-study", 2),
+    ("twinrig-tactile", 1),
+];
+
+#[test]
+fn circles_of_imports_are_as_counted() {
+    let mut sizes = Vec::new();
+    let mut rooms = Vec::new();
+    for (name, package) in packages() {
+        let source = root().join(&package.folder).join("src");
+        if !source.exists() {
+            continue;
+        }
+        let imports = Imports::read(&source);
+        let circles = imports.circles_of_files();
+        // Shown where the test fails.
+        for circle in &circles {
+            println!("{name}: {}", circle.join(", "));
+        }
+        sizes.extend(circles.iter().map(Vec::len));
+        let circles = imports.circles_of_rooms().len();
+        if circles > 0 {
+            rooms.push((name, circles));
+        }
+    }
+    assert_eq!(sizes.iter().sum::<usize>(), FILES_IN_CIRCLES);
+    assert_eq!(sizes.iter().max(), Some(&LARGEST_CIRCLE));
+    let expected = CIRCLES_OF_ROOMS
+        .iter()
+        .map(|&(name, count)| (name.to_owned(), count));
+    assert_eq!(rooms, expected.collect::<Vec<_>>());
 }

@@ -3,6 +3,7 @@
 
 mod arrows;
 mod documents;
+mod imports;
 mod links;
 mod tutorials;
 mod vocabulary;
