@@ -18,6 +18,7 @@ mod outputs;
 mod plan;
 mod plant_comparison;
 mod replay;
+mod reproduction;
 mod run;
 mod schema;
 mod serve;
@@ -74,6 +75,8 @@ struct Terminal<'a> {
     interactive: bool,
     /// First error of writing to standard output.
     write_error: Option<std::io::Error>,
+    /// Command line that repeats the results.
+    command: String,
 }
 
 impl Terminal<'_> {
@@ -174,8 +177,9 @@ pub fn run(registry: Registry) -> ExitCode {
 /// name, and returns the exit code: for programs whose command line begins elsewhere.
 pub fn run_args(
     registry: &Registry,
-    arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>,
+    arguments: impl IntoIterator<Item = impl Into<OsString>>,
 ) -> u8 {
+    let words: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
     let mut terminal = Terminal {
         out: &mut std::io::stdout(),
         err: &mut std::io::stderr(),
@@ -184,8 +188,9 @@ pub fn run_args(
         err_columns: error_columns(),
         interactive: true,
         write_error: None,
+        command: reproduction::command(&words),
     };
-    match parse(arguments, terminal.columns) {
+    match parse(words, terminal.columns) {
         Ok(cli) => dispatch(registry, cli, &mut terminal),
         Err(error) => {
             let text = error.render().ansi().to_string();
@@ -204,12 +209,9 @@ pub fn run_args(
 }
 
 /// Parses command-line arguments. Help, which fits `columns`, and messages call the program `twin`.
-fn parse(
-    arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>,
-    columns: Option<usize>,
-) -> Result<Cli, clap::Error> {
+fn parse(arguments: Vec<OsString>, columns: Option<usize>) -> Result<Cli, clap::Error> {
     let name = std::iter::once(OsString::from("twin"));
-    let words = name.chain(arguments.into_iter().map(Into::into));
+    let words = name.chain(arguments);
     // 0: no limit.
     let command = Cli::command().term_width(columns.unwrap_or(0));
     let matches = command.try_get_matches_from(words);
@@ -236,10 +238,11 @@ fn with_suggestion(mut error: clap::Error) -> clap::Error {
 /// colours, progress line and interrupt handler.
 pub fn run_with(
     registry: &Registry,
-    words: impl IntoIterator<Item = impl Into<OsString> + Clone>,
+    words: impl IntoIterator<Item = impl Into<OsString>>,
     out: &mut dyn Write,
     err: &mut dyn Write,
 ) -> u8 {
+    let words: Vec<OsString> = words.into_iter().map(Into::into).collect();
     let mut terminal = Terminal {
         out,
         err,
@@ -248,6 +251,7 @@ pub fn run_with(
         err_columns: None,
         interactive: false,
         write_error: None,
+        command: reproduction::command(&words),
     };
     match parse(words, None) {
         Ok(cli) => dispatch(registry, cli, &mut terminal),

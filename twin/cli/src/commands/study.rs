@@ -45,7 +45,7 @@ pub(super) fn study(registry: &Registry, args: &StudyArgs, terminal: &mut Termin
     match execute(registry, &args.study, frame, terminal) {
         Ok((result, machine, files)) => {
             if frame.json {
-                terminal.print_json(&result.json(&machine, &frame.command(&args.study)));
+                terminal.print_json(&result.json(&machine, &terminal.command));
             } else {
                 let text = result.text(&files);
                 terminal.print(&text);
@@ -93,7 +93,7 @@ fn execute(
         file: frame.scenarios[0].display().to_string(),
         source,
     })?;
-    let files = write(study, frame, &result, &machine)?;
+    let files = write(frame, &result, &machine, &terminal.command)?;
     Ok((result, machine, files))
 }
 
@@ -253,15 +253,14 @@ fn create(folder: &Path) -> Result<(), TwinError> {
 /// Writes the HTML page, the CSV and the JSON file, and tables in Markdown, also of the radii of a
 /// study of another kind; returns their paths.
 fn write(
-    study: &StudyCommand,
     frame: StudyFrame<'_>,
     result: &StudyResult,
     machine: &Machine,
+    command: &str,
 ) -> Result<Vec<PathBuf>, TwinError> {
-    let command = frame.command(study);
-    let json = result.json(machine, &command);
+    let json = result.json(machine, command);
     let mut texts = vec![
-        ("html", result.html(machine, &command)),
+        ("html", result.html(machine, command)),
         ("csv", result.csv()),
         ("json", format!("{json:#}\n")),
     ];

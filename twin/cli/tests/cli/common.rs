@@ -245,3 +245,26 @@ pub fn json(text: &str) -> Vec<serde_json::Value> {
         .map(|line| serde_json::from_str(line).unwrap())
         .collect()
 }
+
+/// Splits a command as a POSIX shell does, as far as apostrophes and backslashes go.
+pub fn shell_words(command: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut quoted = false;
+    let mut letters = command.chars();
+    while let Some(letter) = letters.next() {
+        let literal = match letter {
+            '\'' => {
+                quoted = !quoted;
+                continue;
+            }
+            ' ' if !quoted => {
+                words.push(String::new());
+                continue;
+            }
+            '\\' if !quoted => letters.next().unwrap(),
+            letter => letter,
+        };
+        words.last_mut().unwrap().push(literal);
+    }
+    words
+}

@@ -28,6 +28,7 @@ mod plant_comparison;
 mod radius;
 mod radius_axes;
 mod recordings;
+mod reproduction;
 mod robustness;
 mod run_observer;
 mod schema;

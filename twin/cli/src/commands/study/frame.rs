@@ -4,9 +4,7 @@ use std::path::{Path, PathBuf};
 
 use twinrig_scenario::Setting;
 
-use crate::args::{
-    FeedbackOptions, PrecisionOptions, RadiusOptions, StabilityOptions, StudyCommand, StudyOptions,
-};
+use crate::args::{StudyCommand, StudyOptions};
 use crate::error::TwinError;
 
 /// Greatest number of scenarios in the name of a file.
@@ -135,101 +133,4 @@ impl<'a> StudyFrame<'a> {
         }
         format!("{}-{}", self.name, stems.join("-"))
     }
-
-    /// Returns the command that repeats the study.
-    pub(super) fn command(self, study: &StudyCommand) -> String {
-        let mut words = vec!["twin study".to_owned(), self.name.to_owned()];
-        words.extend(self.scenarios.iter().map(|path| path.display().to_string()));
-        words.extend(self.plants.iter().map(|plant| format!("--plant {plant}")));
-        let set = self.set.iter();
-        words.extend(set.map(|(key, value)| format!("--set {key}={value:?}")));
-        match study {
-            StudyCommand::Precision(PrecisionOptions { study, ensemble }) => {
-                words.extend(duration(study));
-                words.push(format!("--ensemble {ensemble}"));
-                words.push(format!("--budget {}", study.budget));
-            }
-            StudyCommand::Stability(StabilityOptions { study, factor }) => {
-                words.extend(duration(study));
-                words.extend(factor.iter().map(|factor| {
-                    let values: Vec<String> =
-                        factor.values.iter().map(ToString::to_string).collect();
-                    format!("--factor {}={}", factor.factor.word(), values.join(","))
-                }));
-                words.push(format!("--budget {}", study.budget));
-            }
-            StudyCommand::Coupling(study) => {
-                words.extend(duration(study));
-                words.push(format!("--budget {}", study.budget));
-            }
-            StudyCommand::Estimate(options) => {
-                words.extend(duration(&options.study));
-                words.push(format!("--particles {}", options.particles));
-                words.push(format!("--iterations {}", options.iterations));
-                words.push(format!("--budget {}", options.study.budget));
-            }
-            StudyCommand::Modulation(options) => {
-                let variable = options.variable.iter();
-                words.extend(variable.map(|name| format!("--variable {name}")));
-                if !options.by.is_empty() {
-                    words.push(format!("--by={:?}", options.by.join(",")));
-                }
-                let after = options.after.iter();
-                words.extend(after.map(|after| format!("--after \"{after}\"")));
-                words.push(format!("--points {}", options.points));
-                words.push(format!("--steps {}", options.steps));
-                if options.factors {
-                    words.push("--factors".to_owned());
-                }
-            }
-            StudyCommand::Loads(options) => words.extend(loads(options)),
-            StudyCommand::Radius(options) => words.extend(radius(options)),
-            StudyCommand::Robustness(options) => {
-                words.push(format!("--ensemble {}", options.ensemble));
-                words.push(format!("--tolerance \"{} m\"", options.tolerance));
-                words.extend(options.radius.then(|| "--radius".to_owned()));
-            }
-            StudyCommand::Transition(options) => {
-                let variable = options.variable.iter();
-                words.extend(variable.map(|name| format!("--variable {name}")));
-                let plateaus: Vec<String> =
-                    options.plateau.iter().map(ToString::to_string).collect();
-                if !plateaus.is_empty() {
-                    words.push(format!("--plateau {:?}", plateaus.join(",")));
-                }
-                words.push(format!("--tolerance {}", options.tolerance));
-                words.push(format!("--cycles {}", options.cycles));
-            }
-        }
-        words.join(" ")
-    }
-}
-
-fn duration(options: &StudyOptions) -> Option<String> {
-    let duration = options.duration?;
-    Some(format!("--duration \"{duration}\""))
-}
-
-fn radius(options: &RadiusOptions) -> Vec<String> {
-    let axes = options.axis.iter().map(|name| format!("--axis {name}"));
-    let along = options.along.iter().zip(&options.to);
-    let along = along.map(|(key, to)| format!("--along {key:?} --to={to:?}"));
-    let precision = format!("--precision {}", options.precision);
-    axes.chain(along)
-        .chain(std::iter::once(precision))
-        .collect()
-}
-
-fn loads(options: &FeedbackOptions) -> Vec<String> {
-    let mut words = Vec::new();
-    let lags: Vec<String> = options.lag.iter().map(ToString::to_string).collect();
-    if !lags.is_empty() {
-        words.push(format!("--lag {:?}", lags.join(",")));
-    }
-    words.push(format!("--after {:?}", options.after.to_string()));
-    words.push(format!("--phases {:?}", options.phases.to_string()));
-    words.push(format!("--by={:?}", options.by.join(",")));
-    words.push(format!("--points {}", options.points));
-    words.push(format!("--steps {}", options.steps));
-    words
 }

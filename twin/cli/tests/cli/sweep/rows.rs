@@ -1,30 +1,7 @@
 use std::collections::BTreeSet;
 
 use super::{SEEDS, STAND, Sweep, built, texts};
-use crate::common::{json, twin_of};
-
-/// Splits a command as a POSIX shell does, as far as apostrophes and backslashes go.
-fn words(command: &str) -> Vec<String> {
-    let mut words = vec![String::new()];
-    let mut quoted = false;
-    let mut letters = command.chars();
-    while let Some(letter) = letters.next() {
-        let literal = match letter {
-            '\'' => {
-                quoted = !quoted;
-                continue;
-            }
-            ' ' if !quoted => {
-                words.push(String::new());
-                continue;
-            }
-            '\\' if !quoted => letters.next().unwrap(),
-            letter => letter,
-        };
-        words.last_mut().unwrap().push(literal);
-    }
-    words
-}
+use crate::common::{json, shell_words, twin_of};
 
 /// The command of each row repeats its run, bit for bit: settings of the specification, of the
 /// command line and of the point.
@@ -40,7 +17,7 @@ fn command_of_a_row_has_its_fingerprint() {
     let rows = result["rows"].as_array().unwrap();
     assert_eq!(rows.len(), 6);
     for row in rows {
-        let words = words(row["command"].as_str().unwrap());
+        let words = shell_words(row["command"].as_str().unwrap());
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         let done = twin_of(&built("other"), &[&words[1..], &["--json"]].concat());
         assert_eq!(done.code, 0, "{done:?}");
