@@ -34,7 +34,6 @@ fn complete_run(bencher: Bencher<'_, '_>, settings: &[(&str, &str)], recording: 
     with_trot(settings, |assembly| {
         let execution = Execution {
             recording,
-            progress: false,
             ..Execution::default()
         };
         bencher

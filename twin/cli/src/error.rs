@@ -338,7 +338,7 @@ impl From<RobotError> for TwinError {
 
 /// Returns the command that must precede a build with `feature`, as a suffix of the help line.
 fn after(feature: &str) -> String {
-    let needs = crate::assembly::registry::build_needs(feature);
+    let needs = crate::registry::build_needs(feature);
     needs.map_or_else(String::new, |needs| format!(", after `{needs}`"))
 }
 

@@ -43,12 +43,14 @@
 #[cfg(feature = "cli")]
 mod args;
 mod assembly;
+mod build_key;
 #[cfg(feature = "cli")]
 mod commands;
 #[cfg(feature = "cli")]
 mod doctor;
 #[cfg(feature = "cli")]
 mod drawing;
+mod ensemble;
 mod error;
 #[cfg(feature = "cli")]
 mod examples;
@@ -56,8 +58,10 @@ mod facade;
 pub mod fmu;
 mod optimize;
 mod parts;
+mod progress;
 #[cfg(feature = "cli")]
 mod radius;
+mod registry;
 mod report;
 #[cfg(feature = "cli")]
 mod robot_facts;
@@ -82,9 +86,10 @@ pub use facade::testing;
 pub use facade::{bus, controller, plant, prelude, robot};
 
 pub use assembly::Assembly;
-pub use assembly::registry::Registry;
+pub use build_key::BuildKey;
 #[cfg(feature = "cli")]
 pub use commands::{plan_json, recording_path, run, run_args, run_with};
+pub use ensemble::{execute, with_ensemble};
 pub use error::{BuildError, TwinError};
 pub use optimize::execute::{
     OptimizationOutcome, OptimizationProgress, OptimizationRequest, optimize,
@@ -96,11 +101,10 @@ pub use parts::lcp::lcp;
 pub use parts::massless::massless;
 pub use parts::method::Method;
 pub use parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
+pub use registry::Registry;
 pub use report::{BusReport, Energy, Line, LineEnsemble, RealTime, Report, Status, Warned};
-pub use run::ensemble::with_ensemble;
-pub use run::execute::{Execution, execute, execute_observed};
-pub use run::observers::{RunLayouts, RunObserver};
-pub use sweep::build_key::BuildKey;
+pub use run::execute::{Execution, execute_observed};
+pub use run::observers::{RunLayouts, RunObserver, RunProgress};
 pub use sweep::execute::{SweepEvent, SweepOutcome, SweepProgress, SweepRequest, sweep};
 pub use sweep::job::{JobError, WorkerJob};
 #[cfg(feature = "cli")]

@@ -86,7 +86,7 @@ fn execute(
     let report = if parts.any {
         report
     } else {
-        with_ensemble(&assembly, report, false)?
+        with_ensemble(&assembly, report, &mut |_, _| ())?
     };
     if let Some(bytes) = store.missing {
         return Err(Failure::Memory { bytes });

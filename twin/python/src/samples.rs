@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use twinrig::kernel::{Layout, SimDuration, SimTime, Unit};
 use twinrig::runtime::Group;
 use twinrig::scenario::Footstep;
-use twinrig::{Assembly, RunLayouts, RunObserver};
+use twinrig::{Assembly, RunLayouts, RunObserver, RunProgress};
 use twinrig_record::{
     FootstepMessage, FrameSampler, FrameSeries, Recording, SampledGroup, group_name,
 };
@@ -276,7 +276,7 @@ impl RunObserver for SampleStore<'_> {
         self.footsteps.push(footstep.leg, numbers);
     }
 
-    fn poll(&mut self) {
+    fn poll(&mut self, _: &RunProgress<'_>) {
         if let Some(poll) = &mut self.poll {
             poll.poll();
         }

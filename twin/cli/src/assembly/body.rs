@@ -8,11 +8,11 @@ use twinrig_robot::{LegMount, PointMass, Robot, RobotFile};
 use twinrig_scenario::{LegFact, PayloadSpec, Scenario};
 
 use crate::assembly::plausibility;
-use crate::assembly::registry::Registry;
 use crate::assembly::sensors::Sensors;
 use crate::assembly::sources;
 use crate::error::TwinError;
 use crate::parts::plant_kind::{ModelContext, StandaloneModel};
+use crate::registry::Registry;
 
 /// Robot and model of a scenario. A robot beside a standalone model serves the controller.
 #[derive(Clone)]

@@ -6,7 +6,6 @@ use twinrig_runtime::{Driver, PartKind, Plant, Process, RigError, Wire, in_part}
 use twinrig_scenario::{ActuatorSpec, LegFact, PlantSpec, PushSite, Scenario};
 
 use crate::assembly::body::Body;
-use crate::assembly::registry::Registry;
 use crate::error::{BuildError, NO_ROBOT, TwinError};
 use crate::parts::controller_kind::{ControllerContext, LegContext};
 use crate::parts::coupling;
@@ -14,6 +13,7 @@ use crate::parts::drives::with_abduction;
 use crate::parts::idle::Idle;
 use crate::parts::plant_kind::{PlantContext, StandaloneModel};
 use crate::parts::start;
+use crate::registry::Registry;
 
 /// The error of a kind that the registry does not have.
 const NO_SUCH_KIND: &str = "there is none of that name";

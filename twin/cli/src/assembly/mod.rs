@@ -20,20 +20,19 @@ mod commanded_gait;
 mod failure;
 mod instrumented;
 mod plausibility;
-pub(crate) mod registry;
+pub(crate) mod recording_size;
 mod sensed;
 pub(crate) mod sensors;
 pub(crate) mod sources;
 
 use crate::assembly::body::Body;
 use crate::assembly::builder::{BuiltParts, PartBuilder};
-use crate::assembly::registry::Registry;
 use crate::assembly::sources::{SCENARIO_FILE, Sources};
 use crate::error::TwinError;
 use crate::parts::constraints::{self, CONSTRAINTS, DefaultRules, named_constraints};
 use crate::parts::method::TOLERANCE;
 use crate::parts::setup::ground_below;
-use crate::run::recording_size;
+use crate::registry::Registry;
 
 /// Patterns of the signals from which poses are drawn.
 const FRAME_SIGNALS: [&str; 3] = [

@@ -9,10 +9,10 @@ use twinrig_runtime::Plant;
 use twinrig_scenario::{BusSpec, Scenario};
 use twinrig_sensor::{SensedPlant, TactileParameters};
 
-use crate::assembly::registry::Registry;
 use crate::error::BuildError;
 use crate::parts::bus_kind::SensorMount;
 use crate::parts::tactile::CalibrationFile;
+use crate::registry::Registry;
 
 /// Sensors of a scenario, with the texts of their files.
 #[derive(Clone, Default)]

@@ -7,9 +7,9 @@ use twinrig_robot::{Robot, RobotError, RobotFile};
 use twinrig_scenario::{Scenario, Setting};
 
 use crate::assembly::body::Body;
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::parts::constraints::DefaultRules;
+use crate::registry::Registry;
 
 /// Names of the files in a recording.
 pub(crate) const SCENARIO_FILE: &str = "scenario.toml";

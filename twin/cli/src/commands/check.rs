@@ -6,8 +6,8 @@ use twinrig_document::{DocumentError, Problem, Warning, escaped};
 use super::{FAILURE, SUCCESS, Terminal, settings, source};
 use crate::args::CheckArgs;
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
 use crate::error::{TwinError, guarded};
+use crate::registry::Registry;
 use crate::report::Warned;
 use crate::report::style::{DIM, GREEN, styled};
 

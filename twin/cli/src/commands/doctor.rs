@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::{NEGATIVE, SUCCESS, Terminal};
 use crate::args::DoctorArgs;
-use crate::assembly::registry::Registry;
 use crate::doctor::{Item, Machine, State, examine};
+use crate::registry::Registry;
 use crate::report::grid::{Cell, Grid, Left};
 use crate::report::style::{DIM, GREEN, RED, YELLOW};
 

@@ -11,9 +11,9 @@ use twinrig_robot::RobotFile;
 
 use super::{FAILURE, SUCCESS, Terminal, schema};
 use crate::args::{ExamplesArgs, ExamplesCommand, ExamplesCopyArgs};
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::examples::{EXAMPLES, Example};
+use crate::registry::Registry;
 use crate::report::grid::{Grid, Left, Right};
 use crate::report::seconds;
 

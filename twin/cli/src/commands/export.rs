@@ -8,9 +8,9 @@ use twinrig_robot::RobotFile;
 use super::{FAILURE, SUCCESS, Terminal, settings};
 use crate::args::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs, UrdfArgs};
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
 use crate::error::{TwinError, guarded};
 use crate::fmu::{self, FmiVersion, FmuRequest};
+use crate::registry::Registry;
 
 pub(super) fn export(registry: &Registry, args: &ExportArgs, terminal: &mut Terminal<'_>) -> u8 {
     let written = match &args.language {

@@ -10,8 +10,8 @@ use twinrig_scenario::{Accepts, Kind, TableReference, language};
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::ListArgs;
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::registry::Registry;
 use crate::report::grid::{Cell, Grid, Left};
 use crate::report::style::{BOLD, DIM, styled};
 use crate::robot_facts::{RobotFacts, robot_facts};

@@ -44,8 +44,8 @@ use twinrig_runtime::catch_panic;
 use twinrig_scenario::Setting;
 
 use crate::args::{Cli, Command, Settings};
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::registry::Registry;
 use crate::report::layout::laid_out;
 use crate::report::style::harmless;
 use crate::report::width::{columns, error_columns, fit, fit_message};

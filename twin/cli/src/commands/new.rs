@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::{NewArgs, NewKind};
-use crate::assembly::registry::Registry;
+use crate::build_key::file_of_this_code;
 use crate::error::TwinError;
-use crate::sweep::build_key::file_of_this_code;
+use crate::registry::Registry;
 
 /// Version of the crate that new ones depend on.
 const VERSION: &str = env!("CARGO_PKG_VERSION");

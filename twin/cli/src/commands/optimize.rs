@@ -6,12 +6,12 @@ use twinrig_campaign::engine::EngineOptions;
 
 use super::{FAILURE, Terminal, outputs, settings};
 use crate::args::OptimizeArgs;
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::optimize::execute::{OptimizationOutcome, OptimizationRequest, optimize as execute};
-use crate::optimize::table;
+use crate::optimize::{progress, table};
+use crate::progress::Progress;
+use crate::registry::Registry;
 use crate::run::interrupt;
-use crate::run::progress::Progress;
 
 /// Folder of the results of all optimisations.
 const FOLDER: &str = "optimizations";
@@ -63,8 +63,8 @@ fn run(
 ) -> Result<OptimizationOutcome, TwinError> {
     outputs::check_folder(&request.out)?;
     let title = args.space.file_stem().unwrap_or_default().to_string_lossy();
-    let mut line = Progress::of_parts(&title, terminal.interactive && !args.json);
-    let outcome = execute(registry, request, &mut |progress| line.generation(progress));
+    let mut line = Progress::new(&title, terminal.interactive && !args.json);
+    let outcome = execute(registry, request, &mut |it| progress::show(&mut line, it));
     drop(line);
     let outcome = outcome?;
     if !args.json {

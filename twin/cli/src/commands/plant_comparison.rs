@@ -13,6 +13,7 @@ use super::run::{Session, error_of};
 use crate::args::RunArgs;
 use crate::assembly::Assembly;
 use crate::error::{TwinError, guarded};
+use crate::progress::RunLine;
 use crate::report::style::{BOLD, RED, styled};
 use crate::report::{Report, Status, seconds};
 use crate::run::continuation::{Continuation, resume_with_plant};
@@ -229,9 +230,11 @@ impl<'s, 'a> PlantComparison<'s, 'a> {
             });
         }
         self.session.warn(&first, terminal);
-        let execution = self.session.execution(&first, "", terminal);
+        let execution = self.session.execution(&first, "");
+        let mut line = RunLine::new(self.session.shows_progress(terminal));
         let (report, saved) = guarded(&first.scenario().file, || {
-            execute_saving(&first, &execution, first.end(), Some(from), None)
+            let end = first.end();
+            execute_saving(&first, &execution, end, Some(from), Some(&mut line))
         })?;
         Ok((first, report, saved))
     }
@@ -248,9 +251,10 @@ impl<'s, 'a> PlantComparison<'s, 'a> {
         let other = self.session.assembly(self.path, Some(plant))?;
         let origin = &first.scenario().plant.model;
         let mark = format!("-from-{origin}-{}s", seconds(from.as_nanos()));
-        let execution = self.session.execution(&other, &mark, terminal);
+        let execution = self.session.execution(&other, &mark);
+        let mut line = RunLine::new(self.session.shows_progress(terminal));
         guarded(&other.scenario().file, || {
-            resume_with_plant(first, &other, saved, &execution)
+            resume_with_plant(first, &other, saved, &execution, &mut line)
         })
     }
 }

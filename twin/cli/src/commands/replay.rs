@@ -9,13 +9,14 @@ use super::diff::{Difference, cut_off, open};
 use super::{FAILURE, NEGATIVE, SUCCESS, Terminal};
 use crate::args::ReplayArgs;
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
 use crate::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
 use crate::error::TwinError;
 use crate::parts::constraints::DefaultRules;
+use crate::progress::RunLine;
+use crate::registry::Registry;
 use crate::report::style::{BOLD, GREEN, RED, YELLOW, styled};
-use crate::report::{Report, Status, seconds};
-use crate::run::execute::{Execution, execute_until};
+use crate::report::{Status, seconds};
+use crate::run::execute::{Execution, execute_saving};
 use crate::run::interrupt;
 use crate::run::recording::{
     DEFAULTS_NOTE, EXCHANGED_NOTE, HARDWARE_NOTE, SETTINGS_NOTE, settings_of,
@@ -72,13 +73,14 @@ fn repeat(registry: &Registry, args: &ReplayArgs, progress: bool) -> Result<Repl
     let repetition = TemporaryRecording::new(path);
     let execution = Execution {
         recording: Some(repetition.0.clone()),
-        progress,
         ports: Vec::new(),
         strict: false,
     };
     let cut_off = cut_off(&recorded);
     let end = cut_off.unwrap_or_else(|| assembly.end());
-    let report: Report = execute_until(&assembly, &execution, end)?;
+    let mut line = RunLine::new(progress);
+    let (report, _) = execute_saving(&assembly, &execution, end, None, Some(&mut line))?;
+    drop(line);
     let new = open(&repetition.0)?;
     drop(repetition);
     let difference = match cut_off {

@@ -11,13 +11,15 @@ use super::plant_comparison::{self, PlantComparison};
 use super::{PLANT_KEY, Terminal, outputs, settings, source};
 use crate::args::{RunArgs, Settings};
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
+use crate::assembly::recording_size::LARGE_RECORDING;
+use crate::ensemble::with_ensemble;
 use crate::error::{TwinError, guarded};
+use crate::progress::{Progress, RunLine};
+use crate::registry::Registry;
 use crate::report::{Report, Status};
 use crate::report::{junit, table};
-use crate::run::execute::{Execution, execute};
+use crate::run::execute::{Execution, execute_observed};
 use crate::run::interrupt;
-use crate::run::recording_size::LARGE_RECORDING;
 use crate::sweep::runs::quoted as shell;
 
 pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'_>) -> u8 {
@@ -123,8 +125,13 @@ impl<'a> Session<'a> {
         let report = guarded(&file, || {
             let assembly = self.assembly(path, plant)?;
             self.warn(&assembly, terminal);
-            let execution = self.execution(&assembly, "", terminal);
-            execute(&assembly, &execution)
+            let execution = self.execution(&assembly, "");
+            let shown = self.shows_progress(terminal);
+            let mut line = RunLine::new(shown);
+            let report = execute_observed(&assembly, &execution, &mut line)?;
+            drop(line);
+            let mut line = Progress::new(&format!("{}, ensemble", report.scenario), shown);
+            with_ensemble(&assembly, report, &mut |done, of| line.part(done, of, ""))
         });
         report.unwrap_or_else(|error| {
             let report = error_of(path, &error);
@@ -191,12 +198,7 @@ impl<'a> Session<'a> {
     }
 
     /// Returns the execution of an assembly; the name of its recording has the suffix `mark`.
-    pub(super) fn execution(
-        &mut self,
-        assembly: &Assembly<'_>,
-        mark: &str,
-        terminal: &Terminal<'_>,
-    ) -> Execution {
+    pub(super) fn execution(&mut self, assembly: &Assembly<'_>, mark: &str) -> Execution {
         let recording = (!self.args.no_record).then(|| {
             let path = recording(&self.args.out, assembly.scenario(), mark, &self.recordings);
             self.recordings.push(path.clone());
@@ -204,10 +206,14 @@ impl<'a> Session<'a> {
         });
         Execution {
             recording,
-            progress: terminal.interactive && !self.args.json,
             ports: ports(&self.args.port),
             strict: self.args.strict,
         }
+    }
+
+    /// Returns whether progress lines are shown where standard error is a terminal.
+    pub(super) fn shows_progress(&self, terminal: &Terminal<'_>) -> bool {
+        terminal.interactive && !self.args.json
     }
 
     /// Prints and stores a report.

@@ -13,11 +13,11 @@ use super::{FAILURE, SUCCESS, Terminal, settings};
 use crate::args::ServeArgs;
 use crate::assembly::Assembly;
 use crate::assembly::builder::{BuiltParts, Bus};
-use crate::assembly::registry::Registry;
+use crate::build_key::file_of_this_code;
 use crate::error::TwinError;
+use crate::registry::Registry;
 use crate::run::hardware::{check_places, place};
 use crate::run::interrupt;
-use crate::sweep::build_key::file_of_this_code;
 
 pub(super) fn serve(registry: &Registry, args: &ServeArgs, terminal: &mut Terminal<'_>) -> u8 {
     if terminal.interactive {

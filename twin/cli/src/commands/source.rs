@@ -8,8 +8,8 @@ use twinrig_document::{Document, DocumentError, Problem, STREAM_MOST};
 use twinrig_scenario::Setting;
 
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::registry::Registry;
 
 /// Word for standard input in place of a path.
 const STANDARD_INPUT: &str = "-";

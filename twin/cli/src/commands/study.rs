@@ -18,11 +18,11 @@ use crate::args::{
     StudyArgs, StudyCommand, StudyOptions,
 };
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::progress::Progress;
 use crate::radius::execute::radius;
+use crate::registry::Registry;
 use crate::run::interrupt;
-use crate::run::progress::Progress;
 use crate::study::builder::StudyBuilder;
 use crate::study::coupling_builder::RigStudyBuilder;
 use crate::study::feedback_cases::FeedbackCases;
@@ -87,7 +87,7 @@ fn execute(
     outputs::check_folder(frame.out)?;
     let machine = Machine::here(BUILD);
     let show_progress = terminal.interactive && !frame.json;
-    let observer = &mut ProgressLine(Progress::of_parts(frame.name, show_progress));
+    let observer = &mut ProgressLine(Progress::new(frame.name, show_progress));
     let result = run(registry, study, frame, &settings, observer)?;
     let result = result.map_err(|source| TwinError::Study {
         file: frame.scenarios[0].display().to_string(),

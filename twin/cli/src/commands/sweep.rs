@@ -6,12 +6,12 @@ use twinrig_campaign::engine::EngineOptions;
 
 use super::{FAILURE, Terminal, outputs, settings};
 use crate::args::SweepArgs;
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::progress::Progress;
+use crate::registry::Registry;
 use crate::run::interrupt;
-use crate::run::progress::Progress;
 use crate::sweep::execute::{SweepEvent, SweepOutcome, SweepRequest, sweep as execute};
-use crate::sweep::{junit, table};
+use crate::sweep::{junit, progress, table};
 
 /// Folder of the results of all sweeps.
 const FOLDER: &str = "sweeps";
@@ -61,10 +61,10 @@ fn run(
         outputs::check_file(path)?;
     }
     let title = args.spec.file_stem().unwrap_or_default().to_string_lossy();
-    let mut line = Progress::of_parts(&title, terminal.interactive && !args.json);
+    let mut line = Progress::new(&title, terminal.interactive && !args.json);
     let outcome = execute(registry, request, &mut |event| match event {
         SweepEvent::Warning(text) => terminal.note(text),
-        SweepEvent::Progress(progress) => line.runs(&progress),
+        SweepEvent::Progress(it) => progress::show(&mut line, &it),
     });
     drop(line);
     let outcome = outcome?;

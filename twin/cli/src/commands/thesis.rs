@@ -5,10 +5,10 @@ use twinrig_study::Machine;
 
 use super::{FAILURE, NEGATIVE, SUCCESS, Terminal};
 use crate::args::{FlipMoves, ThesisArgs};
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::progress::Progress;
+use crate::registry::Registry;
 use crate::run::interrupt;
-use crate::run::progress::Progress;
 use crate::thesis::flips::FlipRun;
 use crate::thesis::item::Item;
 use crate::thesis::items::items;
@@ -88,7 +88,7 @@ fn flip(
         });
     }
     let run = FlipRun::new(registry, selected, &args.scenarios);
-    let progress = Progress::of_parts("thesis", terminal.interactive && !args.json);
+    let progress = Progress::new("thesis", terminal.interactive && !args.json);
     if moves == FlipMoves::All {
         let flips = run.all(BUILD, progress)?;
         if args.json {
@@ -127,7 +127,7 @@ fn compare(
         key: key.clone(),
         value: value.clone(),
     });
-    let progress = Progress::of_parts("thesis", terminal.interactive && !args.json);
+    let progress = Progress::new("thesis", terminal.interactive && !args.json);
     let machine = Machine::here(BUILD);
     let settings = settings.collect();
     let result = run::run(

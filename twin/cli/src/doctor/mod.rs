@@ -14,7 +14,7 @@ mod system;
 #[cfg(test)]
 mod tests;
 
-use crate::assembly::registry::Registry;
+use crate::registry::Registry;
 
 pub(crate) use item::{Item, State};
 pub(crate) use machine::Machine;

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use twinrig_scenario::BusSpec;
 
 use crate::assembly::Assembly;
-use crate::assembly::registry::PartSort;
 use crate::fmu::archive::archive;
 use crate::fmu::description::Description;
 use crate::fmu::error::ExportError;
@@ -14,6 +13,7 @@ use crate::fmu::part::FmuPart;
 use crate::fmu::resources::Resources;
 use crate::fmu::variables::FmuVariable;
 use crate::fmu::{FmiVersion, MODEL_IDENTIFIER, library};
+use crate::registry::PartSort;
 
 /// Request for an export.
 pub(crate) struct FmuRequest {

@@ -7,7 +7,6 @@ use twinrig_kernel::{SimDuration, SimTime, Snapshot, signal};
 use twinrig_runtime::{RigError, catch_panic};
 
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
 use crate::fmu::error::FmuError;
 use crate::fmu::file_uri;
 use crate::fmu::part::{FmuPart, Simulated};
@@ -15,6 +14,7 @@ use crate::fmu::plant_part::PlantPart;
 use crate::fmu::resources::Resources;
 use crate::fmu::rig_part::RigPart;
 use crate::fmu::variables::{Element, FINGERPRINT, Variables};
+use crate::registry::Registry;
 
 /// Largest magnitude of a time in nanoseconds that is exact in `f64` arithmetic around it \[ns\]:
 /// 104 days.

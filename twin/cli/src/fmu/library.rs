@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::build_key::file_of_this_code;
 use crate::fmu::error::ExportError;
 use crate::fmu::resources::VERSION;
-use crate::sweep::build_key::file_of_this_code;
 
 /// Marker of the library of FMUs with its version. The library contains the bytes in reverse order,
 /// the program in this one, so that the program is not taken for the library.

@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 use twinrig_scenario::Setting;
 
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
 use crate::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
 use crate::error::TwinError;
 use crate::fmu::error::FmuError;
 use crate::fmu::part::FmuPart;
 use crate::parts::constraints::DefaultRules;
+use crate::registry::Registry;
 use crate::run::recording::{kept_files, pairs, settings_of};
 
 /// The file that describes the others.

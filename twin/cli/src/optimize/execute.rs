@@ -15,8 +15,8 @@ use twinrig_scenario::Setting;
 use super::files;
 use super::plan::OptimizationPlan;
 use super::running::{Running, evaluations};
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::registry::Registry;
 use crate::sweep::tasks::engine;
 
 /// Folder of the rows in the folder of the results.

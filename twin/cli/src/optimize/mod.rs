@@ -4,6 +4,7 @@ mod best;
 pub(crate) mod execute;
 mod files;
 mod plan;
+pub(crate) mod progress;
 mod running;
 pub(crate) mod table;
 

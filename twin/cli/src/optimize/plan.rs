@@ -7,8 +7,8 @@ use twinrig_document::{Document, DocumentError, Item, Placed, Problem, suggestio
 use twinrig_kernel::SimTime;
 use twinrig_scenario::{BodyClaim, Claim, CostMeasure, Expectation, Scenario, Setting};
 
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::registry::Registry;
 use crate::report::seconds;
 use crate::sweep::cases::RunCase;
 use crate::sweep::runs::{RunPlan, RunRequest};

@@ -9,7 +9,7 @@ use twinrig_scenario::Scenario;
 
 use super::plan::OptimizationPlan;
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
+use crate::registry::Registry;
 
 /// Columns of a history before those of the dimensions.
 const SUMMARY: usize = 6;

@@ -56,7 +56,7 @@ mod tests {
     use twinrig_scenario::Setting;
 
     use crate::assembly::Assembly;
-    use crate::assembly::registry::Registry;
+    use crate::registry::Registry;
 
     /// Between grid points a position is extrapolated along the rate of the same name: it must be
     /// the time derivative of the position, in the same axes and of the same point.

@@ -32,7 +32,6 @@ pub(crate) mod rb110;
 pub(crate) mod sbcp;
 pub(crate) mod script;
 pub(crate) mod setup;
-pub(crate) mod standard;
 pub(crate) mod start;
 pub(crate) mod tactile;
 pub(crate) mod turn;

@@ -7,7 +7,6 @@ use twinrig_mujoco::{
 };
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options as ScenarioOptions};
 
-use crate::assembly::registry::Registry;
 use crate::error::BuildError;
 use crate::parts::method::STEP_ONLY;
 use crate::parts::mujoco_methods;
@@ -28,13 +27,7 @@ pub(super) const SWITCH: [&str; 2] = ["on", "off"];
 /// Default value of the option `integrator`: the integrator that suits the coordinates best.
 const DEFAULT_INTEGRATOR: &str = "own";
 
-pub(crate) fn kinds(registry: Registry) -> Registry {
-    registry
-        .with_plant(kind())
-        .with_plant(crate::parts::model_file::kind())
-}
-
-fn kind() -> PlantKind {
+pub(crate) fn kind() -> PlantKind {
     let integrators: Vec<&str> = [DEFAULT_INTEGRATOR]
         .into_iter()
         .chain(Integrator::ALL.map(Integrator::name))

@@ -5,7 +5,6 @@ use twinrig_kernel::{SimDuration, Unit};
 use twinrig_rapier::{Joints, Options, Rapier, Softness, Solver};
 use twinrig_scenario::{Accepts, OptionSpec, Options as ScenarioOptions};
 
-use crate::assembly::registry::Registry;
 use crate::error::BuildError;
 use crate::parts::engines::RAPIER;
 use crate::parts::method::{Method, STEP_ONLY};
@@ -19,11 +18,7 @@ const STEP: SimDuration = SimDuration::from_millis(2);
 /// Sources of the solver settings that a scenario does not give.
 const SETTINGS: [&str; 2] = ["best", "engine"];
 
-pub(crate) fn kinds(registry: Registry) -> Registry {
-    registry.with_plant(kind())
-}
-
-fn kind() -> PlantKind {
+pub(crate) fn kind() -> PlantKind {
     let joints = Joints::ALL.map(Joints::name);
     let by = |name, about, joints: Joints, settings| {
         Method::stepped(name, about)

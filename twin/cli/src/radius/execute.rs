@@ -16,8 +16,8 @@ use twinrig_study::{ProgressObserver, StudyError};
 
 use super::chosen::{ChosenAxes, KeyAxis, chosen};
 use super::context::DisturbanceContext;
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::registry::Registry;
 use crate::run::interrupt;
 use crate::sweep::cases::RunCase;
 use crate::sweep::runs::{RunPlan, RunRequest};

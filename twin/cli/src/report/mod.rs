@@ -5,6 +5,7 @@ pub(crate) mod grid;
 pub(crate) mod junit;
 pub(crate) mod layout;
 pub(crate) mod left_out;
+pub(crate) mod row;
 pub(crate) mod style;
 pub(crate) mod table;
 mod tracking;

@@ -9,8 +9,7 @@ use crate::error::TwinError;
 use crate::report::Report;
 use crate::run::execute::{self, Course, Execution};
 use crate::run::judging;
-use crate::run::observers::RunObservers;
-use crate::run::progress::Progress;
+use crate::run::observers::{RunObserver, RunObservers, RunProgress};
 use crate::run::recording::recorder;
 
 /// Result of a continuation.
@@ -33,6 +32,7 @@ pub(crate) fn resume_with_plant(
     other: &Assembly<'_>,
     saved: &Snapshot,
     execution: &Execution,
+    caller: &mut dyn RunObserver,
 ) -> Result<Continuation, TwinError> {
     let mut rig = first.rig()?;
     rig.restore(saved).map_err(|error| first.rig_error(error))?;
@@ -41,18 +41,21 @@ pub(crate) fn resume_with_plant(
     let unjudged = other.without_changes();
     let end: SimTime = other.end();
     let recorder = recorder(other, &rig, execution)?;
-    let mut observers = RunObservers::new(judging::judge(&unjudged, &rig), recorder);
+    let observers = RunObservers::new(judging::judge(&unjudged, &rig), recorder);
+    let mut observers = observers.with_caller(Some(caller), &rig);
     let scenario = other.scenario();
-    let title = format!("{}, continued with {}", scenario.name, scenario.plant.model);
-    let mut progress = Progress::new(&title, end.as_secs_f64(), execution.progress);
+    let progress = RunProgress {
+        title: &format!("{}, continued with {}", scenario.name, scenario.plant.model),
+        now: rig.now(),
+        end,
+    };
     #[expect(
         clippy::disallowed_methods,
         reason = "the report contains the wall time"
     )]
     let started = Instant::now();
-    let ran = execute::run(other, &mut rig, &mut observers, &mut progress, end);
+    let ran = execute::run(other, &mut rig, &mut observers, &progress, end);
     let wall_s = started.elapsed().as_secs_f64();
-    drop(progress);
     let course = Course::of(&rig, wall_s, ran);
     let report = execute::report(&unjudged, execution, observers, course);
     Ok(Continuation { report, lost })

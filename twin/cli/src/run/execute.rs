@@ -11,16 +11,14 @@ use twinrig_runtime::{
 };
 
 use crate::assembly::Assembly;
+use crate::assembly::recording_size::LARGE_RECORDING;
 use crate::error::TwinError;
 use crate::report::{Line, Report, Status};
-use crate::run::ensemble::with_ensemble;
 use crate::run::hardware;
 use crate::run::interrupt;
 use crate::run::judging::{judge, judged_report, reference, tracking};
-use crate::run::observers::{PolledOnly, RunObserver, RunObservers};
-use crate::run::progress::Progress;
+use crate::run::observers::{PolledOnly, RunObserver, RunObservers, RunProgress};
 use crate::run::recording::recorder;
-use crate::run::recording_size::LARGE_RECORDING;
 
 /// Maximum simulated time between checks for interrupts, failed recordings and progress updates.
 const SLICE: SimDuration = SimDuration::from_millis(100);
@@ -32,8 +30,6 @@ const SLICE_PERIODS: u64 = 4096;
 pub struct Execution {
     /// Path of the recording; none: no recording.
     pub recording: Option<PathBuf>,
-    /// Whether to show the progress, if standard error is a terminal.
-    pub progress: bool,
     /// Devices of the buses by bus name, for a run on hardware; empty: boards and plant are
     /// simulated.
     pub ports: Vec<(String, PathBuf)>,
@@ -41,16 +37,21 @@ pub struct Execution {
     pub strict: bool,
 }
 
-/// Runs `assembly`, the reference run if an expectation requires one, and the ensemble if the
-/// scenario has one.
+/// Runs `assembly`, and the reference run if an expectation requires one, with an observer of the
+/// caller, and without the ensemble of the scenario.
 ///
 /// # Errors
 /// [`TwinError`] if the run cannot start. A run that starts and fails is reported in the
 /// [`Report`].
-pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report, TwinError> {
+pub fn execute_observed(
+    assembly: &Assembly<'_>,
+    execution: &Execution,
+    caller: &mut dyn RunObserver,
+) -> Result<Report, TwinError> {
+    let end = assembly.end();
     if execution.ports.is_empty() {
-        let report = execute_until(assembly, execution, assembly.end())?;
-        return with_ensemble(assembly, report, execution.progress);
+        let ran = execute_saving(assembly, execution, end, None, Some(caller));
+        return ran.map(|(report, _)| report);
     }
     if assembly.scenario().ensemble.is_some() {
         return Err(TwinError::Together {
@@ -58,21 +59,7 @@ pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report,
             help: "remove `ensemble` from the scenario, or run without --port".to_owned(),
         });
     }
-    hardware::execute(assembly, execution)
-}
-
-/// Runs `assembly` in virtual time as [`execute`] does, with an observer of the caller, and without
-/// the ensemble, which [`with_ensemble`] adds.
-///
-/// # Errors
-/// As [`execute`].
-pub fn execute_observed(
-    assembly: &Assembly<'_>,
-    execution: &Execution,
-    caller: &mut dyn RunObserver,
-) -> Result<Report, TwinError> {
-    let end = assembly.end();
-    execute_saving(assembly, execution, end, None, Some(caller)).map(|(report, _)| report)
+    hardware::execute(assembly, execution, caller)
 }
 
 /// Executes a run in virtual time, up to `end` at most.
@@ -110,7 +97,7 @@ fn execute_drawing(
 ) -> Result<(Report, Option<Snapshot>), TwinError> {
     let end = end.min(assembly.end());
     let polled = caller.as_mut().map(|caller| PolledOnly(&mut **caller));
-    let reference = reference(assembly, execution, end, polled)?;
+    let reference = reference(assembly, end, polled)?;
     let mut rig = assembly.rig()?;
     let recorder = recorder(assembly, &rig, execution)?;
     let mut judge = judge(assembly, &rig);
@@ -121,8 +108,11 @@ fn execute_drawing(
         .with_tracking(tracking(assembly, &rig))
         .with_tasks(&rig);
     let mut observers = observers.with_caller(caller, &rig);
-    let title = &assembly.scenario().name;
-    let mut progress = Progress::new(title, end.as_secs_f64(), execution.progress);
+    let progress = RunProgress {
+        title: &assembly.scenario().name,
+        now: SimTime::ZERO,
+        end,
+    };
     #[expect(
         clippy::disallowed_methods,
         reason = "the report contains the wall time"
@@ -131,14 +121,13 @@ fn execute_drawing(
     let mut saved = None;
     let mut ran = Ok(SimTime::ZERO);
     if let Some(at) = save_at {
-        ran = run(assembly, &mut rig, &mut observers, &mut progress, at);
+        ran = run(assembly, &mut rig, &mut observers, &progress, at);
         // A fall may have ended the run earlier.
         let is_reached = ran.as_ref().is_ok_and(|reached| *reached >= at);
         saved = is_reached.then(|| rig.save());
     }
-    let ran = ran.and_then(|_| run(assembly, &mut rig, &mut observers, &mut progress, end));
+    let ran = ran.and_then(|_| run(assembly, &mut rig, &mut observers, &progress, end));
     let wall_s = started.elapsed().as_secs_f64();
-    drop(progress);
     let course = Course::of(&rig, wall_s, ran);
     let report = report(assembly, execution, observers, course);
     Ok((report, saved))
@@ -259,12 +248,12 @@ fn next_multiple(now: SimTime, period: SimDuration) -> Option<SimTime> {
 }
 
 /// Runs to `end`, to a fall that ends the run, to a regular end by the plant, or to a failure of
-/// the recording; returns the time reached.
+/// the recording; returns the time reached. The observers receive the `progress`.
 pub(crate) fn run<W: Write>(
     assembly: &Assembly<'_>,
     rig: &mut Rig,
     observers: &mut RunObservers<'_, W>,
-    progress: &mut Progress,
+    progress: &RunProgress<'_>,
     end: SimTime,
 ) -> Result<SimTime, Stopped> {
     let ran = catch_panic(|| run_in_slices(assembly, rig, observers, progress, end));
@@ -286,7 +275,7 @@ fn run_in_slices<W: Write>(
     assembly: &Assembly<'_>,
     rig: &mut Rig,
     observers: &mut RunObservers<'_, W>,
-    progress: &mut Progress,
+    progress: &RunProgress<'_>,
     end: SimTime,
 ) -> Result<SimTime, Stopped> {
     let slice = slice(assembly);
@@ -303,7 +292,10 @@ fn run_in_slices<W: Write>(
         let next = now.checked_add(slice).map_or(end, |next| next.min(end));
         let observed = observation.and_then(|period| next_multiple(now, period));
         now = observed.map_or(next, |observed| observed.min(next));
-        observers.poll();
+        observers.poll(&RunProgress {
+            now: rig.now(),
+            ..*progress
+        });
         let ran = rig.run_until(now, observers);
         if interrupt::is_requested() {
             // Takes precedence over other errors.
@@ -320,7 +312,6 @@ fn run_in_slices<W: Write>(
             // Closing the recording returns the error.
             return Ok(now);
         }
-        progress.at(now.as_secs_f64());
     }
     if !rig.is_open() {
         return Err(Stopped::NotOpen(end));

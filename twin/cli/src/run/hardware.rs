@@ -19,8 +19,7 @@ use crate::report::{RealTime, Report, Status};
 use crate::run::execute::{Course, Execution, report};
 use crate::run::interrupt;
 use crate::run::judging::{judge, tracking};
-use crate::run::observers::RunObservers;
-use crate::run::progress::Progress;
+use crate::run::observers::{RunObserver, RunObservers, RunProgress};
 use crate::run::recording::recorder;
 
 /// Runs the controller of `assembly` and the drivers of its buses in real time, on the devices
@@ -29,21 +28,27 @@ use crate::run::recording::recorder;
 /// # Errors
 /// [`TwinError`] if the run cannot start: a bus without a device, a device that cannot be opened, a
 /// signal that no bus carries. A run that starts and fails is reported in the [`Report`].
-pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report, TwinError> {
+pub(crate) fn execute(
+    assembly: &Assembly<'_>,
+    execution: &Execution,
+    caller: &mut dyn RunObserver,
+) -> Result<Report, TwinError> {
     let PreparedRig { rig, mut notes } = prepare(assembly, &execution.ports)?;
     let recorder = recorder(assembly, &rig, execution)?;
     let scenario = assembly.scenario();
-    let end_s = assembly.end().as_secs_f64();
-    let progress = Progress::new(&scenario.name, end_s, execution.progress);
     for note in &notes {
-        progress.note(note);
+        caller.note(note);
     }
     let mut observer = TimingObserver {
         observers: RunObservers::new(judge(assembly, &rig), recorder)
             .with_tracking(tracking(assembly, &rig))
-            .with_tasks(&rig),
-        progress,
-        reached: SimTime::ZERO,
+            .with_tasks(&rig)
+            .with_caller(Some(caller), &rig),
+        progress: RunProgress {
+            title: &scenario.name,
+            now: SimTime::ZERO,
+            end: assembly.end(),
+        },
     };
     #[expect(
         clippy::disallowed_methods,
@@ -57,7 +62,8 @@ pub(crate) fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<
     );
     let wall_s = started.elapsed().as_secs_f64();
     let TimingObserver {
-        observers, reached, ..
+        observers,
+        progress: RunProgress { now: reached, .. },
     } = observer;
     let (reached, error) = match ended {
         Ok(Ended::Duration) => (assembly.end(), too_slow(&times)),
@@ -252,20 +258,19 @@ pub(crate) fn check_places(
 }
 
 /// Forwards observations and stores the time of the last one.
-struct TimingObserver<W: Write> {
-    observers: RunObservers<'static, W>,
-    progress: Progress,
-    reached: SimTime,
+struct TimingObserver<'a, W: Write> {
+    observers: RunObservers<'a, W>,
+    progress: RunProgress<'a>,
 }
 
-impl<W: Write> TimingObserver<W> {
+impl<W: Write> TimingObserver<'_, W> {
     fn at(&mut self, now: SimTime) {
-        self.reached = now;
-        self.progress.at(now.as_secs_f64());
+        self.progress.now = now;
+        self.observers.poll(&self.progress);
     }
 }
 
-impl<W: Write> Observer for TimingObserver<W> {
+impl<W: Write> Observer for TimingObserver<'_, W> {
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         self.at(now);
         self.observers.samples(now, group, values);
@@ -282,7 +287,7 @@ impl<W: Write> Observer for TimingObserver<W> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::assembly::registry::Registry;
+    use crate::registry::Registry;
 
     #[test]
     fn modelled_sensors_are_noted() {

@@ -12,10 +12,9 @@ use crate::assembly::Assembly;
 use crate::error::TwinError;
 use crate::report::buses::skips;
 use crate::report::{BUS_WARNING, BusReport, LIMIT_WARNING, Line, Report, Status, Warned, seconds};
-use crate::run::execute::{Course, Execution, Stopped, run};
+use crate::run::execute::{Course, Stopped, run};
 use crate::run::executor::Executor;
-use crate::run::observers::{PolledOnly, RunObserver, RunObservers};
-use crate::run::progress::Progress;
+use crate::run::observers::{PolledOnly, RunObserver, RunObservers, RunProgress};
 
 /// Returns the judge of a run of `executor`.
 pub(crate) fn judge(assembly: &Assembly<'_>, executor: &dyn Executor) -> Judge {
@@ -43,7 +42,6 @@ fn with_layouts<T>(executor: &dyn Executor, of: impl FnOnce(&Layouts<'_>) -> T) 
 /// Executes the reference run without changes; none if no expectation requires it.
 pub(crate) fn reference(
     assembly: &Assembly<'_>,
-    execution: &Execution,
     end: SimTime,
     mut polled: Option<PolledOnly<'_>>,
 ) -> Result<Option<Reference>, TwinError> {
@@ -56,10 +54,13 @@ pub(crate) fn reference(
     let caller = polled.as_mut().map(|polled| polled as &mut dyn RunObserver);
     let observers: RunObservers<'_, Vec<u8>> = RunObservers::new(judge(assembly, &rig), None);
     let mut observers = observers.with_caller(caller, &rig);
-    let title = format!("{}, without changes", assembly.scenario().name);
-    let mut progress = Progress::new(&title, end.as_secs_f64(), execution.progress);
+    let progress = RunProgress {
+        title: &format!("{}, without changes", assembly.scenario().name),
+        now: SimTime::ZERO,
+        end,
+    };
     // Expectations beyond the end of the reference fail as unobserved.
-    let ran = run(&without, &mut rig, &mut observers, &mut progress, end);
+    let ran = run(&without, &mut rig, &mut observers, &progress, end);
     if let Err(Stopped::Panic(error)) = ran {
         return Err(error);
     }

@@ -30,8 +30,30 @@ pub trait RunObserver {
     }
 
     /// Is called between slices of the run, several times per simulated second, also of the
-    /// reference run: to poll for interrupts ([`twinrig_runtime::interrupt::Token`]).
-    fn poll(&mut self) {}
+    /// reference run: to show the progress, and to poll for interrupts
+    /// ([`twinrig_runtime::interrupt::Token`]).
+    fn poll(&mut self, progress: &RunProgress<'_>) {
+        let _ = progress;
+    }
+
+    /// Receives a note before a run on hardware on what impairs it.
+    fn note(&mut self, text: &str) {
+        let _ = text;
+    }
+}
+
+/// Ignores the run.
+impl RunObserver for () {}
+
+/// Progress of a run, or of its reference run.
+#[derive(Clone, Copy, Debug)]
+pub struct RunProgress<'a> {
+    /// Name of the scenario, and of the part of its run.
+    pub title: &'a str,
+    /// Time reached.
+    pub now: SimTime,
+    /// Time at which the run ends at the latest.
+    pub end: SimTime,
 }
 
 /// Layouts of the samples of a run, and names of its legs.
@@ -53,8 +75,8 @@ impl<'a> RunLayouts<'a> {
 pub(crate) struct PolledOnly<'a>(pub(crate) &'a mut dyn RunObserver);
 
 impl RunObserver for PolledOnly<'_> {
-    fn poll(&mut self) {
-        self.0.poll();
+    fn poll(&mut self, progress: &RunProgress<'_>) {
+        self.0.poll(progress);
     }
 }
 
@@ -124,9 +146,9 @@ impl<'c, W: Write> RunObservers<'c, W> {
     }
 
     /// Lets the observer of the caller poll.
-    pub(crate) fn poll(&mut self) {
+    pub(crate) fn poll(&mut self, progress: &RunProgress<'_>) {
         if let Some(caller) = &mut self.caller {
-            caller.poll();
+            caller.poll(progress);
         }
     }
 

@@ -12,8 +12,8 @@ use twinrig_study::{
 };
 
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::registry::Registry;
 use crate::study::selection::{PlantUnderStudy, Selection, with_any_constraints};
 
 /// Reason for excluding standalone plants from these studies.

@@ -8,8 +8,8 @@ use twinrig_scenario::Setting;
 use twinrig_study::{CouplingInput, CouplingStudy, RigFactory, RigVariant};
 
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::registry::Registry;
 use crate::study::builder::first_line;
 use crate::study::selection::of_plant;
 

@@ -9,8 +9,8 @@ use twinrig_study::{
 };
 
 use crate::args::{FeedbackOptions, ModulationOptions};
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::registry::Registry;
 use crate::study::gait_scene::{Factor, GaitScene, left_out, plants};
 use crate::study::load_observer::{LoadObserver, LoadSource};
 use crate::study::modulation_cases::{ModulationCases, name, stem};

@@ -11,8 +11,8 @@ use twinrig_scenario::{
 use twinrig_study::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
 
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::registry::Registry;
 use crate::run::interrupt;
 use crate::study::builder::first_line;
 use crate::study::selection::of_plant;

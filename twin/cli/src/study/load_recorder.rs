@@ -12,10 +12,10 @@ use twinrig_study::{EstimateInput, LoadRecorder, LoadRun, LoadSample, SteadyPart
 use twinrig_tactile::{Stage, TactileSample};
 
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
 use crate::error::{BuildError, TwinError};
 use crate::parts::bus_kind::BusContext;
 use crate::parts::tactile;
+use crate::registry::Registry;
 use crate::run::interrupt;
 use crate::study::builder::first_line;
 

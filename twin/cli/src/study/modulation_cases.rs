@@ -12,9 +12,9 @@ use twinrig_study::{
 };
 
 use crate::args::ModulationOptions;
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::parts::gaits::duty_rule;
+use crate::registry::Registry;
 use crate::study::gait_scene::{Factor, GaitScene, base, left_out, plants};
 
 /// Variable of a scenario without changes.

@@ -9,9 +9,9 @@ use twinrig_study::{MemberRun, RobustnessCase, RobustnessPlan, RobustnessRunner,
 
 use crate::args::RobustnessOptions;
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
+use crate::ensemble::Ensemble;
 use crate::error::TwinError;
-use crate::run::ensemble::Ensemble;
+use crate::registry::Registry;
 use crate::run::observers::{RunLayouts, RunObserver};
 use crate::study::gait_scene::{left_out, plants};
 use crate::study::selection::of_plant;

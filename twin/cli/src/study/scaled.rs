@@ -82,7 +82,7 @@ mod tests {
     #[test]
     fn longest_step_is_that_of_the_plant() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/trot.toml");
-        let registry = crate::assembly::registry::Registry::standard();
+        let registry = crate::registry::Registry::standard();
         let assembly = crate::assembly::Assembly::of_file(&registry, &path, &[]).unwrap();
         let plant = assembly.scenario().plant.clone();
         assert_eq!(scaled_plant(plant.clone(), &Scales::AS_IS), plant);

@@ -9,11 +9,11 @@ use twinrig_scenario::{Scenario, Setting};
 use twinrig_study::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
 use crate::error::{NO_ROBOT, TwinError, guarded};
 use crate::parts::constraints::CONSTRAINTS;
 use crate::parts::method::Method;
 use crate::parts::plant_kind::SOFT;
+use crate::registry::Registry;
 use crate::study::builder::{first_line, is_compared};
 use crate::study::scaled::{scaled_actuator, scaled_plant, scaled_robot};
 

@@ -11,10 +11,10 @@ use twinrig_study::{
 };
 
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::parts::constraints::CONSTRAINTS;
 use crate::parts::method::Method;
+use crate::registry::Registry;
 use crate::study::selection::{PlantUnderStudy, Selection};
 
 const STANDALONE: &str = "its plant has a model of its own";

@@ -12,14 +12,13 @@ use twinrig_study::{
 };
 
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
 use crate::error::{TwinError, guarded};
+use crate::registry::Registry;
 use crate::report::{Line, Report};
 use crate::run::execute::{self, Course, Execution, Stopped};
 use crate::run::interrupt;
 use crate::run::judging;
-use crate::run::observers::{RunObserver, RunObservers};
-use crate::run::progress::Progress;
+use crate::run::observers::{RunObserver, RunObservers, RunProgress};
 use crate::run::recording::recorder_to;
 use crate::study::builder::first_line;
 use crate::study::sufficient_candidates::Candidates;
@@ -172,8 +171,7 @@ pub(crate) fn run(
     let refused = |error: &TwinError| RunFailure::Refused(first_line(&error.to_string()));
     let execution = Execution::default();
     let end = assembly.end();
-    let reference =
-        judging::reference(assembly, &execution, end, None).map_err(|error| refused(&error))?;
+    let reference = judging::reference(assembly, end, None).map_err(|error| refused(&error))?;
     let mut unperturbed = None;
     let rig = assembly.rig_around(|mut plant| {
         unperturbed = perturb_start(&mut *plant, options.start).err();
@@ -196,13 +194,17 @@ pub(crate) fn run(
     let recorder = recorder.map_err(|error| RunFailure::Failed(error.to_string()))?;
     let observers: RunObservers<'_, Sink> = RunObservers::new(judge, recorder);
     let mut observers = observers.with_caller(options.observer, &rig);
-    let mut progress = Progress::new("", end.as_secs_f64(), false);
+    let progress = RunProgress {
+        title: &assembly.scenario().name,
+        now: SimTime::ZERO,
+        end,
+    };
     let stopwatch = RunStopwatch::start();
     let mut ran = Ok(SimTime::ZERO);
     for part in 1..=PARTS {
         let nanos = u128::from(end.as_nanos()) * u128::from(part) / u128::from(PARTS);
         let until = SimTime::from_nanos(u64::try_from(nanos).unwrap_or(u64::MAX));
-        ran = execute::run(assembly, &mut rig, &mut observers, &mut progress, until);
+        ran = execute::run(assembly, &mut rig, &mut observers, &progress, until);
         if stopwatch.elapsed_s() > options.limit_s && !interrupt::is_requested() {
             return Err(RunFailure::OverLimit);
         }

@@ -334,7 +334,7 @@ mod tests {
     use twinrig_study::{PlantId, PrecisionPlan, precision};
 
     use super::*;
-    use crate::assembly::registry::Registry;
+    use crate::registry::Registry;
     use crate::study::builder::StudyBuilder;
 
     #[test]

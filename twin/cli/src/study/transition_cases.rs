@@ -7,8 +7,8 @@ use twinrig_scenario::{ChangeSpec, LegFact, Scenario, Setting};
 use twinrig_study::{GaitPattern, GaitRun, TransitionCase, TransitionInput, TransitionRunner};
 
 use crate::args::TransitionOptions;
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::registry::Registry;
 use crate::study::gait_scene::{Factor, GaitScene, base, left_out, plants};
 use crate::study::modulation_cases::stem;
 

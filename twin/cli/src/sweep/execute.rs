@@ -11,8 +11,8 @@ use twinrig_campaign::sweep::{
 use twinrig_document::Warning;
 use twinrig_scenario::Setting;
 
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::registry::Registry;
 use crate::run::interrupt;
 use crate::sweep::files;
 use crate::sweep::job::PointResult;

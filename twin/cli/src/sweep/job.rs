@@ -10,14 +10,14 @@ use twinrig_document::Document;
 use twinrig_scenario::Setting;
 
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
 use crate::assembly::sources::Sources;
+use crate::build_key::BuildKey;
 use crate::error::{TwinError, guarded};
+use crate::registry::Registry;
+use crate::report::row;
 use crate::run::execute::{Execution, execute_until};
 use crate::run::interrupt;
-use crate::sweep::build_key::BuildKey;
 use crate::sweep::parts::UsedParts;
-use crate::sweep::row;
 use crate::sweep::runs::RunPlan;
 
 /// First bytes of the shared data; the key of the build follows. Both are read before all else, as

@@ -5,8 +5,8 @@ use twinrig_document::{DocumentError, Placed, Problem, suggestion};
 use twinrig_robot::Robot;
 use twinrig_scenario::{Catalogue, Scenario, Setting, language};
 
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::registry::Registry;
 use crate::sweep::runs::RunRequest;
 
 /// Table of the process variables.

@@ -10,10 +10,10 @@ use twinrig_scenario::{Expectation, Scenario, Setting};
 
 use crate::assembly::Assembly;
 use crate::assembly::body::Body;
-use crate::assembly::registry::Registry;
 use crate::assembly::sources::Sources;
+use crate::build_key::BuildKey;
 use crate::error::TwinError;
-use crate::sweep::build_key::BuildKey;
+use crate::registry::Registry;
 use crate::sweep::cases::{self, RunCase};
 use crate::sweep::keys;
 use crate::sweep::parts::UsedParts;

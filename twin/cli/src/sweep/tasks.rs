@@ -6,8 +6,8 @@ use twinrig_campaign::engine::{Engine, EngineEvent, EngineOptions, EngineStatus,
 use twinrig_campaign::sweep::SweepRow;
 use twinrig_document::suggestion;
 
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::registry::Registry;
 use crate::run::interrupt;
 use crate::sweep::job::{PointResult, SweepJob};
 use crate::sweep::runs::RunPlan;

@@ -14,8 +14,8 @@ use twinrig_study::{
 
 use crate::args::{ModulationOptions, TransitionOptions};
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::registry::Registry;
 use crate::report::{Report, Status};
 use crate::run::execute::{Execution, execute_until};
 use crate::study::builder::StudyBuilder;

@@ -11,10 +11,10 @@ use serde::{Deserialize, Serialize};
 use twinrig_campaign::engine::{Engine, EngineEvent, EngineOptions, Job, LocalEngine};
 use twinrig_document::probe::{self, Number, Probe};
 
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::progress::Progress;
+use crate::registry::Registry;
 use crate::run::interrupt;
-use crate::run::progress::Progress;
 use crate::thesis::context::Context;
 use crate::thesis::error::ThesisError;
 use crate::thesis::item::Item;
@@ -268,7 +268,7 @@ impl<'r> FlipRun<'r> {
     }
 
     fn context(&self) -> Context<'_> {
-        let progress = ItemProgress::new(&[], Progress::of_parts("", false));
+        let progress = ItemProgress::new(&[], Progress::new("", false));
         Context::new(self.registry, &self.scenarios, Vec::new(), progress)
     }
 

@@ -2,8 +2,8 @@
 
 use twinrig_study::ProgressObserver;
 
+use crate::progress::Progress;
 use crate::run::interrupt;
-use crate::run::progress::Progress;
 use crate::thesis::item::Item;
 
 /// Progress line of the items, which also shows the parts of the studies that they run.

@@ -7,8 +7,8 @@ use clap::Parser;
 use twinrig_study::Machine;
 
 use crate::args::Cli;
-use crate::assembly::registry::Registry;
-use crate::run::progress::Progress;
+use crate::progress::Progress;
+use crate::registry::Registry;
 use crate::thesis::item::{Item, Measurements, Printed};
 use crate::thesis::items::items;
 use crate::thesis::record::{recorded, recorded_flips};
@@ -207,7 +207,7 @@ fn slow_recorded_figures_are_found_again() {
     let registry = Registry::standard();
     let short: Vec<&Item> = items().filter(|item| item.run_s <= SHORT_S).collect();
     let scenarios = root().join("scenarios");
-    let progress = Progress::of_parts("", false);
+    let progress = Progress::new("", false);
     let machine = Machine::here("");
     let found = run::run(
         &registry,

@@ -6,7 +6,8 @@ use twinrig::runtime::Group;
 use twinrig::runtime::interrupt::Token;
 use twinrig::scenario::{Footstep, Setting};
 use twinrig::{
-    Assembly, Execution, Report, RunLayouts, RunObserver, Status, execute, execute_observed,
+    Assembly, Execution, Report, RunLayouts, RunObserver, RunProgress, Status, execute,
+    execute_observed,
 };
 
 use crate::common::registry;
@@ -48,7 +49,7 @@ impl RunObserver for Seen {
         self.footsteps += 1;
     }
 
-    fn poll(&mut self) {
+    fn poll(&mut self, _: &RunProgress<'_>) {
         self.polls += 1;
         if self.polls_max == Some(self.polls) {
             self.token.request();

@@ -10,9 +10,9 @@ use twinrig_study::{
 };
 
 use crate::args::CellCalibrateArgs;
-use crate::assembly::registry::Registry;
 use crate::commands::{Terminal, outputs};
 use crate::error::TwinError;
+use crate::registry::Registry;
 use crate::study::load_recorder::BenchRecorder;
 
 /// Identifies the sensor and writes its calibration.

@@ -11,9 +11,9 @@ use twinrig_tactile::{LoadFilter, Stage};
 use super::CellReport;
 use super::calibrate::constants;
 use crate::args::CellCompareArgs;
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
 use crate::parts::tactile::{NamedCalibrations, filters};
+use crate::registry::Registry;
 use crate::report::grid::{Grid, Left, Right};
 use crate::study::load_recorder::{BenchRecorder, BenchRun};
 

@@ -1,7 +1,7 @@
 //! Names of what is made.
 
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::registry::Registry;
 
 /// Greatest length of a name: that of crates on crates.io.
 const LENGTH_MAX: usize = 64;

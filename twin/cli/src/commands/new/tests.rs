@@ -4,8 +4,9 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
-use crate::run::execute::{Execution, execute};
+use crate::ensemble::execute;
+use crate::registry::Registry;
+use crate::run::execute::Execution;
 
 fn args(kind: NewKind, name: &str, folder: &Path) -> NewArgs {
     NewArgs {

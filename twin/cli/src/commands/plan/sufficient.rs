@@ -9,10 +9,10 @@ use super::super::{FAILURE, NEGATIVE, SUCCESS, Terminal, settings, source};
 use super::sufficient_text::text;
 use crate::args::{PlanArgs, Settings};
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
 use crate::error::TwinError;
+use crate::progress::Progress;
+use crate::registry::Registry;
 use crate::run::interrupt;
-use crate::run::progress::Progress;
 use crate::study::sufficient_omission::OmissionProof;
 use crate::study::sufficient_runs::SufficiencyBuilder;
 
@@ -95,7 +95,7 @@ fn found(
         ..SufficiencyPlan::default()
     };
     let show_progress = terminal.interactive && !args.json;
-    let mut observer = ProgressLine(Progress::of_parts(&own.scenario().name, show_progress));
+    let mut observer = ProgressLine(Progress::new(&own.scenario().name, show_progress));
     let search = sufficient(&builder, &plan, &mut observer);
     let search = search.map_err(|source| TwinError::Study {
         file: own.scenario().file.clone(),

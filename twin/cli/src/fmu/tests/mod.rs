@@ -12,8 +12,9 @@ use super::instance::FmuInstance;
 use super::part::FmuPart;
 use super::resources::Resources;
 use crate::assembly::Assembly;
-use crate::assembly::registry::Registry;
-use crate::run::execute::{Execution, execute};
+use crate::ensemble::execute;
+use crate::registry::Registry;
+use crate::run::execute::Execution;
 
 fn path(scenario: &str) -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

@@ -248,15 +248,15 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::assembly::registry::Registry;
-    use crate::run::progress::Progress;
+    use crate::progress::Progress;
+    use crate::registry::Registry;
     use crate::thesis::progress::ItemProgress;
 
     #[test]
     fn extremes_are_those_of_the_worst_leg() {
         let registry = Registry::standard();
         let scenarios = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios");
-        let progress = ItemProgress::new(&[], Progress::of_parts("", false));
+        let progress = ItemProgress::new(&[], Progress::new("", false));
         let context = Context::new(&registry, &scenarios, Vec::new(), progress);
         let mut expectations = EXTREMES.to_owned();
         let legs = ["LF", "RF", "LH", "RH"];

@@ -4,9 +4,9 @@ use twinrig_kernel::SimDuration;
 #[cfg(not(all(feature = "mujoco", feature = "rapier")))]
 use twinrig_scenario::Kind;
 
-use crate::assembly::registry::Registry;
+use super::Registry;
 #[cfg(not(all(feature = "mujoco", feature = "rapier")))]
-use crate::assembly::registry::build_remedy;
+use super::build_remedy;
 use crate::parts::bench;
 use crate::parts::drives;
 #[cfg(not(all(feature = "mujoco", feature = "rapier")))]
@@ -18,8 +18,6 @@ use crate::parts::massless;
 use crate::parts::method::Method;
 #[cfg(not(feature = "mujoco"))]
 use crate::parts::mjcf;
-#[cfg(feature = "mujoco")]
-use crate::parts::mujoco;
 use crate::parts::optoforce;
 use crate::parts::phidget;
 use crate::parts::plant_kind::PlantKind;
@@ -30,6 +28,8 @@ use crate::parts::sbcp;
 use crate::parts::script;
 use crate::parts::tactile;
 use crate::parts::turn;
+#[cfg(feature = "mujoco")]
+use crate::parts::{model_file, mujoco};
 
 /// Tolerance of the references with compliant constraints \[m\].
 const COMPLIANT_REFERENCE: f64 = 2e-10;
@@ -61,13 +61,15 @@ impl Registry {
 /// Adds the plants on third-party engines, or the cargo features that this build lacks for them.
 fn engines(registry: Registry) -> Registry {
     #[cfg(feature = "mujoco")]
-    let registry = mujoco::kinds(registry);
+    let registry = registry
+        .with_plant(mujoco::kind())
+        .with_plant(model_file::kind());
     #[cfg(not(feature = "mujoco"))]
     let registry = registry
         .without_plant(Kind::new("mujoco", engines::MUJOCO), build_remedy("mujoco"))
         .without_plant(mjcf::offer(), build_remedy("mujoco"));
     #[cfg(feature = "rapier")]
-    let registry = rapier::kinds(registry);
+    let registry = registry.with_plant(rapier::kind());
     #[cfg(not(feature = "rapier"))]
     let registry =
         registry.without_plant(Kind::new("rapier", engines::RAPIER), build_remedy("rapier"));

@@ -1,5 +1,7 @@
 //! Registry of the kinds of parts of a build.
 
+mod standard;
+
 use std::collections::BTreeSet;
 
 use twinrig_campaign::engine::Engine;
@@ -10,13 +12,13 @@ use twinrig_runtime::{PartKind, Plant, Process, in_part};
 use twinrig_scenario::{Catalogue, Kind, OptionSpec, PlantSpec};
 use twinrig_study::PlantOffer;
 
+use crate::build_key::BuildKey;
 use crate::error::{BuildError, TwinError};
 use crate::parts::bus_kind::BusKind;
 use crate::parts::constraints::CONSTRAINTS;
 use crate::parts::controller_kind::{ControllerContext, ControllerKind, LegContext};
 use crate::parts::method::Method;
 use crate::parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
-use crate::sweep::build_key::BuildKey;
 
 /// Returns the command that a build with the cargo feature `feature` requires first.
 pub(crate) fn build_needs(feature: &str) -> Option<&'static str> {

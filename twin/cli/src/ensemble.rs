@@ -13,12 +13,11 @@ use twinrig_scenario::Varied;
 
 use crate::assembly::Assembly;
 use crate::error::{TwinError, guarded};
+use crate::report::row;
 use crate::report::{Line, LineEnsemble, Report, Status};
-use crate::run::execute::{Execution, execute_saving};
+use crate::run::execute::{Execution, execute_observed, execute_saving};
 use crate::run::interrupt;
 use crate::run::observers::RunObserver;
-use crate::run::progress::Progress;
-use crate::sweep::row;
 
 /// Members of an ensemble: the unperturbed run, number 0, and one for each magnitude.
 pub(crate) struct Ensemble<A> {
@@ -109,16 +108,28 @@ impl<'r, A: Borrow<Assembly<'r>>> Ensemble<A> {
     }
 }
 
+/// Runs `assembly`, the reference run if an expectation requires one, and the ensemble if the
+/// scenario has one.
+///
+/// # Errors
+/// [`TwinError`] if the run cannot start. A run that starts and fails is reported in the
+/// [`Report`].
+pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report, TwinError> {
+    let report = execute_observed(assembly, execution, &mut ())?;
+    with_ensemble(assembly, report, &mut |_, _| ())
+}
+
 /// Adds the ensemble of its scenario to the report of an unperturbed run. Each line then has the
 /// share of the runs in which its expectation holds, and holds only with the required share.
-/// Without `ensemble` in the scenario, and after a run with an error, nothing is added.
+/// Without `ensemble` in the scenario, and after a run with an error, nothing is added. `progress`
+/// receives the number of runs that have ended, and of all.
 ///
 /// # Errors
 /// Parts that cannot be built, or threads that cannot be started.
 pub fn with_ensemble(
     assembly: &Assembly<'_>,
     mut report: Report,
-    show_progress: bool,
+    progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Report, TwinError> {
     let Some(spec) = assembly.scenario().ensemble else {
         return Ok(report);
@@ -127,8 +138,6 @@ pub fn with_ensemble(
         return Ok(report);
     }
     let ensemble = Ensemble::new(assembly, spec.runs, spec.vary)?;
-    let title = format!("{}, ensemble", report.scenario);
-    let mut progress = Progress::of_parts(&title, show_progress);
     let others = spec.runs - 1;
     // Without random numbers a run with another seed is the same run.
     let is_same =
@@ -141,10 +150,9 @@ pub fn with_ensemble(
         ran(ensemble.run(index + 1, None))
     };
     let rows = run_all_on(None, others, &run, &mut |done, _| {
-        progress.part(done, others, "");
+        progress(done, others);
         !interrupt::is_requested()
     });
-    drop(progress);
     let rows = match rows {
         Ok(rows) => rows,
         Err(error @ StudyError::Interrupted { .. }) => {

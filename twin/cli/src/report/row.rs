@@ -3,7 +3,7 @@
 use twinrig_campaign::sweep::{ExpectationVerdict, RowExpectation, RowVerdict, SweepRow};
 use twinrig_scenario::{Outcome, Verdict};
 
-use crate::report::{Line, Report, Status};
+use super::{Line, Report, Status};
 
 /// Returns the row of a report.
 pub(crate) fn of_report(report: Report) -> SweepRow {
