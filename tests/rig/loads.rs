@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use twinrig::{Assembly, Registry, TwinError};
+use twinrig::{Assembly, Error, Registry};
 use twinrig_kernel::SimTime;
 use twinrig_runtime::{Group, Observer, RunEvent};
 
@@ -37,7 +37,7 @@ fn buses(of_leg: &str) -> String {
 }
 
 /// Reads a scenario from a temporary file, since only a file can name the file of a sensor.
-fn assembly<'r>(registry: &'r Registry, text: &str) -> Result<Assembly<'r>, TwinError> {
+fn assembly<'r>(registry: &'r Registry, text: &str) -> Result<Assembly<'r>, Error> {
     static FILES: AtomicUsize = AtomicUsize::new(0);
     let number = FILES.fetch_add(1, Ordering::Relaxed);
     let name = format!("twinrig-loads-{}-{number}.toml", std::process::id());

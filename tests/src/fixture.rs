@@ -146,7 +146,6 @@ pub fn record(assembly: &Assembly<'_>, name: &str) -> (Report, Vec<u8>) {
     let path = std::env::temp_dir().join(format!("twinrig-{}-{name}.mcap", std::process::id()));
     let execution = Execution {
         recording: Some(path.clone()),
-        progress: false,
         ..Execution::default()
     };
     let report = match execute(assembly, &execution) {

@@ -4,7 +4,7 @@ use std::fmt;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use crate::error::TwinError;
+use crate::error::Error;
 
 /// The running program under Linux, also if its file has been replaced since.
 const RUNNING: &str = "/proc/self/exe";
@@ -20,8 +20,8 @@ impl BuildKey {
     /// program has loaded it, such as an interpreter.
     ///
     /// # Errors
-    /// [`TwinError::Program`] if its file cannot be read.
-    pub fn of_program() -> Result<Self, TwinError> {
+    /// [`Error::Program`] if its file cannot be read.
+    pub fn of_program() -> Result<Self, Error> {
         let program = std::fs::read_link(RUNNING).ok();
         match file_of_this_code() {
             Some(library) if program.is_some_and(|program| program != library) => {
@@ -34,13 +34,13 @@ impl BuildKey {
     /// Returns the key of the program, or of the library of a host program, in a file.
     ///
     /// # Errors
-    /// [`TwinError::Program`] if it cannot be read.
-    pub fn of_file(path: &Path) -> Result<Self, TwinError> {
+    /// [`Error::Program`] if it cannot be read.
+    pub fn of_file(path: &Path) -> Result<Self, Error> {
         let mut hasher = blake3::Hasher::new();
         let read = File::open(path).and_then(|mut file| std::io::copy(&mut file, &mut hasher));
         match read {
             Ok(_) => Ok(Self(*hasher.finalize().as_bytes())),
-            Err(source) => Err(TwinError::Program {
+            Err(source) => Err(Error::Program {
                 path: path.to_owned(),
                 source,
             }),

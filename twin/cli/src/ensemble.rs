@@ -12,12 +12,13 @@ use twinrig_study::{
 use twinrig_scenario::Varied;
 
 use crate::assembly::Assembly;
-use crate::error::{TwinError, guarded};
+use crate::error::{Error, guarded};
 use crate::report::row;
 use crate::report::{Line, LineEnsemble, Report, Status};
 use crate::run::execute::{Execution, execute_observed, execute_saving};
 use crate::run::interrupt;
 use crate::run::observers::RunObserver;
+use crate::twin_error::TwinError;
 
 /// Members of an ensemble: the unperturbed run, number 0, and one for each magnitude.
 pub(crate) struct Ensemble<A> {
@@ -33,7 +34,7 @@ impl<'r, A: Borrow<Assembly<'r>>> Ensemble<A> {
     ///
     /// # Errors
     /// Parts that cannot be built.
-    pub(crate) fn new(assembly: A, runs: usize, vary: Varied) -> Result<Self, TwinError> {
+    pub(crate) fn new(assembly: A, runs: usize, vary: Varied) -> Result<Self, Error> {
         let mut ensemble = Self {
             assembly,
             magnitudes: Magnitude::spaced(runs.saturating_sub(1)),
@@ -44,7 +45,7 @@ impl<'r, A: Borrow<Assembly<'r>>> Ensemble<A> {
             // The least perturbation leaves every start possible.
             ensemble.why_seeds = match ensemble.member(1)?.rig() {
                 Ok(_) => None,
-                Err(TwinError::Start { why, .. }) => Some(why),
+                Err(Error::Start { why, .. }) => Some(why),
                 Err(error) => return Err(error),
             };
         }
@@ -74,7 +75,7 @@ impl<'r, A: Borrow<Assembly<'r>>> Ensemble<A> {
         magnitude.filter(|_| self.kind() == EnsembleKind::Starts)
     }
 
-    fn member(&self, member: usize) -> Result<Assembly<'r>, TwinError> {
+    fn member(&self, member: usize) -> Result<Assembly<'r>, Error> {
         let assembly = self.assembly();
         let scenario = assembly.scenario();
         if let Some(magnitude) = self.magnitude(member) {

@@ -71,6 +71,7 @@ mod study;
 mod sweep;
 #[cfg(feature = "cli")]
 mod thesis;
+mod twin_error;
 #[cfg(feature = "cli")]
 mod version;
 
@@ -90,7 +91,7 @@ pub use build_key::BuildKey;
 #[cfg(feature = "cli")]
 pub use commands::{plan_json, recording_path, run, run_args, run_with};
 pub use ensemble::{execute, with_ensemble};
-pub use error::{BuildError, TwinError};
+pub use error::{BuildError, Error};
 pub use optimize::execute::{
     OptimizationOutcome, OptimizationProgress, OptimizationRequest, optimize,
 };
@@ -109,3 +110,4 @@ pub use sweep::execute::{SweepEvent, SweepOutcome, SweepProgress, SweepRequest, 
 pub use sweep::job::{JobError, WorkerJob};
 #[cfg(feature = "cli")]
 pub use thesis::error::ThesisError;
+pub use twin_error::TwinError;

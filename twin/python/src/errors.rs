@@ -1,8 +1,8 @@
 //! Conversion of errors to the exceptions of the package.
 
 use pyo3::prelude::*;
-use twinrig::TwinError;
 use twinrig::runtime::PanicReport;
+use twinrig::{Error, TwinError};
 use twinrig_document::{Place, Problem};
 
 /// Module with the exceptions.
@@ -25,10 +25,16 @@ impl From<TwinError> for Failure {
     }
 }
 
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        TwinError::from(error).into()
+    }
+}
+
 impl From<PanicReport> for Failure {
     fn from(source: PanicReport) -> Self {
         let file = String::new();
-        TwinError::Panic { file, source }.into()
+        Error::Panic { file, source }.into()
     }
 }
 
@@ -58,17 +64,17 @@ fn exception(py: Python<'_>, error: &TwinError) -> PyResult<PyErr> {
     let module = py.import(ERRORS)?;
     let message = error.to_string();
     let raised = match error {
-        TwinError::Document(error) => {
+        TwinError::Rig(Error::Document(error)) => {
             let problems = error.problems.iter().map(|one| problem(&module, one));
             let problems = problems.collect::<PyResult<Vec<_>>>()?;
             module.getattr("ScenarioError")?.call1((message, problems))
         }
-        TwinError::Build { .. } | TwinError::Rig { .. } | TwinError::NoSuchBus { .. } => {
+        TwinError::Rig(Error::Build { .. } | Error::Rig { .. } | Error::NoSuchBus { .. }) => {
             module.getattr("ScenarioError")?.call1((message,))
         }
-        TwinError::Record { .. } | TwinError::Compare { .. } | TwinError::NotReplayable { .. } => {
-            module.getattr("RecordingError")?.call1((message,))
-        }
+        TwinError::Rig(Error::Record { .. })
+        | TwinError::Compare { .. }
+        | TwinError::NotReplayable { .. } => module.getattr("RecordingError")?.call1((message,)),
         _ => module.getattr("TwinError")?.call1((message,)),
     };
     Ok(PyErr::from_value(raised?))

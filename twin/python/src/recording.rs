@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use twinrig::TwinError;
+use twinrig::Error;
 use twinrig_record::{FootstepMessage, RecordError, Recording, VerdictMessage};
 
 use crate::errors::Failure;
@@ -27,7 +27,7 @@ struct Contents {
 pub(crate) fn read(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
     let done = supervised(py, || {
         let contents = contents(&path);
-        contents.map_err(|source| TwinError::Record { path, source })
+        contents.map_err(|source| Error::Record { path, source })
     })?;
     if let Some(interrupt) = done.interrupt {
         return Err(interrupt);

@@ -2,7 +2,7 @@
 
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use twinrig::TwinError;
+use twinrig::Error;
 use twinrig::kernel::{Field, Layout, SimDuration, SimTime, near_misses};
 use twinrig::runtime::{Group, Observer, PanicReport, Rig, RigError, RunEvent, catch_panic};
 use twinrig_record::Fingerprint;
@@ -76,7 +76,7 @@ impl RigState {
     fn raised(&self, py: Python<'_>, error: RigError) -> PyErr {
         let exception = self.exceptions.take();
         exception.unwrap_or_else(|| {
-            let error = TwinError::Rig {
+            let error = Error::Rig {
                 file: self.file.clone(),
                 help: String::new(),
                 source: Box::new(error),
@@ -144,7 +144,7 @@ impl RigState {
     pub(crate) fn panicked(&mut self, py: Python<'_>, source: PanicReport) -> PyErr {
         self.has_panicked = true;
         let file = self.file.clone();
-        Failure::from(TwinError::Panic { file, source }).raised(py)
+        Failure::from(Error::Panic { file, source }).raised(py)
     }
 
     /// Returns the newest values of a signal; none if there is no such signal.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::FromPyObject;
 use twinrig::scenario::Setting;
-use twinrig::{Assembly, Registry, TwinError};
+use twinrig::{Assembly, Error, Registry};
 
 /// Scenario with settings.
 #[derive(FromPyObject)]
@@ -19,7 +19,7 @@ pub(crate) struct ScenarioArgument(
 
 impl ScenarioArgument {
     /// Reads and checks the scenario. Paths in a text are relative to the current folder.
-    pub(crate) fn assembly<'r>(&self, registry: &'r Registry) -> Result<Assembly<'r>, TwinError> {
+    pub(crate) fn assembly<'r>(&self, registry: &'r Registry) -> Result<Assembly<'r>, Error> {
         let Self(path, text, settings) = self;
         let setting = |(origin, key, value): &(String, String, String)| Setting {
             origin: origin.clone(),

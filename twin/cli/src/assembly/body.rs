@@ -10,7 +10,7 @@ use twinrig_scenario::{LegFact, PayloadSpec, Scenario};
 use crate::assembly::plausibility;
 use crate::assembly::sensors::Sensors;
 use crate::assembly::sources;
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::parts::plant_kind::{ModelContext, StandaloneModel};
 use crate::registry::Registry;
 
@@ -40,7 +40,7 @@ impl Body {
         scenario: &Scenario,
         file: Option<&RobotFile>,
         kept: Option<&[(String, Vec<u8>)]>,
-    ) -> Result<Self, TwinError> {
+    ) -> Result<Self, Error> {
         let robot = file
             .map(|file| FiledRobot::of(file, scenario))
             .transpose()?;
@@ -143,7 +143,7 @@ fn named_legs(ports: &[Port]) -> Vec<LegFact> {
 }
 
 impl FiledRobot {
-    fn of(file: &RobotFile, scenario: &Scenario) -> Result<Self, TwinError> {
+    fn of(file: &RobotFile, scenario: &Scenario) -> Result<Self, Error> {
         let robot = file.robot();
         let placed = |error| sources::placed(error, scenario.robot.as_ref(), &scenario.file);
         let mut robot = robot.map_err(placed)?;

@@ -6,7 +6,7 @@ use twinrig_runtime::{Driver, PartKind, Plant, Process, RigError, Wire, in_part}
 use twinrig_scenario::{ActuatorSpec, LegFact, PlantSpec, PushSite, Scenario};
 
 use crate::assembly::body::Body;
-use crate::error::{BuildError, NO_ROBOT, TwinError};
+use crate::error::{BuildError, Error, NO_ROBOT};
 use crate::parts::controller_kind::{ControllerContext, LegContext};
 use crate::parts::coupling;
 use crate::parts::drives::with_abduction;
@@ -72,21 +72,16 @@ impl<'a> PartBuilder<'a> {
         self.scenario.period()
     }
 
-    pub(crate) fn not_built(
-        &self,
-        what: &'static str,
-        name: &str,
-        source: BuildError,
-    ) -> TwinError {
-        TwinError::not_built(self.scenario, what, name, source)
+    pub(crate) fn not_built(&self, what: &'static str, name: &str, source: BuildError) -> Error {
+        Error::not_built(self.scenario, what, name, source)
     }
 
-    pub(crate) fn plant_error(&self, source: BuildError) -> TwinError {
+    pub(crate) fn plant_error(&self, source: BuildError) -> Error {
         self.not_built("plant", &self.scenario.plant.model, source)
     }
 
     /// The controller with the variables that the scenario sets; an idle process if there is none.
-    pub(crate) fn process(&self) -> Result<Box<dyn Process>, TwinError> {
+    pub(crate) fn process(&self) -> Result<Box<dyn Process>, Error> {
         let Some(spec) = &self.scenario.controller else {
             return Ok(Box::new(Idle));
         };
@@ -114,7 +109,7 @@ impl<'a> PartBuilder<'a> {
             .map_err(|source| self.not_built("controller", &spec.kind, source))?;
         for (name, value) in &spec.variables {
             let set = set(&mut *process, name, *value);
-            set.map_err(|source| TwinError::rig(self.scenario, source))?;
+            set.map_err(|source| Error::rig(self.scenario, source))?;
         }
         Ok(process)
     }
@@ -124,7 +119,7 @@ impl<'a> PartBuilder<'a> {
     pub(crate) fn first_commands(
         &self,
         process: &mut dyn Process,
-    ) -> Result<Vec<(String, f64)>, TwinError> {
+    ) -> Result<Vec<(String, f64)>, Error> {
         let ports = process_ports(process);
         let inputs = vec![0.0; Layout::of(&ports, Direction::Input).len()];
         let layout = Layout::of(&ports, Direction::Output);
@@ -153,7 +148,7 @@ impl<'a> PartBuilder<'a> {
     pub(crate) fn plant_outputs(
         &self,
         first_commands: &[(String, f64)],
-    ) -> Result<Vec<Port>, TwinError> {
+    ) -> Result<Vec<Port>, Error> {
         let ports = if let Some(model) = self.body.standalone_model() {
             Ok(model.ports())
         } else {
@@ -209,7 +204,7 @@ impl<'a> PartBuilder<'a> {
         first_commands: &[(String, f64)],
         outputs: &[Port],
         wanted: &[String],
-    ) -> Result<Box<dyn Plant>, TwinError> {
+    ) -> Result<Box<dyn Plant>, Error> {
         let plant = self.bare_plant(first_commands, outputs, wanted)?;
         let coupling = self.scenario.plant.coupling;
         let wanted = |name: &str| wanted.iter().any(|other| other == name);
@@ -226,7 +221,7 @@ impl<'a> PartBuilder<'a> {
         first_commands: &[(String, f64)],
         outputs: &[Port],
         wanted: &[String],
-    ) -> Result<Box<dyn Plant>, TwinError> {
+    ) -> Result<Box<dyn Plant>, Error> {
         let spec = &self.scenario.plant;
         let wanted = |name: &str| wanted.iter().any(|other| other == name);
         let needed = self.needed(outputs, &wanted);
@@ -262,7 +257,7 @@ impl<'a> PartBuilder<'a> {
         actuator: &ActuatorSpec,
         first_commands: &[(String, f64)],
         wanted: &dyn Fn(&str) -> bool,
-    ) -> Result<Box<dyn Plant>, TwinError> {
+    ) -> Result<Box<dyn Plant>, Error> {
         let legs = self.leg_names();
         let context = self.plant_context(robot, &legs, plant, actuator, first_commands, wanted);
         self.registry
@@ -270,7 +265,7 @@ impl<'a> PartBuilder<'a> {
             .unwrap_or_else(|| Err(NO_SUCH_KIND.into()))
             .and_then(|plant| with_abduction(plant, &context))
             .map_err(|source| match start::mistake(&context) {
-                Some(problem) => TwinError::Document(problem.into()),
+                Some(problem) => Error::Document(problem.into()),
                 None => self.not_built("plant", &plant.model, source),
             })
     }

@@ -6,7 +6,7 @@ use twinrig_runtime::{DirectIo, IoTask, Process, RigError, WiredTask};
 use twinrig_scenario::{BusSpec, FaultSpec, matches};
 
 use crate::assembly::builder::{Bus, PartBuilder};
-use crate::error::{BuildError, TwinError};
+use crate::error::{BuildError, Error};
 use crate::parts::bus_kind::{BusContext, BusKind};
 
 /// Name of the task that transfers the signals without a bus.
@@ -14,7 +14,7 @@ const DIRECT: &str = "io";
 
 impl PartBuilder<'_> {
     /// Builds drivers and wires of all buses, for a process with these ports.
-    pub(crate) fn buses(&self, process_ports: &[Port]) -> Result<Vec<Bus>, TwinError> {
+    pub(crate) fn buses(&self, process_ports: &[Port]) -> Result<Vec<Bus>, Error> {
         let built = |bus: &BusSpec| {
             let kind = self.bus_kind(bus)?;
             Ok(Bus {
@@ -33,7 +33,7 @@ impl PartBuilder<'_> {
         buses: Vec<Bus>,
         process: &dyn Process,
         process_ports: &[Port],
-    ) -> Result<Vec<Box<dyn IoTask>>, TwinError> {
+    ) -> Result<Vec<Box<dyn IoTask>>, Error> {
         let mut tasks: Vec<Box<dyn IoTask>> = Vec::new();
         let mut carried: Vec<Port> = Vec::new();
         for Bus { driver, wire, .. } in buses {
@@ -49,14 +49,14 @@ impl PartBuilder<'_> {
         if !rest.is_empty() || tasks.is_empty() {
             let transfer = self.scenario.io.transfer_time.clone();
             let io = DirectIo::for_process(DIRECT, &rest, transfer, self.scenario.seed);
-            let io = io.map_err(|error| TwinError::rig(self.scenario, RigError::Compute(error)))?;
+            let io = io.map_err(|error| Error::rig(self.scenario, RigError::Compute(error)))?;
             tasks.push(Box::new(io));
         }
         Ok(tasks)
     }
 
     /// Returns the kind of a bus.
-    pub(crate) fn bus_kind(&self, bus: &BusSpec) -> Result<&BusKind, TwinError> {
+    pub(crate) fn bus_kind(&self, bus: &BusSpec) -> Result<&BusKind, Error> {
         let missing = || self.not_built("bus", &bus.kind, "there is none of that name".into());
         self.registry.bus(&bus.kind).ok_or_else(missing)
     }
@@ -72,7 +72,7 @@ impl PartBuilder<'_> {
     }
 
     /// Checks that the place of every fault exists on its bus.
-    pub(crate) fn check_fault_places(&self) -> Result<(), TwinError> {
+    pub(crate) fn check_fault_places(&self) -> Result<(), Error> {
         let scenario = self.scenario;
         for fault in &scenario.faults {
             let Some((bus, place)) = scenario.buses.iter().find_map(|bus| place(bus, fault)) else {
@@ -114,7 +114,7 @@ impl PartBuilder<'_> {
         bus: &BusSpec,
         process_ports: &[Port],
         build: impl FnOnce(&BusContext<'_>) -> Result<T, BuildError>,
-    ) -> Result<T, TwinError> {
+    ) -> Result<T, Error> {
         let scenario = self.scenario;
         let faults: Vec<(&str, &FaultSpec)> = scenario
             .faults

@@ -5,14 +5,14 @@ use twinrig_runtime::{PlantFault, RigError, TaskError, WiringError};
 use twinrig_scenario::{PushLoad, PushSpec};
 
 use crate::assembly::Assembly;
-use crate::error::TwinError;
+use crate::error::Error;
 
 /// Time after the last valid state of a plant, and after a push, in which the push is named: some
 /// steps of the slowest plant.
 const NEAR: SimDuration = SimDuration::from_millis(50);
 
 impl Assembly<'_> {
-    pub(crate) fn rig_error(&self, source: RigError) -> TwinError {
+    pub(crate) fn rig_error(&self, source: RigError) -> Error {
         let help = match &source {
             RigError::Plant(fault)
             | RigError::Task {
@@ -22,7 +22,7 @@ impl Assembly<'_> {
             _ => self.wiring_help(&source),
         };
         let help = help.map_or_else(String::new, |help| format!("\n  = help: {help}"));
-        TwinError::Rig {
+        Error::Rig {
             file: self.scenario().file.clone(),
             help,
             source: Box::new(source),

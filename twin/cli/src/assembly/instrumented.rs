@@ -3,7 +3,7 @@
 use twinrig_runtime::{Driver, PartKind, Rig, in_part};
 
 use crate::assembly::Assembly;
-use crate::error::{BuildError, TwinError};
+use crate::error::{BuildError, Error};
 use crate::parts::bus_kind::BusContext;
 
 impl Assembly<'_> {
@@ -16,14 +16,14 @@ impl Assembly<'_> {
         &self,
         name: &str,
         driver: impl FnOnce(&BusContext<'_>) -> Result<Box<dyn Driver>, BuildError>,
-    ) -> Result<Rig, TwinError> {
+    ) -> Result<Rig, Error> {
         let mut parts = self.parts()?;
         let specs = &self.scenario().buses;
         let spec = specs.iter().find(|bus| bus.name.value == name);
         let bus = parts.buses.iter_mut().find(|bus| bus.name == name);
         let (Some(spec), Some(bus)) = (spec, bus) else {
             let known = specs.iter().map(|bus| bus.name.value.as_str());
-            return Err(TwinError::no_such_bus(name, known));
+            return Err(Error::no_such_bus(name, known));
         };
         let ports = &self.facts.process_ports;
         bus.driver = self.builder().built_bus(spec, ports, |context| {

@@ -28,7 +28,7 @@ pub(crate) mod sources;
 use crate::assembly::body::Body;
 use crate::assembly::builder::{BuiltParts, PartBuilder};
 use crate::assembly::sources::{SCENARIO_FILE, Sources};
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::parts::constraints::{self, CONSTRAINTS, DefaultRules, named_constraints};
 use crate::parts::method::TOLERANCE;
 use crate::parts::setup::ground_below;
@@ -83,7 +83,7 @@ impl<'r> Assembly<'r> {
         registry: &'r Registry,
         path: &Path,
         settings: &[Setting],
-    ) -> Result<Self, TwinError> {
+    ) -> Result<Self, Error> {
         let sources = Sources::of(Document::read(path)?, folder_of(path));
         Self::new(registry, &sources, settings)
     }
@@ -99,7 +99,7 @@ impl<'r> Assembly<'r> {
         text: &str,
         folder: &Path,
         settings: &[Setting],
-    ) -> Result<Self, TwinError> {
+    ) -> Result<Self, Error> {
         let sources = Sources::of(Document::parse(file, text)?, folder);
         Self::new(registry, &sources, settings)
     }
@@ -114,7 +114,7 @@ impl<'r> Assembly<'r> {
         path: &Path,
         settings: &[Setting],
         name: &str,
-    ) -> Result<Self, TwinError> {
+    ) -> Result<Self, Error> {
         let sources = Sources {
             shared_options: &[CONSTRAINTS, TOLERANCE],
             ..Sources::of(Document::read(path)?, folder_of(path))
@@ -133,7 +133,7 @@ impl<'r> Assembly<'r> {
         scenario: &str,
         robot: &str,
         settings: &[Setting],
-    ) -> Result<Self, TwinError> {
+    ) -> Result<Self, Error> {
         let rules = DefaultRules::Present;
         Self::of_kept(registry, scenario, Some(robot), Vec::new(), settings, rules)
     }
@@ -146,7 +146,7 @@ impl<'r> Assembly<'r> {
         kept: Vec<(String, Vec<u8>)>,
         settings: &[Setting],
         rules: DefaultRules,
-    ) -> Result<Self, TwinError> {
+    ) -> Result<Self, Error> {
         let document = Document::parse(SCENARIO_FILE, scenario)?;
         let sources = Sources {
             robot: robot.map(str::to_owned),
@@ -162,7 +162,7 @@ impl<'r> Assembly<'r> {
         registry: &'r Registry,
         sources: &Sources,
         settings: &[Setting],
-    ) -> Result<Self, TwinError> {
+    ) -> Result<Self, Error> {
         let (assembly, drawn) = drawn_streams(|| Self::build(registry, sources, settings));
         let mut assembly = assembly?;
         let built = assembly.built.get_mut();
@@ -176,7 +176,7 @@ impl<'r> Assembly<'r> {
         registry: &'r Registry,
         sources: &Sources,
         settings: &[Setting],
-    ) -> Result<Self, TwinError> {
+    ) -> Result<Self, Error> {
         let (mut scenario, body) = sources.body(registry, settings)?;
         let legs = scenario.legs(&body.legs())?;
         let has_choice = registry.has_constraints(&scenario.plant.model);
@@ -252,7 +252,7 @@ impl<'r> Assembly<'r> {
     ///
     /// # Errors
     /// A part that cannot be built.
-    pub(crate) fn parts(&self) -> Result<BuiltParts, TwinError> {
+    pub(crate) fn parts(&self) -> Result<BuiltParts, Error> {
         let built = self.built.lock();
         if let Some(parts) = built.unwrap_or_else(PoisonError::into_inner).take() {
             count_drawn(&parts.drawn);
@@ -269,7 +269,7 @@ impl<'r> Assembly<'r> {
 
     /// Builds the plant with the outputs that the scene requires, coupled as the scenario
     /// specifies.
-    fn plant(&self) -> Result<Box<dyn Plant>, TwinError> {
+    fn plant(&self) -> Result<Box<dyn Plant>, Error> {
         let builder = self.builder();
         let outputs = &self.facts.plant_outputs;
         builder.coupled_plant(&self.first_commands, outputs, &self.scene.wanted)
@@ -277,7 +277,7 @@ impl<'r> Assembly<'r> {
 
     /// Builds the plant of the scene alone, without the sensors and the coupling of its rig; it
     /// computes `also` besides the required outputs.
-    pub(crate) fn bare_plant(&self, also: &[String]) -> Result<Box<dyn Plant>, TwinError> {
+    pub(crate) fn bare_plant(&self, also: &[String]) -> Result<Box<dyn Plant>, Error> {
         let wanted = [&self.scene.wanted, also].concat();
         let outputs = &self.facts.plant_outputs;
         self.builder()
@@ -291,7 +291,7 @@ impl<'r> Assembly<'r> {
         plant: &PlantSpec,
         actuator: &ActuatorSpec,
         wanted: &dyn Fn(&str) -> bool,
-    ) -> Result<Box<dyn Plant>, TwinError> {
+    ) -> Result<Box<dyn Plant>, Error> {
         let commands = &self.first_commands;
         let builder = self.builder();
         builder.plant_of(robot, plant, actuator, commands, wanted)
@@ -306,7 +306,7 @@ impl<'r> Assembly<'r> {
         &self,
         scenario: &Scenario,
         compared: &[String],
-    ) -> Result<Self, TwinError> {
+    ) -> Result<Self, Error> {
         let mut facts = self.facts.clone();
         facts.measured.extend_from_slice(compared);
         Ok(Self {
@@ -413,7 +413,7 @@ impl<'r> Assembly<'r> {
     ///
     /// # Errors
     /// A part that cannot be built, or signals that do not connect.
-    pub fn rig(&self) -> Result<Rig, TwinError> {
+    pub fn rig(&self) -> Result<Rig, Error> {
         let mut rig = self.rig_around(|plant| plant)?;
         rig.set_end(Some(self.scenario().end()));
         Ok(rig)
@@ -423,7 +423,7 @@ impl<'r> Assembly<'r> {
     pub(crate) fn rig_around(
         &self,
         around: impl FnOnce(Box<dyn Plant>) -> Box<dyn Plant>,
-    ) -> Result<Rig, TwinError> {
+    ) -> Result<Rig, Error> {
         self.rig_of(self.parts()?, around)
     }
 
@@ -432,7 +432,7 @@ impl<'r> Assembly<'r> {
         &self,
         parts: BuiltParts,
         around: impl FnOnce(Box<dyn Plant>) -> Box<dyn Plant>,
-    ) -> Result<Rig, TwinError> {
+    ) -> Result<Rig, Error> {
         let BuiltParts {
             process,
             buses,
@@ -442,7 +442,7 @@ impl<'r> Assembly<'r> {
         if let Some(start) = &self.start {
             let file = || self.scenario().file.clone();
             let applied = start.apply(&mut *plant);
-            applied.map_err(|why| TwinError::Start { file: file(), why })?;
+            applied.map_err(|why| Error::Start { file: file(), why })?;
         }
         let ports = &self.facts.process_ports;
         let tasks = self.builder().tasks(buses, &*process, ports)?;
@@ -490,7 +490,7 @@ impl<'r> Assembly<'r> {
     }
 
     /// Returns the baud rate of the serial port of a bus.
-    pub(crate) fn baud(&self, bus: &BusSpec) -> Result<u32, TwinError> {
+    pub(crate) fn baud(&self, bus: &BusSpec) -> Result<u32, Error> {
         Ok(self.builder().bus_kind(bus)?.baud())
     }
 

@@ -3,7 +3,7 @@
 use twinrig_runtime::{Rig, SensorModel};
 
 use super::Assembly;
-use crate::error::TwinError;
+use crate::error::Error;
 
 impl Assembly<'_> {
     /// Returns the sensors of the controller's inputs: their names, signals and parameters.
@@ -16,7 +16,7 @@ impl Assembly<'_> {
     }
 
     /// Adds the sensors to a rig.
-    pub(super) fn add_sensors(&self, rig: &mut Rig) -> Result<(), TwinError> {
+    pub(super) fn add_sensors(&self, rig: &mut Rig) -> Result<(), Error> {
         let seed = self.scenario().seed;
         self.sensors()
             .try_for_each(|(name, signal, model)| rig.add_sensor(name, signal, model.clone(), seed))

@@ -7,7 +7,7 @@ use twinrig_robot::{Robot, RobotError, RobotFile};
 use twinrig_scenario::{Scenario, Setting};
 
 use crate::assembly::body::Body;
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::parts::constraints::DefaultRules;
 use crate::registry::Registry;
 
@@ -60,7 +60,7 @@ impl Sources {
         &self,
         registry: &Registry,
         settings: &[Setting],
-    ) -> Result<(Scenario, Option<RobotFile>), TwinError> {
+    ) -> Result<(Scenario, Option<RobotFile>), Error> {
         let Peeked {
             robot: word,
             overrides,
@@ -123,7 +123,7 @@ impl Sources {
         &self,
         registry: &Registry,
         settings: &[Setting],
-    ) -> Result<(Scenario, Body), TwinError> {
+    ) -> Result<(Scenario, Body), Error> {
         let (scenario, file) = self.read(registry, settings)?;
         let body = Body::of(registry, &scenario, file.as_ref(), self.kept.as_deref())?;
         Ok((scenario, body))

@@ -6,10 +6,11 @@ use twinrig_document::{DocumentError, Problem, Warning, escaped};
 use super::{FAILURE, SUCCESS, Terminal, settings, source};
 use crate::args::CheckArgs;
 use crate::assembly::Assembly;
-use crate::error::{TwinError, guarded};
+use crate::error::guarded;
 use crate::registry::Registry;
 use crate::report::Warned;
 use crate::report::style::{DIM, GREEN, styled};
+use crate::twin_error::TwinError;
 
 #[derive(Serialize)]
 struct Checked {

@@ -9,7 +9,8 @@ use clap_mangen::Man;
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::{Cli, CompletionsArgs, ManArgs};
-use crate::error::TwinError;
+use crate::error::Error;
+use crate::twin_error::TwinError;
 
 /// Name of the program in scripts and pages.
 const PROGRAM: &str = "twin";
@@ -38,7 +39,7 @@ pub(super) fn man(args: &ManArgs, terminal: &mut Terminal<'_>) -> u8 {
         }
         Err(source) => {
             let path = folder.clone();
-            terminal.print_error(&TwinError::Write { path, source });
+            terminal.print_error(&TwinError::from(Error::Write { path, source }));
             FAILURE
         }
     }

@@ -10,9 +10,10 @@ use twinrig_record::{Comparison, Divergence, Recording, VerdictMessage, divergen
 use super::compare::{Bounds, EventDifference};
 use super::{FAILURE, NEGATIVE, SUCCESS, Terminal};
 use crate::args::DiffArgs;
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::report::seconds;
 use crate::report::style::{BOLD, GREEN, RED, YELLOW, styled};
+use crate::twin_error::TwinError;
 
 /// First difference between two recordings, in its serialised form.
 #[derive(Serialize)]
@@ -135,9 +136,11 @@ pub(super) fn some_of(names: &[String]) -> String {
 }
 
 pub(super) fn open(path: &Path) -> Result<Recording, TwinError> {
-    Recording::open(path).map_err(|source| TwinError::Record {
-        path: path.to_owned(),
-        source,
+    Recording::open(path).map_err(|source| {
+        TwinError::from(Error::Record {
+            path: path.to_owned(),
+            source,
+        })
     })
 }
 

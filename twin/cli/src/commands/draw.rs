@@ -7,7 +7,8 @@ use twinrig_robot::RobotFile;
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::DrawArgs;
 use crate::drawing::drawing;
-use crate::error::TwinError;
+use crate::error::Error;
+use crate::twin_error::TwinError;
 
 pub(super) fn draw(args: &DrawArgs, terminal: &mut Terminal<'_>) -> u8 {
     match written(args, terminal) {
@@ -35,9 +36,11 @@ fn written(args: &DrawArgs, terminal: &mut Terminal<'_>) -> Result<(), TwinError
         terminal.print_plain(&page.text);
         return Ok(());
     }
-    std::fs::write(&path, &page.text).map_err(|source| TwinError::Write {
-        path: path.clone(),
-        source,
+    std::fs::write(&path, &page.text).map_err(|source| {
+        TwinError::from(Error::Write {
+            path: path.clone(),
+            source,
+        })
     })?;
     terminal.print(&format!("written {}", path.display()));
     Ok(())

@@ -11,11 +11,12 @@ use twinrig_robot::RobotFile;
 
 use super::{FAILURE, SUCCESS, Terminal, schema};
 use crate::args::{ExamplesArgs, ExamplesCommand, ExamplesCopyArgs};
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::examples::{EXAMPLES, Example};
 use crate::registry::Registry;
 use crate::report::grid::{Grid, Left, Right};
 use crate::report::seconds;
+use crate::twin_error::TwinError;
 
 /// Schema file that the first line of an example names.
 const SCHEMA: &str = "scenario.schema.json";
@@ -169,7 +170,7 @@ fn copy(registry: &Registry, args: &ExamplesCopyArgs) -> Result<Copied, TwinErro
 
 fn failed(path: &Path, source: std::io::Error) -> TwinError {
     let path = path.to_owned();
-    TwinError::Write { path, source }
+    TwinError::from(Error::Write { path, source })
 }
 
 /// Returns the examples of a command line, each once.

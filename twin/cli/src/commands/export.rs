@@ -8,9 +8,10 @@ use twinrig_robot::RobotFile;
 use super::{FAILURE, SUCCESS, Terminal, settings};
 use crate::args::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs, UrdfArgs};
 use crate::assembly::Assembly;
-use crate::error::{TwinError, guarded};
+use crate::error::{Error, guarded};
 use crate::fmu::{self, FmiVersion, FmuRequest};
 use crate::registry::Registry;
+use crate::twin_error::TwinError;
 
 pub(super) fn export(registry: &Registry, args: &ExportArgs, terminal: &mut Terminal<'_>) -> u8 {
     let written = match &args.language {
@@ -52,9 +53,11 @@ fn export_fmu(
         let name = path.file_stem().unwrap_or(path.as_os_str());
         PathBuf::from(name).with_extension("fmu")
     });
-    std::fs::write(&out, &exported.bytes).map_err(|source| TwinError::Write {
-        path: out.clone(),
-        source,
+    std::fs::write(&out, &exported.bytes).map_err(|source| {
+        TwinError::from(Error::Write {
+            path: out.clone(),
+            source,
+        })
     })?;
     terminal.print(&format!(
         "written {}: FMI {}.0, {} with {} inputs and {} outputs",
@@ -87,9 +90,11 @@ fn write_model(
         terminal.print_plain(text);
         return Ok(());
     };
-    std::fs::write(path, text).map_err(|source| TwinError::Write {
-        path: path.clone(),
-        source,
+    std::fs::write(path, text).map_err(|source| {
+        TwinError::from(Error::Write {
+            path: path.clone(),
+            source,
+        })
     })?;
     terminal.print(&format!("written {}", path.display()));
     Ok(())
@@ -121,7 +126,7 @@ mod with_mujoco {
 
     use crate::args::MjcfArgs;
     use crate::error::BuildError;
-    use crate::error::TwinError;
+    use crate::twin_error::TwinError;
 
     /// Time step of the model, which determines the stiffness of the pins.
     const STEP: SimDuration = SimDuration::from_millis(1);

@@ -9,7 +9,8 @@ use twinrig_document::{DocumentError, Problem, TEXT_MOST, read_file};
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::{ImportArgs, ImportCommand, ImportFileArgs};
-use crate::error::TwinError;
+use crate::error::Error;
+use crate::twin_error::TwinError;
 
 pub(super) fn import(args: &ImportArgs, terminal: &mut Terminal<'_>) -> u8 {
     let done = match &args.language {
@@ -84,14 +85,14 @@ fn write_new(path: &PathBuf, made: &Imported) -> Result<(), TwinError> {
         file.write_all(made.text.as_bytes())
     };
     written().map_err(|source| match source.kind() {
-        ErrorKind::AlreadyExists => TwinError::Together {
+        ErrorKind::AlreadyExists => TwinError::from(Error::InvalidOptions {
             why: format!("{} exists", path.display()),
             help: "nothing is overwritten: choose another file with --out".to_owned(),
-        },
-        _ => TwinError::Write {
+        }),
+        _ => TwinError::from(Error::Write {
             path: path.clone(),
             source,
-        },
+        }),
     })
 }
 

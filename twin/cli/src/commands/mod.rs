@@ -44,11 +44,12 @@ use twinrig_runtime::catch_panic;
 use twinrig_scenario::Setting;
 
 use crate::args::{Cli, Command, Settings};
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::registry::Registry;
 use crate::report::layout::laid_out;
 use crate::report::style::harmless;
 use crate::report::width::{columns, error_columns, fit, fit_message};
+use crate::twin_error::TwinError;
 
 /// Notice of a debug build. Measured, in processor time of release builds: bench 44, oncilla-trot
 /// 69, trot 79.
@@ -294,7 +295,7 @@ fn dispatch(registry: &Registry, cli: Cli, terminal: &mut Terminal<'_>) -> u8 {
     let done = catch_panic(|| command(registry, cli.command, terminal));
     let code = done.unwrap_or_else(|source| {
         let file = String::new();
-        terminal.report_error(&TwinError::Panic { file, source }, json);
+        terminal.report_error(&TwinError::from(Error::Panic { file, source }), json);
         FAILURE
     });
     terminal.finish(code)

@@ -12,8 +12,9 @@ use std::path::{Path, PathBuf};
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::{NewArgs, NewKind};
 use crate::build_key::file_of_this_code;
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::registry::Registry;
+use crate::twin_error::TwinError;
 
 /// Version of the crate that new ones depend on.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -120,10 +121,10 @@ pub(super) fn new(args: &NewArgs, registry: &Registry, terminal: &mut Terminal<'
 /// Makes it, and returns what was made and the next steps.
 fn make(args: &NewArgs, registry: &Registry) -> Result<String, TwinError> {
     if args.robot.is_some() && args.kind != NewKind::Scenario {
-        return Err(TwinError::Together {
+        return Err(TwinError::from(Error::InvalidOptions {
             why: "--robot is for scenarios".to_owned(),
             help: format!("twin new scenario {} --robot ROBOT", args.name),
-        });
+        }));
     }
     match args.kind {
         NewKind::Controller => make_crate(args, registry, CONTROLLER),
@@ -198,9 +199,11 @@ impl Dependency {
         if let Some(clone) = &args.twinrig {
             let path = clone.join("twin/cli");
             let manifest = path.join("Cargo.toml");
-            fs::canonicalize(&manifest).map_err(|_| TwinError::Together {
-                why: format!("{} is not a clone of Twinrig", clone.display()),
-                help: format!("there is no {}", manifest.display()),
+            fs::canonicalize(&manifest).map_err(|_| {
+                TwinError::from(Error::InvalidOptions {
+                    why: format!("{} is not a clone of Twinrig", clone.display()),
+                    help: format!("there is no {}", manifest.display()),
+                })
             })?;
             let path = fs::canonicalize(&path).map_err(|source| not_written(&path, source))?;
             return Ok(Self::Clone(path));
@@ -264,11 +267,11 @@ fn write_new(path: &Path, text: &str) -> Result<(), TwinError> {
 
 fn not_written(path: &Path, source: io::Error) -> TwinError {
     if source.kind() == io::ErrorKind::AlreadyExists {
-        return TwinError::Together {
+        return TwinError::from(Error::InvalidOptions {
             why: format!("{} exists", path.display()),
             help: "nothing is overwritten: choose another name, or another folder with --in".into(),
-        };
+        });
     }
     let path = path.to_owned();
-    TwinError::Write { path, source }
+    TwinError::from(Error::Write { path, source })
 }

@@ -6,12 +6,12 @@ use twinrig_campaign::engine::EngineOptions;
 
 use super::{FAILURE, Terminal, outputs, settings};
 use crate::args::OptimizeArgs;
-use crate::error::TwinError;
 use crate::optimize::execute::{OptimizationOutcome, OptimizationRequest, optimize as execute};
 use crate::optimize::{progress, table};
 use crate::progress::Progress;
 use crate::registry::Registry;
 use crate::run::interrupt;
+use crate::twin_error::TwinError;
 
 /// Folder of the results of all optimisations.
 const FOLDER: &str = "optimizations";

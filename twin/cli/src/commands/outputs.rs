@@ -5,7 +5,8 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use crate::error::TwinError;
+use crate::error::Error;
+use crate::twin_error::TwinError;
 
 /// Checks that files can be written to the folder `path`, which need not exist.
 pub(super) fn check_folder(path: &Path) -> Result<(), TwinError> {
@@ -42,5 +43,5 @@ pub(super) fn check_file(path: &Path) -> Result<(), TwinError> {
 
 fn failed(path: &Path, source: io::Error) -> TwinError {
     let path = path.to_owned();
-    TwinError::Write { path, source }
+    TwinError::from(Error::Write { path, source })
 }

@@ -23,13 +23,14 @@ use self::tables::{diagnostics, signals, undriven, wired};
 use super::{FAILURE, SUCCESS, Terminal, settings, source};
 use crate::args::{PlanArgs, Settings};
 use crate::assembly::Assembly;
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::parts::coupling;
 use crate::registry::Registry;
 use crate::report::grid::{Cell, Grid, Left};
 use crate::report::left_out;
 use crate::report::style::{BOLD, DIM, styled};
 use crate::report::{Warned, seconds};
+use crate::twin_error::TwinError;
 
 #[derive(Serialize)]
 struct Plan {
@@ -137,10 +138,10 @@ fn planned<'r>(registry: &'r Registry, args: &PlanArgs) -> Result<(Plan, Assembl
         [] => None,
         [plant] => Some(plant.clone()),
         [first, second, ..] => {
-            return Err(TwinError::Together {
+            return Err(TwinError::from(Error::InvalidOptions {
                 why: format!("--plant names `{first}` and `{second}`, and a scene has one plant"),
                 help: "give one, or add --sufficient to search among them".to_owned(),
-            });
+            }));
         }
     };
     let set = args.set.clone();

@@ -12,13 +12,14 @@ use super::diff::{NO_COMMON_SAMPLE, open};
 use super::run::{Session, error_of};
 use crate::args::RunArgs;
 use crate::assembly::Assembly;
-use crate::error::{TwinError, guarded};
+use crate::error::{Error, guarded};
 use crate::progress::RunLine;
 use crate::report::style::{BOLD, RED, styled};
 use crate::report::{Report, Status, seconds};
 use crate::run::continuation::{Continuation, resume_with_plant};
 use crate::run::execute::execute_saving;
 use crate::run::interrupt;
+use crate::twin_error::TwinError;
 
 /// Runs of a scenario with several plants.
 pub(super) struct PlantComparison<'s, 'a> {
@@ -63,7 +64,7 @@ struct Compared<'p> {
 pub(super) fn check(args: &RunArgs) -> Result<(), TwinError> {
     let incompatible = |why: &str, help: &str| {
         let (why, help) = (why.to_owned(), help.to_owned());
-        Err(TwinError::Together { why, help })
+        Err(TwinError::from(Error::InvalidOptions { why, help }))
     };
     let ending = args.out.extension();
     if ending.is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) {
@@ -221,13 +222,13 @@ impl<'s, 'a> PlantComparison<'s, 'a> {
             .session
             .assembly(self.path, self.session.args.plant.first())?;
         if from >= first.end() {
-            return Err(TwinError::Together {
+            return Err(TwinError::from(Error::InvalidOptions {
                 why: format!(
                     "--from {from} is not before the end of the run at {}",
                     first.end()
                 ),
                 help: "choose an earlier --from or a longer `duration`".to_owned(),
-            });
+            }));
         }
         self.session.warn(&first, terminal);
         let execution = self.session.execution(&first, "");
@@ -253,9 +254,10 @@ impl<'s, 'a> PlantComparison<'s, 'a> {
         let mark = format!("-from-{origin}-{}s", seconds(from.as_nanos()));
         let execution = self.session.execution(&other, &mark);
         let mut line = RunLine::new(self.session.shows_progress(terminal));
-        guarded(&other.scenario().file, || {
+        let resumed = guarded(&other.scenario().file, || {
             resume_with_plant(first, &other, saved, &execution, &mut line)
-        })
+        });
+        Ok(resumed?)
     }
 }
 
@@ -263,13 +265,13 @@ impl<'s, 'a> PlantComparison<'s, 'a> {
 /// is not possible or the continuation did not complete.
 fn compare(pair: &Pair<'_>, from: Option<SimTime>, json: bool, terminal: &mut Terminal<'_>) -> u8 {
     let [Some(a), Some(b)] = pair.recordings else {
-        let missing = TwinError::Together {
+        let missing = TwinError::from(Error::InvalidOptions {
             why: format!(
                 "{} and {} cannot be compared: one has no recording",
                 pair.plants[0], pair.plants[1]
             ),
             help: "see the error of that run".to_owned(),
-        };
+        });
         print(pair, from, None, Some(missing.to_string()), json, terminal);
         return Status::Error.exit_code();
     };

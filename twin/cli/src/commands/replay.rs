@@ -10,7 +10,6 @@ use super::{FAILURE, NEGATIVE, SUCCESS, Terminal};
 use crate::args::ReplayArgs;
 use crate::assembly::Assembly;
 use crate::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
-use crate::error::TwinError;
 use crate::parts::constraints::DefaultRules;
 use crate::progress::RunLine;
 use crate::registry::Registry;
@@ -21,6 +20,7 @@ use crate::run::interrupt;
 use crate::run::recording::{
     DEFAULTS_NOTE, EXCHANGED_NOTE, HARDWARE_NOTE, SETTINGS_NOTE, settings_of,
 };
+use crate::twin_error::TwinError;
 
 #[derive(Serialize)]
 struct Replayed {
@@ -161,14 +161,10 @@ fn assembly<'r>(
     let robot = robot.then(|| text(ROBOT_FILE)).transpose()?;
     let kept = recorded.attachments();
     let kept = kept.map(|(name, bytes)| (name.to_owned(), bytes.to_vec()));
-    Assembly::of_kept(
-        registry,
-        text(SCENARIO_FILE)?,
-        robot,
-        kept.collect(),
-        &settings,
-        rules,
-    )
+    let scenario = text(SCENARIO_FILE)?;
+    let kept = kept.collect();
+    let assembly = Assembly::of_kept(registry, scenario, robot, kept, &settings, rules);
+    Ok(assembly?)
 }
 
 fn text(replayed: &Replayed) -> String {

@@ -13,7 +13,7 @@ use crate::args::{RunArgs, Settings};
 use crate::assembly::Assembly;
 use crate::assembly::recording_size::LARGE_RECORDING;
 use crate::ensemble::with_ensemble;
-use crate::error::{TwinError, guarded};
+use crate::error::{Error, guarded};
 use crate::progress::{Progress, RunLine};
 use crate::registry::Registry;
 use crate::report::{Report, Status};
@@ -21,6 +21,7 @@ use crate::report::{junit, table};
 use crate::run::execute::{Execution, execute_observed};
 use crate::run::interrupt;
 use crate::sweep::runs::quoted as shell;
+use crate::twin_error::TwinError;
 
 pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'_>) -> u8 {
     if terminal.interactive {
@@ -62,10 +63,10 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
     if let Some(path) = &args.junit
         && let Err(source) = std::fs::write(path, junit::document(&reports, &options(args)))
     {
-        terminal.print_error(&TwinError::Write {
+        terminal.print_error(&TwinError::from(Error::Write {
             path: path.clone(),
             source,
-        });
+        }));
         status = Some(Status::Error.exit_code());
     }
     status.unwrap_or(Status::Error.exit_code())
@@ -192,9 +193,10 @@ impl<'a> Session<'a> {
                 value,
             }));
         }
-        guarded(&source::name(path), || {
+        let assembly = guarded(&source::name(path), || {
             source::assembly(self.registry, path, &settings)
-        })
+        });
+        Ok(assembly?)
     }
 
     /// Returns the execution of an assembly; the name of its recording has the suffix `mark`.

@@ -14,10 +14,11 @@ use crate::args::ServeArgs;
 use crate::assembly::Assembly;
 use crate::assembly::builder::{BuiltParts, Bus};
 use crate::build_key::file_of_this_code;
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::registry::Registry;
 use crate::run::hardware::{check_places, place};
 use crate::run::interrupt;
+use crate::twin_error::TwinError;
 
 pub(super) fn serve(registry: &Registry, args: &ServeArgs, terminal: &mut Terminal<'_>) -> u8 {
     if terminal.interactive {
@@ -63,7 +64,7 @@ fn serve_twin(
     terminal.print(&report.to_string());
     match ended {
         Ok(Ended::Duration | Ended::Stopped | Ended::HungUp) => Ok(SUCCESS),
-        Err(error) => Err(assembly.rig_error(error)),
+        Err(error) => Err(assembly.rig_error(error).into()),
     }
 }
 
@@ -103,7 +104,7 @@ fn wires(
             wire,
             device: Box::new(pty),
         }),
-        Err(source) => Err(TwinError::Device { bus: name, source }),
+        Err(source) => Err(TwinError::from(Error::Device { bus: name, source })),
     };
     buses.into_iter().map(served).collect()
 }

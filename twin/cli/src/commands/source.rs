@@ -8,7 +8,7 @@ use twinrig_document::{Document, DocumentError, Problem, STREAM_MOST};
 use twinrig_scenario::Setting;
 
 use crate::assembly::Assembly;
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::registry::Registry;
 
 /// Word for standard input in place of a path.
@@ -34,7 +34,7 @@ pub(super) fn assembly<'r>(
     registry: &'r Registry,
     path: &Path,
     settings: &[Setting],
-) -> Result<Assembly<'r>, TwinError> {
+) -> Result<Assembly<'r>, Error> {
     if !is_standard_input(path) {
         return Assembly::of_file(registry, path, settings);
     }

@@ -18,7 +18,7 @@ use crate::args::{
     StudyArgs, StudyCommand, StudyOptions,
 };
 use crate::assembly::Assembly;
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::progress::Progress;
 use crate::radius::execute::radius;
 use crate::registry::Registry;
@@ -30,6 +30,7 @@ use crate::study::load_recorder::BenchRecorder;
 use crate::study::modulation_cases::ModulationCases;
 use crate::study::robustness_cases::RobustnessCases;
 use crate::study::transition_cases::TransitionCases;
+use crate::twin_error::TwinError;
 use frame::StudyFrame;
 use result::{NamedRadius, StudyResult};
 use twinrig_scenario::Setting;
@@ -192,7 +193,9 @@ fn robust(
             Ok(Ok(outcome)) => radii.push(NamedRadius { name, outcome }),
             Ok(Err(error)) => return Ok(Err(error)),
             // It expects nothing, or has no axis.
-            Err(TwinError::Together { why, .. }) => study.left_out.push(format!("{name}: {why}")),
+            Err(TwinError::Rig(Error::InvalidOptions { why, .. })) => {
+                study.left_out.push(format!("{name}: {why}"))
+            }
             Err(error) => return Err(error),
         }
     }
@@ -244,9 +247,11 @@ impl ProgressObserver for ProgressLine {
 }
 
 fn create(folder: &Path) -> Result<(), TwinError> {
-    std::fs::create_dir_all(folder).map_err(|source| TwinError::Write {
-        path: folder.to_owned(),
-        source,
+    std::fs::create_dir_all(folder).map_err(|source| {
+        TwinError::from(Error::Write {
+            path: folder.to_owned(),
+            source,
+        })
     })
 }
 
@@ -287,9 +292,11 @@ fn write_texts(
     let mut files = Vec::new();
     for (ending, text) in texts {
         let path = folder.join(format!("{stem}.{ending}"));
-        std::fs::write(&path, text).map_err(|source| TwinError::Write {
-            path: path.clone(),
-            source,
+        std::fs::write(&path, text).map_err(|source| {
+            TwinError::from(Error::Write {
+                path: path.clone(),
+                source,
+            })
         })?;
         files.push(path);
     }

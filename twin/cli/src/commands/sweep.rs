@@ -6,12 +6,13 @@ use twinrig_campaign::engine::EngineOptions;
 
 use super::{FAILURE, Terminal, outputs, settings};
 use crate::args::SweepArgs;
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::progress::Progress;
 use crate::registry::Registry;
 use crate::run::interrupt;
 use crate::sweep::execute::{SweepEvent, SweepOutcome, SweepRequest, sweep as execute};
 use crate::sweep::{junit, progress, table};
+use crate::twin_error::TwinError;
 
 /// Folder of the results of all sweeps.
 const FOLDER: &str = "sweeps";
@@ -76,9 +77,11 @@ fn run(
     }
     if let Some(path) = &args.junit {
         let written = std::fs::write(path, junit::document(&outcome.result));
-        written.map_err(|source| TwinError::Write {
-            path: path.clone(),
-            source,
+        written.map_err(|source| {
+            TwinError::from(Error::Write {
+                path: path.clone(),
+                source,
+            })
         })?;
     }
     Ok(outcome)

@@ -5,7 +5,6 @@ use twinrig_study::Machine;
 
 use super::{FAILURE, NEGATIVE, SUCCESS, Terminal};
 use crate::args::{FlipMoves, ThesisArgs};
-use crate::error::TwinError;
 use crate::progress::Progress;
 use crate::registry::Registry;
 use crate::run::interrupt;
@@ -15,6 +14,7 @@ use crate::thesis::items::items;
 use crate::thesis::record::{recorded, recorded_flips};
 use crate::thesis::result::ThesisResult;
 use crate::thesis::{run, text};
+use crate::twin_error::TwinError;
 
 /// Name and version of the program, for the run times.
 const BUILD: &str = concat!("twinrig ", env!("CARGO_PKG_VERSION"));

@@ -14,9 +14,10 @@ pub use twinrig_runtime::{Driver, Plant, Process, ProcessVariable, Wire};
 
 pub use crate::assembly::Assembly;
 pub use crate::ensemble::execute;
-pub use crate::error::{BuildError, TwinError};
+pub use crate::error::{BuildError, Error};
 pub use crate::parts::bus_kind::{BusContext, BusKind};
 pub use crate::parts::controller_kind::{ControllerContext, ControllerKind};
 pub use crate::parts::plant_kind::{PlantContext, PlantKind};
 pub use crate::registry::Registry;
 pub use crate::run::execute::Execution;
+pub use crate::twin_error::TwinError;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 use twinrig_runtime::{PanicReport, RigError, VariableError};
 
-use crate::error::TwinError;
+use crate::error::Error;
 
 /// Error of an instance of an FMU.
 #[derive(Debug, Error)]
@@ -55,7 +55,7 @@ pub enum FmuError {
     },
     /// A scenario that cannot be built.
     #[error("{0}")]
-    Scenario(Box<TwinError>),
+    Scenario(Box<Error>),
     /// There is no variable with that value reference and type.
     #[error("there is no {kind} variable with the value reference {reference}")]
     NoSuchVariable {
@@ -154,10 +154,10 @@ impl FmuError {
     }
 }
 
-impl From<TwinError> for FmuError {
-    fn from(error: TwinError) -> Self {
+impl From<Error> for FmuError {
+    fn from(error: Error) -> Self {
         match error {
-            TwinError::Rig { source, .. } => Self::Failed(*source),
+            Error::Rig { source, .. } => Self::Failed(*source),
             error => Self::Scenario(Box::new(error)),
         }
     }

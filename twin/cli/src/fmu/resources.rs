@@ -8,7 +8,7 @@ use twinrig_scenario::Setting;
 
 use crate::assembly::Assembly;
 use crate::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::fmu::error::FmuError;
 use crate::fmu::part::FmuPart;
 use crate::parts::constraints::DefaultRules;
@@ -131,7 +131,7 @@ impl Resources {
     }
 
     /// Builds the scenario.
-    pub(crate) fn assembly<'r>(&self, registry: &'r Registry) -> Result<Assembly<'r>, TwinError> {
+    pub(crate) fn assembly<'r>(&self, registry: &'r Registry) -> Result<Assembly<'r>, Error> {
         let text = |name: &str| {
             let file = self.files.iter().find(|(known, _)| known == name);
             file.map(|(_, bytes)| String::from_utf8_lossy(bytes).into_owned())

@@ -7,7 +7,8 @@ use twinrig_document::{DocumentError, Problem};
 use twinrig_robot::RobotFile;
 use twinrig_scenario::Setting;
 
-use crate::error::TwinError;
+use crate::error::Error;
+use crate::twin_error::TwinError;
 
 /// Comment that names a schema.
 const SCHEMA: &str = "#:schema ";
@@ -30,9 +31,9 @@ impl ScenarioText<'_> {
         let failed = |error: &dyn ToString, help: &str| {
             let file = self.path.display().to_string();
             let problem = Problem::of_file(file, error.to_string(), help.to_owned());
-            TwinError::Document(DocumentError {
+            TwinError::from(Error::Document(DocumentError {
                 problems: vec![problem],
-            })
+            }))
         };
         let parsed: Result<DocumentMut, _> = self.text.parse();
         let mut document = parsed.map_err(|error| failed(&error, ""))?;

@@ -15,9 +15,9 @@ use twinrig_scenario::Setting;
 use super::files;
 use super::plan::OptimizationPlan;
 use super::running::{Running, evaluations};
-use crate::error::TwinError;
 use crate::registry::Registry;
 use crate::sweep::tasks::engine;
+use crate::twin_error::TwinError;
 
 /// Folder of the rows in the folder of the results.
 const ROWS: &str = "rows";

@@ -9,8 +9,9 @@ use twinrig_scenario::Setting;
 use super::best::ScenarioText;
 use super::plan::OptimizationPlan;
 use super::table::{class, value_and_unit};
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::sweep::files::replace;
+use crate::twin_error::TwinError;
 
 /// File of the result.
 const RESULT: &str = "optimization.json";
@@ -33,9 +34,11 @@ pub(super) fn write(
     texts.extend(best(plan, result, folder)?.map(|text| ("best.toml", text)));
     let written = texts.into_iter().map(|(name, text)| {
         let path = folder.join(name);
-        replace(&path, Partition::WHOLE, &text).map_err(|source| TwinError::Write {
-            path: path.clone(),
-            source,
+        replace(&path, Partition::WHOLE, &text).map_err(|source| {
+            TwinError::from(Error::Write {
+                path: path.clone(),
+                source,
+            })
         })?;
         Ok(path)
     });

@@ -9,8 +9,9 @@ use twinrig_kernel::Unit;
 
 use super::context::{DisturbanceContext, Found};
 use super::disturbances::{DISTURBANCES, Disturbance};
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::sweep::keys::key_of;
+use crate::twin_error::TwinError;
 
 /// A key of the scenario as an axis.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -180,14 +181,14 @@ fn quantity(origin: &str, key: &str, text: &str) -> Result<(f64, Unit), TwinErro
 }
 
 fn refused(why: String, help: impl Into<String>) -> TwinError {
-    TwinError::Together {
+    TwinError::from(Error::InvalidOptions {
         why,
         help: help.into(),
-    }
+    })
 }
 
 fn at(given: &Placed<String>, message: String, help: String) -> TwinError {
-    TwinError::Document(DocumentError {
+    TwinError::from(Error::Document(DocumentError {
         problems: vec![Problem::at(&given.place, message, help)],
-    })
+    }))
 }

@@ -8,8 +8,8 @@ use twinrig_robot::Robot;
 use twinrig_scenario::{Accepts, Catalogue, OptionSpec, Scenario, Setting};
 
 use crate::assembly::Assembly;
-use crate::error::TwinError;
 use crate::registry::Registry;
+use crate::twin_error::TwinError;
 
 /// Control period where there is no controller.
 const PERIOD: SimDuration = SimDuration::from_millis(10);

@@ -16,12 +16,13 @@ use twinrig_study::{ProgressObserver, StudyError};
 
 use super::chosen::{ChosenAxes, KeyAxis, chosen};
 use super::context::DisturbanceContext;
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::registry::Registry;
 use crate::run::interrupt;
 use crate::sweep::cases::RunCase;
 use crate::sweep::runs::{RunPlan, RunRequest};
 use crate::sweep::tasks::{RunTasks, TaskEvent};
+use crate::twin_error::TwinError;
 
 /// Place of settings of the study in messages.
 const STUDY: &str = "twin study radius";
@@ -76,10 +77,10 @@ pub fn radius(
         expectations.map(|one| one.name.clone()).collect()
     };
     if names.is_empty() {
-        return Err(TwinError::Together {
+        return Err(TwinError::from(Error::InvalidOptions {
             why: format!("{} expects nothing", context.scenario().file),
             help: "add an [[expect]]".to_owned(),
-        });
+        }));
     }
     let runs = RunRequest {
         scenario: &request.scenario,
@@ -115,10 +116,10 @@ pub fn radius(
     searching.drop_invalid(&mut left_out);
     let is_named = !request.axes.is_empty() || !request.along.is_empty();
     if searching.searches.is_empty() || is_named && !left_out.is_empty() {
-        return Err(TwinError::Together {
+        return Err(TwinError::from(Error::InvalidOptions {
             why: left_out.join("; "),
             help: "name other axes by --axis, or other keys and values by --along".to_owned(),
-        });
+        }));
     }
     let lines = opened.torn.iter().chain(&opened.damaged);
     Ok(Ok(RadiusOutcome {
@@ -200,11 +201,11 @@ impl Searching<'_> {
             proposal.run = match self.runs.add_point(case, Vec::new(), &mut |_| {}) {
                 Ok(()) => Ok(self.runs.points.len() - 1),
                 // Without a disturbance, the scenario is valid.
-                Err(TwinError::Document(DocumentError { problems })) if proposal.size > 0.0 => {
+                Err(Error::Document(DocumentError { problems })) if proposal.size > 0.0 => {
                     let first = problems.first();
                     Err(first.map_or_else(String::new, |problem| problem.message.clone()))
                 }
-                Err(error) => return Err(error),
+                Err(error) => return Err(error.into()),
             };
         }
         Ok(proposals)

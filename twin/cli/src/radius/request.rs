@@ -8,7 +8,8 @@ use twinrig_scenario::Setting;
 use super::chosen::KeyAxis;
 use super::execute::RadiusRequest;
 use crate::args::{DEFAULT_PRECISION, RadiusOptions, RobustnessOptions};
-use crate::error::TwinError;
+use crate::error::Error;
+use crate::twin_error::TwinError;
 
 impl RadiusOptions {
     /// Returns the study; its rows are in a folder of this name.
@@ -18,10 +19,10 @@ impl RadiusOptions {
         settings: &[Setting],
     ) -> Result<RadiusRequest, TwinError> {
         if self.along.len() != self.to.len() {
-            return Err(TwinError::Together {
+            return Err(TwinError::from(Error::InvalidOptions {
                 why: format!("{} --along and {} --to", self.along.len(), self.to.len()),
                 help: "give the value with the greatest disturbance after each --along".to_owned(),
-            });
+            }));
         }
         let key_axis = |(along, to): (&String, &String)| {
             let (key, from) = match along.split_once('=') {

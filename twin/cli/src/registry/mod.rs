@@ -13,7 +13,7 @@ use twinrig_scenario::{Catalogue, Kind, OptionSpec, PlantSpec};
 use twinrig_study::PlantOffer;
 
 use crate::build_key::BuildKey;
-use crate::error::{BuildError, TwinError};
+use crate::error::{BuildError, Error};
 use crate::parts::bus_kind::BusKind;
 use crate::parts::constraints::CONSTRAINTS;
 use crate::parts::controller_kind::{ControllerContext, ControllerKind, LegContext};
@@ -158,7 +158,7 @@ impl Registry {
     }
 
     /// Returns the hash of the program.
-    pub(crate) fn build(&self) -> Result<BuildKey, TwinError> {
+    pub(crate) fn build(&self) -> Result<BuildKey, Error> {
         self.build.map_or_else(BuildKey::of_program, Ok)
     }
 

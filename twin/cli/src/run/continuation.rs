@@ -5,7 +5,7 @@ use std::time::Instant;
 use twinrig_kernel::{SimTime, Snapshot};
 
 use crate::assembly::Assembly;
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::report::Report;
 use crate::run::execute::{self, Course, Execution};
 use crate::run::judging;
@@ -25,7 +25,7 @@ pub(crate) struct Continuation {
 /// Controller, tasks, boards and pending changes are those of the saved rig.
 ///
 /// # Errors
-/// [`TwinError`] if the plant cannot resume from the saved state, or the recording cannot be
+/// [`Error`] if the plant cannot resume from the saved state, or the recording cannot be
 /// created. A run that starts and fails is reported in the [`Report`].
 pub(crate) fn resume_with_plant(
     first: &Assembly<'_>,
@@ -33,7 +33,7 @@ pub(crate) fn resume_with_plant(
     saved: &Snapshot,
     execution: &Execution,
     caller: &mut dyn RunObserver,
-) -> Result<Continuation, TwinError> {
+) -> Result<Continuation, Error> {
     let mut rig = first.rig()?;
     rig.restore(saved).map_err(|error| first.rig_error(error))?;
     let lost = rig.replace_plant(other.parts()?.plant);

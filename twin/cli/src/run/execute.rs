@@ -12,7 +12,7 @@ use twinrig_runtime::{
 
 use crate::assembly::Assembly;
 use crate::assembly::recording_size::LARGE_RECORDING;
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::report::{Line, Report, Status};
 use crate::run::hardware;
 use crate::run::interrupt;
@@ -41,20 +41,20 @@ pub struct Execution {
 /// caller, and without the ensemble of the scenario.
 ///
 /// # Errors
-/// [`TwinError`] if the run cannot start. A run that starts and fails is reported in the
+/// [`Error`] if the run cannot start. A run that starts and fails is reported in the
 /// [`Report`].
 pub fn execute_observed(
     assembly: &Assembly<'_>,
     execution: &Execution,
     caller: &mut dyn RunObserver,
-) -> Result<Report, TwinError> {
+) -> Result<Report, Error> {
     let end = assembly.end();
     if execution.ports.is_empty() {
         let ran = execute_saving(assembly, execution, end, None, Some(caller));
         return ran.map(|(report, _)| report);
     }
     if assembly.scenario().ensemble.is_some() {
-        return Err(TwinError::Together {
+        return Err(Error::InvalidOptions {
             why: "an `ensemble` has no runs on hardware".to_owned(),
             help: "remove `ensemble` from the scenario, or run without --port".to_owned(),
         });
@@ -67,7 +67,7 @@ pub(crate) fn execute_until(
     assembly: &Assembly<'_>,
     execution: &Execution,
     end: SimTime,
-) -> Result<Report, TwinError> {
+) -> Result<Report, Error> {
     execute_saving(assembly, execution, end, None, None).map(|(report, _)| report)
 }
 
@@ -79,7 +79,7 @@ pub(crate) fn execute_saving(
     end: SimTime,
     save_at: Option<SimTime>,
     caller: Option<&mut dyn RunObserver>,
-) -> Result<(Report, Option<Snapshot>), TwinError> {
+) -> Result<(Report, Option<Snapshot>), Error> {
     let (result, drawn) =
         drawn_streams(|| execute_drawing(assembly, execution, end, save_at, caller));
     result.map(|(report, saved)| {
@@ -94,7 +94,7 @@ fn execute_drawing(
     end: SimTime,
     save_at: Option<SimTime>,
     mut caller: Option<&mut dyn RunObserver>,
-) -> Result<(Report, Option<Snapshot>), TwinError> {
+) -> Result<(Report, Option<Snapshot>), Error> {
     let end = end.min(assembly.end());
     let polled = caller.as_mut().map(|caller| PolledOnly(&mut **caller));
     let reference = reference(assembly, end, polled)?;
@@ -186,10 +186,10 @@ pub(crate) enum Stopped {
     Interrupted(SimTime),
     /// Failure of a part.
     #[error(transparent)]
-    Failed(TwinError),
+    Failed(Error),
     /// Panic of a part.
     #[error(transparent)]
-    Panic(TwinError),
+    Panic(Error),
     /// End of the scenario before the start of control.
     #[error(
         "at {0} the devices were still being initialised, and control had not started\n  = help: increase `duration`"
@@ -230,7 +230,7 @@ pub(crate) fn report<W: Write>(
         (Ok(_), path) => report.recording = path.map(|path| path.display().to_string()),
         (Err(source), path) => {
             let path = path.map_or_else(PathBuf::new, Path::to_owned);
-            error = Some(TwinError::Record { path, source }.to_string());
+            error = Some(Error::Record { path, source }.to_string());
         }
     }
     if error.is_some() {
@@ -259,7 +259,7 @@ pub(crate) fn run<W: Write>(
     let ran = catch_panic(|| run_in_slices(assembly, rig, observers, progress, end));
     ran.unwrap_or_else(|source| {
         let file = assembly.scenario().file.clone();
-        Err(Stopped::Panic(TwinError::Panic { file, source }))
+        Err(Stopped::Panic(Error::Panic { file, source }))
     })
 }
 

@@ -12,7 +12,7 @@ use twinrig_wire::SerialPort;
 
 use crate::assembly::Assembly;
 use crate::assembly::builder::{BuiltParts, Bus};
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::parts::output_filter::OutputFilter;
 use crate::report::table::folded;
 use crate::report::{RealTime, Report, Status};
@@ -26,13 +26,13 @@ use crate::run::recording::recorder;
 /// given in `execution`.
 ///
 /// # Errors
-/// [`TwinError`] if the run cannot start: a bus without a device, a device that cannot be opened, a
+/// [`Error`] if the run cannot start: a bus without a device, a device that cannot be opened, a
 /// signal that no bus carries. A run that starts and fails is reported in the [`Report`].
 pub(crate) fn execute(
     assembly: &Assembly<'_>,
     execution: &Execution,
     caller: &mut dyn RunObserver,
-) -> Result<Report, TwinError> {
+) -> Result<Report, Error> {
     let PreparedRig { rig, mut notes } = prepare(assembly, &execution.ports)?;
     let recorder = recorder(assembly, &rig, execution)?;
     let scenario = assembly.scenario();
@@ -157,7 +157,7 @@ struct PreparedRig {
 }
 
 /// Builds the process and the drivers and opens their devices.
-fn prepare(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<PreparedRig, TwinError> {
+fn prepare(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<PreparedRig, Error> {
     check_places(assembly.scenario(), ports)?;
     let BuiltParts { process, buses, .. } = assembly.parts()?;
     let mut notes = Vec::new();
@@ -217,11 +217,11 @@ fn open(
     assembly: &Assembly<'_>,
     bus: &BusSpec,
     ports: &[(String, PathBuf)],
-) -> Result<SerialPort, TwinError> {
+) -> Result<SerialPort, Error> {
     let name = &bus.name.value;
-    let path = place(ports, name).ok_or_else(|| TwinError::NoPort { bus: name.clone() })?;
+    let path = place(ports, name).ok_or_else(|| Error::NoPort { bus: name.clone() })?;
     let opened = SerialPort::open(path, assembly.baud(bus)?);
-    opened.map_err(|source| TwinError::Device {
+    opened.map_err(|source| Error::Device {
         bus: name.clone(),
         source,
     })
@@ -236,14 +236,11 @@ pub(crate) fn place<'g>(places: &'g [(String, PathBuf)], bus: &str) -> Option<&'
 }
 
 /// Checks that paths are assigned to existing buses only, and to each at most once.
-pub(crate) fn check_places(
-    scenario: &Scenario,
-    places: &[(String, PathBuf)],
-) -> Result<(), TwinError> {
+pub(crate) fn check_places(scenario: &Scenario, places: &[(String, PathBuf)]) -> Result<(), Error> {
     for (n, (bus, second)) in places.iter().enumerate() {
         if scenario.bus(bus).is_none() {
             let known = scenario.buses.iter().map(|bus| bus.name.value.as_str());
-            return Err(TwinError::no_such_bus(bus, known));
+            return Err(Error::no_such_bus(bus, known));
         }
         if let Some(first) = place(&places[..n], bus) {
             let source = DeviceError::Other {
@@ -251,7 +248,7 @@ pub(crate) fn check_places(
                 why: format!("the bus is assigned to {} already", first.display()),
             };
             let bus = bus.clone();
-            return Err(TwinError::Device { bus, source });
+            return Err(Error::Device { bus, source });
         }
     }
     Ok(())

@@ -9,7 +9,7 @@ use twinrig_scenario::{
 };
 
 use crate::assembly::Assembly;
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::report::buses::skips;
 use crate::report::{BUS_WARNING, BusReport, LIMIT_WARNING, Line, Report, Status, Warned, seconds};
 use crate::run::execute::{Course, Stopped, run};
@@ -44,7 +44,7 @@ pub(crate) fn reference(
     assembly: &Assembly<'_>,
     end: SimTime,
     mut polled: Option<PolledOnly<'_>>,
-) -> Result<Option<Reference>, TwinError> {
+) -> Result<Option<Reference>, Error> {
     if !assembly.scenario().needs_reference() {
         return Ok(None);
     }

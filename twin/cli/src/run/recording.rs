@@ -13,7 +13,7 @@ use twinrig_scenario::Setting;
 
 use crate::assembly::Assembly;
 use crate::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::report::seconds;
 use crate::run::execute::Execution;
 use crate::run::executor::Executor;
@@ -38,7 +38,7 @@ pub(crate) fn recorder(
     assembly: &Assembly<'_>,
     executor: &dyn Executor,
     execution: &Execution,
-) -> Result<Option<Recorder<BufWriter<File>>>, TwinError> {
+) -> Result<Option<Recorder<BufWriter<File>>>, Error> {
     let path = execution.recording.as_deref();
     path.map(|path| create(assembly, executor, path))
         .transpose()
@@ -48,9 +48,9 @@ fn create(
     assembly: &Assembly<'_>,
     executor: &dyn Executor,
     path: &Path,
-) -> Result<Recorder<BufWriter<File>>, TwinError> {
+) -> Result<Recorder<BufWriter<File>>, Error> {
     if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(|source| TwinError::Write {
+        std::fs::create_dir_all(folder).map_err(|source| Error::Write {
             path: folder.to_owned(),
             source,
         })?;
@@ -60,7 +60,7 @@ fn create(
         source,
     });
     let recorder = created.and_then(|file| recorder_to(assembly, executor, BufWriter::new(file)));
-    recorder.map_err(|source| TwinError::Record {
+    recorder.map_err(|source| Error::Record {
         path: path.to_owned(),
         source,
     })

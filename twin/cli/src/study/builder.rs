@@ -12,9 +12,10 @@ use twinrig_study::{
 };
 
 use crate::assembly::Assembly;
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::registry::Registry;
 use crate::study::selection::{PlantUnderStudy, Selection, with_any_constraints};
+use crate::twin_error::TwinError;
 
 /// Reason for excluding standalone plants from these studies.
 const STANDS_ALONE: &str = "studies of precision and stability vary the robot file, and this plant has a standalone model: only \
@@ -49,23 +50,21 @@ impl<'r> StudyBuilder<'r> {
         let own = Assembly::of_file(registry, path, settings)?;
         let spec = &own.scenario().plant;
         if spec.is_standalone {
-            return Err(TwinError::not_built(
+            return Err(Error::not_built(
                 own.scenario(),
                 "plant",
                 &spec.model,
                 STANDS_ALONE.into(),
-            ));
+            )
+            .into());
         }
         let plants = || registry.plants_on_robots();
         if let Some(standalone) = names.iter().find(|name| {
             !registry.offers(name).is_empty() && plants().all(|plant| plant != name.as_str())
         }) {
-            return Err(TwinError::not_built(
-                own.scenario(),
-                "plant",
-                standalone,
-                STANDS_ALONE.into(),
-            ));
+            return Err(
+                Error::not_built(own.scenario(), "plant", standalone, STANDS_ALONE.into()).into(),
+            );
         }
         let all: Vec<String> = match names {
             [] => registry.plants_on_robots().map(str::to_owned).collect(),
@@ -78,7 +77,7 @@ impl<'r> StudyBuilder<'r> {
         }
         // Where none can be in the scene, the scene is at fault.
         if let (Some(error), true) = (selection.refused.take(), selection.offers.is_empty()) {
-            return Err(error);
+            return Err(error.into());
         }
         let Selection {
             offers,

@@ -8,10 +8,11 @@ use twinrig_scenario::Setting;
 use twinrig_study::{CouplingInput, CouplingStudy, RigFactory, RigVariant};
 
 use crate::assembly::Assembly;
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::registry::Registry;
 use crate::study::builder::first_line;
 use crate::study::selection::of_plant;
+use crate::twin_error::TwinError;
 
 /// Reason for refusing a plant of which nothing could be compared.
 const NO_POSITIONS: &str = "a study of coupling compares the positions of trunk and feet, body/position and leg/*/foot/position, and this plant has none of these outputs";
@@ -44,12 +45,7 @@ impl<'r> RigStudyBuilder<'r> {
         let scenario = own.scenario();
         if compared(&own).is_empty() {
             let model = &scenario.plant.model;
-            return Err(TwinError::not_built(
-                scenario,
-                "plant",
-                model,
-                NO_POSITIONS.into(),
-            ));
+            return Err(Error::not_built(scenario, "plant", model, NO_POSITIONS.into()).into());
         }
         let buses = scenario.buses.iter().map(|bus| bus.name.value.clone());
         let model = scenario.plant.model.as_str();
@@ -79,11 +75,11 @@ impl<'r> RigStudyBuilder<'r> {
             let assembly = match of_plant(registry, path, settings, &name) {
                 Ok(assembly) => Ok(assembly),
                 // Each of its rows reports the panic.
-                Err(TwinError::Panic { source, .. }) => {
+                Err(Error::Panic { source, .. }) => {
                     builder.panics.push(source.to_string());
                     Err(source.to_string())
                 }
-                Err(error) if !names.is_empty() => return Err(error),
+                Err(error) if !names.is_empty() => return Err(error.into()),
                 Err(error) => {
                     let why = first_line(&error.to_string());
                     builder.left_out.push(format!("{name}: {why}"));

@@ -12,12 +12,13 @@ use twinrig_study::{EstimateInput, LoadRecorder, LoadRun, LoadSample, SteadyPart
 use twinrig_tactile::{Stage, TactileSample};
 
 use crate::assembly::Assembly;
-use crate::error::{BuildError, TwinError};
+use crate::error::BuildError;
 use crate::parts::bus_kind::BusContext;
 use crate::parts::tactile;
 use crate::registry::Registry;
 use crate::run::interrupt;
 use crate::study::builder::first_line;
+use crate::twin_error::TwinError;
 
 /// Process variable whose changes divide a run into parts.
 const FREQUENCY: &str = "frequency";

@@ -10,11 +10,11 @@ use twinrig_study::{MemberRun, RobustnessCase, RobustnessPlan, RobustnessRunner,
 use crate::args::RobustnessOptions;
 use crate::assembly::Assembly;
 use crate::ensemble::Ensemble;
-use crate::error::TwinError;
 use crate::registry::Registry;
 use crate::run::observers::{RunLayouts, RunObserver};
 use crate::study::gait_scene::{left_out, plants};
 use crate::study::selection::of_plant;
+use crate::twin_error::TwinError;
 
 /// Greatest number of instants of a trajectory.
 const INSTANTS: u64 = 2000;

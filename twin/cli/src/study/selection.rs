@@ -9,7 +9,7 @@ use twinrig_scenario::{Scenario, Setting};
 use twinrig_study::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 
 use crate::assembly::Assembly;
-use crate::error::{NO_ROBOT, TwinError, guarded};
+use crate::error::{Error, NO_ROBOT, guarded};
 use crate::parts::constraints::CONSTRAINTS;
 use crate::parts::method::Method;
 use crate::parts::plant_kind::SOFT;
@@ -37,7 +37,7 @@ pub(super) struct Selection<'r> {
     pub(super) left_out: Vec<String>,
     pub(super) panics: Vec<String>,
     /// Error of the first unsuitable plant.
-    pub(super) refused: Option<TwinError>,
+    pub(super) refused: Option<Error>,
 }
 
 impl<'r> Selection<'r> {
@@ -53,9 +53,9 @@ impl<'r> Selection<'r> {
         name: &str,
         requested: bool,
         scenario: &Scenario,
-    ) -> Result<(), TwinError> {
+    ) -> Result<(), Error> {
         let assembly = match with_any_constraints(registry, path, settings, name) {
-            Err(TwinError::Panic { source, .. }) => {
+            Err(Error::Panic { source, .. }) => {
                 self.panics.push(source.to_string());
                 Err(source.to_string())
             }
@@ -91,7 +91,7 @@ impl<'r> Selection<'r> {
             self.benches.push(bench);
         }
         if let (Some(why), true) = (refused, self.offers.len() == before) {
-            let error = TwinError::not_built(scenario, "plant", name, why.into());
+            let error = Error::not_built(scenario, "plant", name, why.into());
             if requested {
                 return Err(error);
             }
@@ -177,7 +177,7 @@ pub(crate) fn of_plant<'r>(
     path: &Path,
     settings: &[Setting],
     name: &str,
-) -> Result<Assembly<'r>, TwinError> {
+) -> Result<Assembly<'r>, Error> {
     guarded(&path.display().to_string(), || {
         Assembly::of_plant(registry, path, settings, name)
     })
@@ -193,9 +193,9 @@ pub(super) fn with_any_constraints<'r>(
     path: &Path,
     settings: &[Setting],
     name: &str,
-) -> Result<Assembly<'r>, TwinError> {
+) -> Result<Assembly<'r>, Error> {
     let own = of_plant(registry, path, settings, name);
-    if matches!(own, Ok(_) | Err(TwinError::Panic { .. })) {
+    if matches!(own, Ok(_) | Err(Error::Panic { .. })) {
         return own;
     }
     let offers = registry.offers(name).into_iter();

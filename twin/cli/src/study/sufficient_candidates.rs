@@ -11,11 +11,11 @@ use twinrig_study::{
 };
 
 use crate::assembly::Assembly;
-use crate::error::TwinError;
 use crate::parts::constraints::CONSTRAINTS;
 use crate::parts::method::Method;
 use crate::registry::Registry;
 use crate::study::selection::{PlantUnderStudy, Selection};
+use crate::twin_error::TwinError;
 
 const STANDALONE: &str = "its plant has a model of its own";
 const STANDALONE_HELP: &str = "name a scenario whose plant is built from a robot file";

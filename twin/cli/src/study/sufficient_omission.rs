@@ -11,10 +11,10 @@ use twinrig_scenario::{LeftOut, RecordSpec, Scenario, Setting};
 use twinrig_study::{Candidate, RunFailure};
 
 use crate::assembly::Assembly;
-use crate::error::TwinError;
 use crate::report::{Report, Status};
 use crate::run::observers::{RunLayouts, RunObserver};
 use crate::study::sufficient_runs::{RunOptions, SufficiencyBuilder, run};
+use crate::twin_error::TwinError;
 
 /// Settings of a scene that computes what controller, boards and expectations read, and no more.
 const LEAST: [[&str; 2]; 2] = [["record.signals", "[]"], ["record.frames", "\"0 Hz\""]];

@@ -12,7 +12,7 @@ use twinrig_study::{
 };
 
 use crate::assembly::Assembly;
-use crate::error::{TwinError, guarded};
+use crate::error::{Error, guarded};
 use crate::registry::Registry;
 use crate::report::{Line, Report};
 use crate::run::execute::{self, Course, Execution, Stopped};
@@ -22,6 +22,7 @@ use crate::run::observers::{RunObserver, RunObservers, RunProgress};
 use crate::run::recording::recorder_to;
 use crate::study::builder::first_line;
 use crate::study::sufficient_candidates::Candidates;
+use crate::twin_error::TwinError;
 
 /// Parts of a run between looks at the clock.
 const PARTS: u64 = 50;
@@ -126,7 +127,7 @@ impl<'r> SufficiencyBuilder<'r> {
         &self,
         candidate: &Candidate,
         also: &[Setting],
-    ) -> Result<Assembly<'r>, TwinError> {
+    ) -> Result<Assembly<'r>, Error> {
         let chosen = candidate.settings.iter().map(|[key, value]| Setting {
             origin: ORIGIN.to_owned(),
             key: key.clone(),
@@ -140,7 +141,7 @@ impl<'r> SufficiencyBuilder<'r> {
     }
 
     /// Reads the scenario with a candidate, judged by the expectations of the reference's plant.
-    fn judged(&self, candidate: &Candidate) -> Result<Assembly<'r>, TwinError> {
+    fn judged(&self, candidate: &Candidate) -> Result<Assembly<'r>, Error> {
         let assembly = self.assembly(candidate, &[])?;
         let scenario = assembly.scenario();
         let of_computation = scenario.expectations.iter();
@@ -168,7 +169,7 @@ pub(crate) fn run(
     assembly: &Assembly<'_>,
     options: RunOptions<'_>,
 ) -> Result<(Report, f64), RunFailure> {
-    let refused = |error: &TwinError| RunFailure::Refused(first_line(&error.to_string()));
+    let refused = |error: &Error| RunFailure::Refused(first_line(&error.to_string()));
     let execution = Execution::default();
     let end = assembly.end();
     let reference = judging::reference(assembly, end, None).map_err(|error| refused(&error))?;
@@ -269,7 +270,7 @@ impl CandidateFactory for SufficiencyBuilder<'_> {
     ) -> Result<CandidateRun, RunFailure> {
         let assembly = self.judged(candidate);
         let assembly = assembly.map_err(|error| match error {
-            TwinError::Panic { source, .. } => RunFailure::Failed(source.to_string()),
+            Error::Panic { source, .. } => RunFailure::Failed(source.to_string()),
             error => RunFailure::Refused(first_line(&error.to_string())),
         })?;
         let options = RunOptions {

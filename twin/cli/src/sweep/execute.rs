@@ -11,7 +11,6 @@ use twinrig_campaign::sweep::{
 use twinrig_document::Warning;
 use twinrig_scenario::Setting;
 
-use crate::error::TwinError;
 use crate::registry::Registry;
 use crate::run::interrupt;
 use crate::sweep::files;
@@ -20,6 +19,7 @@ use crate::sweep::plan::SweepPlan;
 use crate::sweep::recordings::RecordingList;
 use crate::sweep::runs::RunPlan;
 use crate::sweep::tasks::{RunTasks, TaskEvent, engine};
+use crate::twin_error::TwinError;
 
 /// Folder of the store in the folder of the results.
 const STORE: &str = "rows";

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use twinrig_campaign::sweep::{Partition, SweepResult, effects_csv};
 
-use crate::error::TwinError;
+use crate::error::Error;
+use crate::twin_error::TwinError;
 
 /// Writes `rows.csv`, `sweep.json`, `report.html` and, of a screening, `effects.csv` into a folder;
 /// returns their paths. The caller has the lock of `partition`.
@@ -22,9 +23,11 @@ pub(super) fn write(
     ];
     let written = texts.into_iter().chain(effects).map(|(name, text)| {
         let path = folder.join(name);
-        replace(&path, partition, &text).map_err(|source| TwinError::Write {
-            path: path.clone(),
-            source,
+        replace(&path, partition, &text).map_err(|source| {
+            TwinError::from(Error::Write {
+                path: path.clone(),
+                source,
+            })
         })?;
         Ok(path)
     });

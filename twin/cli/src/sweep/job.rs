@@ -12,7 +12,7 @@ use twinrig_scenario::Setting;
 use crate::assembly::Assembly;
 use crate::assembly::sources::Sources;
 use crate::build_key::BuildKey;
-use crate::error::{TwinError, guarded};
+use crate::error::{Error, guarded};
 use crate::registry::Registry;
 use crate::report::row;
 use crate::run::execute::{Execution, execute_until};
@@ -254,7 +254,7 @@ pub enum JobError {
     Damaged(String),
     /// The worker's program cannot be read.
     #[error(transparent)]
-    Program(#[from] TwinError),
+    Program(#[from] Error),
 }
 
 /// Job of another process on a worker.

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use twinrig_campaign::sweep::{Partition, RowKey};
 
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::sweep::job::RecordingPlace;
+use crate::twin_error::TwinError;
 
 /// Header of the list.
 const HEADER: &str = "key,machine,path\n";
@@ -52,9 +53,11 @@ impl RecordingList {
                 .as_mut()
                 .map_or(Ok(()), |file| file.write_all(line.as_bytes()))
         };
-        write().map_err(|source| TwinError::Write {
-            path: self.path.clone(),
-            source,
+        write().map_err(|source| {
+            TwinError::from(Error::Write {
+                path: self.path.clone(),
+                source,
+            })
         })
     }
 }

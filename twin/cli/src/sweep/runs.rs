@@ -12,11 +12,12 @@ use crate::assembly::Assembly;
 use crate::assembly::body::Body;
 use crate::assembly::sources::Sources;
 use crate::build_key::BuildKey;
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::registry::Registry;
 use crate::sweep::cases::{self, RunCase};
 use crate::sweep::keys;
 use crate::sweep::parts::UsedParts;
+use crate::twin_error::TwinError;
 
 /// Signals that nothing but a recording requires; by default nothing is recorded.
 const RECORDED: &str = "record.signals";
@@ -129,7 +130,7 @@ impl<'r> RunPlan<'r> {
         case: usize,
         values: Vec<SweepValue>,
         visit: &mut dyn FnMut(&Scenario),
-    ) -> Result<(), TwinError> {
+    ) -> Result<(), Error> {
         // Numbers name no file.
         let texts = values.iter().filter(|value| value.number.is_none());
         let texts: Vec<String> = texts.map(|value| value.toml.clone()).collect();
@@ -150,7 +151,7 @@ impl<'r> RunPlan<'r> {
 
     /// Reads the files of points whose values are numbers, in each case: none of them names a file,
     /// and the scenario is valid without them. Returns the scenario of each case.
-    pub(crate) fn read_files(&mut self) -> Result<Vec<Scenario>, TwinError> {
+    pub(crate) fn read_files(&mut self) -> Result<Vec<Scenario>, Error> {
         let mut scenarios = Vec::new();
         for case in 0..self.cases.len() {
             let settings = self.settings(case, &[]);
@@ -162,7 +163,7 @@ impl<'r> RunPlan<'r> {
     }
 
     /// Assembles the scenario of each case without the values of a point, and reports its mistakes.
-    pub(crate) fn check_scenario(&self) -> Result<(), TwinError> {
+    pub(crate) fn check_scenario(&self) -> Result<(), Error> {
         (0..self.cases.len()).try_for_each(|case| {
             let settings = self.settings(case, &[]);
             let assembly = Assembly::new(self.registry, &self.on_disk, &settings);
@@ -177,7 +178,7 @@ impl<'r> RunPlan<'r> {
         texts: Vec<String>,
         settings: &[Setting],
         visit: &mut dyn FnMut(&Scenario),
-    ) -> Result<usize, TwinError> {
+    ) -> Result<usize, Error> {
         let of = (case, texts);
         if let Some(&index) = self.known.get(&of) {
             return Ok(index);
@@ -194,7 +195,7 @@ impl<'r> RunPlan<'r> {
     }
 
     /// Reads the scenario with the values of a point, without a run.
-    pub(crate) fn check_point(&self, index: usize) -> Result<(), TwinError> {
+    pub(crate) fn check_point(&self, index: usize) -> Result<(), Error> {
         let (sources, settings) = self.run_of(index);
         let read = sources.read(self.registry, &settings);
         let case = self.points[index].case;
@@ -207,7 +208,7 @@ impl<'r> RunPlan<'r> {
         case: usize,
         dimension: usize,
         value: &SweepValue,
-    ) -> Result<(), TwinError> {
+    ) -> Result<(), Error> {
         let key = &self.keys[dimension];
         let mut settings = self.settings(case, &[]);
         settings.push(Setting {
@@ -253,8 +254,8 @@ impl<'r> RunPlan<'r> {
 
     /// Returns an error about a value of a dimension at the key of the dimension, and one about a
     /// setting of the case at this setting.
-    fn placed(&self, case: usize, error: TwinError) -> TwinError {
-        let TwinError::Document(DocumentError { mut problems }) = error else {
+    fn placed(&self, case: usize, error: Error) -> Error {
+        let Error::Document(DocumentError { mut problems }) = error else {
             return error;
         };
         for problem in &mut problems {
@@ -274,7 +275,7 @@ impl<'r> RunPlan<'r> {
                 problem.help.clone(),
             ));
         }
-        TwinError::Document(DocumentError { problems })
+        Error::Document(DocumentError { problems })
     }
 
     /// Returns the command that repeats the run of a point.
@@ -325,7 +326,7 @@ fn origin(key: &str) -> String {
 pub(crate) fn robot_file(
     registry: &Registry,
     request: &RunRequest<'_>,
-) -> Result<Option<RobotFile>, TwinError> {
+) -> Result<Option<RobotFile>, Error> {
     let document = Document::read(request.scenario)?;
     let folder = request.scenario.parent().unwrap_or(Path::new(""));
     let read = Sources::of(document, folder).read(registry, &base_settings(request));

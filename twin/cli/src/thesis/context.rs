@@ -14,7 +14,6 @@ use twinrig_study::{
 
 use crate::args::{ModulationOptions, TransitionOptions};
 use crate::assembly::Assembly;
-use crate::error::TwinError;
 use crate::registry::Registry;
 use crate::report::{Report, Status};
 use crate::run::execute::{Execution, execute_until};
@@ -26,6 +25,7 @@ use crate::thesis::error::ThesisError;
 use crate::thesis::gaits;
 use crate::thesis::progress::ItemProgress;
 use crate::thesis::verdict::Measurement;
+use crate::twin_error::TwinError;
 
 /// Budget of studies: none, as a truncated study depends on the machine \[s\].
 const NO_BUDGET: f64 = 1e9;
@@ -156,12 +156,18 @@ impl<'r> Context<'r> {
             .collect();
         all.extend(self.settings().iter().cloned());
         if expectations.is_empty() {
-            return Assembly::of_file(self.registry, &path, &all);
+            return Ok(Assembly::of_file(self.registry, &path, &all)?);
         }
         let text = format!("{}\n{expectations}", Document::read(&path)?.text());
         let folder = path.parent().unwrap_or(Path::new(""));
         let name = path.display().to_string();
-        Assembly::of_text(self.registry, &name, &text, folder, &all)
+        Ok(Assembly::of_text(
+            self.registry,
+            &name,
+            &text,
+            folder,
+            &all,
+        )?)
     }
 
     /// Returns the study of the stable steps of both models of the leg (section 2.5.1), with all

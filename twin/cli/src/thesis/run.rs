@@ -6,7 +6,6 @@ use twinrig_document::suggestion;
 use twinrig_scenario::Setting;
 use twinrig_study::Machine;
 
-use crate::error::TwinError;
 use crate::progress::Progress;
 use crate::registry::Registry;
 use crate::run::interrupt;
@@ -17,6 +16,7 @@ use crate::thesis::items::items;
 use crate::thesis::progress::ItemProgress;
 use crate::thesis::record::recorded_flips;
 use crate::thesis::result::{ItemResult, ThesisResult};
+use crate::twin_error::TwinError;
 
 /// Returns the item with an identifier.
 ///

@@ -11,9 +11,10 @@ use twinrig_study::{
 
 use crate::args::CellCalibrateArgs;
 use crate::commands::{Terminal, outputs};
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::registry::Registry;
 use crate::study::load_recorder::BenchRecorder;
+use crate::twin_error::TwinError;
 
 /// Identifies the sensor and writes its calibration.
 pub(super) fn calibrate(
@@ -37,9 +38,11 @@ pub(super) fn calibrate(
     let text = calibration_text(&found, &source, &samples_fingerprint(&run));
     match &args.output {
         None => terminal.print(text.trim_end()),
-        Some(file) => fs::write(file, &text).map_err(|source| TwinError::Write {
-            path: file.clone(),
-            source,
+        Some(file) => fs::write(file, &text).map_err(|source| {
+            TwinError::from(Error::Write {
+                path: file.clone(),
+                source,
+            })
         })?,
     }
     Ok(())

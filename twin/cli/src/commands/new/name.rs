@@ -1,7 +1,8 @@
 //! Names of what is made.
 
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::registry::Registry;
+use crate::twin_error::TwinError;
 
 /// Greatest length of a name: that of crates on crates.io.
 const LENGTH_MAX: usize = 64;
@@ -104,10 +105,10 @@ pub fn check_file(name: &str) -> Result<(), TwinError> {
 }
 
 fn refused(name: &str, why: &str) -> TwinError {
-    TwinError::Together {
+    TwinError::from(Error::InvalidOptions {
         why: format!("`{name}` cannot be the name: {why}"),
         help: format!("for example `{}`", suggested(name)),
-    }
+    })
 }
 
 /// Returns a valid name close to `name`.

@@ -4,7 +4,8 @@ use twinrig_leg::Pantograph;
 use twinrig_robot::RobotFile;
 
 use crate::args::NewArgs;
-use crate::error::TwinError;
+use crate::error::Error;
+use crate::twin_error::TwinError;
 
 const TEMPLATE: &str = include_str!("../../../templates/scenario/scenario.toml");
 const ROBOT: &str = "cheetah-cub";
@@ -42,19 +43,21 @@ fn leg_length(name: &str, args: &NewArgs) -> Result<f64, TwinError> {
     let robot = RobotFile::find(name, &args.folder)?.robot()?;
     let mut shortest = f64::INFINITY;
     for mount in &robot.legs {
-        let leg = Pantograph::new(&mount.leg).map_err(|source| TwinError::Build {
-            what: "robot",
-            name: name.to_owned(),
-            file: name.to_owned(),
-            source: source.into(),
+        let leg = Pantograph::new(&mount.leg).map_err(|source| {
+            TwinError::from(Error::Build {
+                what: "robot",
+                name: name.to_owned(),
+                file: name.to_owned(),
+                source: source.into(),
+            })
         })?;
         shortest = shortest.min(leg.length_max());
     }
     if shortest.is_finite() {
         return Ok(shortest);
     }
-    Err(TwinError::Together {
+    Err(TwinError::from(Error::InvalidOptions {
         why: format!("the robot `{name}` has no legs"),
         help: "this scenario is for legged robots".to_owned(),
-    })
+    }))
 }

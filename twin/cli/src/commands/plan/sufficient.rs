@@ -9,12 +9,13 @@ use super::super::{FAILURE, NEGATIVE, SUCCESS, Terminal, settings, source};
 use super::sufficient_text::text;
 use crate::args::{PlanArgs, Settings};
 use crate::assembly::Assembly;
-use crate::error::TwinError;
+use crate::error::Error;
 use crate::progress::Progress;
 use crate::registry::Registry;
 use crate::run::interrupt;
 use crate::study::sufficient_omission::OmissionProof;
 use crate::study::sufficient_runs::SufficiencyBuilder;
+use crate::twin_error::TwinError;
 
 /// Result of the search.
 #[derive(Serialize)]
@@ -77,10 +78,10 @@ fn found(
     terminal: &mut Terminal<'_>,
 ) -> Result<SufficientTwin, TwinError> {
     if source::is_standard_input(&args.scenario) {
-        return Err(TwinError::Together {
+        return Err(TwinError::from(Error::InvalidOptions {
             why: "--sufficient does not read standard input".to_owned(),
             help: "write the scenario to a file".to_owned(),
-        });
+        }));
     }
     let set = args.set.clone();
     let settings = settings(&Settings { set, plant: None });

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use twinrig_scenario::Setting;
 
 use crate::args::{StudyCommand, StudyOptions};
-use crate::error::TwinError;
+use crate::error::Error;
+use crate::twin_error::TwinError;
 
 /// Greatest number of scenarios in the name of a file.
 const NAMED: usize = 5;
@@ -88,9 +89,11 @@ impl<'a> StudyFrame<'a> {
 
     /// Checks that no element of a list is given twice, which would count twice.
     pub(super) fn check_lists(self, study: &StudyCommand) -> Result<(), TwinError> {
-        let twice = |option: &str, element: String| TwinError::Together {
-            why: format!("{option} has `{element}` twice"),
-            help: "give it once".to_owned(),
+        let twice = |option: &str, element: String| {
+            TwinError::from(Error::InvalidOptions {
+                why: format!("{option} has `{element}` twice"),
+                help: "give it once".to_owned(),
+            })
         };
         if let Some(plant) = repeated(self.plants) {
             return Err(twice("--plant", plant.clone()));

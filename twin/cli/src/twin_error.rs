@@ -1,0 +1,243 @@
+//! Errors of commands.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+use twinrig_document::DocumentError;
+use twinrig_record::RecordError;
+use twinrig_robot::RobotError;
+
+use crate::error::{BuildError, Error, chain};
+use crate::registry::build_needs;
+
+/// Error of a command; the exit code is 2 for all of them.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum TwinError {
+    /// Error of a scenario, a rig or its run.
+    #[error(transparent)]
+    Rig(#[from] Error),
+    /// Scenario without a bus, and thus without boards to emulate.
+    #[error("error: there is no [bus] in this scenario, and so nothing to serve\n --> {file}")]
+    NothingToServe {
+        /// Scenario file.
+        file: String,
+    },
+    /// Recordings that cannot be compared.
+    #[error("error: {}", chain(source))]
+    Compare {
+        /// Reason.
+        source: RecordError,
+    },
+    /// Recording that lacks data required to repeat its run.
+    #[error("error: this recording cannot be replayed: {why}\n --> {}", path.display())]
+    NotReplayable {
+        /// Path of the recording.
+        path: PathBuf,
+        /// Missing data.
+        why: String,
+    },
+    /// Function that requires a cargo feature which this build lacks.
+    #[error(
+        "error: this build cannot {what}\n  = help: build with `--features {feature}`{}",
+        after(feature)
+    )]
+    MissingFeature {
+        /// Description of the function: `write MJCF`.
+        what: &'static str,
+        /// Missing cargo feature.
+        feature: &'static str,
+    },
+    /// Leg of a robot without a pose that is asked for.
+    #[error("error: the leg of {robot} has no such pose: {source}")]
+    Leg {
+        /// Name or path of the robot.
+        robot: String,
+        /// Reason.
+        source: twinrig_leg::LegError,
+    },
+    /// Robot that cannot be exported to a format.
+    #[error("error: {robot} cannot be written as {language}: {}", chain(source.as_ref()))]
+    Export {
+        /// Name or path of the robot.
+        robot: String,
+        /// Target format.
+        language: &'static str,
+        /// Reason.
+        source: BuildError,
+    },
+    /// Scenario that cannot be exported as an FMU.
+    #[error("error: {source}")]
+    Fmu {
+        /// Reason.
+        #[from]
+        source: crate::fmu::ExportError,
+    },
+    /// Cell that cannot be predicted.
+    #[error("error: {source}")]
+    Cell {
+        /// Reason.
+        source: twinrig_sensor::SensorError,
+    },
+    /// Failure of a study as a whole.
+    #[error("error: {}", placed(.source, .file))]
+    Study {
+        /// Scenario file.
+        file: String,
+        /// Reason.
+        source: twinrig_study::StudyError,
+    },
+    /// Scenario without what a study of load filters requires.
+    #[error("error: load filters cannot be studied: {why}\n --> {file}\n  = help: {help}")]
+    NotEstimable {
+        /// Scenario file.
+        file: String,
+        /// Missing part.
+        why: String,
+        /// Remedy.
+        help: String,
+    },
+    /// Scenario without what a study of gaits requires.
+    #[error("error: the gait cannot be studied: {why}\n --> {file}\n  = help: {help}")]
+    NoGait {
+        /// Scenario file.
+        file: String,
+        /// Missing or refused part.
+        why: String,
+        /// Remedy.
+        help: String,
+    },
+    /// Scenario whose cheapest sufficient twin cannot be searched.
+    #[error("error: no sufficient twin can be searched: {why}\n --> {file}\n  = help: {help}")]
+    NoSufficiency {
+        /// Scenario file.
+        file: String,
+        /// Missing or refused part.
+        why: String,
+        /// Remedy.
+        help: String,
+    },
+    /// Failure of the store of a sweep.
+    #[error("error: {source}")]
+    Store {
+        /// Reason.
+        #[from]
+        source: twinrig_campaign::sweep::StoreError,
+    },
+    /// Failure of a search.
+    #[error("error: {source}")]
+    Search {
+        /// Reason.
+        #[from]
+        source: twinrig_campaign::search::SearchError,
+    },
+    /// Failure of the engine of a sweep; rows up to then are in the store.
+    #[error("error: {source}")]
+    Engine {
+        /// Reason.
+        #[from]
+        source: twinrig_campaign::engine::EngineError,
+    },
+    /// Engine that this program does not have.
+    #[error("error: this program has no engine `{name}`\n  = help: {help}")]
+    NoEngine {
+        /// Name of the engine.
+        name: String,
+        /// Remedy.
+        help: String,
+    },
+    /// Runs of a sweep that have no row, as their workers did not survive.
+    #[error(
+        "error: {count} of the runs have no result; the first is {name}: {reason}\n  = help: all others are kept; the same command repeats these, also by another engine"
+    )]
+    LostRuns {
+        /// Number of runs.
+        count: usize,
+        /// Name of the first one.
+        name: String,
+        /// Its reason.
+        reason: String,
+    },
+    /// Failure of the comparison with the thesis.
+    #[error("error: {source}")]
+    Thesis {
+        /// Reason.
+        #[from]
+        source: crate::thesis::error::ThesisError,
+    },
+    /// Name of an example that this build does not contain.
+    #[error("error: there is no example `{name}`\n  = help: {help}")]
+    NoExample {
+        /// Name of the example.
+        name: String,
+        /// Similar names, or the known ones.
+        help: String,
+    },
+    /// File in place of an example, with other contents.
+    #[error(
+        "error: a file with other contents is in the place of the example, and nothing is written\n --> {}\n  = help: copy to another folder with --to DIR, or move the file away",
+        path.display()
+    )]
+    ExampleInTheWay {
+        /// Path of the file.
+        path: PathBuf,
+    },
+    /// Folder with a result that would be overwritten.
+    #[error(
+        "error: this folder has the result of {of}\n --> {}\n  = help: give another folder with --out DIR, or remove this one",
+        path.display()
+    )]
+    ForeignResult {
+        /// Path of the result.
+        path: PathBuf,
+        /// Files that it is of.
+        of: String,
+    },
+}
+
+impl From<DocumentError> for TwinError {
+    fn from(error: DocumentError) -> Self {
+        Error::from(error).into()
+    }
+}
+
+impl From<RobotError> for TwinError {
+    fn from(error: RobotError) -> Self {
+        Error::from(error).into()
+    }
+}
+
+impl TwinError {
+    /// Returns the message, with excerpts of files that fit `columns` if there is a limit.
+    pub(crate) fn text(&self, columns: Option<usize>) -> String {
+        match self {
+            Self::Rig(error) => error.text(columns),
+            _ => self.to_string(),
+        }
+    }
+
+    /// Returns the error of a scenario without a gait that can be studied.
+    pub(crate) fn no_gait(file: &str, why: impl Into<String>, help: impl Into<String>) -> Self {
+        Self::NoGait {
+            file: file.to_owned(),
+            why: why.into(),
+            help: help.into(),
+        }
+    }
+}
+
+/// Returns the command that must precede a build with `feature`, as a suffix of the help line.
+fn after(feature: &str) -> String {
+    let needs = build_needs(feature);
+    needs.map_or_else(String::new, |needs| format!(", after `{needs}`"))
+}
+
+/// Returns the message of a study with the file between its first line and its remedy.
+fn placed(source: &twinrig_study::StudyError, file: &str) -> String {
+    let message = source.to_string();
+    let (first, rest) = match message.find('\n') {
+        Some(end) => message.split_at(end),
+        None => (&*message, ""),
+    };
+    format!("{first}\n --> {file}{rest}")
+}
