@@ -306,8 +306,7 @@ fn tokens(source: &str) -> Vec<String> {
         // The item ends with a semicolon or a block, whichever is first.
         let mut depth = 0;
         at += 7;
-        loop {
-            let Some(token) = all.get(at) else { break };
+        while let Some(token) = all.get(at) {
             at += 1;
             match &**token {
                 "{" => depth += 1,

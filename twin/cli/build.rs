@@ -29,7 +29,7 @@ fn main() {
 fn features() -> String {
     let names = env::vars().filter_map(|(name, _)| {
         let name = name.strip_prefix("CARGO_FEATURE_")?.to_ascii_lowercase();
-        let selected = !["default", "cli"].contains(&name.as_str());
+        let selected = name != "default";
         selected.then(|| name.replace('_', "-"))
     });
     let mut names: Vec<_> = names.collect();

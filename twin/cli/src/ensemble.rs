@@ -3,22 +3,21 @@
 
 use std::borrow::Borrow;
 
+use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread, Magnitude, Member};
 use twinrig_campaign::sweep::SweepRow;
-use twinrig_study::{
-    EnsembleKind, ExpectationSpread, Magnitude, Member, Ran, StartPerturbation, StudyError,
-    run_all_on,
-};
+use twinrig_rig::StartPerturbation;
+use twinrig_study::{Ran, StudyError, run_all_on};
 
 use twinrig_scenario::Varied;
 
-use crate::assembly::Assembly;
-use crate::error::{Error, guarded};
-use crate::report::row;
-use crate::report::{Line, LineEnsemble, Report, Status};
-use crate::run::execute::{Execution, execute_observed, execute_saving};
-use crate::run::interrupt;
-use crate::run::observers::RunObserver;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::error::{Error, guarded};
+use twinrig_rig::report::row;
+use twinrig_rig::report::{Line, LineEnsemble, Report, Status};
+use twinrig_rig::run::execute::{Execution, execute_observed, execute_saving};
+use twinrig_rig::run::interrupt;
+use twinrig_rig::run::observers::RunObserver;
 
 /// Members of an ensemble: the unperturbed run, number 0, and one for each magnitude.
 pub(crate) struct Ensemble<A> {

@@ -32,47 +32,23 @@
 //! This crate implements no physics, no controller and no protocol; it depends on the crates that
 //! do, and none of them depends on it. The system clock affects reports and progress output only.
 
-#![cfg_attr(
-    not(feature = "cli"),
-    allow(
-        dead_code,
-        reason = "tables, files and progress lines that only the commands show"
-    )
-)]
-
-#[cfg(feature = "cli")]
 mod args;
-mod assembly;
-mod build_key;
-#[cfg(feature = "cli")]
 mod commands;
-#[cfg(feature = "cli")]
 mod doctor;
-#[cfg(feature = "cli")]
 mod drawing;
 mod ensemble;
 mod error;
-#[cfg(feature = "cli")]
 mod examples;
 mod facade;
-pub mod fmu;
+mod interrupt;
 mod optimize;
-mod parts;
 mod progress;
-#[cfg(feature = "cli")]
 mod radius;
-mod registry;
 mod report;
-#[cfg(feature = "cli")]
 mod robot_facts;
-mod run;
-#[cfg(feature = "cli")]
 mod study;
 mod sweep;
-#[cfg(feature = "cli")]
 mod thesis;
-mod twin_error;
-#[cfg(feature = "cli")]
 mod version;
 
 pub use twinrig_campaign as campaign;
@@ -85,29 +61,20 @@ pub use twinrig_scenario as scenario;
 #[cfg(feature = "testing")]
 pub use facade::testing;
 pub use facade::{bus, controller, plant, prelude, robot};
+pub use twinrig_rig::{
+    Assembly, BuildError, BuildKey, BusContext, BusKind, BusReport, ControllerContext,
+    ControllerKind, Energy, Error, Execution, LegContext, Line, LineEnsemble, Method, ModelContext,
+    PlantContext, PlantKind, RealTime, Registry, Report, RunLayouts, RunObserver, RunProgress,
+    StandaloneModel, Status, Warned, execute_observed, fmu, fmu_plant, lcp, massless,
+};
 
-pub use assembly::Assembly;
-pub use build_key::BuildKey;
-#[cfg(feature = "cli")]
 pub use commands::{plan_json, recording_path, run, run_args, run_with};
 pub use ensemble::{execute, with_ensemble};
-pub use error::{BuildError, Error};
+pub use error::TwinError;
 pub use optimize::execute::{
     OptimizationOutcome, OptimizationProgress, OptimizationRequest, optimize,
 };
-pub use parts::bus_kind::{BusContext, BusKind};
-pub use parts::controller_kind::{ControllerContext, ControllerKind, LegContext};
-pub use parts::fmu_plant;
-pub use parts::lcp::lcp;
-pub use parts::massless::massless;
-pub use parts::method::Method;
-pub use parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
-pub use registry::Registry;
-pub use report::{BusReport, Energy, Line, LineEnsemble, RealTime, Report, Status, Warned};
-pub use run::execute::{Execution, execute_observed};
-pub use run::observers::{RunLayouts, RunObserver, RunProgress};
+pub use report::text;
 pub use sweep::execute::{SweepEvent, SweepOutcome, SweepProgress, SweepRequest, sweep};
 pub use sweep::job::{JobError, WorkerJob};
-#[cfg(feature = "cli")]
 pub use thesis::error::ThesisError;
-pub use twin_error::TwinError;

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use twinrig_document::escaped;
 
 use crate::report::width::{error_columns, fit, width};
-use crate::run::observers::{RunObserver, RunProgress};
+use twinrig_rig::run::observers::{RunObserver, RunProgress};
 
 /// Time before the first update.
 const INITIAL_DELAY: Duration = Duration::from_millis(400);

@@ -75,4 +75,4 @@ pub use quantity::{
 pub use range::Range;
 pub use source::{Place, Source};
 pub use table::{Reported, Table};
-pub use visible::{escaped, visible};
+pub use visible::{escape_xml, escaped, visible};

@@ -51,6 +51,25 @@ fn push(out: &mut String, c: char) {
     }
 }
 
+/// Escapes the five special characters of XML and replaces characters that XML does not allow.
+pub fn escape_xml(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&apos;"),
+            '\n' => out.push_str("&#10;"),
+            '\t' => out.push_str("&#9;"),
+            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => out.push('\u{fffd}'),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
 /// Whether `c` takes no place or changes the direction of the text: soft hyphen, zero-width
 /// characters, marks of direction, byte-order mark, tags.
 pub(crate) fn is_invisible(c: char) -> bool {
@@ -70,4 +89,17 @@ pub(crate) fn is_invisible(c: char) -> bool {
 /// Returns the name of a character that can be taken for another one: `U+2212`.
 pub(crate) fn code_point(c: char) -> String {
     format!("U+{:04X}", u32::from(c))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn special_and_invalid_characters_are_escaped() {
+        assert_eq!(
+            escape_xml("a < b & \"c\"\n\u{1}"),
+            "a &lt; b &amp; &quot;c&quot;&#10;\u{fffd}"
+        );
+    }
 }

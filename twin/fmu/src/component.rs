@@ -3,8 +3,8 @@
 use std::ffi::{CString, c_char};
 use std::fmt;
 
-use twinrig::fmu::{FmuError, FmuInstance, FmuState};
-use twinrig::runtime::catch_panic;
+use twinrig_rig::fmu::{FmuError, FmuInstance, FmuState};
+use twinrig_runtime::catch_panic;
 
 use crate::failure::{Failure, Status};
 use crate::logger::{Logger, c_text};

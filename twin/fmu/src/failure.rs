@@ -1,7 +1,7 @@
 //! Reasons for which a call of the master fails.
 
 use thiserror::Error;
-use twinrig::fmu::FmuError;
+use twinrig_rig::fmu::FmuError;
 
 use crate::component::Phase;
 

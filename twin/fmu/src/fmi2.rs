@@ -3,7 +3,7 @@
 
 use std::ffi::{c_char, c_int, c_void};
 
-use twinrig::fmu::{FmuInstance, FmuState};
+use twinrig_rig::fmu::{FmuInstance, FmuState};
 
 use crate::component::{Component, Phase, free_state};
 use crate::failure::{Failure, Status};

@@ -3,7 +3,7 @@
 
 use std::ffi::{c_char, c_int};
 
-use twinrig::fmu::FmuError;
+use twinrig_rig::fmu::FmuError;
 
 use crate::component::{Component, Phase};
 use crate::failure::{Failure, Status};

@@ -1,5 +1,5 @@
 //! The library inside exported FMUs: the C interfaces of FMI 2.0 and 3.0 for co-simulation, over
-//! [`twinrig::fmu::FmuInstance`].
+//! [`twinrig_rig::fmu::FmuInstance`].
 //!
 //! Every exported function checks its pointers, lengths and the state of the instance, catches
 //! panics, and reports errors to the logger of the master. There is no global state: instances are
@@ -20,11 +20,11 @@ mod raw;
 #[cfg(test)]
 mod tests;
 
-const LENGTH: usize = twinrig::fmu::MARKER.len();
+const LENGTH: usize = twinrig_rig::fmu::MARKER.len();
 
 /// By this the exporter recognises the library and its version.
 #[used]
-static MARKER: [u8; LENGTH] = reversed(twinrig::fmu::MARKER.as_bytes());
+static MARKER: [u8; LENGTH] = reversed(twinrig_rig::fmu::MARKER.as_bytes());
 
 const fn reversed(bytes: &[u8]) -> [u8; LENGTH] {
     let mut reversed = [0; LENGTH];

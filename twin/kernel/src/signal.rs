@@ -204,3 +204,15 @@ pub fn parse_motor(name: &str) -> Option<(&str, &str)> {
 pub fn parse_leg(name: &str) -> Option<(&str, &str)> {
     name.strip_prefix(LEG_PREFIX)?.split_once('/')
 }
+
+/// Replaces leg names in a signal name by `*`, so that signals of all legs share a line.
+pub fn folded(signal: &str, legs: &[impl AsRef<str>]) -> String {
+    let part = |part| {
+        if legs.iter().any(|leg| leg.as_ref() == part) {
+            "*"
+        } else {
+            part
+        }
+    };
+    signal.split('/').map(part).collect::<Vec<_>>().join("/")
+}

@@ -62,7 +62,7 @@ pub(crate) fn run<'py>(
     // Serialisation fails only for keys that are not strings.
     let report = serde_json::to_string(&output.report).unwrap_or_default();
     dict.set_item("report", report)?;
-    dict.set_item("table", output.report.text())?;
+    dict.set_item("table", twinrig::text(&output.report))?;
     dict.set_item("warnings", output.warnings)?;
     dict.set_item("interrupt", interrupt)?;
     output.data.add_to(&dict)?;

@@ -3,11 +3,11 @@
 use std::rc::Rc;
 
 use crate::error::StudyError;
-use crate::factory::{MethodSetting, PlantOffer, Scales, Variant};
 use crate::number::{plain, si};
 use crate::precision::{Job, trust};
 use crate::reference::{self, Reference, Trust};
 use crate::row::{Row, RowKind, Status};
+use twinrig_rig::{MethodSetting, PlantOffer, Scales, Variant};
 
 /// Factors of the stiffness of compliant constraints, towards rigid ones.
 const STIFFER: [f64; 3] = [3.0, 10.0, 30.0];
@@ -30,7 +30,7 @@ pub(crate) fn parts(plants: &[PlantOffer]) -> usize {
 }
 
 /// Returns the label of a plant with scaled compliance: `lcp, compliant, stiffness × 3`.
-pub(crate) fn label(plant: &crate::plant_id::PlantId, scales: &Scales) -> String {
+pub(crate) fn label(plant: &twinrig_rig::PlantId, scales: &Scales) -> String {
     let factor = |name, factor: f64| {
         if (factor - 1.0).abs() < 1e-9 {
             String::new()

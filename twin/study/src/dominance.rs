@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::plant_id::PlantId;
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
+use twinrig_rig::PlantId;
 
 /// Comparison of a plant with those that solve its model, or a similar one, with other engines,
 /// within one study.

@@ -3,12 +3,12 @@
 use twinrig_kernel::SimDuration;
 
 use crate::dominance::{Comparison, Dominance};
-use crate::factory::{MethodSetting, Scales, Variant};
 use crate::machine::Machine;
-use crate::plant_id::PlantId;
 use crate::reference_note::{CheckNote, ReferenceNote};
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
+use twinrig_rig::PlantId;
+use twinrig_rig::{MethodSetting, Scales, Variant};
 
 /// A run of `plant` with steps of so many microseconds, its error \[m\] and its run time per
 /// simulated time.

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::plant_id::PlantId;
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
+use twinrig_rig::PlantId;
 
 /// Smallest error of a method, and the step from which on it no longer decreases.
 #[derive(Clone, Debug, PartialEq, Serialize)]

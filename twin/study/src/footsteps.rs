@@ -5,8 +5,8 @@ use twinrig_kernel::{Direction, Layout, SimDuration, SimTime, signal};
 use twinrig_record::{Pairing, RecordedFootstep, pair_footsteps};
 use twinrig_runtime::Plant;
 
-use crate::plant_id::PlantId;
 use crate::plant_run::{Ending, PlantRun, SampleVerdict};
+use twinrig_rig::PlantId;
 
 /// Duration of the walk compared.
 pub const WALK: SimDuration = SimDuration::from_secs(3);

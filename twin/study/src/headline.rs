@@ -1,10 +1,10 @@
 //! Summary of a study in one or two sentences.
 
 use crate::dominance::{Comparison, Dominance};
-use crate::factory::Scales;
 use crate::number::{grouped_factor, method_setting, si};
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
+use twinrig_rig::Scales;
 
 /// Usual step of the plants \[s\], and the error aimed for \[m\].
 pub(crate) const USUAL_STEP_S: f64 = 2e-3;

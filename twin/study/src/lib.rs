@@ -65,7 +65,6 @@ mod outliers;
 mod page_tests;
 mod panics;
 mod parallel;
-mod plant_id;
 mod plant_run;
 mod precision;
 mod precision_plan;
@@ -78,7 +77,6 @@ mod robustness;
 mod row;
 mod search;
 mod stability;
-mod start;
 mod stencil;
 mod stiffness;
 mod stopwatch;
@@ -109,9 +107,7 @@ pub use estimate::{
     PrintedFigure, Residuals, SearchSize, SteadyPart, TunedFilter, Verdict, VoltageCurve,
     VoltagePoint, calibrate, calibration_text, estimate, samples_fingerprint,
 };
-pub use factory::{
-    MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind, StudyInput, Variant,
-};
+pub use factory::{PlantFactory, StudyInput};
 pub use feedback::{
     ControlStep, FeedbackCase, FeedbackInput, FeedbackPlan, FeedbackResult, FeedbackRun,
     FeedbackRunner, FeedbackStudy, LegLoad, StepSlope, feedback,
@@ -129,7 +125,6 @@ pub use modulation::{
 };
 pub use number::{quantity as brief_quantity, si as brief};
 pub use parallel::{Ran, run_all_on};
-pub use plant_id::PlantId;
 pub use precision::precision;
 pub use precision_plan::PrecisionPlan;
 pub use progress::ProgressObserver;
@@ -138,13 +133,11 @@ pub use radius::{
 };
 pub use reference_note::{CheckNote, ReferenceNote};
 pub use robustness::{
-    Divergence, EnsembleKind, EnsembleRun, ExpectationSpread, Growth, GrowthRate, MarginQuantiles,
-    Member, MemberRun, RobustnessCase, RobustnessPlan, RobustnessResult, RobustnessRunner,
-    RobustnessStudy, Trajectory, robustness,
+    Divergence, EnsembleRun, Growth, GrowthRate, MemberRun, RobustnessCase, RobustnessPlan,
+    RobustnessResult, RobustnessRunner, RobustnessStudy, Trajectory, margin_text, robustness,
 };
 pub use row::{CLOCKED, Row, RowKind, Series, Status, VariantKey};
 pub use stability::{StabilityPlan, stability};
-pub use start::{Magnitude, StartPerturbation};
 pub use stiffness::StiffnessTrend;
 pub use stopwatch::RunStopwatch;
 pub use study::{Order, Study, StudyKind};

@@ -6,7 +6,7 @@ use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::budget::Share;
 use crate::error::StudyError;
-use crate::factory::{MethodSetting, PlantFactory, PlantOffer, Scales, Variant};
+use crate::factory::PlantFactory;
 use crate::footsteps::{self, Footstep, TouchDowns, WALK};
 use crate::number::si;
 use crate::plant_run::PlantRun;
@@ -14,6 +14,7 @@ use crate::precision::{Job, trust};
 use crate::reference::{self, Reference};
 use crate::references::model_of;
 use crate::row::{Row, RowKind, Status};
+use twinrig_rig::{MethodSetting, PlantOffer, Scales, Variant};
 
 /// Returns the base model with segment masses, and the plant that is its limit without them.
 pub(crate) fn limit_pair(factory: &dyn PlantFactory) -> Option<(&PlantOffer, &PlantOffer)> {

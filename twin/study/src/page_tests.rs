@@ -1,10 +1,10 @@
 //! Pages of studies with synthetic rows.
 
 use crate::dominance_tests::{page, row, study};
-use crate::factory::MethodSetting;
 use crate::number::{method_setting, si};
 use crate::row::{Row, RowKind, Status};
 use crate::sweep::Factor;
+use twinrig_rig::MethodSetting;
 
 /// Errors of a second-order method at five steps.
 fn falling() -> Vec<Row> {

@@ -8,9 +8,7 @@ use crate::differences;
 use crate::ensemble;
 use crate::error::StudyError;
 use crate::events;
-use crate::factory::{
-    MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind, Variant,
-};
+use crate::factory::PlantFactory;
 use crate::models::limit_pair;
 use crate::number::{instant, si};
 use crate::panics::Panics;
@@ -23,6 +21,7 @@ use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
 use crate::trace::Trace;
 use crate::transport;
+use twinrig_rig::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 
 /// Default duration: that shown by the thesis for its models (figure 2.5).
 const WINDOW: SimDuration = SimDuration::from_millis(300);

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::plant_id::PlantId;
+use twinrig_rig::PlantId;
 
 /// Description of a reference in the results of a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -4,10 +4,11 @@
 use std::rc::Rc;
 
 use crate::budget::Share;
-use crate::factory::{PlantFactory, PlantOffer, Scales};
-use crate::plant_id::PlantId;
+use crate::factory::PlantFactory;
 use crate::reference::{self, Reference, RunContext, Trust};
 use crate::reference_note::ReferenceNote;
+use twinrig_rig::PlantId;
+use twinrig_rig::{PlantOffer, Scales};
 
 /// References of a scenario, each built once.
 pub(crate) struct References<'a> {

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use crate::differences;
-use crate::factory::{MethodSetting, Scales, SettingKind, Variant};
-use crate::plant_id::PlantId;
+use twinrig_rig::PlantId;
+use twinrig_rig::{MethodSetting, Scales, SettingKind, Variant};
 
 /// Kind of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -7,9 +7,7 @@ use crate::budget::{Budget, Share};
 use crate::commands::Commands;
 use crate::criteria;
 use crate::error::StudyError;
-use crate::factory::{
-    MethodOffer, MethodSetting, PlantFactory, PlantOffer, Scales, SettingKind, Variant,
-};
+use crate::factory::PlantFactory;
 use crate::number::duration;
 use crate::panics::Panics;
 use crate::progress::ProgressObserver;
@@ -20,6 +18,7 @@ use crate::search::{Probe, Range, SearchResult, search};
 use crate::study::{Study, StudyKind};
 use crate::sweep::Factor;
 use crate::trial::{SAMPLE_PERIOD, STEPS_MOST};
+use twinrig_rig::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 
 /// Parameters of a study of stability.
 #[derive(Clone, Debug)]

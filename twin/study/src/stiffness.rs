@@ -3,10 +3,10 @@
 use serde::Serialize;
 
 use crate::fit::Fit;
-use crate::plant_id::PlantId;
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
 use crate::sweep::Factor;
+use twinrig_rig::PlantId;
 
 /// Largest stable step of a method as a function of the stiffness of the springs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -137,7 +137,7 @@ mod tests {
     use twinrig_kernel::SimDuration;
 
     use super::*;
-    use crate::factory::{MethodSetting, Variant};
+    use twinrig_rig::{MethodSetting, Variant};
 
     /// Returns the trend of limits \[ms\] at stiffnesses.
     fn of(limits: &[(f64, f64)]) -> StiffnessTrend {

@@ -6,15 +6,16 @@ use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::contact::ContactResiduals;
 use crate::ensemble::Ensemble;
-use crate::factory::{PlantFactory, SettingKind};
+use crate::factory::PlantFactory;
 use crate::fit;
 use crate::footsteps::Footstep;
 use crate::machine::Machine;
 use crate::panics;
-use crate::plant_id::PlantId;
 use crate::reference_note::ReferenceNote;
 use crate::row::{Row, RowKind, Series, Status};
 use crate::transport::Transport;
+use twinrig_rig::PlantId;
+use twinrig_rig::SettingKind;
 
 /// Kind of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -1,7 +1,8 @@
 //! Factors varied to find the limit of the step size.
 
-use crate::factory::{Scales, StudyInput};
+use crate::factory::StudyInput;
 use crate::number::plain;
+use twinrig_rig::Scales;
 
 /// Property of robot or ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use crate::fit::Fit;
-use crate::plant_id::PlantId;
 use crate::row::{Row, RowKind, Series, Status};
 use crate::study::{Study, StudyKind};
+use twinrig_rig::PlantId;
 
 /// Tolerances over which slopes are fitted: looser ones saturate, tighter ones reach the floor.
 const RANGE: [f64; 2] = [1e-8, 1e-5];

@@ -6,12 +6,12 @@ use twinrig_runtime::{EnergyBalance, Plant};
 
 use crate::budget::Share;
 use crate::error::StudyError;
-use crate::factory::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 use crate::number::instant;
 use crate::plant_run::{PlantRun, SampleVerdict};
 use crate::precision::Job;
 use crate::reference::ended;
 use crate::row::{Status, VariantKey};
+use twinrig_rig::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 
 /// Greatest simulated duration of the walk.
 pub const STROLL: SimDuration = SimDuration::from_secs(10);

@@ -11,8 +11,8 @@ use twinrig_sensor::design::CellResponse;
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::{CellArgs, CellCommand};
-use crate::registry::Registry;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::registry::Registry;
 
 /// Result of a command, for programs and for readers.
 trait CellReport: Serialize {

@@ -5,12 +5,12 @@ use twinrig_document::{DocumentError, Problem, Warning, escaped};
 
 use super::{FAILURE, SUCCESS, Terminal, settings, source};
 use crate::args::CheckArgs;
-use crate::assembly::Assembly;
-use crate::error::guarded;
-use crate::registry::Registry;
-use crate::report::Warned;
+use crate::error::TwinError;
 use crate::report::style::{DIM, GREEN, styled};
-use crate::twin_error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::error::guarded;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::report::Warned;
 
 #[derive(Serialize)]
 struct Checked {

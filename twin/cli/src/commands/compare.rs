@@ -13,8 +13,8 @@ use twinrig_record::{
 };
 
 use super::diff::{Difference, cut_off};
-use crate::report::seconds;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::report::seconds;
 
 /// Default tolerance of signals as a share of their range, for recordings without footsteps.
 const SHARE: f64 = SHARES[0];

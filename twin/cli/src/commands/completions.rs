@@ -9,8 +9,8 @@ use clap_mangen::Man;
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::{Cli, CompletionsArgs, ManArgs};
-use crate::error::Error;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::error::Error;
 
 /// Name of the program in scripts and pages.
 const PROGRAM: &str = "twin";

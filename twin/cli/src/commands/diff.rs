@@ -10,10 +10,10 @@ use twinrig_record::{Comparison, Divergence, Recording, VerdictMessage, divergen
 use super::compare::{Bounds, EventDifference};
 use super::{FAILURE, NEGATIVE, SUCCESS, Terminal};
 use crate::args::DiffArgs;
-use crate::error::Error;
-use crate::report::seconds;
+use crate::error::TwinError;
 use crate::report::style::{BOLD, GREEN, RED, YELLOW, styled};
-use crate::twin_error::TwinError;
+use twinrig_rig::error::Error;
+use twinrig_rig::report::seconds;
 
 /// First difference between two recordings, in its serialised form.
 #[derive(Serialize)]

@@ -5,9 +5,9 @@ use serde::Serialize;
 use super::{NEGATIVE, SUCCESS, Terminal};
 use crate::args::DoctorArgs;
 use crate::doctor::{Item, Machine, State, examine};
-use crate::registry::Registry;
 use crate::report::grid::{Cell, Grid, Left};
 use crate::report::style::{DIM, GREEN, RED, YELLOW};
+use twinrig_rig::registry::Registry;
 
 #[derive(Serialize)]
 struct Examination {

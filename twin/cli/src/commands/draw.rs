@@ -7,8 +7,8 @@ use twinrig_robot::RobotFile;
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::DrawArgs;
 use crate::drawing::drawing;
-use crate::error::Error;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::error::Error;
 
 pub(super) fn draw(args: &DrawArgs, terminal: &mut Terminal<'_>) -> u8 {
     match written(args, terminal) {

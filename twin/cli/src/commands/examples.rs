@@ -11,12 +11,12 @@ use twinrig_robot::RobotFile;
 
 use super::{FAILURE, SUCCESS, Terminal, schema};
 use crate::args::{ExamplesArgs, ExamplesCommand, ExamplesCopyArgs};
-use crate::error::Error;
+use crate::error::TwinError;
 use crate::examples::{EXAMPLES, Example};
-use crate::registry::Registry;
 use crate::report::grid::{Grid, Left, Right};
-use crate::report::seconds;
-use crate::twin_error::TwinError;
+use twinrig_rig::error::Error;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::report::seconds;
 
 /// Schema file that the first line of an example names.
 const SCHEMA: &str = "scenario.schema.json";

@@ -7,11 +7,11 @@ use twinrig_robot::RobotFile;
 
 use super::{FAILURE, SUCCESS, Terminal, settings};
 use crate::args::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs, UrdfArgs};
-use crate::assembly::Assembly;
-use crate::error::{Error, guarded};
-use crate::fmu::{self, FmiVersion, FmuRequest};
-use crate::registry::Registry;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::error::{Error, guarded};
+use twinrig_rig::fmu::{self, FmiVersion, FmuRequest};
+use twinrig_rig::registry::Registry;
 
 pub(super) fn export(registry: &Registry, args: &ExportArgs, terminal: &mut Terminal<'_>) -> u8 {
     let written = match &args.language {
@@ -125,8 +125,8 @@ mod with_mujoco {
     use twinrig_robot::{Robot, RobotFile};
 
     use crate::args::MjcfArgs;
-    use crate::error::BuildError;
-    use crate::twin_error::TwinError;
+    use crate::error::TwinError;
+    use twinrig_rig::error::BuildError;
 
     /// Time step of the model, which determines the stiffness of the pins.
     const STEP: SimDuration = SimDuration::from_millis(1);

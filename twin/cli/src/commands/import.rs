@@ -9,8 +9,8 @@ use twinrig_document::{DocumentError, Problem, TEXT_MOST, read_file};
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::{ImportArgs, ImportCommand, ImportFileArgs};
-use crate::error::Error;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::error::Error;
 
 pub(super) fn import(args: &ImportArgs, terminal: &mut Terminal<'_>) -> u8 {
     let done = match &args.language {

@@ -10,11 +10,11 @@ use twinrig_scenario::{Accepts, Kind, TableReference, language};
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::ListArgs;
-use crate::registry::Registry;
+use crate::error::TwinError;
 use crate::report::grid::{Cell, Grid, Left};
 use crate::report::style::{BOLD, DIM, styled};
 use crate::robot_facts::{RobotFacts, robot_facts};
-use crate::twin_error::TwinError;
+use twinrig_rig::registry::Registry;
 
 /// Robot whose process variables are listed if none is named.
 const DEFAULT: &str = "cheetah-cub";

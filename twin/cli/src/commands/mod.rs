@@ -44,12 +44,12 @@ use twinrig_runtime::catch_panic;
 use twinrig_scenario::Setting;
 
 use crate::args::{Cli, Command, Settings};
-use crate::error::Error;
-use crate::registry::Registry;
+use crate::error::TwinError;
 use crate::report::layout::laid_out;
 use crate::report::style::harmless;
 use crate::report::width::{columns, error_columns, fit, fit_message};
-use crate::twin_error::TwinError;
+use twinrig_rig::error::Error;
+use twinrig_rig::registry::Registry;
 
 /// Notice of a debug build. Measured, in processor time of release builds: bench 44, oncilla-trot
 /// 69, trot 79.

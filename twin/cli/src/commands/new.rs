@@ -11,10 +11,10 @@ use std::path::{Path, PathBuf};
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::{NewArgs, NewKind};
-use crate::build_key::file_of_this_code;
-use crate::error::Error;
-use crate::registry::Registry;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::build_key::file_of_this_code;
+use twinrig_rig::error::Error;
+use twinrig_rig::registry::Registry;
 
 /// Version of the crate that new ones depend on.
 const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -6,12 +6,11 @@ use twinrig_campaign::engine::EngineOptions;
 
 use super::{FAILURE, Terminal, outputs, settings};
 use crate::args::OptimizeArgs;
+use crate::error::TwinError;
 use crate::optimize::execute::{OptimizationOutcome, OptimizationRequest, optimize as execute};
 use crate::optimize::{progress, table};
 use crate::progress::Progress;
-use crate::registry::Registry;
-use crate::run::interrupt;
-use crate::twin_error::TwinError;
+use twinrig_rig::registry::Registry;
 
 /// Folder of the results of all optimisations.
 const FOLDER: &str = "optimizations";
@@ -22,7 +21,7 @@ pub(super) fn optimize(
     terminal: &mut Terminal<'_>,
 ) -> u8 {
     if terminal.interactive {
-        interrupt::listen();
+        crate::interrupt::listen();
     }
     let request = OptimizationRequest {
         scenario: args.scenario.clone(),

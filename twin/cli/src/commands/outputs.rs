@@ -5,8 +5,8 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use crate::error::Error;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::error::Error;
 
 /// Checks that files can be written to the folder `path`, which need not exist.
 pub(super) fn check_folder(path: &Path) -> Result<(), TwinError> {

@@ -22,15 +22,15 @@ use self::sensor::{Sensor, sensed};
 use self::tables::{diagnostics, signals, undriven, wired};
 use super::{FAILURE, SUCCESS, Terminal, settings, source};
 use crate::args::{PlanArgs, Settings};
-use crate::assembly::Assembly;
-use crate::error::Error;
-use crate::parts::coupling;
-use crate::registry::Registry;
+use crate::error::TwinError;
 use crate::report::grid::{Cell, Grid, Left};
 use crate::report::left_out;
 use crate::report::style::{BOLD, DIM, styled};
-use crate::report::{Warned, seconds};
-use crate::twin_error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::error::Error;
+use twinrig_rig::parts::coupling;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::report::{Warned, seconds};
 
 #[derive(Serialize)]
 struct Plan {

@@ -11,15 +11,15 @@ use super::compare::{Bounds, EventDifference};
 use super::diff::{NO_COMMON_SAMPLE, open};
 use super::run::{Session, error_of};
 use crate::args::RunArgs;
-use crate::assembly::Assembly;
-use crate::error::{Error, guarded};
+use crate::error::TwinError;
 use crate::progress::RunLine;
 use crate::report::style::{BOLD, RED, styled};
-use crate::report::{Report, Status, seconds};
-use crate::run::continuation::{Continuation, resume_with_plant};
-use crate::run::execute::execute_saving;
-use crate::run::interrupt;
-use crate::twin_error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::error::{Error, guarded};
+use twinrig_rig::report::{Report, Status, seconds};
+use twinrig_rig::run::continuation::{Continuation, resume_with_plant};
+use twinrig_rig::run::execute::execute_saving;
+use twinrig_rig::run::interrupt;
 
 /// Runs of a scenario with several plants.
 pub(super) struct PlantComparison<'s, 'a> {

@@ -8,19 +8,18 @@ use twinrig_record::Recording;
 use super::diff::{Difference, cut_off, open};
 use super::{FAILURE, NEGATIVE, SUCCESS, Terminal};
 use crate::args::ReplayArgs;
-use crate::assembly::Assembly;
-use crate::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
-use crate::parts::constraints::DefaultRules;
+use crate::error::TwinError;
 use crate::progress::RunLine;
-use crate::registry::Registry;
 use crate::report::style::{BOLD, GREEN, RED, YELLOW, styled};
-use crate::report::{Status, seconds};
-use crate::run::execute::{Execution, execute_saving};
-use crate::run::interrupt;
-use crate::run::recording::{
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
+use twinrig_rig::parts::constraints::DefaultRules;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::report::{Status, seconds};
+use twinrig_rig::run::execute::{Execution, execute_saving};
+use twinrig_rig::run::recording::{
     DEFAULTS_NOTE, EXCHANGED_NOTE, HARDWARE_NOTE, SETTINGS_NOTE, settings_of,
 };
-use crate::twin_error::TwinError;
 
 #[derive(Serialize)]
 struct Replayed {
@@ -42,7 +41,7 @@ struct Replayed {
 
 pub(super) fn replay(registry: &Registry, args: &ReplayArgs, terminal: &mut Terminal<'_>) -> u8 {
     if terminal.interactive {
-        interrupt::listen();
+        crate::interrupt::listen();
     }
     match repeat(registry, args, terminal.interactive && !args.json) {
         Ok(replayed) => {

@@ -10,22 +10,22 @@ use twinrig_scenario::{Scenario, Setting};
 use super::plant_comparison::{self, PlantComparison};
 use super::{PLANT_KEY, Terminal, outputs, settings, source};
 use crate::args::{RunArgs, Settings};
-use crate::assembly::Assembly;
-use crate::assembly::recording_size::LARGE_RECORDING;
 use crate::ensemble::with_ensemble;
-use crate::error::{Error, guarded};
+use crate::error::TwinError;
 use crate::progress::{Progress, RunLine};
-use crate::registry::Registry;
-use crate::report::{Report, Status};
 use crate::report::{junit, table};
-use crate::run::execute::{Execution, execute_observed};
-use crate::run::interrupt;
 use crate::sweep::runs::quoted as shell;
-use crate::twin_error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::assembly::recording_size::LARGE_RECORDING;
+use twinrig_rig::error::{Error, guarded};
+use twinrig_rig::registry::Registry;
+use twinrig_rig::report::{Report, Status};
+use twinrig_rig::run::execute::{Execution, execute_observed};
+use twinrig_rig::run::interrupt;
 
 pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'_>) -> u8 {
     if terminal.interactive {
-        interrupt::listen();
+        crate::interrupt::listen();
     }
     if let Err(error) = plant_comparison::check(args).and_then(|()| check_outputs(args)) {
         terminal.report_error(&error, args.json);
@@ -39,11 +39,11 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
         reports: Vec::new(),
         error: None,
     };
-    let _budget = args.budget.map(interrupt::end_after);
+    let _budget = args.budget.map(crate::interrupt::end_after);
     let mut worst = Status::Pass.exit_code();
     for path in &args.scenarios {
         if interrupt::is_requested() {
-            let report = Report::of_error(&source::name(path), interrupt::not_run());
+            let report = Report::of_error(&source::name(path), crate::interrupt::not_run());
             session.show(report, terminal);
         } else if args.plant.len() > 1 {
             let code = PlantComparison::new(&mut session, path).run(terminal);

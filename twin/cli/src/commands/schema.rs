@@ -7,8 +7,8 @@ use twinrig_robot::{Robot, RobotFile};
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::SchemaArgs;
-use crate::registry::Registry;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::registry::Registry;
 
 pub(super) fn schema(registry: &Registry, args: &SchemaArgs, terminal: &mut Terminal<'_>) -> u8 {
     let robots = match robots(args, terminal) {

@@ -11,18 +11,18 @@ use twinrig_wire::Pty;
 use super::run::ports;
 use super::{FAILURE, SUCCESS, Terminal, settings};
 use crate::args::ServeArgs;
-use crate::assembly::Assembly;
-use crate::assembly::builder::{BuiltParts, Bus};
-use crate::build_key::file_of_this_code;
-use crate::error::Error;
-use crate::registry::Registry;
-use crate::run::hardware::{check_places, place};
-use crate::run::interrupt;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::assembly::builder::{BuiltParts, Bus};
+use twinrig_rig::build_key::file_of_this_code;
+use twinrig_rig::error::Error;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::run::hardware::{check_places, place};
+use twinrig_rig::run::interrupt;
 
 pub(super) fn serve(registry: &Registry, args: &ServeArgs, terminal: &mut Terminal<'_>) -> u8 {
     if terminal.interactive {
-        interrupt::listen();
+        crate::interrupt::listen();
     }
     match serve_twin(registry, args, terminal) {
         Ok(code) => code,

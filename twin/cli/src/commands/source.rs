@@ -7,9 +7,9 @@ use std::sync::OnceLock;
 use twinrig_document::{Document, DocumentError, Problem, STREAM_MOST};
 use twinrig_scenario::Setting;
 
-use crate::assembly::Assembly;
-use crate::error::Error;
-use crate::registry::Registry;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::error::Error;
+use twinrig_rig::registry::Registry;
 
 /// Word for standard input in place of a path.
 const STANDARD_INPUT: &str = "-";

@@ -17,12 +17,9 @@ use crate::args::{
     EstimateOptions, FactorValues, PrecisionOptions, RobustnessOptions, StabilityOptions,
     StudyArgs, StudyCommand, StudyOptions,
 };
-use crate::assembly::Assembly;
-use crate::error::Error;
+use crate::error::TwinError;
 use crate::progress::Progress;
 use crate::radius::execute::radius;
-use crate::registry::Registry;
-use crate::run::interrupt;
 use crate::study::builder::StudyBuilder;
 use crate::study::coupling_builder::RigStudyBuilder;
 use crate::study::feedback_cases::FeedbackCases;
@@ -30,9 +27,12 @@ use crate::study::load_recorder::BenchRecorder;
 use crate::study::modulation_cases::ModulationCases;
 use crate::study::robustness_cases::RobustnessCases;
 use crate::study::transition_cases::TransitionCases;
-use crate::twin_error::TwinError;
 use frame::StudyFrame;
 use result::{NamedRadius, StudyResult};
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::error::Error;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::run::interrupt;
 use twinrig_scenario::Setting;
 
 /// Name and version of the program, for reports.
@@ -40,7 +40,7 @@ const BUILD: &str = concat!("twinrig ", env!("CARGO_PKG_VERSION"));
 
 pub(super) fn study(registry: &Registry, args: &StudyArgs, terminal: &mut Terminal<'_>) -> u8 {
     if terminal.interactive {
-        interrupt::listen();
+        crate::interrupt::listen();
     }
     let frame = StudyFrame::of(&args.study);
     match execute(registry, &args.study, frame, terminal) {
@@ -194,7 +194,7 @@ fn robust(
             Ok(Err(error)) => return Ok(Err(error)),
             // It expects nothing, or has no axis.
             Err(TwinError::Rig(Error::InvalidOptions { why, .. })) => {
-                study.left_out.push(format!("{name}: {why}"))
+                study.left_out.push(format!("{name}: {why}"));
             }
             Err(error) => return Err(error),
         }

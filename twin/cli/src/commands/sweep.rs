@@ -6,20 +6,19 @@ use twinrig_campaign::engine::EngineOptions;
 
 use super::{FAILURE, Terminal, outputs, settings};
 use crate::args::SweepArgs;
-use crate::error::Error;
+use crate::error::TwinError;
 use crate::progress::Progress;
-use crate::registry::Registry;
-use crate::run::interrupt;
 use crate::sweep::execute::{SweepEvent, SweepOutcome, SweepRequest, sweep as execute};
 use crate::sweep::{junit, progress, table};
-use crate::twin_error::TwinError;
+use twinrig_rig::error::Error;
+use twinrig_rig::registry::Registry;
 
 /// Folder of the results of all sweeps.
 const FOLDER: &str = "sweeps";
 
 pub(super) fn sweep(registry: &Registry, args: &SweepArgs, terminal: &mut Terminal<'_>) -> u8 {
     if terminal.interactive {
-        interrupt::listen();
+        crate::interrupt::listen();
     }
     let request = SweepRequest {
         scenario: args.scenario.clone(),

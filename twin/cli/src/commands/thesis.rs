@@ -5,16 +5,15 @@ use twinrig_study::Machine;
 
 use super::{FAILURE, NEGATIVE, SUCCESS, Terminal};
 use crate::args::{FlipMoves, ThesisArgs};
+use crate::error::TwinError;
 use crate::progress::Progress;
-use crate::registry::Registry;
-use crate::run::interrupt;
 use crate::thesis::flips::FlipRun;
 use crate::thesis::item::Item;
 use crate::thesis::items::items;
 use crate::thesis::record::{recorded, recorded_flips};
 use crate::thesis::result::ThesisResult;
 use crate::thesis::{run, text};
-use crate::twin_error::TwinError;
+use twinrig_rig::registry::Registry;
 
 /// Name and version of the program, for the run times.
 const BUILD: &str = concat!("twinrig ", env!("CARGO_PKG_VERSION"));
@@ -25,7 +24,7 @@ pub(super) fn thesis(registry: &Registry, args: &ThesisArgs, terminal: &mut Term
         return SUCCESS;
     }
     if terminal.interactive {
-        interrupt::listen();
+        crate::interrupt::listen();
     }
     if let Some(moves) = args.flips {
         return match flip(registry, args, moves, terminal) {

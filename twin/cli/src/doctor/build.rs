@@ -5,7 +5,7 @@ use std::path::Path;
 use twinrig_robot::RobotFile;
 
 use super::item::Item;
-use crate::registry::Registry;
+use twinrig_rig::registry::Registry;
 
 /// Version of this program.
 pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -14,7 +14,7 @@ mod system;
 #[cfg(test)]
 mod tests;
 
-use crate::registry::Registry;
+use twinrig_rig::registry::Registry;
 
 pub(crate) use item::{Item, State};
 pub(crate) use machine::Machine;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::report::junit::escape;
+use twinrig_document::escape_xml;
 
 /// Point of the page \[px\].
 pub(super) type Px = [f64; 2];
@@ -90,9 +90,9 @@ impl Canvas {
     /// Begins a group with an identifier and further attributes.
     pub fn begin(&mut self, id: &str, attributes: &[(&str, String)]) {
         // Writing to a string cannot fail.
-        let _ = write!(self.text, "<g id=\"{}\"", escape(id));
+        let _ = write!(self.text, "<g id=\"{}\"", escape_xml(id));
         for (key, value) in attributes {
-            let _ = write!(self.text, " {key}=\"{}\"", escape(value));
+            let _ = write!(self.text, " {key}=\"{}\"", escape_xml(value));
         }
         self.text.push_str(">\n");
     }
@@ -137,7 +137,7 @@ impl Canvas {
         let _ = writeln!(
             self.text,
             "<text class=\"{class}\" x=\"{x:.3}\" y=\"{y:.3}\">{}</text>",
-            escape(text)
+            escape_xml(text)
         );
         let (ascent, height) = (ASCENT * TEXT, (ASCENT + DESCENT) * TEXT);
         self.labels
@@ -164,7 +164,7 @@ impl Canvas {
              <svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.0}\" height=\"{height:.0}\" \
              viewBox=\"0 0 {width:.0} {height:.0}\">\n<title>{}</title>\n<style>{STYLE}</style>\n\
              <rect class=\"page\" width=\"{width:.0}\" height=\"{height:.0}\"/>\n{}</svg>\n",
-            escape(title),
+            escape_xml(title),
             self.text
         );
         Page {

@@ -46,5 +46,5 @@ pub use twinrig_scenario::{Accepts, BusSpec, OptionSpec, OptionValue, Options};
 #[doc(inline)]
 pub use twinrig_wire::*;
 
-pub use crate::error::BuildError;
-pub use crate::parts::bus_kind::{BusContext, BusKind};
+pub use twinrig_rig::error::BuildError;
+pub use twinrig_rig::parts::bus_kind::{BusContext, BusKind};

@@ -54,5 +54,5 @@ pub use twinrig_robot::{Leg, LegMount, Robot};
 pub use twinrig_runtime::{Bound, Process, ProcessVariable, VariableError};
 pub use twinrig_scenario::{Accepts, LegFact, OptionSpec, OptionValue, Options};
 
-pub use crate::error::BuildError;
-pub use crate::parts::controller_kind::{ControllerContext, ControllerKind, LegContext};
+pub use twinrig_rig::error::BuildError;
+pub use twinrig_rig::parts::controller_kind::{ControllerContext, ControllerKind, LegContext};

@@ -89,10 +89,10 @@ pub use twinrig_scenario::{
     Accepts, ActuatorSpec, Kind, LegFact, OptionSpec, OptionValue, Options, PlantSpec, PushSpec,
 };
 
-pub use crate::error::BuildError;
-pub use crate::parts::fmu_plant;
-pub use crate::parts::lcp::lcp;
-pub use crate::parts::massless::massless;
-pub use crate::parts::method::Method;
-pub use crate::parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
-pub use crate::parts::setup::{legged_ports, pushes, setup};
+pub use twinrig_rig::error::BuildError;
+pub use twinrig_rig::parts::fmu_plant;
+pub use twinrig_rig::parts::lcp::lcp;
+pub use twinrig_rig::parts::massless::massless;
+pub use twinrig_rig::parts::method::Method;
+pub use twinrig_rig::parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
+pub use twinrig_rig::parts::setup::{legged_ports, pushes, setup};

@@ -12,12 +12,12 @@
 pub use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 pub use twinrig_runtime::{Driver, Plant, Process, ProcessVariable, Wire};
 
-pub use crate::assembly::Assembly;
 pub use crate::ensemble::execute;
-pub use crate::error::{BuildError, Error};
-pub use crate::parts::bus_kind::{BusContext, BusKind};
-pub use crate::parts::controller_kind::{ControllerContext, ControllerKind};
-pub use crate::parts::plant_kind::{PlantContext, PlantKind};
-pub use crate::registry::Registry;
-pub use crate::run::execute::Execution;
-pub use crate::twin_error::TwinError;
+pub use crate::error::TwinError;
+pub use twinrig_rig::assembly::Assembly;
+pub use twinrig_rig::error::{BuildError, Error};
+pub use twinrig_rig::parts::bus_kind::{BusContext, BusKind};
+pub use twinrig_rig::parts::controller_kind::{ControllerContext, ControllerKind};
+pub use twinrig_rig::parts::plant_kind::{PlantContext, PlantKind};
+pub use twinrig_rig::registry::Registry;
+pub use twinrig_rig::run::execute::Execution;

@@ -7,8 +7,8 @@ use twinrig_document::{DocumentError, Problem};
 use twinrig_robot::RobotFile;
 use twinrig_scenario::Setting;
 
-use crate::error::Error;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::error::Error;
 
 /// Comment that names a schema.
 const SCHEMA: &str = "#:schema ";

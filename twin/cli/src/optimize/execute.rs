@@ -15,9 +15,9 @@ use twinrig_scenario::Setting;
 use super::files;
 use super::plan::OptimizationPlan;
 use super::running::{Running, evaluations};
-use crate::registry::Registry;
+use crate::error::TwinError;
 use crate::sweep::tasks::engine;
-use crate::twin_error::TwinError;
+use twinrig_rig::registry::Registry;
 
 /// Folder of the rows in the folder of the results.
 const ROWS: &str = "rows";

@@ -9,9 +9,9 @@ use twinrig_scenario::Setting;
 use super::best::ScenarioText;
 use super::plan::OptimizationPlan;
 use super::table::{class, value_and_unit};
-use crate::error::Error;
+use crate::error::TwinError;
 use crate::sweep::files::replace;
-use crate::twin_error::TwinError;
+use twinrig_rig::error::Error;
 
 /// File of the result.
 const RESULT: &str = "optimization.json";

@@ -7,11 +7,11 @@ use twinrig_document::{Document, DocumentError, Item, Placed, Problem, suggestio
 use twinrig_kernel::SimTime;
 use twinrig_scenario::{BodyClaim, Claim, CostMeasure, Expectation, Scenario, Setting};
 
-use crate::registry::Registry;
-use crate::report::seconds;
+use crate::error::TwinError;
 use crate::sweep::cases::RunCase;
 use crate::sweep::runs::{RunPlan, RunRequest};
-use crate::twin_error::TwinError;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::report::seconds;
 
 /// Whether a fall ends the run.
 const FALL_END: (&str, &str) = ("fall.end", "true");

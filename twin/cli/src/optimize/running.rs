@@ -10,10 +10,10 @@ use twinrig_campaign::sweep::{RowKey, RowLog, SweepRow};
 
 use super::execute::OptimizationProgress;
 use super::plan::OptimizationPlan;
-use crate::run::interrupt;
+use crate::error::TwinError;
 use crate::sweep::cases::RunCase;
 use crate::sweep::tasks::{RunTasks, TaskEvent};
-use crate::twin_error::TwinError;
+use twinrig_rig::run::interrupt;
 
 /// Returns the evaluations of a row by the rule of each case.
 pub(super) fn evaluations(rules: &[CostRule], row: &SweepRow) -> Box<[Evaluation]> {

@@ -8,8 +8,8 @@ use twinrig_document::Document;
 use twinrig_scenario::Scenario;
 
 use super::plan::OptimizationPlan;
-use crate::assembly::Assembly;
-use crate::registry::Registry;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::registry::Registry;
 
 /// Columns of a history before those of the dimensions.
 const SUMMARY: usize = 6;

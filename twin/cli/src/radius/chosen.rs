@@ -9,9 +9,9 @@ use twinrig_kernel::Unit;
 
 use super::context::{DisturbanceContext, Found};
 use super::disturbances::{DISTURBANCES, Disturbance};
-use crate::error::Error;
+use crate::error::TwinError;
 use crate::sweep::keys::key_of;
-use crate::twin_error::TwinError;
+use twinrig_rig::error::Error;
 
 /// A key of the scenario as an axis.
 #[derive(Clone, Debug, PartialEq, Eq)]

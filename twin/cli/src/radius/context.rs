@@ -7,9 +7,9 @@ use twinrig_kernel::{Direction, Port, SimDuration, Unit};
 use twinrig_robot::Robot;
 use twinrig_scenario::{Accepts, Catalogue, OptionSpec, Scenario, Setting};
 
-use crate::assembly::Assembly;
-use crate::registry::Registry;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::registry::Registry;
 
 /// Control period where there is no controller.
 const PERIOD: SimDuration = SimDuration::from_millis(10);

@@ -16,13 +16,13 @@ use twinrig_study::{ProgressObserver, StudyError};
 
 use super::chosen::{ChosenAxes, KeyAxis, chosen};
 use super::context::DisturbanceContext;
-use crate::error::Error;
-use crate::registry::Registry;
-use crate::run::interrupt;
+use crate::error::TwinError;
 use crate::sweep::cases::RunCase;
 use crate::sweep::runs::{RunPlan, RunRequest};
 use crate::sweep::tasks::{RunTasks, TaskEvent};
-use crate::twin_error::TwinError;
+use twinrig_rig::error::Error;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::run::interrupt;
 
 /// Place of settings of the study in messages.
 const STUDY: &str = "twin study radius";

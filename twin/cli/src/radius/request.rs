@@ -8,8 +8,8 @@ use twinrig_scenario::Setting;
 use super::chosen::KeyAxis;
 use super::execute::RadiusRequest;
 use crate::args::{DEFAULT_PRECISION, RadiusOptions, RobustnessOptions};
-use crate::error::Error;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::error::Error;
 
 impl RadiusOptions {
     /// Returns the study; its rows are in a folder of this name.

@@ -7,9 +7,13 @@
 use std::fmt::Write as _;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use twinrig_document::escape_xml;
 use twinrig_scenario::Verdict;
 
-use crate::report::{Line, Report, table, tracking};
+use crate::report::table;
+use twinrig_rig::report::{Line, Report};
+
+use super::tracking;
 use crate::sweep::runs::quoted;
 
 /// Suite of test cases.
@@ -201,7 +205,7 @@ pub(crate) fn written(suites: &[Suite]) -> String {
     let timestamp = timestamp(now());
     let names = distinct(suites.iter().map(|suite| suite.name.as_str()));
     for (id, (suite, name)) in suites.iter().zip(&names).enumerate() {
-        write_suite(&mut out, suite, &escape(name), id, &timestamp);
+        write_suite(&mut out, suite, &escape_xml(name), id, &timestamp);
     }
     out.push_str("</testsuites>\n");
     out
@@ -228,7 +232,7 @@ fn write_suite(out: &mut String, suite: &Suite, name: &str, id: usize, timestamp
         let _ = writeln!(
             out,
             "      <property name=\"{key}\" value=\"{}\"/>",
-            escape(value)
+            escape_xml(value)
         );
     }
     out.push_str("    </properties>\n");
@@ -239,7 +243,7 @@ fn write_suite(out: &mut String, suite: &Suite, name: &str, id: usize, timestamp
         let _ = write!(
             out,
             "    <testcase classname=\"{name}\" name=\"{}\" time=\"{time:.3}\"",
-            escape(case_name)
+            escape_xml(case_name)
         );
         let _ = match &case.problem {
             None => writeln!(out, "/>"),
@@ -248,9 +252,9 @@ fn write_suite(out: &mut String, suite: &Suite, name: &str, id: usize, timestamp
                 writeln!(
                     out,
                     "><{element} message=\"{}\" type=\"{}\">{}</{element}></testcase>",
-                    escape(&problem.message),
-                    escape(&problem.of_type),
-                    escape(&problem.text)
+                    escape_xml(&problem.message),
+                    escape_xml(&problem.of_type),
+                    escape_xml(&problem.text)
                 )
             }
         };
@@ -258,7 +262,7 @@ fn write_suite(out: &mut String, suite: &Suite, name: &str, id: usize, timestamp
     let _ = writeln!(
         out,
         "    <system-out>{}</system-out>\n    <system-err></system-err>\n  </testsuite>",
-        escape(&suite.output)
+        escape_xml(&suite.output)
     );
 }
 
@@ -320,36 +324,9 @@ fn timestamp(since_1970: Duration) -> String {
     )
 }
 
-/// Escapes the five special characters of XML and replaces characters that XML does not allow.
-pub(crate) fn escape(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\'' => out.push_str("&apos;"),
-            '\n' => out.push_str("&#10;"),
-            '\t' => out.push_str("&#9;"),
-            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => out.push('\u{fffd}'),
-            c => out.push(c),
-        }
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn special_and_invalid_characters_are_escaped() {
-        assert_eq!(
-            escape("a < b & \"c\"\n\u{1}"),
-            "a &lt; b &amp; &quot;c&quot;&#10;\u{fffd}"
-        );
-    }
 
     /// The expected dates are those of `date --utc --date=@SECONDS`.
     #[test]

@@ -6,16 +6,19 @@ use std::fmt::Write as _;
 
 use anstyle::Style;
 use shown::Shown;
+use twinrig_campaign::spread::EnsembleKind;
 use twinrig_campaign::sweep::percent;
 use twinrig_document::escaped;
 use twinrig_kernel::SimTime;
 use twinrig_scenario::{Outcome, Verdict};
-use twinrig_study::EnsembleKind;
 
 use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::left_out;
 use crate::report::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
-use crate::report::{Line, LineEnsemble, Report, Status, recording_s, tracking};
+use twinrig_rig::report::bound::sign;
+use twinrig_rig::report::{Line, LineEnsemble, Report, Status, recording_s};
+
+use super::tracking;
 
 /// Maximum width of the values of facts.
 const WIDTH: usize = 100;
@@ -205,27 +208,6 @@ fn mark(line: &Line) -> (&'static str, Style) {
         (Verdict::Pass, false) | (Verdict::Fail, _) => ("✗", RED),
         (Verdict::Unobserved, true) => ("–", YELLOW),
         (Verdict::Unobserved, false) => ("?", RED),
-    }
-}
-
-/// Returns least and greatest accepted value of an outcome with a bound.
-pub(super) fn limits(outcome: &Outcome) -> [Option<f64>; 2] {
-    match sign(outcome) {
-        "≤" => [outcome.other_bound, outcome.bound],
-        "≥" => [outcome.bound, outcome.other_bound],
-        _ => [None; 2],
-    }
-}
-
-/// Returns the required relation of the measured value to its bound.
-fn sign(outcome: &Outcome) -> &'static str {
-    match (outcome.measured, outcome.bound, outcome.margin) {
-        (Some(measured), Some(bound), Some(margin)) => {
-            // The margin is bound − value for an upper bound and value − bound for a lower bound.
-            let upper = (bound - measured - margin).abs() <= (measured - bound - margin).abs();
-            if upper { "≤" } else { "≥" }
-        }
-        _ => "",
     }
 }
 
@@ -442,18 +424,6 @@ fn facts(report: &Report) -> Grid {
         fact("fingerprint", fingerprint.clone());
     }
     grid
-}
-
-/// Replaces leg names in a signal name by `*`, so that signals of all legs share a line.
-pub(crate) fn folded(signal: &str, legs: &[impl AsRef<str>]) -> String {
-    let part = |part| {
-        if legs.iter().any(|leg| leg.as_ref() == part) {
-            "*"
-        } else {
-            part
-        }
-    };
-    signal.split('/').map(part).collect::<Vec<_>>().join("/")
 }
 
 #[cfg(test)]

@@ -4,18 +4,17 @@ use std::path::Path;
 use std::rc::Rc;
 
 use twinrig_kernel::{SimDuration, SimTime, signal};
+use twinrig_rig::{PlantOffer, Variant};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 use twinrig_scenario::{ActuatorKind, Setting};
-use twinrig_study::{
-    CommandRecorder, Commands, PlantFactory, PlantOffer, STROLL, Study, StudyInput, Variant,
-};
+use twinrig_study::{CommandRecorder, Commands, PlantFactory, STROLL, Study, StudyInput};
 
-use crate::assembly::Assembly;
-use crate::error::Error;
-use crate::registry::Registry;
+use crate::error::TwinError;
 use crate::study::selection::{PlantUnderStudy, Selection, with_any_constraints};
-use crate::twin_error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::error::Error;
+use twinrig_rig::registry::Registry;
 
 /// Reason for excluding standalone plants from these studies.
 const STANDS_ALONE: &str = "studies of precision and stability vary the robot file, and this plant has a standalone model: only \

@@ -7,12 +7,12 @@ use twinrig_runtime::Rig;
 use twinrig_scenario::Setting;
 use twinrig_study::{CouplingInput, CouplingStudy, RigFactory, RigVariant};
 
-use crate::assembly::Assembly;
-use crate::error::Error;
-use crate::registry::Registry;
+use crate::error::TwinError;
 use crate::study::builder::first_line;
 use crate::study::selection::of_plant;
-use crate::twin_error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::error::Error;
+use twinrig_rig::registry::Registry;
 
 /// Reason for refusing a plant of which nothing could be compared.
 const NO_POSITIONS: &str = "a study of coupling compares the positions of trunk and feet, body/position and leg/*/foot/position, and this plant has none of these outputs";

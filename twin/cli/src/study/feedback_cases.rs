@@ -9,11 +9,11 @@ use twinrig_study::{
 };
 
 use crate::args::{FeedbackOptions, ModulationOptions};
-use crate::registry::Registry;
+use crate::error::TwinError;
 use crate::study::gait_scene::{Factor, GaitScene, left_out, plants};
 use crate::study::load_observer::{LoadObserver, LoadSource};
 use crate::study::modulation_cases::{ModulationCases, name, stem};
-use crate::twin_error::TwinError;
+use twinrig_rig::registry::Registry;
 
 /// Process variable of the filter of the load.
 const LOAD_LAG: &str = "load_lag";

@@ -10,13 +10,13 @@ use twinrig_scenario::{
 };
 use twinrig_study::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
 
-use crate::assembly::Assembly;
-use crate::registry::Registry;
-use crate::run::interrupt;
+use crate::error::TwinError;
 use crate::study::builder::first_line;
 use crate::study::selection::of_plant;
 use crate::study::slip_meter::SlipMeter;
-use crate::twin_error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::run::interrupt;
 
 /// Simulated time between two checks for a fall or an interrupt.
 const SLICE: SimDuration = SimDuration::from_millis(100);

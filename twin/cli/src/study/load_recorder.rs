@@ -11,14 +11,14 @@ use twinrig_scenario::{Scenario, Setting};
 use twinrig_study::{EstimateInput, LoadRecorder, LoadRun, LoadSample, SteadyPart};
 use twinrig_tactile::{Stage, TactileSample};
 
-use crate::assembly::Assembly;
-use crate::error::BuildError;
-use crate::parts::bus_kind::BusContext;
-use crate::parts::tactile;
-use crate::registry::Registry;
-use crate::run::interrupt;
+use crate::error::TwinError;
 use crate::study::builder::first_line;
-use crate::twin_error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::error::BuildError;
+use twinrig_rig::parts::bus_kind::BusContext;
+use twinrig_rig::parts::tactile;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::run::interrupt;
 
 /// Process variable whose changes divide a run into parts.
 const FREQUENCY: &str = "frequency";

@@ -12,10 +12,10 @@ use twinrig_study::{
 };
 
 use crate::args::ModulationOptions;
-use crate::parts::gaits::duty_rule;
-use crate::registry::Registry;
+use crate::error::TwinError;
 use crate::study::gait_scene::{Factor, GaitScene, base, left_out, plants};
-use crate::twin_error::TwinError;
+use twinrig_rig::parts::gaits::duty_rule;
+use twinrig_rig::registry::Registry;
 
 /// Variable of a scenario without changes.
 const STEP_LENGTH: &str = "step_length";

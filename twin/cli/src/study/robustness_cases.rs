@@ -8,13 +8,13 @@ use twinrig_scenario::{Footstep, Setting, Varied};
 use twinrig_study::{MemberRun, RobustnessCase, RobustnessPlan, RobustnessRunner, Trajectory};
 
 use crate::args::RobustnessOptions;
-use crate::assembly::Assembly;
 use crate::ensemble::Ensemble;
-use crate::registry::Registry;
-use crate::run::observers::{RunLayouts, RunObserver};
+use crate::error::TwinError;
 use crate::study::gait_scene::{left_out, plants};
 use crate::study::selection::of_plant;
-use crate::twin_error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::run::observers::{RunLayouts, RunObserver};
 
 /// Greatest number of instants of a trajectory.
 const INSTANTS: u64 = 2000;

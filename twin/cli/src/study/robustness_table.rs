@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
+use twinrig_campaign::spread::EnsembleKind;
 use twinrig_campaign::sweep::percent;
-use twinrig_study::{EnsembleKind, RobustnessResult, RobustnessStudy};
+use twinrig_study::{RobustnessResult, RobustnessStudy, margin_text};
 
 use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::style::RED;
@@ -32,7 +33,7 @@ fn expectations(result: &RobustnessResult) -> Grid {
     grid.header("expectation | holds | 95 % interval | least margin | median | greatest | not observed | changes at");
     for one in &result.expectations {
         let margins = one.margins.map(|it| [it.min, it.median, it.max]);
-        let margins = margins.map(|them| them.map(|margin| one.margin_text(margin)));
+        let margins = margins.map(|them| them.map(|margin| margin_text(one, margin)));
         let [least, median, greatest] = margins.unwrap_or_default();
         let holds = format!("{} of {}", one.held, one.runs);
         grid.row([

@@ -1,9 +1,9 @@
 //! Robot, ground and actuators with the changes of a study.
 
 use twinrig_kernel::SimDuration;
+use twinrig_rig::Scales;
 use twinrig_robot::Robot;
 use twinrig_scenario::{ActuatorSpec, OptionValue, PlantSpec};
-use twinrig_study::Scales;
 
 pub(super) fn scaled_robot(robot: &Robot, scales: &Scales) -> Robot {
     let mut robot = robot.clone();
@@ -82,8 +82,8 @@ mod tests {
     #[test]
     fn longest_step_is_that_of_the_plant() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/trot.toml");
-        let registry = crate::registry::Registry::standard();
-        let assembly = crate::assembly::Assembly::of_file(&registry, &path, &[]).unwrap();
+        let registry = twinrig_rig::registry::Registry::standard();
+        let assembly = twinrig_rig::assembly::Assembly::of_file(&registry, &path, &[]).unwrap();
         let plant = assembly.scenario().plant.clone();
         assert_eq!(scaled_plant(plant.clone(), &Scales::AS_IS), plant);
         let scales = Scales {

@@ -4,18 +4,18 @@ use std::path::Path;
 use std::rc::Rc;
 
 use twinrig_kernel::SimDuration;
+use twinrig_rig::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 use twinrig_runtime::{Plant, catch_panic};
 use twinrig_scenario::{Scenario, Setting};
-use twinrig_study::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 
-use crate::assembly::Assembly;
-use crate::error::{Error, NO_ROBOT, guarded};
-use crate::parts::constraints::CONSTRAINTS;
-use crate::parts::method::Method;
-use crate::parts::plant_kind::SOFT;
-use crate::registry::Registry;
 use crate::study::builder::{first_line, is_compared};
 use crate::study::scaled::{scaled_actuator, scaled_plant, scaled_robot};
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::error::{Error, NO_ROBOT, guarded};
+use twinrig_rig::parts::constraints::CONSTRAINTS;
+use twinrig_rig::parts::method::Method;
+use twinrig_rig::parts::plant_kind::SOFT;
+use twinrig_rig::registry::Registry;
 
 /// Step at which every method can be built.
 const TRIED_STEP: SimDuration = SimDuration::from_millis(1);

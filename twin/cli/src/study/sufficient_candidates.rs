@@ -5,17 +5,17 @@ use std::path::Path;
 
 use twinrig_document::quoted;
 use twinrig_kernel::SimDuration;
+use twinrig_rig::PlantId;
+use twinrig_rig::{MethodSetting, PlantOffer, SettingKind};
 use twinrig_scenario::{OptionSpec, Setting};
-use twinrig_study::{
-    Candidate, CandidateReference, MethodSetting, PlantId, PlantOffer, PrecisionPlan, SettingKind,
-};
+use twinrig_study::{Candidate, CandidateReference, PrecisionPlan};
 
-use crate::assembly::Assembly;
-use crate::parts::constraints::CONSTRAINTS;
-use crate::parts::method::Method;
-use crate::registry::Registry;
+use crate::error::TwinError;
 use crate::study::selection::{PlantUnderStudy, Selection};
-use crate::twin_error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::parts::constraints::CONSTRAINTS;
+use twinrig_rig::parts::method::Method;
+use twinrig_rig::registry::Registry;
 
 const STANDALONE: &str = "its plant has a model of its own";
 const STANDALONE_HELP: &str = "name a scenario whose plant is built from a robot file";

@@ -10,11 +10,11 @@ use twinrig_runtime::Group;
 use twinrig_scenario::{LeftOut, RecordSpec, Scenario, Setting};
 use twinrig_study::{Candidate, RunFailure};
 
-use crate::assembly::Assembly;
-use crate::report::{Report, Status};
-use crate::run::observers::{RunLayouts, RunObserver};
+use crate::error::TwinError;
 use crate::study::sufficient_runs::{RunOptions, SufficiencyBuilder, run};
-use crate::twin_error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::report::{Report, Status};
+use twinrig_rig::run::observers::{RunLayouts, RunObserver};
 
 /// Settings of a scene that computes what controller, boards and expectations read, and no more.
 const LEAST: [[&str; 2]; 2] = [["record.signals", "[]"], ["record.frames", "\"0 Hz\""]];

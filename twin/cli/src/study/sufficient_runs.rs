@@ -11,18 +11,18 @@ use twinrig_study::{
     RunStopwatch, perturb_start,
 };
 
-use crate::assembly::Assembly;
-use crate::error::{Error, guarded};
-use crate::registry::Registry;
-use crate::report::{Line, Report};
-use crate::run::execute::{self, Course, Execution, Stopped};
-use crate::run::interrupt;
-use crate::run::judging;
-use crate::run::observers::{RunObserver, RunObservers, RunProgress};
-use crate::run::recording::recorder_to;
+use crate::error::TwinError;
 use crate::study::builder::first_line;
 use crate::study::sufficient_candidates::Candidates;
-use crate::twin_error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::error::{Error, guarded};
+use twinrig_rig::registry::Registry;
+use twinrig_rig::report::{Line, Report};
+use twinrig_rig::run::execute::{self, Course, Execution, Stopped};
+use twinrig_rig::run::interrupt;
+use twinrig_rig::run::judging;
+use twinrig_rig::run::observers::{RunObserver, RunObservers, RunProgress};
+use twinrig_rig::run::recording::recorder_to;
 
 /// Parts of a run between looks at the clock.
 const PARTS: u64 = 50;

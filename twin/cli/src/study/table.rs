@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use anstyle::Style;
+use twinrig_rig::Scales;
 use twinrig_study::{
-    ErrorControlTrend, Factor, Row, RowKind, Scales, Series, Status, StiffnessTrend, Study,
-    StudyKind, brief,
+    ErrorControlTrend, Factor, Row, RowKind, Series, Status, StiffnessTrend, Study, StudyKind,
+    brief,
 };
 
 use crate::report::grid::{Cell, Grid, Left, Right};
@@ -331,11 +332,12 @@ mod tests {
     use std::path::Path;
 
     use twinrig_kernel::SimDuration;
-    use twinrig_study::{PlantId, PrecisionPlan, precision};
+    use twinrig_rig::PlantId;
+    use twinrig_study::{PrecisionPlan, precision};
 
     use super::*;
-    use crate::registry::Registry;
     use crate::study::builder::StudyBuilder;
+    use twinrig_rig::registry::Registry;
 
     #[test]
     fn error_at_the_floor_is_shown_as_the_floor() {

@@ -7,10 +7,10 @@ use twinrig_scenario::{ChangeSpec, LegFact, Scenario, Setting};
 use twinrig_study::{GaitPattern, GaitRun, TransitionCase, TransitionInput, TransitionRunner};
 
 use crate::args::TransitionOptions;
-use crate::registry::Registry;
+use crate::error::TwinError;
 use crate::study::gait_scene::{Factor, GaitScene, base, left_out, plants};
 use crate::study::modulation_cases::stem;
-use crate::twin_error::TwinError;
+use twinrig_rig::registry::Registry;
 
 /// All legs in phase: no gait of the controllers, but one that a robot may fall into.
 const PRONK: &str = "pronk";

@@ -5,8 +5,8 @@ use twinrig_campaign::sweep::overlap;
 use twinrig_document::{DocumentError, Place, Placed, Problem};
 use twinrig_scenario::Setting;
 
+use crate::error::TwinError;
 use crate::sweep::runs::RunRequest;
-use crate::twin_error::TwinError;
 
 /// Case of a plan.
 #[derive(Clone, Debug, Default)]

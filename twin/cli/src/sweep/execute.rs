@@ -11,15 +11,15 @@ use twinrig_campaign::sweep::{
 use twinrig_document::Warning;
 use twinrig_scenario::Setting;
 
-use crate::registry::Registry;
-use crate::run::interrupt;
+use crate::error::TwinError;
 use crate::sweep::files;
 use crate::sweep::job::PointResult;
 use crate::sweep::plan::SweepPlan;
 use crate::sweep::recordings::RecordingList;
 use crate::sweep::runs::RunPlan;
 use crate::sweep::tasks::{RunTasks, TaskEvent, engine};
-use crate::twin_error::TwinError;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::run::interrupt;
 
 /// Folder of the store in the folder of the results.
 const STORE: &str = "rows";

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use twinrig_campaign::sweep::{Partition, SweepResult, effects_csv};
 
-use crate::error::Error;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::error::Error;
 
 /// Writes `rows.csv`, `sweep.json`, `report.html` and, of a screening, `effects.csv` into a folder;
 /// returns their paths. The caller has the lock of `partition`.

@@ -9,16 +9,16 @@ use twinrig_campaign::sweep::{RowKey, SweepRow};
 use twinrig_document::Document;
 use twinrig_scenario::Setting;
 
-use crate::assembly::Assembly;
-use crate::assembly::sources::Sources;
-use crate::build_key::BuildKey;
-use crate::error::{Error, guarded};
-use crate::registry::Registry;
-use crate::report::row;
-use crate::run::execute::{Execution, execute_until};
-use crate::run::interrupt;
 use crate::sweep::parts::UsedParts;
 use crate::sweep::runs::RunPlan;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::assembly::sources::Sources;
+use twinrig_rig::build_key::BuildKey;
+use twinrig_rig::error::{Error, guarded};
+use twinrig_rig::registry::Registry;
+use twinrig_rig::report::row;
+use twinrig_rig::run::execute::{Execution, execute_until};
+use twinrig_rig::run::interrupt;
 
 /// First bytes of the shared data; the key of the build follows. Both are read before all else, as
 /// another build may have another form of the rest.

@@ -5,9 +5,9 @@ use twinrig_document::{DocumentError, Placed, Problem, suggestion};
 use twinrig_robot::Robot;
 use twinrig_scenario::{Catalogue, Scenario, Setting, language};
 
-use crate::registry::Registry;
+use crate::error::TwinError;
 use crate::sweep::runs::RunRequest;
-use crate::twin_error::TwinError;
+use twinrig_rig::registry::Registry;
 
 /// Table of the process variables.
 const CONTROLLER: &str = "controller";

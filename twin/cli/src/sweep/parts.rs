@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Serialize};
 use twinrig_scenario::{Kind, Scenario};
 
-use crate::registry::Registry;
+use twinrig_rig::registry::Registry;
 
 /// Remedy where a build has no better one.
 const HELP: &str = "prepare all machines of the cluster as the head";

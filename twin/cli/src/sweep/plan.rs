@@ -8,10 +8,10 @@ use twinrig_document::{Document, DocumentError, Problem, suggestion};
 use twinrig_kernel::Unit;
 use twinrig_scenario::Setting;
 
-use crate::registry::Registry;
+use crate::error::TwinError;
 use crate::sweep::cases::RunCase;
 use crate::sweep::runs::{RunPlan, RunRequest, expectations, robot_file};
-use crate::twin_error::TwinError;
+use twinrig_rig::registry::Registry;
 
 /// A planned sweep.
 pub(crate) struct SweepPlan<'r> {

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use twinrig_campaign::sweep::{Partition, RowKey};
 
-use crate::error::Error;
+use crate::error::TwinError;
 use crate::sweep::job::RecordingPlace;
-use crate::twin_error::TwinError;
+use twinrig_rig::error::Error;
 
 /// Header of the list.
 const HEADER: &str = "key,machine,path\n";

@@ -8,16 +8,16 @@ use twinrig_document::{Document, DocumentError, Placed, Problem, Warning};
 use twinrig_robot::RobotFile;
 use twinrig_scenario::{Expectation, Scenario, Setting};
 
-use crate::assembly::Assembly;
-use crate::assembly::body::Body;
-use crate::assembly::sources::Sources;
-use crate::build_key::BuildKey;
-use crate::error::Error;
-use crate::registry::Registry;
+use crate::error::TwinError;
 use crate::sweep::cases::{self, RunCase};
 use crate::sweep::keys;
 use crate::sweep::parts::UsedParts;
-use crate::twin_error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::assembly::body::Body;
+use twinrig_rig::assembly::sources::Sources;
+use twinrig_rig::build_key::BuildKey;
+use twinrig_rig::error::Error;
+use twinrig_rig::registry::Registry;
 
 /// Signals that nothing but a recording requires; by default nothing is recorded.
 const RECORDED: &str = "record.signals";

@@ -6,11 +6,11 @@ use twinrig_campaign::engine::{Engine, EngineEvent, EngineOptions, EngineStatus,
 use twinrig_campaign::sweep::SweepRow;
 use twinrig_document::suggestion;
 
-use crate::registry::Registry;
-use crate::run::interrupt;
+use crate::error::TwinError;
 use crate::sweep::job::{PointResult, SweepJob};
 use crate::sweep::runs::RunPlan;
-use crate::twin_error::TwinError;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::run::interrupt;
 
 /// Engine of the Python package.
 const PYTHON_ENGINE: &str = "ray";

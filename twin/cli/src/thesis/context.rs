@@ -5,18 +5,16 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use twinrig_document::Document;
+use twinrig_rig::{PlantOffer, Variant};
 use twinrig_scenario::{Outcome, Setting};
 use twinrig_study::{
-    EstimatePlan, EstimateStudy, Factor, ModulationPlan, ModulationStudy, PlantFactory, PlantOffer,
-    SearchSize, StabilityPlan, Study, StudyInput, TransitionPlan, TransitionStudy, Variant,
-    estimate, modulation, stability, transition,
+    EstimatePlan, EstimateStudy, Factor, ModulationPlan, ModulationStudy, PlantFactory, SearchSize,
+    StabilityPlan, Study, StudyInput, TransitionPlan, TransitionStudy, estimate, modulation,
+    stability, transition,
 };
 
 use crate::args::{ModulationOptions, TransitionOptions};
-use crate::assembly::Assembly;
-use crate::registry::Registry;
-use crate::report::{Report, Status};
-use crate::run::execute::{Execution, execute_until};
+use crate::error::TwinError;
 use crate::study::builder::StudyBuilder;
 use crate::study::load_recorder::BenchRecorder;
 use crate::study::modulation_cases::ModulationCases;
@@ -25,7 +23,10 @@ use crate::thesis::error::ThesisError;
 use crate::thesis::gaits;
 use crate::thesis::progress::ItemProgress;
 use crate::thesis::verdict::Measurement;
-use crate::twin_error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::report::{Report, Status};
+use twinrig_rig::run::execute::{Execution, execute_until};
 
 /// Budget of studies: none, as a truncated study depends on the machine \[s\].
 const NO_BUDGET: f64 = 1e9;

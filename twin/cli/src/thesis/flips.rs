@@ -11,16 +11,16 @@ use serde::{Deserialize, Serialize};
 use twinrig_campaign::engine::{Engine, EngineEvent, EngineOptions, Job, LocalEngine};
 use twinrig_document::probe::{self, Number, Probe};
 
+use crate::error::TwinError;
 use crate::progress::Progress;
-use crate::registry::Registry;
-use crate::run::interrupt;
 use crate::thesis::context::Context;
 use crate::thesis::error::ThesisError;
 use crate::thesis::item::Item;
 use crate::thesis::progress::ItemProgress;
 use crate::thesis::result::ItemResult;
 use crate::thesis::verdict::Verdict;
-use crate::twin_error::TwinError;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::run::interrupt;
 
 /// Relative moves of numbers that are assumed or fitted, and of the others.
 const FREE_MOVE: f64 = 0.1;

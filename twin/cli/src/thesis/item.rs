@@ -1,9 +1,9 @@
 //! Declaration of an item of the thesis: a figure, a table or a section with its printed figures.
 
+use crate::error::TwinError;
 use crate::thesis::context::Context;
 use crate::thesis::number::number;
 use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
-use crate::twin_error::TwinError;
 
 /// Figure, table or section of the thesis.
 #[derive(Clone, Copy, Debug)]

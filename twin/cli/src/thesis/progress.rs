@@ -3,8 +3,8 @@
 use twinrig_study::ProgressObserver;
 
 use crate::progress::Progress;
-use crate::run::interrupt;
 use crate::thesis::item::Item;
+use twinrig_rig::run::interrupt;
 
 /// Progress line of the items, which also shows the parts of the studies that they run.
 pub(crate) struct ItemProgress<'i> {

@@ -6,9 +6,8 @@ use twinrig_document::suggestion;
 use twinrig_scenario::Setting;
 use twinrig_study::Machine;
 
+use crate::error::TwinError;
 use crate::progress::Progress;
-use crate::registry::Registry;
-use crate::run::interrupt;
 use crate::thesis::context::Context;
 use crate::thesis::error::ThesisError;
 use crate::thesis::item::Item;
@@ -16,7 +15,8 @@ use crate::thesis::items::items;
 use crate::thesis::progress::ItemProgress;
 use crate::thesis::record::recorded_flips;
 use crate::thesis::result::{ItemResult, ThesisResult};
-use crate::twin_error::TwinError;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::run::interrupt;
 
 /// Returns the item with an identifier.
 ///

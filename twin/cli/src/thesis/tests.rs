@@ -8,13 +8,13 @@ use twinrig_study::Machine;
 
 use crate::args::Cli;
 use crate::progress::Progress;
-use crate::registry::Registry;
 use crate::thesis::item::{Item, Measurements, Printed};
 use crate::thesis::items::items;
 use crate::thesis::record::{recorded, recorded_flips};
 use crate::thesis::result::{FigureResult, ItemResult, ThesisResult};
 use crate::thesis::verdict::{Basis, Input, Rule, Verdict};
 use crate::thesis::{page, run};
+use twinrig_rig::registry::Registry;
 
 /// Command that writes the record.
 const HINT: &str = "run `twin thesis --all --json > docs/thesis.json` in release";

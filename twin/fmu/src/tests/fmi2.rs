@@ -2,7 +2,7 @@
 
 use std::ptr::{null, null_mut};
 
-use twinrig::fmu::FmuState;
+use twinrig_rig::fmu::FmuState;
 
 use super::{Master, rig2};
 use crate::component::{Component, Phase};

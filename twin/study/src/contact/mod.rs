@@ -9,13 +9,13 @@ use twinrig_kernel::{SimDuration, SimTime};
 use crate::budget::Share;
 use crate::commands::Commands;
 use crate::error::StudyError;
-use crate::factory::{MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 use crate::plant_run::{Ending, PlantRun};
 use crate::precision::Job;
 use crate::reference::ended;
 use crate::row::{Status, VariantKey};
 use crate::transport::TOLERANCE;
 use recorder::ContactRecorder;
+use twinrig_rig::{MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 
 /// Duration for which the first commands are held until the robot is at rest, and greatest duration
 /// of the gait.

@@ -16,11 +16,11 @@ use crate::budget::{Budget, Share};
 use crate::error::StudyError;
 use crate::number::si;
 use crate::panics::Panics;
-use crate::plant_id::PlantId;
 use crate::progress::ProgressObserver;
 use crate::reference_note::{CheckNote, ReferenceNote};
 use crate::row::Status;
 use run::Run;
+use twinrig_rig::PlantId;
 
 /// Parameters of a study of coupling.
 #[derive(Clone, Debug)]

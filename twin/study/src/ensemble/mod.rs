@@ -10,16 +10,16 @@ use twinrig_kernel::{SimDuration, SimTime, Stream, stream};
 
 use crate::budget::Share;
 use crate::error::StudyError;
-use crate::factory::{MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 use crate::plant_run::{Ending, PlantRun};
 use crate::precision::Job;
 use crate::reference::ended;
 use crate::row::VariantKey;
-use crate::start::perturb_trunk;
 use crate::stopwatch::Stopwatch;
 use crate::study::Study;
 use crate::transport::{SETTLING, STROLL, TOLERANCE, usual_method};
 use gait::{GaitRecorder, Quantity};
+use twinrig_rig::start::perturb_trunk;
+use twinrig_rig::{MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 
 /// Name of the random stream of the perturbations: the same for every model.
 const STREAM: &str = "study/ensemble";

@@ -2,8 +2,8 @@
 
 use crate::footsteps::Footstep;
 use crate::number::si;
-use crate::plant_id::PlantId;
 use crate::study::Study;
+use twinrig_rig::PlantId;
 
 use super::table::Table;
 use super::text::{element, escaped, paragraph};

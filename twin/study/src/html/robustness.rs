@@ -4,10 +4,9 @@ use twinrig_campaign::sweep::percent;
 
 use crate::machine::Machine;
 use crate::number::plain;
-use crate::robustness::{
-    EnsembleKind, EnsembleRun, ExpectationSpread, Growth, RobustnessResult, RobustnessStudy,
-};
-use crate::start::Magnitude;
+use crate::robustness::{EnsembleRun, Growth, RobustnessResult, RobustnessStudy};
+use twinrig_campaign::spread::Magnitude;
+use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread};
 
 use super::line_plot::{LinePlot, Series, Shape};
 use super::marker::swatch;

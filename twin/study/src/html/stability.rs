@@ -1,10 +1,10 @@
 //! Page of a study of stability.
 
-use crate::factory::Scales;
 use crate::row::{Row, Series, Status};
 use crate::study::Study;
 use crate::sweep::Factor;
 use crate::thesis::{FIGURES, ThesisFigure};
+use twinrig_rig::Scales;
 
 use super::marker::{foreign_swatch, swatch};
 use super::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};

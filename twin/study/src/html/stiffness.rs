@@ -1,9 +1,9 @@
 //! Page section on the dependence of the largest stable step on the stiffness of the springs.
 
 use crate::number::{plain, si};
-use crate::plant_id::PlantId;
 use crate::stiffness::StiffnessTrend;
 use crate::study::Study;
+use twinrig_rig::PlantId;
 
 use super::rows;
 use super::table::Table;

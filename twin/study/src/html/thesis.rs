@@ -1,11 +1,11 @@
 //! Page section that compares results with those of the thesis.
 
-use crate::factory::Scales;
 use crate::number::si;
-use crate::plant_id::PlantId;
 use crate::row::{Series, Status};
 use crate::study::Study;
 use crate::thesis::{FIGURES, ModelClass, ThesisFigure};
+use twinrig_rig::PlantId;
+use twinrig_rig::Scales;
 
 use super::stability::{QUARTER, limit_cell};
 use super::table::Table;

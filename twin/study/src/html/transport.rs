@@ -1,10 +1,10 @@
 //! Page section on the cost of transport and the residual of the energy balance.
 
 use crate::number::{method_setting, si};
-use crate::plant_id::PlantId;
 use crate::row::Status;
 use crate::study::Study;
 use crate::transport::{Cost, Transport};
+use twinrig_rig::PlantId;
 
 use super::table::Table;
 use super::text::{element, escaped, paragraph};

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 
 use twinrig_campaign::sweep::percent;
 
-use super::{EnsembleKind, ExpectationSpread, RobustnessStudy};
+use super::RobustnessStudy;
 use crate::number::plain;
+use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread};
 
 impl RobustnessStudy {
     /// Returns a table with a line for each scenario, and one of the expectations of each.

@@ -2,12 +2,10 @@
 //! expectations over them, and the time up to which its trajectory is predictable.
 
 mod divergence;
-mod margins;
 mod markdown;
 mod results;
 
 pub use divergence::{Divergence, Growth, Trajectory};
-pub use margins::{ExpectationSpread, MarginQuantiles, Member};
 pub use results::{EnsembleRun, GrowthRate, RobustnessResult, RobustnessStudy};
 
 use std::num::NonZeroUsize;
@@ -16,18 +14,17 @@ use serde::{Deserialize, Serialize};
 use twinrig_campaign::sweep::SweepRow;
 
 use crate::error::StudyError;
+use crate::number::{plain, si};
 use crate::parallel::run_all_on;
 use crate::progress::ProgressObserver;
-use crate::start::Magnitude;
+use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread, Magnitude};
 
-/// Difference between the runs of an ensemble.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum EnsembleKind {
-    /// The start: every run has the same random numbers.
-    Starts,
-    /// The seed: the plant cannot be moved at its start.
-    Seeds,
+/// Returns a margin of an expectation with its unit.
+pub fn margin_text(expectation: &ExpectationSpread, margin: f64) -> String {
+    match &*expectation.unit {
+        "1" => plain(margin),
+        unit => si(margin, unit),
+    }
 }
 
 /// A scenario on a plant.

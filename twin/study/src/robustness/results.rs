@@ -4,15 +4,13 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use twinrig_campaign::sweep::ExpectationVerdict;
 
-use super::{
-    Divergence, EnsembleKind, ExpectationSpread, Growth, Member, MemberRun, RobustnessCase,
-    RobustnessPlan,
-};
+use super::{Divergence, Growth, MemberRun, RobustnessCase, RobustnessPlan};
 use crate::gait_run::median;
 use crate::machine::Machine;
 use crate::number::{plain, si};
 use crate::parallel::Ran;
-use crate::start::Magnitude;
+use twinrig_campaign::spread::Magnitude;
+use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread, Member};
 use twinrig_campaign::sweep::SweepRow;
 
 /// Perturbed run of an ensemble.

@@ -11,10 +11,11 @@ mod search;
 use thiserror::Error;
 use twinrig_runtime::Plant;
 
-use crate::factory::MethodSetting;
 use crate::number::method_setting;
-use crate::plant_id::PlantId;
-use crate::start::{Magnitude, StartPerturbation};
+use twinrig_campaign::spread::Magnitude;
+use twinrig_rig::MethodSetting;
+use twinrig_rig::PlantId;
+use twinrig_rig::start::StartPerturbation;
 
 pub use results::{CandidateRow, CandidateStatus, ReferenceRuns, Sufficiency};
 pub use rule::{Deviation, ReferenceMargin, Rule};

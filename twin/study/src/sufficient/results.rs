@@ -4,7 +4,7 @@ use serde::{Serialize, Serializer};
 
 use super::Candidate;
 use super::rule::{Deviation, ReferenceMargin};
-use crate::factory::MethodSetting;
+use twinrig_rig::MethodSetting;
 
 /// Result of a search.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -1,10 +1,10 @@
 //! Ensembles of a walking plant whose gait is known in closed form.
 
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_rig::{MethodOffer, PlantId, PlantOffer, SettingKind, Variant};
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault, PlantState};
 use twinrig_study::{
-    Commands, Ensemble, MethodOffer, PlantFactory, PlantId, PlantOffer, PrecisionPlan, SettingKind,
-    Study, StudyInput, Variant, html, precision,
+    Commands, Ensemble, PlantFactory, PrecisionPlan, Study, StudyInput, html, precision,
 };
 
 /// Period of the strides, and the stance share of each \[s\].

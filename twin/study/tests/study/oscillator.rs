@@ -2,11 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_rig::{MethodOffer, MethodSetting, PlantId, PlantOffer, Scales, SettingKind, Variant};
 use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
-use twinrig_study::{
-    Commands, MethodOffer, MethodSetting, PlantFactory, PlantId, PlantOffer, Scales, SettingKind,
-    StudyInput, Variant,
-};
+use twinrig_study::{Commands, PlantFactory, StudyInput};
 
 pub const OMEGA: f64 = 100.0;
 pub const ZETA: f64 = 0.1;

@@ -4,10 +4,10 @@ use std::cell::RefCell;
 
 use proptest::prelude::*;
 use twinrig_kernel::SimDuration;
+use twinrig_rig::{MethodSetting, PlantId};
 use twinrig_study::{
     Candidate, CandidateFactory, CandidateReference, CandidateRun, CandidateStatus, MarginOutcome,
-    MethodSetting, PlantId, ProgressObserver, Rule, RunFailure, StudyError, Sufficiency,
-    SufficiencyPlan, sufficient,
+    ProgressObserver, Rule, RunFailure, StudyError, Sufficiency, SufficiencyPlan, sufficient,
 };
 
 const SIMULATED_S: f64 = 2.0;

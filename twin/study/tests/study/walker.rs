@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_rig::{MethodOffer, MethodSetting, PlantId, PlantOffer, SettingKind, Variant};
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault};
 use twinrig_study::{
-    Commands, Cost, MethodOffer, MethodSetting, PlantFactory, PlantId, PlantOffer, PrecisionPlan,
-    SettingKind, Status, StudyInput, Transport, Variant, precision,
+    Commands, Cost, PlantFactory, PrecisionPlan, Status, StudyInput, Transport, precision,
 };
 
 const SPEED: f64 = 0.5;

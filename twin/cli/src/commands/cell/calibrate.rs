@@ -11,10 +11,10 @@ use twinrig_study::{
 
 use crate::args::CellCalibrateArgs;
 use crate::commands::{Terminal, outputs};
-use crate::error::Error;
-use crate::registry::Registry;
+use crate::error::TwinError;
 use crate::study::load_recorder::BenchRecorder;
-use crate::twin_error::TwinError;
+use twinrig_rig::error::Error;
+use twinrig_rig::registry::Registry;
 
 /// Identifies the sensor and writes its calibration.
 pub(super) fn calibrate(

@@ -11,11 +11,11 @@ use twinrig_tactile::{LoadFilter, Stage};
 use super::CellReport;
 use super::calibrate::constants;
 use crate::args::CellCompareArgs;
-use crate::parts::tactile::{NamedCalibrations, filters};
-use crate::registry::Registry;
+use crate::error::TwinError;
 use crate::report::grid::{Grid, Left, Right};
 use crate::study::load_recorder::{BenchRecorder, BenchRun};
-use crate::twin_error::TwinError;
+use twinrig_rig::parts::tactile::{NamedCalibrations, filters};
+use twinrig_rig::registry::Registry;
 
 /// Added to the seeds of identifications, so that no cell is judged on the noise that it was
 /// calibrated with.

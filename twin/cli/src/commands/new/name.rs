@@ -1,8 +1,8 @@
 //! Names of what is made.
 
-use crate::error::Error;
-use crate::registry::Registry;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::error::Error;
+use twinrig_rig::registry::Registry;
 
 /// Greatest length of a name: that of crates on crates.io.
 const LENGTH_MAX: usize = 64;

@@ -4,8 +4,8 @@ use twinrig_leg::Pantograph;
 use twinrig_robot::RobotFile;
 
 use crate::args::NewArgs;
-use crate::error::Error;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::error::Error;
 
 const TEMPLATE: &str = include_str!("../../../templates/scenario/scenario.toml");
 const ROBOT: &str = "cheetah-cub";

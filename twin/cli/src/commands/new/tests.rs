@@ -3,10 +3,10 @@ use std::path::Path;
 use proptest::prelude::*;
 
 use super::*;
-use crate::assembly::Assembly;
 use crate::ensemble::execute;
-use crate::registry::Registry;
-use crate::run::execute::Execution;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::run::execute::Execution;
 
 fn args(kind: NewKind, name: &str, folder: &Path) -> NewArgs {
     NewArgs {

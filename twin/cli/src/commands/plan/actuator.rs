@@ -4,8 +4,8 @@ use serde::Serialize;
 use twinrig_scenario::SetPointKind;
 
 use super::ms;
-use crate::assembly::Assembly;
-use crate::report::seconds;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::report::seconds;
 
 /// Drives of the robot, and the course of their set-points.
 #[derive(Serialize)]

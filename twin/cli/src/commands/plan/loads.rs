@@ -5,8 +5,8 @@ use twinrig_scenario::{PayloadSpec, PlantSpec, SurfaceSpec};
 
 use super::section;
 use crate::report::grid::{Cell, Grid, Left};
-use crate::report::seconds;
 use crate::report::style::DIM;
+use twinrig_rig::report::seconds;
 
 /// Payloads and surfaces of a scenario; not in the JSON object of a scenario without them.
 #[derive(Serialize)]

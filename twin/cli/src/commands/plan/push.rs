@@ -6,8 +6,8 @@ use twinrig_kernel::{Unit, signal};
 use twinrig_scenario::{PulseShape, PushLoad, PushSite, PushSpec};
 
 use crate::report::grid::{Cell, Grid, Left};
-use crate::report::seconds;
 use crate::report::style::DIM;
+use twinrig_rig::report::seconds;
 
 #[derive(Serialize)]
 pub(super) struct PlannedPush {

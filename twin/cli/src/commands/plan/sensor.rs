@@ -6,11 +6,11 @@ use twinrig_kernel::Unit;
 use twinrig_runtime::{SensorModel, Timing};
 
 use super::ms;
-use crate::assembly::Assembly;
 use crate::report::grid::{Cell, Grid, Left};
-use crate::report::seconds;
 use crate::report::style::DIM;
-use crate::report::table::folded;
+use twinrig_kernel::signal::folded;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::report::seconds;
 
 /// A sensor of one signal; effects that it does not have are 0 or absent.
 #[derive(Serialize)]

@@ -8,14 +8,14 @@ use twinrig_study::{
 use super::super::{FAILURE, NEGATIVE, SUCCESS, Terminal, settings, source};
 use super::sufficient_text::text;
 use crate::args::{PlanArgs, Settings};
-use crate::assembly::Assembly;
-use crate::error::Error;
+use crate::error::TwinError;
 use crate::progress::Progress;
-use crate::registry::Registry;
-use crate::run::interrupt;
 use crate::study::sufficient_omission::OmissionProof;
 use crate::study::sufficient_runs::SufficiencyBuilder;
-use crate::twin_error::TwinError;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::error::Error;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::run::interrupt;
 
 /// Result of the search.
 #[derive(Serialize)]
@@ -52,7 +52,7 @@ impl ProgressObserver for ProgressLine {
 
 pub(super) fn search(registry: &Registry, args: &PlanArgs, terminal: &mut Terminal<'_>) -> u8 {
     if terminal.interactive {
-        interrupt::listen();
+        crate::interrupt::listen();
     }
     match found(registry, args, terminal) {
         Ok(found) => {

@@ -5,7 +5,7 @@ use anstyle::Style;
 use super::Plan;
 use crate::report::grid::{Cell, Grid, Left};
 use crate::report::style::{DIM, YELLOW};
-use crate::report::table::folded;
+use twinrig_kernel::signal::folded;
 
 pub(super) fn wired(plan: &Plan) -> Grid {
     let mut grid = Grid::new(&[Left, Left, Left, Left]);

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use twinrig_scenario::Setting;
 
 use crate::args::{StudyCommand, StudyOptions};
-use crate::error::Error;
-use crate::twin_error::TwinError;
+use crate::error::TwinError;
+use twinrig_rig::error::Error;
 
 /// Greatest number of scenarios in the name of a file.
 const NAMED: usize = 5;

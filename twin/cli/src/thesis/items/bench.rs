@@ -2,11 +2,11 @@
 
 use twinrig_bench::{BenchFile, BenchParameters, BenchSettings};
 
+use crate::error::TwinError;
 use crate::thesis::context::Context;
 use crate::thesis::error::ThesisError;
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
 use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
-use crate::twin_error::TwinError;
 
 const WEIGHT: &str = "no sensor was made, and masses of cells are not simulated";
 

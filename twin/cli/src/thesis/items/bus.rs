@@ -3,10 +3,10 @@
 use twinrig_motordriver::{COMMAND_LEN, REPLY_LEN};
 use twinrig_sbcp::{BYTE_TIME, OVERHEAD};
 
+use crate::error::TwinError;
 use crate::thesis::context::Context;
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
 use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
-use crate::twin_error::TwinError;
 
 const BOARDS: f64 = 4.0;
 

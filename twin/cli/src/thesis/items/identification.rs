@@ -1,9 +1,9 @@
 //! Identification of both cells on the bench (sections 4.3.2.2 and 4.3.2.3).
 
+use crate::error::TwinError;
 use crate::thesis::context::Context;
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
 use crate::thesis::verdict::{Basis, Input, Rule};
-use crate::twin_error::TwinError;
 
 const FITTED: &str = "the simulated cell is fitted to the printed figure";
 

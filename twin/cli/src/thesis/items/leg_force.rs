@@ -6,11 +6,11 @@ use libm::{cos, sin, sqrt};
 use twinrig_leg::{Pantograph, Planar};
 use twinrig_robot::Toe;
 
+use crate::error::TwinError;
 use crate::thesis::context::Context;
 use crate::thesis::error::ThesisError;
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
 use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
-use crate::twin_error::TwinError;
 
 /// Greatest axial stiffness of a leg, and that of its diagonal spring \[N/m\].
 const STIFFNESS: f64 = 253.27;

@@ -1,9 +1,9 @@
 //! Filters of the load: simulated, tuned, validated (sections 4.3.1 and 4.3.2.3).
 
+use crate::error::TwinError;
 use crate::thesis::context::Context;
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
 use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
-use crate::twin_error::TwinError;
 
 const MANY_MINIMA: &str = "the sign depends on the covariances: the objective of F2 has several \
                            minima, and its coefficients are right at some frequencies only";

@@ -3,10 +3,10 @@
 use super::models::{
     EULER, READING, STEP_MASSLESS, STEP_OF_DISCUSSION, accurate_step, best, of_method, over, step,
 };
+use crate::error::TwinError;
 use crate::thesis::context::Context;
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
 use crate::thesis::verdict::{Basis, Input, Rule};
-use crate::twin_error::TwinError;
 
 const FRICTION_SETS_IT: &str = "explicit Euler's limit c/k is proportional to the friction of the \
                                 joints, which is not printed and ASSUMED here; stops that the legs \

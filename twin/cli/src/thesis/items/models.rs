@@ -2,10 +2,10 @@
 
 use twinrig_study::{Row, StabilityPlan, Status, Study};
 
+use crate::error::TwinError;
 use crate::thesis::context::Context;
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
 use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
-use crate::twin_error::TwinError;
 
 /// Largest stable step of the model with segment masses: sections 2.5.2 and 2.7.3, chapter 6
 /// \[µs\].

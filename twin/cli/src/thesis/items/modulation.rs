@@ -2,10 +2,10 @@
 
 use twinrig_study::{Counting, ModelForm, ModulationStudy};
 
+use crate::error::TwinError;
 use crate::thesis::context::Context;
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
 use crate::thesis::verdict::{Basis, Input, Rule};
-use crate::twin_error::TwinError;
 
 /// Keys of the figures of all gaits, counted in one way.
 struct Keys {

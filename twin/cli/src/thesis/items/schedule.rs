@@ -3,10 +3,10 @@
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{Group, Observer, RunEvent};
 
+use crate::error::TwinError;
 use crate::thesis::context::Context;
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
 use crate::thesis::verdict::{Basis, Input, Rule};
-use crate::twin_error::TwinError;
 
 const COUNT: Rule = Rule::Within(0.0);
 const A_COUNT: &str = "a count";

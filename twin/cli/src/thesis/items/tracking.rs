@@ -1,9 +1,9 @@
 //! Trajectory tracking over the bus (section 5.3.3).
 
+use crate::error::TwinError;
 use crate::thesis::context::{Context, RunReport};
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
 use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
-use crate::twin_error::TwinError;
 
 const COUNT: Rule = Rule::Within(0.0);
 const A_COUNT: &str = "a count";

@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use twinrig_study::{MIXED, STANDING, Transition, TransitionResult, Way};
 
+use crate::error::TwinError;
 use crate::thesis::context::Context;
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
 use crate::thesis::verdict::{Basis, Input, Rule};
-use crate::twin_error::TwinError;
 
 /// Gaits before and after the printed transition.
 const BEFORE: &str = "trot";

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use twinrig_campaign::engine::{EngineOptions, LocalEngine};
 use twinrig_campaign::sweep::{Partition, SweepVerdict};
 
+use crate::error::TwinError;
 use crate::sweep::execute::{SweepRequest, sweep};
 use crate::thesis::context::Context;
 use crate::thesis::error::ThesisError;
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
 use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
-use crate::twin_error::TwinError;
 
 /// Greatest speed of Cheetah-cub \[m/s\], its length \[cm\], and the speed in lengths \[1/s\].
 const SPEED: f64 = 1.42;
@@ -249,8 +249,8 @@ mod tests {
 
     use super::*;
     use crate::progress::Progress;
-    use crate::registry::Registry;
     use crate::thesis::progress::ItemProgress;
+    use twinrig_rig::registry::Registry;
 
     #[test]
     fn extremes_are_those_of_the_worst_leg() {

@@ -6,8 +6,8 @@ use super::super::EventDifference;
 use super::super::signals::{Drifted, OfSignal, RESIDUAL};
 use super::figures::{Scale, figure, percent, quantity, three};
 use crate::report::grid::{Cell, Grid, Left, Right};
-use crate::report::table::folded;
 use twinrig_kernel::signal;
+use twinrig_kernel::signal::folded;
 
 /// Maximum number of kinds shown; the JSON contains all signals.
 const SHOWN: usize = 12;

@@ -1,0 +1,508 @@
+//! From a scenario file to a rig.
+
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+use crate::start::StartPerturbation;
+use twinrig_document::Document;
+use twinrig_kernel::{Port, SimDuration, SimTime, count_drawn, drawn_streams, signal};
+use twinrig_legged::Constraints;
+use twinrig_robot::Robot;
+use twinrig_runtime::{Change, Plant, Rig, Schedule, Timing};
+use twinrig_scenario::{
+    ActuatorSpec, BusSpec, CommandedGait, Facts, PlantSpec, Scenario, Scene, Setting,
+};
+
+pub mod body;
+pub mod builder;
+pub(crate) mod buses;
+mod commanded_gait;
+mod failure;
+mod instrumented;
+mod plausibility;
+pub mod recording_size;
+mod sensed;
+pub(crate) mod sensors;
+pub mod sources;
+
+use crate::assembly::body::Body;
+use crate::assembly::builder::{BuiltParts, PartBuilder};
+use crate::assembly::sources::{SCENARIO_FILE, Sources};
+use crate::error::Error;
+use crate::parts::constraints::{self, CONSTRAINTS, DefaultRules, named_constraints};
+use crate::parts::method::TOLERANCE;
+use crate::parts::setup::ground_below;
+use crate::registry::Registry;
+
+/// Patterns of the signals from which poses are drawn.
+const FRAME_SIGNALS: [&str; 3] = [
+    signal::BODY_POSITION,
+    signal::BODY_ORIENTATION,
+    "leg/*/angles",
+];
+
+/// Folder that paths in the scenario at `path` are relative to.
+fn folder_of(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
+}
+
+/// A checked scenario with its pruned scene, from which rigs are built.
+///
+/// ```no_run
+/// use std::path::Path;
+/// use twinrig::{Assembly, Registry};
+/// use twinrig::kernel::{SimDuration, SimTime};
+///
+/// let registry = Registry::standard();
+/// let assembly = Assembly::of_file(&registry, Path::new("scenarios/trot.toml"), &[])?;
+/// let mut rig = assembly.rig()?;
+/// rig.run_until(SimTime::ZERO + SimDuration::from_secs(1), &mut ())?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Assembly<'r> {
+    pub(crate) registry: &'r Registry,
+    scene: Scene,
+    body: Body,
+    facts: Facts,
+    /// First commands of the controller, by signal name: the pose at the start.
+    first_commands: Vec<(String, f64)>,
+    /// Commanded motion that samples do not contain.
+    gait: CommandedGait,
+    /// Perturbation of the plant's start.
+    start: Option<StartPerturbation>,
+    /// The parts that were built to check the scenario: those of the first rig.
+    built: Mutex<Option<BuiltParts>>,
+}
+
+impl<'r> Assembly<'r> {
+    /// Reads the scenario file at `path`, with `settings` applied on top.
+    ///
+    /// # Errors
+    /// Errors of the scenario, of its robot, or of their parts.
+    pub fn of_file(
+        registry: &'r Registry,
+        path: &Path,
+        settings: &[Setting],
+    ) -> Result<Self, Error> {
+        let sources = Sources::of(Document::read(path)?, folder_of(path));
+        Self::new(registry, &sources, settings)
+    }
+
+    /// Reads a scenario from `text`; messages and the report call it `file`, and paths and robots
+    /// are relative to `folder`.
+    ///
+    /// # Errors
+    /// As [`Assembly::of_file`].
+    pub fn of_text(
+        registry: &'r Registry,
+        file: &str,
+        text: &str,
+        folder: &Path,
+        settings: &[Setting],
+    ) -> Result<Self, Error> {
+        let sources = Sources::of(Document::parse(file, text)?, folder);
+        Self::new(registry, &sources, settings)
+    }
+
+    /// Reads the scenario file at `path` with the plant `name` in place of its own. A plant without
+    /// constraints or a tolerance ignores those of the scenario.
+    ///
+    /// # Errors
+    /// As [`Assembly::of_file`].
+    pub fn of_plant(
+        registry: &'r Registry,
+        path: &Path,
+        settings: &[Setting],
+        name: &str,
+    ) -> Result<Self, Error> {
+        let sources = Sources {
+            shared_options: &[CONSTRAINTS, TOLERANCE],
+            ..Sources::of(Document::read(path)?, folder_of(path))
+        };
+        let mut settings = settings.to_vec();
+        settings.push(Setting::plant(name));
+        Self::new(registry, &sources, &settings)
+    }
+
+    /// Reads a scenario from texts, as stored in a recording.
+    ///
+    /// # Errors
+    /// As [`Assembly::of_file`].
+    pub fn of_texts(
+        registry: &'r Registry,
+        scenario: &str,
+        robot: &str,
+        settings: &[Setting],
+    ) -> Result<Self, Error> {
+        let rules = DefaultRules::Present;
+        Self::of_kept(registry, scenario, Some(robot), Vec::new(), settings, rules)
+    }
+
+    /// Reads a scenario from texts and the files of a standalone plant.
+    ///
+    /// # Errors
+    /// As [`Assembly::of_file`].
+    pub fn of_kept(
+        registry: &'r Registry,
+        scenario: &str,
+        robot: Option<&str>,
+        kept: Vec<(String, Vec<u8>)>,
+        settings: &[Setting],
+        rules: DefaultRules,
+    ) -> Result<Self, Error> {
+        let document = Document::parse(SCENARIO_FILE, scenario)?;
+        let sources = Sources {
+            robot: robot.map(str::to_owned),
+            kept: Some(kept),
+            rules,
+            ..Sources::of(document, Path::new(""))
+        };
+        Self::new(registry, &sources, settings)
+    }
+
+    /// Reads a scenario from its sources.
+    ///
+    /// # Errors
+    /// As [`Assembly::of_file`].
+    pub fn new(
+        registry: &'r Registry,
+        sources: &Sources,
+        settings: &[Setting],
+    ) -> Result<Self, Error> {
+        let (assembly, drawn) = drawn_streams(|| Self::build(registry, sources, settings));
+        let mut assembly = assembly?;
+        let built = assembly.built.get_mut();
+        if let Some(parts) = built.unwrap_or_else(PoisonError::into_inner) {
+            parts.drawn = drawn;
+        }
+        Ok(assembly)
+    }
+
+    fn build(
+        registry: &'r Registry,
+        sources: &Sources,
+        settings: &[Setting],
+    ) -> Result<Self, Error> {
+        let (mut scenario, body) = sources.body(registry, settings)?;
+        let legs = scenario.legs(&body.legs())?;
+        let has_choice = registry.has_constraints(&scenario.plant.model);
+        let rigid = constraints::complete(
+            &mut scenario,
+            has_choice,
+            body.robot(),
+            &legs,
+            sources.rules,
+        );
+        let builder = PartBuilder {
+            registry,
+            scenario: &scenario,
+            legs: &legs,
+            body: &body,
+        };
+        builder.check_fault_places()?;
+        let mut process = builder.process()?;
+        let process_ports = builder::process_ports(&*process);
+        let first_commands = builder.first_commands(&mut *process)?;
+        let buses = builder.buses(&process_ports)?;
+        let plant_outputs = builder.plant_outputs(&first_commands)?;
+        let ground = ground_below(&scenario.plant, scenario.seed);
+        let ground = ground.map_err(|source| builder.plant_error(source))?;
+        let facts = Facts {
+            weight: body.weight(),
+            measured: builder.measured(&plant_outputs),
+            diagnostics: buses.iter().flat_map(builder::Bus::diagnostics).collect(),
+            plant_outputs,
+            process_ports,
+            frame_signals: FRAME_SIGNALS.map(str::to_owned).into(),
+            ground,
+            legs,
+        };
+        let gait = commanded_gait::of(process.variables(), &scenario, &facts.legs, body.robot());
+        let mut scene = scenario.scene(&facts)?;
+        let large = recording_size::warning(&scene, &facts.plant_outputs, &facts.process_ports);
+        scene.scenario.warnings.extend(large);
+        scene.scenario.warnings.extend_from_slice(body.warnings());
+        scene.left_out.extend(rigid);
+        let mut assembly = Self {
+            registry,
+            scene,
+            body,
+            facts,
+            first_commands,
+            gait,
+            start: None,
+            built: Mutex::default(),
+        };
+        let plant = assembly.plant()?;
+        let parts = BuiltParts {
+            process,
+            buses,
+            plant,
+            drawn: Vec::new(),
+        };
+        assembly.built = Mutex::new(Some(parts));
+        Ok(assembly)
+    }
+
+    fn builder(&self) -> PartBuilder<'_> {
+        PartBuilder {
+            registry: self.registry,
+            scenario: self.scenario(),
+            legs: &self.scene.legs,
+            body: &self.body,
+        }
+    }
+
+    /// Returns the parts of a rig: those built to check the scenario, or new ones if a rig has
+    /// taken them.
+    ///
+    /// # Errors
+    /// A part that cannot be built.
+    pub fn parts(&self) -> Result<BuiltParts, Error> {
+        let built = self.built.lock();
+        if let Some(parts) = built.unwrap_or_else(PoisonError::into_inner).take() {
+            count_drawn(&parts.drawn);
+            return Ok(parts);
+        }
+        let builder = self.builder();
+        Ok(BuiltParts {
+            process: builder.process()?,
+            buses: builder.buses(&self.facts.process_ports)?,
+            plant: self.plant()?,
+            drawn: Vec::new(),
+        })
+    }
+
+    /// Builds the plant with the outputs that the scene requires, coupled as the scenario
+    /// specifies.
+    fn plant(&self) -> Result<Box<dyn Plant>, Error> {
+        let builder = self.builder();
+        let outputs = &self.facts.plant_outputs;
+        builder.coupled_plant(&self.first_commands, outputs, &self.scene.wanted)
+    }
+
+    /// Builds the plant of the scene alone, without the sensors and the coupling of its rig; it
+    /// computes `also` besides the required outputs.
+    pub(crate) fn bare_plant(&self, also: &[String]) -> Result<Box<dyn Plant>, Error> {
+        let wanted = [&self.scene.wanted, also].concat();
+        let outputs = &self.facts.plant_outputs;
+        self.builder()
+            .bare_plant(&self.first_commands, outputs, &wanted)
+    }
+
+    /// Builds the plant of the scene with another robot and other settings.
+    ///
+    /// # Errors
+    /// The plant cannot be built so.
+    pub fn plant_of(
+        &self,
+        robot: &Robot,
+        plant: &PlantSpec,
+        actuator: &ActuatorSpec,
+        wanted: &dyn Fn(&str) -> bool,
+    ) -> Result<Box<dyn Plant>, Error> {
+        let commands = &self.first_commands;
+        let builder = self.builder();
+        builder.plant_of(robot, plant, actuator, commands, wanted)
+    }
+
+    /// Returns the same robot, controller and buses under another scenario; the plant computes the
+    /// `compared` outputs besides the required ones.
+    ///
+    /// # Errors
+    /// As [`Scenario::scene`].
+    pub fn with_scenario(&self, scenario: &Scenario, compared: &[String]) -> Result<Self, Error> {
+        let mut facts = self.facts.clone();
+        facts.measured.extend_from_slice(compared);
+        Ok(Self {
+            registry: self.registry,
+            scene: scenario.scene(&facts)?,
+            body: self.body.clone(),
+            first_commands: self.first_commands.clone(),
+            gait: self.gait.clone(),
+            start: self.start,
+            built: Mutex::default(),
+            facts,
+        })
+    }
+
+    /// Returns the scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Returns the commanded motion that samples do not contain.
+    pub(crate) fn gait(&self) -> &CommandedGait {
+        &self.gait
+    }
+
+    /// Returns the scenario.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scene.scenario
+    }
+
+    /// Returns the robot with the scenario's overrides; `None` for a standalone plant without one.
+    pub fn robot(&self) -> Option<&Robot> {
+        self.body.robot()
+    }
+
+    /// Returns name and text of the robot file.
+    pub fn robot_file(&self) -> Option<(&str, &str)> {
+        self.body.robot_file()
+    }
+
+    /// Returns the simulated body, before pruning.
+    pub fn body(&self) -> &Body {
+        &self.body
+    }
+
+    /// Returns the name of the formulation of the constraints, where the plant has a choice.
+    pub fn constraints(&self) -> Option<&'static str> {
+        let plant = &self.scenario().plant;
+        let named = || named_constraints(&plant.options).map(Constraints::name);
+        self.registry
+            .has_constraints(&plant.model)
+            .then(named)
+            .flatten()
+    }
+
+    /// Returns the diagnostics of drivers and boards.
+    pub fn diagnostics(&self) -> &[Port] {
+        &self.facts.diagnostics
+    }
+
+    /// Returns every output that the plant offers, computed or left out.
+    pub fn plant_outputs(&self) -> &[Port] {
+        &self.facts.plant_outputs
+    }
+
+    /// Returns the reference run: the same without changes and expectations.
+    #[must_use]
+    pub fn without_changes(&self) -> Self {
+        Self {
+            registry: self.registry,
+            scene: Scene {
+                scenario: self.scene.scenario.without_changes(),
+                ..self.scene.clone()
+            },
+            body: self.body.clone(),
+            facts: self.facts.clone(),
+            first_commands: self.first_commands.clone(),
+            gait: self.gait.clone(),
+            start: self.start,
+            built: Mutex::default(),
+        }
+    }
+
+    /// Returns the same scene from a perturbed start; so is that of its run without changes.
+    #[must_use]
+    pub fn with_start(&self, start: StartPerturbation) -> Self {
+        Self {
+            registry: self.registry,
+            scene: self.scene.clone(),
+            body: self.body.clone(),
+            facts: self.facts.clone(),
+            first_commands: self.first_commands.clone(),
+            gait: self.gait.clone(),
+            start: Some(start),
+            built: Mutex::default(),
+        }
+    }
+
+    /// Returns inputs and outputs of the controller.
+    pub fn process_ports(&self) -> &[Port] {
+        &self.facts.process_ports
+    }
+
+    /// Builds the parts, wires them and schedules the changes.
+    ///
+    /// # Errors
+    /// A part that cannot be built, or signals that do not connect.
+    pub fn rig(&self) -> Result<Rig, Error> {
+        let mut rig = self.rig_around(|plant| plant)?;
+        rig.set_end(Some(self.scenario().end()));
+        Ok(rig)
+    }
+
+    /// Builds the rig with a wrapper around the plant.
+    ///
+    /// # Errors
+    /// As [`Assembly::rig`].
+    pub fn rig_around(
+        &self,
+        around: impl FnOnce(Box<dyn Plant>) -> Box<dyn Plant>,
+    ) -> Result<Rig, Error> {
+        self.rig_of(self.parts()?, around)
+    }
+
+    /// Wires parts, with a wrapper around the plant.
+    fn rig_of(
+        &self,
+        parts: BuiltParts,
+        around: impl FnOnce(Box<dyn Plant>) -> Box<dyn Plant>,
+    ) -> Result<Rig, Error> {
+        let BuiltParts {
+            process,
+            buses,
+            mut plant,
+            drawn: _,
+        } = parts;
+        if let Some(start) = &self.start {
+            let file = || self.scenario().file.clone();
+            let applied = start.apply(&mut *plant);
+            applied.map_err(|why| Error::Start { file: file(), why })?;
+        }
+        let ports = &self.facts.process_ports;
+        let tasks = self.builder().tasks(buses, &*process, ports)?;
+        let rig = Rig::new(&self.schedule(), process, tasks, around(plant));
+        let mut rig = rig.map_err(|error| self.rig_error(error))?;
+        self.add_sensors(&mut rig)?;
+        for (at, variable, change) in self.changes() {
+            rig.schedule(at, variable, change)
+                .map_err(|error| self.rig_error(error))?;
+        }
+        Ok(rig)
+    }
+
+    /// Returns the changes of process variables with their times.
+    pub(crate) fn changes(&self) -> impl Iterator<Item = (SimTime, &str, Change)> {
+        let changes = self.scenario().changes.iter();
+        changes.map(|change| (change.at, change.variable.as_str(), change.change))
+    }
+
+    /// Returns the schedule of the rig.
+    pub fn schedule(&self) -> Schedule {
+        let scenario = self.scenario();
+        let step = scenario.io.step;
+        Schedule {
+            step,
+            every: self.period().as_nanos() / step.as_nanos().max(1),
+            observe: scenario.observe.period,
+            compute: scenario
+                .controller
+                .as_ref()
+                .map_or(Timing::ZERO, |spec| spec.compute_time.clone()),
+            seed: scenario.seed,
+            ..Schedule::with_period(step)
+        }
+    }
+
+    /// Returns the control period.
+    pub fn period(&self) -> SimDuration {
+        self.scenario().period()
+    }
+
+    /// Returns the end of the run.
+    pub fn end(&self) -> SimTime {
+        self.scenario().end()
+    }
+
+    /// Returns the baud rate of the serial port of a bus.
+    pub(crate) fn baud(&self, bus: &BusSpec) -> Result<u32, Error> {
+        Ok(self.builder().bus_kind(bus)?.baud())
+    }
+
+    pub(crate) fn leg_names(&self) -> Vec<&str> {
+        self.builder().leg_names()
+    }
+}

@@ -1,0 +1,42 @@
+//! Functional Mock-up Units (FMUs) of scenarios, for co-simulation by FMI 2.0 and 3.0: export, and
+//! the instance behind the C interface, which is in the crate `twinrig-fmu`.
+//!
+//! An FMU keeps the files that a recording keeps for its replay, and its instance is built from
+//! them. One table of variables (`Variables`) is the source of the model description and of the
+//! instance. An instance has no global state: several in a process, on threads of their own, are
+//! independent.
+
+mod archive;
+mod description;
+mod error;
+mod export;
+mod file_uri;
+mod instance;
+mod library;
+mod part;
+mod plant_part;
+mod resources;
+mod rig_part;
+mod unit_type;
+mod variables;
+mod xml;
+
+#[cfg(test)]
+mod tests;
+
+pub use error::{ExportError, FmuError};
+pub use export::{FmuRequest, export};
+pub use instance::{FmuInstance, FmuState};
+pub use library::MARKER;
+
+/// Version of FMI.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FmiVersion {
+    /// FMI 2.0.
+    Fmi2,
+    /// FMI 3.0.
+    Fmi3,
+}
+
+/// Name of the library inside an FMU, without its extension: the `modelIdentifier`.
+pub(crate) const MODEL_IDENTIFIER: &str = "twinrig_fmu";

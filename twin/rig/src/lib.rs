@@ -1,0 +1,52 @@
+//! The rig as a library: from a scenario to a judged run. A [`Registry`] has the kinds of plants,
+//! drivers and controllers, an [`Assembly`] builds those of a scenario, [`execute_observed`] runs
+//! them in virtual time or on hardware and returns a [`Report`].
+//!
+//! ```
+//! use twinrig_rig::{Assembly, Execution, Registry, Status, execute_observed};
+//!
+//! let registry = Registry::standard();
+//! let text = "robot = 'cheetah-cub'\nduration = '0.1 s'\nplant = { model = 'massless' }";
+//! let assembly = Assembly::of_text(&registry, "hangs.toml", text, "".as_ref(), &[])?;
+//! let report = execute_observed(&assembly, &Execution::default(), &mut ())?;
+//! assert_eq!(report.verdict, Status::Pass);
+//! # Ok::<(), twinrig_rig::Error>(())
+//! ```
+//!
+//! # Limits
+//!
+//! - No commands, no terminal, no pages: these are in the crate `twinrig`, which users of the
+//!   program depend on. A caller sees the progress by its [`RunObserver`].
+//! - Single runs only: ensembles, sweeps and studies are above this crate.
+//! - No physics, no controller and no protocol; it depends on the crates that implement them. The
+//!   system clock affects reports only.
+
+pub mod assembly;
+pub mod build_key;
+pub mod error;
+pub mod fmu;
+mod offer;
+pub mod parts;
+mod plant_id;
+pub mod registry;
+pub mod report;
+pub mod run;
+pub mod start;
+
+pub use assembly::Assembly;
+pub use build_key::BuildKey;
+pub use error::{BuildError, Error};
+pub use offer::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
+pub use parts::bus_kind::{BusContext, BusKind};
+pub use parts::controller_kind::{ControllerContext, ControllerKind, LegContext};
+pub use parts::fmu_plant;
+pub use parts::lcp::lcp;
+pub use parts::massless::massless;
+pub use parts::method::Method;
+pub use parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
+pub use plant_id::PlantId;
+pub use registry::Registry;
+pub use report::{BusReport, Energy, Line, LineEnsemble, RealTime, Report, Status, Warned};
+pub use run::execute::{Execution, execute_observed};
+pub use run::observers::{RunLayouts, RunObserver, RunProgress};
+pub use start::StartPerturbation;

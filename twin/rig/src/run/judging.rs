@@ -1,0 +1,184 @@
+//! Evaluation of expectations: from the observations of a run to its report.
+
+use std::io::Write;
+
+use twinrig_kernel::SimTime;
+use twinrig_runtime::Group;
+use twinrig_scenario::{
+    Expectation, Judge, Layouts, Outcome, Reference, RunEnd, Scenario, Tracking, Verdict,
+};
+
+use crate::assembly::Assembly;
+use crate::error::Error;
+use crate::report::buses::skips;
+use crate::report::{BUS_WARNING, BusReport, LIMIT_WARNING, Line, Report, Status, Warned, seconds};
+use crate::run::execute::{Course, Stopped, run};
+use crate::run::executor::Executor;
+use crate::run::observers::{PolledOnly, RunObserver, RunObservers, RunProgress};
+
+/// Returns the judge of a run of `executor`.
+pub fn judge(assembly: &Assembly<'_>, executor: &dyn Executor) -> Judge {
+    with_layouts(executor, |layouts| Judge::new(assembly.scene(), *layouts))
+}
+
+/// Returns the observer of how a run of `executor` follows its commands; none if the controller
+/// commands no leg.
+pub(crate) fn tracking(assembly: &Assembly<'_>, executor: &dyn Executor) -> Option<Tracking> {
+    with_layouts(executor, |layouts| {
+        Tracking::new(assembly.scene(), layouts, assembly.gait())
+    })
+}
+
+fn with_layouts<T>(executor: &dyn Executor, of: impl FnOnce(&Layouts<'_>) -> T) -> T {
+    of(&Layouts {
+        plant: executor.layout(Group::Plant),
+        process_inputs: executor.layout(Group::ProcessInputs),
+        process_outputs: executor.layout(Group::ProcessOutputs),
+        diagnostics: executor.layout(Group::Diagnostics),
+        tasks: &executor.tasks(),
+    })
+}
+
+/// Executes the reference run without changes; none if no expectation requires it.
+///
+/// # Errors
+/// It cannot start, or a part panics.
+pub fn reference(
+    assembly: &Assembly<'_>,
+    end: SimTime,
+    mut polled: Option<PolledOnly<'_>>,
+) -> Result<Option<Reference>, Error> {
+    if !assembly.scenario().needs_reference() {
+        return Ok(None);
+    }
+    let without = assembly.without_changes();
+    let mut rig = without.rig()?;
+    // The judge uses the expectations of the run with changes, which select the footsteps.
+    let caller = polled.as_mut().map(|polled| polled as &mut dyn RunObserver);
+    let observers: RunObservers<'_, Vec<u8>> = RunObservers::new(judge(assembly, &rig), None);
+    let mut observers = observers.with_caller(caller, &rig);
+    let progress = RunProgress {
+        title: &format!("{}, without changes", assembly.scenario().name),
+        now: SimTime::ZERO,
+        end,
+    };
+    // Expectations beyond the end of the reference fail as unobserved.
+    let ran = run(&without, &mut rig, &mut observers, &progress, end);
+    if let Err(Stopped::Panic(error)) = ran {
+        return Err(error);
+    }
+    let _ = observers.judge(&RunEnd {
+        at: rig.now(),
+        energy: None,
+        work: None,
+        real_time_factor: None,
+        buses: &[],
+    });
+    Ok(Some(observers.reference()))
+}
+
+/// Returns the reports of the buses, and warnings about those that are not clean and about tasks
+/// without a bus whose transfers are too long.
+fn buses(
+    assembly: &Assembly<'_>,
+    skipped: &[(String, u64)],
+    course: &Course,
+) -> (Vec<BusReport>, Vec<Warned>) {
+    let scenario = assembly.scenario();
+    let warned = |bus: Option<&str>, message| Warned {
+        code: BUS_WARNING,
+        message,
+        file: scenario.file.clone(),
+        line: bus.and_then(|bus| Some(scenario.bus(bus)?.name.place.line())),
+    };
+    let of_bus = |name: &str| course.buses.iter().any(|bus| bus.name == name);
+    let reports = course.buses.iter().map(|bus| BusReport {
+        bus: bus.clone(),
+        skipped: skipped
+            .iter()
+            .find(|(task, _)| *task == bus.name)
+            .map_or(0, |(_, count)| *count),
+    });
+    let reports: Vec<BusReport> = reports.collect();
+    let unclean = reports.iter();
+    let unclean = unclean.filter_map(|bus| Some(warned(Some(&bus.bus.name), bus.warning()?)));
+    let direct = skipped
+        .iter()
+        .filter(|(task, count)| *count > 0 && !of_bus(task));
+    let direct = direct.map(|(task, count)| warned(None, skips(task, *count)));
+    let warnings = unclean.chain(direct).collect();
+    (reports, warnings)
+}
+
+/// Returns the lines of a report, with those marked that the end of the run left unobserved.
+fn lines(outcomes: Vec<Outcome>, scenario: &Scenario, course: &Course) -> Vec<Line> {
+    let lines = outcomes.into_iter().zip(&scenario.expectations);
+    let line = |(outcome, expectation): (Outcome, &Expectation)| {
+        let reaches_beyond = expectation
+            .before
+            .is_none_or(|before| before > course.reached);
+        let is_unobserved = outcome.verdict == Verdict::Unobserved;
+        Line {
+            cut_short: course.error.is_some() && is_unobserved && reaches_beyond,
+            ..Line::of(outcome)
+        }
+    };
+    lines.map(line).collect()
+}
+
+/// Evaluates a completed run and returns its report.
+pub(crate) fn judged_report<W: Write>(
+    assembly: &Assembly<'_>,
+    observers: &mut RunObservers<'_, W>,
+    course: &Course,
+) -> Report {
+    let scenario = assembly.scenario();
+    let (energy, work) = course.plant.unzip();
+    let simulated_s = seconds(course.reached.as_nanos());
+    let wall_s = course.wall_s;
+    let real_time_factor = (wall_s > 0.0).then(|| simulated_s / wall_s);
+    let outcomes = observers.judge(&RunEnd {
+        at: course.reached,
+        energy,
+        work,
+        real_time_factor,
+        buses: &course.buses,
+    });
+    // A fall that ends the run is a failure regardless of the expectations.
+    let pass = outcomes.iter().all(Outcome::holds) && observers.ended_at().is_none();
+    let (buses, of_buses) = buses(assembly, observers.skipped(), course);
+    let mut warnings = Warned::all(&scenario.warnings);
+    warnings.extend(of_buses);
+    warnings.extend(course.limits.iter().map(|violation| Warned {
+        code: LIMIT_WARNING,
+        message: violation.to_string(),
+        file: scenario.file.clone(),
+        line: None,
+    }));
+    let fell_at = observers.fell_at().or(observers.ended_at());
+    Report {
+        scenario: scenario.name.clone(),
+        verdict: if pass { Status::Pass } else { Status::Fail },
+        seed: Some(scenario.seed),
+        plant: course.simulated.then(|| scenario.plant.model.clone()),
+        constraints: course.simulated.then(|| assembly.constraints()).flatten(),
+        fingerprint: Some(observers.digest().to_string()),
+        simulated_s: Some(simulated_s),
+        wall_s: Some(wall_s),
+        real_time_factor,
+        expectations: lines(outcomes, scenario, course),
+        left_out: assembly.scene().left_out.clone(),
+        recording: None,
+        file: scenario.file.clone(),
+        error: None,
+        energy: energy.map(Into::into),
+        work,
+        real_time: None,
+        warnings,
+        fell_at_s: fell_at.map(|at| seconds(at.as_nanos())),
+        tracking: observers.tracking(),
+        buses,
+        random: None,
+        strict: None,
+    }
+}

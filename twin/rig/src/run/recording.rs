@@ -1,0 +1,193 @@
+//! Recordings of runs: their contents, and what a replay requires.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use twinrig_kernel::SimDuration;
+use twinrig_record::{
+    Cadence, RecordError, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg,
+};
+use twinrig_runtime::Group;
+use twinrig_scenario::Setting;
+
+use crate::assembly::Assembly;
+use crate::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
+use crate::error::Error;
+use crate::report::seconds;
+use crate::run::execute::Execution;
+use crate::run::executor::Executor;
+
+/// Simulated time between flushes of the recording; flushed data survive a crash.
+const FLUSH: SimDuration = SimDuration::from_secs(1);
+
+/// Metadata key of a recording: settings of the run.
+pub const SETTINGS_NOTE: &str = "settings";
+/// Metadata key of the rules for values that the scenario leaves open, and their present version.
+pub const DEFAULTS_NOTE: &str = "defaults";
+const DEFAULTS: &str = "2";
+
+/// Metadata key of a recording made on hardware.
+pub const HARDWARE_NOTE: &str = "at_hardware";
+
+/// Metadata key of a recording with an exchanged plant: time of the exchange \[s\].
+pub const EXCHANGED_NOTE: &str = "exchanged_at_s";
+
+/// Creates the recording of a run, if requested.
+pub(crate) fn recorder(
+    assembly: &Assembly<'_>,
+    executor: &dyn Executor,
+    execution: &Execution,
+) -> Result<Option<Recorder<BufWriter<File>>>, Error> {
+    let path = execution.recording.as_deref();
+    path.map(|path| create(assembly, executor, path))
+        .transpose()
+}
+
+fn create(
+    assembly: &Assembly<'_>,
+    executor: &dyn Executor,
+    path: &Path,
+) -> Result<Recorder<BufWriter<File>>, Error> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(|source| Error::Write {
+            path: folder.to_owned(),
+            source,
+        })?;
+    }
+    let created = File::create(path).map_err(|source| RecordError::Create {
+        path: path.to_owned(),
+        source,
+    });
+    let recorder = created.and_then(|file| recorder_to(assembly, executor, BufWriter::new(file)));
+    recorder.map_err(|source| Error::Record {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// Creates the recording of a run, written to `out`.
+///
+/// # Errors
+/// `out` cannot be written.
+pub fn recorder_to<W: Write>(
+    assembly: &Assembly<'_>,
+    executor: &dyn Executor,
+    out: W,
+) -> Result<Recorder<W>, RecordError> {
+    let scene = assembly.scene();
+    let keep = |name: &str| scene.recorded.iter().any(|other| other == name);
+    let group = |group| RecordedGroup {
+        group,
+        layout: executor.layout(group),
+        keep: &keep,
+    };
+    let groups = [
+        group(Group::Plant),
+        group(Group::ProcessInputs),
+        group(Group::ProcessOutputs),
+    ];
+    let diagnostics = group(Group::Diagnostics);
+    let groups = groups.into_iter();
+    let groups: Vec<_> = groups
+        .chain((!diagnostics.layout.is_empty()).then_some(diagnostics))
+        .collect();
+    let cadence = Cadence {
+        frames: assembly.frame_period(),
+        flush: FLUSH,
+    };
+    let info = info(assembly, executor);
+    Recorder::new(out, &info, &groups, &assembly.skeleton(), cadence)
+}
+
+fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
+    let scenario = assembly.scenario();
+    let robot = assembly.robot_file();
+    let notes = [
+        ("scenario", scenario.name.clone()),
+        ("scenario_file", scenario.file.clone()),
+        (
+            "robot_file",
+            robot.map_or_else(String::new, |(file, _)| file.to_owned()),
+        ),
+        ("plant", scenario.plant.model.clone()),
+        (DEFAULTS_NOTE, DEFAULTS.to_owned()),
+        // Pairs of strings can always be serialised.
+        (
+            SETTINGS_NOTE,
+            serde_json::to_string(&pairs(&scenario.settings)).unwrap_or_default(),
+        ),
+    ];
+    let on_hardware = executor
+        .on_hardware()
+        .then(|| (HARDWARE_NOTE, "true".to_owned()));
+    let exchanged = executor.exchanged();
+    let exchanged = exchanged.map(|at| (EXCHANGED_NOTE, seconds(at.as_nanos()).to_string()));
+    RunInfo {
+        files: kept_files(assembly),
+        seed: scenario.seed,
+        build: concat!("twinrig ", env!("CARGO_PKG_VERSION")).to_owned(),
+        notes: notes
+            .into_iter()
+            .chain(on_hardware)
+            .chain(exchanged)
+            .map(|(key, value)| (key.to_owned(), value))
+            .collect(),
+        tasks: executor.tasks(),
+        variables: executor.variables(),
+        traces: if scenario.record.bytes {
+            executor.traces().to_vec()
+        } else {
+            Vec::new()
+        },
+    }
+}
+
+/// Returns the files from which the run can be repeated, by name: scenario, robot, and those of
+/// sensors and standalone models.
+pub(crate) fn kept_files(assembly: &Assembly<'_>) -> Vec<(String, Vec<u8>)> {
+    let scenario = &assembly.scenario().text;
+    let mut files = vec![(SCENARIO_FILE.to_owned(), scenario.clone().into_bytes())];
+    let robot = assembly.robot_file();
+    files.extend(robot.map(|(_, text)| (ROBOT_FILE.to_owned(), text.as_bytes().to_vec())));
+    files.extend(assembly.body().files());
+    files
+}
+
+/// Returns the keys and values of settings.
+pub(crate) fn pairs(settings: &[Setting]) -> Vec<[String; 2]> {
+    let pair = |setting: &Setting| [setting.key.clone(), setting.value.clone()];
+    settings.iter().map(pair).collect()
+}
+
+/// Returns the settings of these keys and values.
+pub fn settings_of(pairs: Vec<[String; 2]>) -> Vec<Setting> {
+    let setting = |[key, value]: [String; 2]| Setting {
+        origin: "--set".to_owned(),
+        key,
+        value,
+    };
+    pairs.into_iter().map(setting).collect()
+}
+
+impl Assembly<'_> {
+    /// Returns the geometry from which coordinate frames are computed; without legs for a
+    /// standalone plant without a robot.
+    pub fn skeleton(&self) -> Skeleton {
+        let mounts = self.robot().map_or(&[][..], |robot| &robot.legs);
+        let legs = mounts.iter().map(|mount| SkeletonLeg {
+            name: mount.name.clone(),
+            hip: mount.hip,
+            segments: [mount.leg.l1, mount.leg.l2, mount.leg.l3 - mount.leg.l_delta],
+        });
+        Skeleton {
+            legs: legs.collect(),
+        }
+    }
+
+    /// Returns the time between two sets of coordinate frames; none if none are recorded.
+    pub fn frame_period(&self) -> Option<SimDuration> {
+        let rate = self.scenario().record.frames?;
+        SimDuration::try_from_secs_f64(1.0 / rate)
+    }
+}
