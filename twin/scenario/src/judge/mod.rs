@@ -33,7 +33,8 @@ use twinrig_kernel::SimTime;
 use twinrig_runtime::{BusSummary, EnergyBalance, Group, WorkCounts};
 
 use crate::expect::{Claim, Expectation};
-use crate::scene::{LegFact, Scene, foot_load, foot_position};
+use crate::facts::LegFact;
+use crate::scene::{Scene, foot_load, foot_position};
 use at_end::{cost, energy};
 use channel::{Cycle, CycleEvent};
 use fall::FallDetector;
@@ -49,7 +50,6 @@ pub use channel::Layouts;
 pub use footstep::Footstep;
 pub use load_cycle::{LegCycle, LoadCycle};
 pub use outcome::{Outcome, Verdict, Witness};
-pub(crate) use resolve::unit;
 pub use tracked::{
     LIFT_SHARE_MIN, SATURATED_SHARE_MAX, Similarity, TrackedDrive, TrackedLeg, TrackedLift,
     TrackingReport,

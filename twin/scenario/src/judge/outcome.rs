@@ -4,7 +4,6 @@ use serde::Serialize;
 use twinrig_document::Place;
 use twinrig_kernel::{SimTime, Unit};
 
-use super::resolve;
 use super::trunk::TILT;
 use crate::expect::Expectation;
 use crate::limits::Comparison;
@@ -193,7 +192,7 @@ impl Finding {
 pub(super) fn outcome(expectation: &Expectation, finding: Finding) -> Outcome {
     let finite = |value: f64| value.is_finite().then_some(value);
     let numbers = finding.comparison;
-    let unit = match resolve::unit(&expectation.claim) {
+    let unit = match expectation.unit() {
         Unit::Meter if finding.detail.contains(TILT) => Unit::Radian,
         unit => unit,
     };

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use twinrig_kernel::{SimDuration, SimTime, Unit};
+use twinrig_kernel::{SimDuration, SimTime};
 
 use super::compare::{CompareMeter, Source};
 use super::condition::SampledCondition;
@@ -99,35 +99,6 @@ fn cycle(
     };
     let meter = CycleMeter::new(claim.measure, claim.limits, control.period);
     Ok((Group::Plant, MonitorKind::Cycle(of, meter)))
-}
-
-/// Returns the unit of a claim's measure.
-pub(crate) fn unit(claim: &Claim) -> Unit {
-    match claim {
-        Claim::Footstep(claim) => claim.measure.unit(),
-        Claim::Gait(claim) => claim.measure.unit(),
-        Claim::Body(claim) => match claim {
-            BodyClaim::Speed(..) => Unit::MeterPerSecond,
-            BodyClaim::Height(_)
-            | BodyClaim::HeightRange(_)
-            | BodyClaim::Upright { .. }
-            | BodyClaim::Settles { .. } => Unit::Meter,
-            BodyClaim::Roll(_)
-            | BodyClaim::Pitch(_)
-            | BodyClaim::RollRange(_)
-            | BodyClaim::PitchRange(_)
-            | BodyClaim::YawDrift(_) => Unit::Radian,
-            BodyClaim::Recovers(..) => Unit::Second,
-        },
-        Claim::Timing(claim) => claim.measure.unit(),
-        Claim::Signal(claim) => match claim.mode {
-            SignalMode::Recovers(..) => Unit::Second,
-            _ => claim.unit,
-        },
-        Claim::Compare(claim) => claim.unit,
-        Claim::Sequence(claim) => claim.other.unit,
-        Claim::EnergyResidual(_) | Claim::Cost(..) => Unit::One,
-    }
 }
 
 /// Lookup of the signals of the trunk.

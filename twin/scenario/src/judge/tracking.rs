@@ -11,7 +11,9 @@ use super::gaited::GaitNumbers;
 use super::tracked::{TrackedDrive, TrackedLeg, TrackedLift, TrackingReport};
 use super::{Layouts, resolve};
 use crate::actuator::ActuatorKind;
-use crate::scene::{LeftOut, LegFact, Scene};
+use crate::facts::LegFact;
+use crate::left_out::LeftOut;
+use crate::scene::Scene;
 
 /// Distance from the torque–speed line, as a share of stall torque or no-load speed, within which a
 /// drive counts as saturated: torques and rates are means over a period.

@@ -5,8 +5,9 @@ use twinrig_kernel::{SimDuration, Unit};
 
 use super::signal::{COMPONENT as ELEMENT, LIMITS};
 use crate::compare::{CompareClaim, CompareMeasure, Operand};
+use crate::domain::Domain;
 use crate::language::{Declared, Key, PLACED, POSITIVE_DURATION, TableSpec, contextual, table};
-use crate::limits::{Domain, Limits};
+use crate::limits::Limits;
 use crate::read::limits::{limits, read, unit_of};
 
 const DELAYS: Domain = CompareMeasure::Delay {

@@ -7,11 +7,11 @@ use serde_json::json;
 use twinrig_document::{Item, Placed, Range, Reported};
 use twinrig_kernel::Unit;
 
+use crate::domain::Domain;
 use crate::expect::{Axis, CycleMark, FootstepClaim, FootstepMeasure, LegChoice};
 use crate::language::{
     Declared, Key, Shape, TableSpec, Type, Words, choice, contextual, quantity, table,
 };
-use crate::limits::Domain;
 use crate::options::Accepts;
 use crate::pattern::Pattern;
 use crate::read::limits::{limits_of, read};

@@ -16,9 +16,10 @@ use twinrig_document::{Item, Range, Reported};
 use twinrig_kernel::{SimDuration, SimTime, Unit};
 
 use super::limits::limits;
+use crate::domain::Domain;
 use crate::expect::{Claim, Expectation};
 use crate::language::{BOOLEAN, Key, Shape, TEXT, TableSpec, Type, contextual, table};
-use crate::limits::{Domain, Limits};
+use crate::limits::Limits;
 use crate::options::Accepts;
 use crate::scenario::PushSpec;
 
