@@ -408,8 +408,8 @@ fn feet(scene: &Scene, layouts: &Layouts<'_>) -> Vec<Foot> {
     let thresholds = Thresholds::of(scene);
     let legs = scene.legs.iter().enumerate();
     let feet = legs.filter_map(|(index, leg)| {
-        let (channel, load) = resolve::find(layouts, &foot_load(&leg.name))?;
-        let (other, position) = resolve::find(layouts, &foot_position(&leg.name))?;
+        let (channel, load) = layouts.find(&foot_load(&leg.name))?;
+        let (other, position) = layouts.find(&foot_position(&leg.name))?;
         (channel == other && load.len() == 1 && position.len() == 3).then(|| Foot {
             channel,
             load: load.start,
