@@ -30,7 +30,7 @@ mod trunk;
 mod until;
 
 use twinrig_kernel::SimTime;
-use twinrig_runtime::{BusSummary, EnergyBalance, Group, WorkCounts};
+use twinrig_runtime::Group;
 
 use crate::expect::{Claim, Expectation};
 use crate::facts::LegFact;
@@ -46,6 +46,7 @@ use outcome::{Finding, outcome};
 use steps::{ReferenceStep, RunFacts, StepMeter};
 use touch_downs::TouchDowns;
 
+pub use at_end::RunEnd;
 pub use channel::Layouts;
 pub use footstep::Footstep;
 pub use load_cycle::{LegCycle, LoadCycle};
@@ -55,23 +56,6 @@ pub use tracked::{
     TrackingReport,
 };
 pub use tracking::{CommandedGait, DriveLimits, Tracking};
-
-/// Final data of a run.
-#[derive(Clone, Copy, Debug)]
-pub struct RunEnd<'b> {
-    /// Time at which the run ended. If that is before the end of the scenario, no expectation
-    /// passes, unless a fall ended the run as configured and the window of the expectation was
-    /// complete.
-    pub at: SimTime,
-    /// Energy balance of the plant; none without a plant.
-    pub energy: Option<EnergyBalance>,
-    /// Work of the plant; none without a plant.
-    pub work: Option<WorkCounts>,
-    /// Simulated over wall-clock time; none if it was not measured.
-    pub real_time_factor: Option<f64>,
-    /// Traffic of the buses.
-    pub buses: &'b [BusSummary],
-}
 
 /// Footsteps of a run without changes that displacements refer to; see [`Judge::reference`].
 #[derive(Clone, Debug, PartialEq)]
