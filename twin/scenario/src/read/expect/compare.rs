@@ -3,7 +3,8 @@
 use twinrig_document::{Item, Placed, Reported};
 use twinrig_kernel::{SimDuration, Unit};
 
-use super::signal::{COMPONENT as ELEMENT, LIMITS};
+use super::element::ELEMENT;
+use super::signal::LIMITS;
 use crate::compare::{CompareClaim, CompareMeasure, Operand};
 use crate::domain::Domain;
 use crate::language::{Declared, Key, PLACED, POSITIVE_DURATION, TableSpec, contextual, table};
