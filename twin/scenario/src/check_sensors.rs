@@ -3,9 +3,10 @@
 use twinrig_document::{Problem, quantity_name, suggestion};
 use twinrig_kernel::{Direction, Port, SignalKind, Unit};
 
+use crate::facts::Facts;
 use crate::glob::matches;
 use crate::scenario::{Scenario, SensorSpec};
-use crate::scene::{Facts, SensedSignal};
+use crate::scene::SensedSignal;
 
 impl Scenario {
     /// Returns the inputs of the controller that have a sensor, in the order of the sensors.

@@ -5,9 +5,9 @@ use twinrig_kernel::{Port, Unit, signal};
 
 use crate::compare::{CompareClaim, Operand};
 use crate::expect::{SignalClaim, SignalMode};
+use crate::facts::Facts;
 use crate::gait::{GaitClaim, GaitMeasure};
 use crate::glob::{is_pattern, matches};
-use crate::scene::Facts;
 use crate::sequence::{Condition, SequenceClaim};
 
 /// Returns all signals of a scene.

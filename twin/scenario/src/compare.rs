@@ -3,7 +3,8 @@
 use twinrig_document::Placed;
 use twinrig_kernel::{SimDuration, Unit};
 
-use crate::limits::{Domain, Limits};
+use crate::domain::Domain;
+use crate::limits::Limits;
 
 /// A claim about a signal compared with another, which has the same unit.
 ///

@@ -5,9 +5,10 @@ use twinrig_kernel::{SimDuration, SimTime, Unit};
 use twinrig_runtime::WorkCounts;
 
 use crate::compare::CompareClaim;
+use crate::domain::Domain;
 use crate::gait::GaitClaim;
 use crate::language::Words;
-use crate::limits::{Domain, Limits};
+use crate::limits::Limits;
 use crate::pattern::Pattern;
 use crate::recovery::{Recovery, TrunkQuantity};
 use crate::sequence::{Condition, Relation, SequenceClaim};
@@ -343,7 +344,7 @@ pub enum CostMeasure {
 impl Expectation {
     /// Returns the unit of the measured value. A fall may be measured as an angle instead.
     pub fn unit(&self) -> Unit {
-        crate::judge::unit(&self.claim)
+        self.claim.unit()
     }
 
     /// Returns the time up to which a fall may change the measured value; none if any fall may. A

@@ -72,13 +72,17 @@ mod catalogue;
 mod check_sensors;
 mod check_signals;
 mod claim_limits;
+mod claim_unit;
 mod compare;
+mod domain;
 mod expect;
+mod facts;
 mod gait;
 mod glob;
 mod ground_below;
 mod judge;
 mod language;
+mod left_out;
 mod limits;
 mod loads;
 mod options;
@@ -99,6 +103,7 @@ pub use expect::{
     Along, Axis, BodyClaim, Claim, CostMeasure, CycleMark, Expectation, FootstepClaim,
     FootstepMeasure, LegChoice, SignalClaim, SignalMode, TimingClaim, TimingMeasure,
 };
+pub use facts::{Facts, LegFact};
 pub use gait::{Fitness, FitnessScales, FitnessTerms, GaitClaim, GaitMeasure};
 pub use glob::matches;
 pub use ground_below::GroundBelow;
@@ -107,6 +112,7 @@ pub use judge::{
     Outcome, Reference, RunEnd, SATURATED_SHARE_MAX, Similarity, TrackedDrive, TrackedLeg,
     TrackedLift, Tracking, TrackingReport, Verdict, Witness,
 };
+pub use left_out::LeftOut;
 pub use limits::{Comparison, Limits};
 pub use loads::{PayloadSpec, SurfaceSpec};
 pub use options::{Accepts, OptionSpec, OptionValue, Options};
@@ -118,6 +124,6 @@ pub use scenario::{
     Ground, Heights, IoSpec, LoadThreshold, ObserveSpec, PlantSpec, Profile, PulseShape, PushLoad,
     PushSite, PushSpec, RecordSpec, Scenario, SensorSpec, Setting, StartPose, Varied,
 };
-pub use scene::{Facts, LeftOut, LegFact, Scene, SensedSignal};
+pub use scene::{Scene, SensedSignal};
 pub use schema::schema;
 pub use sequence::{Condition, Relation, SequenceClaim};

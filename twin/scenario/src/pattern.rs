@@ -2,8 +2,8 @@
 
 use twinrig_document::Placed;
 
+use crate::facts::LegFact;
 use crate::language::Words;
-use crate::scene::LegFact;
 
 /// The phase of each leg's touch-down in the cycle of the first leg.
 #[derive(Clone, Debug, PartialEq)]

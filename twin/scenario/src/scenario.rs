@@ -9,9 +9,9 @@ use twinrig_runtime::{Change, Coupling, FaultKind, SensorModel, Timing};
 use crate::actuator::ActuatorSpec;
 use crate::expect::{BodyClaim, Claim, Expectation};
 use crate::language::Words;
+use crate::left_out::LeftOut;
 use crate::loads::{PayloadSpec, SurfaceSpec};
 use crate::options::Options;
-use crate::scene::LeftOut;
 
 /// A value that overrides one of the scenario file, as `--set KEY=VALUE` and `--plant MODEL` do.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use serde::Serialize;
 use twinrig_document::{DocumentError, Placed, Problem, suggestion};
 use twinrig_kernel::signal::{BODY_POSITION, BODY_RPY};
 use twinrig_kernel::{Direction, Port, Unit, signal};
@@ -12,42 +11,12 @@ use crate::check_signals::{
     check_comparison, check_gait, check_sequence, check_signal, signals, unknown_signal,
 };
 use crate::expect::{Claim, Expectation, FootstepMeasure, LegChoice, TimingClaim};
+use crate::facts::{Facts, LegFact};
 use crate::glob::matches;
 use crate::ground_below::GroundBelow;
+use crate::left_out::LeftOut;
 use crate::pattern::Pattern;
 use crate::scenario::{Base, PushSite, Scenario};
-
-/// A leg of the robot.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LegFact {
-    /// Name: `LF`.
-    pub name: String,
-    /// Whether it is in front of the centre of mass.
-    pub fore: bool,
-    /// Whether it is on the left side.
-    pub left: bool,
-}
-
-/// Properties of robot, plant and controller from which a scenario becomes a scene.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Facts {
-    /// The legs that [`Scenario::legs`] keeps.
-    pub legs: Vec<LegFact>,
-    /// The robot's weight \[N\].
-    pub weight: f64,
-    /// All outputs that the plant can provide for these legs.
-    pub plant_outputs: Vec<Port>,
-    /// Inputs and outputs of the controller; empty without one.
-    pub process_ports: Vec<Port>,
-    /// Counters of drivers and boards; empty without a bus.
-    pub diagnostics: Vec<Port>,
-    /// The plant outputs that boards measure.
-    pub measured: Vec<String>,
-    /// Patterns of the plant outputs that a recording of poses requires.
-    pub frame_signals: Vec<String>,
-    /// Ground for the detection of falls.
-    pub ground: GroundBelow,
-}
 
 /// A scenario reduced to its required parts.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,15 +48,6 @@ pub struct SensedSignal {
     pub signal: String,
     /// Unit of the sensor's errors: that of the signal, or radians for a rotation.
     pub unit: Unit,
-}
-
-/// An omitted part.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct LeftOut {
-    /// Name of the part.
-    pub part: String,
-    /// Reason for which it is not required.
-    pub why: String,
 }
 
 impl Scenario {

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::expect::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode};
+use crate::left_out::LeftOut;
 use crate::read::print_duration;
 use crate::scenario::Scenario;
-use crate::scene::LeftOut;
 use crate::sequence::{Relation, SequenceClaim};
 
 impl Scenario {

@@ -1,11 +1,28 @@
 //! Expectations of the whole run: energy balance and cost.
 
-use twinrig_runtime::{EnergyBalance, WorkCounts};
+use twinrig_kernel::SimTime;
+use twinrig_runtime::{BusSummary, EnergyBalance, WorkCounts};
 
-use super::RunEnd;
 use super::outcome::Finding;
 use crate::expect::CostMeasure;
 use crate::limits::Limits;
+
+/// Final data of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct RunEnd<'b> {
+    /// Time at which the run ended. If that is before the end of the scenario, no expectation
+    /// passes, unless a fall ended the run as configured and the window of the expectation was
+    /// complete.
+    pub at: SimTime,
+    /// Energy balance of the plant; none without a plant.
+    pub energy: Option<EnergyBalance>,
+    /// Work of the plant; none without a plant.
+    pub work: Option<WorkCounts>,
+    /// Simulated over wall-clock time; none if it was not measured.
+    pub real_time_factor: Option<f64>,
+    /// Traffic of the buses.
+    pub buses: &'b [BusSummary],
+}
 
 /// Least reference for the residual \[J\]. At rest the exchanged energy is round-off, and the
 /// residual is no small share of it.

@@ -7,8 +7,9 @@ use super::Monitor;
 use super::monitor::MonitorKind;
 use super::outcome::{Finding, Verdict};
 use crate::expect::{Claim, Expectation, SignalMode};
+use crate::facts::LegFact;
 use crate::glob::matches;
-use crate::scene::{LegFact, foot_load, foot_position};
+use crate::scene::{foot_load, foot_position};
 
 /// Returns the number of deadlines that the buses of a claim about timing missed in its window.
 pub(super) fn deadline_misses(

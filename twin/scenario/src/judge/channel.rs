@@ -1,5 +1,7 @@
 //! Layouts of the observed signals, and cycles with their events.
 
+use std::ops::Range;
+
 use twinrig_kernel::Layout;
 use twinrig_runtime::{Group, RunEvent};
 
@@ -37,6 +39,16 @@ impl Layouts<'_> {
             (Group::ProcessOutputs, self.process_outputs),
             (Group::Diagnostics, self.diagnostics),
         ]
+    }
+
+    /// Returns group and range of the signal `name`: that of the plant, or else that of the
+    /// controller or of the diagnostics.
+    pub(super) fn find(&self, name: &str) -> Option<(Group, Range<usize>)> {
+        let mut found = self
+            .groups()
+            .into_iter()
+            .filter_map(|(channel, layout)| Some((channel, layout.find(name)?)));
+        found.next()
     }
 }
 

@@ -4,7 +4,6 @@ use twinrig_kernel::Unit;
 use twinrig_runtime::Group;
 
 use super::Layouts;
-use super::resolve::find;
 use crate::limits::{Comparison, Limits};
 use crate::sequence::Condition;
 
@@ -21,7 +20,7 @@ pub(crate) struct SampledCondition {
 impl SampledCondition {
     /// Finds the element of a condition; the error is a reason for which it is unobserved.
     pub fn find(condition: &Condition, layouts: &Layouts<'_>) -> Result<Self, String> {
-        let found = find(layouts, &condition.name.value);
+        let found = layouts.find(&condition.name.value);
         let found = found.filter(|(_, range)| condition.component < range.len());
         let (group, range) =
             found.ok_or_else(|| format!("there is no signal {}", condition.name.value))?;

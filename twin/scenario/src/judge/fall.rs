@@ -2,7 +2,7 @@
 
 use twinrig_kernel::SimTime;
 
-use super::{Group, Layouts, resolve};
+use super::{Group, Layouts};
 use crate::ground_below::GroundBelow;
 use crate::scenario::FallSpec;
 use crate::scene::Scene;
@@ -26,7 +26,7 @@ pub(super) struct FallDetector {
 impl FallDetector {
     pub fn new(scene: &Scene, layouts: &Layouts<'_>) -> Self {
         let find_vector = |name| {
-            let (channel, range) = resolve::find(layouts, name)?;
+            let (channel, range) = layouts.find(name)?;
             (range.len() == 3).then_some((channel, range.start))
         };
         FallDetector {

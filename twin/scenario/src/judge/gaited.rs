@@ -3,11 +3,11 @@
 use twinrig_kernel::{SimTime, signal};
 use twinrig_runtime::Group;
 
+use super::Layouts;
 use super::footstep::Footstep;
 use super::gait::{Transport, Work};
 use super::tracked::Similarity;
 use super::tracker::seconds;
-use super::{Layouts, resolve};
 use crate::scene::Scene;
 
 /// Observer of a gait of full size.
@@ -24,9 +24,9 @@ pub(super) struct GaitNumbers {
 impl GaitNumbers {
     /// Creates the observer; none where nothing observes the trunk.
     pub fn new(scene: &Scene, layouts: &Layouts<'_>) -> Option<Self> {
-        let (group, position) = resolve::find(layouts, signal::BODY_POSITION)?;
+        let (group, position) = layouts.find(signal::BODY_POSITION)?;
         let together = |name: &str| {
-            let found = resolve::find(layouts, name).filter(|(other, _)| *other == group);
+            let found = layouts.find(name).filter(|(other, _)| *other == group);
             found.map(|(_, range)| range.start).ok_or(())
         };
         let yaw = together(signal::BODY_RPY).ok()? + 2;

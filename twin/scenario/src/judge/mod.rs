@@ -30,10 +30,11 @@ mod trunk;
 mod until;
 
 use twinrig_kernel::SimTime;
-use twinrig_runtime::{BusSummary, EnergyBalance, Group, WorkCounts};
+use twinrig_runtime::Group;
 
 use crate::expect::{Claim, Expectation};
-use crate::scene::{LegFact, Scene, foot_load, foot_position};
+use crate::facts::LegFact;
+use crate::scene::{Scene, foot_load, foot_position};
 use at_end::{cost, energy};
 use channel::{Cycle, CycleEvent};
 use fall::FallDetector;
@@ -45,33 +46,16 @@ use outcome::{Finding, outcome};
 use steps::{ReferenceStep, RunFacts, StepMeter};
 use touch_downs::TouchDowns;
 
+pub use at_end::RunEnd;
 pub use channel::Layouts;
 pub use footstep::Footstep;
 pub use load_cycle::{LegCycle, LoadCycle};
 pub use outcome::{Outcome, Verdict, Witness};
-pub(crate) use resolve::unit;
 pub use tracked::{
     LIFT_SHARE_MIN, SATURATED_SHARE_MAX, Similarity, TrackedDrive, TrackedLeg, TrackedLift,
     TrackingReport,
 };
 pub use tracking::{CommandedGait, DriveLimits, Tracking};
-
-/// Final data of a run.
-#[derive(Clone, Copy, Debug)]
-pub struct RunEnd<'b> {
-    /// Time at which the run ended. If that is before the end of the scenario, no expectation
-    /// passes, unless a fall ended the run as configured and the window of the expectation was
-    /// complete.
-    pub at: SimTime,
-    /// Energy balance of the plant; none without a plant.
-    pub energy: Option<EnergyBalance>,
-    /// Work of the plant; none without a plant.
-    pub work: Option<WorkCounts>,
-    /// Simulated over wall-clock time; none if it was not measured.
-    pub real_time_factor: Option<f64>,
-    /// Traffic of the buses.
-    pub buses: &'b [BusSummary],
-}
 
 /// Footsteps of a run without changes that displacements refer to; see [`Judge::reference`].
 #[derive(Clone, Debug, PartialEq)]
@@ -408,8 +392,8 @@ fn feet(scene: &Scene, layouts: &Layouts<'_>) -> Vec<Foot> {
     let thresholds = Thresholds::of(scene);
     let legs = scene.legs.iter().enumerate();
     let feet = legs.filter_map(|(index, leg)| {
-        let (channel, load) = resolve::find(layouts, &foot_load(&leg.name))?;
-        let (other, position) = resolve::find(layouts, &foot_position(&leg.name))?;
+        let (channel, load) = layouts.find(&foot_load(&leg.name))?;
+        let (other, position) = layouts.find(&foot_position(&leg.name))?;
         (channel == other && load.len() == 1 && position.len() == 3).then(|| Foot {
             channel,
             load: load.start,

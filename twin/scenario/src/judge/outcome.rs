@@ -4,8 +4,6 @@ use serde::Serialize;
 use twinrig_document::Place;
 use twinrig_kernel::{SimTime, Unit};
 
-use super::resolve;
-use super::trunk::TILT;
 use crate::expect::Expectation;
 use crate::limits::Comparison;
 
@@ -102,6 +100,8 @@ impl Outcome {
 
 /// Detail of a signal that is not finite.
 const NOT_A_NUMBER: &str = "not a number";
+/// Part of the detail of a finding of the trunk whose values are angles instead of heights.
+pub(super) const TILT: &str = "greatest tilt";
 
 /// An outcome without the data of its expectation.
 #[derive(Clone, Debug, PartialEq)]
@@ -193,7 +193,7 @@ impl Finding {
 pub(super) fn outcome(expectation: &Expectation, finding: Finding) -> Outcome {
     let finite = |value: f64| value.is_finite().then_some(value);
     let numbers = finding.comparison;
-    let unit = match resolve::unit(&expectation.claim) {
+    let unit = match expectation.unit() {
         Unit::Meter if finding.detail.contains(TILT) => Unit::Radian,
         unit => unit,
     };

@@ -1,8 +1,6 @@
 //! Construction of the monitors of expectations.
 
-use std::ops::Range;
-
-use twinrig_kernel::{SimDuration, SimTime, Unit};
+use twinrig_kernel::{SimDuration, SimTime};
 
 use super::compare::{CompareMeter, Source};
 use super::condition::SampledCondition;
@@ -27,16 +25,6 @@ use crate::scenario::Scenario;
 use crate::scene::Scene;
 use crate::sequence::{Relation, SequenceClaim};
 use twinrig_kernel::signal::{BODY_POSITION, BODY_RPY};
-
-/// Returns group and range of the signal `name`: that of the plant, or else that of the controller
-/// or of the diagnostics.
-pub(super) fn find(layouts: &Layouts<'_>, name: &str) -> Option<(Group, Range<usize>)> {
-    let mut found = layouts
-        .groups()
-        .into_iter()
-        .filter_map(|(channel, layout)| Some((channel, layout.find(name)?)));
-    found.next()
-}
 
 /// Returns the monitor of `expectation`. `feet` is the group that contains the signals of feet.
 pub(super) fn monitor(
@@ -101,41 +89,12 @@ fn cycle(
     Ok((Group::Plant, MonitorKind::Cycle(of, meter)))
 }
 
-/// Returns the unit of a claim's measure.
-pub(crate) fn unit(claim: &Claim) -> Unit {
-    match claim {
-        Claim::Footstep(claim) => claim.measure.unit(),
-        Claim::Gait(claim) => claim.measure.unit(),
-        Claim::Body(claim) => match claim {
-            BodyClaim::Speed(..) => Unit::MeterPerSecond,
-            BodyClaim::Height(_)
-            | BodyClaim::HeightRange(_)
-            | BodyClaim::Upright { .. }
-            | BodyClaim::Settles { .. } => Unit::Meter,
-            BodyClaim::Roll(_)
-            | BodyClaim::Pitch(_)
-            | BodyClaim::RollRange(_)
-            | BodyClaim::PitchRange(_)
-            | BodyClaim::YawDrift(_) => Unit::Radian,
-            BodyClaim::Recovers(..) => Unit::Second,
-        },
-        Claim::Timing(claim) => claim.measure.unit(),
-        Claim::Signal(claim) => match claim.mode {
-            SignalMode::Recovers(..) => Unit::Second,
-            _ => claim.unit,
-        },
-        Claim::Compare(claim) => claim.unit,
-        Claim::Sequence(claim) => claim.other.unit,
-        Claim::EnergyResidual(_) | Claim::Cost(..) => Unit::One,
-    }
-}
-
 /// Lookup of the signals of the trunk.
 struct Trunk<'l>(&'l Layouts<'l>);
 
 impl Trunk<'_> {
     fn vector(&self, name: &str) -> Result<(Group, usize), String> {
-        match find(self.0, name) {
+        match self.0.find(name) {
             Some((channel, range)) if range.len() == 3 => Ok((channel, range.start)),
             _ => Err(format!("there is no signal {name}")),
         }
@@ -272,7 +231,9 @@ fn compare(
 ) -> Result<(Group, MonitorKind), String> {
     let source = |operand: &Operand| {
         let component = operand.component.unwrap_or(0);
-        let found = find(layouts, &operand.name.value).filter(|(_, range)| component < range.len());
+        let found = layouts
+            .find(&operand.name.value)
+            .filter(|(_, range)| component < range.len());
         let (group, range) =
             found.ok_or_else(|| format!("there is no signal {}", operand.name.value))?;
         Ok::<_, String>(Source {

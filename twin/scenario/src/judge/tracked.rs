@@ -2,7 +2,7 @@
 
 use twinrig_kernel::SimTime;
 
-use crate::scene::LeftOut;
+use crate::left_out::LeftOut;
 
 /// Least share of the commanded step height that feet should lift: below half of it most of the
 /// swing is not made, and the foot passes over half of the obstacles only that the gait is made

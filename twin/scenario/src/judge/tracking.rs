@@ -6,12 +6,14 @@ use twinrig_kernel::SimTime;
 use twinrig_kernel::signal::{DRIVES, FOOT_CLEARANCE, command, of_leg};
 use twinrig_runtime::Group;
 
+use super::Layouts;
 use super::footstep::Footstep;
 use super::gaited::GaitNumbers;
 use super::tracked::{TrackedDrive, TrackedLeg, TrackedLift, TrackingReport};
-use super::{Layouts, resolve};
 use crate::actuator::ActuatorKind;
-use crate::scene::{LeftOut, LegFact, Scene};
+use crate::facts::LegFact;
+use crate::left_out::LeftOut;
+use crate::scene::Scene;
 
 /// Distance from the torque–speed line, as a share of stall torque or no-load speed, within which a
 /// drive counts as saturated: torques and rates are means over a period.
@@ -357,7 +359,7 @@ fn leg_tracking(
             continue;
         };
         is_commanded = true;
-        let Some((group, position)) = resolve::find(layouts, &of_leg(&leg.name, position)) else {
+        let Some((group, position)) = layouts.find(&of_leg(&leg.name, position)) else {
             let why = format!("nothing observes leg/*/{position}");
             omit(
                 left_out,
@@ -367,7 +369,7 @@ fn leg_tracking(
             continue;
         };
         let signal = of_leg(&leg.name, torque);
-        let found = resolve::find(layouts, &signal).filter(|(other, _)| *other == group);
+        let found = layouts.find(&signal).filter(|(other, _)| *other == group);
         let limits = gait.limits.map(|limits| limits[index]);
         if found.is_none() && limits.is_some() {
             let why = format!("nothing observes leg/*/{torque}");
@@ -386,7 +388,7 @@ fn leg_tracking(
             full: DriveStatistics::default(),
         });
     }
-    let clearance = resolve::find(layouts, &of_leg(&leg.name, FOOT_CLEARANCE));
+    let clearance = layouts.find(&of_leg(&leg.name, FOOT_CLEARANCE));
     if clearance.is_none() && step_height.is_some() && is_commanded {
         let why = format!("nothing observes leg/*/{FOOT_CLEARANCE}");
         omit(left_out, LIFT, &why);

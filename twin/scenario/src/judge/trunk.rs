@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use twinrig_kernel::SimTime;
 
-use super::outcome::Finding;
+use super::outcome::{Finding, TILT};
 use super::tracker::{Extremes, Site};
 use crate::expect::Along;
 use crate::limits::Limits;
@@ -182,9 +182,6 @@ pub(crate) struct Upright {
     /// Side to which it first was tilted too far.
     side: &'static str,
 }
-
-/// Part of the detail of a finding of [`Upright`] whose values are angles instead of heights.
-pub(crate) const TILT: &str = "greatest tilt";
 
 impl Upright {
     pub fn new(height: usize, roll: usize, share: f64, tilt: f64) -> Self {

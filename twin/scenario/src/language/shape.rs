@@ -4,7 +4,7 @@ use twinrig_document::{Range, quantity_name};
 use twinrig_kernel::Unit;
 
 use super::TableSpec;
-use crate::limits::Domain;
+use crate::domain::Domain;
 use crate::options::Accepts;
 
 /// Accepted values of a key of a built-in table.

@@ -5,9 +5,9 @@ use twinrig_kernel::{SimDuration, SimTime, Unit};
 use twinrig_runtime::FaultKind;
 
 use super::changes::time_within_run;
+use super::code;
+use super::names::{distinct_names, kind};
 use super::options::options;
-use super::root_table::FAULT;
-use super::{code, distinct_names, kind};
 use crate::catalogue::Kind;
 use crate::language::{
     BOOLEAN, DURATION, Declared, Key, POSITIVE_DURATION, Part, Shape, TableSpec, Type, Words,
@@ -155,6 +155,7 @@ pub(super) fn fault(item: &Item<'_>, run: SimDuration) -> Result<FaultSpec, Repo
 /// kind of the bus.
 pub(super) fn check_sites(
     root: Declared<'_, '_>,
+    key: &Key<()>,
     buses: &[BusSpec],
     faults: &[FaultSpec],
 ) -> Result<(), Reported> {
@@ -180,12 +181,12 @@ pub(super) fn check_sites(
         };
         let message = format!("there is no wire `{on}` in this scene");
         let item = root
-            .item(&FAULT)
+            .item(key)
             .and_then(|item| item.list().ok()?.into_iter().nth(n));
         let item = item.and_then(|item| item.peek(fault_table::ON.name));
         checked = Err(match item {
             Some(item) => item.report(message, help),
-            None => root.report(&FAULT, message, help),
+            None => root.report(key, message, help),
         });
     }
     checked

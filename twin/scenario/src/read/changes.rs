@@ -8,7 +8,6 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::Change;
 
 use super::checks::above_nyquist;
-use super::root_table::CHANGE;
 use super::{code, controller, print_duration};
 use crate::catalogue::{Catalogue, Kind};
 use crate::language::{
@@ -43,16 +42,17 @@ const REPETITIONS: Type<u64> = Type::new(Shape::One(Accepts::Natural(1..=MOST)),
 /// variables at run time, their ranges are checked here.
 pub(super) fn changes(
     root: Declared<'_, '_>,
+    key: &Key<()>,
     control: Result<Option<&ControllerSpec>, Reported>,
     catalogue: &Catalogue,
     run: SimDuration,
 ) -> Result<Vec<ChangeSpec>, Reported> {
-    let Some(items) = root.get_with(&CHANGE, Item::list)? else {
+    let Some(items) = root.get_with(key, Item::list)? else {
         return Ok(Vec::new());
     };
     let Some(control) = control? else {
         let help = "add a [controller], or remove the changes";
-        return Err(root.report(&CHANGE, "there is no controller to change", help));
+        return Err(root.report(key, "there is no controller to change", help));
     };
     let mut kinds = catalogue.controllers.iter();
     let Some(kind) = kinds.find(|kind| kind.name == control.kind) else {

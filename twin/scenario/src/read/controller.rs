@@ -5,7 +5,7 @@ use twinrig_kernel::SimDuration;
 use twinrig_runtime::Timing;
 
 use super::checks::above_nyquist;
-use super::kind;
+use super::names::kind;
 use super::options::options;
 use super::time::TIME;
 use crate::catalogue::{Kind, VariableSpec};

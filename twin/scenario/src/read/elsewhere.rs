@@ -2,7 +2,7 @@
 
 use twinrig_document::DocumentError;
 
-use super::root_table;
+use super::root::root_table;
 use crate::catalogue::{Catalogue, Kind, VariableSpec};
 use crate::language::{KeySpec, TableSpec};
 

@@ -1,15 +1,46 @@
-//! Reading a scenario from its document.
+//! Reading a scenario from its file.
 
 use std::path::Path;
 
 use twinrig_document::{Document, DocumentError, Problem};
 
-use super::{Source, elsewhere, read, root_table};
+use super::elsewhere;
+use super::root::{Source, read, root_table};
 use crate::catalogue::Catalogue;
 use crate::scenario::{Scenario, Setting};
 
+impl Scenario {
+    /// Reads the scenario file at `path` and applies `settings`.
+    ///
+    /// # Errors
+    /// The file cannot be read, or its content is invalid: all problems, each with its position.
+    pub fn load(
+        path: &Path,
+        settings: &[Setting],
+        catalogue: &Catalogue,
+    ) -> Result<Self, DocumentError> {
+        let document = Document::read(path)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        scenario(document, folder, settings, catalogue)
+    }
+
+    /// Reads the scenario `text`, which messages call `file`; robots are searched from `folder`.
+    ///
+    /// # Errors
+    /// All problems, each with its position.
+    pub fn parse(
+        file: &str,
+        text: &str,
+        folder: &Path,
+        settings: &[Setting],
+        catalogue: &Catalogue,
+    ) -> Result<Self, DocumentError> {
+        scenario(Document::parse(file, text)?, folder, settings, catalogue)
+    }
+}
+
 /// Reads a scenario from a document.
-pub(super) fn scenario(
+fn scenario(
     mut document: Document,
     folder: &Path,
     settings: &[Setting],

@@ -4,8 +4,9 @@ use serde_json::json;
 use twinrig_document::{Item, Range, Reported, print_quantity};
 use twinrig_kernel::Unit;
 
+use crate::domain::Domain;
 use crate::language::{Declared, Key, KeySpec, Shape, TableSpec, Type, contextual, table};
-use crate::limits::{Domain, Limits};
+use crate::limits::Limits;
 
 table! {
     /// Keys of limits.

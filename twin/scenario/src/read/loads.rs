@@ -6,9 +6,9 @@ use twinrig_document::{Item, Range, Reported};
 use twinrig_kernel::{SimDuration, SimTime, Unit};
 
 use super::changes::time_within_run;
-use super::root_table::{PAYLOAD, SURFACE};
+use super::code;
+use super::names::distinct_names;
 use super::vector::PLACE;
-use super::{code, distinct_names};
 use crate::language::{
     Declared, Key, POSITIVE_DURATION, Shape, TEXT, TableSpec, contextual, quantity, table,
 };
@@ -47,10 +47,11 @@ table! {
 /// Reads all payloads and surfaces into the plant.
 pub(super) fn loads(
     root: Declared<'_, '_>,
+    [payload_key, surface_key]: [&Key<()>; 2],
     plant: Result<PlantSpec, Reported>,
     run: SimDuration,
 ) -> Result<PlantSpec, Reported> {
-    let payloads = root.get_with(&PAYLOAD, |item| {
+    let payloads = root.get_with(payload_key, |item| {
         let items = item.list()?;
         let numbered = items.iter().enumerate();
         let payloads = numbered.map(|(index, item)| payload(item, index));
@@ -58,13 +59,13 @@ pub(super) fn loads(
         distinct_names(&items, &payloads, |payload| &payload.name, "payloads")?;
         Ok(payloads)
     });
-    let surfaces = root.get_with(&SURFACE, |item| item.each(|item| surface(item, run)));
+    let surfaces = root.get_with(surface_key, |item| item.each(|item| surface(item, run)));
     let (mut plant, payloads, surfaces) = (plant?, payloads?, surfaces?);
     if let Some(payloads) = payloads {
         if plant.is_standalone {
             let message = format!("the plant `{}` has no trunk of a robot file", plant.model);
             let help = "leave the payloads out, or put them into the model";
-            return Err(root.report(&PAYLOAD, message, help));
+            return Err(root.report(payload_key, message, help));
         }
         plant.payloads = payloads;
     }
@@ -83,7 +84,7 @@ pub(super) fn loads(
                     "set `ground` in [plant], or leave the surfaces out",
                 )
             };
-            return Err(root.report(&SURFACE, message, help));
+            return Err(root.report(surface_key, message, help));
         };
         ground.surfaces = surfaces;
     }

@@ -7,7 +7,7 @@ use twinrig_kernel::{SimDuration, Unit};
 use twinrig_runtime::Coupling;
 
 use super::coupling::{coupling, coupling_table};
-use super::kind;
+use super::names::kind;
 use super::options::options;
 use crate::catalogue::{Catalogue, Kind};
 use crate::language::{

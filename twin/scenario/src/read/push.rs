@@ -6,8 +6,9 @@ use twinrig_document::{Item, Range, Reported};
 use twinrig_kernel::{SimDuration, SimTime, Unit, signal};
 
 use super::changes::time_within_run;
+use super::names::distinct_names;
 use super::vector::{PLACE, three, vector};
-use super::{code, distinct_names, print_duration};
+use super::{code, print_duration};
 use crate::catalogue::Catalogue;
 use crate::language::{
     Declared, Key, POSITIVE_DURATION, Shape, TEXT, TableSpec, Type, Words, choice, contextual,

@@ -5,7 +5,6 @@ use twinrig_document::{Item, Placed, Range, Reported};
 use twinrig_kernel::{SimDuration, Unit};
 use twinrig_runtime::{SensorModel, Timing};
 
-use super::root_table::SENSOR;
 use super::time::TIME;
 use super::{code, print_duration};
 use crate::language::{
@@ -51,14 +50,15 @@ table! {
 /// Reads all `[[sensor]]`; `has_controller` is none if its table has a problem.
 pub(super) fn sensors(
     root: Declared<'_, '_>,
+    key: &Key<()>,
     has_controller: Option<bool>,
     run: SimDuration,
 ) -> Result<Vec<SensorSpec>, Reported> {
     let read = |item: &Item<'_>| item.each(|item| sensor(item, run));
-    let sensors = root.get_with(&SENSOR, read)?.unwrap_or_default();
+    let sensors = root.get_with(key, read)?.unwrap_or_default();
     if !sensors.is_empty() && has_controller == Some(false) {
         let help = "add a [controller], or remove the sensors";
-        return Err(root.report(&SENSOR, "there is no controller that reads sensors", help));
+        return Err(root.report(key, "there is no controller that reads sensors", help));
     }
     Ok(sensors)
 }

@@ -4,10 +4,7 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value, json};
 
-use super::builders::{
-    by_value, described, object, only_keys, open_object, or_table, quantity, reference,
-};
-use super::tables::accepted;
+use super::builders::{by_value, object, only_keys, open_object, or_table, quantity, reference};
 use crate::catalogue::{Kind, VariableSpec};
 
 /// Properties that all kinds of a part have in common.
@@ -29,10 +26,12 @@ pub(super) struct Common<'a> {
 /// One key may have different meanings in several kinds, and none in others. `properties` therefore
 /// lists all keys: with their values where these are equal in all kinds, else with the union of the
 /// values, for editors. The case of a kind has the exact values. `more` is an additional case, for
-/// a value that is not a kind of the build.
+/// a value that is not a kind of the build. `all` has the keys that each kind declares, with the
+/// schemas of their values.
 pub(super) fn with_kinds(
     common: &Common<'_>,
     kinds: &[Kind],
+    all: &[Vec<(String, Value)>],
     more: Option<(&str, Value)>,
     defs: &mut Map<String, Value>,
 ) -> Value {
@@ -42,7 +41,6 @@ pub(super) fn with_kinds(
     properties[common.key] = json!({ "enum": names });
     // The keys of a kind that is not in this build may be unknown.
     let open = kinds.iter().any(is_open);
-    let all: Vec<Vec<(String, Value)>> = kinds.iter().map(keys).collect();
     let mut names: Vec<&str> = Vec::new();
     for (name, _) in all.iter().flatten() {
         if !names.contains(&name.as_str()) {
@@ -64,7 +62,7 @@ pub(super) fn with_kinds(
                 schema.clone()
             }
             _ => {
-                let cases = kinds.iter().zip(&all);
+                let cases = kinds.iter().zip(all);
                 let cases = cases.filter(|(_, keys)| keys.iter().any(|(key, _)| key == name));
                 let cases = cases.map(|(kind, _)| reference(&definition(common, kind, name)));
                 json!({ "anyOf": cases.chain([json!({})]).collect::<Vec<_>>() })
@@ -72,7 +70,7 @@ pub(super) fn with_kinds(
         };
     }
     let mut cases = Vec::new();
-    for (kind, keys) in kinds.iter().zip(&all) {
+    for (kind, keys) in kinds.iter().zip(all) {
         let mut narrowed = Map::new();
         for (name, schema) in keys
             .iter()
@@ -129,25 +127,9 @@ fn case(
     Value::Object(case)
 }
 
-/// Returns the keys that a kind declares, with the schemas of their values.
-fn keys(kind: &Kind) -> Vec<(String, Value)> {
-    let mut keys: Vec<(String, Value)> = Vec::new();
-    for option in &kind.options {
-        let schema = described(&option.about, accepted(&option.accepts));
-        keys.push((option.name.clone(), schema));
-    }
-    for variable in &kind.variables {
-        if !keys.iter().any(|(key, _)| key == variable.key()) {
-            let schema = described(&variable.about, of_variable(kind, variable));
-            keys.push((variable.key().to_owned(), schema));
-        }
-    }
-    keys
-}
-
 /// Returns the schema of a variable: one value, or one for each of its groups. The names of groups
 /// that are legs depend on the robot.
-fn of_variable(kind: &Kind, variable: &VariableSpec) -> Value {
+pub(super) fn of_variable(kind: &Kind, variable: &VariableSpec) -> Value {
     let of = |variable: &VariableSpec| quantity(variable.unit, &variable.range);
     let variables = kind.variables_of(variable.key());
     let grouped = variables.iter().filter_map(|one| Some((one.group()?, one)));

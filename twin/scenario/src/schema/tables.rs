@@ -8,7 +8,7 @@ use super::builders::{
     any_quantity, boolean, by_value, described, duration, list, natural, object, only_keys,
     open_object, or_table, positive_duration, quantity, reference, table_of, text,
 };
-use super::kinds::{Common, with_kinds};
+use super::kinds::{Common, of_variable, with_kinds};
 use crate::catalogue::{Catalogue, Kind};
 use crate::language::{KeySpec, Part, Presence, Shape, TableSpec};
 use crate::options::Accepts;
@@ -77,7 +77,9 @@ impl<'c> Tables<'c> {
         };
         let none = (NO_CONTROLLER, only_keys([common.key]));
         let more = (part == Part::Controller).then_some(none);
-        with_kinds(&common, self.kinds(part), more, &mut self.defs)
+        let kinds = self.kinds(part);
+        let declared: Vec<_> = kinds.iter().map(declared_keys).collect();
+        with_kinds(&common, kinds, &declared, more, &mut self.defs)
     }
 
     fn kinds(&self, part: Part) -> &'c [Kind] {
@@ -181,7 +183,7 @@ impl<'c> Tables<'c> {
 }
 
 /// Returns the schema of the values that an option accepts.
-pub(super) fn accepted(accepts: &Accepts) -> Value {
+fn accepted(accepts: &Accepts) -> Value {
     match accepts {
         Accepts::Quantity { unit, range } => quantity(*unit, range),
         Accepts::Duration => duration(),
@@ -210,6 +212,22 @@ pub(super) fn accepted(accepts: &Accepts) -> Value {
             json!({ "anyOf": [one, table_of(&one)] })
         }
     }
+}
+
+/// Returns the keys that a kind declares, with the schemas of their values.
+fn declared_keys(kind: &Kind) -> Vec<(String, Value)> {
+    let mut keys: Vec<(String, Value)> = Vec::new();
+    for option in &kind.options {
+        let schema = described(&option.about, accepted(&option.accepts));
+        keys.push((option.name.clone(), schema));
+    }
+    for variable in &kind.variables {
+        if !keys.iter().any(|(key, _)| key == variable.key()) {
+            let schema = described(&variable.about, of_variable(kind, variable));
+            keys.push((variable.key().to_owned(), schema));
+        }
+    }
+    keys
 }
 
 /// Returns a table whose key `selector` defines its further keys.

@@ -2,8 +2,8 @@
 
 use twinrig_kernel::{SimDuration, SimTime};
 
+use super::found::{Found, NOTHING};
 use super::moments::ValueRange;
-use super::{Found, NOTHING};
 use crate::judge::tracker::seconds;
 
 /// Greatest number of lags on either side of zero. More pairs than that within the range are

@@ -2,6 +2,7 @@
 //! allocation.
 
 mod delay;
+mod found;
 mod moments;
 mod pairs;
 mod peaks;
@@ -14,6 +15,7 @@ use super::tracker::Extremes;
 use crate::compare::CompareMeasure;
 use crate::limits::Limits;
 use delay::Delay;
+use found::NOTHING;
 use moments::Moments;
 use pairs::Pairs;
 use peaks::Peaks;
@@ -123,12 +125,6 @@ impl CompareMeter {
         }
     }
 }
-
-/// Reason for which no pair was observed.
-const NOTHING: &str = "there is no observation of both signals in its window";
-
-/// Measured value and a detail, or the reason for which it is unobserved.
-type Found = Result<(f64, String), String>;
 
 impl Statistic {
     fn new(measure: CompareMeasure, period: SimDuration) -> Self {

@@ -1,6 +1,6 @@
 //! First and second moments of pairs of values.
 
-use super::{Found, NOTHING};
+use super::found::{Found, NOTHING};
 
 /// Range of a signal, relative to its greatest magnitude, below which it counts as constant: far
 /// above round-off, far below anything measured.

@@ -1,6 +1,6 @@
 //! Maxima of two signals in the periods of the second.
 
-use super::Found;
+use super::found::Found;
 
 /// Least number of periods for a finding.
 const MIN_PERIODS: u64 = 3;

@@ -6,7 +6,6 @@ use twinrig_kernel::{SimTime, signal};
 use twinrig_runtime::Group;
 
 use crate::judge::Layouts;
-use crate::judge::resolve::find;
 
 /// Phase of a leg in the samples of the controller.
 #[derive(Clone, Copy, Debug)]
@@ -21,8 +20,9 @@ pub(super) struct Phase {
 impl Phase {
     pub fn find(layouts: &Layouts<'_>, leg: &str) -> Result<Self, String> {
         let name = signal::of_leg(leg, signal::PHASE);
-        let (group, range) =
-            find(layouts, &name).ok_or_else(|| format!("there is no signal {name}"))?;
+        let (group, range) = layouts
+            .find(&name)
+            .ok_or_else(|| format!("there is no signal {name}"))?;
         Ok(Self {
             group,
             element: range.start,

@@ -13,7 +13,6 @@ use twinrig_runtime::Group;
 use super::Layouts;
 use super::footstep::{Footstep, Thresholds};
 use super::outcome::Finding;
-use super::resolve::find;
 use super::tracker::Extremes;
 use crate::gait::{Fitness, FitnessScales, FitnessTerms, GaitClaim, GaitMeasure};
 use crate::scene::{Scene, foot_load};
@@ -63,7 +62,7 @@ impl GaitMeter {
         thresholds: Thresholds,
     ) -> Result<(Group, Self), String> {
         let missing = |name: &str| format!("there is no signal {name}");
-        let observed = |name: &str| find(layouts, name).ok_or_else(|| missing(name));
+        let observed = |name: &str| layouts.find(name).ok_or_else(|| missing(name));
         let (group, position) = observed(signal::BODY_POSITION)?;
         let together = |name: &str| match observed(name)? {
             (other, range) if other == group => Ok(range.start),

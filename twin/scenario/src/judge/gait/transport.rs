@@ -12,7 +12,7 @@ pub(super) const GRAVITY: f64 = 9.81;
 
 /// Transport of the trunk, and work of the drives for it.
 #[derive(Clone, Debug)]
-pub(in crate::judge) struct Transport {
+pub(crate) struct Transport {
     /// Index of x of the trunk's position; y and z follow.
     position: usize,
     yaw: usize,
@@ -27,7 +27,7 @@ pub(in crate::judge) struct Transport {
 
 /// Part of a run from one observation to the next.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::judge) struct Passage {
+pub(crate) struct Passage {
     /// Duration; 0 at the first observation \[s\].
     pub elapsed: f64,
     /// Speed of the trunk \[m/s\].

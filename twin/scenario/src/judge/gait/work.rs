@@ -5,7 +5,7 @@ use twinrig_kernel::signal;
 /// Positive work of the drives: none of them recovers energy. The power is that of the mean torque
 /// of two observations.
 #[derive(Clone, Debug)]
-pub(in crate::judge) struct Work {
+pub(crate) struct Work {
     /// Indices of angle and torque of each drive.
     drives: Vec<(usize, usize)>,
     /// Last angle \[rad\] and torque \[N·m\] of each.

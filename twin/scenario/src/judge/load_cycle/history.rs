@@ -2,8 +2,6 @@
 
 use twinrig_kernel::SimTime;
 
-use super::LOOKAHEAD_S;
-use super::repetition::LONGEST_S;
 use crate::judge::footstep::Thresholds;
 
 /// Interval of the stored sums \[ns\]: a tenth of the shortest period.
@@ -12,7 +10,8 @@ const INTERVAL_S: f64 = INTERVAL_NS as f64 * 1e-9;
 /// Number of stored instants: the time up to which a cycle is found, and two and a half periods
 /// before, as its centre may be half a period before the time about which it is searched.
 const CAPACITY: usize = 2752;
-const _: () = assert!(CAPACITY as f64 * INTERVAL_S > LOOKAHEAD_S + 2.5 * LONGEST_S);
+/// Time that the stored instants span \[s\].
+pub(super) const SPAN_S: f64 = CAPACITY as f64 * INTERVAL_S;
 
 /// Quantity of a leg that is summed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

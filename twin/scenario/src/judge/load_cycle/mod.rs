@@ -24,13 +24,14 @@ use std::f64::consts::TAU;
 use twinrig_kernel::{SimDuration, SimTime};
 
 use super::footstep::Thresholds;
-use history::{History, Quantity};
+use history::{History, Quantity, SPAN_S};
 pub(super) use readers::LoadReaders;
 use repetition::{BINS, LONGEST_S, Window};
 
 /// Simulated time between a cycle and the samples with which it is found \[s\]: a window of one
 /// period about the next cycle, of the longest period, for a cycle at the start of the run.
 const LOOKAHEAD_S: f64 = 3.0 * LONGEST_S;
+const _: () = assert!(SPAN_S > LOOKAHEAD_S + 2.5 * LONGEST_S);
 /// Time between two searches where the loads do not repeat \[s\].
 const SEARCH_STEP_S: f64 = 0.1;
 /// Least magnitude of the first Fourier coefficient of a leg that has a phase, over the mean load
@@ -204,7 +205,7 @@ impl LoadCycles {
 }
 
 /// Wraps a share of a cycle into [0, 1).
-pub(in crate::judge) fn wrap(share: f64) -> f64 {
+pub(crate) fn wrap(share: f64) -> f64 {
     let wrapped = share - libm::floor(share);
     if wrapped < 1.0 { wrapped } else { 0.0 }
 }

@@ -9,7 +9,7 @@ use crate::judge::monitor::Monitor;
 /// Search for the cycles of the loads, and their readers: monitors, and a caller that collects
 /// them.
 #[derive(Clone, Debug)]
-pub(in crate::judge) struct LoadReaders {
+pub(crate) struct LoadReaders {
     thresholds: Thresholds,
     /// Index of the load of each leg in the samples; none if nothing observes it.
     loads: Vec<Option<usize>>,

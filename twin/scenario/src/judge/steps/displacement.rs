@@ -9,7 +9,7 @@ use crate::limits::Limits;
 
 /// Footstep of the run without changes that a displacement refers to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::judge) struct ReferenceStep {
+pub(crate) struct ReferenceStep {
     step: Footstep,
     /// Time to the adjacent footstep \[ns\].
     stride: u64,

@@ -2,10 +2,10 @@
 
 use twinrig_kernel::SimTime;
 
+use crate::facts::LegFact;
 use crate::judge::outcome::{Finding, Verdict, Witness};
 use crate::judge::touch_downs::TouchDown;
 use crate::limits::Limits;
-use crate::scene::LegFact;
 
 /// Cyclic order of groups of legs, and the touch-downs out of it.
 #[derive(Clone, Debug)]

@@ -5,12 +5,12 @@ use std::f64::consts::TAU;
 use twinrig_kernel::SimTime;
 
 use crate::expect::CycleMark;
+use crate::facts::LegFact;
 use crate::judge::load_cycle::{LoadCycle, wrap};
 use crate::judge::outcome::{Finding, Witness};
 use crate::judge::touch_downs::TouchDown;
 use crate::limits::Limits;
 use crate::pattern::Pattern;
-use crate::scene::LegFact;
 
 /// Largest number of touch-downs of another leg in one cycle of the first leg; a longer cycle is
 /// not periodic motion.

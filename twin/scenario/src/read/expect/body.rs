@@ -3,11 +3,12 @@
 use twinrig_document::{Item, Reported};
 use twinrig_kernel::Unit;
 
+use super::context::Context;
 use super::recovery::{self, body_recovers_table};
-use super::{Context, settles, settles_table};
+use super::settles::{settles, settles_table};
+use crate::domain::Domain;
 use crate::expect::{Along, BodyClaim};
 use crate::language::{Key, Shape, TableSpec, Type, choice, contextual, table};
-use crate::limits::Domain;
 use crate::read::fall::FALSE_OR_THRESHOLDS;
 use crate::read::limits::{limits_of, read};
 

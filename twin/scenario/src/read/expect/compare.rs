@@ -3,10 +3,12 @@
 use twinrig_document::{Item, Placed, Reported};
 use twinrig_kernel::{SimDuration, Unit};
 
-use super::signal::{COMPONENT as ELEMENT, LIMITS};
+use super::element::ELEMENT;
+use super::signal::LIMITS;
 use crate::compare::{CompareClaim, CompareMeasure, Operand};
+use crate::domain::Domain;
 use crate::language::{Declared, Key, PLACED, POSITIVE_DURATION, TableSpec, contextual, table};
-use crate::limits::{Domain, Limits};
+use crate::limits::Limits;
 use crate::read::limits::{limits, read, unit_of};
 
 const DELAYS: Domain = CompareMeasure::Delay {

@@ -2,7 +2,7 @@
 
 use twinrig_document::{Item, Placed, Reported};
 
-use super::signal::COMPONENT as ELEMENT;
+use super::element::ELEMENT;
 use crate::language::{BOOLEAN, Key, PLACED, Shape, TableSpec, Type, table};
 use crate::read::limits::{either_centre_or_ends, limits_table, read_keys, unit_of};
 use crate::sequence::Condition;

@@ -7,11 +7,11 @@ use serde_json::json;
 use twinrig_document::{Item, Placed, Range, Reported};
 use twinrig_kernel::Unit;
 
+use crate::domain::Domain;
 use crate::expect::{Axis, CycleMark, FootstepClaim, FootstepMeasure, LegChoice};
 use crate::language::{
     Declared, Key, Shape, TableSpec, Type, Words, choice, contextual, quantity, table,
 };
-use crate::limits::Domain;
 use crate::options::Accepts;
 use crate::pattern::Pattern;
 use crate::read::limits::{limits_of, read};
@@ -39,7 +39,7 @@ const BELOW_HALF: Range = Range {
     min: Bound::Included(0.0),
     max: Bound::Excluded(0.5),
 };
-const CYCLE: Type<u32> = Type::new(
+const FOOTSTEP_NUMBER: Type<u32> = Type::new(
     Shape::One(Accepts::Natural(1..=u32::MAX as u64)),
     |item, _| cycle(item),
 );
@@ -123,7 +123,7 @@ table! {
         "other run of a displacement",
         r#"displacement = { max = "5 mm" }, against = "without changes""#, needs("displacement"),
         qualifier();
-    CYCLE: u32 = "cycle", super::CYCLE, "number of the footstep, counted from 1 at `after`",
+    CYCLE: u32 = "cycle", FOOTSTEP_NUMBER, "number of the footstep, counted from 1 at `after`",
         r#"displacement = { max = "5 mm" }, against = "without changes", cycle = 3"#, default("1"),
         needs("displacement"), qualifier();
     AXIS: Axis = "axis", choice(),

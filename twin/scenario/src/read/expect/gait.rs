@@ -3,9 +3,10 @@
 use twinrig_document::{Item, Range, Reported};
 use twinrig_kernel::Unit;
 
+use crate::domain::Domain;
 use crate::gait::{FitnessScales, GaitClaim, GaitMeasure};
 use crate::language::{Declared, Key, Shape, TableSpec, Type, contextual, quantity, table};
-use crate::limits::{Domain, Limits};
+use crate::limits::Limits;
 use crate::read::limits::{limits_of, read};
 
 /// Returns the type of limits of a [`GaitMeasure`].

@@ -5,22 +5,28 @@ mod beyond_horizon;
 mod body;
 mod compare;
 mod condition;
+mod context;
+mod element;
 mod footstep;
 mod gait;
 mod recovery;
 mod sequence;
+mod settles;
 mod signal;
 mod timing;
 
-use twinrig_document::{Item, Range, Reported};
-use twinrig_kernel::{SimDuration, SimTime, Unit};
+use twinrig_document::{Item, Reported};
+use twinrig_kernel::{SimTime, Unit};
 
 use super::limits::limits;
+use crate::domain::Domain;
 use crate::expect::{Claim, Expectation};
 use crate::language::{BOOLEAN, Key, Shape, TEXT, TableSpec, Type, contextual, table};
-use crate::limits::{Domain, Limits};
+use crate::limits::Limits;
 use crate::options::Accepts;
-use crate::scenario::PushSpec;
+use context::instant;
+
+pub(super) use context::Context;
 
 table! {
     /// Keys of `[[expect]]`.
@@ -98,37 +104,6 @@ table! {
     RESIDUAL: Limits = "residual", limits(Unit::One, Domain::NOT_NEGATIVE),
         "residual at the end of the run, over the energy exchanged", "residual = { max = 1e-6 }",
         required();
-}
-
-table! {
-    /// Keys of `settles`.
-    pub(super) settles_table = TableSpec::new("settles", "settling to the final value");
-    WITHIN: () = "within", contextual(Shape::Measured(Range::NOT_NEGATIVE)),
-        "greatest distance from the final value", r#"within = "2 mm""#, required();
-    BY: () = "by", contextual(Shape::One(Accepts::Duration)), "time from which on it holds",
-        r#"by = "4 s""#, required();
-}
-
-/// Properties of the scenario that its expectations are checked against.
-pub(super) struct Context<'c> {
-    /// Names of the known plants.
-    pub plants: Vec<&'c str>,
-    /// Duration of the run.
-    pub duration: SimDuration,
-    /// Time up to which the trajectory is predictable; none: it is not known.
-    pub horizon: Option<SimDuration>,
-    /// Time of the first change.
-    pub first_change: Option<SimTime>,
-    /// Pushes, from which the robot may recover.
-    pub pushes: &'c [PushSpec],
-}
-
-impl Context<'_> {
-    /// Returns begin and end of the push with this name.
-    fn push(&self, name: &str) -> Option<(SimTime, SimTime)> {
-        let push = self.pushes.iter().find(|push| push.name == name)?;
-        Some((push.at, push.at + push.lasts))
-    }
 }
 
 /// Reads one `[[expect]]`.
@@ -229,25 +204,6 @@ fn measure_name(subject: &str, item: &Item<'_>) -> String {
     let present = item.keys().into_iter().flatten();
     let names: Vec<_> = present.filter(|name| !is_qualifier(name)).collect();
     names.join(" ")
-}
-
-/// Reads a time since the start, within the run.
-fn instant(item: &Item<'_>, context: &Context<'_>) -> Result<SimTime, Reported> {
-    let since = item.duration()?;
-    if since > context.duration {
-        let message = format!("`{}` is later than the end of the run", item.key());
-        return Err(item.report(message, format!("the run lasts {}", context.duration)));
-    }
-    Ok(SimTime::ZERO + since)
-}
-
-fn settles(item: &Item<'_>, unit: Unit) -> Result<(f64, SimTime), Reported> {
-    use settles_table::{BY, WITHIN};
-    let table = &item.table()?;
-    let table = settles_table::TABLE.of(table);
-    let within = table.read_with(&WITHIN, |item| item.quantity(unit, &Range::NOT_NEGATIVE));
-    let by = table.read_with(&BY, Item::duration);
-    Ok((within?, SimTime::ZERO + by?))
 }
 
 fn energy(item: &Item<'_>) -> Result<Claim, Reported> {

@@ -4,7 +4,7 @@ use serde_json::json;
 use twinrig_document::{Item, Range, Reported, suggestion};
 use twinrig_kernel::{SimDuration, SimTime, Unit};
 
-use super::{Context, instant};
+use super::context::{Context, instant};
 use crate::expect::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode};
 use crate::language::{
     Declared, Key, POSITIVE_DURATION, Shape, TableSpec, contextual, quantity, table,

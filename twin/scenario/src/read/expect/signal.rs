@@ -4,22 +4,15 @@ use twinrig_document::{Item, Placed, Reported};
 use twinrig_kernel::SimDuration;
 
 use super::condition::CONDITION;
+use super::context::Context;
+use super::element::ELEMENT;
 use super::recovery::{self, signal_recovers_table};
-use super::{Context, settles, settles_table};
+use super::settles::{settles, settles_table};
+use crate::domain::Domain;
 use crate::expect::{SignalClaim, SignalMode};
-use crate::language::{Key, PLACED, POSITIVE_DURATION, Shape, TableSpec, Type, contextual, table};
-use crate::limits::Domain;
-use crate::options::Accepts;
+use crate::language::{Key, PLACED, POSITIVE_DURATION, Shape, TableSpec, contextual, table};
 use crate::read::limits::{limits_table, read, unit_of};
 use crate::sequence::Condition;
-
-pub(super) const COMPONENT: Type<usize> = Type::new(
-    Shape::Either(&[
-        Shape::Choice(|| vec!["x", "y", "z"]),
-        Shape::One(Accepts::Natural(0..=u64::MAX)),
-    ]),
-    |item, _| component(item),
-);
 
 table! {
     /// Keys of `signal`.
@@ -27,7 +20,7 @@ table! {
     NAME: Placed<String> = "name", PLACED,
         "name, or pattern of names with the wildcards `*` and `**`", r#"name = "leg/*/hip/rate""#,
         required(), qualifier();
-    COMPONENT: usize = "component", super::COMPONENT, "element of the signal, counted from 0",
+    COMPONENT: usize = "component", ELEMENT, "element of the signal, counted from 0",
         r#"name = "body/position", component = "z", always = { min = "5 cm" }"#, otherwise("all"),
         qualifier();
     WITHIN: SimDuration = "within", POSITIVE_DURATION, "time from the start of the window",
@@ -86,13 +79,4 @@ pub(super) fn claim(item: &Item<'_>, context: &Context<'_>) -> Result<SignalClai
         unit,
         mode,
     })
-}
-
-/// Reads an element of a signal: its index, or `x`, `y`, `z` for the first three.
-fn component(item: &Item<'_>) -> Result<usize, Reported> {
-    if item.is_text() {
-        return item.choice(&[("x", 0), ("y", 1), ("z", 2)]);
-    }
-    let index = item.natural()?;
-    usize::try_from(index).map_err(|_| item.report("no signal has that many elements", ""))
 }

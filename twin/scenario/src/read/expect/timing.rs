@@ -3,9 +3,10 @@
 use twinrig_document::{Item, Placed, Reported};
 use twinrig_kernel::Unit;
 
+use crate::domain::Domain;
 use crate::expect::{Claim, CostMeasure, TimingClaim, TimingMeasure};
 use crate::language::{Key, PLACED, TableSpec, Type, table};
-use crate::limits::{Domain, Limits};
+use crate::limits::Limits;
 use crate::read::limits::limits_of;
 
 /// Returns the type of limits of a [`TimingMeasure`].

@@ -1,0 +1,36 @@
+//! Units of claims of any kind.
+
+use twinrig_kernel::Unit;
+
+use crate::expect::{BodyClaim, Claim, SignalMode};
+
+impl Claim {
+    /// Returns the unit of the measured value.
+    pub(crate) fn unit(&self) -> Unit {
+        match self {
+            Claim::Footstep(claim) => claim.measure.unit(),
+            Claim::Gait(claim) => claim.measure.unit(),
+            Claim::Body(claim) => match claim {
+                BodyClaim::Speed(..) => Unit::MeterPerSecond,
+                BodyClaim::Height(_)
+                | BodyClaim::HeightRange(_)
+                | BodyClaim::Upright { .. }
+                | BodyClaim::Settles { .. } => Unit::Meter,
+                BodyClaim::Roll(_)
+                | BodyClaim::Pitch(_)
+                | BodyClaim::RollRange(_)
+                | BodyClaim::PitchRange(_)
+                | BodyClaim::YawDrift(_) => Unit::Radian,
+                BodyClaim::Recovers(..) => Unit::Second,
+            },
+            Claim::Timing(claim) => claim.measure.unit(),
+            Claim::Signal(claim) => match claim.mode {
+                SignalMode::Recovers(..) => Unit::Second,
+                _ => claim.unit,
+            },
+            Claim::Compare(claim) => claim.unit,
+            Claim::Sequence(claim) => claim.other.unit,
+            Claim::EnergyResidual(_) | Claim::Cost(..) => Unit::One,
+        }
+    }
+}
