@@ -4,15 +4,16 @@ mod list;
 
 use twinrig_kernel::{SimDuration, Unit};
 
-use crate::document::{Overrides, SET_TWICE};
 use crate::error::{Placed, Problem};
 use crate::near;
 use crate::node::{Node, Value};
+use crate::overrides::{Overrides, SET_TWICE};
 use crate::probe;
+use crate::problems::{Problems, Reported};
 use crate::quantity::{self, QuantityError};
 use crate::range::{Range, readable};
 use crate::source::Place;
-use crate::table::{Problems, Reported, Table};
+use crate::table::Table;
 
 /// A value of a document. Each accessor returns the value as a type, or reports why it is of
 /// another.
