@@ -90,8 +90,8 @@ impl Design {
     }
 }
 
-/// Returns the points of a design for elementary effects, trajectory by trajectory. Numbers of a dimension are of a stream
-/// of its own, as of other designs.
+/// Returns the points of a design for elementary effects, trajectory by trajectory. Numbers of a
+/// dimension are of a stream of its own, as of other designs.
 fn trajectories(design: &Design, dimensions: &[SweepDimension]) -> Vec<Vec<SweepValue>> {
     let levels = design.levels.unwrap_or(2).max(2);
     let trajectories = design.points / (dimensions.len() + 1);

@@ -1,4 +1,4 @@
-//! Screening by elementary effects (Morris 1991): points of a design, and effects of its runs.
+//! Screening by elementary effects (Morris 1991): effects of the runs of a design.
 //!
 //! Each dimension has `levels` values at equal distances, from 0 to 1 of its interval. A trajectory
 //! begins at random values and changes each dimension once, in random order, by
