@@ -23,6 +23,22 @@ pub struct Table<'d> {
     missing: RefCell<Vec<(String, usize)>>,
 }
 
+impl<'d> Item<'d> {
+    /// Returns the value as a table.
+    ///
+    /// # Errors
+    /// The value has another type.
+    pub fn table(&self) -> Result<Table<'d>, Reported> {
+        match &self.node.value {
+            Value::Table(_) => Ok(Table::new(self.node, &self.path, self.problems)),
+            _ => Err(self.wrong_type_with_help(
+                "a table",
+                format!("write it as in {} = {{ … }}", self.key()),
+            )),
+        }
+    }
+}
+
 impl<'d> Table<'d> {
     pub(crate) fn new(node: &'d Node, path: &str, problems: &'d Problems) -> Self {
         Table {
