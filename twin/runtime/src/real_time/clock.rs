@@ -1,6 +1,7 @@
 use twinrig_kernel::HostTime;
 
-/// Clock of the real-time executors: [`MonotonicClock`](super::MonotonicClock), or a manual one in tests.
+/// Clock of the real-time executors: [`MonotonicClock`](super::MonotonicClock), or a manual one in
+/// tests.
 pub trait Clock: Send + Sync {
     /// Returns the present time.
     fn now(&self) -> HostTime;
