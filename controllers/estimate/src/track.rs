@@ -5,8 +5,9 @@ use std::collections::VecDeque;
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use crate::estimator::{Channel, Counters, Estimate, Measurement, Outcome};
+use crate::estimate::Estimate;
 use crate::kalman::{Innovation, Kalman};
+use crate::measurement::{Channel, Counters, Measurement, Outcome};
 use crate::model::{Dynamics, StateSettings};
 use crate::response::Gradient;
 use crate::settings::{Piezoresistive, Settings};

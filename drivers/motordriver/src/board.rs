@@ -1,9 +1,7 @@
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{
-    BoardClock, LocalDuration, LocalTime, Port, SimTime, Snapshot, SnapshotError, Unit,
-};
+use twinrig_kernel::{BoardClock, LocalTime, Port, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{BusHealth, Part, PlantAccess, PlantSignals, TaskError, WiringError};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{AnswerPolicy, SbcpError, Slave, SlaveConfig, SlaveEvent};
@@ -12,14 +10,12 @@ use twinrig_wire::{Node, Piece};
 use crate::clock_check::ClockCheck;
 use crate::config::{Attachment, BoardConfig, Generation};
 use crate::event_timing::EventTiming;
-use crate::firmware::Firmware;
+use crate::firmware::{Firmware, TICK};
 use crate::registers::{FORCE, MAGNETIC, MotorRegister, table};
 use crate::reply::{COMMAND_LEN, Reply, command};
 use crate::units::{Joint, Scale, force_word, magnetic_word};
 use crate::wiring::Signals;
 
-/// Tick of the firmware, by the board's own clock.
-pub(crate) const TICK: LocalDuration = LocalDuration::from_nanos(1_000_000);
 /// Volts per unit of duty: 24 V / 2¹⁵.
 const VOLTS_PER_DUTY: f64 = 24.0 / 32_768.0;
 

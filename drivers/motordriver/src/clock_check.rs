@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{HostTime, SimTime};
 use twinrig_runtime::{BusError, BusHealth, SLOW_CLOCK};
 
-use crate::board::TICK;
+use crate::firmware::TICK;
 use crate::smooth::SmoothCounts;
 
 /// Mismatch of the clocks of board and host from which it is an error \[1/1000\]. ASSUMED: six

@@ -4,13 +4,13 @@ use twinrig_runtime::{BusHealth, Driver, DriverError};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{Address, FRAME_MAX, Instruction, Master, Request};
 
-use crate::bus::master_config;
 use crate::config::{BusConfig, SessionConfig};
 use crate::error::BusError;
 use crate::event_timing::EventTiming;
 use crate::host_board::HostBoard;
 use crate::reply::{COMMAND_LEN, Reply, command_bytes};
 use crate::session::Session;
+use crate::time_outs::master_config;
 
 mod health;
 

@@ -1,4 +1,5 @@
 use serde::{Deserialize, Serialize};
+use twinrig_kernel::LocalDuration;
 
 use crate::config::{FirmwareConfig, Interpolation};
 use crate::motor::Motor;
@@ -7,6 +8,9 @@ use crate::smooth::{FRACTION_BITS, Interpolator, SmoothCounts};
 use crate::units::{CONTINUOUS, LIMIT_MASK};
 use crate::velocity::Velocity;
 use crate::watchdog::Watchdog;
+
+/// Tick of the firmware, by the board's own clock.
+pub(crate) const TICK: LocalDuration = LocalDuration::from_nanos(1_000_000);
 
 /// Firmware of a board, executed once per tick, without clock, bus and sensors.
 ///

@@ -76,6 +76,7 @@ mod requests;
 mod session;
 mod shaft;
 mod smooth;
+mod time_outs;
 mod units;
 mod velocity;
 mod watchdog;

@@ -1,12 +1,9 @@
 use thiserror::Error;
-use twinrig_kernel::{BoardClock, SimDuration};
-use twinrig_runtime::Wire;
-use twinrig_wire::{FaultSchedule, SampleChoice, WireError, device_wire};
+use twinrig_kernel::BoardClock;
+use twinrig_wire::{SampleChoice, WireError};
 
 use crate::assumed;
-use crate::{
-    Cutoff, OptoForceDriver, OptoForceEmulation, OptoForceProtocol, OptoForceSensor, Speed,
-};
+use crate::{Cutoff, Speed};
 
 /// Configuration of driver and sensor.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,9 +43,6 @@ pub enum OptoForceError {
     Wire(#[from] WireError),
 }
 
-/// Time of a byte at 1 Mbaud, 8N1.
-const BYTE_TIME: SimDuration = SimDuration::from_micros(10);
-
 impl OptoForce {
     /// Full scale of an axis \[counts\]. ASSUMED.
     pub const COUNTS: f64 = assumed::NOMINAL_COUNTS as f64;
@@ -68,34 +62,7 @@ impl OptoForce {
         }
     }
 
-    /// Creates the driver, which runs on the robot.
-    ///
-    /// # Errors
-    /// [`OptoForceError`] if the configuration is invalid.
-    pub fn driver(&self) -> Result<OptoForceDriver, OptoForceError> {
-        self.check()?;
-        Ok(OptoForceDriver::new(OptoForceProtocol(self.clone())))
-    }
-
-    /// Creates the emulated sensor.
-    ///
-    /// # Errors
-    /// [`OptoForceError`] if the configuration is invalid.
-    pub fn sensor(&self) -> Result<OptoForceSensor, OptoForceError> {
-        self.check()?;
-        Ok(OptoForceSensor::new(OptoForceEmulation::new(self.clone())))
-    }
-
-    /// Creates the wire with the emulated sensor at its far end, and with the faults that are on
-    /// `wire/NAME`.
-    ///
-    /// # Errors
-    /// [`OptoForceError`] if the configuration or a fault is invalid.
-    pub fn wire(&self, faults: &FaultSchedule) -> Result<impl Wire + use<>, OptoForceError> {
-        Ok(device_wire(BYTE_TIME, faults, self.sensor()?)?)
-    }
-
-    fn check(&self) -> Result<(), OptoForceError> {
+    pub(crate) fn check(&self) -> Result<(), OptoForceError> {
         if !(self.sensitivity > 0.0 && self.sensitivity.is_finite()) {
             return Err(OptoForceError::Sensitivity {
                 counts: self.sensitivity,

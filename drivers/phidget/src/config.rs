@@ -1,11 +1,9 @@
 use thiserror::Error;
 use twinrig_kernel::{BoardClock, SimDuration};
-use twinrig_runtime::Wire;
-use twinrig_wire::{AnalogInput, FaultSchedule, WireError, check_channels, device_wire};
+use twinrig_wire::{AnalogInput, WireError, check_channels};
 
-use crate::assumed::{BYTE_TIME, POLL};
+use crate::assumed::POLL;
 use crate::protocol::{ANALOG, BRIDGES, Gain, INTERVAL_MS_MAX, SCALE, Setup};
-use crate::{PhidgetBoard, PhidgetDriver, PhidgetEmulation, PhidgetProtocol};
 
 /// Configuration of driver and board.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,34 +110,7 @@ impl Phidget {
         }
     }
 
-    /// Creates the driver, which runs on the robot.
-    ///
-    /// # Errors
-    /// [`PhidgetError`] if the configuration is invalid.
-    pub fn driver(&self) -> Result<PhidgetDriver, PhidgetError> {
-        self.check()?;
-        Ok(PhidgetDriver::new(PhidgetProtocol(self.clone())))
-    }
-
-    /// Creates the emulated board.
-    ///
-    /// # Errors
-    /// [`PhidgetError`] if the configuration is invalid.
-    pub fn board(&self) -> Result<PhidgetBoard, PhidgetError> {
-        self.check()?;
-        Ok(PhidgetBoard::new(PhidgetEmulation::new(self.clone())))
-    }
-
-    /// Creates the wire with the emulated board at its far end, and with the faults that are on
-    /// `wire/NAME`.
-    ///
-    /// # Errors
-    /// [`PhidgetError`] if the configuration or a fault is invalid.
-    pub fn wire(&self, faults: &FaultSchedule) -> Result<impl Wire + use<>, PhidgetError> {
-        Ok(device_wire(BYTE_TIME, faults, self.board()?)?)
-    }
-
-    fn check(&self) -> Result<(), PhidgetError> {
+    pub(crate) fn check(&self) -> Result<(), PhidgetError> {
         match self.board {
             Board::Bridge { interval, .. } => {
                 let most = SimDuration::from_millis(u64::from(INTERVAL_MS_MAX));

@@ -7,7 +7,7 @@ use twinrig_wire::{
 
 use crate::assumed::ANSWER_TIMEOUT;
 use crate::protocol::{COUNTS, Message, SCALE};
-use crate::{Board, Phidget};
+use crate::{Board, Phidget, PhidgetError};
 
 /// Driver of the board: sets it up and keeps its newest readings.
 ///
@@ -17,7 +17,7 @@ pub type PhidgetDriver = FramedDriver<PhidgetProtocol>;
 
 /// Requests to the board and interpretation of its messages.
 #[derive(Debug)]
-pub struct PhidgetProtocol(pub(crate) Phidget);
+pub struct PhidgetProtocol(Phidget);
 
 /// Changing state.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -180,5 +180,16 @@ impl Protocol for PhidgetProtocol {
         diagnostics.count("stale", state.stale);
         diagnostics.count("overloaded", state.overloaded);
         diagnostics.count("foreign", state.foreign);
+    }
+}
+
+impl Phidget {
+    /// Creates the driver, which runs on the robot.
+    ///
+    /// # Errors
+    /// [`PhidgetError`] if the configuration is invalid.
+    pub fn driver(&self) -> Result<PhidgetDriver, PhidgetError> {
+        self.check()?;
+        Ok(PhidgetDriver::new(PhidgetProtocol(self.clone())))
     }
 }

@@ -1,12 +1,10 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use twinrig_kernel::{BoardClock, SimDuration, signal};
-use twinrig_runtime::Wire;
-use twinrig_wire::{AnalogInput, FaultSchedule, WireError, check_channels, device_wire, quantize};
+use twinrig_wire::{AnalogInput, WireError, check_channels, quantize};
 
 use crate::assumed;
 use crate::protocol::{ANALOG, LINES, TICKS_MAX};
-use crate::{Rb110Board, Rb110Driver, Rb110Emulation, Rb110Protocol};
 
 /// Configuration of driver and board.
 #[derive(Clone, Debug, PartialEq)]
@@ -162,34 +160,7 @@ impl Rb110 {
         }
     }
 
-    /// Creates the driver, which runs on the robot.
-    ///
-    /// # Errors
-    /// [`Rb110Error`] if the configuration is invalid.
-    pub fn driver(&self) -> Result<Rb110Driver, Rb110Error> {
-        self.check()?;
-        Ok(Rb110Driver::new(Rb110Protocol(self.clone())))
-    }
-
-    /// Creates the emulated board.
-    ///
-    /// # Errors
-    /// [`Rb110Error`] if the configuration is invalid.
-    pub fn board(&self) -> Result<Rb110Board, Rb110Error> {
-        self.check()?;
-        Ok(Rb110Board::new(Rb110Emulation::new(self.clone())))
-    }
-
-    /// Creates the wire with the emulated board at its far end, and with the faults that are on
-    /// `wire/NAME`.
-    ///
-    /// # Errors
-    /// [`Rb110Error`] if the configuration or a fault is invalid.
-    pub fn wire(&self, faults: &FaultSchedule) -> Result<impl Wire + use<>, Rb110Error> {
-        Ok(device_wire(assumed::BYTE_TIME, faults, self.board()?)?)
-    }
-
-    fn check(&self) -> Result<(), Rb110Error> {
+    pub(crate) fn check(&self) -> Result<(), Rb110Error> {
         let (shortest, longest) = (SimDuration::from_millis(10), SimDuration::from_millis(20));
         if !(shortest..=longest).contains(&self.period) {
             return Err(Rb110Error::Period {

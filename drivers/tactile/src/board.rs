@@ -2,9 +2,10 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{LocalDuration, LocalTime, SimDuration, SimTime, Stream, Unit, stream};
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TimeSource, WiringError};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, TimeSource, Wire, WiringError};
 use twinrig_wire::{
-    AnalogInputs, Diagnostics, Emulation, FrameError, FramedNode, TxQueue, quantize,
+    AnalogInputs, Diagnostics, Emulation, FaultSchedule, FrameError, FramedNode, TxQueue,
+    device_wire, quantize,
 };
 
 use crate::assumed::{BOOT_TIME, FIFO, REACTION};
@@ -355,5 +356,25 @@ impl Emulation for TactileEmulation {
         diagnostics.count("overflows", state.overflows);
         diagnostics.value("clock_error", Unit::Second, state.clock_error);
         diagnostics.value("clock_error_worst", Unit::Second, state.clock_error_worst);
+    }
+}
+
+impl Tactile {
+    /// Creates the emulated board.
+    ///
+    /// # Errors
+    /// [`TactileError`] if the configuration is invalid.
+    pub fn board(&self) -> Result<TactileBoard, TactileError> {
+        self.check()?;
+        Ok(TactileBoard::new(TactileEmulation::new(self.clone())?))
+    }
+
+    /// Creates the wire with the emulated board at its far end, and with the faults that are on
+    /// `wire/NAME`.
+    ///
+    /// # Errors
+    /// [`TactileError`] if the configuration or a fault is invalid.
+    pub fn wire(&self, faults: &FaultSchedule) -> Result<impl Wire + use<>, TactileError> {
+        Ok(device_wire(self.byte_time(), faults, self.board()?)?)
     }
 }

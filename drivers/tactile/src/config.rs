@@ -1,15 +1,12 @@
 use thiserror::Error;
 use twinrig_kernel::{BoardClock, SimDuration, SimTime};
-use twinrig_runtime::{Timing, TimingError, Wire};
-use twinrig_wire::{
-    AnalogInput, AnalogSource, FaultSchedule, SampleChoice, WireError, check_channels, device_wire,
-};
+use twinrig_runtime::{Timing, TimingError};
+use twinrig_wire::{AnalogInput, AnalogSource, SampleChoice, WireError, check_channels};
 
 use crate::assumed::{
     BAUD, JITTER, REFERENCE_CAPACITY, REFERENCE_NOISE, REFERENCE_SENSITIVITY, VOLTAGE_NOISE,
 };
 use crate::protocol::{DATA_LENGTH, OVERSAMPLING, PERIOD_STEP_US};
-use crate::{TactileAcquisition, TactileBoard, TactileDriver, TactileEmulation};
 
 /// Names of the channels, in the order of their numbers: two voltages and the bridge.
 pub const CHANNELS: [&str; 3] = ["piezoresistive", "piezoelectric", "reference"];
@@ -172,33 +169,6 @@ impl Tactile {
         }
     }
 
-    /// Creates the driver, which runs on the robot, without stages.
-    ///
-    /// # Errors
-    /// [`TactileError`] if the configuration is invalid.
-    pub fn driver(&self) -> Result<TactileDriver, TactileError> {
-        self.check()?;
-        Ok(TactileDriver::new(TactileAcquisition::new(self.clone())))
-    }
-
-    /// Creates the emulated board.
-    ///
-    /// # Errors
-    /// [`TactileError`] if the configuration is invalid.
-    pub fn board(&self) -> Result<TactileBoard, TactileError> {
-        self.check()?;
-        Ok(TactileBoard::new(TactileEmulation::new(self.clone())?))
-    }
-
-    /// Creates the wire with the emulated board at its far end, and with the faults that are on
-    /// `wire/NAME`.
-    ///
-    /// # Errors
-    /// [`TactileError`] if the configuration or a fault is invalid.
-    pub fn wire(&self, faults: &FaultSchedule) -> Result<impl Wire + use<>, TactileError> {
-        Ok(device_wire(self.byte_time(), faults, self.board()?)?)
-    }
-
     /// Time of a byte on the line, rounded up: start bit, eight data bits, stop bit.
     pub(crate) fn byte_time(&self) -> SimDuration {
         SimDuration::from_nanos(10_000_000_000_u64.div_ceil(u64::from(self.baud)))
@@ -215,7 +185,7 @@ impl Tactile {
         SimDuration::from_nanos(self.period.as_nanos() * (conversions - 1) / (2 * conversions))
     }
 
-    fn check(&self) -> Result<(), TactileError> {
+    pub(crate) fn check(&self) -> Result<(), TactileError> {
         let period = self.period;
         let step = SimDuration::from_micros(u64::from(PERIOD_STEP_US));
         let most = SimDuration::from_micros(u64::from(u16::MAX));

@@ -2,7 +2,7 @@ use twinrig_kernel::{Direction, HostTime, Layout, Port, SimDuration, Snapshot, S
 use twinrig_runtime::{BusHealth, Driver, DriverError};
 use twinrig_wire::{Diagnostics, FramedDriver};
 
-use crate::{Stage, TactileAcquisition};
+use crate::{Stage, Tactile, TactileAcquisition, TactileError};
 
 /// Driver of the board: starts it, maps the stamps of its samples to host time, and passes every
 /// sample to the stages.
@@ -224,5 +224,16 @@ impl Driver for TactileDriver {
         }
         self.collect();
         Ok(())
+    }
+}
+
+impl Tactile {
+    /// Creates the driver, which runs on the robot, without stages.
+    ///
+    /// # Errors
+    /// [`TactileError`] if the configuration is invalid.
+    pub fn driver(&self) -> Result<TactileDriver, TactileError> {
+        self.check()?;
+        Ok(TactileDriver::new(TactileAcquisition::new(self.clone())))
     }
 }

@@ -5,9 +5,12 @@
 //! 128 bits elsewhere. Each operation is a single IEEE 754 operation in both, in the same order and
 //! never fused, so the bits of a result do not depend on the processor.
 
+mod features;
 mod portable;
 #[cfg(target_arch = "x86_64")]
 mod x86;
+
+pub use features::{Features, dispatch};
 
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
@@ -275,38 +278,6 @@ pub trait Kernel {
 
     /// Computes the result. To be inlined always, as everything it calls.
     fn run<S: Simd>(self, simd: S) -> Self::Output;
-}
-
-/// Choice of an implementation of [`Lanes`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Features {
-    /// The widest registers that this processor has.
-    #[default]
-    Detected,
-    /// Registers of 128 bits, which every processor has.
-    Portable,
-}
-
-impl Features {
-    /// Returns the name of the implementation on this processor.
-    pub fn name(self) -> &'static str {
-        #[cfg(target_arch = "x86_64")]
-        if self == Self::Detected && x86::is_available() {
-            return "avx2";
-        }
-        portable::NAME
-    }
-}
-
-/// Runs a computation with the chosen implementation.
-#[inline]
-pub fn dispatch<K: Kernel>(features: Features, kernel: K) -> K::Output {
-    #[cfg(target_arch = "x86_64")]
-    if features == Features::Detected {
-        return x86::dispatch(kernel);
-    }
-    let _ = features;
-    portable::dispatch(kernel)
 }
 
 #[cfg(test)]

@@ -13,9 +13,11 @@
 //! The pyramid decides between sticking and slipping, and selects the octant of slip; Newton's
 //! method then starts from there and solves for the disc itself.
 
-use crate::lemke::{End, Lemke};
-use crate::problem::{ACCEPTABLE, Bound, Problem, TOLERANCE};
+use crate::bound::Bound;
+use crate::lemke::End;
+use crate::problem::{ACCEPTABLE, Problem, TOLERANCE};
 use crate::solution::{Solution, SolveError};
+use crate::workspace::{Direct, Variable};
 
 /// Directions of the sides of the pyramid, as cosine and sine.
 const SIDES: [[f64; 2]; 8] = {
@@ -31,36 +33,6 @@ const SIDES: [[f64; 2]; 8] = {
         [D, -D],
     ]
 };
-
-/// One variable x of the standard form.
-#[derive(Debug, Clone, Copy)]
-enum Variable {
-    /// Force in the direction `weights`: of an unknown and, where the second weight is not zero, of
-    /// the next.
-    Force { row: usize, weights: [f64; 2] },
-    /// Slack of the force in column `of` up to its far bound.
-    Slack { of: usize, width: f64 },
-    /// Slip speed of the pyramid whose sides end at this column, under that normal force.
-    Slip { normal: usize, share: f64 },
-}
-
-/// Problem in standard form, and the memory of its solver.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Direct {
-    lemke: Lemke,
-    variables: Vec<Variable>,
-    /// Columns of the unknowns, for the lookup of normal forces.
-    columns: Vec<usize>,
-    base: Vec<f64>,
-    /// Inverse square roots of the mobilities: scaled by them, G has a unit diagonal.
-    units: Vec<f64>,
-    /// Greatest offset in these units, and thus the order of magnitude of x.
-    size: f64,
-    x: Vec<f64>,
-    diagonal: Vec<f64>,
-    offset: Vec<f64>,
-    unknowns: Vec<f64>,
-}
 
 impl Problem {
     /// Pivots to a solution or to a proof of infeasibility.

@@ -3,8 +3,9 @@
 //! ω = 1 solves the row; for a friction disc, the inverse of the larger eigenvalue of its 2 × 2
 //! block.
 
+use crate::bound::Bound;
 use crate::dense::padded;
-use crate::problem::{Bound, Problem, norm};
+use crate::problem::{Problem, norm};
 use crate::solution::{Solution, SolveError};
 
 impl Problem {

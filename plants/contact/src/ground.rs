@@ -1,9 +1,11 @@
 //! Terrain shape and contact parameters.
 
 use nalgebra::Vector3;
+use twinrig_kernel::SimTime;
 
 use crate::levels::Levels;
 use crate::patch::Patch;
+use crate::surface::{Surface, level};
 
 /// Terrain, friction and restitution.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,15 +38,6 @@ pub struct HeightField {
     pub(crate) columns: usize,
     pub(crate) rows: usize,
     pub(crate) heights: Vec<f64>,
-}
-
-/// The ground below a point.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Surface {
-    /// Distance of the point above the ground, measured along the normal \[m\].
-    pub gap: f64,
-    /// Upward unit normal.
-    pub normal: Vector3<f64>,
 }
 
 /// Invalid terrain parameter.
@@ -145,18 +138,47 @@ impl Ground {
     }
 }
 
-impl Surface {
-    /// Returns two unit tangents, the first in the vertical plane of x.
-    pub fn tangents(&self) -> [Vector3<f64>; 2] {
-        let forward = Vector3::new(self.normal.z, 0.0, -self.normal.x).normalize();
-        [forward, self.normal.cross(&forward)]
+impl Ground {
+    /// Returns the ground with patches, of which the last that applies at a place and a time has
+    /// effect; outside of all of them the coefficient is that of the ground.
+    ///
+    /// # Errors
+    /// [`GroundError::Value`] for a negative friction, an empty extent or an empty time.
+    pub fn with_patches(mut self, patches: Vec<Patch>) -> Result<Self, GroundError> {
+        for patch in &patches {
+            let error = |what, value| Err(GroundError::Value { what, value });
+            if !(patch.friction.is_finite() && patch.friction >= 0.0) {
+                return error("friction of a patch", patch.friction);
+            }
+            let length = patch.extent.end - patch.extent.start;
+            if length.is_nan() || length <= 0.0 {
+                return error("length of a patch", length);
+            }
+            if patch.end.is_some_and(|end| end <= patch.begin) {
+                return error("duration of a patch", 0.0);
+            }
+        }
+        self.patches = patches;
+        Ok(self)
     }
-}
 
-pub(crate) fn level(gap: f64) -> Surface {
-    Surface {
-        gap,
-        normal: Vector3::z(),
+    /// Returns whether the friction differs between places or times.
+    pub fn has_patches(&self) -> bool {
+        !self.patches.is_empty()
+    }
+
+    /// Returns the coefficient of friction at a place at a time.
+    pub fn friction_at(&self, x: f64, now: SimTime) -> f64 {
+        let mut patches = self.patches.iter().rev();
+        let patch = patches.find(|patch| patch.applies(x, now));
+        patch.map_or(self.friction, |patch| patch.friction)
+    }
+
+    /// Returns the first instant after `now` at which the friction changes with time.
+    pub fn next_change(&self, now: SimTime) -> Option<SimTime> {
+        let ends = self.patches.iter().filter_map(|patch| patch.end);
+        let begins = self.patches.iter().map(|patch| patch.begin);
+        begins.chain(ends).filter(|at| *at > now).min()
     }
 }
 

@@ -1,7 +1,9 @@
 //! Impact laws: impulses that change the rates of the gaps instantaneously.
 
-use crate::problem::{Bound, Problem, TOLERANCE};
+use crate::bound::Bound;
+use crate::problem::{Problem, TOLERANCE};
 use crate::solution::{Method, Solution, SolveError};
+use crate::workspace::Phases;
 
 /// Law of restitution. Each row has its own coefficient e, since rows hit at one instant may be of
 /// different materials: 0 for a stop, more for the ground.
@@ -16,15 +18,6 @@ pub enum Restitution {
     /// phase with an impulse of at least e P₁, `0 ≤ P₂ − e P₁ ⊥ ġ⁺ ≥ 0`, each with its own friction
     /// impulse. Kinetic energy never grows; see [`Problem::impact`].
     Poisson,
-}
-
-/// Workspace of an impact.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Phases {
-    bounds: Vec<Bound>,
-    /// Impulses of the first phase, and the rates after it.
-    first: Vec<f64>,
-    rates: Vec<f64>,
 }
 
 impl Problem {

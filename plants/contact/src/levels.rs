@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::ground::{Surface, level};
+use crate::surface::{Surface, level};
 
 /// Level ground with a step, a hole or a bar along y: height zero before the first edge.
 #[derive(Debug, Clone, PartialEq)]

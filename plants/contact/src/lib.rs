@@ -76,6 +76,7 @@
     reason = "inlining passes literal lengths to the loops and keeps values in registers"
 )]
 
+mod bound;
 mod curvature;
 mod dense;
 mod direct;
@@ -89,11 +90,15 @@ mod patch;
 mod problem;
 mod residual;
 mod solution;
+mod surface;
+mod workspace;
 
+pub use bound::Bound;
 pub use dense::{Factors, Singular};
-pub use ground::{Ground, GroundError, HeightField, Surface, Terrain};
+pub use ground::{Ground, GroundError, HeightField, Terrain};
 pub use impact::Restitution;
 pub use levels::Levels;
 pub use patch::Patch;
-pub use problem::{Bound, Problem};
+pub use problem::Problem;
 pub use solution::{Method, Solution, SolveError};
+pub use surface::Surface;

@@ -2,8 +2,9 @@
 //! linear system, whose solution determines the next bound states (a primal-dual active-set
 //! iteration).
 
+use crate::bound::{Bound, BoundState};
 use crate::dense::{affine, padded};
-use crate::problem::{Bound, BoundState, Problem, norm};
+use crate::problem::{Problem, norm};
 
 impl Problem {
     /// Iterates from the present bound states until the residual is within the tolerance or the

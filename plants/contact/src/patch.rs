@@ -4,8 +4,6 @@ use std::ops::Range;
 
 use twinrig_kernel::SimTime;
 
-use crate::ground::{Ground, GroundError};
-
 /// Coefficient of friction over an extent of the ground along x, for a time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
@@ -20,59 +18,16 @@ pub struct Patch {
 }
 
 impl Patch {
-    fn applies(&self, x: f64, now: SimTime) -> bool {
+    #[inline]
+    pub(crate) fn applies(&self, x: f64, now: SimTime) -> bool {
         self.begin <= now && self.end.is_none_or(|end| now < end) && self.extent.contains(&x)
-    }
-}
-
-impl Ground {
-    /// Returns the ground with patches, of which the last that applies at a place and a time has
-    /// effect; outside of all of them the coefficient is that of the ground.
-    ///
-    /// # Errors
-    /// [`GroundError::Value`] for a negative friction, an empty extent or an empty time.
-    pub fn with_patches(mut self, patches: Vec<Patch>) -> Result<Self, GroundError> {
-        for patch in &patches {
-            let error = |what, value| Err(GroundError::Value { what, value });
-            if !(patch.friction.is_finite() && patch.friction >= 0.0) {
-                return error("friction of a patch", patch.friction);
-            }
-            let length = patch.extent.end - patch.extent.start;
-            if length.is_nan() || length <= 0.0 {
-                return error("length of a patch", length);
-            }
-            if patch.end.is_some_and(|end| end <= patch.begin) {
-                return error("duration of a patch", 0.0);
-            }
-        }
-        self.patches = patches;
-        Ok(self)
-    }
-
-    /// Returns whether the friction differs between places or times.
-    pub fn has_patches(&self) -> bool {
-        !self.patches.is_empty()
-    }
-
-    /// Returns the coefficient of friction at a place at a time.
-    pub fn friction_at(&self, x: f64, now: SimTime) -> f64 {
-        let mut patches = self.patches.iter().rev();
-        let patch = patches.find(|patch| patch.applies(x, now));
-        patch.map_or(self.friction, |patch| patch.friction)
-    }
-
-    /// Returns the first instant after `now` at which the friction changes with time.
-    pub fn next_change(&self, now: SimTime) -> Option<SimTime> {
-        let ends = self.patches.iter().filter_map(|patch| patch.end);
-        let begins = self.patches.iter().map(|patch| patch.begin);
-        begins.chain(ends).filter(|at| *at > now).min()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::Terrain;
+    use crate::ground::{Ground, Terrain};
 
     const EVERYWHERE: Range<f64> = f64::NEG_INFINITY..f64::INFINITY;
 

@@ -1,6 +1,7 @@
 //! Natural residual of the present unknowns, computed from the problem data alone.
 
-use crate::problem::{Bound, Problem, norm};
+use crate::bound::Bound;
+use crate::problem::{Problem, norm};
 
 impl Problem {
     /// Returns the greatest violation of the conditions by [`Self::unknowns`], in units of `w`: the

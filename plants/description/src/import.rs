@@ -6,7 +6,7 @@ use twinrig_document::{DocumentError, Problem, Source};
 use twinrig_robot::{RobotError, RobotFile};
 
 use crate::quadruped::quadruped;
-use crate::robot_file::robot_file;
+use crate::robot_file::{Imported, robot_file};
 use crate::tree::Tree;
 use crate::xml::Text;
 use crate::{read_mjcf, read_urdf};
@@ -18,19 +18,6 @@ pub enum Language {
     Urdf,
     /// MJCF, of MuJoCo.
     Mjcf,
-}
-
-/// A robot file made of a description.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Imported {
-    /// Text of the robot file, which is valid.
-    pub text: String,
-    /// Number of entries that follow from the description.
-    pub read: usize,
-    /// Number of entries that do not; their comments begin with ASSUMED.
-    pub assumed: usize,
-    /// What the robot file cannot express, one sentence each.
-    pub notes: Vec<String>,
 }
 
 /// Makes a robot file of the description `text`, with `file` as its name in messages. The robot is

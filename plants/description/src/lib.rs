@@ -30,5 +30,6 @@ mod tree;
 mod urdf;
 mod xml;
 
-pub use import::{Imported, Language, import};
+pub use import::{Language, import};
+pub use robot_file::Imported;
 pub use urdf::urdf;

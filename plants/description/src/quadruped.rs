@@ -2,6 +2,7 @@
 
 mod bend;
 mod chain;
+mod leg;
 
 use nalgebra::Vector3;
 use twinrig_document::Problem;
@@ -9,6 +10,7 @@ use twinrig_document::Problem;
 use crate::tree::{Freedom, Inertial, Tree};
 pub(crate) use bend::Bend;
 use chain::{Chain, chains};
+pub(crate) use leg::Leg;
 
 /// A quadruped, in the frame of its centre of mass.
 #[derive(Debug)]
@@ -20,33 +22,6 @@ pub(crate) struct Quadruped {
     pub(crate) legs: Vec<Leg>,
     /// What the robot file cannot express.
     pub(crate) notes: Vec<String>,
-}
-
-/// A leg, projected on its plane.
-#[derive(Debug)]
-pub(crate) struct Leg {
-    pub(crate) name: &'static str,
-    /// Hip, from the centre of mass of the trunk \[m\].
-    pub(crate) hip: Vector3<f64>,
-    /// Lengths from hip to knee, knee to ankle and ankle to foot \[m\].
-    pub(crate) lengths: [f64; 3],
-    /// Distance of the ends of the rod from the joints \[m\].
-    pub(crate) l_delta: f64,
-    /// Whether it is not that of the description.
-    pub(crate) is_l_delta_assumed: bool,
-    /// Range of the knee.
-    pub(crate) bend: Bend,
-    /// Masses of the segments without the foot \[kg\].
-    pub(crate) masses: [f64; 3],
-    /// Mass of the foot, if it follows from the centre of mass of the last segment \[kg\].
-    pub(crate) foot: Option<f64>,
-    /// Whether the description has two segments, of which three were made.
-    pub(crate) is_divided: bool,
-    /// Viscous friction of hip, knee and ankle, if known \[N·m·s/rad\].
-    pub(crate) damping: [Option<f64>; 3],
-    /// Torque \[N·m\] and speed \[rad/s\] of hip and knee drive, if known.
-    pub(crate) torque: [Option<f64>; 2],
-    pub(crate) speed: [Option<f64>; 2],
 }
 
 /// Greatest product of inertia of a trunk that goes unsaid, as a share of the greatest moment.

@@ -2,102 +2,28 @@
 //! and marked as ASSUMED.
 
 mod leg;
+mod lines;
 mod scaled;
 
-use core::fmt::Write;
-
-use twinrig_document::print_quantity;
 use twinrig_kernel::Unit;
 use twinrig_robot::RobotError;
 
-use crate::Imported;
 use crate::quadruped::{Leg, Quadruped};
 use leg::leg_lines;
+use lines::{Lines, Origin, quantity};
 use scaled::Scale;
 
-/// Least width of an entry, before its comment.
-const WIDTH: usize = 43;
-
-/// Significant digits of values: the last ones of a sum are roundings.
-const DIGITS: usize = 13;
-
-/// Significant digits of assumed values.
-const DIGITS_ASSUMED: usize = 4;
-
-/// Where a value is from.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Origin {
-    /// The description.
-    File,
-    /// Cheetah-cub.
-    Assumed,
-}
-
-/// Lines of a robot file.
-#[derive(Default)]
-struct Lines {
-    text: String,
-    read: usize,
-    assumed: usize,
-}
-
-impl Lines {
-    fn raw(&mut self, line: &str) {
-        self.text.push_str(line);
-        self.text.push('\n');
-    }
-
-    /// Adds an entry, with the source of its value and a note in the comment.
-    fn entry(&mut self, key: &str, value: &str, from: Origin, note: &str) {
-        let source = match from {
-            Origin::File => {
-                self.read += 1;
-                "FILE"
-            }
-            Origin::Assumed => {
-                self.assumed += 1;
-                "ASSUMED"
-            }
-        };
-        let entry = format!("{key} = {value}");
-        let colon = if note.is_empty() { "" } else { ": " };
-        // Writing to a string cannot fail.
-        let _ = writeln!(self.text, "{entry:WIDTH$} # {source}{colon}{note}");
-    }
-
-    /// Adds a value that may be unknown, and then is `scaled`.
-    fn either(&mut self, key: &str, value: Option<f64>, scaled: f64, unit: Unit) {
-        match value {
-            Some(value) => self.entry(key, &quantity(value, unit), Origin::File, ""),
-            None => self.entry(key, &assumed(scaled, unit), Origin::Assumed, ""),
-        }
-    }
-}
-
-/// Returns the value as a string of TOML, in the unit in which people write it.
-fn quantity(value: f64, unit: Unit) -> String {
-    written(value, unit, DIGITS)
-}
-
-/// Returns an assumed value as a string of TOML.
-fn assumed(value: f64, unit: Unit) -> String {
-    written(value, unit, DIGITS_ASSUMED)
-}
-
-fn written(value: f64, unit: Unit, digits: usize) -> String {
-    let rounded = |value: f64| {
-        let text = format!("{value:.*e}", digits - 1);
-        // A formatted number is a number; zero has no sign.
-        text.parse().unwrap_or(value) + 0.0
-    };
-    let (scale, spelling) = match unit {
-        Unit::Meter => (1e3, "mm"),
-        Unit::Kilogram => (1e3, "g"),
-        Unit::Second => (1e3, "ms"),
-        Unit::Radian => return format!("\"{} deg\"", rounded(value.to_degrees())),
-        _ => return format!("\"{}\"", print_quantity(rounded(value), unit)),
-    };
-    format!("\"{} {spelling}\"", rounded(value * scale))
+/// A robot file made of a description.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Imported {
+    /// Text of the robot file, which is valid.
+    pub text: String,
+    /// Number of entries that follow from the description.
+    pub read: usize,
+    /// Number of entries that do not; their comments begin with ASSUMED.
+    pub assumed: usize,
+    /// What the robot file cannot express, one sentence each.
+    pub notes: Vec<String>,
 }
 
 /// Returns the robot file of a quadruped read from `file`.

@@ -11,19 +11,8 @@ use crate::error::LeggedError;
 use crate::external_load::StepLoad;
 use crate::posture::Posture;
 use crate::readings::Readings;
+use crate::set_points::StepInputs;
 use crate::setup::Setup;
-
-/// Inputs of the drives over a step, linear in time, in the order of the ports: hip and pulley of
-/// each leg as angles \[rad\], or voltage \[V\] and bridge of each.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StepInputs<'i> {
-    /// Inputs at the beginning of the step.
-    pub start: &'i [f64],
-    /// Rates of the inputs \[1/s\].
-    pub rates: &'i [f64],
-    /// Mean inputs over the step, for dynamics that hold their inputs over a step.
-    pub mean: &'i [f64],
-}
 
 /// Equations of motion of a legged robot and their integration, from which
 /// [`LeggedPlant`](crate::LeggedPlant) makes a plant.

@@ -62,7 +62,7 @@ mod validation;
 mod window;
 
 pub use constraints::Constraints;
-pub use dynamics::{Dynamics, FromRobot, PartFault, StepInputs};
+pub use dynamics::{Dynamics, FromRobot, PartFault};
 pub use error::{LeggedError, PushProblem, positive};
 pub use external_load::{ExternalLoad, StepLoad};
 pub use ledger::{Ledger, NegativeDissipation, Stored};
@@ -72,7 +72,7 @@ pub use push::{Push, PushShape, PushTarget};
 pub use push_schedule::PushSchedule;
 pub use readings::{FootMotion, Readings, surfaces_below};
 pub use segment::Segment;
-pub use set_points::{Ramp, SetPoint, SetPoints};
+pub use set_points::{Ramp, SetPoint, SetPoints, StepInputs};
 pub use setup::{Base, DriveModels, Drives, Motors, Servos, Setup};
 pub use signals::Signals;
 pub use slide::{TangentialImpulse, taken_by_friction};

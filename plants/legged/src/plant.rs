@@ -10,13 +10,13 @@ use twinrig_runtime::{
 
 use crate::LEGS;
 use crate::assembly::AssemblyWatch;
-use crate::dynamics::{Dynamics, FromRobot, PartFault, StepInputs};
+use crate::dynamics::{Dynamics, FromRobot, PartFault};
 use crate::error::LeggedError;
 use crate::ground_friction::GroundFriction;
 use crate::limits::{Excesses, Limits};
 use crate::push::Push;
 use crate::push_schedule::PushSchedule;
-use crate::set_points::{Ramp, SetPoint, SetPoints};
+use crate::set_points::{Ramp, SetPoint, SetPoints, StepInputs};
 use crate::setup::{Base, Drives, Setup};
 use crate::signals::Signals;
 use crate::window::Window;

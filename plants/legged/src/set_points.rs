@@ -3,7 +3,17 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime};
 
-use crate::dynamics::StepInputs;
+/// Inputs of the drives over a step, linear in time, in the order of the ports: hip and pulley of
+/// each leg as angles \[rad\], or voltage \[V\] and bridge of each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepInputs<'i> {
+    /// Inputs at the beginning of the step.
+    pub start: &'i [f64],
+    /// Rates of the inputs \[1/s\].
+    pub rates: &'i [f64],
+    /// Mean inputs over the step, for dynamics that hold their inputs over a step.
+    pub mean: &'i [f64],
+}
 
 /// Course of the set-points of servos from one command to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -2,13 +2,9 @@
 
 use core::f64::consts::PI;
 
-use nalgebra::Vector3;
-use twinrig_contact::Ground;
 use twinrig_leg::{Joints, LegCommand, LegError, Pantograph, Planar, Pose, Stop};
-use twinrig_robot::{LegMount, Robot};
 
 use crate::error::LeggedError;
-use crate::setup::{Base, Setup};
 
 /// Default leg length at the start, relative to the greatest leg length.
 const UPRIGHT_SHARE: f64 = 0.9;
@@ -182,44 +178,4 @@ impl StartPose {
         };
         Ok((start, pose))
     }
-}
-
-impl Setup {
-    /// Returns the initial height of the trunk \[m\]: the lowest foot is at height zero, or on the
-    /// ground where that is higher; the robot falls to lower ground. `lowest` returns the lowest
-    /// point of a leg relative to the centre of mass of the trunk, in its axes.
-    ///
-    /// The height of a fixed trunk is determined by all legs of the robot, so that it does not
-    /// depend on omitted legs.
-    ///
-    /// # Errors
-    /// As [`Setup::selected_mounts`] and [`Start::of_leg`].
-    pub fn height(
-        &self,
-        robot: &Robot,
-        lowest: impl Fn(&LegMount, &LegStart) -> Vector3<f64>,
-    ) -> Result<f64, LeggedError> {
-        let mut mounts = self.selected_mounts(robot)?;
-        if self.base == Base::Fixed {
-            mounts = robot.legs.iter().collect();
-        }
-        let mut height = 0.0_f64;
-        for mount in mounts {
-            let pantograph =
-                Pantograph::new(&mount.leg).map_err(LeggedError::of_leg(&mount.name))?;
-            let start = self.start.of_leg(&mount.name, &pantograph)?;
-            height = height.max(clearance(self.ground.as_ref(), &lowest(mount, &start)));
-        }
-        Ok(height)
-    }
-}
-
-/// Returns the height of the trunk at which a point is at height zero, or on the ground where that
-/// is higher.
-fn clearance(ground: Option<&Ground>, point: &Vector3<f64>) -> f64 {
-    let ground = ground.map_or(0.0, |ground| {
-        let below = ground.below(&Vector3::new(point.x, point.y, 0.0));
-        -below.gap / below.normal.z
-    });
-    ground.max(0.0) - point.z
 }

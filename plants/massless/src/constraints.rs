@@ -8,8 +8,9 @@ use twinrig_leg::Stop;
 use twinrig_legged::LEGS;
 
 use crate::midpoint::{Midpoint, Placement};
-use crate::mobility::{Mobility, Motion, Response};
+use crate::mobility::{Mobility, Response};
 use crate::model::Model;
+use crate::motion::Motion;
 use crate::rows::Row;
 use crate::state::State;
 

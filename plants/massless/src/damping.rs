@@ -15,8 +15,9 @@ use nalgebra::{Matrix2x6, Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
 use twinrig_leg::{Gradient, Planar};
 use twinrig_legged::{Base, LEGS};
 
-use crate::mobility::{Mobility, Motion, inverse_of_symmetric};
+use crate::inertia::{inverse_of_symmetric, trunk_inertia};
 use crate::model::{LegModel, Model};
+use crate::motion::{Coupled, Motion};
 use crate::rows::{LegKinematics, Row};
 use crate::state::State;
 
@@ -43,14 +44,6 @@ pub(crate) struct Damping {
     trunk: Matrix6<f64>,
     /// Factor from K and velocities to a force: 2/h \[1/s\].
     force_scale: f64,
-}
-
-/// Accelerations of the trunk (x, z, pitch, y, roll, yaw) and of all legs (x and z of the foot,
-/// hip) due to one force.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Coupled {
-    pub(crate) trunk: Vector6<f64>,
-    pub(crate) legs: [Vector3<f64>; LEGS],
 }
 
 impl LegDamping {
@@ -108,7 +101,7 @@ impl Damping {
         };
         let mut damping = Self {
             legs: [none; LEGS],
-            inertia: Mobility::trunk_inertia(model, legs),
+            inertia: trunk_inertia(model, legs),
             trunk: Matrix6::zeros(),
             force_scale: 2.0 / seconds,
         };

@@ -6,8 +6,9 @@ use twinrig_legged::{DriveModels, LEGS, Motors, Servos};
 
 use crate::constraints::Constraints;
 use crate::midpoint::Midpoint;
-use crate::mobility::{Mobility, Motion};
+use crate::mobility::Mobility;
 use crate::model::Model;
+use crate::motion::Motion;
 use crate::state::State;
 
 /// Inputs of the drives of each leg, in the order of the ports: hip and pulley of servos \[rad\],

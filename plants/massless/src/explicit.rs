@@ -3,7 +3,8 @@
 use twinrig_legged::LEGS;
 
 use crate::drives::DriveStep;
-use crate::flow::{Flow, FlowError};
+use crate::flow::Flow;
+use crate::flow_error::FlowError;
 use crate::midpoint::advance_positions;
 use crate::mobility::Mobility;
 use crate::step::StepEnd;

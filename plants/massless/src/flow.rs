@@ -1,48 +1,18 @@
 //! Island of the plant with its state: steps with subdivision, snapshots, stored energy.
 
 use serde::{Deserialize, Serialize};
-use twinrig_contact::SolveError;
-use twinrig_legged::{Base, ExternalLoad, LEGS, Ledger, NegativeDissipation, StepLoad, Stored};
+use twinrig_legged::{Base, ExternalLoad, LEGS, Ledger, StepLoad, Stored};
 use twinrig_runtime::{EnergyBalance, WorkCounts};
 
 use crate::constraints::{Constraints, GROUND, LegForces};
 use crate::drives::Inputs;
+use crate::flow_error::FlowError;
 use crate::midpoint::{Midpoint, NoPose, Placement};
 use crate::model::{GRAVITY, Method, Model};
 use crate::state::State;
 
 /// Maximum number of halvings of a step that fails.
 const HALVINGS_MAX: u32 = 8;
-
-/// Reason why a step fails.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub(crate) enum FlowError {
-    #[error(transparent)]
-    NoPose(#[from] NoPose),
-    #[error(transparent)]
-    SolveError(#[from] SolveError),
-    #[error("the state is not a number")]
-    NotFinite,
-    #[error(
-        "the step of {seconds:e} s does not converge: the energy of its springs is off by {energy:e} J, its feet by {metres:e} m"
-    )]
-    NotConverged {
-        seconds: f64,
-        energy: f64,
-        metres: f64,
-    },
-    #[error("a step of {seconds:e} s is too long: a foot penetrates the ground by {metres:e} m")]
-    Penetration { seconds: f64, metres: f64 },
-    #[error(
-        "impacts give {given:.3e} J, but can only dissipate; shorten the steps, or take compliant constraints or the plant lcp"
-    )]
-    ImpactGivesEnergy { leg: usize, given: f64 },
-    #[error("a step of {seconds:e} s is too long: {why}")]
-    Dissipation {
-        seconds: f64,
-        why: NegativeDissipation,
-    },
-}
 
 /// Serialised state of a [`Flow`].
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]

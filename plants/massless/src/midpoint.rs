@@ -6,8 +6,9 @@ use twinrig_contact::Surface;
 use twinrig_leg::{Gradient, LegError, Planar, Pose};
 use twinrig_legged::{ExternalLoad, LEGS};
 
-use crate::mobility::{Mobility, Motion};
+use crate::mobility::Mobility;
 use crate::model::{GRAVITY, LegModel, Model};
+use crate::motion::Motion;
 use crate::pushed::Pushed;
 use crate::rows::LegKinematics;
 use crate::state::State;

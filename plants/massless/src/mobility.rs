@@ -1,19 +1,14 @@
 //! Inverse mass matrix. Only the feet's sideways inertia couples coordinates, so it is nearly
 //! diagonal.
 
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
-use twinrig_leg::Planar;
+use nalgebra::{Matrix3, Matrix6, Vector3};
 use twinrig_legged::{Base, LEGS};
 
-use crate::damping::{Coupled, Damping};
+use crate::damping::Damping;
+use crate::inertia::{inverse_of_symmetric, lateral_inertia, trunk_inertia};
 use crate::model::Model;
+use crate::motion::{Coupled, Motion};
 use crate::rows::{LegKinematics, Row};
-use crate::state::State;
-
-/// Rows of the rotations in the inertia of the trunk.
-const PITCH: usize = 2;
-const ROLL: usize = 4;
-const YAW: usize = 5;
 
 /// Inverse mass matrix: velocity changes per impulse along a row.
 #[derive(Debug, Clone, Copy)]
@@ -27,15 +22,6 @@ pub(crate) struct Mobility {
     pub(crate) drive: [[f64; 2]; LEGS],
     /// Friction of the joints, where it is a part of the inertia.
     pub(crate) damping: Option<Damping>,
-}
-
-/// Accelerations, or changes of velocity, of all coordinates.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Motion {
-    pub(crate) sagittal: Vector3<f64>,
-    pub(crate) lateral: Vector3<f64>,
-    pub(crate) foot: [Planar; LEGS],
-    pub(crate) drive: [[f64; 2]; LEGS],
 }
 
 /// Accelerations due to a unit force, kept from the assembly of the matrix to the solution.
@@ -66,7 +52,7 @@ impl Mobility {
         };
         // Without a factorisation the state is not a number, which the step reports.
         let coupled = is_coupled.then(|| {
-            let factors = Self::trunk_inertia(model, legs).cholesky();
+            let factors = trunk_inertia(model, legs).cholesky();
             factors.map_or(Matrix6::repeat(f64::NAN), |factors| factors.inverse())
         });
         Self {
@@ -101,34 +87,6 @@ impl Mobility {
         if let Some(damping) = &self.damping {
             damping.apply_damping(motion, legs);
         }
-    }
-
-    /// Inertia of the trunk with the sideways inertia of the feet: x, z, pitch, y, roll, yaw.
-    /// Coordinates that the base holds have an inertia of 1.
-    pub(crate) fn trunk_inertia(model: &Model, legs: &[LegKinematics]) -> Matrix6<f64> {
-        let mut inertia = Matrix6::identity();
-        if model.base != Base::Fixed {
-            let diagonal = [model.mass, model.mass, model.inertia.y];
-            diagonal
-                .into_iter()
-                .enumerate()
-                .for_each(|(i, entry)| inertia[(i, i)] = entry);
-        }
-        if model.base == Base::Free {
-            let lateral = lateral_inertia(model, legs);
-            inertia.fixed_view_mut::<3, 3>(3, 3).copy_from(&lateral);
-            if let Some(tensor) = &model.tensor {
-                for (row, column, product) in [
-                    (PITCH, ROLL, tensor[(0, 1)]),
-                    (PITCH, YAW, tensor[(1, 2)]),
-                    (ROLL, YAW, tensor[(0, 2)]),
-                ] {
-                    inertia[(row, column)] += product;
-                    inertia[(column, row)] += product;
-                }
-            }
-        }
-        inertia
     }
 
     /// Accelerations of the trunk due to forces on it.
@@ -196,46 +154,6 @@ impl Mobility {
 }
 
 impl Motion {
-    pub(crate) const fn zero() -> Self {
-        let still = Vector3::new(0.0, 0.0, 0.0);
-        Self {
-            sagittal: still,
-            lateral: still,
-            foot: [Planar::new(0.0, 0.0); LEGS],
-            drive: [[0.0; 2]; LEGS],
-        }
-    }
-
-    /// Accelerations of the trunk: x, z, pitch, y, roll, yaw.
-    pub(crate) fn trunk(&self) -> Vector6<f64> {
-        let (s, l) = (&self.sagittal, &self.lateral);
-        Vector6::new(s.x, s.y, s.z, l.x, l.y, l.z)
-    }
-
-    /// Adds the accelerations of trunk and legs due to coupled forces.
-    pub(crate) fn add(&mut self, coupled: &Coupled) {
-        self.sagittal += coupled.trunk.fixed_rows::<3>(0);
-        self.lateral += coupled.trunk.fixed_rows::<3>(3);
-        self.add_to_legs(&coupled.legs, 1.0);
-    }
-
-    fn add_to_legs(&mut self, legs: &[Vector3<f64>; LEGS], magnitude: f64) {
-        for ((foot, drive), leg) in self.foot.iter_mut().zip(&mut self.drive).zip(legs) {
-            *foot += Planar::new(leg.x, leg.y) * magnitude;
-            drive[0] += leg.z * magnitude;
-        }
-    }
-
-    /// Component along a row.
-    pub(crate) fn along(&self, row: &Row) -> f64 {
-        let [hip, pulley] = self.drive[row.leg];
-        self.sagittal.dot(&row.sagittal)
-            + self.lateral.dot(&row.lateral)
-            + self.foot[row.leg].dot(&row.foot)
-            + hip * row.hip
-            + pulley * row.pulley
-    }
-
     /// Adds the accelerations due to a force along a row.
     pub(crate) fn add_force(
         &mut self,
@@ -257,38 +175,4 @@ impl Motion {
         drive[0] += mobility.drive[force.leg][0] * force.hip * magnitude;
         drive[1] += mobility.drive[force.leg][1] * force.pulley * magnitude;
     }
-
-    /// Adds the velocity changes of `seconds` of this motion to a state.
-    pub(crate) fn apply(&self, state: &mut State, seconds: f64, legs: usize) {
-        let [x, z, pitch] = self.sagittal.into();
-        let [y, roll, yaw] = self.lateral.into();
-        state.set_velocity(state.velocity() + Vector3::new(x, y, z) * seconds);
-        state.set_rate(state.rate() + Vector3::new(roll, pitch, yaw) * seconds);
-        for leg in 0..legs {
-            state.set_foot_velocity(leg, state.foot_velocity(leg) + self.foot[leg] * seconds);
-            state.set_hip_rate(leg, state.hip_rate(leg) + self.drive[leg][0] * seconds);
-            state.set_pulley_rate(leg, state.pulley_rate(leg) + self.drive[leg][1] * seconds);
-        }
-    }
-}
-
-/// Inertia of the trunk sideways, in roll and in yaw, with the feet, which move sideways with it.
-fn lateral_inertia(model: &Model, legs: &[LegKinematics]) -> Matrix3<f64> {
-    let mut inertia =
-        Matrix3::from_diagonal(&Vector3::new(model.mass, model.inertia.x, model.inertia.z));
-    for (leg, kinematics) in model.legs.iter().zip(legs) {
-        let sideways = kinematics.sideways();
-        inertia += sideways * sideways.transpose() * leg.mass;
-    }
-    inertia
-}
-
-/// Inverse by cofactors; the matrix is an inertia, hence its determinant is positive.
-pub(crate) fn inverse_of_symmetric(m: &Matrix3<f64>) -> Matrix3<f64> {
-    let (a, b, c) = (m[(0, 0)], m[(0, 1)], m[(0, 2)]);
-    let (d, e, f) = (m[(1, 1)], m[(1, 2)], m[(2, 2)]);
-    let (aa, bb, cc) = (d * f - e * e, c * e - b * f, b * e - c * d);
-    let (dd, ee, ff) = (a * f - c * c, b * c - a * e, a * d - b * b);
-    let scale = 1.0 / (a * aa + b * bb + c * cc);
-    Matrix3::new(aa, bb, cc, bb, dd, ee, cc, ee, ff) * scale
 }

@@ -3,37 +3,23 @@
 use std::fmt::Debug;
 use std::ops::Add;
 
-use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
-use twinrig_compliant::SavedCompliant;
 use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
-    Base, Constraints, DriveModels, Dynamics, FromRobot, LEGS, LeggedPlant, PartFault, Posture,
-    Setup, StepInputs, StepLoad,
+    Base, Constraints, Dynamics, FromRobot, LEGS, LeggedPlant, PartFault, Posture, Setup,
+    StepInputs, StepLoad,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantState, WorkCounts};
 
 use crate::compliant;
-use crate::drives::Inputs;
-use crate::flow::{Flow, FlowError, SavedFlow};
+use crate::flow::{Flow, SavedFlow};
+use crate::flow_error::FlowError;
+use crate::formulation::{Formulation, SavedFormulation};
 use crate::model::{MasslessError, Model, Options};
-use crate::state::State;
+use crate::start::start;
 
 /// Plant of a robot whose legs have mass at the foot only.
 pub type Massless = LeggedPlant<dyn Formulation>;
-
-/// Equations of motion with rigid or compliant constraints.
-pub trait Formulation: Dynamics<Saved = SavedFormulation> + Debug {}
-
-/// Serialised state of a formulation.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub enum SavedFormulation {
-    /// Of rigid constraints.
-    Rigid(Vec<SavedFlow>),
-    /// Of compliant constraints.
-    Compliant(SavedCompliant),
-}
 
 impl FromRobot for dyn Formulation {
     type Options = Options;
@@ -132,41 +118,6 @@ fn islands(robot: &Robot, options: &Options) -> Result<Vec<Options>, MasslessErr
         .iter()
         .map(|mount| single_leg(&mount.name))
         .collect())
-}
-
-/// State at the start, and inputs that keep servos there; motors coast.
-pub(crate) fn start(
-    robot: &Robot,
-    model: &Model,
-    setup: &Setup,
-) -> Result<(State, Inputs), MasslessError> {
-    let mut state = State::zero();
-    state.set_attitude([1.0, 0.0, 0.0, 0.0]);
-    let mut inputs = Inputs::default();
-    for (i, leg) in model.legs.iter().enumerate() {
-        let start = setup.start.of_leg(&leg.name, &leg.pantograph)?;
-        let pose = leg.pantograph.pose_of_angles(start.angles);
-        let pose = pose.map_err(|error| MasslessError::Start(error.to_string()))?;
-        if !leg.pantograph.is_unfolded(&pose) {
-            let why = "the ankle is folded up to the second segment, where hip and foot do not determine the pose";
-            return Err(MasslessError::Start(format!("leg {}: {why}", leg.name)));
-        }
-        if let Some(DriveModels::Servos(_)) = model.drives {
-            inputs[i][..2].copy_from_slice(&[start.command.hip, start.command.knee]);
-        }
-        state.set_foot(i, start.foot);
-        state.set_hip(i, start.angles[0]);
-        state.set_pulley(i, start.command.knee);
-        state.set_foot_velocity(i, start.foot_velocity);
-        state.set_hip_rate(i, start.rates[0]);
-    }
-    let height = setup.height(robot, |mount, start| {
-        let foot = Vector3::new(start.foot.x, 0.0, start.foot.y);
-        Vector3::from(mount.hip) + foot
-    })?;
-    // The trunk's own centre is above the origin, as on other plants.
-    state.set_position(Vector3::z() * height + model.centre);
-    Ok((state, inputs))
 }
 
 impl Dynamics for Islands {

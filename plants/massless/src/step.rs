@@ -3,10 +3,12 @@
 use twinrig_legged::LEGS;
 
 use crate::drives::DriveStep;
-use crate::flow::{Flow, FlowError, ground_force};
+use crate::flow::{Flow, ground_force};
+use crate::flow_error::FlowError;
 use crate::midpoint::advance_positions;
-use crate::mobility::{Mobility, Motion};
+use crate::mobility::Mobility;
 use crate::model::Method;
+use crate::motion::Motion;
 use crate::state::State;
 
 /// Maximum number of iterates of a step's end. The error of each is (ωh/2)² times that of the one

@@ -11,13 +11,13 @@ use crate::addresses::Addresses;
 use crate::drives::{self, DriveStates, Inputs, Limits, MotorParameters};
 use crate::engine::{Engine, EngineError, EngineFault, STAGES};
 use crate::frame::{LegFrame, TrunkFrame, set_coordinates, spatial};
-use crate::leg_forces::{LegForces, constraints, forces_on_legs};
+use crate::leg_forces::{Constraints, LegForces, constraints, forces_on_legs};
 use crate::mjcf::write_model;
 use crate::model::{Area, Model};
 use crate::options::{Integrator, MujocoError, Options};
-use crate::pushed::PushLoad;
-use crate::rates::{self, Constraints, LegRates, Powers, mean};
-use crate::sliding::CONTACTS;
+use crate::powers::Powers;
+use crate::push_load::PushLoad;
+use crate::rates::{self, LegRates, mean};
 
 /// Tolerance of a trunk's position outside the degrees of freedom of the base, on resuming from
 /// another plant \[m, 1\].
@@ -30,6 +30,10 @@ const GAIN_LIFT: f64 = 1e-3;
 
 /// Maximum number of reductions of the clutches' limits in a step.
 const SATURATION_ROUNDS_MAX: u32 = 4;
+
+/// Maximum number of corrected contacts; feet touch the ground more than once at its edges. Further
+/// contacts keep MuJoCo's forces.
+pub(crate) const CONTACTS: usize = 4 * LEGS;
 
 /// Reason why a step failed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

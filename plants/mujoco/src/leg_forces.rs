@@ -7,7 +7,7 @@ use crate::addresses::Addresses;
 use crate::drives::{self, Inputs};
 use crate::engine::Engine;
 use crate::model::Model;
-use crate::rates::{Constraints, LegRates};
+use crate::rates::LegRates;
 
 /// Forces on a leg, at an instant or as mean of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -34,6 +34,19 @@ impl LegForces {
             self.along[axis] += weight * other.along[axis];
         }
     }
+}
+
+/// Constraints of the robot.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Constraints {
+    /// Power of all constraints \[W\].
+    pub(crate) power: f64,
+    /// Whether these include clutches.
+    pub(crate) clutches: bool,
+    /// Whether these include stops or cables. Otherwise the power without that of ground and
+    /// clutches is the pins'. Pins should do no work; their power is an error of the engine and
+    /// remains in the residual.
+    pub(crate) limits: bool,
 }
 
 /// Returns the forces on all legs, with the drives at these rates.

@@ -114,6 +114,8 @@ mod model;
 pub mod model_file;
 mod options;
 mod plant;
+mod powers;
+mod push_load;
 mod pushed;
 mod rates;
 mod readings;

@@ -4,14 +4,17 @@ mod drives;
 mod ground;
 mod maximal;
 mod minimal;
+mod sections;
 mod shape;
+mod springs;
 
 use core::fmt::Write;
 
-use twinrig_legged::{Base, Posture, positive};
+use twinrig_legged::{Base, Posture};
 use twinrig_robot::{GRAVITY, Robot};
 
-use crate::model::{LegModel, Model};
+use self::sections::{Sections, line, triple};
+use crate::model::{Model, escaped};
 use crate::options::{Coordinates, MujocoError, Numerics, Options, TimeConstant};
 
 /// Returns the robot as a readable MJCF model in one file, as the plant [`Mujoco`](crate::Mujoco)
@@ -26,25 +29,6 @@ pub fn mjcf(robot: &Robot, options: &Options) -> Result<String, MujocoError> {
 
 /// Impedance of clutches, MuJoCo's maximum \[1\].
 const CLUTCH_IMPEDANCE: f64 = 0.9999;
-
-/// Sections of a model.
-#[derive(Default)]
-struct Sections {
-    assets: String,
-    world: String,
-    equalities: String,
-    tendons: String,
-    actuators: String,
-}
-
-/// Adds a line to a section.
-macro_rules! line {
-    ($section:expr, $($what:tt)*) => {
-        // Writing to a string cannot fail.
-        let _ = writeln!($section, $($what)*);
-    };
-}
-pub(crate) use line;
 
 pub(crate) fn write_model(robot: &Robot, model: &Model) -> String {
     let mut to = Sections::default();
@@ -229,68 +213,4 @@ fn inertial(model: &Model) -> String {
         triple(&centre),
         triple(&entries)
     )
-}
-
-/// Writes the springs of a leg, with or without the stops of their rods.
-fn springs(leg: &LegModel, diagonal_range: &str, parallel_range: &str, to: &mut Sections) {
-    let tag = &leg.tag;
-    for (name, ends, spring, range) in [
-        ("diagonal", ["inner", "ankle"], leg.diagonal, diagonal_range),
-        ("parallel", ["inner", "outer"], leg.parallel, parallel_range),
-    ] {
-        let [stiffness, rest] = spring;
-        line!(
-            to.tendons,
-            "    <spatial name=\"{tag}_{name}\" stiffness=\"{stiffness}\" springlength=\"{rest}\"{range}>"
-        );
-        let [from, to_site] = ends.map(|end| format!("<site site=\"{tag}_{end}\"/>"));
-        line!(to.tendons, "      {from}{to_site}\n    </spatial>");
-    }
-}
-
-/// Refuses parameters that MuJoCo would refuse with a less specific message.
-pub(crate) fn check(robot: &Robot, model: &Model) -> Result<(), MujocoError> {
-    if model.base != Base::Fixed {
-        positive("mass of the trunk", robot.trunk.mass)?;
-        for (moment, axis) in robot.trunk.inertia.iter().zip(["roll", "pitch", "yaw"]) {
-            positive(&format!("trunk's moment of inertia in {axis}"), *moment)?;
-        }
-        let [a, b, c] = robot.trunk.inertia;
-        if a + b < c || b + c < a || c + a < b {
-            return Err(MujocoError::Incompatible(
-                "a moment of inertia of the trunk exceeds the sum of the other two, which no body does and MuJoCo refuses; \
-                 correct `inertia` in [trunk]",
-            ));
-        }
-    }
-    for leg in &model.legs {
-        for (segment, which) in leg.segments.iter().zip(["first", "middle", "last"]) {
-            let of = |what| format!("{what} of the {which} segment of leg {}", leg.name);
-            positive(&of("mass"), segment.mass)?;
-            // MuJoCo treats a smaller value as zero.
-            positive(&of("moment of inertia"), segment.moment - 1e-14)?;
-        }
-    }
-    Ok(())
-}
-
-/// Returns the values of an attribute.
-fn triple(numbers: &[f64]) -> String {
-    let texts: Vec<String> = numbers.iter().map(f64::to_string).collect();
-    texts.join(" ")
-}
-
-/// Returns a name, escaped as the value of an attribute.
-pub(crate) fn escaped(name: &str) -> String {
-    let mut text = String::new();
-    for letter in name.chars() {
-        match letter {
-            '&' => text.push_str("&amp;"),
-            '<' => text.push_str("&lt;"),
-            '>' => text.push_str("&gt;"),
-            '"' => text.push_str("&quot;"),
-            other => text.push(other),
-        }
-    }
-    text
 }

@@ -2,10 +2,9 @@
 
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_leg::Pantograph;
-use twinrig_legged::{Base, DriveModels, LeggedError, Posture, Segment};
+use twinrig_legged::{Base, DriveModels, LeggedError, Posture, Segment, positive};
 use twinrig_robot::{LegMount, Payload, Robot};
 
-use crate::mjcf::{check, escaped};
 use crate::options::{Coordinates, MujocoError, Numerics, Options};
 
 /// Radius of the ball that represents the contact point of a foot \[m\].
@@ -227,4 +226,45 @@ fn sampled(field: &HeightField) -> Area {
         to: [0, 1].map(|axis| origin[axis] + spacing * points[axis] as f64),
         points: squares.map(|count| count * fine + 1),
     }
+}
+
+/// Refuses parameters that MuJoCo would refuse with a less specific message.
+fn check(robot: &Robot, model: &Model) -> Result<(), MujocoError> {
+    if model.base != Base::Fixed {
+        positive("mass of the trunk", robot.trunk.mass)?;
+        for (moment, axis) in robot.trunk.inertia.iter().zip(["roll", "pitch", "yaw"]) {
+            positive(&format!("trunk's moment of inertia in {axis}"), *moment)?;
+        }
+        let [a, b, c] = robot.trunk.inertia;
+        if a + b < c || b + c < a || c + a < b {
+            return Err(MujocoError::Incompatible(
+                "a moment of inertia of the trunk exceeds the sum of the other two, which no body does and MuJoCo refuses; \
+                 correct `inertia` in [trunk]",
+            ));
+        }
+    }
+    for leg in &model.legs {
+        for (segment, which) in leg.segments.iter().zip(["first", "middle", "last"]) {
+            let of = |what| format!("{what} of the {which} segment of leg {}", leg.name);
+            positive(&of("mass"), segment.mass)?;
+            // MuJoCo treats a smaller value as zero.
+            positive(&of("moment of inertia"), segment.moment - 1e-14)?;
+        }
+    }
+    Ok(())
+}
+
+/// Returns a name, escaped as the value of an attribute.
+pub(crate) fn escaped(name: &str) -> String {
+    let mut text = String::new();
+    for letter in name.chars() {
+        match letter {
+            '&' => text.push_str("&amp;"),
+            '<' => text.push_str("&lt;"),
+            '>' => text.push_str("&gt;"),
+            '"' => text.push_str("&quot;"),
+            other => text.push(other),
+        }
+    }
+    text
 }

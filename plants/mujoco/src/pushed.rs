@@ -1,27 +1,10 @@
 //! Forces of pushes on trunk and feet, held at their mean over a step.
 
 use nalgebra::Vector3;
-use twinrig_legged::{LEGS, StepLoad};
+use twinrig_legged::StepLoad;
 
 use crate::flow::Flow;
-
-/// Load of pushes in a step.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct PushLoad {
-    load: StepLoad,
-    /// Forces of the present step, world axes.
-    forces: Option<Pushed>,
-}
-
-/// Forces of pushes, world axes.
-#[derive(Debug, Clone, Copy)]
-struct Pushed {
-    /// Force on the trunk \[N\], and torque about its centre of mass \[N·m\].
-    force: Vector3<f64>,
-    torque: Vector3<f64>,
-    /// Forces on the feet \[N\].
-    feet: [Vector3<f64>; LEGS],
-}
+use crate::push_load::{PushLoad, Pushed};
 
 impl Flow {
     /// Sets the load of the next step.

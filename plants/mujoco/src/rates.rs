@@ -1,19 +1,17 @@
-//! Rates at which forces do work, and their powers.
+//! Rates at which forces do work.
 
-use nalgebra::Vector3;
-use twinrig_legged::{LEGS, Ledger};
+use twinrig_legged::LEGS;
 
 use crate::frame::{LegFrame, TrunkFrame, spatial};
-use crate::leg_forces::LegForces;
 use crate::model::{LegModel, Model};
 use crate::options::{Coordinates, Integrator};
 
 /// Rates of a leg: hip, knee, ankle and pulley \[rad/s\], foot in the world \[m/s\].
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct LegRates {
-    joints: [f64; 3],
+    pub(crate) joints: [f64; 3],
     pulley: f64,
-    foot: [f64; 3],
+    pub(crate) foot: [f64; 3],
 }
 
 impl LegRates {
@@ -79,68 +77,4 @@ pub(crate) fn of_all(
 /// Returns the means of two sets of rates.
 pub(crate) fn mean(one: &[LegRates; LEGS], other: &[LegRates; LEGS]) -> [LegRates; LEGS] {
     std::array::from_fn(|leg| one[leg].mean_with(&other[leg]))
-}
-
-/// Constraints of the robot.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Constraints {
-    /// Power of all constraints \[W\].
-    pub(crate) power: f64,
-    /// Whether these include clutches.
-    pub(crate) clutches: bool,
-    /// Whether these include stops or cables. Otherwise the power without that of ground and
-    /// clutches is the pins'. Pins should do no work; their power is an error of the engine and
-    /// remains in the residual.
-    pub(crate) limits: bool,
-}
-
-/// Powers by their account in the energy balance \[W\].
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Powers {
-    actuator: f64,
-    dissipated: f64,
-    impact: f64,
-}
-
-impl Powers {
-    /// Returns the powers of forces at these rates, and of joint friction at the rates
-    /// `friction_rates`.
-    pub(crate) fn new(
-        model: &Model,
-        forces: &[LegForces; LEGS],
-        [rates, friction_rates]: [&[LegRates; LEGS]; 2],
-        constraints: &Constraints,
-    ) -> Self {
-        let mut powers = Self::default();
-        let mut limit_power = constraints.power;
-        for (i, leg) in model.legs.iter().enumerate() {
-            let (forces, rates) = (&forces[i], &rates[i]);
-            let [hip, knee] = rates.drive_rates();
-            let drive_power = forces.torques[0] * hip + forces.torques[1] * knee;
-            powers.actuator += drive_power;
-            if constraints.clutches {
-                limit_power -= drive_power;
-            }
-            for (joint, friction) in leg.friction.iter().enumerate() {
-                powers.dissipated +=
-                    friction * friction_rates[i].joints[joint] * rates.joints[joint];
-            }
-            let along = |force: [f64; 3]| Vector3::from(force).dot(&Vector3::from(rates.foot));
-            let (normal_power, friction_power) = (along(forces.normal), along(forces.along));
-            powers.impact -= normal_power;
-            powers.dissipated -= friction_power;
-            limit_power -= normal_power + friction_power;
-        }
-        if constraints.limits {
-            powers.impact -= limit_power;
-        }
-        powers
-    }
-
-    /// Adds the work over an interval to the energy balance.
-    pub(crate) fn add_work(&self, seconds: f64, ledger: &mut Ledger) {
-        ledger.actuator += self.actuator * seconds;
-        ledger.dissipated += self.dissipated * seconds;
-        ledger.impact += self.impact * seconds;
-    }
 }

@@ -7,9 +7,8 @@
 //! initial guess, until the reduction converges.
 
 use nalgebra::Vector3;
-use twinrig_legged::LEGS;
 
-use crate::flow::{Flow, FlowFault};
+use crate::flow::{CONTACTS, Flow, FlowFault};
 use crate::frame::{LegFrame, TrunkFrame, spatial};
 use crate::options::{Cone, TimeConstant};
 
@@ -18,10 +17,6 @@ const SLIDING_SHARE: f64 = 1.0 - 1e-6;
 
 /// Tolerance of the reduction as a velocity \[m/s\], and relative to its value \[1\].
 const TOLERANCE: [f64; 2] = [1e-4, 1e-2];
-
-/// Maximum number of corrected contacts; feet touch the ground more than once at its edges. Further
-/// contacts keep MuJoCo's forces.
-pub(crate) const CONTACTS: usize = 4 * LEGS;
 
 impl Flow {
     /// Computes the forces of the present state.

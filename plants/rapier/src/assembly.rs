@@ -4,7 +4,7 @@ use nalgebra::Unit;
 use rapier3d_f64::dynamics::{
     GenericJoint, GenericJointBuilder, ImpulseJointHandle, JointAxesMask, JointAxis, LockedAxes,
     MassProperties, MotorModel, RevoluteJointBuilder, RigidBodyBuilder, RigidBodyHandle,
-    RopeJointBuilder,
+    RopeJointBuilder, SpringJointBuilder,
 };
 use rapier3d_f64::geometry::{
     ColliderBuilder, ColliderHandle, Group, InteractionGroups, InteractionTestMode,
@@ -14,9 +14,8 @@ use serde::{Deserialize, Serialize};
 use twinrig_legged::{Base, LegPosture, Posture};
 
 use crate::conversion::{link_attitude, rotation, to_engine};
-use crate::model::{CABLE, KNEE_STOPS, Leg, Model, ROPES, TRUNK};
+use crate::model::{CABLE, KNEE_STOPS, Leg, Model, Point, ROPES, TRUNK};
 use crate::options::{Joints, Options};
-use crate::step_only::{complete_joint, insert_springs};
 use crate::world::Sets;
 
 /// Radius of the ball that represents a foot; the ground is lowered by it \[m\].
@@ -24,6 +23,9 @@ pub(crate) const FOOT: f64 = 1e-4;
 
 /// Axis of the joints on the trunk; positive angles swing forward.
 pub(crate) const AXIS: Vector = Vector::new(0.0, -1.0, 0.0);
+
+/// Index of the knee among the joints of a leg.
+const KNEE: usize = 1;
 
 /// Handles of the robot's parts in the engine.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -320,5 +322,30 @@ fn set_tree_posture(
         tree.generalized_velocity_mut().copy_from_slice(&rates);
         tree.forward_kinematics(&sets.bodies, false);
         tree.update_rigid_bodies(&mut sets.bodies, true);
+    }
+}
+
+/// Adds friction, and the stops of the knee, to the revolute joint above segment `k`.
+fn complete_joint(joint: &mut GenericJoint, leg: &Leg, k: usize) {
+    joint
+        .set_motor_model(JointAxis::AngX, MotorModel::ForceBased)
+        .set_motor_velocity(JointAxis::AngX, 0.0, leg.friction[k]);
+    if k == KNEE {
+        joint.set_limits(JointAxis::AngX, leg.knee_range());
+    }
+}
+
+/// Inserts the springs as joints.
+fn insert_springs(model: &Model, handles: &Handles, sets: &mut Sets) {
+    for (leg, at) in model.legs.iter().zip(&handles.legs) {
+        let body = |point: &Point| at.body(handles.trunk, point.body);
+        for spring in &leg.springs {
+            let [from, to] = &spring.ends;
+            let joint = SpringJointBuilder::new(spring.rest, spring.stiffness, 0.0)
+                .local_anchor1(from.at)
+                .local_anchor2(to.at);
+            sets.impulse_joints
+                .insert(body(from), body(to), joint, true);
+        }
     }
 }

@@ -6,15 +6,7 @@ use twinrig_legged::{ExternalLoad, Readings, StepLoad};
 
 use crate::conversion::to_engine;
 use crate::drives::StepTiming;
-use crate::robot::Machine;
-
-/// Load of pushes in a step of the plant.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct PushLoad {
-    load: StepLoad,
-    /// Time since the begin of that step \[s\].
-    pub(crate) elapsed_s: f64,
-}
+use crate::robot::{Machine, PushLoad};
 
 /// Forces of pushes in a step of the engine, world axes.
 pub(crate) struct Pushed {

@@ -2,7 +2,7 @@
 
 use rapier3d_f64::math::{Pose, Vector};
 use serde::{Deserialize, Serialize};
-use twinrig_legged::{DriveModels, Ledger, LegPosture, Posture, Stored};
+use twinrig_legged::{DriveModels, Ledger, LegPosture, Posture, StepLoad, Stored};
 use twinrig_robot::{GRAVITY, Robot};
 use twinrig_runtime::WorkCounts;
 
@@ -10,7 +10,6 @@ use crate::assembly::{AXIS, Handles, assemble};
 use crate::drives::Drive;
 use crate::model::{Model, Point, ROPES, TRUNK};
 use crate::options::{Options, RapierError};
-use crate::pushed::PushLoad;
 use crate::world::World;
 
 /// State of a body of the engine.
@@ -108,6 +107,14 @@ pub(crate) struct State {
     pub(crate) last_s: f64,
     /// Correction interval of the last step \[s\].
     pub(crate) correction_s: f64,
+}
+
+/// Load of pushes in a step of the plant.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct PushLoad {
+    pub(crate) load: StepLoad,
+    /// Time since the begin of that step \[s\].
+    pub(crate) elapsed_s: f64,
 }
 
 /// A robot in the engine.

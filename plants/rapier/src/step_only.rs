@@ -4,42 +4,10 @@
 //! a limit of its revolute joint, so that the engine solves them together with the joint. The stops
 //! of the parallel rod are ropes.
 
-use rapier3d_f64::dynamics::{GenericJoint, JointAxis, MotorModel, SpringJointBuilder};
 use twinrig_legged::Ledger;
 
-use crate::assembly::Handles;
 use crate::divergence::Divergence;
-use crate::model::{Leg, Model, Point};
 use crate::robot::Machine;
-use crate::world::Sets;
-
-/// Index of the knee among the joints of a leg.
-const KNEE: usize = 1;
-
-/// Adds friction, and the stops of the knee, to the revolute joint above segment `k`.
-pub(crate) fn complete_joint(joint: &mut GenericJoint, leg: &Leg, k: usize) {
-    joint
-        .set_motor_model(JointAxis::AngX, MotorModel::ForceBased)
-        .set_motor_velocity(JointAxis::AngX, 0.0, leg.friction[k]);
-    if k == KNEE {
-        joint.set_limits(JointAxis::AngX, leg.knee_range());
-    }
-}
-
-/// Inserts the springs as joints.
-pub(crate) fn insert_springs(model: &Model, handles: &Handles, sets: &mut Sets) {
-    for (leg, at) in model.legs.iter().zip(&handles.legs) {
-        let body = |point: &Point| at.body(handles.trunk, point.body);
-        for spring in &leg.springs {
-            let [from, to] = &spring.ends;
-            let joint = SpringJointBuilder::new(spring.rest, spring.stiffness, 0.0)
-                .local_anchor1(from.at)
-                .local_anchor2(to.at);
-            sets.impulse_joints
-                .insert(body(from), body(to), joint, true);
-        }
-    }
-}
 
 impl Machine {
     /// Advances by a step of the engine, and by nothing else.

@@ -7,8 +7,8 @@ use crate::error::DocumentError;
 use crate::item::Item;
 use crate::node::{Node, Value};
 use crate::probe;
+use crate::problems::{Problems, Reported};
 use crate::range::Range;
-use crate::table::{Problems, Reported};
 
 const VALUE: &str = "value";
 

@@ -1,21 +1,20 @@
 //! A document: one TOML file and the values set on top of it.
 
-use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::Arc;
 
-use toml::de::{DeTable, DeValue};
+use toml::de::DeTable;
 
 use crate::error::{DocumentError, Problem, Warning};
 use crate::file::{TEXT_MOST, read_file};
 use crate::node::{Node, Value};
+use crate::overrides::{Overrides, SET_TWICE};
+use crate::problems::{Problems, Reported};
 use crate::source::{Place, Source};
 use crate::syntax;
-use crate::table::{Problems, Reported, Table};
-
-/// Code of the warning for a key that is set twice.
-pub(crate) const SET_TWICE: &str = "set-twice";
+use crate::table::Table;
+use crate::toml_text::{is_entry, quoted};
 
 /// A document in memory. The crate page has an example.
 #[derive(Clone, Debug)]
@@ -227,60 +226,6 @@ impl Document {
     }
 }
 
-/// Values that replace those of another document; returned by [`crate::Item::overrides`].
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Overrides {
-    pub(crate) leaves: Vec<(Vec<String>, Place, Node)>,
-}
-
-impl Overrides {
-    /// Whether no value is replaced.
-    pub fn is_empty(&self) -> bool {
-        self.leaves.is_empty()
-    }
-
-    /// Dotted keys of the replaced values.
-    pub fn keys(&self) -> impl Iterator<Item = String> + use<'_> {
-        self.leaves.iter().map(|(keys, ..)| keys.join("."))
-    }
-
-    /// Keys that occur twice in different spellings, as in `leg.aslp.l1` and `"leg.aslp".l1`: a
-    /// problem at each occurrence but the last.
-    pub(crate) fn set_twice(&self) -> Vec<Problem> {
-        let mut last: BTreeMap<&[String], &Place> = BTreeMap::new();
-        let mut problems = Vec::new();
-        for (keys, place, _) in &self.leaves {
-            if let Some(earlier) = last.insert(keys, place) {
-                let message = format!("`{}` is set twice, and the last one counts", keys.join("."));
-                problems.push(Problem::at(earlier, message, "leave one of them out"));
-            }
-        }
-        problems
-    }
-
-    pub(crate) fn of(node: &Node) -> Self {
-        let mut leaves = Vec::new();
-        collect(node, &mut Vec::new(), &mut leaves);
-        Overrides { leaves }
-    }
-}
-
-fn collect(node: &Node, path: &mut Vec<String>, leaves: &mut Vec<(Vec<String>, Place, Node)>) {
-    let Value::Table(entries) = &node.value else {
-        return;
-    };
-    for entry in entries {
-        let depth = path.len();
-        path.extend(entry.key.split('.').map(str::to_owned));
-        if matches!(entry.node.value, Value::Table(_)) {
-            collect(&entry.node, path, leaves);
-        } else {
-            leaves.push((path.clone(), entry.key_place.clone(), entry.node.clone()));
-        }
-        path.truncate(depth);
-    }
-}
-
 /// Remedy for a file that cannot be read: what was meant.
 fn not_found(path: &Path) -> String {
     let file = path.display().to_string();
@@ -306,24 +251,4 @@ fn unreadable(error: &std::io::Error) -> String {
         ErrorKind::PermissionDenied => "cannot be read: permission denied".to_owned(),
         _ => format!("cannot be read: {error}"),
     }
-}
-
-/// Whether `text` is TOML with exactly one entry.
-pub(crate) fn is_entry(text: &str) -> bool {
-    DeTable::parse(text).is_ok_and(|table| table.get_ref().len() == 1) && !text.contains('\n')
-}
-
-/// Returns `value` as a quoted TOML string; control characters become blanks.
-pub fn quoted(value: &str) -> String {
-    let mut out = String::from("\"");
-    for c in value.chars() {
-        match c {
-            '"' | '\\' => out.extend(['\\', c]),
-            c if c.is_control() => out.push(' '),
-            c => out.push(c),
-        }
-    }
-    out.push('"');
-    debug_assert!(DeValue::parse(&out).is_ok());
-    out
 }

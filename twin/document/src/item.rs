@@ -4,23 +4,23 @@ mod list;
 
 use twinrig_kernel::{SimDuration, Unit};
 
-use crate::document::{Overrides, SET_TWICE};
 use crate::error::{Placed, Problem};
 use crate::near;
 use crate::node::{Node, Value};
+use crate::overrides::{Overrides, SET_TWICE};
 use crate::probe;
+use crate::problems::{Problems, Reported};
 use crate::quantity::{self, QuantityError};
 use crate::range::{Range, readable};
 use crate::source::Place;
-use crate::table::{Problems, Reported, Table};
 
 /// A value of a document. Each accessor returns the value as a type, or reports why it is of
 /// another.
 #[derive(Debug)]
 pub struct Item<'d> {
-    node: &'d Node,
-    path: String,
-    problems: &'d Problems,
+    pub(crate) node: &'d Node,
+    pub(crate) path: String,
+    pub(crate) problems: &'d Problems,
 }
 
 impl<'d> Item<'d> {
@@ -110,8 +110,8 @@ impl<'d> Item<'d> {
         }
     }
 
-    /// Returns the value of `key`, if this is a table with that key. Unlike [`Table::get`] this
-    /// does not count as a request for the key.
+    /// Returns the value of `key`, if this is a table with that key. Unlike
+    /// [`Table::get`](crate::Table::get) this does not count as a request for the key.
     pub fn peek(&self, key: &str) -> Option<Item<'d>> {
         let Value::Table(entries) = &self.node.value else {
             return None;
@@ -292,20 +292,6 @@ impl<'d> Item<'d> {
         Ok(duration)
     }
 
-    /// Returns the value as a table.
-    ///
-    /// # Errors
-    /// The value has another type.
-    pub fn table(&self) -> Result<Table<'d>, Reported> {
-        match &self.node.value {
-            Value::Table(_) => Ok(Table::new(self.node, &self.path, self.problems)),
-            _ => Err(self.wrong_type_with_help(
-                "a table",
-                format!("write it as in {} = {{ … }}", self.key()),
-            )),
-        }
-    }
-
     /// Returns a table whose entries replace those of another document, where its keys are checked.
     ///
     /// # Errors
@@ -327,7 +313,7 @@ impl<'d> Item<'d> {
         self.wrong_type_with_help(expected, String::new())
     }
 
-    fn wrong_type_with_help(&self, expected: &str, help: String) -> Reported {
+    pub(crate) fn wrong_type_with_help(&self, expected: &str, help: String) -> Reported {
         let message = format!(
             "`{}` is {}; expected {expected}",
             self.key(),

@@ -50,29 +50,35 @@ mod item;
 mod library;
 mod near;
 mod node;
+mod overrides;
 mod pattern;
 pub mod probe;
+mod problems;
 mod quantity;
 mod range;
 mod source;
 mod spelling;
 mod syntax;
 mod table;
+mod toml_text;
 mod units;
 mod visible;
 
 pub use assumed::AssumedValue;
-pub use document::{Document, Overrides, quoted};
+pub use document::Document;
 pub use error::{DocumentError, Placed, Problem, Warning};
 pub use file::{STREAM_MOST, TEXT_MOST, read_file};
 pub use item::Item;
 pub use library::Library;
 pub use near::{nearest, suggestion};
+pub use overrides::Overrides;
 pub use pattern::{any_quantity_pattern, duration_pattern, percentage_pattern, quantity_pattern};
+pub use problems::Reported;
 pub use quantity::{
     QuantityError, fitting_units, parse_duration, parse_quantity, print_quantity, quantity_name,
 };
 pub use range::Range;
 pub use source::{Place, Source};
-pub use table::{Reported, Table};
+pub use table::Table;
+pub use toml_text::quoted;
 pub use visible::{escape_xml, escaped, visible};

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::document::{is_entry, quoted};
 use crate::error::Problem;
 use crate::source::{Place, Source};
+use crate::toml_text::{is_entry, quoted};
 use crate::visible::{code_point, is_invisible};
 
 /// Returns the problem of a text for which the parser has `errors`: the first one, as the others

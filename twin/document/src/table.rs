@@ -3,54 +3,12 @@
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 
-use crate::error::{Problem, Warning};
+use crate::error::Problem;
 use crate::item::Item;
 use crate::near;
 use crate::node::{Node, Value};
+use crate::problems::{Problems, Reported};
 use crate::source::Place;
-
-/// Token returned by a reader in place of a value, after a problem was reported.
-///
-/// It carries no data, so that a reader can request every key first and return afterwards, and all
-/// problems are shown at once.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reported(pub(crate) ());
-
-/// Problems and warnings collected while a document is read.
-#[derive(Debug, Default)]
-pub(crate) struct Problems {
-    /// `None` where a problem was withdrawn.
-    errors: RefCell<Vec<Option<Problem>>>,
-    warnings: RefCell<Vec<Warning>>,
-}
-
-impl Problems {
-    pub fn report(&self, problem: Problem) -> Reported {
-        self.errors.borrow_mut().push(Some(problem));
-        Reported(())
-    }
-
-    /// Index of the next problem, for [`Problems::withdraw`].
-    fn next(&self) -> usize {
-        self.errors.borrow().len()
-    }
-
-    /// Withdraws a problem that another one explains.
-    fn withdraw(&self, index: usize) {
-        if let Some(problem) = self.errors.borrow_mut().get_mut(index) {
-            *problem = None;
-        }
-    }
-
-    pub fn warn(&self, code: &'static str, problem: Problem) {
-        self.warnings.borrow_mut().push(Warning { code, problem });
-    }
-
-    pub fn into_inner(self) -> (Vec<Problem>, Vec<Warning>) {
-        let errors = self.errors.into_inner().into_iter().flatten();
-        (errors.collect(), self.warnings.into_inner())
-    }
-}
 
 /// A table that is being read. When it is dropped, every key that was not requested is reported as
 /// unknown.
@@ -63,6 +21,22 @@ pub struct Table<'d> {
     given_up: Cell<bool>,
     /// Missing keys, with the indices of their problems.
     missing: RefCell<Vec<(String, usize)>>,
+}
+
+impl<'d> Item<'d> {
+    /// Returns the value as a table.
+    ///
+    /// # Errors
+    /// The value has another type.
+    pub fn table(&self) -> Result<Table<'d>, Reported> {
+        match &self.node.value {
+            Value::Table(_) => Ok(Table::new(self.node, &self.path, self.problems)),
+            _ => Err(self.wrong_type_with_help(
+                "a table",
+                format!("write it as in {} = {{ … }}", self.key()),
+            )),
+        }
+    }
 }
 
 impl<'d> Table<'d> {

@@ -4,10 +4,32 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::Range;
 
+use twinrig_kernel::Layout;
+use twinrig_runtime::Group;
+
 use crate::mcap_writer::{ChannelId, McapWriter};
-use crate::recorder::{RecordedGroup, group_name};
 use crate::schema::{self, GROUP_KEY, SIGNALS_KEY, TRACE_KEY};
 use crate::{RecordError, Topic, cdr, ros};
+
+/// A group of signals that are sampled together, with the selection of those recorded.
+pub struct RecordedGroup<'a> {
+    /// The group.
+    pub group: Group,
+    /// Layout of the values of a sample.
+    pub layout: &'a Layout,
+    /// Predicate that selects the recorded signals by name.
+    pub keep: &'a dyn Fn(&str) -> bool,
+}
+
+/// Returns the name of a group in a recording.
+pub const fn group_name(group: Group) -> &'static str {
+    match group {
+        Group::Plant => "plant",
+        Group::ProcessInputs => "process-inputs",
+        Group::ProcessOutputs => "process-outputs",
+        Group::Diagnostics => "gauges",
+    }
+}
 
 /// Channel of a group of signals, and the parts of a sample that its messages contain.
 pub(crate) struct Sampled {

@@ -8,9 +8,46 @@ use twinrig_kernel::SimTime;
 
 use crate::cdr::{self, CdrReader};
 use crate::framing::{RawRecord, Records};
-use crate::recording::SampledGroup;
 use crate::schema::{GROUP_KEY, SIGNALS_KEY, TRACE_KEY};
 use crate::{EPOCH, RecordError, Signal, Topic};
+
+/// A group of signals that were sampled together.
+#[derive(Debug, Clone)]
+pub struct SampledGroup {
+    /// Name of the group, e.g. `plant`.
+    pub name: String,
+    /// Signals, in the order of their values in a sample.
+    pub signals: Vec<Signal>,
+    /// Number of values per sample.
+    pub(crate) width: usize,
+    /// Time of each sample and offset of its values in the file.
+    pub(crate) samples: Vec<(SimTime, usize)>,
+}
+
+impl SampledGroup {
+    /// Returns the signal named `name` and the range of its components in a sample.
+    pub fn find(&self, name: &str) -> Option<(&Signal, Range<usize>)> {
+        let mut start = 0;
+        for signal in &self.signals {
+            let end = start + signal.size;
+            if signal.name == name {
+                return Some((signal, start..end));
+            }
+            start = end;
+        }
+        None
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.samples.len()
+    }
+
+    /// Whether there are no samples.
+    pub fn is_empty(&self) -> bool {
+        self.samples.is_empty()
+    }
+}
 
 /// Contents of a file, record by record.
 #[derive(Debug, Clone, Default)]

@@ -78,14 +78,16 @@ pub use aligned::{
     Drift, Ends, EventComparison, LegFootsteps, PARTS, Pairing, Pairings, RecordedFootstep, SHARES,
     SignalDrift, compare_events, median, pair_footsteps,
 };
+pub use channels::{RecordedGroup, group_name};
 pub use divergence::{Comparison, Divergence, divergence_within, first_divergence};
 pub use error::RecordError;
 pub use fingerprint::{Digest, Fingerprint};
+pub use index::SampledGroup;
 pub use messages::{
     ChangeMessage, EventMessage, ExpectationMessage, FootstepMessage, Message, VerdictMessage,
 };
 pub use poses::{FrameSampler, FrameSeries, Skeleton, SkeletonLeg};
-pub use recorder::{Cadence, RecordedGroup, Recorder, RunInfo, group_name};
-pub use recording::{Recording, Sample, SampledGroup, Series};
+pub use recorder::{Cadence, Recorder, RunInfo};
+pub use recording::{Recording, Sample, Series};
 pub use schema::{EPOCH, Signal};
 pub use topic::Topic;

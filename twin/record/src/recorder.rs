@@ -5,11 +5,11 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use twinrig_kernel::{Layout, SimDuration, SimTime};
+use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::Group;
 
 use crate::cdr::{self, CdrWriter};
-use crate::channels::{Sampled, add_group, add_topic, add_traces};
+use crate::channels::{RecordedGroup, Sampled, add_group, add_topic, add_traces};
 use crate::mcap_writer::{Attachment, ChannelId, McapWriter};
 use crate::poses::Poses;
 use crate::{Digest, EPOCH, Message, RecordError, Skeleton, Topic};
@@ -32,26 +32,6 @@ pub struct RunInfo {
     /// Names of the recorded wire traces, indexed by their numbers in
     /// [`twinrig_runtime::Observer::bytes`].
     pub traces: Vec<String>,
-}
-
-/// A group of signals that are sampled together, with the selection of those recorded.
-pub struct RecordedGroup<'a> {
-    /// The group.
-    pub group: Group,
-    /// Layout of the values of a sample.
-    pub layout: &'a Layout,
-    /// Predicate that selects the recorded signals by name.
-    pub keep: &'a dyn Fn(&str) -> bool,
-}
-
-/// Returns the name of a group in a recording.
-pub const fn group_name(group: Group) -> &'static str {
-    match group {
-        Group::Plant => "plant",
-        Group::ProcessInputs => "process-inputs",
-        Group::ProcessOutputs => "process-outputs",
-        Group::Diagnostics => "gauges",
-    }
 }
 
 /// Intervals of writing.

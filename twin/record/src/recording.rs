@@ -7,7 +7,7 @@ use twinrig_document::read_file;
 use twinrig_kernel::{SimTime, near_misses};
 
 use crate::cdr::CdrReader;
-use crate::index::{Encoding, Index, MessageEntry, Wire};
+use crate::index::{Encoding, Index, MessageEntry, SampledGroup, Wire};
 use crate::{FrameSeries, Message, RecordError, Signal, Topic};
 
 /// A recording in memory.
@@ -17,19 +17,6 @@ use crate::{FrameSeries, Message, RecordError, Signal, Topic};
 pub struct Recording {
     bytes: Vec<u8>,
     index: Index,
-}
-
-/// A group of signals that were sampled together.
-#[derive(Debug, Clone)]
-pub struct SampledGroup {
-    /// Name of the group, e.g. `plant`.
-    pub name: String,
-    /// Signals, in the order of their values in a sample.
-    pub signals: Vec<Signal>,
-    /// Number of values per sample.
-    pub(crate) width: usize,
-    /// Time of each sample and offset of its values in the file.
-    pub(crate) samples: Vec<(SimTime, usize)>,
 }
 
 /// One sample of a group.
@@ -261,31 +248,6 @@ impl Recording {
             .parse()
             .ok()?;
         Some(SimTime::from_nanos(nanos))
-    }
-}
-
-impl SampledGroup {
-    /// Returns the signal named `name` and the range of its components in a sample.
-    pub fn find(&self, name: &str) -> Option<(&Signal, Range<usize>)> {
-        let mut start = 0;
-        for signal in &self.signals {
-            let end = start + signal.size;
-            if signal.name == name {
-                return Some((signal, start..end));
-            }
-            start = end;
-        }
-        None
-    }
-
-    /// Number of samples.
-    pub fn len(&self) -> usize {
-        self.samples.len()
-    }
-
-    /// Whether there are no samples.
-    pub fn is_empty(&self) -> bool {
-        self.samples.is_empty()
     }
 }
 

@@ -3,7 +3,7 @@ use twinrig_kernel::{Layout, PartId, Port, SimDuration, SimTime};
 use crate::event_loop::{Event, EventLoop};
 use crate::interrupt;
 use crate::process_slot::ProcessSlot;
-use crate::sensor::SignalChain;
+use crate::sensor::{SignalChain, of_task};
 use crate::{
     BusHealth, BusSummary, Change, ControlStep, Group, IoTask, Manager, Observer, Plant, Process,
     Progress, RigError, RunEvent, TimeSource,
@@ -192,7 +192,9 @@ impl Rig {
         for (n, slot) in self.events.parts.iter().enumerate() {
             if self.manager.takes_part(n) {
                 self.process.accept_results(n, slot.part.to_process());
-                sensors::deliver(&mut self.sensors, n, now, &mut self.process.state.inputs);
+                for chain in of_task(&mut self.sensors, n) {
+                    chain.deliver(now, &mut self.process.state.inputs);
+                }
             } else {
                 let implied = self.manager.since_begin(n, now) < self.implied_busy[n];
                 observer.event(now, RunEvent::TaskSkipped { task: n, implied });

@@ -2,7 +2,7 @@ use std::fmt;
 use std::ops::Range;
 
 use thiserror::Error;
-use twinrig_kernel::{Layout, Port, SimDuration, SimTime};
+use twinrig_kernel::{Port, SimDuration, SimTime};
 
 use crate::{BusHealth, DeviceError, PanicReport, Part, PlantFault};
 
@@ -99,15 +99,6 @@ pub trait PlantAccess {
     /// # Errors
     /// [`PlantFault`] if the plant fails while advancing to the present time.
     fn actuate(&mut self, signals: Range<usize>) -> Result<&mut [f64], PlantFault>;
-}
-
-/// Signals of the plant.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct PlantSignals {
-    /// Signals that can be actuated.
-    pub inputs: Layout,
-    /// Signals that can be sampled.
-    pub outputs: Layout,
 }
 
 /// Failure of a transfer, which ends the run.

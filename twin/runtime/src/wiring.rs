@@ -4,7 +4,7 @@ use std::ops::Range;
 use thiserror::Error;
 use twinrig_kernel::{Direction, Field, Layout, Port, near_misses};
 
-use crate::{PlantSignals, Process};
+use crate::Process;
 
 /// A signal that does not connect. Signals connect by name: same name, opposite direction, same
 /// size, same unit; an unmatched signal is an error.
@@ -77,6 +77,15 @@ fn owner_verb(port: &Port) -> &'static str {
         Direction::Input => "reads",
         Direction::Output => "writes",
     }
+}
+
+/// Signals of the plant.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PlantSignals {
+    /// Signals that can be actuated.
+    pub inputs: Layout,
+    /// Signals that can be sampled.
+    pub outputs: Layout,
 }
 
 impl PlantSignals {

@@ -2,8 +2,8 @@
 
 use twinrig_kernel::Unit;
 
+use super::lines::{Lines, Origin, assumed, quantity};
 use super::scaled::Scale;
-use super::{Lines, Origin, assumed, quantity};
 use crate::quadruped::Leg;
 
 /// Returns the tables of a leg, whose name is `@KIND@`.

@@ -13,7 +13,7 @@ use twinrig_robot::Robot;
 use twinrig_runtime::PlantState;
 
 use super::energy::{Elements, StoredEnergy};
-use super::model::CompliantModel;
+use super::model::{CompliantEquations, CompliantModel};
 use super::motion::Advance;
 use super::state::{Slope, State};
 use crate::formulation::{Formulation, SavedFormulation};
@@ -23,14 +23,6 @@ use crate::model::real::Lanes;
 use crate::model::start::start_state;
 use crate::model::state::State as RigidState;
 use crate::options::{LcpError, Options};
-
-/// Equations of legs with `N` links and `P` contact points.
-#[derive(Debug, Clone)]
-pub(crate) struct CompliantEquations<const N: usize, const P: usize> {
-    pub(crate) model: CompliantModel<N>,
-    /// Angles of the hips at the input zero \[rad\].
-    hip_references: Vec<f64>,
-}
 
 /// Equations and state of the plant.
 pub(crate) type CompliantFlow<const N: usize, const P: usize> = Flow<CompliantEquations<N, P>>;
@@ -108,14 +100,6 @@ fn rigid_state<const N: usize, const P: usize>(state: &State<Quad, N, P>) -> Rig
 }
 
 impl<const N: usize, const P: usize> CompliantEquations<N, P> {
-    pub(crate) fn new(model: CompliantModel<N>) -> Self {
-        let legs = model.rigid.legs.iter();
-        Self {
-            hip_references: legs.map(|leg| leg.pantograph.hip_reference()).collect(),
-            model,
-        }
-    }
-
     /// Returns the state in a posture, with toes without load.
     fn with_relaxed_toes(&self, posture: &Posture) -> State<Quad, N, P> {
         let zero = Quad::splat(0.0);

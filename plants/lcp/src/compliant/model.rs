@@ -132,3 +132,21 @@ impl<const N: usize> Constants<f64, N> {
         }
     }
 }
+
+/// Equations of legs with `N` links and `P` contact points.
+#[derive(Debug, Clone)]
+pub(crate) struct CompliantEquations<const N: usize, const P: usize> {
+    pub(crate) model: CompliantModel<N>,
+    /// Angles of the hips at the input zero \[rad\].
+    pub(super) hip_references: Vec<f64>,
+}
+
+impl<const N: usize, const P: usize> CompliantEquations<N, P> {
+    pub(crate) fn new(model: CompliantModel<N>) -> Self {
+        let legs = model.rigid.legs.iter();
+        Self {
+            hip_references: legs.map(|leg| leg.pantograph.hip_reference()).collect(),
+            model,
+        }
+    }
+}

@@ -5,8 +5,8 @@ use twinrig_contact::Ground;
 use twinrig_legged::{Base, Drives, Dynamics as _};
 use twinrig_robot::{Compliance, OneSided, Robot};
 
-use super::equations::{CompliantEquations, CompliantFlow, compliant_state};
-use super::model::CompliantModel;
+use super::equations::{CompliantFlow, compliant_state};
+use super::model::{CompliantEquations, CompliantModel};
 use crate::constraints::motion::Dynamics;
 use crate::fixtures::{self, HARD, Pose, flow, robot, tumbling};
 use crate::plant::flow::Flow;

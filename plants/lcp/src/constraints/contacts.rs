@@ -2,11 +2,22 @@
 
 use core::ops::{Deref, DerefMut};
 
-use crate::constraints::mode::Contact;
 use crate::model::constants::LANES;
 
 /// Maximum number of simultaneous contacts: two points of each leg.
 pub(crate) const CONTACTS: usize = 2 * LANES;
+
+/// Contact point on the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Contact {
+    pub(crate) leg: usize,
+    /// Number of links above it: three for the end of the third segment, four for the tip of the
+    /// toe.
+    pub(crate) links: usize,
+    /// None for a sticking foot; otherwise the last direction of sliding, in the tangents of the
+    /// ground.
+    pub(crate) slides: Option<[f64; 2]>,
+}
 
 /// Contact points on the ground in order of detection, in fixed storage without heap allocation.
 #[derive(Debug, Clone, Copy)]

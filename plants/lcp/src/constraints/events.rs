@@ -10,14 +10,17 @@
 
 mod closed;
 pub(crate) mod constrained;
+mod entry;
 mod impact;
+mod impact_record;
 mod losses;
 mod reactivate;
 mod resolve_modes;
 
-pub(crate) use closed::{Entry, Feet, Role, SLOTS, STOPPED, Stop};
-use impact::ImpactRecord;
+pub(crate) use closed::STOPPED;
+pub(crate) use entry::{Entry, Feet, Role, SLOTS, Stop};
 pub(crate) use impact::ImpactTotals;
+use impact_record::ImpactRecord;
 pub(crate) use losses::{ImpactError, ImpactGivesEnergy};
 pub(crate) use resolve_modes::ModeResolution;
 

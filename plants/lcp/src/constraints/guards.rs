@@ -3,8 +3,8 @@
 
 use nalgebra::Vector3;
 
-use crate::constraints::contact_forces::Workspace;
 use crate::constraints::motion::{Dynamics, Motion};
+use crate::constraints::workspace::Workspace;
 use crate::model::leg_constraints::{CABLE, DIAGONAL, PANTOGRAPH};
 use crate::model::real::{Lanes, Real};
 use crate::model::site::Site;
@@ -160,7 +160,7 @@ impl Guards {
                 let site = Site::new(dynamics.legs, &motion.articulated.chain, state, leg, links);
                 let surface =
                     ground.below(&Vector3::from(site.in_world(state.position, &rotation)));
-                let moved = crate::model::articulated::into_world(&rotation, site.velocity);
+                let moved = crate::model::rotation::into_world(&rotation, site.velocity);
                 let index = at_foot(links, 0);
                 self.set(index, leg, surface.gap);
                 let rate =

@@ -1,7 +1,8 @@
 //! Event log.
 
+use super::contacts::Contact;
 use super::events::Stop;
-use super::mode::{Contact, Mode};
+use super::mode::Mode;
 use crate::model::real::Real;
 
 /// Activation or deactivation of a stop or a contact.

@@ -10,3 +10,4 @@ pub(crate) mod log;
 pub(crate) mod mode;
 pub(crate) mod motion;
 pub(crate) mod saturation;
+pub(crate) mod workspace;

@@ -3,24 +3,12 @@
 
 use twinrig_legged::ExternalLoad;
 
-use crate::constraints::contacts::Contacts;
+use crate::constraints::contacts::{Contact, Contacts};
 use crate::model::drives::Commands;
 use crate::model::leg_constraints::{
     ActiveConstraints, CABLE, CONSTRAINTS, DIAGONAL, HIP, PANTOGRAPH,
 };
 use crate::model::real::{Lanes, Real, Wide};
-
-/// Contact point on the ground.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Contact {
-    pub(crate) leg: usize,
-    /// Number of links above it: three for the end of the third segment, four for the tip of the
-    /// toe.
-    pub(crate) links: usize,
-    /// None for a sticking foot; otherwise the last direction of sliding, in the tangents of the
-    /// ground.
-    pub(crate) slides: Option<[f64; 2]>,
-}
 
 /// Active constraints, commands and contacts.
 #[derive(Debug, Clone, Copy)]

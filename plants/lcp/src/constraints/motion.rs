@@ -2,12 +2,10 @@
 
 use twinrig_legged::DriveModels;
 
-use super::contact_forces::Workspace;
 use super::mode::Mode;
+use super::workspace::Workspace;
 use crate::model::Model;
-use crate::model::articulated::{
-    Accelerations, Articulated, Floating, Rotation, identity, into_world, quaternion_rate,
-};
+use crate::model::articulated::{Accelerations, Articulated, Floating};
 use crate::model::chain::Chain;
 use crate::model::constants::Constants;
 use crate::model::drives::{Commands, DriveCoordinates, drive_action, saturation_torque};
@@ -15,6 +13,7 @@ use crate::model::elimination::{ConstraintSet, LegMobility};
 use crate::model::leg_constraints::{ActiveConstraints, CABLE, CONSTRAINTS, DriveAction, HIP};
 use crate::model::load::Load;
 use crate::model::real::{Real, Wide};
+use crate::model::rotation::{Rotation, identity, into_world, quaternion_rate};
 use crate::model::state::{Slope, State};
 
 /// Forces inside the legs during motion: constraint forces and motor torques.

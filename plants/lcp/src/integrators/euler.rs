@@ -18,10 +18,10 @@ use super::step_error::StepError;
 use crate::constraints::events::Instant;
 use crate::constraints::events::constrained::{Constrained, ConstraintLevel};
 use crate::model::Model;
-use crate::model::articulated::{into_world, quaternion_rate};
 use crate::model::leg_constraints::CABLE;
 use crate::model::load::Load;
 use crate::model::real::{Lanes, Real};
+use crate::model::rotation::{into_world, quaternion_rate};
 use crate::model::state::{State, normalised};
 
 /// Decay of constraint errors per step, critically damped.

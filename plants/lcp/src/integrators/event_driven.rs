@@ -8,11 +8,12 @@
 mod buffers;
 mod event_handling;
 mod event_location;
+mod interpolation;
 mod reactivation;
 mod step_size;
 
 use buffers::{Buffers, motion_key};
-use event_location::{dips, taylor};
+use interpolation::{dips, taylor};
 
 use super::impulse_sums::ImpulseSums;
 use super::right_hand_side::RightHandSide;

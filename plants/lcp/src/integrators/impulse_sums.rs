@@ -1,12 +1,12 @@
 //! Impulses of drives and ground, summed over time.
 
 use crate::constraints::contact_forces::sliding;
-use crate::constraints::mode::Contact;
+use crate::constraints::contacts::Contact;
 use crate::constraints::motion::{LegForces, Motion};
 use crate::model::Model;
-use crate::model::articulated::into_world;
 use crate::model::leg_constraints::CABLE;
 use crate::model::real::{Lanes, Real};
+use crate::model::rotation::into_world;
 use crate::model::site::Site;
 use crate::model::state::State;
 

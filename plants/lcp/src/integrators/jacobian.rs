@@ -1,9 +1,9 @@
 //! Exact derivatives of the right-hand side: a column of the Jacobian is the right-hand side in
 //! dual numbers.
 
-use crate::constraints::contact_forces::Workspace;
 use crate::constraints::mode::Mode;
 use crate::constraints::motion::Dynamics;
+use crate::constraints::workspace::Workspace;
 use crate::model::Model;
 use crate::model::constants::Constants;
 use crate::model::real::{Dual, Lanes, Real, Wide};

@@ -28,16 +28,16 @@ mod inertia;
 mod kick;
 mod momentum;
 mod overlaps;
+mod solved_step;
 
 use super::run_state::RunState;
 use super::step_error::StepError;
 use crate::constraints::saturation::Effort;
 use crate::model::Model;
-use crate::model::articulated::rotation;
 use crate::model::chain::friction_torques;
 use crate::model::leg_constraints::HIP;
 use crate::model::real::{Lanes, Real};
-use crate::model::state::State;
+use crate::model::rotation::rotation;
 
 use drift::{HalfStep, Momentum, Rates, advance_joints, rotated};
 use drives::{
@@ -48,26 +48,13 @@ pub(crate) use impulses::LastImpulses;
 use inertia::{Memory, unload_middle};
 use momentum::Geometry;
 use overlaps::check_feet;
+use solved_step::SolvedStep;
 
 /// A motor that changes more often is at the limit of its torque, where both modes are valid.
 const CHANGES_MAX: u32 = 4;
 
 /// Maximum number of halvings of a step whose impulses are not found, or that leaves an overlap.
 const HALVINGS_MAX: u32 = 8;
-
-/// Solution of a step.
-struct SolvedStep<const N: usize> {
-    after: State<Lanes, N>,
-    /// Means of the rates before and after the impulses.
-    mean: [Lanes; N],
-    /// Work of pushes \[J\].
-    external: f64,
-    /// Tension of the cables and torques of the motors, mean over the step, and work of the hip
-    /// motors \[J\].
-    tension: Lanes,
-    torques: [Lanes; 2],
-    hip_work: Lanes,
-}
 
 /// Moreau's midpoint rule with its workspace.
 #[derive(Debug, Clone, Default)]

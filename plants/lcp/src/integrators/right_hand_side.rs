@@ -4,10 +4,10 @@ use twinrig_legged::DriveModels;
 
 use super::impulse_sums::ImpulseSums;
 use super::run_state::RunState;
-use crate::constraints::contact_forces::Workspace;
 use crate::constraints::guards::Guards;
 use crate::constraints::motion::Motion;
 use crate::constraints::saturation::Effort;
+use crate::constraints::workspace::Workspace;
 use crate::model::Model;
 use crate::model::drives::commanded_acceleration;
 use crate::model::real::Lanes;

@@ -9,10 +9,10 @@ use crate::constraints::log::EventLog;
 use crate::constraints::mode::Mode;
 use crate::constraints::motion::Dynamics;
 use crate::model::Model;
-use crate::model::articulated::rotation;
 use crate::model::chain::Chain;
 use crate::model::energy::stored_in;
 use crate::model::real::{Lanes, Real};
+use crate::model::rotation::rotation;
 use crate::model::site::{Footing, Site};
 use crate::model::state::State;
 

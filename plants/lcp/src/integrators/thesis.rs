@@ -25,13 +25,13 @@ use twinrig_contact::Method;
 use super::euler::{FixedStep, explicit};
 use super::run_state::RunState;
 use super::step_error::StepError;
+use crate::constraints::contacts::Contact;
 use crate::constraints::events::Stop;
 use crate::constraints::events::constrained::ConstraintLevel;
-use crate::constraints::mode::Contact;
 use crate::model::Model;
-use crate::model::articulated::rotation;
 use crate::model::chain::Chain;
 use crate::model::real::Real;
+use crate::model::rotation::rotation;
 use crate::model::site::Site;
 
 /// τ in steps, "relatively larger than the integration time-step". ASSUMED.

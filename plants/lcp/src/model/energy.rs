@@ -3,11 +3,12 @@
 use twinrig_robot::GRAVITY;
 
 use super::Model;
-use super::articulated::{Articulated, Rotation, into_world, rotation};
+use super::articulated::Articulated;
 use super::chain::Chain;
 use super::constants::Constants;
 use super::coupling::{COUPLED, LegCoupling, TrunkMotion};
 use super::real::Real;
+use super::rotation::{Rotation, into_world, rotation};
 use super::state::State;
 use super::trunk::{Trunk, cross, summed};
 

@@ -4,9 +4,9 @@ use twinrig_contact::Surface;
 use twinrig_legged::{FootMotion, LEGS, surfaces_below};
 
 use super::Model;
-use super::articulated::{into_world, rotation};
 use super::constants::Constants;
 use super::real::{Lanes, Real};
+use super::rotation::{into_world, rotation};
 use super::state::State;
 use super::trunk::cross;
 

@@ -2,9 +2,9 @@
 
 use twinrig_legged::ExternalLoad;
 
-use crate::model::articulated::Rotation;
 use crate::model::constants::Constants;
 use crate::model::real::{Lanes, Real, Wide};
+use crate::model::rotation::Rotation;
 use crate::model::state::State;
 use crate::model::trunk::{Spatial, cross};
 

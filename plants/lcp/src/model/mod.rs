@@ -15,6 +15,7 @@ pub(crate) mod leg_constraints;
 pub(crate) mod load;
 mod parameters;
 pub(crate) mod real;
+pub(crate) mod rotation;
 pub(crate) mod site;
 pub(crate) mod start;
 pub(crate) mod state;

@@ -3,10 +3,11 @@
 use nalgebra::Vector3;
 use twinrig_contact::{Ground, Surface};
 
-use crate::model::articulated::{Rotation, Row, into_trunk, into_world};
+use crate::model::articulated::Row;
 use crate::model::chain::Chain;
 use crate::model::constants::Constants;
 use crate::model::real::Real;
+use crate::model::rotation::{Rotation, into_trunk, into_world};
 use crate::model::state::State;
 use crate::model::trunk::cross;
 

@@ -5,11 +5,12 @@ use twinrig_robot::Robot;
 
 use crate::constraints::mode::Mode;
 use crate::model::Model;
-use crate::model::articulated::{Articulated, into_trunk};
+use crate::model::articulated::Articulated;
 use crate::model::coupling::COUPLED;
 use crate::model::elimination::ConstraintSet;
 use crate::model::leg_constraints::{CONSTRAINTS, DriveAction};
 use crate::model::real::{Lanes, Real};
+use crate::model::rotation::into_trunk;
 use crate::model::site::Site;
 use crate::model::state::State;
 use crate::options::LcpError;

@@ -5,8 +5,8 @@ use twinrig_legged::{DriveModels, LegPosture, PartFault, Posture, Readings};
 use twinrig_runtime::PlantState;
 
 use crate::constraints::events::Instant;
-use crate::model::articulated::{into_trunk, rotation};
 use crate::model::real::{Lanes, Real};
+use crate::model::rotation::{into_trunk, rotation};
 use crate::plant::flow::Flow;
 
 impl<const N: usize> Flow<N> {

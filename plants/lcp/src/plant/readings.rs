@@ -6,9 +6,9 @@ use twinrig_legged::{FootMotion, LEGS, Readings};
 use twinrig_runtime::EnergyBalance;
 
 use crate::integrators::impulse_sums::ImpulseSums;
-use crate::model::articulated::{into_world, rotation};
 use crate::model::feet::{feet, surfaces};
 use crate::model::real::{Lanes, Real};
+use crate::model::rotation::{into_world, rotation};
 use crate::plant::flow::Flow;
 
 impl<const N: usize> Flow<N> {

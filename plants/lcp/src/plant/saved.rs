@@ -5,7 +5,7 @@ mod numbers;
 use twinrig_legged::StepLoad;
 
 use crate::constraints::contacts::CONTACTS;
-use crate::constraints::mode::Contact;
+use crate::constraints::contacts::Contact;
 use crate::formulation::SavedFlow;
 use crate::plant::flow::Flow;
 

@@ -18,19 +18,12 @@ use twinrig_robot::{GRAVITY, Robot};
 use twinrig_runtime::PlantState;
 
 use super::energy::{Elements, LegMotions, Motion, StoredEnergy};
-use super::model::CompliantModel;
+use super::model::{CompliantEquations, CompliantModel};
 use super::motion::Advance;
 use super::state::{Slope, State};
+use crate::formulation::{Formulation, SavedFormulation};
 use crate::model::{MasslessError, Model, Options};
-use crate::plant::{Formulation, SavedFormulation, start};
-
-/// Equations of motion.
-#[derive(Debug, Clone)]
-pub(crate) struct CompliantEquations {
-    pub(crate) model: CompliantModel,
-    /// Angles of the hips at the input zero \[rad\].
-    hip_references: Vec<f64>,
-}
+use crate::start::start;
 
 /// Equations and state of the plant.
 pub(crate) type CompliantFlow = Flow<CompliantEquations>;
@@ -100,14 +93,6 @@ fn matrix(attitude: [f64; 4]) -> Matrix3<f64> {
 }
 
 impl CompliantEquations {
-    pub(crate) fn new(model: CompliantModel) -> Self {
-        let legs = model.rigid.legs.iter();
-        Self {
-            hip_references: legs.map(|leg| leg.pantograph.hip_reference()).collect(),
-            model,
-        }
-    }
-
     fn motion(&self, state: &State<Quad>) -> Motion {
         let model = &self.model;
         dispatch(Features::Detected, LegMotions { model, state })

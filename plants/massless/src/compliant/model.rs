@@ -96,3 +96,21 @@ impl Legs<Quad> {
         }
     }
 }
+
+/// Equations of motion.
+#[derive(Debug, Clone)]
+pub(crate) struct CompliantEquations {
+    pub(crate) model: CompliantModel,
+    /// Angles of the hips at the input zero \[rad\].
+    pub(super) hip_references: Vec<f64>,
+}
+
+impl CompliantEquations {
+    pub(crate) fn new(model: CompliantModel) -> Self {
+        let legs = model.rigid.legs.iter();
+        Self {
+            hip_references: legs.map(|leg| leg.pantograph.hip_reference()).collect(),
+            model,
+        }
+    }
+}

@@ -8,8 +8,7 @@ use twinrig_compliant::{
 use twinrig_legged::StepLoad;
 
 use super::energy::Elements;
-use super::equations::CompliantEquations;
-use super::model::{CompliantModel, Legs};
+use super::model::{CompliantEquations, CompliantModel, Legs};
 use super::slope::Evaluation;
 use super::state::{Slope, State};
 

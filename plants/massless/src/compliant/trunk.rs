@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use twinrig_legged::Base;
 
-use crate::mobility::inverse_of_symmetric;
+use crate::inertia::inverse_of_symmetric;
 use crate::model::Model;
 
 /// Constants of the trunk.

@@ -3,7 +3,7 @@
 use twinrig_legged::TangentialImpulse;
 
 use super::{Constraints, RESIDUAL_ACCEPTED, Role};
-use crate::flow::FlowError;
+use crate::flow_error::FlowError;
 use crate::state::State;
 
 /// Energy transfers of a step.

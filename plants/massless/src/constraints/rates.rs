@@ -1,8 +1,8 @@
 //! Rates of the gaps to which impulses lead, so that they give no energy but that of the overlaps.
 
 use super::{Constraints, RECOVERY, RESTING_SPEED, Role};
-use crate::mobility::Motion;
 use crate::model::Model;
+use crate::motion::Motion;
 
 impl Constraints {
     /// Sets the rates to which impulses lead.

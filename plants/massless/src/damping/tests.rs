@@ -7,8 +7,9 @@ use twinrig_robot::{JointFriction, RobotFile};
 
 use super::Damping;
 use crate::midpoint::Midpoint;
-use crate::mobility::{Mobility, Motion};
+use crate::mobility::Mobility;
 use crate::model::{Force, Model, Options};
+use crate::motion::Motion;
 use crate::rows::Row;
 use crate::state::State;
 

@@ -3,7 +3,7 @@
 use mujoco_rs::error::{MjEditError, MjModelError};
 use mujoco_rs::wrappers::mj_editing::MjSpec;
 
-use crate::engine::EngineError;
+use super::error::EngineError;
 
 /// Capacity of the wrapper's buffer for messages on loading a model; longer ones are truncated
 /// \[bytes\].

@@ -13,8 +13,8 @@ use core::fmt::Write;
 
 use twinrig_legged::{DriveModels, Servos};
 
-use super::{LegModel, Sections, line, triple};
-use crate::model::{FLYWHEEL, Model, UNLIMITED};
+use super::sections::{Sections, line, triple};
+use crate::model::{FLYWHEEL, LegModel, Model, UNLIMITED};
 use crate::options::Coordinates;
 
 /// Distance from the fixed end of the pulley's branch of the cable to the initial position of the

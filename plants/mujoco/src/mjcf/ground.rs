@@ -6,7 +6,7 @@ use core::fmt::Write;
 use nalgebra::Vector3;
 use twinrig_contact::Ground;
 
-use super::{Sections, line};
+use super::sections::{Sections, line};
 use crate::model::{Area, FOOT_RADIUS, GroundModel};
 
 /// Extent of a terrain of boxes from its edge \[m\].

@@ -9,9 +9,10 @@ use core::fmt::Write;
 
 use twinrig_leg::Joints;
 
+use super::sections::{Sections, line, triple};
 use super::shape::{SEGMENTS, SegmentPlacement, write as shape};
-use super::{LegModel, Sections, line, springs, triple};
-use crate::model::Model;
+use super::springs::springs;
+use crate::model::{LegModel, Model};
 
 /// Writes the leg into the body element of its trunk.
 pub(super) fn write(leg: &LegModel, model: &Model, to: &mut Sections) {

@@ -8,9 +8,10 @@ use core::fmt::Write;
 
 use twinrig_leg::Joints;
 
+use super::sections::{Sections, line, triple};
 use super::shape::{SEGMENTS, SegmentPlacement, write as shape};
-use super::{LegModel, Sections, line, springs, triple};
-use crate::model::Model;
+use super::springs::springs;
+use crate::model::{LegModel, Model};
 
 /// Limit for the side without a stop, never reached \[rad\].
 const UNREACHED: f64 = 10.0;

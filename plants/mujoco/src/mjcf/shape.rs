@@ -4,8 +4,8 @@ use core::fmt::Write;
 
 use twinrig_legged::Segment;
 
-use super::{LegModel, Sections, line, triple};
-use crate::model::FOOT_RADIUS;
+use super::sections::{Sections, line, triple};
+use crate::model::{FOOT_RADIUS, LegModel};
 
 /// The three segments from the hip down.
 pub(super) const SEGMENTS: [&str; 3] = ["upper", "middle", "lower"];

@@ -11,16 +11,8 @@ use crate::model_file::file::ModelFile;
 use crate::model_file::legs::{Leg, legs, weight};
 use crate::model_file::plant::Mjcf;
 use crate::model_file::signals::{ElementKind, ModelSignals, Output};
-use crate::model_file::source::{SignalSource, Source, find_element, range};
+use crate::model_file::source::{OutputSource, SignalSource, Source, find_element, range};
 use crate::model_file::unit::{self, Control};
-
-/// Source of an output.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum OutputSource {
-    Model(Source),
-    /// With the index in [`signal::ENERGY`].
-    Energy(usize),
-}
 
 /// A model with its signals, checked against each other.
 pub struct BoundModel {

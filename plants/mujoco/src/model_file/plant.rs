@@ -11,9 +11,8 @@ use twinrig_runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
 use mujoco_rs::prelude::MjtDisableBit;
 
 use crate::engine::{Engine, EngineFault};
-use crate::model_file::bound::OutputSource;
 use crate::model_file::contact::Mean;
-use crate::model_file::source::Source;
+use crate::model_file::source::{OutputSource, Source};
 
 /// Limit of the energy gain by dampers, above which the step is too long, as a share of the energy
 /// exchanged, or of a joule if that is more.

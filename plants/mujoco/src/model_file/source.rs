@@ -301,3 +301,11 @@ fn rpy(rotation: &Matrix3<f64>) -> [f64; 3] {
         libm::atan2(rotation[(1, 0)], rotation[(0, 0)]),
     ]
 }
+
+/// Source of an output.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum OutputSource {
+    Model(Source),
+    /// With the index in [`signal::ENERGY`].
+    Energy(usize),
+}

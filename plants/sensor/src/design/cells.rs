@@ -1,7 +1,5 @@
 //! The characterised cells.
 
-use super::effect::Effect;
-
 /// Factor of the design.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CellFactor {
@@ -174,11 +172,6 @@ const fn tested(
         saturation,
         r_squared,
     }
-}
-
-/// Returns the values of an effect for the sixteen cells.
-pub(super) fn column(effect: Effect) -> [f64; 16] {
-    CELLS.map(|cell| effect.value(&cell.coded))
 }
 
 /// The sixteen cells (table 4.4; R² of figures B.1 to B.16). Every response has five significant

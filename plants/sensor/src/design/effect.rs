@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::cells::{CellFactor, column};
+use super::cells::{CELLS, CellFactor};
 
 /// Effect of factors: the constant, a main effect, or the interaction of several. Its value for a
 /// cell is the product of the coded factors.
@@ -95,4 +95,9 @@ impl fmt::Display for Effect {
             f.write_str(&names.join("·"))
         }
     }
+}
+
+/// Returns the values of an effect for the sixteen cells.
+pub(super) fn column(effect: Effect) -> [f64; 16] {
+    CELLS.map(|cell| effect.value(&cell.coded))
 }

@@ -2,8 +2,7 @@
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 
-use super::cells::column;
-use super::effect::Effect;
+use super::effect::{Effect, column};
 use crate::SensorError;
 
 /// Row of an analysis of variance: an effect of one degree of freedom.

@@ -3,8 +3,7 @@
 use serde::Serialize;
 use twinrig_kernel::{Stream, stream};
 
-use super::dimension::SweepDimension;
-use super::morris;
+use super::dimension::{DimensionValues, SweepDimension};
 use super::value::SweepValue;
 
 /// Rule that chooses the points.
@@ -57,7 +56,7 @@ impl Design {
     /// `campaign/design/KEY`, so that another dimension has no influence on them.
     pub fn points(&self, dimensions: &[SweepDimension]) -> Vec<Vec<SweepValue>> {
         if self.kind == DesignKind::Morris {
-            return morris::points(self, dimensions);
+            return trajectories(self, dimensions);
         }
         let mut points = vec![Vec::with_capacity(dimensions.len()); self.points];
         // Points with the same value in all further dimensions.
@@ -89,6 +88,46 @@ impl Design {
         }
         points
     }
+}
+
+/// Returns the points of a design for elementary effects, trajectory by trajectory. Numbers of a
+/// dimension are of a stream of its own, as of other designs.
+fn trajectories(design: &Design, dimensions: &[SweepDimension]) -> Vec<Vec<SweepValue>> {
+    let levels = design.levels.unwrap_or(2).max(2);
+    let trajectories = design.points / (dimensions.len() + 1);
+    let mut streams: Vec<_> = dimensions
+        .iter()
+        .map(|one| stream(design.seed, &format!("campaign/design/{}", one.key.value)))
+        .collect();
+    let mut points = Vec::with_capacity(design.points);
+    for _ in 0..trajectories {
+        let draws = streams.iter_mut().map(|numbers| {
+            let level = numbers.between(0, levels as u64 - 1);
+            (numbers.unit(), usize::try_from(level).unwrap_or(0))
+        });
+        let draws: Vec<(f64, usize)> = draws.collect();
+        let value = |index: usize, level: usize| {
+            let share = level as f64 / (levels - 1) as f64;
+            match &dimensions[index].values {
+                DimensionValues::Interval(interval) => interval.on_grid(share),
+                // The reader has refused other values.
+                other => other.on_grid(level),
+            }
+        };
+        let starts = draws.iter().enumerate();
+        let mut point: Vec<_> = starts
+            .map(|(index, (_, level))| value(index, *level))
+            .collect();
+        points.push(point.clone());
+        let mut order: Vec<usize> = (0..dimensions.len()).collect();
+        order.sort_by(|one, other| draws[*one].0.total_cmp(&draws[*other].0));
+        for index in order {
+            // Half of the levels up, or down from the upper half.
+            point[index] = value(index, (draws[index].1 + levels / 2) % levels);
+            points.push(point.clone());
+        }
+    }
+    points
 }
 
 /// Returns a random permutation of the numbers below `count` (Fisher and Yates).

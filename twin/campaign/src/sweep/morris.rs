@@ -1,17 +1,13 @@
-//! Screening by elementary effects (Morris 1991): points of a design, and effects of its runs.
+//! Screening by elementary effects (Morris 1991): effects of the runs of a design.
 //!
 //! Each dimension has `levels` values at equal distances, from 0 to 1 of its interval. A trajectory
 //! begins at random values and changes each dimension once, in random order, by
 //! Δ = levels / (2 (levels − 1)). The change of a measured value over Δ is an elementary effect.
 
 use serde::Serialize;
-use twinrig_kernel::stream;
 
-use super::design::Design;
-use super::dimension::{DimensionValues, SweepDimension};
 use super::result::SweepResult;
 use super::row::{RowVerdict, SweepRow};
-use super::value::SweepValue;
 
 /// Name of the measure that counts the expectations of a run that do not hold.
 pub const FAILED_EXPECTATIONS: &str = "failed expectations";
@@ -34,46 +30,6 @@ pub struct ElementaryEffect {
     pub sigma: Option<f64>,
     /// Their number. Trajectories without the value at one of both points have none.
     pub effects: usize,
-}
-
-/// Returns the points of a design, trajectory by trajectory. Numbers of a dimension are of a stream
-/// of its own, as of other designs.
-pub(super) fn points(design: &Design, dimensions: &[SweepDimension]) -> Vec<Vec<SweepValue>> {
-    let levels = design.levels.unwrap_or(2).max(2);
-    let trajectories = design.points / (dimensions.len() + 1);
-    let mut streams: Vec<_> = dimensions
-        .iter()
-        .map(|one| stream(design.seed, &format!("campaign/design/{}", one.key.value)))
-        .collect();
-    let mut points = Vec::with_capacity(design.points);
-    for _ in 0..trajectories {
-        let draws = streams.iter_mut().map(|numbers| {
-            let level = numbers.between(0, levels as u64 - 1);
-            (numbers.unit(), usize::try_from(level).unwrap_or(0))
-        });
-        let draws: Vec<(f64, usize)> = draws.collect();
-        let value = |index: usize, level: usize| {
-            let share = level as f64 / (levels - 1) as f64;
-            match &dimensions[index].values {
-                DimensionValues::Interval(interval) => interval.on_grid(share),
-                // The reader has refused other values.
-                other => other.on_grid(level),
-            }
-        };
-        let starts = draws.iter().enumerate();
-        let mut point: Vec<_> = starts
-            .map(|(index, (_, level))| value(index, *level))
-            .collect();
-        points.push(point.clone());
-        let mut order: Vec<usize> = (0..dimensions.len()).collect();
-        order.sort_by(|one, other| draws[*one].0.total_cmp(&draws[*other].0));
-        for index in order {
-            // Half of the levels up, or down from the upper half.
-            point[index] = value(index, (draws[index].1 + levels / 2) % levels);
-            points.push(point.clone());
-        }
-    }
-    points
 }
 
 impl SweepResult {

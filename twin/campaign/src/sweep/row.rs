@@ -4,7 +4,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::share::VERDICT_SHARE;
+/// Name of the share of runs in which all expectations hold.
+pub const VERDICT_SHARE: &str = "verdict";
 
 /// Verdict of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -6,9 +6,6 @@ use twinrig_document::Placed;
 use super::row::SweepRow;
 use super::wilson::ShareInterval;
 
-/// Name of the share of runs in which all expectations hold.
-pub const VERDICT_SHARE: &str = "verdict";
-
 /// Assertion about a share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShareSpec {

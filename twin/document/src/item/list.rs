@@ -3,11 +3,11 @@
 use twinrig_kernel::Unit;
 
 use super::Item;
-use crate::document::quoted;
 use crate::node::Value;
+use crate::problems::Reported;
 use crate::quantity;
 use crate::range::Range;
-use crate::table::Reported;
+use crate::toml_text::quoted;
 
 impl<'d> Item<'d> {
     /// Returns the items of a list.

@@ -1,8 +1,13 @@
 //! Coordinate frames of trunk and leg segments, as a `tf2_msgs/TFMessage`.
 
-use super::{BODY, Signals, WORLD};
+use super::signals::Signals;
 use crate::cdr::{CdrReader, CdrWriter, Template};
 use twinrig_kernel::signal;
+
+/// Fixed frame.
+pub(super) const WORLD: &str = "world";
+/// Frame of the trunk.
+pub(super) const BODY: &str = "body";
 
 /// Geometry of a robot for display: hip positions and segment lengths.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -2,7 +2,7 @@
 
 use twinrig_kernel::{Unit, signal};
 
-use super::Signals;
+use super::signals::Signals;
 use crate::cdr::{CdrWriter, Template};
 
 /// Suffixes of the signals of a joint.

@@ -6,8 +6,9 @@ mod frames;
 mod joints;
 mod odometry;
 mod series;
+mod signals;
 
-use twinrig_kernel::{Layout, Unit};
+use twinrig_kernel::Layout;
 
 pub use frames::{Skeleton, SkeletonLeg};
 pub use series::{FrameSampler, FrameSeries};
@@ -16,11 +17,7 @@ use crate::Topic;
 use frames::Frames;
 use joints::Joints;
 use odometry::Odometry;
-
-/// Fixed frame.
-const WORLD: &str = "world";
-/// Frame of the trunk.
-const BODY: &str = "body";
+use signals::Signals;
 
 /// Converts samples of the plant to messages without allocation: each message is created once and
 /// its numbers are overwritten.
@@ -63,32 +60,5 @@ impl Poses {
             Topic::Joints => Some(self.joints.as_mut()?.at(stamp, values)),
             Topic::Events | Topic::Footsteps | Topic::Changes | Topic::Verdict => None,
         }
-    }
-}
-
-/// Signals in a sample of the plant.
-struct Signals<'a> {
-    layout: &'a Layout,
-    keep: &'a dyn Fn(&str) -> bool,
-}
-
-impl Signals<'_> {
-    /// Returns the offset of the signal `name` if it has `size` components.
-    fn start(&self, name: &str, size: usize) -> Option<usize> {
-        let range = self.layout.find(name)?;
-        (range.len() == size).then_some(range.start)
-    }
-
-    /// As [`Signals::start`], for recorded signals only.
-    fn recorded(&self, name: &str, size: usize) -> Option<usize> {
-        self.start(name, size).filter(|_| (self.keep)(name))
-    }
-
-    /// Returns the names and offsets of the recorded signals with one component in `unit`.
-    fn of_unit(&self, unit: Unit) -> impl Iterator<Item = (&str, usize)> {
-        let fields = self.layout.fields();
-        let scalars = fields.filter(move |field| field.port.unit == unit && field.port.size == 1);
-        let scalars = scalars.map(|field| (field.port.name.as_str(), field.range().start));
-        scalars.filter(|(name, _)| (self.keep)(name))
     }
 }

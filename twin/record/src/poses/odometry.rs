@@ -1,6 +1,7 @@
 //! Pose and twist of the trunk, as a `nav_msgs/Odometry`.
 
-use super::{BODY, Signals, WORLD};
+use super::frames::{BODY, WORLD};
+use super::signals::Signals;
 use crate::cdr::{CdrWriter, Template};
 use twinrig_kernel::signal;
 

@@ -8,6 +8,7 @@ mod clock;
 mod driver_session;
 mod histogram;
 mod limits;
+mod monotonic_clock;
 mod observed_thread;
 mod observer_queue;
 mod privileges;
@@ -26,12 +27,13 @@ mod system;
 mod worker;
 mod worker_pool;
 
-pub use clock::{Clock, MonotonicClock};
+pub use clock::Clock;
 pub use histogram::Histogram;
 pub use limits::Limits;
+pub use monotonic_clock::MonotonicClock;
 pub use privileges::Privileges;
-pub use report::{RealTimeReport, TaskReport};
-pub use rig::{Ended, RealTimeOptions, RealTimeRig};
+pub use report::{Ended, RealTimeReport, TaskReport};
+pub use rig::{RealTimeOptions, RealTimeRig};
 pub use serve::Serve;
 pub use serve_options::{Hold, ServeOptions, ServeReport, ServedWire};
 

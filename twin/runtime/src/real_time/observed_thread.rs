@@ -2,8 +2,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
-use super::observer_queue::{ObserverQueueReader, ObserverQueueWriter, observer_queue};
-use super::rig::{Ended, POLL_INTERVAL};
+use super::observer_queue::{
+    ObserverQueueReader, ObserverQueueWriter, POLL_INTERVAL, observer_queue,
+};
+use super::report::Ended;
 use crate::{Observer, PanicReport, RigError, catch_panic};
 
 /// Result of a run, and its report.

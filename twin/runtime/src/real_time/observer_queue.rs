@@ -1,10 +1,14 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use twinrig_kernel::{HostTime, SimDuration, SimTime};
 
 use super::ring::{Head, RingReader, RingWriter, ring, unpack};
 use crate::{Group, Observer, RunEvent};
+
+/// Polling interval of the observer queue, and of opening and closing.
+pub(super) const POLL_INTERVAL: Duration = Duration::from_millis(1);
 
 /// Observer that passes everything to another thread through a bounded queue and never blocks:
 /// records that do not fit are lost and counted.

@@ -4,6 +4,17 @@ use super::Histogram;
 use crate::BusSummary;
 use twinrig_kernel::SimDuration;
 
+/// End of a real-time run without failure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// The duration elapsed.
+    Duration,
+    /// A stop was requested.
+    Stopped,
+    /// The host closed its devices.
+    HungUp,
+}
+
 /// Timing report of a real-time run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RealTimeReport {

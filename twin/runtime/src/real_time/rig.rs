@@ -4,13 +4,14 @@ use std::time::Duration;
 
 use twinrig_kernel::{HostTime, Layout, SimDuration, SimTime};
 
-use super::clock::{Clock, MonotonicClock};
+use super::clock::Clock;
 use super::driver_session::duration;
 use super::limits::Limits;
+use super::monotonic_clock::MonotonicClock;
 use super::observed_thread::{Outcome, observe_thread};
-use super::observer_queue::ObserverQueueWriter;
+use super::observer_queue::{ObserverQueueWriter, POLL_INTERVAL};
 use super::privileges::Privileges;
-use super::report::RealTimeReport;
+use super::report::{Ended, RealTimeReport};
 use super::scheduler::{RealTimeScheduler, TaskInterface};
 use super::system::{self, raise_priority};
 use super::worker_pool::WorkerPool;
@@ -58,19 +59,6 @@ impl Default for RealTimeOptions {
     }
 }
 
-/// End of a real-time run without failure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ended {
-    /// The duration elapsed.
-    Duration,
-    /// A stop was requested.
-    Stopped,
-    /// The host closed its devices.
-    HungUp,
-}
-
-/// Polling interval of the observer queue, and of opening and closing.
-pub(super) const POLL_INTERVAL: Duration = Duration::from_millis(1);
 /// Longest delay after which a sleeping control thread detects a stop request.
 const STOP_LATENCY: Duration = Duration::from_millis(50);
 

@@ -3,11 +3,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use twinrig_kernel::{Agenda, HostTime, Layout, PartId, SimDuration, SimTime};
 
-use super::clock::{Clock, MonotonicClock};
+use super::clock::Clock;
 use super::driver_session::duration;
+use super::monotonic_clock::MonotonicClock;
 use super::observed_thread::{Outcome, observe_thread};
 use super::observer_queue::ObserverQueueWriter;
-use super::rig::Ended;
+use super::report::Ended;
 use super::serve_options::{Hold, ServeOptions, ServeReport, ServedWire};
 use super::served_port::{ServedPort, read_ports};
 use super::system::{self, raise_priority};

@@ -1,9 +1,9 @@
 //! Sensors between the tasks and the process.
 
-use twinrig_kernel::{SignalKind, SimTime, near_misses};
+use twinrig_kernel::{SignalKind, near_misses};
 
 use super::Rig;
-use crate::sensor::{ChainSite, QUATERNION, SignalChain};
+use crate::sensor::{ChainSite, QUATERNION, SignalChain, of_task};
 use crate::{RigError, SensorModel, SensorModelError};
 
 impl Rig {
@@ -93,16 +93,4 @@ impl Rig {
             sensors.map(|chain| format!(", with {} at {}", chain.name, chain.site.signal));
         sensors.collect()
     }
-}
-
-/// Delivers the arrived samples of the sensors of a task to the inputs of the process.
-pub(super) fn deliver(sensors: &mut [SignalChain], task: usize, now: SimTime, inputs: &mut [f64]) {
-    for chain in of_task(sensors, task) {
-        chain.deliver(now, inputs);
-    }
-}
-
-fn of_task(sensors: &mut [SignalChain], task: usize) -> impl Iterator<Item = &mut SignalChain> {
-    let sensors = sensors.iter_mut();
-    sensors.filter(move |chain| chain.site.task == task)
 }

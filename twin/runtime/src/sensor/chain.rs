@@ -187,5 +187,14 @@ impl SignalChain {
     }
 }
 
+/// Returns the sensors of a task.
+pub(crate) fn of_task(
+    sensors: &mut [SignalChain],
+    task: usize,
+) -> impl Iterator<Item = &mut SignalChain> {
+    let sensors = sensors.iter_mut();
+    sensors.filter(move |chain| chain.site.task == task)
+}
+
 #[cfg(test)]
 mod tests;

@@ -9,7 +9,7 @@ mod error;
 mod model;
 mod rotation;
 
-pub(crate) use chain::{ChainSite, ChainState, SignalChain};
+pub(crate) use chain::{ChainSite, ChainState, SignalChain, of_task};
 pub use error::SensorModelError;
 pub use model::SensorModel;
 pub(crate) use rotation::QUATERNION;

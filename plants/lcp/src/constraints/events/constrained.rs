@@ -14,7 +14,8 @@
 use twinrig_contact::{Method, Problem, SolveError};
 
 use super::Instant;
-use super::closed::{Entry, Feet, Role, STICKING, Stop, touching};
+use super::closed::{STICKING, touching};
+use super::entry::{Entry, Feet, Role, Stop};
 use super::impact::RESTING;
 use super::losses::Losses;
 use super::resolve_modes::motors_only;

@@ -6,7 +6,9 @@ use twinrig_contact::{Method, Restitution};
 use twinrig_legged::{DriveModels, LEGS};
 
 use super::Instant;
-use super::closed::{Entry, Feet, Role, SLOTS, STICKING, Stop, touching};
+use super::closed::{STICKING, touching};
+use super::entry::{Entry, Feet, Role, Stop};
+use super::impact_record::ImpactRecord;
 use super::losses::{ImpactError, Losses};
 use crate::constraints::motion::Dynamics;
 use crate::model::articulated::Articulated;
@@ -26,15 +28,6 @@ pub(crate) struct ImpactTotals {
     pub(crate) ground: [[f64; 3]; 4],
 }
 
-/// Rates before an impact, and the feet it stopped.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct ImpactRecord {
-    /// Rates of the closed gaps before the impact \[m/s\].
-    pub(super) rates: [[f64; SLOTS]; 4],
-    /// Feet stopped by the impact, by leg and point of the leg.
-    pub(super) stopped: [[bool; 2]; 4],
-}
-
 impl ImpactTotals {
     /// Adds the result of another impact at the same instant.
     pub(crate) fn add(&mut self, other: &Self) {
@@ -44,13 +37,6 @@ impl ImpactTotals {
         for (sum, part) in self.ground.iter_mut().flatten().zip(parts) {
             *sum += part;
         }
-    }
-}
-
-impl ImpactRecord {
-    /// Returns the tangential velocity of a foot before the impact.
-    pub(super) fn tangential(&self, leg: usize, links: usize) -> [f64; 2] {
-        [1, 2].map(|which| self.rates[leg][Role::Tangent { links, which }.slot()])
     }
 }
 

@@ -4,7 +4,7 @@ use twinrig_contact::SolveError;
 use twinrig_legged::{TangentialImpulse, taken_by_friction};
 
 use super::Instant;
-use super::closed::Role;
+use super::entry::Role;
 
 /// Violation of dissipativity by one impact, at the constraint of a leg that gives the most.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

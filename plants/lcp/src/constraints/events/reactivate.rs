@@ -2,10 +2,11 @@
 //! penetrated.
 
 use super::Instant;
-use super::closed::{Feet, Role};
+use super::entry::{Feet, Role};
 use super::resolve_modes::motors_only;
 use crate::constraints::contacts::CONTACTS;
-use crate::constraints::mode::{Contact, Mode};
+use crate::constraints::contacts::Contact;
+use crate::constraints::mode::Mode;
 use crate::constraints::motion::Dynamics;
 use crate::model::constants::ALL;
 use crate::model::real::{Lanes, Real};

@@ -4,9 +4,11 @@ use twinrig_contact::{Bound, Method, Problem, SolveError};
 use twinrig_legged::LEGS;
 
 use super::Instant;
-use super::closed::{Entry, Feet, Role, SEPARATION, Stop, touching};
-use super::impact::ImpactRecord;
-use crate::constraints::mode::{Contact, Mode};
+use super::closed::{SEPARATION, touching};
+use super::entry::{Entry, Feet, Role, Stop};
+use super::impact_record::ImpactRecord;
+use crate::constraints::contacts::Contact;
+use crate::constraints::mode::Mode;
 use crate::constraints::motion::Dynamics;
 use crate::model::articulated::Articulated;
 use crate::model::leg_constraints::DriveAction;

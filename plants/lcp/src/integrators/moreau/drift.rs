@@ -21,9 +21,10 @@
 
 use crate::integrators::step_error::StepError;
 use crate::model::Model;
-use crate::model::articulated::{Articulated, into_trunk, into_world, quaternion_rate, rotation};
+use crate::model::articulated::Articulated;
 use crate::model::coupling::COUPLED;
 use crate::model::real::{Lanes, Real};
+use crate::model::rotation::{into_trunk, into_world, quaternion_rate, rotation};
 use crate::model::state::State;
 use crate::model::trunk::{Spatial, cross, reduced};
 use twinrig_robot::GRAVITY;

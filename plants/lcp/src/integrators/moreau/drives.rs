@@ -2,7 +2,7 @@
 
 use twinrig_legged::DriveModels;
 
-use super::SolvedStep;
+use super::solved_step::SolvedStep;
 use crate::constraints::motion::Dynamics;
 use crate::model::Model;
 use crate::model::drives::{Commands, torque_speed_line};

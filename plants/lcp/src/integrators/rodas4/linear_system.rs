@@ -4,7 +4,7 @@
 use twinrig_contact::Factors;
 
 use super::coefficients::GAMMA;
-use crate::constraints::contact_forces::Workspace;
+use crate::constraints::workspace::Workspace;
 use crate::integrators::jacobian::{Direction, Jacobian};
 use crate::integrators::lanewise::{Column, LaneFactors, ROWS};
 use crate::model::real::{Dual, Lanes, Real};

@@ -2,9 +2,9 @@ use twinrig_legged::{Base, Drives};
 
 use super::linear_system::{TRUNK, directions, number, positions, trunk_direction, velocities};
 use super::*;
-use crate::constraints::contact_forces::Workspace;
-use crate::constraints::mode::Contact;
+use crate::constraints::contacts::Contact;
 use crate::constraints::motion::Motion;
+use crate::constraints::workspace::Workspace;
 use crate::fixtures::{self, PASSIVE, distance, flow, motion, robot};
 use crate::integrators::jacobian::Direction;
 use crate::plant::flow::Flow;

@@ -119,7 +119,7 @@ fn footings<const N: usize>(
     let ground = flow.model.ground.as_ref().unwrap();
     let legs = &flow.model.side_by_side;
     let chain = Chain::new(legs, &state.angles, &state.rates);
-    let rotation = crate::model::articulated::rotation(state.attitude);
+    let rotation = crate::model::rotation::rotation(state.attitude);
     let points = (0..flow.model.legs.len()).flat_map(|leg| (3..=N).map(move |links| [leg, links]));
     let footing = |[leg, links]: [usize; 2]| {
         let site = Site::<f64, N>::new(legs, &chain, state, leg, links);

@@ -1,0 +1,59 @@
+//! Powers of the forces at the rates of the legs.
+
+use nalgebra::Vector3;
+use twinrig_legged::{LEGS, Ledger};
+
+use crate::leg_forces::{Constraints, LegForces};
+use crate::model::Model;
+use crate::rates::LegRates;
+
+/// Powers by their account in the energy balance \[W\].
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Powers {
+    actuator: f64,
+    dissipated: f64,
+    impact: f64,
+}
+
+impl Powers {
+    /// Returns the powers of forces at these rates, and of joint friction at the rates
+    /// `friction_rates`.
+    pub(crate) fn new(
+        model: &Model,
+        forces: &[LegForces; LEGS],
+        [rates, friction_rates]: [&[LegRates; LEGS]; 2],
+        constraints: &Constraints,
+    ) -> Self {
+        let mut powers = Self::default();
+        let mut limit_power = constraints.power;
+        for (i, leg) in model.legs.iter().enumerate() {
+            let (forces, rates) = (&forces[i], &rates[i]);
+            let [hip, knee] = rates.drive_rates();
+            let drive_power = forces.torques[0] * hip + forces.torques[1] * knee;
+            powers.actuator += drive_power;
+            if constraints.clutches {
+                limit_power -= drive_power;
+            }
+            for (joint, friction) in leg.friction.iter().enumerate() {
+                powers.dissipated +=
+                    friction * friction_rates[i].joints[joint] * rates.joints[joint];
+            }
+            let along = |force: [f64; 3]| Vector3::from(force).dot(&Vector3::from(rates.foot));
+            let (normal_power, friction_power) = (along(forces.normal), along(forces.along));
+            powers.impact -= normal_power;
+            powers.dissipated -= friction_power;
+            limit_power -= normal_power + friction_power;
+        }
+        if constraints.limits {
+            powers.impact -= limit_power;
+        }
+        powers
+    }
+
+    /// Adds the work over an interval to the energy balance.
+    pub(crate) fn add_work(&self, seconds: f64, ledger: &mut Ledger) {
+        ledger.actuator += self.actuator * seconds;
+        ledger.dissipated += self.dissipated * seconds;
+        ledger.impact += self.impact * seconds;
+    }
+}
