@@ -15,7 +15,8 @@ use twinrig_rig::assembly::Assembly;
 use twinrig_rig::error::{Error, guarded};
 use twinrig_rig::report::row;
 use twinrig_rig::report::{Line, LineEnsemble, Report, Status};
-use twinrig_rig::run::execute::{Execution, execute_observed, execute_saving};
+use twinrig_rig::run::execute::{execute_observed, execute_saving};
+use twinrig_rig::run::execution::Execution;
 use twinrig_rig::run::interrupt;
 use twinrig_rig::run::observers::RunObserver;
 

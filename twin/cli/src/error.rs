@@ -1,5 +1,7 @@
 //! Errors of commands.
 
+mod thesis;
+
 use std::path::PathBuf;
 
 use thiserror::Error;
@@ -7,6 +9,7 @@ use twinrig_document::DocumentError;
 use twinrig_record::RecordError;
 use twinrig_robot::RobotError;
 
+pub use thesis::ThesisError;
 use twinrig_rig::error::{BuildError, Error, chain};
 use twinrig_rig::registry::build_needs;
 
@@ -163,7 +166,7 @@ pub enum TwinError {
     Thesis {
         /// Reason.
         #[from]
-        source: crate::thesis::error::ThesisError,
+        source: ThesisError,
     },
     /// Name of an example that this build does not contain.
     #[error("error: there is no example `{name}`\n  = help: {help}")]

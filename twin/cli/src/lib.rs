@@ -46,6 +46,7 @@ mod progress;
 mod radius;
 mod report;
 mod robot_facts;
+mod shell;
 mod study;
 mod sweep;
 mod thesis;
@@ -70,11 +71,10 @@ pub use twinrig_rig::{
 
 pub use commands::{plan_json, recording_path, run, run_args, run_with};
 pub use ensemble::{execute, with_ensemble};
-pub use error::TwinError;
+pub use error::{ThesisError, TwinError};
 pub use optimize::execute::{
     OptimizationOutcome, OptimizationProgress, OptimizationRequest, optimize,
 };
 pub use report::text;
 pub use sweep::execute::{SweepEvent, SweepOutcome, SweepProgress, SweepRequest, sweep};
 pub use sweep::job::{JobError, WorkerJob};
-pub use thesis::error::ThesisError;

@@ -22,32 +22,31 @@ mod reproduction;
 mod run;
 mod schema;
 mod serve;
+mod settings;
 mod source;
 mod study;
 mod sweep;
+mod terminal;
 mod thesis;
 
 pub use plan::plan_json;
 pub use run::recording_path;
 
 use std::ffi::OsString;
-use std::io::{ErrorKind, IsTerminal, Write};
+use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
-use anstream::adapter::strip_str;
 use anstream::{AutoStream, ColorChoice};
 use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, FromArgMatches};
-use serde::Serialize;
-use twinrig_document::{Warning, escaped, nearest};
+use twinrig_document::nearest;
 use twinrig_runtime::catch_panic;
-use twinrig_scenario::Setting;
 
-use crate::args::{Cli, Command, Settings};
+use crate::args::{Cli, Command};
 use crate::error::TwinError;
-use crate::report::layout::laid_out;
-use crate::report::style::harmless;
-use crate::report::width::{columns, error_columns, fit, fit_message};
+use crate::report::width::{columns, error_columns, fit};
+use settings::{PLANT_KEY, settings};
+use terminal::{FAILURE, NEGATIVE, SUCCESS, Terminal};
 use twinrig_rig::error::Error;
 use twinrig_rig::registry::Registry;
 
@@ -55,114 +54,6 @@ use twinrig_rig::registry::Registry;
 /// 69, trot 79.
 const DEBUG_BUILD: &str = "this is a debug build, in which runs take 40 to 80 times as long as \
                            with --release";
-/// Exit code: success.
-const SUCCESS: u8 = 0;
-/// Exit code: negative result, such as a failed expectation or a difference between recordings.
-const NEGATIVE: u8 = 1;
-/// Exit code: error.
-const FAILURE: u8 = 2;
-
-/// Output streams of a command.
-struct Terminal<'a> {
-    out: &'a mut dyn Write,
-    err: &'a mut dyn Write,
-    /// Whether standard output shows styles.
-    styles: bool,
-    /// Columns that lines of standard output must fit; none: no limit.
-    columns: Option<usize>,
-    /// Columns that lines of standard error must fit; none: no limit.
-    err_columns: Option<usize>,
-    /// Whether to show progress and to handle interrupts.
-    interactive: bool,
-    /// First error of writing to standard output.
-    write_error: Option<std::io::Error>,
-    /// Command line that repeats the results.
-    command: String,
-}
-
-impl Terminal<'_> {
-    /// Prints styled text with exactly one newline at its end.
-    fn print(&mut self, text: &str) {
-        let text = laid_out(&harmless(text), self.columns);
-        if self.styles {
-            self.print_plain(&text);
-        } else {
-            self.print_plain(&strip_str(&text).to_string());
-        }
-    }
-
-    fn print_plain(&mut self, text: &str) {
-        let written = writeln!(self.out, "{}", text.trim_end());
-        self.keep_error(written);
-    }
-
-    fn keep_error(&mut self, written: std::io::Result<()>) {
-        if let Err(error) = written {
-            self.write_error.get_or_insert(error);
-        }
-    }
-
-    /// Flushes the output of a command with the exit code `code` and returns the final exit code. A
-    /// write error is a failure, except for a pipe closed by its reader.
-    fn finish(&mut self, code: u8) -> u8 {
-        let flushed = self.out.flush();
-        self.keep_error(flushed);
-        match self.write_error.take() {
-            Some(error) if error.kind() != ErrorKind::BrokenPipe => {
-                let _ = writeln!(self.err, "error: cannot write to standard output: {error}");
-                FAILURE
-            }
-            _ => code,
-        }
-    }
-
-    fn print_json(&mut self, value: &impl Serialize) {
-        // Serialisation fails only for keys that are not strings.
-        let text = serde_json::to_string(value).unwrap_or_default();
-        self.print_plain(&text);
-    }
-
-    /// Reports an error: as JSON on standard output, or as text on standard error.
-    fn report_error(&mut self, error: &TwinError, json: bool) {
-        #[derive(Serialize)]
-        struct Failure {
-            error: String,
-        }
-        if json {
-            let error = error.to_string();
-            self.print_json(&Failure { error });
-        } else {
-            self.print_error(error);
-        }
-    }
-
-    fn print_error(&mut self, error: &TwinError) {
-        self.print_message(&error.text(self.err_columns));
-    }
-
-    /// Prints text, which has no styles, to standard error.
-    fn print_message(&mut self, text: &str) {
-        let text = escaped(text);
-        let text = match self.err_columns {
-            Some(columns) => fit_message(&text, columns),
-            None => text,
-        };
-        let _ = writeln!(self.err, "{text}");
-    }
-
-    /// Prints warnings to standard error; the JSON report contains them, too.
-    fn warn<'w>(&mut self, warnings: impl IntoIterator<Item = &'w Warning>) {
-        for warning in warnings {
-            let text = warning.text(self.err_columns);
-            self.print_message(&format!("{text}\n"));
-        }
-    }
-
-    /// Prints a note to standard error.
-    fn note(&mut self, text: &str) {
-        self.print_message(&format!("note: {text}"));
-    }
-}
 
 /// Runs the program: parses the command line, executes the command and returns the exit code: 0 all
 /// expectations hold, 1 an expectation fails, 2 error.
@@ -326,24 +217,4 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::Completions(args) => completions::completions(&args, terminal),
         Command::Man(args) => completions::man(&args, terminal),
     }
-}
-
-/// Origin of settings given by `--plant`.
-const PLANT: &str = "--plant";
-/// Key that it sets.
-const PLANT_KEY: &str = "plant.model";
-
-/// Returns the settings of the command line.
-fn settings(args: &Settings) -> Vec<Setting> {
-    let plant = args.plant.iter().map(|model| Setting {
-        origin: PLANT.to_owned(),
-        key: PLANT_KEY.to_owned(),
-        value: format!("{model:?}"),
-    });
-    let set = args.set.iter().map(|(key, value)| Setting {
-        origin: "--set".to_owned(),
-        key: key.clone(),
-        value: value.clone(),
-    });
-    plant.chain(set).collect()
 }

@@ -16,7 +16,8 @@ use twinrig_rig::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
 use twinrig_rig::parts::constraints::DefaultRules;
 use twinrig_rig::registry::Registry;
 use twinrig_rig::report::{Status, seconds};
-use twinrig_rig::run::execute::{Execution, execute_saving};
+use twinrig_rig::run::execute::execute_saving;
+use twinrig_rig::run::execution::Execution;
 use twinrig_rig::run::recording::{
     DEFAULTS_NOTE, EXCHANGED_NOTE, HARDWARE_NOTE, SETTINGS_NOTE, settings_of,
 };

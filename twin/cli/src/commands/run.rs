@@ -14,13 +14,14 @@ use crate::ensemble::with_ensemble;
 use crate::error::TwinError;
 use crate::progress::{Progress, RunLine};
 use crate::report::{junit, table};
-use crate::sweep::runs::quoted as shell;
+use crate::shell::quoted as shell;
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::assembly::recording_size::LARGE_RECORDING;
 use twinrig_rig::error::{Error, guarded};
 use twinrig_rig::registry::Registry;
 use twinrig_rig::report::{Report, Status};
-use twinrig_rig::run::execute::{Execution, execute_observed};
+use twinrig_rig::run::execute::execute_observed;
+use twinrig_rig::run::execution::Execution;
 use twinrig_rig::run::interrupt;
 
 pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'_>) -> u8 {

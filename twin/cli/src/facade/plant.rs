@@ -94,5 +94,6 @@ pub use twinrig_rig::parts::fmu_plant;
 pub use twinrig_rig::parts::lcp::lcp;
 pub use twinrig_rig::parts::massless::massless;
 pub use twinrig_rig::parts::method::Method;
-pub use twinrig_rig::parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
+pub use twinrig_rig::parts::plant_kind::PlantKind;
 pub use twinrig_rig::parts::setup::{legged_ports, pushes, setup};
+pub use twinrig_rig::{ModelContext, PlantContext, StandaloneModel};

@@ -14,10 +14,11 @@ pub use twinrig_runtime::{Driver, Plant, Process, ProcessVariable, Wire};
 
 pub use crate::ensemble::execute;
 pub use crate::error::TwinError;
+pub use twinrig_rig::PlantContext;
 pub use twinrig_rig::assembly::Assembly;
 pub use twinrig_rig::error::{BuildError, Error};
 pub use twinrig_rig::parts::bus_kind::{BusContext, BusKind};
 pub use twinrig_rig::parts::controller_kind::{ControllerContext, ControllerKind};
-pub use twinrig_rig::parts::plant_kind::{PlantContext, PlantKind};
+pub use twinrig_rig::parts::plant_kind::PlantKind;
 pub use twinrig_rig::registry::Registry;
-pub use twinrig_rig::run::execute::Execution;
+pub use twinrig_rig::run::execution::Execution;

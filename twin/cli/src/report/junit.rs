@@ -14,7 +14,7 @@ use crate::report::table;
 use twinrig_rig::report::{Line, Report};
 
 use super::tracking;
-use crate::sweep::runs::quoted;
+use crate::shell::quoted;
 
 /// Suite of test cases.
 pub(crate) struct Suite {

@@ -18,7 +18,8 @@ use twinrig_rig::assembly::Assembly;
 use twinrig_rig::error::{Error, guarded};
 use twinrig_rig::registry::Registry;
 use twinrig_rig::report::{Line, Report};
-use twinrig_rig::run::execute::{self, Course, Execution, Stopped};
+use twinrig_rig::run::course::{self, Course, Stopped};
+use twinrig_rig::run::execution::Execution;
 use twinrig_rig::run::interrupt;
 use twinrig_rig::run::judging;
 use twinrig_rig::run::observers::{RunObserver, RunObservers, RunProgress};
@@ -205,7 +206,7 @@ pub(crate) fn run(
     for part in 1..=PARTS {
         let nanos = u128::from(end.as_nanos()) * u128::from(part) / u128::from(PARTS);
         let until = SimTime::from_nanos(u64::try_from(nanos).unwrap_or(u64::MAX));
-        ran = execute::run(assembly, &mut rig, &mut observers, &progress, until);
+        ran = course::run(assembly, &mut rig, &mut observers, &progress, until);
         if stopwatch.elapsed_s() > options.limit_s && !interrupt::is_requested() {
             return Err(RunFailure::OverLimit);
         }
@@ -219,7 +220,7 @@ pub(crate) fn run(
     }
     let run_s = stopwatch.elapsed_s();
     let course = Course::of(&rig, run_s, ran);
-    let report = execute::report(assembly, &execution, observers, course);
+    let report = judging::report(assembly, &execution, observers, course);
     match &report.error {
         Some(_) if interrupt::is_requested() => Err(RunFailure::Interrupted),
         Some(error) => Err(RunFailure::Failed(first_line(error))),

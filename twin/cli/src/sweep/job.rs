@@ -17,7 +17,8 @@ use twinrig_rig::build_key::BuildKey;
 use twinrig_rig::error::{Error, guarded};
 use twinrig_rig::registry::Registry;
 use twinrig_rig::report::row;
-use twinrig_rig::run::execute::{Execution, execute_until};
+use twinrig_rig::run::execute::execute_until;
+use twinrig_rig::run::execution::Execution;
 use twinrig_rig::run::interrupt;
 
 /// First bytes of the shared data; the key of the build follows. Both are read before all else, as

@@ -9,6 +9,7 @@ use twinrig_robot::RobotFile;
 use twinrig_scenario::{Expectation, Scenario, Setting};
 
 use crate::error::TwinError;
+use crate::shell::quoted;
 use crate::sweep::cases::{self, RunCase};
 use crate::sweep::keys;
 use crate::sweep::parts::UsedParts;
@@ -388,15 +389,5 @@ fn in_memory(on_disk: &Sources, body: &Body) -> Sources {
         robot: body.robot_file().map(|(_, text)| text.to_owned()),
         kept: Some(body.files()),
         ..Sources::of(on_disk.document.clone(), &on_disk.folder)
-    }
-}
-
-/// Returns a word for a POSIX shell.
-pub(crate) fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,+@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
     }
 }

@@ -14,19 +14,20 @@ use twinrig_study::{
 };
 
 use crate::args::{ModulationOptions, TransitionOptions};
+use crate::error::ThesisError;
 use crate::error::TwinError;
 use crate::study::builder::StudyBuilder;
 use crate::study::load_recorder::BenchRecorder;
 use crate::study::modulation_cases::ModulationCases;
 use crate::study::transition_cases::TransitionCases;
-use crate::thesis::error::ThesisError;
 use crate::thesis::gaits;
 use crate::thesis::progress::ItemProgress;
 use crate::thesis::verdict::Measurement;
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::registry::Registry;
 use twinrig_rig::report::{Report, Status};
-use twinrig_rig::run::execute::{Execution, execute_until};
+use twinrig_rig::run::execute::execute_until;
+use twinrig_rig::run::execution::Execution;
 
 /// Budget of studies: none, as a truncated study depends on the machine \[s\].
 const NO_BUDGET: f64 = 1e9;

@@ -11,10 +11,10 @@ use serde::{Deserialize, Serialize};
 use twinrig_campaign::engine::{Engine, EngineEvent, EngineOptions, Job, LocalEngine};
 use twinrig_document::probe::{self, Number, Probe};
 
+use crate::error::ThesisError;
 use crate::error::TwinError;
 use crate::progress::Progress;
 use crate::thesis::context::Context;
-use crate::thesis::error::ThesisError;
 use crate::thesis::item::Item;
 use crate::thesis::progress::ItemProgress;
 use crate::thesis::result::ItemResult;

@@ -6,8 +6,8 @@ use twinrig_campaign::optimization::SearchSpace;
 use twinrig_document::Document;
 use twinrig_scenario::Setting;
 
+use crate::error::ThesisError;
 use crate::error::TwinError;
-use crate::thesis::error::ThesisError;
 
 /// Columns of a history before those of the settings.
 const SUMMARY: usize = 6;

@@ -7,7 +7,6 @@
 //! the module of its chapter.
 
 mod context;
-pub(crate) mod error;
 pub(crate) mod flips;
 mod gaits;
 pub(crate) mod item;

@@ -6,10 +6,10 @@ use twinrig_document::suggestion;
 use twinrig_scenario::Setting;
 use twinrig_study::Machine;
 
+use crate::error::ThesisError;
 use crate::error::TwinError;
 use crate::progress::Progress;
 use crate::thesis::context::Context;
-use crate::thesis::error::ThesisError;
 use crate::thesis::item::Item;
 use crate::thesis::items::items;
 use crate::thesis::progress::ItemProgress;

@@ -2,16 +2,15 @@
 
 use std::sync::Arc;
 
-use twinrig_document::Warning;
+use twinrig_document::{DocumentError, Placed, Problem, Warning};
 use twinrig_kernel::{Port, signal};
-use twinrig_robot::{LegMount, PointMass, Robot, RobotFile};
+use twinrig_robot::{LegMount, PointMass, Robot, RobotError, RobotFile};
 use twinrig_scenario::{LegFact, PayloadSpec, Scenario};
 
 use crate::assembly::plausibility;
 use crate::assembly::sensors::Sensors;
-use crate::assembly::sources;
 use crate::error::Error;
-use crate::parts::plant_kind::{ModelContext, StandaloneModel};
+use crate::parts::context::{ModelContext, StandaloneModel};
 use crate::registry::Registry;
 
 /// Robot and model of a scenario. A robot beside a standalone model serves the controller.
@@ -146,7 +145,7 @@ fn named_legs(ports: &[Port]) -> Vec<LegFact> {
 impl FiledRobot {
     fn of(file: &RobotFile, scenario: &Scenario) -> Result<Self, Error> {
         let robot = file.robot();
-        let placed = |error| sources::placed(error, scenario.robot.as_ref(), &scenario.file);
+        let placed = |error| placed(error, scenario.robot.as_ref(), &scenario.file);
         let mut robot = robot.map_err(placed)?;
         let payloads = scenario.plant.payloads.iter();
         let point = |load: &PayloadSpec| PointMass {
@@ -160,5 +159,24 @@ impl FiledRobot {
             file: file.file().to_owned(),
             text: file.text().to_owned(),
         })
+    }
+}
+
+/// Places the error at `robot`, the key of the scenario in `file`.
+pub(crate) fn placed(
+    error: RobotError,
+    robot: Option<&Placed<String>>,
+    file: &str,
+) -> DocumentError {
+    match error {
+        RobotError::Document(error) => error,
+        RobotError::NotFound { name, help } => {
+            let message = format!("there is no robot `{name}`");
+            match robot {
+                Some(robot) => robot.error(message, help),
+                // None is looked for then.
+                None => Problem::of_file(file, message, help).into(),
+            }
+        }
     }
 }

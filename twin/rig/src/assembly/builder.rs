@@ -7,11 +7,11 @@ use twinrig_scenario::{ActuatorSpec, LegFact, PlantSpec, PushSite, Scenario};
 
 use crate::assembly::body::Body;
 use crate::error::{BuildError, Error, NO_ROBOT};
+use crate::parts::abduction::with_abduction;
+use crate::parts::context::{PlantContext, StandaloneModel};
 use crate::parts::controller_kind::{ControllerContext, LegContext};
 use crate::parts::coupling;
-use crate::parts::drives::with_abduction;
 use crate::parts::idle::Idle;
-use crate::parts::plant_kind::{PlantContext, StandaloneModel};
 use crate::parts::start;
 use crate::registry::Registry;
 

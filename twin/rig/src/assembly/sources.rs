@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use twinrig_document::{Document, DocumentError, Item, Overrides, Placed, Problem};
+use twinrig_document::{Document, DocumentError, Item, Overrides, Placed};
 use twinrig_robot::{Robot, RobotError, RobotFile};
 use twinrig_scenario::{Scenario, Setting};
 
-use crate::assembly::body::Body;
+use crate::assembly::body::{Body, placed};
 use crate::error::Error;
 use crate::parts::constraints::DefaultRules;
 use crate::registry::Registry;
@@ -199,23 +199,4 @@ fn blamed(error: RobotError, file: &str, overrides: &Overrides) -> RobotError {
         }
     }
     RobotError::Document(error)
-}
-
-/// Places the error at `robot`, the key of the scenario in `file`.
-pub(crate) fn placed(
-    error: RobotError,
-    robot: Option<&Placed<String>>,
-    file: &str,
-) -> DocumentError {
-    match error {
-        RobotError::Document(error) => error,
-        RobotError::NotFound { name, help } => {
-            let message = format!("there is no robot `{name}`");
-            match robot {
-                Some(robot) => robot.error(message, help),
-                // None is looked for then.
-                None => Problem::of_file(file, message, help).into(),
-            }
-        }
-    }
 }

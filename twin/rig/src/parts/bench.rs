@@ -8,8 +8,9 @@ use twinrig_scenario::{Accepts, LegFact, OptionSpec, PlantSpec};
 use twinrig_sensor::SensedPlant;
 
 use crate::error::BuildError;
+use crate::parts::context::{ModelContext, StandaloneModel};
 use crate::parts::option::option;
-use crate::parts::plant_kind::{ModelContext, PlantKind, StandaloneModel};
+use crate::parts::plant_kind::PlantKind;
 
 const NAME: &str = "bench";
 const FILE: &str = "file";

@@ -11,8 +11,8 @@ use twinrig_scenario::{
 };
 
 use crate::error::BuildError;
+use crate::parts::context::PlantContext;
 use crate::parts::option::option;
-use crate::parts::plant_kind::PlantContext;
 
 /// Plant option with the formulation.
 pub const CONSTRAINTS: &str = "constraints";

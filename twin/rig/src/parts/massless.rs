@@ -10,8 +10,9 @@ use twinrig_scenario::{Accepts, OptionSpec, Options as SceneOptions};
 
 use crate::error::BuildError;
 use crate::parts::constraints::{check_bar, constraints_choice, named_constraints};
+use crate::parts::context::PlantContext;
 use crate::parts::option::{choice, option};
-use crate::parts::plant_kind::{PlantContext, PlantKind};
+use crate::parts::plant_kind::PlantKind;
 use crate::parts::setup::{pushes, setup};
 
 /// Default step of the plant.

@@ -1,9 +1,11 @@
 //! Standard kinds of parts and their builders from scenario options.
 
+pub(crate) mod abduction;
 pub(crate) mod analog_sources;
 pub(crate) mod bench;
 pub mod bus_kind;
 pub mod constraints;
+pub(crate) mod context;
 pub mod controller_kind;
 pub mod coupling;
 pub(crate) mod drives;

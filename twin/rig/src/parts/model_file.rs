@@ -13,9 +13,10 @@ use twinrig_runtime::Plant;
 use twinrig_scenario::{LegFact, Options, PlantSpec};
 
 use crate::error::BuildError;
+use crate::parts::context::{ModelContext, StandaloneModel};
 use crate::parts::engines::MJCF;
 use crate::parts::mjcf::{ACTUATOR, AS, FILE, INPUTS, KEYFRAME, NAME, OUTPUTS, UNIT, options};
-use crate::parts::plant_kind::{ModelContext, PlantKind, StandaloneModel};
+use crate::parts::plant_kind::PlantKind;
 
 /// Attachment of a recording: text of the model, for inspection.
 const TEXT: &str = "model.xml";

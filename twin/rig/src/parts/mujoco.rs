@@ -8,21 +8,15 @@ use twinrig_mujoco::{
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options as ScenarioOptions};
 
 use crate::error::BuildError;
+use crate::parts::context::PlantContext;
 use crate::parts::method::STEP_ONLY;
-use crate::parts::mujoco_methods;
+use crate::parts::mujoco_methods::{self, POSITION_ACTUATORS, SWITCH};
 use crate::parts::option::{choice, number, option};
-use crate::parts::plant_kind::{PlantContext, PlantKind};
+use crate::parts::plant_kind::PlantKind;
 use crate::parts::setup::{pushes, setup};
 
 /// Default step of the plant.
 const STEP: SimDuration = SimDuration::from_millis(1);
-
-/// Plant option of methods whose servos are MuJoCo's position actuators; not declared, as
-/// [`STEP_ONLY`].
-pub(super) const POSITION_ACTUATORS: &str = "position_actuators";
-
-/// Values of a switch.
-pub(super) const SWITCH: [&str; 2] = ["on", "off"];
 
 /// Default value of the option `integrator`: the integrator that suits the coordinates best.
 const DEFAULT_INTEGRATOR: &str = "own";

@@ -4,8 +4,14 @@ use twinrig_kernel::SimDuration;
 use twinrig_mujoco::{Coordinates, Integrator, Numerics, TimeConstant};
 
 use crate::parts::method::Method;
-use crate::parts::mujoco::{POSITION_ACTUATORS, SWITCH};
 use crate::parts::plant_kind::PlantKind;
+
+/// Plant option of methods whose servos are MuJoCo's position actuators; not declared, as
+/// [`STEP_ONLY`].
+pub(super) const POSITION_ACTUATORS: &str = "position_actuators";
+
+/// Values of a switch.
+pub(super) const SWITCH: [&str; 2] = ["on", "off"];
 
 /// Time constant of pins that is independent of the step \[s\].
 const CLOSURE_S: f64 = 1e-3;

@@ -6,10 +6,11 @@ use twinrig_rapier::{Joints, Options, Rapier, Softness, Solver};
 use twinrig_scenario::{Accepts, OptionSpec, Options as ScenarioOptions};
 
 use crate::error::BuildError;
+use crate::parts::context::PlantContext;
 use crate::parts::engines::RAPIER;
 use crate::parts::method::{Method, STEP_ONLY};
 use crate::parts::option::{choice, number, option};
-use crate::parts::plant_kind::{PlantContext, PlantKind};
+use crate::parts::plant_kind::PlantKind;
 use crate::parts::setup::{pushes, setup};
 
 /// Default step of the plant.

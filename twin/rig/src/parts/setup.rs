@@ -15,7 +15,7 @@ use twinrig_scenario::{
 };
 
 use crate::error::BuildError;
-use crate::parts::plant_kind::PlantContext;
+use crate::parts::context::PlantContext;
 use crate::parts::start;
 
 /// Returns the setup of a legged plant, with the default step `step`.

@@ -6,7 +6,7 @@ use twinrig_legged::{LeggedError, Start, StartPose};
 use twinrig_robot::LegMount;
 use twinrig_scenario::{Base, StartPose as SceneStart};
 
-use crate::parts::plant_kind::PlantContext;
+use crate::parts::context::PlantContext;
 
 /// Names of the angles in a scenario.
 const ANGLES: [&str; 3] = ["q1", "q2", "q3"];

@@ -16,9 +16,10 @@ use crate::build_key::BuildKey;
 use crate::error::{BuildError, Error};
 use crate::parts::bus_kind::BusKind;
 use crate::parts::constraints::CONSTRAINTS;
+use crate::parts::context::{ModelContext, PlantContext, StandaloneModel};
 use crate::parts::controller_kind::{ControllerContext, ControllerKind, LegContext};
 use crate::parts::method::Method;
-use crate::parts::plant_kind::{ModelContext, PlantContext, PlantKind, StandaloneModel};
+use crate::parts::plant_kind::PlantKind;
 
 /// Returns the command that a build with the cargo feature `feature` requires first.
 pub fn build_needs(feature: &str) -> Option<&'static str> {

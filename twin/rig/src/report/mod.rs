@@ -3,14 +3,15 @@
 pub mod bound;
 pub mod buses;
 pub mod row;
-pub mod tracking;
+pub mod seconds;
+mod tracking;
 
 pub use buses::BusReport;
+pub use seconds::{recording_s, seconds};
 use serde::{Serialize, Serializer};
 use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread};
 use twinrig_document::{Place, Warning};
-use twinrig_kernel::SimTime;
-use twinrig_record::{EPOCH, ExpectationMessage};
+use twinrig_record::ExpectationMessage;
 use twinrig_runtime::real_time::{Histogram, RealTimeReport, TaskReport};
 use twinrig_runtime::{EnergyBalance, WorkCounts};
 use twinrig_scenario::{LeftOut, Outcome, TrackingReport, Verdict};
@@ -281,17 +282,6 @@ impl From<EnergyBalance> for Energy {
             impact_j: balance.impact,
         }
     }
-}
-
-/// Converts nanoseconds to the nearest number of seconds, which has the shortest decimal form:
-/// 0.498, not 0.49800000000000005.
-pub fn seconds(nanos: u64) -> f64 {
-    nanos as f64 / 1e9
-}
-
-/// Returns an instant of a run as its recording has it \[s\].
-pub fn recording_s(at: SimTime) -> f64 {
-    seconds(at.as_nanos().saturating_add(EPOCH.as_nanos()))
 }
 
 impl Line {

@@ -7,7 +7,8 @@ use twinrig_kernel::{SimTime, Snapshot};
 use crate::assembly::Assembly;
 use crate::error::Error;
 use crate::report::Report;
-use crate::run::execute::{self, Course, Execution};
+use crate::run::course::{Course, run};
+use crate::run::execution::Execution;
 use crate::run::judging;
 use crate::run::observers::{RunObserver, RunObservers, RunProgress};
 use crate::run::recording::recorder;
@@ -54,9 +55,9 @@ pub fn resume_with_plant(
         reason = "the report contains the wall time"
     )]
     let started = Instant::now();
-    let ran = execute::run(other, &mut rig, &mut observers, &progress, end);
+    let ran = run(other, &mut rig, &mut observers, &progress, end);
     let wall_s = started.elapsed().as_secs_f64();
     let course = Course::of(&rig, wall_s, ran);
-    let report = execute::report(&unjudged, execution, observers, course);
+    let report = judging::report(&unjudged, execution, observers, course);
     Ok(Continuation { report, lost })
 }

@@ -1,19 +1,24 @@
 //! Evaluation of expectations: from the observations of a run to its report.
 
 use std::io::Write;
+use std::path::{Path, PathBuf};
 
 use twinrig_kernel::SimTime;
+use twinrig_record::VerdictMessage;
 use twinrig_runtime::Group;
 use twinrig_scenario::{
     Expectation, Judge, Layouts, Outcome, Reference, RunEnd, Scenario, Tracking, Verdict,
 };
 
 use crate::assembly::Assembly;
+use crate::assembly::recording_size::LARGE_RECORDING;
 use crate::error::Error;
 use crate::report::buses::skips;
 use crate::report::{BUS_WARNING, BusReport, LIMIT_WARNING, Line, Report, Status, Warned, seconds};
-use crate::run::execute::{Course, Stopped, run};
+use crate::run::course::{Course, Stopped, run};
+use crate::run::execution::Execution;
 use crate::run::executor::Executor;
+use crate::run::interrupt;
 use crate::run::observers::{PolledOnly, RunObserver, RunObservers, RunProgress};
 
 /// Returns the judge of a run of `executor`.
@@ -181,4 +186,47 @@ pub(crate) fn judged_report<W: Write>(
         random: None,
         strict: None,
     }
+}
+
+/// Evaluates a completed run, closes its recording and returns the report.
+pub fn report<W: Write>(
+    assembly: &Assembly<'_>,
+    execution: &Execution,
+    mut observers: RunObservers<'_, W>,
+    course: Course,
+) -> Report {
+    let mut report = judged_report(assembly, &mut observers, &course);
+    if execution.recording.is_none() {
+        let warnings = &mut report.warnings;
+        warnings.retain(|warning| warning.code != LARGE_RECORDING);
+    }
+    if execution.strict {
+        report.make_strict();
+    }
+    let (reached, mut error) = (course.reached, course.error);
+    let status = if error.is_some() {
+        Status::Error
+    } else {
+        report.verdict
+    };
+    // Without wall times, so that equal runs have identical files.
+    let verdict = VerdictMessage {
+        verdict: status.key().to_owned(),
+        interrupted: error.is_some() && interrupt::is_requested(),
+        error: error.clone(),
+        expectations: report.expectations.iter().map(Line::message).collect(),
+    };
+    let path = execution.recording.as_deref();
+    match (observers.close(reached, &verdict), path) {
+        (Ok(_), path) => report.recording = path.map(|path| path.display().to_string()),
+        (Err(source), path) => {
+            let path = path.map_or_else(PathBuf::new, Path::to_owned);
+            error = Some(Error::Record { path, source }.to_string());
+        }
+    }
+    if error.is_some() {
+        report.verdict = Status::Error;
+        report.error = error;
+    }
+    report
 }

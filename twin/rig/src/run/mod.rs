@@ -1,7 +1,9 @@
 //! Execution of runs, from a rig to a report, in virtual time or on hardware.
 
 pub mod continuation;
+pub mod course;
 pub mod execute;
+pub mod execution;
 pub(crate) mod executor;
 pub mod hardware;
 pub mod interrupt;

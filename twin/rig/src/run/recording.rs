@@ -15,7 +15,7 @@ use crate::assembly::Assembly;
 use crate::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
 use crate::error::Error;
 use crate::report::seconds;
-use crate::run::execute::Execution;
+use crate::run::execution::Execution;
 use crate::run::executor::Executor;
 
 /// Simulated time between flushes of the recording; flushed data survive a crash.

@@ -6,7 +6,7 @@ use super::*;
 use crate::ensemble::execute;
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::registry::Registry;
-use twinrig_rig::run::execute::Execution;
+use twinrig_rig::run::execution::Execution;
 
 fn args(kind: NewKind, name: &str, folder: &Path) -> NewArgs {
     NewArgs {

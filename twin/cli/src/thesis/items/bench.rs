@@ -2,9 +2,9 @@
 
 use twinrig_bench::{BenchFile, BenchParameters, BenchSettings};
 
+use crate::error::ThesisError;
 use crate::error::TwinError;
 use crate::thesis::context::Context;
-use crate::thesis::error::ThesisError;
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
 use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
 

@@ -4,7 +4,7 @@ use twinrig_sensor::SensorError;
 use twinrig_sensor::design::CellFactor::{Glue, Layer, Length, Shape, Width};
 use twinrig_sensor::design::{CellResponse, Effect, Elimination, PrintedModel, THRESHOLD};
 
-use crate::thesis::error::ThesisError;
+use crate::error::ThesisError;
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
 use crate::thesis::verdict::{Basis, Input, Rule};
 

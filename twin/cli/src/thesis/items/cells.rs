@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use twinrig_sensor::ResistanceAmplifier;
 use twinrig_sensor::design::{CELLS, CellDesign, CellPrediction, Effect, Electrode};
 
-use crate::thesis::error::ThesisError;
+use crate::error::ThesisError;
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
 use crate::thesis::verdict::{Basis, Input, Rule};
 

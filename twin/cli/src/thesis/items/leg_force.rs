@@ -6,9 +6,9 @@ use libm::{cos, sin, sqrt};
 use twinrig_leg::{Pantograph, Planar};
 use twinrig_robot::Toe;
 
+use crate::error::ThesisError;
 use crate::error::TwinError;
 use crate::thesis::context::Context;
-use crate::thesis::error::ThesisError;
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
 use crate::thesis::verdict::{Basis, Input, Measurement, Rule};
 

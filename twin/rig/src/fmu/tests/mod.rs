@@ -13,7 +13,8 @@ use super::part::FmuPart;
 use super::resources::Resources;
 use crate::assembly::Assembly;
 use crate::registry::Registry;
-use crate::run::execute::{Execution, execute_observed};
+use crate::run::execute::execute_observed;
+use crate::run::execution::Execution;
 
 fn path(scenario: &str) -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

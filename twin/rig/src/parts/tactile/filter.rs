@@ -9,6 +9,7 @@ use twinrig_kernel::Unit;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
 use twinrig_tactile::{LoadFilter, LoadFilterConfig};
 
+use super::config::{BENCH, config};
 use crate::error::BuildError;
 use crate::parts::bus_kind::BusContext;
 use crate::parts::option::{choice, number, option};
@@ -257,7 +258,7 @@ pub fn filters(
     context: &BusContext<'_>,
     calibrations: NamedCalibrations<'_>,
 ) -> Result<Vec<LoadFilter>, BuildError> {
-    let config = super::config(context)?;
+    let config = config(context)?;
     let signal = config.signal.as_str();
     let rate = 1.0 / config.period.as_secs_f64();
     let filter = |(name, value): &(Placed<String>, OptionValue)| {
@@ -295,7 +296,7 @@ pub fn filters(
                 frequency: frequency
                     .and_then(|it| it.text("signal"))
                     .map(str::to_owned),
-                reference: signal.starts_with(super::BENCH),
+                reference: signal.starts_with(BENCH),
             })?)
         });
         built.map_err(|error| format!("`{FILTER}.{}`: {error}", name.value).into())
