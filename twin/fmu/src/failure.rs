@@ -3,7 +3,7 @@
 use thiserror::Error;
 use twinrig_rig::fmu::FmuError;
 
-use crate::component::Phase;
+use crate::phase::Phase;
 
 /// Status of a call: the numbers of both versions.
 #[repr(C)]

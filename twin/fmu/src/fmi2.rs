@@ -5,9 +5,10 @@ use std::ffi::{c_char, c_int, c_void};
 
 use twinrig_rig::fmu::{FmuInstance, FmuState};
 
-use crate::component::{Component, Phase, free_state};
+use crate::component::{Component, free_state};
 use crate::failure::{Failure, Status};
 use crate::logger::{Callback, Log2, Logger, c_text};
+use crate::phase::Phase;
 use crate::raw;
 
 /// `fmi2Type` of co-simulation.

@@ -5,9 +5,10 @@ use std::ffi::{c_char, c_void};
 
 use twinrig_rig::fmu::{FmuError, FmuInstance, FmuState};
 
-use crate::component::{Component, Phase, free_state};
+use crate::component::{Component, free_state};
 use crate::failure::{Failure, Status};
 use crate::logger::{Callback, Log3, Logger, c_text};
+use crate::phase::Phase;
 use crate::raw;
 
 const FLOAT64: &str = "Float64";

@@ -5,9 +5,10 @@ use std::ffi::{c_char, c_void};
 
 use twinrig_rig::fmu::FmuError;
 
-use crate::component::{Component, Phase};
+use crate::component::Component;
 use crate::failure::{Failure, Status};
 use crate::logger::{Callback, Log3, Logger, c_text};
+use crate::phase::Phase;
 use crate::raw;
 
 /// Functions that read or set variables of a type that there is none of: of no variable they do

@@ -15,6 +15,7 @@ mod fmi2_unsupported;
 mod fmi3;
 mod fmi3_unsupported;
 mod logger;
+mod phase;
 mod raw;
 
 #[cfg(test)]

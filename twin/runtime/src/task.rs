@@ -88,13 +88,14 @@ pub enum Progress {
 /// which tasks sample and actuate at one instant therefore has no effect.
 pub trait PlantAccess {
     /// Returns the outputs `signals` at the present time, in the layout of
-    /// [`PlantSignals::outputs`].
+    /// [`PlantSignals::outputs`](crate::PlantSignals::outputs).
     ///
     /// # Errors
     /// [`PlantFault`] if the plant fails while advancing to the present time.
     fn sample(&mut self, signals: Range<usize>) -> Result<&[f64], PlantFault>;
 
-    /// Returns the inputs `signals`, to be written, in the layout of [`PlantSignals::inputs`].
+    /// Returns the inputs `signals`, to be written, in the layout of
+    /// [`PlantSignals::inputs`](crate::PlantSignals::inputs).
     ///
     /// # Errors
     /// [`PlantFault`] if the plant fails while advancing to the present time.

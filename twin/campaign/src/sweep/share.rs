@@ -9,7 +9,7 @@ use super::wilson::ShareInterval;
 /// Assertion about a share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShareSpec {
-    /// Name of an expectation, or [`VERDICT_SHARE`].
+    /// Name of an expectation, or [`VERDICT_SHARE`](crate::sweep::VERDICT_SHARE).
     pub of: Placed<String>,
     /// Least share, 0 to 1.
     pub min: Option<f64>,
@@ -50,7 +50,7 @@ pub fn percent(share: f64) -> String {
 /// A share of the runs, with its confidence interval.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Share {
-    /// Name of an expectation, or [`VERDICT_SHARE`].
+    /// Name of an expectation, or [`VERDICT_SHARE`](crate::sweep::VERDICT_SHARE).
     pub of: String,
     /// Runs in which it holds.
     pub held: usize,

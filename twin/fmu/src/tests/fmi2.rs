@@ -5,10 +5,11 @@ use std::ptr::{null, null_mut};
 use twinrig_rig::fmu::FmuState;
 
 use super::{Master, rig2};
-use crate::component::{Component, Phase};
+use crate::component::Component;
 use crate::failure::Status;
 use crate::fmi2::*;
 use crate::fmi2_unsupported::*;
+use crate::phase::Phase;
 
 #[test]
 fn instance_that_cannot_be_made_is_null_and_the_reason_is_logged() {
