@@ -72,9 +72,8 @@ pub use twinrig_rig::{
 pub use commands::{plan_json, recording_path, run, run_args, run_with};
 pub use ensemble::{execute, with_ensemble};
 pub use error::{ThesisError, TwinError};
-pub use optimize::execute::{
-    OptimizationOutcome, OptimizationProgress, OptimizationRequest, optimize,
-};
+pub use optimize::execute::optimize;
+pub use optimize::outcome::{OptimizationOutcome, OptimizationProgress, OptimizationRequest};
 pub use report::text;
 pub use sweep::execute::{SweepEvent, SweepOutcome, SweepProgress, SweepRequest, sweep};
 pub use sweep::job::{JobError, WorkerJob};

@@ -4,21 +4,14 @@ mod calibrate;
 mod compare;
 mod fit;
 mod predict;
+mod report;
 
-use serde::Serialize;
-use twinrig_scenario::Setting;
-use twinrig_sensor::design::CellResponse;
+use report::CellReport;
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::{CellArgs, CellCommand};
 use crate::error::TwinError;
 use twinrig_rig::registry::Registry;
-
-/// Result of a command, for programs and for readers.
-trait CellReport: Serialize {
-    /// Returns the lines of the report.
-    fn lines(&self) -> Vec<String>;
-}
 
 pub(super) fn cell(registry: &Registry, args: &CellArgs, terminal: &mut Terminal<'_>) -> u8 {
     let of_design = |source| TwinError::Cell { source };
@@ -43,40 +36,10 @@ pub(super) fn cell(registry: &Registry, args: &CellArgs, terminal: &mut Terminal
     }
 }
 
-/// Returns the settings of `--set`.
-fn settings(set: &[(String, String)]) -> Vec<Setting> {
-    let setting = |(key, value): &(String, String)| Setting {
-        origin: "--set".to_owned(),
-        key: key.clone(),
-        value: value.clone(),
-    };
-    set.iter().map(setting).collect()
-}
-
 fn print(report: &impl CellReport, json: bool, terminal: &mut Terminal<'_>) {
     if json {
         terminal.print_json(report);
     } else {
         terminal.print(&report.lines().join("\n"));
-    }
-}
-
-/// Key of a response in JSON, with its unit.
-fn key(response: CellResponse) -> &'static str {
-    match response {
-        CellResponse::Sensitivity => "sensitivity_s_per_n",
-        CellResponse::Base => "base_conductance_s",
-        CellResponse::Saturation => "saturation_load_n",
-    }
-}
-
-/// Formats a number with four significant digits.
-fn four(value: f64) -> String {
-    let exponent = format!("{value:.3e}");
-    let (_, power) = exponent.split_once('e').unwrap_or_default();
-    match power.parse::<usize>() {
-        Ok(power @ 0..=3) => format!("{value:.*}", 3 - power),
-        Err(_) if power == "-1" => format!("{value:.4}"),
-        _ => exponent,
     }
 }

@@ -1,6 +1,8 @@
 //! Command `twin plan`: the scene of a scenario.
 
 mod actuator;
+mod contents;
+mod format;
 mod loads;
 mod push;
 mod sensor;
@@ -8,14 +10,15 @@ mod sufficient;
 mod sufficient_text;
 mod tables;
 
-use serde::Serialize;
 use twinrig_document::escaped;
 use twinrig_kernel::{Direction, Port};
 use twinrig_runtime::Coupling;
 use twinrig_runtime::{Group, Rig};
-use twinrig_scenario::{LeftOut, Scenario};
+use twinrig_scenario::Scenario;
 
 use self::actuator::Actuator;
+use self::contents::{Diagnostic, Free, Plan, Signal, Timetable, Wire};
+use self::format::{ms, section};
 use self::loads::Loads;
 use self::push::PlannedPush;
 use self::sensor::{Sensor, sensed};
@@ -31,85 +34,6 @@ use twinrig_rig::error::Error;
 use twinrig_rig::parts::coupling;
 use twinrig_rig::registry::Registry;
 use twinrig_rig::report::{Warned, seconds};
-
-#[derive(Serialize)]
-struct Plan {
-    scenario: String,
-    seed: u64,
-    duration_s: f64,
-    plant: String,
-    /// Formulation of the constraints, where there is a choice.
-    constraints: Option<&'static str>,
-    controller: Option<String>,
-    /// Name of the robot file, or of the standalone model.
-    robot: String,
-    legs: Vec<String>,
-    schedule: Timetable,
-    /// Drives of the robot; none for a standalone model.
-    actuator: Option<Actuator>,
-    #[serde(flatten)]
-    loads: Loads,
-    coupling: String,
-    wires: Vec<Wire>,
-    /// Sensors between the wires and the controller.
-    sensors: Vec<Sensor>,
-    /// Inputs of the plant that are not driven: they keep their initial values.
-    free: Vec<Free>,
-    signals: Vec<Signal>,
-    #[serde(rename = "gauges")]
-    diagnostics: Vec<Diagnostic>,
-    changes: usize,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pushes: Vec<PlannedPush>,
-    expectations: Vec<String>,
-    left_out: Vec<LeftOut>,
-    warnings: Vec<Warned>,
-}
-
-#[derive(Serialize)]
-struct Timetable {
-    io_step_s: f64,
-    control_period_s: f64,
-    observe_period_s: f64,
-    frames_hz: Option<f64>,
-    plant_step_s: Option<f64>,
-    /// Step of the communication grid of plant and boards; none: exact coupling.
-    coupling_grid_s: Option<f64>,
-}
-
-#[derive(Serialize)]
-struct Wire {
-    signal: String,
-    unit: &'static str,
-    from: String,
-    to: String,
-}
-
-/// Input of the plant.
-#[derive(Serialize)]
-struct Free {
-    name: String,
-    unit: &'static str,
-    size: usize,
-}
-
-/// Output of the plant.
-#[derive(Serialize)]
-struct Signal {
-    name: String,
-    unit: &'static str,
-    size: usize,
-    computed: bool,
-    recorded: bool,
-}
-
-/// Counter of a driver or a board.
-#[derive(Serialize)]
-struct Diagnostic {
-    name: String,
-    unit: &'static str,
-    recorded: bool,
-}
 
 pub(super) fn plan(registry: &Registry, args: &PlanArgs, terminal: &mut Terminal<'_>) -> u8 {
     if args.sufficient {
@@ -261,10 +185,6 @@ fn free(rig: &Rig, scenario: &Scenario) -> Vec<Free> {
 }
 
 /// Formats a time, rounded to nanoseconds, the resolution of the schedule.
-fn ms(seconds: f64) -> String {
-    format!("{} ms", (1e9 * seconds).round() / 1e6)
-}
-
 fn text(plan: &Plan) -> String {
     let times = &plan.schedule;
     let mut facts = Grid::new(&[Left, Left]);
@@ -335,13 +255,4 @@ fn text(plan: &Plan) -> String {
     }
     section(&mut lines, "left out", &left_out);
     lines.join("\n")
-}
-
-fn section(lines: &mut Vec<String>, title: &str, grid: &Grid) {
-    let rows = grid.lines(4);
-    if !rows.is_empty() {
-        lines.push(String::new());
-        lines.push(format!("  {}", styled(BOLD, title)));
-        lines.extend(rows);
-    }
 }

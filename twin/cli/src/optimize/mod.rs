@@ -3,6 +3,7 @@
 mod best;
 pub(crate) mod execute;
 mod files;
+pub(crate) mod outcome;
 mod plan;
 pub(crate) mod progress;
 mod running;

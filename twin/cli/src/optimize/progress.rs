@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::optimize::execute::OptimizationProgress;
+use crate::optimize::outcome::OptimizationProgress;
 use crate::optimize::table::value_and_unit;
 use crate::progress::{Progress, bar};
 

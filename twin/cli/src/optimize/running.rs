@@ -8,7 +8,7 @@ use twinrig_campaign::optimization::{
 };
 use twinrig_campaign::sweep::{RowKey, RowLog, SweepRow};
 
-use super::execute::OptimizationProgress;
+use super::outcome::OptimizationProgress;
 use super::plan::OptimizationPlan;
 use crate::error::TwinError;
 use crate::sweep::cases::RunCase;

@@ -7,7 +7,7 @@ use twinrig_campaign::optimization::{
 };
 use twinrig_campaign::sweep::{ExpectationVerdict, percent};
 
-use super::execute::OptimizationOutcome;
+use super::outcome::OptimizationOutcome;
 use twinrig_document::escaped;
 
 use crate::report::grid::{Cell, Grid, Left, Right};

@@ -9,6 +9,7 @@ use twinrig_study::{
     samples_fingerprint,
 };
 
+use super::report::settings;
 use crate::args::CellCalibrateArgs;
 use crate::commands::{Terminal, outputs};
 use crate::error::TwinError;
@@ -25,7 +26,7 @@ pub(super) fn calibrate(
     if let Some(file) = &args.output {
         outputs::check_file(file)?;
     }
-    let settings = super::settings(&args.set);
+    let settings = settings(&args.set);
     let bench = BenchRecorder::new(registry, &args.scenario, &settings)?;
     let seed = bench.input().seed;
     let run = bench.recorded(seed)?;

@@ -8,8 +8,8 @@ use twinrig_scenario::Setting;
 use twinrig_study::{LoadRecorder, SteadyPart};
 use twinrig_tactile::{LoadFilter, Stage};
 
-use super::CellReport;
 use super::calibrate::constants;
+use super::report::{CellReport, settings};
 use crate::args::CellCompareArgs;
 use crate::error::TwinError;
 use crate::report::grid::{Grid, Left, Right};
@@ -88,7 +88,7 @@ pub(super) fn compare(
         let seed = bench.input().seed.wrapping_add(IDENTIFICATION + cell);
         // An identification may fail for a cell, which then does not meet the limit.
         let own = constants(&args.identify, &bench.recorded(seed)?);
-        let mut settings = super::settings(&args.set);
+        let mut settings = settings(&args.set);
         settings.push(numbered);
         let bench = BenchRecorder::new(registry, &args.scenario, &settings)?;
         let seed = bench.input().seed.wrapping_add(cell);

@@ -8,7 +8,7 @@ use twinrig_sensor::design::{
     CELLS, CellResponse, Effect, Electrode, Elimination, LinearModel, PrintedModel, THRESHOLD,
 };
 
-use super::key;
+use super::report::key;
 
 /// The design, and models of all responses.
 #[derive(Debug, Serialize)]

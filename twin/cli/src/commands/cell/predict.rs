@@ -6,7 +6,7 @@ use twinrig_sensor::design::{
 };
 use twinrig_sensor::{ResistanceAmplifier, SensorError};
 
-use super::{CellReport, four, key};
+use super::report::{CellReport, four, key};
 use crate::args::{CellPredictArgs, ElectrodeName};
 use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::style::{BOLD, DIM, YELLOW, styled};

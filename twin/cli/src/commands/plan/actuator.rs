@@ -3,7 +3,7 @@
 use serde::Serialize;
 use twinrig_scenario::SetPointKind;
 
-use super::ms;
+use super::format::ms;
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::report::seconds;
 

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use twinrig_scenario::{PayloadSpec, PlantSpec, SurfaceSpec};
 
-use super::section;
+use super::format::section;
 use crate::report::grid::{Cell, Grid, Left};
 use crate::report::style::DIM;
 use twinrig_rig::report::seconds;

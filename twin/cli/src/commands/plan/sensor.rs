@@ -5,7 +5,7 @@ use twinrig_document::print_quantity;
 use twinrig_kernel::Unit;
 use twinrig_runtime::{SensorModel, Timing};
 
-use super::ms;
+use super::format::ms;
 use crate::report::grid::{Cell, Grid, Left};
 use crate::report::style::DIM;
 use twinrig_kernel::signal::folded;

@@ -2,7 +2,7 @@
 
 use anstyle::Style;
 
-use super::Plan;
+use super::contents::Plan;
 use crate::report::grid::{Cell, Grid, Left};
 use crate::report::style::{DIM, YELLOW};
 use twinrig_kernel::signal::folded;

@@ -1,7 +1,7 @@
 //! Tables of `twin cell fit`.
 
 use super::{FitReport, Model, Models};
-use crate::commands::cell::{CellReport, four};
+use crate::commands::cell::report::{CellReport, four};
 use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::style::{BOLD, DIM, styled};
 
