@@ -17,8 +17,8 @@ const ARROWS: &[(&str, &str)] = &[
     (
         "twinrig",
         "actuator bench campaign contact description document estimate gait kernel lcp leg legged \
-         massless motordriver mujoco record rig robot runtime sbcp scenario sensor study tactile \
-         testing wire",
+         massless motordriver mujoco record report rig robot runtime sbcp scenario sensor study \
+         tactile testing wire",
     ),
     ("actuator", "robot"),
     ("campaign", "document kernel runtime"),
@@ -56,6 +56,7 @@ const ARROWS: &[(&str, &str)] = &[
     ("rapier", "actuator contact kernel leg legged robot runtime"),
     ("rb110", "kernel runtime wire"),
     ("record", "document kernel runtime"),
+    ("report", "document kernel"),
     (
         "rig",
         "bench campaign contact document drives estimate gait kernel lcp leg legged massless \
@@ -68,7 +69,10 @@ const ARROWS: &[(&str, &str)] = &[
     ("scenario", "document kernel runtime"),
     ("script", "kernel robot runtime"),
     ("sensor", "document kernel runtime"),
-    ("study", "campaign estimate kernel record rig runtime"),
+    (
+        "study",
+        "campaign estimate kernel record report rig runtime",
+    ),
     ("tactile", "estimate kernel runtime wire"),
     ("testing", "contact kernel leg legged robot runtime wire"),
     ("tests", "twinrig record"),

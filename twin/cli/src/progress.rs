@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use twinrig_document::escaped;
 
-use crate::report::width::{error_columns, fit, width};
+use twinrig_report::text::width::{error_columns, fit, width};
 use twinrig_rig::run::observers::{RunObserver, RunProgress};
 
 /// Time before the first update.

@@ -2,10 +2,10 @@
 
 use twinrig_kernel::SimDuration;
 
-use crate::number::duration;
 use crate::precision::RUNAWAY;
 use crate::stability::StabilityPlan;
 use crate::trial::{GROWTH, REST, STEPS_MOST};
+use twinrig_report::number::duration;
 
 /// Returns the definitions as pairs of name and text, for the report.
 pub(crate) fn of(plan: &StabilityPlan, period: Option<SimDuration>) -> Vec<(String, String)> {

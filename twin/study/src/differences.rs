@@ -3,10 +3,10 @@
 use std::rc::Rc;
 
 use crate::error::StudyError;
-use crate::number::{plain, si};
 use crate::precision::{Job, trust};
 use crate::reference::{self, Reference, Trust};
 use crate::row::{Row, RowKind, Status};
+use twinrig_report::number::{plain, si};
 use twinrig_rig::{MethodSetting, PlantOffer, Scales, Variant};
 
 /// Factors of the stiffness of compliant constraints, towards rigid ones.

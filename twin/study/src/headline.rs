@@ -1,9 +1,9 @@
 //! Summary of a study in one or two sentences.
 
 use crate::dominance::{Comparison, Dominance};
-use crate::number::{grouped_factor, method_setting, si};
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
+use twinrig_report::number::{grouped_factor, method_setting, si};
 use twinrig_rig::Scales;
 
 /// Usual step of the plants \[s\], and the error aimed for \[m\].

@@ -59,7 +59,6 @@ mod latency;
 mod machine;
 mod models;
 mod modulation;
-mod number;
 mod outliers;
 #[cfg(test)]
 mod page_tests;
@@ -123,7 +122,6 @@ pub use modulation::{
     LinearModel, ModelForm, ModulationCase, ModulationInput, ModulationPlan, ModulationRunner,
     ModulationStudy, VariableChange, modulation,
 };
-pub use number::{quantity as brief_quantity, si as brief};
 pub use parallel::{Ran, run_all_on};
 pub use precision::precision;
 pub use precision_plan::PrecisionPlan;

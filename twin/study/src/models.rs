@@ -8,12 +8,12 @@ use crate::budget::Share;
 use crate::error::StudyError;
 use crate::factory::PlantFactory;
 use crate::footsteps::{self, Footstep, TouchDowns, WALK};
-use crate::number::si;
 use crate::plant_run::PlantRun;
 use crate::precision::{Job, trust};
 use crate::reference::{self, Reference};
 use crate::references::model_of;
 use crate::row::{Row, RowKind, Status};
+use twinrig_report::number::si;
 use twinrig_rig::{MethodSetting, PlantOffer, Scales, Variant};
 
 /// Returns the base model with segment masses, and the plant that is its limit without them.

@@ -4,10 +4,10 @@
 //! far below both neighbours is not a property of the method but of the particular run.
 
 use crate::coupling::{CouplingKind, CouplingMethod, CouplingStudy};
-use crate::number::{method_setting, si};
 use crate::row::{Row, RowKind, Series, Status};
 use crate::study::Study;
 use crate::sweep::Factor;
+use twinrig_report::number::{method_setting, si};
 
 /// Factor by which an outlier lies above or below both neighbours.
 const CONTRADICTS: f64 = 10.0;

@@ -1,9 +1,9 @@
 //! Pages of studies with synthetic rows.
 
 use crate::dominance_tests::{page, row, study};
-use crate::number::{method_setting, si};
 use crate::row::{Row, RowKind, Status};
 use crate::sweep::Factor;
+use twinrig_report::number::{method_setting, si};
 use twinrig_rig::MethodSetting;
 
 /// Errors of a second-order method at five steps.

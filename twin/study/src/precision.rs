@@ -10,7 +10,6 @@ use crate::error::StudyError;
 use crate::events;
 use crate::factory::PlantFactory;
 use crate::models::limit_pair;
-use crate::number::{instant, si};
 use crate::panics::Panics;
 use crate::plant_run::Ending;
 use crate::precision_plan::PrecisionPlan;
@@ -21,6 +20,7 @@ use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
 use crate::trace::Trace;
 use crate::transport;
+use twinrig_report::number::{instant, si};
 use twinrig_rig::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 
 /// Default duration: that shown by the thesis for its models (figure 2.5).

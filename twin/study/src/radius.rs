@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use twinrig_campaign::radius::{AxisEnd, AxisResult, ExpectationRadius, RadiusResult, RadiusState};
 use twinrig_kernel::Unit;
 
-use crate::number::{plain, si};
+use twinrig_report::number::{plain, si};
 
 /// Ratios whose axes stay below it are in parts per million.
 const SMALL: f64 = 0.05;

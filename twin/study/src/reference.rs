@@ -6,12 +6,12 @@ use twinrig_runtime::{PartKind, Plant, in_part};
 use crate::budget::Share;
 use crate::commands::Commands;
 use crate::factory::PlantFactory;
-use crate::number::{instant, method_setting, si};
 use crate::panics::Panics;
 use crate::plant_run::{Ending, PlantRun};
 use crate::reference_note::{CheckNote, ReferenceNote};
 use crate::row::{Row, RowKind, Status};
 use crate::trace::{Errors, Trace};
+use twinrig_report::number::{instant, method_setting, si};
 use twinrig_rig::{MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 
 /// Finest settings, for methods that declare no reference setting.

@@ -8,7 +8,6 @@ use crate::commands::Commands;
 use crate::criteria;
 use crate::error::StudyError;
 use crate::factory::PlantFactory;
-use crate::number::duration;
 use crate::panics::Panics;
 use crate::progress::ProgressObserver;
 use crate::reference::{Reference, RunContext, Trust};
@@ -18,6 +17,7 @@ use crate::search::{Probe, Range, SearchResult, search};
 use crate::study::{Study, StudyKind};
 use crate::sweep::Factor;
 use crate::trial::{SAMPLE_PERIOD, STEPS_MOST};
+use twinrig_report::number::duration;
 use twinrig_rig::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 
 /// Parameters of a study of stability.

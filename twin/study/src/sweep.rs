@@ -1,7 +1,7 @@
 //! Factors varied to find the limit of the step size.
 
 use crate::factory::StudyInput;
-use crate::number::plain;
+use twinrig_report::number::plain;
 use twinrig_rig::Scales;
 
 /// Property of robot or ground.

@@ -6,11 +6,11 @@ use twinrig_runtime::{EnergyBalance, Plant};
 
 use crate::budget::Share;
 use crate::error::StudyError;
-use crate::number::instant;
 use crate::plant_run::{PlantRun, SampleVerdict};
 use crate::precision::Job;
 use crate::reference::ended;
 use crate::row::{Status, VariantKey};
+use twinrig_report::number::instant;
 use twinrig_rig::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 
 /// Greatest simulated duration of the walk.

@@ -3,7 +3,6 @@
 use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::budget::Share;
-use crate::number::instant;
 use crate::plant_run::{Ending, PlantRun};
 use crate::precision::RUNAWAY;
 use crate::reference::{Reference, RunContext, ended};
@@ -11,6 +10,7 @@ use crate::row::Row;
 use crate::search::Probe;
 use crate::stability::Job;
 use crate::trace::{Errors, Trace};
+use twinrig_report::number::instant;
 use twinrig_rig::Variant;
 
 /// Thresholds of the kinetic energy, from its peaks in the quarters of a run. It grows if the peak

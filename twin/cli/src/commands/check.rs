@@ -6,7 +6,7 @@ use twinrig_document::{DocumentError, Problem, Warning, escaped};
 use super::{FAILURE, SUCCESS, Terminal, settings, source};
 use crate::args::CheckArgs;
 use crate::error::TwinError;
-use crate::report::style::{DIM, GREEN, styled};
+use twinrig_report::text::style::{DIM, GREEN, styled};
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::error::guarded;
 use twinrig_rig::registry::Registry;

@@ -5,8 +5,8 @@ use twinrig_wire::{PortInfo, ports};
 
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::DevicesArgs;
-use crate::report::grid::{Cell, Grid, Left};
-use crate::report::style::DIM;
+use twinrig_report::text::grid::{Cell, Grid, Left};
+use twinrig_report::text::style::DIM;
 
 #[derive(Serialize)]
 struct Port {

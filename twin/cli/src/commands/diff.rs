@@ -11,7 +11,7 @@ use super::compare::{Bounds, EventDifference};
 use super::{FAILURE, NEGATIVE, SUCCESS, Terminal};
 use crate::args::DiffArgs;
 use crate::error::TwinError;
-use crate::report::style::{BOLD, GREEN, RED, YELLOW, styled};
+use twinrig_report::text::style::{BOLD, GREEN, RED, YELLOW, styled};
 use twinrig_rig::error::Error;
 use twinrig_rig::report::seconds;
 

@@ -5,8 +5,8 @@ use serde::Serialize;
 use super::{NEGATIVE, SUCCESS, Terminal};
 use crate::args::DoctorArgs;
 use crate::doctor::{Item, Machine, State, examine};
-use crate::report::grid::{Cell, Grid, Left};
-use crate::report::style::{DIM, GREEN, RED, YELLOW};
+use twinrig_report::text::grid::{Cell, Grid, Left};
+use twinrig_report::text::style::{DIM, GREEN, RED, YELLOW};
 use twinrig_rig::registry::Registry;
 
 #[derive(Serialize)]

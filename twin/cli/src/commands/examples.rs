@@ -13,7 +13,7 @@ use super::{FAILURE, SUCCESS, Terminal, schema};
 use crate::args::{ExamplesArgs, ExamplesCommand, ExamplesCopyArgs};
 use crate::error::TwinError;
 use crate::examples::{EXAMPLES, Example};
-use crate::report::grid::{Grid, Left, Right};
+use twinrig_report::text::grid::{Grid, Left, Right};
 use twinrig_rig::error::Error;
 use twinrig_rig::registry::Registry;
 use twinrig_rig::report::seconds;

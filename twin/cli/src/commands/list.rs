@@ -11,9 +11,9 @@ use twinrig_scenario::{Accepts, Kind, TableReference, language};
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::ListArgs;
 use crate::error::TwinError;
-use crate::report::grid::{Cell, Grid, Left};
-use crate::report::style::{BOLD, DIM, styled};
 use crate::robot_facts::{RobotFacts, robot_facts};
+use twinrig_report::text::grid::{Cell, Grid, Left};
+use twinrig_report::text::style::{BOLD, DIM, styled};
 use twinrig_rig::registry::Registry;
 
 /// Robot whose process variables are listed if none is named.

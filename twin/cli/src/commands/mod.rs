@@ -44,9 +44,9 @@ use twinrig_runtime::catch_panic;
 
 use crate::args::{Cli, Command};
 use crate::error::TwinError;
-use crate::report::width::{columns, error_columns, fit};
 use settings::{PLANT_KEY, settings};
 use terminal::{FAILURE, NEGATIVE, SUCCESS, Terminal};
+use twinrig_report::text::width::{columns, error_columns, fit};
 use twinrig_rig::error::Error;
 use twinrig_rig::registry::Registry;
 

@@ -13,7 +13,7 @@ use super::run::{Session, error_of};
 use crate::args::RunArgs;
 use crate::error::TwinError;
 use crate::progress::RunLine;
-use crate::report::style::{BOLD, RED, styled};
+use twinrig_report::text::style::{BOLD, RED, styled};
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::error::{Error, guarded};
 use twinrig_rig::report::{Report, Status, seconds};

@@ -10,7 +10,7 @@ use super::{FAILURE, NEGATIVE, SUCCESS, Terminal};
 use crate::args::ReplayArgs;
 use crate::error::TwinError;
 use crate::progress::RunLine;
-use crate::report::style::{BOLD, GREEN, RED, YELLOW, styled};
+use twinrig_report::text::style::{BOLD, GREEN, RED, YELLOW, styled};
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
 use twinrig_rig::parts::constraints::DefaultRules;

@@ -7,9 +7,9 @@ use serde::Serialize;
 use twinrig_document::{Warning, escaped};
 
 use crate::error::TwinError;
-use crate::report::layout::laid_out;
-use crate::report::style::harmless;
-use crate::report::width::fit_message;
+use twinrig_report::text::layout::laid_out;
+use twinrig_report::text::style::harmless;
+use twinrig_report::text::width::fit_message;
 
 /// Exit code: success.
 pub(super) const SUCCESS: u8 = 0;

@@ -10,8 +10,8 @@ use twinrig_campaign::sweep::{ExpectationVerdict, percent};
 use super::outcome::OptimizationOutcome;
 use twinrig_document::escaped;
 
-use crate::report::grid::{Cell, Grid, Left, Right};
-use crate::report::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
+use twinrig_report::text::grid::{Cell, Grid, Left, Right};
+use twinrig_report::text::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 
 /// Returns the text of a result.
 pub(crate) fn text(outcome: &OptimizationOutcome) -> String {

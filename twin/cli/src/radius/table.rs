@@ -6,9 +6,9 @@ use twinrig_campaign::radius::{AxisResult, ExpectationRadius, RadiusResult, Radi
 use twinrig_study::{axis_end, not_monotone, radius_cell, radius_resolution, radius_value};
 
 use super::execute::RadiusOutcome;
-use crate::report::grid::{Cell, Grid, Left, Right, Side};
-use crate::report::style::{DIM, RED, YELLOW};
 use crate::study::layout::StudyText;
+use twinrig_report::text::grid::{Cell, Grid, Left, Right, Side};
+use twinrig_report::text::style::{DIM, RED, YELLOW};
 
 /// Formats the radii and the names of their files.
 pub(crate) fn text(outcome: &RadiusOutcome, files: &[PathBuf]) -> String {

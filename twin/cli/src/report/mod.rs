@@ -1,13 +1,9 @@
 //! Text forms of reports: the table, the `JUnit` file, and what all tables are made of.
 
-pub(crate) mod grid;
 pub(crate) mod junit;
-pub(crate) mod layout;
 pub(crate) mod left_out;
-pub(crate) mod style;
 pub(crate) mod table;
 mod tracking;
-pub(crate) mod width;
 
 use anstream::adapter::strip_str;
 use twinrig_rig::report::Report;

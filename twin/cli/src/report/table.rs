@@ -12,9 +12,9 @@ use twinrig_document::escaped;
 use twinrig_kernel::SimTime;
 use twinrig_scenario::{Outcome, Verdict};
 
-use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::left_out;
-use crate::report::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
+use twinrig_report::text::grid::{Cell, Grid, Left, Right};
+use twinrig_report::text::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 use twinrig_rig::report::bound::sign;
 use twinrig_rig::report::{Line, LineEnsemble, Report, Status, recording_s};
 

@@ -3,8 +3,8 @@
 use twinrig_document::escaped;
 
 use super::{MARKS, RobotFacts, shown};
-use crate::report::grid::{Cell, Grid, Left};
-use crate::report::style::{BOLD, DIM, styled};
+use twinrig_report::text::grid::{Cell, Grid, Left};
+use twinrig_report::text::style::{BOLD, DIM, styled};
 
 impl RobotFacts {
     /// Returns the lines of a table for each part of the robot.

@@ -2,17 +2,18 @@
 
 use std::path::PathBuf;
 
-use twinrig_study::{CouplingKind, CouplingMethod, CouplingRow, CouplingStudy, Status, brief};
+use twinrig_report::number::si;
+use twinrig_study::{CouplingKind, CouplingMethod, CouplingRow, CouplingStudy, Status};
 
-use crate::report::grid::{Cell, Grid, Left, Right};
-use crate::report::style::{DIM, RED, YELLOW};
 use crate::study::layout::StudyText;
+use twinrig_report::text::grid::{Cell, Grid, Left, Right};
+use twinrig_report::text::style::{DIM, RED, YELLOW};
 
 /// Row that contradicts its neighbours.
 fn doubtful(row: &CouplingRow) -> String {
-    let (method, step) = (row.method.word(), brief(row.step_s, "s"));
+    let (method, step) = (row.method.word(), si(row.step_s, "s"));
     let error = row.error_rms_m;
-    let error = error.map_or(String::new(), |error| format!(": {}", brief(error, "m")));
+    let error = error.map_or(String::new(), |error| format!(": {}", si(error, "m")));
     let why = row.why.as_deref().unwrap_or_default();
     format!("{} {method} {step}{error}, {why}", row.plant)
 }
@@ -37,11 +38,11 @@ pub fn text(study: &CouplingStudy, files: &[PathBuf]) -> String {
     for note in &study.references {
         let why = note.why.clone().unwrap_or_default();
         let apart = note.check.as_ref().map_or_else(String::new, |check| {
-            format!("{} from its check; ", brief(check.disagreement_rms_m, "m"))
+            format!("{} from its check; ", si(check.disagreement_rms_m, "m"))
         });
-        let step = note.step_s.map_or_else(String::new, |step| {
-            format!("exact at {}, ", brief(step, "s"))
-        });
+        let step = note
+            .step_s
+            .map_or_else(String::new, |step| format!("exact at {}, ", si(step, "s")));
         text.fact("reference", format!("{}: {step}{apart}{why}", note.plant));
     }
     let cut = study.cut().count();
@@ -85,7 +86,7 @@ fn table(study: &CouplingStudy, plant: &str) -> Grid {
             0 => "".into(),
             count => Cell::new(format!("{count} counters differ"), YELLOW),
         };
-        let step = brief(first.step_s, "s").into();
+        let step = si(first.step_s, "s").into();
         grid.row([step, a, b, c, d, e, f, g, h, i, note]);
     }
     grid
@@ -93,7 +94,7 @@ fn table(study: &CouplingStudy, plant: &str) -> Grid {
 
 fn three(row: &CouplingRow) -> [Cell; 3] {
     let error = match (row.status, row.error_rms_m) {
-        (Status::Ok, Some(error)) => brief(error, "m").into(),
+        (Status::Ok, Some(error)) => si(error, "m").into(),
         (Status::Ok, None) => "".into(),
         _ if row.cut => Cell::new(row.word(), DIM),
         _ => Cell::new(row.word(), RED),

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use twinrig_study::{EstimateStudy, FilterRow, Verdict, brief};
+use twinrig_report::number::si;
+use twinrig_study::{EstimateStudy, FilterRow, Verdict};
 
-use crate::report::grid::{Cell, Grid, Left, Right};
-use crate::report::style::{DIM, GREEN, YELLOW};
 use crate::study::layout::StudyText;
+use twinrig_report::text::grid::{Cell, Grid, Left, Right};
+use twinrig_report::text::style::{DIM, GREEN, YELLOW};
 
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &EstimateStudy, files: &[PathBuf]) -> String {
@@ -67,8 +68,8 @@ fn coefficients(study: &EstimateStudy) -> Grid {
         format!("k {:.6}", amplifier.sensitivity).into(),
         format!(
             "{}, {}",
-            brief(amplifier.feedback_s, "s"),
-            brief(amplifier.lag_s, "s")
+            si(amplifier.feedback_s, "s"),
+            si(amplifier.lag_s, "s")
         )
         .into(),
         format!("{:.6}", found.amplifier.r_squared).into(),
@@ -104,12 +105,12 @@ fn cells(name: &str, row: &FilterRow) -> [Cell; 10] {
     [
         name.into(),
         hz.into(),
-        brief(row.force_rmse_n, "N").into(),
-        brief(row.rate_rmse_n_s, "N/s").into(),
+        si(row.force_rmse_n, "N").into(),
+        si(row.rate_rmse_n_s, "N/s").into(),
         format!("{:.3}", row.maxima).into(),
-        brief(row.minima_n, "N").into(),
-        brief(row.deviation_at_maxima_n, "N").into(),
-        brief(row.deviation_at_minima_n, "N").into(),
+        si(row.minima_n, "N").into(),
+        si(row.deviation_at_maxima_n, "N").into(),
+        si(row.deviation_at_minima_n, "N").into(),
         marked(row.nis, row.nis_band),
         marked(row.nees, row.nees_band),
     ]

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use twinrig_kernel::SimDuration;
+use twinrig_report::number::si;
 use twinrig_scenario::Setting;
 use twinrig_study::{
-    FeedbackCase, FeedbackInput, FeedbackPlan, FeedbackRun, FeedbackRunner, ModulationRunner, brief,
+    FeedbackCase, FeedbackInput, FeedbackPlan, FeedbackRun, FeedbackRunner, ModulationRunner,
 };
 
 use crate::args::{FeedbackOptions, ModulationOptions};
@@ -56,7 +57,7 @@ impl<'r> FeedbackCases<'r> {
             for (path, lag) in variants(options) {
                 let name = stem(path);
                 let source = match lag {
-                    Some(lag) => format!("{name}, lag {}", brief(lag.as_secs_f64(), "s")),
+                    Some(lag) => format!("{name}, lag {}", si(lag.as_secs_f64(), "s")),
                     None => name,
                 };
                 let settings = settings.iter().cloned().chain(added(lag));

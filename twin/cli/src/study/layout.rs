@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::report::grid::{Cell, Grid, Left};
-use crate::report::style::{BOLD, DIM, styled};
+use twinrig_report::text::grid::{Cell, Grid, Left};
+use twinrig_report::text::style::{BOLD, DIM, styled};
 
 /// Text of a study for the terminal, from its title on.
 pub(crate) struct StudyText {

@@ -1,8 +1,7 @@
 //! Lines of a study of precision on models, tolerances and walks.
 
-use twinrig_study::{
-    ContactResiduals, Ensemble, Row, Status, Study, ToleranceSlope, Transport, brief,
-};
+use twinrig_report::number::si;
+use twinrig_study::{ContactResiduals, Ensemble, Row, Status, Study, ToleranceSlope, Transport};
 
 /// Formats the difference between two models.
 pub(super) fn difference(row: &Row) -> String {
@@ -13,16 +12,16 @@ pub(super) fn difference(row: &Row) -> String {
     );
     let length = |name, value: Option<f64>| {
         value.map_or(String::new(), |value| {
-            format!(", {name} {}", brief(value, "m"))
+            format!(", {name} {}", si(value, "m"))
         })
     };
     match (row.status, row.compared_s) {
         (Status::Ok, Some(until_s)) => format!(
             "{models}: feet {}{}{}, RMS over {}",
-            brief(row.error_rms_m.unwrap_or_default(), "m"),
+            si(row.error_rms_m.unwrap_or_default(), "m"),
             length("trunk", row.trunk_error_rms_m),
             length("worst foot to hip", row.foot_to_hip_error_rms_m),
-            brief(until_s, "s")
+            si(until_s, "s")
         ),
         _ => format!("{models}: {}", row.why.as_deref().unwrap_or_default()),
     }
@@ -47,7 +46,7 @@ pub(super) fn tolerance_slope(slope: &ToleranceSlope) -> String {
 /// Formats the means of an ensemble with their intervals.
 pub(super) fn ensemble(one: &Ensemble) -> String {
     let setting = match (one.key.step_s, one.key.tolerance) {
-        (Some(step), _) => brief(step, "s"),
+        (Some(step), _) => si(step, "s"),
         (None, tolerance) => format!("at {:e}", tolerance.unwrap_or_default()),
     };
     let walks = format!(
@@ -85,29 +84,29 @@ pub(super) fn differing(study: &Study) -> Vec<[String; 3]> {
 /// Formats the contact of a plant's feet at rest and in the gait.
 pub(super) fn contact(one: &ContactResiduals) -> String {
     let setting = match (one.key.step_s, one.key.tolerance) {
-        (Some(step), _) => brief(step, "s"),
+        (Some(step), _) => si(step, "s"),
         (None, tolerance) => format!("at {:e}", tolerance.unwrap_or_default()),
     };
     let mut parts = Vec::new();
     if let Some(rest) = &one.rest {
         let expected = rest.expected_m.map_or(String::new(), |expected| {
-            format!(" (load/k {})", brief(expected, "m"))
+            format!(" (load/k {})", si(expected, "m"))
         });
         parts.push(format!(
             "{} deep at rest{expected}",
-            brief(rest.penetration_m, "m")
+            si(rest.penetration_m, "m")
         ));
     }
     if let Some(gait) = &one.gait {
-        parts.push(format!("gap × load {}", brief(gait.signorini_j, "J")));
+        parts.push(format!("gap × load {}", si(gait.signorini_j, "J")));
         parts.extend(
             gait.coulomb_n
-                .map(|excess| format!("{} beyond the cone", brief(excess, "N"))),
+                .map(|excess| format!("{} beyond the cone", si(excess, "N"))),
         );
         parts.push(format!(
             "{} created, {} dissipated",
-            brief(gait.created_j, "J"),
-            brief(gait.dissipated_j, "J")
+            si(gait.created_j, "J"),
+            si(gait.dissipated_j, "J")
         ));
     }
     parts.extend(one.why.clone());
@@ -122,7 +121,7 @@ pub(super) fn contact(one: &ContactResiduals) -> String {
 /// Formats the cost of a walk, or the reason of its absence.
 pub(super) fn walking(one: &Transport) -> String {
     let setting = match (one.key.step_s, one.key.tolerance) {
-        (Some(step), _) => brief(step, "s"),
+        (Some(step), _) => si(step, "s"),
         (None, tolerance) => format!("at {:e}", tolerance.unwrap_or_default()),
     };
     let way = format!("{} {} {setting}", one.key.plant, one.key.method);
@@ -149,7 +148,7 @@ pub(super) fn walking(one: &Transport) -> String {
     format!(
         "{way}: {:.3} m/s{transport}, {} of {} {open}{why}",
         cost.speed_m_s,
-        brief(cost.residual_j.abs(), "J"),
-        brief(cost.work_j, "J"),
+        si(cost.residual_j.abs(), "J"),
+        si(cost.work_j, "J"),
     )
 }

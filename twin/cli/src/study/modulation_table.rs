@@ -6,9 +6,9 @@ use twinrig_study::{
     CaseResult, Counting, DisplacementTable, LinearModel, ModelForm, ModulationStudy,
 };
 
-use crate::report::grid::{Cell, Grid, Left, Right, Side};
-use crate::report::style::{GREEN, YELLOW};
 use crate::study::layout::StudyText;
+use twinrig_report::text::grid::{Cell, Grid, Left, Right, Side};
+use twinrig_report::text::style::{GREEN, YELLOW};
 
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &ModulationStudy, files: &[PathBuf]) -> String {

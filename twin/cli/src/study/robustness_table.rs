@@ -6,9 +6,9 @@ use twinrig_campaign::spread::EnsembleKind;
 use twinrig_campaign::sweep::percent;
 use twinrig_study::{RobustnessResult, RobustnessStudy, margin_text};
 
-use crate::report::grid::{Cell, Grid, Left, Right};
-use crate::report::style::RED;
 use crate::study::layout::StudyText;
+use twinrig_report::text::grid::{Cell, Grid, Left, Right};
+use twinrig_report::text::style::RED;
 
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &RobustnessStudy, files: &[PathBuf]) -> String {

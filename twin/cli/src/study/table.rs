@@ -3,16 +3,16 @@
 use std::path::PathBuf;
 
 use anstyle::Style;
+use twinrig_report::number::si;
 use twinrig_rig::Scales;
 use twinrig_study::{
     ErrorControlTrend, Factor, Row, RowKind, Series, Status, StiffnessTrend, Study, StudyKind,
-    brief,
 };
 
-use crate::report::grid::{Cell, Grid, Left, Right};
-use crate::report::style::{DIM, RED, YELLOW};
 use crate::study::layout::StudyText;
 use crate::study::lines::{contact, difference, differing, ensemble, tolerance_slope, walking};
+use twinrig_report::text::grid::{Cell, Grid, Left, Right};
+use twinrig_report::text::style::{DIM, RED, YELLOW};
 
 /// Step at which methods are compared.
 const USUAL_STEP_S: f64 = 2e-3;
@@ -95,9 +95,9 @@ fn error_control(trend: &ErrorControlTrend) -> String {
     let rates = trend.evaluations_per_s;
     parts.extend(rates.map(|[least, most]| format!("{least:.0} … {most:.0} evaluations a second")));
     let substep = trend.least_substep_s;
-    parts.extend(substep.map(|substep| format!("substeps ≥ {}", brief(substep, "s"))));
+    parts.extend(substep.map(|substep| format!("substeps ≥ {}", si(substep, "s"))));
     let error = trend.error_rms_m;
-    parts.extend(error.map(|error| format!("RMS ≤ {}", brief(error, "m"))));
+    parts.extend(error.map(|error| format!("RMS ≤ {}", si(error, "m"))));
     let failures = trend.failures.iter();
     let failures = failures.map(|(value, why)| format!("; {times}{value} {why}"));
     parts.join(", ") + &failures.collect::<String>()
@@ -121,14 +121,12 @@ fn doubtful(row: &Row) -> String {
     let result = match row.kind {
         RowKind::Stability => row
             .largest_stable_step_s
-            .map(|step| format!(": stable to {}", brief(step, "s")))
+            .map(|step| format!(": stable to {}", si(step, "s")))
             .or_else(|| {
                 row.evaluations
                     .map(|count| format!(": {count} evaluations"))
             }),
-        _ => row
-            .error_rms_m
-            .map(|error| format!(": {}", brief(error, "m"))),
+        _ => row.error_rms_m.map(|error| format!(": {}", si(error, "m"))),
     };
     format!(
         "{what}{}, {}",
@@ -181,7 +179,7 @@ fn limits(study: &Study) -> Vec<String> {
             let bound = row.least_unstable_step_s.map_or("≥ ", |_| "");
             let limit = row.largest_stable_step_s.map_or_else(
                 || "none".to_owned(),
-                |step| format!("{bound}{}", brief(step, "s")),
+                |step| format!("{bound}{}", si(step, "s")),
             );
             Some(format!("{value}: {limit}"))
         });
@@ -194,7 +192,7 @@ fn limits(study: &Study) -> Vec<String> {
 
 fn reference(note: &twinrig_study::ReferenceNote) -> String {
     let setting = |step: Option<f64>, tolerance: Option<f64>| match (step, tolerance) {
-        (Some(step), _) => brief(step, "s"),
+        (Some(step), _) => si(step, "s"),
         (None, Some(tolerance)) => format!("at {:e}", rounded(tolerance)),
         (None, None) => String::new(),
     };
@@ -206,7 +204,7 @@ fn reference(note: &twinrig_study::ReferenceNote) -> String {
     let check = note.check.as_ref().map_or(String::new(), |check| {
         format!(
             ", {} from {} {}",
-            brief(check.disagreement_rms_m, "m"),
+            si(check.disagreement_rms_m, "m"),
             check.method,
             setting(check.step_s, check.tolerance)
         )
@@ -246,9 +244,9 @@ fn precision(study: &Study) -> Grid {
         let metres = |row: &Row| {
             let error = row.error_rms_m.map(|error| {
                 if row.at_floor {
-                    format!("≤ {}", brief(study.floor_of(&row.plant), "m"))
+                    format!("≤ {}", si(study.floor_of(&row.plant), "m"))
                 } else {
-                    brief(error, "m")
+                    si(error, "m")
                 }
             });
             error.unwrap_or_default()
@@ -285,7 +283,7 @@ fn precision(study: &Study) -> Grid {
 
 fn setting(row: &Row) -> String {
     match (row.step_s, row.tolerance) {
-        (Some(step), _) => brief(step, "s"),
+        (Some(step), _) => si(step, "s"),
         (None, Some(tolerance)) => format!("{tolerance:e}"),
         (None, None) => String::new(),
     }
@@ -301,7 +299,7 @@ fn stability(study: &Study) -> Grid {
             ""
         };
         let limit = match (row.largest_stable_step_s, row.tolerance) {
-            (Some(step), _) => format!("{bound}{}", brief(step, "s")),
+            (Some(step), _) => format!("{bound}{}", si(step, "s")),
             (None, Some(_)) => "adaptive".to_owned(),
             (None, None) => String::new(),
         };
@@ -316,10 +314,10 @@ fn stability(study: &Study) -> Grid {
             row.series().method_label().into(),
             limit.into(),
             row.error_rms_m
-                .map_or(String::new(), |error| brief(error, "m"))
+                .map_or(String::new(), |error| si(error, "m"))
                 .into(),
             row.cost_per_step_s
-                .map_or(String::new(), |cost| brief(cost, "s"))
+                .map_or(String::new(), |cost| si(cost, "s"))
                 .into(),
             Cell::new(word, style),
         ]);
@@ -359,7 +357,7 @@ mod tests {
         for row in &mut study.rows {
             row.at_floor = true;
         }
-        let floor = brief(
+        let floor = si(
             study.floor_of(&PlantId::new("lcp").with_constraints("rigid")),
             "m",
         );

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use twinrig_study::{TransitionResult, TransitionStudy, Way};
 
-use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::study::layout::StudyText;
+use twinrig_report::text::grid::{Cell, Grid, Left, Right};
 
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &TransitionStudy, files: &[PathBuf]) -> String {

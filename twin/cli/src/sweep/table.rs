@@ -8,11 +8,11 @@ use twinrig_campaign::sweep::{
 };
 
 use twinrig_document::escaped;
-use twinrig_study::brief_quantity;
+use twinrig_report::number::quantity;
 
-use crate::report::grid::{Cell, Grid, Left, Right};
-use crate::report::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 use crate::sweep::execute::SweepOutcome;
+use twinrig_report::text::grid::{Cell, Grid, Left, Right};
+use twinrig_report::text::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 
 /// Greatest number of runs, and of effects on a measured value, that are listed.
 const LISTED: usize = 5;
@@ -53,7 +53,7 @@ fn effects(result: &SweepResult) -> String {
     for of_measure in effects.chunk_by(|one, other| one.measure == other.measure) {
         let some = of_measure.iter().filter(|one| one.mu_star > 0.0);
         for (index, one) in some.take(LISTED).enumerate() {
-            let shown = |value: f64| brief_quantity(value, &one.unit);
+            let shown = |value: f64| quantity(value, &one.unit);
             let measure = if index == 0 { &*one.measure } else { "" };
             grid.row([
                 measure.into(),

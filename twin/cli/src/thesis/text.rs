@@ -2,12 +2,12 @@
 
 use anstyle::Style;
 
-use crate::report::grid::{Cell, Grid, Left, Right};
-use crate::report::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 use crate::thesis::flips::Flips;
 use crate::thesis::item::Item;
 use crate::thesis::result::{FigureResult, ItemResult, ThesisResult};
 use crate::thesis::verdict::Verdict;
+use twinrig_report::text::grid::{Cell, Grid, Left, Right};
+use twinrig_report::text::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 
 /// Columns of a paragraph.
 const COLUMNS: usize = 96;

@@ -14,12 +14,12 @@ use twinrig_runtime::Coupling;
 
 use crate::budget::{Budget, Share};
 use crate::error::StudyError;
-use crate::number::si;
 use crate::panics::Panics;
 use crate::progress::ProgressObserver;
 use crate::reference_note::{CheckNote, ReferenceNote};
 use crate::row::Status;
 use run::Run;
+use twinrig_report::number::si;
 use twinrig_rig::PlantId;
 
 /// Parameters of a study of coupling.

@@ -9,10 +9,10 @@ use super::factory::{CouplingInput, CouplingMethod};
 use super::row::{CouplingKind, CouplingRow};
 use crate::fit;
 use crate::machine::Machine;
-use crate::number::{grouped, grouped_factor, si};
 use crate::panics;
 use crate::reference_note::ReferenceNote;
 use crate::row::Status;
+use twinrig_report::number::{grouped, grouped_factor, si};
 
 /// Results of a study of coupling, without the machine it ran on.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,10 +5,10 @@ use twinrig_runtime::{Group, Observer, Rig, RunEvent, WorkCounts};
 
 use super::factory::{RigFactory, RigVariant};
 use crate::budget::Share;
-use crate::number::instant;
 use crate::row::Status;
 use crate::stopwatch::Stopwatch;
 use crate::trace::{Trace, is_foot};
+use twinrig_report::number::instant;
 
 /// Samples and totals of a run.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::distribution::Residuals;
 use super::filter::FilterKind;
 use super::results::EstimateStudy;
-use crate::number::plain;
+use twinrig_report::number::plain;
 
 /// Comparison with a figure of the thesis.
 #[derive(Clone, Debug, PartialEq, Serialize)]

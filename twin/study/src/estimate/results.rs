@@ -11,7 +11,7 @@ use super::settings_text;
 use super::tune::{SearchSize, TunedFilter};
 use super::validate::FilterRow;
 use crate::machine::Machine;
-use crate::number::plain;
+use twinrig_report::number::plain;
 
 /// Results of a study of load filters, without the machine it ran on.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,14 +1,14 @@
 //! Page section on constraint violations.
 
 use crate::fit;
-use crate::number::si;
 use crate::row::{Row, Series, Status};
 use crate::study::Study;
+use twinrig_report::number::si;
 
-use super::marker::swatch;
-use super::plot::{Curve, Look, Plot, Point, Setting};
-use super::text::paragraph;
 use super::{figure, precision, rows};
+use twinrig_report::html::element::paragraph;
+use twinrig_report::html::marker::swatch;
+use twinrig_report::html::plot::{Curve, Look, Plot, Point, Setting};
 
 /// Rounding error of lengths of a tenth of a metre \[m\].
 const ROUNDING_M: f64 = 1e-15;

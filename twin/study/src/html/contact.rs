@@ -1,13 +1,13 @@
 //! Page section on the contact of the feet.
 
 use crate::contact::ContactResiduals;
-use crate::number::{method_setting, plain, si};
 use crate::row::Status;
 use crate::study::Study;
+use twinrig_report::number::{method_setting, plain, si};
 
 use super::rows;
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::table::Table;
 
 /// Returns the section: penetration at rest and residuals in the gait.
 pub(crate) fn section(study: &Study) -> String {

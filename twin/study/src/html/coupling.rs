@@ -2,16 +2,16 @@
 
 use crate::coupling::{CouplingKind, CouplingMethod, CouplingRow, CouplingStudy};
 use crate::machine::Machine;
-use crate::number::{grouped, grouped_factor, method_setting, si};
 use crate::row::Status;
+use twinrig_report::number::{grouped, grouped_factor, method_setting, si};
 
-use super::marker::swatch;
-use super::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
 use super::precision::LEAST_M;
 use super::rows;
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
 use super::{Page, card, figure, introduction, panicked, references};
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::marker::swatch;
+use twinrig_report::html::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
+use twinrig_report::html::table::Table;
 
 impl CouplingStudy {
     /// Returns the page, with the machine it ran on and the command that repeats it.

@@ -1,12 +1,12 @@
 //! Tables of the differences between models.
 
-use crate::number::si;
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
+use twinrig_report::number::si;
 
 use super::rows;
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::table::Table;
 
 /// Returns the tables: each model against each other, and the sensitivity to assumed compliance.
 pub(crate) fn tables(study: &Study) -> String {

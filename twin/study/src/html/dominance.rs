@@ -2,16 +2,16 @@
 
 use crate::dominance::{Comparison, Competitor, Dominance};
 use crate::headline::{dominance_sentence, spread};
-use crate::number::{grouped_factor, method_setting, si};
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
+use twinrig_report::number::{grouped_factor, method_setting, si};
 
-use super::marker::swatch;
-use super::plot::{Curve, Look, Plot, Point, Setting};
 use super::rows;
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
 use super::{figure, precision};
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::marker::swatch;
+use twinrig_report::html::plot::{Curve, Look, Plot, Point, Setting};
+use twinrig_report::html::table::Table;
 
 /// Returns the section: run times at equal or smaller error.
 pub(crate) fn section(study: &Study) -> String {

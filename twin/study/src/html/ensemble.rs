@@ -1,11 +1,11 @@
 //! Page section on ensembles of perturbed walks.
 
 use crate::ensemble::{Ensemble, QuantityInterval};
-use crate::number::{method_setting, si};
 use crate::study::Study;
+use twinrig_report::number::{method_setting, si};
 
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::table::Table;
 
 /// Returns the section: mean and interval of each quantity, and the models that differ.
 pub(crate) fn section(study: &Study) -> String {

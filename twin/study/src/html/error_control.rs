@@ -5,9 +5,9 @@ use crate::study::Study;
 use crate::sweep::Factor;
 
 use super::rows;
-use super::table::Table;
-use super::text::{escaped, paragraph};
-use crate::number::{grouped, plain, si};
+use twinrig_report::html::element::{escaped, paragraph};
+use twinrig_report::html::table::Table;
+use twinrig_report::number::{grouped, plain, si};
 
 /// Returns the section, empty without such methods.
 pub(crate) fn section(study: &Study) -> String {

@@ -4,13 +4,13 @@ use crate::estimate::{
     EstimateCurve, EstimateStudy, FilterKind, FilterRow, Residuals, Verdict, VoltageCurve,
 };
 use crate::machine::Machine;
-use crate::number::plain;
+use twinrig_report::number::plain;
 
-use super::line_plot::{LinePlot, Series, Shape};
-use super::marker::swatch;
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
 use super::{Page, card, drawing, introduction};
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
+use twinrig_report::html::marker::swatch;
+use twinrig_report::html::table::Table;
 
 /// Filters that are drawn: the thesis' one, and the one without a frequency.
 const DRAWN: [&str; 2] = ["F2", "F3"];

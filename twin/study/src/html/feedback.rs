@@ -3,12 +3,12 @@
 use crate::feedback::{FeedbackResult, FeedbackStudy};
 use crate::machine::Machine;
 
-use super::line_plot::{LinePlot, Series, Shape};
-use super::marker::swatch;
-use super::plot::COLOURS;
-use super::table::Table;
-use super::text::{element, escaped};
 use super::{document, drawing, introduction, reproduction};
+use twinrig_report::html::element::{element, escaped};
+use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
+use twinrig_report::html::marker::swatch;
+use twinrig_report::html::plot::COLOURS;
+use twinrig_report::html::table::Table;
 
 impl FeedbackStudy {
     /// Returns the page, with the machine it ran on and the command that repeats it.

@@ -1,12 +1,12 @@
 //! Page section that compares a walk touch-down by touch-down.
 
 use crate::footsteps::Footstep;
-use crate::number::si;
 use crate::study::Study;
+use twinrig_report::number::si;
 use twinrig_rig::PlantId;
 
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::table::Table;
 
 /// Returns the section: differences of the touch-downs.
 pub(crate) fn section(study: &Study) -> String {

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use crate::transition::{GaitCycle, MIXED, STANDING, TransitionResult};
 
-use super::plot::COLOURS;
-use super::text::escaped;
+use twinrig_report::html::element::escaped;
+use twinrig_report::html::plot::COLOURS;
 
 /// Part of a run that is drawn.
 #[derive(Clone, Copy, Debug)]
@@ -93,7 +93,7 @@ impl GaitDiagram<'_> {
                 lines,
                 "<line x1=\"{x:.1}\" y1=\"{TOP}\" x2=\"{x:.1}\" y2=\"{bottom:.1}\"/>"
             );
-            let label = crate::number::plain(at);
+            let label = twinrig_report::number::plain(at);
             let y = bottom + 14.0;
             let _ = write!(
                 labels,
@@ -189,9 +189,9 @@ impl GaitDiagram<'_> {
             top - 3.0,
             escaped(label),
             top + 8.0,
-            crate::number::plain(high),
+            twinrig_report::number::plain(high),
             bottom,
-            crate::number::plain(low),
+            twinrig_report::number::plain(low),
             places.join(" ")
         );
     }

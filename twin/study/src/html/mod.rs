@@ -1,6 +1,5 @@
 //! Studies as self-contained HTML pages: no scripts, fonts or network access.
 
-mod axis;
 mod constraint_violation;
 mod contact;
 mod coupling;
@@ -12,12 +11,9 @@ mod estimate;
 mod feedback;
 mod footsteps;
 mod gait_diagram;
-mod line_plot;
-mod marker;
 mod models;
 mod modulation;
 mod optimization;
-mod plot;
 mod precision;
 mod radius;
 mod reproduction;
@@ -26,10 +22,7 @@ mod rows;
 mod runs;
 mod stability;
 mod stiffness;
-mod surface;
 mod sweep;
-mod table;
-mod text;
 mod thesis;
 mod tolerance;
 mod transition;
@@ -39,14 +32,13 @@ use crate::machine::Machine;
 use crate::reference_note::ReferenceNote;
 use crate::study::{Study, StudyKind};
 
-use crate::number::{self, si};
 pub use optimization::optimization_page;
 pub use radius::radius_page;
 use reproduction::Reproduction;
 pub use sweep::sweep_page;
-use text::{element, escaped, paragraph};
-
-const STYLE: &str = include_str!("style.css");
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::{STYLE, plot, table};
+use twinrig_report::number::{self, si};
 
 /// Returns the page of a study, with the machine it ran on and the command that repeats it.
 pub fn html(study: &Study, machine: &Machine, command: &str) -> String {

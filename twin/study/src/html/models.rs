@@ -1,13 +1,13 @@
 //! Page section on modelling errors.
 
-use crate::number::{plain, power, si};
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
+use twinrig_report::number::{plain, power, si};
 
-use super::plot::{Curve, Ended, Look, Plot, Point, Setting};
 use super::precision::LEAST_M;
-use super::text::paragraph;
 use super::{differences, figure};
+use twinrig_report::html::element::paragraph;
+use twinrig_report::html::plot::{Curve, Ended, Look, Plot, Point, Setting};
 
 /// Returns the section: differences between models, apart from the errors of methods.
 pub(crate) fn section(study: &Study) -> String {

@@ -7,15 +7,15 @@ use crate::modulation::{
     CaseResult, Counting, DisplacementCell, DisplacementTable, LinearModel, ModelForm,
     ModulationStudy,
 };
-use crate::number::plain;
+use twinrig_report::number::plain;
 
-use super::line_plot::{LinePlot, Series, Shape};
-use super::marker::swatch;
-use super::plot::COLOURS;
-use super::surface::Surface;
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
 use super::{card, document, drawing, introduction, reproduction};
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
+use twinrig_report::html::marker::swatch;
+use twinrig_report::html::plot::COLOURS;
+use twinrig_report::html::surface::Surface;
+use twinrig_report::html::table::Table;
 
 impl ModulationStudy {
     /// Returns the page, with the machine it ran on and the command that repeats it.

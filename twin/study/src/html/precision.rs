@@ -3,17 +3,17 @@
 use crate::row::{Row, RowKind, Series, Status};
 use crate::study::{Order, Study};
 
-use super::marker::swatch;
-use super::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
 use super::rows;
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
 use super::{
     card, commanded, constraint_violation, contact, dominance, ensemble, figure, footsteps,
     introduction, models, references, runs, tolerance, transport,
 };
 use crate::headline::{AIM_M, Choice, HeadlineRow, USUAL_STEP_S, at_usual_step};
-use crate::number::si;
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::marker::swatch;
+use twinrig_report::html::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
+use twinrig_report::html::table::Table;
+use twinrig_report::number::si;
 
 const AIM_FACTOR: f64 = 1000.0;
 

@@ -4,13 +4,13 @@
 use twinrig_campaign::radius::{AxisResult, ExpectationRadius, RadiusResult, RadiusState};
 use twinrig_campaign::sweep::percent;
 
-use super::line_plot::{LinePlot, Series, Shape};
-use super::marker::swatch;
 use super::reproduction::Reproduction;
-use super::table::Table;
-use super::text::{element, escaped, in_unit, paragraph};
 use super::{card, document, drawing};
 use crate::radius::{axis_end, not_monotone, radius_cell, radius_resolution, radius_value};
+use twinrig_report::html::element::{element, escaped, in_unit, paragraph};
+use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
+use twinrig_report::html::marker::swatch;
+use twinrig_report::html::table::Table;
 
 /// Colours.
 const HOLDS: usize = 0;

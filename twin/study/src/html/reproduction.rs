@@ -1,6 +1,6 @@
 //! Section of a page with the data that repeat a study.
 
-use super::text::{element, escaped};
+use twinrig_report::html::element::{element, escaped};
 
 /// Terms and their values, in order.
 #[derive(Default)]

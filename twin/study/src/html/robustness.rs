@@ -3,16 +3,16 @@
 use twinrig_campaign::sweep::percent;
 
 use crate::machine::Machine;
-use crate::number::plain;
 use crate::robustness::{EnsembleRun, Growth, RobustnessResult, RobustnessStudy};
 use twinrig_campaign::spread::Magnitude;
 use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread};
+use twinrig_report::number::plain;
 
-use super::line_plot::{LinePlot, Series, Shape};
-use super::marker::swatch;
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
 use super::{document, drawing, reproduction};
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
+use twinrig_report::html::marker::swatch;
+use twinrig_report::html::table::Table;
 
 /// Greatest number of points of a curve.
 const DRAWN: usize = 300;

@@ -2,8 +2,8 @@
 
 use crate::row::{Row, Status};
 
-use super::text::{element, escaped};
-use crate::number::{grouped, grouped_factor, method_setting, si};
+use twinrig_report::html::element::{element, escaped};
+use twinrig_report::number::{grouped, grouped_factor, method_setting, si};
 
 /// Formats the setting of a row.
 pub(crate) fn setting(row: &Row) -> String {

@@ -1,11 +1,11 @@
 //! Table of all runs of a study of precision.
 
-use crate::number::si;
 use crate::study::Study;
+use twinrig_report::number::si;
 
-use super::table::Table;
-use super::text::{escaped, paragraph};
 use super::{precision, rows};
+use twinrig_report::html::element::{escaped, paragraph};
+use twinrig_report::html::table::Table;
 
 /// Returns the table of all runs.
 pub(crate) fn table(study: &Study) -> String {

@@ -6,15 +6,15 @@ use crate::sweep::Factor;
 use crate::thesis::{FIGURES, ThesisFigure};
 use twinrig_rig::Scales;
 
-use super::marker::{foreign_swatch, swatch};
-use super::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
 use super::rows;
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
 use super::{
     card, commanded, error_control, figure, introduction, legend, references, stiffness, thesis,
 };
-use crate::number::{plain, si};
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::marker::{foreign_swatch, swatch};
+use twinrig_report::html::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
+use twinrig_report::html::table::Table;
+use twinrig_report::number::{plain, si};
 
 /// Relative stiffness of the second set of results of the thesis.
 pub(crate) const QUARTER: f64 = 0.25;

@@ -1,13 +1,13 @@
 //! Page section on the dependence of the largest stable step on the stiffness of the springs.
 
-use crate::number::{plain, si};
 use crate::stiffness::StiffnessTrend;
 use crate::study::Study;
+use twinrig_report::number::{plain, si};
 use twinrig_rig::PlantId;
 
 use super::rows;
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::table::Table;
 
 /// Returns the section: limits as functions of stiffness.
 pub(crate) fn section(study: &Study) -> String {

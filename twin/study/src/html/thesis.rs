@@ -1,15 +1,15 @@
 //! Page section that compares results with those of the thesis.
 
-use crate::number::si;
 use crate::row::{Series, Status};
 use crate::study::Study;
 use crate::thesis::{FIGURES, ModelClass, ThesisFigure};
+use twinrig_report::number::si;
 use twinrig_rig::PlantId;
 use twinrig_rig::Scales;
 
 use super::stability::{QUARTER, limit_cell};
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::table::Table;
 
 /// Returns the section: results of the thesis, those found here, and the reasons for the
 /// differences.

@@ -1,10 +1,10 @@
 //! Page section on the error of error-controlled methods over their tolerance.
 
-use crate::number::power;
 use crate::study::Study;
+use twinrig_report::number::power;
 
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::table::Table;
 
 /// Returns the section: slopes of log error over log tolerance.
 pub(crate) fn section(study: &Study) -> String {

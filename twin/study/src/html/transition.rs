@@ -6,10 +6,10 @@ use crate::machine::Machine;
 use crate::transition::{MIXED, TransitionResult, TransitionStudy, Way};
 
 use super::gait_diagram::{GaitDiagram, colour};
-use super::marker::{floor_swatch, swatch};
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
 use super::{document, drawing, introduction, reproduction};
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::marker::{floor_swatch, swatch};
+use twinrig_report::html::table::Table;
 
 /// Time before and after a transition that its own diagram has \[s\].
 const AROUND_S: f64 = 2.0;

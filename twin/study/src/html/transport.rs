@@ -1,13 +1,13 @@
 //! Page section on the cost of transport and the residual of the energy balance.
 
-use crate::number::{method_setting, si};
 use crate::row::Status;
 use crate::study::Study;
 use crate::transport::{Cost, Transport};
+use twinrig_report::number::{method_setting, si};
 use twinrig_rig::PlantId;
 
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::table::Table;
 
 /// Returns the section: cost of transport by plant and method.
 pub(crate) fn section(study: &Study) -> String {

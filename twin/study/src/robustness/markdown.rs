@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use twinrig_campaign::sweep::percent;
 
 use super::RobustnessStudy;
-use crate::number::plain;
 use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread};
+use twinrig_report::number::plain;
 
 impl RobustnessStudy {
     /// Returns a table with a line for each scenario, and one of the expectations of each.

@@ -14,10 +14,10 @@ use serde::{Deserialize, Serialize};
 use twinrig_campaign::sweep::SweepRow;
 
 use crate::error::StudyError;
-use crate::number::{plain, si};
 use crate::parallel::run_all_on;
 use crate::progress::ProgressObserver;
 use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread, Magnitude};
+use twinrig_report::number::{plain, si};
 
 /// Returns a margin of an expectation with its unit.
 pub fn margin_text(expectation: &ExpectationSpread, margin: f64) -> String {

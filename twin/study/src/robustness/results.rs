@@ -7,11 +7,11 @@ use twinrig_campaign::sweep::ExpectationVerdict;
 use super::{Divergence, Growth, MemberRun, RobustnessCase, RobustnessPlan};
 use crate::gait_run::median;
 use crate::machine::Machine;
-use crate::number::{plain, si};
 use crate::parallel::Ran;
 use twinrig_campaign::spread::Magnitude;
 use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread, Member};
 use twinrig_campaign::sweep::SweepRow;
+use twinrig_report::number::{plain, si};
 
 /// Perturbed run of an ensemble.
 #[derive(Clone, Debug, PartialEq)]

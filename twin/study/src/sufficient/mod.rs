@@ -11,8 +11,8 @@ mod search;
 use thiserror::Error;
 use twinrig_runtime::Plant;
 
-use crate::number::method_setting;
 use twinrig_campaign::spread::Magnitude;
+use twinrig_report::number::method_setting;
 use twinrig_rig::MethodSetting;
 use twinrig_rig::PlantId;
 use twinrig_rig::start::StartPerturbation;

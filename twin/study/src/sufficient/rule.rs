@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::MarginOutcome;
 use crate::gait_run::median;
-use crate::number::quantity;
+use twinrig_report::number::quantity;
 
 /// Share of the reference's margin below which the error of a candidate must be.
 pub(super) const SHARE_MAX: f64 = 0.1;

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::gait_run::{GaitRun, MotionSample};
 use crate::machine::Machine;
-use crate::number::plain;
+use twinrig_report::number::plain;
 
 /// Interval over which speed and slip are given \[s\].
 const BIN_S: f64 = 1.0;

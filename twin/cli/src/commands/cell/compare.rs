@@ -12,8 +12,8 @@ use super::calibrate::constants;
 use super::report::{CellReport, settings};
 use crate::args::CellCompareArgs;
 use crate::error::TwinError;
-use crate::report::grid::{Grid, Left, Right};
 use crate::study::load_recorder::{BenchRecorder, BenchRun};
+use twinrig_report::text::grid::{Grid, Left, Right};
 use twinrig_rig::parts::tactile::{NamedCalibrations, filters};
 use twinrig_rig::registry::Registry;
 

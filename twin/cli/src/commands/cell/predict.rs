@@ -8,8 +8,8 @@ use twinrig_sensor::{ResistanceAmplifier, SensorError};
 
 use super::report::{CellReport, four, key};
 use crate::args::{CellPredictArgs, ElectrodeName};
-use crate::report::grid::{Cell, Grid, Left, Right};
-use crate::report::style::{BOLD, DIM, YELLOW, styled};
+use twinrig_report::text::grid::{Cell, Grid, Left, Right};
+use twinrig_report::text::style::{BOLD, DIM, YELLOW, styled};
 
 /// Greatest load of the demands on a sensor of leg load (thesis, table 4.1) \[N\].
 const DEMANDED: f64 = 20.0;

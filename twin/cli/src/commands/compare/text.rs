@@ -10,7 +10,7 @@ use figures::{figure, percent, quantity};
 
 use super::super::diff::some_of;
 use super::EventDifference;
-use crate::report::style::{BOLD, GREEN, RED, YELLOW, styled};
+use twinrig_report::text::style::{BOLD, GREEN, RED, YELLOW, styled};
 
 impl EventDifference {
     /// Returns the text form.

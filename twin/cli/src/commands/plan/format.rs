@@ -1,7 +1,7 @@
 //! Text of parts of a plan.
 
-use crate::report::grid::Grid;
-use crate::report::style::{BOLD, styled};
+use twinrig_report::text::grid::Grid;
+use twinrig_report::text::style::{BOLD, styled};
 
 /// Formats a time in milliseconds.
 pub(super) fn ms(seconds: f64) -> String {

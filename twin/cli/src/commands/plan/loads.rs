@@ -4,8 +4,8 @@ use serde::Serialize;
 use twinrig_scenario::{PayloadSpec, PlantSpec, SurfaceSpec};
 
 use super::format::section;
-use crate::report::grid::{Cell, Grid, Left};
-use crate::report::style::DIM;
+use twinrig_report::text::grid::{Cell, Grid, Left};
+use twinrig_report::text::style::DIM;
 use twinrig_rig::report::seconds;
 
 /// Payloads and surfaces of a scenario; not in the JSON object of a scenario without them.

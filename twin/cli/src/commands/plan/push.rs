@@ -5,8 +5,8 @@ use twinrig_document::print_quantity;
 use twinrig_kernel::{Unit, signal};
 use twinrig_scenario::{PulseShape, PushLoad, PushSite, PushSpec};
 
-use crate::report::grid::{Cell, Grid, Left};
-use crate::report::style::DIM;
+use twinrig_report::text::grid::{Cell, Grid, Left};
+use twinrig_report::text::style::DIM;
 use twinrig_rig::report::seconds;
 
 #[derive(Serialize)]

@@ -6,9 +6,9 @@ use twinrig_kernel::Unit;
 use twinrig_runtime::{SensorModel, Timing};
 
 use super::format::ms;
-use crate::report::grid::{Cell, Grid, Left};
-use crate::report::style::DIM;
 use twinrig_kernel::signal::folded;
+use twinrig_report::text::grid::{Cell, Grid, Left};
+use twinrig_report::text::style::DIM;
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::report::seconds;
 

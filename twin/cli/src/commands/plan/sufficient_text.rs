@@ -1,15 +1,13 @@
 //! Text form of the search of the cheapest sufficient twin.
 
 use twinrig_document::escaped;
-use twinrig_study::{
-    Candidate, CandidateRow, CandidateStatus, Deviation, ReferenceMargin, Rule, brief,
-    brief_quantity,
-};
+use twinrig_report::number::{quantity, si};
+use twinrig_study::{Candidate, CandidateRow, CandidateStatus, Deviation, ReferenceMargin, Rule};
 
 use super::sufficient::SufficientTwin;
-use crate::report::grid::{Cell, Grid, Left, Right};
 use crate::report::left_out;
-use crate::report::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
+use twinrig_report::text::grid::{Cell, Grid, Left, Right};
+use twinrig_report::text::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 
 pub(super) fn text(found: &SufficientTwin) -> String {
     let mut lines = vec![styled(BOLD, &found.scenario), String::new()];
@@ -29,7 +27,7 @@ pub(super) fn text(found: &SufficientTwin) -> String {
 
 /// Formats a computation time per simulated second.
 fn time(run_s_per_s: f64) -> String {
-    format!("{}/s", brief(run_s_per_s, "s"))
+    format!("{}/s", si(run_s_per_s, "s"))
 }
 
 fn choice(found: &SufficientTwin) -> Vec<String> {
@@ -84,9 +82,8 @@ fn margins(found: &SufficientTwin) -> Vec<String> {
     let chosen = found.search.choice();
     for (n, margin) in found.search.margins.iter().enumerate() {
         let deviation = chosen.and_then(|row| row.deviations.get(n));
-        let of = |value: Option<f64>| {
-            value.map_or_else(String::new, |it| brief_quantity(it, &margin.unit))
-        };
+        let of =
+            |value: Option<f64>| value.map_or_else(String::new, |it| quantity(it, &margin.unit));
         grid.row([
             margin.name.as_str().into(),
             of(margin.margin).into(),

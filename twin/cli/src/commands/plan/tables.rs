@@ -3,9 +3,9 @@
 use anstyle::Style;
 
 use super::contents::Plan;
-use crate::report::grid::{Cell, Grid, Left};
-use crate::report::style::{DIM, YELLOW};
 use twinrig_kernel::signal::folded;
+use twinrig_report::text::grid::{Cell, Grid, Left};
+use twinrig_report::text::style::{DIM, YELLOW};
 
 pub(super) fn wired(plan: &Plan) -> Grid {
     let mut grid = Grid::new(&[Left, Left, Left, Left]);

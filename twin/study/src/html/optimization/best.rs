@@ -2,9 +2,9 @@
 
 use twinrig_campaign::optimization::{BestPoint, OptimizationResult};
 
-use crate::html::table::Table;
-use crate::html::text::{element, escaped, in_unit, paragraph};
-use crate::number::plain;
+use twinrig_report::html::element::{element, escaped, in_unit, paragraph};
+use twinrig_report::html::table::Table;
+use twinrig_report::number::plain;
 
 /// Returns the table of the best point and its expectations.
 pub(super) fn section(result: &OptimizationResult) -> String {

@@ -11,12 +11,12 @@ use twinrig_campaign::optimization::{
 use twinrig_campaign::sweep::percent;
 use twinrig_kernel::Unit;
 
-use super::line_plot::{LinePlot, Series, Shape};
-use super::marker::swatch;
 use super::reproduction::Reproduction;
-use super::text::{element, in_unit, paragraph};
 use super::{card, document, drawing};
-use crate::number::plain;
+use twinrig_report::html::element::{element, in_unit, paragraph};
+use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
+use twinrig_report::html::marker::swatch;
+use twinrig_report::number::plain;
 
 /// Greatest number of points of one kind in a plot.
 const DRAWN: usize = 1000;

@@ -11,13 +11,13 @@ use twinrig_campaign::sweep::{
 
 use plots::{BOUND, PASS, SweepAxis, margins, passing, plane};
 
-use super::line_plot::{LinePlot, Series, Shape};
-use super::marker::swatch;
 use super::reproduction::Reproduction;
-use super::table::Table;
-use super::text::{element, escaped, paragraph};
 use super::{card, document, drawing};
-use crate::number::quantity;
+use twinrig_report::html::element::{element, escaped, paragraph};
+use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
+use twinrig_report::html::marker::swatch;
+use twinrig_report::html::table::Table;
+use twinrig_report::number::quantity;
 
 /// Greatest number of failures in the table.
 const LISTED: usize = 200;

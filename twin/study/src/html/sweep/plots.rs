@@ -4,9 +4,9 @@ use twinrig_campaign::sweep::{ResultDimension, ResultRow, RowVerdict, SweepResul
 use twinrig_kernel::Unit;
 
 use super::super::drawing;
-use super::super::line_plot::{LinePlot, Series, Shape};
-use super::super::marker::swatch;
-use super::super::text::paragraph;
+use twinrig_report::html::element::paragraph;
+use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
+use twinrig_report::html::marker::swatch;
 
 /// Greatest number of points of one kind in a plot.
 pub(super) const DRAWN: usize = 1000;

@@ -2,8 +2,8 @@
 
 use super::{FitReport, Model, Models};
 use crate::commands::cell::report::{CellReport, four};
-use crate::report::grid::{Cell, Grid, Left, Right};
-use crate::report::style::{BOLD, DIM, styled};
+use twinrig_report::text::grid::{Cell, Grid, Left, Right};
+use twinrig_report::text::style::{BOLD, DIM, styled};
 
 /// What a reader must know to use the models.
 const NOTES: [&str; 4] = [

@@ -3,8 +3,8 @@
 use super::super::EventDifference;
 use super::super::footsteps::{First, Footsteps, Spread};
 use super::figures::{figure, quantity, three};
-use crate::report::grid::{Cell, Grid, Left, Right};
-use crate::report::style::{YELLOW, styled};
+use twinrig_report::text::grid::{Cell, Grid, Left, Right};
+use twinrig_report::text::style::{YELLOW, styled};
 
 /// Maximum number of footsteps without a partner that are listed.
 const NAMED: usize = 6;

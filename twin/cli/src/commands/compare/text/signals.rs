@@ -5,9 +5,9 @@ use core::cmp::Ordering;
 use super::super::EventDifference;
 use super::super::signals::{Drifted, OfSignal, RESIDUAL};
 use super::figures::{Scale, figure, percent, quantity, three};
-use crate::report::grid::{Cell, Grid, Left, Right};
 use twinrig_kernel::signal;
 use twinrig_kernel::signal::folded;
+use twinrig_report::text::grid::{Cell, Grid, Left, Right};
 
 /// Maximum number of kinds shown; the JSON contains all signals.
 const SHOWN: usize = 12;

@@ -2,23 +2,27 @@
 
 use std::fmt::Write as _;
 
+use super::element::escaped;
 use super::plot::COLOURS;
-use super::text::escaped;
 use crate::number::plain;
 
 /// Element of a plot, of one colour.
 #[derive(Clone, Debug)]
-pub(crate) struct Series {
+pub struct Series {
     /// Number that selects the colour.
-    pub(crate) number: usize,
-    pub(crate) shape: Shape,
+    pub number: usize,
+    /// Points.
+    pub shape: Shape,
 }
 
 /// How its points are drawn.
 #[derive(Clone, Debug)]
-pub(crate) enum Shape {
+pub enum Shape {
+    /// Connected points.
     Line(Vec<[f64; 2]>),
+    /// Points connected by a dashed line.
     Dashed(Vec<[f64; 2]>),
+    /// Single points.
     Dots(Vec<[f64; 2]>),
     /// Shaded region: x, lower and upper end.
     Band(Vec<[f64; 3]>),
@@ -35,13 +39,19 @@ pub(crate) enum Shape {
 
 /// Contents of a plot.
 #[derive(Clone, Debug)]
-pub(crate) struct LinePlot {
-    pub(crate) title: String,
-    pub(crate) width: f64,
-    pub(crate) height: f64,
-    pub(crate) x_label: String,
-    pub(crate) y_label: String,
-    pub(crate) series: Vec<Series>,
+pub struct LinePlot {
+    /// Text for readers that do not see it.
+    pub title: String,
+    /// Width \[px\].
+    pub width: f64,
+    /// Height \[px\].
+    pub height: f64,
+    /// Label of the horizontal axis.
+    pub x_label: String,
+    /// Label of the vertical axis.
+    pub y_label: String,
+    /// Elements, in the order in which they are drawn.
+    pub series: Vec<Series>,
 }
 
 const LEFT: f64 = 62.0;
@@ -123,7 +133,7 @@ impl LinearAxis {
 
 impl LinePlot {
     /// Returns the SVG element.
-    pub(crate) fn svg(&self) -> String {
+    pub fn svg(&self) -> String {
         let points = || self.series.iter().flat_map(|series| series.shape.points());
         let [bottom, right] = [self.height - BOTTOM, self.width - RIGHT];
         let x = LinearAxis::around(points().map(|point| point[0]), LEFT, right, TICK_X);

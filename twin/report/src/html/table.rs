@@ -1,10 +1,10 @@
 //! HTML tables.
 
-use super::text::{element, escaped};
+use super::element::{element, escaped};
 
 /// Table whose columns are right-aligned numbers, except for the first `words`.
 #[derive(Clone, Debug)]
-pub(crate) struct Table {
+pub struct Table {
     head: Vec<String>,
     words: usize,
     rows: Vec<(String, Vec<String>)>,
@@ -17,7 +17,7 @@ const WIDEST: usize = 14;
 
 impl Table {
     /// Creates a table whose columns have the names in `head`, separated by `|`.
-    pub(crate) fn new(head: &str, words: usize) -> Self {
+    pub fn new(head: &str, words: usize) -> Self {
         Self {
             head: head.split('|').map(|name| name.trim().to_owned()).collect(),
             words,
@@ -26,11 +26,12 @@ impl Table {
     }
 
     /// Adds a row of a class; its cells are HTML.
-    pub(crate) fn row(&mut self, class: &str, cells: Vec<String>) {
+    pub fn row(&mut self, class: &str, cells: Vec<String>) {
         self.rows.push((class.to_owned(), cells));
     }
 
-    pub(crate) fn html(&self) -> String {
+    /// Returns the element.
+    pub fn html(&self) -> String {
         // Empty columns are omitted.
         let filled = |column: usize| {
             let mut cells = self.rows.iter().filter_map(|(_, cells)| cells.get(column));

@@ -5,7 +5,7 @@ use crate::number::{plain, ten_to};
 /// Logarithmic axis between two powers of ten, with an optional separate place for zero at the
 /// lower end.
 #[derive(Clone, Debug)]
-pub(crate) struct Axis {
+pub struct Axis {
     /// Exponents of the ends.
     low: i32,
     high: i32,
@@ -21,7 +21,7 @@ const ZERO_DECADES: f64 = 0.7;
 impl Axis {
     /// Creates an axis that contains all `values`, between `from` and `to` \[px\]. Negative and
     /// non-finite values are ignored.
-    pub(crate) fn around(values: impl IntoIterator<Item = f64>, from: f64, to: f64) -> Self {
+    pub fn around(values: impl IntoIterator<Item = f64>, from: f64, to: f64) -> Self {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut zero = false;
         for value in values {
@@ -58,7 +58,7 @@ impl Axis {
 
     /// Returns the position of a value \[px\]; values outside of the scale are placed at its nearer
     /// end, non-positive ones at the lower.
-    pub(crate) fn at(&self, value: f64) -> f64 {
+    pub fn at(&self, value: f64) -> f64 {
         let base = if self.zero { ZERO_DECADES } else { 0.0 };
         let decades = if value > 0.0 {
             let exponent = libm::log10(value).clamp(f64::from(self.low), f64::from(self.high));
@@ -70,12 +70,12 @@ impl Axis {
     }
 
     /// Returns whether a value is within the ends.
-    pub(crate) fn contains(&self, value: f64) -> bool {
+    pub fn contains(&self, value: f64) -> bool {
         value > 0.0 && (f64::from(self.low)..=f64::from(self.high)).contains(&libm::log10(value))
     }
 
     /// Returns positions and labels of the ticks; `room` is the size of a label \[px\].
-    pub(crate) fn ticks(&self, room: f64) -> Vec<(f64, String)> {
+    pub fn ticks(&self, room: f64) -> Vec<(f64, String)> {
         let decade = (self.to - self.from).abs() / self.decades();
         let every = to_i32(libm::ceil(room / decade)).max(1);
         let mut ticks = Vec::new();
@@ -100,7 +100,7 @@ impl Axis {
 
     /// Returns the positions of the minor grid lines, 2 to 9 in each decade, if they are far enough
     /// apart.
-    pub(crate) fn lines(&self) -> Vec<f64> {
+    pub fn lines(&self) -> Vec<f64> {
         /// \[px\]
         const APART: f64 = 90.0;
         if (self.to - self.from).abs() / self.decades() < APART {

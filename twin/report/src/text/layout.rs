@@ -6,10 +6,10 @@
 //! would be many, each value follows in a line with the name of its column. Numbers are never cut,
 //! nor are words, such as paths.
 
-use crate::report::grid::{
+use super::grid::{
     CONTINUED, GAP, GRID, HEADER, LEFT, Left, MARKS, RIGHT, Right, Side, push_cells,
 };
-use crate::report::width::{fit_line, width, words, wrap};
+use super::width::{fit_line, width, words, wrap};
 
 /// Indentation of the further lines of a row, in addition to that of the table \[columns\].
 const HANGING: usize = 4;

@@ -7,8 +7,8 @@
 use anstyle::Style;
 use twinrig_document::escaped;
 
-use crate::report::style::{DIM, with_style};
-use crate::report::width::{width, wrap};
+use super::style::{DIM, with_style};
+use super::width::{width, wrap};
 
 pub use Side::{Left, Right};
 

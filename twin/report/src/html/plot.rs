@@ -3,25 +3,29 @@
 use std::fmt::Write as _;
 
 use super::axis::Axis;
+use super::element::escaped;
 use super::marker::{DOUBTFUL, cross, doubtful_swatch, floor_swatch, marker, star};
-use super::text::escaped;
 
 /// Number of colours; further curves reuse them from the first.
-pub(crate) const COLOURS: usize = 8;
+pub const COLOURS: usize = 8;
 
 /// Point of a curve.
 #[derive(Clone, Debug)]
-pub(crate) struct Point {
-    pub(crate) x: f64,
-    pub(crate) y: f64,
+pub struct Point {
+    /// Place on the horizontal axis.
+    pub x: f64,
+    /// Place on the vertical axis.
+    pub y: f64,
     /// Tooltip.
-    pub(crate) title: String,
-    pub(crate) look: Look,
+    pub title: String,
+    /// Style.
+    pub look: Look,
 }
 
 /// Style of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Look {
+pub enum Look {
+    /// As other points.
     Plain,
     /// Larger, for the settings of interest.
     Marked,
@@ -34,10 +38,11 @@ pub(crate) enum Look {
 
 /// Curve of a series.
 #[derive(Clone, Debug)]
-pub(crate) struct Curve {
+pub struct Curve {
     /// Number that selects colour and marker.
-    pub(crate) number: usize,
-    pub(crate) dashed: bool,
+    pub number: usize,
+    /// Whether its line is dashed.
+    pub dashed: bool,
     /// Points in the order of the settings. A line connects the points of a stretch, which ends at
     /// a run without a point.
     stretches: Vec<Vec<Point>>,
@@ -47,7 +52,8 @@ pub(crate) struct Curve {
 
 /// Setting on a curve.
 #[derive(Clone, Debug)]
-pub(crate) enum Setting {
+pub enum Setting {
+    /// Point.
     Point(Point),
     /// Run that ended early.
     Ended(Ended),
@@ -57,7 +63,7 @@ pub(crate) enum Setting {
 
 impl Setting {
     /// Returns the point of a setting, otherwise how its run ended.
-    pub(crate) fn of(point: Option<Point>, ended: impl FnOnce() -> Option<Ended>) -> Self {
+    pub fn of(point: Option<Point>, ended: impl FnOnce() -> Option<Ended>) -> Self {
         match point {
             Some(point) => Self::Point(point),
             None => ended().map_or(Self::Unknown, Self::Ended),
@@ -67,17 +73,18 @@ impl Setting {
 
 /// Run without a point because it ended early.
 #[derive(Clone, Debug)]
-pub(crate) struct Ended {
-    pub(crate) x: f64,
+pub struct Ended {
+    /// Place on the horizontal axis.
+    pub x: f64,
     /// Tooltip.
-    pub(crate) title: String,
+    pub title: String,
     /// Truncated by the budget, which is not a failure of the method.
-    pub(crate) cut: bool,
+    pub cut: bool,
 }
 
 /// Annotation of a plot.
 #[derive(Clone, Debug)]
-pub(crate) enum Mark {
+pub enum Mark {
     /// Vertical line at this x.
     Across(f64, String),
     /// Horizontal line at this y.
@@ -90,18 +97,25 @@ pub(crate) enum Mark {
 
 /// Contents of a plot.
 #[derive(Clone, Debug)]
-pub(crate) struct Plot {
-    pub(crate) title: String,
-    pub(crate) width: f64,
-    pub(crate) height: f64,
-    pub(crate) x_label: String,
-    pub(crate) y_label: String,
-    pub(crate) curves: Vec<Curve>,
-    pub(crate) marks: Vec<Mark>,
+pub struct Plot {
+    /// Text for readers that do not see it.
+    pub title: String,
+    /// Width \[px\].
+    pub width: f64,
+    /// Height \[px\].
+    pub height: f64,
+    /// Label of the horizontal axis.
+    pub x_label: String,
+    /// Label of the vertical axis.
+    pub y_label: String,
+    /// Curves.
+    pub curves: Vec<Curve>,
+    /// Annotations.
+    pub marks: Vec<Mark>,
     /// Further values that the y axis contains, so that adjacent plots share one scale.
-    pub(crate) shared_y: Vec<f64>,
+    pub shared_y: Vec<f64>,
     /// Label of the strip of failures.
-    pub(crate) strip: String,
+    pub strip: String,
 }
 
 const LEFT: f64 = 62.0;
@@ -121,7 +135,7 @@ const STRIP_ROW: f64 = 10.0;
 
 impl Plot {
     /// Returns the SVG element.
-    pub(crate) fn svg(&self) -> String {
+    pub fn svg(&self) -> String {
         let strips: Vec<f64> = [false, true].map(|cut| self.strip_height(cut)).into();
         let top = self.above() + strips.iter().sum::<f64>();
         let (x, y) = self.axes(top);
@@ -180,7 +194,7 @@ impl Plot {
 
     /// Returns the legend entry of the shaded region, which has no label in the frame, where curves
     /// would hide it.
-    pub(crate) fn floor_legend(&self) -> Option<(String, String)> {
+    pub fn floor_legend(&self) -> Option<(String, String)> {
         let (_, y) = self.axes(TOP);
         self.marks.iter().find_map(|mark| match mark {
             Mark::Below(value, label) if y.contains(*value) => {
@@ -191,7 +205,7 @@ impl Plot {
     }
 
     /// Returns the legend entry of contradicting points, if there are any.
-    pub(crate) fn doubtful_legend(&self) -> Option<(String, String)> {
+    pub fn doubtful_legend(&self) -> Option<(String, String)> {
         let mut points = self.curves.iter().flat_map(Curve::points);
         let any = points.any(|point| point.look == Look::Doubtful);
         any.then(|| {
@@ -340,7 +354,7 @@ impl Plot {
 
 impl Curve {
     /// Creates a curve from settings in their order.
-    pub(crate) fn through(
+    pub fn through(
         number: usize,
         dashed: bool,
         settings: impl IntoIterator<Item = Setting>,
@@ -368,12 +382,12 @@ impl Curve {
     }
 
     /// Returns the points, in the order of the settings.
-    pub(crate) fn points(&self) -> impl Iterator<Item = &Point> {
+    pub fn points(&self) -> impl Iterator<Item = &Point> {
         self.stretches.iter().flatten()
     }
 
     /// Returns the number of settings that have a place on the plot.
-    pub(crate) fn len(&self) -> usize {
+    pub fn len(&self) -> usize {
         self.points().count() + self.failed.len()
     }
 

@@ -1,7 +1,7 @@
 //! HTML text and elements.
 
 /// Returns `text` with HTML special characters escaped.
-pub(crate) fn escaped(text: &str) -> String {
+pub fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for letter in text.chars() {
         match letter {
@@ -18,7 +18,7 @@ pub(crate) fn escaped(text: &str) -> String {
 }
 
 /// Returns an element with a class and HTML content.
-pub(crate) fn element(name: &str, class: &str, content: &str) -> String {
+pub fn element(name: &str, class: &str, content: &str) -> String {
     if class.is_empty() {
         format!("<{name}>{content}</{name}>")
     } else {
@@ -27,12 +27,12 @@ pub(crate) fn element(name: &str, class: &str, content: &str) -> String {
 }
 
 /// Returns a paragraph of plain text.
-pub(crate) fn paragraph(text: &str) -> String {
+pub fn paragraph(text: &str) -> String {
     element("p", "", &escaped(text)) + "\n"
 }
 
 /// Returns a unit as it stands behind the label of an axis: none for ratios.
-pub(crate) fn in_unit(symbol: &str) -> String {
+pub fn in_unit(symbol: &str) -> String {
     match symbol {
         "" | "1" => String::new(),
         symbol => format!("  [{symbol}]"),

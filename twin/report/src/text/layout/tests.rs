@@ -2,8 +2,8 @@ use anstream::adapter::strip_str;
 use proptest::prelude::*;
 
 use super::*;
-use crate::report::grid::{Cell, Grid};
-use crate::report::style::{BOLD, DIM};
+use crate::text::grid::{Cell, Grid};
+use crate::text::style::{BOLD, DIM};
 
 fn plain(text: &str) -> String {
     strip_str(text).to_string()

@@ -41,17 +41,17 @@ pub fn quantity(value: f64, unit: &str) -> String {
 }
 
 /// Formats an instant with three digits.
-pub(crate) fn instant(at: SimTime) -> String {
+pub fn instant(at: SimTime) -> String {
     si(at.as_secs_f64(), "s")
 }
 
 /// Formats a duration with three digits.
-pub(crate) fn duration(duration: SimDuration) -> String {
+pub fn duration(duration: SimDuration) -> String {
     si(duration.as_secs_f64(), "s")
 }
 
 /// Formats a number in decimal notation near one, as a power of ten elsewhere.
-pub(crate) fn plain(value: f64) -> String {
+pub fn plain(value: f64) -> String {
     if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
         digits(value, 3)
     } else {
@@ -60,7 +60,7 @@ pub(crate) fn plain(value: f64) -> String {
 }
 
 /// Formats a setting: `2 ms`, or `tolerance 10⁻⁸`.
-pub(crate) fn method_setting(step_s: Option<f64>, tolerance: Option<f64>) -> String {
+pub fn method_setting(step_s: Option<f64>, tolerance: Option<f64>) -> String {
     match (step_s, tolerance) {
         (Some(step), _) => si(step, "s"),
         (None, Some(tolerance)) => format!("tolerance {}", power(tolerance, 2)),
@@ -69,7 +69,7 @@ pub(crate) fn method_setting(step_s: Option<f64>, tolerance: Option<f64>) -> Str
 }
 
 /// Formats a factor with grouped digits: `1230 ×`.
-pub(crate) fn grouped_factor(value: f64) -> String {
+pub fn grouped_factor(value: f64) -> String {
     if value < 1e3 {
         return format!("{} ×", plain(value));
     }
@@ -79,7 +79,7 @@ pub(crate) fn grouped_factor(value: f64) -> String {
 }
 
 /// Groups digits by three.
-pub(crate) fn grouped(digits: &str) -> String {
+pub fn grouped(digits: &str) -> String {
     let mut out = String::new();
     for (n, digit) in digits.chars().enumerate() {
         if n > 0 && (digits.len() - n).is_multiple_of(3) {
@@ -91,7 +91,7 @@ pub(crate) fn grouped(digits: &str) -> String {
 }
 
 /// Formats a number in scientific notation: `1.3 × 10⁻⁷`.
-pub(crate) fn power(value: f64, significant: usize) -> String {
+pub fn power(value: f64, significant: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
     }
@@ -106,7 +106,7 @@ pub(crate) fn power(value: f64, significant: usize) -> String {
 }
 
 /// Formats a power of ten: `10⁻⁶`.
-pub(crate) fn ten_to(exponent: i32) -> String {
+pub fn ten_to(exponent: i32) -> String {
     match exponent {
         0 => "1".to_owned(),
         1 => "10".to_owned(),

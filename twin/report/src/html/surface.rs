@@ -2,20 +2,21 @@
 
 use std::fmt::Write as _;
 
-use super::text::escaped;
+use super::element::escaped;
 
 /// Surface over a grid of values.
 #[derive(Clone, Debug)]
-pub(crate) struct Surface {
-    pub(crate) title: String,
+pub struct Surface {
+    /// Text for readers that do not see it.
+    pub title: String,
     /// Labels of the axes: first, second and height.
-    pub(crate) labels: [String; 3],
+    pub labels: [String; 3],
     /// Values on the first axis, in order, with their texts.
-    pub(crate) first: Vec<(f64, String)>,
+    pub first: Vec<(f64, String)>,
     /// Values on the second axis, likewise.
-    pub(crate) second: Vec<(f64, String)>,
+    pub second: Vec<(f64, String)>,
     /// Heights, one row for each value on the first axis; NaN where there is none.
-    pub(crate) heights: Vec<Vec<f64>>,
+    pub heights: Vec<Vec<f64>>,
 }
 
 const WIDTH: f64 = 540.0;
@@ -40,7 +41,7 @@ fn place([a, b, c]: [f64; 3]) -> [f64; 2] {
 
 impl Surface {
     /// Returns the SVG element; empty without two values on each axis.
-    pub(crate) fn svg(&self) -> String {
+    pub fn svg(&self) -> String {
         let heights = self.heights.iter().flatten().filter(|it| it.is_finite());
         let low = heights.clone().copied().fold(0.0, f64::min);
         let high = heights.copied().fold(0.0, f64::max);

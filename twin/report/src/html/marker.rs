@@ -3,10 +3,10 @@
 use super::plot::COLOURS;
 
 /// Radius of the marker of a contradicting point.
-pub(crate) const DOUBTFUL: f64 = 5.4;
+pub const DOUBTFUL: f64 = 5.4;
 
 /// Returns the legend swatch of a curve.
-pub(crate) fn swatch(number: usize, dashed: bool) -> String {
+pub fn swatch(number: usize, dashed: bool) -> String {
     let dashed = if dashed { " dashed" } else { "" };
     format!(
         "<svg class=\"swatch\" viewBox=\"0 0 34 14\"><g class=\"c{}{dashed}\"><polyline points=\"1,7 33,7\"/>{}</g></svg>",
@@ -16,7 +16,7 @@ pub(crate) fn swatch(number: usize, dashed: bool) -> String {
 }
 
 /// Returns the legend swatch of a point from another source.
-pub(crate) fn foreign_swatch() -> String {
+pub fn foreign_swatch() -> String {
     format!(
         "<svg class=\"swatch\" viewBox=\"0 0 34 14\"><g class=\"foreign\">{}</g></svg>",
         star(17.0, 7.0)
@@ -24,7 +24,7 @@ pub(crate) fn foreign_swatch() -> String {
 }
 
 /// Returns the legend swatch of a contradicting point.
-pub(crate) fn doubtful_swatch() -> String {
+pub fn doubtful_swatch() -> String {
     format!(
         "<svg class=\"swatch\" viewBox=\"0 0 34 14\"><g class=\"doubtful\">{}</g></svg>",
         marker(0, 17.0, 7.0, DOUBTFUL)
@@ -32,12 +32,12 @@ pub(crate) fn doubtful_swatch() -> String {
 }
 
 /// Returns the legend swatch of the shaded region.
-pub(crate) fn floor_swatch() -> String {
+pub fn floor_swatch() -> String {
     "<svg class=\"swatch\" viewBox=\"0 0 34 14\"><rect class=\"floor\" x=\"0\" y=\"0\" width=\"34\" height=\"14\"/></svg>".to_owned()
 }
 
 /// Returns the marker of a curve's points.
-pub(crate) fn marker(number: usize, x: f64, y: f64, r: f64) -> String {
+pub fn marker(number: usize, x: f64, y: f64, r: f64) -> String {
     let path = |corners: &[(f64, f64)]| {
         let corner = |(a, b): &(f64, f64)| format!("{:.1} {:.1}", x + a * r, y + b * r);
         let corners: Vec<String> = corners.iter().map(corner).collect();
@@ -61,7 +61,7 @@ pub(crate) fn marker(number: usize, x: f64, y: f64, r: f64) -> String {
 }
 
 /// Returns the mark of a run that ended early.
-pub(crate) fn cross(x: f64, y: f64, r: f64) -> String {
+pub fn cross(x: f64, y: f64, r: f64) -> String {
     format!(
         "<path class=\"cross\" d=\"M{:.1} {:.1} L{:.1} {:.1} M{:.1} {:.1} L{:.1} {:.1}\"/>",
         x - r,
@@ -76,7 +76,7 @@ pub(crate) fn cross(x: f64, y: f64, r: f64) -> String {
 }
 
 /// Returns the mark of a point from another source.
-pub(crate) fn star(x: f64, y: f64) -> String {
+pub fn star(x: f64, y: f64) -> String {
     const R: f64 = 5.5;
     format!(
         "{}<path class=\"cross\" d=\"M{:.1} {y:.1} L{:.1} {y:.1}\"/>",

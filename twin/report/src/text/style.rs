@@ -4,7 +4,7 @@
 use anstyle::{AnsiColor, Style};
 use twinrig_document::escaped;
 
-use crate::report::grid::MARKS;
+use super::grid::MARKS;
 
 /// Style of success.
 pub const GREEN: Style = AnsiColor::Green.on_default();

@@ -1,0 +1,12 @@
+//! Parts of self-contained HTML pages: no scripts, fonts or network access.
+
+pub mod axis;
+pub mod element;
+pub mod line_plot;
+pub mod marker;
+pub mod plot;
+pub mod surface;
+pub mod table;
+
+/// Style sheet of all pages.
+pub const STYLE: &str = include_str!("style.css");
