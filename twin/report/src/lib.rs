@@ -14,4 +14,6 @@
 
 pub mod html;
 pub mod number;
+pub mod page;
+pub mod table;
 pub mod text;

@@ -59,6 +59,11 @@ pub fn plain(value: f64) -> String {
     }
 }
 
+/// Formats a share: `82.5 %`.
+pub fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
 /// Formats a setting: `2 ms`, or `tolerance 10⁻⁸`.
 pub fn method_setting(step_s: Option<f64>, tolerance: Option<f64>) -> String {
     match (step_s, tolerance) {

@@ -72,6 +72,7 @@ mod radius;
 mod reference;
 mod reference_note;
 mod references;
+mod reproduction;
 mod robustness;
 mod row;
 mod search;
@@ -114,7 +115,7 @@ pub use feedback::{
 pub use floors::Floor;
 pub use footsteps::{Footstep, WALK};
 pub use gait_run::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
-pub use html::{html, optimization_page, radius_page, sweep_page};
+pub use html::{html, optimization_page, sweep_page};
 pub use latency::{LoadDelay, SampledSignal};
 pub use machine::Machine;
 pub use modulation::{
@@ -126,13 +127,11 @@ pub use parallel::{Ran, run_all_on};
 pub use precision::precision;
 pub use precision_plan::PrecisionPlan;
 pub use progress::ProgressObserver;
-pub use radius::{
-    axis_end, not_monotone, radius_cell, radius_markdown, radius_resolution, radius_value,
-};
+pub use radius::{radius_markdown, radius_page, radius_summary};
 pub use reference_note::{CheckNote, ReferenceNote};
 pub use robustness::{
     Divergence, EnsembleRun, Growth, GrowthRate, MemberRun, RobustnessCase, RobustnessPlan,
-    RobustnessResult, RobustnessRunner, RobustnessStudy, Trajectory, margin_text, robustness,
+    RobustnessResult, RobustnessRunner, RobustnessStudy, Trajectory, robustness,
 };
 pub use row::{CLOCKED, Row, RowKind, Series, Status, VariantKey};
 pub use stability::{StabilityPlan, stability};

@@ -274,7 +274,7 @@ fn write(
     for NamedRadius { name, outcome } in result.radii() {
         let radius = &outcome.result;
         let texts = vec![
-            ("html", radius_page(radius)),
+            ("html", radius_page(radius).html()),
             ("csv", radius.csv()),
             ("json", format!("{:#}\n", json!(radius))),
             ("md", radius_markdown(radius)),

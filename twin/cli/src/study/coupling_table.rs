@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use twinrig_report::number::si;
 use twinrig_study::{CouplingKind, CouplingMethod, CouplingRow, CouplingStudy, Status};
 
-use crate::study::layout::StudyText;
 use twinrig_report::text::grid::{Cell, Grid, Left, Right};
 use twinrig_report::text::style::{DIM, RED, YELLOW};
+use twinrig_report::text::summary::Summary;
 
 /// Row that contradicts its neighbours.
 fn doubtful(row: &CouplingRow) -> String {
@@ -20,9 +20,9 @@ fn doubtful(row: &CouplingRow) -> String {
 
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &CouplingStudy, files: &[PathBuf]) -> String {
-    let mut text = StudyText::new(&study.scenario, "study of coupling", study.headline());
+    let mut text = Summary::new(&study.scenario, "study of coupling", study.headline());
     for plant in study.plants() {
-        text.table(plant, &table(study, plant));
+        text.grid(plant, &table(study, plant));
     }
     for order in study.orders() {
         let (plant, method) = (&order.plant, order.method.word());
@@ -58,7 +58,8 @@ pub fn text(study: &CouplingStudy, files: &[PathBuf]) -> String {
     for row in study.rows.iter().filter(|row| row.contradicts) {
         text.fact("doubtful", doubtful(row));
     }
-    text.finish(&study.left_out, files)
+    text.left_out(&study.left_out);
+    text.finish(files)
 }
 
 /// Formats a line per step: exact coupling and grids.

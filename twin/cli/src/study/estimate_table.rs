@@ -5,17 +5,17 @@ use std::path::PathBuf;
 use twinrig_report::number::si;
 use twinrig_study::{EstimateStudy, FilterRow, Verdict};
 
-use crate::study::layout::StudyText;
 use twinrig_report::text::grid::{Cell, Grid, Left, Right};
 use twinrig_report::text::style::{DIM, GREEN, YELLOW};
+use twinrig_report::text::summary::Summary;
 
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &EstimateStudy, files: &[PathBuf]) -> String {
-    let mut text = StudyText::new(&study.scenario, "study of load filters", study.headline());
-    text.table("the thesis and here", &thesis(study));
-    text.table("piezoelectric cell", &coefficients(study));
-    text.table("validation", &validation(study));
-    text.table("tuning", &tuning(study));
+    let mut text = Summary::new(&study.scenario, "study of load filters", study.headline());
+    text.grid("the thesis and here", &thesis(study));
+    text.grid("piezoelectric cell", &coefficients(study));
+    text.grid("validation", &validation(study));
+    text.grid("tuning", &tuning(study));
     let settings = study.settings();
     text.section("tuned filters", settings.lines().map(str::to_owned));
     let cut: Vec<&str> = study.cut().collect();
@@ -27,7 +27,8 @@ pub fn text(study: &EstimateStudy, files: &[PathBuf]) -> String {
         );
         text.fact("truncated", searches);
     }
-    text.finish(&study.left_out, files)
+    text.left_out(&study.left_out);
+    text.finish(files)
 }
 
 fn thesis(study: &EstimateStudy) -> Grid {

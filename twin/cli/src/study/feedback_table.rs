@@ -4,23 +4,23 @@ use std::path::PathBuf;
 
 use twinrig_study::{FeedbackResult, FeedbackStudy};
 
-use crate::study::layout::StudyText;
 use twinrig_report::text::grid::{Cell, Grid, Left, Right, Side};
+use twinrig_report::text::summary::Summary;
 
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &FeedbackStudy, files: &[PathBuf]) -> String {
-    let mut text = StudyText::new(
+    let mut text = Summary::new(
         &study.input.name,
         "study of load feedback",
         study.headline(),
     );
-    text.table("gaits", &gaits(study));
-    text.table("load that the controller takes", &loads(study));
+    text.grid("gaits", &gaits(study));
+    text.grid("load that the controller takes", &loads(study));
     let name = format!(
         "displacement of footsteps per change of {} (R²)",
         study.variable
     );
-    text.table(&name, &displacements(study));
+    text.grid(&name, &displacements(study));
     for result in &study.cases {
         if let Some(why) = &result.why {
             text.fact("no result", format!("{}: {why}", result.label()));
@@ -29,7 +29,8 @@ pub fn text(study: &FeedbackStudy, files: &[PathBuf]) -> String {
             text.fact("undisplaced", format!("{}: {why}", result.label()));
         }
     }
-    text.finish(&study.input.left_out, files)
+    text.left_out(&study.input.left_out);
+    text.finish(files)
 }
 
 fn number(value: Option<f64>, digits: usize) -> Cell {

@@ -6,13 +6,13 @@ use twinrig_study::{
     CaseResult, Counting, DisplacementTable, LinearModel, ModelForm, ModulationStudy,
 };
 
-use crate::study::layout::StudyText;
 use twinrig_report::text::grid::{Cell, Grid, Left, Right, Side};
 use twinrig_report::text::style::{GREEN, YELLOW};
+use twinrig_report::text::summary::Summary;
 
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &ModulationStudy, files: &[PathBuf]) -> String {
-    let mut text = StudyText::new(
+    let mut text = Summary::new(
         &study.input.name,
         "study of footstep modulation",
         study.headline(),
@@ -20,10 +20,10 @@ pub fn text(study: &ModulationStudy, files: &[PathBuf]) -> String {
     if let [case] = &*study.cases {
         for table in &case.tables {
             let name = format!("mean displacement by {} [mm]", table.counting.name());
-            text.table(&name, &means(study, table));
+            text.grid(&name, &means(study, table));
         }
     }
-    text.table("models of the displacement d of step n", &models(study));
+    text.grid("models of the displacement d of step n", &models(study));
     for case in &study.cases {
         if let Some(why) = &case.why {
             text.fact("no result", format!("{}: {why}", case.label()));
@@ -33,7 +33,8 @@ pub fn text(study: &ModulationStudy, files: &[PathBuf]) -> String {
             text.fact("failed", failed);
         }
     }
-    text.finish(&study.input.left_out, files)
+    text.left_out(&study.input.left_out);
+    text.finish(files)
 }
 
 /// Changes by steps; means against the change are marked.

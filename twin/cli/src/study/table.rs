@@ -9,10 +9,10 @@ use twinrig_study::{
     ErrorControlTrend, Factor, Row, RowKind, Series, Status, StiffnessTrend, Study, StudyKind,
 };
 
-use crate::study::layout::StudyText;
 use crate::study::lines::{contact, difference, differing, ensemble, tolerance_slope, walking};
 use twinrig_report::text::grid::{Cell, Grid, Left, Right};
 use twinrig_report::text::style::{DIM, RED, YELLOW};
+use twinrig_report::text::summary::Summary;
 
 /// Step at which methods are compared.
 const USUAL_STEP_S: f64 = 2e-3;
@@ -20,7 +20,7 @@ const USUAL_STEP_S: f64 = 2e-3;
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &Study, files: &[PathBuf]) -> String {
     let kind = format!("study of {}", study.kind.name());
-    let mut text = StudyText::new(&study.scenario, &kind, study.headline());
+    let mut text = Summary::new(&study.scenario, &kind, study.headline());
     let grid = match study.kind {
         StudyKind::Precision => precision(study),
         StudyKind::Stability => stability(study),
@@ -73,7 +73,8 @@ pub fn text(study: &Study, files: &[PathBuf]) -> String {
     for row in study.rows.iter().filter(|row| row.contradicts) {
         text.fact("doubtful", doubtful(row));
     }
-    text.finish(&study.left_out, files)
+    text.left_out(&study.left_out);
+    text.finish(files)
 }
 
 /// Returns a number to three digits: a multiple of a tolerance has others.

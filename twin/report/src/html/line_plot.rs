@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
+use super::drawing::Drawing;
 use super::element::escaped;
-use super::plot::COLOURS;
+use super::marker::COLOURS;
 use crate::number::plain;
 
 /// Element of a plot, of one colour.
@@ -132,6 +133,11 @@ impl LinearAxis {
 }
 
 impl LinePlot {
+    /// Returns the drawing.
+    pub fn drawing(&self) -> Drawing {
+        Drawing::of_svg(self.svg())
+    }
+
     /// Returns the SVG element.
     pub fn svg(&self) -> String {
         let points = || self.series.iter().flat_map(|series| series.shape.points());

@@ -1,6 +1,7 @@
 //! Markers of plots and legends.
 
-use super::plot::COLOURS;
+/// Number of colours; further curves reuse them from the first.
+pub const COLOURS: usize = 8;
 
 /// Radius of the marker of a contradicting point.
 pub const DOUBTFUL: f64 = 5.4;

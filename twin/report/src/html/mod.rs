@@ -1,6 +1,7 @@
 //! Parts of self-contained HTML pages: no scripts, fonts or network access.
 
 pub mod axis;
+pub mod drawing;
 pub mod element;
 pub mod line_plot;
 pub mod marker;

@@ -3,11 +3,9 @@
 use std::fmt::Write as _;
 
 use super::axis::Axis;
+use super::drawing::Drawing;
 use super::element::escaped;
-use super::marker::{DOUBTFUL, cross, doubtful_swatch, floor_swatch, marker, star};
-
-/// Number of colours; further curves reuse them from the first.
-pub const COLOURS: usize = 8;
+use super::marker::{COLOURS, DOUBTFUL, cross, doubtful_swatch, floor_swatch, marker, star};
 
 /// Point of a curve.
 #[derive(Clone, Debug)]
@@ -134,6 +132,11 @@ const LETTER: f64 = 7.0;
 const STRIP_ROW: f64 = 10.0;
 
 impl Plot {
+    /// Returns the drawing.
+    pub fn drawing(&self) -> Drawing {
+        Drawing::of_svg(self.svg())
+    }
+
     /// Returns the SVG element.
     pub fn svg(&self) -> String {
         let strips: Vec<f64> = [false, true].map(|cut| self.strip_height(cut)).into();

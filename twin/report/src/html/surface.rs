@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::drawing::Drawing;
 use super::element::escaped;
 
 /// Surface over a grid of values.
@@ -40,6 +41,11 @@ fn place([a, b, c]: [f64; 3]) -> [f64; 2] {
 }
 
 impl Surface {
+    /// Returns the drawing.
+    pub fn drawing(&self) -> Drawing {
+        Drawing::of_svg(self.svg())
+    }
+
     /// Returns the SVG element; empty without two values on each axis.
     pub fn svg(&self) -> String {
         let heights = self.heights.iter().flatten().filter(|it| it.is_finite());

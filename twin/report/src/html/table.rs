@@ -4,7 +4,7 @@ use super::element::{element, escaped};
 
 /// Table whose columns are right-aligned numbers, except for the first `words`.
 #[derive(Clone, Debug)]
-pub struct Table {
+pub struct HtmlTable {
     head: Vec<String>,
     words: usize,
     rows: Vec<(String, Vec<String>)>,
@@ -15,7 +15,7 @@ const WIDE: usize = 7;
 /// Greatest number of columns at the full width; wider ones use a smaller font.
 const WIDEST: usize = 14;
 
-impl Table {
+impl HtmlTable {
     /// Creates a table whose columns have the names in `head`, separated by `|`.
     pub fn new(head: &str, words: usize) -> Self {
         Self {
@@ -91,7 +91,7 @@ mod tests {
 
     fn table(columns: usize) -> String {
         let head = "head |".repeat(columns - 1) + "why";
-        let mut table = Table::new(&head, 1);
+        let mut table = HtmlTable::new(&head, 1);
         let mut cells = vec!["1".to_owned(); columns - 1];
         cells.push("it fell".to_owned());
         table.row("first bad", cells);

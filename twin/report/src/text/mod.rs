@@ -3,4 +3,5 @@
 pub mod grid;
 pub mod layout;
 pub mod style;
+pub mod summary;
 pub mod width;

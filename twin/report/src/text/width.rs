@@ -159,8 +159,8 @@ pub fn width(text: &str) -> usize {
 mod tests {
     use proptest::prelude::*;
 
-    use super::style::{BOLD, styled};
     use super::*;
+    use crate::text::style::{BOLD, styled};
 
     proptest! {
         #[test]

@@ -7,14 +7,14 @@ use twinrig_report::number::{method_setting, plain, si};
 
 use super::rows;
 use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 
 /// Returns the section: penetration at rest and residuals in the gait.
 pub(crate) fn section(study: &Study) -> String {
     if study.contacts.is_empty() {
         return String::new();
     }
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         "plant | method | load at rest | penetration | load / k | stiffness realised | Signorini \
          | greatest penetration | Coulomb | along slip | created | dissipated | why",
         2,

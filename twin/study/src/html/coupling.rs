@@ -11,7 +11,7 @@ use super::{Page, card, figure, introduction, panicked, references};
 use twinrig_report::html::element::{element, escaped, paragraph};
 use twinrig_report::html::marker::swatch;
 use twinrig_report::html::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 
 impl CouplingStudy {
     /// Returns the page, with the machine it ran on and the command that repeats it.
@@ -243,7 +243,7 @@ fn title(row: &CouplingRow) -> String {
 
 /// Returns the table of all runs.
 fn all(study: &CouplingStudy) -> String {
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         "plant | coupling | step | plant step | | feet, RMS | greatest | trunk, RMS | greatest \
          | steps per second | evaluations | fallbacks | time per step | speed \
          | counters that differ | why",

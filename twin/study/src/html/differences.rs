@@ -6,7 +6,7 @@ use twinrig_report::number::si;
 
 use super::rows;
 use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 
 /// Returns the tables: each model against each other, and the sensitivity to assumed compliance.
 pub(crate) fn tables(study: &Study) -> String {
@@ -23,7 +23,7 @@ pub(crate) fn tables(study: &Study) -> String {
     if models.is_empty() {
         return String::new();
     }
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         &format!(
             "trunk / worst foot to hip | {}",
             models[..models.len() - 1].join(" | ")
@@ -55,7 +55,7 @@ pub(crate) fn tables(study: &Study) -> String {
     )) + &table.html();
     if !varied.is_empty() {
         out += "<h3>Sensitivity to compliance</h3>\n";
-        let mut table = Table::new(
+        let mut table = HtmlTable::new(
             "model | against | feet, RMS | greatest | trunk, RMS | worst foot to hip, RMS | over | why",
             2,
         );

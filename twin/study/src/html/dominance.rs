@@ -11,7 +11,7 @@ use super::{figure, precision};
 use twinrig_report::html::element::{element, escaped, paragraph};
 use twinrig_report::html::marker::swatch;
 use twinrig_report::html::plot::{Curve, Look, Plot, Point, Setting};
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 
 /// Returns the section: run times at equal or smaller error.
 pub(crate) fn section(study: &Study) -> String {
@@ -125,7 +125,7 @@ fn by_method(study: &Study, dominance: &Dominance) -> String {
         "plant | method | {of} ahead at | less time at no greater error | its smallest RMS \
          | levels off from | less time than at that RMS | less error at no more time"
     );
-    let mut table = Table::new(&head, 2);
+    let mut table = HtmlTable::new(&head, 2);
     let floors = study.floors();
     let mut before: Option<(&str, &str)> = None;
     for comparison in &dominance.settings {
@@ -207,7 +207,7 @@ fn behind(study: &Study, dominance: &Dominance) -> String {
         "plant | setting | RMS | run time | {of}, no greater error | RMS | run time \
          | × less time |"
     );
-    let mut table = Table::new(&head, 2);
+    let mut table = HtmlTable::new(&head, 2);
     for comparison in dominance.behind() {
         let competitor = comparison.no_greater_error.as_ref();
         table.row(

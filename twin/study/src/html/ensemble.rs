@@ -5,7 +5,7 @@ use crate::study::Study;
 use twinrig_report::number::{method_setting, si};
 
 use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 
 /// Returns the section: mean and interval of each quantity, and the models that differ.
 pub(crate) fn section(study: &Study) -> String {
@@ -19,7 +19,7 @@ pub(crate) fn section(study: &Study) -> String {
         return String::new();
     };
     let head = format!("plant | method | walks | {} | why", names.join(" | "));
-    let mut table = Table::new(&head, 2);
+    let mut table = HtmlTable::new(&head, 2);
     for one in &study.ensembles {
         let cells = names.iter().map(|name| {
             let found = one

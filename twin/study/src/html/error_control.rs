@@ -6,7 +6,7 @@ use crate::sweep::Factor;
 
 use super::rows;
 use twinrig_report::html::element::{escaped, paragraph};
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 use twinrig_report::number::{grouped, plain, si};
 
 /// Returns the section, empty without such methods.
@@ -24,7 +24,7 @@ pub(crate) fn section(study: &Study) -> String {
 }
 
 fn table(study: &Study) -> String {
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         "plant | method | varied | value | | evaluations/s | least substep | feet, RMS \
          | energy residual | speed |",
         3,

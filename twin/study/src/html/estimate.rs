@@ -10,7 +10,7 @@ use super::{Page, card, drawing, introduction};
 use twinrig_report::html::element::{element, escaped, paragraph};
 use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
 use twinrig_report::html::marker::swatch;
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 
 /// Filters that are drawn: the thesis' one, and the one without a frequency.
 const DRAWN: [&str; 2] = ["F2", "F3"];
@@ -93,7 +93,7 @@ fn cards(study: &EstimateStudy) -> String {
 }
 
 fn thesis(study: &EstimateStudy) -> String {
-    let mut table = Table::new("quantity | printed | ours | | why", 4);
+    let mut table = HtmlTable::new("quantity | printed | ours | | why", 4);
     for figure in study.printed() {
         let class = match figure.verdict {
             Verdict::Holds => "tag ok",
@@ -182,7 +182,7 @@ fn voltage(curve: &VoltageCurve) -> String {
 
 fn coefficients(study: &EstimateStudy) -> String {
     let found = &study.identification;
-    let mut table = Table::new("frequency | a [V·s/N] | b [V·s²/N] | offset [V] | R²", 0);
+    let mut table = HtmlTable::new("frequency | a [V·s/N] | b [V·s²/N] | offset [V] | R²", 0);
     for (hz, plane) in found.frequencies.iter().zip(&found.coefficients.runs) {
         let [a, b, offset] = plane.model;
         table.row(
@@ -287,7 +287,7 @@ fn estimates(curve: &EstimateCurve) -> String {
 }
 
 fn rows(study: &EstimateStudy) -> String {
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         "filter | frequency | periods | force, RMS error | rate, RMS error | rate, RMS \
          | maxima, of the truth's | minima, error | deviation at maxima | at minima \
          | NIS | 95 % | NEES | 95 %",
@@ -329,7 +329,7 @@ fn rows(study: &EstimateStudy) -> String {
 }
 
 fn tuned(study: &EstimateStudy) -> String {
-    let mut table = Table::new("filter | − ln O before | tuned | evaluations | ", 1);
+    let mut table = HtmlTable::new("filter | − ln O before | tuned | evaluations | ", 1);
     for filter in &study.filters {
         let note = if filter.truncated {
             element("span", "why", "ended by the budget")

@@ -6,9 +6,9 @@ use crate::machine::Machine;
 use super::{document, drawing, introduction, reproduction};
 use twinrig_report::html::element::{element, escaped};
 use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
+use twinrig_report::html::marker::COLOURS;
 use twinrig_report::html::marker::swatch;
-use twinrig_report::html::plot::COLOURS;
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 
 impl FeedbackStudy {
     /// Returns the page, with the machine it ran on and the command that repeats it.
@@ -78,7 +78,7 @@ fn body(study: &FeedbackStudy) -> String {
 }
 
 fn gaits(study: &FeedbackStudy) -> String {
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         "plant | loads | speed [m/s] | duty factor, fore | hind | phases [rad] | error [N] | \
          delay [ms] | error without it [N] | why",
         2,
@@ -111,7 +111,7 @@ fn gaits(study: &FeedbackStudy) -> String {
 fn displacements(study: &FeedbackStudy) -> String {
     let steps = 1..=study.plan.modulation.steps;
     let head: Vec<String> = steps.map(|step| format!("step {step}, R²")).collect();
-    let mut table = Table::new(&format!("plant | loads | {}", head.join(" | ")), 2);
+    let mut table = HtmlTable::new(&format!("plant | loads | {}", head.join(" | ")), 2);
     for result in &study.cases {
         let steps = result.steps.iter().map(|it| {
             let r_squared = it.r_squared.map(|it| format!(" ({it:.3})"));

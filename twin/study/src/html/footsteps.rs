@@ -6,7 +6,7 @@ use twinrig_report::number::si;
 use twinrig_rig::PlantId;
 
 use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 
 /// Returns the section: differences of the touch-downs.
 pub(crate) fn section(study: &Study) -> String {
@@ -44,7 +44,7 @@ fn of_plant(study: &Study, plant: &PlantId) -> String {
         .iter()
         .map(|leg| format!("| {leg} at | delay | distance"));
     let head = "touch-down".to_owned() + &head.collect::<Vec<_>>().concat();
-    let mut table = Table::new(&head, 1);
+    let mut table = HtmlTable::new(&head, 1);
     let count = steps.iter().map(|step| step.number).max().unwrap_or(0);
     for number in 1..=count {
         let mut cells = vec![number.to_string()];

@@ -10,14 +10,11 @@ mod error_control;
 mod estimate;
 mod feedback;
 mod footsteps;
-mod gait_diagram;
 mod models;
 mod modulation;
 mod optimization;
 mod precision;
-mod radius;
 mod reproduction;
-mod robustness;
 mod rows;
 mod runs;
 mod stability;
@@ -25,7 +22,6 @@ mod stiffness;
 mod sweep;
 mod thesis;
 mod tolerance;
-mod transition;
 mod transport;
 
 use crate::machine::Machine;
@@ -33,7 +29,6 @@ use crate::reference_note::ReferenceNote;
 use crate::study::{Study, StudyKind};
 
 pub use optimization::optimization_page;
-pub use radius::radius_page;
 use reproduction::Reproduction;
 pub use sweep::sweep_page;
 use twinrig_report::html::element::{element, escaped, paragraph};
@@ -186,7 +181,7 @@ fn commanded(study: &Study) -> &'static str {
 
 /// Returns the table of references.
 fn references(notes: &[ReferenceNote]) -> String {
-    let mut table = table::Table::new(
+    let mut table = table::HtmlTable::new(
         "plant | reference | checked by | disagreement, RMS | greatest |",
         3,
     );

@@ -12,10 +12,10 @@ use twinrig_report::number::plain;
 use super::{card, document, drawing, introduction, reproduction};
 use twinrig_report::html::element::{element, escaped, paragraph};
 use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
+use twinrig_report::html::marker::COLOURS;
 use twinrig_report::html::marker::swatch;
-use twinrig_report::html::plot::COLOURS;
 use twinrig_report::html::surface::Surface;
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 
 impl ModulationStudy {
     /// Returns the page, with the machine it ran on and the command that repeats it.
@@ -134,7 +134,7 @@ fn percent(share: f64) -> String {
 }
 
 fn models(study: &ModulationStudy) -> String {
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         "gait | plant | factor | counted by | k | 95 % | k₀ | k by geometry | k₀ by geometry \
          | stride over step | R², (k n + k₀) Δ | R², k n Δ | R², k n Δ + c | first step with Δ \
          | greatest mean against Δ | missing | fell | of",
@@ -283,7 +283,7 @@ fn lines(study: &ModulationStudy, table: &DisplacementTable) -> String {
 
 fn means(study: &ModulationStudy, table: &DisplacementTable) -> String {
     let steps: Vec<String> = (1..=study.plan.steps).map(|it| it.to_string()).collect();
-    let mut out = Table::new(&format!("Δ | {}", steps.join(" | ")), 1);
+    let mut out = HtmlTable::new(&format!("Δ | {}", steps.join(" | ")), 1);
     for by in &study.plan.changes {
         let cells = (1..=study.plan.steps).map(|step| {
             let cell = table.cell(*by, step).filter(|cell| cell.count > 0);

@@ -12,7 +12,7 @@ use crate::headline::{AIM_M, Choice, HeadlineRow, USUAL_STEP_S, at_usual_step};
 use twinrig_report::html::element::{element, escaped, paragraph};
 use twinrig_report::html::marker::swatch;
 use twinrig_report::html::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 use twinrig_report::number::si;
 
 const AIM_FACTOR: f64 = 1000.0;
@@ -322,7 +322,7 @@ fn summary(study: &Study) -> String {
         "plant | method | order | RMS at {step} | speed at {step} | smallest RMS | at \
          | speed there | incomplete"
     );
-    let mut table = Table::new(&head, 2);
+    let mut table = HtmlTable::new(&head, 2);
     let mut plant_before = None;
     for series in study.series() {
         let plant = series.plant;

@@ -5,11 +5,11 @@ use twinrig_report::number::si;
 
 use super::{precision, rows};
 use twinrig_report::html::element::{escaped, paragraph};
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 
 /// Returns the table of all runs.
 pub(crate) fn table(study: &Study) -> String {
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         "plant | method | setting | | feet, RMS | greatest | trunk, RMS | greatest | worst foot to hip, RMS | event time \
          | events | energy residual | constraint violation | evalu\u{ad}ations \
          | factori\u{ad}sations | solver | fallbacks | per step | speed |",

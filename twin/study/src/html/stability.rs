@@ -13,7 +13,7 @@ use super::{
 use twinrig_report::html::element::{element, escaped, paragraph};
 use twinrig_report::html::marker::{foreign_swatch, swatch};
 use twinrig_report::html::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 use twinrig_report::number::{plain, si};
 
 /// Relative stiffness of the second set of results of the thesis.
@@ -218,7 +218,7 @@ pub(crate) fn limit_cell(row: &Row) -> String {
 
 /// Returns a table row for each method at the unchanged scenario.
 fn as_it_is(study: &Study) -> String {
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         "plant | method | largest stable step | | accurate up to | feet, RMS | greatest \
          | fallbacks | time per step | speed |",
         2,
@@ -253,7 +253,7 @@ fn as_it_is(study: &Study) -> String {
 
 /// Returns the table of all searches.
 fn all(study: &Study) -> String {
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         "varied | value | plant | method | largest stable step | shortest unstable | \
          | accurate up to | feet, RMS | energy residual | fallbacks | time per step | speed \
          | probes |",

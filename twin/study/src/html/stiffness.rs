@@ -7,7 +7,7 @@ use twinrig_rig::PlantId;
 
 use super::rows;
 use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 
 /// Returns the section: limits as functions of stiffness.
 pub(crate) fn section(study: &Study) -> String {
@@ -28,7 +28,7 @@ pub(crate) fn section(study: &Study) -> String {
          such limit, but a larger error. The thesis found 9 ms at every stiffness for its model \
          in maximal coordinates (sections 2.5.2 and 2.6.1).",
     );
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         "plant | method | depends on stiffness | constant from … to | exponent \
          | insignificant below | smallest limit | greatest limit | limits found \
          | stable at the longest",

@@ -9,7 +9,7 @@ use twinrig_rig::Scales;
 
 use super::stability::{QUARTER, limit_cell};
 use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 
 /// Returns the section: results of the thesis, those found here, and the reasons for the
 /// differences.
@@ -19,7 +19,7 @@ pub(crate) fn section(study: &Study) -> String {
          parts of which are assumed, and the thesis describes its criterion of instability in \
          words only. Orders of magnitude and trends are comparable, digits are not.",
     );
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         "in the thesis | step | at ¼ stiffness | here | step | at ¼ stiffness",
         1,
     );

@@ -4,7 +4,7 @@ use crate::study::Study;
 use twinrig_report::number::power;
 
 use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 
 /// Returns the section: slopes of log error over log tolerance.
 pub(crate) fn section(study: &Study) -> String {
@@ -12,7 +12,7 @@ pub(crate) fn section(study: &Study) -> String {
     if slopes.is_empty() {
         return String::new();
     }
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         "plant | method | feet | trunk | worst foot to hip | tolerances | from | to",
         2,
     );

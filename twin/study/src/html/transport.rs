@@ -7,7 +7,7 @@ use twinrig_report::number::{method_setting, si};
 use twinrig_rig::PlantId;
 
 use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 
 /// Returns the section: cost of transport by plant and method.
 pub(crate) fn section(study: &Study) -> String {
@@ -35,7 +35,7 @@ pub(crate) fn section(study: &Study) -> String {
 }
 
 fn table(study: &Study) -> String {
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         "plant | method | speed | cost, net | covered | positive | work, net | residual \
          | friction | impacts | stored",
         2,

@@ -2,8 +2,8 @@
 //! expectations over them, and the time up to which its trajectory is predictable.
 
 mod divergence;
-mod markdown;
 mod results;
+mod view;
 
 pub use divergence::{Divergence, Growth, Trajectory};
 pub use results::{EnsembleRun, GrowthRate, RobustnessResult, RobustnessStudy};
@@ -20,7 +20,7 @@ use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread, Magnitude};
 use twinrig_report::number::{plain, si};
 
 /// Returns a margin of an expectation with its unit.
-pub fn margin_text(expectation: &ExpectationSpread, margin: f64) -> String {
+pub(crate) fn margin_text(expectation: &ExpectationSpread, margin: f64) -> String {
     match &*expectation.unit {
         "1" => plain(margin),
         unit => si(margin, unit),

@@ -3,7 +3,9 @@
 
 mod classify;
 mod events;
+mod gait_diagram;
 mod results;
+mod view;
 
 pub use classify::{GaitCycle, GaitPattern, MIXED, STANDING};
 pub use events::{Hysteresis, Transition, Way};

@@ -335,7 +335,7 @@ fn page_and_data_have_every_run_and_cycle() {
     recorded.input.cases.push(recorded.input.cases[0].clone());
     recorded.runs.push(Err("it was refused".to_owned()));
     let study = recorded.study();
-    let page = study.html(&machine(), "twin study <transition>");
+    let page = study.page(&machine(), "twin study <transition>").html();
     let elements = elements(&page);
     // The whole run, and the transition.
     assert_eq!(elements.iter().filter(|it| *it == "figure").count(), 2);

@@ -10,10 +10,7 @@ use twinrig_study::{
 
 use crate::radius::{self, execute::RadiusOutcome};
 
-use crate::study::{
-    coupling_table, estimate_table, feedback_table, modulation_table, robustness_table, table,
-    transition_table,
-};
+use crate::study::{coupling_table, estimate_table, feedback_table, modulation_table, table};
 
 /// Result of a study.
 pub(super) enum StudyResult {
@@ -85,10 +82,10 @@ impl StudyResult {
             Self::Coupling(study) => study.html(machine, command),
             Self::Estimate(study) => study.html(machine, command),
             Self::Modulation(study) => study.html(machine, command),
-            Self::Transition(study) => study.html(machine, command),
+            Self::Transition(study) => study.page(machine, command).html(),
             Self::Feedback(study) => study.html(machine, command),
-            Self::Radius(study) => radius_page(&study.result),
-            Self::Robustness(study, _) => study.html(machine, command),
+            Self::Radius(study) => radius_page(&study.result).html(),
+            Self::Robustness(study, _) => study.page(machine, command).html(),
         }
     }
 
@@ -120,7 +117,7 @@ impl StudyResult {
             Self::Coupling(study) => coupling_table::text(study, files),
             Self::Estimate(study) => estimate_table::text(study, files),
             Self::Modulation(study) => modulation_table::text(study, files),
-            Self::Transition(study) => transition_table::text(study, files),
+            Self::Transition(study) => study.summary().finish(files),
             Self::Feedback(study) => feedback_table::text(study, files),
             Self::Radius(study) => radius::table::text(study, files),
             Self::Robustness(study, radii) => robustness_text(study, radii, files),
@@ -140,7 +137,9 @@ fn with_radii(mut study: serde_json::Value, radii: &[NamedRadius]) -> serde_json
 /// Formats ensembles and radii; the names of all files are at the end.
 fn robustness_text(study: &RobustnessStudy, radii: &[NamedRadius], files: &[PathBuf]) -> String {
     let files_after = |part: usize| if part == radii.len() { files } else { &[] };
-    let ensembles = robustness_table::text(study, files_after(0));
+    let mut ensembles = study.summary();
+    ensembles.left_out(&study.left_out);
+    let ensembles = ensembles.finish(files_after(0));
     let radii = radii.iter().enumerate();
     let radii = radii.map(|(part, it)| radius::table::text(&it.outcome, files_after(part + 1)));
     let texts = std::iter::once(ensembles).chain(radii);

@@ -3,7 +3,7 @@
 use twinrig_campaign::optimization::{BestPoint, OptimizationResult};
 
 use twinrig_report::html::element::{element, escaped, in_unit, paragraph};
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 use twinrig_report::number::plain;
 
 /// Returns the table of the best point and its expectations.
@@ -11,7 +11,7 @@ pub(super) fn section(result: &OptimizationResult) -> String {
     let Some(best) = &result.best else {
         return paragraph("There is none.");
     };
-    let mut table = Table::new("dimension | best | from | to |", 1);
+    let mut table = HtmlTable::new("dimension | best | from | to |", 1);
     for (dimension, value) in result.dimensions.iter().zip(&best.point) {
         let is_at_bound = best.at_bounds.iter().any(|(key, _)| *key == dimension.key);
         let symbol = in_unit(dimension.unit.symbol());
@@ -30,7 +30,7 @@ pub(super) fn section(result: &OptimizationResult) -> String {
             ],
         );
     }
-    let mut expectations = Table::new("expectation | verdict | measured | bound | unit", 2);
+    let mut expectations = HtmlTable::new("expectation | verdict | measured | bound | unit", 2);
     for one in best.row.iter().flat_map(|row| &row.expectations) {
         let class = if one.holds { "tag ok" } else { "tag bad" };
         let number = |value: Option<f64>| value.map_or(String::new(), plain);
@@ -56,7 +56,7 @@ fn cases(result: &OptimizationResult, best: &BestPoint) -> String {
     if best.cases.is_empty() {
         return String::new();
     }
-    let mut table = Table::new("case | class | objective | unit | command", 2);
+    let mut table = HtmlTable::new("case | class | objective | unit | command", 2);
     for it in &best.cases {
         let objective = it.evaluation.objective;
         table.row(

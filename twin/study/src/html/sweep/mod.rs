@@ -16,7 +16,7 @@ use super::{card, document, drawing};
 use twinrig_report::html::element::{element, escaped, paragraph};
 use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
 use twinrig_report::html::marker::swatch;
-use twinrig_report::html::table::Table;
+use twinrig_report::html::table::HtmlTable;
 use twinrig_report::number::quantity;
 
 /// Greatest number of failures in the table.
@@ -79,7 +79,7 @@ fn page(result: &SweepResult, mut body: String) -> String {
 }
 
 fn effect_table(effects: &[ElementaryEffect]) -> String {
-    let mut table = Table::new("effect on | of | μ* | μ | σ | number", 2);
+    let mut table = HtmlTable::new("effect on | of | μ* | μ | σ | number", 2);
     for one in effects {
         let shown = |value: f64| quantity(value, &one.unit);
         table.row(
@@ -137,7 +137,7 @@ fn cards(result: &SweepResult) -> String {
 }
 
 fn shares(result: &SweepResult) -> String {
-    let mut table = Table::new(
+    let mut table = HtmlTable::new(
         "number | share | verdict | held | runs | share | from | to | confidence | least | greatest",
         3,
     );
@@ -205,7 +205,7 @@ fn failures(result: &SweepResult) -> String {
     if rows.is_empty() {
         return paragraph("All runs pass.");
     }
-    let mut table = Table::new("point | verdict | why and command", 2);
+    let mut table = HtmlTable::new("point | verdict | why and command", 2);
     for row in rows.iter().take(LISTED) {
         let why = row.row.reason();
         let command = element("code", "", &escaped(&row.command));

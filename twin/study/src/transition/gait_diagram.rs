@@ -2,10 +2,12 @@
 
 use std::fmt::Write as _;
 
-use crate::transition::{GaitCycle, MIXED, STANDING, TransitionResult};
-
+use twinrig_report::html::drawing::Drawing;
 use twinrig_report::html::element::escaped;
-use twinrig_report::html::plot::COLOURS;
+use twinrig_report::html::marker::COLOURS;
+
+use super::results::TransitionResult;
+use super::{GaitCycle, MIXED, STANDING};
 
 /// Part of a run that is drawn.
 #[derive(Clone, Copy, Debug)]
@@ -40,8 +42,8 @@ pub(crate) fn colour(class: &str, classes: &[String]) -> Option<usize> {
 }
 
 impl GaitDiagram<'_> {
-    /// Returns the SVG element.
-    pub(crate) fn svg(&self) -> String {
+    /// Returns the drawing.
+    pub(crate) fn drawing(&self) -> Drawing {
         let legs = self.result.run.legs.len() as f64;
         let curves = TOP + legs * LEG[0] + BAND + 6.0;
         let height = curves + 3.0 * (CURVE[0] + CURVE[1]) + BOTTOM;
@@ -63,7 +65,7 @@ impl GaitDiagram<'_> {
             self.curve(&mut out, top, label, points);
         }
         out.push_str("</svg>\n");
-        out
+        Drawing::of_svg(out)
     }
 
     /// Returns the position of an instant \[px\].

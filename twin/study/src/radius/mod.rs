@@ -1,8 +1,12 @@
-//! Texts of radii: values with units, and the table of expectations over axes.
+//! Reports on radii: values with units, summary and page.
+
+mod view;
+
+pub use view::{radius_markdown, radius_page, radius_summary};
 
 use std::f64::consts::PI;
 
-use twinrig_campaign::radius::{AxisEnd, AxisResult, ExpectationRadius, RadiusResult, RadiusState};
+use twinrig_campaign::radius::{AxisEnd, AxisResult, ExpectationRadius, RadiusState};
 use twinrig_kernel::Unit;
 
 use twinrig_report::number::{plain, si};
@@ -11,7 +15,7 @@ use twinrig_report::number::{plain, si};
 const SMALL: f64 = 0.05;
 
 /// Returns a value of an axis with its unit: `3.2 ms`.
-pub fn radius_value(axis: &AxisResult, value: f64) -> String {
+pub(crate) fn radius_value(axis: &AxisResult, value: f64) -> String {
     match axis.unit {
         Unit::One if axis.nominal.abs().max(axis.limit.abs()) < SMALL => {
             format!("{} ppm", plain(1e6 * value))
@@ -25,7 +29,7 @@ pub fn radius_value(axis: &AxisResult, value: f64) -> String {
 
 /// Returns the radius of an expectation as a cell of a table: `3.2 ms`, `≥ 10 ms`, `fails`. A star
 /// marks one that is not monotone.
-pub fn radius_cell(axis: &AxisResult, one: &ExpectationRadius) -> String {
+pub(crate) fn radius_cell(axis: &AxisResult, one: &ExpectationRadius) -> String {
     let value = one.holds_to.map(|value| radius_value(axis, value));
     match (one.state, value) {
         (RadiusState::Found, Some(value)) => {
@@ -40,7 +44,7 @@ pub fn radius_cell(axis: &AxisResult, one: &ExpectationRadius) -> String {
 }
 
 /// Returns the end of an axis: `10 ms`, `0.01 (not valid beyond: …)`.
-pub fn axis_end(axis: &AxisResult) -> String {
+pub(crate) fn axis_end(axis: &AxisResult) -> String {
     let value = radius_value(axis, axis.last());
     match &axis.end {
         AxisEnd::Limit => value,
@@ -50,13 +54,13 @@ pub fn axis_end(axis: &AxisResult) -> String {
 
 /// Returns the width of the widest window of failures that could have been missed below a radius of
 /// the axis: `23 µs`; empty without a radius.
-pub fn radius_resolution(axis: &AxisResult) -> String {
+pub(crate) fn radius_resolution(axis: &AxisResult) -> String {
     let width = axis.resolution();
     width.map_or_else(String::new, |width| radius_value(axis, width))
 }
 
 /// Returns sentences about expectations that are not monotone along an axis.
-pub fn not_monotone(axis: &AxisResult) -> Vec<String> {
+pub(crate) fn not_monotone(axis: &AxisResult) -> Vec<String> {
     let sentence = |one: &ExpectationRadius| {
         let again: Vec<String> = one
             .holds_again
@@ -72,32 +76,4 @@ pub fn not_monotone(axis: &AxisResult) -> Vec<String> {
         ))
     };
     axis.expectations.iter().filter_map(sentence).collect()
-}
-
-/// Returns the table of expectations over axes in Markdown; the first ones to fail are bold.
-pub fn radius_markdown(result: &RadiusResult) -> String {
-    let value = |axis: &AxisResult| radius_value(axis, axis.nominal);
-    let undisturbed = result.axes.iter().map(value);
-    let mut lines = vec![
-        row(result.head().into_iter().map(str::to_owned)),
-        format!("|---|{}", "---|".repeat(result.axes.len())),
-        row(std::iter::once("*undisturbed*".to_owned()).chain(undisturbed)),
-    ];
-    let cell = |(axis, one): (&AxisResult, &ExpectationRadius)| {
-        let text = radius_cell(axis, one).replace('*', r"\*");
-        if axis.fails_first(one) {
-            format!("**{text}**")
-        } else {
-            text
-        }
-    };
-    for (name, radii) in result.rows() {
-        let name = std::iter::once(name.replace('|', r"\|"));
-        lines.push(row(name.chain(radii.into_iter().map(cell))));
-    }
-    lines.join("\n") + "\n"
-}
-
-fn row(cells: impl Iterator<Item = String>) -> String {
-    format!("| {} |", cells.collect::<Vec<_>>().join(" | "))
 }

@@ -1,0 +1,218 @@
+//! Self-contained HTML pages of typed parts: no caller writes HTML.
+//!
+//! ```
+//! use twinrig_report::page::{Page, Term};
+//!
+//! let page = Page {
+//!     kind: "Study of gaits".to_owned(),
+//!     title: "a < b".to_owned(),
+//!     terms: vec![Term::code("command", "twin study")],
+//!     ..Page::default()
+//! };
+//! assert!(page.html().contains("<h1>a &lt; b</h1>"));
+//! ```
+
+use crate::html::STYLE;
+use crate::html::drawing::Drawing;
+use crate::html::element::{element, escaped, paragraph};
+use crate::html::marker::{doubtful_swatch, floor_swatch, foreign_swatch, swatch};
+use crate::table::Table;
+
+/// Contents of a page.
+#[derive(Clone, Debug, Default)]
+pub struct Page {
+    /// Kind of report, above the title.
+    pub kind: String,
+    /// Title.
+    pub title: String,
+    /// Sentence with the result; may be empty.
+    pub headline: String,
+    /// Parts, in their order.
+    pub blocks: Vec<Block>,
+    /// Data that repeat the result, definitions and omissions.
+    pub terms: Vec<Term>,
+}
+
+/// Part of a page.
+#[derive(Clone, Debug)]
+pub enum Block {
+    /// Heading of a section.
+    Heading(String),
+    /// Heading within a section.
+    Subheading(String),
+    /// Paragraph.
+    Text(String),
+    /// The most important values.
+    Cards(Vec<Card>),
+    /// Table.
+    Table(Table),
+    /// Figure over the full width.
+    Figure(Figure),
+    /// Small figures beside each other.
+    Figures(Vec<Figure>),
+}
+
+/// An important value.
+#[derive(Clone, Debug)]
+pub struct Card {
+    /// Quantity.
+    pub what: String,
+    /// Value with its unit.
+    pub value: String,
+    /// Further information.
+    pub more: String,
+}
+
+/// Drawing with its legend.
+#[derive(Clone, Debug, Default)]
+pub struct Figure {
+    /// Heading; may be empty.
+    pub heading: String,
+    /// Swatches and their meaning.
+    pub legend: Vec<(Swatch, String)>,
+    /// The drawing.
+    pub drawing: Drawing,
+    /// Text below; may be empty.
+    pub caption: String,
+}
+
+/// Sample in a legend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Swatch {
+    /// Curve of this colour.
+    Curve(usize),
+    /// Dashed curve of this colour.
+    Dashed(usize),
+    /// Shaded region.
+    Region,
+    /// Point from another source.
+    Foreign,
+    /// Point that contradicts its neighbours.
+    Doubtful,
+    /// None.
+    Nothing,
+}
+
+impl Swatch {
+    fn html(self) -> String {
+        match self {
+            Self::Curve(number) => swatch(number, false),
+            Self::Dashed(number) => swatch(number, true),
+            Self::Region => floor_swatch(),
+            Self::Foreign => foreign_swatch(),
+            Self::Doubtful => doubtful_swatch(),
+            Self::Nothing => String::new(),
+        }
+    }
+}
+
+/// Entry of the last section of a page.
+#[derive(Clone, Debug)]
+pub struct Term {
+    name: String,
+    value: String,
+    is_code: bool,
+}
+
+impl Term {
+    /// Creates an entry that is printed as code: a file, a command, a hash.
+    pub fn code(name: impl Into<String>, value: impl Into<String>) -> Self {
+        Self {
+            is_code: true,
+            ..Self::text(name, value)
+        }
+    }
+
+    /// Creates an entry in words.
+    pub fn text(name: impl Into<String>, value: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            value: value.into(),
+            is_code: false,
+        }
+    }
+
+    fn html(&self) -> String {
+        let value = escaped(&self.value);
+        let value = if self.is_code {
+            element("code", "", &value)
+        } else {
+            value
+        };
+        let name = element("dt", "", &escaped(&self.name));
+        format!("{name}{}\n", element("dd", "", &value))
+    }
+}
+
+impl Page {
+    /// Returns the page.
+    pub fn html(&self) -> String {
+        let [kind, title, headline] =
+            [&self.kind, &self.title, &self.headline].map(|it| escaped(it));
+        let blocks: String = self.blocks.iter().map(Block::html).collect();
+        let terms: String = self.terms.iter().map(Term::html).collect();
+        let terms = element("dl", "", &format!("\n{terms}"));
+        format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+             <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
+             <header><p class=\"kind\">{kind}</p><h1>{title}</h1>\
+             <p class=\"headline\">{headline}</p></header>\n{blocks}\
+             <h2>Reproduction</h2>\n{terms}\n</main>\n</body>\n</html>\n"
+        )
+    }
+}
+
+impl Block {
+    fn html(&self) -> String {
+        match self {
+            Self::Heading(text) => element("h2", "", &escaped(text)) + "\n",
+            Self::Subheading(text) => element("h3", "", &escaped(text)) + "\n",
+            Self::Text(text) => paragraph(text),
+            Self::Cards(cards) => {
+                let cards: String = cards.iter().map(Card::html).collect();
+                element("div", "cards", &cards)
+            }
+            Self::Table(table) => table.html(),
+            Self::Figure(figure) => figure.html(),
+            Self::Figures(figures) => {
+                let figures: String = figures.iter().map(Figure::html).collect();
+                element("div", "pair", &figures)
+            }
+        }
+    }
+}
+
+impl Card {
+    fn html(&self) -> String {
+        let part = |class: &str, text: &str| element("div", class, &escaped(text));
+        let parts = [
+            part("what", &self.what),
+            part("value", &self.value),
+            part("more", &self.more),
+        ];
+        element("div", "card", &parts.concat()) + "\n"
+    }
+}
+
+impl Figure {
+    fn html(&self) -> String {
+        let unless_empty = |name: &str, text: &str| match text {
+            "" => String::new(),
+            text => element(name, "", &escaped(text)),
+        };
+        let heading = unless_empty("h3", &self.heading);
+        let caption = unless_empty("figcaption", &self.caption);
+        let item = |(swatch, text): &(Swatch, String)| {
+            let text = element("span", "", &escaped(text));
+            element("li", "", &(swatch.html() + &text))
+        };
+        let items: String = self.legend.iter().map(item).collect();
+        let legend = match &*items {
+            "" => String::new(),
+            items => element("ul", "legend", items) + "\n",
+        };
+        let svg = self.drawing.svg();
+        format!("<figure>{heading}{legend}{svg}{caption}</figure>\n")
+    }
+}
