@@ -67,6 +67,7 @@ mod panics;
 mod parallel;
 mod plant_run;
 mod precision;
+mod precision_job;
 mod precision_plan;
 mod progress;
 mod radius;

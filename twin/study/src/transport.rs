@@ -8,7 +8,7 @@ use crate::budget::Share;
 use crate::error::StudyError;
 use crate::number::instant;
 use crate::plant_run::{PlantRun, SampleVerdict};
-use crate::precision::Job;
+use crate::precision_job::Job;
 use crate::reference::ended;
 use crate::row::{Status, VariantKey};
 use twinrig_rig::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};

@@ -10,7 +10,7 @@ use crate::budget::Share;
 use crate::commands::Commands;
 use crate::error::StudyError;
 use crate::plant_run::{Ending, PlantRun};
-use crate::precision::Job;
+use crate::precision_job::Job;
 use crate::reference::ended;
 use crate::row::{Status, VariantKey};
 use crate::transport::TOLERANCE;

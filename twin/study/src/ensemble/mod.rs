@@ -11,7 +11,7 @@ use twinrig_kernel::{SimDuration, SimTime, Stream, stream};
 use crate::budget::Share;
 use crate::error::StudyError;
 use crate::plant_run::{Ending, PlantRun};
-use crate::precision::Job;
+use crate::precision_job::Job;
 use crate::reference::ended;
 use crate::row::VariantKey;
 use crate::stopwatch::Stopwatch;
