@@ -4,7 +4,7 @@ use twinrig_kernel::SimDuration;
 
 use crate::number::duration;
 use crate::precision::RUNAWAY;
-use crate::stability::StabilityPlan;
+use crate::stability_plan::StabilityPlan;
 use crate::trial::{GROWTH, REST, STEPS_MOST};
 
 /// Returns the definitions as pairs of name and text, for the report.

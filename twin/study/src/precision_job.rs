@@ -1,4 +1,4 @@
-//! State that all parts of a study of precision share.
+//! State of a running study of precision, which its parts share.
 
 use crate::budget::{Budget, Share};
 use crate::error::StudyError;
