@@ -8,7 +8,7 @@ use crate::study::Study;
 use super::marker::swatch;
 use super::plot::{Curve, Look, Plot, Point, Setting};
 use super::text::paragraph;
-use super::{figure, precision, rows};
+use super::{figure, rows};
 
 /// Rounding error of lengths of a tenth of a metre \[m\].
 const ROUNDING_M: f64 = 1e-15;
@@ -22,7 +22,7 @@ pub(crate) fn section(study: &Study) -> String {
         return String::new();
     }
     let curves = series.iter().map(|&(number, key)| {
-        let settings = precision::of_series(study, key).map(|row| Setting::of(point(row), || None));
+        let settings = rows::of_series(study, key).map(|row| Setting::of(point(row), || None));
         Curve::through(number, false, settings)
     });
     let plot = Plot {
@@ -86,5 +86,5 @@ fn known(row: &Row) -> Option<(f64, f64)> {
 }
 
 fn points(study: &Study, key: Series<'_>) -> Vec<(f64, f64)> {
-    precision::of_series(study, key).filter_map(known).collect()
+    rows::of_series(study, key).filter_map(known).collect()
 }

@@ -5,9 +5,9 @@ use crate::machine::Machine;
 use crate::number::{grouped, grouped_factor, method_setting, si};
 use crate::row::Status;
 
+use super::error_axis::LEAST_M;
 use super::marker::swatch;
 use super::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
-use super::precision::LEAST_M;
 use super::rows;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};

@@ -4,8 +4,8 @@ use crate::number::{plain, power, si};
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
 
+use super::error_axis::LEAST_M;
 use super::plot::{Curve, Ended, Look, Plot, Point, Setting};
-use super::precision::LEAST_M;
 use super::text::paragraph;
 use super::{differences, figure};
 

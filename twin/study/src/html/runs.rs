@@ -3,9 +3,9 @@
 use crate::number::si;
 use crate::study::Study;
 
+use super::rows;
 use super::table::Table;
 use super::text::{escaped, paragraph};
-use super::{precision, rows};
 
 /// Returns the table of all runs.
 pub(crate) fn table(study: &Study) -> String {
@@ -16,7 +16,7 @@ pub(crate) fn table(study: &Study) -> String {
         4,
     );
     let mut before = None;
-    for row in precision::integration(study) {
+    for row in rows::integration(study) {
         let events = match (row.events, row.events_expected) {
             (None, Some(_)) => "none located".to_owned(),
             (Some(own), Some(expected)) if own != expected => format!("{own} of {expected}"),

@@ -7,9 +7,12 @@ use crate::thesis::{FIGURES, ModelClass, ThesisFigure};
 use twinrig_rig::PlantId;
 use twinrig_rig::Scales;
 
-use super::stability::{QUARTER, limit_cell};
+use super::rows::limit_cell;
 use super::table::Table;
 use super::text::{element, escaped, paragraph};
+
+/// Relative stiffness of the second set of results of the thesis.
+pub(crate) const QUARTER: f64 = 0.25;
 
 /// Returns the section: results of the thesis, those found here, and the reasons for the
 /// differences.
