@@ -100,7 +100,8 @@ pub(super) fn commanded(study: &Study) -> &'static str {
 /// Returns a card: a key figure with its meaning.
 pub(super) fn card(what: &str, value: &str, more: &str) -> String {
     format!(
-        "<div class=\"card\"><div class=\"what\">{}</div><div class=\"value\">{}</div><div class=\"more\">{}</div></div>\n",
+        "<div class=\"card\"><div class=\"what\">{}</div><div class=\"value\">{}</div>\
+         <div class=\"more\">{}</div></div>\n",
         escaped(what),
         escaped(value),
         escaped(more)
