@@ -3,7 +3,7 @@
 use twinrig_kernel::SimDuration;
 
 use crate::precision::RUNAWAY;
-use crate::stability::StabilityPlan;
+use crate::stability_plan::StabilityPlan;
 use crate::trial::{GROWTH, REST, STEPS_MOST};
 use twinrig_report::number::duration;
 

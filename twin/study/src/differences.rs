@@ -3,10 +3,10 @@
 use std::rc::Rc;
 
 use crate::error::StudyError;
-use crate::precision::{Job, trust};
+use crate::precision_job::Job;
 use crate::reference::{self, Reference, Trust};
-use crate::row::{Row, RowKind, Status};
-use twinrig_report::number::{plain, si};
+use crate::row::{Row, RowKind, Status, model_label};
+use twinrig_report::number::si;
 use twinrig_rig::{MethodSetting, PlantOffer, Scales, Variant};
 
 /// Factors of the stiffness of compliant constraints, towards rigid ones.
@@ -27,22 +27,6 @@ struct Model {
 pub(crate) fn parts(plants: &[PlantOffer]) -> usize {
     let compliant = plants.iter().filter(|plant| plant.plant.is_compliant());
     compliant.count() * (STIFFER.len() + SENSITIVITY.len())
-}
-
-/// Returns the label of a plant with scaled compliance: `lcp, compliant, stiffness × 3`.
-pub(crate) fn label(plant: &twinrig_rig::PlantId, scales: &Scales) -> String {
-    let factor = |name, factor: f64| {
-        if (factor - 1.0).abs() < 1e-9 {
-            String::new()
-        } else {
-            format!(", {name} × {}", plain(factor))
-        }
-    };
-    format!(
-        "{plant}{}{}",
-        factor("stiffness", scales.compliance),
-        factor("damping", scales.compliance_damping)
-    )
 }
 
 impl Job<'_> {
@@ -80,7 +64,7 @@ impl Job<'_> {
         let until_s = until_s.fold(f64::INFINITY, f64::min);
         for (n, other) in models.iter().enumerate() {
             for base in &models[..n] {
-                let base_label = label(&base.variant.plant, &base.variant.scales);
+                let base_label = model_label(&base.variant.plant, &base.variant.scales);
                 let wanted = match (&base.against, &other.against) {
                     (Some(_), _) => false,
                     (None, None) => true,
@@ -99,7 +83,7 @@ impl Job<'_> {
     /// Adds the models of a plant with scaled compliance, at coarser settings where the finest
     /// fail: models differ by far more than these err.
     fn scaled(&mut self, plant: &PlantOffer, models: &mut Vec<Model>) -> Result<(), StudyError> {
-        let fine = trust(&self.context);
+        let fine = self.trust();
         let rough = Trust {
             rough: true,
             ..fine
@@ -112,7 +96,7 @@ impl Job<'_> {
                 compliance_damping,
                 ..Scales::AS_IS
             };
-            let share = self.begin(&label(&plant.plant, &scales))?;
+            let share = self.begin(&model_label(&plant.plant, &scales))?;
             let of = |trust, share| reference::checked(&self.context, plant, scales, trust, share);
             let reference = of(fine, share.part(2)).or_else(|_| of(rough, share.part(2)));
             let variant = reference

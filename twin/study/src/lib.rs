@@ -42,6 +42,7 @@ mod dominance;
 #[cfg(test)]
 mod dominance_tests;
 mod ensemble;
+mod ensemble_difference;
 mod error;
 mod error_control;
 mod estimate;
@@ -66,6 +67,7 @@ mod panics;
 mod parallel;
 mod plant_run;
 mod precision;
+mod precision_job;
 mod precision_plan;
 mod progress;
 mod radius;
@@ -77,6 +79,8 @@ mod robustness;
 mod row;
 mod search;
 mod stability;
+mod stability_job;
+mod stability_plan;
 mod stencil;
 mod stiffness;
 mod stopwatch;
@@ -98,7 +102,8 @@ pub use coupling::{
 };
 pub use csv::csv;
 pub use dominance::{Comparison, Competitor, Dominance};
-pub use ensemble::{Ensemble, EnsembleDifference, Interval, QuantityInterval};
+pub use ensemble::{Ensemble, Interval, QuantityInterval};
+pub use ensemble_difference::EnsembleDifference;
 pub use error::StudyError;
 pub use error_control::ErrorControlTrend;
 pub use estimate::{
@@ -134,7 +139,8 @@ pub use robustness::{
     RobustnessResult, RobustnessRunner, RobustnessStudy, Trajectory, robustness,
 };
 pub use row::{CLOCKED, Row, RowKind, Series, Status, VariantKey};
-pub use stability::{StabilityPlan, stability};
+pub use stability::stability;
+pub use stability_plan::StabilityPlan;
 pub use stiffness::StiffnessTrend;
 pub use stopwatch::RunStopwatch;
 pub use study::{Order, Study, StudyKind};

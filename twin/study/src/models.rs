@@ -9,7 +9,7 @@ use crate::error::StudyError;
 use crate::factory::PlantFactory;
 use crate::footsteps::{self, Footstep, TouchDowns, WALK};
 use crate::plant_run::PlantRun;
-use crate::precision::{Job, trust};
+use crate::precision_job::Job;
 use crate::reference::{self, Reference};
 use crate::references::model_of;
 use crate::row::{Row, RowKind, Status};
@@ -98,9 +98,8 @@ impl Job<'_> {
                 bare_foot: true,
                 ..Scales::AS_IS
             };
-            let reference = |plant| {
-                reference::checked(&self.context, plant, scales, trust(&self.context), share)
-            };
+            let reference =
+                |plant| reference::checked(&self.context, plant, scales, self.trust(), share);
             let both = reference(full).and_then(|full| Ok((full, reference(limit)?)));
             let row = match both {
                 Ok((full, limit)) => {

@@ -12,9 +12,10 @@ use crate::factory::PlantFactory;
 use crate::models::limit_pair;
 use crate::panics::Panics;
 use crate::plant_run::Ending;
+use crate::precision_job::Job;
 use crate::precision_plan::PrecisionPlan;
 use crate::progress::ProgressObserver;
-use crate::reference::{Reference, RunContext, Trust, ended};
+use crate::reference::{Reference, RunContext, ended};
 use crate::references::{AssignedReference, References};
 use crate::row::{Row, RowKind, Status};
 use crate::study::{Study, StudyKind};
@@ -25,10 +26,6 @@ use twinrig_rig::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, V
 
 /// Default duration: that shown by the thesis for its models (figure 2.5).
 const WINDOW: SimDuration = SimDuration::from_millis(300);
-/// Greatest distance at which a reference and its check are trusted \[m\]: the aimed-for error, and
-/// 0.1 mm with ground contact, where impacts make any two methods diverge.
-const NEAR_M: f64 = 1e-6;
-const NEAR_ON_GROUND_M: f64 = 1e-4;
 /// A run is unstable if its kinetic energy exceeds this multiple of the energy available in its
 /// reference.
 pub(crate) const RUNAWAY: f64 = 100.0;
@@ -80,7 +77,7 @@ pub fn precision(
         progress,
         rows: Vec::new(),
     };
-    let mut known = References::new(context, Scales::AS_IS, trust(&context));
+    let mut known = References::new(context, Scales::AS_IS, job.trust());
     let mut references = Vec::new();
     let mut notes = Vec::new();
     for plant in plants {
@@ -154,18 +151,6 @@ fn context<'a>(
     })
 }
 
-/// Returns the required agreement of references and their checks.
-pub(crate) fn trust(context: &RunContext<'_>) -> Trust {
-    Trust {
-        apart_m: if context.factory.input().ground {
-            NEAR_ON_GROUND_M
-        } else {
-            NEAR_M
-        },
-        rough: false,
-    }
-}
-
 /// Returns the settings of a plant's methods, the coarsest first, without the steps that do not
 /// divide the sampling period.
 fn settings<'a>(
@@ -192,45 +177,7 @@ fn settings<'a>(
     })
 }
 
-/// State of a running study.
-pub(crate) struct Job<'a> {
-    pub(crate) context: RunContext<'a>,
-    pub(crate) plan: &'a PrecisionPlan,
-    pub(crate) budget: Budget,
-    pub(crate) progress: &'a mut dyn ProgressObserver,
-    pub(crate) rows: Vec<Row>,
-}
-
 impl Job<'_> {
-    /// Begins a part with the still larger share of many walks.
-    pub(crate) fn begin_very_heavy(&mut self, doing: &str) -> Result<Share, StudyError> {
-        let share = self.budget.next_very_heavy();
-        self.report(doing).map(|()| share)
-    }
-
-    pub(crate) fn begin(&mut self, doing: &str) -> Result<Share, StudyError> {
-        self.begin_part(doing, false)
-    }
-
-    /// Begins a part with the larger share of a reference run or a complete walk.
-    pub(crate) fn begin_heavy(&mut self, doing: &str) -> Result<Share, StudyError> {
-        self.begin_part(doing, true)
-    }
-
-    fn begin_part(&mut self, doing: &str, heavy: bool) -> Result<Share, StudyError> {
-        let share = self.budget.next(heavy);
-        self.report(doing).map(|()| share)
-    }
-
-    fn report(&mut self, doing: &str) -> Result<(), StudyError> {
-        let (part, of) = self.budget.progress();
-        if self.progress.at(part, of, doing) {
-            Ok(())
-        } else {
-            Err(StudyError::Interrupted { done: part, of })
-        }
-    }
-
     /// Computes the rows of a plant.
     fn plant(
         &mut self,

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::differences;
+use twinrig_report::number::plain;
 use twinrig_rig::PlantId;
 use twinrig_rig::{MethodSetting, Scales, SettingKind, Variant};
 
@@ -50,6 +50,22 @@ impl Status {
 /// Returns the word for an outcome; `cut` for a run truncated by the budget.
 pub(crate) fn outcome_word(status: Status, cut: bool) -> &'static str {
     if cut { "cut" } else { status.word() }
+}
+
+/// Returns the label of a plant with scaled compliance: `lcp, compliant, stiffness × 3`.
+pub(crate) fn model_label(plant: &PlantId, scales: &Scales) -> String {
+    let factor = |name, factor: f64| {
+        if (factor - 1.0).abs() < 1e-9 {
+            String::new()
+        } else {
+            format!(", {name} × {}", plain(factor))
+        }
+    };
+    format!(
+        "{plant}{}{}",
+        factor("stiffness", scales.compliance),
+        factor("damping", scales.compliance_damping)
+    )
 }
 
 /// Row of a study. The keys are part of the output format. Values that do not apply are null; of
@@ -301,7 +317,7 @@ impl Row {
 
     /// Returns plant, constraints and factors of compliance: `lcp, compliant, stiffness × 3`.
     pub fn model(&self) -> String {
-        differences::label(&self.plant, &self.scales)
+        model_label(&self.plant, &self.scales)
     }
 
     /// Returns whether the row varies the compliance of a plant to show its sensitivity to it.

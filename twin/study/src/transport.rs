@@ -7,7 +7,7 @@ use twinrig_runtime::{EnergyBalance, Plant};
 use crate::budget::Share;
 use crate::error::StudyError;
 use crate::plant_run::{PlantRun, SampleVerdict};
-use crate::precision::Job;
+use crate::precision_job::Job;
 use crate::reference::ended;
 use crate::row::{Status, VariantKey};
 use twinrig_report::number::instant;

@@ -8,7 +8,7 @@ use crate::precision::RUNAWAY;
 use crate::reference::{Reference, RunContext, ended};
 use crate::row::Row;
 use crate::search::Probe;
-use crate::stability::Job;
+use crate::stability_job::Job;
 use crate::trace::{Errors, Trace};
 use twinrig_report::number::instant;
 use twinrig_rig::Variant;

@@ -3,7 +3,7 @@
 use twinrig_kernel::{Direction, Layout, signal};
 use twinrig_runtime::Plant;
 
-use super::{GaitContact, RestContact};
+use super::residuals::{GaitContact, RestContact};
 use crate::plant_run::SampleVerdict;
 
 /// Greatest speed of a foot at rest \[m/s\].

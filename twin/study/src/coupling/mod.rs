@@ -1,11 +1,13 @@
 //! Study of coupling: error against run time for exact and grid coupling of plant and boards.
 
 mod factory;
+mod plan;
 mod results;
 mod row;
 mod run;
 
 pub use factory::{CouplingInput, CouplingMethod, RigFactory, RigVariant};
+pub use plan::CouplingPlan;
 pub use results::{CouplingOrder, CouplingStudy};
 pub use row::{CouplingKind, CouplingRow};
 
@@ -18,44 +20,13 @@ use crate::panics::Panics;
 use crate::progress::ProgressObserver;
 use crate::reference_note::{CheckNote, ReferenceNote};
 use crate::row::Status;
+use results::NEAR_M;
 use run::Run;
 use twinrig_report::number::si;
 use twinrig_rig::PlantId;
 
-/// Parameters of a study of coupling.
-#[derive(Clone, Debug)]
-pub struct CouplingPlan {
-    /// Simulated duration; `None`: the first second of the scenario, or all of it if shorter.
-    pub duration: Option<SimDuration>,
-    /// Steps of the grid, the longest first. All divide the first, whose multiples are the sampling
-    /// instants.
-    pub steps: Vec<SimDuration>,
-    /// Step of the plant in the reference; its check has twice the step.
-    pub fine: SimDuration,
-    /// Number of runs whose median is the run time.
-    pub repetitions: u64,
-    /// Time budget of the whole study; truncated runs are rows of it \[s\].
-    pub budget_s: f64,
-}
-
-impl Default for CouplingPlan {
-    fn default() -> Self {
-        let micros = [10_000, 5_000, 2_000, 1_000, 500, 200, 100, 50];
-        Self {
-            duration: None,
-            steps: micros.map(SimDuration::from_micros).into(),
-            fine: SimDuration::from_micros(25),
-            repetitions: 3,
-            budget_s: 200.0,
-        }
-    }
-}
-
 /// Default duration.
 const WINDOW: SimDuration = SimDuration::from_secs(1);
-/// Greatest distance at which a reference and its check are trusted \[m\]: contacts and encoder
-/// quantisation in the closed loop make any two runs diverge.
-const NEAR_M: f64 = 1e-3;
 
 /// Measures error and run time of coupling on a grid.
 ///

@@ -4,8 +4,8 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use twinrig_kernel::SimDuration;
 
-use super::CouplingPlan;
 use super::factory::{CouplingInput, CouplingMethod};
+use super::plan::CouplingPlan;
 use super::row::{CouplingKind, CouplingRow};
 use crate::fit;
 use crate::machine::Machine;
@@ -64,9 +64,12 @@ const ABOVE_FLOOR: f64 = 3.0;
 const ON_FLOOR: f64 = std::f64::consts::SQRT_2;
 /// Saturation: larger errors are excluded from the fit of an order \[m\].
 const SATURATED_M: f64 = 1e-2;
+/// Greatest distance at which a reference and its check are trusted \[m\]: contacts and encoder
+/// quantisation in the closed loop make any two runs diverge.
+pub(super) const NEAR_M: f64 = 1e-3;
 /// Greatest error of the headline: half of the trusted distance between a reference and its check
 /// \[m\].
-const AIM_M: f64 = 0.5 * super::NEAR_M;
+const AIM_M: f64 = 0.5 * NEAR_M;
 
 impl CouplingStudy {
     pub(crate) fn new(

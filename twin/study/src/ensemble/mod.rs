@@ -11,11 +11,10 @@ use twinrig_kernel::{SimDuration, SimTime, Stream, stream};
 use crate::budget::Share;
 use crate::error::StudyError;
 use crate::plant_run::{Ending, PlantRun};
-use crate::precision::Job;
+use crate::precision_job::Job;
 use crate::reference::ended;
 use crate::row::VariantKey;
 use crate::stopwatch::Stopwatch;
-use crate::study::Study;
 use crate::transport::{SETTLING, STROLL, TOLERANCE, usual_method};
 use gait::{GaitRecorder, Quantity};
 use twinrig_rig::start::perturb_trunk;
@@ -68,7 +67,7 @@ pub struct QuantityInterval {
 
 impl QuantityInterval {
     /// Returns the interval widened by the error of the method; `None` if that is unknown.
-    fn widened(&self) -> Option<Interval> {
+    pub(crate) fn widened(&self) -> Option<Interval> {
         let by = self.method_error?;
         Some(Interval {
             low: self.interval.low - by,
@@ -113,17 +112,6 @@ impl Ensemble {
             quantity.method_error = change.map(f64::abs);
         }
     }
-}
-
-/// Pair of models whose intervals do not overlap, widened by the errors of their methods.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct EnsembleDifference {
-    /// Quantity.
-    pub quantity: String,
-    /// Labels of the two models.
-    pub models: [String; 2],
-    /// Difference of the means: second less first.
-    pub difference: f64,
 }
 
 /// Returns the number of ensembles.
@@ -278,35 +266,6 @@ fn intervals(all: &[Quantity]) -> Vec<QuantityInterval> {
         })
     });
     intervals.collect()
-}
-
-impl Study {
-    /// Returns the pairs of models whose intervals of a quantity, widened by the errors of the
-    /// methods, do not overlap.
-    pub fn ensemble_differences(&self) -> Vec<EnsembleDifference> {
-        let mut found = Vec::new();
-        for (n, second) in self.ensembles.iter().enumerate() {
-            for first in &self.ensembles[..n] {
-                for own in &first.quantities {
-                    let mut others = second.quantities.iter();
-                    let other = others.find(|other| other.quantity == own.quantity);
-                    let differs = |other: &&QuantityInterval| {
-                        let [own, other] = [own, *other].map(QuantityInterval::widened);
-                        own.zip(other)
-                            .is_some_and(|(own, other)| !own.overlaps(&other))
-                    };
-                    if let Some(other) = other.filter(differs) {
-                        found.push(EnsembleDifference {
-                            quantity: own.quantity.clone(),
-                            models: [first.key.plant.label(), second.key.plant.label()],
-                            difference: other.interval.mean - own.interval.mean,
-                        });
-                    }
-                }
-            }
-        }
-        found
-    }
 }
 
 #[cfg(test)]

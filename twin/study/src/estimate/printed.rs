@@ -68,10 +68,42 @@ const RIGHT: f64 = 0.01;
 /// The filter of figure 4.15: the thesis' second one.
 const THEIRS: &str = "F2";
 
-pub(crate) fn figures(study: &EstimateStudy) -> Vec<PrintedFigure> {
-    let mut figures = of_cells(study);
-    figures.extend(of_filters(study));
-    figures
+impl EstimateStudy {
+    /// Returns the figures of the thesis beside those found here.
+    pub fn printed(&self) -> Vec<PrintedFigure> {
+        let mut figures = of_cells(self);
+        figures.extend(of_filters(self));
+        figures
+    }
+
+    /// Returns sentences on the thesis' observations about figure 4.15.
+    pub(super) fn observations(&self) -> Vec<String> {
+        let mut sentences = Vec::new();
+        for (hz, word) in [(1.0, "too low"), (2.5, "too high")] {
+            let Some(row) = self.row(THEIRS, Some(hz)) else {
+                continue;
+            };
+            let excess = row.maxima - 1.0;
+            let holds = if hz < 2.0 {
+                excess < -RIGHT
+            } else {
+                excess > RIGHT
+            };
+            sentences.push(format!(
+                "Maxima of {THEIRS} at {hz} Hz: {:+.1} % ({word} in the thesis: {}).",
+                100.0 * excess,
+                if holds { "holds" } else { "does not hold" }
+            ));
+        }
+        if let Some(row) = self.row(THEIRS, None) {
+            let holds = row.deviation_at_maxima_n > row.deviation_at_minima_n;
+            sentences.push(format!(
+                "The spread is largest at the maxima, as in the thesis: {}.",
+                if holds { "holds" } else { "does not hold" }
+            ));
+        }
+        sentences
+    }
 }
 
 fn figure(
@@ -243,33 +275,4 @@ fn variances(study: &EstimateStudy) -> Option<PrintedFigure> {
         "a search trusts the cell whose model is right: the simulated piezoelectric one, the \
          piezoresistive one of the thesis, which met the reverse in particles of less fitness",
     ))
-}
-
-/// Returns sentences on the thesis' observations about figure 4.15.
-pub(crate) fn observations(study: &EstimateStudy) -> Vec<String> {
-    let mut sentences = Vec::new();
-    for (hz, word) in [(1.0, "too low"), (2.5, "too high")] {
-        let Some(row) = study.row(THEIRS, Some(hz)) else {
-            continue;
-        };
-        let excess = row.maxima - 1.0;
-        let holds = if hz < 2.0 {
-            excess < -RIGHT
-        } else {
-            excess > RIGHT
-        };
-        sentences.push(format!(
-            "Maxima of {THEIRS} at {hz} Hz: {:+.1} % ({word} in the thesis: {}).",
-            100.0 * excess,
-            if holds { "holds" } else { "does not hold" }
-        ));
-    }
-    if let Some(row) = study.row(THEIRS, None) {
-        let holds = row.deviation_at_maxima_n > row.deviation_at_minima_n;
-        sentences.push(format!(
-            "The spread is largest at the maxima, as in the thesis: {}.",
-            if holds { "holds" } else { "does not hold" }
-        ));
-    }
-    sentences
 }

@@ -6,7 +6,6 @@ use twinrig_estimate::{Decay, Sigmoid};
 
 use super::curves::{EstimateCurve, LoopPoint, VoltageCurve};
 use super::identify::Identification;
-use super::printed::{self, PrintedFigure};
 use super::settings_text;
 use super::tune::{SearchSize, TunedFilter};
 use super::validate::FilterRow;
@@ -57,11 +56,6 @@ impl EstimateStudy {
         rows.find(near)
     }
 
-    /// Returns the figures of the thesis beside those found here.
-    pub fn printed(&self) -> Vec<PrintedFigure> {
-        printed::figures(self)
-    }
-
     /// Returns the names of the searches that the budget ended.
     pub fn cut(&self) -> impl Iterator<Item = &'static str> {
         let filters = self.filters.iter().filter(|filter| filter.truncated);
@@ -103,7 +97,7 @@ impl EstimateStudy {
             plain(error),
             plain(other)
         );
-        let sentences = std::iter::once(errors).chain(printed::observations(self));
+        let sentences = std::iter::once(errors).chain(self.observations());
         sentences.collect::<Vec<_>>().join(" ")
     }
 

@@ -5,7 +5,7 @@ use crate::row::{Row, Series, Status};
 use crate::study::Study;
 use twinrig_report::number::si;
 
-use super::{figure, precision, rows};
+use super::{figure, rows};
 use twinrig_report::html::element::paragraph;
 use twinrig_report::html::marker::swatch;
 use twinrig_report::html::plot::{Curve, Look, Plot, Point, Setting};
@@ -22,7 +22,7 @@ pub(crate) fn section(study: &Study) -> String {
         return String::new();
     }
     let curves = series.iter().map(|&(number, key)| {
-        let settings = precision::of_series(study, key).map(|row| Setting::of(point(row), || None));
+        let settings = rows::of_series(study, key).map(|row| Setting::of(point(row), || None));
         Curve::through(number, false, settings)
     });
     let plot = Plot {
@@ -86,5 +86,5 @@ fn known(row: &Row) -> Option<(f64, f64)> {
 }
 
 fn points(study: &Study, key: Series<'_>) -> Vec<(f64, f64)> {
-    precision::of_series(study, key).filter_map(known).collect()
+    rows::of_series(study, key).filter_map(known).collect()
 }

@@ -5,7 +5,7 @@ use crate::machine::Machine;
 use crate::row::Status;
 use twinrig_report::number::{grouped, grouped_factor, method_setting, si};
 
-use super::precision::LEAST_M;
+use super::error_axis::LEAST_M;
 use super::rows;
 use super::{Page, card, figure, introduction, panicked, references};
 use twinrig_report::html::element::{element, escaped, paragraph};

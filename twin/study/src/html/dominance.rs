@@ -6,8 +6,9 @@ use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
 use twinrig_report::number::{grouped_factor, method_setting, si};
 
+use super::error_axis::{LEAST_M, floor};
+use super::figure;
 use super::rows;
-use super::{figure, precision};
 use twinrig_report::html::element::{element, escaped, paragraph};
 use twinrig_report::html::marker::swatch;
 use twinrig_report::html::plot::{Curve, Look, Plot, Point, Setting};
@@ -76,7 +77,7 @@ fn fronts(study: &Study, dominance: &Dominance) -> String {
         x_label: "run time per simulated second  [s/s]".to_owned(),
         y_label: "distance of the feet from the reference, RMS  [m]".to_owned(),
         curves: curves.collect(),
-        marks: vec![precision::floor(study)],
+        marks: vec![floor(study)],
         shared_y: Vec::new(),
         strip: String::new(),
     };
@@ -91,7 +92,7 @@ fn fronts(study: &Study, dominance: &Dominance) -> String {
 }
 
 fn front(study: &Study, plant: &str) -> Vec<Point> {
-    let rows = precision::integration(study);
+    let rows = rows::integration(study);
     let mut rows: Vec<(f64, f64, &Row)> = rows
         .filter(|row| row.plant == plant && row.status == Status::Ok)
         .filter_map(|row| Some((row.run_s_per_simulated_s?, row.error_rms_m?, row)))
@@ -106,7 +107,7 @@ fn front(study: &Study, plant: &str) -> Vec<Point> {
     });
     let points = rows.iter().map(|&(cost, error, row)| Point {
         x: cost,
-        y: error.max(precision::LEAST_M),
+        y: error.max(LEAST_M),
         title: rows::title(row),
         look: if row.at_floor {
             Look::Hollow

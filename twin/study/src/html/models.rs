@@ -4,7 +4,7 @@ use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
 use twinrig_report::number::{plain, power, si};
 
-use super::precision::LEAST_M;
+use super::error_axis::LEAST_M;
 use super::{differences, figure};
 use twinrig_report::html::element::paragraph;
 use twinrig_report::html::plot::{Curve, Ended, Look, Plot, Point, Setting};

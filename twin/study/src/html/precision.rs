@@ -1,9 +1,10 @@
 //! Page of a study of precision.
 
-use crate::row::{Row, RowKind, Series, Status};
+use crate::row::{Row, Series, Status};
 use crate::study::{Order, Study};
 
-use super::rows;
+use super::error_axis::{LEAST_M, floor};
+use super::rows::{self, integration, of_series};
 use super::{
     card, commanded, constraint_violation, contact, dominance, ensemble, figure, footsteps,
     introduction, models, references, runs, tolerance, transport,
@@ -16,9 +17,6 @@ use twinrig_report::html::table::HtmlTable;
 use twinrig_report::number::si;
 
 const AIM_FACTOR: f64 = 1000.0;
-
-/// Smallest error shown on a logarithmic scale \[m\].
-pub(crate) const LEAST_M: f64 = 1e-16;
 
 pub(crate) fn body(study: &Study) -> String {
     let compared = format!(
@@ -75,17 +73,6 @@ fn window(study: &Study) -> String {
     } else {
         format!("the {some} of the scenario")
     }
-}
-
-pub(crate) fn integration(study: &Study) -> impl Iterator<Item = &Row> {
-    study
-        .rows
-        .iter()
-        .filter(|row| row.kind == RowKind::Integration)
-}
-
-pub(crate) fn of_series<'a>(study: &'a Study, series: Series<'a>) -> impl Iterator<Item = &'a Row> {
-    integration(study).filter(move |row| row.series() == series)
 }
 
 /// Returns the order of a series, if it is of a fixed-step method and its errors show one.
@@ -266,18 +253,6 @@ fn cost(study: &Study) -> String {
         si(USUAL_STEP_S, "s")
     );
     figure("", &entries(study, |_| true), &plot, &caption)
-}
-
-/// Returns the mark of the floor of the reference.
-pub(crate) fn floor(study: &Study) -> Mark {
-    let reference = study.reference();
-    let plant = reference.map_or(String::new(), |note| note.plant.label());
-    let floor = study.floor();
-    let label = format!(
-        "floor: reference and check of {plant} differ by {}",
-        si(floor, "m")
-    );
-    Mark::Below(floor, label)
 }
 
 /// Returns the mark of a run that ended early.

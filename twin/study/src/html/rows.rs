@@ -1,9 +1,23 @@
-//! Formatting of rows as text and table cells.
+//! Selection of rows, and their formatting as text and table cells.
 
-use crate::row::{Row, Status};
+use crate::row::{Row, RowKind, Series, Status};
+use crate::study::Study;
 
 use twinrig_report::html::element::{element, escaped};
 use twinrig_report::number::{grouped, grouped_factor, method_setting, si};
+
+/// Returns the rows of integration.
+pub(crate) fn integration(study: &Study) -> impl Iterator<Item = &Row> {
+    study
+        .rows
+        .iter()
+        .filter(|row| row.kind == RowKind::Integration)
+}
+
+/// Returns the rows of integration of a series.
+pub(crate) fn of_series<'a>(study: &'a Study, series: Series<'a>) -> impl Iterator<Item = &'a Row> {
+    integration(study).filter(move |row| row.series() == series)
+}
 
 /// Formats the setting of a row.
 pub(crate) fn setting(row: &Row) -> String {
@@ -82,6 +96,21 @@ pub(crate) fn row_class(first: bool, status: Status, cut: bool) -> &'static str 
         (false, _) if cut => "cut",
         (true, _) => "first bad",
         (false, _) => "bad",
+    }
+}
+
+/// Returns whether the longest step tried is stable.
+pub(crate) fn unlimited(row: &Row) -> bool {
+    row.largest_stable_step_s.is_some() && row.least_unstable_step_s.is_none()
+}
+
+/// Formats the largest stable step of a row.
+pub(crate) fn limit_cell(row: &Row) -> String {
+    match row.largest_stable_step_s {
+        Some(step) if unlimited(row) => format!("≥ {}", si(step, "s")),
+        Some(step) => si(step, "s"),
+        None if row.tolerance.is_some() && row.status == Status::Ok => "adaptive".to_owned(),
+        None => String::new(),
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::study::Study;
 use twinrig_report::number::si;
 
-use super::{precision, rows};
+use super::rows;
 use twinrig_report::html::element::{escaped, paragraph};
 use twinrig_report::html::table::HtmlTable;
 
@@ -16,7 +16,7 @@ pub(crate) fn table(study: &Study) -> String {
         4,
     );
     let mut before = None;
-    for row in precision::integration(study) {
+    for row in rows::integration(study) {
         let events = match (row.events, row.events_expected) {
             (None, Some(_)) => "none located".to_owned(),
             (Some(own), Some(expected)) if own != expected => format!("{own} of {expected}"),

@@ -6,18 +6,14 @@ use crate::sweep::Factor;
 use crate::thesis::{FIGURES, ThesisFigure};
 use twinrig_rig::Scales;
 
-use super::rows;
-use super::{
-    card, commanded, error_control, figure, introduction, legend, references, stiffness, thesis,
-};
+use super::rows::{self, limit_cell, unlimited};
+use super::thesis::{self, QUARTER};
+use super::{card, commanded, error_control, figure, introduction, legend, references, stiffness};
 use twinrig_report::html::element::{element, escaped, paragraph};
 use twinrig_report::html::marker::{foreign_swatch, swatch};
 use twinrig_report::html::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
 use twinrig_report::html::table::HtmlTable;
 use twinrig_report::number::{plain, si};
-
-/// Relative stiffness of the second set of results of the thesis.
-pub(crate) const QUARTER: f64 = 0.25;
 
 pub(crate) fn body(study: &Study) -> String {
     let found = format!(
@@ -51,11 +47,6 @@ pub(crate) fn body(study: &Study) -> String {
 fn limit_of(row: &Row) -> Option<f64> {
     row.largest_stable_step_s
         .filter(|_| row.status == Status::Ok)
-}
-
-/// Returns whether the longest step tried is stable.
-fn unlimited(row: &Row) -> bool {
-    row.largest_stable_step_s.is_some() && row.least_unstable_step_s.is_none()
 }
 
 fn cards(study: &Study) -> String {
@@ -205,15 +196,6 @@ fn foreign(study: &Study, factor: Factor) -> Vec<Mark> {
         })
         .flatten()
         .collect()
-}
-
-pub(crate) fn limit_cell(row: &Row) -> String {
-    match row.largest_stable_step_s {
-        Some(step) if unlimited(row) => format!("≥ {}", si(step, "s")),
-        Some(step) => si(step, "s"),
-        None if row.tolerance.is_some() && row.status == Status::Ok => "adaptive".to_owned(),
-        None => String::new(),
-    }
 }
 
 /// Returns a table row for each method at the unchanged scenario.

@@ -7,9 +7,12 @@ use twinrig_report::number::si;
 use twinrig_rig::PlantId;
 use twinrig_rig::Scales;
 
-use super::stability::{QUARTER, limit_cell};
+use super::rows::limit_cell;
 use twinrig_report::html::element::{element, escaped, paragraph};
 use twinrig_report::html::table::HtmlTable;
+
+/// Relative stiffness of the second set of results of the thesis.
+pub(crate) const QUARTER: f64 = 0.25;
 
 /// Returns the section: results of the thesis, those found here, and the reasons for the
 /// differences.

@@ -3,20 +3,19 @@
 
 mod cycles;
 mod fit;
+mod rerun;
 mod results;
+mod run;
 mod table;
 
 pub use fit::{LinearModel, ModelForm};
 pub use results::{CaseResult, IdealSlope, ModulationStudy};
+pub use run::modulation;
 pub use table::{Counting, Displacement, DisplacementCell, DisplacementTable};
 
-use twinrig_kernel::{SimDuration, SimTime, Unit};
+use twinrig_kernel::{SimTime, Unit};
 
-use crate::error::StudyError;
 use crate::gait_run::GaitRun;
-use crate::parallel::{Ran, run_all};
-use crate::progress::ProgressObserver;
-use cycles::{Reference, Shift};
 
 /// A gait on a plant, with or without a factor.
 #[derive(Clone, Debug, PartialEq)]
@@ -99,159 +98,4 @@ impl Default for ModulationPlan {
             steps: 10,
         }
     }
-}
-
-/// Duration of a reference run after the limit cycle is reached: ten footsteps of a slow walk.
-const REFERENCE: SimDuration = SimDuration::from_secs(20);
-/// Periods of a re-run beyond its last footstep, for that footstep to end.
-const MARGIN: f64 = 1.5;
-
-/// Measures the displacement of footsteps after changes of a variable.
-///
-/// The result is a function of the runs; their order and the number of threads have no effect.
-///
-/// # Errors
-/// [`StudyError`] if the reference run of every case is unsuitable, or `progress` stopped the
-/// study.
-pub fn modulation(
-    runner: &dyn ModulationRunner,
-    plan: &ModulationPlan,
-    progress: &mut dyn ProgressObserver,
-) -> Result<ModulationStudy, StudyError> {
-    let input = runner.input();
-    let cases = &input.cases;
-    let reruns = cases.len() * plan.points * plan.changes.len();
-    let parts = cases.len() + reruns;
-    let mut report = |before: usize, done: usize, left_s: f64| {
-        progress.at(before + done, parts, &format!("{left_s:.0} s left"))
-    };
-    let reference = |index: usize| {
-        let after = cases[index].after;
-        runner.run(index, None, after + REFERENCE)
-    };
-    let runs = run_all(cases.len(), &reference, &mut |done, left| {
-        report(0, done, left)
-    })?;
-    let references: Vec<Ran<Prepared>> = cases
-        .iter()
-        .zip(runs)
-        .map(|(case, run)| Prepared::new(case, run?, plan))
-        .collect();
-    if let Some(first) = references.first()
-        && references.iter().all(Result::is_err)
-    {
-        let why = first.as_ref().err().cloned().unwrap_or_default();
-        return Err(StudyError::Run(why));
-    }
-    let rerun = |index: usize| {
-        let rerun = Rerun::of(index, plan);
-        let prepared = references[rerun.case].as_ref().map_err(Clone::clone)?;
-        let change = VariableChange {
-            at: prepared.points[rerun.point],
-            by: plan.changes[rerun.change],
-        };
-        runner.run(rerun.case, Some(change), prepared.end)
-    };
-    let runs: Vec<Ran<GaitRun>> = run_all(reruns, &rerun, &mut |done, left| {
-        report(cases.len(), done, left)
-    })?;
-    let per_case = plan.points * plan.changes.len();
-    let is_length = input.unit == Unit::Meter;
-    let results = references.iter().enumerate().map(|(index, prepared)| {
-        let runs = &runs[index * per_case..(index + 1) * per_case];
-        CaseResult::new(&cases[index], prepared, runs, plan, is_length)
-    });
-    Ok(ModulationStudy {
-        cases: results.collect(),
-        input: input.clone(),
-        plan: plan.clone(),
-    })
-}
-
-/// Place of a re-run among all.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Rerun {
-    case: usize,
-    change: usize,
-    point: usize,
-}
-
-impl Rerun {
-    fn of(index: usize, plan: &ModulationPlan) -> Self {
-        let per_case = plan.points * plan.changes.len();
-        let (case, rest) = (index / per_case, index % per_case);
-        Self {
-            case,
-            change: rest / plan.points,
-            point: rest % plan.points,
-        }
-    }
-}
-
-/// Reference run of a case, and its re-runs as they follow from it.
-#[derive(Clone, Debug)]
-pub(crate) struct Prepared {
-    reference: Reference,
-    points: Vec<SimTime>,
-    end: SimTime,
-}
-
-impl Prepared {
-    fn new(case: &ModulationCase, run: GaitRun, plan: &ModulationPlan) -> Ran<Self> {
-        if let Some(at_s) = run.fell_at_s {
-            let end_s = (case.after + REFERENCE).as_secs_f64();
-            return Err(StudyError::ReferenceFell { at_s, end_s }.to_string());
-        }
-        let after_s = case.after.as_secs_f64();
-        // One for the cycle of the points, one for the heading of the last footstep.
-        let reference = Reference::new(run, after_s, plan.steps + 2);
-        let reference = reference.map_err(|error| error.to_string())?;
-        let points_s = reference.points_s(after_s, plan.points);
-        let longest_s = reference.periods_s.iter().copied().fold(0.0, f64::max);
-        let last_s = points_s.last().copied().unwrap_or(after_s);
-        let end_s = last_s + (plan.steps as f64 + MARGIN) * longest_s;
-        Ok(Self {
-            points: points_s.into_iter().map(instant).collect(),
-            end: instant(end_s),
-            reference,
-        })
-    }
-
-    /// Returns the displacements of a re-run.
-    fn displacements(
-        &self,
-        run: &GaitRun,
-        rerun: Rerun,
-        plan: &ModulationPlan,
-    ) -> Vec<Displacement> {
-        let at_s = self.points[rerun.point].as_secs_f64();
-        Counting::ALL
-            .into_iter()
-            .flat_map(|counting| {
-                let shifts = match counting {
-                    Counting::Cycle => self.reference.by_cycle(run, at_s, plan.steps),
-                    Counting::TouchDown => self.reference.by_touch_down(run, at_s, plan.steps),
-                };
-                shifts.into_iter().map(move |shift| (counting, shift))
-            })
-            .map(|(counting, Shift { leg, step, along_m })| Displacement {
-                counting,
-                by: plan.changes[rerun.change],
-                point: rerun.point,
-                leg,
-                step,
-                along_m,
-            })
-            .collect()
-    }
-}
-
-fn instant(seconds: f64) -> SimTime {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a time within a run; a cast saturates"
-    )]
-    let nanos = (1e9 * seconds) as u64;
-    SimTime::from_nanos(nanos)
 }

@@ -4,9 +4,10 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use twinrig_kernel::Unit;
 
+use super::rerun::{Prepared, Rerun};
 use super::{
     Counting, Displacement, DisplacementTable, ModelForm, ModulationCase, ModulationInput,
-    ModulationPlan, Prepared, Rerun,
+    ModulationPlan,
 };
 use crate::gait_run::GaitRun;
 use crate::machine::Machine;

@@ -5,18 +5,17 @@ mod classify;
 mod events;
 mod gait_diagram;
 mod results;
+mod run;
 mod view;
 
 pub use classify::{GaitCycle, GaitPattern, MIXED, STANDING};
 pub use events::{Hysteresis, Transition, Way};
 pub use results::{ClassAgreement, TransitionResult, TransitionStudy};
+pub use run::transition;
 
 use twinrig_kernel::{SimTime, Unit};
 
-use crate::error::StudyError;
 use crate::gait_run::GaitRun;
-use crate::parallel::{Ran, run_all};
-use crate::progress::ProgressObserver;
 
 /// A run of the scenario: a plant, and plateaus of one length.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,47 +78,4 @@ impl Default for TransitionPlan {
             lasting: 3,
         }
     }
-}
-
-/// Classifies the gait over time in every case, and dates its transitions.
-///
-/// # Errors
-/// [`StudyError`] if every run fails, or `progress` stopped the study.
-pub fn transition(
-    runner: &dyn TransitionRunner,
-    plan: &TransitionPlan,
-    progress: &mut dyn ProgressObserver,
-) -> Result<TransitionStudy, StudyError> {
-    let input = runner.input();
-    let count = input.cases.len();
-    let run = |index: usize| runner.run(index);
-    let runs: Vec<Ran<GaitRun>> = run_all(count, &run, &mut |done, left_s| {
-        progress.at(done, count, &format!("{left_s:.0} s left"))
-    })?;
-    if let Some(Err(why)) = runs.first()
-        && runs.iter().all(Result::is_err)
-    {
-        return Err(StudyError::Run(why.clone()));
-    }
-    let cases = input.cases.iter().zip(runs);
-    let results = cases.map(|(case, run)| TransitionResult::new(case, run, input, plan));
-    Ok(TransitionStudy {
-        cases: results.collect(),
-        input: input.clone(),
-        plan: *plan,
-    })
-}
-
-/// Classifies the cycles of a run.
-pub(crate) fn classified(
-    run: &GaitRun,
-    case: &TransitionCase,
-    input: &TransitionInput,
-    plan: &TransitionPlan,
-) -> Vec<GaitCycle> {
-    let mut cycles = classify::cycles(run, &input.patterns, plan.tolerance);
-    for cycle in &mut cycles {
-        cycle.value = events::value_at(&case.values, cycle.begin_s);
-    }
-    cycles
 }

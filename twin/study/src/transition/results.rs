@@ -4,10 +4,10 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use twinrig_kernel::Unit;
 
-use super::events::{hysteresis, transitions};
+use super::classify::cycles;
+use super::events::{hysteresis, transitions, value_at};
 use super::{
     GaitCycle, Hysteresis, MIXED, Transition, TransitionCase, TransitionInput, TransitionPlan,
-    classified,
 };
 use crate::gait_run::{GaitRun, MotionSample};
 use crate::machine::Machine;
@@ -135,6 +135,20 @@ impl TransitionResult {
         let slips = self.slips.iter();
         slips.max_by(|a, b| a[1].total_cmp(&b[1])).copied()
     }
+}
+
+/// Classifies the cycles of a run.
+fn classified(
+    run: &GaitRun,
+    case: &TransitionCase,
+    input: &TransitionInput,
+    plan: &TransitionPlan,
+) -> Vec<GaitCycle> {
+    let mut cycles = cycles(run, &input.patterns, plan.tolerance);
+    for cycle in &mut cycles {
+        cycle.value = value_at(&case.values, cycle.begin_s);
+    }
+    cycles
 }
 
 /// Returns the middle of each second \[s\] with the speed of the trunk along the heading that it
