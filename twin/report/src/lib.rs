@@ -15,5 +15,6 @@
 pub mod html;
 pub mod number;
 pub mod page;
+pub mod summary;
 pub mod table;
 pub mod text;

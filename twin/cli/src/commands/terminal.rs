@@ -7,8 +7,8 @@ use serde::Serialize;
 use twinrig_document::{Warning, escaped};
 
 use crate::error::TwinError;
+use twinrig_report::text::harmless::harmless;
 use twinrig_report::text::layout::laid_out;
-use twinrig_report::text::style::harmless;
 use twinrig_report::text::width::fit_message;
 
 /// Exit code: success.

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use twinrig_report::number::si;
 use twinrig_study::{CouplingKind, CouplingMethod, CouplingRow, CouplingStudy, Status};
 
+use twinrig_report::summary::Summary;
 use twinrig_report::text::grid::{Cell, Grid, Left, Right};
 use twinrig_report::text::style::{DIM, RED, YELLOW};
-use twinrig_report::text::summary::Summary;
 
 /// Row that contradicts its neighbours.
 fn doubtful(row: &CouplingRow) -> String {

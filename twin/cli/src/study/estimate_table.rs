@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use twinrig_report::number::si;
 use twinrig_study::{EstimateStudy, FilterRow, Verdict};
 
+use twinrig_report::summary::Summary;
 use twinrig_report::text::grid::{Cell, Grid, Left, Right};
 use twinrig_report::text::style::{DIM, GREEN, YELLOW};
-use twinrig_report::text::summary::Summary;
 
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &EstimateStudy, files: &[PathBuf]) -> String {

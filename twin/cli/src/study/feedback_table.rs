@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use twinrig_study::{FeedbackResult, FeedbackStudy};
 
+use twinrig_report::summary::Summary;
 use twinrig_report::text::grid::{Cell, Grid, Left, Right, Side};
-use twinrig_report::text::summary::Summary;
 
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &FeedbackStudy, files: &[PathBuf]) -> String {

@@ -6,9 +6,9 @@ use twinrig_study::{
     CaseResult, Counting, DisplacementTable, LinearModel, ModelForm, ModulationStudy,
 };
 
+use twinrig_report::summary::Summary;
 use twinrig_report::text::grid::{Cell, Grid, Left, Right, Side};
 use twinrig_report::text::style::{GREEN, YELLOW};
-use twinrig_report::text::summary::Summary;
 
 /// Formats the results of a study and the names of its files.
 pub fn text(study: &ModulationStudy, files: &[PathBuf]) -> String {

@@ -10,9 +10,9 @@ use twinrig_study::{
 };
 
 use crate::study::lines::{contact, difference, differing, ensemble, tolerance_slope, walking};
+use twinrig_report::summary::Summary;
 use twinrig_report::text::grid::{Cell, Grid, Left, Right};
 use twinrig_report::text::style::{DIM, RED, YELLOW};
-use twinrig_report::text::summary::Summary;
 
 /// Step at which methods are compared.
 const USUAL_STEP_S: f64 = 2e-3;

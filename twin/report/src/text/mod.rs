@@ -1,7 +1,7 @@
 //! Text for terminals: aligned columns, styles, and lines that fit.
 
 pub mod grid;
+pub mod harmless;
 pub mod layout;
 pub mod style;
-pub mod summary;
 pub mod width;

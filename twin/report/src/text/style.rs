@@ -4,8 +4,6 @@
 use anstyle::{AnsiColor, Style};
 use twinrig_document::escaped;
 
-use super::grid::MARKS;
-
 /// Style of success.
 pub const GREEN: Style = AnsiColor::Green.on_default();
 /// Style of failure.
@@ -16,35 +14,6 @@ pub const YELLOW: Style = AnsiColor::Yellow.on_default();
 pub const BOLD: Style = Style::new().bold();
 /// Style of secondary information.
 pub const DIM: Style = Style::new().dimmed();
-
-/// Sequences of which the styles consist, and their end.
-const SEQUENCES: [&str; 6] = [
-    "\u{1b}[0m",
-    "\u{1b}[1m",
-    "\u{1b}[2m",
-    "\u{1b}[31m",
-    "\u{1b}[32m",
-    "\u{1b}[33m",
-];
-
-/// Escapes the control characters of a report other than line breaks, styles and the marks of
-/// tables, so that no text of others in it moves the cursor.
-pub fn harmless(report: &str) -> String {
-    let mut out = String::with_capacity(report.len());
-    let mut rest = report;
-    while let Some(c) = rest.chars().next() {
-        let style = SEQUENCES.into_iter().find(|style| rest.starts_with(style));
-        let part = style.map_or(c.len_utf8(), str::len);
-        let (kept, after) = rest.split_at(part);
-        if style.is_some() || MARKS.contains(&c) {
-            out.push_str(kept);
-        } else {
-            out.push_str(&escaped(kept));
-        }
-        rest = after;
-    }
-    out
-}
 
 /// Adds a style to text, whose control characters are escaped.
 pub fn styled(style: Style, text: &str) -> String {
@@ -57,37 +26,5 @@ pub(super) fn with_style(style: Style, text: &str) -> String {
         String::new()
     } else {
         format!("{style}{text}{style:#}")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use anstream::adapter::strip_str;
-    use proptest::prelude::*;
-
-    use super::*;
-
-    proptest! {
-        #[test]
-        fn stripping_restores_the_text(text in "[\\PC\n]{0,40}") {
-            for style in [Style::new(), GREEN, RED, YELLOW, BOLD, DIM] {
-                let styled = styled(style, &text);
-                prop_assert_eq!(styled == text, style.is_plain() || text.is_empty());
-                prop_assert_eq!(strip_str(&styled).to_string(), &*text);
-                prop_assert_eq!(harmless(&styled), styled);
-            }
-        }
-    }
-
-    #[test]
-    fn only_styles_and_marks_remain_of_control_characters() {
-        let own = format!("{}\n{}a", styled(RED, "fails\u{1b}[31m"), MARKS[0]);
-        let other = "\u{1b}[2K\r\u{0}\u{202e}\u{9b}2J";
-        let expected = "\\u{1b}[2K\\u{d}\\u{0}\\u{202e}\\u{9b}2J";
-        assert_eq!(
-            harmless(&format!("{own}{other}")),
-            format!("{own}{expected}")
-        );
-        assert!(own.contains("fails\\u{1b}[31m"), "{own}");
     }
 }

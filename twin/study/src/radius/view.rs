@@ -4,8 +4,8 @@
 use twinrig_campaign::radius::{AxisResult, ExpectationRadius, RadiusResult, RadiusState};
 use twinrig_report::number::percent;
 use twinrig_report::page::{Block, Card, Page, Term};
+use twinrig_report::summary::Summary;
 use twinrig_report::table::{Cell, Column, Table, Tone};
-use twinrig_report::text::summary::Summary;
 
 use super::{axis_end, not_monotone, radius_cell, radius_resolution, radius_value};
 

@@ -4,8 +4,8 @@ use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread, Magnitude};
 use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
 use twinrig_report::number::percent;
 use twinrig_report::page::{Block, Figure, Page, Swatch, Term};
+use twinrig_report::summary::Summary;
 use twinrig_report::table::{Cell, Column, Table, Tone};
-use twinrig_report::text::summary::Summary;
 
 use super::divergence::Growth;
 use super::margin_text;

@@ -2,8 +2,8 @@
 
 use twinrig_kernel::Unit;
 use twinrig_report::page::{Block, Figure, Page, Swatch, Term};
+use twinrig_report::summary::Summary;
 use twinrig_report::table::{Cell, Column, Table};
-use twinrig_report::text::summary::Summary;
 
 use super::MIXED;
 use super::events::Way;

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use super::grid::{Cell, Grid, Left};
-use super::style::{BOLD, DIM, styled};
 use crate::table::Table;
+use crate::text::grid::{Cell, Grid, Left};
+use crate::text::style::{BOLD, DIM, styled};
 
 /// Summary of a result, from its title on.
 #[derive(Clone, Debug)]
