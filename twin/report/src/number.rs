@@ -59,6 +59,11 @@ pub fn plain(value: f64) -> String {
     }
 }
 
+/// Formats a number with so many decimal places: `−0.25`.
+pub fn fixed(value: f64, places: usize) -> String {
+    format!("{value:.places$}").replace('-', "−")
+}
+
 /// Formats a share: `82.5 %`.
 pub fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)

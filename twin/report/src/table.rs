@@ -13,7 +13,7 @@
 
 use crate::html::element::{element, escaped};
 use crate::html::table::HtmlTable;
-use crate::number::{percent, plain, si};
+use crate::number::{fixed, percent, plain, si};
 use crate::text::grid::{self, Grid, Side};
 use crate::text::style::{DIM, GREEN, RED, YELLOW};
 
@@ -100,7 +100,7 @@ impl Column {
     /// Formats a number without the unit that the head has.
     fn bare(&self, value: f64) -> String {
         match self.places {
-            Some(places) => format!("{value:.places$}"),
+            Some(places) => fixed(value, places),
             None if self.unit.is_empty() => plain(value),
             None => si(value, &self.unit),
         }

@@ -5,6 +5,7 @@ mod load_match;
 mod results;
 mod run;
 mod step_slope;
+mod view;
 
 pub use load_match::LegLoad;
 pub use results::{FeedbackResult, FeedbackStudy};

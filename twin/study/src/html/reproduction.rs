@@ -1,7 +1,5 @@
 //! Section of a page with the data that repeat a study.
 
-use crate::machine::Machine;
-
 use twinrig_report::html::element::{element, escaped};
 
 /// Terms and their values, in order.
@@ -32,28 +30,4 @@ impl Reproduction {
         let terms = element("dl", "", &format!("\n{}", self.html));
         format!("<h2>Reproduction</h2>\n{terms}\n")
     }
-}
-
-/// Returns the section on reproduction of a study without a budget, on all processors.
-pub(super) fn reproduction(
-    machine: &Machine,
-    command: &str,
-    files: &[String],
-    definitions: &[(String, String)],
-) -> String {
-    let mut terms = Reproduction::default();
-    terms.code("command", command);
-    for file in files {
-        terms.code("scenario", file);
-    }
-    let system = format!(
-        "{}, {}, {} cores",
-        machine.cpu, machine.system, machine.cores
-    );
-    terms.text("machine", &system);
-    terms.text("build", &machine.build);
-    for (name, text) in definitions {
-        terms.text(name, text);
-    }
-    terms.section()
 }

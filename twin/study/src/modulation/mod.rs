@@ -7,6 +7,7 @@ mod rerun;
 mod results;
 mod run;
 mod table;
+mod view;
 
 pub use fit::{LinearModel, ModelForm};
 pub use results::{CaseResult, IdealSlope, ModulationStudy};

@@ -225,7 +225,7 @@ fn page_and_data_have_every_displacement() {
         ..IdealGait::new()
     };
     let study = gait.study(&plan(&[-0.01, -0.02]));
-    let page = study.html(&machine(), "twin study <modulation>");
+    let page = study.page(&machine(), "twin study <modulation>").html();
     let elements = elements(&page);
     assert_eq!(elements.iter().filter(|it| *it == "figure").count(), 4);
     assert!(elements.contains(&"polygon".to_owned()));

@@ -10,7 +10,7 @@ use twinrig_study::{
 
 use crate::radius::{self, execute::RadiusOutcome};
 
-use crate::study::{coupling_table, estimate_table, feedback_table, modulation_table, table};
+use crate::study::{coupling_table, estimate_table, table};
 
 /// Result of a study.
 pub(super) enum StudyResult {
@@ -81,9 +81,9 @@ impl StudyResult {
             Self::Plants(study) => html(study, machine, command),
             Self::Coupling(study) => study.html(machine, command),
             Self::Estimate(study) => study.html(machine, command),
-            Self::Modulation(study) => study.html(machine, command),
+            Self::Modulation(study) => study.page(machine, command).html(),
             Self::Transition(study) => study.page(machine, command).html(),
-            Self::Feedback(study) => study.html(machine, command),
+            Self::Feedback(study) => study.page(machine, command).html(),
             Self::Radius(study) => radius_page(&study.result).html(),
             Self::Robustness(study, _) => study.page(machine, command).html(),
         }
@@ -116,9 +116,9 @@ impl StudyResult {
             Self::Plants(study) => table::text(study, files),
             Self::Coupling(study) => coupling_table::text(study, files),
             Self::Estimate(study) => estimate_table::text(study, files),
-            Self::Modulation(study) => modulation_table::text(study, files),
+            Self::Modulation(study) => study.summary().finish(files),
             Self::Transition(study) => study.summary().finish(files),
-            Self::Feedback(study) => feedback_table::text(study, files),
+            Self::Feedback(study) => study.summary().finish(files),
             Self::Radius(study) => radius::table::text(study, files),
             Self::Robustness(study, radii) => robustness_text(study, radii, files),
         }
