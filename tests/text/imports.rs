@@ -69,7 +69,8 @@ impl Imports {
         circles(self.arrows_of_rooms())
     }
 
-    /// Returns the imports between files and folders beside the root of the crate, which imports all.
+    /// Returns the imports between files and folders beside the root of the crate, which imports
+    /// all of them.
     pub fn arrows_of_rooms(&self) -> impl Iterator<Item = (String, String)> {
         let room = |index: usize| {
             let first = self.files[index].iter().next().unwrap();

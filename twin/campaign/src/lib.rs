@@ -1,8 +1,8 @@
 //! Campaigns: many runs, of which each is independent. [`search`] minimises a cost, of covariances
 //! of filters, gaits and the like; [`sweep`] runs a scenario at the points of a design and judges
 //! shares of the runs; [`optimization`] lets a search choose the points; [`radius`] finds the
-//! disturbance at which an expectation fails; [`spread`] evaluates an ensemble; [`engine`] does independent tasks, on threads or on
-//! workers of a cluster.
+//! disturbance at which an expectation fails; [`spread`] evaluates an ensemble; [`engine`] does
+//! independent tasks, on threads or on workers of a cluster.
 //!
 //! ```
 //! use twinrig_campaign::search::{Dimension, Swarm};

@@ -75,7 +75,8 @@ impl Column {
         self
     }
 
-    /// Sets the number of decimal places. The unit then has no prefix, and pages show it in the head.
+    /// Sets the number of decimal places. The unit then has no prefix, and pages show it in the
+    /// head.
     #[must_use]
     pub fn with_places(mut self, places: usize) -> Self {
         self.places = Some(places);
