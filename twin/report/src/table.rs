@@ -11,6 +11,8 @@
 //! assert_eq!(table.markdown(), "| run | begins [s] |\n|---|---|\n| trot | 1.50 |\n");
 //! ```
 
+use std::fmt::Write as _;
+
 use crate::html::element::{element, escaped};
 use crate::html::table::HtmlTable;
 use crate::number::{fixed, percent, plain, si};
@@ -32,6 +34,8 @@ enum Role {
     /// Names the row.
     Label,
     Text,
+    /// Verdict of the row.
+    Status,
     Number,
     /// Reason why the row has no values, which may be long.
     Reason,
@@ -56,6 +60,11 @@ impl Column {
     /// Creates a column of texts.
     pub fn text(name: impl Into<String>) -> Self {
         Self::of(name, Role::Text)
+    }
+
+    /// Creates a column of verdicts.
+    pub fn status(name: impl Into<String>) -> Self {
+        Self::of(name, Role::Status)
     }
 
     /// Creates a column of numbers with three significant digits.
@@ -122,8 +131,49 @@ enum Value {
     #[default]
     Empty,
     Text(String),
+    Code(String),
     Number(f64),
     Share(f64),
+    Interval(Interval),
+}
+
+/// Interval of a share, drawn on pages.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// Ends.
+    pub ends: [f64; 2],
+    /// Estimate, if there is one.
+    pub share: Option<f64>,
+    /// Required shares, least and greatest.
+    pub bounds: [Option<f64>; 2],
+}
+
+impl Interval {
+    fn text(&self) -> String {
+        let [low, high] = self.ends;
+        format!("{:.1} … {}", 100.0 * low, percent(high))
+    }
+
+    /// Draws the interval on a scale from 0 to 1.
+    fn svg(&self) -> String {
+        const WIDTH: f64 = 120.0;
+        let x = |share: f64| 2.0 + (WIDTH - 4.0) * share.clamp(0.0, 1.0);
+        let [low, high] = self.ends.map(x);
+        let mut bounds = String::new();
+        for at in self.bounds.into_iter().flatten().map(x) {
+            // Writing to a string cannot fail.
+            let _ = write!(bounds, "<polyline points=\"{at:.1},1 {at:.1},13\"/>");
+        }
+        let dot = self.share.map_or(String::new(), |share| {
+            format!("<circle cx=\"{:.1}\" cy=\"7\" r=\"3.2\"/>", x(share))
+        });
+        format!(
+            "<svg class=\"interval\" viewBox=\"0 0 {WIDTH} 14\" role=\"img\" aria-label=\"{}\">\
+             <g class=\"c7\">{bounds}</g>\
+             <g class=\"c0\"><polyline points=\"{low:.1},7 {high:.1},7\"/>{dot}</g></svg>",
+            self.text()
+        )
+    }
 }
 
 /// Meaning of a value for the reader.
@@ -160,6 +210,11 @@ impl Cell {
         Value::Share(share).into()
     }
 
+    /// Creates a cell with a text that is printed as code.
+    pub fn code(text: impl Into<String>) -> Self {
+        Value::Code(text.into()).into()
+    }
+
     /// Sets the tone.
     #[must_use]
     pub fn with_tone(mut self, tone: Tone) -> Self {
@@ -170,9 +225,10 @@ impl Cell {
     fn text(&self, number: impl Fn(f64) -> String) -> String {
         match &self.value {
             Value::Empty => String::new(),
-            Value::Text(text) => text.clone(),
+            Value::Text(text) | Value::Code(text) => text.clone(),
             Value::Number(value) => number(*value),
             Value::Share(share) => percent(*share),
+            Value::Interval(interval) => interval.text(),
         }
     }
 }
@@ -183,6 +239,12 @@ impl From<Value> for Cell {
             value,
             tone: Tone::Plain,
         }
+    }
+}
+
+impl From<Interval> for Cell {
+    fn from(interval: Interval) -> Self {
+        Value::Interval(interval).into()
     }
 }
 
@@ -282,7 +344,7 @@ impl Table {
         let columns: Vec<&Column> = self.columns.iter().filter(shown).collect();
         let sides = columns.iter().map(|column| match column.role {
             Role::Number => Side::Right,
-            Role::Label | Role::Text | Role::Reason => Side::Left,
+            Role::Label | Role::Text | Role::Status | Role::Reason => Side::Left,
         });
         let mut grid = Grid::new(&sides.collect::<Vec<Side>>());
         let names: Vec<&str> = columns.iter().map(|column| &*column.name).collect();
@@ -325,15 +387,22 @@ impl Table {
         for row in &self.rows {
             let cells = self.cells(row).map(|(column, cell)| {
                 let text = escaped(&cell.text(|value| column.bare(value)));
-                if text.is_empty() {
-                    return text;
-                }
+                let text = match &cell.value {
+                    Value::Empty => return text,
+                    Value::Interval(interval) => text + &interval.svg(),
+                    Value::Code(_) => element("code", "", &text),
+                    _ if text.is_empty() => return text,
+                    _ => text,
+                };
                 match (column.role, cell.tone) {
                     (Role::Label, Tone::Faint) => element("i", "", &text),
                     (Role::Label, _) => element("b", "", &text),
                     (Role::Reason, _) => element("span", "why", &text),
-                    (_, Tone::Bad) => element("b", "", &text),
-                    (_, Tone::Doubtful) => element("i", "", &text),
+                    (Role::Status, Tone::Bad) => element("span", "tag bad", &text),
+                    (Role::Status, Tone::Good) => element("span", "tag ok", &text),
+                    (Role::Status, _) => element("span", "tag", &text),
+                    (_, Tone::Bad) => element("b", "bad", &text),
+                    (_, Tone::Doubtful) => element("span", "doubtful", &text),
                     (_, Tone::Faint) => element("span", "soft", &text),
                     (_, Tone::Plain | Tone::Good) => text,
                 }
@@ -351,7 +420,9 @@ impl Table {
         let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
         let heads = self.columns.iter().map(|column| marked(&column.head()));
         let mut text = line(heads.collect());
-        text += &format!("|{}\n", "---|".repeat(self.columns.len()));
+        text += "|";
+        text += &"---|".repeat(self.columns.len());
+        text += "\n";
         for row in &self.rows {
             let cells = self.cells(row).map(|(column, cell)| {
                 let text = marked(&cell.text(|value| column.bare(value)));
@@ -411,7 +482,7 @@ mod tests {
         for expected in [
             "<th class=\"n\">begins [s]</th><th class=\"n\">error</th>",
             "<tr class=\"first\"><td><b>a | b*</b></td>",
-            "<td class=\"n\">1.50</td><td class=\"n\"><b>130 nm</b></td>",
+            "<td class=\"n\">1.50</td><td class=\"n\"><b class=\"bad\">130 nm</b></td>",
             "<td class=\"n\">82.5 %</td>",
             "<tr class=\"bad\"><td><b>&lt;c&gt;</b></td>",
             "<span class=\"why\">it fell</span>",

@@ -147,7 +147,7 @@ fn growth_horizon_and_expectation_at_its_bound_are_found() {
     assert_eq!(held.count(), 5 + 32);
     let table = read("md");
     assert!(table.contains("## unstable, on unstable"), "{table}");
-    assert!(table.contains("| stays near 0 | 5 of 32 |"), "{table}");
+    assert!(table.contains("| stays near 0 | **5 of 32** |"), "{table}");
     assert!(read("html").contains("1 ulp") && read("json").contains("unstable"));
 }
 

@@ -23,8 +23,8 @@ pub enum Shape {
     Line(Vec<[f64; 2]>),
     /// Points connected by a dashed line.
     Dashed(Vec<[f64; 2]>),
-    /// Single points.
-    Dots(Vec<[f64; 2]>),
+    /// Single points, each with a tooltip, which may be empty.
+    Dots(Vec<([f64; 2], String)>),
     /// Shaded region: x, lower and upper end.
     Band(Vec<[f64; 3]>),
     /// Vertical lines: x, lower and upper end.
@@ -38,6 +38,56 @@ pub enum Shape {
     },
 }
 
+impl Shape {
+    /// Returns points without tooltips.
+    pub fn dots(points: impl IntoIterator<Item = [f64; 2]>) -> Self {
+        let points = points.into_iter().map(|point| (point, String::new()));
+        Self::Dots(points.collect())
+    }
+}
+
+/// Quantity of an axis.
+#[derive(Clone, Debug)]
+pub struct AxisLabel {
+    name: String,
+    unit: String,
+}
+
+impl AxisLabel {
+    /// Creates the label of a number.
+    pub fn number(name: impl Into<String>) -> Self {
+        Self::in_unit(name, "")
+    }
+
+    /// Creates the label of a quantity in the unit with this symbol; that of ratios is `1`.
+    pub fn in_unit(name: impl Into<String>, symbol: &str) -> Self {
+        Self {
+            name: name.into(),
+            unit: if symbol == "1" { "" } else { symbol }.to_owned(),
+        }
+    }
+
+    /// Returns the prefix for values up to this size, and its factor: 4 ms is not 0.004 s.
+    fn prefix(&self, greatest: f64) -> (&'static str, f64) {
+        let fits = PREFIXES.iter().find(|(_, factor)| greatest >= *factor);
+        match fits {
+            Some(&fit) if PREFIXED.contains(&&*self.unit) => fit,
+            _ => PREFIXES[0],
+        }
+    }
+
+    fn text(&self, prefix: &str) -> String {
+        match &*self.unit {
+            "" => escaped(&self.name),
+            unit => escaped(&format!("{}  [{prefix}{unit}]", self.name)),
+        }
+    }
+}
+
+/// Units that take a prefix where values are small, and the prefixes.
+const PREFIXED: [&str; 6] = ["s", "m", "N", "V", "J", "W"];
+const PREFIXES: [(&str, f64); 4] = [("", 1.0), ("m", 1e-3), ("µ", 1e-6), ("n", 1e-9)];
+
 /// Contents of a plot.
 #[derive(Clone, Debug)]
 pub struct LinePlot {
@@ -47,20 +97,21 @@ pub struct LinePlot {
     pub width: f64,
     /// Height \[px\].
     pub height: f64,
-    /// Label of the horizontal axis.
-    pub x_label: String,
-    /// Label of the vertical axis.
-    pub y_label: String,
+    /// Horizontal axis.
+    pub x: AxisLabel,
+    /// Vertical axis.
+    pub y: AxisLabel,
     /// Elements, in the order in which they are drawn.
     pub series: Vec<Series>,
 }
 
-const LEFT: f64 = 62.0;
-const RIGHT: f64 = 16.0;
+/// Margins with room for tick labels beside the name of the axis, and for half of the last one.
+const LEFT: f64 = 78.0;
+const RIGHT: f64 = 28.0;
 const BOTTOM: f64 = 48.0;
 const TOP: f64 = 12.0;
 /// Radius of a dot.
-const DOT: f64 = 1.7;
+const DOT: f64 = 2.6;
 /// Least distance of ticks \[px\].
 const TICK_X: f64 = 80.0;
 const TICK_Y: f64 = 40.0;
@@ -118,7 +169,14 @@ impl LinearAxis {
         self.from + (self.to - self.from) * share.clamp(0.0, 1.0)
     }
 
-    fn ticks(self) -> impl Iterator<Item = (f64, String)> {
+    /// Returns the greatest magnitude of the ends.
+    fn greatest(&self) -> f64 {
+        let high = self.low + self.step * self.ticks as f64;
+        self.low.abs().max(high.abs())
+    }
+
+    /// Returns the ticks with their labels, in units of `scale`.
+    fn ticks(self, scale: f64) -> impl Iterator<Item = (f64, String)> {
         (0..=self.ticks).map(move |tick| {
             let value = self.low + self.step * tick as f64;
             // Rounding of the multiples is not shown.
@@ -127,7 +185,7 @@ impl LinearAxis {
             } else {
                 value
             };
-            (self.at(value), plain(value))
+            (self.at(value), plain(value / scale))
         })
     }
 }
@@ -161,29 +219,31 @@ impl LinePlot {
     /// Draws grid, ticks and labels.
     fn frame(&self, out: &mut String, x: LinearAxis, y: LinearAxis) {
         let [bottom, right] = [self.height - BOTTOM, self.width - RIGHT];
+        let (x_prefix, x_scale) = self.x.prefix(x.greatest());
+        let (y_prefix, y_scale) = self.y.prefix(y.greatest());
         // Writing to a `String` cannot fail.
         out.push_str("<g class=\"grid\">");
-        for (at, _) in x.ticks() {
+        for (at, _) in x.ticks(x_scale) {
             let _ = write!(
                 out,
                 "<line x1=\"{at:.1}\" y1=\"{TOP}\" x2=\"{at:.1}\" y2=\"{bottom}\"/>"
             );
         }
-        for (at, _) in y.ticks() {
+        for (at, _) in y.ticks(y_scale) {
             let _ = write!(
                 out,
                 "<line x1=\"{LEFT}\" y1=\"{at:.1}\" x2=\"{right}\" y2=\"{at:.1}\"/>"
             );
         }
         out.push_str("</g>\n<g class=\"axis\">");
-        for (at, label) in x.ticks() {
+        for (at, label) in x.ticks(x_scale) {
             let below = bottom + 18.0;
             let _ = write!(
                 out,
                 "<text class=\"middle\" x=\"{at:.1}\" y=\"{below}\">{label}</text>"
             );
         }
-        for (at, label) in y.ticks() {
+        for (at, label) in y.ticks(y_scale) {
             let _ = write!(
                 out,
                 "<text class=\"end\" x=\"{}\" y=\"{:.1}\">{label}</text>",
@@ -196,13 +256,13 @@ impl LinePlot {
             "<text class=\"middle label\" x=\"{}\" y=\"{}\">{}</text>",
             f64::midpoint(LEFT, right),
             self.height - 8.0,
-            escaped(&self.x_label)
+            self.x.text(x_prefix)
         );
         let _ = writeln!(
             out,
-            "<text class=\"middle label\" transform=\"translate(14 {:.1}) rotate(-90)\">{}</text></g>",
+            "<text class=\"middle label\" transform=\"translate(13 {:.1}) rotate(-90)\">{}</text></g>",
             f64::midpoint(TOP, bottom),
-            escaped(&self.y_label)
+            self.y.text(y_prefix)
         );
     }
 }
@@ -211,7 +271,8 @@ impl Shape {
     /// Points that the axes have to contain.
     fn points(&self) -> Vec<[f64; 2]> {
         match self {
-            Self::Line(points) | Self::Dashed(points) | Self::Dots(points) => points.clone(),
+            Self::Line(points) | Self::Dashed(points) => points.clone(),
+            Self::Dots(points) => points.iter().map(|(point, _)| *point).collect(),
             Self::Band(points) | Self::Errors(points) => points
                 .iter()
                 .flat_map(|&[x, low, high]| [[x, low], [x, high]])
@@ -242,9 +303,13 @@ impl Series {
                 let _ = write!(out, "<polyline points=\"{}\"/>", joined(points));
             }
             Shape::Dots(points) => {
-                for &[a, b] in points {
-                    let (a, b) = (x.at(a), y.at(b));
-                    let _ = write!(out, "<circle cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"{DOT}\"/>");
+                for ([a, b], title) in points {
+                    let (a, b) = (x.at(*a), y.at(*b));
+                    let _ = write!(out, "<circle cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"{DOT}\"");
+                    let _ = match &**title {
+                        "" => write!(out, "/>"),
+                        title => write!(out, "><title>{}</title></circle>", escaped(title)),
+                    };
                 }
             }
             Shape::Band(points) => {
@@ -296,7 +361,7 @@ mod tests {
     #[test]
     fn ticks_are_round_and_contain_all_values() {
         let axis = axis(&[-0.3, 27.9]);
-        let labels: Vec<String> = axis.ticks().map(|(_, label)| label).collect();
+        let labels: Vec<String> = axis.ticks(1.0).map(|(_, label)| label).collect();
         assert_eq!(labels, ["-10", "0", "10", "20", "30"]);
         assert_eq!((axis.at(-10.0), axis.at(30.0)), (100.0, 500.0));
         assert_eq!(axis.at(10.0), 300.0);
@@ -307,7 +372,7 @@ mod tests {
         for values in [&[][..], &[f64::NAN], &[5.0], &[0.0], &[f64::INFINITY, 1.0]] {
             let axis = axis(values);
             assert!((100.0..=500.0).contains(&axis.at(5.0)), "{values:?}");
-            assert!(axis.ticks().count() >= 2);
+            assert!(axis.ticks(1.0).count() >= 2);
         }
     }
 }

@@ -394,6 +394,11 @@ impl Curve {
         self.points().count() + self.failed.len()
     }
 
+    /// Returns whether no setting has a place on the plot.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
     fn draw(&self, out: &mut String, x: &Axis, y: &Axis) {
         let dashed = if self.dashed { " dashed" } else { "" };
         let _ = write!(out, "<g class=\"c{}{dashed}\">", self.number % COLOURS);

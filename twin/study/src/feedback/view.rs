@@ -1,6 +1,6 @@
 //! Summary and page of a study of load feedback.
 
-use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
+use twinrig_report::html::line_plot::{AxisLabel, LinePlot, Series, Shape};
 use twinrig_report::html::marker::COLOURS;
 use twinrig_report::number::fixed;
 use twinrig_report::page::{Block, Figure, Page, Swatch, Term};
@@ -197,8 +197,8 @@ fn curves(study: &FeedbackStudy, plant: &str) -> Block {
             title: format!("load of the first leg, {}", result.label()),
             width: 540.0,
             height: 260.0,
-            x_label: "time  [s]".to_owned(),
-            y_label: "load  [N]".to_owned(),
+            x: AxisLabel::in_unit("time", "s"),
+            y: AxisLabel::in_unit("load", "N"),
             series: series
                 .map(|(number, shape)| Series { number, shape })
                 .into(),

@@ -169,7 +169,7 @@ fn plot(
         height: 460.0,
         x_label: x_label.to_owned(),
         y_label: "distance of the feet, RMS  [m]".to_owned(),
-        curves: curves.filter(|curve| curve.len() > 0).collect(),
+        curves: curves.filter(|curve| !curve.is_empty()).collect(),
         marks: vec![Mark::Below(
             floor,
             format!(

@@ -8,7 +8,7 @@ use twinrig_report::number::plain;
 
 use super::{Page, card, drawing, introduction};
 use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
+use twinrig_report::html::line_plot::{AxisLabel, LinePlot, Series, Shape};
 use twinrig_report::html::marker::swatch;
 use twinrig_report::html::table::HtmlTable;
 
@@ -122,16 +122,16 @@ fn hysteresis(study: &EstimateStudy) -> String {
     let points = &study.loop_points;
     let measured = |rising: bool| {
         let points = points.iter().filter(|point| point.rising == rising);
-        Shape::Dots(points.map(|it| [it.force, it.measured]).collect())
+        Shape::dots(points.map(|it| [it.force, it.measured]))
     };
-    let fitted = Shape::Dots(points.iter().map(|it| [it.force, it.fitted]).collect());
+    let fitted = Shape::dots(points.iter().map(|it| [it.force, it.fitted]));
     let series = [(0, measured(true)), (1, measured(false)), (2, fitted)];
     let plot = LinePlot {
         title: "voltage of the piezoresistive cell over the force".to_owned(),
         width: 1080.0,
         height: 460.0,
-        x_label: "force  [N]".to_owned(),
-        y_label: "voltage  [V]".to_owned(),
+        x: AxisLabel::in_unit("force", "N"),
+        y: AxisLabel::in_unit("voltage", "V"),
         series: series
             .map(|(number, shape)| Series { number, shape })
             .into(),
@@ -164,8 +164,8 @@ fn voltage(curve: &VoltageCurve) -> String {
         title: format!("piezoelectric voltage at {} Hz", curve.hz),
         width: 540.0,
         height: 340.0,
-        x_label: "time  [s]".to_owned(),
-        y_label: "voltage  [V]".to_owned(),
+        x: AxisLabel::in_unit("time", "s"),
+        y: AxisLabel::in_unit("voltage", "V"),
         series: series
             .map(|(number, shape)| Series { number, shape })
             .into(),
@@ -237,8 +237,8 @@ fn histogram(residuals: &Residuals) -> String {
         title: format!("residuals of {}", residuals.of),
         width: 540.0,
         height: 320.0,
-        x_label: "residual  [mV]".to_owned(),
-        y_label: "density  [1/mV]".to_owned(),
+        x: AxisLabel::in_unit("residual", "mV"),
+        y: AxisLabel::in_unit("density", "1/mV"),
         series,
     };
     let entries = [
@@ -275,8 +275,8 @@ fn estimates(curve: &EstimateCurve) -> String {
         title: format!("estimate of {} at {} Hz", curve.filter, curve.hz),
         width: 540.0,
         height: 340.0,
-        x_label: "time  [s]".to_owned(),
-        y_label: "force  [N]".to_owned(),
+        x: AxisLabel::in_unit("time", "s"),
+        y: AxisLabel::in_unit("force", "N"),
         series: series
             .map(|(number, shape)| Series { number, shape })
             .into(),

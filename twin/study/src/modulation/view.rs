@@ -1,7 +1,7 @@
 //! Summary and page of a study of footstep modulation.
 
 use twinrig_kernel::Unit;
-use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
+use twinrig_report::html::line_plot::{AxisLabel, LinePlot, Series, Shape};
 use twinrig_report::html::marker::COLOURS;
 use twinrig_report::html::surface::Surface;
 use twinrig_report::number::{fixed, plain};
@@ -328,8 +328,8 @@ fn lines(study: &ModulationStudy, table: &DisplacementTable) -> Figure {
         title: format!("displacement by {}", table.counting.name()),
         width: 540.0,
         height: 340.0,
-        x_label: "footstep after the change".to_owned(),
-        y_label: "displacement  [mm]".to_owned(),
+        x: AxisLabel::number("footstep after the change"),
+        y: AxisLabel::in_unit("displacement", "mm"),
         series,
     };
     Figure {

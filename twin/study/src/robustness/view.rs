@@ -1,7 +1,9 @@
 //! Summary, page and Markdown of a study of robustness.
 
+use std::fmt::Write as _;
+
 use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread, Magnitude};
-use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
+use twinrig_report::html::line_plot::{AxisLabel, LinePlot, Series, Shape};
 use twinrig_report::number::percent;
 use twinrig_report::page::{Block, Figure, Page, Swatch, Term};
 use twinrig_report::summary::Summary;
@@ -79,8 +81,9 @@ impl RobustnessStudy {
         let mut text = cases(self).markdown();
         for result in &self.results {
             let (scenario, plant) = (&result.case.scenario, &result.case.plant);
-            let table = expectations(result).markdown();
-            text += &format!("\n## {scenario}, on {plant}\n\n{table}");
+            // Writing to a string cannot fail.
+            let _ = write!(text, "\n## {scenario}, on {plant}\n\n");
+            text += &expectations(result).markdown();
         }
         text
     }
@@ -282,8 +285,8 @@ fn distances(study: &RobustnessStudy, result: &RobustnessResult) -> Block {
         ),
         width: 1080.0,
         height: 340.0,
-        x_label: "time  [s]".to_owned(),
-        y_label: format!("log₁₀ of the distance  [{unit}]"),
+        x: AxisLabel::in_unit("time", "s"),
+        y: AxisLabel::number(format!("log₁₀ of the distance  [{unit}]")),
         series,
     };
     let tolerance = format!("tolerance of {}, and growth", study.tolerance_text(result));
@@ -364,20 +367,20 @@ fn margin(result: &RobustnessResult, index: usize, one: &ExpectationSpread) -> O
     }));
     series.push(Series {
         number: LEAST,
-        shape: Shape::Dots(points),
+        shape: Shape::dots(points),
     });
     let plot = LinePlot {
         title: format!("margin of {}", one.name),
         width: 540.0,
         height: 220.0,
-        x_label: match result.case.kind {
-            EnsembleKind::Starts => format!("log₁₀ of the perturbation, 1 ulp at {LAST_PLACE}"),
-            EnsembleKind::Seeds => "number of the run".to_owned(),
+        x: match result.case.kind {
+            EnsembleKind::Starts => {
+                let name = format!("log₁₀ of the perturbation, 1 ulp at {LAST_PLACE}");
+                AxisLabel::number(name)
+            }
+            EnsembleKind::Seeds => AxisLabel::number("number of the run"),
         },
-        y_label: match &*one.unit {
-            "1" => "margin".to_owned(),
-            unit => format!("margin  [{unit}]"),
-        },
+        y: AxisLabel::in_unit("margin", &one.unit),
         series,
     };
     Some(Figure {

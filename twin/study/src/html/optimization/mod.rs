@@ -9,12 +9,11 @@ use twinrig_campaign::optimization::{
     EvaluatedPoint, Generation, OptimizationResult, OptimizedDimension, RunClass,
 };
 use twinrig_campaign::sweep::percent;
-use twinrig_kernel::Unit;
 
 use super::reproduction::Reproduction;
 use super::{card, document, drawing};
 use twinrig_report::html::element::{element, in_unit, paragraph};
-use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
+use twinrig_report::html::line_plot::{AxisLabel, LinePlot, Series, Shape};
 use twinrig_report::html::marker::swatch;
 use twinrig_report::number::plain;
 
@@ -119,17 +118,17 @@ fn convergence(result: &OptimizationResult) -> String {
             |(index, it): (usize, &Generation)| Some([it.evaluations as f64, value(index)?]);
         points.filter_map(point).collect()
     };
-    let plot = |title: &str, y_label: String, series| LinePlot {
+    let plot = |title: &str, y: AxisLabel, series| LinePlot {
         title: title.to_owned(),
         width: 540.0,
         height: 300.0,
-        x_label: "evaluations".to_owned(),
-        y_label,
+        x: AxisLabel::number("evaluations"),
+        y,
         series,
     };
     let objective = plot(
         "objective over the evaluations",
-        format!("{}{}", result.objective, in_unit(&result.unit)),
+        AxisLabel::in_unit(&result.objective, &result.unit),
         vec![
             Series {
                 number: MEDIAN,
@@ -149,7 +148,7 @@ fn convergence(result: &OptimizationResult) -> String {
                    their objective.";
     let feasible = plot(
         "share of feasible points over the evaluations",
-        "feasible".to_owned(),
+        AxisLabel::number("feasible"),
         vec![
             // Both ends of the scale of shares.
             Series {
@@ -184,16 +183,12 @@ fn place(dimension: &OptimizedDimension, value: f64) -> f64 {
     }
 }
 
-fn label(dimension: &OptimizedDimension) -> String {
-    let unit = match dimension.unit {
-        Unit::One => String::new(),
-        unit => in_unit(unit.symbol()),
-    };
-    let key = &dimension.key;
+fn label(dimension: &OptimizedDimension) -> AxisLabel {
+    let (key, unit) = (&dimension.key, dimension.unit.symbol());
     if dimension.logarithmic {
-        format!("decimal logarithm of {key}{unit}")
+        AxisLabel::number(format!("decimal logarithm of {key}{}", in_unit(unit)))
     } else {
-        format!("{key}{unit}")
+        AxisLabel::in_unit(key, unit)
     }
 }
 
@@ -236,11 +231,11 @@ fn objective_over(
     let mut series = vec![
         Series {
             number: OTHER,
-            shape: Shape::Dots(other),
+            shape: Shape::dots(other),
         },
         Series {
             number: BEST,
-            shape: Shape::Dots(feasible),
+            shape: Shape::dots(feasible),
         },
     ];
     series.extend(marked);
@@ -248,8 +243,8 @@ fn objective_over(
         title: format!("objective over {}", dimension.key),
         width: 540.0,
         height: 260.0,
-        x_label: label(dimension),
-        y_label: format!("objective{}", in_unit(&result.unit)),
+        x: label(dimension),
+        y: AxisLabel::in_unit("objective", &result.unit),
         series,
     };
     let legend = [
@@ -290,8 +285,8 @@ fn distribution(
         title: format!("points over {}", dimension.key),
         width: 540.0,
         height: 260.0,
-        x_label: label(dimension),
-        y_label: "share of the points".to_owned(),
+        x: label(dimension),
+        y: AxisLabel::number("share of the points"),
         series: vec![
             Series {
                 number: BEST,

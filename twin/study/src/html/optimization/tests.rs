@@ -4,6 +4,7 @@ use twinrig_campaign::optimization::{
     Direction, Evaluation, EvaluationCounts, OptimizationVerdict, SearchMethod,
 };
 use twinrig_campaign::sweep::{RowKey, SweepValue};
+use twinrig_kernel::Unit;
 
 use super::*;
 

@@ -5,96 +5,128 @@ mod plots;
 #[cfg(test)]
 mod tests;
 
-use twinrig_campaign::sweep::{
-    ElementaryEffect, Share, ShareVerdict, SweepResult, SweepVerdict, percent,
-};
-
-use plots::{BOUND, PASS, SweepAxis, margins, passing, plane};
-
-use super::reproduction::Reproduction;
-use super::{card, document, drawing};
-use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::line_plot::{LinePlot, Series, Shape};
-use twinrig_report::html::marker::swatch;
-use twinrig_report::html::table::HtmlTable;
+use twinrig_campaign::sweep::{ElementaryEffect, Share, ShareVerdict, SweepResult, SweepVerdict};
 use twinrig_report::number::quantity;
+use twinrig_report::page::{Block, Card, Figure, Page, Term};
+use twinrig_report::table::{Cell, Column, Interval, Table, Tone};
 
-/// Greatest number of failures in the table.
+use plots::{SweepAxis, margins, passing, plane};
+
+/// Greatest number of failures in the table, and of plots of margins.
 const LISTED: usize = 200;
+const PLOTS: usize = 12;
+
 /// Returns the page of a sweep.
-pub fn sweep_page(result: &SweepResult) -> String {
+pub fn sweep_page(result: &SweepResult) -> Page {
     let axes: Vec<SweepAxis<'_>> = (0..result.dimensions.len())
         .map(|index| SweepAxis::of(result, index))
         .collect();
-    let mut body = cards(result);
-    body += &result
-        .warning()
-        .map_or(String::new(), |warning| paragraph(&warning));
+    let mut blocks = vec![Block::Cards(cards(result))];
+    blocks.extend(result.warning().map(Block::Text));
     if !result.shares.is_empty() {
-        body += "<h2>Shares</h2>\n";
-        body += &shares(result);
+        blocks.push(Block::Heading("Shares".to_owned()));
+        blocks.push(Block::Table(shares(result)));
+        blocks.push(Block::Text(
+            "Score intervals of Wilson, for independent draws: the points of a grid are none, and \
+             those of a Latin hypercube scatter less. Thin lines are bounds."
+                .to_owned(),
+        ));
     }
-    body += "<h2>Runs that pass</h2>\n";
-    let passing: String = axes.iter().map(|axis| passing(result, axis)).collect();
-    body += &element("div", "pair", &passing);
+    blocks.push(Block::Heading("Runs that pass".to_owned()));
+    let passing = axes.iter().map(|axis| passing(result, axis));
+    blocks.push(Block::Figures(passing.collect()));
     let effects = result.elementary_effects();
-    if !effects.is_empty() {
+    if effects.is_empty() {
+        let pairs = axes.iter().enumerate();
+        let pairs = pairs
+            .flat_map(|(index, x)| axes[index + 1..].iter().map(move |y| (x, y)))
+            .map(|(x, y)| plane(result, x, y));
+        let pairs: Vec<Figure> = pairs.collect();
+        if !pairs.is_empty() {
+            blocks.push(Block::Figures(pairs));
+        }
+        blocks.push(Block::Heading("Margins".to_owned()));
+        blocks.extend(strongest(result, &axes));
+    } else {
         // Plots of all pairs of so many dimensions would be no overview.
-        body += "<h2>Elementary effects</h2>\n";
-        body += &paragraph(
+        blocks.push(Block::Heading("Elementary effects".to_owned()));
+        blocks.push(Block::Text(
             "Changes of a measured value per whole interval of a dimension: their mean μ, the mean \
-             μ* of their magnitudes, and their standard deviation σ.",
-        );
-        body += &effect_table(&effects);
-        body += "<h2>Failures</h2>\n";
-        body += &failures(result);
-        return page(result, body);
+             μ* of their magnitudes, and their standard deviation σ."
+                .to_owned(),
+        ));
+        blocks.push(Block::Table(effect_table(&effects)));
     }
-    let pairs = axes.iter().enumerate();
-    let pairs: String = pairs
-        .flat_map(|(index, x)| axes[index + 1..].iter().map(move |y| (x, y)))
-        .map(|(x, y)| plane(result, x, y))
-        .collect();
-    body += &element("div", "pair", &pairs);
-    body += "<h2>Margins</h2>\n";
-    body += &paragraph(
-        "The margin of an expectation is the distance to its bound; below 0 the expectation fails.",
-    );
+    blocks.push(Block::Heading("Failures".to_owned()));
+    blocks.extend(failures(result));
+    Page {
+        kind: "Sweep".to_owned(),
+        title: format!("{}: {}", result.name, result.scenario),
+        headline: headline(result),
+        blocks,
+        terms: terms(result),
+    }
+}
+
+/// Returns the plots of the margins that depend most on a dimension, and sentences on the others.
+fn strongest(result: &SweepResult, axes: &[SweepAxis<'_>]) -> Vec<Block> {
+    let mut plots = Vec::new();
+    let mut same = Vec::new();
     for (name, units) in result.expectations() {
-        let plots = units.iter();
-        let plots = plots.flat_map(|unit| axes.iter().map(move |axis| (axis, *unit)));
-        let plots = plots.map(|(axis, unit)| margins(result, axis, name, unit));
-        body += &element("h3", "", &escaped(name));
-        body += &element("div", "pair", &plots.collect::<String>());
+        let of_units = units.iter().map(|unit| (name, *unit));
+        let of_axes = of_units.flat_map(|of| axes.iter().map(move |axis| (of, axis)));
+        let before = plots.len();
+        plots.extend(of_axes.filter_map(|((name, unit), axis)| margins(result, axis, name, unit)));
+        if plots.len() == before {
+            same.push(name);
+        }
     }
-    body += "<h2>Failures</h2>\n";
-    body += &failures(result);
-    page(result, body)
+    plots.sort_by(|(one, _), (other, _)| other.total_cmp(one));
+    let more = plots.len().saturating_sub(PLOTS);
+    let mut blocks = Vec::new();
+    if !plots.is_empty() {
+        let rest = match more {
+            0 => String::new(),
+            more => format!(" {more} plots of a weaker dependence are left out; rows.csv has all."),
+        };
+        blocks.push(Block::Text(format!(
+            "The margin of an expectation is the distance to its bound; below 0 the expectation \
+             fails. The margins that depend most on a dimension come first, by the share of their \
+             variance between its ranges.{rest}"
+        )));
+        let figures = plots.into_iter().take(PLOTS).map(|(_, figure)| figure);
+        blocks.push(Block::Figures(figures.collect()));
+    }
+    if !same.is_empty() {
+        let names = same.join(", ");
+        blocks.push(Block::Text(format!(
+            "No margin, or the same one in all runs: {names}."
+        )));
+    }
+    blocks
 }
 
-fn page(result: &SweepResult, mut body: String) -> String {
-    body += &reproduction(result);
-    let title = format!("{}: {}", result.name, result.scenario);
-    document("Sweep", &title, &headline(result), &body)
-}
-
-fn effect_table(effects: &[ElementaryEffect]) -> String {
-    let mut table = HtmlTable::new("effect on | of | μ* | μ | σ | number", 2);
+fn effect_table(effects: &[ElementaryEffect]) -> Table {
+    let mut table = Table::new([
+        Column::label("effect on"),
+        Column::text("of"),
+        Column::number("μ*"),
+        Column::number("μ"),
+        Column::number("σ"),
+        Column::number("number"),
+    ]);
     for one in effects {
         let shown = |value: f64| quantity(value, &one.unit);
-        table.row(
-            "",
-            vec![
-                escaped(&one.measure),
-                element("code", "", &escaped(&one.dimension)),
-                shown(one.mu_star),
-                shown(one.mu),
-                one.sigma.map_or_else(String::new, shown),
-                one.effects.to_string(),
-            ],
-        );
+        table.row([
+            one.measure.as_str().into(),
+            Cell::code(&one.dimension),
+            shown(one.mu_star).into(),
+            shown(one.mu).into(),
+            one.sigma.map(shown).into(),
+            one.effects.into(),
+        ]);
     }
-    table.html()
+    table
 }
 
 fn headline(result: &SweepResult) -> String {
@@ -119,128 +151,109 @@ fn headline(result: &SweepResult) -> String {
     format!("{word}: {shares}{runs}{errors}.")
 }
 
-fn cards(result: &SweepResult) -> String {
+fn cards(result: &SweepResult) -> Vec<Card> {
     let counts = &result.counts;
-    let mut cards = card("verdict", result.verdict.word(), "of the sweep");
-    let design = format!("{} design", result.design.kind.word());
-    cards += &card("points", &counts.points.to_string(), &design);
-    cards += &card("pass", &counts.pass.to_string(), "all expectations hold");
-    cards += &card("fail", &counts.fail.to_string(), "an expectation fails");
-    if counts.error > 0 {
-        cards += &card(
-            "error",
-            &counts.error.to_string(),
-            "the run did not complete",
-        );
-    }
-    element("div", "cards", &cards)
-}
-
-fn shares(result: &SweepResult) -> String {
-    let mut table = HtmlTable::new(
-        "number | share | verdict | held | runs | share | from | to | confidence | least | greatest",
-        3,
-    );
-    let mut series = Vec::new();
-    for (index, share) in result.shares.iter().enumerate() {
-        let Share { interval, .. } = share;
-        let number = (index + 1) as f64;
-        let class = match share.verdict {
-            ShareVerdict::Pass => "tag ok",
-            ShareVerdict::Fail => "tag bad",
-            ShareVerdict::Undecided => "tag",
-        };
-        let optional = |value: Option<f64>| value.map_or(String::new(), percent);
-        table.row(
-            "",
-            vec![
-                (index + 1).to_string(),
-                element("b", "", &escaped(&share.of)),
-                element("span", class, share.verdict.word()),
-                share.held.to_string(),
-                share.runs.to_string(),
-                optional(share.share),
-                percent(interval.low),
-                percent(interval.high),
-                percent(share.confidence),
-                optional(share.min),
-                optional(share.max),
-            ],
-        );
-        let line = |value: f64| Shape::Dashed(vec![[value, number - 0.4], [value, number + 0.4]]);
-        let bounds = [share.min, share.max].into_iter().flatten();
-        series.extend(bounds.map(|bound| Series {
-            number: BOUND,
-            shape: line(bound),
-        }));
-        series.push(Series {
-            number: PASS,
-            shape: Shape::Line(vec![[interval.low, number], [interval.high, number]]),
-        });
-        let dot = share.share.map(|share| [share, number]);
-        series.push(Series {
-            number: PASS,
-            shape: Shape::Dots(dot.into_iter().collect()),
-        });
-    }
-    let plot = LinePlot {
-        title: "shares with their confidence intervals".to_owned(),
-        width: 1080.0,
-        height: 130.0 + 30.0 * result.shares.len() as f64,
-        x_label: "share of the runs".to_owned(),
-        y_label: "number".to_owned(),
-        series,
+    let card = |what: &str, value: String, more: &str| Card {
+        what: what.to_owned(),
+        value,
+        more: more.to_owned(),
     };
-    let legend = [
-        (swatch(PASS, false), "confidence interval".to_owned()),
-        (swatch(BOUND, true), "bound".to_owned()),
+    let design = format!("{} design", result.design.kind.word());
+    let mut cards = vec![
+        card("verdict", result.verdict.word().to_owned(), "of the sweep"),
+        card("points", counts.points.to_string(), &design),
+        card("pass", counts.pass.to_string(), "all expectations hold"),
+        card("fail", counts.fail.to_string(), "an expectation fails"),
     ];
-    let caption = "Score intervals of Wilson, for independent draws: the points of a grid are \
-                   none, and those of a Latin hypercube scatter less.";
-    table.html() + &drawing("", &legend, &plot.svg(), caption)
+    if counts.error > 0 {
+        let more = "the run did not complete";
+        cards.push(card("error", counts.error.to_string(), more));
+    }
+    cards
 }
 
-fn failures(result: &SweepResult) -> String {
+fn shares(result: &SweepResult) -> Table {
+    let mut table = Table::new([
+        Column::label("share"),
+        Column::status("verdict"),
+        Column::number("held"),
+        Column::number("runs"),
+        Column::number("share"),
+        Column::number("interval"),
+        Column::number("confidence"),
+        Column::number("least"),
+        Column::number("greatest"),
+    ]);
+    for share in &result.shares {
+        let Share { interval, .. } = share;
+        let tone = match share.verdict {
+            ShareVerdict::Pass => Tone::Good,
+            ShareVerdict::Fail => Tone::Bad,
+            ShareVerdict::Undecided => Tone::Plain,
+        };
+        table.row([
+            share.of.as_str().into(),
+            Cell::from(share.verdict.word()).with_tone(tone),
+            share.held.into(),
+            share.runs.into(),
+            share.share.map(Cell::share).into(),
+            Interval {
+                ends: [interval.low, interval.high],
+                share: share.share,
+                bounds: [share.min, share.max],
+            }
+            .into(),
+            Cell::share(share.confidence),
+            share.min.map(Cell::share).into(),
+            share.max.map(Cell::share).into(),
+        ]);
+    }
+    table
+}
+
+fn failures(result: &SweepResult) -> Vec<Block> {
     let rows = result.failures();
     if rows.is_empty() {
-        return paragraph("All runs pass.");
+        return vec![Block::Text("All runs pass.".to_owned())];
     }
-    let mut table = HtmlTable::new("point | verdict | why and command", 2);
+    let mut table = Table::new([
+        Column::label("point"),
+        Column::status("verdict"),
+        Column::text("command"),
+        Column::reason(),
+    ]);
     for row in rows.iter().take(LISTED) {
-        let why = row.row.reason();
-        let command = element("code", "", &escaped(&row.command));
-        table.row(
-            "",
-            vec![
-                element("span", "wrap", &escaped(&row.name)),
-                element("span", "tag bad", row.row.verdict.word()),
-                element("span", "why", &escaped(&why)) + "<br/>" + &command,
-            ],
-        );
+        table.row([
+            row.name.as_str().into(),
+            Cell::from(row.row.verdict.word()).with_tone(Tone::Bad),
+            Cell::code(&row.command),
+            row.row.reason().into(),
+        ]);
     }
-    let more = match rows.len().saturating_sub(LISTED) {
-        0 => String::new(),
-        more => paragraph(&format!("{more} more are in rows.csv.")),
-    };
-    table.html() + &more
+    let mut blocks = vec![Block::Table(table)];
+    let more = rows.len().saturating_sub(LISTED);
+    if more > 0 {
+        blocks.push(Block::Text(format!("{more} more are in rows.csv.")));
+    }
+    blocks
 }
 
-fn reproduction(result: &SweepResult) -> String {
-    let mut terms = Reproduction::default();
-    terms.code("scenario", &result.file);
-    terms.code("specification", &result.spec);
-    for (key, value) in &result.settings {
-        terms.code("set in all runs", &format!("{key} = {value}"));
-    }
+fn terms(result: &SweepResult) -> Vec<Term> {
+    let mut terms = vec![
+        Term::code("scenario", &result.file),
+        Term::code("specification", &result.spec),
+    ];
+    let settings = result.settings.iter();
+    terms.extend(
+        settings.map(|(key, value)| Term::code("set in all runs", format!("{key} = {value}"))),
+    );
     let design = &result.design;
-    terms.code(
-        "design",
-        &format!("{}, seed {}", design.kind.word(), design.seed),
-    );
-    terms.code(
-        "hash of points and runs",
-        result.hash.as_deref().unwrap_or("incomplete"),
-    );
-    terms.code("hash of the program", &result.build);
-    terms.section()
+    let design = format!("{}, seed {}", design.kind.word(), design.seed);
+    let hash = result.hash.as_deref().unwrap_or("incomplete");
+    terms.extend([
+        Term::code("design", design),
+        Term::code("hash of points and runs", hash),
+        Term::code("hash of the program", &result.build),
+    ]);
+    terms
 }

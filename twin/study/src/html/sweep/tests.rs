@@ -97,7 +97,7 @@ fn circles(page: &str, title: &str) -> usize {
 fn every_run_with_a_margin_is_drawn_and_every_failure_listed() {
     let margins = [Some(0.1), Some(-0.2), None, Some(0.3)];
     let rows = margins.into_iter().enumerate();
-    let page = sweep_page(&result(rows.map(|(n, it)| row(n, it, "m")).collect()));
+    let page = sweep_page(&result(rows.map(|(n, it)| row(n, it, "m")).collect())).html();
     assert_eq!(circles(&page, "margin of stays &lt;up&gt; over seed"), 3);
     assert_eq!(page.matches("trot@seed-").count(), 2);
     assert!(page.contains("name=&quot;&lt;1&gt;&quot;"));
@@ -110,14 +110,15 @@ fn units_are_not_mixed() {
     let page = sweep_page(&result(vec![
         row(0, Some(0.1), "m"),
         row(1, Some(-2.0), "rad"),
-    ]));
+    ]))
+    .html();
     assert!(page.contains("margin  [m]") && page.contains("margin  [rad]"));
 }
 
 #[test]
 fn page_of_many_runs_is_bounded() {
     let rows = |count| (0..count).map(|n| row(n, Some(1.0), "m")).collect();
-    let page = sweep_page(&result(rows(10 * DRAWN)));
+    let page = sweep_page(&result(rows(10 * DRAWN))).html();
     assert_eq!(
         circles(&page, "margin of stays &lt;up&gt; over seed"),
         DRAWN
@@ -130,7 +131,7 @@ fn page_of_many_runs_is_bounded() {
 fn histogram_has_no_bar_without_runs() {
     let widths = |indices: &[usize]| -> Vec<f64> {
         let rows = indices.iter().map(|&index| row(index, Some(0.1), "m"));
-        let page = sweep_page(&result(rows.collect()));
+        let page = sweep_page(&result(rows.collect())).html();
         let plot = plot(&page, "share of runs that pass over seed");
         let bars = plot.split("<rect fill-opacity").skip(1);
         let width = bars.map(|bar| bar.split_once("width=\"").unwrap().1);
