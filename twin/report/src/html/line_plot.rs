@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::drawing::Drawing;
+use super::drawing::{Drawing, begin};
 use super::element::escaped;
 use super::marker::COLOURS;
 use crate::number::plain;
@@ -202,12 +202,7 @@ impl LinePlot {
         let [bottom, right] = [self.height - BOTTOM, self.width - RIGHT];
         let x = LinearAxis::around(points().map(|point| point[0]), LEFT, right, TICK_X);
         let y = LinearAxis::around(points().map(|point| point[1]), bottom, TOP, TICK_Y);
-        let mut out = format!(
-            "<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">\n",
-            self.width,
-            self.height,
-            escaped(&self.title)
-        );
+        let mut out = begin(self.width, self.height, &self.title);
         self.frame(&mut out, x, y);
         for series in &self.series {
             series.draw(&mut out, &x, &y);

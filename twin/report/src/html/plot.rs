@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::axis::Axis;
-use super::drawing::Drawing;
+use super::drawing::{Drawing, begin};
 use super::element::escaped;
 use super::marker::{COLOURS, DOUBTFUL, cross, doubtful_swatch, floor_swatch, marker, star};
 
@@ -142,12 +142,7 @@ impl Plot {
         let strips: Vec<f64> = [false, true].map(|cut| self.strip_height(cut)).into();
         let top = self.above() + strips.iter().sum::<f64>();
         let (x, y) = self.axes(top);
-        let mut out = format!(
-            "<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">\n",
-            self.width,
-            self.height,
-            escaped(&self.title)
-        );
+        let mut out = begin(self.width, self.height, &self.title);
         self.grid(&mut out, &x, &y, top);
         self.marks(&mut out, &x, &y);
         let mut from = self.above();

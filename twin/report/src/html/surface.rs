@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::drawing::Drawing;
+use super::drawing::{Drawing, begin};
 use super::element::escaped;
 
 /// Surface over a grid of values.
@@ -54,10 +54,7 @@ impl Surface {
         if self.first.len() < 2 || self.second.len() < 2 || low == high {
             return String::new();
         }
-        let mut out = format!(
-            "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">\n",
-            escaped(&self.title)
-        );
+        let mut out = begin(WIDTH, HEIGHT, &self.title);
         let scale = Scale { low, high };
         self.walls(&mut out, scale);
         self.patches(&mut out, scale);

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use twinrig_report::html::drawing::Drawing;
+use twinrig_report::html::drawing::{Drawing, begin};
 use twinrig_report::html::element::escaped;
 use twinrig_report::html::marker::COLOURS;
 
@@ -47,10 +47,8 @@ impl GaitDiagram<'_> {
         let legs = self.result.run.legs.len() as f64;
         let curves = TOP + legs * LEG[0] + BAND + 6.0;
         let height = curves + 3.0 * (CURVE[0] + CURVE[1]) + BOTTOM;
-        let mut out = format!(
-            "<svg viewBox=\"0 0 {WIDTH} {height:.0}\" role=\"img\" aria-label=\"gait diagram of {}\">\n",
-            escaped(&self.result.case.plant)
-        );
+        let plant = &self.result.case.plant;
+        let mut out = begin(WIDTH, height, &format!("gait diagram of {plant}"));
         self.ticks(&mut out, height - BOTTOM);
         self.footfalls(&mut out);
         self.band(&mut out, TOP + legs * LEG[0] + 4.0);

@@ -98,7 +98,8 @@ impl Ranges {
         (1..self.bars).filter(|&bar| place >= bar as f64).count()
     }
 
-    /// Returns the share of the variance of values that is between the ranges; none of equal values.
+    /// Returns the share of the variance of values that is between the ranges; none of equal
+    /// values.
     fn share_of_variance(self, points: &[[f64; 2]]) -> Option<f64> {
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         let all: Vec<f64> = points.iter().map(|[_, value]| *value).collect();

@@ -99,7 +99,7 @@ fn every_run_with_a_margin_is_drawn_and_every_failure_listed() {
     let rows = margins.into_iter().enumerate();
     let page = sweep_page(&result(rows.map(|(n, it)| row(n, it, "m")).collect())).html();
     assert_eq!(circles(&page, "margin of stays &lt;up&gt; over seed"), 3);
-    assert_eq!(page.matches("trot@seed-").count(), 2);
+    assert_eq!(page.matches("<b>trot@seed-").count(), 2);
     assert!(page.contains("name=&quot;&lt;1&gt;&quot;"));
     assert!(!page.contains("<up>") && page.contains("a &amp; b"));
 }
@@ -109,15 +109,17 @@ fn every_run_with_a_margin_is_drawn_and_every_failure_listed() {
 fn units_are_not_mixed() {
     let page = sweep_page(&result(vec![
         row(0, Some(0.1), "m"),
-        row(1, Some(-2.0), "rad"),
+        row(1, Some(0.2), "m"),
+        row(2, Some(-2.0), "rad"),
+        row(3, Some(-1.0), "rad"),
     ]))
     .html();
-    assert!(page.contains("margin  [m]") && page.contains("margin  [rad]"));
+    assert!(page.contains("margin  [mm]") && page.contains("margin  [rad]"));
 }
 
 #[test]
 fn page_of_many_runs_is_bounded() {
-    let rows = |count| (0..count).map(|n| row(n, Some(1.0), "m")).collect();
+    let rows = |count| (0..count).map(|n| row(n, Some(n as f64), "m")).collect();
     let page = sweep_page(&result(rows(10 * DRAWN))).html();
     assert_eq!(
         circles(&page, "margin of stays &lt;up&gt; over seed"),
