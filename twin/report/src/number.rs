@@ -64,6 +64,20 @@ pub fn fixed(value: f64, places: usize) -> String {
     format!("{value:.places$}").replace('-', "−")
 }
 
+/// Formats a quantity with six digits and no prefix: `0.963952 m/s`.
+pub fn precise(value: f64, unit: &str) -> String {
+    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
+    let text = if rounded == 0.0 || (1e-4..1e7).contains(&rounded.abs()) {
+        rounded.to_string()
+    } else {
+        format!("{rounded:e}")
+    };
+    match unit {
+        "" | "1" => text,
+        unit => format!("{text} {unit}"),
+    }
+}
+
 /// Formats a share: `82.5 %`.
 pub fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)

@@ -380,10 +380,9 @@ impl Table {
 
     /// Returns the table in HTML.
     pub fn html(&self) -> String {
-        let words = self.columns.iter();
-        let words = words.take_while(|column| column.role != Role::Number);
-        let heads: Vec<String> = self.columns.iter().map(Column::head).collect();
-        let mut table = HtmlTable::new(&heads.join("|"), words.count());
+        let columns = self.columns.iter();
+        let columns = columns.map(|column| (column.head(), column.role != Role::Number));
+        let mut table = HtmlTable::of_columns(columns);
         for row in &self.rows {
             let cells = self.cells(row).map(|(column, cell)| {
                 let text = escaped(&cell.text(|value| column.bare(value)));

@@ -8,10 +8,11 @@ use twinrig_scenario::Setting;
 
 use super::best::ScenarioText;
 use super::plan::OptimizationPlan;
-use super::table::{class, value_and_unit};
 use crate::error::TwinError;
 use crate::sweep::files::replace;
+use twinrig_report::number::precise;
 use twinrig_rig::error::Error;
+use twinrig_study::evaluation_class;
 
 /// File of the result.
 const RESULT: &str = "optimization.json";
@@ -29,7 +30,10 @@ pub(super) fn write(
         ("history.csv", result.history_csv()),
         ("points.csv", result.points_csv()),
         (RESULT, json + "\n"),
-        ("report.html", twinrig_study::optimization_page(result)),
+        (
+            "report.html",
+            twinrig_study::optimization_page(result).html(),
+        ),
     ];
     texts.extend(best(plan, result, folder)?.map(|text| ("best.toml", text)));
     let written = texts.into_iter().map(|(name, text)| {
@@ -103,8 +107,8 @@ fn best(
             "{} {} = {}, {}, evaluation {}.",
             result.direction.word(),
             result.objective,
-            value_and_unit(value, &result.unit),
-            class(&best.evaluation),
+            precise(value, &result.unit),
+            evaluation_class(&best.evaluation),
             best.number
         ),
         format!(

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use crate::optimize::outcome::OptimizationProgress;
-use crate::optimize::table::value_and_unit;
 use crate::progress::{Progress, bar};
+use twinrig_report::number::precise;
 
 /// Shows the generation of an optimisation.
 pub(crate) fn show(line: &mut Progress, progress: &OptimizationProgress) {
@@ -28,7 +28,7 @@ fn generation_line(title: &str, progress: &OptimizationProgress, wall_s: f64) ->
     let done = evaluations + done;
     let bar = bar(done as f64 / all.max(1) as f64);
     let best = best.as_ref().map_or(String::new(), |(value, unit)| {
-        format!("  best {}", value_and_unit(*value, unit))
+        format!("  best {}", precise(*value, unit))
     });
     let mut line = format!("{title}  {bar}  generation {generation} of {of}{best}");
     if *ran > 0 {

@@ -3,14 +3,16 @@
 use std::fmt::Write as _;
 
 use twinrig_campaign::optimization::{
-    BestPoint, Evaluation, OptimizationResult, OptimizationVerdict, RunClass,
+    BestPoint, OptimizationResult, OptimizationVerdict, RunClass,
 };
 use twinrig_campaign::sweep::{ExpectationVerdict, percent};
 
 use super::outcome::OptimizationOutcome;
 use twinrig_document::escaped;
+use twinrig_study::{best_cases, best_point, evaluation_class as class};
 
-use twinrig_report::text::grid::{Cell, Grid, Left, Right};
+use twinrig_report::number::precise;
+use twinrig_report::text::grid::{Cell, Grid, Left};
 use twinrig_report::text::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 
 /// Returns the text of a result.
@@ -19,13 +21,13 @@ pub(crate) fn text(outcome: &OptimizationOutcome) -> String {
     let mut out = heading(result);
     out.push_str("\n\n");
     if let Some(best) = &result.best {
-        for line in point(result, best).lines(2) {
+        for line in best_point(result, best).grid().lines(2) {
             // Writing to a string cannot fail.
             let _ = writeln!(out, "{line}");
         }
         out.push('\n');
         if !best.cases.is_empty() {
-            for line in cases(result, best).lines(2) {
+            for line in best_cases(result, best).grid().lines(2) {
                 let _ = writeln!(out, "{line}");
             }
             out.push('\n');
@@ -44,34 +46,6 @@ pub(crate) fn text(outcome: &OptimizationOutcome) -> String {
     out
 }
 
-/// Returns a value of the objective: `0.964 m/s`.
-pub(crate) fn value_and_unit(value: f64, unit: &str) -> String {
-    match unit {
-        "" | "1" => significant(value),
-        unit => format!("{} {unit}", significant(value)),
-    }
-}
-
-/// Returns a number with six digits.
-fn significant(value: f64) -> String {
-    let text = format!("{value:.5e}");
-    let rounded: f64 = text.parse().unwrap_or(value);
-    if rounded == 0.0 || (1e-4..1e7).contains(&rounded.abs()) {
-        rounded.to_string()
-    } else {
-        format!("{rounded:e}")
-    }
-}
-
-/// Returns whether a point meets its constraints: `feasible`, `violates 2 constraints`.
-pub(crate) fn class(evaluation: &Evaluation) -> String {
-    match (evaluation.class, evaluation.violations) {
-        (RunClass::Infeasible, 1) => "violates 1 constraint".to_owned(),
-        (RunClass::Infeasible, count) => format!("violates {count} constraints"),
-        (class, _) => class.word().to_owned(),
-    }
-}
-
 fn heading(result: &OptimizationResult) -> String {
     let details = format!(
         "{} · {} {} · {} · {}",
@@ -82,38 +56,6 @@ fn heading(result: &OptimizationResult) -> String {
         result.file
     );
     format!("{}  {}", styled(BOLD, &result.name), styled(DIM, &details))
-}
-
-/// Returns the values of the best point between their bounds.
-fn point(result: &OptimizationResult, best: &BestPoint) -> Grid {
-    let mut grid = Grid::new(&[Left, Right, Right, Right, Left]);
-    grid.header("dimension | best | from | to |");
-    for (dimension, value) in result.dimensions.iter().zip(&best.point) {
-        let bound = |number| value_and_unit(number, dimension.unit.symbol());
-        let is_at_bound = best.at_bounds.iter().any(|(key, _)| *key == dimension.key);
-        let mark = if is_at_bound { "at its bound" } else { "" };
-        grid.row([
-            dimension.key.as_str().into(),
-            value.shown().into(),
-            Cell::new(bound(dimension.from), DIM),
-            Cell::new(bound(dimension.to), DIM),
-            Cell::new(mark, YELLOW),
-        ]);
-    }
-    grid
-}
-
-/// Returns the evaluations of the best point in all cases.
-fn cases(result: &OptimizationResult, best: &BestPoint) -> Grid {
-    let mut grid = Grid::new(&[Left, Right, Left]);
-    grid.header("case | objective |");
-    for it in &best.cases {
-        let value = it.evaluation.objective;
-        let value = value.map_or(String::new(), |value| value_and_unit(value, &result.unit));
-        let class = Cell::new(class(&it.evaluation), DIM);
-        grid.row([it.name.as_str().into(), value.into(), class]);
-    }
-    grid
 }
 
 fn verdict(result: &OptimizationResult) -> String {
@@ -149,7 +91,7 @@ fn verdict(result: &OptimizationResult) -> String {
 /// Returns the objective of the best point: `forward speed 1.21 m/s, evaluation 811 of 1212`.
 fn achieved(result: &OptimizationResult, best: &BestPoint) -> String {
     let value = best.evaluation.objective.map_or(String::new(), |value| {
-        format!(" {}", value_and_unit(value, &result.unit))
+        format!(" {}", precise(value, &result.unit))
     });
     let class = match best.evaluation.class {
         RunClass::Feasible => String::new(),

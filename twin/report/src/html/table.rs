@@ -2,11 +2,12 @@
 
 use super::element::{element, escaped};
 
-/// Table whose columns are right-aligned numbers, except for the first `words`.
+/// Table of numbers, which are right-aligned, and texts.
 #[derive(Clone, Debug)]
 pub struct HtmlTable {
     head: Vec<String>,
-    words: usize,
+    /// Whether each column has texts.
+    texts: Vec<bool>,
     rows: Vec<(String, Vec<String>)>,
 }
 
@@ -16,11 +17,21 @@ const WIDE: usize = 7;
 const WIDEST: usize = 14;
 
 impl HtmlTable {
-    /// Creates a table whose columns have the names in `head`, separated by `|`.
+    /// Creates a table whose columns have the names in `head`, separated by `|`; the first `words`
+    /// have texts.
     pub fn new(head: &str, words: usize) -> Self {
+        let head: Vec<&str> = head.split('|').map(str::trim).collect();
+        let columns = head.iter().enumerate();
+        Self::of_columns(columns.map(|(index, name)| (*name, index < words)))
+    }
+
+    /// Creates a table whose columns have these names, and texts or numbers.
+    pub fn of_columns(columns: impl IntoIterator<Item = (impl Into<String>, bool)>) -> Self {
+        let columns = columns.into_iter().map(|(name, text)| (name.into(), text));
+        let (head, texts) = columns.unzip();
         Self {
-            head: head.split('|').map(|name| name.trim().to_owned()).collect(),
-            words,
+            head,
+            texts,
             rows: Vec::new(),
         }
     }
@@ -43,7 +54,7 @@ impl HtmlTable {
         let reasons = |head: &str| head.is_empty() || head.starts_with("why");
         let side = |column: usize| match &*self.head[column] {
             head if column == last && reasons(head) => "w",
-            _ if column < self.words => "",
+            _ if self.texts[column] => "",
             _ => "n",
         };
         // In a wide table the reasons have separate rows below, as there is no room for a column.

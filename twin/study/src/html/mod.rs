@@ -28,8 +28,8 @@ mod tolerance;
 mod transport;
 
 use figure::{drawing, figure, legend};
-pub use optimization::optimization_page;
-use page::{Page, card, commanded, document, introduction, panicked};
+pub use optimization::{best_cases, best_point, evaluation_class, optimization_page};
+use page::{Page, card, commanded, introduction, panicked};
 use references::references;
 pub use study::html;
 pub use sweep::sweep_page;

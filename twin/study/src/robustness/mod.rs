@@ -16,14 +16,11 @@ use serde::{Deserialize, Serialize};
 use twinrig_campaign::sweep::SweepRow;
 
 use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread, Magnitude};
-use twinrig_report::number::{plain, si};
+use twinrig_report::number::quantity;
 
 /// Returns a margin of an expectation with its unit.
 pub(crate) fn margin_text(expectation: &ExpectationSpread, margin: f64) -> String {
-    match &*expectation.unit {
-        "1" => plain(margin),
-        unit => si(margin, unit),
-    }
+    quantity(margin, &expectation.unit)
 }
 
 /// A scenario on a plant.

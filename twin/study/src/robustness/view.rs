@@ -12,6 +12,7 @@ use twinrig_report::table::{Cell, Column, Table, Tone};
 use super::divergence::Growth;
 use super::margin_text;
 use super::results::{EnsembleRun, RobustnessResult, RobustnessStudy};
+use crate::differing::is_visible;
 use crate::machine::Machine;
 use crate::reproduction::reproduction;
 
@@ -163,7 +164,7 @@ fn expectations(result: &RobustnessResult) -> Table {
     let mut table = Table::new([
         Column::label("expectation"),
         Column::number("holds"),
-        Column::text("95 % interval"),
+        Column::number("95 % interval"),
         Column::number("least margin"),
         Column::number("5 %").only_on_pages(),
         Column::number("median"),
@@ -316,7 +317,7 @@ fn logarithms(distances: &[[f64; 2]]) -> Vec<[f64; 2]> {
 fn margins(result: &RobustnessResult) -> Vec<Block> {
     let all = result.expectations.iter().enumerate();
     let (varied, same): (Vec<_>, Vec<_>) =
-        all.partition(|(_, one)| one.margins.is_some_and(|it| it.min < it.max));
+        all.partition(|(_, one)| one.margins.is_some_and(|it| is_visible([it.min, it.max])));
     let figures = varied.iter();
     let figures = figures.filter_map(|(index, one)| margin(result, *index, one));
     let figures: Vec<Figure> = figures.collect();
@@ -333,7 +334,7 @@ fn margins(result: &RobustnessResult) -> Vec<Block> {
     if !names.is_empty() {
         let names = names.join(", ");
         blocks.push(Block::Text(format!(
-            "The same margin in all runs: {names}."
+            "Margins that are the same in all runs within 1 %: {names}."
         )));
     }
     blocks

@@ -1,74 +1,81 @@
-//! Section of the best point: its values, its cases and its expectations.
+//! Tables of the best point: its values, its cases and its expectations.
 
-use twinrig_campaign::optimization::{BestPoint, OptimizationResult};
+use twinrig_campaign::optimization::{BestPoint, Evaluation, OptimizationResult, RunClass};
+use twinrig_report::number::{plain, precise};
+use twinrig_report::table::{Cell, Column, Table, Tone};
 
-use twinrig_report::html::element::{element, escaped, in_unit, paragraph};
-use twinrig_report::html::table::HtmlTable;
-use twinrig_report::number::plain;
-
-/// Returns the table of the best point and its expectations.
-pub(super) fn section(result: &OptimizationResult) -> String {
-    let Some(best) = &result.best else {
-        return paragraph("There is none.");
-    };
-    let mut table = HtmlTable::new("dimension | best | from | to |", 1);
+/// Returns the values of the best point between their bounds.
+pub fn best_point(result: &OptimizationResult, best: &BestPoint) -> Table {
+    let mut table = Table::new([
+        Column::label("dimension"),
+        Column::number("best"),
+        Column::number("from"),
+        Column::number("to"),
+        Column::text(""),
+    ]);
     for (dimension, value) in result.dimensions.iter().zip(&best.point) {
+        let bound =
+            |number| Cell::from(precise(number, dimension.unit.symbol())).with_tone(Tone::Faint);
         let is_at_bound = best.at_bounds.iter().any(|(key, _)| *key == dimension.key);
-        let symbol = in_unit(dimension.unit.symbol());
-        table.row(
-            "",
-            vec![
-                element("b", "", &escaped(&dimension.key)),
-                escaped(value.shown()),
-                escaped(&format!("{}{symbol}", plain(dimension.from))),
-                escaped(&format!("{}{symbol}", plain(dimension.to))),
-                if is_at_bound {
-                    element("span", "tag bad", "at its bound")
-                } else {
-                    String::new()
-                },
-            ],
-        );
+        let mark = is_at_bound.then_some("at its bound");
+        table.row([
+            dimension.key.as_str().into(),
+            value.shown().into(),
+            bound(dimension.from),
+            bound(dimension.to),
+            Cell::from(mark).with_tone(Tone::Doubtful),
+        ]);
     }
-    let mut expectations = HtmlTable::new("expectation | verdict | measured | bound | unit", 2);
-    for one in best.row.iter().flat_map(|row| &row.expectations) {
-        let class = if one.holds { "tag ok" } else { "tag bad" };
-        let number = |value: Option<f64>| value.map_or(String::new(), plain);
-        expectations.row(
-            "",
-            vec![
-                element("b", "", &escaped(&one.name)),
-                element("span", class, one.verdict.word()),
-                number(one.measured),
-                number(one.bound),
-                escaped(&one.unit),
-            ],
-        );
-    }
-    table.html()
-        + &cases(result, best)
-        + &expectations.html()
-        + &element("p", "", &element("code", "", &escaped(&best.command)))
+    table
 }
 
-/// Returns the table of the evaluations of the best point in all cases; nothing without cases.
-fn cases(result: &OptimizationResult, best: &BestPoint) -> String {
-    if best.cases.is_empty() {
-        return String::new();
-    }
-    let mut table = HtmlTable::new("case | class | objective | unit | command", 2);
+/// Returns the evaluations of the best point in all cases.
+pub fn best_cases(result: &OptimizationResult, best: &BestPoint) -> Table {
+    let mut table = Table::new([
+        Column::label("case"),
+        Column::number("objective"),
+        Column::text(""),
+        Column::text("command").only_on_pages(),
+    ]);
     for it in &best.cases {
-        let objective = it.evaluation.objective;
-        table.row(
-            "",
-            vec![
-                element("b", "", &escaped(&it.name)),
-                it.evaluation.class.word().to_owned(),
-                objective.map_or(String::new(), plain),
-                escaped(&result.unit),
-                element("code", "", &escaped(&it.command)),
-            ],
-        );
+        let value = it.evaluation.objective;
+        table.row([
+            it.name.as_str().into(),
+            value.map(|value| precise(value, &result.unit)).into(),
+            Cell::from(evaluation_class(&it.evaluation)).with_tone(Tone::Faint),
+            Cell::code(&it.command),
+        ]);
     }
-    table.html() + &paragraph("The worst case counts; its expectations are:")
+    table
+}
+
+/// Returns the expectations at the best point.
+pub(super) fn expectations(best: &BestPoint) -> Table {
+    let mut table = Table::new([
+        Column::label("expectation"),
+        Column::status("verdict"),
+        Column::number("measured"),
+        Column::number("bound"),
+        Column::text("unit"),
+    ]);
+    for one in best.row.iter().flat_map(|row| &row.expectations) {
+        let tone = if one.holds { Tone::Good } else { Tone::Bad };
+        table.row([
+            one.name.as_str().into(),
+            Cell::from(one.verdict.word()).with_tone(tone),
+            one.measured.map(plain).into(),
+            one.bound.map(plain).into(),
+            one.unit.as_str().into(),
+        ]);
+    }
+    table
+}
+
+/// Returns whether a point meets its constraints: `feasible`, `violates 2 constraints`.
+pub fn evaluation_class(evaluation: &Evaluation) -> String {
+    match (evaluation.class, evaluation.violations) {
+        (RunClass::Infeasible, 1) => "violates 1 constraint".to_owned(),
+        (RunClass::Infeasible, count) => format!("violates {count} constraints"),
+        (class, _) => class.word().to_owned(),
+    }
 }

@@ -8,14 +8,12 @@ mod tests;
 use twinrig_campaign::optimization::{
     EvaluatedPoint, Generation, OptimizationResult, OptimizedDimension, RunClass,
 };
-use twinrig_campaign::sweep::percent;
-
-use super::reproduction::Reproduction;
-use super::{card, document, drawing};
-use twinrig_report::html::element::{element, in_unit, paragraph};
+use twinrig_report::html::element::in_unit;
 use twinrig_report::html::line_plot::{AxisLabel, LinePlot, Series, Shape};
-use twinrig_report::html::marker::swatch;
-use twinrig_report::number::plain;
+use twinrig_report::number::{percent, precise};
+use twinrig_report::page::{Block, Card, Figure, Page, Swatch, Term};
+
+pub use best::{best_cases, best_point, evaluation_class};
 
 /// Greatest number of points of one kind in a plot.
 const DRAWN: usize = 1000;
@@ -31,42 +29,50 @@ const MEDIAN: usize = 2;
 const MARK: usize = 7;
 
 /// Returns the page of an optimisation.
-pub fn optimization_page(result: &OptimizationResult) -> String {
-    let mut body = cards(result);
-    body += &result
-        .warning()
-        .map_or(String::new(), |warning| paragraph(&warning));
-    body += "<h2>Convergence</h2>\n";
-    body += &convergence(result);
-    body += "<h2>Best point</h2>\n";
-    body += &best::section(result);
-    body += "<h2>Dimensions</h2>\n";
-    body += &paragraph(&format!(
+pub fn optimization_page(result: &OptimizationResult) -> Page {
+    let mut blocks = vec![Block::Cards(cards(result))];
+    blocks.extend(result.warning().map(Block::Text));
+    blocks.push(Block::Heading("Convergence".to_owned()));
+    blocks.push(Block::Figures(convergence(result).into()));
+    blocks.push(Block::Heading("Best point".to_owned()));
+    if let Some(best) = &result.best {
+        blocks.push(Block::Table(best_point(result, best)));
+        if !best.cases.is_empty() {
+            blocks.push(Block::Table(best_cases(result, best)));
+            let text = "The worst case counts; its expectations are:";
+            blocks.push(Block::Text(text.to_owned()));
+        }
+        blocks.push(Block::Table(best::expectations(best)));
+    } else {
+        blocks.push(Block::Text("There is none.".to_owned()));
+    }
+    blocks.push(Block::Heading("Dimensions".to_owned()));
+    blocks.push(Block::Text(format!(
         "Left the objective of the runs that have one, the dashed line at the best point. Right \
          the share of the points of all generations, and of the best of {BEST_OF} of them, in each \
          part of the range: a search that has converged has its best points in one place."
-    ));
+    )));
     let order = by_cost(result);
-    for (index, dimension) in result.dimensions.iter().enumerate() {
-        let plots = objective_over(result, index, dimension)
-            + &distribution(result, &order, index, dimension);
-        body += &element("div", "pair", &plots);
+    let dimensions = result.dimensions.iter().enumerate();
+    blocks.extend(dimensions.map(|(index, dimension)| {
+        Block::Figures(vec![
+            objective_over(result, index, dimension),
+            distribution(result, &order, index, dimension),
+        ])
+    }));
+    Page {
+        kind: "Optimisation".to_owned(),
+        title: format!("{}: {}", result.name, result.scenario),
+        headline: headline(result),
+        blocks,
+        terms: terms(result),
     }
-    body += &reproduction(result);
-    let title = format!("{}: {}", result.name, result.scenario);
-    document("Optimisation", &title, &headline(result), &body)
 }
 
 fn objective_text(result: &OptimizationResult) -> String {
     let best = result.best.as_ref();
     let value = best.and_then(|best| best.evaluation.objective);
-    let unit = match result.unit.as_str() {
-        "1" => "",
-        unit => unit,
-    };
-    value.map_or("none".to_owned(), |value| {
-        format!("{} {unit}", plain(value))
-    })
+    value.map_or("none".to_owned(), |value| precise(value, &result.unit))
 }
 
 fn headline(result: &OptimizationResult) -> String {
@@ -79,38 +85,43 @@ fn headline(result: &OptimizationResult) -> String {
         "{} {}: {}{constraints}; {} evaluations.",
         result.direction.word(),
         result.objective,
-        objective_text(result).trim_end(),
+        objective_text(result),
         result.counts.evaluations
     )
 }
 
-fn cards(result: &OptimizationResult) -> String {
+fn cards(result: &OptimizationResult) -> Vec<Card> {
     let counts = &result.counts;
-    let mut cards = card("verdict", result.verdict.word(), result.method.word());
-    cards += &card("best", objective_text(result).trim_end(), &result.objective);
+    let card = |what: &str, value: String, more: &str| Card {
+        what: what.to_owned(),
+        value,
+        more: more.to_owned(),
+    };
     let generations = format!("in {} generations", result.history.len());
-    cards += &card("evaluations", &counts.evaluations.to_string(), &generations);
-    cards += &card(
-        "feasible",
-        &counts.feasible.to_string(),
-        "all constraints hold",
-    );
     let saved = result.saved.map_or(String::new(), |saved| {
         format!("{} of the simulated time saved", percent(saved))
     });
-    cards += &card("falls", &counts.fell.to_string(), &saved);
+    let verdict = result.verdict.word().to_owned();
+    let mut cards = vec![
+        card("verdict", verdict, result.method.word()),
+        card("best", objective_text(result), &result.objective),
+        card("evaluations", counts.evaluations.to_string(), &generations),
+        card(
+            "feasible",
+            counts.feasible.to_string(),
+            "all constraints hold",
+        ),
+        card("falls", counts.fell.to_string(), &saved),
+    ];
     if counts.error > 0 {
-        cards += &card(
-            "error",
-            &counts.error.to_string(),
-            "the run did not complete",
-        );
+        let more = "the run did not complete";
+        cards.push(card("error", counts.error.to_string(), more));
     }
-    element("div", "cards", &cards)
+    cards
 }
 
 /// Returns the plots of the objective and of the share of feasible points over the evaluations.
-fn convergence(result: &OptimizationResult) -> String {
+fn convergence(result: &OptimizationResult) -> [Figure; 2] {
     let history = result.history.iter();
     let line = |value: &dyn Fn(usize) -> Option<f64>| -> Vec<[f64; 2]> {
         let points = history.clone().enumerate();
@@ -140,12 +151,6 @@ fn convergence(result: &OptimizationResult) -> String {
             },
         ],
     );
-    let legend = [
-        (swatch(BEST, false), "best point so far".to_owned()),
-        (swatch(MEDIAN, false), "median of a generation".to_owned()),
-    ];
-    let caption = "The best point is the one of least cost: feasible points come first, whatever \
-                   their objective.";
     let feasible = plot(
         "share of feasible points over the evaluations",
         AxisLabel::number("feasible"),
@@ -161,9 +166,23 @@ fn convergence(result: &OptimizationResult) -> String {
             },
         ],
     );
-    let plots =
-        drawing("", &legend, &objective.svg(), caption) + &drawing("", &[], &feasible.svg(), "");
-    element("div", "pair", &plots)
+    let caption = "The best point is the one of least cost: feasible points come first, whatever \
+                   their objective.";
+    [
+        Figure {
+            heading: String::new(),
+            legend: vec![
+                (Swatch::Curve(BEST), "best point so far".to_owned()),
+                (Swatch::Curve(MEDIAN), "median of a generation".to_owned()),
+            ],
+            drawing: objective.drawing(),
+            caption: caption.to_owned(),
+        },
+        Figure {
+            drawing: feasible.drawing(),
+            ..Figure::default()
+        },
+    ]
 }
 
 /// Returns the indices of the points, the best first.
@@ -197,7 +216,7 @@ fn objective_over(
     result: &OptimizationResult,
     index: usize,
     dimension: &OptimizedDimension,
-) -> String {
+) -> Figure {
     let dots = |is_feasible: bool| {
         let of = |point: &EvaluatedPoint| {
             let feasible = point.evaluation.class == RunClass::Feasible;
@@ -247,11 +266,14 @@ fn objective_over(
         y: AxisLabel::in_unit("objective", &result.unit),
         series,
     };
-    let legend = [
-        (swatch(BEST, false), "feasible".to_owned()),
-        (swatch(OTHER, false), "infeasible".to_owned()),
-    ];
-    drawing("", &legend, &plot.svg(), "")
+    Figure {
+        legend: vec![
+            (Swatch::Curve(BEST), "feasible".to_owned()),
+            (Swatch::Curve(OTHER), "infeasible".to_owned()),
+        ],
+        drawing: plot.drawing(),
+        ..Figure::default()
+    }
 }
 
 /// Returns the histogram of the values of a dimension.
@@ -260,7 +282,7 @@ fn distribution(
     order: &[usize],
     index: usize,
     dimension: &OptimizedDimension,
-) -> String {
+) -> Figure {
     let [from, to] = [dimension.from, dimension.to].map(|end| place(dimension, end));
     let width = (to - from) / BARS as f64;
     let shares = |points: &[usize]| -> Vec<[f64; 2]> {
@@ -298,35 +320,39 @@ fn distribution(
             },
         ],
     };
-    let legend = [
-        (swatch(BEST, false), format!("the best of {BEST_OF}")),
-        (swatch(OTHER, false), "all".to_owned()),
-    ];
-    drawing("", &legend, &plot.svg(), "")
+    Figure {
+        legend: vec![
+            (Swatch::Curve(BEST), format!("the best of {BEST_OF}")),
+            (Swatch::Curve(OTHER), "all".to_owned()),
+        ],
+        drawing: plot.drawing(),
+        ..Figure::default()
+    }
 }
 
-fn reproduction(result: &OptimizationResult) -> String {
-    let mut terms = Reproduction::default();
-    terms.code("scenario", &result.file);
-    terms.code("search space", &result.space);
-    for (key, value) in &result.settings {
-        terms.code("set in all runs", &format!("{key} = {value}"));
-    }
-    for name in &result.constraints {
-        terms.code("constraint", name);
-    }
-    terms.code(
-        "search",
-        &format!(
-            "{}, {} particles, {} iterations, {} restarts, seed {}",
-            result.method.word(),
-            result.particles,
-            result.iterations,
-            result.restarts,
-            result.seed
-        ),
+fn terms(result: &OptimizationResult) -> Vec<Term> {
+    let mut terms = vec![
+        Term::code("scenario", &result.file),
+        Term::code("search space", &result.space),
+    ];
+    let settings = result.settings.iter();
+    terms.extend(
+        settings.map(|(key, value)| Term::code("set in all runs", format!("{key} = {value}"))),
     );
-    terms.code("hash of points and costs", &result.hash);
-    terms.code("hash of the program", &result.build);
-    terms.section()
+    let constraints = result.constraints.iter();
+    terms.extend(constraints.map(|name| Term::code("constraint", name)));
+    let search = format!(
+        "{}, {} particles, {} iterations, {} restarts, seed {}",
+        result.method.word(),
+        result.particles,
+        result.iterations,
+        result.restarts,
+        result.seed
+    );
+    terms.push(Term::code("search", search));
+    let command = result.best.as_ref().map(|best| &best.command);
+    terms.extend(command.map(|command| Term::code("run of the best point", command)));
+    terms.push(Term::code("hash of points and costs", &result.hash));
+    terms.push(Term::code("hash of the program", &result.build));
+    terms
 }

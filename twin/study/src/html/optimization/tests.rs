@@ -86,7 +86,7 @@ fn page_shows_generations_and_points() {
         // Half of the runs end after a tenth of their time.
         assert_eq!(result.saved, Some(0.45));
         assert_eq!(result.verdict, OptimizationVerdict::Found);
-        let page = optimization_page(&result);
+        let page = optimization_page(&result).html();
         let dots = plot(&page, "objective over length")
             .matches("<circle")
             .count();
@@ -103,10 +103,10 @@ fn page_shows_generations_and_points() {
 /// Nothing has been evaluated, or only a single point.
 #[test]
 fn page_of_few_points_is_complete() {
-    let page = optimization_page(&empty(false).judged(true));
+    let page = optimization_page(&empty(false).judged(true)).html();
     assert!(page.contains("There is none.") && page.contains("interrupted"));
     let mut one = empty(true);
     one.add_generation(vec![point(0, 7)]);
-    let page = optimization_page(&one.judged(false));
+    let page = optimization_page(&one.judged(false)).html();
     assert!(page.ends_with("</html>\n") && !page.contains("NaN") && !page.contains("inf "));
 }

@@ -100,7 +100,7 @@ fn strongest(result: &SweepResult, axes: &[SweepAxis<'_>]) -> Vec<Block> {
     if !same.is_empty() {
         let names = same.join(", ");
         blocks.push(Block::Text(format!(
-            "No margin, or the same one in all runs: {names}."
+            "No margin, or the same one in all runs within 1 %: {names}."
         )));
     }
     blocks

@@ -5,6 +5,8 @@ use twinrig_campaign::sweep::{ResultDimension, ResultRow, RowVerdict, SweepResul
 use twinrig_report::html::line_plot::{AxisLabel, LinePlot, Series, Shape};
 use twinrig_report::page::{Figure, Swatch};
 
+use crate::differing::is_visible;
+
 /// Greatest number of points of one kind in a plot.
 pub(super) const DRAWN: usize = 1000;
 /// Greatest number of points with tooltips.
@@ -236,7 +238,7 @@ fn row_passes(row: &ResultRow) -> bool {
 }
 
 /// Returns the plot of the margin of an expectation over a dimension, with the strength of the
-/// dependence; none where all margins are equal.
+/// dependence; none where the margins do not differ visibly.
 pub(super) fn margins(
     result: &SweepResult,
     axis: &SweepAxis<'_>,
@@ -256,7 +258,13 @@ pub(super) fn margins(
         })
         .collect();
     let places: Vec<[f64; 2]> = points.iter().map(|dot| dot.at).collect();
-    let strength = Ranges::of(result, axis).share_of_variance(&places)?;
+    let values = places.iter().map(|[_, value]| *value);
+    let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], it| {
+        [low.min(it), high.max(it)]
+    });
+    let strength = Ranges::of(result, axis)
+        .share_of_variance(&places)
+        .filter(|_| is_visible(ends))?;
     let (legend, mut series, left_out) = dots(&points);
     let ends = places.iter().map(|[x, _]| *x);
     let ends = ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
