@@ -42,6 +42,8 @@ pub enum Block {
     Subheading(String),
     /// Paragraph.
     Text(String),
+    /// Text to be copied, line by line.
+    Code(String),
     /// The most important values.
     Cards(Vec<Card>),
     /// Table.
@@ -169,6 +171,10 @@ impl Block {
             Self::Heading(text) => element("h2", "", &escaped(text)) + "\n",
             Self::Subheading(text) => element("h3", "", &escaped(text)) + "\n",
             Self::Text(text) => paragraph(text),
+            Self::Code(text) => {
+                let lines: Vec<String> = text.lines().map(escaped).collect();
+                element("pre", "", &element("code", "", &lines.join("\n")))
+            }
             Self::Cards(cards) => {
                 let cards: String = cards.iter().map(Card::html).collect();
                 element("div", "cards", &cards)

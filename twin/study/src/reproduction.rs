@@ -30,3 +30,48 @@ pub(crate) fn reproduction(
     terms.extend(left_out.iter().map(|left| Term::text("left out", left)));
     terms
 }
+
+/// Runs that the budget of a study ended, and the budget.
+pub(crate) struct Budgeted {
+    /// Names of the runs.
+    pub(crate) cut: Vec<String>,
+    /// Budget \[s\].
+    pub(crate) budget_s: f64,
+}
+
+/// Returns the entries of a study that measures run times on one processor.
+pub(crate) fn timed_reproduction(
+    machine: &Machine,
+    command: &str,
+    file: &str,
+    definitions: Vec<Term>,
+    left_out: &[String],
+    budget: &Budgeted,
+) -> Vec<Term> {
+    let load = machine.load.map_or(String::new(), |load| {
+        let shared = if load > 1.0 {
+            ", so other programs shared the processors"
+        } else {
+            ""
+        };
+        format!("; load {load:.2} at the start of the study{shared}")
+    });
+    let cores = format!("{}, of which a study uses one{load}", machine.cores);
+    let mut terms = vec![
+        Term::code("command", command),
+        Term::code("scenario", file),
+        Term::text("machine", format!("{}, {}", machine.cpu, machine.system)),
+        Term::text("cores", cores),
+        Term::text("build", &machine.build),
+    ];
+    terms.extend(definitions);
+    terms.extend(left_out.iter().map(|left| Term::text("left out", left)));
+    let Budgeted { cut, budget_s } = budget;
+    let cut = if cut.is_empty() {
+        format!("nothing was cut; the budget was {budget_s} s")
+    } else {
+        format!("for a budget of {budget_s} s: {}", cut.join(", "))
+    };
+    terms.push(Term::text("cut", cut));
+    terms
+}

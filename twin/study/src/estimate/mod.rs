@@ -13,6 +13,7 @@ mod settings_text;
 mod track;
 mod tune;
 mod validate;
+mod view;
 
 pub use calibrate::{CalibrationRun, calibrate, calibration_text, samples_fingerprint};
 pub use curves::{EstimateCurve, LoopPoint, VoltageCurve, VoltagePoint};

@@ -8,7 +8,6 @@ mod dominance;
 mod ensemble;
 mod error_axis;
 mod error_control;
-mod estimate;
 mod figure;
 mod footsteps;
 mod models;
@@ -27,7 +26,7 @@ mod thesis;
 mod tolerance;
 mod transport;
 
-use figure::{drawing, figure, legend};
+use figure::{figure, legend};
 pub use optimization::{best_cases, best_point, evaluation_class, optimization_page};
 use page::{Page, card, commanded, introduction, panicked};
 use references::references;

@@ -224,7 +224,7 @@ fn results_are_the_same_twice_bit_for_bit() {
 #[test]
 fn page_is_well_formed_and_shows_every_figure() {
     let study = study(6, 2);
-    let page = study.html(&machine(), "twin study <&> it");
+    let page = study.page(&machine(), "twin study <&> it").html();
     if let Some(folder) = std::env::var_os("STUDY_PAGES") {
         std::fs::write(std::path::Path::new(&folder).join("estimate.html"), &page).unwrap();
     }

@@ -10,7 +10,7 @@ use twinrig_study::{
 
 use crate::radius::{self, execute::RadiusOutcome};
 
-use crate::study::{coupling_table, estimate_table, table};
+use crate::study::{coupling_table, table};
 
 /// Result of a study.
 pub(super) enum StudyResult {
@@ -80,7 +80,7 @@ impl StudyResult {
         match self {
             Self::Plants(study) => html(study, machine, command),
             Self::Coupling(study) => study.html(machine, command),
-            Self::Estimate(study) => study.html(machine, command),
+            Self::Estimate(study) => study.page(machine, command).html(),
             Self::Modulation(study) => study.page(machine, command).html(),
             Self::Transition(study) => study.page(machine, command).html(),
             Self::Feedback(study) => study.page(machine, command).html(),
@@ -115,7 +115,7 @@ impl StudyResult {
         match self {
             Self::Plants(study) => table::text(study, files),
             Self::Coupling(study) => coupling_table::text(study, files),
-            Self::Estimate(study) => estimate_table::text(study, files),
+            Self::Estimate(study) => study.summary().finish(files),
             Self::Modulation(study) => study.summary().finish(files),
             Self::Transition(study) => study.summary().finish(files),
             Self::Feedback(study) => study.summary().finish(files),
