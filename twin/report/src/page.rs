@@ -16,6 +16,7 @@ use crate::html::STYLE;
 use crate::html::drawing::Drawing;
 use crate::html::element::{element, escaped, paragraph};
 use crate::html::marker::{doubtful_swatch, floor_swatch, foreign_swatch, swatch};
+use crate::html::plot::Plot;
 use crate::table::Table;
 
 /// Contents of a page.
@@ -202,6 +203,18 @@ impl Card {
 }
 
 impl Figure {
+    /// Adds the marks of a plot to the legend: the shaded region, and contradicting points.
+    #[must_use]
+    pub fn with_marks(mut self, plot: &Plot) -> Self {
+        let floor = plot.floor_label().map(|text| (Swatch::Region, text));
+        let doubtful = plot.has_doubtful().then(|| {
+            let text = "contradicts the settings next to it";
+            (Swatch::Doubtful, text.to_owned())
+        });
+        self.legend.extend(floor.into_iter().chain(doubtful));
+        self
+    }
+
     fn html(&self) -> String {
         let unless_empty = |name: &str, text: &str| match text {
             "" => String::new(),

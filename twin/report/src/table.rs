@@ -407,8 +407,12 @@ impl Table {
                 }
             });
             let first = if row.begins_group { "first" } else { "" };
-            let bad = if row.tone == Tone::Bad { "bad" } else { "" };
-            let class = [first, bad].join(" ");
+            let tone = match row.tone {
+                Tone::Bad => "bad",
+                Tone::Faint => "cut",
+                _ => "",
+            };
+            let class = [first, tone].join(" ");
             table.row(class.trim(), cells.collect());
         }
         table.html()

@@ -2,7 +2,6 @@
 
 pub(crate) mod builder;
 pub(crate) mod coupling_builder;
-pub(crate) mod coupling_table;
 pub(crate) mod feedback_cases;
 pub(crate) mod gait_scene;
 mod lines;

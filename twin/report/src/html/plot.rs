@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::axis::Axis;
 use super::drawing::{Drawing, begin};
 use super::element::escaped;
-use super::marker::{COLOURS, DOUBTFUL, cross, doubtful_swatch, floor_swatch, marker, star};
+use super::marker::{COLOURS, DOUBTFUL, cross, marker, star};
 
 /// Point of a curve.
 #[derive(Clone, Debug)]
@@ -190,26 +190,19 @@ impl Plot {
         self.width - if labelled { LABELS_RIGHT } else { RIGHT }
     }
 
-    /// Returns the legend entry of the shaded region, which has no label in the frame, where curves
-    /// would hide it.
-    pub fn floor_legend(&self) -> Option<(String, String)> {
+    /// Returns the label of the shaded region for the legend: in the frame curves would hide it.
+    pub fn floor_label(&self) -> Option<String> {
         let (_, y) = self.axes(TOP);
         self.marks.iter().find_map(|mark| match mark {
-            Mark::Below(value, label) if y.contains(*value) => {
-                Some((floor_swatch(), label.clone()))
-            }
+            Mark::Below(value, label) if y.contains(*value) => Some(label.clone()),
             _ => None,
         })
     }
 
-    /// Returns the legend entry of contradicting points, if there are any.
-    pub fn doubtful_legend(&self) -> Option<(String, String)> {
+    /// Returns whether there are points that contradict their neighbours.
+    pub fn has_doubtful(&self) -> bool {
         let mut points = self.curves.iter().flat_map(Curve::points);
-        let any = points.any(|point| point.look == Look::Doubtful);
-        any.then(|| {
-            let text = "contradicts the settings next to it".to_owned();
-            (doubtful_swatch(), text)
-        })
+        points.any(|point| point.look == Look::Doubtful)
     }
 
     fn axes(&self, top: f64) -> (Axis, Axis) {

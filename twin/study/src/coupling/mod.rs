@@ -5,6 +5,7 @@ mod plan;
 mod results;
 mod row;
 mod run;
+mod view;
 
 pub use factory::{CouplingInput, CouplingMethod, RigFactory, RigVariant};
 pub use plan::CouplingPlan;

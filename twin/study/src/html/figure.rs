@@ -1,6 +1,7 @@
 //! Figures of a page: plots with heading, legend and caption.
 
 use twinrig_report::html::element::{element, escaped};
+use twinrig_report::html::marker::{doubtful_swatch, floor_swatch};
 use twinrig_report::html::plot::Plot;
 
 /// Returns a legend of swatches (HTML) and texts.
@@ -20,9 +21,12 @@ pub(super) fn figure(
     plot: &Plot,
     caption: &str,
 ) -> String {
-    let marked = [plot.floor_legend(), plot.doubtful_legend()]
-        .into_iter()
-        .flatten();
+    let floor = plot.floor_label().map(|text| (floor_swatch(), text));
+    let doubtful = plot.has_doubtful().then(|| {
+        let text = "contradicts the settings next to it";
+        (doubtful_swatch(), text.to_owned())
+    });
+    let marked = floor.into_iter().chain(doubtful);
     let entries: Vec<_> = entries.iter().cloned().chain(marked).collect();
     drawing(heading, &entries, &plot.svg(), caption)
 }

@@ -2,7 +2,6 @@
 
 mod constraint_violation;
 mod contact;
-mod coupling;
 mod differences;
 mod dominance;
 mod ensemble;
@@ -16,7 +15,7 @@ mod page;
 mod precision;
 mod references;
 mod reproduction;
-mod rows;
+pub(crate) mod rows;
 mod runs;
 mod stability;
 mod stiffness;
@@ -26,9 +25,10 @@ mod thesis;
 mod tolerance;
 mod transport;
 
+pub(crate) use error_axis::LEAST_M;
 use figure::{figure, legend};
 pub use optimization::{best_cases, best_point, evaluation_class, optimization_page};
-use page::{Page, card, commanded, introduction, panicked};
-use references::references;
+use page::{card, commanded, introduction};
+pub(crate) use references::references;
 pub use study::html;
 pub use sweep::sweep_page;

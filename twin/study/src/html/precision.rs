@@ -54,7 +54,7 @@ pub(crate) fn body(study: &Study) -> String {
          reference of that plant. Errors below the disagreement of reference and check are at \
          the floor: they are not significant.",
     );
-    out += &references(&study.references);
+    out += &references(&study.references).html();
     out += &models::section(study);
     out += &footsteps::section(study);
     out += &contact::section(study);

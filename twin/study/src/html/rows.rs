@@ -5,6 +5,7 @@ use crate::study::Study;
 
 use twinrig_report::html::element::{element, escaped};
 use twinrig_report::number::{grouped, grouped_factor, method_setting, si};
+use twinrig_report::table::Tone;
 
 /// Returns the rows of integration.
 pub(crate) fn integration(study: &Study) -> impl Iterator<Item = &Row> {
@@ -52,6 +53,15 @@ pub(crate) fn status(row: &Row) -> String {
         return element("span", "tag bad", "stable, but wrong");
     }
     tag(row.status, row.cut, row.word())
+}
+
+/// Returns the tone of an outcome.
+pub(crate) fn tone(status: Status, cut: bool) -> Tone {
+    match status {
+        Status::Ok => Tone::Good,
+        _ if cut => Tone::Faint,
+        _ => Tone::Bad,
+    }
 }
 
 /// Returns the coloured tag of an outcome; grey for a run truncated by the budget.

@@ -37,7 +37,7 @@ pub(crate) fn body(study: &Study) -> String {
         out += &thesis::section(study);
     }
     out += "<h2>References</h2>\n";
-    out += &references(&study.references);
+    out += &references(&study.references).html();
     out += "<h2>All searches</h2>\n";
     out += &all(study);
     out

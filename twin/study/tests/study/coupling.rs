@@ -262,7 +262,7 @@ fn json_csv_and_page_contain_every_row() {
     let csv = study.csv();
     assert_eq!(csv.lines().count(), study.rows.len() + 1);
     assert!(csv.starts_with("plant,method,step_s,stiffness,status,"));
-    let page = study.html(&machine(), "twin study <coupling>");
+    let page = study.page(&machine(), "twin study <coupling>").html();
     let elements = elements(&page);
     for expected in ["svg", "table", "polyline", "title"] {
         assert!(
@@ -283,7 +283,7 @@ fn truncated_runs_are_marked_cut_not_failed() {
         row.why = Some("too slow".to_owned());
     }
     assert!(study.rows.iter().all(|row| row.word() == "cut"));
-    let page = study.html(&machine(), "");
+    let page = study.page(&machine(), "").html();
     elements(&page);
     for text in [
         "class=\"strip cut\"",
@@ -297,7 +297,7 @@ fn truncated_runs_are_marked_cut_not_failed() {
         assert!(!page.contains(text), "{text}");
     }
     // A fault is still a failure.
-    let broken = found(&["brittle"], &[]).html(&machine(), "");
+    let broken = found(&["brittle"], &[]).page(&machine(), "").html();
     assert!(broken.contains("class=\"strip\"") && broken.contains("tag bad\">failed"));
 }
 
@@ -311,7 +311,7 @@ fn headline_and_table_show_equal_figures() {
         .map(|(speed, _)| speed)
         .collect();
     assert_eq!(speeds.len(), 2, "{headline}");
-    let page = study.html(&machine(), "");
+    let page = study.page(&machine(), "").html();
     for speed in speeds {
         assert!(
             page.contains(&format!("<td class=\"n\">{speed}</td>")),

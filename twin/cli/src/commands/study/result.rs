@@ -10,7 +10,7 @@ use twinrig_study::{
 
 use crate::radius::{self, execute::RadiusOutcome};
 
-use crate::study::{coupling_table, table};
+use crate::study::table;
 
 /// Result of a study.
 pub(super) enum StudyResult {
@@ -79,7 +79,7 @@ impl StudyResult {
     pub(super) fn html(&self, machine: &Machine, command: &str) -> String {
         match self {
             Self::Plants(study) => html(study, machine, command),
-            Self::Coupling(study) => study.html(machine, command),
+            Self::Coupling(study) => study.page(machine, command).html(),
             Self::Estimate(study) => study.page(machine, command).html(),
             Self::Modulation(study) => study.page(machine, command).html(),
             Self::Transition(study) => study.page(machine, command).html(),
@@ -114,7 +114,7 @@ impl StudyResult {
     pub(super) fn text(&self, files: &[PathBuf]) -> String {
         match self {
             Self::Plants(study) => table::text(study, files),
-            Self::Coupling(study) => coupling_table::text(study, files),
+            Self::Coupling(study) => study.summary().finish(files),
             Self::Estimate(study) => study.summary().finish(files),
             Self::Modulation(study) => study.summary().finish(files),
             Self::Transition(study) => study.summary().finish(files),
