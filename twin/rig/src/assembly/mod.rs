@@ -50,8 +50,8 @@ fn folder_of(path: &Path) -> &Path {
 ///
 /// ```no_run
 /// use std::path::Path;
-/// use twinrig::{Assembly, Registry};
-/// use twinrig::kernel::{SimDuration, SimTime};
+/// use twinrig_rig::{Assembly, Registry};
+/// use twinrig_kernel::{SimDuration, SimTime};
 ///
 /// let registry = Registry::standard();
 /// let assembly = Assembly::of_file(&registry, Path::new("scenarios/trot.toml"), &[])?;

@@ -19,8 +19,8 @@ pub(crate) const STEP_ONLY: &str = "step_only";
 /// Integration method of a plant, and the plant options that select it.
 ///
 /// ```
-/// use twinrig::Method;
-/// use twinrig::kernel::SimDuration;
+/// use twinrig_rig::Method;
+/// use twinrig_kernel::SimDuration;
 ///
 /// let rk4 = Method::stepped("rk4", "of fourth order").with_option("integrator", "rk4");
 /// let stiff = Method::tolerant("rodas4", "for stiff scenes")

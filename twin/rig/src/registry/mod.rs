@@ -36,7 +36,7 @@ pub(crate) fn build_remedy(feature: &str) -> String {
 /// Plants, controllers and buses of a build.
 ///
 /// ```
-/// use twinrig::Registry;
+/// use twinrig_rig::registry::Registry;
 ///
 /// let registry = Registry::standard();
 /// assert!(registry.plants().any(|name| name == "massless"));
@@ -196,8 +196,8 @@ impl Registry {
     /// controllers on any of `robots`, for completion in editors.
     ///
     /// ```
-    /// use twinrig::Registry;
-    /// use twinrig::robot::RobotFile;
+    /// use twinrig_rig::registry::Registry;
+    /// use twinrig_robot::RobotFile;
     ///
     /// let robot = RobotFile::find("oncilla", "".as_ref())?.robot()?;
     /// let schema = Registry::standard().schema(&[robot]);
