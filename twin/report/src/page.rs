@@ -49,6 +49,8 @@ pub enum Block {
     Cards(Vec<Card>),
     /// Table.
     Table(Table),
+    /// Swatches and their meaning, of several figures.
+    Legend(Vec<(Swatch, String)>),
     /// Figure over the full width.
     Figure(Figure),
     /// Small figures beside each other.
@@ -167,6 +169,21 @@ impl Page {
 }
 
 impl Block {
+    /// Creates the heading of a section.
+    pub fn heading(text: impl Into<String>) -> Self {
+        Self::Heading(text.into())
+    }
+
+    /// Creates a heading within a section.
+    pub fn subheading(text: impl Into<String>) -> Self {
+        Self::Subheading(text.into())
+    }
+
+    /// Creates a paragraph.
+    pub fn text(text: impl Into<String>) -> Self {
+        Self::Text(text.into())
+    }
+
     fn html(&self) -> String {
         match self {
             Self::Heading(text) => element("h2", "", &escaped(text)) + "\n",
@@ -181,6 +198,7 @@ impl Block {
                 element("div", "cards", &cards)
             }
             Self::Table(table) => table.html(),
+            Self::Legend(entries) => legend(entries),
             Self::Figure(figure) => figure.html(),
             Self::Figures(figures) => {
                 let figures: String = figures.iter().map(Figure::html).collect();
@@ -191,6 +209,15 @@ impl Block {
 }
 
 impl Card {
+    /// Creates a card.
+    pub fn new(what: impl Into<String>, value: impl Into<String>, more: impl Into<String>) -> Self {
+        Self {
+            what: what.into(),
+            value: value.into(),
+            more: more.into(),
+        }
+    }
+
     fn html(&self) -> String {
         let part = |class: &str, text: &str| element("div", class, &escaped(text));
         let parts = [
@@ -222,16 +249,21 @@ impl Figure {
         };
         let heading = unless_empty("h3", &self.heading);
         let caption = unless_empty("figcaption", &self.caption);
-        let item = |(swatch, text): &(Swatch, String)| {
-            let text = element("span", "", &escaped(text));
-            element("li", "", &(swatch.html() + &text))
-        };
-        let items: String = self.legend.iter().map(item).collect();
-        let legend = match &*items {
-            "" => String::new(),
-            items => element("ul", "legend", items) + "\n",
-        };
+        let legend = legend(&self.legend);
         let svg = self.drawing.svg();
         format!("<figure>{heading}{legend}{svg}{caption}</figure>\n")
+    }
+}
+
+/// Returns a legend; nothing without entries.
+fn legend(entries: &[(Swatch, String)]) -> String {
+    let item = |(swatch, text): &(Swatch, String)| {
+        let text = element("span", "", &escaped(text));
+        element("li", "", &(swatch.html() + &text))
+    };
+    let items: String = entries.iter().map(item).collect();
+    match &*items {
+        "" => String::new(),
+        items => element("ul", "legend", items) + "\n",
     }
 }

@@ -197,6 +197,7 @@ pub enum Tone {
 pub struct Cell {
     value: Value,
     tone: Tone,
+    detail: String,
 }
 
 impl Cell {
@@ -222,6 +223,13 @@ impl Cell {
         self
     }
 
+    /// Adds a text that pages show below the value.
+    #[must_use]
+    pub fn with_detail(mut self, detail: impl Into<String>) -> Self {
+        self.detail = detail.into();
+        self
+    }
+
     fn text(&self, number: impl Fn(f64) -> String) -> String {
         match &self.value {
             Value::Empty => String::new(),
@@ -237,7 +245,7 @@ impl From<Value> for Cell {
     fn from(value: Value) -> Self {
         Self {
             value,
-            tone: Tone::Plain,
+            ..Self::default()
         }
     }
 }
@@ -386,6 +394,10 @@ impl Table {
         for row in &self.rows {
             let cells = self.cells(row).map(|(column, cell)| {
                 let text = escaped(&cell.text(|value| column.bare(value)));
+                let detail = match &*cell.detail {
+                    "" => String::new(),
+                    detail => element("span", "wrap soft", &escaped(detail)),
+                };
                 let text = match &cell.value {
                     Value::Empty => return text,
                     Value::Interval(interval) => text + &interval.svg(),
@@ -393,7 +405,7 @@ impl Table {
                     _ if text.is_empty() => return text,
                     _ => text,
                 };
-                match (column.role, cell.tone) {
+                let text = match (column.role, cell.tone) {
                     (Role::Label, Tone::Faint) => element("i", "", &text),
                     (Role::Label, _) => element("b", "", &text),
                     (Role::Reason, _) => element("span", "why", &text),
@@ -404,7 +416,8 @@ impl Table {
                     (_, Tone::Doubtful) => element("span", "doubtful", &text),
                     (_, Tone::Faint) => element("span", "soft", &text),
                     (_, Tone::Plain | Tone::Good) => text,
-                }
+                };
+                text + &detail
             });
             let first = if row.begins_group { "first" } else { "" };
             let tone = match row.tone {
@@ -460,7 +473,8 @@ mod tests {
             Column::reason().only_on_pages(),
         ]);
         let bad = Cell::from(1.3e-7).with_tone(Tone::Bad);
-        table.row(["a | b*".into(), 1.5.into(), bad, Cell::share(0.825)]);
+        let begins = Cell::from(1.5).with_detail("± <2>");
+        table.row(["a | b*".into(), begins, bad, Cell::share(0.825)]);
         table.begin_group();
         let [none, nothing, never] = [(); 3].map(|()| Cell::empty());
         table.row(["<c>".into(), none, nothing, never, "it fell".into()]);
@@ -485,7 +499,8 @@ mod tests {
         for expected in [
             "<th class=\"n\">begins [s]</th><th class=\"n\">error</th>",
             "<tr class=\"first\"><td><b>a | b*</b></td>",
-            "<td class=\"n\">1.50</td><td class=\"n\"><b class=\"bad\">130 nm</b></td>",
+            "<td class=\"n\">1.50<span class=\"wrap soft\">± &lt;2&gt;</span></td>",
+            "<td class=\"n\"><b class=\"bad\">130 nm</b></td>",
             "<td class=\"n\">82.5 %</td>",
             "<tr class=\"bad\"><td><b>&lt;c&gt;</b></td>",
             "<span class=\"why\">it fell</span>",

@@ -79,7 +79,7 @@ pub(crate) fn page(study: &Study) -> String {
         system: String::new(),
         build: String::new(),
     };
-    crate::html::html(study, &machine, "")
+    study.page(&machine, "").html()
 }
 
 fn only(study: &Study) -> Dominance {

@@ -121,7 +121,7 @@ pub use feedback::{
 pub use floors::Floor;
 pub use footsteps::{Footstep, WALK};
 pub use gait_run::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
-pub use html::{best_cases, best_point, evaluation_class, html, optimization_page, sweep_page};
+pub use html::{best_cases, best_point, evaluation_class, optimization_page, sweep_page};
 pub use latency::{LoadDelay, SampledSignal};
 pub use machine::Machine;
 pub use modulation::{

@@ -2,9 +2,10 @@
 
 use crate::dominance_tests::{page, row, study};
 use crate::row::{Row, RowKind, Status};
+use crate::study::Study;
 use crate::sweep::Factor;
 use twinrig_report::number::{method_setting, si};
-use twinrig_rig::MethodSetting;
+use twinrig_rig::{MethodSetting, PlantId};
 
 /// Errors of a second-order method at five steps.
 fn falling() -> Vec<Row> {
@@ -148,4 +149,33 @@ fn headline_row_has_a_card_and_is_in_the_table() {
     assert_eq!(foremost(&rows), "full euler, adaptive, tolerance 10⁻⁸");
     rows.pop();
     assert_eq!(foremost(&rows), "full euler, 2 ms", "the smallest error");
+}
+
+#[test]
+fn error_at_the_floor_is_shown_as_the_floor() {
+    let text = |study: &Study| study.summary().finish(&[]);
+    let mut study = study(falling());
+    assert!(!text(&study).contains('≤'));
+    for row in &mut study.rows {
+        row.at_floor = true;
+    }
+    let floor = si(study.floor_of(&PlantId::new("full")), "m");
+    assert!(
+        text(&study).contains(&format!("≤ {floor}")),
+        "{}",
+        text(&study)
+    );
+    assert!(page(&study).contains(&format!("≤ {floor}")));
+}
+
+#[test]
+fn failed_and_truncated_runs_are_counted_apart() {
+    let mut rows = falling();
+    rows[0] = rows[0].clone().ended(Status::Failed, "it snapped");
+    rows[1] = rows[1].clone().cut_off("too slow");
+    rows[2] = rows[2].clone().cut_off("too slow");
+    let study = study(rows);
+    let counts = "1 of 5 failed, 2 of 5 truncated";
+    assert!(study.summary().finish(&[]).contains(counts));
+    assert!(page(&study).contains(counts));
 }

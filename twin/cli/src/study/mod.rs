@@ -1,10 +1,9 @@
-//! Studies: builders of their plants and rigs, and their tables for the terminal.
+//! Studies: builders of their plants and rigs.
 
 pub(crate) mod builder;
 pub(crate) mod coupling_builder;
 pub(crate) mod feedback_cases;
 pub(crate) mod gait_scene;
-mod lines;
 mod load_observer;
 pub(crate) mod load_recorder;
 pub(crate) mod modulation_cases;
@@ -15,5 +14,4 @@ mod slip_meter;
 mod sufficient_candidates;
 pub(crate) mod sufficient_omission;
 pub(crate) mod sufficient_runs;
-pub(crate) mod table;
 pub(crate) mod transition_cases;

@@ -7,7 +7,7 @@ pub const COLOURS: usize = 8;
 pub const DOUBTFUL: f64 = 5.4;
 
 /// Returns the legend swatch of a curve.
-pub fn swatch(number: usize, dashed: bool) -> String {
+pub(crate) fn swatch(number: usize, dashed: bool) -> String {
     let dashed = if dashed { " dashed" } else { "" };
     format!(
         "<svg class=\"swatch\" viewBox=\"0 0 34 14\"><g class=\"c{}{dashed}\"><polyline points=\"1,7 33,7\"/>{}</g></svg>",
@@ -17,7 +17,7 @@ pub fn swatch(number: usize, dashed: bool) -> String {
 }
 
 /// Returns the legend swatch of a point from another source.
-pub fn foreign_swatch() -> String {
+pub(crate) fn foreign_swatch() -> String {
     format!(
         "<svg class=\"swatch\" viewBox=\"0 0 34 14\"><g class=\"foreign\">{}</g></svg>",
         star(17.0, 7.0)
@@ -25,7 +25,7 @@ pub fn foreign_swatch() -> String {
 }
 
 /// Returns the legend swatch of a contradicting point.
-pub fn doubtful_swatch() -> String {
+pub(crate) fn doubtful_swatch() -> String {
     format!(
         "<svg class=\"swatch\" viewBox=\"0 0 34 14\"><g class=\"doubtful\">{}</g></svg>",
         marker(0, 17.0, 7.0, DOUBTFUL)
@@ -33,7 +33,7 @@ pub fn doubtful_swatch() -> String {
 }
 
 /// Returns the legend swatch of the shaded region.
-pub fn floor_swatch() -> String {
+pub(crate) fn floor_swatch() -> String {
     "<svg class=\"swatch\" viewBox=\"0 0 34 14\"><rect class=\"floor\" x=\"0\" y=\"0\" width=\"34\" height=\"14\"/></svg>".to_owned()
 }
 

@@ -7,7 +7,7 @@ pub mod line_plot;
 pub mod marker;
 pub mod plot;
 pub mod surface;
-pub mod table;
+pub(crate) mod table;
 
 /// Style sheet of all pages.
 pub const STYLE: &str = include_str!("style.css");

@@ -4,7 +4,7 @@ use super::element::{element, escaped};
 
 /// Table of numbers, which are right-aligned, and texts.
 #[derive(Clone, Debug)]
-pub struct HtmlTable {
+pub(crate) struct HtmlTable {
     head: Vec<String>,
     /// Whether each column has texts.
     texts: Vec<bool>,
@@ -17,16 +17,8 @@ const WIDE: usize = 7;
 const WIDEST: usize = 14;
 
 impl HtmlTable {
-    /// Creates a table whose columns have the names in `head`, separated by `|`; the first `words`
-    /// have texts.
-    pub fn new(head: &str, words: usize) -> Self {
-        let head: Vec<&str> = head.split('|').map(str::trim).collect();
-        let columns = head.iter().enumerate();
-        Self::of_columns(columns.map(|(index, name)| (*name, index < words)))
-    }
-
     /// Creates a table whose columns have these names, and texts or numbers.
-    pub fn of_columns(columns: impl IntoIterator<Item = (impl Into<String>, bool)>) -> Self {
+    pub(crate) fn of_columns(columns: impl IntoIterator<Item = (impl Into<String>, bool)>) -> Self {
         let columns = columns.into_iter().map(|(name, text)| (name.into(), text));
         let (head, texts) = columns.unzip();
         Self {
@@ -37,12 +29,12 @@ impl HtmlTable {
     }
 
     /// Adds a row of a class; its cells are HTML.
-    pub fn row(&mut self, class: &str, cells: Vec<String>) {
+    pub(crate) fn row(&mut self, class: &str, cells: Vec<String>) {
         self.rows.push((class.to_owned(), cells));
     }
 
     /// Returns the element.
-    pub fn html(&self) -> String {
+    pub(crate) fn html(&self) -> String {
         // Empty columns are omitted.
         let filled = |column: usize| {
             let mut cells = self.rows.iter().filter_map(|(_, cells)| cells.get(column));
@@ -101,8 +93,8 @@ mod tests {
     use super::*;
 
     fn table(columns: usize) -> String {
-        let head = "head |".repeat(columns - 1) + "why";
-        let mut table = HtmlTable::new(&head, 1);
+        let head = |column: usize| if column == columns { "why" } else { "head" };
+        let mut table = HtmlTable::of_columns((1..=columns).map(|n| (head(n), n == 1)));
         let mut cells = vec!["1".to_owned(); columns - 1];
         cells.push("it fell".to_owned());
         table.row("first bad", cells);

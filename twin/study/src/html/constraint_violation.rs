@@ -4,22 +4,21 @@ use crate::fit;
 use crate::row::{Row, Series, Status};
 use crate::study::Study;
 use twinrig_report::number::si;
+use twinrig_report::page::{Block, Swatch};
 
 use super::{figure, rows};
-use twinrig_report::html::element::paragraph;
-use twinrig_report::html::marker::swatch;
 use twinrig_report::html::plot::{Curve, Look, Plot, Point, Setting};
 
 /// Rounding error of lengths of a tenth of a metre \[m\].
 const ROUNDING_M: f64 = 1e-15;
 
 /// Returns the section: constraint violation over step.
-pub(crate) fn section(study: &Study) -> String {
+pub(crate) fn section(study: &Study) -> Vec<Block> {
     let series = study.numbered_series().into_iter();
     let series = series.filter(|(_, key)| !key.is_adaptive() && points(study, *key).len() > 1);
     let series: Vec<(usize, Series<'_>)> = series.collect();
     if series.is_empty() {
-        return String::new();
+        return Vec::new();
     }
     let curves = series.iter().map(|&(number, key)| {
         let settings = rows::of_series(study, key).map(|row| Setting::of(point(row), || None));
@@ -36,7 +35,7 @@ pub(crate) fn section(study: &Study) -> String {
         shared_y: Vec::new(),
         strip: String::new(),
     };
-    let entries: Vec<(String, String)> = series
+    let legend: Vec<(Swatch, String)> = series
         .iter()
         .map(|&(number, key)| {
             let points = points(study, key);
@@ -47,18 +46,20 @@ pub(crate) fn section(study: &Study) -> String {
                 logarithms.map(|(step, violation)| (libm::log(*step), libm::log(*violation)));
             let order = fit::order(&logarithms.collect::<Vec<_>>());
             let order = order.map_or(String::new(), |order| format!(", order {order:.1}"));
-            (swatch(number, false), format!("{}{order}", key.name()))
+            (Swatch::Curve(number), format!("{}{order}", key.name()))
         })
         .collect();
     let caption = "Maximum over all sampling instants, hollow where it is within rounding. In a \
                    plant whose coordinates satisfy the loop closures identically, only stops, \
                    cables and contacts can be violated.";
-    "<h2>Constraint violation</h2>\n".to_owned()
-        + &paragraph(
+    vec![
+        Block::heading("Constraint violation"),
+        Block::text(
             "Greatest loop closure error, joint limit violation or contact penetration in \
              metres, as reported by each plant.",
-        )
-        + &figure("", &entries, &plot, caption)
+        ),
+        Block::Figure(figure("", legend, &plot, caption)),
+    ]
 }
 
 fn point(row: &Row) -> Option<Point> {

@@ -1,40 +1,46 @@
 //! Page section on the contact of the feet.
 
+use twinrig_report::number::method_setting;
+use twinrig_report::page::Block;
+use twinrig_report::table::{Cell, Column, Table};
+
 use crate::contact::ContactResiduals;
-use crate::row::Status;
 use crate::study::Study;
-use twinrig_report::number::{method_setting, plain, si};
 
 use super::rows;
-use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::table::HtmlTable;
 
 /// Returns the section: penetration at rest and residuals in the gait.
-pub(crate) fn section(study: &Study) -> String {
+pub(crate) fn section(study: &Study) -> Vec<Block> {
     if study.contacts.is_empty() {
-        return String::new();
+        return Vec::new();
     }
-    let mut table = HtmlTable::new(
-        "plant | method | load at rest | penetration | load / k | stiffness realised | Signorini \
-         | greatest penetration | Coulomb | along slip | created | dissipated | why",
-        2,
-    );
+    let number = |name: &str, unit: &str| Column::number(name).in_unit(unit);
+    let mut table = Table::new([
+        Column::label("plant"),
+        Column::text("method"),
+        number("load at rest", "N"),
+        number("penetration", "m"),
+        number("load / k", "m"),
+        Column::number("stiffness realised"),
+        number("Signorini", "J"),
+        number("greatest penetration", "m"),
+        number("Coulomb", "N"),
+        number("along slip", "J"),
+        number("created", "J"),
+        number("dissipated", "J"),
+        Column::reason(),
+    ]);
     for one in &study.contacts {
-        let about = element(
-            "span",
-            "wrap soft",
-            &method_setting(one.key.step_s, one.key.tolerance),
-        );
-        let mut all = vec![
-            element("b", "", &escaped(&one.key.plant.label())),
-            escaped(&one.key.method) + &about,
-        ];
-        all.extend(cells(one));
-        all.push(escaped(one.why.as_deref().unwrap_or_default()));
-        table.row(if one.status == Status::Ok { "" } else { "bad" }, all);
+        let setting = method_setting(one.key.step_s, one.key.tolerance);
+        let method = Cell::from(one.key.method.as_str()).with_detail(setting);
+        let names = [one.key.plant.label().into(), method];
+        let why = one.why.clone().into();
+        table.row(names.into_iter().chain(cells(one)).chain([why]));
+        rows::mark(&mut table, false, one.status, false);
     }
-    "<h2>Contact of the feet</h2>\n".to_owned()
-        + &paragraph(
+    vec![
+        Block::heading("Contact of the feet"),
+        Block::text(
             "At rest, under the first commands: the foot with the greatest load. Stiffness \
              realised: load over penetration, as a share of the stiffness of the sole in the robot \
              file; a sole has a soft start, which makes it less than 1 at small loads. In the first \
@@ -45,25 +51,24 @@ pub(crate) fn section(study: &Study) -> String {
              step counts with the gap at its ends. Compliance stores energy: \
              its penetration and the return of its tangential deflection are properties of the \
              model.",
-        )
-        + &table.html()
+        ),
+        Block::Table(table),
+    ]
 }
 
-fn cells(one: &ContactResiduals) -> [String; 10] {
-    let joule = |value: Option<f64>| value.map_or(String::new(), |value| si(value, "J"));
-    let newton = |value: Option<f64>| value.map_or(String::new(), |value| si(value, "N"));
+fn cells(one: &ContactResiduals) -> [Cell; 10] {
     let (rest, gait) = (one.rest.as_ref(), one.gait.as_ref());
-    let realised = rest.and_then(|rest| rest.stiffness_realised);
     [
-        newton(rest.map(|rest| rest.load_n)),
-        rows::length(rest.map(|rest| rest.penetration_m)),
-        rows::length(rest.and_then(|rest| rest.expected_m)),
-        realised.map_or(String::new(), plain),
-        joule(gait.map(|gait| gait.signorini_j)),
-        rows::length(gait.map(|gait| gait.penetration_m)),
-        newton(gait.and_then(|gait| gait.coulomb_n)),
-        joule(gait.map(|gait| gait.along_slip_j)),
-        joule(gait.map(|gait| gait.created_j)),
-        joule(gait.map(|gait| gait.dissipated_j)),
+        rest.map(|rest| rest.load_n),
+        rest.map(|rest| rest.penetration_m),
+        rest.and_then(|rest| rest.expected_m),
+        rest.and_then(|rest| rest.stiffness_realised),
+        gait.map(|gait| gait.signorini_j),
+        gait.map(|gait| gait.penetration_m),
+        gait.and_then(|gait| gait.coulomb_n),
+        gait.map(|gait| gait.along_slip_j),
+        gait.map(|gait| gait.created_j),
+        gait.map(|gait| gait.dissipated_j),
     ]
+    .map(Cell::from)
 }

@@ -3,13 +3,13 @@
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
 use twinrig_report::number::si;
+use twinrig_report::page::Block;
+use twinrig_report::table::{Cell, Column, Table, Tone};
 
 use super::rows;
-use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::table::HtmlTable;
 
 /// Returns the tables: each model against each other, and the sensitivity to assumed compliance.
-pub(crate) fn tables(study: &Study) -> String {
+pub(crate) fn tables(study: &Study) -> Vec<Block> {
     let rows = study.rows.iter().filter(|row| row.kind == RowKind::Model);
     let (main, varied): (Vec<&Row>, Vec<&Row>) = rows.partition(|row| !row.varies_compliance());
     let mut models: Vec<String> = Vec::new();
@@ -21,79 +21,81 @@ pub(crate) fn tables(study: &Study) -> String {
         }
     }
     if models.is_empty() {
-        return String::new();
+        return Vec::new();
     }
-    let mut table = HtmlTable::new(
-        &format!(
-            "trunk / worst foot to hip | {}",
-            models[..models.len() - 1].join(" | ")
-        ),
-        1,
-    );
+    let head = std::iter::once(Column::label("trunk / worst foot to hip"));
+    let others = models[..models.len() - 1].iter();
+    let mut table = Table::new(head.chain(others.map(Column::number)));
     for (n, model) in models.iter().enumerate().skip(1) {
         let cells = models[..n].iter().map(|against| {
             let found = main
                 .iter()
                 .find(|row| row.model() == *model && row.against.as_ref() == Some(against));
-            found.map_or(String::new(), |row| difference(row))
+            found.map_or_else(Cell::empty, |row| difference(row))
         });
-        let mut all = vec![element("b", "", &escaped(model))];
-        all.extend(cells);
-        all.resize(models.len(), String::new());
-        table.row("", all);
+        table.row(std::iter::once(model.as_str().into()).chain(cells));
     }
     let until = main
         .iter()
         .filter_map(|row| row.compared_s)
         .fold(0.0, f64::max);
-    let mut out = paragraph(&format!(
+    let introduction = format!(
         "RMS over {}, the time for which the references of all models are trusted: distance of \
          the trunk, and distance of the worst foot relative to its hip. Stiffness is that of stops, \
          cables and soles, as a multiple of the robot file's; numerical errors are in the other \
          tables.",
         si(until, "s")
-    )) + &table.html();
+    );
+    let mut out = vec![Block::Text(introduction), Block::Table(table)];
     if !varied.is_empty() {
-        out += "<h3>Sensitivity to compliance</h3>\n";
-        let mut table = HtmlTable::new(
-            "model | against | feet, RMS | greatest | trunk, RMS | worst foot to hip, RMS | over | why",
-            2,
-        );
         let thrice = main
             .iter()
             .filter(|row| row.scales.compliance == 3.0 && row.against == Some(row.plant.label()));
-        for row in varied.into_iter().chain(thrice.copied()) {
-            table.row(
-                rows::class(row, None),
-                vec![
-                    element("b", "", &escaped(&row.model())),
-                    escaped(row.against.as_deref().unwrap_or_default()),
-                    rows::length(row.error_rms_m),
-                    rows::length(row.error_max_m),
-                    rows::length(row.trunk_error_rms_m),
-                    rows::length(row.foot_to_hip_error_rms_m),
-                    rows::time(row.compared_s),
-                    rows::why(row),
-                ],
-            );
-        }
-        out += &table.html();
+        out.push(Block::subheading("Sensitivity to compliance"));
+        let rows = varied.into_iter().chain(thrice.copied());
+        out.push(Block::Table(sensitivities(rows)));
     }
     out
 }
 
-/// Formats a difference: trunk and worst foot relative to its hip; without a trunk, the feet.
-fn difference(row: &Row) -> String {
+/// Returns the table of models with other compliance against a model.
+fn sensitivities<'r>(rows: impl Iterator<Item = &'r Row>) -> Table {
+    let metres = |name: &str| Column::number(name).in_unit("m");
+    let mut table = Table::new([
+        Column::label("model"),
+        Column::text("against"),
+        metres("feet, RMS"),
+        metres("greatest"),
+        metres("trunk, RMS"),
+        metres("worst foot to hip, RMS"),
+        Column::number("over").in_unit("s"),
+        Column::reason(),
+    ]);
+    for row in rows {
+        table.row([
+            row.model().into(),
+            row.against.clone().into(),
+            row.error_rms_m.into(),
+            row.error_max_m.into(),
+            row.trunk_error_rms_m.into(),
+            row.foot_to_hip_error_rms_m.into(),
+            row.compared_s.into(),
+            row.why.clone().into(),
+        ]);
+        rows::mark(&mut table, false, row.status, row.cut);
+    }
+    table
+}
+
+/// Returns a difference: trunk and worst foot relative to its hip; without a trunk, the feet.
+fn difference(row: &Row) -> Cell {
     if row.status != Status::Ok {
-        return element(
-            "span",
-            "why",
-            &escaped(row.why.as_deref().unwrap_or_default()),
-        );
+        return Cell::from(row.why.clone()).with_tone(Tone::Faint);
     }
     let length = |value: Option<f64>| value.map_or("–".to_owned(), |value| si(value, "m"));
     match (row.trunk_error_rms_m, row.foot_to_hip_error_rms_m) {
         (Some(trunk), foot) if trunk > 0.0 => format!("{} / {}", si(trunk, "m"), length(foot)),
         _ => length(row.error_rms_m),
     }
+    .into()
 }

@@ -7,26 +7,24 @@ use crate::study::Study;
 use twinrig_report::number::{grouped_factor, method_setting, si};
 
 use super::error_axis::{LEAST_M, floor};
-use super::figure;
-use super::rows;
-use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::marker::swatch;
+use super::{figure, rows};
 use twinrig_report::html::plot::{Curve, Look, Plot, Point, Setting};
-use twinrig_report::html::table::HtmlTable;
+use twinrig_report::page::{Block, Swatch};
+use twinrig_report::table::{Cell, Column, Table};
 
 /// Returns the section: run times at equal or smaller error.
-pub(crate) fn section(study: &Study) -> String {
+pub(crate) fn section(study: &Study) -> Vec<Block> {
     let all = study.dominances();
-    let sections: Vec<String> = all.iter().map(|one| of_plant(study, one)).collect();
-    if sections.is_empty() {
-        return String::new();
+    let sections = all.iter().flat_map(|one| of_plant(study, one));
+    let mut out: Vec<Block> = sections.collect();
+    if !out.is_empty() {
+        out.insert(0, Block::heading("Own plants and engines"));
     }
-    "<h2>Own plants and engines</h2>\n".to_owned() + &sections.concat()
+    out
 }
 
-fn of_plant(study: &Study, dominance: &Dominance) -> String {
+fn of_plant(study: &Study, dominance: &Dominance) -> Vec<Block> {
     let of = &dominance.of;
-    let mut out = paragraph(&dominance_sentence(dominance));
     let verb = |one, many| if dominance.over.len() == 1 { one } else { many };
     let relation = if dominance.own_references {
         let has = verb("has a model", "have models");
@@ -41,15 +39,29 @@ fn of_plant(study: &Study, dominance: &Dominance) -> String {
             verb("solves", "solve")
         )
     };
-    out += &paragraph(&format!(
+    let method = format!(
         "{} {relation}. The best settings of a plant are those that no other of its settings \
          surpasses, by any method, steps of the engine alone included. All run times are from this \
          run of the study.",
         names(&dominance.over),
-    ));
-    out += &fronts(study, dominance);
-    out += &by_method(study, dominance);
-    out += &behind(study, dominance);
+    );
+    let mut out = vec![
+        Block::Text(dominance_sentence(dominance)),
+        Block::Text(method),
+        fronts(study, dominance),
+        Block::Table(by_method(study, dominance)),
+        Block::text(
+            "The last two columns give the settings that surpass the most accurate setting of \
+             the method: the fastest with no greater error, and the most accurate with no longer \
+             run time. A method levels off where shorter steps, down to at most a quarter of \
+             the length, no longer halve its error: the remaining error, such as the softness of \
+             the engine, does not depend on the step.",
+        ),
+    ];
+    if dominance.behind().next().is_some() {
+        out.push(Block::Subheading(format!("Where {of} is not ahead")));
+        out.push(Block::Table(behind(study, dominance)));
+    }
     out
 }
 
@@ -61,7 +73,7 @@ fn names(plants: &[String]) -> String {
 }
 
 /// Returns the plot of the Pareto fronts of the plants in error and run time.
-fn fronts(study: &Study, dominance: &Dominance) -> String {
+fn fronts(study: &Study, dominance: &Dominance) -> Block {
     let plants = || std::iter::once(&dominance.of).chain(&dominance.over);
     let curves = plants().enumerate().map(|(number, plant)| {
         Curve::through(
@@ -81,14 +93,13 @@ fn fronts(study: &Study, dominance: &Dominance) -> String {
         shared_y: Vec::new(),
         strip: String::new(),
     };
-    let entries: Vec<(String, String)> = plants()
-        .enumerate()
-        .map(|(number, plant)| (swatch(number, false), plant.clone()))
-        .collect();
+    let legend = plants().enumerate();
+    let legend = legend.map(|(number, plant)| (Swatch::Curve(number), plant.clone()));
     let caption = "The settings of each plant, over all its methods, that no other of its \
                    settings surpasses in both error and run time. A plant whose curve lies below \
                    and to the left of another's is ahead of it.";
-    figure("Pareto front of each plant", &entries, &plot, caption)
+    let heading = "Pareto front of each plant";
+    Block::Figure(figure(heading, legend.collect(), &plot, caption))
 }
 
 fn front(study: &Study, plant: &str) -> Vec<Point> {
@@ -120,13 +131,18 @@ fn front(study: &Study, plant: &str) -> Vec<Point> {
 
 /// Returns a table row for each method of the compared plants: its most accurate setting, and the
 /// settings that are better.
-fn by_method(study: &Study, dominance: &Dominance) -> String {
+fn by_method(study: &Study, dominance: &Dominance) -> Table {
     let of = &dominance.of;
-    let head = format!(
-        "plant | method | {of} ahead at | less time at no greater error | its smallest RMS \
-         | levels off from | less time than at that RMS | less error at no more time"
-    );
-    let mut table = HtmlTable::new(&head, 2);
+    let mut table = Table::new([
+        Column::label("plant"),
+        Column::text("method"),
+        Column::number(format!("{of} ahead at")),
+        Column::number("less time at no greater error"),
+        Column::number("its smallest RMS").in_unit("m"),
+        Column::number("levels off from").in_unit("s"),
+        Column::number("less time than at that RMS"),
+        Column::number("less error at no more time"),
+    ]);
     let floors = study.floors();
     let mut before: Option<(&str, &str)> = None;
     for comparison in &dominance.settings {
@@ -134,110 +150,92 @@ fn by_method(study: &Study, dominance: &Dominance) -> String {
         if before == Some(method) {
             continue;
         }
-        let first = before.is_some_and(|(plant, _)| plant != comparison.plant);
-        before = Some(method);
-        let settings_of_method = || {
-            let settings = dominance.settings.iter();
-            settings.filter(|comparison| (&*comparison.plant, &*comparison.method) == method)
-        };
-        let won = settings_of_method()
-            .filter(|comparison| comparison.is_won())
-            .count();
+        let of_method = |one: &&Comparison| (&*one.plant, &*one.method) == method;
+        let settings = || dominance.settings.iter().filter(of_method);
+        let won = settings().filter(|comparison| comparison.is_won()).count();
         let range = dominance.range(method.0, Some(method.1));
-        let best = settings_of_method().min_by(|a, b| a.error_rms_m.total_cmp(&b.error_rms_m));
+        let range = range.map_or("none".to_owned(), |(least, most)| spread(least, most));
+        let best = settings().min_by(|a, b| a.error_rms_m.total_cmp(&b.error_rms_m));
         let best = best.unwrap_or(comparison);
         let levels = floors
             .iter()
             .find(|floor| floor.plant == method.0 && floor.method == method.1);
-        let closer = best.no_greater_error.as_ref();
-        let faster = best.no_more_time.as_ref();
-        table.row(
-            if first { "first" } else { "" },
-            vec![
-                element("b", "", &escaped(method.0)),
-                escaped(method.1),
-                format!("{won} of {}", settings_of_method().count()),
-                range.map_or("none".to_owned(), |(least, most)| spread(least, most)),
-                with_detail(
-                    &si(best.error_rms_m, "m"),
-                    &setting(best.step_s, best.tolerance),
-                ),
-                levels.map_or(String::new(), |floor| rows::time(floor.levels_off_from_s)),
-                closer.map_or("none".to_owned(), |competitor| {
-                    with_detail(
-                        &grouped_factor(competitor.times_less_time),
-                        &name(competitor),
-                    )
-                }),
-                faster.map_or("none".to_owned(), |competitor| {
-                    let error = si(competitor.error_rms_m, "m");
-                    let factor = grouped_factor(competitor.times_less_error);
-                    with_detail(&factor, &format!("{}: {error}", name(competitor)))
-                }),
-            ],
-        );
+        table.row([
+            method.0.into(),
+            method.1.into(),
+            format!("{won} of {}", settings().count()).into(),
+            range.into(),
+            Cell::from(best.error_rms_m).with_detail(method_setting(best.step_s, best.tolerance)),
+            levels.and_then(|floor| floor.levels_off_from_s).into(),
+            faster_than(best),
+            closer_than(best),
+        ]);
+        if before.is_some_and(|(plant, _)| plant != comparison.plant) {
+            table.begin_group();
+        }
+        before = Some(method);
     }
-    table.html()
-        + &paragraph(
-            "The last two columns give the settings that surpass the most accurate setting of \
-             the method: the fastest with no greater error, and the most accurate with no longer \
-             run time. A method levels off where shorter steps, down to at most a quarter of \
-             the length, no longer halve its error: the remaining error, such as the softness of \
-             the engine, does not depend on the step.",
-        )
+    table
 }
 
-/// Formats a figure with a detail below it.
-fn with_detail(figure: &str, more: &str) -> String {
-    format!("{figure}<br/>{}", element("span", "soft", more))
+/// Returns the fastest setting with no greater error.
+fn faster_than(best: &Comparison) -> Cell {
+    match &best.no_greater_error {
+        None => "none".into(),
+        Some(other) => Cell::from(grouped_factor(other.times_less_time)).with_detail(name(other)),
+    }
 }
 
-fn setting(step_s: Option<f64>, tolerance: Option<f64>) -> String {
-    method_setting(step_s, tolerance)
+/// Returns the most accurate setting with no longer run time.
+fn closer_than(best: &Comparison) -> Cell {
+    match &best.no_more_time {
+        None => "none".into(),
+        Some(other) => {
+            let detail = format!("{}: {}", name(other), si(other.error_rms_m, "m"));
+            Cell::from(grouped_factor(other.times_less_error)).with_detail(detail)
+        }
+    }
 }
 
 fn name(competitor: &Competitor) -> String {
-    let setting = setting(competitor.step_s, competitor.tolerance);
-    format!("{}, {setting}", escaped(&competitor.method))
+    let setting = method_setting(competitor.step_s, competitor.tolerance);
+    format!("{}, {setting}", competitor.method)
 }
 
 /// Returns the table of the settings at which the plant is not ahead, with their counts.
-fn behind(study: &Study, dominance: &Dominance) -> String {
+fn behind(study: &Study, dominance: &Dominance) -> Table {
     let of = &dominance.of;
-    let head = format!(
-        "plant | setting | RMS | run time | {of}, no greater error | RMS | run time \
-         | × less time |"
-    );
-    let mut table = HtmlTable::new(&head, 2);
+    let mut table = Table::new([
+        Column::label("plant"),
+        Column::text("setting"),
+        Column::number("RMS").in_unit("m"),
+        Column::number("run time").in_unit("s/s"),
+        Column::text(format!("{of}, no greater error")),
+        Column::number("RMS").in_unit("m"),
+        Column::number("run time").in_unit("s/s"),
+        Column::number("× less time"),
+        Column::reason(),
+    ]);
     for comparison in dominance.behind() {
         let competitor = comparison.no_greater_error.as_ref();
-        table.row(
-            "",
-            vec![
-                element("b", "", &escaped(&comparison.plant)),
-                format!(
-                    "{}, {}",
-                    escaped(&comparison.method),
-                    setting(comparison.step_s, comparison.tolerance)
-                ),
-                si(comparison.error_rms_m, "m"),
-                si(comparison.run_s_per_simulated_s, "s/s"),
-                competitor.map_or("none".to_owned(), name),
-                competitor.map_or(String::new(), |competitor| si(competitor.error_rms_m, "m")),
-                competitor.map_or(String::new(), |competitor| {
-                    si(competitor.run_s_per_simulated_s, "s/s")
-                }),
-                competitor.map_or(String::new(), |competitor| {
-                    grouped_factor(competitor.times_less_time)
-                }),
-                element("span", "why", &escaped(&counts(study, of, comparison))),
-            ],
-        );
+        let setting = method_setting(comparison.step_s, comparison.tolerance);
+        table.row([
+            comparison.plant.as_str().into(),
+            format!("{}, {setting}", comparison.method).into(),
+            comparison.error_rms_m.into(),
+            comparison.run_s_per_simulated_s.into(),
+            competitor.map_or("none".to_owned(), name).into(),
+            competitor.map(|competitor| competitor.error_rms_m).into(),
+            competitor
+                .map(|competitor| competitor.run_s_per_simulated_s)
+                .into(),
+            competitor
+                .map(|competitor| grouped_factor(competitor.times_less_time))
+                .into(),
+            counts(study, of, comparison).into(),
+        ]);
     }
-    if dominance.behind().next().is_none() {
-        return String::new();
-    }
-    format!("<h3>Where {} is not ahead</h3>\n", escaped(of)) + &table.html()
+    table
 }
 
 /// Returns the counts of both settings of a comparison, which may explain the difference in speed.

@@ -3,12 +3,11 @@
 use crate::ensemble::{Ensemble, QuantityInterval};
 use crate::study::Study;
 use twinrig_report::number::{method_setting, si};
-
-use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::table::HtmlTable;
+use twinrig_report::page::Block;
+use twinrig_report::table::{Cell, Column, Table, Tone};
 
 /// Returns the section: mean and interval of each quantity, and the models that differ.
-pub(crate) fn section(study: &Study) -> String {
+pub(crate) fn section(study: &Study) -> Vec<Block> {
     let mut names: Vec<&str> = Vec::new();
     for quantity in study.ensembles.iter().flat_map(|one| &one.quantities) {
         if !names.contains(&&*quantity.quantity) {
@@ -16,35 +15,34 @@ pub(crate) fn section(study: &Study) -> String {
         }
     }
     let Some(first) = study.ensembles.first() else {
-        return String::new();
+        return Vec::new();
     };
-    let head = format!("plant | method | walks | {} | why", names.join(" | "));
-    let mut table = HtmlTable::new(&head, 2);
+    let labels = [
+        Column::label("plant"),
+        Column::text("method"),
+        Column::number("walks"),
+    ];
+    let numbers = names.iter().map(|name| Column::number(*name));
+    let mut table = Table::new(labels.into_iter().chain(numbers).chain([Column::reason()]));
     for one in &study.ensembles {
         let cells = names.iter().map(|name| {
-            let found = one
-                .quantities
-                .iter()
-                .find(|quantity| quantity.quantity == *name);
-            found.map_or(String::new(), interval)
+            let mut quantities = one.quantities.iter();
+            let found = quantities.find(|quantity| quantity.quantity == *name);
+            found.map_or_else(Cell::empty, interval)
         });
-        let about = element(
-            "span",
-            "wrap soft",
-            &method_setting(one.key.step_s, one.key.tolerance),
-        );
-        let mut all = vec![
-            element("b", "", &escaped(&one.key.plant.label())),
-            escaped(&one.key.method) + &about,
-            count(one),
+        let setting = method_setting(one.key.step_s, one.key.tolerance);
+        let names = [
+            one.key.plant.label().into(),
+            Cell::from(one.key.method.as_str()).with_detail(setting),
+            count(one).into(),
         ];
-        all.extend(cells);
-        let why = one.why.as_deref().unwrap_or_default();
-        all.push(escaped(why));
-        table.row(if one.completed == 0 { "bad" } else { "" }, all);
+        let why = one.why.clone().into();
+        table.row(names.into_iter().chain(cells).chain([why]));
+        if one.completed == 0 {
+            table.set_tone(Tone::Bad);
+        }
     }
-    let mut out = "<h2>Ensembles of perturbed walks</h2>\n".to_owned();
-    out += &paragraph(&format!(
+    let introduction = format!(
         "Trajectories of a gait diverge; its statistics can be compared. Each plant walks for {} \
          from starts whose trunk is moved and turned by up to 10⁻⁶ m and 10⁻⁶ rad along and about \
          each axis, the same for all plants, under the same commands, at the shortest of some \
@@ -54,9 +52,13 @@ pub(crate) fn section(study: &Study) -> String {
          of the steps of a leg from their mean. In grey: the change of the mean at twice the \
          step or ten times the tolerance, the error of the method.",
         si(first.simulated_s, "s")
-    ));
-    out += &table.html();
-    out += &differences(study, &names);
+    );
+    let mut out = vec![
+        Block::heading("Ensembles of perturbed walks"),
+        Block::Text(introduction),
+        Block::Table(table),
+    ];
+    out.extend(differences(study, &names));
     out
 }
 
@@ -68,22 +70,20 @@ fn count(one: &Ensemble) -> String {
     parts.join(", ")
 }
 
-/// Formats a mean and half the width of its interval.
-fn interval(quantity: &QuantityInterval) -> String {
+/// Returns a mean and half the width of its interval, with the error of the method.
+fn interval(quantity: &QuantityInterval) -> Cell {
     let (mean, half) = quantity.rounded();
-    let error = quantity
-        .method_error
-        .map_or(String::new(), |error| si(error, quantity.unit));
-    format!("{mean} ± {half}") + &element("span", "wrap soft", &error)
+    let error = quantity.method_error;
+    let error = error.map_or(String::new(), |error| si(error, quantity.unit));
+    Cell::from(format!("{mean} ± {half}")).with_detail(error)
 }
 
 /// Returns a sentence for each quantity on the models that differ in it.
-fn differences(study: &Study, names: &[&str]) -> String {
+fn differences(study: &Study, names: &[&str]) -> Vec<Block> {
     let all = study.ensemble_differences();
-    let mut out = paragraph(
-        "Models differ in a quantity where their intervals, widened by the errors of their methods, do not overlap.",
-    );
-    for name in names {
+    let definition = "Models differ in a quantity where their intervals, widened by the errors of \
+                      their methods, do not overlap.";
+    let sentences = names.iter().map(|name| {
         let pairs = all.iter().filter(|one| one.quantity == *name);
         let pairs: Vec<String> = pairs
             .map(|one| format!("{} and {}", one.models[0], one.models[1]))
@@ -93,7 +93,9 @@ fn differences(study: &Study, names: &[&str]) -> String {
         } else {
             pairs.join("; ")
         };
-        out += &paragraph(&format!("{name}: {found}."));
-    }
-    out
+        Block::Text(format!("{name}: {found}."))
+    });
+    std::iter::once(Block::text(definition))
+        .chain(sentences)
+        .collect()
 }

@@ -1,71 +1,83 @@
 //! Section about compliant constraints, whose method has error control.
 
-use crate::row::{Row, RowKind, Status};
+use twinrig_report::number::{grouped, plain};
+use twinrig_report::page::Block;
+use twinrig_report::table::{Cell, Column, Table};
+
+use crate::row::{Row, RowKind, Series};
 use crate::study::Study;
 use crate::sweep::Factor;
 
 use super::rows;
-use twinrig_report::html::element::{escaped, paragraph};
-use twinrig_report::html::table::HtmlTable;
-use twinrig_report::number::{grouped, plain, si};
 
 /// Returns the section, empty without such methods.
-pub(crate) fn section(study: &Study) -> String {
+pub(crate) fn section(study: &Study) -> Vec<Block> {
     if study.error_control_trends().is_empty() {
-        return String::new();
+        return Vec::new();
     }
-    let mut out = String::from("<h2>Compliant constraints</h2>\n");
-    out += &paragraph(
-        "A method with error control has no largest stable step: it completes, at a cost, or refuses \
-         with a reason. Evaluations of the right-hand side per simulated time, the least substep, and the \
-         error against its own reference, over each factor.",
-    );
-    out + &table(study)
+    let introduction = "A method with error control has no largest stable step: it completes, at a cost, or \
+         refuses with a reason. Evaluations of the right-hand side per simulated time, the least \
+         substep, and the error against its own reference, over each factor.";
+    vec![
+        Block::heading("Compliant constraints"),
+        Block::text(introduction),
+        Block::Table(table(study)),
+    ]
 }
 
-fn table(study: &Study) -> String {
-    let mut table = HtmlTable::new(
-        "plant | method | varied | value | | evaluations/s | least substep | feet, RMS \
-         | energy residual | speed |",
-        3,
-    );
+fn table(study: &Study) -> Table {
+    let mut table = Table::new([
+        Column::label("plant"),
+        Column::text("method"),
+        Column::text("varied"),
+        Column::number("value"),
+        Column::status(""),
+        Column::number("evaluations/s"),
+        Column::number("least substep").in_unit("s"),
+        Column::number("feet, RMS").in_unit("m"),
+        Column::number("energy residual").in_unit("J"),
+        Column::number("speed"),
+        Column::reason(),
+    ]);
     let all = study.series().into_iter();
     for key in all.filter(|key| key.is_adaptive() && key.plant.is_compliant()) {
         for factor in Factor::ALL {
-            let rows = study.rows.iter().filter(|row| row.series() == key);
-            let rows = rows.filter(|row| row.kind == RowKind::Stability);
-            let rows = rows.filter_map(|row| Some((factor.of(&row.scales)?, row)));
-            let mut rows: Vec<(f64, &Row)> = rows.collect();
-            rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let rows = varied(study, key, factor);
             if rows.len() < 2 {
                 continue;
             }
             for (n, (value, row)) in rows.into_iter().enumerate() {
-                table.row(
-                    match (n, row.status) {
-                        (0, Status::Ok) => "first",
-                        (0, _) => "first bad",
-                        (_, Status::Ok) => "",
-                        _ => "bad",
-                    },
-                    vec![
-                        escaped(&row.plant.label()),
-                        escaped(&row.series().method_label()),
-                        factor.name().to_owned(),
-                        plain(value),
-                        rows::status(row),
-                        row.evaluations_per_s()
-                            .map_or(String::new(), |rate| grouped(&format!("{rate:.0}"))),
-                        rows::time(row.least_substep_s),
-                        rows::length(row.error_rms_m),
-                        row.energy_residual_j
-                            .map_or(String::new(), |joule| si(joule, "J")),
-                        rows::factor(row.real_time_factor),
-                        rows::why(row),
-                    ],
-                );
+                table.row(cells(factor, value, row));
+                rows::mark(&mut table, n == 0, row.status, row.cut);
             }
         }
     }
-    table.html()
+    table
+}
+
+/// Returns the rows of a series in which a factor is varied, in the order of its values.
+fn varied<'s>(study: &'s Study, key: Series<'_>, factor: Factor) -> Vec<(f64, &'s Row)> {
+    let rows = study.rows.iter().filter(|row| row.series() == key);
+    let rows = rows.filter(|row| row.kind == RowKind::Stability);
+    let rows = rows.filter_map(|row| Some((factor.of(&row.scales)?, row)));
+    let mut rows: Vec<(f64, &Row)> = rows.collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    rows
+}
+
+fn cells(factor: Factor, value: f64, row: &Row) -> [Cell; 11] {
+    let rate = row.evaluations_per_s();
+    [
+        row.plant.label().into(),
+        row.series().method_label().into(),
+        factor.name().into(),
+        plain(value).into(),
+        rows::status(row),
+        rate.map(|rate| grouped(&format!("{rate:.0}"))).into(),
+        row.least_substep_s.into(),
+        row.error_rms_m.into(),
+        row.energy_residual_j.into(),
+        rows::factor(row.real_time_factor).into(),
+        row.why.clone().into(),
+    ]
 }

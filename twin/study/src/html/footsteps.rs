@@ -2,31 +2,28 @@
 
 use crate::footsteps::Footstep;
 use crate::study::Study;
-use twinrig_report::number::si;
+use twinrig_report::number::{fixed, si};
+use twinrig_report::page::Block;
+use twinrig_report::table::{Cell, Column, Table, Tone};
 use twinrig_rig::PlantId;
 
-use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::table::HtmlTable;
-
 /// Returns the section: differences of the touch-downs.
-pub(crate) fn section(study: &Study) -> String {
+pub(crate) fn section(study: &Study) -> Vec<Block> {
     let mut plants: Vec<&PlantId> = Vec::new();
     for step in &study.footsteps {
         if !plants.contains(&&step.plant) {
             plants.push(&step.plant);
         }
     }
-    let sections: String = plants
-        .into_iter()
-        .map(|plant| of_plant(study, plant))
-        .collect();
-    if sections.is_empty() {
-        return sections;
+    let sections = plants.into_iter().flat_map(|plant| of_plant(study, plant));
+    let mut out: Vec<Block> = sections.collect();
+    if !out.is_empty() {
+        out.insert(0, Block::heading("Differences of touch-downs"));
     }
-    "<h2>Differences of touch-downs</h2>\n".to_owned() + &sections
+    out
 }
 
-fn of_plant(study: &Study, plant: &PlantId) -> String {
+fn of_plant(study: &Study, plant: &PlantId) -> [Block; 2] {
     let steps: Vec<&Footstep> = study
         .footsteps
         .iter()
@@ -39,54 +36,56 @@ fn of_plant(study: &Study, plant: &PlantId) -> String {
         }
     }
     let full = study.massive.first().map(PlantId::label);
-    let mut out = paragraph(&summary(&plant.label(), &full.unwrap_or_default(), &steps));
-    let head = legs
-        .iter()
-        .map(|leg| format!("| {leg} at | delay | distance"));
-    let head = "touch-down".to_owned() + &head.collect::<Vec<_>>().concat();
-    let mut table = HtmlTable::new(&head, 1);
+    let columns = legs.iter().flat_map(|leg| {
+        let columns = [
+            format!("{leg} at"),
+            "delay".to_owned(),
+            "distance".to_owned(),
+        ];
+        columns.map(Column::number)
+    });
+    let number = std::iter::once(Column::text("touch-down"));
+    let mut table = Table::new(number.chain(columns));
     let count = steps.iter().map(|step| step.number).max().unwrap_or(0);
     for number in 1..=count {
-        let mut cells = vec![number.to_string()];
+        let mut cells = vec![Cell::from(number.to_string())];
         for leg in &legs {
             let step = steps
                 .iter()
                 .find(|step| step.leg == *leg && step.number == number);
-            cells.extend(step.map_or([(); 3].map(|()| String::new()), |step| of_step(step)));
+            cells
+                .extend(step.map_or_else(|| [(); 3].map(|()| Cell::empty()), |step| of_step(step)));
         }
-        table.row("", cells);
+        table.row(cells);
     }
-    out += &table.html();
-    out
+    let summary = summary(&plant.label(), &full.unwrap_or_default(), &steps);
+    [Block::Text(summary), Block::Table(table)]
 }
 
-fn of_step(step: &Footstep) -> [String; 3] {
+fn of_step(step: &Footstep) -> [Cell; 3] {
+    let at = step.at_s.map(|at| format!("{} s", fixed(at, 3))).into();
     let Some((later, apart)) = step.later_s.zip(step.apart_m) else {
         let which = if step.at_s.is_some() {
             "only in this model"
         } else {
             "only in the other"
         };
-        let at = step.at_s.map_or(String::new(), |at| si(at, "s"));
-        return [at, element("span", "soft", which), String::new()];
+        let which = Cell::from(which).with_tone(Tone::Faint);
+        return [at, which, Cell::empty()];
     };
-    let signed = if later > 0.0 {
-        format!("+{}", si(later, "s"))
-    } else {
-        si(later, "s")
-    };
+    let sign = if later > 0.0 { "+" } else { "" };
     let shown = |text: String, beyond: bool| {
-        if beyond {
-            text
-        } else {
-            element("span", "soft", &escaped(&text))
-        }
+        let tone = if beyond { Tone::Plain } else { Tone::Faint };
+        Cell::from(text).with_tone(tone)
     };
     let beyond =
         |value: f64, unsure: Option<f64>| unsure.is_some_and(|unsure| value.abs() > unsure);
     [
-        step.at_s.map_or(String::new(), |at| format!("{at:.3} s")),
-        shown(signed, beyond(later, step.unsure_s)),
+        at,
+        shown(
+            format!("{sign}{}", si(later, "s")),
+            beyond(later, step.unsure_s),
+        ),
         shown(si(apart, "m"), beyond(apart, step.unsure_m)),
     ]
 }

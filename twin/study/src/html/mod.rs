@@ -1,4 +1,4 @@
-//! Studies as self-contained HTML pages: no scripts, fonts or network access.
+//! Summaries and pages of studies that measure plants, sweeps and optimizations.
 
 mod constraint_violation;
 mod contact;
@@ -9,26 +9,24 @@ mod error_axis;
 mod error_control;
 mod figure;
 mod footsteps;
+mod lines;
 mod models;
 mod optimization;
-mod page;
 mod precision;
 mod references;
-mod reproduction;
 pub(crate) mod rows;
 mod runs;
 mod stability;
 mod stiffness;
 mod study;
+mod summary;
 mod sweep;
 mod thesis;
 mod tolerance;
 mod transport;
 
 pub(crate) use error_axis::LEAST_M;
-use figure::{figure, legend};
+use figure::{curve_swatch, figure};
 pub use optimization::{best_cases, best_point, evaluation_class, optimization_page};
-use page::{card, commanded, introduction};
 pub(crate) use references::references;
-pub use study::html;
 pub use sweep::sweep_page;

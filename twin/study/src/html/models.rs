@@ -3,25 +3,26 @@
 use crate::row::{Row, RowKind, Status};
 use crate::study::Study;
 use twinrig_report::number::{plain, power, si};
+use twinrig_report::page::Block;
 
 use super::error_axis::LEAST_M;
 use super::{differences, figure};
-use twinrig_report::html::element::paragraph;
 use twinrig_report::html::plot::{Curve, Ended, Look, Plot, Point, Setting};
 
 /// Returns the section: differences between models, apart from the errors of methods.
-pub(crate) fn section(study: &Study) -> String {
+pub(crate) fn section(study: &Study) -> Vec<Block> {
     let of = |kind| study.rows.iter().filter(move |row| row.kind == kind);
     if of(RowKind::Model).next().is_none() && of(RowKind::Limit).next().is_none() {
-        return String::new();
+        return Vec::new();
     }
-    let mut out = "<h2>Modelling errors</h2>\n".to_owned();
-    out += &paragraph(
-        "Different models have different motions, however accurately both are integrated. The \
+    let introduction = "Different models have different motions, however accurately both are integrated. The \
          difference is that between the references of two plants; it does not decrease with the \
-         step and is not part of the curves above.",
-    );
-    out += &differences::tables(study);
+         step and is not part of the curves above.";
+    let mut out = vec![
+        Block::heading("Modelling errors"),
+        Block::text(introduction),
+    ];
+    out.extend(differences::tables(study));
     let limits: Vec<&Row> = of(RowKind::Limit).collect();
     if limits.is_empty() {
         return out;
@@ -75,7 +76,8 @@ pub(crate) fn section(study: &Study) -> String {
                    identical: the difference is the effect of the segment masses. In both \
                    models, a foot has its own mass here. Hollow: within the uncertainty of the \
                    references.";
-    let caption = &format!("{caption}{failed}");
-    out += &figure("Limit of vanishing segment masses", &[], &plot, caption);
+    let caption = format!("{caption}{failed}");
+    let heading = "Limit of vanishing segment masses";
+    out.push(Block::Figure(figure(heading, Vec::new(), &plot, caption)));
     out
 }

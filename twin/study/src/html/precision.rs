@@ -5,20 +5,53 @@ use crate::study::{Order, Study};
 
 use super::error_axis::{LEAST_M, floor};
 use super::rows::{self, integration, of_series};
+use super::study::commanded;
 use super::{
-    card, commanded, constraint_violation, contact, dominance, ensemble, figure, footsteps,
-    introduction, models, references, runs, tolerance, transport,
+    constraint_violation, contact, curve_swatch, dominance, ensemble, figure, footsteps, models,
+    references, runs, tolerance, transport,
 };
 use crate::headline::{AIM_M, Choice, HeadlineRow, USUAL_STEP_S, at_usual_step};
-use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::marker::swatch;
 use twinrig_report::html::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
-use twinrig_report::html::table::HtmlTable;
 use twinrig_report::number::si;
+use twinrig_report::page::{Block, Card, Swatch};
+use twinrig_report::table::{Cell, Column, Table};
 
 const AIM_FACTOR: f64 = 1000.0;
 
-pub(crate) fn body(study: &Study) -> String {
+pub(crate) fn blocks(study: &Study) -> Vec<Block> {
+    let mut out = introduction(study);
+    out.extend([
+        Block::Cards(cards(study)),
+        Block::heading("Error against run time"),
+        cost(study),
+    ]);
+    out.extend(dominance::section(study));
+    out.extend([Block::heading("Error against step"), convergence(study)]);
+    out.extend(tolerance::section(study));
+    out.extend(constraint_violation::section(study));
+    out.extend([
+        Block::heading("Summary by method"),
+        Block::Table(summary(study)),
+        Block::heading("References"),
+        Block::text(
+            "The reference of a plant is its best method at its finest setting, checked by a \
+             second one; a plant that solves the model of another with a different engine shares \
+             the reference of that plant. Errors below the disagreement of reference and check \
+             are at the floor: they are not significant.",
+        ),
+        Block::Table(references(&study.references)),
+    ]);
+    out.extend(models::section(study));
+    out.extend(footsteps::section(study));
+    out.extend(contact::section(study));
+    out.extend(ensemble::section(study));
+    out.extend(transport::section(study));
+    out.push(Block::heading("All runs"));
+    out.extend(runs::section(study));
+    out
+}
+
+fn introduction(study: &Study) -> Vec<Block> {
     let compared = format!(
         "Every plant is run through {} with each of its methods at each setting, and the \
          positions of its feet are compared every {} with a reference. {}",
@@ -26,43 +59,19 @@ pub(crate) fn body(study: &Study) -> String {
         si(study.grid_s, "s"),
         commanded(study)
     );
-    let mut out = introduction(&compared);
-    for note in &study.references {
-        if let Some(until_s) = note.holds_until_s {
-            out += &paragraph(&format!(
-                "The reference of {} ends at {}: from there on it differs from its check by more \
-                 than the tolerance, and nothing is compared.",
-                note.plant,
-                si(until_s, "s")
-            ));
-        }
-    }
-    out += &cards(study);
-    out += "<h2>Error against run time</h2>\n";
-    out += &cost(study);
-    out += &dominance::section(study);
-    out += "<h2>Error against step</h2>\n";
-    out += &convergence(study);
-    out += &tolerance::section(study);
-    out += &constraint_violation::section(study);
-    out += "<h2>Summary by method</h2>\n";
-    out += &summary(study);
-    out += "<h2>References</h2>\n";
-    out += &paragraph(
-        "The reference of a plant is its best method at its finest setting, checked by a second \
-         one; a plant that solves the model of another with a different engine shares the \
-         reference of that plant. Errors below the disagreement of reference and check are at \
-         the floor: they are not significant.",
-    );
-    out += &references(&study.references).html();
-    out += &models::section(study);
-    out += &footsteps::section(study);
-    out += &contact::section(study);
-    out += &ensemble::section(study);
-    out += &transport::section(study);
-    out += "<h2>All runs</h2>\n";
-    out += &runs::table(study);
-    out
+    let ends = study.references.iter().filter_map(|note| {
+        let until_s = note.holds_until_s?;
+        Some(format!(
+            "The reference of {} ends at {}: from there on it differs from its check by more \
+             than the tolerance, and nothing is compared.",
+            note.plant,
+            si(until_s, "s")
+        ))
+    });
+    std::iter::once(compared)
+        .chain(ends)
+        .map(Block::Text)
+        .collect()
 }
 
 /// Returns the simulated part of the scenario, in words.
@@ -85,18 +94,18 @@ fn order(study: &Study, series: Series<'_>) -> Option<f64> {
 
 /// Returns the cards: the headline row, the smallest error at the usual step, and the fastest
 /// within the aim at any setting, of the plants of the headline.
-fn cards(study: &Study) -> String {
+fn cards(study: &Study) -> Vec<Card> {
     let error = |row: &&Row| row.error_rms_m.unwrap_or(f64::INFINITY);
     let candidates = study.candidates();
     let sound = || candidates.iter().map(|(row, _)| *row);
     let name = |row: &Row| format!("{}, {}", row.series().name(), rows::setting(row));
     let speed = |row: &Row| format!("{} real time", rows::factor(row.real_time_factor));
-    let mut out = headline_card(study);
+    let mut out: Vec<Card> = headline_card(study).into_iter().collect();
     let usual = sound().filter(|row| at_usual_step(row));
     if let Some(row) = usual.min_by(|a, b| error(a).total_cmp(&error(b))) {
         let what = format!("smallest error at {}", si(USUAL_STEP_S, "s"));
         let more = format!("{}; {}", name(row), speed(row));
-        out += &card(&what, &rows::length(row.error_rms_m), &more);
+        out.push(Card::new(what, rows::length(row.error_rms_m), more));
     }
     let aim = sound().filter(|row| error(row) <= AIM_M);
     let fastest = aim.max_by(|a, b| {
@@ -105,60 +114,49 @@ fn cards(study: &Study) -> String {
     });
     let aim_m = si(AIM_M, "m");
     let what = format!("fastest at any setting with an error of at most {aim_m}");
-    out += &match fastest {
+    out.push(match fastest {
         Some(row) => {
             let more = format!("{}; {}", name(row), rows::length(row.error_rms_m));
-            card(&what, &speed(row), &more)
+            Card::new(what, speed(row), more)
         }
         None if study.floor() > AIM_M => {
             let floor = si(study.floor(), "m");
-            card(
-                &what,
-                "not known",
-                &format!("the floor is {floor}: smaller errors cannot be resolved"),
-            )
+            let more = format!("the floor is {floor}: smaller errors cannot be resolved");
+            Card::new(what, "not known", more)
         }
-        None => card(&what, "none", "no run is that accurate"),
-    };
+        None => Card::new(what, "none", "no run is that accurate"),
+    });
     let count = integration(study).count();
     let completed = integration(study).filter(|row| row.status == Status::Ok);
     let cut = integration(study).filter(|row| row.cut).count();
     let completed = completed.count();
     let more = rows::outcome(completed, count - completed - cut, cut);
-    out += &card("runs", &count.to_string(), &more);
-    element("div", "cards", &out)
+    out.push(Card::new("runs", count.to_string(), more));
+    out
 }
 
-/// Returns the card of the headline row.
-fn headline_card(study: &Study) -> String {
-    let Some(HeadlineRow {
+/// Returns the card of the headline row, unless the next card shows it.
+fn headline_card(study: &Study) -> Option<Card> {
+    let HeadlineRow {
         row,
         error_m,
         choice,
-    }) = study.headline_row()
-    else {
-        return String::new();
-    };
+    } = study.headline_row()?;
     let (step, aim) = (si(USUAL_STEP_S, "s"), si(AIM_M, "m"));
-    let name = format!("{}, {}", row.series().name(), rows::setting(row));
+    let what = match choice {
+        Choice::Nearest => return None,
+        Choice::Fastest => format!("fastest at {step} with an error of at most {aim}"),
+        Choice::FastestAdaptive => {
+            format!("fastest adaptive method with an error of at most {aim}")
+        }
+    };
     let speed = format!("{} real time", rows::factor(row.real_time_factor));
-    match choice {
-        // Shown by the next card.
-        Choice::Nearest => String::new(),
-        Choice::Fastest => card(
-            &format!("fastest at {step} with an error of at most {aim}"),
-            &speed,
-            &format!("{name}; {}", si(error_m, "m")),
-        ),
-        Choice::FastestAdaptive => card(
-            &format!("fastest adaptive method with an error of at most {aim}"),
-            &speed,
-            &format!("{name}; {}", si(error_m, "m")),
-        ),
-    }
+    let (name, error) = (row.series().name(), si(error_m, "m"));
+    let more = format!("{name}, {}; {error}", rows::setting(row));
+    Some(Card::new(what, speed, more))
 }
 
-fn entries(study: &Study, of: impl Fn(&Series<'_>) -> bool) -> Vec<(String, String)> {
+fn entries(study: &Study, of: impl Fn(&Series<'_>) -> bool) -> Vec<(Swatch, String)> {
     let series = study.numbered_series().into_iter();
     series
         .filter(|(_, series)| of(series))
@@ -166,7 +164,7 @@ fn entries(study: &Study, of: impl Fn(&Series<'_>) -> bool) -> Vec<(String, Stri
             let order =
                 order(study, series).map_or(String::new(), |order| format!(", order {order:.1}"));
             (
-                swatch(number, series.is_adaptive()),
+                curve_swatch(number, series.is_adaptive()),
                 format!("{}{order}", series.name()),
             )
         })
@@ -203,7 +201,7 @@ fn setting(study: &Study, row: &Row, x: Option<f64>) -> Setting {
 }
 
 /// Returns the plot of error over run time.
-fn cost(study: &Study) -> String {
+fn cost(study: &Study) -> Block {
     let curves = study.numbered_series().into_iter().map(|(number, series)| {
         let cost = |row: &Row| row.run_s_per_simulated_s.filter(|&cost| cost > 0.0);
         let settings = of_series(study, series).map(|row| setting(study, row, cost(row)));
@@ -252,7 +250,7 @@ fn cost(study: &Study) -> String {
          mark for details.",
         si(USUAL_STEP_S, "s")
     );
-    figure("", &entries(study, |_| true), &plot, &caption)
+    Block::Figure(figure("", entries(study, |_| true), &plot, caption))
 }
 
 /// Returns the mark of a run that ended early.
@@ -265,7 +263,7 @@ fn ended(row: &Row, x: f64) -> Ended {
 }
 
 /// Returns the plot of error over step, with the orders.
-fn convergence(study: &Study) -> String {
+fn convergence(study: &Study) -> Block {
     let stepped = |series: &Series<'_>| !series.is_adaptive();
     let curves = study.numbered_series().into_iter();
     let curves = curves
@@ -287,48 +285,49 @@ fn convergence(study: &Study) -> String {
     };
     let caption = "The slope of a curve is the order of its method: the powers of ten by which \
                    the error falls per power of ten of the step.";
-    figure("", &entries(study, stepped), &plot, caption)
+    Block::Figure(figure("", entries(study, stepped), &plot, caption))
 }
 
 /// Returns a table row for each method.
-fn summary(study: &Study) -> String {
+pub(crate) fn summary(study: &Study) -> Table {
     let step = si(USUAL_STEP_S, "s");
-    let head = format!(
-        "plant | method | order | RMS at {step} | speed at {step} | smallest RMS | at \
-         | speed there | incomplete"
-    );
-    let mut table = HtmlTable::new(&head, 2);
-    let mut plant_before = None;
+    let mut table = Table::new([
+        Column::label("plant"),
+        Column::text("method"),
+        Column::number("order").with_places(1),
+        Column::number(format!("RMS at {step}")).in_unit("m"),
+        Column::number(format!("speed at {step}")),
+        Column::number("smallest RMS").in_unit("m"),
+        Column::number("at"),
+        Column::number("speed there"),
+        Column::text("incomplete"),
+    ]);
+    let mut before = None;
     for series in study.series() {
-        let plant = series.plant;
-        let sound = || of_series(study, series).filter(|row| row.status == Status::Ok);
+        let rows = || of_series(study, series);
+        let sound = || rows().filter(|row| row.status == Status::Ok);
         let usual = sound().find(|row| at_usual_step(row));
         let best = sound().min_by(|a, b| {
             let error = |row: &&Row| row.error_rms_m.unwrap_or(f64::INFINITY);
             error(a).total_cmp(&error(b))
         });
-        let failed = of_series(study, series).filter(|row| row.status != Status::Ok);
-        let class = if plant_before == Some(plant) {
-            ""
-        } else {
-            "first"
-        };
-        plant_before = Some(plant);
-        table.row(
-            class,
-            vec![
-                element("b", "", &escaped(&plant.label())),
-                escaped(&series.method_label())
-                    + &element("span", "wrap soft", &escaped(study.about(series))),
-                order(study, series).map_or(String::new(), |order| format!("{order:.1}")),
-                usual.map_or(String::new(), |row| rows::length(row.error_rms_m)),
-                usual.map_or(String::new(), |row| rows::factor(row.real_time_factor)),
-                best.map_or(String::new(), |row| rows::length(row.error_rms_m)),
-                best.map_or(String::new(), rows::setting),
-                best.map_or(String::new(), |row| rows::factor(row.real_time_factor)),
-                rows::count(Some(failed.count() as u64)),
-            ],
-        );
+        let speed = |row: Option<&Row>| row.map(|row| rows::factor(row.real_time_factor));
+        let incomplete = rows().filter(|row| row.status != Status::Ok);
+        table.row([
+            series.plant.label().into(),
+            Cell::from(series.method_label()).with_detail(study.about(series)),
+            order(study, series).into(),
+            usual.map(|row| rows::error(study, row)).into(),
+            speed(usual).into(),
+            best.map(|row| rows::error(study, row)).into(),
+            best.map(rows::setting).into(),
+            speed(best).into(),
+            rows::incomplete(rows().count(), incomplete),
+        ]);
+        if before.is_some_and(|before| before != series.plant) {
+            table.begin_group();
+        }
+        before = Some(series.plant);
     }
-    table.html()
+    table
 }

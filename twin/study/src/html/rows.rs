@@ -3,9 +3,8 @@
 use crate::row::{Row, RowKind, Series, Status};
 use crate::study::Study;
 
-use twinrig_report::html::element::{element, escaped};
 use twinrig_report::number::{grouped, grouped_factor, method_setting, si};
-use twinrig_report::table::Tone;
+use twinrig_report::table::{Cell, Table, Tone};
 
 /// Returns the rows of integration.
 pub(crate) fn integration(study: &Study) -> impl Iterator<Item = &Row> {
@@ -47,12 +46,30 @@ pub(crate) fn count(value: Option<u64>) -> String {
         .map_or(String::new(), |value| grouped(&value.to_string()))
 }
 
-/// Returns the tag of a row's outcome.
-pub(crate) fn status(row: &Row) -> String {
+/// Returns the outcome of a row.
+pub(crate) fn status(row: &Row) -> Cell {
     if row.status == Status::Ok && row.wrong {
-        return element("span", "tag bad", "stable, but wrong");
+        return Cell::from("stable, but wrong").with_tone(Tone::Bad);
     }
-    tag(row.status, row.cut, row.word())
+    Cell::from(row.word()).with_tone(tone(row.status, row.cut))
+}
+
+/// Formats the error of a row; the floor where it is not significant.
+pub(crate) fn error(study: &Study, row: &Row) -> String {
+    match row.error_rms_m {
+        Some(_) if row.at_floor => format!("≤ {}", si(study.floor_of(&row.plant), "m")),
+        error => length(error),
+    }
+}
+
+/// Returns how many of `all` runs are `incomplete`: failed, or truncated by the budget.
+pub(crate) fn incomplete<'r>(all: usize, incomplete: impl Iterator<Item = &'r Row>) -> Cell {
+    let (cut, failed): (Vec<&Row>, Vec<&Row>) = incomplete.partition(|row| row.cut);
+    let count = |of: usize, word: &str| (of > 0).then(|| format!("{of} of {all} {word}"));
+    let parts = [count(failed.len(), "failed"), count(cut.len(), "truncated")];
+    let text = parts.into_iter().flatten().collect::<Vec<_>>().join(", ");
+    let is_cut_only = failed.is_empty();
+    Cell::from(text).with_tone(if is_cut_only { Tone::Faint } else { Tone::Bad })
 }
 
 /// Returns the tone of an outcome.
@@ -62,16 +79,6 @@ pub(crate) fn tone(status: Status, cut: bool) -> Tone {
         _ if cut => Tone::Faint,
         _ => Tone::Bad,
     }
-}
-
-/// Returns the coloured tag of an outcome; grey for a run truncated by the budget.
-pub(crate) fn tag(status: Status, cut: bool, word: &str) -> String {
-    let class = match status {
-        Status::Ok => "tag ok",
-        _ if cut => "tag",
-        _ => "tag bad",
-    };
-    element("span", class, word)
 }
 
 /// Returns how many runs completed, failed and were truncated, in words.
@@ -85,27 +92,13 @@ pub(crate) fn outcome(completed: usize, failed: usize, cut: usize) -> String {
     parts.join(", ") + ": see the table of all runs"
 }
 
-/// Returns the reason of a row as HTML.
-pub(crate) fn why(row: &Row) -> String {
-    let why = row.why.as_ref();
-    why.map_or(String::new(), |why| element("span", "why", &escaped(why)))
-}
-
-/// Returns the CSS class of a row, from its predecessor in the table.
-pub(crate) fn class(row: &Row, before: Option<&Row>) -> &'static str {
-    let first = before.is_some_and(|before| before.series() != row.series());
-    row_class(first, row.status, row.cut)
-}
-
-/// Returns the CSS class of a table row that is the `first` of its series or not.
-pub(crate) fn row_class(first: bool, status: Status, cut: bool) -> &'static str {
-    match (first, status) {
-        (true, Status::Ok) => "first",
-        (false, Status::Ok) => "",
-        (true, _) if cut => "first cut",
-        (false, _) if cut => "cut",
-        (true, _) => "first bad",
-        (false, _) => "bad",
+/// Marks the last row of a table: whether it is the `first` of a group, and its outcome.
+pub(crate) fn mark(table: &mut Table, first: bool, status: Status, cut: bool) {
+    if first {
+        table.begin_group();
+    }
+    if status != Status::Ok {
+        table.set_tone(tone(status, cut));
     }
 }
 

@@ -7,15 +7,15 @@ use crate::thesis::{FIGURES, ThesisFigure};
 use twinrig_rig::Scales;
 
 use super::rows::{self, limit_cell, unlimited};
+use super::study::commanded;
 use super::thesis::{self, QUARTER};
-use super::{card, commanded, error_control, figure, introduction, legend, references, stiffness};
-use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::marker::{foreign_swatch, swatch};
+use super::{error_control, figure, references, stiffness};
 use twinrig_report::html::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
-use twinrig_report::html::table::HtmlTable;
 use twinrig_report::number::{plain, si};
+use twinrig_report::page::{Block, Card, Swatch};
+use twinrig_report::table::{Column, Table};
 
-pub(crate) fn body(study: &Study) -> String {
+pub(crate) fn blocks(study: &Study) -> Vec<Block> {
     let found = format!(
         "For each plant and method, the longest step at which the motion stays bounded over {}, \
          found by bisection as in the thesis (section 2.5.1), with one property of the robot or \
@@ -24,22 +24,28 @@ pub(crate) fn body(study: &Study) -> String {
         si(study.simulated_s, "s"),
         commanded(study)
     );
-    let mut out = introduction(&found);
-    out += &cards(study);
-    out += "<h2>What limits the step</h2>\n";
-    out += &sweeps(study);
-    out += &stiffness::section(study);
-    out += &error_control::section(study);
-    out += "<h2>Unchanged scenario</h2>\n";
-    out += &as_it_is(study);
+    let mut out = vec![
+        Block::Text(found),
+        Block::Cards(cards(study)),
+        Block::heading("What limits the step"),
+    ];
+    out.extend(sweeps(study));
+    out.extend(stiffness::section(study));
+    out.extend(error_control::section(study));
+    out.extend([
+        Block::heading("Unchanged scenario"),
+        Block::Table(as_it_is(study)),
+    ]);
     if !study.commanded && !study.ground {
-        out += "<h2>Comparison with the thesis</h2>\n";
-        out += &thesis::section(study);
+        out.push(Block::heading("Comparison with the thesis"));
+        out.extend(thesis::section(study));
     }
-    out += "<h2>References</h2>\n";
-    out += &references(&study.references).html();
-    out += "<h2>All searches</h2>\n";
-    out += &all(study);
+    out.extend([
+        Block::heading("References"),
+        Block::Table(references(&study.references)),
+        Block::heading("All searches"),
+        Block::Table(all(study)),
+    ]);
     out
 }
 
@@ -49,7 +55,7 @@ fn limit_of(row: &Row) -> Option<f64> {
         .filter(|_| row.status == Status::Ok)
 }
 
-fn cards(study: &Study) -> String {
+fn cards(study: &Study) -> Vec<Card> {
     let rows = || study.rows.iter().filter(|row| row.scales == Scales::AS_IS);
     let limit = |row: &&Row| row.largest_stable_step_s.unwrap_or(0.0);
     let accurate = |row: &&Row| row.largest_right_step_s.unwrap_or(0.0);
@@ -68,22 +74,17 @@ fn cards(study: &Study) -> String {
             si(limit(&row), "s")
         )
     };
-    let mut out = String::new();
-    if let Some(row) = longest {
-        out += &card(
-            "longest stable step, unchanged scenario",
-            &bound(row),
-            &name(row),
-        );
-    }
-    if let Some(row) = longest_accurate {
+    let mut out = Vec::new();
+    out.extend(longest.map(|row| {
+        let what = "longest stable step, unchanged scenario";
+        Card::new(what, bound(row), name(row))
+    }));
+    out.extend(longest_accurate.map(|row| {
         let step = si(accurate(&row), "s");
-        out += &card("longest accurate step", &step, &name(row));
-    }
+        Card::new("longest accurate step", step, name(row))
+    }));
     let shortest = sound().min_by(|a, b| limit(a).total_cmp(&limit(b)));
-    if let Some(row) = shortest {
-        out += &card("smallest limit of a method", &bound(row), &name(row));
-    }
+    out.extend(shortest.map(|row| Card::new("smallest limit of a method", bound(row), name(row))));
     let wrong = study.rows.iter().filter(|row| row.wrong).count();
     let failed = study
         .rows
@@ -91,29 +92,26 @@ fn cards(study: &Study) -> String {
         .filter(|row| row.status != Status::Ok)
         .count();
     let more = format!("{wrong} stable but wrong at the limit, {failed} without a limit");
-    out += &card("searches", &study.rows.len().to_string(), &more);
-    element("div", "cards", &out)
+    out.push(Card::new("searches", study.rows.len().to_string(), more));
+    out
 }
 
 /// Returns a plot for each factor.
-fn sweeps(study: &Study) -> String {
+fn sweeps(study: &Study) -> [Block; 3] {
     // Adaptive methods have no limit.
     let series = study.numbered_series().into_iter();
     let series: Vec<(usize, Series<'_>)> = series.filter(|(_, key)| !key.is_adaptive()).collect();
-    let mut entries: Vec<(String, String)> = series
+    let mut legend: Vec<(Swatch, String)> = series
         .iter()
-        .map(|&(number, key)| (swatch(number, false), key.name()))
+        .map(|&(number, key)| (Swatch::Curve(number), key.name()))
         .collect();
     if !study.commanded && !study.ground {
-        entries.push((foreign_swatch(), "thesis".to_owned()));
+        legend.push((Swatch::Foreign, "thesis".to_owned()));
     }
-    let mut out = legend(&entries);
-    out += &paragraph(
-        "Filled: accurate at the limit. Hollow: stable but wrong, or the longest step tried. In \
-         the strip: no stable step found.",
-    );
+    let looks = "Filled: accurate at the limit. Hollow: stable but wrong, or the longest step \
+                 tried. In the strip: no stable step found.";
     let shared_y: Vec<f64> = study.rows.iter().filter_map(limit_of).collect();
-    let mut figures = String::new();
+    let mut figures = Vec::new();
     for factor in Factor::ALL {
         let curves: Vec<Curve> = series
             .iter()
@@ -139,10 +137,13 @@ fn sweeps(study: &Study) -> String {
             shared_y: shared_y.clone(),
             strip: "none".to_owned(),
         };
-        figures += &figure("", &[], &plot, "");
+        figures.push(figure("", Vec::new(), &plot, ""));
     }
-    out += &element("div", "pair", &figures);
-    out
+    [
+        Block::Legend(legend),
+        Block::text(looks),
+        Block::Figures(figures),
+    ]
 }
 
 fn sweep(study: &Study, factor: Factor, number: usize, key: Series<'_>) -> Curve {
@@ -199,89 +200,90 @@ fn foreign(study: &Study, factor: Factor) -> Vec<Mark> {
 }
 
 /// Returns a table row for each method at the unchanged scenario.
-fn as_it_is(study: &Study) -> String {
-    let mut table = HtmlTable::new(
-        "plant | method | largest stable step | | accurate up to | feet, RMS | greatest \
-         | fallbacks | time per step | speed |",
-        2,
-    );
+pub(crate) fn as_it_is(study: &Study) -> Table {
+    let mut table = Table::new([
+        Column::label("plant"),
+        Column::text("method"),
+        Column::number("largest stable step"),
+        Column::status(""),
+        Column::number("accurate up to").in_unit("s"),
+        Column::number("feet, RMS").in_unit("m"),
+        Column::number("greatest").in_unit("m").only_on_pages(),
+        Column::number("fallbacks").only_on_pages(),
+        Column::number("time per step").in_unit("s"),
+        Column::number("speed").only_on_pages(),
+        Column::reason().only_on_pages(),
+    ]);
     let mut before: Option<&Row> = None;
     for row in study.rows.iter().filter(|row| row.scales == Scales::AS_IS) {
+        table.row([
+            row.plant.label().into(),
+            row.series().method_label().into(),
+            limit_cell(row).into(),
+            rows::status(row),
+            row.largest_right_step_s.into(),
+            row.error_rms_m.into(),
+            row.error_max_m.into(),
+            rows::count(row.fallbacks).into(),
+            row.cost_per_step_s.into(),
+            rows::factor(row.real_time_factor).into(),
+            row.why.clone().into(),
+        ]);
         let first = before.is_some_and(|before| before.plant != row.plant);
+        rows::mark(&mut table, first, row.status, row.cut);
         before = Some(row);
-        table.row(
-            match (first, row.status) {
-                (true, Status::Ok) => "first",
-                (false, Status::Ok) => "",
-                _ => "bad",
-            },
-            vec![
-                element("b", "", &escaped(&row.plant.label())),
-                escaped(&row.series().method_label()),
-                limit_cell(row),
-                rows::status(row),
-                rows::time(row.largest_right_step_s),
-                rows::length(row.error_rms_m),
-                rows::length(row.error_max_m),
-                rows::count(row.fallbacks),
-                rows::time(row.cost_per_step_s),
-                rows::factor(row.real_time_factor),
-                rows::why(row),
-            ],
-        );
     }
-    table.html()
+    table
 }
 
 /// Returns the table of all searches.
-fn all(study: &Study) -> String {
-    let mut table = HtmlTable::new(
-        "varied | value | plant | method | largest stable step | shortest unstable | \
-         | accurate up to | feet, RMS | energy residual | fallbacks | time per step | speed \
-         | probes |",
-        1,
-    );
+fn all(study: &Study) -> Table {
+    let mut table = Table::new([
+        Column::text("varied"),
+        Column::number("value"),
+        Column::label("plant"),
+        Column::text("method"),
+        Column::number("largest stable step"),
+        Column::number("shortest unstable").in_unit("s"),
+        Column::status(""),
+        Column::number("accurate up to").in_unit("s"),
+        Column::number("feet, RMS").in_unit("m"),
+        Column::number("energy residual").in_unit("J"),
+        Column::number("fallbacks"),
+        Column::number("time per step").in_unit("s"),
+        Column::number("speed"),
+        Column::number("probes"),
+        Column::reason(),
+    ]);
     let mut before: Option<&Row> = None;
     for row in &study.rows {
-        let first = before.is_some_and(|before| before.scales != row.scales);
-        before = Some(row);
-        let factor = Factor::ALL.into_iter().find_map(|factor| {
+        let varied = Factor::ALL.into_iter().find_map(|factor| {
             let value = factor
                 .of(&row.scales)
                 .filter(|_| row.scales != Scales::AS_IS)?;
             Some((factor.name(), plain(value)))
         });
-        let (name, value) = factor.unwrap_or(("nothing", String::new()));
-        table.row(
-            match (first, row.status) {
-                (true, Status::Ok) => "first",
-                (false, Status::Ok) => "",
-                (true, _) => "first bad",
-                (false, _) => "bad",
-            },
-            vec![
-                name.to_owned(),
-                value,
-                escaped(&row.plant.label()),
-                escaped(&row.series().method_label()),
-                limit_cell(row),
-                rows::time(row.least_unstable_step_s),
-                rows::status(row),
-                rows::time(row.largest_right_step_s),
-                rows::length(row.error_rms_m),
-                row.energy_residual_j
-                    .map_or(String::new(), |joule| si(joule, "J")),
-                rows::count(row.fallbacks),
-                rows::time(row.cost_per_step_s),
-                rows::factor(row.real_time_factor),
-                rows::count(row.probes),
-                rows::why(row),
-            ],
-        );
+        let (name, value) = varied.unwrap_or(("nothing", String::new()));
+        table.row([
+            name.into(),
+            value.into(),
+            row.plant.label().into(),
+            row.series().method_label().into(),
+            limit_cell(row).into(),
+            row.least_unstable_step_s.into(),
+            rows::status(row),
+            row.largest_right_step_s.into(),
+            row.error_rms_m.into(),
+            row.energy_residual_j.into(),
+            rows::count(row.fallbacks).into(),
+            row.cost_per_step_s.into(),
+            rows::factor(row.real_time_factor).into(),
+            rows::count(row.probes).into(),
+            row.why.clone().into(),
+        ]);
+        let first = before.is_some_and(|before| before.scales != row.scales);
+        rows::mark(&mut table, first, row.status, row.cut);
+        before = Some(row);
     }
-    let table = table.html();
-    format!(
-        "<details open=\"open\"><summary>{} searches</summary>{table}</details>\n",
-        study.rows.len()
-    )
+    table
 }

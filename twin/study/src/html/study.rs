@@ -1,38 +1,58 @@
 //! Page of a study of precision or stability.
 
+use twinrig_report::page::{Page, Term};
+
 use crate::machine::Machine;
+use crate::reproduction::{Budgeted, timed_reproduction};
 use crate::study::{Study, StudyKind};
 
-use super::page::{Page, panicked};
 use super::{precision, rows, stability};
 
-/// Returns the page of a study, with the machine it ran on and the command that repeats it.
-pub fn html(study: &Study, machine: &Machine, command: &str) -> String {
-    let (title, body) = match study.kind {
-        StudyKind::Precision => ("Error against run time", precision::body(study)),
-        StudyKind::Stability => ("The largest stable step", stability::body(study)),
-    };
-    let left_out = study.left_out.iter();
-    let left_out = left_out.map(|left| ("left out".to_owned(), left.clone()));
-    let cut = study
-        .cut()
-        .map(|row| format!("{} {} {}", row.plant, row.method, rows::setting(row)));
-    Page {
-        kind: study.kind.name(),
-        title,
-        scenario: &study.scenario,
-        file: &study.file,
-        headline: study.headline(),
-        body,
-        terms: study
-            .criteria
-            .iter()
-            .cloned()
-            .chain(left_out)
-            .chain(panicked(&study.panics))
-            .collect(),
-        cut: cut.collect(),
-        budget_s: study.budget_s,
+impl Study {
+    /// Returns the page, with the machine the study ran on and the command that repeats it.
+    pub fn page(&self, machine: &Machine, command: &str) -> Page {
+        let (title, blocks) = match self.kind {
+            StudyKind::Precision => ("Error against run time", precision::blocks(self)),
+            StudyKind::Stability => ("The largest stable step", stability::blocks(self)),
+        };
+        Page {
+            kind: format!("Study of {}", self.kind.name()),
+            title: format!("{title}: {}", self.scenario),
+            headline: self.headline(),
+            blocks,
+            terms: self.terms(machine, command),
+        }
     }
-    .html(machine, command)
+
+    fn terms(&self, machine: &Machine, command: &str) -> Vec<Term> {
+        let criteria = self.criteria.iter();
+        let criteria = criteria.map(|(name, text)| Term::text(name, text));
+        let panics = self.panics.iter().map(|panic| Term::text("panic", panic));
+        let cut = self
+            .cut()
+            .map(|row| format!("{} {} {}", row.plant, row.method, rows::setting(row)));
+        let budget = Budgeted {
+            cut: cut.collect(),
+            budget_s: self.budget_s,
+        };
+        timed_reproduction(
+            machine,
+            command,
+            &self.file,
+            criteria.chain(panics).collect(),
+            &self.left_out,
+            &budget,
+        )
+    }
+}
+
+/// Returns a sentence on the commands.
+pub(super) fn commanded(study: &Study) -> &'static str {
+    if study.commanded {
+        "The controller's commands were recorded once, in a run of the complete rig, and are \
+         replayed to every plant: results differ by the plant, not by the response of a \
+         controller."
+    } else {
+        "The commands are constant: results differ by the plant only."
+    }
 }

@@ -4,66 +4,64 @@ use crate::row::{Series, Status};
 use crate::study::Study;
 use crate::thesis::{FIGURES, ModelClass, ThesisFigure};
 use twinrig_report::number::si;
+use twinrig_report::page::Block;
+use twinrig_report::table::{Cell, Column, Table};
 use twinrig_rig::PlantId;
 use twinrig_rig::Scales;
 
 use super::rows::limit_cell;
-use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::table::HtmlTable;
 
 /// Relative stiffness of the second set of results of the thesis.
 pub(crate) const QUARTER: f64 = 0.25;
 
 /// Returns the section: results of the thesis, those found here, and the reasons for the
 /// differences.
-pub(crate) fn section(study: &Study) -> String {
-    let mut out = paragraph(
-        "The robot of the thesis had other springs and masses than the robot file used here, \
+pub(crate) fn section(study: &Study) -> Vec<Block> {
+    let introduction = "The robot of the thesis had other springs and masses than the robot file used here, \
          parts of which are assumed, and the thesis describes its criterion of instability in \
-         words only. Orders of magnitude and trends are comparable, digits are not.",
-    );
-    let mut table = HtmlTable::new(
-        "in the thesis | step | at ¼ stiffness | here | step | at ¼ stiffness",
-        1,
-    );
-    for thesis in &FIGURES {
-        let counterparts = counterparts(study, thesis);
-        let cells = |of: &dyn Fn(&Counterpart) -> String| {
-            let series: Vec<String> = counterparts.iter().map(of).collect();
-            series.join("<br/>")
-        };
-        table.row(
-            "first",
-            vec![
-                format!(
-                    "<span class=\"wrap\">{}</span><span class=\"wrap soft\">{}</span>",
-                    escaped(thesis.model),
-                    escaped(thesis.place)
-                ),
-                si(thesis.step_s, "s"),
-                thesis.quarter_s.map_or(String::new(), |step| si(step, "s")),
-                if counterparts.is_empty() {
-                    "–".to_owned()
-                } else {
-                    cells(&|counterparts| escaped(&counterparts.name))
-                },
-                cells(&|counterparts| counterparts.step.clone()),
-                cells(&|counterparts| counterparts.quarter.clone()),
-            ],
-        );
-    }
-    out += &table.html();
-    out += "<h3>Reasons for the differences</h3>\n";
-    for thesis in &FIGURES {
-        let model = element("b", "", &escaped(thesis.model));
-        let why = format!(
-            "{model}, {}. {}",
-            si(thesis.step_s, "s"),
-            escaped(thesis.why)
-        );
-        out += &element("p", "", &why);
-    }
+         words only. Orders of magnitude and trends are comparable, digits are not.";
+    let mut out = vec![
+        Block::text(introduction),
+        Block::Table(table(study)),
+        Block::subheading("Reasons for the differences"),
+    ];
+    out.extend(FIGURES.iter().map(|thesis| {
+        let (model, step) = (thesis.model, si(thesis.step_s, "s"));
+        Block::Text(format!("{model}, {step}. {}", thesis.why))
+    }));
     out
+}
+
+/// Returns the table of the limits in the thesis, each with those found here.
+fn table(study: &Study) -> Table {
+    let step = |name: &str| Column::number(name);
+    let mut table = Table::new([
+        Column::label("in the thesis"),
+        step("step").in_unit("s"),
+        step("at ¼ stiffness").in_unit("s"),
+        Column::text("here"),
+        step("step"),
+        step("at ¼ stiffness"),
+    ]);
+    for thesis in &FIGURES {
+        let printed = [
+            Cell::from(thesis.model).with_detail(thesis.place),
+            thesis.step_s.into(),
+            thesis.quarter_s.into(),
+        ];
+        let mut counterparts = counterparts(study, thesis).into_iter();
+        let first = counterparts.next().map_or_else(
+            || ["–".into(), Cell::empty(), Cell::empty()],
+            Counterpart::cells,
+        );
+        table.row(printed.into_iter().chain(first));
+        table.begin_group();
+        for other in counterparts {
+            let printed = [(); 3].map(|()| Cell::empty());
+            table.row(printed.into_iter().chain(other.cells()));
+        }
+    }
+    table
 }
 
 /// Result comparable with one of the thesis.
@@ -71,6 +69,12 @@ struct Counterpart {
     name: String,
     step: String,
     quarter: String,
+}
+
+impl Counterpart {
+    fn cells(self) -> [Cell; 3] {
+        [self.name, self.step, self.quarter].map(Cell::from)
+    }
 }
 
 fn counterparts(study: &Study, thesis: &ThesisFigure) -> Vec<Counterpart> {

@@ -4,18 +4,18 @@ use crate::row::Status;
 use crate::study::Study;
 use crate::transport::{Cost, Transport};
 use twinrig_report::number::{method_setting, si};
+use twinrig_report::page::Block;
+use twinrig_report::table::{Cell, Column, Table};
 use twinrig_rig::PlantId;
 
-use twinrig_report::html::element::{element, escaped, paragraph};
-use twinrig_report::html::table::HtmlTable;
+use super::rows;
 
 /// Returns the section: cost of transport by plant and method.
-pub(crate) fn section(study: &Study) -> String {
+pub(crate) fn section(study: &Study) -> Vec<Block> {
     let Some(cost) = study.transports.iter().find_map(|one| one.cost.as_ref()) else {
-        return String::new();
+        return Vec::new();
     };
-    let mut out = "<h2>Cost of transport</h2>\n".to_owned();
-    out += &paragraph(&format!(
+    let introduction = format!(
         "Each plant, with each of its methods at the scenario's step, receives the same commands \
          for {} from the same start; the window begins at {}. Work is that of the drives on the \
          robot, without losses of motors and gears; the cost of transport is work over weight \
@@ -28,51 +28,61 @@ pub(crate) fn section(study: &Study) -> String {
          that it is the same, in the printed digits, at twice the step or ten times the tolerance.",
         si(cost.to_s, "s"),
         si(cost.from_s, "s"),
-    ));
-    out += &table(study);
-    out += &summary(study);
+    );
+    let mut out = vec![
+        Block::heading("Cost of transport"),
+        Block::Text(introduction),
+        Block::Table(table(study)),
+    ];
+    out.extend(summary(study).into_iter().map(Block::Text));
     out
 }
 
-fn table(study: &Study) -> String {
-    let mut table = HtmlTable::new(
-        "plant | method | speed | cost, net | covered | positive | work, net | residual \
-         | friction | impacts | stored",
-        2,
-    );
+fn table(study: &Study) -> Table {
+    let joule = |name: &str| Column::number(name).in_unit("J");
+    let ratio = |name: &str| Column::number(name).with_places(3);
+    let mut table = Table::new([
+        Column::label("plant"),
+        Column::text("method"),
+        ratio("speed").in_unit("m/s"),
+        ratio("cost, net"),
+        ratio("covered"),
+        ratio("positive"),
+        joule("work, net"),
+        joule("residual"),
+        joule("friction"),
+        joule("impacts"),
+        joule("stored"),
+    ]);
     let mut before: Option<&PlantId> = None;
     for one in &study.transports {
         let first = before.is_some_and(|before| *before != one.key.plant);
         before = Some(&one.key.plant);
-        let bad = one.status != Status::Ok || one.fell_at_s.is_some();
-        let setting = method_setting(one.key.step_s, one.key.tolerance);
-        let setting = match one.converged {
-            Some(true) => format!("{setting}, converged"),
-            Some(false) => format!("{setting}, the finest tried, not converged"),
-            None => setting,
-        };
-        let about = match &one.why {
-            Some(why) => format!("{setting}; {why}"),
-            None => setting,
-        };
-        let about = element("span", "wrap soft", &escaped(&about));
-        let mut cells = vec![
-            element("b", "", &escaped(&one.key.plant.label())),
-            escaped(&one.key.method) + &about,
-        ];
+        let method = Cell::from(one.key.method.as_str()).with_detail(about(one));
+        let names = [one.key.plant.label().into(), method];
         let numbers = one.cost.as_ref().map(numbers);
-        cells.extend(numbers.into_iter().flatten());
-        table.row(
-            match (first, bad) {
-                (true, false) => "first",
-                (false, false) => "",
-                (true, true) => "first bad",
-                (false, true) => "bad",
-            },
-            cells,
-        );
+        table.row(names.into_iter().chain(numbers.into_iter().flatten()));
+        let status = match one.fell_at_s {
+            Some(_) => Status::Failed,
+            None => one.status,
+        };
+        rows::mark(&mut table, first, status, false);
     }
-    table.html()
+    table
+}
+
+/// Returns the setting of a walk, and its reservations.
+fn about(one: &Transport) -> String {
+    let setting = method_setting(one.key.step_s, one.key.tolerance);
+    let setting = match one.converged {
+        Some(true) => format!("{setting}, converged"),
+        Some(false) => format!("{setting}, the finest tried, not converged"),
+        None => setting,
+    };
+    match &one.why {
+        Some(why) => format!("{setting}; {why}"),
+        None => setting,
+    }
 }
 
 /// Greatest relative difference between the net work of the energy balance and that of the drives
@@ -87,23 +97,22 @@ fn mismatch(cost: &Cost) -> Option<f64> {
     (most > 0.0).then(|| (drives - cost.work_j).abs() / most)
 }
 
-fn numbers(cost: &Cost) -> [String; 9] {
+fn numbers(cost: &Cost) -> [Cell; 9] {
     let known = mismatch(cost).is_some_and(|mismatch| mismatch <= MISMATCH_MAX);
-    let ratio = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.3}"));
-    let joule = |value: f64| si(value, "J");
+    let residual = match share(cost) {
+        Some(share) => format!("{}, {:.2} %", si(cost.residual_j, "J"), 100.0 * share).into(),
+        None => cost.residual_j.into(),
+    };
     [
-        format!("{:.3} m/s", cost.speed_m_s),
-        ratio(cost.cost_of_transport),
-        ratio(cost.covered_cost_of_transport),
-        ratio(cost.positive_cost_of_transport.filter(|_| known)),
-        joule(cost.work_j),
-        share(cost).map_or_else(
-            || joule(cost.residual_j),
-            |share| format!("{}, {:.2} %", joule(cost.residual_j), 100.0 * share),
-        ),
-        joule(cost.dissipated_j),
-        joule(cost.impact_j),
-        joule(cost.stored_j),
+        cost.speed_m_s.into(),
+        cost.cost_of_transport.into(),
+        cost.covered_cost_of_transport.into(),
+        cost.positive_cost_of_transport.filter(|_| known).into(),
+        cost.work_j.into(),
+        residual,
+        cost.dissipated_j.into(),
+        cost.impact_j.into(),
+        cost.stored_j.into(),
     ]
 }
 
@@ -112,21 +121,21 @@ fn share(cost: &Cost) -> Option<f64> {
     (cost.work_j != 0.0).then(|| cost.residual_j / cost.work_j.abs())
 }
 
-/// Returns a summary of the table.
-fn summary(study: &Study) -> String {
+/// Returns a summary of the table, in sentences.
+fn summary(study: &Study) -> Vec<String> {
     let sound = || {
         let all = study.transports.iter();
         let standing = all.filter(|one| one.status == Status::Ok && one.fell_at_s.is_none());
         standing.filter_map(|one| Some((one, one.cost.as_ref()?)))
     };
-    let mut out = String::new();
+    let mut out = Vec::new();
     let costs = || sound().filter_map(|(one, cost)| Some((one, cost.cost_of_transport?)));
     let least = costs().min_by(|a, b| a.1.total_cmp(&b.1));
     let most = costs().max_by(|a, b| a.1.total_cmp(&b.1));
     if let (Some((low, least)), Some((high, most))) = (least, most)
         && least > 0.0
     {
-        out += &paragraph(&format!(
+        out.push(format!(
             "Over plants that stay upright, the net cost ranges from {least:.3} ({}) to \
              {most:.3} ({}), a factor of {:.2}. The thesis (section 2.6.1) reports a model in \
              maximal coordinates that consumed up to 15 times less than the robot.",
@@ -135,10 +144,10 @@ fn summary(study: &Study) -> String {
             most / least
         ));
     }
-    out += &greatest_residual(study);
+    out.extend(greatest_residual(study));
     let mismatch = sound().filter_map(|(one, cost)| Some((one, mismatch(cost)?)));
     if let Some((one, mismatch)) = mismatch.max_by(|a, b| a.1.total_cmp(&b.1)) {
-        out += &paragraph(&format!(
+        out.push(format!(
             "Net work from torque and rotation of the drives, sampled every step, differs from \
              that of the energy balance by {:.2} % at most ({}), which indicates the accuracy of \
              positive work. Where they differ by more than {} %, it is not shown.",
@@ -152,17 +161,14 @@ fn summary(study: &Study) -> String {
 
 /// Returns a sentence on the greatest residual of the energy balance, of upright and fallen robots,
 /// and its effect on the cost.
-fn greatest_residual(study: &Study) -> String {
+fn greatest_residual(study: &Study) -> Option<String> {
     let ended = study.transports.iter();
     let ended = ended.filter(|one| one.status == Status::Ok);
     let known = ended.filter_map(|one| {
         let cost = one.cost.as_ref()?;
         Some((one, cost, share(cost)?))
     });
-    let furthest = known.max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()));
-    let Some((one, cost, share)) = furthest else {
-        return String::new();
-    };
+    let (one, cost, share) = known.max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()))?;
     let fell = one
         .fell_at_s
         .map_or(String::new(), |at| format!(" (fell at {})", si(at, "s")));
@@ -194,7 +200,7 @@ fn greatest_residual(study: &Study) -> String {
             covered / net
         )
     });
-    paragraph(&(sentence + &covered))
+    Some(sentence + &covered)
 }
 
 fn name(one: &Transport) -> String {

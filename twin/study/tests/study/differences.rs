@@ -72,7 +72,9 @@ fn each_model_is_compared_with_each_other_and_assumed_compliance_with_itself() {
         "{rows:?}"
     );
     assert!(rows.iter().all(|row| row.error_rms_m.unwrap() > 0.0));
-    let page = twinrig_study::html(&study, &twinrig_study::Machine::here("test"), "test");
+    let page = study
+        .page(&twinrig_study::Machine::here("test"), "test")
+        .html();
     assert!(page.contains("Sensitivity to compliance"));
     assert!(page.contains("full, compliant, stiffness × 30"));
 }

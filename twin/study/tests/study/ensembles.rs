@@ -4,7 +4,7 @@ use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_rig::{MethodOffer, PlantId, PlantOffer, SettingKind, Variant};
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault, PlantState};
 use twinrig_study::{
-    Commands, Ensemble, PlantFactory, PrecisionPlan, Study, StudyInput, html, precision,
+    Commands, Ensemble, PlantFactory, PrecisionPlan, Study, StudyInput, precision,
 };
 
 /// Period of the strides, and the stance share of each \[s\].
@@ -241,7 +241,9 @@ fn models_differ_where_intervals_and_method_errors_do_not_overlap() {
         (speed.method_error.unwrap() / error - 1.0).abs() < 1e-2,
         "{speed:?}"
     );
-    let page = html(&study, &twinrig_study::Machine::here("test"), "test");
+    let page = study
+        .page(&twinrig_study::Machine::here("test"), "test")
+        .html();
     assert!(
         page.contains("speed: one and faster; same and faster."),
         "{page}"
@@ -299,7 +301,9 @@ fn contact_is_that_of_the_feet_at_rest_and_in_the_gait() {
     assert_eq!(walking.rest, None);
     let why = walking.why.as_deref().unwrap();
     assert!(why.contains("a foot still moves"), "{why}");
-    let page = html(&study, &twinrig_study::Machine::here("test"), "test");
+    let page = study
+        .page(&twinrig_study::Machine::here("test"), "test")
+        .html();
     // Load, penetration and their ratio to the stiffness of the robot file.
     assert!(page.contains(">2 N<") && page.contains(">1 mm<") && page.contains(">2 mm<"));
 }

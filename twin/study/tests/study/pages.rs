@@ -1,6 +1,6 @@
 //! HTML pages.
 
-use twinrig_study::{Factor, Machine, html};
+use twinrig_study::{Factor, Machine};
 
 use crate::oscillator::Oscillators;
 use crate::{precision, stability, walker};
@@ -29,7 +29,7 @@ fn pages() -> [String; 3] {
     let stable = stability::study(&oscillators, &[Factor::Stiffness, Factor::Damping]);
     let walked = walker::study(&["steady", "leaking", "falling", "unbuildable"], 5);
     [precise, stable, walked].map(|study| {
-        let page = html(&study, &machine(), "twin study <&> it");
+        let page = study.page(&machine(), "twin study <&> it").html();
         if let Some(folder) = std::env::var_os("STUDY_PAGES") {
             let path = std::path::Path::new(&folder).join(format!(
                 "{} of {}.html",
@@ -106,7 +106,7 @@ fn failed_runs_are_shown() {
 #[test]
 fn pages_show_cost_of_transport_and_stiffness_dependence() {
     let walked = walker::study(&["steady", "leaking", "falling", "unbuildable"], 5);
-    let walked = html(&walked, &machine(), "");
+    let walked = walked.page(&machine(), "").html();
     for text in [
         "Cost of transport",
         "residual",
@@ -120,10 +120,7 @@ fn pages_show_cost_of_transport_and_stiffness_dependence() {
         assert!(walked.contains(text), "{text}");
     }
     let oscillators = Oscillators::new(&["rk4", "explicit-euler"], 200);
-    let stable = html(
-        &stability::study(&oscillators, &[Factor::Stiffness]),
-        &machine(),
-        "",
-    );
+    let stable = stability::study(&oscillators, &[Factor::Stiffness]);
+    let stable = stable.page(&machine(), "").html();
     assert!(stable.contains("Dependence on stiffness") && stable.contains("<td>yes</td>"));
 }

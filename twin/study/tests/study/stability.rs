@@ -1,9 +1,7 @@
 //! Study of stability: the largest stable step.
 
 use twinrig_kernel::SimDuration;
-use twinrig_study::{
-    Factor, Machine, Row, RowKind, StabilityPlan, Status, Study, csv, html, stability,
-};
+use twinrig_study::{Factor, Machine, Row, RowKind, StabilityPlan, Status, Study, csv, stability};
 
 use crate::oscillator::{OMEGA, Oscillators, ZETA};
 use crate::precision::without_clock;
@@ -207,7 +205,9 @@ fn trend_of_error_control_has_the_work_and_every_failure() {
         why.starts_with("refused: ") && why.contains("too stiff"),
         "{why}"
     );
-    let page = html(&found, &Machine::here("test"), "twin study stability");
+    let page = found
+        .page(&Machine::here("test"), "twin study stability")
+        .html();
     for part in [
         "Compliant constraints",
         "refused",

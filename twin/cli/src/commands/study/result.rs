@@ -5,12 +5,10 @@ use std::path::PathBuf;
 use serde_json::json;
 use twinrig_study::{
     CouplingStudy, EstimateStudy, FeedbackStudy, Machine, ModulationStudy, RobustnessStudy, Study,
-    TransitionStudy, csv, html, radius_markdown, radius_page,
+    TransitionStudy, csv, radius_markdown, radius_page,
 };
 
 use crate::radius::{self, execute::RadiusOutcome};
-
-use crate::study::table;
 
 /// Result of a study.
 pub(super) enum StudyResult {
@@ -78,7 +76,7 @@ impl StudyResult {
 
     pub(super) fn html(&self, machine: &Machine, command: &str) -> String {
         match self {
-            Self::Plants(study) => html(study, machine, command),
+            Self::Plants(study) => study.page(machine, command).html(),
             Self::Coupling(study) => study.page(machine, command).html(),
             Self::Estimate(study) => study.page(machine, command).html(),
             Self::Modulation(study) => study.page(machine, command).html(),
@@ -113,7 +111,7 @@ impl StudyResult {
 
     pub(super) fn text(&self, files: &[PathBuf]) -> String {
         match self {
-            Self::Plants(study) => table::text(study, files),
+            Self::Plants(study) => study.summary().finish(files),
             Self::Coupling(study) => study.summary().finish(files),
             Self::Estimate(study) => study.summary().finish(files),
             Self::Modulation(study) => study.summary().finish(files),

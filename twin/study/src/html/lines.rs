@@ -1,7 +1,13 @@
 //! Lines of a study of precision on models, tolerances and walks.
 
 use twinrig_report::number::si;
-use twinrig_study::{ContactResiduals, Ensemble, Row, Status, Study, ToleranceSlope, Transport};
+
+use crate::contact::ContactResiduals;
+use crate::ensemble::Ensemble;
+use crate::row::{Row, Status};
+use crate::study::Study;
+use crate::tolerance::ToleranceSlope;
+use crate::transport::Transport;
 
 /// Formats the difference between two models.
 pub(super) fn difference(row: &Row) -> String {
