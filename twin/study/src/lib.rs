@@ -56,7 +56,6 @@ mod footsteps;
 mod frame;
 mod gait_run;
 mod headline;
-mod html;
 mod latency;
 mod machine;
 mod models;
@@ -94,6 +93,7 @@ mod trace;
 mod transition;
 mod transport;
 mod trial;
+mod view;
 
 pub use commands::{CommandRecorder, CommandTape, Commands};
 pub use contact::{ContactResiduals, GaitContact, RestContact};
@@ -121,7 +121,6 @@ pub use feedback::{
 pub use floors::Floor;
 pub use footsteps::{Footstep, WALK};
 pub use gait_run::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
-pub use html::{best_cases, best_point, evaluation_class, optimization_page, sweep_page};
 pub use latency::{LoadDelay, SampledSignal};
 pub use machine::Machine;
 pub use modulation::{
@@ -159,3 +158,4 @@ pub use transition::{
     TransitionStudy, Way, transition,
 };
 pub use transport::{Cost, STROLL, Transport};
+pub use view::{best_cases, best_point, evaluation_class, optimization_page, sweep_page};

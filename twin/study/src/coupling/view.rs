@@ -9,10 +9,10 @@ use twinrig_report::table::{Cell, Column, Table, Tone};
 use super::factory::CouplingMethod;
 use super::results::CouplingStudy;
 use super::row::{CouplingKind, CouplingRow};
-use crate::html::{LEAST_M, references, rows};
 use crate::machine::Machine;
 use crate::reproduction::{Budgeted, timed_reproduction};
 use crate::row::Status;
+use crate::view::{LEAST_M, references, rows};
 
 impl CouplingStudy {
     /// Returns the summary.
