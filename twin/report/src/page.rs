@@ -60,12 +60,9 @@ pub enum Block {
 /// An important value.
 #[derive(Clone, Debug)]
 pub struct Card {
-    /// Quantity.
-    pub what: String,
-    /// Value with its unit.
-    pub value: String,
-    /// Further information.
-    pub more: String,
+    what: String,
+    value: String,
+    more: String,
 }
 
 /// Drawing with its legend.
@@ -209,7 +206,7 @@ impl Block {
 }
 
 impl Card {
-    /// Creates a card.
+    /// Creates a card: a quantity, its value with the unit, and further information.
     pub fn new(what: impl Into<String>, value: impl Into<String>, more: impl Into<String>) -> Self {
         Self {
             what: what.into(),

@@ -51,20 +51,18 @@ impl CouplingStudy {
 
     /// Returns the page, with the machine it ran on and the command that repeats it.
     pub fn page(&self, machine: &Machine, command: &str) -> Page {
-        let heading = |text: &str| Block::Heading(text.to_owned());
-        let text = |text: &str| Block::Text(text.to_owned());
         let mut blocks = vec![
             Block::Text(introduction(self)),
             Block::Cards(cards(self)),
-            heading("Error against run time"),
-            text(
+            Block::heading("Error against run time"),
+            Block::text(
                 "The step of the plant is that of the grid; with exact coupling, a step ends at \
                  every instant at which a board accesses the plant.",
             ),
         ];
         blocks.extend(self.plants().into_iter().map(|plant| cost(self, plant)));
-        blocks.push(heading("The coupling alone"));
-        blocks.push(text(
+        blocks.push(Block::heading("The coupling alone"));
+        blocks.push(Block::text(
             "The plant has the step of the reference, whatever the grid: the remaining error is \
              that of the coupling. Held commands act half a step late on average, an error of \
              first order; mean commands preserve the impulse, and their error is of second order.",
@@ -75,11 +73,11 @@ impl CouplingStudy {
                 .map(|plant| coupling_only(self, plant)),
         );
         blocks.extend([
-            heading("References"),
+            Block::heading("References"),
             Block::Table(references(&self.references)),
-            heading("All runs"),
+            Block::heading("All runs"),
             Block::Table(all(self)),
-            text(
+            Block::text(
                 "Speed: simulated time over run time of the complete rig, the median of several \
                  runs without sampling. Fallbacks: steps for which another method or a shorter \
                  step was substituted.",
@@ -156,10 +154,12 @@ fn introduction(study: &CouplingStudy) -> String {
 }
 
 fn cards(study: &CouplingStudy) -> Vec<Card> {
-    let orders = study.orders().into_iter().map(|order| Card {
-        what: format!("order of {} with {}", order.method.word(), order.plant),
-        value: format!("{:.1}", order.order),
-        more: format!("from {} steps, coupling alone", order.points),
+    let orders = study.orders().into_iter().map(|order| {
+        Card::new(
+            format!("order of {} with {}", order.method.word(), order.plant),
+            format!("{:.1}", order.order),
+            format!("from {} steps, coupling alone", order.points),
+        )
     });
     let completed = || study.rows.iter().filter(|row| row.status == Status::Ok);
     let counters = |row: &&CouplingRow| row.counters_changed.iter().flatten().count();
@@ -167,18 +167,18 @@ fn cards(study: &CouplingStudy) -> Vec<Card> {
     let (count, cut) = (study.rows.len(), study.cut().count());
     let completed = completed().count();
     let runs = [
-        Card {
-            what: "timing".to_owned(),
-            value: changed.to_string(),
-            more: "runs in which a counter of a driver or a board ended at another value than in \
+        Card::new(
+            "timing",
+            changed.to_string(),
+            "runs in which a counter of a driver or a board ended at another value than in \
                    the reference"
                 .to_owned(),
-        },
-        Card {
-            what: "runs".to_owned(),
-            value: count.to_string(),
-            more: rows::outcome(completed, count - completed - cut, cut),
-        },
+        ),
+        Card::new(
+            "runs",
+            count.to_string(),
+            rows::outcome(completed, count - completed - cut, cut),
+        ),
     ];
     orders.chain(runs).collect()
 }
@@ -356,17 +356,17 @@ fn all(study: &CouplingStudy) -> Table {
     let mut table = Table::new([
         Column::label("plant"),
         Column::text("coupling"),
-        Column::number("step"),
-        Column::number("plant step"),
+        Column::number("step").in_unit("s"),
+        Column::number("plant step").in_unit("s"),
         Column::status(""),
-        Column::number("feet, RMS"),
-        Column::number("greatest"),
-        Column::number("trunk, RMS"),
-        Column::number("greatest"),
+        Column::number("feet, RMS").in_unit("m"),
+        Column::number("greatest").in_unit("m"),
+        Column::number("trunk, RMS").in_unit("m"),
+        Column::number("greatest").in_unit("m"),
         Column::number("steps per second"),
         Column::number("evaluations"),
         Column::number("fallbacks"),
-        Column::number("time per step"),
+        Column::number("time per step").in_unit("s"),
         Column::number("speed"),
         Column::text("counters that differ"),
         Column::reason(),
@@ -384,28 +384,23 @@ fn all(study: &CouplingStudy) -> Table {
         table.row([
             row.plant.as_str().into(),
             row.method.word().into(),
-            si(row.step_s, "s").into(),
-            si(row.plant_step_s, "s").into(),
+            row.step_s.into(),
+            row.plant_step_s.into(),
             Cell::from(row.word()).with_tone(tone),
-            rows::length(row.error_rms_m).into(),
-            rows::length(row.error_max_m).into(),
-            rows::length(row.trunk_error_rms_m).into(),
-            rows::length(row.trunk_error_max_m).into(),
+            row.error_rms_m.into(),
+            row.error_max_m.into(),
+            row.trunk_error_rms_m.into(),
+            row.trunk_error_max_m.into(),
             per_second.into(),
             rows::count(row.evaluations).into(),
             rows::count(row.fallbacks).into(),
-            rows::time(row.cost_per_step_s).into(),
+            row.cost_per_step_s.into(),
             rows::factor(row.real_time_factor).into(),
             changed.join(", ").into(),
             row.why.clone().into(),
         ]);
-        if row.status != Status::Ok {
-            table.set_tone(tone);
-        }
         let now = Some(series(row));
-        if before != now {
-            table.begin_group();
-        }
+        rows::mark(&mut table, before != now, row.status, row.cut);
         before = now;
     }
     table

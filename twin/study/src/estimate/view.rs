@@ -41,8 +41,6 @@ impl EstimateStudy {
 
     /// Returns the page, with the machine it ran on and the command that repeats it.
     pub fn page(&self, machine: &Machine, command: &str) -> Page {
-        let heading = |text: &str| Block::Heading(text.to_owned());
-        let text = |text: &str| Block::Text(text.to_owned());
         let voltages = self.voltages.iter().map(voltage);
         let residuals = self.identification.residuals.iter().map(histogram);
         let curves = self.estimates.iter();
@@ -50,37 +48,37 @@ impl EstimateStudy {
             .filter(|curve| DRAWN.contains(&curve.filter))
             .map(estimates);
         let blocks = vec![
-            text(
+            Block::text(
                 "One run identifies both cells, a second one tunes the covariances of the \
                  filters, and a third one validates them, as in sections 4.3.2.2 and 4.3.2.3 of \
                  the thesis.",
             ),
             Block::Cards(cards(self)),
-            heading("Compared with the thesis"),
+            Block::heading("Compared with the thesis"),
             Block::Table(thesis(self)),
-            heading("Identification"),
+            Block::heading("Identification"),
             Block::Figure(hysteresis(self)),
             Block::Figures(voltages.collect()),
             Block::Table(coefficients(self)),
             Block::Figures(residuals.collect()),
-            heading("Validation"),
+            Block::heading("Validation"),
             Block::Figures(drawn.collect()),
             Block::Table(validation(self)),
-            text(
+            Block::text(
                 "NIS: mean normalised innovation squared of a measurement; NEES: mean normalised \
                  estimation error squared of the force. Both are 1 for a filter whose model and \
                  covariances are right, within the band if samples are independent, which they \
                  are not behind a low-pass filter.",
             ),
-            heading("Tuned filters"),
-            text(
+            Block::heading("Tuned filters"),
+            Block::text(
                 "Particle swarms, three of them for F2, minimise −ln O of eq. 4.19 over the \
                  deviations that a millisecond adds to the states and the noise of the \
                  piezoelectric voltage. Estimates do not change if all variances have the same \
                  factor, so the piezoresistive noise is that of the identification.",
             ),
             Block::Table(tuning(self)),
-            text("Ready for a tactile bus of a scenario:"),
+            Block::text("Ready for a tactile bus of a scenario:"),
             Block::Code(self.settings()),
         ];
         Page {
@@ -121,11 +119,11 @@ impl EstimateStudy {
 fn cards(study: &EstimateStudy) -> Vec<Card> {
     let card = |kind: FilterKind| {
         let row = study.row(kind.name(), None)?;
-        Some(Card {
-            what: format!("{}: force, RMS error", kind.name()),
-            value: format!("{} N", plain(row.force_rmse_n)),
-            more: kind.about().to_owned(),
-        })
+        Some(Card::new(
+            format!("{}: force, RMS error", kind.name()),
+            format!("{} N", plain(row.force_rmse_n)),
+            kind.about().to_owned(),
+        ))
     };
     FilterKind::ALL.into_iter().filter_map(card).collect()
 }

@@ -44,9 +44,9 @@ impl FeedbackStudy {
                  of each plant. Gaits and loads count from {} s on, phases over the first {} s.",
                 self.plan.after_s, self.plan.phases_s
             )),
-            Block::Heading("Gaits".to_owned()),
+            Block::heading("Gaits"),
             Block::Table(gaits(self)),
-            Block::Heading("Load that the controller takes".to_owned()),
+            Block::heading("Load that the controller takes"),
             Block::Table(loads(self)),
             Block::Heading(format!(
                 "Displacement of footsteps per change of {} (R²)",

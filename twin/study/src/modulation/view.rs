@@ -60,7 +60,7 @@ impl ModulationStudy {
         if let [case] = results[..] {
             blocks.push(Block::Cards(cards(case)));
         }
-        blocks.push(Block::Heading("Models of the displacement".to_owned()));
+        blocks.push(Block::heading("Models of the displacement"));
         blocks.push(Block::Table(models(self)));
         for case in results {
             blocks.push(Block::Heading(case.label()));
@@ -143,16 +143,16 @@ fn cards(case: &CaseResult) -> Vec<Card> {
         let model = table.model(ModelForm::BilinearWithFirstStep)?;
         let name = table.counting.name();
         Some([
-            Card {
-                what: format!("by {name}: displacement per step"),
-                value: format!("{:.2} Δ", model.slope),
-                more: format!("R² {:.3}", model.r_squared),
-            },
-            Card {
-                what: format!("by {name}: first step with Δ"),
-                value: table.first_step.map_or(String::new(), percent),
-                more: format!("greatest mean against Δ {:.1} mm", 1e3 * table.opposite_m()),
-            },
+            Card::new(
+                format!("by {name}: displacement per step"),
+                format!("{:.2} Δ", model.slope),
+                format!("R² {:.3}", model.r_squared),
+            ),
+            Card::new(
+                format!("by {name}: first step with Δ"),
+                table.first_step.map_or(String::new(), percent),
+                format!("greatest mean against Δ {:.1} mm", 1e3 * table.opposite_m()),
+            ),
         ])
     };
     case.tables.iter().filter_map(of_table).flatten().collect()

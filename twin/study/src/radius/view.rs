@@ -39,7 +39,7 @@ pub fn radius_summary(result: &RadiusResult) -> Summary {
 pub fn radius_page(result: &RadiusResult) -> Page {
     let mut blocks = vec![
         Block::Cards(cards(result)),
-        Block::Heading("Radii".to_owned()),
+        Block::heading("Radii"),
         Block::Text(
             "The greatest value below the first failure of each expectation. ≥ and ≤: it holds up \
              to the end of the axis. A star: it is not monotone, as it fails and holds again \
@@ -47,7 +47,7 @@ pub fn radius_page(result: &RadiusResult) -> Page {
                 .to_owned(),
         ),
         Block::Table(radii(result)),
-        Block::Heading("Axes".to_owned()),
+        Block::heading("Axes"),
         Block::Table(first(result)),
     ];
     blocks.extend(result.axes.iter().flat_map(section));
@@ -84,11 +84,11 @@ fn cards(result: &RadiusResult) -> Vec<Card> {
             1 => String::new(),
             count => format!(" and {} more", count - 1),
         };
-        Some(Card {
-            what: axis.name.clone(),
-            value: radius.map_or(String::new(), |one| radius_cell(axis, one)),
-            more: format!("{first}{others}"),
-        })
+        Some(Card::new(
+            axis.name.clone(),
+            radius.map_or(String::new(), |one| radius_cell(axis, one)),
+            format!("{first}{others}"),
+        ))
     };
     result.axes.iter().filter_map(card).collect()
 }

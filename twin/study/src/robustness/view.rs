@@ -244,7 +244,7 @@ fn place(number: usize, run: &EnsembleRun) -> f64 {
 fn distances(study: &RobustnessStudy, result: &RobustnessResult) -> Block {
     let Some(unit) = &result.case.unit else {
         let text = "No position is observed, and so no distance of trajectories.";
-        return Block::Text(text.to_owned());
+        return Block::text(text);
     };
     let mut series: Vec<Series> = result
         .perturbed

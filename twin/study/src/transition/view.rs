@@ -41,13 +41,13 @@ impl TransitionStudy {
                 "{variable} changes in steps; the phases of the touch-downs of each cycle are \
                  compared with the patterns of gaits (thesis, section 3.3.2.3, figure 3.7)."
             )),
-            Block::Heading("Transitions".to_owned()),
+            Block::heading("Transitions"),
             Block::Table(transitions(self)),
-            Block::Heading("Hysteresis".to_owned()),
+            Block::heading("Hysteresis"),
         ];
         let hysteresis = hysteresis(self);
         blocks.push(if hysteresis.is_empty() {
-            Block::Text("There is no transition between two gaits.".to_owned())
+            Block::text("There is no transition between two gaits.")
         } else {
             Block::Table(hysteresis)
         });

@@ -29,11 +29,6 @@ pub(crate) fn length(value: Option<f64>) -> String {
     value.map_or(String::new(), |value| si(value, "m"))
 }
 
-/// Formats a time; empty if unknown.
-pub(crate) fn time(value: Option<f64>) -> String {
-    value.map_or(String::new(), |value| si(value, "s"))
-}
-
 /// Formats a factor: `1230 ×`; empty if unknown.
 pub(crate) fn factor(value: Option<f64>) -> String {
     value.map_or(String::new(), grouped_factor)

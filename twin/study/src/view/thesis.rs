@@ -45,7 +45,7 @@ fn table(study: &Study) -> Table {
     ]);
     for thesis in &FIGURES {
         let printed = [
-            Cell::from(thesis.model).with_detail(thesis.place),
+            Cell::from(thesis.place).with_detail(thesis.model),
             thesis.step_s.into(),
             thesis.quarter_s.into(),
         ];

@@ -32,21 +32,21 @@ const MARK: usize = 7;
 pub fn optimization_page(result: &OptimizationResult) -> Page {
     let mut blocks = vec![Block::Cards(cards(result))];
     blocks.extend(result.warning().map(Block::Text));
-    blocks.push(Block::Heading("Convergence".to_owned()));
+    blocks.push(Block::heading("Convergence"));
     blocks.push(Block::Figures(convergence(result).into()));
-    blocks.push(Block::Heading("Best point".to_owned()));
+    blocks.push(Block::heading("Best point"));
     if let Some(best) = &result.best {
         blocks.push(Block::Table(best_point(result, best)));
         if !best.cases.is_empty() {
             blocks.push(Block::Table(best_cases(result, best)));
             let text = "The worst case counts; its expectations are:";
-            blocks.push(Block::Text(text.to_owned()));
+            blocks.push(Block::text(text));
         }
         blocks.push(Block::Table(best::expectations(best)));
     } else {
-        blocks.push(Block::Text("There is none.".to_owned()));
+        blocks.push(Block::text("There is none."));
     }
-    blocks.push(Block::Heading("Dimensions".to_owned()));
+    blocks.push(Block::heading("Dimensions"));
     blocks.push(Block::Text(format!(
         "Left the objective of the runs that have one, the dashed line at the best point. Right \
          the share of the points of all generations, and of the best of {BEST_OF} of them, in each \
@@ -92,30 +92,25 @@ fn headline(result: &OptimizationResult) -> String {
 
 fn cards(result: &OptimizationResult) -> Vec<Card> {
     let counts = &result.counts;
-    let card = |what: &str, value: String, more: &str| Card {
-        what: what.to_owned(),
-        value,
-        more: more.to_owned(),
-    };
     let generations = format!("in {} generations", result.history.len());
     let saved = result.saved.map_or(String::new(), |saved| {
         format!("{} of the simulated time saved", percent(saved))
     });
     let verdict = result.verdict.word().to_owned();
     let mut cards = vec![
-        card("verdict", verdict, result.method.word()),
-        card("best", objective_text(result), &result.objective),
-        card("evaluations", counts.evaluations.to_string(), &generations),
-        card(
+        Card::new("verdict", verdict, result.method.word()),
+        Card::new("best", objective_text(result), result.objective.as_str()),
+        Card::new("evaluations", counts.evaluations.to_string(), generations),
+        Card::new(
             "feasible",
             counts.feasible.to_string(),
             "all constraints hold",
         ),
-        card("falls", counts.fell.to_string(), &saved),
+        Card::new("falls", counts.fell.to_string(), &saved),
     ];
     if counts.error > 0 {
         let more = "the run did not complete";
-        cards.push(card("error", counts.error.to_string(), more));
+        cards.push(Card::new("error", counts.error.to_string(), more));
     }
     cards
 }

@@ -24,7 +24,7 @@ pub fn sweep_page(result: &SweepResult) -> Page {
     let mut blocks = vec![Block::Cards(cards(result))];
     blocks.extend(result.warning().map(Block::Text));
     if !result.shares.is_empty() {
-        blocks.push(Block::Heading("Shares".to_owned()));
+        blocks.push(Block::heading("Shares"));
         blocks.push(Block::Table(shares(result)));
         blocks.push(Block::Text(
             "Score intervals of Wilson, for independent draws: the points of a grid are none, and \
@@ -32,7 +32,7 @@ pub fn sweep_page(result: &SweepResult) -> Page {
                 .to_owned(),
         ));
     }
-    blocks.push(Block::Heading("Runs that pass".to_owned()));
+    blocks.push(Block::heading("Runs that pass"));
     let passing = axes.iter().map(|axis| passing(result, axis));
     blocks.push(Block::Figures(passing.collect()));
     let effects = result.elementary_effects();
@@ -45,11 +45,11 @@ pub fn sweep_page(result: &SweepResult) -> Page {
         if !pairs.is_empty() {
             blocks.push(Block::Figures(pairs));
         }
-        blocks.push(Block::Heading("Margins".to_owned()));
+        blocks.push(Block::heading("Margins"));
         blocks.extend(strongest(result, &axes));
     } else {
         // Plots of all pairs of so many dimensions would be no overview.
-        blocks.push(Block::Heading("Elementary effects".to_owned()));
+        blocks.push(Block::heading("Elementary effects"));
         blocks.push(Block::Text(
             "Changes of a measured value per whole interval of a dimension: their mean μ, the mean \
              μ* of their magnitudes, and their standard deviation σ."
@@ -57,7 +57,7 @@ pub fn sweep_page(result: &SweepResult) -> Page {
         ));
         blocks.push(Block::Table(effect_table(&effects)));
     }
-    blocks.push(Block::Heading("Failures".to_owned()));
+    blocks.push(Block::heading("Failures"));
     blocks.extend(failures(result));
     Page {
         kind: "Sweep".to_owned(),
@@ -153,21 +153,16 @@ fn headline(result: &SweepResult) -> String {
 
 fn cards(result: &SweepResult) -> Vec<Card> {
     let counts = &result.counts;
-    let card = |what: &str, value: String, more: &str| Card {
-        what: what.to_owned(),
-        value,
-        more: more.to_owned(),
-    };
     let design = format!("{} design", result.design.kind.word());
     let mut cards = vec![
-        card("verdict", result.verdict.word().to_owned(), "of the sweep"),
-        card("points", counts.points.to_string(), &design),
-        card("pass", counts.pass.to_string(), "all expectations hold"),
-        card("fail", counts.fail.to_string(), "an expectation fails"),
+        Card::new("verdict", result.verdict.word().to_owned(), "of the sweep"),
+        Card::new("points", counts.points.to_string(), design),
+        Card::new("pass", counts.pass.to_string(), "all expectations hold"),
+        Card::new("fail", counts.fail.to_string(), "an expectation fails"),
     ];
     if counts.error > 0 {
         let more = "the run did not complete";
-        cards.push(card("error", counts.error.to_string(), more));
+        cards.push(Card::new("error", counts.error.to_string(), more));
     }
     cards
 }
@@ -214,7 +209,7 @@ fn shares(result: &SweepResult) -> Table {
 fn failures(result: &SweepResult) -> Vec<Block> {
     let rows = result.failures();
     if rows.is_empty() {
-        return vec![Block::Text("All runs pass.".to_owned())];
+        return vec![Block::text("All runs pass.")];
     }
     let mut table = Table::new([
         Column::label("point"),
