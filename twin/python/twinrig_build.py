@@ -36,9 +36,8 @@ __all__ = [
     "prepare_metadata_for_build_wheel",
 ]
 
-# With the features that the module has: both have the same crates, which are compiled once.
 COMMAND = (
-    "cargo build --release --locked --package twinrig-fmu --features twinrig/default "
+    "cargo build --release --locked --package twinrig-fmu "
     "--message-format json-render-diagnostics"
 )
 PACKAGE = Path(__file__).parent / "python" / "twinrig"

@@ -25,9 +25,8 @@
 //! The modules [`controller`], [`plant`], [`bus`] and [`robot`] have what each kind of part needs,
 //! `testing` (a cargo feature) harnesses for their tests: such a crate depends on `twinrig` alone.
 //!
-//! The feature `cli`, on by default, is the program: its commands, signals and terminal, and
-//! [`run`]. Without it the crate is a library that reads, runs and judges scenarios, also where
-//! there is neither a terminal nor a system.
+//! The crate `twinrig-rig` is the library without the program: it reads, runs and judges scenarios,
+//! also where there is neither a terminal nor a system.
 //!
 //! This crate implements no physics, no controller and no protocol; it depends on the crates that
 //! do, and none of them depends on it. The system clock affects reports and progress output only.
