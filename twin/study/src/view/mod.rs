@@ -1,5 +1,6 @@
 //! Summaries and pages of studies that measure plants, sweeps and optimizations.
 
+mod commanded;
 mod constraint_violation;
 mod contact;
 mod differences;
@@ -25,6 +26,7 @@ mod thesis;
 mod tolerance;
 mod transport;
 
+use commanded::commanded;
 pub(crate) use error_axis::LEAST_M;
 use figure::{curve_swatch, figure};
 pub use optimization::{best_cases, best_point, evaluation_class, optimization_page};

@@ -5,10 +5,9 @@ use crate::study::{Order, Study};
 
 use super::error_axis::{LEAST_M, floor};
 use super::rows::{self, integration, of_series};
-use super::study::commanded;
 use super::{
-    constraint_violation, contact, curve_swatch, dominance, ensemble, figure, footsteps, models,
-    references, runs, tolerance, transport,
+    commanded, constraint_violation, contact, curve_swatch, dominance, ensemble, figure, footsteps,
+    models, references, runs, tolerance, transport,
 };
 use crate::headline::{AIM_M, Choice, HeadlineRow, USUAL_STEP_S, at_usual_step};
 use twinrig_report::html::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};

@@ -7,9 +7,8 @@ use crate::thesis::{FIGURES, ThesisFigure};
 use twinrig_rig::Scales;
 
 use super::rows::{self, limit_cell, unlimited};
-use super::study::commanded;
 use super::thesis::{self, QUARTER};
-use super::{error_control, figure, references, stiffness};
+use super::{commanded, error_control, figure, references, stiffness};
 use twinrig_report::html::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
 use twinrig_report::number::{plain, si};
 use twinrig_report::page::{Block, Card, Swatch};
