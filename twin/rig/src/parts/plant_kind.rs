@@ -106,7 +106,8 @@ impl PlantKind {
         self
     }
 
-    /// Adds an option, a key of the plant table; its value is in [`PlantSpec::options`].
+    /// Adds an option, a key of the plant table; its value is in
+    /// [`PlantSpec::options`](twinrig_scenario::PlantSpec::options).
     #[must_use]
     pub fn with_option(mut self, option: OptionSpec) -> Self {
         self.options.push(option);
