@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::row::{Row, RowKind, Status};
+use crate::row::{Row, RowKind, Series, Status};
 use crate::study::{Study, StudyKind};
 use crate::sweep::Factor;
 
@@ -44,11 +44,7 @@ impl Study {
         let pairs = adaptive.flat_map(|key| Factor::ALL.map(|factor| (key, factor)));
         pairs
             .filter_map(|(key, factor)| {
-                let rows = self.rows.iter().filter(|row| row.series() == key);
-                let rows = rows.filter(|row| row.kind == RowKind::Stability);
-                let rows = rows.filter_map(|row| Some((factor.of(&row.scales)?, row)));
-                let mut rows: Vec<(f64, &Row)> = rows.collect();
-                rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+                let rows = self.varied(key, factor);
                 (rows.len() > 1).then(|| ErrorControlTrend {
                     plant: key.plant.label(),
                     method: key.method.to_owned(),
@@ -58,6 +54,16 @@ impl Study {
                 })
             })
             .collect()
+    }
+
+    /// Returns the rows of a series in which a factor is varied, in the order of its values.
+    pub(crate) fn varied(&self, key: Series<'_>, factor: Factor) -> Vec<(f64, &Row)> {
+        let rows = self.rows.iter().filter(|row| row.series() == key);
+        let rows = rows.filter(|row| row.kind == RowKind::Stability);
+        let rows = rows.filter_map(|row| Some((factor.of(&row.scales)?, row)));
+        let mut rows: Vec<(f64, &Row)> = rows.collect();
+        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+        rows
     }
 }
 

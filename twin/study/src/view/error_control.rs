@@ -4,7 +4,7 @@ use twinrig_report::number::{grouped, plain};
 use twinrig_report::page::Block;
 use twinrig_report::table::{Cell, Column, Table};
 
-use crate::row::{Row, RowKind, Series};
+use crate::row::Row;
 use crate::study::Study;
 use crate::sweep::Factor;
 
@@ -42,7 +42,7 @@ fn table(study: &Study) -> Table {
     let all = study.series().into_iter();
     for key in all.filter(|key| key.is_adaptive() && key.plant.is_compliant()) {
         for factor in Factor::ALL {
-            let rows = varied(study, key, factor);
+            let rows = study.varied(key, factor);
             if rows.len() < 2 {
                 continue;
             }
@@ -53,16 +53,6 @@ fn table(study: &Study) -> Table {
         }
     }
     table
-}
-
-/// Returns the rows of a series in which a factor is varied, in the order of its values.
-fn varied<'s>(study: &'s Study, key: Series<'_>, factor: Factor) -> Vec<(f64, &'s Row)> {
-    let rows = study.rows.iter().filter(|row| row.series() == key);
-    let rows = rows.filter(|row| row.kind == RowKind::Stability);
-    let rows = rows.filter_map(|row| Some((factor.of(&row.scales)?, row)));
-    let mut rows: Vec<(f64, &Row)> = rows.collect();
-    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
-    rows
 }
 
 fn cells(factor: Factor, value: f64, row: &Row) -> [Cell; 11] {

@@ -22,6 +22,8 @@ mod stiffness;
 mod study;
 mod summary;
 mod sweep;
+#[cfg(test)]
+mod tests;
 mod thesis;
 mod tolerance;
 mod transport;

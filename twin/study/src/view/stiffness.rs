@@ -39,7 +39,7 @@ pub(crate) fn section(study: &Study) -> Vec<Block> {
     ]
 }
 
-fn table(trends: &[StiffnessTrend]) -> Table {
+pub(super) fn table(trends: &[StiffnessTrend]) -> Table {
     let mut table = Table::new([
         Column::label("plant"),
         Column::text("method"),
