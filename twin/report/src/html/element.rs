@@ -19,10 +19,14 @@ pub fn escaped(text: &str) -> String {
 
 /// Returns an element with a class and HTML content.
 pub fn element(name: &str, class: &str, content: &str) -> String {
-    if class.is_empty() {
-        format!("<{name}>{content}</{name}>")
-    } else {
-        format!("<{name} class=\"{class}\">{content}</{name}>")
+    format!("<{name}{}>{content}</{name}>", class_attribute(class))
+}
+
+/// Returns the attribute of a class, after a space; nothing without one.
+pub(crate) fn class_attribute(class: &str) -> String {
+    match class {
+        "" => String::new(),
+        class => format!(" class=\"{class}\""),
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::axis::Axis;
 use super::drawing::{Drawing, begin};
-use super::element::escaped;
+use super::element::{class_attribute, escaped};
 use super::marker::{COLOURS, DOUBTFUL, cross, marker, star};
 
 /// Point of a curve.
@@ -418,11 +418,7 @@ impl Curve {
 }
 
 fn line(out: &mut String, class: &str, from: [f64; 2], to: [f64; 2]) {
-    let class = if class.is_empty() {
-        String::new()
-    } else {
-        format!(" class=\"{class}\"")
-    };
+    let class = class_attribute(class);
     let _ = write!(
         out,
         "<line{class} x1=\"{:.1}\" y1=\"{:.1}\" x2=\"{:.1}\" y2=\"{:.1}\"/>",
@@ -431,11 +427,7 @@ fn line(out: &mut String, class: &str, from: [f64; 2], to: [f64; 2]) {
 }
 
 fn text(out: &mut String, class: &str, at: [f64; 2], text: &str) {
-    let class = if class.is_empty() {
-        String::new()
-    } else {
-        format!(" class=\"{class}\"")
-    };
+    let class = class_attribute(class);
     let _ = write!(
         out,
         "<text{class} x=\"{:.1}\" y=\"{:.1}\">{}</text>",

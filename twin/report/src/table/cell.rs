@@ -1,0 +1,168 @@
+//! Cells: values and their tone.
+
+use std::fmt::Write as _;
+
+use crate::number::percent;
+
+/// Value of a cell.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) enum Value {
+    #[default]
+    Empty,
+    Text(String),
+    Code(String),
+    Number(f64),
+    Share(f64),
+    Interval(Interval),
+}
+
+/// Interval of a share, drawn on pages.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// Ends.
+    pub ends: [f64; 2],
+    /// Estimate, if there is one.
+    pub share: Option<f64>,
+    /// Required shares, least and greatest.
+    pub bounds: [Option<f64>; 2],
+}
+
+impl Interval {
+    fn text(&self) -> String {
+        let [low, high] = self.ends;
+        format!("{:.1} … {}", 100.0 * low, percent(high))
+    }
+
+    /// Draws the interval on a scale from 0 to 1.
+    pub(super) fn svg(&self) -> String {
+        const WIDTH: f64 = 120.0;
+        let x = |share: f64| 2.0 + (WIDTH - 4.0) * share.clamp(0.0, 1.0);
+        let [low, high] = self.ends.map(x);
+        let mut bounds = String::new();
+        for at in self.bounds.into_iter().flatten().map(x) {
+            // Writing to a string cannot fail.
+            let _ = write!(bounds, "<polyline points=\"{at:.1},1 {at:.1},13\"/>");
+        }
+        let dot = self.share.map_or(String::new(), |share| {
+            format!("<circle cx=\"{:.1}\" cy=\"7\" r=\"3.2\"/>", x(share))
+        });
+        format!(
+            "<svg class=\"interval\" viewBox=\"0 0 {WIDTH} 14\" role=\"img\" aria-label=\"{}\">\
+             <g class=\"c7\">{bounds}</g>\
+             <g class=\"c0\"><polyline points=\"{low:.1},7 {high:.1},7\"/>{dot}</g></svg>",
+            self.text()
+        )
+    }
+}
+
+/// Meaning of a value for the reader.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tone {
+    /// As expected.
+    #[default]
+    Plain,
+    /// A success.
+    Good,
+    /// A failure, or the first of several.
+    Bad,
+    /// With a reservation.
+    Doubtful,
+    /// Of less interest.
+    Faint,
+}
+
+/// Cell of a table.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cell {
+    pub(super) value: Value,
+    pub(super) tone: Tone,
+    pub(super) detail: String,
+}
+
+impl Cell {
+    /// Creates an empty cell.
+    pub fn empty() -> Self {
+        Self::default()
+    }
+
+    /// Creates a cell with a share: `82.5 %`.
+    pub fn share(share: f64) -> Self {
+        Value::Share(share).into()
+    }
+
+    /// Creates a cell with a text that is printed as code.
+    pub fn code(text: impl Into<String>) -> Self {
+        Value::Code(text.into()).into()
+    }
+
+    /// Sets the tone.
+    #[must_use]
+    pub fn with_tone(mut self, tone: Tone) -> Self {
+        self.tone = tone;
+        self
+    }
+
+    /// Adds a text that pages show below the value.
+    #[must_use]
+    pub fn with_detail(mut self, detail: impl Into<String>) -> Self {
+        self.detail = detail.into();
+        self
+    }
+
+    pub(super) fn text(&self, number: impl Fn(f64) -> String) -> String {
+        match &self.value {
+            Value::Empty => String::new(),
+            Value::Text(text) | Value::Code(text) => text.clone(),
+            Value::Number(value) => number(*value),
+            Value::Share(share) => percent(*share),
+            Value::Interval(interval) => interval.text(),
+        }
+    }
+}
+
+impl From<Value> for Cell {
+    fn from(value: Value) -> Self {
+        Self {
+            value,
+            ..Self::default()
+        }
+    }
+}
+
+impl From<Interval> for Cell {
+    fn from(interval: Interval) -> Self {
+        Value::Interval(interval).into()
+    }
+}
+
+impl From<String> for Cell {
+    fn from(text: String) -> Self {
+        Value::Text(text).into()
+    }
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        text.to_owned().into()
+    }
+}
+
+impl From<f64> for Cell {
+    fn from(number: f64) -> Self {
+        Value::Number(number).into()
+    }
+}
+
+/// A count, with all of its digits.
+impl From<usize> for Cell {
+    fn from(count: usize) -> Self {
+        count.to_string().into()
+    }
+}
+
+/// Nothing is an empty cell.
+impl<T: Into<Cell>> From<Option<T>> for Cell {
+    fn from(value: Option<T>) -> Self {
+        value.map_or_else(Self::default, Into::into)
+    }
+}
