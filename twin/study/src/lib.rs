@@ -62,6 +62,8 @@ mod models;
 mod modulation;
 mod outliers;
 #[cfg(test)]
+mod page_parts;
+#[cfg(test)]
 mod page_tests;
 mod panics;
 mod parallel;

@@ -27,6 +27,8 @@ mod tests;
 mod thesis;
 mod tolerance;
 mod transport;
+#[cfg(test)]
+mod walk_tests;
 
 use commanded::commanded;
 pub(crate) use error_axis::LEAST_M;
