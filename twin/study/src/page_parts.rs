@@ -1,6 +1,6 @@
 //! Parts of pages as text, for tests.
 
-use twinrig_report::page::Block;
+use twinrig_report::page::{Block, Card};
 use twinrig_report::table::Table;
 
 /// Returns the rows of a table below its head, without empty columns.
@@ -30,4 +30,11 @@ pub(crate) fn tables(blocks: &[Block]) -> Vec<Vec<String>> {
         _ => None,
     });
     tables.collect()
+}
+
+/// Compares cards with quantity, value and further information of each.
+#[track_caller]
+pub(crate) fn assert_cards<const COUNT: usize>(found: &[Card], expected: [[&str; 3]; COUNT]) {
+    let expected = expected.map(|[what, value, more]| Card::new(what, value, more));
+    assert_eq!(format!("{found:?}"), format!("{expected:?}"));
 }

@@ -1,12 +1,14 @@
 //! Pages of synthetic optimisations.
 
 use twinrig_campaign::optimization::{
-    Direction, Evaluation, EvaluationCounts, OptimizationVerdict, SearchMethod,
+    BestPoint, CaseEvaluation, Direction, Evaluation, EvaluationCounts, OptimizationVerdict,
+    SearchMethod,
 };
-use twinrig_campaign::sweep::{RowKey, SweepValue};
+use twinrig_campaign::sweep::{ExpectationVerdict, RowExpectation, RowKey, SweepRow, SweepValue};
 use twinrig_kernel::Unit;
 
 use super::*;
+use crate::page_parts::{assert_cards, tables};
 
 fn empty(logarithmic: bool) -> OptimizationResult {
     OptimizationResult {
@@ -109,4 +111,76 @@ fn page_of_few_points_is_complete() {
     one.add_generation(vec![point(0, 7)]);
     let page = optimization_page(&one.judged(false)).html();
     assert!(page.ends_with("</html>\n") && !page.contains("NaN") && !page.contains("inf "));
+}
+
+#[test]
+fn best_point_has_its_values_below_their_heads() {
+    let mut result = empty(false);
+    result.counts = EvaluationCounts {
+        evaluations: 20,
+        feasible: 11,
+        infeasible: 4,
+        unobserved: 3,
+        error: 2,
+        fell: 5,
+    };
+    result.saved = Some(0.25);
+    let mut evaluation = point(0, 2).evaluation;
+    (evaluation.objective, evaluation.cost) = (Some(0.31), 0.32);
+    let mut row = SweepRow::of_error("");
+    row.expectations = vec![RowExpectation {
+        name: "stays up".to_owned(),
+        verdict: ExpectationVerdict::Fail,
+        holds: false,
+        measured: Some(0.41),
+        bound: Some(0.42),
+        margin: Some(0.43),
+        unit: "m".to_owned(),
+        detail: String::new(),
+    }];
+    result.best = Some(BestPoint {
+        point: vec![SweepValue::quantity(30.0, Unit::Meter)],
+        number: 6,
+        generation: 1,
+        evaluation,
+        cases: vec![CaseEvaluation {
+            name: "uphill".to_owned(),
+            evaluation,
+            key: RowKey::of([]),
+            command: "twin run uphill".to_owned(),
+        }],
+        at_bounds: vec![("length".to_owned(), "its end".to_owned())],
+        key: RowKey::of([]),
+        command: "twin run".to_owned(),
+        row: Some(row),
+    });
+    let page = optimization_page(&result);
+    assert_eq!(
+        tables(&page.blocks),
+        [
+            [
+                "dimension | best | from | to | ",
+                "length | 30 m | 1 m | 100 m | at its bound",
+            ],
+            [
+                "case | objective |  | command",
+                "uphill | 0.31 m/s | feasible | twin run uphill",
+            ],
+            [
+                "expectation | verdict | measured | bound | unit",
+                "stays up | **fail** | 0.41 | 0.42 | m",
+            ],
+        ]
+    );
+    assert_cards(
+        &cards(&result),
+        [
+            ["verdict", "interrupted", "pso"],
+            ["best", "0.31 m/s", "<speed>"],
+            ["evaluations", "20", "in 0 generations"],
+            ["feasible", "11", "all constraints hold"],
+            ["falls", "5", "25.0 % of the simulated time saved"],
+            ["error", "2", "the run did not complete"],
+        ],
+    );
 }

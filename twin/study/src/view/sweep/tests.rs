@@ -9,6 +9,7 @@ use twinrig_kernel::Unit;
 
 use super::plots::DRAWN;
 use super::*;
+use crate::page_parts::{assert_cards, rows, tables};
 
 fn row(index: usize, margin: Option<f64>, unit: &str) -> ResultRow {
     let verdict = match margin {
@@ -147,4 +148,78 @@ fn histogram_has_no_bar_without_runs() {
     assert!((all[0] - some[0]).abs() < 0.2, "{all:?} {some:?}");
     // One value has one bar, with a width.
     assert!(matches!(widths(&[5, 5, 5, 5, 5, 5, 5, 5])[..], [width] if width > 10.0));
+}
+
+#[test]
+fn shares_have_their_values_below_their_heads() {
+    let mut result = result(vec![row(0, Some(-0.2), "m")]);
+    result.counts = SweepCounts {
+        points: 9,
+        pass: 5,
+        fail: 3,
+        error: 1,
+        missing: 0,
+    };
+    result.shares[0] = Share {
+        of: "upright".to_owned(),
+        held: 3,
+        runs: 7,
+        share: Some(0.43),
+        interval: ShareInterval {
+            low: 0.16,
+            high: 0.75,
+        },
+        confidence: 0.95,
+        min: Some(0.4),
+        max: Some(0.8),
+        verdict: ShareVerdict::Pass,
+    };
+    let page = sweep_page(&result);
+    let [shares, failures] = &tables(&page.blocks)[..] else {
+        panic!("{page:?}");
+    };
+    assert_eq!(
+        shares[..],
+        [
+            "share | verdict | held | runs | share | interval | confidence | least | greatest",
+            "upright | pass | 3 | 7 | 43.0 % | 16.0 … 75.0 % | 95.0 % | 40.0 % | 80.0 %",
+        ]
+    );
+    let command = &result.rows[0].command;
+    let failure = format!("trot@seed-0 | **fail** | {command} | stays <up>");
+    assert_eq!(failures[1], failure);
+    assert_eq!(
+        page.headline,
+        "Fail: 1 of 1 shares hold; 5 of 9 runs pass, 1 have an error."
+    );
+    assert_cards(
+        &cards(&result),
+        [
+            ["verdict", "fail", "of the sweep"],
+            ["points", "9", "grid design"],
+            ["pass", "5", "all expectations hold"],
+            ["fail", "3", "an expectation fails"],
+            ["error", "1", "the run did not complete"],
+        ],
+    );
+}
+
+#[test]
+fn effects_have_their_values_below_their_heads() {
+    let effect = ElementaryEffect {
+        measure: "speed".to_owned(),
+        unit: "m/s".to_owned(),
+        dimension: "mass".to_owned(),
+        mu: 1e-3,
+        mu_star: 2e-3,
+        sigma: Some(3e-3),
+        effects: 4,
+    };
+    assert_eq!(
+        rows(&effect_table(&[effect])),
+        [
+            "effect on | of | μ\\* | μ | σ | number",
+            "speed | mass | 2 mm/s | 1 mm/s | 3 mm/s | 4",
+        ]
+    );
 }
