@@ -1,6 +1,9 @@
 //! Summary, page and Markdown of a study of radii. The page contains neither times nor the machine,
 //! so that equal studies have equal pages.
 
+#[cfg(test)]
+mod tests;
+
 use twinrig_campaign::radius::{AxisResult, ExpectationRadius, RadiusResult, RadiusState};
 use twinrig_report::number::percent;
 use twinrig_report::page::{Block, Card, Page, Term};
