@@ -1,5 +1,8 @@
 //! Summary, page and Markdown of a study of robustness.
 
+#[cfg(test)]
+mod tests;
+
 use std::fmt::Write as _;
 
 use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread, Magnitude};
