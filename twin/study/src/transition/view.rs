@@ -1,5 +1,8 @@
 //! Summary and page of a study of gait transitions.
 
+#[cfg(test)]
+mod tests;
+
 use twinrig_kernel::Unit;
 use twinrig_report::page::{Block, Figure, Page, Swatch, Term};
 use twinrig_report::summary::Summary;
