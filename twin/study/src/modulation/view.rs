@@ -1,5 +1,8 @@
 //! Summary and page of a study of footstep modulation.
 
+#[cfg(test)]
+mod tests;
+
 use twinrig_kernel::Unit;
 use twinrig_report::html::line_plot::{AxisLabel, LinePlot, Series, Shape};
 use twinrig_report::html::marker::COLOURS;
