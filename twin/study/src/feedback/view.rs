@@ -1,5 +1,8 @@
 //! Summary and page of a study of load feedback.
 
+#[cfg(test)]
+mod tests;
+
 use twinrig_report::html::line_plot::{AxisLabel, LinePlot, Series, Shape};
 use twinrig_report::html::marker::COLOURS;
 use twinrig_report::number::fixed;
