@@ -1,5 +1,8 @@
 //! Summary and page of a study of coupling.
 
+#[cfg(test)]
+mod tests;
+
 use twinrig_report::html::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
 use twinrig_report::number::{fixed, grouped, grouped_factor, si};
 use twinrig_report::page::{Block, Card, Figure, Page, Swatch, Term};
