@@ -1,5 +1,8 @@
 //! Summary and page of a study of load filters.
 
+#[cfg(test)]
+mod tests;
+
 use twinrig_report::html::line_plot::{AxisLabel, LinePlot, Series, Shape};
 use twinrig_report::number::{fixed, plain, si};
 use twinrig_report::page::{Block, Card, Figure, Page, Swatch, Term};
