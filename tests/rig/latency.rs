@@ -5,11 +5,11 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
 
 use twinrig::{Assembly, Registry};
+use twinrig_experiment::{LoadDelay, SampledSignal};
 use twinrig_kernel::SimTime;
 use twinrig_runtime::{Group, Observer, Rig, RunEvent};
 use twinrig_scenario::Setting;
 use twinrig_sensor::{Characteristic, SensorFile, TactileParameters};
-use twinrig_study::{LoadDelay, SampledSignal};
 use twinrig_tactile::protocol::{Message, VOLTAGE_COUNTS, VOLTS};
 use twinrig_wire::{FramedMessage, Framer};
 

@@ -16,8 +16,8 @@ const ARROWS: &[(&str, &str)] = &[
     ("squat", "twinrig"),
     (
         "twinrig",
-        "actuator bench campaign contact description document estimate gait kernel lcp leg legged \
-         massless motordriver mujoco record report rig robot runtime sbcp scenario sensor study \
+        "actuator bench campaign contact description document estimate experiment gait kernel lcp \
+         leg legged massless motordriver mujoco record report rig robot runtime sbcp scenario sensor \
          tactile testing wire",
     ),
     ("actuator", "robot"),
@@ -35,6 +35,10 @@ const ARROWS: &[(&str, &str)] = &[
     ("document", "kernel"),
     ("drives", "actuator kernel legged robot runtime"),
     ("estimate", ""),
+    (
+        "experiment",
+        "campaign estimate kernel record report rig runtime",
+    ),
     ("fmu", "rig runtime"),
     ("gait", "kernel leg robot runtime"),
     ("kernel", ""),
@@ -69,10 +73,6 @@ const ARROWS: &[(&str, &str)] = &[
     ("scenario", "document kernel runtime"),
     ("script", "kernel robot runtime"),
     ("sensor", "document kernel runtime"),
-    (
-        "study",
-        "campaign estimate kernel record report rig runtime",
-    ),
     ("tactile", "estimate kernel runtime wire"),
     ("testing", "contact kernel leg legged robot runtime wire"),
     ("tests", "twinrig record"),

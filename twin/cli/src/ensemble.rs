@@ -5,8 +5,8 @@ use std::borrow::Borrow;
 
 use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread, Magnitude, Member};
 use twinrig_campaign::sweep::SweepRow;
+use twinrig_experiment::{Ran, StudyError, run_all_on};
 use twinrig_rig::StartPerturbation;
-use twinrig_study::{Ran, StudyError, run_all_on};
 
 use twinrig_scenario::Varied;
 

@@ -88,7 +88,7 @@ pub enum TwinError {
         /// Scenario file.
         file: String,
         /// Reason.
-        source: twinrig_study::StudyError,
+        source: twinrig_experiment::StudyError,
     },
     /// Scenario without what a study of load filters requires.
     #[error("error: load filters cannot be studied: {why}\n --> {file}\n  = help: {help}")]
@@ -236,7 +236,7 @@ fn after(feature: &str) -> String {
 }
 
 /// Returns the message of a study with the file between its first line and its remedy.
-fn placed(source: &twinrig_study::StudyError, file: &str) -> String {
+fn placed(source: &twinrig_experiment::StudyError, file: &str) -> String {
     let message = source.to_string();
     let (first, rest) = match message.find('\n') {
         Some(end) => message.split_at(end),

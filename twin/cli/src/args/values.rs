@@ -2,8 +2,8 @@
 
 use twinrig_campaign::sweep::POINTS_MOST;
 use twinrig_document::{parse_duration, parse_quantity};
+use twinrig_experiment::Factor;
 use twinrig_kernel::{SimDuration, Unit};
-use twinrig_study::Factor;
 
 pub(super) fn any_duration(text: &str) -> Result<SimDuration, String> {
     parse_duration(text).map_err(|error| error.to_string())

@@ -6,7 +6,7 @@ mod result;
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
-use twinrig_study::{
+use twinrig_experiment::{
     CouplingPlan, EstimatePlan, Machine, PrecisionPlan, ProgressObserver, SearchSize,
     StabilityPlan, StudyError, TransitionPlan, coupling, estimate, feedback, modulation, precision,
     radius_markdown, radius_page, robustness, stability, transition,

@@ -1,7 +1,7 @@
 //! Command `twin thesis`: printed figures of the thesis beside ours.
 
+use twinrig_experiment::Machine;
 use twinrig_scenario::Setting;
-use twinrig_study::Machine;
 
 use super::{FAILURE, NEGATIVE, SUCCESS, Terminal};
 use crate::args::{FlipMoves, ThesisArgs};

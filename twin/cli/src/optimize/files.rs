@@ -10,9 +10,9 @@ use super::best::ScenarioText;
 use super::plan::OptimizationPlan;
 use crate::error::TwinError;
 use crate::sweep::files::replace;
+use twinrig_experiment::evaluation_class;
 use twinrig_report::number::precise;
 use twinrig_rig::error::Error;
-use twinrig_study::evaluation_class;
 
 /// File of the result.
 const RESULT: &str = "optimization.json";
@@ -32,7 +32,7 @@ pub(super) fn write(
         (RESULT, json + "\n"),
         (
             "report.html",
-            twinrig_study::optimization_page(result).html(),
+            twinrig_experiment::optimization_page(result).html(),
         ),
     ];
     texts.extend(best(plan, result, folder)?.map(|text| ("best.toml", text)));

@@ -9,7 +9,7 @@ use twinrig_campaign::sweep::{ExpectationVerdict, percent};
 
 use super::outcome::OptimizationOutcome;
 use twinrig_document::escaped;
-use twinrig_study::{best_cases, best_point, evaluation_class as class};
+use twinrig_experiment::{best_cases, best_point, evaluation_class as class};
 
 use twinrig_report::number::precise;
 use twinrig_report::text::grid::{Cell, Grid, Left};

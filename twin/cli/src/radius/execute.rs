@@ -11,8 +11,8 @@ use twinrig_campaign::sweep::{
     ExpectationVerdict, Partition, RowExpectation, RowKey, RowLog, SweepRow,
 };
 use twinrig_document::DocumentError;
+use twinrig_experiment::{ProgressObserver, StudyError};
 use twinrig_scenario::Setting;
-use twinrig_study::{ProgressObserver, StudyError};
 
 use super::chosen::{ChosenAxes, KeyAxis, chosen};
 use super::context::DisturbanceContext;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use twinrig_study::radius_summary;
+use twinrig_experiment::radius_summary;
 
 use super::execute::RadiusOutcome;
 

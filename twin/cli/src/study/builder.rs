@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::rc::Rc;
 
+use twinrig_experiment::{CommandRecorder, Commands, PlantFactory, STROLL, Study, StudyInput};
 use twinrig_kernel::{SimDuration, SimTime, signal};
 use twinrig_rig::{PlantOffer, Variant};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 use twinrig_scenario::{ActuatorKind, Setting};
-use twinrig_study::{CommandRecorder, Commands, PlantFactory, STROLL, Study, StudyInput};
 
 use crate::error::TwinError;
 use crate::study::selection::{PlantUnderStudy, Selection, with_any_constraints};
@@ -248,7 +248,7 @@ fn commands(assembly: &Assembly<'_>, duration: SimDuration) -> Result<Commands, 
 
 #[cfg(test)]
 mod tests {
-    use twinrig_study::{PrecisionPlan, RowKind, precision};
+    use twinrig_experiment::{PrecisionPlan, RowKind, precision};
 
     use super::*;
 

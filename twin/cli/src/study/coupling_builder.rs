@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use twinrig_experiment::{CouplingInput, CouplingStudy, RigFactory, RigVariant};
 use twinrig_kernel::signal;
 use twinrig_runtime::Rig;
 use twinrig_scenario::Setting;
-use twinrig_study::{CouplingInput, CouplingStudy, RigFactory, RigVariant};
 
 use crate::error::TwinError;
 use crate::study::builder::first_line;

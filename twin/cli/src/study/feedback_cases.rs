@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
+use twinrig_experiment::{
+    FeedbackCase, FeedbackInput, FeedbackPlan, FeedbackRun, FeedbackRunner, ModulationRunner,
+};
 use twinrig_kernel::SimDuration;
 use twinrig_report::number::si;
 use twinrig_scenario::Setting;
-use twinrig_study::{
-    FeedbackCase, FeedbackInput, FeedbackPlan, FeedbackRun, FeedbackRunner, ModulationRunner,
-};
 
 use crate::args::{FeedbackOptions, ModulationOptions};
 use crate::error::TwinError;

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
+use twinrig_experiment::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
 use twinrig_kernel::{Direction, SimDuration, SimTime, signal};
 use twinrig_runtime::{Group, Observer, ProcessVariable, Rig, RunEvent};
 use twinrig_scenario::{
     ActuatorKind, ChangeSpec, Footstep, Judge, Layouts, LegFact, LoadCycle, RunEnd, Scenario,
     Scene, Setting,
 };
-use twinrig_study::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
 
 use crate::error::TwinError;
 use crate::study::builder::first_line;

@@ -1,10 +1,10 @@
 //! Observer of the loads that a controller takes, and of those of the plant.
 
+use twinrig_experiment::{ControlStep, FeedbackRun, GaitRun};
 use twinrig_gait::low_pass;
 use twinrig_kernel::{Layout, SimTime, signal};
 use twinrig_runtime::{Group, Observer, Rig, RunEvent};
 use twinrig_scenario::{Options, Scene};
-use twinrig_study::{ControlStep, FeedbackRun, GaitRun};
 
 /// Place of the leg in the name of a load.
 const LEG: &str = "*";

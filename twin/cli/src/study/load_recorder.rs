@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
+use twinrig_experiment::{EstimateInput, LoadRecorder, LoadRun, LoadSample, SteadyPart};
 use twinrig_kernel::{
     Direction, Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit, signal,
 };
 use twinrig_runtime::{Change, Group, Observer, ProcessVariable, Rig, RunEvent};
 use twinrig_scenario::{Scenario, Setting};
-use twinrig_study::{EstimateInput, LoadRecorder, LoadRun, LoadSample, SteadyPart};
 use twinrig_tactile::{Stage, TactileSample};
 
 use crate::error::TwinError;

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use twinrig_document::parse_quantity;
+use twinrig_experiment::{
+    GaitRun, ModulationCase, ModulationInput, ModulationPlan, ModulationRunner, VariableChange,
+};
 use twinrig_gait::DutyRule;
 use twinrig_kernel::{SimDuration, SimTime, Unit};
 use twinrig_runtime::Change;
 use twinrig_scenario::{ChangeSpec, Setting};
-use twinrig_study::{
-    GaitRun, ModulationCase, ModulationInput, ModulationPlan, ModulationRunner, VariableChange,
-};
 
 use crate::args::ModulationOptions;
 use crate::error::TwinError;

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use twinrig_experiment::{MemberRun, RobustnessCase, RobustnessPlan, RobustnessRunner, Trajectory};
 use twinrig_kernel::{SimDuration, SimTime, Unit, signal};
 use twinrig_runtime::Group;
 use twinrig_scenario::{Footstep, Setting, Varied};
-use twinrig_study::{MemberRun, RobustnessCase, RobustnessPlan, RobustnessRunner, Trajectory};
 
 use crate::args::RobustnessOptions;
 use crate::ensemble::Ensemble;

@@ -4,11 +4,11 @@
 use std::path::Path;
 
 use twinrig_document::quoted;
+use twinrig_experiment::{Candidate, CandidateReference, PrecisionPlan};
 use twinrig_kernel::SimDuration;
 use twinrig_rig::PlantId;
 use twinrig_rig::{MethodSetting, PlantOffer, SettingKind};
 use twinrig_scenario::{OptionSpec, Setting};
-use twinrig_study::{Candidate, CandidateReference, PrecisionPlan};
 
 use crate::error::TwinError;
 use crate::study::selection::{PlantUnderStudy, Selection};

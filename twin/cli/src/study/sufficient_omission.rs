@@ -4,11 +4,11 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use twinrig_experiment::{Candidate, RunFailure};
 use twinrig_kernel::SimTime;
 use twinrig_record::{Digest, Fingerprint};
 use twinrig_runtime::Group;
 use twinrig_scenario::{LeftOut, RecordSpec, Scenario, Setting};
-use twinrig_study::{Candidate, RunFailure};
 
 use crate::error::TwinError;
 use crate::study::sufficient_runs::{RunOptions, SufficiencyBuilder, run};

@@ -4,12 +4,12 @@
 use std::io::Sink;
 use std::path::{Path, PathBuf};
 
-use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_scenario::{Base, Claim, Expectation, Outcome, Scenario, Setting};
-use twinrig_study::{
+use twinrig_experiment::{
     Candidate, CandidateFactory, CandidateReference, CandidateRun, MarginOutcome, RunFailure,
     RunStopwatch, perturb_start,
 };
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_scenario::{Base, Claim, Expectation, Outcome, Scenario, Setting};
 
 use crate::error::TwinError;
 use crate::study::builder::first_line;

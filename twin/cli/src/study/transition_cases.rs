@@ -1,10 +1,10 @@
 //! Cases of a study of gait transitions: plants and lengths of plateaus.
 
+use twinrig_experiment::{GaitPattern, GaitRun, TransitionCase, TransitionInput, TransitionRunner};
 use twinrig_gait::{Corner, Gait};
 use twinrig_kernel::{SimDuration, SimTime, Unit};
 use twinrig_runtime::{Change, ProcessVariable};
 use twinrig_scenario::{ChangeSpec, LegFact, Scenario, Setting};
-use twinrig_study::{GaitPattern, GaitRun, TransitionCase, TransitionInput, TransitionRunner};
 
 use crate::args::TransitionOptions;
 use crate::error::TwinError;

@@ -19,7 +19,7 @@ pub(super) fn write(
     let texts = [
         ("rows.csv", result.csv()),
         ("sweep.json", format!("{:#}\n", result.json())),
-        ("report.html", twinrig_study::sweep_page(result).html()),
+        ("report.html", twinrig_experiment::sweep_page(result).html()),
     ];
     let written = texts.into_iter().chain(effects).map(|(name, text)| {
         let path = folder.join(name);

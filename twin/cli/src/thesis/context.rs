@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use twinrig_document::Document;
-use twinrig_rig::{PlantOffer, Variant};
-use twinrig_scenario::{Outcome, Setting};
-use twinrig_study::{
+use twinrig_experiment::{
     EstimatePlan, EstimateStudy, Factor, ModulationPlan, ModulationStudy, PlantFactory, SearchSize,
     StabilityPlan, Study, StudyInput, TransitionPlan, TransitionStudy, estimate, modulation,
     stability, transition,
 };
+use twinrig_rig::{PlantOffer, Variant};
+use twinrig_scenario::{Outcome, Setting};
 
 use crate::args::{ModulationOptions, TransitionOptions};
 use crate::error::ThesisError;
@@ -316,7 +316,7 @@ impl<'r> Context<'r> {
     }
 }
 
-fn of_study(path: &Path, source: twinrig_study::StudyError) -> TwinError {
+fn of_study(path: &Path, source: twinrig_experiment::StudyError) -> TwinError {
     TwinError::Study {
         file: path.display().to_string(),
         source,

@@ -1,6 +1,6 @@
 //! Progress of the comparison.
 
-use twinrig_study::ProgressObserver;
+use twinrig_experiment::ProgressObserver;
 
 use crate::progress::Progress;
 use crate::thesis::item::Item;

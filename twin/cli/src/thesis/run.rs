@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use twinrig_document::suggestion;
+use twinrig_experiment::Machine;
 use twinrig_scenario::Setting;
-use twinrig_study::Machine;
 
 use crate::error::ThesisError;
 use crate::error::TwinError;

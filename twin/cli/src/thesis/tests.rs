@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
-use twinrig_study::Machine;
+use twinrig_experiment::Machine;
 
 use crate::args::Cli;
 use crate::progress::Progress;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use twinrig_estimate::Calibration;
-use twinrig_study::{
+use twinrig_experiment::{
     CalibrationRun, LoadRecorder, LoadRun, calibrate as identify, calibration_text,
     samples_fingerprint,
 };

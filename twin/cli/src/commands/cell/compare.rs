@@ -3,9 +3,9 @@
 use serde::Serialize;
 use twinrig_campaign::sweep::ShareInterval;
 use twinrig_estimate::Calibration;
+use twinrig_experiment::{LoadRecorder, SteadyPart};
 use twinrig_kernel::SimDuration;
 use twinrig_scenario::Setting;
-use twinrig_study::{LoadRecorder, SteadyPart};
 use twinrig_tactile::{LoadFilter, Stage};
 
 use super::calibrate::constants;

@@ -1,7 +1,7 @@
 //! `twin plan --sufficient`: the cheapest plant and setting that answer a scenario.
 
 use serde::Serialize;
-use twinrig_study::{
+use twinrig_experiment::{
     ProgressObserver, START_PERTURBATION, Sufficiency, SufficiencyPlan, sufficient,
 };
 

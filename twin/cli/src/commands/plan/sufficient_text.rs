@@ -1,8 +1,10 @@
 //! Text form of the search of the cheapest sufficient twin.
 
 use twinrig_document::escaped;
+use twinrig_experiment::{
+    Candidate, CandidateRow, CandidateStatus, Deviation, ReferenceMargin, Rule,
+};
 use twinrig_report::number::{quantity, si};
-use twinrig_study::{Candidate, CandidateRow, CandidateStatus, Deviation, ReferenceMargin, Rule};
 
 use super::sufficient::SufficientTwin;
 use crate::report::left_out;

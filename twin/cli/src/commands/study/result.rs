@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use serde_json::json;
-use twinrig_study::{
+use twinrig_experiment::{
     CouplingStudy, EstimateStudy, FeedbackStudy, Machine, ModulationStudy, RobustnessStudy, Study,
     TransitionStudy, csv, radius_markdown, radius_page,
 };

@@ -1,6 +1,6 @@
 //! Models of the leg: stable steps and run times (sections 2.5 to 2.7).
 
-use twinrig_study::{Row, StabilityPlan, Status, Study};
+use twinrig_experiment::{Row, StabilityPlan, Status, Study};
 
 use crate::error::TwinError;
 use crate::thesis::context::Context;

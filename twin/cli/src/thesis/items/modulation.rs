@@ -1,6 +1,6 @@
 //! Displacement of footsteps after a change of the step length (figures 3.5 and 3.8).
 
-use twinrig_study::{Counting, ModelForm, ModulationStudy};
+use twinrig_experiment::{Counting, ModelForm, ModulationStudy};
 
 use crate::error::TwinError;
 use crate::thesis::context::Context;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use twinrig_study::{MIXED, STANDING, Transition, TransitionResult, Way};
+use twinrig_experiment::{MIXED, STANDING, Transition, TransitionResult, Way};
 
 use crate::error::TwinError;
 use crate::thesis::context::Context;

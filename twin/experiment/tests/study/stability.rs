@@ -1,7 +1,9 @@
 //! Study of stability: the largest stable step.
 
+use twinrig_experiment::{
+    Factor, Machine, Row, RowKind, StabilityPlan, Status, Study, csv, stability,
+};
 use twinrig_kernel::SimDuration;
-use twinrig_study::{Factor, Machine, Row, RowKind, StabilityPlan, Status, Study, csv, stability};
 
 use crate::oscillator::{OMEGA, Oscillators, ZETA};
 use crate::precision::without_clock;

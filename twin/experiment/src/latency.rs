@@ -22,7 +22,7 @@ pub struct SampledSignal<'a> {
 /// has a negative delay.
 ///
 /// ```
-/// use twinrig_study::{LoadDelay, SampledSignal};
+/// use twinrig_experiment::{LoadDelay, SampledSignal};
 ///
 /// let times_s: Vec<f64> = (0..=1000).map(|ms| f64::from(ms) * 1e-3).collect();
 /// let late = |delay_s: f64| -> Vec<f64> {

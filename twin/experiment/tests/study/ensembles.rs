@@ -1,11 +1,11 @@
 //! Ensembles of a walking plant whose gait is known in closed form.
 
+use twinrig_experiment::{
+    Commands, Ensemble, PlantFactory, PrecisionPlan, Study, StudyInput, precision,
+};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_rig::{MethodOffer, PlantId, PlantOffer, SettingKind, Variant};
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault, PlantState};
-use twinrig_study::{
-    Commands, Ensemble, PlantFactory, PrecisionPlan, Study, StudyInput, precision,
-};
 
 /// Period of the strides, and the stance share of each \[s\].
 const STRIDE_S: f64 = 0.4;
@@ -242,7 +242,7 @@ fn models_differ_where_intervals_and_method_errors_do_not_overlap() {
         "{speed:?}"
     );
     let page = study
-        .page(&twinrig_study::Machine::here("test"), "test")
+        .page(&twinrig_experiment::Machine::here("test"), "test")
         .html();
     assert!(
         page.contains("speed: one and faster; same and faster."),
@@ -302,7 +302,7 @@ fn contact_is_that_of_the_feet_at_rest_and_in_the_gait() {
     let why = walking.why.as_deref().unwrap();
     assert!(why.contains("a foot still moves"), "{why}");
     let page = study
-        .page(&twinrig_study::Machine::here("test"), "test")
+        .page(&twinrig_experiment::Machine::here("test"), "test")
         .html();
     // Load, penetration and their ratio to the stiffness of the robot file.
     assert!(page.contains(">2 N<") && page.contains(">1 mm<") && page.contains(">2 mm<"));

@@ -4,11 +4,11 @@ use std::cell::Cell;
 use std::f64::consts::TAU;
 
 use twinrig_estimate::{ChargeAmplifier, Hysteresis, Sigmoid};
-use twinrig_kernel::stream;
-use twinrig_study::{
+use twinrig_experiment::{
     EstimateInput, EstimatePlan, EstimateStudy, FilterKind, LoadRecorder, LoadRun, LoadSample,
     SearchSize, SteadyPart, StudyError, estimate,
 };
+use twinrig_kernel::stream;
 
 use crate::pages::{elements, machine};
 
@@ -284,7 +284,7 @@ fn unsuitable_runs_are_errors() {
 /// Stops at the third report.
 struct Impatient(usize);
 
-impl twinrig_study::ProgressObserver for Impatient {
+impl twinrig_experiment::ProgressObserver for Impatient {
     fn at(&mut self, _: usize, _: usize, _: &str) -> bool {
         self.0 += 1;
         self.0 < 3

@@ -1,10 +1,10 @@
 //! Study of precision: error against run time.
 
-use twinrig_kernel::SimDuration;
-use twinrig_study::{
+use twinrig_experiment::{
     CLOCKED, Machine, PrecisionPlan, ProgressObserver, Row, RowKind, Status, Study, StudyError,
     csv, precision,
 };
+use twinrig_kernel::SimDuration;
 
 use crate::oscillator::Oscillators;
 
@@ -97,7 +97,7 @@ fn method_can_have_step_and_tolerance_series() {
     let ours: Vec<String> = lines
         .iter()
         .filter(|line| line.plant == "full")
-        .map(twinrig_study::Series::method_label)
+        .map(twinrig_experiment::Series::method_label)
         .collect();
     assert_eq!(ours, ["rk4", "rk4, adaptive"]);
     // The order is fitted to the fixed steps only.

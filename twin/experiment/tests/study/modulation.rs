@@ -3,11 +3,11 @@
 use std::f64::consts::PI;
 
 use proptest::prelude::*;
-use twinrig_kernel::{SimDuration, SimTime, Unit};
-use twinrig_study::{
+use twinrig_experiment::{
     Counting, FootContact, GaitRun, ModelForm, ModulationCase, ModulationInput, ModulationPlan,
     ModulationRunner, ModulationStudy, StudyError, VariableChange, modulation,
 };
+use twinrig_kernel::{SimDuration, SimTime, Unit};
 
 use crate::pages::{elements, machine};
 

@@ -3,12 +3,12 @@
 use std::cell::RefCell;
 
 use proptest::prelude::*;
-use twinrig_kernel::SimDuration;
-use twinrig_rig::{MethodSetting, PlantId};
-use twinrig_study::{
+use twinrig_experiment::{
     Candidate, CandidateFactory, CandidateReference, CandidateRun, CandidateStatus, MarginOutcome,
     ProgressObserver, Rule, RunFailure, StudyError, Sufficiency, SufficiencyPlan, sufficient,
 };
+use twinrig_kernel::SimDuration;
+use twinrig_rig::{MethodSetting, PlantId};
 
 const SIMULATED_S: f64 = 2.0;
 /// Margin of the reference, with a verdict that holds.

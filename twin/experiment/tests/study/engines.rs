@@ -1,7 +1,7 @@
 //! Plants that solve the model of another plant with another engine.
 
+use twinrig_experiment::{Factor, PrecisionPlan, Row, RowKind, StiffnessTrend, Study, precision};
 use twinrig_kernel::SimDuration;
-use twinrig_study::{Factor, PrecisionPlan, Row, RowKind, StiffnessTrend, Study, precision};
 
 use crate::oscillator::{Oscillators, SOFT, STEP_ONLY};
 use crate::stability;

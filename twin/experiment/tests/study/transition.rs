@@ -3,12 +3,12 @@
 use std::f64::consts::TAU;
 
 use proptest::prelude::*;
-use twinrig_kernel::{SimDuration, SimTime, Stream, Unit, stream};
-use twinrig_study::{
+use twinrig_experiment::{
     FootContact, GaitPattern, GaitRun, MIXED, MeasuredCycle, MotionSample, PhaseSample, STANDING,
     TransitionCase, TransitionInput, TransitionPlan, TransitionResult, TransitionRunner,
     TransitionStudy, Way, transition,
 };
+use twinrig_kernel::{SimDuration, SimTime, Stream, Unit, stream};
 
 use crate::pages::{elements, machine};
 

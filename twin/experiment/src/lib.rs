@@ -16,7 +16,7 @@
 //! for run times, unless the budget truncates one of them.
 //!
 //! ```
-//! use twinrig_study::{PrecisionPlan, Study, StudyError, PlantFactory, precision};
+//! use twinrig_experiment::{PrecisionPlan, Study, StudyError, PlantFactory, precision};
 //!
 //! fn coarse(factory: &dyn PlantFactory) -> Result<Study, StudyError> {
 //!     let plan = PrecisionPlan { budget_s: 10.0, ..PrecisionPlan::default() };

@@ -1,10 +1,10 @@
 //! Damped oscillator, integrated by textbook methods with known stability limits.
 
 use serde::{Deserialize, Serialize};
+use twinrig_experiment::{Commands, PlantFactory, StudyInput};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_rig::{MethodOffer, MethodSetting, PlantId, PlantOffer, Scales, SettingKind, Variant};
 use twinrig_runtime::{EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
-use twinrig_study::{Commands, PlantFactory, StudyInput};
 
 pub const OMEGA: f64 = 100.0;
 pub const ZETA: f64 = 0.1;

@@ -1,12 +1,12 @@
 //! Walking plant with speed and cost of transport known in closed form.
 
 use serde::{Deserialize, Serialize};
+use twinrig_experiment::{
+    Commands, Cost, PlantFactory, PrecisionPlan, Status, StudyInput, Transport, precision,
+};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_rig::{MethodOffer, MethodSetting, PlantId, PlantOffer, SettingKind, Variant};
 use twinrig_runtime::{EnergyBalance, Plant, PlantFault};
-use twinrig_study::{
-    Commands, Cost, PlantFactory, PrecisionPlan, Status, StudyInput, Transport, precision,
-};
 
 const SPEED: f64 = 0.5;
 const WEIGHT: f64 = 10.0;
@@ -198,7 +198,7 @@ fn transports(methods: &[&str], seconds: u64) -> Vec<Transport> {
     all
 }
 
-pub fn study(methods: &[&str], seconds: u64) -> twinrig_study::Study {
+pub fn study(methods: &[&str], seconds: u64) -> twinrig_experiment::Study {
     let plan = PrecisionPlan {
         steps: vec![SimDuration::from_millis(2)],
         tolerances: Vec::new(),

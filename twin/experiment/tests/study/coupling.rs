@@ -3,14 +3,14 @@
 
 use std::cell::RefCell;
 
+use twinrig_experiment::{
+    CouplingInput, CouplingKind, CouplingMethod, CouplingPlan, CouplingStudy, RigFactory,
+    RigVariant, Status, StudyError, coupling,
+};
 use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_runtime::{
     Coupling, DirectIo, FixedStepCoupling, Plant, PlantFault, Process, Rig, Schedule, Timing,
     WorkCounts,
-};
-use twinrig_study::{
-    CouplingInput, CouplingKind, CouplingMethod, CouplingPlan, CouplingStudy, RigFactory,
-    RigVariant, Status, StudyError, coupling,
 };
 
 use crate::pages::{elements, machine};

@@ -1,6 +1,6 @@
 //! HTML pages.
 
-use twinrig_study::{Factor, Machine};
+use twinrig_experiment::{Factor, Machine};
 
 use crate::oscillator::Oscillators;
 use crate::{precision, stability, walker};
