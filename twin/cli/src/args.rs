@@ -8,29 +8,22 @@ mod doctor;
 mod draw;
 mod examples;
 mod export;
-mod gait_study;
 mod import;
 mod list;
 mod new;
 mod optimize;
 mod plan;
-mod radius;
-mod robustness;
 mod study;
 mod sweep;
 mod thesis;
-mod values;
 
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use twinrig_experiment::options::values::{any_duration, duration, key_value, length, share};
 use twinrig_kernel::SimDuration;
 
 use crate::version::VERSION;
-use values::{
-    any_duration, deviation, duration, key_value, length, plateau, runs_of_ensemble, seconds,
-    share, tolerance, whole_number, whole_number_or_none,
-};
 
 pub use cell::{
     CellArgs, CellCalibrateArgs, CellCommand, CellCompareArgs, CellPredictArgs, ElectrodeName,
@@ -41,21 +34,14 @@ pub use doctor::DoctorArgs;
 pub use draw::DrawArgs;
 pub use examples::{ExamplesArgs, ExamplesCommand, ExamplesCopyArgs};
 pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs, UrdfArgs};
-pub use gait_study::{FeedbackOptions, ModulationOptions, TransitionOptions};
 pub use import::{ImportArgs, ImportCommand, ImportFileArgs};
 pub use list::ListArgs;
 pub use new::{NewArgs, NewKind};
 pub use optimize::OptimizeArgs;
 pub use plan::PlanArgs;
-pub(crate) use radius::DEFAULT_PRECISION;
-pub use radius::RadiusOptions;
-pub use robustness::RobustnessOptions;
-pub use study::{
-    EstimateOptions, PrecisionOptions, StabilityOptions, StudyArgs, StudyCommand, StudyOptions,
-};
+pub use study::StudyArgs;
 pub use sweep::SweepArgs;
 pub use thesis::{FlipMoves, ThesisArgs};
-pub use values::FactorValues;
 
 /// Co-simulates a legged robot, its controller and its I/O in virtual time and judges the run.
 #[derive(Debug, Parser)]
@@ -178,7 +164,7 @@ impl Command {
             Self::Cell(args) => args.json(),
             Self::Sweep(args) => args.json,
             Self::Optimize(args) => args.json,
-            Self::Study(args) => args.study.json(),
+            Self::Study(args) => args.study.request().frame().json,
             Self::Thesis(args) => args.json,
             Self::Doctor(args) => args.json,
             Self::Examples(args) => args.json,

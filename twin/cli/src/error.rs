@@ -82,85 +82,9 @@ pub enum TwinError {
         /// Reason.
         source: twinrig_sensor::SensorError,
     },
-    /// Failure of a study as a whole.
-    #[error("error: {}", placed(.source, .file))]
-    Study {
-        /// Scenario file.
-        file: String,
-        /// Reason.
-        source: twinrig_experiment::StudyError,
-    },
-    /// Scenario without what a study of load filters requires.
-    #[error("error: load filters cannot be studied: {why}\n --> {file}\n  = help: {help}")]
-    NotEstimable {
-        /// Scenario file.
-        file: String,
-        /// Missing part.
-        why: String,
-        /// Remedy.
-        help: String,
-    },
-    /// Scenario without what a study of gaits requires.
-    #[error("error: the gait cannot be studied: {why}\n --> {file}\n  = help: {help}")]
-    NoGait {
-        /// Scenario file.
-        file: String,
-        /// Missing or refused part.
-        why: String,
-        /// Remedy.
-        help: String,
-    },
-    /// Scenario whose cheapest sufficient twin cannot be searched.
-    #[error("error: no sufficient twin can be searched: {why}\n --> {file}\n  = help: {help}")]
-    NoSufficiency {
-        /// Scenario file.
-        file: String,
-        /// Missing or refused part.
-        why: String,
-        /// Remedy.
-        help: String,
-    },
-    /// Failure of the store of a sweep.
-    #[error("error: {source}")]
-    Store {
-        /// Reason.
-        #[from]
-        source: twinrig_campaign::sweep::StoreError,
-    },
-    /// Failure of a search.
-    #[error("error: {source}")]
-    Search {
-        /// Reason.
-        #[from]
-        source: twinrig_campaign::search::SearchError,
-    },
-    /// Failure of the engine of a sweep; rows up to then are in the store.
-    #[error("error: {source}")]
-    Engine {
-        /// Reason.
-        #[from]
-        source: twinrig_campaign::engine::EngineError,
-    },
-    /// Engine that this program does not have.
-    #[error("error: this program has no engine `{name}`\n  = help: {help}")]
-    NoEngine {
-        /// Name of the engine.
-        name: String,
-        /// Remedy.
-        help: String,
-    },
-    /// Runs of a sweep that have no row, as their workers did not survive.
-    #[error(
-        "error: {count} of the runs have no result; the first is {name}: {reason}\n  = help: all others are kept; the same command repeats these, also by another engine"
-    )]
-    LostRuns {
-        /// Number of runs.
-        count: usize,
-        /// Name of the first one.
-        name: String,
-        /// Its reason.
-        reason: String,
-    },
+    /// Error of an experiment.
+    #[error(transparent)]
+    Experiment(twinrig_experiment::Error),
     /// Failure of the comparison with the thesis.
     #[error("error: {source}")]
     Thesis {
@@ -185,17 +109,16 @@ pub enum TwinError {
         /// Path of the file.
         path: PathBuf,
     },
-    /// Folder with a result that would be overwritten.
-    #[error(
-        "error: this folder has the result of {of}\n --> {}\n  = help: give another folder with --out DIR, or remove this one",
-        path.display()
-    )]
-    ForeignResult {
-        /// Path of the result.
-        path: PathBuf,
-        /// Files that it is of.
-        of: String,
-    },
+}
+
+impl From<twinrig_experiment::Error> for TwinError {
+    /// An error of a rig stays one, so that its excerpts of files fit the terminal.
+    fn from(error: twinrig_experiment::Error) -> Self {
+        match error {
+            twinrig_experiment::Error::Rig(error) => error.into(),
+            error => Self::Experiment(error),
+        }
+    }
 }
 
 impl From<DocumentError> for TwinError {
@@ -218,29 +141,10 @@ impl TwinError {
             _ => self.to_string(),
         }
     }
-
-    /// Returns the error of a scenario without a gait that can be studied.
-    pub(crate) fn no_gait(file: &str, why: impl Into<String>, help: impl Into<String>) -> Self {
-        Self::NoGait {
-            file: file.to_owned(),
-            why: why.into(),
-            help: help.into(),
-        }
-    }
 }
 
 /// Returns the command that must precede a build with `feature`, as a suffix of the help line.
 fn after(feature: &str) -> String {
     let needs = build_needs(feature);
     needs.map_or_else(String::new, |needs| format!(", after `{needs}`"))
-}
-
-/// Returns the message of a study with the file between its first line and its remedy.
-fn placed(source: &twinrig_experiment::StudyError, file: &str) -> String {
-    let message = source.to_string();
-    let (first, rest) = match message.find('\n') {
-        Some(end) => message.split_at(end),
-        None => (&*message, ""),
-    };
-    format!("{first}\n --> {file}{rest}")
 }

@@ -35,19 +35,13 @@ mod args;
 mod commands;
 mod doctor;
 mod drawing;
-mod ensemble;
 mod error;
 mod examples;
 mod facade;
 mod interrupt;
-mod optimize;
 mod progress;
-mod radius;
 mod report;
 mod robot_facts;
-mod shell;
-mod study;
-mod sweep;
 mod thesis;
 mod version;
 
@@ -69,10 +63,10 @@ pub use twinrig_rig::{
 };
 
 pub use commands::{plan_json, recording_path, run, run_args, run_with};
-pub use ensemble::{execute, with_ensemble};
 pub use error::{ThesisError, TwinError};
-pub use optimize::execute::optimize;
-pub use optimize::outcome::{OptimizationOutcome, OptimizationProgress, OptimizationRequest};
 pub use report::text;
-pub use sweep::execute::{SweepEvent, SweepOutcome, SweepProgress, SweepRequest, sweep};
-pub use sweep::job::{JobError, WorkerJob};
+pub use twinrig_experiment::{
+    Error as ExperimentError, JobError, OptimizationOutcome, OptimizationProgress,
+    OptimizationRequest, SweepEvent, SweepOutcome, SweepProgress, SweepRequest, WorkerJob, execute,
+    optimize, sweep, with_ensemble,
+};

@@ -3,16 +3,8 @@
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::row::Row;
-
-/// Returns the rows as CSV (RFC 4180), with the JSON keys as header; values that do not apply are
-/// empty.
-pub fn csv(rows: &[Row]) -> String {
-    // The two keys that are omitted where they do not apply are adjacent.
-    table(rows, "method", &["step_s", "tolerance"])
-}
-
-/// Returns rows of any kind, with texts, numbers or lists as values, as CSV; `settings` are
+/// Returns rows of any kind, with texts, numbers or lists as values, as CSV (RFC 4180), with the JSON keys as header and
+/// empty cells for values that do not apply; `settings` are
 /// inserted after the column `after`.
 pub(crate) fn table(rows: &[impl Serialize], after: &str, settings: &[&str]) -> String {
     let rows: Vec<Value> = rows

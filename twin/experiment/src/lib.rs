@@ -32,132 +32,112 @@
 //! The wall clock is read for run times and budgets only.
 
 mod budget;
-mod commands;
-mod contact;
 mod coupling;
-mod criteria;
 mod csv;
-mod differences;
 mod differing;
-mod dominance;
-#[cfg(test)]
-mod dominance_tests;
-mod ensemble;
-mod ensemble_difference;
-mod error;
-mod error_control;
+pub mod ensemble;
+pub mod error;
 mod estimate;
-mod events;
-mod factory;
 mod feedback;
+mod figure;
 mod fit;
-mod floors;
-mod footsteps;
-mod frame;
-mod gait_run;
-mod headline;
-mod latency;
+mod gait;
 mod machine;
-mod models;
 mod modulation;
+pub mod optimization;
+pub mod options;
 mod outliers;
 #[cfg(test)]
 mod page_parts;
-#[cfg(test)]
-mod page_tests;
 mod panics;
 mod parallel;
-mod plant_run;
-mod precision;
-mod precision_job;
-mod precision_plan;
+mod plants;
 mod progress;
 mod radius;
-mod reference;
-mod reference_note;
-mod references;
 mod reproduction;
 mod robustness;
-mod row;
-mod search;
-mod stability;
-mod stability_job;
-mod stability_plan;
-mod stencil;
-mod stiffness;
+mod runs;
+pub mod shell;
 mod stopwatch;
-mod study;
+mod studies;
 mod sufficient;
-mod sweep;
-mod thesis;
-mod tolerance;
-mod trace;
+pub mod sweep;
 mod transition;
-mod transport;
-mod trial;
-mod view;
 
-pub use commands::{CommandRecorder, CommandTape, Commands};
-pub use contact::{ContactResiduals, GaitContact, RestContact};
 pub use coupling::{
     CouplingInput, CouplingKind, CouplingMethod, CouplingOrder, CouplingPlan, CouplingRow,
     CouplingStudy, RigFactory, RigVariant, coupling,
 };
-pub use csv::csv;
-pub use dominance::{Comparison, Competitor, Dominance};
-pub use ensemble::{Ensemble, Interval, QuantityInterval};
-pub use ensemble_difference::EnsembleDifference;
-pub use error::StudyError;
-pub use error_control::ErrorControlTrend;
+pub use ensemble::{execute, with_ensemble};
+pub use error::{Error, StudyError};
+pub use estimate::recorder::{BenchRecorder, BenchRun};
 pub use estimate::{
     CalibrationRun, EstimateCurve, EstimateInput, EstimatePlan, EstimatePoint, EstimateStudy,
     FilterKind, FilterRow, Identification, LoadRecorder, LoadRun, LoadSample, LoopPoint,
     PrintedFigure, Residuals, SearchSize, SteadyPart, TunedFilter, Verdict, VoltageCurve,
     VoltagePoint, calibrate, calibration_text, estimate, samples_fingerprint,
 };
-pub use factory::{PlantFactory, StudyInput};
+pub use feedback::latency::{LoadDelay, SampledSignal};
 pub use feedback::{
     ControlStep, FeedbackCase, FeedbackInput, FeedbackPlan, FeedbackResult, FeedbackRun,
     FeedbackRunner, FeedbackStudy, LegLoad, StepSlope, feedback,
 };
-pub use floors::Floor;
-pub use footsteps::{Footstep, WALK};
-pub use gait_run::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
-pub use latency::{LoadDelay, SampledSignal};
+pub use gait::run::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
 pub use machine::Machine;
+pub use modulation::ModulationOptions;
 pub use modulation::{
     CaseResult, Counting, Displacement, DisplacementCell, DisplacementTable, IdealSlope,
     LinearModel, ModelForm, ModulationCase, ModulationInput, ModulationPlan, ModulationRunner,
     ModulationStudy, VariableChange, modulation,
 };
+pub use optimization::execute::optimize;
+pub use optimization::optimization_page;
+pub use optimization::outcome::{OptimizationOutcome, OptimizationProgress, OptimizationRequest};
+pub use options::request::{StudyContext, StudyFrame, StudyReport, StudyRequest};
 pub use parallel::{Ran, run_all_on};
-pub use precision::precision;
-pub use precision_plan::PrecisionPlan;
+pub use plants::builder::StudyBuilder;
+pub use plants::commands::{CommandRecorder, CommandTape, Commands};
+pub use plants::contact::{ContactResiduals, GaitContact, RestContact};
+pub use plants::dominance::{Comparison, Competitor, Dominance};
+pub use plants::ensemble::{Ensemble, Interval, QuantityInterval};
+pub use plants::ensemble_difference::EnsembleDifference;
+pub use plants::error_control::ErrorControlTrend;
+pub use plants::factor::Factor;
+pub use plants::factory::{PlantFactory, StudyInput};
+pub use plants::floors::Floor;
+pub use plants::footsteps::{Footstep, WALK};
+pub use plants::precision::precision;
+pub use plants::precision_plan::PrecisionPlan;
+pub use plants::reference_note::{CheckNote, ReferenceNote};
+pub use plants::row::{CLOCKED, Row, RowKind, Series, Status, VariantKey};
+pub use plants::stability::stability;
+pub use plants::stability_plan::StabilityPlan;
+pub use plants::stiffness::StiffnessTrend;
+pub use plants::study::{Order, Study, StudyKind};
+pub use plants::thesis::{FIGURES, ModelClass, ThesisFigure};
+pub use plants::tolerance::ToleranceSlope;
+pub use plants::transport::{Cost, STROLL, Transport};
 pub use progress::ProgressObserver;
 pub use radius::{radius_markdown, radius_page, radius_summary};
-pub use reference_note::{CheckNote, ReferenceNote};
 pub use robustness::{
     Divergence, EnsembleRun, Growth, GrowthRate, MemberRun, RobustnessCase, RobustnessPlan,
     RobustnessResult, RobustnessRunner, RobustnessStudy, Trajectory, robustness,
 };
-pub use row::{CLOCKED, Row, RowKind, Series, Status, VariantKey};
-pub use stability::stability;
-pub use stability_plan::StabilityPlan;
-pub use stiffness::StiffnessTrend;
+pub use runs::job::{JobError, WorkerJob};
 pub use stopwatch::RunStopwatch;
-pub use study::{Order, Study, StudyKind};
+pub use studies::StudyCommand;
+pub use sufficient::omission::OmissionProof;
+pub use sufficient::runs::SufficiencyBuilder;
 pub use sufficient::{
     Candidate, CandidateFactory, CandidateReference, CandidateRow, CandidateRun, CandidateStatus,
     Deviation, MarginOutcome, ReferenceMargin, ReferenceRuns, Rule, RunFailure, START_PERTURBATION,
     Sufficiency, SufficiencyPlan, perturb_start, sufficient,
 };
-pub use sweep::Factor;
-pub use thesis::{FIGURES, ModelClass, ThesisFigure};
-pub use tolerance::ToleranceSlope;
+pub use sweep::execute::{SweepEvent, SweepOutcome, SweepProgress, SweepRequest, sweep};
+pub use sweep::{share_sentence, sweep_page};
+pub use transition::TransitionOptions;
 pub use transition::{
     ClassAgreement, GaitCycle, GaitPattern, Hysteresis, MIXED, STANDING, Transition,
     TransitionCase, TransitionInput, TransitionPlan, TransitionResult, TransitionRunner,
     TransitionStudy, Way, transition,
 };
-pub use transport::{Cost, STROLL, Transport};
-pub use view::{best_cases, best_point, evaluation_class, optimization_page, sweep_page};

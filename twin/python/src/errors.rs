@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use twinrig::runtime::PanicReport;
-use twinrig::{Error, TwinError};
+use twinrig::{Error, ExperimentError, TwinError};
 use twinrig_document::{Place, Problem};
 
 /// Module with the exceptions.
@@ -27,6 +27,12 @@ impl From<TwinError> for Failure {
 
 impl From<Error> for Failure {
     fn from(error: Error) -> Self {
+        TwinError::from(error).into()
+    }
+}
+
+impl From<ExperimentError> for Failure {
+    fn from(error: ExperimentError) -> Self {
         TwinError::from(error).into()
     }
 }

@@ -4,9 +4,8 @@ use std::path::PathBuf;
 
 use clap::{ArgAction, Args, Subcommand, ValueEnum};
 use twinrig_document::parse_quantity;
+use twinrig_experiment::options::values::{key_value, whole_number};
 use twinrig_kernel::Unit;
-
-use super::{key_value, whole_number};
 
 /// Arguments of `twin cell`.
 #[derive(Clone, Debug, Args)]

@@ -4,8 +4,9 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::Args;
+use twinrig_experiment::options::values::{whole_number, whole_number_or_none};
 
-use super::{Settings, whole_number, whole_number_or_none};
+use super::Settings;
 
 /// Arguments of `twin optimize`.
 #[derive(Clone, Debug, Args)]

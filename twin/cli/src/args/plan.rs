@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-
-use super::{key_value, seconds, whole_number};
+use twinrig_experiment::options::values::{key_value, seconds, whole_number};
 
 /// Arguments of `twin plan`.
 #[derive(Clone, Debug, Args)]

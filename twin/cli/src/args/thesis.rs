@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-
-use super::key_value;
+use twinrig_experiment::options::values::key_value;
 
 /// Arguments of `twin thesis`.
 #[derive(Clone, Debug, Args)]

@@ -1,17 +1,17 @@
 //! Command `twin optimize`: settings of a scenario with the best value of an expectation.
 
+mod progress;
+
 use std::path::{Path, PathBuf};
 
 use twinrig_campaign::engine::EngineOptions;
+use twinrig_experiment::{OptimizationOutcome, OptimizationRequest, optimize as execute};
+use twinrig_rig::registry::Registry;
 
 use super::{FAILURE, Terminal, outputs, settings};
 use crate::args::OptimizeArgs;
 use crate::error::TwinError;
-use crate::optimize::execute::optimize as execute;
-use crate::optimize::outcome::{OptimizationOutcome, OptimizationRequest};
-use crate::optimize::{progress, table};
 use crate::progress::Progress;
-use twinrig_rig::registry::Registry;
 
 /// Folder of the results of all optimisations.
 const FOLDER: &str = "optimizations";
@@ -43,8 +43,7 @@ pub(super) fn optimize(
             if args.json {
                 terminal.print_json(&outcome.result);
             } else {
-                let text = table::text(&outcome);
-                terminal.print(&text);
+                terminal.print(&outcome.text());
             }
             outcome.result.verdict.exit_code()
         }

@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 
-use crate::shell::quoted;
+use twinrig_experiment::shell::quoted;
 
 /// Options of the output, which a repetition chooses itself; whether each has a value.
 const OF_OUTPUT: [(&str, bool); 3] = [("--json", false), ("--out", true), ("--color", true)];

@@ -4,17 +4,9 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use twinrig_document::quoted;
+use twinrig_experiment::shell::quoted as shell;
+use twinrig_experiment::with_ensemble;
 use twinrig_record::Fingerprint;
-use twinrig_scenario::{Scenario, Setting};
-
-use super::plant_comparison::{self, PlantComparison};
-use super::{PLANT_KEY, Terminal, outputs, settings, source};
-use crate::args::{RunArgs, Settings};
-use crate::ensemble::with_ensemble;
-use crate::error::TwinError;
-use crate::progress::{Progress, RunLine};
-use crate::report::{junit, table};
-use crate::shell::quoted as shell;
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::assembly::recording_size::LARGE_RECORDING;
 use twinrig_rig::error::{Error, guarded};
@@ -23,6 +15,14 @@ use twinrig_rig::report::{Report, Status};
 use twinrig_rig::run::execute::execute_observed;
 use twinrig_rig::run::execution::Execution;
 use twinrig_rig::run::interrupt;
+use twinrig_scenario::{Scenario, Setting};
+
+use super::plant_comparison::{self, PlantComparison};
+use super::{PLANT_KEY, Terminal, outputs, settings, source};
+use crate::args::{RunArgs, Settings};
+use crate::error::TwinError;
+use crate::progress::{Progress, RunLine};
+use crate::report::{junit, table};
 
 pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'_>) -> u8 {
     if terminal.interactive {
@@ -133,7 +133,8 @@ impl<'a> Session<'a> {
             let report = execute_observed(&assembly, &execution, &mut line)?;
             drop(line);
             let mut line = Progress::new(&format!("{}, ensemble", report.scenario), shown);
-            with_ensemble(&assembly, report, &mut |done, of| line.part(done, of, ""))
+            let report = with_ensemble(&assembly, report, &mut |done, of| line.part(done, of, ""))?;
+            Ok::<_, TwinError>(report)
         });
         report.unwrap_or_else(|error| {
             let report = error_of(path, &error);

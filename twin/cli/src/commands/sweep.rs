@@ -1,17 +1,19 @@
 //! Command `twin sweep`: many runs of a scenario.
 
+mod junit;
+mod progress;
+
 use std::path::{Path, PathBuf};
 
 use twinrig_campaign::engine::EngineOptions;
+use twinrig_experiment::{SweepEvent, SweepOutcome, SweepRequest, sweep as execute};
+use twinrig_rig::error::Error;
+use twinrig_rig::registry::Registry;
 
 use super::{FAILURE, Terminal, outputs, settings};
 use crate::args::SweepArgs;
 use crate::error::TwinError;
 use crate::progress::Progress;
-use crate::sweep::execute::{SweepEvent, SweepOutcome, SweepRequest, sweep as execute};
-use crate::sweep::{junit, progress, table};
-use twinrig_rig::error::Error;
-use twinrig_rig::registry::Registry;
 
 /// Folder of the results of all sweeps.
 const FOLDER: &str = "sweeps";
@@ -38,8 +40,7 @@ pub(super) fn sweep(registry: &Registry, args: &SweepArgs, terminal: &mut Termin
             if args.json {
                 terminal.print_json(&outcome.result.json());
             } else {
-                let text = table::text(&outcome);
-                terminal.print(&text);
+                terminal.print(&outcome.text());
             }
             outcome.result.verdict.exit_code()
         }

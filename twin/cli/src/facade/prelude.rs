@@ -12,8 +12,8 @@
 pub use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 pub use twinrig_runtime::{Driver, Plant, Process, ProcessVariable, Wire};
 
-pub use crate::ensemble::execute;
 pub use crate::error::TwinError;
+pub use twinrig_experiment::execute;
 pub use twinrig_rig::PlantContext;
 pub use twinrig_rig::assembly::Assembly;
 pub use twinrig_rig::error::{BuildError, Error};

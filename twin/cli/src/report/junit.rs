@@ -8,13 +8,12 @@ use std::fmt::Write as _;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use twinrig_document::escape_xml;
+use twinrig_experiment::shell::quoted;
+use twinrig_rig::report::{Line, Report};
 use twinrig_scenario::Verdict;
 
-use crate::report::table;
-use twinrig_rig::report::{Line, Report};
-
 use super::tracking;
-use crate::shell::quoted;
+use crate::report::table;
 
 /// Suite of test cases.
 pub(crate) struct Suite {

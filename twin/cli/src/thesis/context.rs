@@ -6,28 +6,23 @@ use std::rc::Rc;
 
 use twinrig_document::Document;
 use twinrig_experiment::{
-    EstimatePlan, EstimateStudy, Factor, ModulationPlan, ModulationStudy, PlantFactory, SearchSize,
-    StabilityPlan, Study, StudyInput, TransitionPlan, TransitionStudy, estimate, modulation,
-    stability, transition,
+    BenchRecorder, Error, EstimatePlan, EstimateStudy, Factor, ModulationOptions, ModulationPlan,
+    ModulationStudy, PlantFactory, SearchSize, StabilityPlan, Study, StudyBuilder, StudyInput,
+    TransitionOptions, TransitionPlan, TransitionStudy, estimate, stability,
 };
-use twinrig_rig::{PlantOffer, Variant};
-use twinrig_scenario::{Outcome, Setting};
-
-use crate::args::{ModulationOptions, TransitionOptions};
-use crate::error::ThesisError;
-use crate::error::TwinError;
-use crate::study::builder::StudyBuilder;
-use crate::study::load_recorder::BenchRecorder;
-use crate::study::modulation_cases::ModulationCases;
-use crate::study::transition_cases::TransitionCases;
-use crate::thesis::gaits;
-use crate::thesis::progress::ItemProgress;
-use crate::thesis::verdict::Measurement;
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::registry::Registry;
 use twinrig_rig::report::{Report, Status};
 use twinrig_rig::run::execute::execute_until;
 use twinrig_rig::run::execution::Execution;
+use twinrig_rig::{PlantOffer, Variant};
+use twinrig_scenario::{Outcome, Setting};
+
+use crate::error::ThesisError;
+use crate::error::TwinError;
+use crate::thesis::gaits;
+use crate::thesis::progress::ItemProgress;
+use crate::thesis::verdict::Measurement;
 
 /// Budget of studies: none, as a truncated study depends on the machine \[s\].
 const NO_BUDGET: f64 = 1e9;
@@ -275,10 +270,8 @@ impl<'r> Context<'r> {
             out: PathBuf::new(),
             json: false,
         };
-        let cases = ModulationCases::new(self.registry, &options, &settings)?;
-        let plan = cases.plan(&options)?;
-        let study = modulation(&cases, &plan, &mut *self.progress.borrow_mut());
-        study.map_err(|source| of_study(path, source))
+        let progress = &mut *self.progress.borrow_mut();
+        Ok(options.study(self.registry, &settings, progress)?)
     }
 
     /// Returns the study of gait transitions of a scenario, on its own plant.
@@ -299,9 +292,8 @@ impl<'r> Context<'r> {
             out: PathBuf::new(),
             json: false,
         };
-        let cases = TransitionCases::new(self.registry, &options, self.settings())?;
-        let study = transition(&cases, &plan, &mut *self.progress.borrow_mut());
-        study.map_err(|source| of_study(&path, source))
+        let progress = &mut *self.progress.borrow_mut();
+        Ok(options.study(self.registry, self.settings(), progress)?)
     }
 
     fn estimate(&self, search: SearchSize) -> Result<EstimateStudy, TwinError> {
@@ -317,10 +309,7 @@ impl<'r> Context<'r> {
 }
 
 fn of_study(path: &Path, source: twinrig_experiment::StudyError) -> TwinError {
-    TwinError::Study {
-        file: path.display().to_string(),
-        source,
-    }
+    Error::of_study(&path.display().to_string(), source).into()
 }
 
 /// Report of a completed run.

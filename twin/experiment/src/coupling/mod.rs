@@ -1,6 +1,9 @@
 //! Study of coupling: error against run time for exact and grid coupling of plant and boards.
 
+mod builder;
 mod factory;
+mod options;
+mod outliers;
 mod plan;
 mod results;
 mod row;
@@ -8,23 +11,24 @@ mod run;
 mod view;
 
 pub use factory::{CouplingInput, CouplingMethod, RigFactory, RigVariant};
+pub use options::CouplingOptions;
 pub use plan::CouplingPlan;
 pub use results::{CouplingOrder, CouplingStudy};
 pub use row::{CouplingKind, CouplingRow};
 
 use twinrig_kernel::SimDuration;
+use twinrig_report::number::si;
+use twinrig_rig::PlantId;
 use twinrig_runtime::Coupling;
 
 use crate::budget::{Budget, Share};
 use crate::error::StudyError;
 use crate::panics::Panics;
+use crate::plants::reference_note::{CheckNote, ReferenceNote};
+use crate::plants::row::Status;
 use crate::progress::ProgressObserver;
-use crate::reference_note::{CheckNote, ReferenceNote};
-use crate::row::Status;
 use results::NEAR_M;
 use run::Run;
-use twinrig_report::number::si;
-use twinrig_rig::PlantId;
 
 /// Default duration.
 const WINDOW: SimDuration = SimDuration::from_secs(1);

@@ -3,6 +3,7 @@
 use serde::Serialize;
 use serde_json::{Value, json};
 use twinrig_kernel::SimDuration;
+use twinrig_report::number::{grouped, grouped_factor, si};
 
 use super::factory::{CouplingInput, CouplingMethod};
 use super::plan::CouplingPlan;
@@ -10,9 +11,8 @@ use super::row::{CouplingKind, CouplingRow};
 use crate::fit;
 use crate::machine::Machine;
 use crate::panics;
-use crate::reference_note::ReferenceNote;
-use crate::row::Status;
-use twinrig_report::number::{grouped, grouped_factor, si};
+use crate::plants::reference_note::ReferenceNote;
+use crate::plants::row::Status;
 
 /// Results of a study of coupling, without the machine it ran on.
 #[derive(Clone, Debug, PartialEq)]

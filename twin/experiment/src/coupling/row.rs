@@ -4,8 +4,8 @@ use serde::Serialize;
 use twinrig_runtime::WorkCounts;
 
 use super::factory::CouplingMethod;
-use crate::row::{Status, outcome_word};
-use crate::trace::Errors;
+use crate::plants::row::{Status, outcome_word};
+use crate::plants::trace::Errors;
 
 /// Kind of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -1,14 +1,14 @@
 //! Run of a complete rig.
 
 use twinrig_kernel::{Field, SimTime, Unit, signal};
+use twinrig_report::number::instant;
 use twinrig_runtime::{Group, Observer, Rig, RunEvent, WorkCounts};
 
 use super::factory::{RigFactory, RigVariant};
 use crate::budget::Share;
-use crate::row::Status;
+use crate::plants::row::Status;
+use crate::plants::trace::{Trace, is_foot};
 use crate::stopwatch::Stopwatch;
-use crate::trace::{Trace, is_foot};
-use twinrig_report::number::instant;
 
 /// Samples and totals of a run.
 #[derive(Clone, Debug)]

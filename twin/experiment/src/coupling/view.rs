@@ -13,9 +13,9 @@ use super::factory::CouplingMethod;
 use super::results::CouplingStudy;
 use super::row::{CouplingKind, CouplingRow};
 use crate::machine::Machine;
+use crate::plants::row::Status;
+use crate::plants::view::{LEAST_M, references, rows};
 use crate::reproduction::{Budgeted, timed_reproduction};
-use crate::row::Status;
-use crate::view::{LEAST_M, references, rows};
 
 impl CouplingStudy {
     /// Returns the summary.

@@ -7,7 +7,9 @@ mod data;
 mod distribution;
 mod filter;
 mod identify;
+mod options;
 mod printed;
+pub(crate) mod recorder;
 mod results;
 mod settings_text;
 mod track;
@@ -21,17 +23,17 @@ pub use data::{LoadRun, LoadSample, SteadyPart};
 pub use distribution::Residuals;
 pub use filter::FilterKind;
 pub use identify::Identification;
+pub use options::EstimateOptions;
 pub use printed::{PrintedFigure, Verdict};
 pub use results::EstimateStudy;
 pub use tune::{SearchSize, TunedFilter};
 pub use validate::{EstimatePoint, FilterRow};
 
-use data::{Phase, Signals};
-use validate::Estimates;
-
 use crate::budget::Budget;
 use crate::error::StudyError;
 use crate::progress::ProgressObserver;
+use data::{Phase, Signals};
+use validate::Estimates;
 
 /// Subject of the study.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,13 +1,19 @@
 //! Study of load feedback: a controller on the true load of its legs, and on loads that are
 //! measured, estimated or filtered.
 
+mod cases;
+pub(crate) mod latency;
 mod load_match;
+mod load_observer;
+mod options;
+mod request;
 mod results;
 mod run;
 mod step_slope;
 mod view;
 
 pub use load_match::LegLoad;
+pub use options::FeedbackOptions;
 pub use results::{FeedbackResult, FeedbackStudy};
 pub use run::feedback;
 pub use step_slope::StepSlope;
@@ -15,7 +21,7 @@ pub use step_slope::StepSlope;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimTime;
 
-use crate::gait_run::GaitRun;
+use crate::gait::run::GaitRun;
 use crate::modulation::{ModulationPlan, ModulationRunner};
 
 /// A gait on a plant and on loads of one source.

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::load_match::{LegLoad, LoadCurve};
 use super::step_slope::{StepSlope, step_slopes};
 use super::{ControlStep, FeedbackCase, FeedbackInput, FeedbackPlan, FeedbackRun};
-use crate::gait_run::GaitRun;
+use crate::gait::run::GaitRun;
 use crate::machine::Machine;
 use crate::modulation::CaseResult;
 use crate::parallel::Ran;

@@ -1,7 +1,7 @@
 //! Footsteps of a leg by cycle of its oscillator, and their displacements from a reference run.
 
 use crate::error::StudyError;
-use crate::gait_run::{FootContact, GaitRun, median};
+use crate::gait::run::{FootContact, GaitRun, median};
 
 /// Footstep of one cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]

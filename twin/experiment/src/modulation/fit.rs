@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::ensemble::interval::{CONFIDENCE, quantile};
+use crate::plants::ensemble::interval::{CONFIDENCE, quantile};
 
 /// Displacement of one footstep.
 #[derive(Clone, Copy, Debug, PartialEq)]

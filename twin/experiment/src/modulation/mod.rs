@@ -1,8 +1,11 @@
 //! Study of footstep modulation: displacement of the footsteps after a change of a variable of the
 //! controller, against the run without the change (thesis, section 3.2.5.1, figures 3.5 and 3.8).
 
+pub(crate) mod cases;
 mod cycles;
 mod fit;
+mod options;
+mod request;
 mod rerun;
 mod results;
 mod run;
@@ -10,13 +13,14 @@ mod table;
 mod view;
 
 pub use fit::{LinearModel, ModelForm};
+pub use options::ModulationOptions;
 pub use results::{CaseResult, IdealSlope, ModulationStudy};
 pub use run::modulation;
 pub use table::{Counting, Displacement, DisplacementCell, DisplacementTable};
 
 use twinrig_kernel::{SimTime, Unit};
 
-use crate::gait_run::GaitRun;
+use crate::gait::run::GaitRun;
 
 /// A gait on a plant, with or without a factor.
 #[derive(Clone, Debug, PartialEq)]

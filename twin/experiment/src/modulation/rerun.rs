@@ -6,7 +6,7 @@ use super::cycles::{Reference, Shift};
 use super::table::{Counting, Displacement};
 use super::{ModulationCase, ModulationPlan};
 use crate::error::StudyError;
-use crate::gait_run::GaitRun;
+use crate::gait::run::GaitRun;
 use crate::parallel::Ran;
 
 /// Duration of a reference run after the limit cycle is reached: ten footsteps of a slow walk.

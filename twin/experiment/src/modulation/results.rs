@@ -9,7 +9,7 @@ use super::{
     Counting, Displacement, DisplacementTable, ModelForm, ModulationCase, ModulationInput,
     ModulationPlan,
 };
-use crate::gait_run::GaitRun;
+use crate::gait::run::GaitRun;
 use crate::machine::Machine;
 use crate::parallel::Ran;
 

@@ -6,7 +6,7 @@ use super::rerun::{Prepared, REFERENCE, Rerun};
 use super::results::{CaseResult, ModulationStudy};
 use super::{ModulationPlan, ModulationRunner, VariableChange};
 use crate::error::StudyError;
-use crate::gait_run::GaitRun;
+use crate::gait::run::GaitRun;
 use crate::parallel::{Ran, run_all};
 use crate::progress::ProgressObserver;
 

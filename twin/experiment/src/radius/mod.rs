@@ -1,5 +1,12 @@
 //! Reports on radii: values with units, summary and page.
 
+mod chosen;
+mod context;
+mod disturbances;
+pub(crate) mod execute;
+pub(crate) mod options;
+mod report;
+mod request;
 mod view;
 
 pub use view::{radius_markdown, radius_page, radius_summary};
@@ -8,7 +15,6 @@ use std::f64::consts::PI;
 
 use twinrig_campaign::radius::{AxisEnd, AxisResult, ExpectationRadius, RadiusState};
 use twinrig_kernel::Unit;
-
 use twinrig_report::number::{plain, si};
 
 /// Ratios whose axes stay below it are in parts per million.

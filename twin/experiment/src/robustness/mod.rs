@@ -1,7 +1,10 @@
 //! Study of robustness: ensembles of runs of a scenario from perturbed starts, the margins of its
 //! expectations over them, and the time up to which its trajectory is predictable.
 
+mod cases;
 mod divergence;
+pub(crate) mod options;
+mod request;
 mod results;
 mod run;
 mod view;
@@ -13,9 +16,8 @@ pub use run::robustness;
 use std::num::NonZeroUsize;
 
 use serde::{Deserialize, Serialize};
-use twinrig_campaign::sweep::SweepRow;
-
 use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread, Magnitude};
+use twinrig_campaign::sweep::SweepRow;
 use twinrig_report::number::quantity;
 
 /// Returns a margin of an expectation with its unit.

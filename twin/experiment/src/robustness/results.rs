@@ -2,16 +2,16 @@
 
 use serde::Serialize;
 use serde_json::{Value, json};
-use twinrig_campaign::sweep::ExpectationVerdict;
-
-use super::{Divergence, Growth, MemberRun, RobustnessCase, RobustnessPlan};
-use crate::gait_run::median;
-use crate::machine::Machine;
-use crate::parallel::Ran;
 use twinrig_campaign::spread::Magnitude;
 use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread, Member};
+use twinrig_campaign::sweep::ExpectationVerdict;
 use twinrig_campaign::sweep::SweepRow;
 use twinrig_report::number::{plain, si};
+
+use super::{Divergence, Growth, MemberRun, RobustnessCase, RobustnessPlan};
+use crate::gait::run::median;
+use crate::machine::Machine;
+use crate::parallel::Ran;
 
 /// Perturbed run of an ensemble.
 #[derive(Clone, Debug, PartialEq)]

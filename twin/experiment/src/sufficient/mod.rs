@@ -4,18 +4,20 @@
 //! The search compares runs of complete scenarios with those of a reference; it knows no plant, no
 //! controller and no expectation. A [`CandidateFactory`] executes the runs.
 
+mod candidates;
+pub(crate) mod omission;
 mod results;
 mod rule;
+pub(crate) mod runs;
 mod search;
 
 use thiserror::Error;
-use twinrig_runtime::Plant;
-
 use twinrig_campaign::spread::Magnitude;
 use twinrig_report::number::method_setting;
 use twinrig_rig::MethodSetting;
 use twinrig_rig::PlantId;
 use twinrig_rig::start::StartPerturbation;
+use twinrig_runtime::Plant;
 
 pub use results::{CandidateRow, CandidateStatus, ReferenceRuns, Sufficiency};
 pub use rule::{Deviation, ReferenceMargin, Rule};

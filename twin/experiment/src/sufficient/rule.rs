@@ -1,10 +1,10 @@
 //! The rule by which a candidate is sufficient for an expectation.
 
 use serde::Serialize;
+use twinrig_report::number::quantity;
 
 use super::MarginOutcome;
-use crate::gait_run::median;
-use twinrig_report::number::quantity;
+use crate::gait::run::median;
 
 /// Share of the reference's margin below which the error of a candidate must be.
 pub(super) const SHARE_MAX: f64 = 0.1;

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use serde::Serialize;
 
-use crate::gait_run::{GaitRun, MeasuredCycle, PhaseSample};
+use crate::gait::run::{GaitRun, MeasuredCycle, PhaseSample};
 
 /// Phase of each leg, as a share of a cycle.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::classify::{GaitCycle, MIXED, STANDING};
-use crate::gait_run::GaitRun;
+use crate::gait::run::GaitRun;
 
 /// Direction of the variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -1,21 +1,25 @@
 //! Study of gait transitions: gaits classified over time by the loads of the feet while a variable
 //! of the controller changes in steps (thesis, section 3.3.2.3, figure 3.7).
 
+mod cases;
 mod classify;
 mod events;
 mod gait_diagram;
+mod options;
+mod request;
 mod results;
 mod run;
 mod view;
 
 pub use classify::{GaitCycle, GaitPattern, MIXED, STANDING};
 pub use events::{Hysteresis, Transition, Way};
+pub use options::TransitionOptions;
 pub use results::{ClassAgreement, TransitionResult, TransitionStudy};
 pub use run::transition;
 
 use twinrig_kernel::{SimTime, Unit};
 
-use crate::gait_run::GaitRun;
+use crate::gait::run::GaitRun;
 
 /// A run of the scenario: a plant, and plateaus of one length.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,15 +3,15 @@
 use serde::Serialize;
 use serde_json::{Value, json};
 use twinrig_kernel::Unit;
+use twinrig_report::number::plain;
 
 use super::classify::cycles;
 use super::events::{hysteresis, transitions, value_at};
 use super::{
     GaitCycle, Hysteresis, MIXED, Transition, TransitionCase, TransitionInput, TransitionPlan,
 };
-use crate::gait_run::{GaitRun, MotionSample};
+use crate::gait::run::{GaitRun, MotionSample};
 use crate::machine::Machine;
-use twinrig_report::number::plain;
 
 /// Interval over which speed and slip are given \[s\].
 const BIN_S: f64 = 1.0;

@@ -3,7 +3,7 @@
 use super::results::{TransitionResult, TransitionStudy};
 use super::{TransitionPlan, TransitionRunner};
 use crate::error::StudyError;
-use crate::gait_run::GaitRun;
+use crate::gait::run::GaitRun;
 use crate::parallel::{Ran, run_all};
 use crate::progress::ProgressObserver;
 

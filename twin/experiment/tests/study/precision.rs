@@ -2,7 +2,7 @@
 
 use twinrig_experiment::{
     CLOCKED, Machine, PrecisionPlan, ProgressObserver, Row, RowKind, Status, Study, StudyError,
-    csv, precision,
+    precision,
 };
 use twinrig_kernel::SimDuration;
 
@@ -269,7 +269,7 @@ fn json_keys_keep_their_order() {
 #[test]
 fn csv_has_a_line_per_row_and_a_cell_per_key() {
     let study = study(&["rk4", "unbuildable"]);
-    let text = csv(&study.rows);
+    let text = study.csv();
     let mut lines = text.lines();
     let head = lines.next().unwrap();
     assert!(

@@ -1,8 +1,6 @@
 //! Study of stability: the largest stable step.
 
-use twinrig_experiment::{
-    Factor, Machine, Row, RowKind, StabilityPlan, Status, Study, csv, stability,
-};
+use twinrig_experiment::{Factor, Machine, Row, RowKind, StabilityPlan, Status, Study, stability};
 use twinrig_kernel::SimDuration;
 
 use crate::oscillator::{OMEGA, Oscillators, ZETA};
@@ -220,7 +218,8 @@ fn trend_of_error_control_has_the_work_and_every_failure() {
     let json = found.json(&Machine::here("test"), "");
     assert_eq!(json["error_control"][0]["failures"][0][0], 1e4);
     assert!(
-        csv(&found.rows)
+        found
+            .csv()
             .lines()
             .next()
             .unwrap()

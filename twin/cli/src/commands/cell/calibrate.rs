@@ -5,17 +5,16 @@ use std::path::Path;
 
 use twinrig_estimate::Calibration;
 use twinrig_experiment::{
-    CalibrationRun, LoadRecorder, LoadRun, calibrate as identify, calibration_text,
+    BenchRecorder, CalibrationRun, LoadRecorder, LoadRun, calibrate as identify, calibration_text,
     samples_fingerprint,
 };
+use twinrig_rig::error::Error;
+use twinrig_rig::registry::Registry;
 
 use super::report::settings;
 use crate::args::CellCalibrateArgs;
 use crate::commands::{Terminal, outputs};
 use crate::error::TwinError;
-use crate::study::load_recorder::BenchRecorder;
-use twinrig_rig::error::Error;
-use twinrig_rig::registry::Registry;
 
 /// Identifies the sensor and writes its calibration.
 pub(super) fn calibrate(
@@ -51,8 +50,7 @@ pub(super) fn calibrate(
 
 /// Identifies the constants from a run of a scenario.
 pub(super) fn constants(scenario: &Path, run: &LoadRun) -> Result<Calibration, TwinError> {
-    identify(run).map_err(|source| TwinError::Study {
-        file: scenario.display().to_string(),
-        source,
-    })
+    let found = identify(run);
+    let file = scenario.display().to_string();
+    found.map_err(|source| twinrig_experiment::Error::of_study(&file, source).into())
 }

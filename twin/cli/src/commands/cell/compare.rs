@@ -3,8 +3,11 @@
 use serde::Serialize;
 use twinrig_campaign::sweep::ShareInterval;
 use twinrig_estimate::Calibration;
-use twinrig_experiment::{LoadRecorder, SteadyPart};
+use twinrig_experiment::{BenchRecorder, BenchRun, LoadRecorder, SteadyPart};
 use twinrig_kernel::SimDuration;
+use twinrig_report::text::grid::{Grid, Left, Right};
+use twinrig_rig::parts::tactile::{NamedCalibrations, filters};
+use twinrig_rig::registry::Registry;
 use twinrig_scenario::Setting;
 use twinrig_tactile::{LoadFilter, Stage};
 
@@ -12,10 +15,6 @@ use super::calibrate::constants;
 use super::report::{CellReport, settings};
 use crate::args::CellCompareArgs;
 use crate::error::TwinError;
-use crate::study::load_recorder::{BenchRecorder, BenchRun};
-use twinrig_report::text::grid::{Grid, Left, Right};
-use twinrig_rig::parts::tactile::{NamedCalibrations, filters};
-use twinrig_rig::registry::Registry;
 
 /// Added to the seeds of identifications, so that no cell is judged on the noise that it was
 /// calibrated with.

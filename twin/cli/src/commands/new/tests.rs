@@ -1,12 +1,12 @@
 use std::path::Path;
 
 use proptest::prelude::*;
-
-use super::*;
-use crate::ensemble::execute;
+use twinrig_experiment::execute;
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::registry::Registry;
 use twinrig_rig::run::execution::Execution;
+
+use super::*;
 
 fn args(kind: NewKind, name: &str, folder: &Path) -> NewArgs {
     NewArgs {

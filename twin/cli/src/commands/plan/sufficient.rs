@@ -2,20 +2,19 @@
 
 use serde::Serialize;
 use twinrig_experiment::{
-    ProgressObserver, START_PERTURBATION, Sufficiency, SufficiencyPlan, sufficient,
+    OmissionProof, ProgressObserver, START_PERTURBATION, Sufficiency, SufficiencyBuilder,
+    SufficiencyPlan, sufficient,
 };
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::error::Error;
+use twinrig_rig::registry::Registry;
+use twinrig_rig::run::interrupt;
 
 use super::super::{FAILURE, NEGATIVE, SUCCESS, Terminal, settings, source};
 use super::sufficient_text::text;
 use crate::args::{PlanArgs, Settings};
 use crate::error::TwinError;
 use crate::progress::Progress;
-use crate::study::sufficient_omission::OmissionProof;
-use crate::study::sufficient_runs::SufficiencyBuilder;
-use twinrig_rig::assembly::Assembly;
-use twinrig_rig::error::Error;
-use twinrig_rig::registry::Registry;
-use twinrig_rig::run::interrupt;
 
 /// Result of the search.
 #[derive(Serialize)]
@@ -98,10 +97,8 @@ fn found(
     let show_progress = terminal.interactive && !args.json;
     let mut observer = ProgressLine(Progress::new(&own.scenario().name, show_progress));
     let search = sufficient(&builder, &plan, &mut observer);
-    let search = search.map_err(|source| TwinError::Study {
-        file: own.scenario().file.clone(),
-        source,
-    })?;
+    let search = search
+        .map_err(|source| twinrig_experiment::Error::of_study(&own.scenario().file, source))?;
     let choice = search.choice().map(|row| row.candidate.clone());
     let scene = choice.as_ref();
     let scene = scene.map(|choice| OmissionProof::of(&builder, choice));

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use twinrig_campaign::engine::{EngineOptions, LocalEngine};
 use twinrig_campaign::sweep::{Partition, SweepVerdict};
+use twinrig_experiment::{SweepRequest, sweep};
 
 use crate::error::ThesisError;
 use crate::error::TwinError;
-use crate::sweep::execute::{SweepRequest, sweep};
 use crate::thesis::context::Context;
 use crate::thesis::item::{Item, Measurements, PrintedFigure, Source};
 use crate::thesis::verdict::{Basis, Input, Measurement, Rule};

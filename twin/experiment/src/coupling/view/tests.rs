@@ -4,7 +4,7 @@ use twinrig_rig::PlantId;
 
 use super::*;
 use crate::page_parts::{assert_cards, rows};
-use crate::reference_note::ReferenceNote;
+use crate::plants::reference_note::ReferenceNote;
 
 /// Returns a run of a method, whose values differ from those of another `number` by a factor.
 fn run(kind: CouplingKind, method: CouplingMethod, number: u64) -> CouplingRow {

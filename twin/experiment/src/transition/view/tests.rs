@@ -3,7 +3,7 @@
 use twinrig_kernel::SimTime;
 
 use super::*;
-use crate::gait_run::GaitRun;
+use crate::gait::run::GaitRun;
 use crate::page_parts::rows;
 use crate::transition::{
     GaitCycle, Hysteresis, Transition, TransitionCase, TransitionInput, TransitionPlan,

@@ -1,0 +1,202 @@
+//! Ensembles: runs of a scenario from perturbed starts, or with other seeds where the start of the
+//! plant cannot be perturbed.
+
+use std::borrow::Borrow;
+
+use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread, Magnitude, Member};
+use twinrig_campaign::sweep::SweepRow;
+use twinrig_rig::StartPerturbation;
+use twinrig_rig::assembly::Assembly;
+use twinrig_rig::error::{Error as RigError, guarded};
+use twinrig_rig::report::row;
+use twinrig_rig::report::{Line, LineEnsemble, Report, Status};
+use twinrig_rig::run::execute::{execute_observed, execute_saving};
+use twinrig_rig::run::execution::Execution;
+use twinrig_rig::run::interrupt;
+use twinrig_rig::run::observers::RunObserver;
+use twinrig_scenario::Varied;
+
+use crate::error::Error;
+use crate::{Ran, StudyError, run_all_on};
+
+/// Members of an ensemble: the unperturbed run, number 0, and one for each magnitude.
+pub(crate) struct Ensemble<A> {
+    assembly: A,
+    magnitudes: Vec<Magnitude>,
+    vary: Varied,
+    /// Reason why the start cannot be perturbed.
+    why_seeds: Option<String>,
+}
+
+impl<'r, A: Borrow<Assembly<'r>>> Ensemble<A> {
+    /// Creates the ensemble of so many runs.
+    ///
+    /// # Errors
+    /// Parts that cannot be built.
+    pub(crate) fn new(assembly: A, runs: usize, vary: Varied) -> Result<Self, RigError> {
+        let mut ensemble = Self {
+            assembly,
+            magnitudes: Magnitude::spaced(runs.saturating_sub(1)),
+            vary,
+            why_seeds: None,
+        };
+        if runs > 1 && vary == Varied::Start {
+            // The least perturbation leaves every start possible.
+            ensemble.why_seeds = match ensemble.member(1)?.rig() {
+                Ok(_) => None,
+                Err(RigError::Start { why, .. }) => Some(why),
+                Err(error) => return Err(error),
+            };
+        }
+        Ok(ensemble)
+    }
+
+    /// Returns the assembly of the unperturbed run.
+    pub(crate) fn assembly(&self) -> &Assembly<'r> {
+        self.assembly.borrow()
+    }
+
+    pub(crate) fn kind(&self) -> EnsembleKind {
+        match (self.vary, &self.why_seeds) {
+            (Varied::Start, None) => EnsembleKind::Starts,
+            (Varied::Start, Some(_)) | (Varied::Seed, _) => EnsembleKind::Seeds,
+        }
+    }
+
+    pub(crate) fn why_seeds(&self) -> Option<&str> {
+        self.why_seeds.as_deref()
+    }
+
+    /// Returns the perturbation of a member.
+    fn magnitude(&self, member: usize) -> Option<Magnitude> {
+        let index = member.checked_sub(1)?;
+        let magnitude = self.magnitudes.get(index).copied();
+        magnitude.filter(|_| self.kind() == EnsembleKind::Starts)
+    }
+
+    fn member(&self, member: usize) -> Result<Assembly<'r>, RigError> {
+        let assembly = self.assembly();
+        let scenario = assembly.scenario();
+        if let Some(magnitude) = self.magnitude(member) {
+            return Ok(assembly.with_start(StartPerturbation {
+                seed: scenario.seed,
+                member,
+                magnitude,
+            }));
+        }
+        let mut scenario = scenario.clone();
+        scenario.seed = scenario.seed.wrapping_add(member as u64);
+        assembly.with_scenario(&scenario, &[])
+    }
+
+    /// Runs a member with an observer; a panic is an error of the run.
+    ///
+    /// # Errors
+    /// A run that cannot start.
+    pub(crate) fn run(
+        &self,
+        member: usize,
+        observer: Option<&mut dyn RunObserver>,
+    ) -> Result<SweepRow, Error> {
+        guarded(&self.assembly().scenario().file, || {
+            let assembly = self.member(member)?;
+            let end = assembly.end();
+            let execution = Execution::default();
+            let (report, _) = execute_saving(&assembly, &execution, end, None, observer)?;
+            Ok(row::of_report(report))
+        })
+    }
+}
+
+/// Runs `assembly`, the reference run if an expectation requires one, and the ensemble if the
+/// scenario has one.
+///
+/// # Errors
+/// [`Error`] if the run cannot start. A run that starts and fails is reported in the
+/// [`Report`].
+pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report, Error> {
+    let report = execute_observed(assembly, execution, &mut ())?;
+    with_ensemble(assembly, report, &mut |_, _| ())
+}
+
+/// Adds the ensemble of its scenario to the report of an unperturbed run. Each line then has the
+/// share of the runs in which its expectation holds, and holds only with the required share.
+/// Without `ensemble` in the scenario, and after a run with an error, nothing is added. `progress`
+/// receives the number of runs that have ended, and of all.
+///
+/// # Errors
+/// Parts that cannot be built, or threads that cannot be started.
+pub fn with_ensemble(
+    assembly: &Assembly<'_>,
+    mut report: Report,
+    progress: &mut dyn FnMut(usize, usize),
+) -> Result<Report, Error> {
+    let Some(spec) = assembly.scenario().ensemble else {
+        return Ok(report);
+    };
+    if report.error.is_some() {
+        return Ok(report);
+    }
+    let ensemble = Ensemble::new(assembly, spec.runs, spec.vary)?;
+    let others = spec.runs - 1;
+    // Without random numbers a run with another seed is the same run.
+    let is_same =
+        ensemble.kind() == EnsembleKind::Seeds && report.random.as_ref().is_some_and(Vec::is_empty);
+    let first_row = row::of_report(report.clone());
+    let run = |index: usize| {
+        if is_same {
+            return Ok(first_row.clone());
+        }
+        ran(ensemble.run(index + 1, None))
+    };
+    let rows = run_all_on(None, others, &run, &mut |done, _| {
+        progress(done, others);
+        !interrupt::is_requested()
+    });
+    let rows = match rows {
+        Ok(rows) => rows,
+        Err(error @ StudyError::Interrupted { .. }) => {
+            report.error = Some(format!("the ensemble was {error}"));
+            report.verdict = Status::Error;
+            return Ok(report);
+        }
+        Err(source) => {
+            let file = assembly.scenario().file.clone();
+            return Err(Error::Study { file, source });
+        }
+    };
+    let first = Member {
+        magnitude: None,
+        row: first_row,
+    };
+    let others = rows.into_iter().enumerate().map(|(index, row)| Member {
+        magnitude: ensemble.magnitude(index + 1),
+        row: row.unwrap_or_else(SweepRow::of_error),
+    });
+    let members: Vec<Member> = std::iter::once(first).chain(others).collect();
+    for (line, spread) in report
+        .expectations
+        .iter_mut()
+        .zip(ExpectationSpread::all(&members))
+    {
+        line.ensemble = Some(LineEnsemble {
+            differ_by: ensemble.kind(),
+            required_share: spec.share,
+            spread,
+        });
+    }
+    if report.verdict == Status::Pass && !report.expectations.iter().all(Line::holds) {
+        report.verdict = Status::Fail;
+    }
+    let mut errors = members.iter().filter_map(|it| it.row.error.as_ref());
+    if let Some(error) = errors.next() {
+        report.error = Some(format!("a run of the ensemble has an error: {error}"));
+        report.verdict = Status::Error;
+    }
+    Ok(report)
+}
+
+/// Returns the row of a run, or the reason why it did not start.
+pub(crate) fn ran(row: Result<SweepRow, Error>) -> Ran<SweepRow> {
+    row.map_err(|error| error.to_string())
+}

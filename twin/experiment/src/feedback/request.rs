@@ -1,0 +1,43 @@
+//! Request of a study of load feedback.
+
+use super::cases::FeedbackCases;
+use super::feedback;
+use super::options::FeedbackOptions;
+use crate::error::Error;
+use crate::options::request::{StudyContext, StudyFrame, StudyReport, StudyRequest};
+
+impl StudyRequest for FeedbackOptions {
+    fn frame(&self) -> StudyFrame<'_> {
+        StudyFrame {
+            name: "loads",
+            scenarios: &self.scenarios,
+            plants: &self.plant,
+            set: &self.set,
+            out: &self.out,
+            json: self.json,
+        }
+    }
+
+    fn run(&self, context: StudyContext<'_>) -> Result<StudyReport, Error> {
+        let StudyContext {
+            registry,
+            settings,
+            machine,
+            command,
+            observer,
+        } = context;
+        let cases = FeedbackCases::new(registry, self, settings)?;
+        let study = feedback(&cases, &cases.plan(self)?, observer);
+        let study = study
+            .map_err(|source| Error::of_study(&self.scenarios[0].display().to_string(), source))?;
+        Ok(StudyReport {
+            is_negative: !study.void().is_empty(),
+            ..StudyReport::new(
+                study.summary(),
+                study.page(machine, command),
+                study.csv(),
+                study.json(machine, command),
+            )
+        })
+    }
+}

@@ -1,0 +1,279 @@
+//! The scenario with other settings written into its text.
+
+use std::path::{Component, Path, PathBuf};
+
+use toml_edit::{DocumentMut, InlineTable, Item, Key, Table, TableLike, Value};
+use twinrig_document::{DocumentError, Problem};
+use twinrig_rig::error::Error as RigError;
+use twinrig_robot::RobotFile;
+use twinrig_scenario::Setting;
+
+use crate::error::Error;
+
+/// Comment that names a schema.
+const SCHEMA: &str = "#:schema ";
+/// Key of the robot.
+const ROBOT: &str = "robot";
+
+/// A scenario file whose text is changed.
+pub(super) struct ScenarioText<'t> {
+    /// Its path, as given.
+    pub path: &'t Path,
+    pub text: &'t str,
+    /// Folder that the changed text is written to.
+    pub to: &'t Path,
+}
+
+impl ScenarioText<'_> {
+    /// Returns the text with `settings` in place of its values, and with `header` as a comment.
+    /// Comments and order stay; paths of files are those from the new folder.
+    pub fn with(&self, settings: &[Setting], header: &[String]) -> Result<String, Error> {
+        let failed = |error: &dyn ToString, help: &str| {
+            let file = self.path.display().to_string();
+            let problem = Problem::of_file(file, error.to_string(), help.to_owned());
+            Error::from(RigError::Document(DocumentError {
+                problems: vec![problem],
+            }))
+        };
+        let parsed: Result<DocumentMut, _> = self.text.parse();
+        let mut document = parsed.map_err(|error| failed(&error, ""))?;
+        for setting in settings {
+            let keys = Key::parse(&setting.key).map_err(|error| failed(&error, ""))?;
+            let value = value_of(&setting.value);
+            set(document.as_item_mut(), "", &keys, value).map_err(|name| {
+                let message = format!("`{name}` is no table");
+                failed(&message, "leave out the setting of a key below it")
+            })?;
+        }
+        self.relocate(document.as_table_mut());
+        let text = document.to_string();
+        Ok(self.headed(&text, header))
+    }
+
+    /// Folder of the scenario.
+    fn from(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
+
+    /// Rewrites the paths of files, and the name of a robot that another folder has.
+    fn relocate(&self, document: &mut Table) {
+        for_texts(document, &mut |text| self.relocated(text));
+        let robot = document.get_mut(ROBOT).and_then(Item::as_value_mut);
+        if let Some(value) = robot
+            && let Some(word) = value.as_str().map(str::to_owned)
+            && let Ok(file) = RobotFile::find(&word, self.from())
+        {
+            let there = RobotFile::find(&word, self.to);
+            let is_same = there.is_ok_and(|there| there.text() == file.text());
+            let path = Path::new(file.file());
+            if !is_same && path.is_file() {
+                replace(value, relative(path, self.to).into());
+            }
+        }
+    }
+
+    /// Returns the path from the new folder of a file that a text names from the old one.
+    fn relocated(&self, text: &str) -> Option<String> {
+        let looks_like_a_path = text.contains(['/', '.']) && Path::new(text).is_relative();
+        let path = self.from().join(text);
+        (looks_like_a_path && path.is_file()).then(|| relative(&path, self.to))
+    }
+
+    /// Returns the text with a comment at its beginning, after the line that names a schema.
+    fn headed(&self, text: &str, header: &[String]) -> String {
+        // Names may have characters that a comment may not have.
+        let plain = |c: char| if c.is_control() { ' ' } else { c };
+        let line = |line: &String| line.chars().map(plain).collect::<String>();
+        let comments: Vec<String> = header.iter().map(|it| format!("# {}", line(it))).collect();
+        let comment = comments.join("\n") + "\n";
+        let first = text.lines().next().unwrap_or_default();
+        let Some(schema) = first.strip_prefix(SCHEMA) else {
+            return format!("{comment}\n{text}");
+        };
+        let schema = self.relocated(schema.trim());
+        let line = schema.map_or_else(|| first.to_owned(), |path| format!("{SCHEMA}{path}"));
+        let rest = text[first.len()..].trim_start_matches(['\r', '\n']);
+        format!("{line}\n{comment}#\n{rest}")
+    }
+}
+
+/// Returns the value of a setting, which is a text if it is no TOML.
+fn value_of(text: &str) -> Value {
+    text.parse().unwrap_or_else(|_| Value::from(text))
+}
+
+/// Sets the value at a path of keys below `item`, which is called `name`; returns the name of a
+/// value without keys, or of a list without the element.
+fn set(item: &mut Item, name: &str, keys: &[Key], value: Value) -> Result<(), String> {
+    let [key, rest @ ..] = keys else {
+        match item.as_value_mut() {
+            Some(old) => replace(old, value),
+            // An element of tables with headers remains one.
+            None => {
+                *item = match value {
+                    Value::InlineTable(table) if item.is_table() => Item::Table(table.into_table()),
+                    value => Item::Value(value),
+                }
+            }
+        }
+        return Ok(());
+    };
+    let other = || name.to_owned();
+    let inner = if let Some(table) = item.as_table_like_mut() {
+        if table.get(key.get()).is_none() {
+            // A short table reads better in the line of its key.
+            table.insert(key.get(), Item::Value(InlineTable::new().into()));
+        }
+        table.get_mut(key.get())
+    } else {
+        let index: usize = key.get().parse().map_err(|_| other())?;
+        append(item, index);
+        item.get_mut(index)
+    };
+    set(inner.ok_or_else(other)?, key.get(), rest, value)
+}
+
+/// Appends an empty table to a list if `index` is the one after its last.
+fn append(list: &mut Item, index: usize) {
+    match list {
+        Item::ArrayOfTables(tables) if tables.len() == index => tables.push(Table::new()),
+        Item::Value(Value::Array(values)) if values.len() == index => {
+            values.push(InlineTable::new());
+        }
+        _ => {}
+    }
+}
+
+/// Replaces a value; the space and the comment around it stay.
+fn replace(old: &mut Value, mut value: Value) {
+    *value.decor_mut() = old.decor().clone();
+    *old = value;
+}
+
+/// Replaces texts by those that `change` returns.
+fn for_texts(table: &mut dyn TableLike, change: &mut dyn FnMut(&str) -> Option<String>) {
+    for (_, item) in table.iter_mut() {
+        if let Some(tables) = item.as_array_of_tables_mut() {
+            for table in tables.iter_mut() {
+                for_texts(table, change);
+            }
+        } else if let Some(value) = item.as_value_mut() {
+            change_value(value, change);
+        } else if let Some(table) = item.as_table_like_mut() {
+            for_texts(table, change);
+        }
+    }
+}
+
+fn change_value(value: &mut Value, change: &mut dyn FnMut(&str) -> Option<String>) {
+    match value {
+        Value::String(text) => {
+            if let Some(changed) = change(text.value()) {
+                replace(value, changed.into());
+            }
+        }
+        Value::Array(values) => values
+            .iter_mut()
+            .for_each(|value| change_value(value, change)),
+        Value::InlineTable(table) => for_texts(table, change),
+        _ => {}
+    }
+}
+
+/// Returns the path of a file from a folder; an absolute one if they have only the root in common.
+fn relative(file: &Path, folder: &Path) -> String {
+    let absolute = |path: &Path| {
+        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        // A folder that is yet to be made has no canonical path.
+        let known = path
+            .ancestors()
+            .find_map(|it| Some((it, it.canonicalize().ok()?)));
+        known.map_or_else(
+            || path.clone(),
+            |(known, canonical)| {
+                let rest = path.strip_prefix(known).unwrap_or(Path::new(""));
+                canonical.components().chain(rest.components()).collect()
+            },
+        )
+    };
+    let (file, folder) = (absolute(file), absolute(folder));
+    let (ours, theirs): (Vec<Component<'_>>, Vec<_>) =
+        (file.components().collect(), folder.components().collect());
+    let common = ours
+        .iter()
+        .zip(&theirs)
+        .take_while(|(one, other)| one == other)
+        .count();
+    if common <= 1 {
+        return file.display().to_string();
+    }
+    let up = std::iter::repeat_n(Component::ParentDir, theirs.len() - common);
+    let path: PathBuf = up.chain(ours[common..].iter().copied()).collect();
+    let text = path.display().to_string();
+    // A path in a scenario is told from a name by its slash.
+    if text.contains('/') {
+        text
+    } else {
+        format!("./{text}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn setting(key: &str, value: &str) -> Setting {
+        Setting {
+            origin: String::new(),
+            key: key.to_owned(),
+            value: value.to_owned(),
+        }
+    }
+
+    /// Comments, spaces and order stay; new keys are added where they belong.
+    #[test]
+    fn settings_are_written_into_the_text() {
+        let text = "#:schema ./none.json\n# A walk.\nname = \"walk\"   # short\n\n[controller]\n\
+                    # Of both.\nhip_height = { fore = \"12 cm\", hind = \"13 cm\" } # m\n\
+                    frequency = \"3 Hz\"\n\n[[expect]]\nbody = { fall = false }\n";
+        let source = ScenarioText {
+            path: Path::new("walk.toml"),
+            text,
+            to: Path::new("best"),
+        };
+        let settings = [
+            setting("controller.hip_height.fore", "\"11.5 cm\""),
+            setting("controller.frequency", "3.5 Hz"),
+            setting("plant.ground.friction", "0.5"),
+            setting("controller.ramp", "\"1 s\""),
+            setting("expect.0.body.fall", "{ height = 0.4 }"),
+            setting("expect.1", "{ body = { fall = false } }"),
+        ];
+        let written = source.with(&settings, &["Best of 7.".to_owned()]).unwrap();
+        let expected = "#:schema ./none.json\n# Best of 7.\n#\n# A walk.\n\
+                        name = \"walk\"   # short\nplant = { ground = { friction = 0.5 } }\n\n\
+                        [controller]\n# Of both.\n\
+                        hip_height = { fore = \"11.5 cm\", hind = \"13 cm\" } # m\n\
+                        frequency = \"3.5 Hz\"\nramp = \"1 s\"\n\n\
+                        [[expect]]\nbody = { fall = { height = 0.4 } }\n\n\
+                        [[expect]]\nbody = { fall = false }\n";
+        assert_eq!(written, expected);
+        let error = source.with(&[setting("name.first", "1")], &[]).unwrap_err();
+        assert!(error.to_string().contains("`name` is no table"), "{error}");
+    }
+
+    #[test]
+    fn paths_lead_from_the_new_folder_to_the_file() {
+        for (file, folder, expected) in [
+            (
+                "/none/a/robots/x.toml",
+                "/none/a/best/walk",
+                "../../robots/x.toml",
+            ),
+            ("/none/a/x.toml", "/none/a", "./x.toml"),
+            ("/none/a/x.toml", "/nowhere", "/none/a/x.toml"),
+        ] {
+            assert_eq!(relative(Path::new(file), Path::new(folder)), expected);
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! A running optimisation: generations of points, whose missing runs an engine does.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use twinrig_campaign::engine::{Engine, EngineOptions};
+use twinrig_campaign::optimization::{
+    CaseEvaluation, CostRule, EvaluatedPoint, Evaluation, OptimizationResult, RunClass,
+};
+use twinrig_campaign::sweep::{RowKey, RowLog, SweepRow};
+use twinrig_rig::run::interrupt;
+
+use super::outcome::OptimizationProgress;
+use super::plan::OptimizationPlan;
+use crate::error::Error;
+use crate::runs::cases::RunCase;
+use crate::runs::tasks::{RunTasks, TaskEvent};
+
+/// Returns the evaluations of a row by the rule of each case.
+pub(super) fn evaluations(rules: &[CostRule], row: &SweepRow) -> Box<[Evaluation]> {
+    rules.iter().map(|rule| rule.evaluate(row)).collect()
+}
+
+/// A running optimisation.
+pub(super) struct Running<'r> {
+    pub(super) plan: OptimizationPlan<'r>,
+    pub(super) log: RowLog,
+    /// Evaluations of the rows on disk, by the rule of each case.
+    pub(super) known: BTreeMap<RowKey, Box<[Evaluation]>>,
+    pub(super) engine: &'r dyn Engine,
+    pub(super) options: &'r EngineOptions,
+    pub(super) result: OptimizationResult,
+    pub(super) progress: OptimizationProgress,
+}
+
+impl Running<'_> {
+    /// Searches to the end; returns false if an interrupt ended the search.
+    pub(super) fn search(
+        &mut self,
+        observer: &mut dyn FnMut(&OptimizationProgress),
+    ) -> Result<bool, Error> {
+        let mut search = self.plan.space.search()?;
+        self.progress.of = self.plan.space.iterations;
+        while let Some(shares) = search.ask()? {
+            self.plan.runs.points.clear();
+            for shares in &shares {
+                let values = self.plan.space.point(shares);
+                for case in 0..self.plan.rules.len() {
+                    self.plan
+                        .runs
+                        .add_point(case, values.clone(), &mut |_| {})?;
+                }
+            }
+            if !self.run_missing(observer)? {
+                return Ok(false);
+            }
+            let points: Vec<EvaluatedPoint> = self.evaluated();
+            let costs: Vec<f64> = points.iter().map(|it| it.evaluation.cost).collect();
+            search.tell(&costs)?;
+            self.add(points);
+            if interrupt::is_requested() {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Runs the points of this generation that are not known, equal ones once; returns false if an
+    /// interrupt left some of them.
+    fn run_missing(
+        &mut self,
+        observer: &mut dyn FnMut(&OptimizationProgress),
+    ) -> Result<bool, Error> {
+        let Self {
+            plan,
+            log,
+            known,
+            progress,
+            ..
+        } = self;
+        let points = &plan.runs.points;
+        let mut keys = BTreeSet::new();
+        let missing: Vec<usize> = (0..points.len())
+            .filter(|&index| !known.contains_key(&points[index].key))
+            .filter(|&index| keys.insert(points[index].key))
+            .collect();
+        progress.points = points.len();
+        progress.done = points.len() - missing.len();
+        observer(progress);
+        if missing.is_empty() {
+            return Ok(true);
+        }
+        let tasks = RunTasks {
+            runs: &plan.runs,
+            engine: self.engine,
+            options: self.options,
+            record: None,
+        };
+        let mut collect = |event| {
+            match event {
+                TaskEvent::Status(status) => progress.workers = status,
+                TaskEvent::Done { point, result } => {
+                    let key = points[point].key;
+                    log.append(key, &result.row)?;
+                    known.insert(key, evaluations(&plan.rules, &result.row));
+                    progress.ran += 1;
+                    progress.done += 1;
+                }
+            }
+            observer(progress);
+            Ok(())
+        };
+        let workers = tasks.run(&missing, &mut collect)?;
+        progress.workers = workers;
+        Ok(points.iter().all(|point| known.contains_key(&point.key)))
+    }
+
+    /// Returns the points of this generation, whose runs are all known.
+    fn evaluated(&self) -> Vec<EvaluatedPoint> {
+        let count = self.plan.runs.points.len() / self.plan.rules.len();
+        let point = |index| {
+            let (case, evaluation) = Evaluation::worst(&self.evaluations_of(index)?)?;
+            let run = &self.plan.runs.points[self.run(index, case)];
+            let numbers = run.values.iter().filter_map(|value| value.number);
+            Some(EvaluatedPoint {
+                generation: self.progress.generation,
+                numbers: numbers.collect(),
+                case,
+                key: run.key,
+                evaluation,
+            })
+        };
+        (0..count).filter_map(point).collect()
+    }
+
+    /// Returns the index of the run of a point of this generation in a case.
+    fn run(&self, point: usize, case: usize) -> usize {
+        point * self.plan.rules.len() + case
+    }
+
+    /// Returns the evaluations of a point of this generation in all cases.
+    fn evaluations_of(&self, point: usize) -> Option<Vec<Evaluation>> {
+        let evaluation = |case| {
+            let run = &self.plan.runs.points[self.run(point, case)];
+            Some(self.known.get(&run.key)?[case])
+        };
+        (0..self.plan.rules.len()).map(evaluation).collect()
+    }
+
+    /// Adds a generation to the result.
+    fn add(&mut self, points: Vec<EvaluatedPoint>) {
+        self.progress.evaluations += points.len();
+        self.progress.generation += 1;
+        let cases: Vec<usize> = points.iter().map(|point| point.case).collect();
+        if let Some(index) = self.result.add_generation(points) {
+            let run = self.run(index, cases[index]);
+            let values = self.plan.runs.points[run].values.clone();
+            let command = self.plan.runs.command(run);
+            let cases = self.case_evaluations(index);
+            self.result.set_best(values, index, command, cases);
+        }
+        let best = self.result.best.as_ref().map(|best| best.evaluation);
+        let best = best.filter(|best| best.class == RunClass::Feasible);
+        self.progress.best = best
+            .and_then(|best| best.objective)
+            .map(|value| (value, self.result.unit.clone()));
+    }
+
+    /// Returns the evaluations of a point of this generation in all cases, by name; none without
+    /// cases.
+    fn case_evaluations(&self, point: usize) -> Vec<CaseEvaluation> {
+        let evaluations = self.evaluations_of(point).unwrap_or_default();
+        let cases = self.plan.runs.cases.iter().zip(evaluations);
+        let evaluation = |(case, (it, evaluation)): (usize, (&RunCase, Evaluation))| {
+            let run = self.run(point, case);
+            Some(CaseEvaluation {
+                name: it.name.clone()?,
+                evaluation,
+                key: self.plan.runs.points[run].key,
+                command: self.plan.runs.command(run),
+            })
+        };
+        cases.enumerate().filter_map(evaluation).collect()
+    }
+}

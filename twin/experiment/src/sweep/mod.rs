@@ -1,0 +1,11 @@
+//! Sweeps: from a specification to rows, files and reports.
+
+pub(crate) mod execute;
+pub(crate) mod files;
+pub(crate) mod plan;
+mod recordings;
+mod text;
+mod view;
+
+pub use text::share_sentence;
+pub use view::sweep_page;
