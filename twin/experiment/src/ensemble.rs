@@ -17,7 +17,8 @@ use twinrig_rig::run::observers::RunObserver;
 use twinrig_scenario::Varied;
 
 use crate::error::Error;
-use crate::{Ran, StudyError, run_all_on};
+use crate::error::StudyError;
+use crate::parallel::{Ran, run_all};
 
 /// Members of an ensemble: the unperturbed run, number 0, and one for each magnitude.
 pub(crate) struct Ensemble<A> {
@@ -149,7 +150,7 @@ pub fn with_ensemble(
         }
         ran(ensemble.run(index + 1, None))
     };
-    let rows = run_all_on(None, others, &run, &mut |done, _| {
+    let rows = run_all(others, &run, &mut |done, _| {
         progress(done, others);
         !interrupt::is_requested()
     });

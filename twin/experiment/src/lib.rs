@@ -63,6 +63,7 @@ mod studies;
 mod sufficient;
 pub mod sweep;
 mod transition;
+mod worker;
 
 pub use coupling::{
     CouplingInput, CouplingKind, CouplingMethod, CouplingOrder, CouplingPlan, CouplingRow,
@@ -80,21 +81,21 @@ pub use estimate::{
 pub use feedback::latency::{LoadDelay, SampledSignal};
 pub use feedback::{
     ControlStep, FeedbackCase, FeedbackInput, FeedbackPlan, FeedbackResult, FeedbackRun,
-    FeedbackRunner, FeedbackStudy, LegLoad, StepSlope, feedback,
+    FeedbackStudy, LegLoad, StepSlope, feedback,
 };
 pub use gait::run::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
 pub use machine::Machine;
 pub use modulation::ModulationOptions;
 pub use modulation::{
     CaseResult, Counting, Displacement, DisplacementCell, DisplacementTable, IdealSlope,
-    LinearModel, ModelForm, ModulationCase, ModulationInput, ModulationPlan, ModulationRunner,
-    ModulationStudy, VariableChange, modulation,
+    LinearModel, ModelForm, Modulation, ModulationCase, ModulationInput, ModulationPlan,
+    ModulationRun, ModulationStudy, VariableChange,
 };
 pub use optimization::execute::optimize;
 pub use optimization::optimization_page;
 pub use optimization::outcome::{OptimizationOutcome, OptimizationProgress, OptimizationRequest};
 pub use options::request::{StudyContext, StudyFrame, StudyReport, StudyRequest};
-pub use parallel::{Ran, run_all_on};
+pub use parallel::Ran;
 pub use plants::builder::StudyBuilder;
 pub use plants::commands::{CommandRecorder, CommandTape, Commands};
 pub use plants::contact::{ContactResiduals, GaitContact, RestContact};
@@ -121,9 +122,8 @@ pub use progress::ProgressObserver;
 pub use radius::{radius_markdown, radius_page, radius_summary};
 pub use robustness::{
     Divergence, EnsembleRun, Growth, GrowthRate, MemberRun, RobustnessCase, RobustnessPlan,
-    RobustnessResult, RobustnessRunner, RobustnessStudy, Trajectory, robustness,
+    RobustnessResult, RobustnessStudy, Trajectory,
 };
-pub use runs::job::{JobError, WorkerJob};
 pub use stopwatch::RunStopwatch;
 pub use studies::StudyCommand;
 pub use sufficient::omission::OmissionProof;
@@ -138,6 +138,7 @@ pub use sweep::{share_sentence, sweep_page};
 pub use transition::TransitionOptions;
 pub use transition::{
     ClassAgreement, GaitCycle, GaitPattern, Hysteresis, MIXED, STANDING, Transition,
-    TransitionCase, TransitionInput, TransitionPlan, TransitionResult, TransitionRunner,
-    TransitionStudy, Way, transition,
+    TransitionCase, TransitionInput, TransitionPlan, TransitionResult, TransitionStudy, Way,
+    transition,
 };
+pub use worker::{JobError, WorkerJob};

@@ -1,7 +1,5 @@
 //! Independent runs of a study on the threads of this program, with results in order.
 
-use std::num::NonZeroUsize;
-
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use twinrig_campaign::engine::{Engine, EngineEvent, EngineOptions, Job, LocalEngine};
@@ -33,27 +31,13 @@ impl<T: Serialize> Job for Runs<'_, T> {
     }
 }
 
-/// Does `count` runs as [`run_all_on`] does, on all processors.
-///
-/// # Errors
-/// As [`run_all_on`].
-pub(crate) fn run_all<T: Serialize + DeserializeOwned>(
-    count: usize,
-    run: &(dyn Fn(usize) -> Ran<T> + Sync),
-    progress: &mut dyn FnMut(usize, f64) -> bool,
-) -> Result<Vec<Ran<T>>, StudyError> {
-    run_all_on(None, count, run, progress)
-}
-
-/// Does `count` runs, each on one thread, at most `jobs` of them at the same time; none for all
-/// processors. `progress` gets the number of runs done and the expected time left \[s\], and
+/// Does `count` runs, each on one thread, on all processors. `progress` gets the number of runs done and the expected time left \[s\], and
 /// returns whether the study continues.
 ///
 /// # Errors
 /// [`StudyError::Interrupted`] if `progress` or an interrupt ended the study, and
 /// [`StudyError::Engine`] without threads.
-pub fn run_all_on<T: Serialize + DeserializeOwned>(
-    jobs: Option<NonZeroUsize>,
+pub(crate) fn run_all<T: Serialize + DeserializeOwned>(
     count: usize,
     run: &(dyn Fn(usize) -> Ran<T> + Sync),
     progress: &mut dyn FnMut(usize, f64) -> bool,
@@ -63,10 +47,7 @@ pub fn run_all_on<T: Serialize + DeserializeOwned>(
     let tasks: Vec<usize> = (0..count).collect();
     let mut done = 0;
     let job = Runs { run };
-    let options = EngineOptions {
-        jobs,
-        ..EngineOptions::default()
-    };
+    let options = EngineOptions::default();
     let ran = LocalEngine.run(&job, &tasks, &options, &mut |event| {
         if let EngineEvent::Done { task, result } = event {
             done += 1;

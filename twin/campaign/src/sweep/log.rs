@@ -2,8 +2,10 @@
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufRead, BufReader, Write};
+use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -38,13 +40,14 @@ const ENDING: &str = "jsonl";
 /// Hexadecimal digits of the hash of a line: 64 bits, against accidents.
 const CHECK_DIGITS: usize = 16;
 
-/// A log that is open to be appended to. It keeps no rows in memory.
+/// A log of rows of one type that is open to be appended to. It keeps no rows in memory.
 #[derive(Debug)]
-pub struct RowLog {
+pub struct RowLog<R = SweepRow> {
     folder: PathBuf,
     path: PathBuf,
     /// Locked until the log is dropped.
     file: File,
+    row: PhantomData<fn(&R) -> R>,
 }
 
 /// Lines of a file that were not used.
@@ -70,7 +73,7 @@ impl std::fmt::Display for DamagedLines {
     }
 }
 
-impl RowLog {
+impl<R: Serialize + DeserializeOwned> RowLog<R> {
     /// Opens the log in `folder`, which it creates, to append the rows of a partition, and passes
     /// the rows of this partition to `visit`. Of a line that a killed process left incomplete,
     /// nothing remains; it is returned.
@@ -80,7 +83,7 @@ impl RowLog {
     pub fn open(
         folder: &Path,
         partition: Partition,
-        visit: &mut dyn FnMut(RowKey, SweepRow),
+        visit: &mut dyn FnMut(RowKey, R),
     ) -> Result<(Self, OpenedLog), StoreError> {
         let path = folder.join(format!("{}.{ENDING}", partition.file_stem()));
         let failed = |source| StoreError::File {
@@ -115,6 +118,7 @@ impl RowLog {
             folder: folder.to_owned(),
             path,
             file,
+            row: PhantomData,
         };
         Ok((log, opened))
     }
@@ -125,7 +129,7 @@ impl RowLog {
     /// [`StoreError`] if a file cannot be read.
     pub fn read_others(
         &self,
-        visit: &mut dyn FnMut(RowKey, SweepRow),
+        visit: &mut dyn FnMut(RowKey, R),
     ) -> Result<Vec<DamagedLines>, StoreError> {
         let failed = |source| StoreError::File {
             path: self.folder.clone(),
@@ -154,7 +158,7 @@ impl RowLog {
     ///
     /// # Errors
     /// [`StoreError`] if the file cannot be read.
-    pub fn find(&self, key: RowKey) -> Result<Option<SweepRow>, StoreError> {
+    pub fn find(&self, key: RowKey) -> Result<Option<R>, StoreError> {
         let mut found = None;
         read(&self.path, &mut |other, row| {
             if other == key {
@@ -168,7 +172,7 @@ impl RowLog {
     ///
     /// # Errors
     /// [`StoreError`] if it cannot be written.
-    pub fn append(&mut self, key: RowKey, row: &SweepRow) -> Result<(), StoreError> {
+    pub fn append(&mut self, key: RowKey, row: &R) -> Result<(), StoreError> {
         let written = self.file.write_all(&line(key, row));
         written.map_err(|source| StoreError::File {
             path: self.path.clone(),
@@ -186,7 +190,7 @@ pub struct OpenedLog {
     pub damaged: Option<DamagedLines>,
 }
 
-impl Drop for RowLog {
+impl<R> Drop for RowLog<R> {
     fn drop(&mut self) {
         // A process that was forked meanwhile has the same open file, and with it the lock.
         // Without success, the lock ends with the last of them.
@@ -195,7 +199,10 @@ impl Drop for RowLog {
 }
 
 /// Reads a file; returns the length of its complete lines, and the number of damaged ones.
-fn read(path: &Path, visit: &mut dyn FnMut(RowKey, SweepRow)) -> Result<(u64, usize), StoreError> {
+fn read<R: DeserializeOwned>(
+    path: &Path,
+    visit: &mut dyn FnMut(RowKey, R),
+) -> Result<(u64, usize), StoreError> {
     let failed = |source| StoreError::File {
         path: path.to_owned(),
         source,
@@ -220,19 +227,19 @@ fn read(path: &Path, visit: &mut dyn FnMut(RowKey, SweepRow)) -> Result<(u64, us
 }
 
 #[derive(Serialize)]
-struct WrittenEntry<'a> {
+struct WrittenEntry<'a, R> {
     key: RowKey,
-    row: &'a SweepRow,
+    row: &'a R,
 }
 
 #[derive(Deserialize)]
-struct ReadEntry {
+struct ReadEntry<R> {
     key: String,
-    row: SweepRow,
+    row: R,
 }
 
 /// Returns the line of a row, with its line break.
-fn line(key: RowKey, row: &SweepRow) -> Vec<u8> {
+fn line<R: Serialize>(key: RowKey, row: &R) -> Vec<u8> {
     // Rows have only string keys and finite numbers, which can be serialised.
     let entry = serde_json::to_string(&WrittenEntry { key, row }).unwrap_or_default();
     let rest = entry.strip_prefix('{').unwrap_or_default();
@@ -240,14 +247,14 @@ fn line(key: RowKey, row: &SweepRow) -> Vec<u8> {
 }
 
 /// Returns the row of a line without its line break; none for a damaged line.
-fn read_line(line: &[u8]) -> Option<(RowKey, SweepRow)> {
+fn read_line<R: DeserializeOwned>(line: &[u8]) -> Option<(RowKey, R)> {
     let line = line.strip_prefix(b"{\"check\":\"")?;
     let (digits, rest) = line.split_at_checked(CHECK_DIGITS)?;
     let rest = rest.strip_prefix(b"\",")?;
     if check(rest).as_bytes() != digits {
         return None;
     }
-    let entry: ReadEntry = serde_json::from_slice(&[b"{", rest].concat()).ok()?;
+    let entry: ReadEntry<R> = serde_json::from_slice(&[b"{", rest].concat()).ok()?;
     Some((RowKey::parse(&entry.key)?, entry.row))
 }
 
@@ -264,7 +271,7 @@ mod tests {
     fn lock_ends_with_the_log() {
         let name = format!("twinrig-sweep-lock-{}", std::process::id());
         let folder = std::env::temp_dir().join(name);
-        let open = || RowLog::open(&folder, Partition::WHOLE, &mut |_, _| {});
+        let open = || RowLog::<SweepRow>::open(&folder, Partition::WHOLE, &mut |_, _| {});
         let (log, _) = open().unwrap();
         let inherited = log.file.try_clone().unwrap();
         assert!(open().is_err());

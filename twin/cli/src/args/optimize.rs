@@ -1,9 +1,9 @@
 //! Arguments of `twin optimize`.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::Args;
+use twinrig_experiment::options::run::EngineArgs;
 use twinrig_experiment::options::values::{whole_number, whole_number_or_none};
 
 use super::Settings;
@@ -27,18 +27,8 @@ pub struct OptimizeArgs {
     /// Seed of the search, in place of `seed` of the search space
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// Engine of the runs, without influence on the results: `local`, the threads of this program,
-    /// or `ray`, the workers of a Ray cluster (Python package only)
-    #[arg(long, value_name = "ENGINE", default_value = "local")]
-    pub engine: String,
-    /// Ray cluster: `auto`, the one that this machine belongs to, or HOST:PORT
-    /// [default: a Ray of its own on this machine, or the one in RAY_ADDRESS]
-    #[arg(long, value_name = "ADDRESS")]
-    pub address: Option<String>,
-    /// Number of runs at the same time, without influence on the results
-    /// [default: number of processors, or of the cluster's CPUs]
-    #[arg(long, value_name = "N")]
-    pub jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    pub engine: EngineArgs,
     /// Folder for the results and the rows, from which an optimisation continues
     /// [default: optimizations/ and the name of the search space's FILE]
     #[arg(long, value_name = "DIR")]

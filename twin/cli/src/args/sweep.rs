@@ -1,10 +1,10 @@
 //! Arguments of `twin sweep`.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::Args;
 use twinrig_campaign::sweep::Partition;
+use twinrig_experiment::options::run::EngineArgs;
 
 use super::Settings;
 
@@ -17,18 +17,8 @@ pub struct SweepArgs {
     pub spec: PathBuf,
     #[command(flatten)]
     pub settings: Settings,
-    /// Engine of the runs, without influence on the results: `local`, the threads of this program,
-    /// or `ray`, the workers of a Ray cluster (Python package only)
-    #[arg(long, value_name = "ENGINE", default_value = "local")]
-    pub engine: String,
-    /// Ray cluster: `auto`, the one that this machine belongs to, or HOST:PORT
-    /// [default: a Ray of its own on this machine, or the one in RAY_ADDRESS]
-    #[arg(long, value_name = "ADDRESS")]
-    pub address: Option<String>,
-    /// Number of runs at the same time, without influence on the results
-    /// [default: number of processors, or of the cluster's CPUs]
-    #[arg(long, value_name = "N")]
-    pub jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    pub engine: EngineArgs,
     /// Run every n-th point only, beginning with the i-th, on one of n machines
     #[arg(long, value_name = "I/N", default_value = "1/1")]
     pub partition: Partition,

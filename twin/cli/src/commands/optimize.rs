@@ -4,7 +4,6 @@ mod progress;
 
 use std::path::{Path, PathBuf};
 
-use twinrig_campaign::engine::EngineOptions;
 use twinrig_experiment::{OptimizationOutcome, OptimizationRequest, optimize as execute};
 use twinrig_rig::registry::Registry;
 
@@ -32,10 +31,6 @@ pub(super) fn optimize(
         iterations: args.iterations,
         seed: args.seed,
         engine: args.engine.clone(),
-        options: EngineOptions {
-            jobs: args.jobs,
-            address: args.address.clone(),
-        },
         out: args.out.clone().unwrap_or_else(|| folder(&args.space)),
     };
     match run(registry, args, &request, terminal) {

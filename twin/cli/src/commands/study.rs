@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use serde_json::json;
 use twinrig_experiment::{
-    Machine, ProgressObserver, StudyCommand, StudyContext, StudyFrame, StudyReport,
+    Error, Machine, ProgressObserver, StudyCommand, StudyContext, StudyFrame, StudyReport,
 };
 use twinrig_rig::assembly::Assembly;
-use twinrig_rig::error::Error;
+use twinrig_rig::error::Error as RigError;
 use twinrig_rig::registry::Registry;
 use twinrig_rig::run::interrupt;
 
@@ -25,6 +26,15 @@ pub(super) fn study(registry: &Registry, args: &StudyArgs, terminal: &mut Termin
     let frame = args.study.request().frame();
     match execute(registry, &args.study, frame, terminal) {
         Ok(exit_code) => exit_code,
+        // This partition is done.
+        Err(TwinError::Experiment(Error::Partial { missing, of })) if frame.json => {
+            terminal.print_json(&json!({ "verdict": "partial", "missing": missing, "of": of }));
+            SUCCESS
+        }
+        Err(TwinError::Experiment(partial @ Error::Partial { .. })) => {
+            terminal.print(&partial.to_string());
+            SUCCESS
+        }
         Err(error) => {
             terminal.report_error(&error, frame.json);
             FAILURE
@@ -91,7 +101,7 @@ impl ProgressObserver for ProgressLine {
 
 fn create(folder: &Path) -> Result<(), TwinError> {
     std::fs::create_dir_all(folder).map_err(|source| {
-        TwinError::from(Error::Write {
+        TwinError::from(RigError::Write {
             path: folder.to_owned(),
             source,
         })

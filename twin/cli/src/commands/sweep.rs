@@ -5,7 +5,6 @@ mod progress;
 
 use std::path::{Path, PathBuf};
 
-use twinrig_campaign::engine::EngineOptions;
 use twinrig_experiment::{SweepEvent, SweepOutcome, SweepRequest, sweep as execute};
 use twinrig_rig::error::Error;
 use twinrig_rig::registry::Registry;
@@ -27,10 +26,6 @@ pub(super) fn sweep(registry: &Registry, args: &SweepArgs, terminal: &mut Termin
         spec: args.spec.clone(),
         settings: settings(&args.settings),
         engine: args.engine.clone(),
-        options: EngineOptions {
-            jobs: args.jobs,
-            address: args.address.clone(),
-        },
         partition: args.partition,
         out: args.out.clone().unwrap_or_else(|| folder(&args.spec)),
         record: args.record.as_deref().map(absolute),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use twinrig_document::Document;
+use twinrig_experiment::options::run::RunOptions;
 use twinrig_experiment::{
     BenchRecorder, Error, EstimatePlan, EstimateStudy, Factor, ModulationOptions, ModulationPlan,
     ModulationStudy, PlantFactory, SearchSize, StabilityPlan, Study, StudyBuilder, StudyInput,
@@ -267,6 +268,7 @@ impl<'r> Context<'r> {
             points,
             steps,
             factors: false,
+            runs: RunOptions::default(),
             out: PathBuf::new(),
             json: false,
         };
@@ -289,6 +291,7 @@ impl<'r> Context<'r> {
             plateau: Vec::new(),
             tolerance: plan.tolerance,
             cycles: plan.lasting,
+            runs: RunOptions::default(),
             out: PathBuf::new(),
             json: false,
         };

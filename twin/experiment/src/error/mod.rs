@@ -97,6 +97,16 @@ pub enum Error {
         /// Its reason.
         reason: String,
     },
+    /// Study of which runs are left to other partitions.
+    #[error(
+        "{missing} of {of} runs are not done yet\n  = help: they are of other partitions; when these are done, the same command has the result"
+    )]
+    Partial {
+        /// Number of runs that are not done.
+        missing: usize,
+        /// Number of all runs of the round.
+        of: usize,
+    },
     /// Folder with a result that would be overwritten.
     #[error(
         "error: this folder has the result of {of}\n --> {}\n  = help: give another folder with --out DIR, or remove this one",

@@ -8,14 +8,16 @@ use twinrig_rig::registry::Registry;
 use twinrig_scenario::Setting;
 
 use super::FeedbackOptions;
+use super::load_observer::LoadSource;
+use super::run::{check, feedback};
+use super::task::{LoadRuns, LoadTask};
 use crate::error::Error;
-use crate::feedback::load_observer::{LoadObserver, LoadSource};
 use crate::gait::scene::{Factor, GaitScene, left_out, plants};
 use crate::modulation::ModulationOptions;
 use crate::modulation::cases::{ModulationCases, name, stem};
-use crate::{
-    FeedbackCase, FeedbackInput, FeedbackPlan, FeedbackRun, FeedbackRunner, ModulationRunner,
-};
+use crate::progress::ProgressObserver;
+use crate::runs::rounds::{RoundShare, StudyEngine};
+use crate::{FeedbackCase, FeedbackInput, FeedbackPlan, FeedbackStudy, StudyError};
 
 /// Process variable of the filter of the load.
 const LOAD_LAG: &str = "load_lag";
@@ -132,20 +134,44 @@ impl<'r> FeedbackCases<'r> {
     }
 }
 
-impl FeedbackRunner for FeedbackCases<'_> {
-    fn input(&self) -> &FeedbackInput {
-        &self.input
-    }
-
-    fn modulation(&self) -> &dyn ModulationRunner {
-        &self.modulation
-    }
-
-    fn run(&self, case: usize) -> Result<FeedbackRun, String> {
-        let lag_s = self.input.cases[case].lag_s;
-        let (gait, loads) = self.modulation.scenes()[case]
-            .run_with(|scene, rig| LoadObserver::new(scene, rig, &self.sources[case], lag_s))?;
-        Ok(loads.finish(gait))
+impl FeedbackCases<'_> {
+    /// Studies the cases by an engine.
+    ///
+    /// # Errors
+    /// Errors of the engine, and of the study.
+    pub(super) fn study(
+        &self,
+        plan: &FeedbackPlan,
+        engine: &mut StudyEngine<'_>,
+        observer: &mut dyn ProgressObserver,
+    ) -> Result<Result<FeedbackStudy, StudyError>, Error> {
+        let cases = self.input.cases.iter().zip(&self.sources).enumerate();
+        let tasks = cases.map(|(scene, (case, source))| LoadTask {
+            scene,
+            source: source.clone(),
+            lag_s: case.lag_s,
+        });
+        let tasks: Vec<LoadTask> = tasks.collect();
+        engine.expect(tasks.len());
+        let runs = LoadRuns(self.modulation.scenes());
+        let runs = engine.round(&runs, &tasks, RoundShare::Every, observer)?;
+        if let Err(error) = check(&runs) {
+            return Ok(Err(error));
+        }
+        let modulation = match self.modulation.study(&plan.modulation, engine, observer)? {
+            Ok(study) => Ok(study),
+            // Without its remedy, which is that of a study of one case.
+            Err(StudyError::Run(why)) => Err(why.lines().next().unwrap_or_default().to_owned()),
+            Err(error) => return Ok(Err(error)),
+        };
+        let variable = &self.modulation.input().variable;
+        Ok(Ok(feedback(
+            &self.input,
+            plan,
+            variable,
+            &runs,
+            &modulation,
+        )))
     }
 }
 
@@ -184,6 +210,7 @@ fn changes(options: &FeedbackOptions) -> ModulationOptions {
         points: options.points,
         steps: options.steps,
         factors: false,
+        runs: options.runs.clone(),
         out: options.out.clone(),
         json: options.json,
     }

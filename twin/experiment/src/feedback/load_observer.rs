@@ -1,5 +1,6 @@
 //! Observer of the loads that a controller takes, and of those of the plant.
 
+use serde::{Deserialize, Serialize};
 use twinrig_gait::low_pass;
 use twinrig_kernel::{Layout, SimTime, signal};
 use twinrig_runtime::{Group, Observer, Rig, RunEvent};
@@ -13,7 +14,7 @@ const LEG: &str = "*";
 const PHASE: &str = "phase";
 
 /// Signal from which a controller takes its loads.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct LoadSource {
     /// Name, with `*` for the leg.
     pub(crate) name: String,

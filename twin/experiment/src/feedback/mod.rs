@@ -10,6 +10,7 @@ mod request;
 mod results;
 mod run;
 mod step_slope;
+pub(crate) mod task;
 mod view;
 
 pub use load_match::LegLoad;
@@ -22,7 +23,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimTime;
 
 use crate::gait::run::GaitRun;
-use crate::modulation::{ModulationPlan, ModulationRunner};
+use crate::modulation::ModulationPlan;
 
 /// A gait on a plant and on loads of one source.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,21 +81,6 @@ pub struct FeedbackRun {
     pub observed_s: Vec<f64>,
     /// Load of each leg at these times \[N\].
     pub loads_n: Vec<Vec<f64>>,
-}
-
-/// Runs the cases of a study of load feedback, each on the calling thread.
-pub trait FeedbackRunner: Sync {
-    /// Returns the subject of the study.
-    fn input(&self) -> &FeedbackInput;
-
-    /// Returns the runner of changes of a variable, with the same cases.
-    fn modulation(&self) -> &dyn ModulationRunner;
-
-    /// Runs a case.
-    ///
-    /// # Errors
-    /// The reason of a run that cannot be built, or fails.
-    fn run(&self, case: usize) -> Result<FeedbackRun, String>;
 }
 
 /// Parameters of a study of load feedback.

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use twinrig_kernel::SimDuration;
 
+use crate::options::run::RunOptions;
 use crate::options::values::{any_duration, duration, key_value, whole_number};
 
 /// One gait on true, measured and estimated loads.
@@ -58,7 +59,11 @@ pub struct FeedbackOptions {
     /// Footsteps of each leg after the change
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = whole_number)]
     pub steps: usize,
-    /// Folder for the HTML page, the CSV and the JSON file
+    /// Engine of the runs.
+    #[command(flatten)]
+    pub runs: RunOptions,
+    /// Folder for the HTML page, the CSV and the JSON file, and for the rows from which a study
+    /// continues
     #[arg(long, value_name = "DIR", default_value = "studies")]
     pub out: PathBuf,
     /// Print JSON instead of a table

@@ -1,10 +1,10 @@
 //! Request of a study of load feedback.
 
 use super::cases::FeedbackCases;
-use super::feedback;
 use super::options::FeedbackOptions;
 use crate::error::Error;
 use crate::options::request::{StudyContext, StudyFrame, StudyReport, StudyRequest};
+use crate::runs::rounds::StudyEngine;
 
 impl StudyRequest for FeedbackOptions {
     fn frame(&self) -> StudyFrame<'_> {
@@ -27,13 +27,16 @@ impl StudyRequest for FeedbackOptions {
             observer,
         } = context;
         let cases = FeedbackCases::new(registry, self, settings)?;
-        let study = feedback(&cases, &cases.plan(self)?, observer);
-        let study = study
-            .map_err(|source| Error::of_study(&self.scenarios[0].display().to_string(), source))?;
+        let mut engine = StudyEngine::new(registry, &self.runs, &self.frame())?;
+        let study = cases.study(&cases.plan(self)?, &mut engine, observer)?;
+        let file = self.scenarios[0].display().to_string();
+        let study = study.map_err(|source| Error::of_study(&file, source))?;
+        let mut summary = study.summary();
+        engine.note(&mut summary);
         Ok(StudyReport {
             is_negative: !study.void().is_empty(),
             ..StudyReport::new(
-                study.summary(),
+                summary,
                 study.page(machine, command),
                 study.csv(),
                 study.json(machine, command),

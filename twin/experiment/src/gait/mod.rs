@@ -3,3 +3,4 @@
 pub(crate) mod run;
 pub(crate) mod scene;
 mod slip_meter;
+pub(crate) mod task;

@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, SimDuration, SimTime, signal};
 use twinrig_rig::assembly::Assembly;
+use twinrig_rig::error::guarded;
 use twinrig_rig::registry::Registry;
 use twinrig_rig::run::interrupt;
 use twinrig_runtime::{Group, Observer, ProcessVariable, Rig, RunEvent};
@@ -15,7 +17,7 @@ use twinrig_scenario::{
 use crate::error::Error;
 use crate::gait::slip_meter::SlipMeter;
 use crate::plants::builder::first_line;
-use crate::plants::selection::of_plant;
+use crate::runs::scene::RunScene;
 use crate::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
 
 /// Simulated time between two checks for a fall or an interrupt.
@@ -28,7 +30,7 @@ const UNSATURATED: [f64; 2] = [1e3, 1e3];
 const FEEDBACK: &str = "feedback";
 
 /// Difference from a scenario.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Factor {
     /// None.
     AsGiven,
@@ -50,6 +52,7 @@ impl Factor {
 
 /// A scenario with a gait on a plant.
 pub(crate) struct GaitScene<'r> {
+    files: RunScene,
     assembly: Assembly<'r>,
     scenario: Scenario,
     variables: Vec<ProcessVariable>,
@@ -66,10 +69,21 @@ impl<'r> GaitScene<'r> {
         settings: &[Setting],
         plant: Option<&str>,
     ) -> Result<Self, Error> {
-        let assembly = match plant {
-            Some(plant) => of_plant(registry, path, settings, plant)?,
-            None => Assembly::of_file(registry, path, settings)?,
-        };
+        let name = path.display().to_string();
+        let read = guarded(&name, || RunScene::read(registry, path, settings, plant));
+        let (files, assembly) = read?;
+        Self::of(files, assembly)
+    }
+
+    /// Returns the scene of another process, without files.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(crate) fn on_worker(registry: &'r Registry, files: &RunScene) -> Result<Self, Error> {
+        Self::of(files.clone(), files.assembly(registry)?)
+    }
+
+    fn of(files: RunScene, assembly: Assembly<'r>) -> Result<Self, Error> {
         let mut scenario = assembly.scenario().without_expectations();
         scenario.record.signals = Some(Vec::new());
         scenario.record.frames = None;
@@ -84,10 +98,16 @@ impl<'r> GaitScene<'r> {
         }
         let variables = assembly.rig()?.process().variables().to_vec();
         Ok(Self {
+            files,
             assembly,
             scenario,
             variables,
         })
+    }
+
+    /// Returns the contents of the files.
+    pub(crate) fn files(&self) -> &RunScene {
+        &self.files
     }
 
     pub(crate) fn scenario(&self) -> &Scenario {

@@ -11,11 +11,15 @@ use twinrig_runtime::Change;
 use twinrig_scenario::{ChangeSpec, Setting};
 
 use super::ModulationOptions;
-use crate::error::Error;
-use crate::gait::scene::{Factor, GaitScene, base, left_out, plants};
-use crate::{
-    GaitRun, ModulationCase, ModulationInput, ModulationPlan, ModulationRunner, VariableChange,
+use super::{
+    Modulation, ModulationCase, ModulationInput, ModulationPlan, ModulationRun, ModulationStudy,
 };
+use crate::error::Error;
+use crate::error::StudyError;
+use crate::gait::scene::{Factor, GaitScene, base, left_out, plants};
+use crate::gait::task::{GaitRuns, GaitTask};
+use crate::progress::ProgressObserver;
+use crate::runs::rounds::{RoundShare, StudyEngine};
 
 /// Variable of a scenario without changes.
 const STEP_LENGTH: &str = "step_length";
@@ -238,20 +242,42 @@ impl Subject {
     }
 }
 
-impl ModulationRunner for ModulationCases<'_> {
-    fn input(&self) -> &ModulationInput {
+impl ModulationCases<'_> {
+    pub(crate) fn input(&self) -> &ModulationInput {
         &self.input
     }
 
-    fn run(
+    /// Studies the cases by an engine.
+    ///
+    /// # Errors
+    /// Errors of the engine, and of the study.
+    pub(crate) fn study(
         &self,
-        case: usize,
-        change: Option<VariableChange>,
-        end: SimTime,
-    ) -> Result<GaitRun, String> {
+        plan: &ModulationPlan,
+        engine: &mut StudyEngine<'_>,
+        observer: &mut dyn ProgressObserver,
+    ) -> Result<Result<ModulationStudy, StudyError>, Error> {
+        let runs = GaitRuns(&self.scenes);
+        let tasks = |runs: Vec<ModulationRun>| -> Vec<GaitTask> {
+            runs.into_iter().map(|run| self.task(run)).collect()
+        };
+        let references = tasks(Modulation::references(&self.input));
+        engine.expect(references.len() + Modulation::reruns(&self.input, plan));
+        let references = engine.round(&runs, &references, RoundShare::Every, observer)?;
+        let modulation = match Modulation::new(&self.input, plan, references) {
+            Ok(modulation) => modulation,
+            Err(error) => return Ok(Err(error)),
+        };
+        let changed = tasks(modulation.changed());
+        let changed = engine.round(&runs, &changed, RoundShare::Partition, observer)?;
+        Ok(Ok(modulation.finish(changed)))
+    }
+
+    /// Returns a run as a task.
+    fn task(&self, run: ModulationRun) -> GaitTask {
+        let ModulationRun { case, change, end } = run;
         let case = &self.cases[case];
-        let scene = &self.scenes[case.scene];
-        let own = scene.scenario().changes.iter();
+        let own = self.scenes[case.scene].scenario().changes.iter();
         // A gait that starts by changes of other variables keeps them.
         let mut changes: Vec<ChangeSpec> = own
             .filter(|it| !case.variables.contains(&it.variable) && it.at < end)
@@ -264,7 +290,7 @@ impl ModulationRunner for ModulationCases<'_> {
                 change: Change::By(change.by),
             })
         }));
-        scene.run(case.factor, changes, end)
+        GaitTask::new(case.scene, case.factor, changes, end)
     }
 }
 

@@ -15,12 +15,10 @@ mod view;
 pub use fit::{LinearModel, ModelForm};
 pub use options::ModulationOptions;
 pub use results::{CaseResult, IdealSlope, ModulationStudy};
-pub use run::modulation;
+pub use run::{Modulation, ModulationRun};
 pub use table::{Counting, Displacement, DisplacementCell, DisplacementTable};
 
 use twinrig_kernel::{SimTime, Unit};
-
-use crate::gait::run::GaitRun;
 
 /// A gait on a plant, with or without a factor.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,23 +61,6 @@ pub struct VariableChange {
     pub at: SimTime,
     /// Difference from the value before, in its unit.
     pub by: f64,
-}
-
-/// Runs the cases of a study of modulation, each on the calling thread.
-pub trait ModulationRunner: Sync {
-    /// Returns the subject of the study.
-    fn input(&self) -> &ModulationInput;
-
-    /// Runs a case up to `end`, with the change or without one.
-    ///
-    /// # Errors
-    /// The reason of a run that cannot be built, or fails.
-    fn run(
-        &self,
-        case: usize,
-        change: Option<VariableChange>,
-        end: SimTime,
-    ) -> Result<GaitRun, String>;
 }
 
 /// Parameters of a study of modulation.

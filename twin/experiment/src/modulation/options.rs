@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use twinrig_kernel::SimDuration;
 
+use crate::options::run::RunOptions;
 use crate::options::values::{any_duration, key_value, whole_number};
 
 /// Measure the displacement of footsteps after a change of a variable of the controller
@@ -52,7 +53,11 @@ pub struct ModulationOptions {
     /// there are several scenarios or plants
     #[arg(long)]
     pub factors: bool,
-    /// Folder for the HTML page, the CSV and the JSON file
+    /// Engine of the runs.
+    #[command(flatten)]
+    pub runs: RunOptions,
+    /// Folder for the HTML page, the CSV and the JSON file, and for the rows from which a study
+    /// continues
     #[arg(long, value_name = "DIR", default_value = "studies")]
     pub out: PathBuf,
     /// Print JSON instead of a table

@@ -3,12 +3,13 @@
 use twinrig_rig::registry::Registry;
 use twinrig_scenario::Setting;
 
+use super::ModulationStudy;
 use super::cases::ModulationCases;
 use super::options::ModulationOptions;
-use super::{ModulationStudy, modulation};
 use crate::error::Error;
 use crate::options::request::{StudyContext, StudyFrame, StudyReport, StudyRequest};
 use crate::progress::ProgressObserver;
+use crate::runs::rounds::StudyEngine;
 
 impl StudyRequest for ModulationOptions {
     fn frame(&self) -> StudyFrame<'_> {
@@ -30,11 +31,14 @@ impl StudyRequest for ModulationOptions {
             command,
             observer,
         } = context;
-        let study = self.study(registry, settings, observer)?;
+        let mut engine = StudyEngine::new(registry, &self.runs, &self.frame())?;
+        let study = self.study_by(&mut engine, registry, settings, observer)?;
+        let mut summary = study.summary();
+        engine.note(&mut summary);
         Ok(StudyReport {
             error: study.error(),
             ..StudyReport::new(
-                study.summary(),
+                summary,
                 study.page(machine, command),
                 study.csv(),
                 study.json(machine, command),
@@ -44,7 +48,7 @@ impl StudyRequest for ModulationOptions {
 }
 
 impl ModulationOptions {
-    /// Studies the modulation of footsteps.
+    /// Studies the modulation of footsteps on the threads of this process, and keeps no rows.
     ///
     /// # Errors
     /// Errors of the scenarios, or of the study.
@@ -54,8 +58,19 @@ impl ModulationOptions {
         settings: &[Setting],
         observer: &mut dyn ProgressObserver,
     ) -> Result<ModulationStudy, Error> {
+        let mut engine = StudyEngine::local(registry, &self.scenarios[0])?;
+        self.study_by(&mut engine, registry, settings, observer)
+    }
+
+    fn study_by(
+        &self,
+        engine: &mut StudyEngine<'_>,
+        registry: &Registry,
+        settings: &[Setting],
+        observer: &mut dyn ProgressObserver,
+    ) -> Result<ModulationStudy, Error> {
         let cases = ModulationCases::new(registry, self, settings)?;
-        let study = modulation(&cases, &cases.plan(self)?, observer);
+        let study = cases.study(&cases.plan(self)?, engine, observer)?;
         let file = self.scenarios[0].display().to_string();
         study.map_err(|source| Error::of_study(&file, source))
     }

@@ -1,73 +1,111 @@
-//! Runs of a study of footstep modulation.
+//! Rounds of a study of footstep modulation: reference runs, then re-runs with changes at instants
+//! that follow from them.
 
-use twinrig_kernel::Unit;
+use twinrig_kernel::{SimTime, Unit};
 
 use super::rerun::{Prepared, REFERENCE, Rerun};
 use super::results::{CaseResult, ModulationStudy};
-use super::{ModulationPlan, ModulationRunner, VariableChange};
+use super::{ModulationInput, ModulationPlan, VariableChange};
 use crate::error::StudyError;
 use crate::gait::run::GaitRun;
-use crate::parallel::{Ran, run_all};
-use crate::progress::ProgressObserver;
+use crate::parallel::Ran;
 
-/// Measures the displacement of footsteps after changes of a variable.
+/// A run of a case up to `end`, with the change or without one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModulationRun {
+    /// Index of the case.
+    pub case: usize,
+    /// Change of the variable.
+    pub change: Option<VariableChange>,
+    /// End.
+    pub end: SimTime,
+}
+
+/// A study of which the reference runs are done.
 ///
 /// The result is a function of the runs; their order and the number of threads have no effect.
-///
-/// # Errors
-/// [`StudyError`] if the reference run of every case is unsuitable, or `progress` stopped the
-/// study.
-pub fn modulation(
-    runner: &dyn ModulationRunner,
-    plan: &ModulationPlan,
-    progress: &mut dyn ProgressObserver,
-) -> Result<ModulationStudy, StudyError> {
-    let input = runner.input();
-    let cases = &input.cases;
-    let reruns = cases.len() * plan.points * plan.changes.len();
-    let parts = cases.len() + reruns;
-    let mut report = |before: usize, done: usize, left_s: f64| {
-        progress.at(before + done, parts, &format!("{left_s:.0} s left"))
-    };
-    let reference = |index: usize| {
-        let after = cases[index].after;
-        runner.run(index, None, after + REFERENCE)
-    };
-    let runs = run_all(cases.len(), &reference, &mut |done, left| {
-        report(0, done, left)
-    })?;
-    let references: Vec<Ran<Prepared>> = cases
-        .iter()
-        .zip(runs)
-        .map(|(case, run)| Prepared::new(case, run?, plan))
-        .collect();
-    if let Some(first) = references.first()
-        && references.iter().all(Result::is_err)
-    {
-        let why = first.as_ref().err().cloned().unwrap_or_default();
-        return Err(StudyError::Run(why));
-    }
-    let rerun = |index: usize| {
-        let rerun = Rerun::of(index, plan);
-        let prepared = references[rerun.case].as_ref().map_err(Clone::clone)?;
-        let change = VariableChange {
-            at: prepared.points[rerun.point],
-            by: plan.changes[rerun.change],
+pub struct Modulation<'i> {
+    input: &'i ModulationInput,
+    plan: &'i ModulationPlan,
+    references: Vec<Ran<Prepared>>,
+}
+
+impl<'i> Modulation<'i> {
+    /// Returns the reference runs, one of each case.
+    pub fn references(input: &ModulationInput) -> Vec<ModulationRun> {
+        let cases = input.cases.iter().enumerate();
+        let reference = |(index, case): (usize, &super::ModulationCase)| ModulationRun {
+            case: index,
+            change: None,
+            end: case.after + REFERENCE,
         };
-        runner.run(rerun.case, Some(change), prepared.end)
-    };
-    let runs: Vec<Ran<GaitRun>> = run_all(reruns, &rerun, &mut |done, left| {
-        report(cases.len(), done, left)
-    })?;
-    let per_case = plan.points * plan.changes.len();
-    let is_length = input.unit == Unit::Meter;
-    let results = references.iter().enumerate().map(|(index, prepared)| {
-        let runs = &runs[index * per_case..(index + 1) * per_case];
-        CaseResult::new(&cases[index], prepared, runs, plan, is_length)
-    });
-    Ok(ModulationStudy {
-        cases: results.collect(),
-        input: input.clone(),
-        plan: plan.clone(),
-    })
+        cases.map(reference).collect()
+    }
+
+    /// Returns the number of re-runs, if all reference runs are suitable.
+    pub fn reruns(input: &ModulationInput, plan: &ModulationPlan) -> usize {
+        input.cases.len() * plan.points * plan.changes.len()
+    }
+
+    /// Continues with the reference runs.
+    ///
+    /// # Errors
+    /// [`StudyError`] if none of them is suitable.
+    pub fn new(
+        input: &'i ModulationInput,
+        plan: &'i ModulationPlan,
+        runs: Vec<Ran<GaitRun>>,
+    ) -> Result<Self, StudyError> {
+        let cases = input.cases.iter().zip(runs);
+        let references: Vec<Ran<Prepared>> = cases
+            .map(|(case, run)| Prepared::new(case, run?, plan))
+            .collect();
+        if let Some(Err(why)) = references.first()
+            && references.iter().all(Result::is_err)
+        {
+            return Err(StudyError::Run(why.clone()));
+        }
+        Ok(Self {
+            input,
+            plan,
+            references,
+        })
+    }
+
+    /// Returns the re-runs of the cases with a suitable reference.
+    pub fn changed(&self) -> Vec<ModulationRun> {
+        let reruns = 0..Self::reruns(self.input, self.plan);
+        let run = |index| {
+            let rerun = Rerun::of(index, self.plan);
+            let prepared = self.references[rerun.case].as_ref().ok()?;
+            let change = VariableChange {
+                at: prepared.points[rerun.point],
+                by: self.plan.changes[rerun.change],
+            };
+            Some(ModulationRun {
+                case: rerun.case,
+                change: Some(change),
+                end: prepared.end,
+            })
+        };
+        reruns.filter_map(run).collect()
+    }
+
+    /// Measures the displacement of footsteps, by the re-runs.
+    pub fn finish(self, runs: Vec<Ran<GaitRun>>) -> ModulationStudy {
+        let per_case = self.plan.points * self.plan.changes.len();
+        let is_length = self.input.unit == Unit::Meter;
+        let mut runs = runs.into_iter();
+        let cases = self.input.cases.iter().zip(&self.references);
+        let results = cases.map(|(case, prepared)| {
+            let reruns = prepared.as_ref().map_or(0, |_| per_case);
+            let runs: Vec<Ran<GaitRun>> = runs.by_ref().take(reruns).collect();
+            CaseResult::new(case, prepared, &runs, self.plan, is_length)
+        });
+        ModulationStudy {
+            cases: results.collect(),
+            input: self.input.clone(),
+            plan: self.plan.clone(),
+        }
+    }
 }

@@ -32,7 +32,7 @@ pub fn optimize(
     request: &OptimizationRequest,
     observer: &mut dyn FnMut(&OptimizationProgress),
 ) -> Result<OptimizationOutcome, Error> {
-    let engine = engine(registry, &request.engine)?;
+    let engine = engine(registry, &request.engine.engine)?;
     let space = space(request)?;
     let plan = OptimizationPlan::new(registry, &request.scenario, space, &request.settings)?;
     files::refuse_foreign(&plan, &request.out)?;
@@ -55,7 +55,7 @@ pub fn optimize(
         log,
         known,
         engine,
-        options: &request.options,
+        options: request.engine.options(),
         progress: OptimizationProgress::default(),
     };
     #[expect(

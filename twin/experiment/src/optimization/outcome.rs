@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
-use twinrig_campaign::engine::{EngineOptions, EngineStatus};
+use twinrig_campaign::engine::EngineStatus;
 use twinrig_campaign::optimization::OptimizationResult;
 use twinrig_document::Warning;
 use twinrig_scenario::Setting;
+
+use crate::options::run::EngineArgs;
 
 /// An optimisation to be done.
 #[derive(Clone, Debug)]
@@ -22,10 +24,8 @@ pub struct OptimizationRequest {
     pub iterations: Option<usize>,
     /// Seed of the search, likewise.
     pub seed: Option<u64>,
-    /// Name of the engine that does the runs: `local`, or one of the registry.
-    pub engine: String,
-    /// Its settings.
-    pub options: EngineOptions,
+    /// Engine of the runs.
+    pub engine: EngineArgs,
     /// Folder for rows and results.
     pub out: PathBuf,
 }

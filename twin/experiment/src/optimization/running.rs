@@ -27,7 +27,7 @@ pub(super) struct Running<'r> {
     /// Evaluations of the rows on disk, by the rule of each case.
     pub(super) known: BTreeMap<RowKey, Box<[Evaluation]>>,
     pub(super) engine: &'r dyn Engine,
-    pub(super) options: &'r EngineOptions,
+    pub(super) options: EngineOptions,
     pub(super) result: OptimizationResult,
     pub(super) progress: OptimizationProgress,
 }
@@ -92,7 +92,7 @@ impl Running<'_> {
         let tasks = RunTasks {
             runs: &plan.runs,
             engine: self.engine,
-            options: self.options,
+            options: &self.options,
             record: None,
         };
         let mut collect = |event| {

@@ -2,6 +2,7 @@
 #![allow(clippy::doc_markdown, reason = "the text is printed verbatim")]
 
 pub mod request;
+pub mod run;
 pub mod values;
 
 use std::path::PathBuf;

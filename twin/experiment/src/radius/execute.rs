@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use twinrig_campaign::engine::{EngineOptions, LocalEngine};
+use twinrig_campaign::engine::{Engine, EngineOptions};
 use twinrig_campaign::radius::{
     AxisResult, AxisSearch, DisturbanceAxis, Observation, RadiusResult, RunOutcome,
 };
@@ -19,9 +19,10 @@ use twinrig_scenario::Setting;
 use super::chosen::{ChosenAxes, KeyAxis, chosen};
 use super::context::DisturbanceContext;
 use crate::error::Error;
+use crate::options::run::EngineArgs;
 use crate::runs::cases::RunCase;
 use crate::runs::plan::{RunPlan, RunRequest};
-use crate::runs::tasks::{RunTasks, TaskEvent};
+use crate::runs::tasks::{RunTasks, TaskEvent, engine};
 use crate::{ProgressObserver, StudyError};
 
 /// Place of settings of the study in messages.
@@ -40,8 +41,8 @@ pub struct RadiusRequest {
     pub along: Vec<KeyAxis>,
     /// Width of a bracket as a share of its upper end.
     pub precision: f64,
-    /// Settings of the engine.
-    pub options: EngineOptions,
+    /// Engine of the runs.
+    pub engine: EngineArgs,
     /// Folder of the rows, from which a study continues.
     pub rows: PathBuf,
 }
@@ -106,7 +107,8 @@ pub fn radius(
         runs,
         log,
         known,
-        options: &request.options,
+        engine: engine(registry, &request.engine.engine)?,
+        options: request.engine.options(),
         ran: 0,
         taken: BTreeSet::new(),
     };
@@ -140,7 +142,8 @@ struct Searching<'r> {
     known: BTreeMap<RowKey, RunOutcome>,
     /// Keys of the rows of this study.
     taken: BTreeSet<RowKey>,
-    options: &'r EngineOptions,
+    engine: &'r dyn Engine,
+    options: EngineOptions,
     ran: usize,
 }
 
@@ -231,8 +234,8 @@ impl Searching<'_> {
         }
         let tasks = RunTasks {
             runs,
-            engine: &LocalEngine,
-            options: self.options,
+            engine: self.engine,
+            options: &self.options,
             record: None,
         };
         tasks.run(&missing, &mut |event| {

@@ -1,7 +1,6 @@
 //! Options of a study of radii.
 #![allow(clippy::doc_markdown, reason = "the text is printed verbatim")]
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -11,6 +10,7 @@ use twinrig_kernel::Unit;
 use super::execute::radius;
 use crate::error::Error;
 use crate::options::request::{StudyContext, StudyFrame, StudyReport, StudyRequest, unique};
+use crate::options::run::EngineArgs;
 use crate::options::values::key_value;
 
 /// Least and greatest precision.
@@ -57,10 +57,9 @@ pub struct RadiusOptions {
     /// Set a key of the scenario: duration="10 s"
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
     pub set: Vec<(String, String)>,
-    /// Number of runs at the same time, without influence on the results
-    /// [default: number of processors]
-    #[arg(long, value_name = "N")]
-    pub jobs: Option<NonZeroUsize>,
+    /// Engine of the runs.
+    #[command(flatten)]
+    pub engine: EngineArgs,
     /// Folder for the HTML page, the CSV, the JSON and the Markdown file, and for the rows from
     /// which a study continues
     #[arg(long, value_name = "DIR", default_value = "studies")]

@@ -1,6 +1,5 @@
 //! Studies of radii from the options of the command line.
 
-use twinrig_campaign::engine::EngineOptions;
 use twinrig_rig::error::Error as RigError;
 use twinrig_scenario::Setting;
 
@@ -40,10 +39,7 @@ impl RadiusOptions {
             axes: self.axis.clone(),
             along: self.along.iter().zip(&self.to).map(key_axis).collect(),
             precision: self.precision,
-            options: EngineOptions {
-                jobs: self.jobs,
-                ..EngineOptions::default()
-            },
+            engine: self.engine.clone(),
             rows: self.out.join(name),
         })
     }

@@ -2,26 +2,25 @@
 
 use std::path::{Path, PathBuf};
 
-use twinrig_kernel::{SimDuration, SimTime, Unit, signal};
-use twinrig_rig::assembly::Assembly;
+use twinrig_kernel::Unit;
+use twinrig_rig::error::guarded;
 use twinrig_rig::registry::Registry;
-use twinrig_rig::run::observers::{RunLayouts, RunObserver};
-use twinrig_runtime::Group;
-use twinrig_scenario::{Footstep, Setting, Varied};
+use twinrig_scenario::Setting;
 
 use super::options::RobustnessOptions;
-use crate::ensemble::Ensemble;
-use crate::error::Error;
+use super::results::RobustnessStudy;
+use super::run::Robustness;
+use super::task::{MemberRuns, MemberScene, MemberTask, positions};
+use super::{RobustnessCase, RobustnessPlan};
+use crate::error::{Error, StudyError};
 use crate::gait::scene::{left_out, plants};
-use crate::plants::selection::of_plant;
-use crate::{MemberRun, RobustnessCase, RobustnessPlan, RobustnessRunner, Trajectory};
-
-/// Greatest number of instants of a trajectory.
-const INSTANTS: u64 = 2000;
+use crate::progress::ProgressObserver;
+use crate::runs::rounds::{RoundShare, StudyEngine};
+use crate::runs::scene::RunScene;
 
 /// Scenarios on plants.
 pub(crate) struct RobustnessCases<'r> {
-    ensembles: Vec<Ensemble<Assembly<'r>>>,
+    ensembles: Vec<MemberScene<'r>>,
     cases: Vec<RobustnessCase>,
     /// Scenario file of each case, and its plant if it is not that of the file.
     files: Vec<(PathBuf, Option<String>)>,
@@ -66,7 +65,6 @@ impl<'r> RobustnessCases<'r> {
         RobustnessPlan {
             runs: options.ensemble,
             tolerance: options.tolerance,
-            jobs: options.jobs,
         }
     }
 
@@ -77,17 +75,13 @@ impl<'r> RobustnessCases<'r> {
         settings: &[Setting],
         plant: Option<&str>,
     ) -> Result<(), Error> {
-        let assembly = match plant {
-            Some(plant) => of_plant(registry, path, settings, plant)?,
-            None => Assembly::of_file(registry, path, settings)?,
-        };
-        let mut scenario = assembly.scenario().clone();
-        scenario.record.signals = Some(Vec::new());
-        scenario.record.frames = None;
+        let name = path.display().to_string();
+        let read = guarded(&name, || RunScene::read(registry, path, settings, plant));
+        let (files, assembly) = read?;
         let positions = positions(&assembly);
-        let names: Vec<String> = positions.iter().map(|(name, _)| name.clone()).collect();
-        let assembly = assembly.with_scenario(&scenario, &names)?;
-        let ensemble = Ensemble::new(assembly, self.runs, Varied::Start)?;
+        let scene = MemberScene::new(files, &assembly, self.runs)?;
+        let ensemble = scene.ensemble();
+        let scenario = ensemble.assembly().scenario();
         let (kind, why_seeds) = (ensemble.kind(), ensemble.why_seeds().map(str::to_owned));
         let has = |unit| positions.iter().any(|(_, it)| *it == unit);
         self.cases.push(RobustnessCase {
@@ -102,7 +96,7 @@ impl<'r> RobustnessCases<'r> {
                 .map(|unit| unit.symbol().to_owned()),
             duration_s: scenario.duration.as_secs_f64(),
         });
-        self.ensembles.push(ensemble);
+        self.ensembles.push(scene);
         self.files.push((path.to_owned(), plant.map(str::to_owned)));
         Ok(())
     }
@@ -113,105 +107,41 @@ impl<'r> RobustnessCases<'r> {
     }
 }
 
-impl RobustnessRunner for RobustnessCases<'_> {
-    fn cases(&self) -> &[RobustnessCase] {
-        &self.cases
-    }
-
-    fn left_out(&self) -> &[String] {
-        &self.left_out
-    }
-
-    fn run(&self, case: usize, member: usize) -> Result<MemberRun, String> {
-        let ensemble = &self.ensembles[case];
-        let mut observer = TrajectoryObserver::new(ensemble.assembly());
-        let row = ensemble.run(member, Some(&mut observer));
-        let row = row.map_err(|error| error.to_string())?;
-        Ok(observer.finish(row))
-    }
-}
-
-/// Returns the observed positions of a plant with their units: trunk and feet, or of a plant
-/// without them all positions and lifts.
-fn positions(assembly: &Assembly<'_>) -> Vec<(String, Unit)> {
-    let of = |ends: &[&str]| -> Vec<(String, Unit)> {
-        let outputs = assembly.plant_outputs().iter();
-        let found = outputs.filter(|port| {
-            let has_end = |end: &&str| port.name.ends_with(end);
-            ends.iter().any(has_end) && [Unit::Meter, Unit::Radian].contains(&port.unit)
-        });
-        found.map(|port| (port.name.clone(), port.unit)).collect()
-    };
-    let trunk_and_feet = of(&[signal::BODY_POSITION, signal::FOOT_POSITION]);
-    if trunk_and_feet.is_empty() {
-        of(&["/position", "/lift"])
-    } else {
-        trunk_and_feet
-    }
-}
-
-/// Keeps positions and the times of touch-downs.
-struct TrajectoryObserver {
-    names: Vec<String>,
-    period: SimDuration,
-    next: SimTime,
-    /// Ranges in the samples of the plant.
-    ranges: Vec<std::ops::Range<usize>>,
-    trajectory: Trajectory,
-    /// Leg and time.
-    touch_downs: Vec<(usize, SimTime)>,
-}
-
-impl TrajectoryObserver {
-    fn new(assembly: &Assembly<'_>) -> Self {
-        let scenario = assembly.scenario();
-        let names = positions(assembly).into_iter().map(|(name, _)| name);
-        Self {
-            names: names.collect(),
-            period: SimDuration::from_nanos(scenario.duration.as_nanos() / INSTANTS),
-            next: SimTime::ZERO,
-            ranges: Vec::new(),
-            trajectory: Trajectory::default(),
-            touch_downs: Vec::new(),
+impl RobustnessCases<'_> {
+    /// Studies the cases by an engine, one ensemble after the other.
+    ///
+    /// # Errors
+    /// Errors of the engine, and of the study.
+    pub(super) fn study(
+        &self,
+        plan: &RobustnessPlan,
+        engine: &mut StudyEngine<'_>,
+        observer: &mut dyn ProgressObserver,
+    ) -> Result<Result<RobustnessStudy, StudyError>, Error> {
+        let mut study = Robustness::new(plan, &self.left_out);
+        let mut left = 0;
+        engine.expect(self.cases.len() * plan.runs);
+        let runs = MemberRuns(&self.ensembles);
+        for (scene, case) in self.cases.iter().enumerate() {
+            let tasks = (0..plan.runs).map(|member| MemberTask {
+                scene,
+                member,
+                of: plan.runs,
+            });
+            let tasks: Vec<MemberTask> = tasks.collect();
+            match engine.round(&runs, &tasks, RoundShare::Partition, observer) {
+                Ok(runs) => study.add(case, runs),
+                // This partition has runs of the other ensembles, too.
+                Err(Error::Partial { missing, .. }) => left += missing,
+                Err(error) => return Err(error),
+            }
         }
-    }
-
-    fn finish(self, row: twinrig_campaign::sweep::SweepRow) -> MemberRun {
-        let touch_downs = self.touch_downs.iter().enumerate();
-        let strides = touch_downs.filter_map(|(index, (leg, at))| {
-            let mut later = self.touch_downs[index + 1..].iter();
-            let (_, next) = later.find(|(other, _)| other == leg)?;
-            Some((*next - *at).as_secs_f64())
-        });
-        MemberRun {
-            row,
-            strides_s: strides.collect(),
-            trajectory: self.trajectory,
+        match left {
+            0 => Ok(study.finish()),
+            missing => Err(Error::Partial {
+                missing,
+                of: self.cases.len() * plan.runs,
+            }),
         }
-    }
-}
-
-impl RunObserver for TrajectoryObserver {
-    fn begin(&mut self, layouts: &RunLayouts<'_>) {
-        let layout = layouts.layout(Group::Plant);
-        let names = self.names.iter();
-        self.ranges = names.filter_map(|name| layout.find(name)).collect();
-        self.trajectory.sizes = self.ranges.iter().map(ExactSizeIterator::len).collect();
-    }
-
-    fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
-        if group != Group::Plant || now < self.next {
-            return;
-        }
-        self.next = now + self.period;
-        self.trajectory.at_s.push(now.as_secs_f64());
-        for range in &self.ranges {
-            let values = &values[range.clone()];
-            self.trajectory.values.extend_from_slice(values);
-        }
-    }
-
-    fn footstep(&mut self, footstep: &Footstep) {
-        self.touch_downs.push((footstep.leg, footstep.touch_down));
     }
 }

@@ -7,13 +7,11 @@ pub(crate) mod options;
 mod request;
 mod results;
 mod run;
+pub(crate) mod task;
 mod view;
 
 pub use divergence::{Divergence, Growth, Trajectory};
 pub use results::{EnsembleRun, GrowthRate, RobustnessResult, RobustnessStudy};
-pub use run::robustness;
-
-use std::num::NonZeroUsize;
 
 use serde::{Deserialize, Serialize};
 use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread, Magnitude};
@@ -56,21 +54,6 @@ pub struct MemberRun {
     pub strides_s: Vec<f64>,
 }
 
-/// Runs the members of ensembles, each on the calling thread.
-pub trait RobustnessRunner: Sync {
-    /// Returns the cases.
-    fn cases(&self) -> &[RobustnessCase];
-
-    /// Returns the parts that are left out, each with the reason.
-    fn left_out(&self) -> &[String];
-
-    /// Runs a member of a case: 0 is the unperturbed one.
-    ///
-    /// # Errors
-    /// The reason of a run that cannot be built.
-    fn run(&self, case: usize, member: usize) -> Result<MemberRun, String>;
-}
-
 /// Parameters of a study of robustness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RobustnessPlan {
@@ -78,8 +61,6 @@ pub struct RobustnessPlan {
     pub runs: usize,
     /// Distance of two trajectories beyond which one does not predict the other, in m or rad.
     pub tolerance: f64,
-    /// Greatest number of runs at the same time; none: one on each processor.
-    pub jobs: Option<NonZeroUsize>,
 }
 
 impl RobustnessPlan {

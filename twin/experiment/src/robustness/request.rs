@@ -2,17 +2,16 @@
 
 use std::path::Path;
 
-use twinrig_campaign::engine::EngineOptions;
 use twinrig_rig::error::Error as RigError;
 use twinrig_scenario::Setting;
 
 use super::cases::RobustnessCases;
 use super::options::RobustnessOptions;
-use super::robustness;
 use crate::error::Error;
 use crate::options::request::{StudyContext, StudyFrame, StudyReport, StudyRequest};
 use crate::radius::execute::{RadiusRequest, radius};
 use crate::radius::options::DEFAULT_PRECISION;
+use crate::runs::rounds::StudyEngine;
 
 impl StudyRequest for RobustnessOptions {
     fn frame(&self) -> StudyFrame<'_> {
@@ -38,7 +37,10 @@ impl StudyRequest for RobustnessOptions {
         let of_study = |source| Error::of_study(&self.scenarios[0].display().to_string(), source);
         let cases = RobustnessCases::new(registry, self, settings)?;
         let plan = RobustnessCases::plan(self);
-        let mut study = robustness(&cases, &plan, observer).map_err(of_study)?;
+        let mut engine = StudyEngine::new(registry, &self.runs, &self.frame())?;
+        let mut study = cases
+            .study(&plan, &mut engine, observer)?
+            .map_err(of_study)?;
         let mut radii = Vec::new();
         for (path, plant) in cases.files().iter().filter(|_| self.radius) {
             let plant = plant.as_deref();
@@ -62,6 +64,7 @@ impl StudyRequest for RobustnessOptions {
         }
         let mut summary = study.summary();
         summary.left_out(&study.left_out);
+        engine.note(&mut summary);
         Ok(StudyReport {
             error: study.error(),
             markdown: Some(study.markdown()),
@@ -99,10 +102,7 @@ impl RobustnessOptions {
             axes: Vec::new(),
             along: Vec::new(),
             precision: DEFAULT_PRECISION,
-            options: EngineOptions {
-                jobs: self.jobs,
-                ..EngineOptions::default()
-            },
+            engine: self.runs.engine.clone(),
             rows: self.out.join(name),
         }
     }

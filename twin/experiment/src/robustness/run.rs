@@ -1,46 +1,55 @@
-//! Runs of a study of robustness.
+//! Ensembles of a study of robustness, from their runs.
 
 use super::results::{RobustnessResult, RobustnessStudy};
-use super::{RobustnessPlan, RobustnessRunner};
+use super::{MemberRun, RobustnessCase, RobustnessPlan};
 use crate::error::StudyError;
-use crate::parallel::run_all_on;
-use crate::progress::ProgressObserver;
+use crate::parallel::Ran;
 
-/// Runs the ensembles. A member that cannot be built, or panics, is a run with an error.
-///
-/// # Errors
-/// [`StudyError`] if the unperturbed run of every case fails, or `progress` stopped the study.
-pub fn robustness(
-    runner: &dyn RobustnessRunner,
-    plan: &RobustnessPlan,
-    progress: &mut dyn ProgressObserver,
-) -> Result<RobustnessStudy, StudyError> {
-    let cases = runner.cases();
-    let count = cases.len() * plan.runs;
-    let mut left_out = runner.left_out().to_vec();
-    let mut results = Vec::new();
-    let mut first_error = None;
-    for (index, case) in cases.iter().enumerate() {
-        let before = index * plan.runs;
-        let run = |member: usize| runner.run(index, member);
-        let runs = run_all_on(plan.jobs, plan.runs, &run, &mut |done, _| {
-            progress.at(before + done, count, &case.scenario)
-        })?;
-        let of = |error: &str| format!("{} on {}: {error}", case.scenario, case.plant);
-        match RobustnessResult::new(case, runs, plan) {
-            Ok(result) => results.push(result),
+/// A study to which one ensemble after another is added, so that the trajectories of one ensemble
+/// are in memory at a time.
+pub(crate) struct Robustness {
+    plan: RobustnessPlan,
+    left_out: Vec<String>,
+    results: Vec<RobustnessResult>,
+    first_error: Option<String>,
+}
+
+impl Robustness {
+    /// Begins with the parts that are left out.
+    pub(crate) fn new(plan: &RobustnessPlan, left_out: &[String]) -> Self {
+        Self {
+            plan: *plan,
+            left_out: left_out.to_vec(),
+            results: Vec::new(),
+            first_error: None,
+        }
+    }
+
+    /// Adds the ensemble of a case. A member that cannot be built, or panics, is a run with an
+    /// error.
+    pub(crate) fn add(&mut self, case: &RobustnessCase, runs: Vec<Ran<MemberRun>>) {
+        match RobustnessResult::new(case, runs, &self.plan) {
+            Ok(result) => self.results.push(result),
             Err(why) => {
-                left_out.push(of(&why));
-                first_error.get_or_insert(why);
+                let of = format!("{} on {}: {why}", case.scenario, case.plant);
+                self.left_out.push(of);
+                self.first_error.get_or_insert(why);
             }
         }
     }
-    if let (true, Some(why)) = (results.is_empty(), first_error) {
-        return Err(StudyError::Run(why));
+
+    /// Ends the study.
+    ///
+    /// # Errors
+    /// [`StudyError`] if the unperturbed run of every case failed.
+    pub(crate) fn finish(self) -> Result<RobustnessStudy, StudyError> {
+        if let (true, Some(why)) = (self.results.is_empty(), self.first_error) {
+            return Err(StudyError::Run(why));
+        }
+        Ok(RobustnessStudy {
+            plan: self.plan,
+            results: self.results,
+            left_out: self.left_out,
+        })
     }
-    Ok(RobustnessStudy {
-        plan: *plan,
-        results,
-        left_out,
-    })
 }

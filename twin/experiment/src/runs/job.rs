@@ -3,10 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 use twinrig_campaign::engine::Job;
 use twinrig_campaign::sweep::{RowKey, SweepRow};
-use twinrig_document::Document;
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::assembly::sources::Sources;
 use twinrig_rig::build_key::BuildKey;
@@ -20,12 +18,13 @@ use twinrig_scenario::Setting;
 
 use crate::runs::parts::UsedParts;
 use crate::runs::plan::RunPlan;
+use crate::runs::scene::{
+    RunScene, SharedSettings, SharedSources, encoded, settings, shared_settings,
+};
 
 /// First bytes of the shared data; the key of the build follows. Both are read before all else, as
 /// another build may have another form of the rest.
-const MAGIC: &[u8; 8] = b"twinjob1";
-/// Bytes of the key of a build.
-const KEY_BYTES: usize = 32;
+pub(crate) const MAGIC: &[u8; 8] = b"twinjob1";
 
 /// Runs of which each is a task.
 pub(crate) struct SweepJob<'p> {
@@ -49,30 +48,38 @@ pub(crate) struct RecordingPlace {
     pub(crate) path: String,
 }
 
-/// Data of all tasks.
+/// Data of all tasks of a job.
 #[derive(Serialize, Deserialize)]
-struct SharedData {
+pub(crate) enum SharedJob {
+    /// Runs at points.
+    Points(SharedPoints),
+    /// Runs of a study.
+    Study {
+        /// Name of the runs.
+        name: String,
+        scenes: Vec<RunScene>,
+    },
+}
+
+/// Returns the bytes of the data of all tasks.
+pub(crate) fn shared_bytes(build: &BuildKey, job: &SharedJob) -> Vec<u8> {
+    [&MAGIC[..], build.as_bytes(), &encoded(job)].concat()
+}
+
+/// Data of all tasks of runs at points.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct SharedPoints {
     /// File of the scenario, as given.
     file: String,
     sources: Vec<SharedSources>,
     /// Settings of all runs: origin, key, value.
-    base: Vec<(String, String, String)>,
+    base: SharedSettings,
     /// Settings of each case, likewise.
-    cases: Vec<Vec<(String, String, String)>>,
+    cases: Vec<SharedSettings>,
     /// Keys of the dimensions, with their origins.
     keys: Vec<(String, String)>,
     record: Option<String>,
-    parts: UsedParts,
-}
-
-/// Contents of the files of [`Sources`].
-#[derive(Serialize, Deserialize)]
-struct SharedSources {
-    file: String,
-    text: String,
-    folder: String,
-    robot: Option<String>,
-    kept: Option<Vec<(String, Vec<u8>)>>,
+    pub(crate) parts: UsedParts,
 }
 
 /// Data of a task.
@@ -97,16 +104,10 @@ impl SweepJob<'_> {
 
 impl Job for SweepJob<'_> {
     fn shared(&self) -> Vec<u8> {
-        let sources = self.runs.sources.iter().map(|sources| SharedSources {
-            file: sources.document.file().to_owned(),
-            text: sources.document.text().to_owned(),
-            folder: sources.folder.display().to_string(),
-            robot: sources.robot.clone(),
-            kept: sources.kept.clone(),
-        });
+        let sources = self.runs.sources.iter().map(SharedSources::of);
         let cases = self.runs.cases.iter();
         let cases = cases.map(|case| shared_settings(&case.settings));
-        let data = SharedData {
+        let data = SharedPoints {
             file: self.runs.file.clone(),
             sources: sources.collect(),
             base: shared_settings(&self.runs.base),
@@ -115,8 +116,7 @@ impl Job for SweepJob<'_> {
             record: self.record.map(|it| it.display().to_string()),
             parts: self.runs.parts.clone(),
         };
-        let build = self.runs.build.as_bytes();
-        [&MAGIC[..], build, &encoded(&data)].concat()
+        shared_bytes(&self.runs.build, &SharedJob::Points(data))
     }
 
     fn task(&self, index: usize) -> Vec<u8> {
@@ -143,28 +143,11 @@ impl Job for SweepJob<'_> {
     }
 }
 
-/// Returns origin, key and value of settings.
-fn shared_settings(settings: &[Setting]) -> Vec<(String, String, String)> {
-    let settings = settings.iter().cloned();
-    settings.map(|it| (it.origin, it.key, it.value)).collect()
-}
-
-/// Returns settings by origin, key and value.
-fn settings(shared: Vec<(String, String, String)>) -> Vec<Setting> {
-    let setting = |(origin, key, value)| Setting { origin, key, value };
-    shared.into_iter().map(setting).collect()
-}
-
 /// Returns the name of the recording of a run.
 fn recording_name(key: RowKey) -> String {
     /// Digits of the key, 64 bits.
     const DIGITS: usize = 16;
     format!("{:.DIGITS$}.mcap", key.to_string())
-}
-
-/// Returns the bytes of job data, whose types have lists and texts only, which can be serialised.
-fn encoded(data: &impl Serialize) -> Vec<u8> {
-    postcard::to_stdvec(data).unwrap_or_default()
 }
 
 impl PointResult {
@@ -218,49 +201,13 @@ impl RecordingPlace {
 }
 
 /// Returns the name of this machine, which Linux has in a file.
-fn host_name() -> String {
+pub(crate) fn host_name() -> String {
     let name = std::fs::read_to_string("/proc/sys/kernel/hostname");
     name.unwrap_or_default().trim().to_owned()
 }
 
-/// Error of a job on a worker.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum JobError {
-    /// The worker has another build.
-    #[error(
-        "the worker has another build of twinrig, {here}, than the sweep, {job}\n  = help: start the workers in an environment without twinrig of their own"
-    )]
-    OtherBuild {
-        /// Key of the build of the worker.
-        here: BuildKey,
-        /// Key of the build that made the job.
-        job: BuildKey,
-    },
-    /// The worker lacks a kind of parts that runs of the sweep use. It is no error of a run, whose
-    /// row would be kept.
-    #[error("the machine `{machine}` lacks the {sort} `{name}`\n  = help: {help}")]
-    MissingPart {
-        /// Name of the machine.
-        machine: String,
-        /// Sort of the part.
-        sort: &'static str,
-        /// Name of its kind.
-        name: String,
-        /// Remedy.
-        help: String,
-    },
-    /// Bytes that are no job.
-    #[error("the data of the job cannot be read: {0}")]
-    Damaged(String),
-    /// The worker's program cannot be read.
-    #[error(transparent)]
-    Program(#[from] RigError),
-}
-
-/// Job of another process on a worker.
-pub struct WorkerJob {
-    registry: Registry,
+/// Runs at points of another process, on a worker.
+pub(crate) struct PointWorker {
     file: String,
     sources: Vec<Sources>,
     base: Vec<Setting>,
@@ -269,35 +216,11 @@ pub struct WorkerJob {
     record: Option<PathBuf>,
 }
 
-impl WorkerJob {
-    /// Reads the shared data of a job of the same build; all files are in it.
-    ///
-    /// # Errors
-    /// [`JobError`] if the build is another one, if it lacks a part, or if the data is damaged.
-    pub fn new(registry: Registry, shared: &[u8]) -> Result<Self, JobError> {
-        let damaged = |reason: &str| JobError::Damaged(reason.to_owned());
-        let rest = shared.strip_prefix(MAGIC);
-        let (key, data) = rest
-            .and_then(|rest| rest.split_at_checked(KEY_BYTES))
-            .ok_or_else(|| damaged("it does not begin as one"))?;
-        let (job, here) = (BuildKey::of_key(key), registry.build()?);
-        let job = job.ok_or_else(|| damaged("its key is too short"))?;
-        if job != here {
-            return Err(JobError::OtherBuild { here, job });
-        }
-        let data: SharedData =
-            postcard::from_bytes(data).map_err(|error| damaged(&error.to_string()))?;
-        if let Some((sort, name, help)) = data.parts.first_missing(&registry) {
-            return Err(JobError::MissingPart {
-                machine: host_name(),
-                sort,
-                name,
-                help,
-            });
-        }
+impl PointWorker {
+    /// Returns the worker, or an error of the contents of a file.
+    pub(crate) fn new(data: SharedPoints) -> Result<Self, RigError> {
         let sources = data.sources.into_iter().map(SharedSources::sources);
         Ok(Self {
-            registry,
             file: data.file,
             sources: sources.collect::<Result<_, _>>()?,
             base: settings(data.base),
@@ -307,17 +230,12 @@ impl WorkerJob {
         })
     }
 
-    /// Does a task; returns the bytes of its result, or none after an interrupt.
-    ///
-    /// # Errors
-    /// [`JobError::Damaged`] if the task is not of this job.
-    pub fn run(&self, task: &[u8]) -> Result<Option<Vec<u8>>, JobError> {
-        let task: TaskData =
-            postcard::from_bytes(task).map_err(|error| JobError::Damaged(error.to_string()))?;
-        let sources = self.sources.get(task.sources);
-        let sources = sources.ok_or_else(|| JobError::Damaged("it lacks a file".to_owned()))?;
-        let case = self.cases.get(task.case);
-        let case = case.ok_or_else(|| JobError::Damaged("it lacks a case".to_owned()))?;
+    /// Does a task; returns the bytes of its result, or none after an interrupt. An error is that
+    /// of data that is no task of this job.
+    pub(crate) fn run(&self, registry: &Registry, task: &[u8]) -> Result<Option<Vec<u8>>, String> {
+        let task: TaskData = postcard::from_bytes(task).map_err(|error| error.to_string())?;
+        let sources = self.sources.get(task.sources).ok_or("it lacks a file")?;
+        let case = self.cases.get(task.case).ok_or("it lacks a case")?;
         let values = self.keys.iter().zip(task.values);
         let values = values.map(|((origin, key), value)| Setting {
             origin: origin.clone(),
@@ -327,24 +245,12 @@ impl WorkerJob {
         let given = self.base.iter().chain(case);
         let recording = self.record.as_ref().zip(task.recording);
         let run = PointRun {
-            registry: &self.registry,
+            registry,
             file: &self.file,
             sources,
             settings: given.cloned().chain(values).collect(),
             recording: recording.map(|(folder, name)| folder.join(name)),
         };
         Ok(run.execute().map(|result| encoded(&result)))
-    }
-}
-
-impl SharedSources {
-    fn sources(self) -> Result<Sources, JobError> {
-        let document = Document::parse(&self.file, &self.text);
-        let document = document.map_err(|error| JobError::Damaged(error.to_string()))?;
-        Ok(Sources {
-            robot: self.robot,
-            kept: self.kept,
-            ..Sources::of(document, Path::new(&self.folder))
-        })
     }
 }

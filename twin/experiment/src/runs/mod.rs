@@ -4,6 +4,8 @@
 pub(crate) mod cases;
 pub(crate) mod job;
 pub(crate) mod keys;
-mod parts;
+pub(crate) mod parts;
 pub(crate) mod plan;
+pub(crate) mod rounds;
+pub(crate) mod scene;
 pub(crate) mod tasks;

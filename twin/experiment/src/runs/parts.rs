@@ -9,6 +9,13 @@ use twinrig_scenario::{Kind, Scenario};
 /// Remedy where a build has no better one.
 const HELP: &str = "prepare all machines of the cluster as the head";
 
+/// Kind of parts that a registry lacks.
+pub(crate) struct MissingPart {
+    pub(crate) sort: &'static str,
+    pub(crate) name: String,
+    pub(crate) help: String,
+}
+
 /// Names of the kinds, by sort.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct UsedParts {
@@ -18,6 +25,13 @@ pub(crate) struct UsedParts {
 }
 
 impl UsedParts {
+    /// Returns those of a scenario.
+    pub(crate) fn of(scenario: &Scenario) -> Self {
+        let mut parts = Self::default();
+        parts.add(scenario);
+        parts
+    }
+
     /// Adds those of a scenario.
     pub(crate) fn add(&mut self, scenario: &Scenario) {
         self.plants.insert(scenario.plant.model.clone());
@@ -27,12 +41,9 @@ impl UsedParts {
             .extend(scenario.buses.iter().map(|bus| bus.kind.clone()));
     }
 
-    /// Returns sort, name and remedy of the first kind that the registry lacks. It may be that of
-    /// the same build, as kinds also depend on packages of a machine.
-    pub(crate) fn first_missing(
-        &self,
-        registry: &Registry,
-    ) -> Option<(&'static str, String, String)> {
+    /// Returns the first kind that the registry lacks. It may be that of the same build, as kinds
+    /// also depend on packages of a machine.
+    pub(crate) fn first_missing(&self, registry: &Registry) -> Option<MissingPart> {
         let catalogue = registry.catalogue(None);
         let missing = |names: &BTreeSet<String>, kinds: &[Kind]| {
             names.iter().find_map(|name| {
@@ -49,6 +60,6 @@ impl UsedParts {
             missing(&self.controllers, &catalogue.controllers).map(|it| ("controller", it))
         });
         let first = plant.or_else(|| missing(&self.buses, &catalogue.buses).map(|it| ("bus", it)));
-        first.map(|(sort, (name, help))| (sort, name, help))
+        first.map(|(sort, (name, help))| MissingPart { sort, name, help })
     }
 }

@@ -6,7 +6,6 @@ use std::path::Path;
 use twinrig_campaign::sweep::{RowKey, SweepValue, overlap};
 use twinrig_document::{Document, DocumentError, Placed, Problem, Warning};
 use twinrig_rig::assembly::Assembly;
-use twinrig_rig::assembly::body::Body;
 use twinrig_rig::assembly::sources::Sources;
 use twinrig_rig::build_key::BuildKey;
 use twinrig_rig::error::Error as RigError;
@@ -18,6 +17,7 @@ use crate::error::Error;
 use crate::runs::cases::{self, RunCase};
 use crate::runs::keys;
 use crate::runs::parts::UsedParts;
+use crate::runs::scene::{bytes_of_files, in_memory};
 use crate::shell::quoted;
 
 /// Signals that nothing but a recording requires; by default nothing is recorded.
@@ -368,26 +368,4 @@ pub(crate) fn expectations(scenario: &Scenario) -> impl Iterator<Item = &Expecta
         .expectations
         .iter()
         .chain(&scenario.of_other_plants)
-}
-
-/// Returns the contents of all files that a run depends on.
-fn bytes_of_files(scenario: &Scenario, body: &Body) -> Vec<Vec<u8>> {
-    let robot = body.robot_file().map_or("", |(_, text)| text);
-    let mut bytes = vec![
-        scenario.text.clone().into_bytes(),
-        robot.as_bytes().to_vec(),
-    ];
-    for (name, content) in body.files() {
-        bytes.extend([name.into_bytes(), content]);
-    }
-    bytes
-}
-
-/// Returns the same sources without files.
-fn in_memory(on_disk: &Sources, body: &Body) -> Sources {
-    Sources {
-        robot: body.robot_file().map(|(_, text)| text.to_owned()),
-        kept: Some(body.files()),
-        ..Sources::of(on_disk.document.clone(), &on_disk.folder)
-    }
 }

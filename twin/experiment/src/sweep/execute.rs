@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::time::Instant;
 
-use twinrig_campaign::engine::{Engine, EngineOptions, EngineStatus};
+use twinrig_campaign::engine::{Engine, EngineStatus};
 use twinrig_campaign::sweep::{
     Partition, ResultRow, RowKey, RowStore, RowVerdict, SweepCounts, SweepResult, SweepVerdict,
 };
@@ -14,6 +14,7 @@ use twinrig_rig::run::interrupt;
 use twinrig_scenario::Setting;
 
 use crate::error::Error;
+use crate::options::run::EngineArgs;
 use crate::runs::job::PointResult;
 use crate::runs::plan::RunPlan;
 use crate::runs::tasks::{RunTasks, TaskEvent, engine};
@@ -33,10 +34,8 @@ pub struct SweepRequest {
     pub spec: PathBuf,
     /// Settings of all runs.
     pub settings: Vec<Setting>,
-    /// Name of the engine that does the runs: `local`, or one of the registry.
-    pub engine: String,
-    /// Its settings.
-    pub options: EngineOptions,
+    /// Engine of the runs.
+    pub engine: EngineArgs,
     /// Part of the points that is run.
     pub partition: Partition,
     /// Folder for store and results.
@@ -98,7 +97,7 @@ pub fn sweep(
     request: &SweepRequest,
     observer: &mut dyn FnMut(SweepEvent<'_>),
 ) -> Result<SweepOutcome, Error> {
-    let engine = engine(registry, &request.engine)?;
+    let engine = engine(registry, &request.engine.engine)?;
     let plan = SweepPlan::new(
         registry,
         &request.scenario,
@@ -154,7 +153,7 @@ fn run_missing(
     let tasks = RunTasks {
         runs: &plan.runs,
         engine,
-        options: &request.options,
+        options: &request.engine.options(),
         record: request.record.as_deref(),
     };
     let ran = tasks.run(&points, &mut |event| {

@@ -9,8 +9,9 @@ use twinrig_scenario::{ChangeSpec, LegFact, Scenario, Setting};
 use super::TransitionOptions;
 use crate::error::Error;
 use crate::gait::scene::{Factor, GaitScene, base, left_out, plants};
+use crate::gait::task::{GaitRuns, GaitTask};
 use crate::modulation::cases::stem;
-use crate::{GaitPattern, GaitRun, TransitionCase, TransitionInput, TransitionRunner};
+use crate::{GaitPattern, TransitionCase, TransitionInput};
 
 /// All legs in phase: no gait of the controllers, but one that a robot may fall into.
 const PRONK: &str = "pronk";
@@ -121,15 +122,18 @@ impl<'r> TransitionCases<'r> {
     }
 }
 
-impl TransitionRunner for TransitionCases<'_> {
-    fn input(&self) -> &TransitionInput {
+impl TransitionCases<'_> {
+    pub(super) fn input(&self) -> &TransitionInput {
         &self.input
     }
 
-    fn run(&self, case: usize) -> Result<GaitRun, String> {
-        let (scene, changes) = &self.cases[case];
-        let end = self.input.cases[case].end;
-        self.scenes[*scene].run(Factor::AsGiven, changes.clone(), end)
+    /// Returns the runs of the cases.
+    pub(super) fn runs(&self) -> (GaitRuns<'_, '_>, Vec<GaitTask>) {
+        let cases = self.input.cases.iter().zip(&self.cases);
+        let tasks = cases.map(|(case, (scene, changes))| {
+            GaitTask::new(*scene, Factor::AsGiven, changes.clone(), case.end)
+        });
+        (GaitRuns(&self.scenes), tasks.collect())
     }
 }
 

@@ -19,8 +19,6 @@ pub use run::transition;
 
 use twinrig_kernel::{SimTime, Unit};
 
-use crate::gait::run::GaitRun;
-
 /// A run of the scenario: a plant, and plateaus of one length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransitionCase {
@@ -51,18 +49,6 @@ pub struct TransitionInput {
     pub cases: Vec<TransitionCase>,
     /// Parts that are left out, each with the reason.
     pub left_out: Vec<String>,
-}
-
-/// Runs the cases of a study of transitions, each on the calling thread.
-pub trait TransitionRunner: Sync {
-    /// Returns the subject of the study.
-    fn input(&self) -> &TransitionInput;
-
-    /// Runs a case.
-    ///
-    /// # Errors
-    /// The reason of a run that cannot be built, or fails.
-    fn run(&self, case: usize) -> Result<GaitRun, String>;
 }
 
 /// Parameters of a study of transitions.

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use twinrig_kernel::SimDuration;
 
+use crate::options::run::RunOptions;
 use crate::options::values::{deviation, key_value, plateau, whole_number};
 
 /// Classify the gait over time while a variable of the controller changes in steps
@@ -38,7 +39,11 @@ pub struct TransitionOptions {
     /// Cycles in a row after which a gait is established
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole_number)]
     pub cycles: usize,
-    /// Folder for the HTML page, the CSV and the JSON file
+    /// Engine of the runs.
+    #[command(flatten)]
+    pub runs: RunOptions,
+    /// Folder for the HTML page, the CSV and the JSON file, and for the rows from which a study
+    /// continues
     #[arg(long, value_name = "DIR", default_value = "studies")]
     pub out: PathBuf,
     /// Print JSON instead of a table

@@ -9,6 +9,7 @@ use super::{TransitionPlan, TransitionStudy, transition};
 use crate::error::Error;
 use crate::options::request::{StudyContext, StudyFrame, StudyReport, StudyRequest, unique};
 use crate::progress::ProgressObserver;
+use crate::runs::rounds::{RoundShare, StudyEngine};
 
 impl StudyRequest for TransitionOptions {
     fn frame(&self) -> StudyFrame<'_> {
@@ -35,9 +36,12 @@ impl StudyRequest for TransitionOptions {
             command,
             observer,
         } = context;
-        let study = self.study(registry, settings, observer)?;
+        let mut engine = StudyEngine::new(registry, &self.runs, &self.frame())?;
+        let study = self.study_by(&mut engine, registry, settings, observer)?;
+        let mut summary = study.summary();
+        engine.note(&mut summary);
         Ok(StudyReport::new(
-            study.summary(),
+            summary,
             study.page(machine, command),
             study.csv(),
             study.json(machine, command),
@@ -46,7 +50,7 @@ impl StudyRequest for TransitionOptions {
 }
 
 impl TransitionOptions {
-    /// Studies the transitions of gaits.
+    /// Studies the transitions of gaits on the threads of this process, and keeps no rows.
     ///
     /// # Errors
     /// Errors of the scenario, or of the study.
@@ -56,12 +60,25 @@ impl TransitionOptions {
         settings: &[Setting],
         observer: &mut dyn ProgressObserver,
     ) -> Result<TransitionStudy, Error> {
+        let mut engine = StudyEngine::local(registry, &self.scenario)?;
+        self.study_by(&mut engine, registry, settings, observer)
+    }
+
+    fn study_by(
+        &self,
+        engine: &mut StudyEngine<'_>,
+        registry: &Registry,
+        settings: &[Setting],
+        observer: &mut dyn ProgressObserver,
+    ) -> Result<TransitionStudy, Error> {
         let cases = TransitionCases::new(registry, self, settings)?;
         let plan = TransitionPlan {
             tolerance: self.tolerance,
             lasting: self.cycles,
         };
-        let study = transition(&cases, &plan, observer);
+        let (runs, tasks) = cases.runs();
+        let runs = engine.round(&runs, &tasks, RoundShare::Partition, observer)?;
+        let study = transition(cases.input(), &plan, runs);
         let file = self.scenario.display().to_string();
         study.map_err(|source| Error::of_study(&file, source))
     }

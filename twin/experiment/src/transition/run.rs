@@ -1,27 +1,20 @@
-//! Runs of a study of gait transitions.
+//! Gaits over time, from the runs of a study of gait transitions.
 
 use super::results::{TransitionResult, TransitionStudy};
-use super::{TransitionPlan, TransitionRunner};
+use super::{TransitionInput, TransitionPlan};
 use crate::error::StudyError;
 use crate::gait::run::GaitRun;
-use crate::parallel::{Ran, run_all};
-use crate::progress::ProgressObserver;
+use crate::parallel::Ran;
 
-/// Classifies the gait over time in every case, and dates its transitions.
+/// Classifies the gait over time in the run of each case, and dates its transitions.
 ///
 /// # Errors
-/// [`StudyError`] if every run fails, or `progress` stopped the study.
+/// [`StudyError`] if every run failed.
 pub fn transition(
-    runner: &dyn TransitionRunner,
+    input: &TransitionInput,
     plan: &TransitionPlan,
-    progress: &mut dyn ProgressObserver,
+    runs: Vec<Ran<GaitRun>>,
 ) -> Result<TransitionStudy, StudyError> {
-    let input = runner.input();
-    let count = input.cases.len();
-    let run = |index: usize| runner.run(index);
-    let runs: Vec<Ran<GaitRun>> = run_all(count, &run, &mut |done, left_s| {
-        progress.at(done, count, &format!("{left_s:.0} s left"))
-    })?;
     if let Some(Err(why)) = runs.first()
         && runs.iter().all(Result::is_err)
     {

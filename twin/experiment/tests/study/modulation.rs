@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use twinrig_experiment::{
-    Counting, FootContact, GaitRun, ModelForm, ModulationCase, ModulationInput, ModulationPlan,
-    ModulationRunner, ModulationStudy, StudyError, VariableChange, modulation,
+    Counting, FootContact, GaitRun, ModelForm, Modulation, ModulationCase, ModulationInput,
+    ModulationPlan, ModulationRun, ModulationStudy, StudyError, VariableChange,
 };
 use twinrig_kernel::{SimDuration, SimTime, Unit};
 
@@ -59,21 +59,20 @@ impl IdealGait {
     }
 
     fn study(&self, plan: &ModulationPlan) -> ModulationStudy {
-        modulation(self, plan, &mut ()).unwrap()
-    }
-}
-
-impl ModulationRunner for IdealGait {
-    fn input(&self) -> &ModulationInput {
-        &self.input
+        self.modulation(plan).unwrap()
     }
 
-    fn run(
-        &self,
-        _: usize,
-        change: Option<VariableChange>,
-        end: SimTime,
-    ) -> Result<GaitRun, String> {
+    /// Does both rounds of a study.
+    fn modulation(&self, plan: &ModulationPlan) -> Result<ModulationStudy, StudyError> {
+        let runs = |runs: Vec<ModulationRun>| runs.into_iter().map(|run| self.run(run)).collect();
+        let references = runs(Modulation::references(&self.input));
+        let modulation = Modulation::new(&self.input, plan, references)?;
+        let changed = runs(modulation.changed());
+        Ok(modulation.finish(changed))
+    }
+
+    fn run(&self, run: ModulationRun) -> Result<GaitRun, String> {
+        let ModulationRun { change, end, .. } = run;
         if let Some(why) = (self.fails)(change) {
             return Err(why);
         }
@@ -253,7 +252,7 @@ fn unsuitable_reference_is_an_error_with_the_reason() {
         // 20 s after the begin of the limit cycle.
         (fallen, "s of 22 s"),
     ] {
-        let error = modulation(&gait, &ModulationPlan::default(), &mut ()).unwrap_err();
+        let error = gait.modulation(&ModulationPlan::default()).unwrap_err();
         assert!(
             matches!(&error, StudyError::Run(text) if text.contains(why)),
             "{error}"

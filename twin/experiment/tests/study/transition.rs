@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use proptest::prelude::*;
 use twinrig_experiment::{
     FootContact, GaitPattern, GaitRun, MIXED, MeasuredCycle, MotionSample, PhaseSample, STANDING,
-    TransitionCase, TransitionInput, TransitionPlan, TransitionResult, TransitionRunner,
-    TransitionStudy, Way, transition,
+    TransitionCase, TransitionInput, TransitionPlan, TransitionResult, TransitionStudy, Way,
+    transition,
 };
 use twinrig_kernel::{SimDuration, SimTime, Stream, Unit, stream};
 
@@ -136,17 +136,7 @@ impl Recorded {
     }
 
     fn study(&self) -> TransitionStudy {
-        transition(self, &TransitionPlan::default(), &mut ()).unwrap()
-    }
-}
-
-impl TransitionRunner for Recorded {
-    fn input(&self) -> &TransitionInput {
-        &self.input
-    }
-
-    fn run(&self, case: usize) -> Result<GaitRun, String> {
-        self.runs[case].clone()
+        transition(&self.input, &TransitionPlan::default(), self.runs.clone()).unwrap()
     }
 }
 
@@ -345,6 +335,6 @@ fn page_and_data_have_every_run_and_cycle() {
     assert_eq!(json["cases"][0]["transitions"][0]["to"], "trot");
     assert_eq!(json["cases"][1]["why"], "it was refused");
     recorded.runs[0] = Err("this, too".to_owned());
-    let error = transition(&recorded, &TransitionPlan::default(), &mut ()).unwrap_err();
+    let error = transition(&recorded.input, &TransitionPlan::default(), recorded.runs).unwrap_err();
     assert_eq!(error.to_string(), "this, too");
 }

@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use crate::start::StartPerturbation;
 use twinrig_document::Document;
 use twinrig_kernel::{Port, SimDuration, SimTime, count_drawn, drawn_streams, signal};
 use twinrig_legged::Constraints;
@@ -12,6 +11,8 @@ use twinrig_runtime::{Change, Plant, Rig, Schedule, Timing};
 use twinrig_scenario::{
     ActuatorSpec, BusSpec, CommandedGait, Facts, PlantSpec, Scenario, Scene, Setting,
 };
+
+use crate::start::StartPerturbation;
 
 pub mod body;
 pub mod builder;
@@ -29,8 +30,7 @@ use crate::assembly::body::Body;
 use crate::assembly::builder::{BuiltParts, PartBuilder};
 use crate::assembly::sources::{SCENARIO_FILE, Sources};
 use crate::error::Error;
-use crate::parts::constraints::{self, CONSTRAINTS, DefaultRules, named_constraints};
-use crate::parts::method::TOLERANCE;
+use crate::parts::constraints::{self, DefaultRules, named_constraints};
 use crate::parts::setup::ground_below;
 use crate::registry::Registry;
 
@@ -115,10 +115,7 @@ impl<'r> Assembly<'r> {
         settings: &[Setting],
         name: &str,
     ) -> Result<Self, Error> {
-        let sources = Sources {
-            shared_options: &[CONSTRAINTS, TOLERANCE],
-            ..Sources::of(Document::read(path)?, folder_of(path))
-        };
+        let sources = Sources::of(Document::read(path)?, folder_of(path)).on_another_plant();
         let mut settings = settings.to_vec();
         settings.push(Setting::plant(name));
         Self::new(registry, &sources, &settings)

@@ -8,7 +8,8 @@ use twinrig_scenario::{Scenario, Setting};
 
 use crate::assembly::body::{Body, placed};
 use crate::error::Error;
-use crate::parts::constraints::DefaultRules;
+use crate::parts::constraints::{CONSTRAINTS, DefaultRules};
+use crate::parts::method::TOLERANCE;
 use crate::registry::Registry;
 
 /// Name of the scenario file in a recording.
@@ -54,6 +55,16 @@ impl Sources {
             kept: None,
             rules: DefaultRules::Present,
             shared_options: &[],
+        }
+    }
+
+    /// Returns the sources for another plant than that of the scenario: one without constraints or a
+    /// tolerance ignores those of the scenario.
+    #[must_use]
+    pub fn on_another_plant(self) -> Self {
+        Self {
+            shared_options: &[CONSTRAINTS, TOLERANCE],
+            ..self
         }
     }
 

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use twinrig_campaign::engine::{EngineOptions, LocalEngine};
 use twinrig_campaign::sweep::{Partition, SweepVerdict};
+use twinrig_experiment::options::run::EngineArgs;
 use twinrig_experiment::{SweepRequest, sweep};
 
 use crate::error::ThesisError;
@@ -189,8 +189,7 @@ fn step_down(context: &Context<'_>) -> Result<Measurements, TwinError> {
         scenario: context.path("step-down.toml")?,
         spec: context.path("sweeps/step-down.toml")?,
         settings: context.settings().to_vec(),
-        engine: LocalEngine::NAME.to_owned(),
-        options: EngineOptions::default(),
+        engine: EngineArgs::default(),
         partition: Partition::WHOLE,
         out: folder.0.clone(),
         record: None,

@@ -97,7 +97,6 @@ fn scenarios_have_their_values_below_their_heads() {
         plan: RobustnessPlan {
             runs: 20,
             tolerance: 1e-3,
-            jobs: None,
         },
         results: [EnsembleKind::Starts, EnsembleKind::Seeds]
             .map(result)
