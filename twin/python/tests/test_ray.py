@@ -1,4 +1,4 @@
-"""Sweeps on Ray clusters of this machine, of which parts are killed."""
+"""Sweeps and studies on Ray clusters of this machine, of which parts are killed."""
 
 from __future__ import annotations
 
@@ -217,6 +217,39 @@ def test_fmu_has_a_process_of_its_own_on_a_worker(machines: Cluster, tmp_path: P
     assert ours.verdict == "pass" and len(ours.rows) == 2
     local = twinrig.sweep(scenario, few, out=tmp_path / "local")
     assert results(ours.folder)[0] == results(local.folder)[0]
+
+
+STUDIES: dict[str, tuple[list[str], dict[str, Any]]] = {
+    "robustness": (["trot.toml"], {"ensemble": 4}),
+    "modulation": (["step-change.toml"], {"by": "-10mm", "points": 2, "steps": 1, "after": "1s"}),
+    "loads": (
+        ["tegotae-trot.toml", "tegotae-force.toml"],
+        {"by": "-10mm", "points": 1, "steps": 1, "after": "1s", "phases": "1s"},
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", STUDIES)
+def test_study_on_a_cluster_is_that_of_this_machine(
+    kind: str, machines: Cluster, tmp_path: Path
+) -> None:
+    names, options = STUDIES[kind]
+    files = [f"scenarios/{name}" for name in names]
+    short = {"duration": "2 s", "expect": [{"body": {"fall": False}}]}
+
+    def study(out: str, **engine: Any) -> Any:
+        found = twinrig.command(
+            "study", kind, *files, json=True, out=tmp_path / out, set=short, **options, **engine
+        )
+        # The load of the machine, and the folder.
+        del found["machine"], found["command"]
+        return found
+
+    cluster = study("ray", engine="ray", address=machines.address)
+    assert cluster == study("local", jobs=1)
+    rows = [sorted((tmp_path / out).glob("*/*/all.jsonl")) for out in ("ray", "local")]
+    counts = [[path.read_bytes().count(b"\n") for path in paths] for paths in rows]
+    assert counts[0] == counts[1] and sum(counts[0]) > 2
 
 
 def test_other_token_is_named(machines: Cluster, spec: Path, tmp_path: Path) -> None:

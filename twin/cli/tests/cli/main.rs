@@ -35,6 +35,7 @@ mod schema;
 #[cfg(unix)]
 mod shortened;
 mod studies;
+mod study_rows;
 mod sufficient;
 mod sweep;
 mod thesis;

@@ -334,3 +334,136 @@ where
     let ran = run(scene, &task);
     Ok((!interrupt::is_requested()).then(|| encoded(&ran)))
 }
+
+#[cfg(test)]
+mod tests {
+    use twinrig_scenario::Setting;
+
+    use super::*;
+
+    const SCENARIO: &str = "robot = 'cheetah-cub'\nduration = '1 s'\n[plant]\nmodel = 'massless'\n";
+
+    const ROBOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/cheetah-cub.toml");
+
+    /// Numbers of a scene.
+    struct Numbers(Vec<RunScene>);
+
+    impl StudyRuns for Numbers {
+        type Task = (usize, u64);
+        type Run = u64;
+        const NAME: &'static str = "number";
+
+        fn scenes(&self) -> Vec<&RunScene> {
+            self.0.iter().collect()
+        }
+
+        fn scene_of(task: &(usize, u64)) -> usize {
+            task.0
+        }
+
+        fn run(&self, task: &(usize, u64)) -> Ran<u64> {
+            Ok(task.1)
+        }
+    }
+
+    fn key(scene: RunScene, task: u64, build: u8) -> RowKey {
+        let job = RoundJob {
+            runs: &Numbers(vec![scene]),
+            tasks: &[(0, task)],
+            build: BuildKey::of_key(&[build; 32]).unwrap(),
+        };
+        job.keys()[0]
+    }
+
+    /// Reads a scenario from a folder of its own, which has a robot file, in `heavier` with another
+    /// mass.
+    fn scene(name: &str, text: &str, set: &[(&str, &str)], plant: Option<&str>) -> RunScene {
+        let folder = format!("twinrig-rounds-{}-{name}", std::process::id());
+        let folder = std::env::temp_dir().join(folder);
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("scene.toml");
+        std::fs::write(&path, text).unwrap();
+        let mass = if name == "heavier" { "950 g" } else { "900 g" };
+        let robot = std::fs::read_to_string(ROBOT).unwrap();
+        let robot = robot.replace("mass = \"900 g\"", &format!("mass = \"{mass}\""));
+        std::fs::write(folder.join("cub.toml"), robot).unwrap();
+        let settings = set.iter().map(|(key, value)| Setting {
+            origin: "--set".to_owned(),
+            key: (*key).to_owned(),
+            value: (*value).to_owned(),
+        });
+        let settings: Vec<Setting> = settings.collect();
+        let registry = Registry::standard();
+        let read = RunScene::read(&registry, &path, &settings, plant);
+        let (scene, _) = read.unwrap();
+        std::fs::remove_dir_all(folder).unwrap();
+        scene
+    }
+
+    #[test]
+    fn key_depends_on_everything_that_changes_a_run_and_on_nothing_else() {
+        let plain = || scene("a", SCENARIO, &[], None);
+        let other_duration = SCENARIO.replace("1 s", "2 s");
+        let other_robot = SCENARIO.replace("cheetah-cub", "oncilla");
+        let own_robot = SCENARIO.replace("cheetah-cub", "cub.toml");
+        let different = [
+            key(plain(), 1, 0),
+            key(plain(), 2, 0),
+            key(plain(), 1, 1),
+            key(scene("a", &other_duration, &[], None), 1, 0),
+            key(scene("a", &other_robot, &[], None), 1, 0),
+            key(scene("a", SCENARIO, &[("seed", "2")], None), 1, 0),
+            key(scene("a", SCENARIO, &[("seed", "3")], None), 1, 0),
+            key(scene("a", SCENARIO, &[], Some("massless")), 1, 0),
+            key(scene("a", SCENARIO, &[], Some("lcp")), 1, 0),
+            key(scene("a", &own_robot, &[], None), 1, 0),
+            key(scene("heavier", &own_robot, &[], None), 1, 0),
+        ];
+        let keys: BTreeSet<RowKey> = different.iter().copied().collect();
+        assert_eq!(keys.len(), different.len());
+        // The same files in another folder, as on another machine.
+        assert_eq!(key(scene("b", SCENARIO, &[], None), 1, 0), different[0]);
+    }
+
+    #[test]
+    fn scene_of_a_worker_is_that_of_the_files() {
+        let here = scene("c", SCENARIO, &[("duration", "'3 s'")], Some("lcp"));
+        let registry = Registry::standard();
+        let bytes = encoded(&here);
+        let there: RunScene = postcard::from_bytes(&bytes).unwrap();
+        let assembly = there.assembly(&registry).unwrap();
+        assert_eq!(assembly.scenario().plant.model, "lcp");
+        assert_eq!(assembly.scenario().duration.as_secs_f64(), 3.0);
+    }
+
+    #[test]
+    fn rounds_run_equal_tasks_once_and_later_calls_none() {
+        let name = format!("twinrig-rounds-{}", std::process::id());
+        let folder = std::env::temp_dir().join(name);
+        let registry = Registry::standard();
+        let runs = Numbers(vec![scene("d", SCENARIO, &[], None)]);
+        let tasks = [(0, 5), (0, 6), (0, 5)];
+        for stored in [0, 2] {
+            let mut engine = StudyEngine::local(&registry, Path::new("scene.toml")).unwrap();
+            engine.folder = Some(folder.clone());
+            let mut parts = Vec::new();
+            let mut observer = |part: usize, of: usize| parts.push((part, of));
+            let mut watch = Watch(&mut observer);
+            let done = engine.round(&runs, &tasks, RoundShare::Every, &mut watch);
+            assert_eq!(done.unwrap(), [Ok(5), Ok(6), Ok(5)]);
+            let text = std::fs::read_to_string(folder.join("number/all.jsonl")).unwrap();
+            assert_eq!(text.lines().count(), 2, "after {stored} stored");
+            assert!(parts.iter().all(|(part, of)| part <= of));
+        }
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    struct Watch<'f>(&'f mut dyn FnMut(usize, usize));
+
+    impl ProgressObserver for Watch<'_> {
+        fn at(&mut self, part: usize, of: usize, _: &str) -> bool {
+            (self.0)(part, of);
+            true
+        }
+    }
+}
