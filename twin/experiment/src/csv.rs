@@ -3,9 +3,9 @@
 use serde::Serialize;
 use serde_json::Value;
 
-/// Returns rows of any kind, with texts, numbers or lists as values, as CSV (RFC 4180), with the JSON keys as header and
-/// empty cells for values that do not apply; `settings` are
-/// inserted after the column `after`.
+/// Returns rows of any kind, with texts, numbers or lists as values, as CSV (RFC 4180), with the
+/// JSON keys as header and empty cells for values that do not apply; `settings` are inserted after
+/// the column `after`.
 pub(crate) fn table(rows: &[impl Serialize], after: &str, settings: &[&str]) -> String {
     let rows: Vec<Value> = rows
         .iter()

@@ -31,8 +31,8 @@ impl<T: Serialize> Job for Runs<'_, T> {
     }
 }
 
-/// Does `count` runs, each on one thread, on all processors. `progress` gets the number of runs done and the expected time left \[s\], and
-/// returns whether the study continues.
+/// Does `count` runs, each on one thread, on all processors. `progress` gets the number of runs
+/// done and the expected time left \[s\], and returns whether the study continues.
 ///
 /// # Errors
 /// [`StudyError::Interrupted`] if `progress` or an interrupt ended the study, and

@@ -58,8 +58,8 @@ impl Sources {
         }
     }
 
-    /// Returns the sources for another plant than that of the scenario: one without constraints or a
-    /// tolerance ignores those of the scenario.
+    /// Returns the sources for another plant than that of the scenario: one without constraints or
+    /// a tolerance ignores those of the scenario.
     #[must_use]
     pub fn on_another_plant(self) -> Self {
         Self {
