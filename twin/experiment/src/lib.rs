@@ -42,6 +42,7 @@ mod feedback;
 mod figure;
 mod fit;
 mod gait;
+mod gait_map;
 mod machine;
 mod modulation;
 pub mod optimization;
@@ -84,6 +85,7 @@ pub use feedback::{
     FeedbackStudy, LegLoad, StepSlope, feedback,
 };
 pub use gait::run::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
+pub use gait_map::{GaitMap, GaitMapInput, GaitPoint};
 pub use machine::Machine;
 pub use modulation::ModulationOptions;
 pub use modulation::{

@@ -5,6 +5,7 @@ use clap::Subcommand;
 use crate::coupling::CouplingOptions;
 use crate::estimate::EstimateOptions;
 use crate::feedback::FeedbackOptions;
+use crate::gait_map::GaitMapOptions;
 use crate::modulation::ModulationOptions;
 use crate::options::request::StudyRequest;
 use crate::plants::options::{PrecisionOptions, StabilityOptions};
@@ -41,6 +42,7 @@ studies! {
     Modulation: ModulationOptions,
     Transition: TransitionOptions,
     Loads: FeedbackOptions,
+    Gait: GaitMapOptions,
     Radius: RadiusOptions,
     Robustness: RobustnessOptions,
 }

@@ -8,6 +8,7 @@ use crate::feedback::task::run_load;
 use crate::gait::task::run_gait;
 use crate::robustness::task::run_member;
 use crate::runs::job::{MAGIC, PointWorker, SharedJob, host_name};
+use crate::runs::judged::run_judged;
 use crate::runs::parts::MissingPart;
 use crate::runs::scene::RunScene;
 
@@ -70,6 +71,7 @@ pub(crate) type StudyRun = fn(&Registry, &[RunScene], &[u8]) -> Result<Option<Ve
 /// Runs of studies, by name.
 const STUDY_RUNS: &[(&str, StudyRun)] = &[
     ("gait", run_gait),
+    ("judged", run_judged),
     ("load", run_load),
     ("member", run_member),
 ];

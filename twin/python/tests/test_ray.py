@@ -221,6 +221,7 @@ def test_fmu_has_a_process_of_its_own_on_a_worker(machines: Cluster, tmp_path: P
 
 STUDIES: dict[str, tuple[list[str], dict[str, Any]]] = {
     "robustness": (["trot.toml"], {"ensemble": 4}),
+    "gait": (["trot.toml"], {"frequency": ["3 Hz", "3.5 Hz"], "step_length": "8 cm"}),
     "modulation": (["step-change.toml"], {"by": "-10mm", "points": 2, "steps": 1, "after": "1s"}),
     "loads": (
         ["tegotae-trot.toml", "tegotae-force.toml"],

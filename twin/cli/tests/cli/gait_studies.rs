@@ -322,3 +322,48 @@ fn element_of_a_list_given_twice_is_refused() {
         done.err
     );
 }
+
+/// Against the run of the scenario itself, and the height of its hips.
+#[test]
+fn gait_at_the_values_of_the_scenario_is_that_of_its_run() {
+    let folder = Folder::new("study-gait");
+    let file = scenario("trot.toml");
+    let axes = ["--frequency=3.64 Hz,3 Hz", "--step-length=135.5 mm,12 cm"];
+    let words = [&[&*file, "--after", "5 s", "--json"][..], &axes].concat();
+    let done = study("gait", &words, &folder);
+    assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
+    let found = json(&done.out).remove(0);
+    let points = found["points"].as_array().unwrap();
+    assert_eq!(points.len(), 4);
+    let run = json(&twin(&["run", &file, "--no-record", "--json"]).out).remove(0);
+    let lines = run["expectations"].as_array().unwrap();
+    let speed = lines.iter().find(|line| line["name"] == "forward speed");
+    assert_eq!(points[0]["speed_m_s"], speed.unwrap()["measured"]);
+    for point in points {
+        let [speed, froude, frequency, length] =
+            ["speed_m_s", "froude", "frequency_hz", "step_length_m"]
+                .map(|key| point[key].as_f64().unwrap());
+        // A foot on the ground covers a step length in the duty factor's share of a cycle.
+        let commanded = length * frequency / 0.507;
+        assert!((speed / commanded - 1.0).abs() < 0.06, "{point}");
+        // Hips at 114 and 123 mm, less the crouch of 8 mm and what the springs give.
+        let height = speed * speed / (9.81 * froude);
+        assert!((0.10..0.125).contains(&height), "{height}");
+        assert!((0.5..2.0).contains(&point["cost_of_transport"].as_f64().unwrap()));
+    }
+    for (words, why) in [
+        (&[&*file, "--frequency=3 mm"][..], "--frequency 3 mm"),
+        (&[&*file, "--step-length=8 cm,80 mm"], "--step-length has"),
+        (&[&*file, "--after=20 s"], "the run ends at 20 s"),
+        (&[&*scenario("passive-legs.toml")], "cannot be studied"),
+    ] {
+        let done = study("gait", words, &folder);
+        assert_eq!(
+            (done.code, done.out.as_str()),
+            (2, ""),
+            "{why}: {}",
+            done.err
+        );
+        assert!(done.err.contains(why), "{}", done.err);
+    }
+}

@@ -43,6 +43,14 @@ fn studies() -> Vec<(&'static str, usize, Vec<String>)> {
             format!("{own} {force} {short} --after 1s --phases 1s --by=-10mm --points 1 --steps 1"),
         ),
         words(
+            "gait",
+            2 * 2,
+            format!(
+                "{trot} {short} --after 1s --frequency 3Hz,3.5Hz \
+                 --step-length 8cm,10cm"
+            ),
+        ),
+        words(
             "robustness",
             4 + 4,
             format!("{trot} {change} {short} --ensemble 4"),
@@ -157,7 +165,7 @@ fn torn_rows_are_repeated_and_the_others_are_kept() {
 #[test]
 fn killed_study_continues_with_the_same_files() {
     let folder = Folder::new("study-killed");
-    let (kind, runs, words) = studies().remove(3);
+    let (kind, runs, words) = studies().remove(4);
     let start = |out: &str| -> Child {
         Command::new(env!("CARGO_BIN_EXE_twin"))
             .args(command(kind, &words, &folder.join(out), &["--jobs", "1"]))

@@ -80,7 +80,7 @@ impl<'r> GaitScene<'r> {
     /// # Errors
     /// As [`Self::new`].
     pub(crate) fn on_worker(registry: &'r Registry, files: &RunScene) -> Result<Self, Error> {
-        Self::of(files.clone(), files.assembly(registry)?)
+        Self::of(files.clone(), files.assembly(registry, &[])?)
     }
 
     fn of(files: RunScene, assembly: Assembly<'r>) -> Result<Self, Error> {

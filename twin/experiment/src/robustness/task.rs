@@ -91,7 +91,7 @@ pub(crate) fn run_member(
     task: &[u8],
 ) -> Result<Option<Vec<u8>>, String> {
     run_on_worker::<MemberRuns<'_, '_>>(scenes, task, |files, task| {
-        let scene = files.assembly(registry).map_err(Error::from);
+        let scene = files.assembly(registry, &[]).map_err(Error::from);
         let scene = scene.and_then(|it| MemberScene::new(files.clone(), &it, task.of));
         let scene = scene.map_err(|error| first_line(&error.to_string()))?;
         scene.run(task.member)

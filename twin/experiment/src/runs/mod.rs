@@ -3,6 +3,7 @@
 
 pub(crate) mod cases;
 pub(crate) mod job;
+pub(crate) mod judged;
 pub(crate) mod keys;
 pub(crate) mod parts;
 pub(crate) mod plan;

@@ -431,7 +431,7 @@ mod tests {
         let registry = Registry::standard();
         let bytes = encoded(&here);
         let there: RunScene = postcard::from_bytes(&bytes).unwrap();
-        let assembly = there.assembly(&registry).unwrap();
+        let assembly = there.assembly(&registry, &[]).unwrap();
         assert_eq!(assembly.scenario().plant.model, "lcp");
         assert_eq!(assembly.scenario().duration.as_secs_f64(), 3.0);
     }

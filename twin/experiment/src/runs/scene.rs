@@ -128,6 +128,11 @@ impl RunScene {
         Ok((scene, assembly))
     }
 
+    /// Returns the name of the scenario's file.
+    pub(crate) fn file(&self) -> &str {
+        &self.sources.file
+    }
+
     /// Returns the kinds of parts.
     pub(crate) fn parts(&self) -> &UsedParts {
         &self.parts
@@ -144,17 +149,23 @@ impl RunScene {
         encoded(&(text, robot, kept, settings, self.on_another_plant))
     }
 
-    /// Assembles the scene without files.
+    /// Assembles the scene without files, with `further` settings.
     ///
     /// # Errors
-    /// Errors of the scenario, on a machine with other parts.
-    pub(crate) fn assembly<'r>(&self, registry: &'r Registry) -> Result<Assembly<'r>, RigError> {
+    /// Errors of the scenario, on a machine with other parts, and of the further settings.
+    pub(crate) fn assembly<'r>(
+        &self,
+        registry: &'r Registry,
+        further: &[Setting],
+    ) -> Result<Assembly<'r>, RigError> {
         let sources = self.sources.clone().sources()?;
         let sources = if self.on_another_plant {
             sources.on_another_plant()
         } else {
             sources
         };
-        Assembly::new(registry, &sources, &settings(self.settings.clone()))
+        let settings = settings(self.settings.clone()).into_iter();
+        let settings: Vec<Setting> = settings.chain(further.iter().cloned()).collect();
+        Assembly::new(registry, &sources, &settings)
     }
 }

@@ -224,8 +224,8 @@ def study(
     Parameters
     ----------
     kind
-        ``precision``, ``stability``, ``coupling``, ``estimate``, ``modulation`` or
-        ``transition``.
+        ``precision``, ``stability``, ``coupling``, ``estimate``, ``modulation``, ``transition`` or
+        ``gait``.
     scenario
         Path of a scenario file, or its tables as a dictionary, which is written to the current
         folder; by default that of the kind.

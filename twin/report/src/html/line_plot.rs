@@ -67,6 +67,11 @@ impl AxisLabel {
         }
     }
 
+    /// Returns the name of the quantity.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
     /// Returns the prefix for values up to this size, and its factor: 4 ms is not 0.004 s.
     fn prefix(&self, greatest: f64) -> (&'static str, f64) {
         let fits = PREFIXES.iter().find(|(_, factor)| greatest >= *factor);
