@@ -55,7 +55,10 @@ fn feet(scenario: &str, settings: &[(&str, &str)]) -> Vec<Vec<f64>> {
         .join("../scenarios")
         .join(scenario);
     let registry = Registry::standard();
-    let assembly = Assembly::of_file(&registry, &path, &of_command_line(settings)).unwrap();
+    let assembly = Assembly::builder(&registry)
+        .settings(&of_command_line(settings))
+        .file(&path)
+        .unwrap();
     let mut rig = assembly.rig().unwrap();
     let layout = rig.layout(Group::Plant);
     let mut feet = Feet::default();
@@ -159,7 +162,10 @@ fn trot_on_mujoco(step: &str) -> [f64; 4] {
     ];
     let path = twinrig_tests::scenarios().join("trot.toml");
     let registry = Registry::standard();
-    let assembly = Assembly::of_file(&registry, &path, &of_command_line(&settings)).unwrap();
+    let assembly = Assembly::builder(&registry)
+        .settings(&of_command_line(&settings))
+        .file(&path)
+        .unwrap();
     let report = execute(&assembly, &Execution::default()).unwrap();
     [
         "forward speed",

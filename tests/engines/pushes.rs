@@ -41,7 +41,7 @@ fn pushed(model: &str) -> EnergyBalance {
         "#
     );
     let registry = Registry::standard();
-    let assembly = Assembly::of_texts(&registry, &text, ROBOT, &[]);
+    let assembly = Assembly::builder(&registry).robot(ROBOT).recorded(&text);
     let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
     let mut rig = assembly.rig().unwrap_or_else(|error| panic!("{error}"));
     rig.run_until(assembly.end(), &mut Fingerprint::new())

@@ -58,7 +58,9 @@ fn each_expectation_has_a_disturbance_or_an_exception() {
 /// Returns the outcomes of the expectations of `scenario` under `settings`.
 fn outcomes(scenario: &Path, settings: &[Setting]) -> Result<Vec<Outcome>, TwinError> {
     let registry = Registry::standard();
-    let assembly = Assembly::of_file(&registry, scenario, settings)?;
+    let assembly = Assembly::builder(&registry)
+        .settings(settings)
+        .file(scenario)?;
     let report = execute(&assembly, &Execution::default())?;
     Ok(report
         .expectations

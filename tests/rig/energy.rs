@@ -60,7 +60,7 @@ fn energy_balance_closes_where_set_points_jump() {
             key: key.to_owned(),
             value: format!("{value:?}"),
         });
-        let assembly = Assembly::of_file(&registry, &path, &settings);
+        let assembly = Assembly::builder(&registry).settings(&settings).file(&path);
         let mut rig = assembly.and_then(|assembly| assembly.rig()).unwrap();
         let end = SimTime::ZERO + SimDuration::from_millis(20_000);
         rig.run_until(end, &mut ()).unwrap();
@@ -87,7 +87,7 @@ fn stiff_legs(plant: &str, friction: &str) -> (EnergyBalance, f64) {
     });
     let mut settings = each.to_vec();
     settings.push(set("plant.model", format!("{plant:?}")));
-    let assembly = match Assembly::of_file(&registry, &path, &settings) {
+    let assembly = match Assembly::builder(&registry).settings(&settings).file(&path) {
         Ok(assembly) => assembly,
         Err(error) => panic!("{error}"),
     };

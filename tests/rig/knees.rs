@@ -110,7 +110,9 @@ impl Drop {
     /// Runs the drop.
     fn run(&self) -> Course {
         let (registry, text) = (Registry::standard(), self.scenario());
-        let assembly = Assembly::of_texts(&registry, &text, self.robot.file, &[]);
+        let assembly = Assembly::builder(&registry)
+            .robot(self.robot.file)
+            .recorded(&text);
         let assembly = assembly.unwrap_or_else(|error| panic!("{error}\n{text}"));
         let mut rig = assembly
             .rig()

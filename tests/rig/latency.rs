@@ -150,15 +150,15 @@ fn delay(cell: Cell, settings: &[(&str, &str)]) -> LoadDelay {
     let name = format!("latency-{}-{}.toml", cell as usize, settings.len());
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::write(&path, text.replace(CLOCK, "")).unwrap();
-    let assembly = Assembly::of_file(
-        &registry,
-        &path,
-        &STEADY
-            .iter()
-            .chain(settings)
-            .map(setting)
-            .collect::<Vec<_>>(),
-    );
+    let assembly = Assembly::builder(&registry)
+        .settings(
+            &STEADY
+                .iter()
+                .chain(settings)
+                .map(setting)
+                .collect::<Vec<_>>(),
+        )
+        .file(&path);
     let assembly = match assembly {
         Ok(assembly) => assembly,
         Err(error) => panic!("{error}"),

@@ -47,7 +47,7 @@ fn assembly<'r>(registry: &'r Registry, text: &str) -> Result<Assembly<'r>, Erro
         text.replace("ROOT", concat!(env!("CARGO_MANIFEST_DIR"), "/..")),
     )
     .unwrap();
-    let assembly = Assembly::of_file(registry, &path, &[]);
+    let assembly = Assembly::builder(registry).file(&path);
     std::fs::remove_file(&path).unwrap();
     assembly
 }

@@ -93,7 +93,7 @@ proptest! {
             setting("bus", BUSES),
             setting("fault", "[{ at = \"300 ms\", on = \"wire/sbcp\", kind = \"flip\", rate = 1e-4 }]"),
         ];
-        let assembly = Assembly::of_file(&registry, &trot, &settings).unwrap();
+        let assembly = Assembly::builder(&registry).settings(&settings).file(&trot).unwrap();
         check_continuation_of(&assembly, SimTime::from_nanos(at))?;
     }
 
@@ -102,7 +102,7 @@ proptest! {
     fn restored_at_any_instant_with_sensors(at in 0..600_000_000_u64) {
         let registry = Registry::standard();
         let tegotae = scenario("tegotae-noisy.toml");
-        let assembly = Assembly::of_file(&registry, &tegotae, &[]).unwrap();
+        let assembly = Assembly::builder(&registry).file(&tegotae).unwrap();
         check_continuation_of(&assembly, SimTime::from_nanos(at))?;
     }
 

@@ -14,8 +14,9 @@ fn every_scenario_is_valid_and_has_expectations() {
     let paths = [scenarios_in(""), scenarios_in("thesis")].concat();
     assert!(paths.len() >= 15);
     for path in paths {
-        let assembly =
-            Assembly::of_file(&registry, &path, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let assembly = Assembly::builder(&registry)
+            .file(&path)
+            .unwrap_or_else(|error| panic!("{error}"));
         assembly.rig().unwrap_or_else(|error| panic!("{error}"));
         assert!(
             assembly.scenario().expectations.len() >= 3,
@@ -141,7 +142,7 @@ fn commands_to_legs_without_drives_are_an_error() {
         body = { fall = false }
     "#;
     let robot = include_str!("../../robots/cheetah-cub.toml");
-    let assembly = Assembly::of_texts(&registry, text, robot, &[]);
+    let assembly = Assembly::builder(&registry).robot(robot).recorded(text);
     let error = assembly.and_then(|assembly| assembly.rig().map(drop));
     let error = error.unwrap_err();
     let message = error.to_string();
@@ -159,7 +160,9 @@ fn ground_restitution_is_that_of_the_scenario() {
             setting("plant.model", &format!("{plant:?}")),
             setting("plant.ground.restitution", restitution),
         ];
-        let assembly = Assembly::of_file(&registry, &scenario("leg-drop"), &settings);
+        let assembly = Assembly::builder(&registry)
+            .settings(&settings)
+            .file(&scenario("leg-drop"));
         let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
         let report = execute(&assembly, &Execution::default());
         let report = report.unwrap_or_else(|error| panic!("{error}"));
@@ -176,7 +179,10 @@ fn ground_restitution_is_that_of_the_scenario() {
 fn start_beyond_a_stop_is_an_error_with_the_excess() {
     let registry = Registry::standard();
     let settings = [setting("plant.start.q3", "\"8 deg\"")];
-    let error = Assembly::of_file(&registry, &scenario("passive-legs"), &settings).err();
+    let error = Assembly::builder(&registry)
+        .settings(&settings)
+        .file(&scenario("passive-legs"))
+        .err();
     let message = error.unwrap().to_string();
     let stop = "`q3` closes the pantograph beyond its stop, by 0.27 mm";
     assert!(message.contains(stop), "{message}");
@@ -197,7 +203,10 @@ fn run_ending_before_its_devices_are_ready_is_an_error() {
         signal = { name = "sbcp/errors", always = { max = 0 } }
     "#;
     let robot = include_str!("../../robots/oncilla.toml");
-    let assembly = Assembly::of_texts(&registry, text, robot, &[]).unwrap();
+    let assembly = Assembly::builder(&registry)
+        .robot(robot)
+        .recorded(text)
+        .unwrap();
     let report = execute(&assembly, &Execution::default()).unwrap();
     assert_eq!(report.verdict, twinrig::Status::Error);
     let error = report.error.unwrap();
@@ -227,7 +236,9 @@ fn unsupported_bus_options_are_reported() {
             setting(&format!("bus.{key}"), value),
         ];
         let path = scenario("thesis/sec-5-3-2-bus-controller");
-        let error = Assembly::of_file(&registry, &path, &settings)
+        let error = Assembly::builder(&registry)
+            .settings(&settings)
+            .file(&path)
             .err()
             .unwrap();
         assert!(error.to_string().contains(expected), "{error}");

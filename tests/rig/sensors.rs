@@ -18,7 +18,10 @@ fn assembly<'r>(registry: &'r Registry, file: &str, sensors: &str) -> Assembly<'
         key: "sensor".to_owned(),
         value: sensors.to_owned(),
     };
-    Assembly::of_file(registry, &path.join(file), &[setting]).unwrap_or_else(|e| panic!("{e}"))
+    Assembly::builder(registry)
+        .settings(&[setting])
+        .file(&path.join(file))
+        .unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Also where a driver receives samples between the transfers.

@@ -108,7 +108,10 @@ impl TrotFixture {
     /// # Panics
     /// If the scenario is invalid.
     pub fn assembly<'r>(&self, registry: &'r Registry) -> Assembly<'r> {
-        match Assembly::of_texts(registry, &self.text(), ROBOT, &[]) {
+        match Assembly::builder(registry)
+            .robot(ROBOT)
+            .recorded(&self.text())
+        {
             Ok(assembly) => assembly,
             Err(error) => panic!("{error}"),
         }

@@ -21,7 +21,9 @@ fn readme_scenario_passes() {
     let robot = include_str!("../../robots/cheetah-cub.toml");
     let readme = readme();
     let scenario = first_block(&readme, "toml");
-    let assembly = Assembly::of_texts(&registry, scenario, robot, &[])
+    let assembly = Assembly::builder(&registry)
+        .robot(robot)
+        .recorded(scenario)
         .unwrap_or_else(|error| panic!("{error}"));
     let report = execute(&assembly, &Execution::default()).unwrap();
     assert_eq!(report.verdict, Status::Pass, "{:?}", report.expectations);
@@ -31,7 +33,7 @@ fn readme_scenario_passes() {
 fn readme_verdict_lists_the_expectations_of_the_scenario() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/trot.toml");
     let registry = Registry::standard();
-    let assembly = Assembly::of_file(&registry, &path, &[]).unwrap();
+    let assembly = Assembly::builder(&registry).file(&path).unwrap();
     let readme = readme();
     let shown: Vec<&str> = readme
         .lines()

@@ -73,7 +73,7 @@ mod tests {
     fn scenario_meets_its_expectations() {
         let registry = registry();
         let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/rangefinder.toml"));
-        let assembly = Assembly::of_file(&registry, path, &[]);
+        let assembly = Assembly::builder(&registry).file(path);
         let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
         let report = execute(&assembly, &Execution::default());
         let report = report.unwrap_or_else(|error| panic!("{error}"));
@@ -104,7 +104,7 @@ mod tests {
     fn driver_measures_at_a_port_and_unconnected_commands_are_noted() {
         let registry = registry();
         let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/rangefinder.toml"));
-        let assembly = Assembly::of_file(&registry, path, &[]).unwrap();
+        let assembly = Assembly::builder(&registry).file(path).unwrap();
         let device = Pty::open().unwrap();
         let ports = vec![("rangefinder".to_owned(), device.path().to_owned())];
         #[expect(
@@ -193,7 +193,7 @@ mod tests {
         assert!(printed.next().unwrap().unwrap().starts_with("connect with"));
         let registry = registry();
         let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/rangefinder.toml"));
-        let assembly = Assembly::of_file(&registry, path, &[]).unwrap();
+        let assembly = Assembly::builder(&registry).file(path).unwrap();
         let execution = Execution {
             ports: vec![("rangefinder".to_owned(), link)],
             ..Execution::default()

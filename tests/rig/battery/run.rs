@@ -148,7 +148,7 @@ pub fn run(registry: &Registry, case: &Case) -> Result<Run, String> {
 /// # Errors
 /// As [`run`].
 pub fn run_text(registry: &Registry, case: &Case, text: &str) -> Result<Run, String> {
-    let assembly = Assembly::of_texts(registry, text, ROBOT, &[]);
+    let assembly = Assembly::builder(registry).robot(ROBOT).recorded(text);
     let assembly = assembly.map_err(|error| error.to_string())?;
     let mut rig = assembly.rig().map_err(|error| error.to_string())?;
     let Some(robot) = assembly.robot() else {

@@ -19,7 +19,7 @@ fn health(file: &str, settings: &[(&str, &str)]) -> Vec<(String, BusHealth)> {
         value: (*value).to_owned(),
     };
     let settings: Vec<Setting> = settings.iter().map(setting).collect();
-    let assembly = Assembly::of_file(&registry, &path, &settings);
+    let assembly = Assembly::builder(&registry).settings(&settings).file(&path);
     let mut rig = assembly
         .unwrap_or_else(|e| panic!("{file}: {e}"))
         .rig()

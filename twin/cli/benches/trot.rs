@@ -23,7 +23,7 @@ fn with_trot(settings: &[(&str, &str)], body: impl FnOnce(&Assembly<'_>)) {
         value: value.to_owned(),
     };
     let settings: Vec<Setting> = settings.iter().map(setting).collect();
-    match Assembly::of_file(&registry, &path, &settings) {
+    match Assembly::builder(&registry).settings(&settings).file(&path) {
         Ok(assembly) => body(&assembly),
         Err(error) => panic!("{error}"),
     }

@@ -28,10 +28,12 @@ impl ScenarioArgument {
         };
         let settings: Vec<Setting> = settings.iter().map(setting).collect();
         match text {
-            None => Assembly::of_file(registry, path, &settings),
+            None => Assembly::builder(registry).settings(&settings).file(path),
             Some(text) => {
                 let name = path.to_string_lossy();
-                Assembly::of_text(registry, &name, text, Path::new(""), &settings)
+                Assembly::builder(registry)
+                    .settings(&settings)
+                    .text(&name, text, Path::new(""))
             }
         }
     }

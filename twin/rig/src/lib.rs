@@ -7,7 +7,7 @@
 //!
 //! let registry = Registry::standard();
 //! let text = "robot = 'cheetah-cub'\nduration = '0.1 s'\nplant = { model = 'massless' }";
-//! let assembly = Assembly::of_text(&registry, "hangs.toml", text, "".as_ref(), &[])?;
+//! let assembly = Assembly::builder(&registry).text("hangs.toml", text, "".as_ref())?;
 //! let report = execute_observed(&assembly, &Execution::default(), &mut ())?;
 //! assert_eq!(report.verdict, Status::Pass);
 //! # Ok::<(), twinrig_rig::Error>(())
@@ -33,7 +33,7 @@ pub mod report;
 pub mod run;
 pub mod start;
 
-pub use assembly::Assembly;
+pub use assembly::{Assembly, AssemblyBuilder};
 pub use build_key::BuildKey;
 pub use error::{BuildError, Error};
 pub use offer::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};

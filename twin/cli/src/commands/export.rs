@@ -38,7 +38,9 @@ fn export_fmu(
     terminal: &mut Terminal<'_>,
 ) -> Result<(), TwinError> {
     let path = &args.scenario;
-    let assembly = Assembly::of_file(registry, path, &settings(&args.settings))?;
+    let assembly = Assembly::builder(registry)
+        .settings(&settings(&args.settings))
+        .file(path)?;
     terminal.warn(&assembly.scenario().warnings);
     let request = FmuRequest {
         part: args.part.parse().unwrap_or_default(),

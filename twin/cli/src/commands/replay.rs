@@ -162,9 +162,13 @@ fn assembly<'r>(
     let kept = recorded.attachments();
     let kept = kept.map(|(name, bytes)| (name.to_owned(), bytes.to_vec()));
     let scenario = text(SCENARIO_FILE)?;
-    let kept = kept.collect();
-    let assembly = Assembly::of_kept(registry, scenario, robot, kept, &settings, rules);
-    Ok(assembly?)
+    let builder = Assembly::builder(registry).settings(&settings).rules(rules);
+    let builder = builder.files(kept.collect());
+    let builder = match robot {
+        Some(robot) => builder.robot(robot),
+        None => builder,
+    };
+    Ok(builder.recorded(scenario)?)
 }
 
 fn text(replayed: &Replayed) -> String {

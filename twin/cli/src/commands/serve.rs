@@ -39,7 +39,9 @@ fn serve_twin(
     terminal: &mut Terminal<'_>,
 ) -> Result<u8, TwinError> {
     let settings = settings(&args.settings);
-    let assembly = Assembly::of_file(registry, &args.scenario, &settings)?;
+    let assembly = Assembly::builder(registry)
+        .settings(&settings)
+        .file(&args.scenario)?;
     let scenario = assembly.scenario();
     terminal.warn(&scenario.warnings);
     if scenario.buses.is_empty() {

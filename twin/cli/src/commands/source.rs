@@ -36,10 +36,12 @@ pub(super) fn assembly<'r>(
     settings: &[Setting],
 ) -> Result<Assembly<'r>, Error> {
     if !is_standard_input(path) {
-        return Assembly::of_file(registry, path, settings);
+        return Assembly::builder(registry).settings(settings).file(path);
     }
     let document = standard_input()?;
-    Assembly::of_text(registry, NAME, document.text(), Path::new(""), settings)
+    Assembly::builder(registry)
+        .settings(settings)
+        .text(NAME, document.text(), Path::new(""))
 }
 
 /// Returns the document of standard input, which is read once: a command may run it several times.

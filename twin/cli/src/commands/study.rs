@@ -52,7 +52,9 @@ fn execute(
     let settings = frame.settings();
     if !frame.json {
         for scenario in frame.scenarios {
-            let assembly = Assembly::of_file(registry, scenario, &settings)?;
+            let assembly = Assembly::builder(registry)
+                .settings(&settings)
+                .file(scenario)?;
             terminal.warn(&assembly.scenario().warnings);
         }
     }

@@ -62,7 +62,7 @@
 //!     observe = { period = "1 ms" }
 //!     expect = [{ signal = { name = "stone/height", always = { min = "21.5 m" } } }]
 //! "#;
-//! let assembly = Assembly::of_text(&registry, "stone.toml", scenario, Path::new(""), &[])?;
+//! let assembly = Assembly::builder(&registry).text("stone.toml", scenario, Path::new(""))?;
 //! let report = execute(&assembly, &Execution::default())?;
 //! assert_eq!((report.error, report.verdict), (None, Status::Pass));
 //! # Ok::<(), twinrig::TwinError>(())

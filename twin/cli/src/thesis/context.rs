@@ -98,7 +98,7 @@ impl<'r> Context<'r> {
     /// Reads a scenario.
     ///
     /// # Errors
-    /// As [`Assembly::of_file`].
+    /// As [`AssemblyBuilder::file`](twinrig_rig::AssemblyBuilder::file).
     pub(crate) fn assembly(&self, file: &str) -> Result<Assembly<'r>, TwinError> {
         self.assembly_with(file, &[], "")
     }
@@ -136,7 +136,7 @@ impl<'r> Context<'r> {
     /// Reads a scenario as [`Self::run_with`] does.
     ///
     /// # Errors
-    /// As [`Assembly::of_file`].
+    /// As [`AssemblyBuilder::file`](twinrig_rig::AssemblyBuilder::file).
     pub(crate) fn assembly_with(
         &self,
         file: &str,
@@ -154,18 +154,16 @@ impl<'r> Context<'r> {
             .collect();
         all.extend(self.settings().iter().cloned());
         if expectations.is_empty() {
-            return Ok(Assembly::of_file(self.registry, &path, &all)?);
+            return Ok(Assembly::builder(self.registry)
+                .settings(&all)
+                .file(&path)?);
         }
         let text = format!("{}\n{expectations}", Document::read(&path)?.text());
         let folder = path.parent().unwrap_or(Path::new(""));
         let name = path.display().to_string();
-        Ok(Assembly::of_text(
-            self.registry,
-            &name,
-            &text,
-            folder,
-            &all,
-        )?)
+        Ok(Assembly::builder(self.registry)
+            .settings(&all)
+            .text(&name, &text, folder)?)
     }
 
     /// Returns the study of the stable steps of both models of the leg (section 2.5.1), with all

@@ -65,7 +65,10 @@ fn observed(text: &str, seen: &mut Seen) -> (Report, Report) {
         value: "7 s".to_owned(),
     };
     let folder = "".as_ref();
-    let assembly = Assembly::of_text(&registry, "trot", text, folder, &[short]).unwrap();
+    let assembly = Assembly::builder(&registry)
+        .settings(&[short])
+        .text("trot", text, folder)
+        .unwrap();
     let execution = Execution::default();
     let token = seen.token.clone();
     let report = token.scope(|| execute_observed(&assembly, &execution, seen));

@@ -41,7 +41,7 @@ impl<'r> RigStudyBuilder<'r> {
         settings: &[Setting],
         names: &[String],
     ) -> Result<Self, Error> {
-        let own = Assembly::of_file(registry, path, settings)?;
+        let own = Assembly::builder(registry).settings(settings).file(path)?;
         let scenario = own.scenario();
         if compared(&own).is_empty() {
             let model = &scenario.plant.model;

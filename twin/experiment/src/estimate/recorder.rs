@@ -48,7 +48,7 @@ impl<'r> BenchRecorder<'r> {
         path: &'r Path,
         settings: &[Setting],
     ) -> Result<Self, Error> {
-        let assembly = Assembly::of_file(registry, path, settings)?;
+        let assembly = Assembly::builder(registry).settings(settings).file(path)?;
         let scenario = assembly.scenario();
         let missing = |why: &str, help: &str| Error::NotEstimable {
             file: scenario.file.clone(),
@@ -117,7 +117,9 @@ impl<'r> BenchRecorder<'r> {
             key: "seed".to_owned(),
             value: seed.to_string(),
         });
-        let assembly = Assembly::of_file(self.registry, self.path, &settings)?;
+        let assembly = Assembly::builder(self.registry)
+            .settings(&settings)
+            .file(self.path)?;
         let mut scenario = assembly.scenario().without_expectations();
         scenario.record.signals = Some(Vec::new());
         scenario.record.frames = None;

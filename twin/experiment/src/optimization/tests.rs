@@ -75,7 +75,7 @@ fn scenarios_of_recorded_searches_have_the_best_settings() {
         if history.starts_with("seed,") {
             continue;
         }
-        let assembly = Assembly::of_file(&registry, &scenario, &[]).unwrap();
+        let assembly = Assembly::builder(&registry).file(&scenario).unwrap();
         let variables = variables(assembly.scenario());
         for (key, value) in best {
             let is = variables[&key];
@@ -93,7 +93,7 @@ fn scenarios_that_share_a_trot_have_its_settings() {
     let registry = Registry::standard();
     let gait = |name: &str| {
         let path = repository().join(format!("scenarios/{name}.toml"));
-        let assembly = Assembly::of_file(&registry, &path, &[]).unwrap();
+        let assembly = Assembly::builder(&registry).file(&path).unwrap();
         variables(assembly.scenario())
     };
     for (trot, other) in [

@@ -46,7 +46,7 @@ impl<'r> StudyBuilder<'r> {
         names: &[String],
         duration: Option<SimDuration>,
     ) -> Result<Self, Error> {
-        let own = Assembly::of_file(registry, path, settings)?;
+        let own = Assembly::builder(registry).settings(settings).file(path)?;
         let spec = &own.scenario().plant;
         if spec.is_standalone {
             return Err(RigError::not_built(

@@ -83,7 +83,9 @@ mod tests {
     fn longest_step_is_that_of_the_plant() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/trot.toml");
         let registry = twinrig_rig::registry::Registry::standard();
-        let assembly = twinrig_rig::assembly::Assembly::of_file(&registry, &path, &[]).unwrap();
+        let assembly = twinrig_rig::assembly::Assembly::builder(&registry)
+            .file(&path)
+            .unwrap();
         let plant = assembly.scenario().plant.clone();
         assert_eq!(scaled_plant(plant.clone(), &Scales::AS_IS), plant);
         let scales = Scales {

@@ -179,7 +179,10 @@ pub(crate) fn of_plant<'r>(
     name: &str,
 ) -> Result<Assembly<'r>, RigError> {
     guarded(&path.display().to_string(), || {
-        Assembly::of_plant(registry, path, settings, name)
+        Assembly::builder(registry)
+            .settings(settings)
+            .plant(name)
+            .file(path)
     })
 }
 

@@ -45,7 +45,7 @@ impl<'r> DisturbanceContext<'r> {
         path: &Path,
         settings: &[Setting],
     ) -> Result<Self, Error> {
-        let assembly = Assembly::of_file(registry, path, settings)?;
+        let assembly = Assembly::builder(registry).settings(settings).file(path)?;
         let mut document = Document::read(path)?;
         for setting in settings {
             document.set(&setting.origin, &setting.key, &setting.value)?;

@@ -171,7 +171,9 @@ impl PointRun<'_> {
     fn execute(self) -> Option<PointResult> {
         let recording = self.recording;
         let run = guarded(self.file, || {
-            let assembly = Assembly::new(self.registry, self.sources, &self.settings)?;
+            let assembly = Assembly::builder(self.registry)
+                .settings(&self.settings)
+                .sources(self.sources)?;
             let execution = Execution {
                 recording: recording.clone(),
                 ..Execution::default()

@@ -167,7 +167,9 @@ impl<'r> RunPlan<'r> {
     pub(crate) fn check_scenario(&self) -> Result<(), RigError> {
         (0..self.cases.len()).try_for_each(|case| {
             let settings = self.settings(case, &[]);
-            let assembly = Assembly::new(self.registry, &self.on_disk, &settings);
+            let assembly = Assembly::builder(self.registry)
+                .settings(&settings)
+                .sources(&self.on_disk);
             assembly.map(drop).map_err(|error| self.placed(case, error))
         })
     }

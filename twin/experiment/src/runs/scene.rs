@@ -118,7 +118,9 @@ impl RunScene {
         };
         let plant = plant.map(Setting::plant);
         let settings: Vec<Setting> = settings.iter().cloned().chain(plant.clone()).collect();
-        let assembly = Assembly::new(registry, &on_disk, &settings)?;
+        let assembly = Assembly::builder(registry)
+            .settings(&settings)
+            .sources(&on_disk)?;
         let scene = Self {
             sources: SharedSources::of(&in_memory(&on_disk, assembly.body())),
             settings: shared_settings(&settings),
@@ -166,6 +168,8 @@ impl RunScene {
         };
         let settings = settings(self.settings.clone()).into_iter();
         let settings: Vec<Setting> = settings.chain(further.iter().cloned()).collect();
-        Assembly::new(registry, &sources, &settings)
+        Assembly::builder(registry)
+            .settings(&settings)
+            .sources(&sources)
     }
 }

@@ -81,7 +81,7 @@ impl<'r> SufficiencyBuilder<'r> {
         settings: &[Setting],
         plants: &[String],
     ) -> Result<Self, Error> {
-        let own = Assembly::of_file(registry, path, settings)?;
+        let own = Assembly::builder(registry).settings(settings).file(path)?;
         let candidates = Candidates::of(registry, path, settings, plants, &own)?;
         let scenario = own.scenario();
         let reference = candidates.references.first();
@@ -137,7 +137,9 @@ impl<'r> SufficiencyBuilder<'r> {
         let settings = self.settings.iter().cloned().chain(chosen);
         let settings: Vec<Setting> = settings.chain(also.iter().cloned()).collect();
         guarded(&self.path.display().to_string(), || {
-            Assembly::of_file(self.registry, &self.path, &settings)
+            Assembly::builder(self.registry)
+                .settings(&settings)
+                .file(&self.path)
         })
     }
 

@@ -26,7 +26,7 @@ impl Assembly<'_> {
             return Err(Error::no_such_bus(name, known));
         };
         let ports = &self.facts.process_ports;
-        bus.driver = self.builder().built_bus(spec, ports, |context| {
+        bus.driver = self.part_builder().built_bus(spec, ports, |context| {
             in_part(PartKind::Driver, context.name, || driver(context))
         })?;
         self.rig_of(parts, |plant| plant)

@@ -1,9 +1,7 @@
 //! From a scenario file to a rig.
 
-use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use twinrig_document::Document;
 use twinrig_kernel::{Port, SimDuration, SimTime, count_drawn, drawn_streams, signal};
 use twinrig_legged::Constraints;
 use twinrig_robot::Robot;
@@ -14,6 +12,7 @@ use twinrig_scenario::{
 
 use crate::start::StartPerturbation;
 
+mod assembly_builder;
 pub mod body;
 pub mod builder;
 pub(crate) mod buses;
@@ -26,11 +25,13 @@ mod sensed;
 pub(crate) mod sensors;
 pub mod sources;
 
+pub use assembly_builder::AssemblyBuilder;
+
 use crate::assembly::body::Body;
 use crate::assembly::builder::{BuiltParts, PartBuilder};
-use crate::assembly::sources::{SCENARIO_FILE, Sources};
+use crate::assembly::sources::Sources;
 use crate::error::Error;
-use crate::parts::constraints::{self, DefaultRules, named_constraints};
+use crate::parts::constraints::{self, named_constraints};
 use crate::parts::setup::ground_below;
 use crate::registry::Registry;
 
@@ -41,11 +42,6 @@ const FRAME_SIGNALS: [&str; 3] = [
     "leg/*/angles",
 ];
 
-/// Folder that paths in the scenario at `path` are relative to.
-fn folder_of(path: &Path) -> &Path {
-    path.parent().unwrap_or(Path::new(""))
-}
-
 /// A checked scenario with its pruned scene, from which rigs are built.
 ///
 /// ```no_run
@@ -54,7 +50,7 @@ fn folder_of(path: &Path) -> &Path {
 /// use twinrig_kernel::{SimDuration, SimTime};
 ///
 /// let registry = Registry::standard();
-/// let assembly = Assembly::of_file(&registry, Path::new("scenarios/trot.toml"), &[])?;
+/// let assembly = Assembly::builder(&registry).file(Path::new("scenarios/trot.toml"))?;
 /// let mut rig = assembly.rig()?;
 /// rig.run_until(SimTime::ZERO + SimDuration::from_secs(1), &mut ())?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -75,97 +71,8 @@ pub struct Assembly<'r> {
 }
 
 impl<'r> Assembly<'r> {
-    /// Reads the scenario file at `path`, with `settings` applied on top.
-    ///
-    /// # Errors
-    /// Errors of the scenario, of its robot, or of their parts.
-    pub fn of_file(
-        registry: &'r Registry,
-        path: &Path,
-        settings: &[Setting],
-    ) -> Result<Self, Error> {
-        let sources = Sources::of(Document::read(path)?, folder_of(path));
-        Self::new(registry, &sources, settings)
-    }
-
-    /// Reads a scenario from `text`; messages and the report call it `file`, and paths and robots
-    /// are relative to `folder`.
-    ///
-    /// # Errors
-    /// As [`Assembly::of_file`].
-    pub fn of_text(
-        registry: &'r Registry,
-        file: &str,
-        text: &str,
-        folder: &Path,
-        settings: &[Setting],
-    ) -> Result<Self, Error> {
-        let sources = Sources::of(Document::parse(file, text)?, folder);
-        Self::new(registry, &sources, settings)
-    }
-
-    /// Reads the scenario file at `path` with the plant `name` in place of its own. A plant without
-    /// constraints or a tolerance ignores those of the scenario.
-    ///
-    /// # Errors
-    /// As [`Assembly::of_file`].
-    pub fn of_plant(
-        registry: &'r Registry,
-        path: &Path,
-        settings: &[Setting],
-        name: &str,
-    ) -> Result<Self, Error> {
-        let sources = Sources::of(Document::read(path)?, folder_of(path)).on_another_plant();
-        let mut settings = settings.to_vec();
-        settings.push(Setting::plant(name));
-        Self::new(registry, &sources, &settings)
-    }
-
-    /// Reads a scenario from texts, as stored in a recording.
-    ///
-    /// # Errors
-    /// As [`Assembly::of_file`].
-    pub fn of_texts(
-        registry: &'r Registry,
-        scenario: &str,
-        robot: &str,
-        settings: &[Setting],
-    ) -> Result<Self, Error> {
-        let rules = DefaultRules::Present;
-        Self::of_kept(registry, scenario, Some(robot), Vec::new(), settings, rules)
-    }
-
-    /// Reads a scenario from texts and the files of a standalone plant.
-    ///
-    /// # Errors
-    /// As [`Assembly::of_file`].
-    pub fn of_kept(
-        registry: &'r Registry,
-        scenario: &str,
-        robot: Option<&str>,
-        kept: Vec<(String, Vec<u8>)>,
-        settings: &[Setting],
-        rules: DefaultRules,
-    ) -> Result<Self, Error> {
-        let document = Document::parse(SCENARIO_FILE, scenario)?;
-        let sources = Sources {
-            robot: robot.map(str::to_owned),
-            kept: Some(kept),
-            rules,
-            ..Sources::of(document, Path::new(""))
-        };
-        Self::new(registry, &sources, settings)
-    }
-
     /// Reads a scenario from its sources.
-    ///
-    /// # Errors
-    /// As [`Assembly::of_file`].
-    pub fn new(
-        registry: &'r Registry,
-        sources: &Sources,
-        settings: &[Setting],
-    ) -> Result<Self, Error> {
+    fn of(registry: &'r Registry, sources: &Sources, settings: &[Setting]) -> Result<Self, Error> {
         let (assembly, drawn) = drawn_streams(|| Self::build(registry, sources, settings));
         let mut assembly = assembly?;
         let built = assembly.built.get_mut();
@@ -241,7 +148,7 @@ impl<'r> Assembly<'r> {
         Ok(assembly)
     }
 
-    fn builder(&self) -> PartBuilder<'_> {
+    fn part_builder(&self) -> PartBuilder<'_> {
         PartBuilder {
             registry: self.registry,
             scenario: self.scenario(),
@@ -261,7 +168,7 @@ impl<'r> Assembly<'r> {
             count_drawn(&parts.drawn);
             return Ok(parts);
         }
-        let builder = self.builder();
+        let builder = self.part_builder();
         Ok(BuiltParts {
             process: builder.process()?,
             buses: builder.buses(&self.facts.process_ports)?,
@@ -273,7 +180,7 @@ impl<'r> Assembly<'r> {
     /// Builds the plant with the outputs that the scene requires, coupled as the scenario
     /// specifies.
     fn plant(&self) -> Result<Box<dyn Plant>, Error> {
-        let builder = self.builder();
+        let builder = self.part_builder();
         let outputs = &self.facts.plant_outputs;
         builder.coupled_plant(&self.first_commands, outputs, &self.scene.wanted)
     }
@@ -283,7 +190,7 @@ impl<'r> Assembly<'r> {
     pub(crate) fn bare_plant(&self, also: &[String]) -> Result<Box<dyn Plant>, Error> {
         let wanted = [&self.scene.wanted, also].concat();
         let outputs = &self.facts.plant_outputs;
-        self.builder()
+        self.part_builder()
             .bare_plant(&self.first_commands, outputs, &wanted)
     }
 
@@ -299,7 +206,7 @@ impl<'r> Assembly<'r> {
         wanted: &dyn Fn(&str) -> bool,
     ) -> Result<Box<dyn Plant>, Error> {
         let commands = &self.first_commands;
-        let builder = self.builder();
+        let builder = self.part_builder();
         builder.plant_of(robot, plant, actuator, commands, wanted)
     }
 
@@ -450,7 +357,7 @@ impl<'r> Assembly<'r> {
             applied.map_err(|why| Error::Start { file: file(), why })?;
         }
         let ports = &self.facts.process_ports;
-        let tasks = self.builder().tasks(buses, &*process, ports)?;
+        let tasks = self.part_builder().tasks(buses, &*process, ports)?;
         let rig = Rig::new(&self.schedule(), process, tasks, around(plant));
         let mut rig = rig.map_err(|error| self.rig_error(error))?;
         self.add_sensors(&mut rig)?;
@@ -496,10 +403,10 @@ impl<'r> Assembly<'r> {
 
     /// Returns the baud rate of the serial port of a bus.
     pub(crate) fn baud(&self, bus: &BusSpec) -> Result<u32, Error> {
-        Ok(self.builder().bus_kind(bus)?.baud())
+        Ok(self.part_builder().bus_kind(bus)?.baud())
     }
 
     pub(crate) fn leg_names(&self) -> Vec<&str> {
-        self.builder().leg_names()
+        self.part_builder().leg_names()
     }
 }

@@ -11,7 +11,6 @@ use crate::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
 use crate::error::Error;
 use crate::fmu::error::FmuError;
 use crate::fmu::part::FmuPart;
-use crate::parts::constraints::DefaultRules;
 use crate::registry::Registry;
 use crate::run::recording::{kept_files, pairs, settings_of};
 
@@ -137,14 +136,13 @@ impl Resources {
             file.map(|(_, bytes)| String::from_utf8_lossy(bytes).into_owned())
         };
         let settings: Vec<Setting> = settings_of(self.manifest.settings.clone());
-        Assembly::of_kept(
-            registry,
-            &text(SCENARIO_FILE).unwrap_or_default(),
-            text(ROBOT_FILE).as_deref(),
-            self.files.clone(),
-            &settings,
-            DefaultRules::Present,
-        )
+        let builder = Assembly::builder(registry).settings(&settings);
+        let builder = builder.files(self.files.clone());
+        let builder = match text(ROBOT_FILE) {
+            Some(robot) => builder.robot(robot),
+            None => builder,
+        };
+        builder.recorded(&text(SCENARIO_FILE).unwrap_or_default())
     }
 }
 

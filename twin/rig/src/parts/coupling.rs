@@ -75,7 +75,10 @@ mod tests {
                 setting("plant.step", "\"0.1 ms\""),
                 setting("record.signals", "[\"**\"]"),
             ];
-            let assembly = Assembly::of_file(&registry, &path, &settings).unwrap();
+            let assembly = Assembly::builder(&registry)
+                .settings(&settings)
+                .file(&path)
+                .unwrap();
             let mut plant = assembly.parts().unwrap().plant;
             let layout = Layout::of(&plant.ports(), Direction::Output);
             let pairs: Vec<(usize, usize)> = layout

@@ -295,7 +295,7 @@ mod tests {
         let registry = Registry::standard();
         let note = |file: &str| {
             let scenarios = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios");
-            let assembly = Assembly::of_file(&registry, &scenarios.join(file), &[]);
+            let assembly = Assembly::builder(&registry).file(&scenarios.join(file));
             unapplied_sensors(&assembly.unwrap_or_else(|error| panic!("{error}")))
         };
         let noisy = note("tegotae-noisy.toml").unwrap();

@@ -36,7 +36,7 @@ fn new_scenarios_pass_for_small_large_and_new_robots() {
         make(&args, &registry).unwrap_or_else(|error| panic!("{error}"));
         let path = folder.join(format!("try-{robot}.toml"));
         assert!(!fs::read_to_string(&path).unwrap().contains('@'));
-        let assembly = Assembly::of_file(&registry, &path, &[]);
+        let assembly = Assembly::builder(&registry).file(&path);
         let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
         assert!(assembly.scenario().warnings.is_empty());
         let report = execute(&assembly, &Execution::default()).unwrap();

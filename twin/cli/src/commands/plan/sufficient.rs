@@ -84,7 +84,9 @@ fn found(
     }
     let set = args.set.clone();
     let settings = settings(&Settings { set, plant: None });
-    let own = Assembly::of_file(registry, &args.scenario, &settings)?;
+    let own = Assembly::builder(registry)
+        .settings(&settings)
+        .file(&args.scenario)?;
     if !args.json {
         terminal.warn(&own.scenario().warnings);
     }

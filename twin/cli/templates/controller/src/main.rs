@@ -119,7 +119,7 @@ mod tests {
     fn run() -> Report {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("{NAME}.toml"));
         let registry = registry();
-        let assembly = Assembly::of_file(&registry, &path, &[]);
+        let assembly = Assembly::builder(&registry).file(&path);
         let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
         execute(&assembly, &Execution::default()).unwrap_or_else(|error| panic!("{error}"))
     }

@@ -69,7 +69,7 @@ mod tests {
         for file in [&format!("{NAME}.toml"), "port.toml"] {
             let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
             let registry = registry();
-            let assembly = Assembly::of_file(&registry, &path, &[]);
+            let assembly = Assembly::builder(&registry).file(&path);
             let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
             let run = || {
                 let report = execute(&assembly, &Execution::default());

@@ -137,7 +137,7 @@ mod tests {
     fn scenario_meets_its_expectations_and_repeats() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("{NAME}.toml"));
         let registry = registry();
-        let assembly = Assembly::of_file(&registry, &path, &[]);
+        let assembly = Assembly::builder(&registry).file(&path);
         let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
         let run = || {
             let report = execute(&assembly, &Execution::default());

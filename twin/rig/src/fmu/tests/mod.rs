@@ -39,7 +39,9 @@ fn with_scenario<R>(
         value: (*value).to_owned(),
     };
     let settings: Vec<Setting> = all.iter().map(setting).collect();
-    let assembly = Assembly::of_file(&registry, &path(scenario), &settings);
+    let assembly = Assembly::builder(&registry)
+        .settings(&settings)
+        .file(&path(scenario));
     body(&assembly.unwrap_or_else(|error| panic!("{error}")))
 }
 
