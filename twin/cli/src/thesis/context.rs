@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use twinrig_document::Document;
-use twinrig_experiment::options::run::RunOptions;
+use twinrig_experiment::options::CommonOptions;
 use twinrig_experiment::{
     BenchRecorder, Error, EstimatePlan, EstimateStudy, Factor, ModulationOptions, ModulationPlan,
     ModulationStudy, PlantFactory, SearchSize, StabilityPlan, Study, StudyBuilder, StudyInput,
@@ -258,17 +258,13 @@ impl<'r> Context<'r> {
         let ModulationPlan { points, steps, .. } = ModulationPlan::default();
         let options = ModulationOptions {
             scenarios: vec![path.to_owned()],
-            plant: Vec::new(),
-            set: Vec::new(),
             variable: None,
             by: Vec::new(),
             after: None,
             points,
             steps,
             factors: false,
-            runs: RunOptions::default(),
-            out: PathBuf::new(),
-            json: false,
+            common: CommonOptions::default(),
         };
         let progress = &mut *self.progress.borrow_mut();
         Ok(options.study(self.registry, &settings, progress)?)
@@ -283,15 +279,11 @@ impl<'r> Context<'r> {
         let plan = TransitionPlan::default();
         let options = TransitionOptions {
             scenario: path.clone(),
-            plant: Vec::new(),
-            set: Vec::new(),
             variable: None,
             plateau: Vec::new(),
             tolerance: plan.tolerance,
             cycles: plan.lasting,
-            runs: RunOptions::default(),
-            out: PathBuf::new(),
-            json: false,
+            common: CommonOptions::default(),
         };
         let progress = &mut *self.progress.borrow_mut();
         Ok(options.study(self.registry, self.settings(), progress)?)

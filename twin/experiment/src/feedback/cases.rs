@@ -53,7 +53,7 @@ impl<'r> FeedbackCases<'r> {
         };
         let files = options.scenarios.iter();
         found.input.files = files.map(|path| path.display().to_string()).collect();
-        let plants = plants(&options.plant);
+        let plants = plants(&options.common.plant);
         let mut refused = None;
         for plant in plants {
             let reference = found.input.cases.len();
@@ -202,16 +202,12 @@ fn added(lag: Option<SimDuration>) -> impl Iterator<Item = Setting> {
 fn changes(options: &FeedbackOptions) -> ModulationOptions {
     ModulationOptions {
         scenarios: options.scenarios.clone(),
-        plant: options.plant.clone(),
-        set: Vec::new(),
         variable: None,
         by: options.by.clone(),
         after: None,
         points: options.points,
         steps: options.steps,
         factors: false,
-        runs: options.runs.clone(),
-        out: options.out.clone(),
-        json: options.json,
+        common: options.common.clone(),
     }
 }

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use clap::Args;
 use twinrig_kernel::SimDuration;
 
-use crate::options::run::RunOptions;
-use crate::options::values::{any_duration, duration, key_value, whole_number};
+use crate::options::CommonOptions;
+use crate::options::values::{any_duration, duration, whole_number};
 
 /// One gait on true, measured and estimated loads.
 const FEEDBACK: [&str; 3] = [
@@ -28,12 +28,6 @@ pub struct FeedbackOptions {
     /// Scenario files with one gait on loads of several sources; the first is the reference
     #[arg(value_name = "SCENARIO", default_values = FEEDBACK)]
     pub scenarios: Vec<PathBuf>,
-    /// Study on this plant; may be repeated; without it, on the scenario's own
-    #[arg(long, value_name = "MODEL", value_delimiter = ',')]
-    pub plant: Vec<String>,
-    /// Set a key of the scenarios: controller.feedback="0.3 rad/(N·s)"
-    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
-    pub set: Vec<(String, String)>,
     /// Repeat the first scenario with a filter of the load, with these time constants, separated by
     /// commas: 5ms,10ms
     #[arg(long, value_name = "DURATIONS", value_delimiter = ',', value_parser = duration)]
@@ -59,14 +53,7 @@ pub struct FeedbackOptions {
     /// Footsteps of each leg after the change
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = whole_number)]
     pub steps: usize,
-    /// Engine of the runs.
+    /// Plants, settings, engine and folder.
     #[command(flatten)]
-    pub runs: RunOptions,
-    /// Folder for the HTML page, the CSV and the JSON file, and for the rows from which a study
-    /// continues
-    #[arg(long, value_name = "DIR", default_value = "studies")]
-    pub out: PathBuf,
-    /// Print JSON instead of a table
-    #[arg(long)]
-    pub json: bool,
+    pub common: CommonOptions,
 }

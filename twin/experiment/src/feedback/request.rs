@@ -8,14 +8,7 @@ use crate::runs::rounds::StudyEngine;
 
 impl StudyRequest for FeedbackOptions {
     fn frame(&self) -> StudyFrame<'_> {
-        StudyFrame {
-            name: "loads",
-            scenarios: &self.scenarios,
-            plants: &self.plant,
-            set: &self.set,
-            out: &self.out,
-            json: self.json,
-        }
+        self.common.frame("loads", &self.scenarios)
     }
 
     fn run(&self, context: StudyContext<'_>) -> Result<StudyReport, Error> {
@@ -27,7 +20,7 @@ impl StudyRequest for FeedbackOptions {
             observer,
         } = context;
         let cases = FeedbackCases::new(registry, self, settings)?;
-        let mut engine = StudyEngine::new(registry, &self.runs, &self.frame())?;
+        let mut engine = StudyEngine::new(registry, &self.common.runs, &self.frame())?;
         let study = cases.study(&cases.plan(self)?, &mut engine, observer)?;
         let file = self.scenarios[0].display().to_string();
         let study = study.map_err(|source| Error::of_study(&file, source))?;

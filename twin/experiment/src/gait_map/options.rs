@@ -12,9 +12,9 @@ use super::results::{GaitMap, GaitMapInput};
 use super::{GaitPoint, expectations};
 use crate::error::Error;
 use crate::gait::scene::{GaitScene, left_out, plants};
+use crate::options::CommonOptions;
 use crate::options::request::{StudyContext, StudyFrame, StudyReport, StudyRequest, unique};
-use crate::options::run::RunOptions;
-use crate::options::values::{any_duration, key_value};
+use crate::options::values::any_duration;
 use crate::runs::judged::{JudgedRuns, JudgedTask};
 use crate::runs::rounds::{RoundShare, StudyEngine};
 
@@ -42,43 +42,24 @@ pub struct GaitMapOptions {
     /// Time from which the gait is measured [default: half of the run]
     #[arg(long, value_name = "TIME", value_parser = any_duration)]
     pub after: Option<SimDuration>,
-    /// Study on this plant; may be repeated; without it, on the scenario's own
-    #[arg(long, value_name = "MODEL", value_delimiter = ',')]
-    pub plant: Vec<String>,
-    /// Set a key of the scenario: plant.ground.friction=0.8
-    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
-    pub set: Vec<(String, String)>,
-    /// Engine of the runs.
+    /// Plants, settings, engine and folder.
     #[command(flatten)]
-    pub runs: RunOptions,
-    /// Folder for the HTML page, the CSV and the JSON file, and for the rows from which a study
-    /// continues
-    #[arg(long, value_name = "DIR", default_value = "studies")]
-    pub out: PathBuf,
-    /// Print JSON instead of a table
-    #[arg(long)]
-    pub json: bool,
+    pub common: CommonOptions,
 }
 
 impl StudyRequest for GaitMapOptions {
     fn frame(&self) -> StudyFrame<'_> {
-        StudyFrame {
-            name: "gait",
-            scenarios: std::slice::from_ref(&self.scenario),
-            plants: &self.plant,
-            set: &self.set,
-            out: &self.out,
-            json: self.json,
-        }
+        self.common
+            .frame("gait", std::slice::from_ref(&self.scenario))
     }
 
     fn check(&self) -> Result<(), Error> {
-        unique("--plant", &self.plant)
+        unique("--plant", &self.common.plant)
     }
 
     fn run(&self, context: StudyContext<'_>) -> Result<StudyReport, Error> {
         let (mut scenes, mut omitted, mut refused) = (Vec::new(), Vec::new(), None);
-        for plant in plants(&self.plant) {
+        for plant in plants(&self.common.plant) {
             let path = &self.scenario;
             match GaitScene::new(context.registry, path, context.settings, plant) {
                 Ok(scene) => scenes.push(scene),
@@ -119,7 +100,7 @@ impl StudyRequest for GaitMapOptions {
             }
         });
         let tasks: Vec<JudgedTask> = tasks.collect();
-        let mut engine = StudyEngine::new(context.registry, &self.runs, &self.frame())?;
+        let mut engine = StudyEngine::new(context.registry, &self.common.runs, &self.frame())?;
         let rows = engine.round(&runs, &tasks, RoundShare::Partition, context.observer)?;
         let points = places.iter().zip(&rows);
         let points = points.map(|((scene, at), row)| GaitPoint::new(&names[*scene], *at, row));

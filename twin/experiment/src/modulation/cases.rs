@@ -65,7 +65,7 @@ impl<'r> ModulationCases<'r> {
         options: &ModulationOptions,
         settings: &[Setting],
     ) -> Result<Self, Error> {
-        let plants = plants(&options.plant);
+        let plants = plants(&options.common.plant);
         let several = options.scenarios.len() * plants.len() > 1;
         let factors: &[Factor] = if options.factors || several {
             &[

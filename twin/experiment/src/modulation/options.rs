@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use clap::Args;
 use twinrig_kernel::SimDuration;
 
-use crate::options::run::RunOptions;
-use crate::options::values::{any_duration, key_value, whole_number};
+use crate::options::CommonOptions;
+use crate::options::values::{any_duration, whole_number};
 
 /// Measure the displacement of footsteps after a change of a variable of the controller
 ///
@@ -20,12 +20,6 @@ pub struct ModulationOptions {
     /// Scenario files with a gait; several are compared
     #[arg(value_name = "SCENARIO", default_value = "scenarios/step-change.toml")]
     pub scenarios: Vec<PathBuf>,
-    /// Study on this plant; may be repeated; without it, on the scenario's own
-    #[arg(long, value_name = "MODEL", value_delimiter = ',')]
-    pub plant: Vec<String>,
-    /// Set a key of the scenarios: controller.frequency="3 Hz"
-    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
-    pub set: Vec<(String, String)>,
     /// Process variable that changes [default: that of the scenario's first change, or
     /// `step_length`]
     #[arg(long, value_name = "VARIABLE")]
@@ -53,14 +47,7 @@ pub struct ModulationOptions {
     /// there are several scenarios or plants
     #[arg(long)]
     pub factors: bool,
-    /// Engine of the runs.
+    /// Plants, settings, engine and folder.
     #[command(flatten)]
-    pub runs: RunOptions,
-    /// Folder for the HTML page, the CSV and the JSON file, and for the rows from which a study
-    /// continues
-    #[arg(long, value_name = "DIR", default_value = "studies")]
-    pub out: PathBuf,
-    /// Print JSON instead of a table
-    #[arg(long)]
-    pub json: bool,
+    pub common: CommonOptions,
 }

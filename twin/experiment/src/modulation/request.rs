@@ -13,14 +13,7 @@ use crate::runs::rounds::StudyEngine;
 
 impl StudyRequest for ModulationOptions {
     fn frame(&self) -> StudyFrame<'_> {
-        StudyFrame {
-            name: "modulation",
-            scenarios: &self.scenarios,
-            plants: &self.plant,
-            set: &self.set,
-            out: &self.out,
-            json: self.json,
-        }
+        self.common.frame("modulation", &self.scenarios)
     }
 
     fn run(&self, context: StudyContext<'_>) -> Result<StudyReport, Error> {
@@ -31,7 +24,7 @@ impl StudyRequest for ModulationOptions {
             command,
             observer,
         } = context;
-        let mut engine = StudyEngine::new(registry, &self.runs, &self.frame())?;
+        let mut engine = StudyEngine::new(registry, &self.common.runs, &self.frame())?;
         let study = self.study_by(&mut engine, registry, settings, observer)?;
         let mut summary = study.summary();
         engine.note(&mut summary);

@@ -11,9 +11,49 @@ use clap::Args;
 use twinrig_kernel::SimDuration;
 
 use request::StudyFrame;
+use run::RunOptions;
 use values::{duration, key_value, seconds};
 
-/// Options common to all studies.
+/// Options common to studies of gaits.
+#[derive(Clone, Debug, Default, Args)]
+pub struct CommonOptions {
+    /// Study on this plant; may be repeated; without it, on the scenario's own
+    #[arg(long, value_name = "MODEL", value_delimiter = ',')]
+    pub plant: Vec<String>,
+    /// Set a key of the scenario: controller.frequency="3 Hz"
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
+    pub set: Vec<(String, String)>,
+    /// Engine of the runs.
+    #[command(flatten)]
+    pub runs: RunOptions,
+    /// Folder for the HTML page, the CSV and the JSON file, and for the rows from which a study
+    /// continues
+    #[arg(long, value_name = "DIR", default_value = "studies")]
+    pub out: PathBuf,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl CommonOptions {
+    /// Returns the options that all studies have.
+    pub(crate) fn frame<'s>(
+        &'s self,
+        name: &'static str,
+        scenarios: &'s [PathBuf],
+    ) -> StudyFrame<'s> {
+        StudyFrame {
+            name,
+            scenarios,
+            plants: &self.plant,
+            set: &self.set,
+            out: &self.out,
+            json: self.json,
+        }
+    }
+}
+
+/// Options common to studies of plants and boards.
 #[derive(Clone, Debug, Args)]
 pub struct StudyOptions {
     /// Scenario file

@@ -47,7 +47,7 @@ impl<'r> RobustnessCases<'r> {
         };
         let mut first_error = None;
         for path in &options.scenarios {
-            for plant in plants(&options.plant) {
+            for plant in plants(&options.common.plant) {
                 if let Err(error) = cases.add(registry, path, settings, plant) {
                     let name = path.display().to_string();
                     cases.left_out.push(left_out(&name, plant, &error));

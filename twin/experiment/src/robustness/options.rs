@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::options::run::RunOptions;
-use crate::options::values::{key_value, runs_of_ensemble, tolerance};
+use crate::options::CommonOptions;
+use crate::options::values::{runs_of_ensemble, tolerance};
 
 /// Measure how far the expectations of scenarios are from failing, over perturbed starts
 ///
@@ -30,20 +30,7 @@ pub struct RobustnessOptions {
     /// Find the radii of each scenario as well, as `twin study radius` does
     #[arg(long)]
     pub radius: bool,
-    /// Engine of the runs.
+    /// Plants, settings, engine and folder.
     #[command(flatten)]
-    pub runs: RunOptions,
-    /// Study on this plant; may be repeated; without it, on the scenario's own
-    #[arg(long, value_name = "MODEL", value_delimiter = ',')]
-    pub plant: Vec<String>,
-    /// Set a key of the scenarios: controller.frequency="3 Hz"
-    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
-    pub set: Vec<(String, String)>,
-    /// Folder for the HTML page, the CSV, the JSON and the Markdown file, and for the rows from
-    /// which a study continues
-    #[arg(long, value_name = "DIR", default_value = "studies")]
-    pub out: PathBuf,
-    /// Print JSON instead of a table
-    #[arg(long)]
-    pub json: bool,
+    pub common: CommonOptions,
 }

@@ -15,14 +15,7 @@ use crate::runs::rounds::StudyEngine;
 
 impl StudyRequest for RobustnessOptions {
     fn frame(&self) -> StudyFrame<'_> {
-        StudyFrame {
-            name: "robustness",
-            scenarios: &self.scenarios,
-            plants: &self.plant,
-            set: &self.set,
-            out: &self.out,
-            json: self.json,
-        }
+        self.common.frame("robustness", &self.scenarios)
     }
 
     /// Studies ensembles, then the radii of the same scenarios if they are asked for.
@@ -37,7 +30,7 @@ impl StudyRequest for RobustnessOptions {
         let of_study = |source| Error::of_study(&self.scenarios[0].display().to_string(), source);
         let cases = RobustnessCases::new(registry, self, settings)?;
         let plan = RobustnessCases::plan(self);
-        let mut engine = StudyEngine::new(registry, &self.runs, &self.frame())?;
+        let mut engine = StudyEngine::new(registry, &self.common.runs, &self.frame())?;
         let mut study = cases
             .study(&plan, &mut engine, observer)?
             .map_err(of_study)?;
@@ -80,7 +73,7 @@ impl RobustnessOptions {
     /// `twin study radius` names it; with the plant if there are several.
     fn radius_name(&self, scenario: &Path, plant: Option<&str>) -> String {
         let stem = scenario.file_stem().unwrap_or_default().to_string_lossy();
-        match plant.filter(|_| self.plant.len() > 1) {
+        match plant.filter(|_| self.common.plant.len() > 1) {
             Some(plant) => format!("radius-{stem}-{plant}"),
             None => format!("radius-{stem}"),
         }
@@ -102,8 +95,8 @@ impl RobustnessOptions {
             axes: Vec::new(),
             along: Vec::new(),
             precision: DEFAULT_PRECISION,
-            engine: self.runs.engine.clone(),
-            rows: self.out.join(name),
+            engine: self.common.runs.engine.clone(),
+            rows: self.common.out.join(name),
         }
     }
 }

@@ -34,7 +34,7 @@ impl<'r> TransitionCases<'r> {
         options: &TransitionOptions,
         settings: &[Setting],
     ) -> Result<Self, Error> {
-        let plants = plants(&options.plant);
+        let plants = plants(&options.common.plant);
         let path = &options.scenario;
         let mut found: Option<Self> = None;
         let (mut omitted, mut refused) = (Vec::new(), None);

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use clap::Args;
 use twinrig_kernel::SimDuration;
 
-use crate::options::run::RunOptions;
-use crate::options::values::{deviation, key_value, plateau, whole_number};
+use crate::options::CommonOptions;
+use crate::options::values::{deviation, plateau, whole_number};
 
 /// Classify the gait over time while a variable of the controller changes in steps
 ///
@@ -19,12 +19,6 @@ pub struct TransitionOptions {
     /// Scenario file in which a variable of the controller changes in steps
     #[arg(value_name = "SCENARIO")]
     pub scenario: PathBuf,
-    /// Study on this plant; may be repeated; without it, on the scenario's own
-    #[arg(long, value_name = "MODEL", value_delimiter = ',')]
-    pub plant: Vec<String>,
-    /// Set a key of the scenario: controller.step_length="8 cm"
-    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
-    pub set: Vec<(String, String)>,
     /// Process variable whose changes are related to the gaits [default: that of the scenario's
     /// first change]
     #[arg(long, value_name = "VARIABLE")]
@@ -39,14 +33,7 @@ pub struct TransitionOptions {
     /// Cycles in a row after which a gait is established
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole_number)]
     pub cycles: usize,
-    /// Engine of the runs.
+    /// Plants, settings, engine and folder.
     #[command(flatten)]
-    pub runs: RunOptions,
-    /// Folder for the HTML page, the CSV and the JSON file, and for the rows from which a study
-    /// continues
-    #[arg(long, value_name = "DIR", default_value = "studies")]
-    pub out: PathBuf,
-    /// Print JSON instead of a table
-    #[arg(long)]
-    pub json: bool,
+    pub common: CommonOptions,
 }

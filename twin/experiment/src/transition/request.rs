@@ -13,18 +13,12 @@ use crate::runs::rounds::{RoundShare, StudyEngine};
 
 impl StudyRequest for TransitionOptions {
     fn frame(&self) -> StudyFrame<'_> {
-        StudyFrame {
-            name: "transition",
-            scenarios: std::slice::from_ref(&self.scenario),
-            plants: &self.plant,
-            set: &self.set,
-            out: &self.out,
-            json: self.json,
-        }
+        self.common
+            .frame("transition", std::slice::from_ref(&self.scenario))
     }
 
     fn check(&self) -> Result<(), Error> {
-        unique("--plant", &self.plant)?;
+        unique("--plant", &self.common.plant)?;
         unique("--plateau", &self.plateau)
     }
 
@@ -36,7 +30,7 @@ impl StudyRequest for TransitionOptions {
             command,
             observer,
         } = context;
-        let mut engine = StudyEngine::new(registry, &self.runs, &self.frame())?;
+        let mut engine = StudyEngine::new(registry, &self.common.runs, &self.frame())?;
         let study = self.study_by(&mut engine, registry, settings, observer)?;
         let mut summary = study.summary();
         engine.note(&mut summary);
