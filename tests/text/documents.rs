@@ -138,3 +138,30 @@ fn first_optimization_has_the_shown_result() {
     let words = ["optimize", "--space"];
     check_first_example("optimization", "faster.toml", &words, &skipped);
 }
+
+/// The list of `twin/experiment/src/studies.rs`.
+#[test]
+fn every_study_is_in_the_table_of_commands_and_in_the_page_of_studies() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let read = |file: &str| std::fs::read_to_string(root.join(file)).unwrap();
+    let list = read("twin/experiment/src/studies.rs");
+    let (_, list) = list.split_once("\nstudies! {").unwrap();
+    let names = list.lines().filter_map(|line| line.trim().split_once(": "));
+    let names: Vec<String> = names.map(|(name, _)| name.to_lowercase()).collect();
+    assert!(names.len() > 9, "{names:?}");
+    let readme = readme();
+    let command = readme
+        .lines()
+        .find(|line| line.starts_with("| `twin study "));
+    let command = command.unwrap().replace('\\', "");
+    let page = read("docs/studies.md");
+    for name in names {
+        let words: Vec<&str> = command.split([' ', '|']).collect();
+        assert!(words.contains(&&*name), "`{name}` is missing in README.md");
+        let row = format!("| [`twin study {name}`]");
+        assert!(
+            page.contains(&row),
+            "`{name}` is missing in docs/studies.md"
+        );
+    }
+}

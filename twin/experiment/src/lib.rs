@@ -1,19 +1,10 @@
-//! Studies of plants: precision, the error of each method against its run time ([`precision`]), and
-//! stability, the largest stable and accurate step of each method ([`stability`]). Plants are
-//! accessed through [`twinrig_runtime::Plant`] only and are built by a [`PlantFactory`]. A variant
+//! Many runs of scenarios. [`sweep()`] runs a scenario at many points, [`optimize`] searches its
+//! settings, [`with_ensemble`] perturbs its start. [`StudyCommand`] lists the studies; each has a
+//! folder with its options, results and pages. Studies of plants ([`precision`], [`stability`])
+//! access them through [`twinrig_runtime::Plant`] only and build them by a [`PlantFactory`]. A part
 //! that cannot be built, fails, panics or exceeds its time budget is a row of the study with the
-//! reason. A third study ([`coupling()`]) runs complete rigs, boards included, and compares the
-//! coupling of plant and boards on a communication grid with exact coupling. A fourth one
-//! ([`estimate()`]) identifies the cells of a load sensor from recorded samples, and tunes and
-//! validates its filters. A fifth one
-//! ([`modulation()`]) measures the displacement of footsteps after a change of a variable of the
-//! controller, a sixth one ([`transition()`]) classifies gaits over time and dates their
-//! transitions, a seventh one ([`feedback()`]) compares a controller on true loads with the same
-//! one on loads that are measured or estimated. An eighth one ([`robustness()`]) runs scenarios
-//! from perturbed starts, and gives the distribution of the margins of their expectations and the
-//! growth of the distance between trajectories. A search ([`sufficient()`]) finds the cheapest
-//! plant and setting that answer a scenario. Two studies of one build give the same results except
-//! for run times, unless the budget truncates one of them.
+//! reason. Two studies of one build give the same results except for run times, unless the budget
+//! truncates one of them.
 //!
 //! ```
 //! use twinrig_experiment::{PrecisionPlan, Study, StudyError, PlantFactory, precision};
@@ -28,8 +19,8 @@
 //! }
 //! ```
 //!
-//! Limits: no scenario parsing, no knowledge of a robot or of a particular plant, no file output.
-//! The wall clock is read for run times and budgets only.
+//! Limits: no knowledge of a particular plant, no terminal; the options of a study are those of the
+//! command line. The wall clock is read for run times, budgets and progress only.
 
 mod budget;
 mod coupling;

@@ -11,6 +11,9 @@ use twinrig_runtime::{catch_panic, interrupt};
 
 use super::{Engine, EngineError, EngineEvent, EngineOptions, EngineStatus, Job};
 
+/// Stack of a thread \[bytes\], as the main thread has: without optimisation, runs of the full
+/// plant need more than the usual 2 MB.
+const STACK: usize = 8 << 20;
 /// Greatest time between two calls of the observer.
 const UPDATE: Duration = Duration::from_millis(100);
 
@@ -95,7 +98,8 @@ fn on_threads(
                 };
                 interrupt::in_scope(token.as_ref(), || probe::within(probe, work));
             };
-            let started = Builder::new().name(format!("task {number}"));
+            let thread = Builder::new().name(format!("task {number}"));
+            let started = thread.stack_size(STACK);
             if let Err(source) = started.spawn_scoped(scope, worker) {
                 ended.store(true, Ordering::Relaxed);
                 return Err(EngineError::Threads { threads, source });
@@ -153,6 +157,36 @@ mod tests {
         });
         assert!(ended.is_ok());
         results
+    }
+
+    /// A task that needs the usual stack of a thread for one variable.
+    struct Deep;
+
+    impl Job for Deep {
+        fn shared(&self) -> Vec<u8> {
+            Vec::new()
+        }
+
+        fn task(&self, _: usize) -> Vec<u8> {
+            Vec::new()
+        }
+
+        fn run(&self, _: usize) -> Option<Vec<u8>> {
+            let frame = [1_u8; STACK / 4];
+            Some(vec![std::hint::black_box(&frame)[0]])
+        }
+    }
+
+    /// Without it, the program is aborted.
+    #[test]
+    fn tasks_have_the_stack_of_a_main_thread() {
+        let mut done = 0;
+        let options = EngineOptions::default();
+        let ended = LocalEngine.run(&Deep, &[0, 1], &options, &mut |event| {
+            done += usize::from(matches!(event, EngineEvent::Done { result: Ok(_), .. }));
+            true
+        });
+        assert!(ended.is_ok() && done == 2);
     }
 
     #[test]

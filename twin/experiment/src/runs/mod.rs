@@ -1,5 +1,7 @@
-//! Runs of one scenario at many points: their plan, their keys, and the job of an engine that does
-//! them. Sweeps, optimizations and studies of radii share them.
+//! Runs that an engine does, with rows on disk.
+//!
+//! `plan` and `tasks` are one scenario at many points, for sweeps, optimizations and radii;
+//! `rounds` are runs of studies on scenes, of which `judged` ones differ by settings alone.
 
 pub(crate) mod cases;
 pub(crate) mod job;

@@ -28,7 +28,7 @@ pub(crate) trait StudyRuns: Sync {
     type Task: Serialize + Sync;
     /// Result of a run.
     type Run: Clone + Serialize + DeserializeOwned;
-    /// Name of these runs: that of the folder of their rows, and for workers.
+    /// Name of these runs: that of the folder of their rows, and in the table of `worker.rs`.
     const NAME: &'static str;
 
     /// Returns the scenes, which tasks name by their indices.

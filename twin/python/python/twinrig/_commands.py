@@ -224,8 +224,8 @@ def study(
     Parameters
     ----------
     kind
-        ``precision``, ``stability``, ``coupling``, ``estimate``, ``modulation``, ``transition`` or
-        ``gait``.
+        Name of the study: ``precision``, ``stability`` and others, which ``twin study --help``
+        lists.
     scenario
         Path of a scenario file, or its tables as a dictionary, which is written to the current
         folder; by default that of the kind.
