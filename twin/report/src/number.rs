@@ -179,6 +179,8 @@ mod tests {
             (1.661e-4, "166 µm"),
             (0.099_96, "100 mm"),
             (0.000_999_9, "1 mm"),
+            (0.000_999_9, "1 mm"),
+            (0.9993, "999 mm"),
             (12.34, "12.3 m"),
             (4e-20, "4 × 10⁻²⁰ m"),
         ] {
@@ -198,5 +200,12 @@ mod tests {
         assert_eq!(plain(1200.0), "1200");
         assert_eq!(plain(0.25), "0.25");
         assert_eq!(plain(1e6), "10⁶");
+        assert_eq!(plain(1e6), "10⁶");
+    }
+
+    #[test]
+    fn factors_have_three_digits_in_groups() {
+        assert_eq!(grouped_factor(12.34), "12.3 ×");
+        assert_eq!(grouped_factor(1234.0), "1\u{202f}230 ×");
     }
 }

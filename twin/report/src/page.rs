@@ -264,3 +264,41 @@ fn legend(entries: &[(Swatch, String)]) -> String {
         items => element("ul", "legend", items) + "\n",
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::html::plot::{Curve, Ended, Look, Mark, Point, Setting};
+
+    #[test]
+    fn each_run_that_ended_early_is_in_one_strip_and_marks_are_in_the_legend() {
+        let ended = |title: &str, cut| {
+            let title = title.to_owned();
+            Setting::Ended(Ended { x: 1.0, title, cut })
+        };
+        let doubtful = Setting::Point(Point {
+            x: 1.0,
+            y: 1.0,
+            title: String::new(),
+            look: Look::Doubtful,
+        });
+        let settings = [doubtful, ended("it fell", false), ended("slow", true)];
+        let plot = Plot {
+            title: String::new(),
+            width: 400.0,
+            height: 300.0,
+            x_label: String::new(),
+            y_label: String::new(),
+            curves: vec![Curve::through(0, false, settings)],
+            marks: vec![Mark::Below(1.0, "floor".to_owned())],
+            shared_y: Vec::new(),
+            strip: "failed".to_owned(),
+        };
+        for title in ["it fell", "slow"] {
+            assert_eq!(plot.svg().matches(title).count(), 1, "{title}");
+        }
+        let legend = Figure::default().with_marks(&plot).legend;
+        let swatches: Vec<Swatch> = legend.iter().map(|(swatch, _)| *swatch).collect();
+        assert_eq!(swatches, [Swatch::Region, Swatch::Doubtful]);
+    }
+}

@@ -147,7 +147,16 @@ mod tests {
         let near = Axis::around([0.1, 100.0], 0.0, 300.0).ticks(30.0);
         let labels: Vec<String> = near.into_iter().map(|(_, label)| label).collect();
         assert_eq!(labels, ["0.1", "1", "10", "100"]);
+        let far = Axis::around([0.1, 1e4], 0.0, 300.0).ticks(30.0);
+        let labels: Vec<String> = far.into_iter().map(|(_, label)| label).collect();
+        assert_eq!(labels, ["10⁻¹", "1", "10", "10²", "10³", "10⁴"]);
         assert!(axis.contains(0.5) && !axis.contains(2.0) && !axis.contains(0.0));
+    }
+
+    #[test]
+    fn every_decade_with_room_has_lines_at_two_to_nine() {
+        assert_eq!(Axis::around([0.1, 100.0], 0.0, 300.0).lines().len(), 3 * 8);
+        assert!(Axis::around([0.1, 100.0], 0.0, 200.0).lines().is_empty());
     }
 
     #[test]

@@ -351,28 +351,4 @@ fn bars(out: &mut String, width: f64, points: &[[f64; 2]], [x, y]: [&LinearAxis;
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn axis(values: &[f64]) -> LinearAxis {
-        LinearAxis::around(values.iter().copied(), 100.0, 500.0, 80.0)
-    }
-
-    #[test]
-    fn ticks_are_round_and_contain_all_values() {
-        let axis = axis(&[-0.3, 27.9]);
-        let labels: Vec<String> = axis.ticks(1.0).map(|(_, label)| label).collect();
-        assert_eq!(labels, ["-10", "0", "10", "20", "30"]);
-        assert_eq!((axis.at(-10.0), axis.at(30.0)), (100.0, 500.0));
-        assert_eq!(axis.at(10.0), 300.0);
-    }
-
-    #[test]
-    fn axis_is_valid_for_any_values() {
-        for values in [&[][..], &[f64::NAN], &[5.0], &[0.0], &[f64::INFINITY, 1.0]] {
-            let axis = axis(values);
-            assert!((100.0..=500.0).contains(&axis.at(5.0)), "{values:?}");
-            assert!(axis.ticks(1.0).count() >= 2);
-        }
-    }
-}
+mod tests;

@@ -218,6 +218,10 @@ mod tests {
         assert_eq!(svg.matches("class=\"c1\"").count(), 1);
         assert_eq!(svg.matches("class=\"c0\"").count(), 1);
         assert!(svg.contains("a &lt;surface&gt;"));
+        // A mean of -4, where the greatest magnitude is 9.
+        assert!(svg.contains("fill-opacity=\"0.48\""));
+        // The first axis has its labels in front, where the second one ends.
+        assert!(svg.contains("x=\"295.0\" y=\"367.0\">-4<"));
         let gap = surface(vec![vec![3.0, 2.0], vec![1.0, f64::NAN], vec![-9.0, -9.0]]).svg();
         assert_eq!(gap.matches("class=\"c").count(), 0);
         assert_eq!(surface(vec![vec![0.0; 2]; 3]).svg(), "");

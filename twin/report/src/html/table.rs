@@ -103,6 +103,13 @@ mod tests {
     }
 
     #[test]
+    fn empty_columns_are_omitted() {
+        let mut table = HtmlTable::of_columns([("run", true), ("empty", false), ("count", false)]);
+        table.row("", ["trot", "", "1"].map(str::to_owned).into());
+        assert!(!table.html().contains("empty"));
+    }
+
+    #[test]
     fn reasons_are_a_column_of_narrow_tables_and_a_row_of_wide_ones() {
         let (few, many) = (table(4), table(14));
         assert!(few.contains("<td class=\"w\">it fell</td>") && !few.contains("colspan"));

@@ -32,6 +32,17 @@ fn text_has_units_in_its_cells_and_no_row_without_values() {
 }
 
 #[test]
+fn tone_of_a_row_is_that_of_its_plain_cells() {
+    let mut table = Table::new([Column::label("run"), Column::text("gait")]);
+    table.row(["one".into(), Cell::from("trot").with_tone(Tone::Good)]);
+    table.set_tone(Tone::Bad);
+    let line = &table.grid().lines(0)[1];
+    let styled = |style, text| crate::text::style::styled(style, text);
+    assert!(line.contains(&styled(RED, "one")), "{line:?}");
+    assert!(line.contains(&styled(GREEN, "trot")), "{line:?}");
+}
+
+#[test]
 fn page_has_units_in_its_head_and_escapes_its_cells() {
     let html = table().html();
     for expected in [

@@ -218,5 +218,8 @@ mod tests {
     fn numbers_stay_with_their_units() {
         let text = fit(&format!("{} is 12.5 m/s", "x".repeat(33)), 40);
         assert_eq!(text, format!("{} is\n  12.5 m/s", "x".repeat(33)));
+        assert_eq!(text, format!("{} is\n  12.5 m/s", "x".repeat(33)));
+        let text = fit(&format!("{} is 12 cycles", "x".repeat(33)), 40);
+        assert_eq!(text, format!("{} is\n  12 cycles", "x".repeat(33)));
     }
 }

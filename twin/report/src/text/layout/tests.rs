@@ -86,6 +86,31 @@ fn values_that_would_need_many_lines_follow_their_names() {
 }
 
 #[test]
+fn values_of_two_lines_are_aligned_below_their_names() {
+    let mut grid = Grid::new(&[Right; 6]);
+    grid.header("one | two | three | four | five | six");
+    grid.row(["1234567890"; 6].map(Cell::from));
+    let text = plain(&laid_out(&grid.lines(0).join("\n"), Some(40)));
+    let line = |[a, b, c]: [&str; 3]| format!("{a:>10}  {b:>10}  {c:>10}\n");
+    let values = line(["1234567890"; 3]);
+    let names = [["one", "two", "three"], ["four", "five", "six"]].map(line);
+    let expected = format!("{}    {}{values}    {values}", names[0], names[1]);
+    assert_eq!(text, expected.trim_end());
+}
+
+#[test]
+fn paragraphs_are_wrapped_anew() {
+    let text = "one two three four five six seven eight nine ten eleven twelve thirteen fourteen";
+    let lines = |columns| {
+        let mut grid = Grid::new(&[Left, Left]);
+        grid.paragraph("a".into(), &text.into(), columns);
+        plain(&laid_out(&grid.lines(0).join("\n"), Some(40)))
+    };
+    // Of three lines that are too wide, and of lines that fit.
+    assert_eq!(lines(45), lines(37));
+}
+
+#[test]
 fn words_that_fit_nowhere_are_whole_in_a_line_below() {
     let hash = "3d60c8727d842745".repeat(4);
     let mut grid = Grid::new(&[Left, Left]);
