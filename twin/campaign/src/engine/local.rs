@@ -171,6 +171,7 @@ mod tests {
             Vec::new()
         }
 
+        #[expect(clippy::large_stack_arrays, reason = "the stack is tested")]
         fn run(&self, _: usize) -> Option<Vec<u8>> {
             let frame = [1_u8; STACK / 4];
             Some(vec![std::hint::black_box(&frame)[0]])
