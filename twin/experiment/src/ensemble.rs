@@ -201,3 +201,29 @@ pub fn with_ensemble(
 pub(crate) fn ran(row: Result<SweepRow, Error>) -> Ran<SweepRow> {
     row.map_err(|error| error.to_string())
 }
+
+#[cfg(test)]
+mod tests {
+    use twinrig_rig::registry::Registry;
+    use twinrig_scenario::Setting;
+
+    use super::*;
+    use crate::runs::scene::tests::trot;
+
+    #[test]
+    fn run_with_an_error_has_no_ensemble() {
+        let registry = Registry::standard();
+        let ensemble = Setting {
+            origin: "--set".to_owned(),
+            key: "ensemble".to_owned(),
+            value: "{ runs = 2 }".to_owned(),
+        };
+        let scene = trot(&registry, "'10 ms'", None);
+        let assembly = scene.assembly(&registry, &[ensemble]).unwrap();
+        let mut report = execute(&assembly, &Execution::default()).unwrap();
+        assert!(report.expectations.iter().all(|it| it.ensemble.is_some()));
+        report.error = Some("it snapped".to_owned());
+        let found = with_ensemble(&assembly, report, &mut |_, _| panic!("a run")).unwrap();
+        assert_eq!(found.error.as_deref(), Some("it snapped"));
+    }
+}

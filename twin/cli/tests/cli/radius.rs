@@ -242,7 +242,9 @@ fn number_of_workers_has_no_influence_and_a_second_study_costs_nothing() {
     let part = lines[..lines.len() / 2].concat() + "{\"check\":\"0123";
     std::fs::write(&rows, part).unwrap();
     let files = radius.files("1");
-    assert_eq!(radius.run("1", LATENCY).code, 1);
+    let continued = radius.run("1", LATENCY);
+    assert_eq!(continued.code, 1);
+    assert!(continued.out.contains("1 damaged line in"), "{continued:?}");
     assert_eq!(radius.files("1"), files);
     // An interrupt before the first run.
     let token = Token::new();

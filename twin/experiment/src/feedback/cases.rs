@@ -211,3 +211,35 @@ fn changes(options: &FeedbackOptions) -> ModulationOptions {
         common: options.common.clone(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::CommonOptions;
+
+    #[test]
+    fn plant_without_its_reference_is_left_out_once() {
+        let scenario = "/../../scenarios/tegotae-trot.toml";
+        let options = FeedbackOptions {
+            scenarios: vec![(env!("CARGO_MANIFEST_DIR").to_owned() + scenario).into()],
+            lag: vec![SimDuration::from_millis(5)],
+            by: Vec::new(),
+            after: SimDuration::from_secs(1),
+            phases: SimDuration::from_secs(1),
+            points: 1,
+            steps: 1,
+            common: CommonOptions {
+                plant: ["massless", "none"].map(str::to_owned).into(),
+                out: "studies".into(),
+                ..CommonOptions::default()
+            },
+        };
+        let registry = Registry::standard();
+        let cases = FeedbackCases::new(&registry, &options, &[]);
+        let input = cases.unwrap().input;
+        assert_eq!(input.left_out.len(), 1, "{:?}", input.left_out);
+        let lags = input.cases.iter().map(|case| case.lag_s);
+        assert!(lags.eq([0.0, 5e-3]));
+        assert_eq!(input.cases[0].fore, ["LF", "RF"]);
+    }
+}

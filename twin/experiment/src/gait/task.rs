@@ -95,3 +95,27 @@ pub(crate) fn worker_scene<'r>(registry: &'r Registry, files: &RunScene) -> Ran<
     let scene = GaitScene::on_worker(registry, files);
     scene.map_err(|error| first_line(&error.to_string()))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use twinrig_kernel::SimDuration;
+
+    use super::*;
+
+    #[test]
+    fn run_has_the_factor_of_its_task() {
+        let registry = Registry::standard();
+        let path = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../scenarios/trot-slow-servo.toml"
+        );
+        let scenes = [GaitScene::new(&registry, Path::new(path), &[], None).unwrap()];
+        let run = |factor| {
+            let end = SimTime::ZERO + SimDuration::from_millis(600);
+            GaitRuns(&scenes).run(&GaitTask::new(0, factor, Vec::new(), end))
+        };
+        assert_ne!(run(Factor::AsGiven), run(Factor::UnsaturatedServos));
+    }
+}

@@ -129,6 +129,9 @@ mod tests {
         };
         assert_eq!(values(&Ok(row(None))), (Some(0.5), None, Some(2.5)));
         assert_eq!(values(&Ok(row(Some(3.0)))), (None, None, None));
+        let mut infinite = row(None);
+        infinite.expectations[1].measured = Some(f64::INFINITY);
+        assert_eq!(values(&Ok(infinite)), (None, None, Some(2.5)));
         let refused = Err("refused".to_owned());
         assert_eq!(values(&refused), (None, None, None));
         let point = GaitPoint::new("a", [2.0, 0.1], &refused);

@@ -183,3 +183,58 @@ fn axis(
 fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
+
+#[cfg(test)]
+mod tests {
+    use twinrig_rig::registry::Registry;
+    use twinrig_scenario::Setting;
+
+    use super::*;
+    use crate::machine::Machine;
+
+    fn setting(key: &str, value: &str) -> Setting {
+        Setting {
+            origin: "--set".to_owned(),
+            key: key.to_owned(),
+            value: value.to_owned(),
+        }
+    }
+
+    #[test]
+    fn points_are_around_the_value_of_the_scenario_on_each_plant() {
+        let scenario = "/../../scenarios/trot.toml";
+        let folder = std::env::temp_dir().join(format!("twinrig-map-{}", std::process::id()));
+        let options = GaitMapOptions {
+            scenario: (env!("CARGO_MANIFEST_DIR").to_owned() + scenario).into(),
+            frequency: vec!["3 Hz".to_owned()],
+            step_length: Vec::new(),
+            after: None,
+            common: CommonOptions {
+                plant: ["massless", "lcp"].map(str::to_owned).into(),
+                out: folder.clone(),
+                ..CommonOptions::default()
+            },
+        };
+        let settings = [
+            setting("duration", "'40 ms'"),
+            setting("expect", "[{ body = { fall = false } }]"),
+            setting("controller.step_length", "'10 cm'"),
+        ];
+        let context = StudyContext {
+            registry: &Registry::standard(),
+            settings: &settings,
+            machine: &Machine::here("test"),
+            command: "twin study gait",
+            observer: &mut (),
+        };
+        let json = options.run(context).unwrap().json;
+        std::fs::remove_dir_all(folder).unwrap();
+        assert_eq!(json["after_s"], 0.02);
+        let points = json["points"].as_array().unwrap().iter();
+        let found = points.map(|it| (it["plant"].as_str(), it["step_length_m"].as_f64()));
+        let lengths = [0.08, 0.09, 0.1, 0.11, 0.12];
+        let of = |plant| lengths.map(|length| (Some(plant), Some(length)));
+        let expected = [of("massless"), of("lcp")].concat();
+        assert_eq!(found.collect::<Vec<_>>(), expected);
+    }
+}

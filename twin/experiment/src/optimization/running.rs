@@ -182,3 +182,50 @@ impl Running<'_> {
         cases.enumerate().filter_map(evaluation).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use twinrig_rig::registry::Registry;
+
+    use crate::optimization::execute::optimize;
+    use crate::optimization::outcome::OptimizationRequest;
+    use crate::options::run::EngineArgs;
+
+    /// A robot that stands and does not fly.
+    const STAND: &str = "robot = 'cheetah-cub'\nduration = '100 ms'\n[plant]\nmodel = 'massless'\n\
+        [controller]\nkind = 'stand'\nperiod = '2 ms'\n[[expect]]\nname = 'stands'\n\
+        body = { height = { min = '1 cm' } }\n[[expect]]\nname = 'flies'\n\
+        body = { height = { min = '1 m' } }\n";
+    const FLY: &str = "maximize = 'stands'\nconstraints = ['flies']\nparticles = 4\n\
+        iterations = 2\n[[dimension]]\nkey = 'duration'\nfrom = '80 ms'\nto = '100 ms'\n";
+
+    #[test]
+    fn progress_begins_with_the_runs_on_disk_and_has_no_infeasible_point() {
+        let folder = std::env::temp_dir().join(format!("twinrig-search-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = |name: &str, text: &str| {
+            let path = folder.join(name);
+            std::fs::write(&path, text).unwrap();
+            path
+        };
+        let request = OptimizationRequest {
+            scenario: file("stand.toml", STAND),
+            space: file("space.toml", FLY),
+            settings: Vec::new(),
+            particles: None,
+            iterations: None,
+            seed: None,
+            engine: EngineArgs::default(),
+            out: folder.clone(),
+        };
+        let registry = Registry::standard();
+        for is_on_disk in [false, true] {
+            let mut seen = Vec::new();
+            let found = optimize(&registry, &request, &mut |it| seen.push(it.clone())).unwrap();
+            assert!(found.result.best.is_some());
+            assert!(seen.iter().all(|it| it.best.is_none()));
+            assert_eq!(seen.iter().all(|it| it.done == it.points), is_on_disk);
+        }
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

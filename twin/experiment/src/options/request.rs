@@ -182,3 +182,27 @@ impl StudyReport {
         Ok(files)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn name_of_the_files_has_at_most_five_scenarios() {
+        let stem = |count: usize| {
+            let names = ["a", "b", "c", "d", "e", "f"].into_iter().take(count);
+            let scenarios: Vec<PathBuf> = names.map(|name| format!("{name}.toml").into()).collect();
+            let frame = StudyFrame {
+                name: "gait",
+                scenarios: &scenarios,
+                plants: &[],
+                set: &[],
+                out: Path::new("studies"),
+                json: false,
+            };
+            frame.stem()
+        };
+        assert_eq!(stem(5), "gait-a-b-c-d-e");
+        assert_eq!(stem(6), "gait-a-and-5-more");
+    }
+}

@@ -309,3 +309,69 @@ fn observation(one: Option<&RowExpectation>) -> Observation {
             .filter(|margin| margin.is_finite()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn margin_without_a_finite_value_is_none() {
+        let expectation = |margin| RowExpectation {
+            name: "stands".to_owned(),
+            verdict: ExpectationVerdict::Pass,
+            holds: true,
+            measured: None,
+            bound: None,
+            margin,
+            unit: String::new(),
+            detail: String::new(),
+        };
+        for (margin, found) in [(Some(0.5), Some(0.5)), (Some(f64::INFINITY), None)] {
+            let observation = observation(Some(&expectation(margin)));
+            assert_eq!(observation.margin, found);
+            assert!(observation.is_observed && observation.holds);
+        }
+    }
+
+    /// Stops the study after its first round.
+    #[derive(Default)]
+    struct FirstRound(Option<usize>);
+
+    impl ProgressObserver for FirstRound {
+        fn at(&mut self, _: usize, of: usize, _: &str) -> bool {
+            *self.0.get_or_insert(of) == of
+        }
+    }
+
+    #[test]
+    fn interruption_counts_the_runs_of_all_rounds() {
+        const STAND: &str = "robot = 'cheetah-cub'\nduration = '100 ms'\n[plant]\n\
+            model = 'massless'\n[controller]\nkind = 'stand'\nperiod = '2 ms'\n\
+            [[expect]]\nname = 'stands'\nbody = { height = { min = '1 cm' } }\n\
+            after = '60 ms'\n";
+        let folder = std::env::temp_dir().join(format!("twinrig-radius-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let scenario = folder.join("stand.toml");
+        std::fs::write(&scenario, STAND).unwrap();
+        let request = RadiusRequest {
+            scenario,
+            settings: Vec::new(),
+            axes: Vec::new(),
+            along: vec![KeyAxis {
+                key: "duration".to_owned(),
+                from: None,
+                to: "'30 ms'".to_owned(),
+            }],
+            precision: 0.05,
+            engine: EngineArgs::default(),
+            rows: folder.join("rows"),
+        };
+        let registry = Registry::standard();
+        let stopped = radius(&registry, &request, &mut FirstRound::default()).unwrap();
+        let Err(StudyError::InterruptedRuns { done, of }) = stopped else {
+            panic!("{stopped:?}");
+        };
+        assert!(0 < done && done < of, "{done} of {of}");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

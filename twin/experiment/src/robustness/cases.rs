@@ -145,3 +145,28 @@ impl RobustnessCases<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::CommonOptions;
+
+    /// It has angles of its motors, too.
+    #[test]
+    fn distances_of_the_bench_are_in_the_unit_of_its_lift() {
+        let scenario = "/../../scenarios/bench.toml";
+        let options = RobustnessOptions {
+            scenarios: vec![(env!("CARGO_MANIFEST_DIR").to_owned() + scenario).into()],
+            ensemble: 2,
+            tolerance: 1e-3,
+            radius: false,
+            common: CommonOptions {
+                out: "studies".into(),
+                ..CommonOptions::default()
+            },
+        };
+        let registry = Registry::standard();
+        let cases = RobustnessCases::new(&registry, &options, &[]).unwrap();
+        assert_eq!(cases.cases[0].unit.as_deref(), Some("m"));
+    }
+}

@@ -53,3 +53,34 @@ impl Robustness {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use twinrig_campaign::spread::EnsembleKind;
+
+    use super::*;
+
+    #[test]
+    fn study_without_a_result_has_the_reason_of_its_first_case() {
+        let plan = RobustnessPlan {
+            runs: 2,
+            tolerance: 1e-3,
+        };
+        let case = RobustnessCase {
+            scenario: "trot".to_owned(),
+            file: "trot.toml".to_owned(),
+            plant: "lcp".to_owned(),
+            kind: EnsembleKind::Starts,
+            why_seeds: None,
+            unit: None,
+            duration_s: 1.0,
+        };
+        let mut study = Robustness::new(&plan, &[]);
+        for why in ["it snapped", "it fell"] {
+            study.add(&case, vec![Err(why.to_owned())]);
+        }
+        assert_eq!(study.left_out[1], "trot on lcp: it fell");
+        let error = study.finish().unwrap_err();
+        assert_eq!(error, StudyError::Run("it snapped".to_owned()));
+    }
+}

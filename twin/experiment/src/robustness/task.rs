@@ -182,3 +182,20 @@ impl RunObserver for TrajectoryObserver {
         self.touch_downs.push((footstep.leg, footstep.touch_down));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runs::scene::tests::trot;
+
+    #[test]
+    fn stride_is_the_time_to_the_next_touch_down_of_the_same_leg() {
+        let registry = Registry::standard();
+        let scene = trot(&registry, "'1 s'", None);
+        let mut observer = TrajectoryObserver::new(&scene.assembly(&registry, &[]).unwrap());
+        let at = |ms| SimTime::ZERO + SimDuration::from_millis(ms);
+        observer.touch_downs = vec![(0, at(0)), (1, at(125)), (0, at(250)), (1, at(625))];
+        let run = observer.finish(SweepRow::of_error(""));
+        assert_eq!(run.strides_s, [0.25, 0.5]);
+    }
+}

@@ -72,3 +72,28 @@ pub(crate) fn run_judged(
 ) -> Result<Option<Vec<u8>>, String> {
     run_on_worker::<JudgedRuns<'_>>(scenes, task, |scene, task| Ok(task.run(registry, scene)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runs::scene::tests::trot;
+
+    #[test]
+    fn task_is_run_on_its_scene() {
+        let registry = Registry::standard();
+        let scene = |duration| trot(&registry, duration, None);
+        let runs = JudgedRuns {
+            registry: &registry,
+            scenes: vec![scene("'10 ms'"), scene("'20 ms'")],
+        };
+        for (scene, end_s) in [0.01, 0.02].into_iter().enumerate() {
+            let settings = vec![("seed".to_owned(), "7".to_owned())];
+            let row = runs.run(&JudgedTask { scene, settings }).unwrap();
+            assert_eq!(
+                (row.simulated_s, row.seed),
+                (Some(end_s), Some(7)),
+                "{row:?}"
+            );
+        }
+    }
+}

@@ -173,3 +173,45 @@ impl RunScene {
             .sources(&sources)
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Reads the trot with this duration.
+    pub(crate) fn trot(registry: &Registry, duration: &str, plant: Option<&str>) -> RunScene {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/trot.toml");
+        let settings = [
+            setting("duration", duration),
+            setting("expect", "[{ body = { fall = false } }]"),
+        ];
+        let read = RunScene::read(registry, Path::new(path), &settings, plant);
+        read.unwrap().0
+    }
+
+    fn setting(key: &str, value: &str) -> Setting {
+        Setting {
+            origin: "--set".to_owned(),
+            key: key.to_owned(),
+            value: value.to_owned(),
+        }
+    }
+
+    #[test]
+    fn contents_have_the_files_of_the_body() {
+        let scene = trot(&Registry::standard(), "'2 s'", None);
+        let mut other = scene.clone();
+        other.sources.kept = Some(vec![("mesh.stl".to_owned(), vec![1])]);
+        assert_ne!(scene.contents(), other.contents());
+    }
+
+    #[test]
+    fn further_settings_replace_those_of_the_scene_on_another_plant() {
+        let registry = Registry::standard();
+        let scene = trot(&registry, "'2 s'", Some("lcp"));
+        let longer = setting("duration", "'3 s'");
+        let assembly = scene.assembly(&registry, &[longer]).unwrap();
+        assert_eq!(assembly.scenario().duration.as_secs_f64(), 3.0);
+        assert_eq!(assembly.scenario().plant.model, "lcp");
+    }
+}

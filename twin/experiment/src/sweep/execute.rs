@@ -269,3 +269,44 @@ fn result(plan: &SweepPlan<'_>, partition: Partition, store: &RowStore) -> Sweep
     }
     .judged(&plan.spec, interrupt::is_requested())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A robot that stands, which a run has to do from 60 ms on.
+    const STAND: &str = "robot = 'cheetah-cub'\nduration = '100 ms'\n[plant]\nmodel = 'massless'\n\
+        [controller]\nkind = 'stand'\nperiod = '2 ms'\n[[expect]]\nname = 'stands'\n\
+        body = { height = { min = '1 cm', max = '1 m' } }\n[[expect]]\nname = 'flies'\n\
+        body = { height = { min = '1 m' } }\nafter = '60 ms'\n";
+    /// Three points, of which two are equal.
+    const SEEDS: &str = "design = 'random'\npoints = 3\n[[dimension]]\nkey = 'seed'\n\
+        from = 1\nto = 2\n";
+
+    #[test]
+    fn progress_counts_equal_points_and_their_failures() {
+        let folder = std::env::temp_dir().join(format!("twinrig-sweep-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = |name: &str, text: &str| {
+            let path = folder.join(name);
+            std::fs::write(&path, text).unwrap();
+            path
+        };
+        let request = SweepRequest {
+            scenario: file("stand.toml", STAND),
+            spec: file("spec.toml", SEEDS),
+            settings: Vec::new(),
+            engine: EngineArgs::default(),
+            partition: Partition::WHOLE,
+            out: folder.clone(),
+            record: None,
+        };
+        let registry = Registry::standard();
+        for (stored, ran) in [(0, 3), (3, 0)] {
+            let found = sweep(&registry, &request, &mut |_| ()).unwrap().progress;
+            let counts = [found.of, found.stored, found.ran, found.failed];
+            assert_eq!(counts, [3, stored, ran, 3]);
+        }
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

@@ -260,6 +260,22 @@ fn unsuitable_reference_is_an_error_with_the_reason() {
     }
 }
 
+#[test]
+fn case_without_a_reference_leaves_the_others_as_they_are() {
+    let mut gait = IdealGait::new();
+    let case = gait.input.cases[0].clone();
+    let plan = plan(&[-0.01]);
+    let alone = gait.study(&plan);
+    gait.input.cases.push(case);
+    let second = gait.run(Modulation::references(&gait.input)[1]);
+    let references = vec![Err("refused".to_owned()), second];
+    let modulation = Modulation::new(&gait.input, &plan, references).unwrap();
+    let changed = modulation.changed().into_iter();
+    let study = modulation.finish(changed.map(|run| gait.run(run)).collect());
+    assert_eq!(study.cases[0].why.as_deref(), Some("refused"));
+    assert_eq!(study.cases[1], alone.cases[0]);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(8))]
 

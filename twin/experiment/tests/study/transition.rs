@@ -183,6 +183,19 @@ proptest! {
 }
 
 #[test]
+fn failed_run_is_a_case_with_its_reason() {
+    let mut random = stream(1, "footfalls");
+    let run = footfalls(&[part("trot", 6.0, 0.5)], 0.0, 0.0, &mut random);
+    let mut recorded = Recorded::new(run, &[[0.0, 1.0]]);
+    let alone = recorded.study();
+    recorded.input.cases.push(recorded.input.cases[0].clone());
+    recorded.runs.insert(0, Err("refused".to_owned()));
+    let study = recorded.study();
+    assert_eq!(study.cases[0].why.as_deref(), Some("refused"));
+    assert_eq!(study.cases[1], alone.cases[0]);
+}
+
+#[test]
 fn mixed_steps_and_times_without_steps_are_no_gait() {
     let mut random = stream(1, "footfalls");
     // A leg that lags by an eighth of a cycle more than the tolerance allows.

@@ -79,6 +79,20 @@ fn values_are_at_their_frequency_and_step_length() {
 }
 
 #[test]
+fn row_has_all_step_lengths() {
+    let mut map = map();
+    map.input.frequencies_hz = vec![2.0];
+    map.input.step_lengths_m = vec![0.1, 0.12, 0.14, 0.16];
+    assert_eq!(
+        rows(&table(&map, "a", &QUANTITIES[0])),
+        [
+            "frequency | 100 mm | 120 mm | 140 mm | 160 mm",
+            "2 Hz | 0.500 | 0.510 | 0.520 | **fell 4.2 s**"
+        ]
+    );
+}
+
+#[test]
 fn headline_has_the_fastest_and_the_cheapest_gait_of_each_plant() {
     assert_eq!(
         map().headline(),
