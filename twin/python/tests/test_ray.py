@@ -250,7 +250,7 @@ def test_study_on_a_cluster_is_that_of_this_machine(
     assert cluster == study("local", jobs=1)
     rows = [sorted((tmp_path / out).glob("*/*/all.jsonl")) for out in ("ray", "local")]
     counts = [[path.read_bytes().count(b"\n") for path in paths] for paths in rows]
-    assert counts[0] == counts[1] and sum(counts[0]) > 2
+    assert counts[0] == counts[1] and sum(counts[0]) >= 2
 
 
 def test_other_token_is_named(machines: Cluster, spec: Path, tmp_path: Path) -> None:
