@@ -355,6 +355,11 @@ fn gait_at_the_values_of_the_scenario_is_that_of_its_run() {
         (&[&*file, "--frequency=3 mm"][..], "--frequency 3 mm"),
         (&[&*file, "--step-length=8 cm,80 mm"], "--step-length has"),
         (&[&*file, "--after=20 s"], "the run ends at 20 s"),
+        (
+            &[&*file, "--frequency=3 Hz,0 Hz"],
+            "--frequency 0 Hz: it must be above 0",
+        ),
+        (&[&*file, "--frequency=1 MHz"], "above half of the control rate"),
         (&[&*scenario("passive-legs.toml")], "cannot be studied"),
     ] {
         let done = study("gait", words, &folder);

@@ -10,11 +10,12 @@ use twinrig_rig::error::Error as RigError;
 
 use super::results::{GaitMap, GaitMapInput};
 use super::{GaitPoint, expectations};
-use crate::error::Error;
+use crate::error::{Error, StudyError};
 use crate::gait::scene::{GaitScene, left_out, plants};
 use crate::options::CommonOptions;
 use crate::options::request::{StudyContext, StudyFrame, StudyReport, StudyRequest, unique};
 use crate::options::values::any_duration;
+use crate::plants::builder::first_line;
 use crate::runs::judged::{JudgedRuns, JudgedTask};
 use crate::runs::rounds::{RoundShare, StudyEngine};
 
@@ -69,9 +70,11 @@ impl StudyRequest for GaitMapOptions {
                 }
             }
         }
+        let file = self.scenario.display().to_string();
         let Some(first) = scenes.first() else {
             // There is a plant, or the scenario's own.
-            return Err(refused.unwrap_or_else(|| Error::no_gait("", "there is no plant", "")));
+            let none = || Error::no_gait(&file, "there is no plant", "name one by --plant");
+            return Err(refused.unwrap_or_else(none));
         };
         let input = self.input(first, omitted)?;
         let names: Vec<String> = scenes
@@ -104,10 +107,16 @@ impl StudyRequest for GaitMapOptions {
         let rows = engine.round(&runs, &tasks, RoundShare::Partition, context.observer)?;
         let points = places.iter().zip(&rows);
         let points = points.map(|((scene, at), row)| GaitPoint::new(&names[*scene], *at, row));
-        let map = GaitMap {
-            points: points.collect(),
-            input,
-        };
+        let points: Vec<GaitPoint> = points.collect();
+        if let Some(why) = points
+            .iter()
+            .map(|it| it.why.as_ref())
+            .collect::<Option<Vec<_>>>()
+        {
+            let why = why.first().map_or("there is no run", |why| why.as_str());
+            return Err(Error::of_study(&file, StudyError::Run(first_line(why))));
+        }
+        let map = GaitMap { input, points };
         let mut summary = map.summary();
         engine.note(&mut summary);
         Ok(StudyReport::new(
@@ -164,7 +173,12 @@ fn axis(
         MULTIPLES.map(|multiple| rounded(multiple * own)).into()
     } else {
         let parsed = given.iter().map(|text| {
-            parse_quantity(text, unit).map_err(|error| {
+            let value = parse_quantity(text, unit).map_err(|error| error.to_string());
+            let above_0 = |value| match value {
+                value if value > 0.0 => Ok(value),
+                _ => Err("it must be above 0".to_owned()),
+            };
+            value.and_then(above_0).map_err(|error| {
                 let why = format!("{option} {text}: {error}");
                 let help = format!(
                     "give quantities with units: {option}=\"1 {}\"",

@@ -12,6 +12,7 @@ use twinrig_report::table::{Cell, Column, Table, Tone};
 use super::GaitPoint;
 use super::results::GaitMap;
 use crate::machine::Machine;
+use crate::plants::builder::first_line;
 use crate::reproduction::reproduction;
 
 /// Quantities that are shown: name, unit, decimal places, value.
@@ -49,14 +50,8 @@ impl GaitMap {
                 summary.table(&heading, &table(self, plant, quantity));
             }
         }
-        for point in self
-            .points
-            .iter()
-            .filter(|point| point.why.is_some())
-            .take(1)
-        {
-            let why = point.why.clone().unwrap_or_default();
-            summary.fact("no result", why.lines().next().unwrap_or_default());
+        if let Some(why) = self.points.iter().find_map(|point| point.why.as_ref()) {
+            summary.fact("no result", first_line(why));
         }
         summary.left_out(&self.input.left_out);
         summary
