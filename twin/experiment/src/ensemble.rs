@@ -16,8 +16,7 @@ use twinrig_rig::run::interrupt;
 use twinrig_rig::run::observers::RunObserver;
 use twinrig_scenario::Varied;
 
-use crate::error::Error;
-use crate::error::StudyError;
+use crate::error::{Error, StudyError};
 use crate::parallel::{Ran, run_all};
 
 /// Members of an ensemble: the unperturbed run, number 0, and one for each magnitude.

@@ -359,7 +359,10 @@ fn gait_at_the_values_of_the_scenario_is_that_of_its_run() {
             &[&*file, "--frequency=3 Hz,0 Hz"],
             "--frequency 0 Hz: it must be above 0",
         ),
-        (&[&*file, "--frequency=1 MHz"], "above half of the control rate"),
+        (
+            &[&*file, "--frequency=1 MHz"],
+            "above half of the control rate",
+        ),
         (&[&*scenario("passive-legs.toml")], "cannot be studied"),
     ] {
         let done = study("gait", words, &folder);

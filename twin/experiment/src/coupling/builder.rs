@@ -9,8 +9,7 @@ use twinrig_rig::registry::Registry;
 use twinrig_runtime::Rig;
 use twinrig_scenario::Setting;
 
-use crate::error::Error;
-use crate::plants::builder::first_line;
+use crate::error::{Error, first_line};
 use crate::plants::selection::of_plant;
 use crate::{CouplingInput, CouplingStudy, RigFactory, RigVariant};
 

@@ -158,3 +158,9 @@ fn placed(source: &StudyError, file: &str) -> String {
     };
     format!("{first}\n --> {file}{rest}")
 }
+
+/// Returns the first line of a message, without the word before it.
+pub(crate) fn first_line(error: &str) -> String {
+    let line = error.lines().next().unwrap_or_default();
+    line.trim_start_matches("error: ").to_owned()
+}

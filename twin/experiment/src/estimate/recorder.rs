@@ -16,8 +16,7 @@ use twinrig_runtime::{Change, Group, Observer, ProcessVariable, Rig, RunEvent};
 use twinrig_scenario::{Scenario, Setting};
 use twinrig_tactile::{Stage, TactileSample};
 
-use crate::error::Error;
-use crate::plants::builder::first_line;
+use crate::error::{Error, first_line};
 use crate::{EstimateInput, LoadRecorder, LoadRun, LoadSample, SteadyPart};
 
 /// Process variable whose changes divide a run into parts.

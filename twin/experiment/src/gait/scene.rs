@@ -14,9 +14,8 @@ use twinrig_scenario::{
     Scene, Setting,
 };
 
-use crate::error::Error;
+use crate::error::{Error, first_line};
 use crate::gait::slip_meter::SlipMeter;
-use crate::plants::builder::first_line;
 use crate::runs::scene::RunScene;
 use crate::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
 
@@ -225,20 +224,6 @@ impl<'r> GaitScene<'r> {
             }
         }
     }
-}
-
-/// Returns the plants with these names, or none for the scenario's own.
-pub(crate) fn plants(names: &[String]) -> Vec<Option<&str>> {
-    match names {
-        [] => vec![None],
-        names => names.iter().map(|name| Some(&**name)).collect(),
-    }
-}
-
-/// Returns the line on a scenario that a plant cannot simulate, for the parts left out.
-pub(crate) fn left_out(name: &str, plant: Option<&str>, error: &Error) -> String {
-    let on = plant.map_or(String::new(), |plant| format!(" on {plant}"));
-    format!("{name}{on}: {}", first_line(&error.to_string()))
 }
 
 /// Returns the name of a variable without its group or leg.

@@ -8,8 +8,8 @@ use twinrig_scenario::ChangeSpec;
 
 use super::run::GaitRun;
 use super::scene::{Factor, GaitScene};
+use crate::error::first_line;
 use crate::parallel::Ran;
-use crate::plants::builder::first_line;
 use crate::runs::rounds::{StudyRuns, run_on_worker};
 use crate::runs::scene::RunScene;
 

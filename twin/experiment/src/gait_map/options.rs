@@ -10,12 +10,12 @@ use twinrig_rig::error::Error as RigError;
 
 use super::results::{GaitMap, GaitMapInput};
 use super::{GaitPoint, expectations};
-use crate::error::{Error, StudyError};
-use crate::gait::scene::{GaitScene, left_out, plants};
+use crate::error::{Error, StudyError, first_line};
+use crate::gait::scene::GaitScene;
 use crate::options::CommonOptions;
 use crate::options::request::{StudyContext, StudyFrame, StudyReport, StudyRequest, unique};
+use crate::options::request::{left_out, plants};
 use crate::options::values::any_duration;
-use crate::plants::builder::first_line;
 use crate::runs::judged::{JudgedRuns, JudgedTask};
 use crate::runs::rounds::{RoundShare, StudyEngine};
 

@@ -11,8 +11,8 @@ use twinrig_report::table::{Cell, Column, Table, Tone};
 
 use super::GaitPoint;
 use super::results::GaitMap;
+use crate::error::first_line;
 use crate::machine::Machine;
-use crate::plants::builder::first_line;
 use crate::reproduction::reproduction;
 
 /// Quantities that are shown: name, unit, decimal places, value.

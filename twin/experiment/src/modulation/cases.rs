@@ -1,6 +1,6 @@
 //! Cases of a study of footstep modulation: gaits, plants and factors.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use twinrig_document::parse_quantity;
 use twinrig_gait::DutyRule;
@@ -14,10 +14,10 @@ use super::ModulationOptions;
 use super::{
     Modulation, ModulationCase, ModulationInput, ModulationPlan, ModulationRun, ModulationStudy,
 };
-use crate::error::Error;
-use crate::error::StudyError;
-use crate::gait::scene::{Factor, GaitScene, base, left_out, plants};
+use crate::error::{Error, StudyError};
+use crate::gait::scene::{Factor, GaitScene, base};
 use crate::gait::task::{GaitRuns, GaitTask};
+use crate::options::request::{left_out, plants, stem};
 use crate::progress::ProgressObserver;
 use crate::runs::rounds::{RoundShare, StudyEngine};
 
@@ -292,12 +292,6 @@ impl ModulationCases<'_> {
         }));
         GaitTask::new(case.scene, case.factor, changes, end)
     }
-}
-
-/// Returns the name of a scenario's file.
-pub(crate) fn stem(path: &Path) -> String {
-    let stem = path.file_stem().map(|stem| stem.to_string_lossy());
-    stem.map_or_else(|| "scenario".to_owned(), std::borrow::Cow::into_owned)
 }
 
 /// Returns the names of several.

@@ -9,7 +9,7 @@ use twinrig_rig::error::Error as RigError;
 use twinrig_rig::registry::Registry;
 use twinrig_scenario::Setting;
 
-use crate::error::Error;
+use crate::error::{Error, first_line};
 use crate::machine::Machine;
 use crate::progress::ProgressObserver;
 
@@ -61,6 +61,20 @@ impl StudyFrame<'_> {
 pub(crate) fn stem(path: &Path) -> String {
     let stem = path.file_stem().map(|stem| stem.to_string_lossy());
     stem.map_or_else(|| "scenario".to_owned(), std::borrow::Cow::into_owned)
+}
+
+/// Returns the plants with these names, or none for the scenario's own.
+pub(crate) fn plants(names: &[String]) -> Vec<Option<&str>> {
+    match names {
+        [] => vec![None],
+        names => names.iter().map(|name| Some(&**name)).collect(),
+    }
+}
+
+/// Returns the line on a scenario that a plant cannot simulate, for the parts left out.
+pub(crate) fn left_out(name: &str, plant: Option<&str>, error: &Error) -> String {
+    let on = plant.map_or(String::new(), |plant| format!(" on {plant}"));
+    format!("{name}{on}: {}", first_line(&error.to_string()))
 }
 
 /// Everything that a study is given beside its options.

@@ -12,7 +12,7 @@ use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 use twinrig_scenario::{ActuatorKind, Setting};
 
-use crate::error::Error;
+use crate::error::{Error, first_line};
 use crate::plants::selection::{PlantUnderStudy, Selection, with_any_constraints};
 use crate::{CommandRecorder, Commands, PlantFactory, STROLL, Study, StudyInput};
 
@@ -196,11 +196,6 @@ fn is_of_a_drive(name: &str) -> bool {
 fn is_of_a_contact(name: &str) -> bool {
     let of_leg = signal::parse_leg(name).map(|(_, of_leg)| of_leg);
     of_leg.is_some_and(|it| [signal::FOOT_FORCE, signal::FOOT_CLEARANCE].contains(&it))
-}
-
-pub(crate) fn first_line(error: &str) -> String {
-    let line = error.lines().next().unwrap_or_default();
-    line.trim_start_matches("error: ").to_owned()
 }
 
 fn scene(

@@ -14,7 +14,8 @@ use twinrig_rig::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, V
 use twinrig_runtime::{Plant, catch_panic};
 use twinrig_scenario::{Scenario, Setting};
 
-use crate::plants::builder::{first_line, is_compared};
+use crate::error::first_line;
+use crate::plants::builder::is_compared;
 use crate::plants::scaled::{scaled_actuator, scaled_plant, scaled_robot};
 
 /// Step at which every method can be built.

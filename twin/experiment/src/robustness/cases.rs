@@ -13,7 +13,7 @@ use super::run::Robustness;
 use super::task::{MemberRuns, MemberScene, MemberTask, positions};
 use super::{RobustnessCase, RobustnessPlan};
 use crate::error::{Error, StudyError};
-use crate::gait::scene::{left_out, plants};
+use crate::options::request::{left_out, plants};
 use crate::progress::ProgressObserver;
 use crate::runs::rounds::{RoundShare, StudyEngine};
 use crate::runs::scene::RunScene;

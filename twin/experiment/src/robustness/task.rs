@@ -11,9 +11,8 @@ use twinrig_scenario::{Footstep, Varied};
 
 use super::{MemberRun, Trajectory};
 use crate::ensemble::Ensemble;
-use crate::error::Error;
+use crate::error::{Error, first_line};
 use crate::parallel::Ran;
-use crate::plants::builder::first_line;
 use crate::runs::rounds::{StudyRuns, run_on_worker};
 use crate::runs::scene::RunScene;
 

@@ -17,8 +17,7 @@ use twinrig_rig::run::observers::{RunObserver, RunObservers, RunProgress};
 use twinrig_rig::run::recording::recorder_to;
 use twinrig_scenario::{Base, Claim, Expectation, Outcome, Scenario, Setting};
 
-use crate::error::Error;
-use crate::plants::builder::first_line;
+use crate::error::{Error, first_line};
 use crate::sufficient::candidates::Candidates;
 use crate::{
     Candidate, CandidateFactory, CandidateReference, CandidateRun, MarginOutcome, RunFailure,

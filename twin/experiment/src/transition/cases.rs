@@ -8,9 +8,9 @@ use twinrig_scenario::{ChangeSpec, LegFact, Scenario, Setting};
 
 use super::TransitionOptions;
 use crate::error::Error;
-use crate::gait::scene::{Factor, GaitScene, base, left_out, plants};
+use crate::gait::scene::{Factor, GaitScene, base};
 use crate::gait::task::{GaitRuns, GaitTask};
-use crate::modulation::cases::stem;
+use crate::options::request::{left_out, plants, stem};
 use crate::{GaitPattern, TransitionCase, TransitionInput};
 
 /// All legs in phase: no gait of the controllers, but one that a robot may fall into.
