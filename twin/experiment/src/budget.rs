@@ -1,8 +1,5 @@
 //! Time budget of a study, and its allocation to parts.
 
-use twinrig_runtime::interrupt;
-
-use crate::error::StudyError;
 use crate::stopwatch::{Deadline, Stopwatch};
 
 /// Greatest multiple of the even share of the remaining time that a part may use; most use less.
@@ -14,20 +11,37 @@ const RESERVED_SHARE: f64 = 0.5;
 /// after the budget is spent.
 const LEAST_S: f64 = 0.02;
 
-/// Weight of a reference run, or of a run many times as long as that of a row.
-const HEAVY: usize = 8;
+/// Share of a part in the budget, relative to those of the others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Weight {
+    /// Run of a row.
+    Run,
+    /// Reference run, or a run many times as long as that of a row.
+    Reference,
+    /// A hundred complete walks.
+    Ensemble,
+}
 
-/// Weight of a hundred complete walks.
-const VERY_HEAVY: usize = 40;
+impl Weight {
+    fn value(self) -> usize {
+        match self {
+            Self::Run => 1,
+            Self::Reference => 8,
+            Self::Ensemble => 40,
+        }
+    }
+}
 
 /// Time budget of a study, shared among its parts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Budget {
     total_s: f64,
     stopwatch: Stopwatch,
+    /// Time of earlier starts of the program \[s\].
+    charged_s: f64,
     parts: usize,
     begun: usize,
-    /// Total weight of the parts; heavy parts count [`HEAVY`] times.
+    /// Total weight of the parts.
     weight: usize,
     weight_begun: usize,
 }
@@ -61,59 +75,37 @@ impl Share {
 }
 
 impl Budget {
-    /// Adds the difference of the weight of so many parts, of [`VERY_HEAVY`] weight, from that of
-    /// heavy ones.
-    #[must_use]
-    pub(crate) fn with_very_heavy(mut self, parts: usize) -> Self {
-        self.weight += parts * (VERY_HEAVY - HEAVY);
-        self
-    }
-
-    /// A budget for `parts` parts, of which `heavy` are heavy.
-    pub(crate) fn new(total_s: f64, parts: usize, heavy: usize) -> Self {
+    /// A budget for so many parts of each weight.
+    pub(crate) fn new(total_s: f64, parts: &[(Weight, usize)]) -> Self {
         Self {
             total_s,
             stopwatch: Stopwatch::start(),
-            parts,
+            charged_s: 0.0,
+            parts: parts.iter().map(|(_, count)| count).sum(),
             begun: 0,
-            weight: parts + heavy * (HEAVY - 1),
+            weight: parts.iter().map(|(each, count)| each.value() * count).sum(),
             weight_begun: 0,
         }
     }
 
+    /// Counts time of earlier starts of the program \[s\].
+    pub(crate) fn charge(&mut self, spent_s: f64) {
+        self.charged_s += spent_s;
+    }
+
     /// Begins the next part and returns its share.
-    pub(crate) fn next(&mut self, heavy: bool) -> Share {
-        self.next_of(if heavy { HEAVY } else { 1 })
-    }
-
-    /// Begins a part with the weight of [`VERY_HEAVY`].
-    pub(crate) fn next_very_heavy(&mut self) -> Share {
-        self.next_of(VERY_HEAVY)
-    }
-
-    fn next_of(&mut self, weight: usize) -> Share {
+    pub(crate) fn next(&mut self, weight: Weight) -> Share {
+        let weight = weight.value();
         let left = self.weight.saturating_sub(self.weight_begun).max(weight);
         self.begun += 1;
         self.weight_begun += weight;
-        let rest = (self.total_s - self.stopwatch.elapsed_s()).max(0.0);
+        let spent_s = self.stopwatch.elapsed_s() + self.charged_s;
+        let rest = (self.total_s - spent_s).max(0.0);
         let seconds = allowed(self.total_s, self.weight, left, weight, rest);
         Share {
             seconds,
             deadline: Deadline::within(seconds),
         }
-    }
-
-    /// Checks that the last part was not interrupted.
-    ///
-    /// # Errors
-    /// [`StudyError::Interrupted`] if termination of the program was requested: the last results
-    /// may be incomplete.
-    pub(crate) fn finished(&self) -> Result<(), StudyError> {
-        let (done, of) = self.progress();
-        if interrupt::is_requested() {
-            return Err(StudyError::Interrupted { done, of });
-        }
-        Ok(())
     }
 
     /// Returns the number of parts begun, and the number of all parts.
@@ -144,7 +136,10 @@ mod tests {
             // The parts up to this one use all of their share.
             greedy in 0_usize..300,
         ) {
-            let weight = |heavy: bool| if heavy { HEAVY } else { 1 };
+            let weight = |heavy: bool| {
+                let weight = if heavy { Weight::Reference } else { Weight::Run };
+                weight.value()
+            };
             let all: usize = parts.iter().map(|&(_, heavy)| weight(heavy)).sum();
             // Large enough for the least time of a part to be irrelevant.
             let total = all as f64;

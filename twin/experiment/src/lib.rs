@@ -34,14 +34,15 @@ mod figure;
 mod fit;
 mod gait;
 mod gait_map;
+mod incidents;
 mod machine;
+mod measured;
 mod modulation;
 pub mod optimization;
 pub mod options;
 mod outliers;
 #[cfg(test)]
 mod page_parts;
-mod panics;
 mod parallel;
 mod plants;
 mod progress;
@@ -78,6 +79,7 @@ pub use feedback::{
 pub use gait::run::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
 pub use gait_map::{GaitMap, GaitMapInput, GaitPoint};
 pub use machine::Machine;
+pub use measured::{Measuring, PartStore, Start, Starts};
 pub use modulation::ModulationOptions;
 pub use modulation::{
     CaseResult, Counting, Displacement, DisplacementCell, DisplacementTable, IdealSlope,

@@ -3,6 +3,7 @@
 use twinrig_report::page::Term;
 
 use crate::machine::Machine;
+use crate::measured::Starts;
 
 /// Returns the entries of a study without a budget, on all processors.
 pub(crate) fn reproduction(
@@ -39,15 +40,17 @@ pub(crate) struct Budgeted {
     pub(crate) budget_s: f64,
 }
 
-/// Returns the entries of a study that measures run times on one processor.
+/// Returns the entries of a study that measures run times on one processor, in these starts and
+/// with this budget.
 pub(crate) fn timed_reproduction(
     machine: &Machine,
     command: &str,
     file: &str,
     definitions: Vec<Term>,
     left_out: &[String],
-    budget: &Budgeted,
+    (starts, budget): (&Starts, &Budgeted),
 ) -> Vec<Term> {
+    let machine = starts.machine(machine);
     let load = machine.load.map_or(String::new(), |load| {
         let shared = if load > 1.0 {
             ", so other programs shared the processors"
@@ -64,6 +67,11 @@ pub(crate) fn timed_reproduction(
         Term::text("cores", cores),
         Term::text("build", &machine.build),
     ];
+    terms.extend(
+        starts
+            .sentence()
+            .map(|sentence| Term::text("starts", sentence)),
+    );
     terms.extend(definitions);
     terms.extend(left_out.iter().map(|left| Term::text("left out", left)));
     let Budgeted { cut, budget_s } = budget;

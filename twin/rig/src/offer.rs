@@ -1,6 +1,6 @@
 //! Plants and methods on offer to studies, and the settings and changes of a run.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimDuration;
 
 use crate::plant_id::PlantId;
@@ -62,7 +62,7 @@ pub enum SettingKind {
 }
 
 /// Step size or tolerance of a method.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum MethodSetting {
     /// Fixed step size.
     Step(SimDuration),
@@ -125,7 +125,7 @@ impl MethodSetting {
 }
 
 /// A plant with its method, the setting, and the changes of robot and ground.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Variant {
     /// Plant.
     pub plant: PlantId,
@@ -138,7 +138,7 @@ pub struct Variant {
 }
 
 /// Changes of robot and ground: factors of the robot's values, and absolute values for the ground.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scales {
     /// Factor of all leg springs.
     pub stiffness: f64,

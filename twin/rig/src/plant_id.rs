@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Formulation of the constraints that a label does not mention.
 const RIGID: &str = "rigid";
@@ -10,7 +10,7 @@ const COMPLIANT: &str = "compliant";
 
 /// Plant and formulation of its constraints. Each formulation is a model of its own, with its own
 /// reference.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PlantId {
     /// Name used in scenarios.
     #[serde(rename = "plant")]

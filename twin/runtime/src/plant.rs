@@ -186,7 +186,7 @@ impl PlantFault {
 }
 
 /// A discontinuity, at the time located by the plant's integrator.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlantEvent {
     /// Time since the start, between the nanoseconds of [`SimTime`] where the plant resolves it
     /// \[s\].
@@ -198,7 +198,7 @@ pub struct PlantEvent {
 }
 
 /// Direction of a discontinuity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum PlantEventKind {
     /// Activated: a stop is reached, a foot touches down, a cable becomes taut.
     Reached,

@@ -40,7 +40,10 @@ const SMALL: [&str; 4] = ["--particles", "2", "--iterations", "1"];
 #[test]
 fn study_is_the_same_twice_and_its_filters_fit_into_the_scenario() {
     let folder = Folder::new("study-estimate");
+    let parts = folder.join("out/estimate-bench/parts");
     let mut printed = [(); 2].map(|()| {
+        // Nothing is kept of the first study.
+        let _ = std::fs::remove_dir_all(&parts);
         let done = study(&folder, BENCH, &[&SMALL[..], &["--json"]].concat());
         assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
         let mut printed = json(&done.out).remove(0);
@@ -78,6 +81,23 @@ fn study_is_the_same_twice_and_its_filters_fit_into_the_scenario() {
     let filtered = folder.file("filtered.toml", &format!("{measured}\n{settings}"));
     let checked = twin(&["check", &filtered]);
     assert_eq!(checked.code, 0, "{}\n{settings}", checked.err);
+}
+
+#[test]
+fn filters_tuned_on_other_runs_are_not_used() {
+    let folder = Folder::new("study-estimate-kept");
+    let searches = |more: &[&str]| {
+        let done = study(&folder, BENCH, &[&SMALL[..], more].concat());
+        assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
+        let log = folder.join("out/estimate-bench/parts/all.jsonl");
+        let log = std::fs::read_to_string(log).unwrap();
+        log.lines()
+            .filter(|line| line.contains("evaluations"))
+            .count()
+    };
+    assert_eq!(searches(&[]), 5);
+    assert_eq!(searches(&[]), 5);
+    assert_eq!(searches(&["--duration", "8.9 s"]), 10);
 }
 
 #[test]

@@ -193,3 +193,66 @@ fn killed_study_continues_with_the_same_files() {
     assert_eq!(csv("parts"), csv("whole"));
     assert_eq!(rows(&folder.join("parts")), runs);
 }
+
+/// Studies that measure run times: kept rows are those of the start that measured them, bit for
+/// bit, and the others are measured by the next start.
+#[test]
+fn killed_measurement_continues_with_the_rows_of_both_starts() {
+    let folder = Folder::new("study-measured");
+    let legs = scenario("passive-legs.toml");
+    let out = folder.join("parts");
+    let program = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_twin"));
+        command
+            .args([
+                "study",
+                "precision",
+                &legs,
+                "--plant=massless,lcp",
+                "--out",
+                &out,
+            ])
+            .args(["--duration=50 ms", "--budget=3600 s"]);
+        command
+    };
+    let mut json = program();
+    json.arg("--json")
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
+    let mut child = json.spawn().unwrap();
+    let mut continued = || {
+        let output = json.stdout(Stdio::piped()).output().unwrap();
+        let mut study: Value = serde_json::from_slice(&output.stdout).unwrap();
+        // The load of the machine.
+        study.as_object_mut().unwrap().remove("machine");
+        study
+    };
+    // A line of the start, three of references, and rows.
+    wait_until("rows are stored", || {
+        rows(&out) > 6 || child.try_wait().unwrap().is_some()
+    });
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let before = std::fs::read(&row_files(&out)[0]).unwrap();
+    let second = continued();
+    let after = std::fs::read(&row_files(&out)[0]).unwrap();
+    assert!(after.starts_with(&before));
+    let measured = second["rows"].as_array().unwrap();
+    let of_start = |start: u64| measured.iter().filter(move |row| row["start"] == start);
+    assert!(of_start(1).count() >= 2, "{measured:?}");
+    assert!(of_start(2).count() >= 1, "{measured:?}");
+    let starts: Vec<&Value> = second["starts"].as_array().unwrap().iter().collect();
+    let numbers = starts.iter().map(|start| start["start"].as_u64());
+    assert_eq!(numbers.collect::<Vec<_>>(), [Some(1), Some(2)]);
+    // The rows of the first start are those that it wrote.
+    let before = String::from_utf8(before).unwrap();
+    for row in of_start(1) {
+        let run_time = format!("\"run_s_per_simulated_s\":{}", row["run_s_per_simulated_s"]);
+        assert!(before.contains(&run_time), "{run_time}");
+    }
+    // A third start measures nothing.
+    assert_eq!(continued(), second);
+    let text = program().output().unwrap().stdout;
+    let text = String::from_utf8(text).unwrap();
+    assert!(text.contains("parts are of earlier starts"), "{text}");
+}

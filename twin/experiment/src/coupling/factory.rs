@@ -1,6 +1,6 @@
 //! Inputs of a study of coupling, and the interface by which it builds rigs.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimDuration;
 use twinrig_runtime::{Coupling, GridInputs, Rig};
 
@@ -58,7 +58,7 @@ pub struct RigVariant<'a> {
 }
 
 /// Coupling method of a series of rows. The serialised words are part of the output format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CouplingMethod {
     /// Exact coupling.

@@ -21,12 +21,12 @@ use twinrig_report::number::si;
 use twinrig_rig::PlantId;
 use twinrig_runtime::Coupling;
 
-use crate::budget::{Budget, Share};
+use crate::budget::{Budget, Share, Weight};
 use crate::error::StudyError;
-use crate::panics::Panics;
+use crate::incidents::Incidents;
+use crate::measured::{Measuring, Parts};
 use crate::plants::reference_note::{CheckNote, ReferenceNote};
 use crate::plants::row::Status;
-use crate::progress::ProgressObserver;
 use results::NEAR_M;
 use run::Run;
 
@@ -36,11 +36,11 @@ const WINDOW: SimDuration = SimDuration::from_secs(1);
 /// Measures error and run time of coupling on a grid.
 ///
 /// # Errors
-/// [`StudyError`] if there is nothing to study, or if `progress` stopped the study.
-pub fn coupling(
+/// [`StudyError`] if there is nothing to study, or if the observer stopped the study.
+pub fn coupling<'m>(
     factory: &dyn RigFactory,
     plan: &CouplingPlan,
-    progress: &mut dyn ProgressObserver,
+    measuring: impl Into<Measuring<'m>>,
 ) -> Result<CouplingStudy, StudyError> {
     let plants = factory.plants();
     let (Some(observe), false) = (plan.steps.first().copied(), plants.is_empty()) else {
@@ -56,33 +56,46 @@ pub fn coupling(
     }
     let duration = observe * (duration.as_nanos() / observe.as_nanos());
     let trials = trials(plan);
-    let panics = Panics::default();
-    let mut job = Job {
+    let incidents = Incidents::default();
+    let runs = Runs {
         factory,
-        panics: &panics,
+        incidents: &incidents,
         plan,
         observe,
         duration,
-        budget: Budget::new(
-            plan.budget_s,
-            plants.len() * (2 + trials.len()),
-            plants.len() * 2,
-        ),
-        progress,
+    };
+    let weights = [
+        (Weight::Run, plants.len() * trials.len()),
+        (Weight::Reference, plants.len() * 2),
+    ];
+    let budget = Budget::new(plan.budget_s, &weights);
+    let scope = (duration, observe, plan.repetitions);
+    let mut measuring = measuring.into();
+    let mut job = Job {
+        runs,
+        parts: Parts::new(budget, &mut measuring, &incidents, &scope),
     };
     let mut study = CouplingStudy::new(input, plan, duration, observe);
     for plant in plants {
         let (reference, note) = job.reference(plant)?;
-        study.references.push(note);
+        study.references.push(note.clone());
         let reference = reference.as_ref().map(|run| (run, study.floor_of(plant)));
         for trial in &trials {
-            let row = job.row(plant, trial, reference)?;
+            let label = format!(
+                "{plant}, {} {}",
+                trial.method.word(),
+                si(trial.step.as_secs_f64(), "s")
+            );
+            let content = (plant, trial, &note);
+            let row = job.parts.measure(&label, Weight::Run, &content, |share| {
+                runs.row(plant, trial, reference, share)
+            })?;
             study.rows.push(row);
         }
     }
-    job.budget.finished()?;
+    study.starts = job.parts.finish()?;
     study.left_out.extend_from_slice(factory.left_out());
-    study.panics = panics.into_messages();
+    study.panics = incidents.into_panics();
     study.mark_contradictions();
     Ok(study)
 }
@@ -119,36 +132,21 @@ fn trials(plan: &CouplingPlan) -> Vec<Trial> {
 
 /// State of a running study.
 struct Job<'a> {
+    runs: Runs<'a>,
+    parts: Parts<'a>,
+}
+
+/// Runs of a study: their environment and plan.
+#[derive(Clone, Copy)]
+struct Runs<'a> {
     factory: &'a dyn RigFactory,
-    panics: &'a Panics,
+    incidents: &'a Incidents,
     plan: &'a CouplingPlan,
     observe: SimDuration,
     duration: SimDuration,
-    budget: Budget,
-    progress: &'a mut dyn ProgressObserver,
 }
 
 impl Job<'_> {
-    fn begin(&mut self, doing: &str, reference: bool) -> Result<Share, StudyError> {
-        let share = self.budget.next(reference);
-        let (part, of) = self.budget.progress();
-        if self.progress.at(part, of, doing) {
-            Ok(share)
-        } else {
-            Err(StudyError::Interrupted { done: part, of })
-        }
-    }
-
-    fn variant<'p>(&self, plant: &'p str, coupling: Coupling, step: SimDuration) -> RigVariant<'p> {
-        RigVariant {
-            plant,
-            coupling,
-            step,
-            observe: self.observe,
-            duration: self.duration,
-        }
-    }
-
     /// Runs a rig with exact coupling; the inner error is the reason of an incomplete run.
     fn completed(
         &mut self,
@@ -156,12 +154,16 @@ impl Job<'_> {
         step: SimDuration,
         doing: &str,
     ) -> Result<Result<Run, String>, StudyError> {
-        let share = self.begin(&format!("{plant}, {doing}"), true)?;
-        let variant = self.variant(plant, Coupling::Exact, step);
-        let run = self
-            .panics
-            .guarded(|| Run::of(self.factory, &variant, share));
-        Ok(run.and_then(|run| match &run.ended {
+        let runs = self.runs;
+        let (label, content) = (format!("{plant}, {doing}"), ("exact", plant, step));
+        let measured = self
+            .parts
+            .measure(&label, Weight::Reference, &content, |share| {
+                let variant = runs.variant(plant, Coupling::Exact, step);
+                runs.incidents
+                    .guarded(|| Run::of(runs.factory, &variant, share))
+            });
+        Ok(measured?.and_then(|run| match &run.ended {
             Some((_, why)) => Err(why.clone()),
             None => Ok(run),
         }))
@@ -169,7 +171,7 @@ impl Job<'_> {
 
     /// Returns the reference of a plant, truncated where its check ceases to agree.
     fn reference(&mut self, plant: &str) -> Result<(Option<Run>, ReferenceNote), StudyError> {
-        let fine = self.plan.fine;
+        let fine = self.runs.plan.fine;
         let reference = self.completed(plant, fine, "reference")?;
         let check = self.completed(plant, fine * 2, "check of the reference")?;
         let mut reference = match reference {
@@ -206,19 +208,26 @@ impl Job<'_> {
         note.why = Some(why.join("; "));
         Ok((Some(reference), note))
     }
+}
+
+impl Runs<'_> {
+    fn variant<'p>(&self, plant: &'p str, coupling: Coupling, step: SimDuration) -> RigVariant<'p> {
+        RigVariant {
+            plant,
+            coupling,
+            step,
+            observe: self.observe,
+            duration: self.duration,
+        }
+    }
 
     fn row(
-        &mut self,
+        &self,
         plant: &str,
         trial: &Trial,
         reference: Option<(&Run, f64)>,
-    ) -> Result<CouplingRow, StudyError> {
-        let doing = format!(
-            "{plant}, {} {}",
-            trial.method.word(),
-            si(trial.step.as_secs_f64(), "s")
-        );
-        let share = self.begin(&doing, false)?;
+        share: Share,
+    ) -> CouplingRow {
         let variant = self.variant(plant, trial.method.choice(trial.step), trial.plant_step);
         let mut row = CouplingRow::new(
             trial.kind,
@@ -228,25 +237,25 @@ impl Job<'_> {
             trial.plant_step.as_secs_f64(),
         );
         let run = self
-            .panics
+            .incidents
             .guarded(|| Run::of(self.factory, &variant, share));
         let run = match run {
             Ok(run) => run,
-            Err(why) => return Ok(row.ended(Status::Failed, why)),
+            Err(why) => return row.ended(Status::Failed, why),
         };
         let reached_s = run.trace.reached_s();
         row.note_work(&run.work, reached_s - run.opened_s);
         if let Some((status, why)) = &run.ended {
             row.note_time(run.wall_s, reached_s, 1);
             row.cut = run.cut;
-            return Ok(row.ended(*status, why.as_str()));
+            return row.ended(*status, why.as_str());
         }
         match reference {
             Some((reference, floor_m)) => compare(&mut row, &run, reference, floor_m),
             None => row.why = Some("there is no reference to compare with".to_owned()),
         }
         self.time(&mut row, &variant, &run, share);
-        Ok(row)
+        row
     }
 
     /// Measures the run time of a rig that completes: the median of several runs without sampling,
@@ -257,7 +266,9 @@ impl Job<'_> {
             if used_s + run.wall_s > share.seconds {
                 break;
             }
-            let timed = self.panics.guarded(|| Ok(Run::time(self.factory, variant)));
+            let timed = self
+                .incidents
+                .guarded(|| Ok(Run::time(self.factory, variant)));
             let Ok(Some(run_s)) = timed else {
                 break;
             };

@@ -6,6 +6,7 @@ use clap::Args;
 use super::builder::RigStudyBuilder;
 use super::{CouplingPlan, coupling};
 use crate::error::Error;
+use crate::measured::{Measuring, PartStore};
 use crate::options::StudyOptions;
 use crate::options::request::{StudyContext, StudyFrame, StudyReport, StudyRequest};
 
@@ -29,21 +30,18 @@ impl StudyRequest for CouplingOptions {
     }
 
     fn run(&self, context: StudyContext<'_>) -> Result<StudyReport, Error> {
-        let StudyContext {
-            registry,
-            settings,
-            machine,
-            command,
-            observer,
-        } = context;
         let options = &self.study;
         let plan = CouplingPlan {
             duration: options.duration,
             budget_s: options.budget,
             ..CouplingPlan::default()
         };
-        let rigs = RigStudyBuilder::new(registry, &options.scenario, settings, &options.plant)?;
-        let study = coupling(&rigs, &plan, observer);
+        let (path, settings) = (&options.scenario, context.settings);
+        let rigs = RigStudyBuilder::new(context.registry, path, settings, &options.plant)?;
+        let mut store = PartStore::of_study(&context, &self.frame(), context.settings)?;
+        let (machine, command) = (context.machine, context.command);
+        let measuring = Measuring::kept(context.observer, &mut store);
+        let study = coupling(&rigs, &plan, measuring);
         let study = study.map_err(|source| Error::of_study(&options.file(), source))?;
         let study = rigs.with_panics(study);
         Ok(StudyReport {

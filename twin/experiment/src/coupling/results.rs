@@ -9,8 +9,9 @@ use super::factory::{CouplingInput, CouplingMethod};
 use super::plan::CouplingPlan;
 use super::row::{CouplingKind, CouplingRow};
 use crate::fit;
+use crate::incidents;
 use crate::machine::Machine;
-use crate::panics;
+use crate::measured::Starts;
 use crate::plants::reference_note::ReferenceNote;
 use crate::plants::row::Status;
 
@@ -39,6 +40,8 @@ pub struct CouplingStudy {
     pub rows: Vec<CouplingRow>,
     /// Omitted plants and parts, each with the reason.
     pub left_out: Vec<String>,
+    /// Starts of the program whose measurements it has.
+    pub starts: Starts,
     /// Panics, each a bug in a part or in this crate. The affected rows have status `failed` and
     /// the same reason.
     pub panics: Vec<String>,
@@ -98,13 +101,14 @@ impl CouplingStudy {
             references: Vec::new(),
             rows: Vec::new(),
             left_out,
+            starts: Starts::default(),
             panics: Vec::new(),
         }
     }
 
     /// Returns a description of the panics of the study, if there was any.
     pub fn error(&self) -> Option<String> {
-        panics::error(&self.panics)
+        incidents::error(&self.panics)
     }
 
     /// Returns the plants, in order.
@@ -244,7 +248,7 @@ impl CouplingStudy {
         json!({
             "study": "coupling",
             "scenario": self.scenario,
-            "machine": machine,
+            "machine": self.starts.machine(machine),
             "reference": self.references.first(),
             "rows": self.rows,
             "file": self.file,
@@ -257,6 +261,7 @@ impl CouplingStudy {
             "references": self.references,
             "orders": self.orders(),
             "left_out": self.left_out,
+            "starts": self.starts,
             "error": self.error(),
         })
     }

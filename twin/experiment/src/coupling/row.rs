@@ -1,14 +1,15 @@
 //! Rows of a study of coupling: one plant, one coupling, one step.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use twinrig_runtime::WorkCounts;
 
 use super::factory::CouplingMethod;
+use crate::measured::Measured;
 use crate::plants::row::{Status, outcome_word};
 use crate::plants::trace::Errors;
 
 /// Kind of a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum CouplingKind {
     /// The plant steps with the grid: error against total run time.
@@ -19,7 +20,7 @@ pub enum CouplingKind {
 
 /// Row of a study of coupling. The keys are part of the output format; values that do not apply are
 /// null.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CouplingRow {
     /// Name of the plant.
     pub plant: String,
@@ -78,6 +79,18 @@ pub struct CouplingRow {
     pub real_time_factor: Option<f64>,
     /// Number of runs whose median is the run time.
     pub timed_runs: Option<u64>,
+    /// Start of the program that measured the row; null where nothing is kept.
+    pub start: Option<usize>,
+}
+
+impl Measured for CouplingRow {
+    fn is_cut(&self) -> bool {
+        self.cut
+    }
+
+    fn note_start(&mut self, start: usize) {
+        self.start = Some(start);
+    }
 }
 
 impl CouplingRow {
@@ -118,6 +131,7 @@ impl CouplingRow {
             counters_changed: None,
             real_time_factor: None,
             timed_runs: None,
+            start: None,
         }
     }
 

@@ -1,17 +1,19 @@
 //! Run of a complete rig.
 
+use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Field, SimTime, Unit, signal};
 use twinrig_report::number::instant;
 use twinrig_runtime::{Group, Observer, Rig, RunEvent, WorkCounts};
 
 use super::factory::{RigFactory, RigVariant};
 use crate::budget::Share;
+use crate::measured::Measured;
 use crate::plants::row::Status;
 use crate::plants::trace::{Trace, is_foot};
 use crate::stopwatch::Stopwatch;
 
 /// Samples and totals of a run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Run {
     pub(crate) trace: Trace,
     /// Final counters of drivers and boards, by name.
@@ -25,6 +27,12 @@ pub(crate) struct Run {
     pub(crate) ended: Option<(Status, String)>,
     /// Truncated by the budget.
     pub(crate) cut: bool,
+}
+
+impl Measured for Run {
+    fn is_cut(&self) -> bool {
+        self.cut
+    }
 }
 
 /// Observer that samples feet, trunk and counters.

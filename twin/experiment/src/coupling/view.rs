@@ -48,6 +48,7 @@ impl CouplingStudy {
         for row in self.rows.iter().filter(|row| row.contradicts) {
             summary.fact("doubtful", doubtful(row));
         }
+        self.starts.note(&mut summary);
         summary.left_out(&self.left_out);
         summary
     }
@@ -110,7 +111,7 @@ impl CouplingStudy {
             &self.file,
             definitions,
             &self.left_out,
-            &budget,
+            (&self.starts, &budget),
         )
     }
 }

@@ -33,6 +33,19 @@ pub enum StudyError {
         /// Number of runs so far planned.
         of: usize,
     },
+    /// The observer or an interrupt stopped a study that keeps its parts.
+    #[error(
+        "interrupted after {done} of {of} parts\n  = help: the same command continues the study"
+    )]
+    InterruptedParts {
+        /// Number of parts begun.
+        done: usize,
+        /// Number of parts.
+        of: usize,
+    },
+    /// The results of a study cannot be kept.
+    #[error("{0}")]
+    Store(String),
     /// No reference of a search completes the scenario.
     #[error(
         "no reference completes the scenario: {why}\n  = help: give more time by --budget, or \

@@ -1,12 +1,13 @@
 //! Filters under study: their models, and the deviations that are tuned.
 
+use serde::{Deserialize, Serialize};
 use twinrig_campaign::search;
 use twinrig_estimate::{ForceResponse, Model, Piezoresistive, RECOVERY, Settings, StateSettings};
 
 use super::identify::Identification;
 
 /// Filter under study.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FilterKind {
     /// Force, rate, bias.
     F1,

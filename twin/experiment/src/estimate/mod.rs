@@ -29,9 +29,10 @@ pub use results::EstimateStudy;
 pub use tune::{SearchSize, TunedFilter};
 pub use validate::{EstimatePoint, FilterRow};
 
-use crate::budget::Budget;
+use crate::budget::{Budget, Share, Weight};
 use crate::error::StudyError;
-use crate::progress::ProgressObserver;
+use crate::incidents::Incidents;
+use crate::measured::{Measuring, Parts};
 use data::{Phase, Signals};
 use validate::Estimates;
 
@@ -93,20 +94,25 @@ const FREQUENCIES: usize = 2;
 /// The result is a function of the recorded runs and the seed, unless the budget ends a search.
 ///
 /// # Errors
-/// [`StudyError`] if a run fails or is unsuitable, an identification is impossible, or `progress`
+/// [`StudyError`] if a run fails or is unsuitable, an identification is impossible, or the observer
 /// stopped the study.
-pub fn estimate(
+pub fn estimate<'m>(
     recorder: &dyn LoadRecorder,
     plan: &EstimatePlan,
-    progress: &mut dyn ProgressObserver,
+    measuring: impl Into<Measuring<'m>>,
 ) -> Result<EstimateStudy, StudyError> {
     let input = recorder.input();
     let mut left_out = Vec::new();
-    let parts = RUNS.len() + FilterKind::ALL.len();
+    let weights = [
+        (Weight::Run, RUNS.len()),
+        (Weight::Reference, FilterKind::ALL.len()),
+    ];
+    let budget = Budget::new(plan.budget_s, &weights);
+    let incidents = Incidents::default();
+    let mut measuring = measuring.into();
     let mut job = Job {
         recorder,
-        budget: Budget::new(plan.budget_s, parts, FilterKind::ALL.len()),
-        progress,
+        parts: Parts::new(budget, &mut measuring, &incidents, &plan.search),
     };
     let identified = job.run(0, Phase::Zero, &mut left_out)?;
     let identification = identify::identify(&identified)?;
@@ -122,8 +128,8 @@ pub fn estimate(
         rows.extend(found.rows(filter.kind.name(), &validated));
         estimates.extend(curves::estimates(filter.kind, &found, &validated));
     }
-    job.budget.finished()?;
     Ok(EstimateStudy {
+        starts: job.parts.finish()?,
         scenario: input.name.clone(),
         file: input.file.clone(),
         simulated_s: input.duration_s,
@@ -151,19 +157,10 @@ fn seed(input: &EstimateInput, offset: u64) -> u64 {
 /// A running study.
 struct Job<'a> {
     recorder: &'a dyn LoadRecorder,
-    budget: Budget,
-    progress: &'a mut dyn ProgressObserver,
+    parts: Parts<'a>,
 }
 
 impl Job<'_> {
-    fn report(&mut self, description: &str) -> Result<(), StudyError> {
-        let (done, of) = self.budget.progress();
-        if self.progress.at(done, of, description) {
-            return Ok(());
-        }
-        Err(StudyError::Interrupted { done, of })
-    }
-
     /// Records a run and low-passes its channels; parts that are too short are left out.
     fn run(
         &mut self,
@@ -171,12 +168,13 @@ impl Job<'_> {
         phase: Phase,
         left_out: &mut Vec<String>,
     ) -> Result<Signals, StudyError> {
-        let _ = self.budget.next(false);
         let (offset, purpose) = RUNS[number];
-        self.report(&format!("run for {purpose}"))?;
+        // Its samples are many, and the same at each start.
+        self.parts
+            .begin(&format!("run for {purpose}"), Weight::Run)?;
         let seed = seed(self.recorder.input(), offset);
         let run = self.recorder.record(seed).map_err(StudyError::Run)?;
-        self.budget.finished()?;
+        self.parts.check_interrupt()?;
         let mut signals = Signals::new(&run, phase)?;
         let period_s = signals.period_s;
         let periods = |part: &data::Part| part.samples.len() as f64 * period_s * part.hz;
@@ -209,24 +207,18 @@ impl Job<'_> {
         signals: &Signals,
         size: SearchSize,
     ) -> Result<TunedFilter, StudyError> {
-        let share = self.budget.next(true);
-        let mut stopped = Ok(());
         let seed = seed(self.recorder.input(), RUNS[1].0);
-        let tuned = tune::tune(
-            kind,
-            identification,
-            signals,
-            size,
-            seed,
-            &mut |swarm, iteration| {
-                let description = format!("{}, swarm {swarm}, iteration {iteration}", kind.name());
-                stopped = self.report(&description);
-                stopped.is_ok() && !share.deadline.passed()
-            },
-        );
-        stopped?;
-        // An interrupt is not an error of the search.
-        self.budget.finished()?;
-        tuned
+        let content = (kind, identification, seed);
+        let measure = |share: Share, report: &mut dyn FnMut(&str) -> bool| {
+            let mut keep_running = |swarm: u64, iteration: usize| {
+                let name = kind.name();
+                report(&format!("{name}, swarm {swarm}, iteration {iteration}"))
+                    && !share.deadline.passed()
+            };
+            tune::tune(kind, identification, signals, size, seed, &mut keep_running)
+        };
+        let (label, weight) = (kind.name(), Weight::Reference);
+        self.parts
+            .measure_and_report(label, weight, &content, measure)
     }
 }

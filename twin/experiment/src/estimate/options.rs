@@ -7,6 +7,7 @@ use twinrig_scenario::Setting;
 use super::recorder::BenchRecorder;
 use super::{EstimatePlan, SearchSize, estimate};
 use crate::error::Error;
+use crate::measured::{Measuring, PartStore};
 use crate::options::StudyOptions;
 use crate::options::request::{StudyContext, StudyFrame, StudyReport, StudyRequest};
 use crate::options::values::{whole_number, whole_number_or_none};
@@ -37,13 +38,6 @@ impl StudyRequest for EstimateOptions {
     }
 
     fn run(&self, context: StudyContext<'_>) -> Result<StudyReport, Error> {
-        let StudyContext {
-            registry,
-            settings,
-            machine,
-            command,
-            observer,
-        } = context;
         let options = &self.study;
         let plan = EstimatePlan {
             search: SearchSize {
@@ -52,15 +46,18 @@ impl StudyRequest for EstimateOptions {
             },
             budget_s: options.budget,
         };
-        let mut settings = settings.to_vec();
+        let mut settings = context.settings.to_vec();
         settings.extend(options.plant.iter().map(|name| Setting::plant(name)));
         settings.extend(options.duration.map(|duration| Setting {
             origin: "--duration".to_owned(),
             key: "duration".to_owned(),
             value: format!("\"{duration}\""),
         }));
-        let bench = BenchRecorder::new(registry, &options.scenario, &settings)?;
-        let study = estimate(&bench, &plan, observer);
+        let bench = BenchRecorder::new(context.registry, &options.scenario, &settings)?;
+        let mut store = PartStore::of_study(&context, &self.frame(), &settings)?;
+        let (machine, command) = (context.machine, context.command);
+        let measuring = Measuring::kept(context.observer, &mut store);
+        let study = estimate(&bench, &plan, measuring);
         let study = study.map_err(|source| Error::of_study(&options.file(), source))?;
         Ok(StudyReport::new(
             study.summary(),

@@ -10,6 +10,7 @@ use super::settings_text;
 use super::tune::{SearchSize, TunedFilter};
 use super::validate::FilterRow;
 use crate::machine::Machine;
+use crate::measured::Starts;
 use twinrig_report::number::plain;
 
 /// Results of a study of load filters, without the machine it ran on.
@@ -41,6 +42,8 @@ pub struct EstimateStudy {
     pub voltages: Vec<VoltageCurve>,
     /// Curves of figure 4.15.
     pub estimates: Vec<EstimateCurve>,
+    /// Starts of the program whose searches it has.
+    pub starts: Starts,
     /// Parts of runs that are left out, each with the reason.
     pub left_out: Vec<String>,
 }
@@ -106,7 +109,7 @@ impl EstimateStudy {
         json!({
             "study": "estimate",
             "scenario": self.scenario,
-            "machine": machine,
+            "machine": self.starts.machine(machine),
             "identification": identification(&self.identification),
             "filters": self.filters.iter().map(filter).collect::<Vec<_>>(),
             "rows": self.rows,
@@ -122,6 +125,7 @@ impl EstimateStudy {
             "figure_4_13": self.voltages,
             "figure_4_15": self.estimates,
             "left_out": self.left_out,
+            "starts": self.starts,
         })
     }
 

@@ -1,6 +1,6 @@
 //! Tuning of covariances by particle swarm (section 4.3.1.3).
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use twinrig_campaign::search::{Progress, SearchError, Swarm};
 use twinrig_estimate::{EstimateError, Objective, Settings, TunedSample};
 use twinrig_kernel::stream;
@@ -10,9 +10,10 @@ use super::filter::{FilterKind, untuned, with_deviations};
 use super::identify::Identification;
 use super::track::track;
 use crate::error::StudyError;
+use crate::measured::Measured;
 
 /// Tuned filter.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TunedFilter {
     /// Which filter.
     pub kind: FilterKind,
@@ -27,6 +28,12 @@ pub struct TunedFilter {
     /// Least cost of the best swarm after the initial points and each iteration; empty if no swarm
     /// was better than the start.
     pub history: Vec<f64>,
+}
+
+impl Measured for TunedFilter {
+    fn is_cut(&self) -> bool {
+        self.truncated
+    }
 }
 
 /// Size of the swarms.

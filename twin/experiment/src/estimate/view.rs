@@ -38,6 +38,7 @@ impl EstimateStudy {
             let searches = format!("searches of {cut} by a budget of {budget_s} s");
             summary.fact("truncated", searches);
         }
+        self.starts.note(&mut summary);
         summary.left_out(&self.left_out);
         summary
     }
@@ -114,7 +115,7 @@ impl EstimateStudy {
             &self.file,
             definitions,
             &self.left_out,
-            &budget,
+            (&self.starts, &budget),
         )
     }
 }

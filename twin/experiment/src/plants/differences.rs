@@ -5,6 +5,7 @@ use std::rc::Rc;
 use twinrig_report::number::si;
 use twinrig_rig::{MethodSetting, PlantOffer, Scales, Variant};
 
+use crate::budget::Weight;
 use crate::error::StudyError;
 use crate::plants::precision_job::Job;
 use crate::plants::reference::{self, Reference, Trust};
@@ -84,7 +85,8 @@ impl Job<'_> {
     /// Adds the models of a plant with scaled compliance, at coarser settings where the finest
     /// fail: models differ by far more than these err.
     fn scaled(&mut self, plant: &PlantOffer, models: &mut Vec<Model>) -> Result<(), StudyError> {
-        let fine = self.trust();
+        let runs = self.runs;
+        let fine = runs.trust();
         let rough = Trust {
             rough: true,
             ..fine
@@ -97,9 +99,12 @@ impl Job<'_> {
                 compliance_damping,
                 ..Scales::AS_IS
             };
-            let share = self.begin(&model_label(&plant.plant, &scales))?;
-            let of = |trust, share| reference::checked(&self.context, plant, scales, trust, share);
-            let reference = of(fine, share.part(2)).or_else(|_| of(rough, share.part(2)));
+            let label = model_label(&plant.plant, &scales);
+            let of = |trust, share| reference::checked(&runs.context, plant, scales, trust, share);
+            let content = ("model", plant, scales);
+            let reference = self.parts.measure(&label, Weight::Run, &content, |share| {
+                of(fine, share.part(2)).or_else(|_| of(rough, share.part(2)))
+            })?;
             let variant = reference
                 .as_ref()
                 .map(|reference| reference.variant.clone());
@@ -107,7 +112,7 @@ impl Job<'_> {
                 variant: variant.unwrap_or(Variant {
                     plant: plant.plant.clone(),
                     method: String::new(),
-                    setting: MethodSetting::Step(self.context.grid),
+                    setting: MethodSetting::Step(runs.context.grid),
                     scales,
                 }),
                 reference: reference.map(Rc::new),

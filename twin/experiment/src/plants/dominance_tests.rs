@@ -5,6 +5,7 @@ use twinrig_rig::PlantId;
 use twinrig_rig::{MethodSetting, Scales, Variant};
 
 use crate::machine::Machine;
+use crate::measured::Starts;
 use crate::plants::dominance::{Comparison, Dominance};
 use crate::plants::reference_note::{CheckNote, ReferenceNote};
 use crate::plants::row::{Row, RowKind, Status};
@@ -67,6 +68,7 @@ pub(crate) fn study(rows: Vec<Row>) -> Study {
         ensembles: Vec::new(),
         criteria: Vec::new(),
         left_out: Vec::new(),
+        starts: Starts::default(),
         panics: Vec::new(),
     }
 }

@@ -1,11 +1,12 @@
 //! Differences of the touch-downs of a gait between two models.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime, signal};
 use twinrig_record::{Pairing, RecordedFootstep, pair_footsteps};
 use twinrig_rig::PlantId;
 use twinrig_runtime::Plant;
 
+use crate::measured::Measured;
 use crate::plants::plant_run::{Ending, PlantRun, SampleVerdict};
 
 /// Duration of the walk compared.
@@ -40,15 +41,18 @@ pub struct Footstep {
 }
 
 /// Touch-down of one run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct TouchDown {
     pub(crate) at_s: f64,
     pub(crate) place: [f64; 3],
 }
 
 /// Touch-downs by leg.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct TouchDowns(Vec<(String, Vec<TouchDown>)>);
+
+/// Touch-downs of a walk at two settings.
+impl Measured for [TouchDowns; 2] {}
 
 /// Contact state of a foot.
 struct Foot {

@@ -12,6 +12,7 @@ use super::stability_plan::StabilityPlan;
 use super::study::Study;
 use crate::error::Error;
 use crate::machine::Machine;
+use crate::measured::{Measuring, PartStore};
 use crate::options::StudyOptions;
 use crate::options::request::{StudyContext, StudyFrame, StudyReport, StudyRequest};
 use crate::options::values::whole_number_or_none;
@@ -62,7 +63,9 @@ impl StudyRequest for PrecisionOptions {
             ..PrecisionPlan::default()
         };
         let builder = builder(&self.study, &context)?;
-        let study = precision(&builder, &plan, context.observer);
+        let mut store = PartStore::of_study(&context, &self.frame(), context.settings)?;
+        let measuring = Measuring::kept(context.observer, &mut store);
+        let study = precision(&builder, &plan, measuring);
         let study = study.map_err(|source| Error::of_study(&self.study.file(), source))?;
         Ok(report(
             &builder.with_panics(study),
@@ -88,7 +91,9 @@ impl StudyRequest for StabilityOptions {
             plan.values = Some(values.clone());
         }
         let builder = builder(&self.study, &context)?;
-        let study = stability(&builder, &plan, context.observer);
+        let mut store = PartStore::of_study(&context, &self.frame(), context.settings)?;
+        let measuring = Measuring::kept(context.observer, &mut store);
+        let study = stability(&builder, &plan, measuring);
         let study = study.map_err(|source| Error::of_study(&self.study.file(), source))?;
         Ok(report(
             &builder.with_panics(study),

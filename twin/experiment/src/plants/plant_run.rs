@@ -3,6 +3,7 @@
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{Plant, PlantFault};
 
+use crate::incidents::Incidents;
 use crate::plants::commands::Commands;
 use crate::stopwatch::{Deadline, RunStopwatch};
 
@@ -14,6 +15,7 @@ pub(crate) struct PlantRun<'a> {
     /// Sampling period.
     pub(crate) grid: SimDuration,
     pub(crate) deadline: Deadline,
+    pub(crate) incidents: &'a Incidents,
 }
 
 /// Outcome of a run.
@@ -65,6 +67,7 @@ impl PlantRun<'_> {
                 return Ending::Completed;
             }
             if self.deadline.passed() {
+                self.incidents.note_over_budget();
                 return Ending::OverBudget(now);
             }
             player.apply_due(now);

@@ -1,12 +1,16 @@
 //! Study of precision: error against run time.
 
+use std::rc::Rc;
+
+use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_report::number::{instant, si};
 use twinrig_rig::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 
-use crate::budget::{Budget, Share};
+use crate::budget::{Budget, Share, Weight};
 use crate::error::StudyError;
-use crate::panics::Panics;
+use crate::incidents::Incidents;
+use crate::measured::{Measured, Measuring, Parts};
 use crate::plants::contact;
 use crate::plants::differences;
 use crate::plants::ensemble;
@@ -14,15 +18,15 @@ use crate::plants::events;
 use crate::plants::factory::PlantFactory;
 use crate::plants::models::limit_pair;
 use crate::plants::plant_run::Ending;
-use crate::plants::precision_job::Job;
+use crate::plants::precision_job::{Job, Runs};
 use crate::plants::precision_plan::PrecisionPlan;
 use crate::plants::reference::{Reference, RunContext, ended};
-use crate::plants::references::{AssignedReference, References};
+use crate::plants::reference_note::ReferenceNote;
+use crate::plants::references::{AssignedReference, References, model_of};
 use crate::plants::row::{Row, RowKind, Status};
 use crate::plants::study::{Study, StudyKind};
 use crate::plants::trace::Trace;
 use crate::plants::transport;
-use crate::progress::ProgressObserver;
 
 /// Default duration: that shown by the thesis for its models (figure 2.5).
 const WINDOW: SimDuration = SimDuration::from_millis(300);
@@ -33,18 +37,18 @@ pub(crate) const RUNAWAY: f64 = 100.0;
 /// Measures error and run time of the methods of all plants.
 ///
 /// # Errors
-/// [`StudyError`] if there is nothing to study, or if `progress` stopped the study.
-pub fn precision(
+/// [`StudyError`] if there is nothing to study, or if the observer stopped the study.
+pub fn precision<'m>(
     factory: &dyn PlantFactory,
     plan: &PrecisionPlan,
-    progress: &mut dyn ProgressObserver,
+    measuring: impl Into<Measuring<'m>>,
 ) -> Result<Study, StudyError> {
     let plants = factory.plants();
     if plants.is_empty() {
         return Err(StudyError::NoPlant);
     }
-    let panics = Panics::default();
-    let context = context(factory, plan, &panics)?;
+    let incidents = Incidents::default();
+    let context = context(factory, plan, &incidents)?;
     let rows: usize = plants
         .iter()
         .map(|plant| settings(plant, plan, &context).count())
@@ -60,39 +64,32 @@ pub fn precision(
     };
     let ensembles = ensemble::parts(plants, if walks { plan.ensemble } else { 0 });
     let touching = if walks { contact::parts(plants) } else { 0 };
-    let walked = if walks { transport::parts(plants) } else { 0 } + ensembles;
+    let walked = if walks { transport::parts(plants) } else { 0 };
+    let weights = [
+        (
+            Weight::Run,
+            rows + touching + compared.min(1) * limits + differences::parts(plants),
+        ),
+        (Weight::Reference, plants.len() + walked),
+        (Weight::Ensemble, ensembles),
+    ];
+    let budget = Budget::new(plan.budget_s, &weights);
+    let scope = (context.end, context.grid, plan.repetitions);
+    let mut measuring = measuring.into();
+    let runs = Runs { context, plan };
     let mut job = Job {
-        context,
-        plan,
-        budget: Budget::new(
-            plan.budget_s,
-            rows + plants.len()
-                + touching
-                + compared.min(1) * limits
-                + walked
-                + differences::parts(plants),
-            plants.len() + walked,
-        )
-        .with_very_heavy(ensembles),
-        progress,
+        runs,
+        parts: Parts::new(budget, &mut measuring, &incidents, &scope),
         rows: Vec::new(),
     };
-    let mut known = References::new(context, Scales::AS_IS, job.trust());
-    let mut references = Vec::new();
-    let mut notes = Vec::new();
-    for plant in plants {
-        let share = job.begin_heavy(&format!("{}, reference", plant.plant))?;
-        let AssignedReference { reference, note } = known.of(plant, share);
-        notes.push(note);
-        references.push(reference);
-    }
+    let (references, notes) = job.references(plants)?;
     let transports = if walks {
         job.transports(plants)?
     } else {
         Vec::new()
     };
-    for (plant, reference) in plants.iter().zip(&references) {
-        job.plant(plant, reference.as_deref())?;
+    for ((plant, reference), note) in plants.iter().zip(&references).zip(&notes) {
+        job.plant(plant, reference.as_deref(), note)?;
     }
     job.differences(plants, &references)?;
     let (mut footsteps, mut ensembles) = (Vec::new(), Vec::new());
@@ -104,27 +101,29 @@ pub fn precision(
     } else {
         job.limit()?;
     }
-    job.budget.finished()?;
-    let rows = std::mem::take(&mut job.rows);
     let mut study = Study::new(StudyKind::Precision, factory, context.end, context.grid);
+    study.starts = job.parts.finish()?;
     study.references = notes;
-    study.rows = rows;
+    study.rows = job.rows;
     study.footsteps = footsteps;
     study.transports = transports;
     study.contacts = contacts;
     study.ensembles = ensembles;
     study.budget_s = plan.budget_s;
-    study.panics = panics.into_messages();
+    study.panics = incidents.into_panics();
     study.mark_contradictions();
     study.note_tolerance_slopes();
     Ok(study)
 }
 
+/// References of all plants, with their notes.
+type AllReferences = (Vec<Option<Rc<Reference>>>, Vec<ReferenceNote>);
+
 /// Returns the environment of the runs: end time and sampling period.
 fn context<'a>(
     factory: &'a dyn PlantFactory,
     plan: &PrecisionPlan,
-    panics: &'a Panics,
+    incidents: &'a Incidents,
 ) -> Result<RunContext<'a>, StudyError> {
     let input = factory.input();
     let duration = plan.duration.unwrap_or(WINDOW).min(input.duration);
@@ -147,7 +146,7 @@ fn context<'a>(
         end: SimTime::ZERO + grid * (duration.as_nanos() / grid.as_nanos()),
         grid,
         commands: &factory.input().commands,
-        panics,
+        incidents,
     })
 }
 
@@ -177,52 +176,107 @@ fn settings<'a>(
     })
 }
 
+/// Row with the run time of its first run.
+#[derive(Serialize, Deserialize)]
+struct TimedRow {
+    row: Row,
+    /// \[s\]
+    run_s: f64,
+}
+
+impl Measured for TimedRow {
+    fn is_cut(&self) -> bool {
+        self.row.cut
+    }
+
+    fn note_start(&mut self, start: usize) {
+        self.row.start = Some(start);
+    }
+}
+
 impl Job<'_> {
+    /// Returns the references of the plants, with their notes.
+    fn references(&mut self, plants: &[PlantOffer]) -> Result<AllReferences, StudyError> {
+        let mut known = References::new(self.runs.context, Scales::AS_IS, self.runs.trust());
+        let (mut references, mut notes) = (Vec::new(), Vec::new());
+        for plant in plants {
+            let label = format!("{}, reference", plant.plant);
+            let is_studied = model_of(self.runs.context.factory, plant).map(|(_, it)| it);
+            let content = ("reference", plant, is_studied);
+            let measured = self
+                .parts
+                .measure(&label, Weight::Reference, &content, |share| {
+                    known.of(plant, share)
+                });
+            let AssignedReference { reference, note } = measured?;
+            notes.push(note);
+            references.push(reference);
+        }
+        Ok((references, notes))
+    }
+
     /// Computes the rows of a plant.
     fn plant(
         &mut self,
         plant: &PlantOffer,
         reference: Option<&Reference>,
+        note: &ReferenceNote,
     ) -> Result<(), StudyError> {
-        let plan = self.plan;
-        let context = self.context;
+        let runs = self.runs;
         let mut last: Option<(&str, f64, f64)> = None;
-        for (method, setting) in settings(plant, plan, &context) {
-            let share = self.begin(&format!("{}, {}", plant.plant, method.name))?;
+        for (method, setting) in settings(plant, runs.plan, &runs.context) {
             let variant = Variant {
                 plant: plant.plant.clone(),
                 method: method.name.clone(),
                 setting,
                 scales: Scales::AS_IS,
             };
-            // Run time is proportional to the number of steps, so a run expected to exceed its
-            // budget is skipped.
-            let expected = match (last, setting.step_s()) {
+            // Run time is proportional to the number of steps.
+            let expected_s = match (last, setting.step_s()) {
                 (Some((name, step, took)), Some(next)) if name == method.name => took * step / next,
                 _ => 0.0,
             };
-            if expected > share.seconds {
-                let why = format!(
-                    "too slow: it would take {}, its budget is {}",
-                    si(expected, "s"),
-                    si(share.seconds, "s")
-                );
-                self.rows
-                    .push(Row::new(RowKind::Integration, &variant).cut_off(why));
-                continue;
-            }
-            let panics = self.context.panics;
-            let row = panics.guarded(|| Ok(self.row(&variant, method, reference, share)));
-            let (row, run_s) = row.unwrap_or_else(|why| {
-                let row = Row::new(RowKind::Integration, &variant);
-                (row.ended(Status::Failed, why), 0.0)
-            });
+            let label = format!("{}, {}", plant.plant, method.name);
+            let content = ("row", &variant, note);
+            let TimedRow { row, run_s } =
+                self.parts.measure(&label, Weight::Run, &content, |share| {
+                    runs.timed_row(&variant, method, reference, share, expected_s)
+                })?;
             if let (Some(step), Status::Ok) = (setting.step_s(), row.status) {
                 last = Some((&method.name, step, run_s));
             }
             self.rows.push(row);
         }
         Ok(())
+    }
+}
+
+impl Runs<'_> {
+    /// Computes one row with its run time; a run that is expected to exceed its budget is skipped.
+    fn timed_row(
+        &self,
+        variant: &Variant,
+        method: &MethodOffer,
+        reference: Option<&Reference>,
+        share: Share,
+        expected_s: f64,
+    ) -> TimedRow {
+        let row = Row::new(RowKind::Integration, variant);
+        if expected_s > share.seconds {
+            let why = format!(
+                "too slow: it would take {}, its budget is {}",
+                si(expected_s, "s"),
+                si(share.seconds, "s")
+            );
+            return TimedRow {
+                row: row.cut_off(why),
+                run_s: 0.0,
+            };
+        }
+        let incidents = self.context.incidents;
+        let found = incidents.guarded(|| Ok(self.row(variant, method, reference, share)));
+        let (row, run_s) = found.unwrap_or_else(|why| (row.ended(Status::Failed, why), 0.0));
+        TimedRow { row, run_s }
     }
 
     /// Computes one row and returns it with the run time \[s\].

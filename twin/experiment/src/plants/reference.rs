@@ -1,12 +1,14 @@
 //! References of plants, and the extent to which they are trusted.
 
+use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_report::number::{instant, method_setting, si};
 use twinrig_rig::{MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 use twinrig_runtime::{PartKind, Plant, in_part};
 
 use crate::budget::Share;
-use crate::panics::Panics;
+use crate::incidents::Incidents;
+use crate::measured::Measured;
 use crate::plants::commands::Commands;
 use crate::plants::factory::PlantFactory;
 use crate::plants::plant_run::{Ending, PlantRun};
@@ -19,7 +21,7 @@ const FINEST_STEP: SimDuration = SimDuration::from_micros(5);
 const FINEST_TOLERANCE: f64 = 1e-12;
 
 /// Run that other runs of the same plant are compared with.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Reference {
     pub(crate) variant: Variant,
     pub(crate) trace: Trace,
@@ -30,6 +32,8 @@ pub(crate) struct Reference {
     pub(crate) until_s: Option<f64>,
 }
 
+impl Measured for Reference {}
+
 /// Environment of the runs: factory, end time, sampling period and panic log.
 #[derive(Clone, Copy)]
 pub(crate) struct RunContext<'a> {
@@ -37,7 +41,7 @@ pub(crate) struct RunContext<'a> {
     pub(crate) end: SimTime,
     pub(crate) grid: SimDuration,
     pub(crate) commands: &'a Commands,
-    pub(crate) panics: &'a Panics,
+    pub(crate) incidents: &'a Incidents,
 }
 
 impl RunContext<'_> {
@@ -96,7 +100,7 @@ impl RunContext<'_> {
         build: impl FnOnce(&dyn PlantFactory) -> Result<Box<dyn Plant>, String>,
         action: impl FnOnce(&mut dyn Plant) -> R,
     ) -> Result<R, String> {
-        self.panics.guarded(|| {
+        self.incidents.guarded(|| {
             in_part(PartKind::Plant, &variant.plant.name, || {
                 let mut plant = build(self.factory)?;
                 Ok(action(&mut *plant))
@@ -110,6 +114,7 @@ impl RunContext<'_> {
             end: self.end,
             grid: self.grid,
             deadline: share.deadline,
+            incidents: self.incidents,
         }
     }
 

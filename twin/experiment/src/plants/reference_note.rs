@@ -1,10 +1,10 @@
 //! Description of references in the results of a study.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use twinrig_rig::PlantId;
 
 /// Description of a reference in the results of a study.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceNote {
     /// Plant.
     #[serde(flatten)]
@@ -29,7 +29,7 @@ pub struct ReferenceNote {
 }
 
 /// The check of a reference.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CheckNote {
     /// Method.
     pub method: String,

@@ -3,10 +3,12 @@
 
 use std::rc::Rc;
 
+use serde::{Deserialize, Serialize};
 use twinrig_rig::PlantId;
 use twinrig_rig::{PlantOffer, Scales};
 
 use crate::budget::Share;
+use crate::measured::Measured;
 use crate::plants::factory::PlantFactory;
 use crate::plants::reference::{self, Reference, RunContext, Trust};
 use crate::plants::reference_note::ReferenceNote;
@@ -20,10 +22,13 @@ pub(crate) struct References<'a> {
 }
 
 /// Reference assigned to a plant.
+#[derive(Serialize, Deserialize)]
 pub(crate) struct AssignedReference {
     pub(crate) reference: Option<Rc<Reference>>,
     pub(crate) note: ReferenceNote,
 }
+
+impl Measured for AssignedReference {}
 
 /// Returns the plant whose model `offer` solves, if it can be built, and whether it is part of the
 /// study.

@@ -1,12 +1,14 @@
 //! Rows of a study: one plant, one method, one setting.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use twinrig_report::number::plain;
 use twinrig_rig::PlantId;
 use twinrig_rig::{MethodSetting, Scales, SettingKind, Variant};
 
+use crate::measured::Measured;
+
 /// Kind of a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RowKind {
     /// Error of a method against the reference of the same plant.
@@ -21,7 +23,7 @@ pub enum RowKind {
 }
 
 /// Outcome of a run or search. The serialised words are part of the output format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
     /// The run completed.
@@ -69,7 +71,7 @@ pub(crate) fn model_label(plant: &PlantId, scales: &Scales) -> String {
 
 /// Row of a study. The keys are part of the output format. Values that do not apply are null; of
 /// `step_s` and `tolerance`, only the one that applies is present.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a separate column")]
 pub struct Row {
     /// Plant: its name, and the formulation of its constraints.
@@ -157,10 +159,12 @@ pub struct Row {
     pub real_time_factor: Option<f64>,
     /// Number of runs whose median is the run time.
     pub timed_runs: Option<u64>,
+    /// Start of the program that measured the row; null where nothing is kept.
+    pub start: Option<usize>,
 }
 
 /// Plant, method and setting of a result, as keys of the output.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VariantKey {
     /// Plant.
     #[serde(flatten)]
@@ -217,12 +221,14 @@ impl Series<'_> {
     }
 }
 
-/// Keys of a row that depend on run times: all others are the same in every study of one build.
-pub const CLOCKED: [&str; 4] = [
+/// Keys of a row that depend on the clock or on starts of the program: all others are the same in
+/// every study of one build.
+pub const CLOCKED: [&str; 5] = [
     "cost_per_step_s",
     "run_s_per_simulated_s",
     "real_time_factor",
     "timed_runs",
+    "start",
 ];
 
 impl Row {
@@ -269,6 +275,7 @@ impl Row {
             probes: None,
             real_time_factor: None,
             timed_runs: None,
+            start: None,
         }
     }
 
@@ -349,5 +356,15 @@ impl Row {
                 None => SettingKind::Step,
             },
         }
+    }
+}
+
+impl Measured for Row {
+    fn is_cut(&self) -> bool {
+        self.cut
+    }
+
+    fn note_start(&mut self, start: usize) {
+        self.start = Some(start);
     }
 }

@@ -5,9 +5,10 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_report::number::duration;
 use twinrig_rig::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 
-use crate::budget::{Budget, Share};
+use crate::budget::{Budget, Share, Weight};
 use crate::error::StudyError;
-use crate::panics::Panics;
+use crate::incidents::Incidents;
+use crate::measured::{Measuring, Parts};
 use crate::plants::commands::Commands;
 use crate::plants::criteria;
 use crate::plants::factor::Factor;
@@ -16,11 +17,10 @@ use crate::plants::reference::{Reference, RunContext, Trust};
 use crate::plants::references::{AssignedReference, References};
 use crate::plants::row::{Row, RowKind, Status};
 use crate::plants::search::{Probe, Range, SearchResult, search};
-use crate::plants::stability_job::Job;
+use crate::plants::stability_job::Runs;
 use crate::plants::stability_plan::StabilityPlan;
 use crate::plants::study::{Study, StudyKind};
 use crate::plants::trial::{SAMPLE_PERIOD, STEPS_MOST};
-use crate::progress::ProgressObserver;
 
 /// Greatest disagreement of a reference and its check, as a share of the accuracy limit.
 const REFERENCE_MARGIN: f64 = 0.1;
@@ -29,11 +29,11 @@ const REFERENCE_GRID: SimDuration = SimDuration::from_micros(500);
 /// Finds the largest stable step of each method of each plant, and what limits it.
 ///
 /// # Errors
-/// [`StudyError`] if there is nothing to study, or if `progress` stopped the study.
-pub fn stability(
+/// [`StudyError`] if there is nothing to study, or if the observer stopped the study.
+pub fn stability<'m>(
     factory: &dyn PlantFactory,
     plan: &StabilityPlan,
-    progress: &mut dyn ProgressObserver,
+    measuring: impl Into<Measuring<'m>>,
 ) -> Result<Study, StudyError> {
     let input = factory.input();
     let plants = factory.plants();
@@ -49,7 +49,7 @@ pub fn stability(
     let (scales, left_out) = sweeps(factory, plan);
     let parts = scales.iter().flat_map(|&scales| {
         let of_plant = move |plant: &PlantOffer| 1 + methods(plant, scales).count();
-        runs(plants, scales).map(of_plant)
+        plants_with(plants, scales).map(of_plant)
     });
     let parts = parts.sum();
     let speeds = scales.iter().map(|scales| scales.speed);
@@ -59,48 +59,64 @@ pub fn stability(
     study.budget_s = plan.budget_s;
     study.left_out.extend(left_out);
     study.criteria = criteria::of(plan, input.commands.period());
-    let panics = Panics::default();
-    let mut job = Job {
-        context: RunContext {
-            factory,
-            end,
-            grid: REFERENCE_GRID,
-            commands: &input.commands,
-            panics: &panics,
-        },
-        plan,
-        budget: Budget::new(plan.budget_s, parts, 0),
-        progress,
+    let incidents = Incidents::default();
+    let context = RunContext {
+        factory,
+        end,
+        grid: REFERENCE_GRID,
+        commands: &input.commands,
+        incidents: &incidents,
     };
+    let budget = Budget::new(plan.budget_s, &[(Weight::Run, parts)]);
+    // The factors vary the scales of the parts.
+    let scope = StabilityPlan {
+        factors: Vec::new(),
+        values: None,
+        budget_s: 0.0,
+        ..plan.clone()
+    };
+    let mut measuring = measuring.into();
+    let mut parts = Parts::new(budget, &mut measuring, &incidents, &scope);
     let trust = Trust {
         apart_m: plan.wrong_m * REFERENCE_MARGIN,
         rough: true,
     };
     for (&scales, commands) in scales.iter().zip(&commands) {
-        job.context.commands = commands;
+        let runs = Runs {
+            context: RunContext {
+                commands,
+                ..context
+            },
+            plan,
+        };
         // The reference takes its forces from no table.
         let exact = Scales {
             cells: None,
             ..scales
         };
-        let mut known = References::new(job.context, exact, trust);
-        for plant in runs(plants, scales) {
-            let share = job.begin(&plant.plant.label())?;
+        let mut known = References::new(runs.context, exact, trust);
+        for plant in plants_with(plants, scales) {
+            // Its trace is large: it is simulated again at each start.
+            let share = parts.begin(&plant.plant.label(), Weight::Run)?;
             let AssignedReference { reference, note } = known.of(plant, share);
+            for method in methods(plant, scales) {
+                let label = format!("{}, {}", plant.plant, method.name);
+                let content = (&plant.plant, method, scales, &note);
+                let row = parts.measure(&label, Weight::Run, &content, |share| {
+                    let reference = reference.as_deref();
+                    let row = || Ok(runs.row(plant, method, scales, reference, share));
+                    let row = incidents.guarded(row);
+                    row.unwrap_or_else(|why| runs.failed(plant, method, scales, why))
+                })?;
+                study.rows.push(row);
+            }
             if scales == Scales::AS_IS {
                 study.references.push(note);
             }
-            for method in methods(plant, scales) {
-                let share = job.begin(&format!("{}, {}", plant.plant, method.name))?;
-                let row = panics
-                    .guarded(|| Ok(job.row(plant, method, scales, reference.as_deref(), share)));
-                let row = row.unwrap_or_else(|why| job.failed(plant, method, scales, why));
-                study.rows.push(row);
-            }
         }
     }
-    job.budget.finished()?;
-    study.panics = panics.into_messages();
+    study.starts = parts.finish()?;
+    study.panics = incidents.into_panics();
     study.mark_contradictions();
     Ok(study)
 }
@@ -112,7 +128,7 @@ fn methods(plant: &PlantOffer, scales: Scales) -> impl Iterator<Item = &MethodOf
 }
 
 /// Returns the plants that run with these changes.
-fn runs(plants: &[PlantOffer], scales: Scales) -> impl Iterator<Item = &PlantOffer> {
+fn plants_with(plants: &[PlantOffer], scales: Scales) -> impl Iterator<Item = &PlantOffer> {
     let complete = move |plant: &&PlantOffer| methods(plant, scales).next().is_some();
     plants.iter().filter(complete).filter(move |plant| {
         if plant.plant.is_compliant() {
@@ -157,7 +173,7 @@ fn sweeps(factory: &dyn PlantFactory, plan: &StabilityPlan) -> (Vec<Scales>, Vec
     (scales, left_out)
 }
 
-impl Job<'_> {
+impl Runs<'_> {
     fn row(
         &self,
         plant: &PlantOffer,

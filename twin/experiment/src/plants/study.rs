@@ -8,8 +8,9 @@ use twinrig_rig::SettingKind;
 
 use crate::csv;
 use crate::fit;
+use crate::incidents;
 use crate::machine::Machine;
-use crate::panics;
+use crate::measured::Starts;
 use crate::plants::contact::ContactResiduals;
 use crate::plants::ensemble::Ensemble;
 use crate::plants::factory::PlantFactory;
@@ -84,6 +85,8 @@ pub struct Study {
     pub criteria: Vec<(String, String)>,
     /// Omitted plants and factors, each with the reason.
     pub left_out: Vec<String>,
+    /// Starts of the program whose measurements it has.
+    pub starts: Starts,
     /// Panics, each a bug in a plant or in this crate. The affected rows have status `failed` and
     /// the same reason.
     pub panics: Vec<String>,
@@ -146,6 +149,7 @@ impl Study {
             ensembles: Vec::new(),
             criteria: Vec::new(),
             left_out: factory.left_out().to_vec(),
+            starts: Starts::default(),
             panics: Vec::new(),
         }
     }
@@ -240,7 +244,7 @@ impl Study {
 
     /// Returns a description of the panics of the study, if there was any.
     pub fn error(&self) -> Option<String> {
-        panics::error(&self.panics)
+        incidents::error(&self.panics)
     }
 
     /// Returns the rows as CSV (RFC 4180), with the JSON keys as header; values that do not apply
@@ -259,7 +263,7 @@ impl Study {
         json!({
             "study": self.kind,
             "scenario": self.scenario,
-            "machine": machine,
+            "machine": self.starts.machine(machine),
             "reference": self.reference(),
             "rows": self.rows,
             "file": self.file,
@@ -282,6 +286,7 @@ impl Study {
             "error_control": self.error_control_trends(),
             "criteria": criteria,
             "left_out": self.left_out,
+            "starts": self.starts,
             "error": self.error(),
         })
     }

@@ -1,5 +1,6 @@
 //! Sampled positions of feet and trunk.
 
+use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Layout, SimTime, signal};
 use twinrig_runtime::{Plant, PlantEvent, WorkCounts};
 
@@ -8,7 +9,7 @@ use crate::plants::plant_run::{Ending, PlantRun, SampleVerdict};
 use crate::plants::stencil::Stencil;
 
 /// Samples and totals of a run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Trace {
     /// Times of the samples \[s\].
     pub(crate) at_s: Vec<f64>,
@@ -39,7 +40,7 @@ pub(crate) struct Trace {
 }
 
 /// Distance between two traces \[m\].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Errors {
     pub(crate) foot_rms: f64,
     pub(crate) foot_max: f64,
@@ -109,8 +110,8 @@ impl Trace {
             feet_in_trunk: Vec::new(),
             trunk_at: Vec::new(),
             trusted: usize::MAX,
-            stored_greatest: f64::NEG_INFINITY,
-            nonkinetic_least: f64::INFINITY,
+            stored_greatest: f64::MIN,
+            nonkinetic_least: f64::MAX,
             kinetic: Vec::new(),
             residual: 0.0,
             violation: None,

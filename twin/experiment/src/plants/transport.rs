@@ -1,15 +1,16 @@
 //! Cost of transport by plant and method, and the energy that the integration creates or destroys.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime, signal};
 use twinrig_report::number::instant;
 use twinrig_rig::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 use twinrig_runtime::{EnergyBalance, Plant};
 
-use crate::budget::Share;
+use crate::budget::{Share, Weight};
 use crate::error::StudyError;
+use crate::measured::Measured;
 use crate::plants::plant_run::{PlantRun, SampleVerdict};
-use crate::plants::precision_job::Job;
+use crate::plants::precision_job::{Job, Runs};
 use crate::plants::reference::ended;
 use crate::plants::row::{Status, VariantKey};
 
@@ -27,7 +28,7 @@ const FINER_MOST: u32 = 6;
 
 /// Cost of a walk in one plant by one method, at the scenario's step. Values that do not apply are
 /// null.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Transport {
     /// Plant, method and setting.
     #[serde(flatten)]
@@ -46,7 +47,7 @@ pub struct Transport {
 }
 
 /// Energy and distance over a window of a walk.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// Start of the window \[s\].
     pub from_s: f64,
@@ -119,11 +120,11 @@ impl Job<'_> {
         &mut self,
         plants: &[PlantOffer],
     ) -> Result<Vec<Transport>, StudyError> {
-        let step = self.context.factory.input().step;
+        let runs = self.runs;
+        let step = runs.context.factory.input().step;
         let mut transports = Vec::new();
         for plant in plants {
             for method in plant.complete_methods() {
-                let share = self.begin_heavy(&format!("{}, cost of transport", plant.plant))?;
                 let variant = Variant {
                     plant: plant.plant.clone(),
                     method: method.name.clone(),
@@ -133,24 +134,42 @@ impl Job<'_> {
                     },
                     scales: Scales::AS_IS,
                 };
-                transports.push(self.transport(&variant, share));
+                let label = format!("{}, cost of transport", plant.plant);
+                let content = ("transport", &variant);
+                transports.push(self.parts.measure(
+                    &label,
+                    Weight::Reference,
+                    &content,
+                    |share| runs.transport(&variant, share),
+                )?);
             }
-            let share =
-                self.begin_heavy(&format!("{}, converged cost of transport", plant.plant))?;
-            transports.extend(self.converged_transport(plant, &transports, share));
+            let label = format!("{}, converged cost of transport", plant.plant);
+            let content = ("converged transport", plant);
+            let converged = self
+                .parts
+                .measure(&label, Weight::Reference, &content, |share| {
+                    runs.converged_transport(plant, &transports, share)
+                })?;
+            transports.extend(converged);
         }
         Ok(transports)
     }
+}
 
+impl Measured for Transport {}
+
+impl Runs<'_> {
     /// Walks with ever finer settings of the plant's usual method until the cost of transport no
-    /// longer changes in its printed digits, or the share is spent; returns the last walk.
+    /// longer changes in its printed digits, or the share is spent; returns the last walk, or none.
     fn converged_transport(
         &self,
         plant: &PlantOffer,
         known: &[Transport],
         share: Share,
-    ) -> Option<Transport> {
-        let method = usual_method(plant)?;
+    ) -> Vec<Transport> {
+        let Some(method) = usual_method(plant) else {
+            return Vec::new();
+        };
         let of_method = |one: &&Transport| {
             let set_by = if one.key.tolerance.is_some() {
                 SettingKind::Tolerance
@@ -159,7 +178,10 @@ impl Job<'_> {
             };
             (&one.key.plant, &one.key.method, set_by) == (&plant.plant, &method.name, method.set_by)
         };
-        let mut cost = known.iter().find(of_method)?.printed_cost()?;
+        let usual = known.iter().find(of_method);
+        let Some(mut cost) = usual.and_then(Transport::printed_cost) else {
+            return Vec::new();
+        };
         let mut setting = match method.set_by {
             SettingKind::Step => MethodSetting::Step(self.context.factory.input().step),
             SettingKind::Tolerance => MethodSetting::Tolerance(TOLERANCE),
@@ -183,7 +205,7 @@ impl Job<'_> {
                 break;
             }
         }
-        last
+        Vec::from_iter(last)
     }
 
     fn transport(&self, variant: &Variant, share: Share) -> Transport {

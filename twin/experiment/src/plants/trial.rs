@@ -10,7 +10,7 @@ use crate::plants::precision::RUNAWAY;
 use crate::plants::reference::{Reference, RunContext, ended};
 use crate::plants::row::Row;
 use crate::plants::search::Probe;
-use crate::plants::stability_job::Job;
+use crate::plants::stability_job::Runs;
 use crate::plants::trace::{Errors, Trace};
 
 /// Thresholds of the kinetic energy, from its peaks in the quarters of a run. It grows if the peak
@@ -30,7 +30,7 @@ pub(crate) const STEPS_MOST: u64 = 40_000;
 /// Number of runs whose median gives the cost per step.
 const REPETITIONS: usize = 3;
 
-impl Job<'_> {
+impl Runs<'_> {
     /// Runs a variant over the compared time and returns its trace and error against the reference.
     pub(crate) fn against(
         &self,

@@ -26,7 +26,7 @@ const PERIOD: SimDuration = SimDuration::from_micros(1_013);
 struct Foot {
     now: SimTime,
     at: [f64; 2],
-    steps: u64,
+    pub steps: u64,
     breaks: bool,
 }
 
@@ -89,14 +89,14 @@ impl Process for Damper {
     }
 }
 
-struct Rigs {
+pub struct Rigs {
     input: CouplingInput,
     plants: Vec<String>,
     /// Plant steps of the rigs built.
-    steps: RefCell<Vec<SimDuration>>,
+    pub steps: RefCell<Vec<SimDuration>>,
 }
 
-fn rigs(plants: &[&str], buses: &[&str]) -> Rigs {
+pub fn rigs(plants: &[&str], buses: &[&str]) -> Rigs {
     Rigs {
         input: CouplingInput {
             name: "a <foot>".to_owned(),
@@ -146,7 +146,7 @@ impl RigFactory for Rigs {
     }
 }
 
-fn plan() -> CouplingPlan {
+pub fn plan() -> CouplingPlan {
     CouplingPlan {
         steps: [4_000, 2_000, 1_000, 500, 250, 125]
             .map(SimDuration::from_micros)

@@ -39,7 +39,7 @@ const OFFSET: f64 = 0.02;
 const NOISE: f64 = 0.3e-3;
 
 /// Bench of a force A (1 − cos 2πft) at a kilohertz.
-struct Bench {
+pub struct Bench {
     input: EstimateInput,
     frequencies: &'static [f64],
     /// Periods of each frequency.
@@ -51,7 +51,7 @@ struct Bench {
 }
 
 impl Bench {
-    fn new(frequencies: &'static [f64], periods: f64) -> Self {
+    pub fn new(frequencies: &'static [f64], periods: f64) -> Self {
         Self {
             input: EstimateInput {
                 name: "a <bench>".to_owned(),
@@ -122,7 +122,7 @@ impl LoadRecorder for Bench {
     }
 }
 
-fn plan(particles: usize, iterations: usize) -> EstimatePlan {
+pub fn plan(particles: usize, iterations: usize) -> EstimatePlan {
     EstimatePlan {
         search: SearchSize {
             particles,

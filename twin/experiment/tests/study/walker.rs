@@ -122,13 +122,13 @@ impl Plant for Walker {
     }
 }
 
-struct Walkers {
+pub struct Walkers {
     input: StudyInput,
     plants: Vec<PlantOffer>,
 }
 
 impl Walkers {
-    fn new(methods: &[&str], seconds: u64) -> Self {
+    pub fn new(methods: &[&str], seconds: u64) -> Self {
         let method = |&name: &&str| MethodOffer {
             name: name.to_owned(),
             about: String::new(),

@@ -3,6 +3,7 @@
 use twinrig_rig::PlantId;
 
 use super::*;
+use crate::measured::Starts;
 use crate::page_parts::{assert_cards, rows};
 use crate::plants::reference_note::ReferenceNote;
 
@@ -42,6 +43,7 @@ fn study(rows: Vec<CouplingRow>) -> CouplingStudy {
         references: vec![ReferenceNote::missing(&PlantId::new("full"), String::new())],
         rows,
         left_out: Vec::new(),
+        starts: Starts::default(),
         panics: Vec::new(),
     }
 }

@@ -7,6 +7,7 @@ use twinrig_estimate::{
 
 use super::*;
 use crate::estimate::{FilterRow, Identification, SearchSize, TunedFilter};
+use crate::measured::Starts;
 use crate::page_parts::{assert_cards, rows};
 
 fn fitted<M>(model: M, r_squared: f64) -> Fitted<M> {
@@ -111,6 +112,7 @@ fn study() -> EstimateStudy {
         loop_points: Vec::new(),
         voltages: Vec::new(),
         estimates: Vec::new(),
+        starts: Starts::default(),
         left_out: Vec::new(),
     }
 }

@@ -9,11 +9,12 @@ pub use residuals::{ContactResiduals, GaitContact, RestContact};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_rig::{MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 
-use crate::budget::Share;
+use crate::budget::{Share, Weight};
 use crate::error::StudyError;
+use crate::measured::Measured;
 use crate::plants::commands::Commands;
 use crate::plants::plant_run::{Ending, PlantRun};
-use crate::plants::precision_job::Job;
+use crate::plants::precision_job::{Job, Runs};
 use crate::plants::reference::ended;
 use crate::plants::row::Status;
 use crate::plants::transport::TOLERANCE;
@@ -36,11 +37,11 @@ impl Job<'_> {
         &mut self,
         plants: &[PlantOffer],
     ) -> Result<Vec<ContactResiduals>, StudyError> {
-        let step = self.context.factory.input().step;
+        let runs = self.runs;
+        let step = runs.context.factory.input().step;
         let mut contacts = Vec::new();
         for plant in plants {
             for method in plant.complete_methods() {
-                let share = self.begin(&format!("{}, contact", plant.plant))?;
                 let variant = Variant {
                     plant: plant.plant.clone(),
                     method: method.name.clone(),
@@ -50,12 +51,20 @@ impl Job<'_> {
                     },
                     scales: Scales::AS_IS,
                 };
-                contacts.push(self.contact(&variant, share));
+                let label = format!("{}, contact", plant.plant);
+                let content = ("contact", &variant);
+                contacts.push(self.parts.measure(&label, Weight::Run, &content, |share| {
+                    runs.contact(&variant, share)
+                })?);
             }
         }
         Ok(contacts)
     }
+}
 
+impl Measured for ContactResiduals {}
+
+impl Runs<'_> {
     fn contact(&self, variant: &Variant, share: Share) -> ContactResiduals {
         let input = self.context.factory.input();
         let mut contact = ContactResiduals {

@@ -1,11 +1,11 @@
 //! Results on the contact of the feet: penetration at rest, and residuals of the contact law.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::plants::row::{Status, VariantKey};
 
 /// Contact of a plant by one method at the scenario's step. Values that do not apply are null.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactResiduals {
     /// Plant, method and setting.
     #[serde(flatten)]
@@ -21,7 +21,7 @@ pub struct ContactResiduals {
 }
 
 /// Foot with the greatest load of a standing robot.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RestContact {
     /// Load \[N\].
     pub load_n: f64,
@@ -38,7 +38,7 @@ pub struct RestContact {
 
 /// Residuals of unilateral contact with Coulomb friction and dissipation, all 0 for exact rigid
 /// contact.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GaitContact {
     /// Greatest product of gap or penetration and load (Signorini) \[J\].
     pub signorini_j: f64,

@@ -1,13 +1,13 @@
 //! Confidence interval of a mean, by Student's t distribution. Libraries of distributions use the
 //! logarithms of the platform; this is of `libm`.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Probability that the interval contains the mean of the population.
 pub(crate) const CONFIDENCE: f64 = 0.95;
 
 /// Mean of a sample with its 95 % confidence interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
     /// Mean.
     pub mean: f64,

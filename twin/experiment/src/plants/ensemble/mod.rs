@@ -5,15 +5,16 @@ pub(crate) mod interval;
 
 pub use interval::Interval;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime, Stream, stream};
 use twinrig_rig::start::perturb_trunk;
-use twinrig_rig::{MethodSetting, PlantOffer, Scales, SettingKind, Variant};
+use twinrig_rig::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
 
-use crate::budget::Share;
+use crate::budget::{Share, Weight};
 use crate::error::StudyError;
+use crate::measured::Measured;
 use crate::plants::plant_run::{Ending, PlantRun};
-use crate::plants::precision_job::Job;
+use crate::plants::precision_job::{Job, Runs};
 use crate::plants::reference::ended;
 use crate::plants::row::VariantKey;
 use crate::plants::transport::{SETTLING, STROLL, TOLERANCE, usual_method};
@@ -32,7 +33,7 @@ const COARSER_SHARE: usize = 5;
 const MAIN_SHARE: f64 = 0.8;
 
 /// Walks of a model from perturbed starts, under the same commands.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ensemble {
     /// Plant, method and setting.
     #[serde(flatten)]
@@ -52,12 +53,12 @@ pub struct Ensemble {
 }
 
 /// Quantity of a gait over an ensemble.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct QuantityInterval {
     /// Name: `speed`, `duty factor`, `phase LEG`, `footstep spread`.
     pub quantity: String,
     /// Unit; empty for shares.
-    pub unit: &'static str,
+    pub unit: String,
     /// Mean, with the 95 % confidence interval.
     #[serde(flatten)]
     pub interval: Interval,
@@ -81,7 +82,7 @@ impl QuantityInterval {
     pub fn rounded(&self) -> (String, String) {
         let half = 0.5 * (self.interval.high - self.interval.low);
         // Lengths of millimetres and less.
-        let (scale, unit) = match self.unit {
+        let (scale, unit) = match &*self.unit {
             "m" => (1e3, " mm"),
             "m/s" => (1.0, " m/s"),
             _ => (1.0, ""),
@@ -119,50 +120,74 @@ pub(crate) fn parts(plants: &[PlantOffer], walks: usize) -> usize {
     if walks > 0 { plants.len() } else { 0 }
 }
 
+impl Measured for Ensemble {}
+
 impl Job<'_> {
     /// Computes the ensemble of each plant.
     pub(crate) fn ensembles(&mut self, plants: &[PlantOffer]) -> Result<Vec<Ensemble>, StudyError> {
-        let walks = self.plan.ensemble;
+        let runs = self.runs;
+        let walks = runs.plan.ensemble;
         if walks == 0 {
             return Ok(Vec::new());
         }
         let mut ensembles = Vec::new();
         for plant in plants {
-            let share = self.begin_very_heavy(&format!("{}, ensemble", plant.plant))?;
+            let label = format!("{}, ensemble", plant.plant);
             let Some(method) = usual_method(plant) else {
+                self.parts.begin(&label, Weight::Ensemble)?;
                 continue;
             };
-            let variant = |setting| Variant {
-                plant: plant.plant.clone(),
-                method: method.name.clone(),
-                setting,
-                scales: Scales::AS_IS,
-            };
-            let step = self.context.factory.input().step;
-            let usual = variant(match method.set_by {
-                SettingKind::Step => MethodSetting::Step(step),
-                SettingKind::Tolerance => MethodSetting::Tolerance(TOLERANCE),
-            });
-            let setting = match usual.setting {
-                MethodSetting::Step(_) => {
-                    let walk_s = self.timed_walk(&usual, share).unwrap_or(f64::INFINITY);
-                    let affordable = |divisor: &u64| {
-                        walk_s * (*divisor as f64) * (walks as f64) < MAIN_SHARE * share.seconds
-                    };
-                    let divisor = FINER.into_iter().find(affordable).unwrap_or(FINEST_ANYWAY);
-                    MethodSetting::Step(SimDuration::from_nanos(step.as_nanos() / divisor))
-                }
-                tolerance @ MethodSetting::Tolerance(_) => tolerance,
-            };
-            let main = share.fraction(MAIN_SHARE);
-            let mut ensemble = self.ensemble(&variant(setting), walks, main);
-            let few = walks.div_ceil(COARSER_SHARE).max(2);
-            let rest = share.fraction(1.0 - MAIN_SHARE);
-            let coarser = self.ensemble(&variant(setting.coarser()), few, rest);
-            ensemble.note_method_errors(&coarser);
+            let content = ("ensemble", &plant.plant, method, walks);
+            let ensemble = self
+                .parts
+                .measure(&label, Weight::Ensemble, &content, |share| {
+                    runs.affordable_ensemble(plant, method, share)
+                })?;
             ensembles.push(ensemble);
         }
         Ok(ensembles)
+    }
+}
+
+impl Runs<'_> {
+    /// Returns the ensemble of a plant at the finest setting that the share allows, with the error
+    /// of the method.
+    fn affordable_ensemble(
+        &self,
+        plant: &PlantOffer,
+        method: &MethodOffer,
+        share: Share,
+    ) -> Ensemble {
+        let walks = self.plan.ensemble;
+        let variant = |setting| Variant {
+            plant: plant.plant.clone(),
+            method: method.name.clone(),
+            setting,
+            scales: Scales::AS_IS,
+        };
+        let step = self.context.factory.input().step;
+        let usual = variant(match method.set_by {
+            SettingKind::Step => MethodSetting::Step(step),
+            SettingKind::Tolerance => MethodSetting::Tolerance(TOLERANCE),
+        });
+        let setting = match usual.setting {
+            MethodSetting::Step(_) => {
+                let walk_s = self.timed_walk(&usual, share).unwrap_or(f64::INFINITY);
+                let affordable = |divisor: &u64| {
+                    walk_s * (*divisor as f64) * (walks as f64) < MAIN_SHARE * share.seconds
+                };
+                let divisor = FINER.into_iter().find(affordable).unwrap_or(FINEST_ANYWAY);
+                MethodSetting::Step(SimDuration::from_nanos(step.as_nanos() / divisor))
+            }
+            tolerance @ MethodSetting::Tolerance(_) => tolerance,
+        };
+        let main = share.fraction(MAIN_SHARE);
+        let mut ensemble = self.ensemble(&variant(setting), walks, main);
+        let few = walks.div_ceil(COARSER_SHARE).max(2);
+        let rest = share.fraction(1.0 - MAIN_SHARE);
+        let coarser = self.ensemble(&variant(setting.coarser()), few, rest);
+        ensemble.note_method_errors(&coarser);
+        ensemble
     }
 
     fn ensemble_run(&self, share: Share) -> PlantRun<'_> {
@@ -260,7 +285,7 @@ fn intervals(all: &[Quantity]) -> Vec<QuantityInterval> {
         let values: Vec<f64> = values.map(|(.., value)| *value).collect();
         Some(QuantityInterval {
             quantity: name.to_owned(),
-            unit,
+            unit: unit.to_owned(),
             interval: Interval::of(&values)?,
             method_error: None,
         })
@@ -274,7 +299,7 @@ mod tests {
 
     #[test]
     fn mean_is_rounded_to_two_digits_of_its_uncertainty() {
-        let rounded = |unit, mean, half| {
+        let rounded = |unit: &str, mean, half| {
             let interval = Interval {
                 mean,
                 low: mean - half,
@@ -284,7 +309,7 @@ mod tests {
             let quantity = String::new();
             let quantity = QuantityInterval {
                 quantity,
-                unit,
+                unit: unit.to_owned(),
                 interval,
                 method_error: None,
             };

@@ -75,7 +75,7 @@ fn count(one: &Ensemble) -> String {
 fn interval(quantity: &QuantityInterval) -> Cell {
     let (mean, half) = quantity.rounded();
     let error = quantity.method_error;
-    let error = error.map_or(String::new(), |error| si(error, quantity.unit));
+    let error = error.map_or(String::new(), |error| si(error, &quantity.unit));
     Cell::from(format!("{mean} ± {half}")).with_detail(error)
 }
 

@@ -40,7 +40,7 @@ impl Study {
             &self.file,
             criteria.chain(panics).collect(),
             &self.left_out,
-            &budget,
+            (&self.starts, &budget),
         )
     }
 }

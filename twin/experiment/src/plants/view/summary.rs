@@ -26,6 +26,7 @@ impl Study {
         for (name, text) in facts(self) {
             summary.fact(name, text);
         }
+        self.starts.note(&mut summary);
         summary.left_out(&self.left_out);
         summary
     }

@@ -116,7 +116,7 @@ fn ensembles_show_the_error_of_the_method_below_the_interval() {
         why: None,
         quantities: vec![QuantityInterval {
             quantity: "speed".to_owned(),
-            unit: "m/s",
+            unit: "m/s".to_owned(),
             interval: Interval {
                 mean: 0.5,
                 low: 0.48,

@@ -1,0 +1,233 @@
+//! Studies that keep what they measured: a later start measures the rest only.
+
+use std::cell::Cell;
+use std::path::PathBuf;
+
+use twinrig_experiment::{
+    Factor, Machine, Measuring, PartStore, PlantFactory, PrecisionPlan, ProgressObserver,
+    StabilityPlan, Study, StudyError, StudyInput, coupling, estimate, precision, stability,
+};
+use twinrig_kernel::SimDuration;
+use twinrig_rig::{PlantOffer, Variant};
+use twinrig_runtime::Plant;
+
+use crate::oscillator::Oscillators;
+use crate::walker::Walkers;
+
+/// Folder that is removed at the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let name = format!("twinrig-kept-{name}-{}", std::process::id());
+        Self(std::env::temp_dir().join(name))
+    }
+
+    fn store(&self) -> PartStore {
+        PartStore::open(&self.0, &[b"study"], &Machine::here("test")).unwrap()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Counts the plants that a study builds.
+struct Counted<F> {
+    factory: F,
+    builds: Cell<usize>,
+}
+
+impl<F> Counted<F> {
+    fn new(factory: F) -> Self {
+        Self {
+            factory,
+            builds: Cell::new(0),
+        }
+    }
+
+    fn count(&self) -> usize {
+        self.builds.replace(0)
+    }
+}
+
+impl<F: PlantFactory> PlantFactory for Counted<F> {
+    fn input(&self) -> &StudyInput {
+        self.factory.input()
+    }
+
+    fn plants(&self) -> &[PlantOffer] {
+        self.factory.plants()
+    }
+
+    fn build(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {
+        self.builds.set(self.builds.get() + 1);
+        self.factory.build(variant)
+    }
+}
+
+/// Stops a study before a part.
+struct StopsBefore(usize);
+
+impl ProgressObserver for StopsBefore {
+    fn at(&mut self, part: usize, _: usize, _: &str) -> bool {
+        part < self.0
+    }
+}
+
+fn precision_plan() -> PrecisionPlan {
+    PrecisionPlan {
+        steps: [5, 2, 1].map(SimDuration::from_millis).into(),
+        tolerances: vec![1e-6],
+        masses: vec![1.0, 0.1],
+        ensemble: 3,
+        repetitions: 2,
+        budget_s: 1e9,
+        ..PrecisionPlan::default()
+    }
+}
+
+/// Does a study of precision twice with a store, and returns the number of plants of the second.
+fn builds_of_a_second_study(name: &str, factory: impl PlantFactory) -> usize {
+    let (folder, factory) = (Folder::new(name), Counted::new(factory));
+    let study = || {
+        let (mut observer, mut store) = ((), folder.store());
+        let measuring = Measuring::kept(&mut observer, &mut store);
+        precision(&factory, &precision_plan(), measuring).unwrap()
+    };
+    let first = study();
+    assert!(factory.count() > 0);
+    let second = study();
+    // With run times and starts.
+    assert_eq!(second, first, "{name}");
+    factory.count()
+}
+
+#[test]
+fn second_study_of_precision_measures_nothing() {
+    let oscillators = Oscillators::new(&["rk4", "explicit-euler"], 100).with_bare();
+    assert_eq!(builds_of_a_second_study("oscillators", oscillators), 0);
+    // Walks have costs of transport, contacts, footsteps and ensembles.
+    let walkers = Walkers::new(&["straight", "halved"], 2);
+    assert_eq!(builds_of_a_second_study("walkers", walkers), 0);
+}
+
+#[test]
+fn stopped_study_continues_with_the_rows_of_its_first_start() {
+    let folder = Folder::new("stopped");
+    let factory = Counted::new(Oscillators::new(&["rk4", "explicit-euler"], 100));
+    let study = |observer: &mut dyn ProgressObserver| {
+        let mut store = folder.store();
+        let measuring = Measuring::kept(observer, &mut store);
+        precision(&factory, &precision_plan(), measuring)
+    };
+    let stopped = study(&mut StopsBefore(4));
+    let Err(StudyError::InterruptedParts { done: 4, of }) = stopped else {
+        panic!("{stopped:?}");
+    };
+    let rows = study(&mut ()).unwrap().rows;
+    // A reference, and a row for each further part.
+    let starts: Vec<_> = rows.iter().filter_map(|row| row.start).collect();
+    let expected: Vec<usize> = (1..of).map(|part| if part < 3 { 1 } else { 2 }).collect();
+    assert_eq!(starts, expected);
+    assert_eq!(study(&mut ()).unwrap().rows, rows);
+}
+
+#[test]
+fn rows_of_other_settings_are_not_used() {
+    let folder = Folder::new("settings");
+    let factory = Counted::new(Oscillators::new(&["rk4"], 100));
+    let study = |plan: &PrecisionPlan| {
+        let (mut observer, mut store) = ((), folder.store());
+        precision(&factory, plan, Measuring::kept(&mut observer, &mut store)).unwrap();
+        factory.count()
+    };
+    let plan = precision_plan();
+    let all = study(&plan);
+    assert_eq!(study(&plan), 0);
+    // The budget is no setting of a row that it does not cut.
+    let budget_s = 1e8;
+    assert_eq!(
+        study(&PrecisionPlan {
+            budget_s,
+            ..plan.clone()
+        }),
+        0
+    );
+    let repetitions = 1;
+    assert!(
+        study(&PrecisionPlan {
+            repetitions,
+            ..plan.clone()
+        }) > 0
+    );
+    let duration = Some(SimDuration::from_millis(50));
+    let shorter = PrecisionPlan { duration, ..plan };
+    assert_eq!(study(&shorter), all);
+}
+
+#[test]
+fn second_study_of_stability_runs_its_references_only() {
+    let folder = Folder::new("stability");
+    let factory = Counted::new(Oscillators::new(&["rk4", "explicit-euler"], 100));
+    let plan = StabilityPlan {
+        least: SimDuration::from_micros(20),
+        factors: vec![Factor::Stiffness],
+        values: Some(vec![0.5, 2.0]),
+        budget_s: 1e9,
+        ..StabilityPlan::default()
+    };
+    let study = || -> (Study, usize) {
+        let (mut observer, mut store) = ((), folder.store());
+        let measuring = Measuring::kept(&mut observer, &mut store);
+        (
+            stability(&factory, &plan, measuring).unwrap(),
+            factory.count(),
+        )
+    };
+    let (first, all) = study();
+    let (second, again) = study();
+    assert_eq!(second, first);
+    // A reference and its check for each of three stiffnesses.
+    assert_eq!(again, 6);
+    assert!(all > 100, "{all}");
+}
+
+#[test]
+fn second_study_of_coupling_runs_nothing() {
+    let folder = Folder::new("coupling");
+    let rigs = crate::coupling::rigs(&["foot"], &["bus"]);
+    let study = || {
+        let (mut observer, mut store) = ((), folder.store());
+        let measuring = Measuring::kept(&mut observer, &mut store);
+        let study = coupling(&rigs, &crate::coupling::plan(), measuring).unwrap();
+        (study, rigs.steps.take().len())
+    };
+    let (first, all) = study();
+    assert!(all > 0);
+    assert_eq!(study(), (first, 0));
+}
+
+#[test]
+fn second_study_of_load_filters_searches_nothing() {
+    struct Iterations(usize);
+    impl ProgressObserver for Iterations {
+        fn at(&mut self, _: usize, _: usize, label: &str) -> bool {
+            self.0 += usize::from(label.contains("iteration"));
+            true
+        }
+    }
+    let folder = Folder::new("estimate");
+    let bench = crate::estimate::Bench::new(&[0.5, 1.0, 2.5], 5.0);
+    let study = || {
+        let (mut observer, mut store) = (Iterations(0), folder.store());
+        let measuring = Measuring::kept(&mut observer, &mut store);
+        let study = estimate(&bench, &crate::estimate::plan(2, 1), measuring).unwrap();
+        (study, observer.0)
+    };
+    let (first, all) = study();
+    assert!(all > 0);
+    assert_eq!(study(), (first, 0));
+}
