@@ -3,6 +3,7 @@
 #![cfg(any(feature = "mujoco", feature = "rapier"))]
 
 mod pushes;
+mod steps;
 
 use std::path::Path;
 

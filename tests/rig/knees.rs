@@ -253,7 +253,8 @@ fn knees_of_compliant_plants_keep_their_side() {
 /// legs. Where a motion is too stiff for the method, the run may end with a fault of that; none of
 /// a leg.
 #[test]
-fn slow_knees_keep_their_side_in_random_harsh_drops() {
+#[ignore = "slow"]
+fn knees_keep_their_side_in_random_harsh_drops() {
     let drops = std::env::var("KNEES").map_or(DROPS, |number| number.parse().unwrap());
     let mut faults = 0;
     for seed in 0..drops {

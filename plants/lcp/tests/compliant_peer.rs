@@ -319,7 +319,8 @@ fn interpreter() -> Option<PathBuf> {
 }
 
 #[test]
-fn slow_hanging_leg_agrees_with_peer() {
+#[ignore = "slow"]
+fn hanging_leg_agrees_with_peer() {
     let Some(interpreter) = interpreter() else {
         return;
     };
@@ -339,7 +340,8 @@ fn slow_hanging_leg_agrees_with_peer() {
 }
 
 #[test]
-fn slow_leg_with_servos_agrees_with_peer() {
+#[ignore = "slow"]
+fn leg_with_servos_agrees_with_peer() {
     let Some(interpreter) = interpreter() else {
         return;
     };
@@ -354,7 +356,8 @@ fn slow_leg_with_servos_agrees_with_peer() {
 }
 
 #[test]
-fn slow_planar_landing_agrees_with_peer() {
+#[ignore = "slow"]
+fn planar_landing_agrees_with_peer() {
     let Some(interpreter) = interpreter() else {
         return;
     };
@@ -370,7 +373,8 @@ fn slow_planar_landing_agrees_with_peer() {
 }
 
 #[test]
-fn slow_free_landing_agrees_with_peer() {
+#[ignore = "slow"]
+fn free_landing_agrees_with_peer() {
     let Some(interpreter) = interpreter() else {
         return;
     };

@@ -64,7 +64,8 @@ fn selected(methods: &[Method]) -> Vec<Method> {
 }
 
 #[test]
-fn slow_laws_hold_in_random_drops_stands_and_walks() {
+#[ignore = "slow"]
+fn laws_hold_in_random_drops_stands_and_walks() {
     let registry = Registry::standard();
     let robot = run::robot();
     let methods = selected(&Method::RIGID);
@@ -83,7 +84,8 @@ fn slow_laws_hold_in_random_drops_stands_and_walks() {
 
 /// Each case on one of the plants with compliant constraints.
 #[test]
-fn slow_laws_hold_with_compliant_constraints() {
+#[ignore = "slow"]
+fn laws_hold_with_compliant_constraints() {
     let registry = Registry::standard();
     let robot = run::robot();
     let methods = selected(&Method::COMPLIANT);
@@ -124,7 +126,8 @@ fn nominal_drops_complete() {
 
 /// Impacts give no energy.
 #[test]
-fn slow_laws_hold_in_harsh_drops() {
+#[ignore = "slow"]
+fn laws_hold_in_harsh_drops() {
     let registry = Registry::standard();
     let robot = run::robot();
     let methods = selected(&Method::RIGID);
@@ -156,7 +159,8 @@ fn formerly_refused_nominal_drops_complete() {
 /// The methods of the full plant agree until a copy with an initial offset of 1e-9 rad has
 /// departed.
 #[test]
-fn slow_methods_agree_until_a_perturbed_copy_departs() {
+#[ignore = "slow"]
+fn methods_agree_until_a_perturbed_copy_departs() {
     let registry = Registry::standard();
     let robot = run::robot();
     let first = variable("BATTERY_FIRST", 0);

@@ -202,7 +202,8 @@ fn record_is_that_of_the_declared_items() {
 }
 
 #[test]
-fn slow_recorded_figures_are_found_again() {
+#[ignore = "slow"]
+fn recorded_figures_are_found_again() {
     let record = record();
     let registry = Registry::standard();
     let short: Vec<&Item> = items().filter(|item| item.run_s <= SHORT_S).collect();

@@ -322,58 +322,6 @@ mod tests {
         assert_eq!(offered("trot.toml", &["massless"], &lookup).0, both[..2]);
     }
 
-    #[cfg(feature = "mujoco")]
-    #[test]
-    fn steps_of_mujoco_alone_are_offered_and_the_same_run() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/passive-legs.toml");
-        let registry = Registry::standard();
-        let duration = Some(SimDuration::from_millis(100));
-        let names = ["mujoco".to_owned()];
-        let builder = StudyBuilder::new(&registry, &path, &[], &names, duration).unwrap();
-        let plan = PrecisionPlan {
-            duration,
-            steps: vec![SimDuration::from_millis(2)],
-            tolerances: Vec::new(),
-            masses: Vec::new(),
-            ensemble: 0,
-            repetitions: 1,
-            budget_s: 1e9,
-        };
-        let study = precision(&builder, &plan, &mut ()).unwrap();
-        let row = |method: &str| {
-            let rows = study.rows.iter();
-            rows.clone().find(|row| row.method == method).unwrap()
-        };
-        for method in ["minimal, euler", "minimal, implicitfast", "minimal, rk4"] {
-            let (complete, alone) = (row(method), row(&format!("{method}, step only")));
-            let errors = [complete, alone].map(|row| row.error_rms_m.unwrap());
-            assert!((errors[0] / errors[1] - 1.0).abs() < 1e-6, "{errors:?}");
-            assert!(complete.energy_residual_j.is_some() && alone.energy_residual_j.is_none());
-        }
-    }
-
-    #[cfg(feature = "rapier")]
-    #[test]
-    fn steps_of_rapier_alone_are_left_out_where_drives_are() {
-        let alone = |scenario| {
-            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios");
-            let registry = Registry::standard();
-            let duration = Some(SimDuration::from_millis(10));
-            let names = ["rapier".to_owned()];
-            let path = path.join(scenario);
-            let builder = StudyBuilder::new(&registry, &path, &[], &names, duration).unwrap();
-            let methods = builder.plants()[0].methods.iter();
-            let offered = methods.filter(|method| method.step_only).count();
-            let reasons = builder.left_out().iter();
-            (
-                offered,
-                reasons.filter(|why| why.contains("step only")).count(),
-            )
-        };
-        assert_eq!(alone("passive-legs.toml"), (3, 0));
-        assert_eq!(alone("trot.toml"), (0, 3));
-    }
-
     /// Without drives a massless leg has no inertia about its hip.
     #[test]
     fn unsuitable_formulation_is_left_out_with_its_reason() {
