@@ -141,7 +141,9 @@ fn jobs_and_partitions_change_no_result() {
 #[test]
 fn torn_rows_are_repeated_and_the_others_are_kept() {
     let folder = Folder::new("study-torn");
-    for (kind, runs, words) in studies() {
+    // One with two rounds, and one with a single one.
+    let kinds = ["loads", "gait"];
+    for (kind, runs, words) in studies().into_iter().filter(|it| kinds.contains(&it.0)) {
         let out = folder.join(kind);
         let whole = found(&study(kind, &words, &out, &[]));
         for path in row_files(&out) {
@@ -212,7 +214,7 @@ fn killed_measurement_continues_with_the_rows_of_both_starts() {
                 "--out",
                 &out,
             ])
-            .args(["--duration=50 ms", "--budget=3600 s"]);
+            .args(["--duration=10 ms", "--budget=3600 s"]);
         command
     };
     let mut json = program();
