@@ -67,6 +67,6 @@ pub use error::{ThesisError, TwinError};
 pub use report::text;
 pub use twinrig_experiment::{
     Error as ExperimentError, JobError, OptimizationOutcome, OptimizationProgress,
-    OptimizationRequest, SweepEvent, SweepOutcome, SweepProgress, SweepRequest, WorkerJob, execute,
-    optimize, sweep, with_ensemble,
+    OptimizationRequest, SweepEvent, SweepOutcome, SweepProgress, SweepRequest, SweepRows,
+    WorkerJob, execute, optimize, sweep, with_ensemble,
 };

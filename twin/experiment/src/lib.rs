@@ -129,6 +129,7 @@ pub use sufficient::{
     Sufficiency, SufficiencyPlan, perturb_start, sufficient,
 };
 pub use sweep::execute::{SweepEvent, SweepOutcome, SweepProgress, SweepRequest, sweep};
+pub use sweep::rows::SweepRows;
 pub use sweep::{share_sentence, sweep_page};
 pub use transition::TransitionOptions;
 pub use transition::{

@@ -7,9 +7,10 @@ use twinrig_rig::registry::Registry;
 use crate::feedback::task::run_load;
 use crate::gait::task::run_gait;
 use crate::robustness::task::run_member;
-use crate::runs::job::{MAGIC, PointWorker, SharedJob, host_name};
+use crate::runs::job::{MAGIC, PointWorker, SharedJob};
 use crate::runs::judged::run_judged;
 use crate::runs::parts::MissingPart;
+use crate::runs::recordings::host_name;
 use crate::runs::scene::RunScene;
 
 /// Bytes of the key of a build.

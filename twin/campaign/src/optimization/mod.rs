@@ -4,8 +4,8 @@
 //! [`CostRule`] makes one number of a row, which orders runs; of several [`SearchCase`]s the worst
 //! run of a point counts. The caller asks the space's
 //! [`Search`](crate::search::Search) for generations, has an engine run their points, and tells it
-//! the costs; rows are kept in a [`RowLog`](crate::sweep::RowLog). A restarted optimisation repeats
-//! the search with the costs of the log.
+//! the costs; rows are kept in a [`RowStore`](crate::sweep::RowStore). A restarted optimisation
+//! repeats the search with the costs of the store.
 
 mod case;
 mod cost;

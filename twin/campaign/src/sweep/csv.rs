@@ -4,39 +4,58 @@ use twinrig_kernel::Unit;
 
 use super::morris::ElementaryEffect;
 use super::result::{ResultRow, SweepResult};
+use super::row::SweepRow;
 
 impl SweepResult {
     /// Returns the names of all expectations, in the order of their first occurrence, each with its
     /// units: a fall is measured as a height in one run, and as a tilt in another.
     pub fn expectations(&self) -> Vec<(&str, Vec<&str>)> {
         let mut names: Vec<(&str, Vec<&str>)> = Vec::new();
-        for one in self.rows.iter().flat_map(|row| &row.row.expectations) {
-            let unit = one.unit.as_str();
-            match names.iter_mut().find(|(name, _)| *name == one.name) {
+        for one in self.rows.iter().flat_map(|row| &row.summary.expectations) {
+            let unit = one.unit();
+            match names.iter_mut().find(|(name, _)| *name == one.name()) {
                 Some((_, units)) if units.contains(&unit) => {}
                 Some((_, units)) => units.push(unit),
-                None => names.push((&one.name, vec![unit])),
+                None => names.push((one.name(), vec![unit])),
             }
         }
         names
     }
 
-    /// Returns the rows as CSV (RFC 4180): point, seed, verdict; for each expectation verdict,
-    /// measured value and margin; fingerprint, key and error. Numbers are in the SI units of the
-    /// header.
-    pub fn csv(&self) -> String {
-        let names = self.expectations();
+    /// Returns the table of the rows as CSV (RFC 4180): point, seed, verdict; for each expectation
+    /// verdict, measured value and margin; fingerprint, key and error. Numbers are in the SI units
+    /// of the header.
+    pub fn table(&self) -> RowTable<'_> {
+        let expectations = self.expectations();
+        RowTable {
+            result: self,
+            expectations,
+        }
+    }
+}
+
+/// Table of the rows of a result, line by line.
+#[derive(Debug)]
+pub struct RowTable<'r> {
+    result: &'r SweepResult,
+    /// Names of all expectations, with their units.
+    expectations: Vec<(&'r str, Vec<&'r str>)>,
+}
+
+impl RowTable<'_> {
+    /// Returns the line with the names of the columns.
+    pub fn header(&self) -> String {
         let in_unit = |name: &str, unit: &str| match unit {
             "1" | "" => name.to_owned(),
             unit => format!("{name} [{unit}]"),
         };
         let mut head = vec!["index".to_owned()];
-        for dimension in &self.dimensions {
+        for dimension in &self.result.dimensions {
             let unit = dimension.unit.map_or("", Unit::symbol);
             head.push(in_unit(&dimension.key, unit));
         }
         head.extend(["run seed", "verdict", "fell_at_s"].map(str::to_owned));
-        for (name, units) in &names {
+        for (name, units) in &self.expectations {
             head.push(format!("{name}: verdict"));
             for unit in units {
                 head.push(in_unit(&format!("{name}: measured"), unit));
@@ -44,12 +63,36 @@ impl SweepResult {
             }
         }
         head.extend(["fingerprint", "key", "error"].map(str::to_owned));
-        let mut text = csv_line(head);
-        for row in &self.rows {
-            text += &csv_line(cells(row, &names));
-        }
-        text
+        csv_line(head)
     }
+
+    /// Returns the line of a row.
+    pub fn line(&self, of: &ResultRow, row: &SweepRow) -> String {
+        let mut cells = vec![of.index.to_string()];
+        for value in &of.point {
+            cells.push(value.cell());
+        }
+        cells.push(shown(row.seed));
+        cells.push(row.verdict.word().to_owned());
+        cells.push(shown(row.fell_at_s));
+        for (name, units) in &self.expectations {
+            let one = row.expectation(name);
+            cells.push(shown(one.map(|one| one.verdict.word())));
+            for unit in units {
+                let one = one.filter(|one| one.unit == *unit);
+                cells.push(shown(one.and_then(|one| one.measured)));
+                cells.push(shown(one.and_then(|one| one.margin)));
+            }
+        }
+        cells.push(shown(row.fingerprint.as_ref()));
+        cells.push(of.key.to_string());
+        cells.push(shown(row.error.as_ref()));
+        csv_line(cells)
+    }
+}
+
+fn shown<T: ToString>(value: Option<T>) -> String {
+    value.map_or_else(String::new, |value| value.to_string())
 }
 
 /// Returns elementary effects as CSV.
@@ -79,32 +122,6 @@ pub fn effects_csv(effects: &[ElementaryEffect]) -> String {
         ]);
     }
     text
-}
-
-fn cells(row: &ResultRow, names: &[(&str, Vec<&str>)]) -> Vec<String> {
-    fn shown<T: ToString>(value: Option<T>) -> String {
-        value.map_or_else(String::new, |value| value.to_string())
-    }
-    let mut cells = vec![row.index.to_string()];
-    for value in &row.point {
-        cells.push(value.cell());
-    }
-    cells.push(shown(row.row.seed));
-    cells.push(row.row.verdict.word().to_owned());
-    cells.push(shown(row.row.fell_at_s));
-    for (name, units) in names {
-        let one = row.row.expectation(name);
-        cells.push(shown(one.map(|one| one.verdict.word())));
-        for unit in units {
-            let one = one.filter(|one| one.unit == *unit);
-            cells.push(shown(one.and_then(|one| one.measured)));
-            cells.push(shown(one.and_then(|one| one.margin)));
-        }
-    }
-    cells.push(shown(row.row.fingerprint.as_ref()));
-    cells.push(row.key.to_string());
-    cells.push(shown(row.row.error.as_ref()));
-    cells
 }
 
 /// Returns a line of CSV.

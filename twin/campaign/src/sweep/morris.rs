@@ -7,7 +7,8 @@
 use serde::Serialize;
 
 use super::result::SweepResult;
-use super::row::{RowVerdict, SweepRow};
+use super::row::RowVerdict;
+use super::summary::{ExpectationSummary, RowSummary};
 
 /// Name of the measure that counts the expectations of a run that do not hold.
 pub const FAILED_EXPECTATIONS: &str = "failed expectations";
@@ -41,7 +42,7 @@ impl SweepResult {
         };
         let delta = levels as f64 / (2.0 * (levels - 1) as f64);
         let steps = self.steps();
-        let of_measure = |name: &str, unit: &str, value: &dyn Fn(&SweepRow) -> Option<f64>| {
+        let of_measure = |name: &str, unit: &str, value: &dyn Fn(&RowSummary) -> Option<f64>| {
             let mut effects = vec![Vec::new(); self.dimensions.len()];
             for (index, rows, sign) in &steps {
                 if let [Some(before), Some(after)] = rows.map(value) {
@@ -63,8 +64,8 @@ impl SweepResult {
             }
             for unit in units {
                 found.extend(of_measure(name, unit, &|row| {
-                    let one = row.expectation(name).filter(|one| one.unit == unit);
-                    one.and_then(|one| one.measured)
+                    let one = row.expectation(name).filter(|one| one.unit() == unit);
+                    one.and_then(ExpectationSummary::measured)
                 }));
             }
         }
@@ -73,7 +74,7 @@ impl SweepResult {
 
     /// Returns pairs of rows that differ in one dimension, with its index and the direction of its
     /// change.
-    fn steps(&self) -> Vec<(usize, [&SweepRow; 2], f64)> {
+    fn steps(&self) -> Vec<(usize, [&RowSummary; 2], f64)> {
         let pairs = self.rows.windows(2).filter_map(|pair| {
             let [before, after] = pair else {
                 return None;
@@ -86,14 +87,14 @@ impl SweepResult {
             let is_step = after.index == before.index + 1 && after.index % length != 0;
             let [one, other] = [before, after].map(|row| row.point[index].number);
             let sign = if other? > one? { 1.0 } else { -1.0 };
-            is_step.then_some((index, [&before.row, &after.row], sign))
+            is_step.then_some((index, [&*before.summary, &*after.summary], sign))
         });
         pairs.collect()
     }
 }
 
 /// Number of expectations of a run that do not hold; none of a run with an error.
-fn failed(row: &SweepRow) -> Option<f64> {
+fn failed(row: &RowSummary) -> Option<f64> {
     let failed = row.expectations.iter().filter(|one| !one.holds).count();
     (row.verdict != RowVerdict::Error).then_some(failed as f64)
 }

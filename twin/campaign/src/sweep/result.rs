@@ -1,16 +1,19 @@
 //! Result of a sweep: a function of its specification, scenario and build.
 
 use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
 
 use serde::Serialize;
-use serde_json::{Map, Value, json};
 use twinrig_kernel::Unit;
 
 use super::design::Design;
+use super::log::RowPlace;
 use super::partition::Partition;
 use super::row::{RowKey, RowVerdict, SweepRow};
 use super::share::{Share, ShareSpec, ShareVerdict};
 use super::spec::SweepSpec;
+use super::summary::RowSummary;
 use super::value::SweepValue;
 
 /// Verdict of a sweep.
@@ -63,27 +66,37 @@ pub struct ResultDimension {
     pub unit: Option<Unit>,
 }
 
-impl ResultDimension {
-    fn json(&self) -> Value {
-        json!({ "key": self.key, "unit": self.unit.map(Unit::symbol) })
-    }
-}
-
 /// A point whose run is done.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResultRow {
     /// Number of the point, from 0.
     pub index: usize,
-    /// Name in `JUnit` files: `trot@seed-17`.
-    pub name: String,
     /// A value for each dimension.
     pub point: Vec<SweepValue>,
     /// Key of the row.
     pub key: RowKey,
+    /// Where the row is on disk.
+    pub place: RowPlace,
+    /// Summary of the row, which equal points share.
+    pub summary: Arc<RowSummary>,
+}
+
+/// All of a run, which is on disk.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CompleteRow {
     /// Command that repeats the run.
     pub command: String,
     /// Result of the run.
     pub row: SweepRow,
+}
+
+/// A run that does not pass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FailedRun {
+    /// Name of its point.
+    pub name: String,
+    /// The run.
+    pub run: CompleteRow,
 }
 
 /// Numbers of points.
@@ -138,6 +151,9 @@ pub struct SweepResult {
     pub share_warning: Option<String>,
     /// Rows, in the order of the points.
     pub rows: Vec<ResultRow>,
+    /// The first runs that do not pass, as far as readers want a list of them: those with an error,
+    /// then those that fail.
+    pub failures: Vec<FailedRun>,
 }
 
 impl SweepResult {
@@ -146,7 +162,7 @@ impl SweepResult {
     pub fn judged(mut self, spec: &SweepSpec, interrupted: bool) -> Self {
         let with = |verdict| {
             let rows = self.rows.iter();
-            rows.filter(|row| row.row.verdict == verdict).count()
+            rows.filter(|row| row.summary.verdict == verdict).count()
         };
         self.counts = SweepCounts {
             points: spec.design.points,
@@ -155,7 +171,7 @@ impl SweepResult {
             error: with(RowVerdict::Error),
             missing: spec.design.points - self.rows.len(),
         };
-        let rows = || self.rows.iter().map(|row| &row.row);
+        let rows = || self.rows.iter().map(|row| &*row.summary);
         let share = |share: &ShareSpec| share.share(rows());
         self.shares = spec.shares.iter().map(share).collect();
         self.share_warning = spec.warning();
@@ -200,9 +216,9 @@ impl SweepResult {
                 add(&dimension.key);
                 add(&value.toml);
             }
-            add(row.row.fingerprint.as_deref().unwrap_or_default());
+            add(row.summary.fingerprint.as_deref().unwrap_or_default());
             // The text of an error has paths, which belong to the machine.
-            add(row.row.error.as_ref().map_or("", |_| "error"));
+            add(if row.summary.has_error { "error" } else { "" });
         }
         hasher.finalize().to_hex().to_string()
     }
@@ -218,33 +234,40 @@ impl SweepResult {
     /// Whether there are runs that differ in one dimension only, and all such runs are equal.
     fn has_no_effect(&self, dimension: usize) -> bool {
         // The first value and fingerprint, by the values of all other dimensions.
-        let mut runs: BTreeMap<Vec<&str>, (String, &str)> = BTreeMap::new();
+        let mut runs: BTreeMap<Vec<&str>, (&SweepValue, &str)> = BTreeMap::new();
         let mut equal = false;
         for row in &self.rows {
-            let Some(print) = row.row.fingerprint.as_deref() else {
+            let Some(print) = row.summary.fingerprint.as_deref() else {
                 continue;
             };
             let others = row.point.iter().enumerate();
             let others = others.filter(|(index, _)| *index != dimension);
-            let others = others.map(|(_, value)| value.toml.as_str()).collect();
-            let value = row.point[dimension].cell();
-            let (first, known) = runs.entry(others).or_insert((value.clone(), print));
+            let mut key = Vec::with_capacity(self.dimensions.len());
+            key.extend(others.map(|(_, value)| value.toml.as_str()));
+            let value = &row.point[dimension];
+            let (first, known) = runs.entry(key).or_insert((value, print));
             if *known != print {
                 return false;
             }
             // Equal points have equal runs, whether or not the dimension has an effect.
-            equal |= *first != value;
+            equal |= first.cell() != value.cell();
         }
         equal
     }
 
     /// Returns the runs that do not pass: those with an error, then those that fail.
-    pub fn failures(&self) -> Vec<&ResultRow> {
+    pub fn not_passed(&self) -> impl Iterator<Item = &ResultRow> {
         let of = |verdict: RowVerdict| {
             let rows = self.rows.iter();
-            rows.filter(move |row| row.row.verdict == verdict)
+            rows.filter(move |row| row.summary.verdict == verdict)
         };
-        of(RowVerdict::Error).chain(of(RowVerdict::Fail)).collect()
+        of(RowVerdict::Error).chain(of(RowVerdict::Fail))
+    }
+
+    /// Returns the name of a point, as in `JUnit` files: `trot@seed-17`.
+    pub fn name_of(&self, row: &ResultRow) -> String {
+        let keys: Vec<&str> = self.dimensions.iter().map(|it| it.key.as_str()).collect();
+        point_name(&self.file, &keys, &row.point)
     }
 
     /// Returns the reason for a sweep without an answer.
@@ -282,49 +305,20 @@ impl SweepResult {
             )
         })
     }
+}
 
-    /// Returns the result for programs. It depends on nothing but specification, scenario and
-    /// build.
-    pub fn json(&self) -> Value {
-        let settings = self.settings.iter();
-        let settings = settings.map(|(key, value)| (key.clone(), json!(value)));
-        let dimensions = self.dimensions.iter().map(ResultDimension::json);
-        let rows: Vec<Value> = self.rows.iter().map(|row| self.row_json(row)).collect();
-        let mut object = json!({
-            "sweep": self.name,
-            "spec": self.spec,
-            "scenario": self.scenario,
-            "file": self.file,
-            "verdict": self.verdict,
-            "hash": self.hash,
-            "build": self.build,
-            "design": self.design,
-            "partition": (!self.partition.is_whole()).then_some(self.partition),
-            "settings": settings.collect::<Map<_, _>>(),
-            "dimensions": dimensions.collect::<Vec<_>>(),
-            "counts": self.counts,
-            "shares": self.shares,
-            "warning": self.warning(),
-            "error": self.error(),
-            "rows": rows,
-        });
-        if self.design.levels.is_some() {
-            object["effects"] = json!(self.elementary_effects());
-        }
-        object
-    }
-
-    fn row_json(&self, row: &ResultRow) -> Value {
-        let values = self.dimensions.iter().zip(&row.point);
-        let point = values.map(|(dimension, value)| (dimension.key.clone(), json!(value)));
-        let mut object = Map::new();
-        object.insert("index".to_owned(), json!(row.index));
-        object.insert("point".to_owned(), Value::Object(point.collect()));
-        if let Value::Object(fields) = json!(row.row) {
-            object.extend(fields);
-        }
-        object.insert("key".to_owned(), json!(row.key));
-        object.insert("command".to_owned(), json!(row.command));
-        Value::Object(object)
-    }
+/// Returns the name of a point of the scenario in `file`: `trot@seed-17`.
+pub fn point_name(file: &str, keys: &[&str], point: &[SweepValue]) -> String {
+    let stem = Path::new(file).file_stem();
+    let stem = stem.map_or_else(|| file.into(), |stem| stem.to_string_lossy());
+    let values = keys.iter().zip(point).map(|(key, value)| {
+        let last = key.rsplit('.').next().unwrap_or(key);
+        let ends = |other: &&&str| other.rsplit('.').next() == Some(last);
+        let key = match keys.iter().filter(ends).count() {
+            1 => last,
+            _ => key,
+        };
+        format!("{key}-{}", value.shown().replace(' ', ""))
+    });
+    format!("{stem}@{}", values.collect::<Vec<_>>().join(","))
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use twinrig_document::Placed;
 
-use super::row::SweepRow;
+use super::summary::RowSummary;
 use super::wilson::ShareInterval;
 
 /// Assertion about a share.
@@ -75,7 +75,7 @@ impl ShareSpec {
     /// Counts the runs. An expectation that was not observed does not hold, and in a run with an
     /// error none does; a run without the expectation, which is about another plant, does not
     /// count.
-    pub fn share<'r>(&self, rows: impl IntoIterator<Item = &'r SweepRow>) -> Share {
+    pub fn share<'r>(&self, rows: impl IntoIterator<Item = &'r RowSummary>) -> Share {
         let holds = rows.into_iter().filter_map(|row| row.holds(&self.of.value));
         let (held, runs) = holds.fold((0, 0), |(held, runs), holds| {
             (held + usize::from(holds), runs + 1)

@@ -160,9 +160,12 @@ impl SweepSpec {
         let counts = self.dimensions.iter().map(|it| it.keys().count());
         let counts: Vec<usize> = counts.collect();
         let of_keys = |values: Vec<SweepValue>| {
-            let values = values.into_iter().zip(&counts);
-            let values = values.flat_map(|(value, &count)| std::iter::repeat_n(value, count));
-            values.collect()
+            // Of many points, spare capacity would be most of the memory.
+            let mut of_keys = Vec::with_capacity(counts.iter().sum());
+            for (value, &count) in values.into_iter().zip(&counts) {
+                of_keys.extend(std::iter::repeat_n(value, count));
+            }
+            of_keys
         };
         let points = self.design.points(&self.dimensions).into_iter();
         points.map(of_keys).collect()

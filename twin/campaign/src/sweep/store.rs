@@ -6,76 +6,109 @@
 //! a killed process leaves whole lines and at most one torn one. A line that is torn or whose hash
 //! differs is not used: its run is repeated.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
+use std::fmt;
 use std::path::Path;
 
-use super::log::{DamagedLines, RowLog, StoreError};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::log::{DamagedLines, RowLog, RowPlace, StoreError};
 use super::partition::Partition;
+use super::reader::RowReader;
 use super::row::{RowKey, SweepRow};
 
-/// An open store: a log, with the rows of a sweep in memory.
-#[derive(Debug)]
-pub struct RowStore {
-    log: RowLog,
-    kept: KeptRows,
+/// An open store: rows `R` on disk, and of each a value `T` in memory.
+pub struct RowStore<T, R = SweepRow> {
+    /// None: the store is in memory alone.
+    log: Option<RowLog<R>>,
+    kept: KeptValues<T, R>,
     warnings: Vec<String>,
 }
 
-/// Rows of a sweep; those of other sweeps are not kept.
-#[derive(Debug)]
-struct KeptRows {
-    wanted: BTreeSet<RowKey>,
-    rows: BTreeMap<RowKey, SweepRow>,
+/// A value with the place of its row; none of a row in memory alone.
+type Kept<T> = (T, Option<RowPlace>);
+
+/// Values of the rows.
+struct KeptValues<T, R> {
+    value: Box<dyn FnMut(R) -> T>,
+    /// By key; none for a wanted row that is missing.
+    values: BTreeMap<RowKey, Option<Kept<T>>>,
+    /// Whether rows of further keys are kept, too.
+    all: bool,
 }
 
-impl KeptRows {
-    fn keep(&mut self, key: RowKey, row: SweepRow) {
-        if self.wanted.contains(&key) {
-            self.rows.entry(key).or_insert(row);
-        }
+impl<T, R> KeptValues<T, R> {
+    fn keep(&mut self, key: RowKey, row: R, place: RowPlace) {
+        let Self { value, values, all } = self;
+        let missing = match values.get_mut(&key) {
+            None if *all => values.entry(key).or_default(),
+            Some(missing @ None) => missing,
+            _ => return,
+        };
+        *missing = Some((value(row), Some(place)));
     }
 
     fn are_complete(&self) -> bool {
-        let mut keys = self.wanted.iter();
-        keys.all(|key| self.rows.contains_key(key))
+        !self.all && self.values.values().all(Option::is_some)
     }
 }
 
-impl RowStore {
+impl<T, R: Serialize + DeserializeOwned> RowStore<T, R> {
     /// Opens the store in `folder`, which it creates, to append the rows of a partition. Reads the
-    /// rows with a `wanted` key, of all partitions.
+    /// rows of all partitions with a `wanted` key, of all keys if there is no list of them, and
+    /// keeps the value of each.
     ///
     /// # Errors
     /// [`StoreError`] if another process appends to the same partition, or a file cannot be used.
     pub fn open(
         folder: &Path,
         partition: Partition,
-        wanted: BTreeSet<RowKey>,
+        wanted: Option<Vec<RowKey>>,
+        value: impl FnMut(R) -> T + 'static,
     ) -> Result<Self, StoreError> {
-        let mut kept = KeptRows {
-            wanted,
-            rows: BTreeMap::new(),
-        };
-        let opened = RowLog::open(folder, partition, &mut |key, row| kept.keep(key, row));
+        let mut store = Self::in_memory(value);
+        let kept = &mut store.kept;
+        kept.all = wanted.is_none();
+        kept.values = wanted
+            .into_iter()
+            .flatten()
+            .map(|key| (key, None))
+            .collect();
+        let opened = RowLog::open(folder, partition, &mut |key, row, place| {
+            kept.keep(key, row, place);
+        });
         let (log, opened) = opened?;
-        let mut store = Self {
-            log,
-            kept,
-            warnings: opened.torn.iter().map(ToString::to_string).collect(),
-        };
+        store.log = Some(log);
+        store.warnings = opened.torn.iter().map(ToString::to_string).collect();
         store.read_others()?;
         store.warn_of_rows(opened.damaged);
         Ok(store)
     }
 
-    /// Reads the files of the other partitions, which may have grown.
+    /// Returns an empty store without files, for rows of any key.
+    pub fn in_memory(value: impl FnMut(R) -> T + 'static) -> Self {
+        Self {
+            log: None,
+            kept: KeptValues {
+                value: Box::new(value),
+                values: BTreeMap::new(),
+                all: true,
+            },
+            warnings: Vec::new(),
+        }
+    }
+
+    /// Reads the files of the other partitions as far as they have grown.
     ///
     /// # Errors
     /// [`StoreError`] if a file cannot be read.
     pub fn read_others(&mut self) -> Result<(), StoreError> {
-        let kept = &mut self.kept;
-        let damaged = self.log.read_others(&mut |key, row| kept.keep(key, row))?;
-        self.warn_of_rows(damaged);
+        let Self { log, kept, .. } = self;
+        if let Some(log) = log {
+            let damaged = log.read_others(&mut |key, row, place| kept.keep(key, row, place))?;
+            self.warn_of_rows(damaged);
+        }
         Ok(())
     }
 
@@ -92,9 +125,28 @@ impl RowStore {
         }
     }
 
-    /// Returns the row of a key.
-    pub fn get(&self, key: &RowKey) -> Option<&SweepRow> {
-        self.kept.rows.get(key)
+    /// Returns the value of the row of a key.
+    pub fn get(&self, key: &RowKey) -> Option<&T> {
+        self.kept.values.get(key)?.as_ref().map(|(value, _)| value)
+    }
+
+    /// Returns where the row of a key is on disk.
+    pub fn place(&self, key: &RowKey) -> Option<RowPlace> {
+        self.kept.values.get(key)?.as_ref()?.1
+    }
+
+    /// Returns the row of a key, read from disk; none if it is not there.
+    ///
+    /// # Errors
+    /// [`StoreError`] if the file cannot be read.
+    pub fn row(&self, key: RowKey) -> Result<Option<R>, StoreError> {
+        let place = self.place(&key);
+        place.map(|place| self.reader().row(key, place)).transpose()
+    }
+
+    /// Returns a reader of single rows.
+    pub fn reader(&self) -> RowReader<R> {
+        RowReader::new(self.log.as_ref().map_or_else(Vec::new, RowLog::paths))
     }
 
     /// Returns messages about lines that are not used.
@@ -102,13 +154,24 @@ impl RowStore {
         &self.warnings
     }
 
-    /// Appends a row, which survives the end of the process from then on.
+    /// Appends a row, which survives the end of the process from then on; returns its value.
     ///
     /// # Errors
     /// [`StoreError`] if it cannot be written.
-    pub fn append(&mut self, key: RowKey, row: SweepRow) -> Result<(), StoreError> {
-        self.log.append(key, &row)?;
-        self.kept.rows.insert(key, row);
-        Ok(())
+    pub fn append(&mut self, key: RowKey, row: R) -> Result<&T, StoreError> {
+        let log = self.log.as_mut();
+        let place = log.map(|log| log.append(key, &row)).transpose()?;
+        let KeptValues { value, values, .. } = &mut self.kept;
+        let kept = values.entry(key).or_default();
+        let (value, _) = kept.insert((value(row), place));
+        Ok(value)
+    }
+}
+
+impl<T, R> fmt::Debug for RowStore<T, R> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut shown = f.debug_struct("RowStore");
+        shown.field("warnings", &self.warnings);
+        shown.finish_non_exhaustive()
     }
 }

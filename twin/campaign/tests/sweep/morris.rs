@@ -1,11 +1,13 @@
 //! Elementary effects against closed forms.
 
-use twinrig_campaign::sweep::{ElementaryEffect, FAILED_EXPECTATIONS, RowVerdict, effects_csv};
+use twinrig_campaign::sweep::{
+    CompleteRow, ElementaryEffect, FAILED_EXPECTATIONS, ResultRow, RowVerdict, effects_csv,
+};
 use twinrig_document::AssumedValue;
 use twinrig_kernel::Unit;
 
 use crate::results::result;
-use crate::spec;
+use crate::{row, spec};
 
 fn text(trajectories: usize, dimensions: &str) -> String {
     format!("design = 'morris'\ntrajectories = {trajectories}\ndimension = [{dimensions}]")
@@ -13,9 +15,9 @@ fn text(trajectories: usize, dimensions: &str) -> String {
 
 /// Effects of a function of the point as the measured value of the only expectation.
 fn effects(text: &str, function: &dyn Fn(&[f64]) -> f64) -> Vec<ElementaryEffect> {
-    let result = result(text, &|_, one| {
-        let numbers = one.point.iter().map(|value| value.number.unwrap());
-        one.row.expectations[0].measured = Some(function(&numbers.collect::<Vec<_>>()));
+    let result = result(text, &|_, point, one| {
+        let numbers = point.iter().map(|value| value.number.unwrap());
+        one.expectations[0].measured = Some(function(&numbers.collect::<Vec<_>>()));
     });
     let effects = result.elementary_effects().into_iter();
     effects
@@ -80,10 +82,10 @@ fn missing_values_have_no_effects() {
         3,
         "{ key = 'a', from = 0, to = 1 }, { key = 'b', from = 0, to = 1 }",
     );
-    let result = result(&text, &|index, one| {
-        one.row.verdict = RowVerdict::Fail;
-        one.row.expectations[0].holds = index >= 3;
-        one.row.expectations[0].measured = (index != 4).then_some(1.0);
+    let result = result(&text, &|index, _, one| {
+        one.verdict = RowVerdict::Fail;
+        one.expectations[0].holds = index >= 3;
+        one.expectations[0].measured = (index != 4).then_some(1.0);
     });
     let found = result.elementary_effects();
     let count = |measure: &str| -> Vec<usize> {
@@ -95,10 +97,12 @@ fn missing_values_have_no_effects() {
     assert_eq!(count(FAILED_EXPECTATIONS), [3, 3]);
     assert!(found.iter().all(|one| one.mu_star == 0.0));
     assert_eq!(effects_csv(&found).lines().count(), found.len() + 1);
-    assert_eq!(
-        result.json()["effects"].as_array().unwrap().len(),
-        found.len()
-    );
+    let mut read = |_: &ResultRow| {
+        let (command, row) = (String::new(), row(0));
+        Ok::<_, ()>(CompleteRow { command, row })
+    };
+    let json = serde_json::to_value(result.json(&mut read)).unwrap();
+    assert_eq!(json["effects"].as_array().unwrap().len(), found.len());
 }
 
 #[test]

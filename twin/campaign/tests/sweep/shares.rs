@@ -1,6 +1,7 @@
 use proptest::prelude::*;
 use twinrig_campaign::sweep::{
-    ExpectationVerdict, RowVerdict, ShareInterval, ShareSpec, ShareVerdict, SweepRow,
+    ExpectationVerdict, RowSummaries, RowSummary, RowVerdict, ShareInterval, ShareSpec,
+    ShareVerdict, SweepRow,
 };
 
 use crate::{row, spec};
@@ -19,6 +20,12 @@ fn with(verdict: ExpectationVerdict) -> SweepRow {
     row
 }
 
+fn summaries(rows: &[SweepRow]) -> Vec<RowSummary> {
+    let mut summaries = RowSummaries::default();
+    let rows = rows.iter().cloned();
+    rows.map(|row| summaries.summary(row)).collect()
+}
+
 fn rows(held: usize, of: usize) -> Vec<SweepRow> {
     let mut rows = vec![with(ExpectationVerdict::Pass); held];
     rows.resize(of, with(ExpectationVerdict::Fail));
@@ -28,7 +35,7 @@ fn rows(held: usize, of: usize) -> Vec<SweepRow> {
 #[test]
 fn verdict_changes_where_the_interval_passes_the_bound() {
     let share = share("min = '80 %'");
-    let verdict = |held: usize, of: usize| share.share(&rows(held, of)).verdict;
+    let verdict = |held: usize, of: usize| share.share(&summaries(&rows(held, of))).verdict;
     // The lower ends of 88 and 87 of 100 are 0.802 and 0.790, the upper ends of 71 and 72 are 0.790
     // and 0.7986; that of 73 is 0.807 (SciPy 1.17.1).
     assert_eq!(verdict(88, 100), ShareVerdict::Pass);
@@ -52,7 +59,7 @@ fn only_observed_and_satisfied_expectations_count_as_held() {
         // Of another plant, without the expectation: does not count.
         other,
     ];
-    let share = share("max = 0.5").share(&rows);
+    let share = share("max = 0.5").share(&summaries(&rows));
     assert_eq!((share.held, share.runs), (1, 4));
 }
 
@@ -61,7 +68,7 @@ fn only_observed_and_satisfied_expectations_count_as_held() {
 fn optional_expectation_holds_without_an_observation() {
     let mut optional = with(ExpectationVerdict::Unobserved);
     optional.expectations[0].holds = true;
-    let share = share("min = 0.5").share(&[optional]);
+    let share = share("min = 0.5").share(&summaries(&[optional]));
     assert_eq!((share.held, share.runs), (1, 1));
 }
 
@@ -71,7 +78,7 @@ fn share_of_the_verdict_counts_runs_that_pass() {
     "verdict".clone_into(&mut share.of.value);
     let mut passing = row(1);
     passing.verdict = RowVerdict::Pass;
-    let share = share.share(&[passing, row(2), SweepRow::of_error("")]);
+    let share = share.share(&summaries(&[passing, row(2), SweepRow::of_error("")]));
     assert_eq!((share.held, share.runs), (1, 3));
 }
 
@@ -85,7 +92,7 @@ proptest! {
         let verdict = |bounds: &str, confidence: f64| {
             let mut share = share(&format!("{bounds} = {bound}"));
             share.confidence = confidence;
-            share.share(&rows).verdict
+            share.share(&summaries(&rows)).verdict
         };
         let (least, most) = (verdict("min", 0.95), verdict("max", 0.95));
         prop_assert_eq!(least == ShareVerdict::Fail, most == ShareVerdict::Pass);
@@ -104,7 +111,7 @@ proptest! {
         let max = (min + width).min(1.0);
         let bounds = if two_sided { format!("min = {min}\nmax = {max}") } else { format!("max = {max}") };
         let share = share(&bounds);
-        let passes = |held: usize| share.share(&rows(held, runs)).verdict == ShareVerdict::Pass;
+        let passes = |held: usize| share.share(&summaries(&rows(held, runs))).verdict == ShareVerdict::Pass;
         prop_assert_eq!(share.can_pass(runs), (0..=runs).any(passes));
     }
 }

@@ -1,23 +1,24 @@
-use std::collections::BTreeSet;
+use std::convert::identity;
 use std::path::Path;
 
 use proptest::prelude::*;
-use twinrig_campaign::sweep::{Partition, RowStore, StoreError};
+use twinrig_campaign::sweep::{Partition, RowStore, StoreError, SweepRow};
 
 use crate::{Folder, key, row};
 
 const COUNT: usize = 5;
 
-fn open(folder: &Path, partition: &str) -> Result<RowStore, StoreError> {
-    let wanted: BTreeSet<_> = (0..COUNT).map(key).collect();
-    RowStore::open(folder, partition.parse().unwrap(), wanted)
+fn open(folder: &Path, partition: &str) -> Result<RowStore<SweepRow>, StoreError> {
+    let wanted = Some((0..COUNT).map(key).collect());
+    RowStore::open(folder, partition.parse().unwrap(), wanted, identity)
 }
 
 /// Numbers of the rows that the store has, all of which are intact.
-fn found(store: &RowStore) -> Vec<usize> {
+fn found(store: &RowStore<SweepRow>) -> Vec<usize> {
     let numbers = (0..COUNT).filter(|&number| {
         let found = store.get(&key(number));
         assert!(found.is_none_or(|found| *found == row(number)), "{found:?}");
+        assert_eq!(store.row(key(number)).unwrap().as_ref(), found);
         found.is_some()
     });
     numbers.collect()
@@ -97,6 +98,58 @@ fn partitions_are_separate_files_that_are_read_together() {
     let mut three = open(&folder.0, "2/3").unwrap();
     three.append(key(2), row(2)).unwrap();
     assert_eq!(found(&open(&folder.0, "1/1").unwrap()), [0, 1, 2]);
+}
+
+/// In any order, of files that have grown since the store was opened.
+#[test]
+fn rows_are_read_from_where_they_are() {
+    let folder = Folder::new("places");
+    let mut one = open(&folder.0, "1/2").unwrap();
+    let mut two = open(&folder.0, "2/2").unwrap();
+    for number in [3, 0, 4] {
+        one.append(key(number), row(number)).unwrap();
+    }
+    for number in [2, 1] {
+        two.append(key(number), row(number)).unwrap();
+        one.read_others().unwrap();
+    }
+    let mut reader = one.reader();
+    for number in [0, 1, 2, 3, 4, 1, 0, 0] {
+        let place = one.place(&key(number)).unwrap();
+        assert_eq!(reader.row(key(number), place).unwrap(), row(number));
+    }
+    assert_eq!(one.row(key(COUNT)).unwrap(), None);
+    // Another line in its place is no row.
+    let place = one.place(&key(0)).unwrap();
+    assert!(matches!(
+        reader.row(key(1), place),
+        Err(StoreError::Changed { .. })
+    ));
+    std::fs::write(folder.0.join("part-1-of-2.jsonl"), "shorter\n").unwrap();
+    assert!(matches!(one.row(key(4)), Err(StoreError::Changed { .. })));
+}
+
+#[test]
+fn store_without_wanted_keys_has_all_rows() {
+    let folder = Folder::new("all");
+    write(&folder.0);
+    std::fs::write(folder.0.join("other.jsonl"), "no row\n").unwrap();
+    let open = || RowStore::open(&folder.0, Partition::WHOLE, None, |row: SweepRow| row.seed);
+    let mut store = open().unwrap();
+    assert_eq!(store.get(&key(99)), Some(&row(99).seed));
+    assert_eq!(store.row(key(99)).unwrap(), Some(row(99)));
+    assert_eq!(store.warnings().len(), 1);
+    store.append(key(100), row(100)).unwrap();
+    assert_eq!(store.row(key(100)).unwrap(), Some(row(100)));
+}
+
+#[test]
+fn store_in_memory_has_values_and_no_rows() {
+    let mut store = RowStore::in_memory(|row: SweepRow| row.seed);
+    store.append(key(1), row(1)).unwrap();
+    store.read_others().unwrap();
+    assert_eq!(store.get(&key(1)), Some(&row(1).seed));
+    assert_eq!(store.row(key(1)).unwrap(), None);
 }
 
 #[test]

@@ -5,7 +5,10 @@ mod progress;
 
 use std::path::{Path, PathBuf};
 
-use twinrig_experiment::{SweepEvent, SweepOutcome, SweepRequest, sweep as execute};
+use twinrig_campaign::sweep::ResultRow;
+use twinrig_experiment::{
+    Error as ExperimentError, SweepEvent, SweepOutcome, SweepRequest, sweep as execute,
+};
 use twinrig_rig::error::Error;
 use twinrig_rig::registry::Registry;
 
@@ -30,20 +33,30 @@ pub(super) fn sweep(registry: &Registry, args: &SweepArgs, terminal: &mut Termin
         out: args.out.clone().unwrap_or_else(|| folder(&args.spec)),
         record: args.record.as_deref().map(absolute),
     };
-    match run(registry, args, &request, terminal) {
-        Ok(outcome) => {
-            if args.json {
-                terminal.print_json(&outcome.result.json());
-            } else {
-                terminal.print(&outcome.text());
-            }
-            outcome.result.verdict.exit_code()
+    let done = run(registry, args, &request, terminal).and_then(|mut outcome| {
+        if args.json {
+            print_json(&mut outcome, terminal)?;
+        } else {
+            terminal.print(&outcome.text());
         }
-        Err(error) => {
-            terminal.report_error(&error, args.json);
-            FAILURE
-        }
-    }
+        Ok(outcome.result.verdict.exit_code())
+    });
+    done.unwrap_or_else(|error| {
+        terminal.report_error(&error, args.json);
+        FAILURE
+    })
+}
+
+/// Prints the result for programs. Its rows are read from disk meanwhile.
+fn print_json(
+    outcome: &mut SweepOutcome,
+    terminal: &mut Terminal<'_>,
+) -> Result<(), ExperimentError> {
+    let SweepOutcome { result, rows, .. } = outcome;
+    let mut read = |row: &ResultRow| Ok(rows.read(result, row)?);
+    let with_rows = result.json(&mut read);
+    terminal.print_json(&with_rows);
+    with_rows.failed().map_or(Ok(()), Err)
 }
 
 fn run(
@@ -63,7 +76,7 @@ fn run(
         SweepEvent::Progress(it) => progress::show(&mut line, &it),
     });
     drop(line);
-    let outcome = outcome?;
+    let mut outcome = outcome?;
     if !args.json {
         terminal.warn(&outcome.warnings);
     }
@@ -71,7 +84,9 @@ fn run(
         terminal.note(note);
     }
     if let Some(path) = &args.junit {
-        let written = std::fs::write(path, junit::document(&outcome.result));
+        let document = junit::document(&outcome.result, &mut outcome.rows);
+        let document = document.map_err(ExperimentError::from)?;
+        let written = std::fs::write(path, document);
         written.map_err(|source| {
             TwinError::from(Error::Write {
                 path: path.clone(),

@@ -1,6 +1,6 @@
 //! Output streams and exit codes of commands.
 
-use std::io::{ErrorKind, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 
 use anstream::adapter::strip_str;
 use serde::Serialize;
@@ -73,9 +73,15 @@ impl Terminal<'_> {
     }
 
     pub(super) fn print_json(&mut self, value: &impl Serialize) {
-        // Serialisation fails only for keys that are not strings.
-        let text = serde_json::to_string(value).unwrap_or_default();
-        self.print_plain(&text);
+        let mut out = BufWriter::new(&mut *self.out);
+        let written = match serde_json::to_writer(&mut out, value) {
+            Err(error) if error.is_io() => Err(error.into()),
+            // A part that cannot be read is an error of its owner.
+            _ => writeln!(out),
+        };
+        let written = written.and_then(|()| out.flush());
+        drop(out);
+        self.keep_error(written);
     }
 
     /// Reports an error: as JSON on standard output, or as text on standard error.

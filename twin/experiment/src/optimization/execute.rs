@@ -1,12 +1,11 @@
 //! Execution of optimisations.
 
-use std::collections::BTreeMap;
 use std::time::Instant;
 
 use twinrig_campaign::optimization::{
     EvaluationCounts, OptimizationResult, OptimizationVerdict, OptimizedDimension, SearchSpace,
 };
-use twinrig_campaign::sweep::{Partition, RowLog};
+use twinrig_campaign::sweep::{Partition, RowStore};
 use twinrig_document::Document;
 use twinrig_rig::registry::Registry;
 
@@ -15,7 +14,7 @@ use super::outcome::{OptimizationOutcome, OptimizationProgress, OptimizationRequ
 use super::plan::OptimizationPlan;
 use super::running::{Running, evaluations};
 use crate::error::Error;
-use crate::runs::tasks::engine;
+use crate::runs::missing::Workers;
 
 /// Folder of the rows in the folder of the results.
 const ROWS: &str = "rows";
@@ -32,30 +31,22 @@ pub fn optimize(
     request: &OptimizationRequest,
     observer: &mut dyn FnMut(&OptimizationProgress),
 ) -> Result<OptimizationOutcome, Error> {
-    let engine = engine(registry, &request.engine.engine)?;
+    let workers = Workers::new(registry, &request.engine)?;
     let space = space(request)?;
     let plan = OptimizationPlan::new(registry, &request.scenario, space, &request.settings)?;
     files::refuse_foreign(&plan, &request.out)?;
-    let mut known = BTreeMap::new();
     let rules = plan.rules.clone();
-    let (log, opened) = RowLog::open(
+    let store = RowStore::open(
         &request.out.join(ROWS),
         Partition::WHOLE,
-        &mut |key, row| {
-            known
-                .entry(key)
-                .or_insert_with(|| evaluations(&rules, &row));
-        },
+        None,
+        move |row| evaluations(&rules, &row),
     )?;
-    let lines = opened.torn.iter().chain(&opened.damaged);
-    let notes = lines.map(ToString::to_string).collect();
     let mut running = Running {
         result: new_result(&plan)?,
         plan,
-        log,
-        known,
-        engine,
-        options: request.engine.options(),
+        store,
+        workers,
         progress: OptimizationProgress::default(),
     };
     #[expect(
@@ -67,7 +58,7 @@ pub fn optimize(
     let wall_s = started.elapsed().as_secs_f64();
     let Running {
         plan,
-        log,
+        store,
         result,
         progress,
         ..
@@ -77,14 +68,14 @@ pub fn optimize(
         Vec::new()
     } else {
         if let Some(best) = &mut result.best {
-            best.row = log.find(best.key)?;
+            best.row = store.row(best.key)?;
         }
         if let Some(first) = result.first_error() {
-            let row = log.find(first.key)?;
+            let row = store.row(first.key)?;
             result.error = row.and_then(|row| row.error);
         }
         if let Some(first) = result.first_without_value() {
-            let row = log.find(first.key)?;
+            let row = store.row(first.key)?;
             let why = row.and_then(|row| Some(row.expectation(&result.objective)?.detail.clone()));
             result.unobserved = why;
         }
@@ -94,7 +85,7 @@ pub fn optimize(
         result,
         files,
         warnings: plan.runs.warnings,
-        notes,
+        notes: store.warnings().to_vec(),
         ran: progress.ran,
         workers: progress.workers,
         wall_s,

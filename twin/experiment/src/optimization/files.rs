@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use twinrig_campaign::optimization::OptimizationResult;
 use twinrig_campaign::sweep::Partition;
 use twinrig_report::number::precise;
-use twinrig_rig::error::Error as RigError;
 use twinrig_scenario::Setting;
 
 use super::best::ScenarioText;
@@ -33,17 +32,10 @@ pub(super) fn write(
         ("report.html", crate::optimization_page(result).html()),
     ];
     texts.extend(best(plan, result, folder)?.map(|text| ("best.toml", text)));
-    let written = texts.into_iter().map(|(name, text)| {
-        let path = folder.join(name);
-        replace(&path, Partition::WHOLE, &text).map_err(|source| {
-            Error::from(RigError::Write {
-                path: path.clone(),
-                source,
-            })
-        })?;
-        Ok(path)
-    });
-    written.collect()
+    let written = texts.into_iter();
+    written
+        .map(|(name, text)| replace(folder.join(name), Partition::WHOLE, &text))
+        .collect()
 }
 
 /// Refuses a folder that has the result of another search space, scenario or setting, which would

@@ -1,19 +1,17 @@
 //! A running optimisation: generations of points, whose missing runs an engine does.
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use twinrig_campaign::engine::{Engine, EngineOptions};
 use twinrig_campaign::optimization::{
     CaseEvaluation, CostRule, EvaluatedPoint, Evaluation, OptimizationResult, RunClass,
 };
-use twinrig_campaign::sweep::{RowKey, RowLog, SweepRow};
+use twinrig_campaign::sweep::{RowStore, SweepRow};
 use twinrig_rig::run::interrupt;
 
 use super::outcome::OptimizationProgress;
 use super::plan::OptimizationPlan;
 use crate::error::Error;
 use crate::runs::cases::RunCase;
-use crate::runs::tasks::{RunTasks, TaskEvent};
+use crate::runs::job::SweepJob;
+use crate::runs::missing::{StoredRuns, TaskEvent, Workers};
 
 /// Returns the evaluations of a row by the rule of each case.
 pub(super) fn evaluations(rules: &[CostRule], row: &SweepRow) -> Box<[Evaluation]> {
@@ -23,11 +21,9 @@ pub(super) fn evaluations(rules: &[CostRule], row: &SweepRow) -> Box<[Evaluation
 /// A running optimisation.
 pub(super) struct Running<'r> {
     pub(super) plan: OptimizationPlan<'r>,
-    pub(super) log: RowLog,
     /// Evaluations of the rows on disk, by the rule of each case.
-    pub(super) known: BTreeMap<RowKey, Box<[Evaluation]>>,
-    pub(super) engine: &'r dyn Engine,
-    pub(super) options: EngineOptions,
+    pub(super) store: RowStore<Box<[Evaluation]>>,
+    pub(super) workers: Workers<'r>,
     pub(super) result: OptimizationResult,
     pub(super) progress: OptimizationProgress,
 }
@@ -72,46 +68,36 @@ impl Running<'_> {
     ) -> Result<bool, Error> {
         let Self {
             plan,
-            log,
-            known,
+            store,
+            workers,
             progress,
             ..
         } = self;
-        let points = &plan.runs.points;
-        let mut keys = BTreeSet::new();
-        let missing: Vec<usize> = (0..points.len())
-            .filter(|&index| !known.contains_key(&points[index].key))
-            .filter(|&index| keys.insert(points[index].key))
-            .collect();
-        progress.points = points.len();
-        progress.done = points.len() - missing.len();
+        let job = SweepJob {
+            runs: &plan.runs,
+            record: None,
+        };
+        let points = plan.runs.points.len();
+        let missing = job.missing(0..points, store);
+        progress.points = points;
+        progress.done = points - missing.len();
         observer(progress);
         if missing.is_empty() {
             return Ok(true);
         }
-        let tasks = RunTasks {
-            runs: &plan.runs,
-            engine: self.engine,
-            options: &self.options,
-            record: None,
-        };
-        let mut collect = |event| {
+        let ended = workers.run(&job, &missing, store, &mut |event| {
             match event {
                 TaskEvent::Status(status) => progress.workers = status,
-                TaskEvent::Done { point, result } => {
-                    let key = points[point].key;
-                    log.append(key, &result.row)?;
-                    known.insert(key, evaluations(&plan.rules, &result.row));
+                TaskEvent::Done { .. } => {
                     progress.ran += 1;
                     progress.done += 1;
                 }
             }
             observer(progress);
-            Ok(())
-        };
-        let workers = tasks.run(&missing, &mut collect)?;
-        progress.workers = workers;
-        Ok(points.iter().all(|point| known.contains_key(&point.key)))
+            true
+        })?;
+        progress.workers = ended.workers;
+        Ok(ended.done == missing.len())
     }
 
     /// Returns the points of this generation, whose runs are all known.
@@ -141,7 +127,7 @@ impl Running<'_> {
     fn evaluations_of(&self, point: usize) -> Option<Vec<Evaluation>> {
         let evaluation = |case| {
             let run = &self.plan.runs.points[self.run(point, case)];
-            Some(self.known.get(&run.key)?[case])
+            Some(self.store.get(&run.key)?[case])
         };
         (0..self.plan.rules.len()).map(evaluation).collect()
     }

@@ -1,14 +1,13 @@
 //! Execution of studies of radii.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use twinrig_campaign::engine::{Engine, EngineOptions};
 use twinrig_campaign::radius::{
     AxisResult, AxisSearch, DisturbanceAxis, Observation, RadiusResult, RunOutcome,
 };
 use twinrig_campaign::sweep::{
-    ExpectationVerdict, Partition, RowExpectation, RowKey, RowLog, SweepRow,
+    ExpectationVerdict, Partition, RowExpectation, RowKey, RowStore, SweepRow,
 };
 use twinrig_document::DocumentError;
 use twinrig_rig::error::Error as RigError;
@@ -21,8 +20,9 @@ use super::context::DisturbanceContext;
 use crate::error::Error;
 use crate::options::run::EngineArgs;
 use crate::runs::cases::RunCase;
+use crate::runs::job::SweepJob;
+use crate::runs::missing::{StoredRuns, TaskEvent, Workers};
 use crate::runs::plan::{RunPlan, RunRequest};
-use crate::runs::tasks::{RunTasks, TaskEvent, engine};
 use crate::{ProgressObserver, StudyError};
 
 /// Place of settings of the study in messages.
@@ -93,9 +93,9 @@ pub fn radius(
         recorded: false,
     };
     let (runs, _) = RunPlan::new(registry, runs)?;
-    let mut known = BTreeMap::new();
-    let (log, opened) = RowLog::open(&request.rows, Partition::WHOLE, &mut |key, row| {
-        known.entry(key).or_insert_with(|| outcome(&row, &names));
+    let judged = names.clone();
+    let store = RowStore::open(&request.rows, Partition::WHOLE, None, move |row| {
+        outcome(&row, &judged)
     })?;
     let searches = axes.into_iter().map(|axis| {
         let search = AxisSearch::new(axis.values, names.len(), request.precision);
@@ -105,10 +105,8 @@ pub fn radius(
         searches: searches.collect(),
         names: &names,
         runs,
-        log,
-        known,
-        engine: engine(registry, &request.engine.engine)?,
-        options: request.engine.options(),
+        store,
+        workers: Workers::new(registry, &request.engine)?,
         ran: 0,
         taken: BTreeSet::new(),
     };
@@ -123,10 +121,9 @@ pub fn radius(
             help: "name other axes by --axis, or other keys and values by --along".to_owned(),
         }));
     }
-    let lines = opened.torn.iter().chain(&opened.damaged);
     Ok(Ok(RadiusOutcome {
         result: searching.result(request, left_out),
-        notes: lines.map(ToString::to_string).collect(),
+        notes: searching.store.warnings().to_vec(),
         ran: searching.ran,
         runs: searching.taken.len(),
     }))
@@ -137,13 +134,11 @@ struct Searching<'r> {
     searches: Vec<(DisturbanceAxis, AxisSearch)>,
     names: &'r [String],
     runs: RunPlan<'r>,
-    log: RowLog,
     /// Outcomes of the rows on disk.
-    known: BTreeMap<RowKey, RunOutcome>,
+    store: RowStore<RunOutcome>,
+    workers: Workers<'r>,
     /// Keys of the rows of this study.
     taken: BTreeSet<RowKey>,
-    engine: &'r dyn Engine,
-    options: EngineOptions,
     ran: usize,
 }
 
@@ -167,16 +162,15 @@ impl Searching<'_> {
             if proposals.is_empty() {
                 return Ok(Ok(()));
             }
-            if !self.run_missing(observer)? {
+            let Some(outcomes) = self.outcomes(observer)? else {
                 let (done, of) = (self.taken.len(), self.taken.len() + proposals.len());
                 return Ok(Err(StudyError::InterruptedRuns { done, of }));
-            }
+            };
             for Proposal { axis, size, run } in proposals {
                 let outcome = match run {
                     Ok(index) => {
-                        let key = self.runs.points[index].key;
-                        self.taken.insert(key);
-                        self.known[&key].clone()
+                        self.taken.insert(self.runs.points[index].key);
+                        outcomes[index].clone()
                     }
                     Err(reason) => RunOutcome::Refused(reason),
                 };
@@ -214,42 +208,37 @@ impl Searching<'_> {
         Ok(proposals)
     }
 
-    /// Does the planned runs that are not known, equal ones once; returns false if an interrupt
-    /// left some of them.
-    fn run_missing(&mut self, observer: &mut dyn ProgressObserver) -> Result<bool, Error> {
-        let Self {
-            runs, log, known, ..
-        } = self;
-        let points = &runs.points;
-        let mut keys = BTreeSet::new();
-        let missing: Vec<usize> = (0..points.len())
-            .filter(|&index| !known.contains_key(&points[index].key))
-            .filter(|&index| keys.insert(points[index].key))
-            .collect();
-        let all = self.taken.len() + points.len();
+    /// Does the planned runs that are not known, equal ones once, and returns the outcomes of all;
+    /// none if an interrupt left some of them.
+    fn outcomes(
+        &mut self,
+        observer: &mut dyn ProgressObserver,
+    ) -> Result<Option<Vec<RunOutcome>>, Error> {
+        let job = SweepJob {
+            runs: &self.runs,
+            record: None,
+        };
+        let points = self.runs.points.len();
+        let missing = job.missing(0..points, &self.store);
+        let all = self.taken.len() + points;
         let mut left = missing.len();
         let mut at = |left: usize| observer.at(all - left, all, "runs");
         if !at(left) {
-            return Ok(false);
+            return Ok(None);
         }
-        let tasks = RunTasks {
-            runs,
-            engine: self.engine,
-            options: &self.options,
-            record: None,
-        };
-        tasks.run(&missing, &mut |event| {
-            if let TaskEvent::Done { point, result } = event {
-                let key = points[point].key;
-                log.append(key, &result.row)?;
-                known.insert(key, outcome(&result.row, self.names));
-                left -= 1;
-                self.ran += 1;
-            }
-            at(left);
-            Ok(())
-        })?;
-        Ok(left == 0 && !interrupt::is_requested())
+        let ended = self
+            .workers
+            .run(&job, &missing, &mut self.store, &mut |event| {
+                left -= usize::from(matches!(event, TaskEvent::Done { .. }));
+                at(left)
+            })?;
+        self.ran += ended.done;
+        if interrupt::is_requested() {
+            return Ok(None);
+        }
+        let points = self.runs.points.iter();
+        let outcomes = points.map(|point| self.store.get(&point.key).cloned());
+        Ok(outcomes.collect())
     }
 
     /// Removes the axes of which no value is valid.

@@ -16,8 +16,10 @@ use twinrig_rig::run::execution::Execution;
 use twinrig_rig::run::interrupt;
 use twinrig_scenario::Setting;
 
+use crate::runs::missing::StoredRuns;
 use crate::runs::parts::UsedParts;
 use crate::runs::plan::RunPlan;
+use crate::runs::recordings::RecordingPlace;
 use crate::runs::scene::{
     RunScene, SharedSettings, SharedSources, encoded, settings, shared_settings,
 };
@@ -33,20 +35,8 @@ pub(crate) struct SweepJob<'p> {
     pub(crate) record: Option<&'p Path>,
 }
 
-/// Result of a task.
-#[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct PointResult {
-    pub(crate) row: SweepRow,
-    pub(crate) recording: Option<RecordingPlace>,
-}
-
-/// Place of a recording, which stays where it was made.
-#[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct RecordingPlace {
-    /// Name of the machine.
-    pub(crate) host: String,
-    pub(crate) path: String,
-}
+/// Result of a task: the row, and where the recording is.
+type PointResult = (SweepRow, Option<RecordingPlace>);
 
 /// Data of all tasks of a job.
 #[derive(Serialize, Deserialize)]
@@ -143,18 +133,31 @@ impl Job for SweepJob<'_> {
     }
 }
 
+impl StoredRuns for SweepJob<'_> {
+    type Row = SweepRow;
+
+    fn key(&self, run: usize) -> RowKey {
+        self.runs.points[run].key
+    }
+
+    fn name(&self, run: usize) -> String {
+        self.runs.name(run)
+    }
+
+    fn row(&self, result: Result<Vec<u8>, String>) -> Result<PointResult, String> {
+        match result {
+            Ok(bytes) => postcard::from_bytes(&bytes)
+                .map_err(|error| format!("a result cannot be read: {error}")),
+            Err(panic) => Ok((SweepRow::of_error(panic), None)),
+        }
+    }
+}
+
 /// Returns the name of the recording of a run.
 fn recording_name(key: RowKey) -> String {
     /// Digits of the key, 64 bits.
     const DIGITS: usize = 16;
     format!("{:.DIGITS$}.mcap", key.to_string())
-}
-
-impl PointResult {
-    /// Reads the bytes of a result.
-    pub(crate) fn read(bytes: &[u8]) -> Result<Self, String> {
-        postcard::from_bytes(bytes).map_err(|error| format!("a result cannot be read: {error}"))
-    }
 }
 
 /// Run of a point.
@@ -186,26 +189,8 @@ impl PointRun<'_> {
             Err(error) => SweepRow::of_error(error.to_string()),
         };
         let recording = recording.filter(|path| path.exists());
-        Some(PointResult {
-            row,
-            recording: recording.as_deref().map(RecordingPlace::here),
-        })
+        Some((row, recording.as_deref().map(RecordingPlace::here)))
     }
-}
-
-impl RecordingPlace {
-    fn here(path: &Path) -> Self {
-        Self {
-            host: host_name(),
-            path: path.display().to_string(),
-        }
-    }
-}
-
-/// Returns the name of this machine, which Linux has in a file.
-pub(crate) fn host_name() -> String {
-    let name = std::fs::read_to_string("/proc/sys/kernel/hostname");
-    name.unwrap_or_default().trim().to_owned()
 }
 
 /// Runs at points of another process, on a worker.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use twinrig_campaign::sweep::{RowKey, SweepValue, overlap};
+use twinrig_campaign::sweep::{RowKey, SweepValue, overlap, point_name};
 use twinrig_document::{Document, DocumentError, Placed, Problem, Warning};
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::assembly::sources::Sources;
@@ -284,40 +284,33 @@ impl<'r> RunPlan<'r> {
     /// Returns the command that repeats the run of a point.
     pub(crate) fn command(&self, index: usize) -> String {
         let PlannedPoint { values, case, .. } = &self.points[index];
-        let mut words = vec![
-            "twin run".to_owned(),
-            quoted(&self.file),
-            "--no-record".to_owned(),
-        ];
-        for setting in self.settings(*case, values) {
-            words.push(if setting.origin == PLANT {
-                format!("--plant {}", quoted(setting.value.trim_matches('"')))
+        self.command_of(*case, values)
+    }
+
+    /// Returns the command of a run of a case, which may lack the values of the last dimensions.
+    pub(crate) fn command_of(&self, case: usize, values: &[SweepValue]) -> String {
+        let mut command = format!("twin run {} --no-record", quoted(&self.file));
+        for setting in self.settings(case, values) {
+            let option = if setting.origin == PLANT {
+                format!(" --plant {}", quoted(setting.value.trim_matches('"')))
             } else {
-                format!(
-                    "--set {}",
-                    quoted(&format!("{}={}", setting.key, setting.value))
-                )
-            });
+                set_option(&setting.key, &setting.value)
+            };
+            command += &option;
         }
-        words.join(" ")
+        command
     }
 
     /// Returns the name of a point: `trot@seed-17`.
     pub(crate) fn name(&self, index: usize) -> String {
-        let stem = Path::new(&self.file).file_stem();
-        let stem = stem.map_or_else(|| self.file.clone().into(), |stem| stem.to_string_lossy());
-        let values = self.keys.iter().zip(&self.points[index].values);
-        let values = values.map(|(key, value)| {
-            let last = key.rsplit('.').next().unwrap_or(key);
-            let ends = |other: &&String| other.rsplit('.').next() == Some(last);
-            let key = match self.keys.iter().filter(ends).count() {
-                1 => last,
-                _ => key,
-            };
-            format!("{key}-{}", value.shown().replace(' ', ""))
-        });
-        format!("{stem}@{}", values.collect::<Vec<_>>().join(","))
+        let keys: Vec<&str> = self.keys.iter().map(String::as_str).collect();
+        point_name(&self.file, &keys, &self.points[index].values)
     }
+}
+
+/// Returns the option of a command that sets a key, behind a space.
+pub(crate) fn set_option(key: &str, value: &str) -> String {
+    format!(" --set {}", quoted(&format!("{key}={value}")))
 }
 
 /// Origin of the setting of a dimension.

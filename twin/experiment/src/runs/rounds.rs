@@ -1,23 +1,25 @@
 //! Rounds of runs of a study: an engine does those whose results are not on disk.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
+use std::convert::identity;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use twinrig_campaign::engine::{Engine, EngineEvent, EngineOptions, Job, LocalEngine};
-use twinrig_campaign::sweep::{Partition, RowKey, RowLog};
+use twinrig_campaign::engine::Job;
+use twinrig_campaign::sweep::{Partition, RowKey, RowStore};
 use twinrig_report::summary::Summary;
 use twinrig_rig::build_key::BuildKey;
 use twinrig_rig::registry::Registry;
 use twinrig_rig::run::interrupt;
 
 use super::job::{SharedJob, shared_bytes};
+use super::missing::{StoredRuns, TaskEvent, Workers};
+use super::recordings::RecordingPlace;
 use super::scene::{RunScene, encoded};
-use super::tasks::engine;
 use crate::error::{Error, StudyError};
 use crate::options::request::StudyFrame;
-use crate::options::run::RunOptions;
+use crate::options::run::{EngineArgs, RunOptions};
 use crate::parallel::Ran;
 use crate::progress::ProgressObserver;
 use crate::stopwatch::Stopwatch;
@@ -27,7 +29,7 @@ pub(crate) trait StudyRuns: Sync {
     /// Everything that a run depends on beside its scene.
     type Task: Serialize + Sync;
     /// Result of a run.
-    type Run: Clone + Serialize + DeserializeOwned;
+    type Run: Clone + Serialize + DeserializeOwned + 'static;
     /// Name of these runs: that of the folder of their rows, and in the table of `worker.rs`.
     const NAME: &'static str;
 
@@ -53,8 +55,7 @@ pub(crate) enum RoundShare {
 /// Does the runs of a study, round by round.
 pub(crate) struct StudyEngine<'r> {
     build: BuildKey,
-    engine: &'r dyn Engine,
-    options: EngineOptions,
+    workers: Workers<'r>,
     partition: Partition,
     /// Scenario file, for messages.
     file: String,
@@ -81,8 +82,7 @@ impl<'r> StudyEngine<'r> {
         frame: &StudyFrame<'_>,
     ) -> Result<Self, Error> {
         Ok(Self {
-            engine: engine(registry, &options.engine.engine)?,
-            options: options.engine.options(),
+            workers: Workers::new(registry, &options.engine)?,
             partition: options.partition,
             folder: Some(frame.out.join(frame.stem())),
             ..Self::local(registry, &frame.scenarios[0])?
@@ -97,8 +97,7 @@ impl<'r> StudyEngine<'r> {
         Ok(Self {
             file: file.display().to_string(),
             build: registry.build()?,
-            engine: &LocalEngine,
-            options: EngineOptions::default(),
+            workers: Workers::new(registry, &EngineArgs::default())?,
             partition: Partition::WHOLE,
             folder: None,
             notes: Vec::new(),
@@ -140,39 +139,27 @@ impl<'r> StudyEngine<'r> {
         share: RoundShare,
         observer: &mut dyn ProgressObserver,
     ) -> Result<Vec<Ran<R::Run>>, Error> {
-        let job = RoundJob {
-            runs,
-            tasks,
-            build: self.build,
+        let job = RoundJob::new(runs, tasks, self.build);
+        let mut store = self.open::<R>(&job.keys)?;
+        let partition = match share {
+            RoundShare::Every => Partition::WHOLE,
+            RoundShare::Partition => self.partition,
         };
-        let keys = job.keys();
-        let mut rows = Rows {
-            wanted: keys.iter().copied().collect(),
-            known: BTreeMap::new(),
-        };
-        let mut log = self.open::<R>(&mut rows)?;
-        let mut seen = BTreeSet::new();
-        let missing: Vec<usize> = (0..tasks.len())
-            .filter(|&index| share == RoundShare::Every || self.partition.contains(index))
-            .filter(|&index| !rows.known.contains_key(&keys[index]) && seen.insert(keys[index]))
-            .collect();
-        let done = self.run_missing(&job, &keys, &missing, &mut rows, log.as_mut(), observer)?;
-        if let Some(log) = &log {
-            // Other partitions may have been completed meanwhile.
-            log.read_others(&mut |key, row| rows.keep(key, row))?;
-        }
-        let left = keys
-            .iter()
-            .filter(|key| !rows.known.contains_key(key))
-            .count();
+        let among = (0..tasks.len()).filter(|&run| partition.contains(run));
+        let missing = job.missing(among, &store);
+        let done = self.run_missing(&job, &missing, &mut store, observer)?;
+        self.notes.extend_from_slice(store.warnings());
+        let rows: Vec<Option<&Ran<R::Run>>> = job.keys.iter().map(|key| store.get(key)).collect();
+        let left = rows.iter().filter(|row| row.is_none()).count();
         if done < missing.len() {
             return Err(self.interrupted(tasks.len() - left));
         }
         self.before += tasks.len();
-        self.stored += keys.iter().filter(|key| !seen.contains(key)).count();
-        let results: Option<Vec<Ran<R::Run>>> = keys
-            .iter()
-            .map(|key| rows.known.get(key).cloned())
+        let ran: BTreeSet<&RowKey> = missing.iter().map(|&run| &job.keys[run]).collect();
+        self.stored += job.keys.iter().filter(|key| !ran.contains(key)).count();
+        let results: Option<Vec<Ran<R::Run>>> = rows
+            .into_iter()
+            .map(Option::<&Ran<R::Run>>::cloned)
             .collect();
         results.ok_or(Error::Partial {
             missing: left,
@@ -180,64 +167,35 @@ impl<'r> StudyEngine<'r> {
         })
     }
 
-    /// Opens the log of these runs and reads their rows.
-    fn open<R: StudyRuns>(&mut self, rows: &mut Rows<R::Run>) -> Result<Option<Log<R>>, Error> {
+    /// Opens the store of these runs.
+    fn open<R: StudyRuns>(&self, keys: &[RowKey]) -> Result<Store<R>, Error> {
         let Some(folder) = &self.folder else {
-            return Ok(None);
+            return Ok(RowStore::in_memory(identity));
         };
         let folder = folder.join(R::NAME);
-        let mut keep = |key, row| rows.keep(key, row);
-        let (log, opened) = RowLog::open(&folder, self.partition, &mut keep)?;
-        let damaged = log.read_others(&mut keep)?;
-        let lines = opened.torn.iter().chain(&opened.damaged).chain(&damaged);
-        self.notes.extend(lines.map(ToString::to_string));
-        Ok(Some(log))
+        let keys = Some(keys.to_vec());
+        Ok(RowStore::open(&folder, self.partition, keys, identity)?)
     }
 
     /// Does the missing runs; returns the number of those that have ended.
     fn run_missing<R: StudyRuns>(
-        &self,
+        &mut self,
         job: &RoundJob<'_, R>,
-        keys: &[RowKey],
         missing: &[usize],
-        rows: &mut Rows<R::Run>,
-        mut log: Option<&mut Log<R>>,
+        store: &mut Store<R>,
         observer: &mut dyn ProgressObserver,
     ) -> Result<usize, Error> {
         let stopwatch = Stopwatch::start();
         let all = self.all.max(self.before + job.tasks.len());
         let stored = self.before + job.tasks.len() - missing.len();
-        let (mut done, mut lost, mut failed) = (0, None, None);
-        let ran = self.engine.run(job, missing, &self.options, &mut |event| {
-            match event {
-                EngineEvent::Status(_) => {}
-                EngineEvent::Lost { reason, .. } => {
-                    lost.get_or_insert(reason);
-                }
-                EngineEvent::Done { task, result } => {
-                    done += 1;
-                    let row = result.and_then(|bytes| ran_of(&bytes));
-                    let written = log.as_mut().map(|log| log.append(keys[task], &row));
-                    failed = failed.take().or(written.and_then(Result::err));
-                    rows.known.insert(keys[task], row);
-                }
-            }
+        let mut done = 0;
+        let ended = self.workers.run(job, missing, store, &mut |event| {
+            done += usize::from(matches!(event, TaskEvent::Done { .. }));
             let left = all.saturating_sub(stored + done);
             let left_s = stopwatch.elapsed_s() * left as f64 / done.max(1) as f64;
-            observer.at(stored + done, all, &format!("{left_s:.0} s left")) && failed.is_none()
+            observer.at(stored + done, all, &format!("{left_s:.0} s left"))
         });
-        if let Some(error) = failed {
-            return Err(error.into());
-        }
-        ran?;
-        match lost {
-            None => Ok(done),
-            Some(reason) => Err(Error::LostRuns {
-                count: missing.len() - done,
-                name: R::NAME.to_owned(),
-                reason,
-            }),
-        }
+        Ok(ended?.done)
     }
 
     /// Returns the error of a study that was stopped after so many runs of a round.
@@ -251,54 +209,56 @@ impl<'r> StudyEngine<'r> {
     }
 }
 
-/// Log of the results of runs.
-type Log<R> = RowLog<Ran<<R as StudyRuns>::Run>>;
-
-/// Results of the runs of a round.
-struct Rows<T> {
-    wanted: BTreeSet<RowKey>,
-    known: BTreeMap<RowKey, Ran<T>>,
-}
-
-impl<T> Rows<T> {
-    fn keep(&mut self, key: RowKey, row: Ran<T>) {
-        if self.wanted.contains(&key) {
-            self.known.entry(key).or_insert(row);
-        }
-    }
-}
-
-/// Returns the result in the bytes of a worker.
-fn ran_of<T: DeserializeOwned>(bytes: &[u8]) -> Ran<T> {
-    let read: Result<Ran<T>, _> = postcard::from_bytes(bytes);
-    read.unwrap_or_else(|error| Err(format!("a result cannot be read: {error}")))
-}
+/// Store of the results of runs, which are few enough to be in memory.
+type Store<R> = RowStore<Ran<<R as StudyRuns>::Run>, Ran<<R as StudyRuns>::Run>>;
 
 /// Runs of a round as a job.
 struct RoundJob<'a, R: StudyRuns> {
     runs: &'a R,
     tasks: &'a [R::Task],
     build: BuildKey,
+    /// Key of each run.
+    keys: Vec<RowKey>,
 }
 
-impl<R: StudyRuns> RoundJob<'_, R> {
-    /// Returns the key of each run: the hash of program, files, settings, and of all that the task
-    /// has.
-    fn keys(&self) -> Vec<RowKey> {
-        let scenes = self.runs.scenes().into_iter();
+impl<'a, R: StudyRuns> RoundJob<'a, R> {
+    /// The key of a run is the hash of program, files, settings, and of all that the task has.
+    fn new(runs: &'a R, tasks: &'a [R::Task], build: BuildKey) -> Self {
+        let scenes = runs.scenes().into_iter();
         let scenes: Vec<Vec<u8>> = scenes.map(RunScene::contents).collect();
-        let tasks = self.tasks.iter();
         let key = |task: &R::Task| {
             let (scene, task_bytes) = (&scenes[R::scene_of(task)], encoded(task));
-            let parts = [
-                self.build.as_bytes(),
-                R::NAME.as_bytes(),
-                scene,
-                &task_bytes,
-            ];
-            RowKey::of(parts)
+            RowKey::of([build.as_bytes(), R::NAME.as_bytes(), scene, &task_bytes])
         };
-        tasks.map(key).collect()
+        Self {
+            keys: tasks.iter().map(key).collect(),
+            runs,
+            tasks,
+            build,
+        }
+    }
+}
+
+impl<R: StudyRuns> StoredRuns for RoundJob<'_, R> {
+    type Row = Ran<R::Run>;
+
+    fn key(&self, run: usize) -> RowKey {
+        self.keys[run]
+    }
+
+    fn name(&self, _: usize) -> String {
+        R::NAME.to_owned()
+    }
+
+    fn row(
+        &self,
+        result: Result<Vec<u8>, String>,
+    ) -> Result<(Ran<R::Run>, Option<RecordingPlace>), String> {
+        let row = result.and_then(|bytes| {
+            let read: Result<Ran<R::Run>, _> = postcard::from_bytes(&bytes);
+            read.unwrap_or_else(|error| Err(format!("a result cannot be read: {error}")))
+        });
+        Ok((row, None))
     }
 }
 

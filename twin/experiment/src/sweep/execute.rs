@@ -1,12 +1,14 @@
 //! Execution of sweeps.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Instant;
 
-use twinrig_campaign::engine::{Engine, EngineStatus};
+use twinrig_campaign::engine::EngineStatus;
 use twinrig_campaign::sweep::{
-    Partition, ResultRow, RowKey, RowStore, RowVerdict, SweepCounts, SweepResult, SweepVerdict,
+    Partition, ResultRow, RowStore, RowSummaries, RowSummary, RowVerdict, SweepCounts, SweepResult,
+    SweepVerdict,
 };
 use twinrig_document::Warning;
 use twinrig_rig::registry::Registry;
@@ -15,12 +17,15 @@ use twinrig_scenario::Setting;
 
 use crate::error::Error;
 use crate::options::run::EngineArgs;
-use crate::runs::job::PointResult;
-use crate::runs::plan::RunPlan;
-use crate::runs::tasks::{RunTasks, TaskEvent, engine};
+use crate::runs::job::SweepJob;
+use crate::runs::missing::{StoredRuns, TaskEvent, Workers};
+use crate::runs::recordings::RecordingList;
 use crate::sweep::files;
 use crate::sweep::plan::SweepPlan;
-use crate::sweep::recordings::RecordingList;
+use crate::sweep::rows::SweepRows;
+
+/// Rows of a sweep on disk, and summaries in memory.
+type SweepStore = RowStore<Arc<RowSummary>>;
 
 /// Folder of the store in the folder of the results.
 const STORE: &str = "rows";
@@ -69,10 +74,12 @@ pub enum SweepEvent<'e> {
 }
 
 /// A sweep that has ended.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct SweepOutcome {
     /// Result; a function of specification, scenario and build.
     pub result: SweepResult,
+    /// Its complete rows, which are on disk.
+    pub rows: SweepRows,
     /// Files of the result; none while points are missing.
     pub files: Vec<PathBuf>,
     /// Warnings about the scenario.
@@ -97,8 +104,8 @@ pub fn sweep(
     request: &SweepRequest,
     observer: &mut dyn FnMut(SweepEvent<'_>),
 ) -> Result<SweepOutcome, Error> {
-    let engine = engine(registry, &request.engine.engine)?;
-    let plan = SweepPlan::new(
+    let mut workers = Workers::new(registry, &request.engine)?;
+    let mut plan = SweepPlan::new(
         registry,
         &request.scenario,
         &request.spec,
@@ -108,24 +115,33 @@ pub fn sweep(
     if let Some(warning) = plan.spec.warning() {
         observer(SweepEvent::Warning(&warning));
     }
-    let keys: BTreeSet<RowKey> = plan.runs.points.iter().map(|point| point.key).collect();
-    let mut store = RowStore::open(&request.out.join(STORE), request.partition, keys)?;
+    let keys = plan.runs.points.iter().map(|point| point.key).collect();
+    let mut summaries = RowSummaries::default();
+    let mut store = RowStore::open(
+        &request.out.join(STORE),
+        request.partition,
+        Some(keys),
+        move |row| Arc::new(summaries.summary(row)),
+    )?;
+    workers.recordings = Some(RecordingList::new(&request.out, request.partition));
     #[expect(clippy::disallowed_methods, reason = "the rate of a sweep is reported")]
     let started = Instant::now();
-    let progress = run_missing(&plan, request, engine, &mut store, observer)?;
+    let progress = run_missing(&plan, request, &mut workers, &mut store, observer)?;
     let wall_s = started.elapsed().as_secs_f64();
-    // Other partitions may have been completed meanwhile.
-    store.read_others()?;
-    let result = result(&plan, request.partition, &store);
+    let mut rows = SweepRows::new(&plan.runs, store.reader());
+    let mut result = result(&mut plan, request.partition, &store);
+    let notes = store.warnings().to_vec();
+    result.failures = rows.failures(&result)?;
     let files = if result.counts.missing == 0 {
-        files::write(&result, request.partition, &request.out)?
+        files::write(&result, &mut rows, request.partition, &request.out)?
     } else {
         Vec::new()
     };
     Ok(SweepOutcome {
         result,
+        rows,
         files,
-        notes: store.warnings().to_vec(),
+        notes,
         warnings: plan.runs.warnings,
         progress,
         wall_s,
@@ -136,111 +152,59 @@ pub fn sweep(
 fn run_missing(
     plan: &SweepPlan<'_>,
     request: &SweepRequest,
-    engine: &dyn Engine,
-    store: &mut RowStore,
+    workers: &mut Workers<'_>,
+    store: &mut SweepStore,
     observer: &mut dyn FnMut(SweepEvent<'_>),
 ) -> Result<SweepProgress, Error> {
-    let (mut missing, progress) = MissingPoints::of(&plan.runs, request.partition, store);
-    let points = std::mem::take(&mut missing.tasks);
-    let mut collector = Collector {
+    let job = SweepJob {
         runs: &plan.runs,
-        missing,
-        store,
-        recordings: RecordingList::new(&request.out, request.partition),
-        progress,
-    };
-    observer(SweepEvent::Progress(collector.progress));
-    let tasks = RunTasks {
-        runs: &plan.runs,
-        engine,
-        options: &request.engine.options(),
         record: request.record.as_deref(),
     };
-    let ran = tasks.run(&points, &mut |event| {
-        let collected = collector.collect(event);
-        observer(SweepEvent::Progress(collector.progress));
-        collected
-    });
-    collector.progress.workers = ran?;
-    Ok(collector.progress)
-}
-
-/// Points to be run.
-struct MissingPoints {
-    /// Their indices, one for each key.
-    tasks: Vec<usize>,
-    /// Number of points with each of the keys.
-    equal: BTreeMap<RowKey, usize>,
-}
-
-impl MissingPoints {
-    /// Returns the points of a partition that the store does not have, and the state before them.
-    fn of(plan: &RunPlan<'_>, partition: Partition, store: &RowStore) -> (Self, SweepProgress) {
-        let mut progress = SweepProgress::default();
-        let (mut tasks, mut equal) = (Vec::new(), BTreeMap::new());
-        for (index, point) in plan.points.iter().enumerate() {
-            if !partition.contains(index) {
-                continue;
-            }
-            progress.of += 1;
-            if let Some(row) = store.get(&point.key) {
-                progress.stored += 1;
-                progress.failed += usize::from(row.verdict != RowVerdict::Pass);
-            } else {
-                let count = equal.entry(point.key).or_insert(0);
-                if *count == 0 {
-                    tasks.push(index);
-                }
-                *count += 1;
-            }
+    let points = || (0..plan.runs.points.len()).filter(|&index| request.partition.contains(index));
+    let mut progress = SweepProgress::default();
+    // Number of missing points of each key.
+    let mut equal = BTreeMap::new();
+    for index in points() {
+        progress.of += 1;
+        if let Some(row) = store.get(&job.key(index)) {
+            progress.stored += 1;
+            progress.failed += usize::from(row.verdict != RowVerdict::Pass);
+        } else {
+            *equal.entry(job.key(index)).or_insert(0) += 1;
         }
-        (Self { tasks, equal }, progress)
     }
-}
-
-/// Keeps the results of the tasks.
-struct Collector<'c> {
-    runs: &'c RunPlan<'c>,
-    missing: MissingPoints,
-    store: &'c mut RowStore,
-    recordings: RecordingList,
-    progress: SweepProgress,
-}
-
-impl Collector<'_> {
-    fn collect(&mut self, event: TaskEvent) -> Result<(), Error> {
+    equal.retain(|_, count| *count > 1);
+    observer(SweepEvent::Progress(progress));
+    let missing = job.missing(points(), store);
+    let ended = workers.run(&job, &missing, store, &mut |event| {
         match event {
-            TaskEvent::Status(status) => self.progress.workers = status,
-            TaskEvent::Done { point, result } => self.keep(point, result)?,
+            TaskEvent::Status(status) => progress.workers = status,
+            TaskEvent::Done { run, value } => {
+                let count = equal.get(&job.key(run)).copied().unwrap_or(1);
+                progress.ran += count;
+                if value.verdict != RowVerdict::Pass {
+                    progress.failed += count;
+                }
+            }
         }
-        Ok(())
-    }
-
-    fn keep(&mut self, task: usize, result: PointResult) -> Result<(), Error> {
-        let key = self.runs.points[task].key;
-        let count = self.missing.equal.get(&key).copied().unwrap_or(1);
-        self.progress.ran += count;
-        if result.row.verdict != RowVerdict::Pass {
-            self.progress.failed += count;
-        }
-        if let Some(place) = &result.recording {
-            self.recordings.append(key, place)?;
-        }
-        Ok(self.store.append(key, result.row)?)
-    }
+        observer(SweepEvent::Progress(progress));
+        true
+    })?;
+    progress.workers = ended.workers;
+    Ok(progress)
 }
 
-/// Returns the result of the rows in the store.
-fn result(plan: &SweepPlan<'_>, partition: Partition, store: &RowStore) -> SweepResult {
-    let points = plan.runs.points.iter().enumerate();
-    let rows = points.filter_map(|(index, point)| {
+/// Returns the result of the rows in the store. The plan has no points afterwards.
+fn result(plan: &mut SweepPlan<'_>, partition: Partition, store: &SweepStore) -> SweepResult {
+    let dimensions = plan.dimensions();
+    let points = std::mem::take(&mut plan.runs.points).into_iter();
+    let rows = points.enumerate().filter_map(|(index, point)| {
         Some(ResultRow {
             index,
-            name: plan.runs.name(index),
-            point: point.values.clone(),
+            point: point.values,
             key: point.key,
-            command: plan.runs.command(index),
-            row: store.get(&point.key)?.clone(),
+            place: store.place(&point.key)?,
+            summary: Arc::clone(store.get(&point.key)?),
         })
     });
     SweepResult {
@@ -259,13 +223,14 @@ fn result(plan: &SweepPlan<'_>, partition: Partition, store: &RowStore) -> Sweep
             .map(|name| name.value.clone())
             .collect(),
         partition,
-        dimensions: plan.dimensions(),
+        dimensions,
         verdict: SweepVerdict::Partial,
         counts: SweepCounts::default(),
         shares: Vec::new(),
         hash: None,
         share_warning: None,
         rows: rows.collect(),
+        failures: Vec::new(),
     }
     .judged(&plan.spec, interrupt::is_requested())
 }

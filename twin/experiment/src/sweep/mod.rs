@@ -3,7 +3,7 @@
 pub(crate) mod execute;
 pub(crate) mod files;
 pub(crate) mod plan;
-mod recordings;
+pub(crate) mod rows;
 mod text;
 mod view;
 

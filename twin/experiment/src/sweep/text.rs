@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use anstyle::Style;
 use twinrig_campaign::sweep::{
-    RowVerdict, Share, ShareVerdict, SweepResult, SweepVerdict, percent,
+    CompleteRow, RowVerdict, Share, ShareVerdict, SweepResult, SweepVerdict, percent,
 };
 use twinrig_document::escaped;
 use twinrig_report::number::quantity;
@@ -212,28 +212,29 @@ fn facts(outcome: &SweepOutcome) -> Grid {
 
 /// Lists the first runs with errors, then those that fail.
 fn list(out: &mut String, result: &SweepResult) {
-    let rows = result.failures();
-    for row in rows.iter().take(LISTED) {
-        let style = if row.row.verdict == RowVerdict::Error {
+    for failed in result.failures.iter().take(LISTED) {
+        let CompleteRow { command, row } = &failed.run;
+        let style = if row.verdict == RowVerdict::Error {
             YELLOW
         } else {
             RED
         };
-        let word = styled(style, row.row.verdict.word());
+        let word = styled(style, row.verdict.word());
         let _ = writeln!(
             out,
             "\n  {word}  {}\n    {}",
-            escaped(&row.name),
-            escaped(&row.command)
+            escaped(&failed.name),
+            escaped(command)
         );
-        let error = row.row.error.as_deref().unwrap_or_default();
+        let error = row.error.as_deref().unwrap_or_default();
         for line in error.lines() {
             let _ = writeln!(out, "    {}", styled(DIM, line));
         }
     }
-    if rows.len() > LISTED {
+    let all = result.not_passed().count();
+    if all > LISTED {
         // There is a report when all points are done.
         let place = ["", " in the report"][usize::from(result.counts.missing == 0)];
-        let _ = writeln!(out, "\n  and {} more{place}", rows.len() - LISTED);
+        let _ = writeln!(out, "\n  and {} more{place}", all - LISTED);
     }
 }

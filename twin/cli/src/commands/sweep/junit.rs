@@ -1,17 +1,20 @@
 //! Verdicts of a sweep as `JUnit` XML.
 
-use twinrig_campaign::sweep::{RowVerdict, Share, ShareVerdict, SweepResult, SweepVerdict};
-use twinrig_experiment::share_sentence;
+use twinrig_campaign::sweep::{
+    CompleteRow, RowVerdict, Share, ShareVerdict, StoreError, SweepResult, SweepVerdict,
+};
+use twinrig_experiment::{SweepRows, share_sentence};
 
 use crate::report::junit::{Case, CaseProblem, ProblemKind, Suite, written};
 
 /// Returns the document with a test suite of the shares and one of the runs. Where shares are
 /// asserted, a run that fails is skipped, as its share is judged instead. While points are missing,
 /// shares are skipped.
-pub(crate) fn document(result: &SweepResult) -> String {
+pub(crate) fn document(result: &SweepResult, rows: &mut SweepRows) -> Result<String, StoreError> {
     let shares = (!result.shares.is_empty()).then(|| shares(result));
-    let suites: Vec<Suite> = shares.into_iter().chain([runs(result)]).collect();
-    written(&suites)
+    let runs = runs(result, rows)?;
+    let suites: Vec<Suite> = shares.into_iter().chain([runs]).collect();
+    Ok(written(&suites))
 }
 
 fn suite(name: String, cases: Vec<Case>) -> Suite {
@@ -52,7 +55,7 @@ fn shares(result: &SweepResult) -> Suite {
     suite(name, result.shares.iter().map(case).collect())
 }
 
-fn runs(result: &SweepResult) -> Suite {
+fn runs(result: &SweepResult, rows: &mut SweepRows) -> Result<Suite, StoreError> {
     let kind = if result.shares.is_empty() {
         ProblemKind::Failure
     } else {
@@ -70,11 +73,16 @@ fn runs(result: &SweepResult) -> Suite {
         cases.push(Case::of("all runs", problem));
     }
     for row in &result.rows {
-        let name = row.name.as_str();
-        cases.push(match row.row.verdict {
+        let name = result.name_of(row);
+        if row.summary.verdict == RowVerdict::Pass {
+            cases.push(Case::passed(name));
+            continue;
+        }
+        let CompleteRow { command, row } = rows.read(result, row)?;
+        cases.push(match row.verdict {
             RowVerdict::Pass => Case::passed(name),
             RowVerdict::Fail => {
-                let message = format!("{}; {}", row.row.reason(), row.command);
+                let message = format!("{}; {command}", row.reason());
                 let problem = CaseProblem {
                     kind,
                     of_type: "run".to_owned(),
@@ -84,16 +92,16 @@ fn runs(result: &SweepResult) -> Suite {
                 Case::of(name, problem)
             }
             RowVerdict::Error => {
-                let error = row.row.error.as_deref().unwrap_or_default();
+                let error = row.error.as_deref().unwrap_or_default();
                 let problem = CaseProblem {
                     kind: ProblemKind::Error,
                     of_type: "run".to_owned(),
                     message: error.lines().next().unwrap_or_default().to_owned(),
-                    text: format!("{error}\n{}", row.command),
+                    text: format!("{error}\n{command}"),
                 };
                 Case::of(name, problem)
             }
         });
     }
-    suite(result.name.clone(), cases)
+    Ok(suite(result.name.clone(), cases))
 }

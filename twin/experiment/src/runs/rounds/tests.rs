@@ -1,6 +1,6 @@
 //! Rounds of runs that give a number.
 
-use twinrig_campaign::engine::{EngineError, EngineStatus};
+use twinrig_campaign::engine::{Engine, EngineError, EngineEvent, EngineOptions, EngineStatus};
 use twinrig_scenario::Setting;
 
 use super::*;
@@ -35,12 +35,8 @@ fn key(scene: RunScene, task: u64, build: u8) -> RowKey {
 }
 
 fn key_of(scenes: Vec<RunScene>, task: (usize, u64), build: u8) -> RowKey {
-    let job = RoundJob {
-        runs: &Numbers(scenes),
-        tasks: &[task],
-        build: BuildKey::of_key(&[build; 32]).unwrap(),
-    };
-    job.keys()[0]
+    let build = BuildKey::of_key(&[build; 32]).unwrap();
+    RoundJob::new(&Numbers(scenes), &[task], build).keys[0]
 }
 
 /// Reads a scenario from a folder of its own, which has a robot file, in `heavier` with another
@@ -181,7 +177,7 @@ fn interruption_counts_the_rounds_before_and_a_lost_run_is_an_error() {
     let registry = Registry::standard();
     let runs = Numbers(vec![scene("g", SCENARIO, &[], None)]);
     let mut engine = StudyEngine::local(&registry, Path::new("scene.toml")).unwrap();
-    engine.engine = &OneByOne { lost: Some(1) };
+    engine.workers.engine = &OneByOne { lost: Some(1) };
     engine.expect(5);
     let begun = engine.round(&runs, &[(0, 5)], RoundShare::Every, &mut ());
     assert_eq!(begun.unwrap(), [Ok(5)]);

@@ -5,15 +5,16 @@ mod plots;
 #[cfg(test)]
 mod tests;
 
-use twinrig_campaign::sweep::{ElementaryEffect, Share, ShareVerdict, SweepResult, SweepVerdict};
+use twinrig_campaign::sweep::{
+    ElementaryEffect, FailedRun, Share, ShareVerdict, SweepResult, SweepVerdict,
+};
 use twinrig_report::number::quantity;
 use twinrig_report::page::{Block, Card, Figure, Page, Term};
 use twinrig_report::table::{Cell, Column, Interval, Table, Tone};
 
 use plots::{SweepAxis, margins, passing, plane};
 
-/// Greatest number of failures in the table, and of plots of margins.
-const LISTED: usize = 200;
+/// Greatest number of plots of margins.
 const PLOTS: usize = 12;
 
 /// Returns the page of a sweep.
@@ -207,8 +208,7 @@ fn shares(result: &SweepResult) -> Table {
 }
 
 fn failures(result: &SweepResult) -> Vec<Block> {
-    let rows = result.failures();
-    if rows.is_empty() {
+    if result.failures.is_empty() {
         return vec![Block::text("All runs pass.")];
     }
     let mut table = Table::new([
@@ -217,16 +217,17 @@ fn failures(result: &SweepResult) -> Vec<Block> {
         Column::text("command"),
         Column::reason(),
     ]);
-    for row in rows.iter().take(LISTED) {
+    for FailedRun { name, run } in &result.failures {
         table.row([
-            row.name.as_str().into(),
-            Cell::from(row.row.verdict.word()).with_tone(Tone::Bad),
-            Cell::code(&row.command),
-            row.row.reason().into(),
+            name.as_str().into(),
+            Cell::from(run.row.verdict.word()).with_tone(Tone::Bad),
+            Cell::code(&run.command),
+            run.row.reason().into(),
         ]);
     }
     let mut blocks = vec![Block::Table(table)];
-    let more = rows.len().saturating_sub(LISTED);
+    let all = result.not_passed().count();
+    let more = all.saturating_sub(result.failures.len());
     if more > 0 {
         blocks.push(Block::Text(format!("{more} more are in rows.csv.")));
     }

@@ -129,7 +129,7 @@ pub(super) fn passing(result: &SweepResult, axis: &SweepAxis<'_>) -> Figure {
     for row in &result.rows {
         let bar = ranges.of_value(axis.at(row));
         counts[bar].0 += 1;
-        counts[bar].1 += usize::from(row.row.verdict == RowVerdict::Pass);
+        counts[bar].1 += usize::from(row_passes(row));
     }
     // Without a run there is no share.
     let counts = counts.iter().enumerate().filter(|(_, (runs, _))| *runs > 0);
@@ -169,11 +169,11 @@ pub(super) fn passing(result: &SweepResult, axis: &SweepAxis<'_>) -> Figure {
 struct Dot<'r> {
     passes: bool,
     at: [f64; 2],
-    name: &'r str,
+    row: &'r ResultRow,
 }
 
 /// Returns legend and dots of the runs that pass and fail, and the number left out.
-fn dots(points: &[Dot<'_>]) -> (Vec<(Swatch, String)>, Vec<Series>, usize) {
+fn dots(result: &SweepResult, points: &[Dot<'_>]) -> (Vec<(Swatch, String)>, Vec<Series>, usize) {
     let mut left_out = 0;
     let has_tooltips = points.len() <= NAMED;
     let mut series = |passes: bool, number: usize| {
@@ -182,8 +182,8 @@ fn dots(points: &[Dot<'_>]) -> (Vec<(Swatch, String)>, Vec<Series>, usize) {
         let every = of.len().div_ceil(DRAWN).max(1);
         let drawn = of.iter().step_by(every);
         let drawn = drawn.map(|dot| {
-            let name = if has_tooltips { dot.name } else { "" };
-            (dot.at, name.to_owned())
+            let name = has_tooltips.then(|| result.name_of(dot.row));
+            (dot.at, name.unwrap_or_default())
         });
         let drawn: Vec<([f64; 2], String)> = drawn.collect();
         left_out += of.len() - drawn.len();
@@ -212,10 +212,10 @@ pub(super) fn plane(result: &SweepResult, x: &SweepAxis<'_>, y: &SweepAxis<'_>) 
     let dot = |row| Dot {
         passes: row_passes(row),
         at: [x.at(row), y.at(row)],
-        name: &row.name,
+        row,
     };
     let points: Vec<Dot<'_>> = result.rows.iter().map(dot).collect();
-    let (legend, series, left_out) = dots(&points);
+    let (legend, series, left_out) = dots(result, &points);
     let plot = LinePlot {
         title: format!("runs over {} and {}", x.dimension.key, y.dimension.key),
         width: 540.0,
@@ -233,7 +233,7 @@ pub(super) fn plane(result: &SweepResult, x: &SweepAxis<'_>, y: &SweepAxis<'_>) 
 }
 
 fn row_passes(row: &ResultRow) -> bool {
-    row.row.verdict == RowVerdict::Pass
+    row.summary.verdict == RowVerdict::Pass
 }
 
 /// Returns the plot of the margin of an expectation over a dimension, with the strength of the
@@ -244,16 +244,17 @@ pub(super) fn margins(
     name: &str,
     unit: &str,
 ) -> Option<(f64, Figure)> {
-    let dot = |row: &'_ ResultRow| {
-        let one = row.row.expectation(name).filter(|one| one.unit == unit)?;
-        Some((one.holds, [axis.at(row), one.margin?]))
-    };
-    let rows = result.rows.iter();
-    let points: Vec<Dot<'_>> = rows
+    let points: Vec<Dot<'_>> = result
+        .rows
+        .iter()
         .filter_map(|row| {
-            let (passes, at) = dot(row)?;
-            let name = &row.name;
-            Some(Dot { passes, at, name })
+            let one = row.summary.expectation(name)?;
+            let margin = one.margin().filter(|_| one.unit() == unit)?;
+            Some(Dot {
+                passes: one.holds,
+                at: [axis.at(row), margin],
+                row,
+            })
         })
         .collect();
     let places: Vec<[f64; 2]> = points.iter().map(|dot| dot.at).collect();
@@ -264,7 +265,7 @@ pub(super) fn margins(
     let strength = Ranges::of(result, axis)
         .share_of_variance(&places)
         .filter(|_| is_visible(ends))?;
-    let (legend, mut series, left_out) = dots(&points);
+    let (legend, mut series, left_out) = dots(result, &points);
     let ends = places.iter().map(|[x, _]| *x);
     let ends = ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
         [low.min(x), high.max(x)]

@@ -1,16 +1,20 @@
 //! Pages of synthetic sweeps.
 
+use std::sync::Arc;
+
 use twinrig_campaign::sweep::{
-    Design, DesignKind, ExpectationVerdict, Partition, ResultDimension, ResultRow, RowExpectation,
-    RowKey, RowVerdict, ShareInterval, SweepCounts, SweepRow, SweepValue,
+    CompleteRow, Design, DesignKind, ExpectationVerdict, Partition, ResultDimension, ResultRow,
+    RowExpectation, RowKey, RowPlace, RowSummaries, RowVerdict, ShareInterval, SweepCounts,
+    SweepRow, SweepValue,
 };
 use twinrig_kernel::Unit;
 
 use super::plots::DRAWN;
 use super::*;
 use crate::page_parts::{assert_cards, rows, tables};
+use crate::sweep::rows::FAILURES_MOST;
 
-fn row(index: usize, margin: Option<f64>, unit: &str) -> ResultRow {
+fn row(index: usize, margin: Option<f64>, unit: &str) -> (usize, SweepRow) {
     let verdict = match margin {
         Some(margin) if margin >= 0.0 => ExpectationVerdict::Pass,
         Some(_) => ExpectationVerdict::Fail,
@@ -33,18 +37,30 @@ fn row(index: usize, margin: Option<f64>, unit: &str) -> ResultRow {
         unit: unit.to_owned(),
         detail: String::new(),
     }];
-    ResultRow {
-        index,
-        name: format!("trot@seed-{index}"),
-        point: vec![SweepValue::whole(index as u64)],
-        key: RowKey::of([]),
-        command: format!("twin run --set 'name=\"<{index}>\"'"),
-        row,
-    }
+    (index, row)
 }
 
-fn result(rows: Vec<ResultRow>) -> SweepResult {
+fn result(of_points: Vec<(usize, SweepRow)>) -> SweepResult {
+    let mut summaries = RowSummaries::default();
+    let rows = of_points.iter().map(|(index, row)| ResultRow {
+        index: *index,
+        point: vec![SweepValue::whole(*index as u64)],
+        key: RowKey::of([]),
+        place: RowPlace::default(),
+        summary: Arc::new(summaries.summary(row.clone())),
+    });
+    let rows: Vec<ResultRow> = rows.collect();
+    let failed = of_points.into_iter();
+    let failed = failed.filter(|(_, row)| row.verdict != RowVerdict::Pass);
+    let failures = failed.map(|(index, row)| FailedRun {
+        name: format!("trot@seed-{index}"),
+        run: CompleteRow {
+            command: format!("twin run --set 'name=\"<{index}>\"'"),
+            row,
+        },
+    });
     SweepResult {
+        failures: failures.take(FAILURES_MOST).collect(),
         name: "a & b".to_owned(),
         spec: "spec.toml".to_owned(),
         scenario: "trot".to_owned(),
@@ -184,7 +200,7 @@ fn shares_have_their_values_below_their_heads() {
             "upright | pass | 3 | 7 | 43.0 % | 16.0 … 75.0 % | 95.0 % | 40.0 % | 80.0 %",
         ]
     );
-    let command = &result.rows[0].command;
+    let command = &result.failures[0].run.command;
     let failure = format!("trot@seed-0 | **fail** | {command} | stays <up>");
     assert_eq!(failures[1], failure);
     assert_eq!(

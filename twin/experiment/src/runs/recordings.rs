@@ -4,25 +4,49 @@ use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use serde::{Deserialize, Serialize};
 use twinrig_campaign::sweep::{Partition, RowKey};
 use twinrig_rig::error::Error as RigError;
 
 use crate::error::Error;
-use crate::runs::job::RecordingPlace;
 
 /// Header of the list.
 const HEADER: &str = "key,machine,path\n";
 
+/// Place of a recording, which stays where it was made.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct RecordingPlace {
+    /// Name of the machine.
+    pub(crate) host: String,
+    pub(crate) path: String,
+}
+
+impl RecordingPlace {
+    /// Returns the place of a recording on this machine.
+    pub(crate) fn here(path: &Path) -> Self {
+        Self {
+            host: host_name(),
+            path: path.display().to_string(),
+        }
+    }
+}
+
+/// Returns the name of this machine, which Linux has in a file.
+pub(crate) fn host_name() -> String {
+    let name = std::fs::read_to_string("/proc/sys/kernel/hostname");
+    name.unwrap_or_default().trim().to_owned()
+}
+
 /// Appends to `recordings.csv`: key of the row, machine, path. It is no part of the results, which
 /// do not depend on machines.
-pub(super) struct RecordingList {
+pub(crate) struct RecordingList {
     path: PathBuf,
     file: Option<File>,
 }
 
 impl RecordingList {
     /// Returns the list of a partition in the folder of the results.
-    pub(super) fn new(folder: &Path, partition: Partition) -> Self {
+    pub(crate) fn new(folder: &Path, partition: Partition) -> Self {
         let name = if partition.is_whole() {
             "recordings.csv".to_owned()
         } else {
