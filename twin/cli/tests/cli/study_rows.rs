@@ -256,5 +256,5 @@ fn killed_measurement_continues_with_the_rows_of_both_starts() {
     assert_eq!(continued(), second);
     let text = program().output().unwrap().stdout;
     let text = String::from_utf8(text).unwrap();
-    assert!(text.contains("parts are of earlier starts"), "{text}");
+    assert!(text.contains("parts of earlier starts: "), "{text}");
 }

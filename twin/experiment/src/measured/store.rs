@@ -1,12 +1,12 @@
 //! Store of the measured parts of a study.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use twinrig_campaign::sweep::{Partition, RowKey, RowLog};
+use twinrig_campaign::sweep::{Partition, RowKey, RowStore};
 use twinrig_scenario::Setting;
 
 use super::Measured;
@@ -27,8 +27,6 @@ enum PartRow {
     Start(Option<f64>),
     /// A part.
     Part {
-        /// Number of the start.
-        start: usize,
         /// Time spent on it \[s\].
         spent_s: f64,
         /// Result; none if the budget cut it.
@@ -36,43 +34,12 @@ enum PartRow {
     },
 }
 
-/// What is known of a part.
-#[derive(Debug, Default)]
-struct KnownPart {
-    spent_s: f64,
-    start: usize,
-    result: Option<Value>,
-}
-
-/// Rows on disk, and the parts that they have.
-struct KnownParts {
-    parts: BTreeMap<RowKey, KnownPart>,
-    loads: Vec<Option<f64>>,
-}
-
-impl KnownParts {
-    fn add(&mut self, key: RowKey, row: PartRow) {
-        match row {
-            PartRow::Start(load) => self.loads.push(load),
-            PartRow::Part {
-                start,
-                spent_s,
-                result,
-            } => {
-                let known = self.parts.entry(key).or_default();
-                known.spent_s += spent_s;
-                if result.is_some() {
-                    (known.start, known.result) = (start, result);
-                }
-            }
-        }
-    }
-}
-
 /// Store of the measured parts of a study, on this machine by this build.
 pub struct PartStore {
-    log: RowLog<PartRow>,
-    known: KnownParts,
+    /// Rows of starts, and those of parts by the start that measured them.
+    rows: RowStore<PartRow, PartRow>,
+    /// Number of the starts so far.
+    starts: usize,
     /// Hash of everything that all parts depend on.
     study: RowKey,
     /// Load at this start.
@@ -84,7 +51,6 @@ pub struct PartStore {
     /// Number of parts of earlier starts.
     reused: usize,
     folder: PathBuf,
-    notes: Vec<String>,
 }
 
 impl PartStore {
@@ -120,17 +86,11 @@ impl PartStore {
         let hardware = format!("{unloaded:?}");
         let parts = parts.iter().copied();
         let study = RowKey::of(parts.chain([hardware.as_bytes()]));
-        let mut known = KnownParts {
-            parts: BTreeMap::new(),
-            loads: Vec::new(),
-        };
-        let add = &mut |key, row| known.add(key, row);
-        let (log, opened) = RowLog::open(folder, Partition::WHOLE, add)?;
-        let notes = opened.torn.iter().chain(&opened.damaged);
+        let rows = RowStore::open(folder, Partition::WHOLE, None, |row| row)?;
+        let starts = (1..).take_while(|&start| rows.get(&start_key(start)).is_some());
         Ok(Self {
-            notes: notes.map(ToString::to_string).collect(),
-            log,
-            known,
+            starts: starts.count(),
+            rows,
             study,
             load: machine.load,
             this: None,
@@ -146,16 +106,25 @@ impl PartStore {
         RowKey::of([study.as_bytes(), scope.as_bytes(), content.as_bytes()])
     }
 
+    /// Returns start, time \[s\] and result of each measurement of a part.
+    fn measurements(&self, key: RowKey) -> impl Iterator<Item = (usize, f64, Option<&Value>)> {
+        (1..=self.starts).filter_map(move |start| match self.rows.get(&part_key(key, start))? {
+            PartRow::Part { spent_s, result } => Some((start, *spent_s, result.as_ref())),
+            PartRow::Start(_) => None,
+        })
+    }
+
     /// Returns the time that all starts have spent on a part \[s\].
     pub(super) fn spent_s(&self, key: RowKey) -> f64 {
-        self.known.parts.get(&key).map_or(0.0, |part| part.spent_s)
+        self.measurements(key).map(|(_, spent_s, _)| spent_s).sum()
     }
 
     /// Returns the result of a part, if it is kept.
     pub(super) fn find<T: Measured>(&mut self, key: RowKey) -> Option<T> {
-        let known = self.known.parts.get(&key)?;
-        let found = T::deserialize(known.result.as_ref()?).ok()?;
-        self.used.insert(known.start);
+        let (start, found) = self
+            .measurements(key)
+            .find_map(|(start, _, result)| Some((start, T::deserialize(result?).ok()?)))?;
+        self.used.insert(start);
         self.reused += 1;
         Some(found)
     }
@@ -165,13 +134,10 @@ impl PartStore {
         if let Some(this) = self.this {
             return Ok(this);
         }
-        let number = self.known.loads.len() + 1;
-        self.append(
-            RowKey::of([number.to_string().as_bytes()]),
-            PartRow::Start(self.load),
-        )?;
-        self.used.insert(number);
-        Ok(*self.this.insert(number))
+        self.starts += 1;
+        self.append(start_key(self.starts), PartRow::Start(self.load))?;
+        self.used.insert(self.starts);
+        Ok(*self.this.insert(self.starts))
     }
 
     /// Keeps the result of a part, or only the time if the budget cut it.
@@ -185,34 +151,42 @@ impl PartStore {
         // JSON has no infinite numbers: what cannot be read again is not kept.
         let result = result.and_then(|result| serde_json::to_value(result).ok());
         let result = result.filter(|value| T::deserialize(value).is_ok());
-        let row = PartRow::Part {
-            start,
-            spent_s,
-            result,
-        };
-        self.append(key, row)
+        self.append(part_key(key, start), PartRow::Part { spent_s, result })
     }
 
     fn append(&mut self, key: RowKey, row: PartRow) -> Result<(), StudyError> {
-        let appended = self.log.append(key, &row);
-        appended.map_err(|error| StudyError::Store(error.to_string()))?;
-        self.known.add(key, row);
-        Ok(())
+        let appended = self.rows.append(key, row);
+        let appended = appended.map_err(|error| StudyError::Store(error.to_string()));
+        appended.map(|_| ())
     }
 
     /// Returns the starts whose results are used.
     pub(super) fn starts(&self) -> Starts {
+        let load = |start| match self.rows.get(&start_key(start)) {
+            Some(PartRow::Start(load)) => *load,
+            _ => None,
+        };
         let start = |&start: &usize| Start {
             start,
-            load: self.known.loads.get(start - 1).copied().flatten(),
+            load: load(start),
         };
         let reused = (self.reused > 0).then(|| {
             let (parts, folder) = (self.reused, self.folder.display());
-            format!("{parts} parts are of earlier starts; without {folder}, all are measured again")
+            format!("parts of earlier starts: {parts}; without {folder}, all are measured again")
         });
         Starts {
             starts: self.used.iter().map(start).collect(),
-            notes: self.notes.iter().cloned().chain(reused).collect(),
+            notes: self.rows.warnings().iter().cloned().chain(reused).collect(),
         }
     }
+}
+
+/// Returns the key of a start.
+fn start_key(start: usize) -> RowKey {
+    RowKey::of([&b"start"[..], start.to_string().as_bytes()])
+}
+
+/// Returns the key of the measurement of a part by a start.
+fn part_key(part: RowKey, start: usize) -> RowKey {
+    RowKey::of([part.to_string().as_bytes(), start.to_string().as_bytes()])
 }

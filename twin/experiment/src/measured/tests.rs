@@ -199,7 +199,7 @@ fn a_line_that_a_killed_process_left_is_measured_again() {
     let (second, runs, starts) = study(&mut store(&folder.0, 0.0), "", &["a", "bb"], &[]);
     assert_eq!((runs, &second[0]), (1, &first[0]));
     assert_eq!((first[1].start, second[1].start), (1, 2));
-    let [note] = &*starts.notes else {
+    let [note, _] = &*starts.notes else {
         panic!("{:?}", starts.notes);
     };
     assert!(note.contains("1 damaged line"), "{note}");
