@@ -83,6 +83,11 @@ pub fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }
 
+/// Formats an interval of a share: `73.3 … 88.3 %`.
+pub fn percent_range([low, high]: [f64; 2]) -> String {
+    format!("{:.1} … {}", 100.0 * low, percent(high))
+}
+
 /// Formats a setting: `2 ms`, or `tolerance 10⁻⁸`.
 pub fn method_setting(step_s: Option<f64>, tolerance: Option<f64>) -> String {
     match (step_s, tolerance) {

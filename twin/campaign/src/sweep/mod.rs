@@ -42,7 +42,7 @@ pub use result::{
     point_name,
 };
 pub use row::{ExpectationVerdict, RowExpectation, RowKey, RowVerdict, SweepRow, VERDICT_SHARE};
-pub use share::{Share, ShareSpec, ShareVerdict, percent};
+pub use share::{Share, ShareSpec, ShareVerdict};
 pub use spec::SweepSpec;
 pub use store::RowStore;
 pub use summary::{ExpectationSummary, RowSummaries, RowSummary};

@@ -42,11 +42,6 @@ impl ShareVerdict {
     }
 }
 
-/// Returns a share for readers: `82.5 %`.
-pub fn percent(share: f64) -> String {
-    format!("{:.1} %", 100.0 * share)
-}
-
 /// A share of the runs, with its confidence interval.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Share {

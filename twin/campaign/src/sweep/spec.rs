@@ -18,7 +18,7 @@ use super::read::{
     DIMENSIONS_MOST, POINTS_MOST, check_dimensions, dimension, natural, overlap, refuse,
     refuse_scenario, settings,
 };
-use super::share::{ShareSpec, percent};
+use super::share::ShareSpec;
 use super::value::SweepValue;
 
 /// Specification of a sweep.
@@ -326,7 +326,8 @@ fn share(item: &Item<'_>) -> Result<ShareSpec, Reported> {
         table.optional(key, |item| {
             let share = item.number(&Range::between(0.0, 1.0))?;
             if share == excluded {
-                let message = format!("no number of runs shows a `{key}` of {}", percent(share));
+                let percent = 100.0 * share;
+                let message = format!("no number of runs shows a `{key}` of {percent:.1} %");
                 return Err(item.report(message, help));
             }
             Ok(share)

@@ -7,12 +7,12 @@ use std::fmt::Write as _;
 use anstyle::Style;
 use shown::Shown;
 use twinrig_campaign::spread::EnsembleKind;
-use twinrig_campaign::sweep::percent;
 use twinrig_document::escaped;
 use twinrig_kernel::SimTime;
 use twinrig_scenario::{Outcome, Verdict};
 
 use crate::report::left_out;
+use twinrig_report::number::percent;
 use twinrig_report::text::grid::{Cell, Grid, Left, Right};
 use twinrig_report::text::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 use twinrig_rig::report::bound::sign;

@@ -1,8 +1,7 @@
 //! The generated parts of the documentation.
 
-use std::fmt::Write as _;
-
-use crate::thesis::result::{FigureResult, ThesisResult};
+use crate::thesis::result::ThesisResult;
+use crate::thesis::text::results;
 use crate::thesis::verdict::Verdict;
 
 /// Marks around the generated parts of the page: the numbers of verdicts and the table.
@@ -23,39 +22,8 @@ pub(crate) fn counts(result: &ThesisResult) -> String {
     format!("Of {figures} figures: {}.\n", counts.join(", "))
 }
 
-/// Returns the table of all results in Markdown.
+/// Returns the results in Markdown.
 pub(crate) fn table(result: &ThesisResult) -> String {
-    let mut text = format!("Run times (⏱) are of {}.\n\n", result.cpu);
-    text.push_str("| item | figure | printed | ours | verdict | ground |\n");
-    text.push_str("|---|---|---|---|---|---|\n");
-    for item in &result.items {
-        for (n, figure) in item.figures.iter().enumerate() {
-            let id = match n {
-                0 => format!("`{}`", item.id),
-                _ => String::new(),
-            };
-            let _ = writeln!(text, "| {id} {}", row(figure));
-        }
-    }
-    text
-}
-
-fn row(figure: &FigureResult) -> String {
-    let clock = if figure.timing && figure.ours.is_some() {
-        " ⏱"
-    } else {
-        ""
-    };
-    let verdict = match figure.verdict {
-        Verdict::Contradicted | Verdict::Misprint => format!("**{}**", figure.verdict.words()),
-        verdict => verdict.words().to_owned(),
-    };
-    format!(
-        "| {} ({}) | {} | {}{clock} | {verdict} | {} |",
-        figure.quantity,
-        figure.place,
-        figure.printed,
-        figure.ours_text(),
-        figure.ground(),
-    )
+    let table = results(result).markdown();
+    format!("Run times (⏱) are of {}.\n\n{table}", result.cpu)
 }

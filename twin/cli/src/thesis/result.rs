@@ -129,13 +129,13 @@ impl FigureResult {
         }
     }
 
-    /// Returns ours for readers: `542 µs`.
+    /// Returns ours for readers: `542 µs`, or a run time, `542 µs ⏱`.
     pub(crate) fn ours_text(&self) -> String {
-        let ours = self.ours.as_ref();
-        ours.map_or_else(
-            || "–".to_owned(),
-            |found| number::measurement(found, self.printed_value, &self.unit),
-        )
+        let Some(found) = &self.ours else {
+            return "–".to_owned();
+        };
+        let clock = if self.timing { " ⏱" } else { "" };
+        number::measurement(found, self.printed_value, &self.unit) + clock
     }
 
     /// Returns the ground of the verdict: rule, remark, inputs and flips.

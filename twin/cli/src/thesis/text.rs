@@ -1,45 +1,36 @@
 //! Results for the terminal.
 
-use anstyle::Style;
+use twinrig_report::number::fixed;
+use twinrig_report::table::{self, Column, Table};
+use twinrig_report::text::grid::{Cell, Grid, Left};
+use twinrig_report::text::style::{BOLD, DIM, styled};
 
 use crate::thesis::flips::Flips;
 use crate::thesis::item::Item;
-use crate::thesis::result::{FigureResult, ItemResult, ThesisResult};
+use crate::thesis::result::{ItemResult, ThesisResult};
 use crate::thesis::verdict::Verdict;
-use twinrig_report::text::grid::{Cell, Grid, Left, Right};
-use twinrig_report::text::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 
 /// Columns of a paragraph.
 const COLUMNS: usize = 96;
 
-fn style(verdict: Verdict) -> Style {
-    match verdict {
-        Verdict::Reproduced => GREEN,
-        Verdict::Consistent | Verdict::Recomputed => Style::new(),
-        Verdict::Contradicted | Verdict::Misprint => YELLOW,
-        Verdict::NotRun => DIM,
-        Verdict::Unobserved => RED,
-    }
-}
-
-fn verdict(figure: &FigureResult) -> Cell {
-    Cell::new(figure.verdict.words(), style(figure.verdict))
-}
-
 /// Formats the list of items.
 pub(crate) fn list<'i>(items: impl Iterator<Item = &'i Item>) -> String {
-    let mut grid = Grid::new(&[Left, Left, Left, Right]);
-    grid.header("item | title | place in the thesis | run time");
+    let mut table = Table::new([
+        Column::label("item"),
+        Column::text("title"),
+        Column::text("place in the thesis"),
+        Column::number("run time").in_unit("s").with_places(0),
+    ]);
     for item in items {
-        let run = match item.run_s {
-            run_s if run_s < 1.0 => String::new(),
-            run_s => format!("{run_s:.0} s"),
-        };
-        let cells = [item.title, item.place].map(Cell::from);
-        let [title, place] = cells;
-        grid.row([Cell::new(item.id, BOLD), title, place, run.into()]);
+        let run_s = Some(item.run_s).filter(|run_s| *run_s >= 1.0);
+        let [id, title, place] = [item.id, item.title, item.place].map(table::Cell::from);
+        table.row([id, title, place, run_s.into()]);
     }
-    grid.lines(0).join("\n")
+    lines(&table)
+}
+
+fn lines(table: &Table) -> String {
+    table.grid().lines(0).join("\n")
 }
 
 /// Formats the result of one item in full.
@@ -54,7 +45,11 @@ pub(crate) fn item(result: &ItemResult) -> String {
         let name = |name| Cell::new(name, DIM);
         grid.row([name("printed"), figure.printed.clone().into()]);
         grid.row([name("ours"), figure.ours_text().into()]);
-        grid.row([name("verdict"), verdict(figure)]);
+        let verdict = figure.verdict;
+        grid.row([
+            name("verdict"),
+            Cell::new(verdict.words(), verdict.tone().style()),
+        ]);
         grid.paragraph(name("ground"), &figure.ground().into(), COLUMNS);
         lines.extend(grid.lines(4));
     }
@@ -68,40 +63,53 @@ pub(crate) fn item(result: &ItemResult) -> String {
 
 /// Formats the results of several items as one table.
 pub(crate) fn table(result: &ThesisResult) -> String {
-    let mut grid = Grid::new(&[Left, Left, Left, Left, Left]);
-    grid.header("item | figure | printed | ours | verdict");
+    lines(&results(result))
+}
+
+/// Returns the table of all results, as the documentation has it, too.
+pub(crate) fn results(result: &ThesisResult) -> Table {
+    let mut table = Table::new([
+        Column::label("item"),
+        Column::text("figure"),
+        Column::text("printed"),
+        Column::text("ours"),
+        Column::status("verdict"),
+        Column::text("ground").only_on_pages(),
+    ]);
     for item in &result.items {
         for (n, figure) in item.figures.iter().enumerate() {
-            let id = if n == 0 { item.id.as_str() } else { "" };
-            let printed = figure.printed.as_str();
-            grid.row([
-                Cell::new(id, BOLD),
-                figure.quantity.as_str().into(),
-                printed.into(),
+            table.row([
+                (n == 0).then(|| table::Cell::code(&item.id)).into(),
+                table::Cell::from(&*figure.quantity).with_detail(&figure.place),
+                figure.printed.as_str().into(),
                 figure.ours_text().into(),
-                verdict(figure),
+                table::Cell::from(figure.verdict.words()).with_tone(figure.verdict.tone()),
+                figure.ground().into(),
             ]);
         }
     }
-    grid.lines(0).join("\n")
+    table
 }
 
 /// Formats the moves that flip verdicts.
 pub(crate) fn flips(flips: &Flips) -> String {
-    let mut grid = Grid::new(&[Left, Left, Left, Left]);
-    grid.header("item | figure | verdict | flips");
+    let mut table = Table::new([
+        Column::label("item"),
+        Column::text("figure"),
+        Column::text("verdict"),
+        Column::text("flips"),
+    ]);
     for item in &flips.items {
         for (n, figure) in item.figures.iter().enumerate() {
-            let id = if n == 0 { item.id.as_str() } else { "" };
-            grid.row([
-                Cell::new(id, BOLD),
+            table.row([
+                (n == 0).then_some(&*item.id).into(),
                 figure.key.as_str().into(),
                 figure.verdict.words().into(),
                 item.text(&figure.key, &figure.place).into(),
             ]);
         }
     }
-    let mut lines = grid.lines(0);
+    let mut lines = table.grid().lines(0);
     lines.push(String::new());
     for item in &flips.items {
         let [free, set] = item.moved;
@@ -126,10 +134,10 @@ pub(crate) fn summary(result: &ThesisResult, skipped: &[&Item], departures: &[St
         (count > 0).then(|| format!("{count} {}", verdict.words()))
     });
     fact("verdicts", counts.collect::<Vec<_>>().join(", "));
-    fact("machine", result.cpu.clone());
+    fact("machine", format!("run times (⏱) are of {}", result.cpu));
     let skipped: Vec<String> = skipped
         .iter()
-        .map(|item| format!("{} ({:.0} s)", item.id, item.run_s))
+        .map(|item| format!("{} ({} s)", item.id, fixed(item.run_s, 0)))
         .collect();
     if !skipped.is_empty() {
         fact(

@@ -1,6 +1,7 @@
 //! Verdicts on printed figures.
 
 use serde::{Deserialize, Serialize};
+use twinrig_report::table::Tone;
 
 /// Verdict on a printed figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -44,6 +45,17 @@ impl Verdict {
             Self::Misprint => "misprint",
             Self::NotRun => "not run",
             Self::Unobserved => "unobserved",
+        }
+    }
+
+    /// Returns the tone of tables.
+    pub(crate) fn tone(self) -> Tone {
+        match self {
+            Self::Reproduced => Tone::Good,
+            Self::Consistent | Self::Recomputed => Tone::Plain,
+            Self::Contradicted | Self::Misprint => Tone::Doubtful,
+            Self::NotRun => Tone::Faint,
+            Self::Unobserved => Tone::Bad,
         }
     }
 }

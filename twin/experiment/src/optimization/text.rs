@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use twinrig_campaign::optimization::{
     BestPoint, OptimizationResult, OptimizationVerdict, RunClass,
 };
-use twinrig_campaign::sweep::{ExpectationVerdict, percent};
+use twinrig_campaign::sweep::ExpectationVerdict;
 use twinrig_document::escaped;
-use twinrig_report::number::precise;
+use twinrig_report::number::{percent, precise};
 use twinrig_report::text::grid::{Cell, Grid, Left};
 use twinrig_report::text::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 

@@ -4,14 +4,16 @@ use std::fmt::Write as _;
 
 use anstyle::Style;
 use twinrig_campaign::sweep::{
-    CompleteRow, RowVerdict, Share, ShareVerdict, SweepResult, SweepVerdict, percent,
+    CompleteRow, RowVerdict, Share, ShareVerdict, SweepResult, SweepVerdict,
 };
 use twinrig_document::escaped;
-use twinrig_report::number::quantity;
-use twinrig_report::text::grid::{Cell, Grid, Left, Right};
+use twinrig_report::number::{fixed, percent, percent_range, plain};
+use twinrig_report::table::Table;
+use twinrig_report::text::grid::{Cell, Grid, Left};
 use twinrig_report::text::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 
 use super::execute::SweepOutcome;
+use super::view::{effect_table, share_table};
 
 /// Greatest number of runs, and of effects on a measured value, that are listed.
 const LISTED: usize = 5;
@@ -23,56 +25,31 @@ impl SweepOutcome {
         let mut out = heading(result);
         out.push_str("\n\n");
         if !result.shares.is_empty() {
-            for line in shares(result).lines(2) {
-                // Writing to a string cannot fail.
-                let _ = writeln!(out, "{line}");
-            }
+            push(&mut out, &share_table(result));
             out.push('\n');
         }
         let _ = writeln!(out, "  {}", verdict(result));
         for line in facts(self).lines(2) {
             let _ = writeln!(out, "{line}");
         }
-        let effects = effects(result);
+        let mut effects = result.elementary_effects();
         if effects.is_empty() {
             list(&mut out, result);
         } else {
             // A screening is not about single runs, and their commands set all dimensions.
+            effects.retain(|one| one.mu_star > 0.0);
             out.push('\n');
-            out.push_str(&effects);
+            push(&mut out, &effect_table(&effects, LISTED));
         }
         out
     }
 }
 
-/// Returns the greatest elementary effects on each measured value that has any.
-fn effects(result: &SweepResult) -> String {
-    let mut grid = Grid::new(&[Left, Left, Right, Right, Right, Right]);
-    grid.header("effect on | of | μ* | μ | σ | number");
-    let effects = result.elementary_effects();
-    let mut out = String::new();
-    for of_measure in effects.chunk_by(|one, other| one.measure == other.measure) {
-        let some = of_measure.iter().filter(|one| one.mu_star > 0.0);
-        for (index, one) in some.take(LISTED).enumerate() {
-            let shown = |value: f64| quantity(value, &one.unit);
-            let measure = if index == 0 { &*one.measure } else { "" };
-            grid.row([
-                measure.into(),
-                one.dimension.as_str().into(),
-                shown(one.mu_star).into(),
-                shown(one.mu).into(),
-                one.sigma.map_or_else(String::new, shown).into(),
-                one.effects.to_string().into(),
-            ]);
-        }
+fn push(out: &mut String, table: &Table) {
+    for line in table.grid().lines(2) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(out, "{line}");
     }
-    if !effects.is_empty() {
-        for line in grid.lines(2) {
-            // Writing to a string cannot fail.
-            let _ = writeln!(out, "{line}");
-        }
-    }
-    out
 }
 
 fn heading(result: &SweepResult) -> String {
@@ -86,37 +63,6 @@ fn heading(result: &SweepResult) -> String {
     format!("{}  {}", styled(BOLD, &result.name), styled(DIM, &details))
 }
 
-fn shares(result: &SweepResult) -> Grid {
-    let mut grid = Grid::new(&[Left, Left, Right, Right, Left, Left]);
-    grid.header("| share | held | interval | bound |");
-    for share in &result.shares {
-        let (mark, style) = match share.verdict {
-            ShareVerdict::Pass => ("✓", GREEN),
-            ShareVerdict::Fail => ("✗", RED),
-            ShareVerdict::Undecided => ("?", YELLOW),
-        };
-        grid.row([
-            Cell::new(mark, style),
-            share.of.as_str().into(),
-            format!("{} of {}", share.held, share.runs).into(),
-            interval(share).into(),
-            bounds(share).into(),
-            Cell::new(share.verdict.word(), style),
-        ]);
-    }
-    grid
-}
-
-/// Returns the confidence interval: `93.0 … 99.4 %, at 95 %`.
-fn interval(share: &Share) -> String {
-    format!(
-        "{:.1} … {}, at {} %",
-        100.0 * share.interval.low,
-        percent(share.interval.high),
-        100.0 * share.confidence
-    )
-}
-
 fn bounds(share: &Share) -> String {
     match (share.min, share.max) {
         (Some(min), Some(max)) => format!("{} … {}", percent(min), percent(max)),
@@ -126,13 +72,14 @@ fn bounds(share: &Share) -> String {
     }
 }
 
-/// Returns a share as a sentence: `82 of 100 held, 73.3 … 88.3 %, at 95 %; required: ≥ 80 %`.
+/// Returns a share as a sentence: `82 of 100 held, 73.3 … 88.3 %, at 95 %; required: ≥ 80.0 %`.
 pub fn share_sentence(share: &Share) -> String {
     format!(
-        "{} of {} held, {}; required: {}",
+        "{} of {} held, {}, at {} %; required: {}",
         share.held,
         share.runs,
-        interval(share),
+        percent_range([share.interval.low, share.interval.high]),
+        plain(100.0 * share.confidence),
         bounds(share)
     )
 }
@@ -196,8 +143,11 @@ fn facts(outcome: &SweepOutcome) -> Grid {
         fact(
             "time",
             format!(
-                "{} runs in {wall_s:.2} s on {}, {rate:.1} per second",
-                progress.ran, progress.workers
+                "{} runs in {} s on {}, {} per second",
+                progress.ran,
+                fixed(*wall_s, 2),
+                progress.workers,
+                fixed(rate, 1)
             ),
         );
     }

@@ -2,7 +2,10 @@
 
 use std::fmt::Write as _;
 
-use crate::number::percent;
+use anstyle::Style;
+
+use crate::number::{percent, percent_range};
+use crate::text::style::{DIM, GREEN, RED, YELLOW};
 
 /// Value of a cell.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -28,11 +31,6 @@ pub struct Interval {
 }
 
 impl Interval {
-    fn text(&self) -> String {
-        let [low, high] = self.ends;
-        format!("{:.1} … {}", 100.0 * low, percent(high))
-    }
-
     /// Draws the interval on a scale from 0 to 1.
     pub(super) fn svg(&self) -> String {
         const WIDTH: f64 = 120.0;
@@ -50,7 +48,7 @@ impl Interval {
             "<svg class=\"interval\" viewBox=\"0 0 {WIDTH} 14\" role=\"img\" aria-label=\"{}\">\
              <g class=\"c7\">{bounds}</g>\
              <g class=\"c0\"><polyline points=\"{low:.1},7 {high:.1},7\"/>{dot}</g></svg>",
-            self.text()
+            percent_range(self.ends)
         )
     }
 }
@@ -79,6 +77,19 @@ pub struct Cell {
     pub(super) detail: String,
 }
 
+impl Tone {
+    /// Returns the style of text.
+    pub fn style(self) -> Style {
+        match self {
+            Self::Plain => Style::new(),
+            Self::Good => GREEN,
+            Self::Bad => RED,
+            Self::Doubtful => YELLOW,
+            Self::Faint => DIM,
+        }
+    }
+}
+
 impl Cell {
     /// Creates an empty cell.
     pub fn empty() -> Self {
@@ -102,7 +113,7 @@ impl Cell {
         self
     }
 
-    /// Adds a text that pages show below the value.
+    /// Adds a text that pages show below the value, and Markdown in parentheses.
     #[must_use]
     pub fn with_detail(mut self, detail: impl Into<String>) -> Self {
         self.detail = detail.into();
@@ -115,7 +126,7 @@ impl Cell {
             Value::Text(text) | Value::Code(text) => text.clone(),
             Value::Number(value) => number(*value),
             Value::Share(share) => percent(*share),
-            Value::Interval(interval) => interval.text(),
+            Value::Interval(interval) => percent_range(interval.ends),
         }
     }
 }

@@ -19,7 +19,6 @@ mod tests;
 use crate::html::element::{element, escaped};
 use crate::html::table::HtmlTable;
 use crate::text::grid::{self, Grid, Side};
-use crate::text::style::{DIM, GREEN, RED, YELLOW};
 
 use cell::Value;
 pub use cell::{Cell, Interval, Tone};
@@ -86,19 +85,26 @@ impl Table {
 
     /// Returns the table for terminals. A row with its labels alone is omitted.
     pub fn grid(&self) -> Grid {
-        let shown = |column: &&Column| !column.only_on_pages;
-        let columns: Vec<&Column> = self.columns.iter().filter(shown).collect();
-        let sides = columns.iter().map(|column| match column.role {
+        let is_filled = |n: usize| {
+            let mut cells = self.rows.iter().filter_map(|row| row.cells.get(n));
+            cells.any(|cell| !cell.text(|_| "0".to_owned()).is_empty())
+        };
+        let columns = self.columns.iter().enumerate();
+        let shown = columns.map(|(n, column)| is_filled(n) && !column.only_on_pages);
+        let shown: Vec<bool> = shown.collect();
+        let columns = self.columns.iter().zip(&shown);
+        let columns = columns.filter_map(|(column, shown)| shown.then_some(column));
+        let sides = columns.clone().map(|column| match column.role {
             Role::Number => Side::Right,
             Role::Label | Role::Text | Role::Status | Role::Reason => Side::Left,
         });
         let mut grid = Grid::new(&sides.collect::<Vec<Side>>());
-        let names: Vec<&str> = columns.iter().map(|column| &*column.name).collect();
+        let names: Vec<&str> = columns.map(|column| &*column.name).collect();
         grid.header(&names.join("|"));
         for row in &self.rows {
-            let cells: Vec<(&Column, Cell)> = self
-                .cells(row)
-                .filter(|(column, _)| !column.only_on_pages)
+            let cells = self.cells(row).zip(&shown);
+            let cells: Vec<(&Column, Cell)> = cells
+                .filter_map(|(cell, shown)| shown.then_some(cell))
                 .collect();
             let has_value = |(column, cell): &(&Column, Cell)| {
                 column.role != Role::Label && cell.value != Value::Empty
@@ -111,13 +117,7 @@ impl Table {
                     } else {
                         cell.tone
                     };
-                    match tone {
-                        Tone::Plain => text.into(),
-                        Tone::Good => grid::Cell::new(text, GREEN),
-                        Tone::Bad => grid::Cell::new(text, RED),
-                        Tone::Doubtful => grid::Cell::new(text, YELLOW),
-                        Tone::Faint => grid::Cell::new(text, DIM),
-                    }
+                    grid::Cell::new(text, tone.style())
                 }));
             }
         }
@@ -180,11 +180,16 @@ impl Table {
         for row in &self.rows {
             let cells = self.cells(row).map(|(column, cell)| {
                 let text = marked(&cell.text(|value| column.bare(value)));
-                match (column.role, cell.tone) {
-                    _ if text.is_empty() => text,
-                    (_, Tone::Bad) => format!("**{text}**"),
+                let text = match (column.role, cell.tone) {
+                    _ if text.is_empty() => return text,
+                    _ if matches!(cell.value, Value::Code(_)) => format!("`{text}`"),
+                    (_, Tone::Bad) | (Role::Status, Tone::Doubtful) => format!("**{text}**"),
                     (Role::Label, Tone::Faint) => format!("*{text}*"),
                     _ => text,
+                };
+                match &*cell.detail {
+                    "" => text,
+                    detail => format!("{text} ({})", marked(detail)),
                 }
             });
             text += &line(cells.collect());

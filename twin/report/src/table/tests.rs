@@ -1,6 +1,7 @@
 //! Tables as text, on pages and in Markdown.
 
 use super::*;
+use crate::text::style::{GREEN, RED};
 
 fn table() -> Table {
     let mut table = Table::new([
@@ -70,7 +71,7 @@ fn markdown_escapes_its_marks_and_emphasizes_failures() {
         lines,
         [
             "| run | begins [s] | error | held | why |",
-            r"| a \| b\* | 1.50 | **130 nm** | 82.5 % |  |",
+            r"| a \| b\* | 1.50 (± <2>) | **130 nm** | 82.5 % |  |",
             "| <c> |  |  |  | it fell |"
         ]
     );

@@ -164,7 +164,7 @@ fn best_point_has_its_values_below_their_heads() {
             ],
             [
                 "case | objective |  | command",
-                "uphill | 0.31 m/s | feasible | twin run uphill",
+                "uphill | 0.31 m/s | feasible | `twin run uphill`",
             ],
             [
                 "expectation | verdict | measured | bound | unit",

@@ -244,7 +244,10 @@ fn better_settings_are_those_of_the_most_accurate_one() {
     let found = tables(&dominance::section(&study));
     assert_eq!(
         found[0][1..],
-        ["engine | euler | 2 of 2 | 8 × to 20 × | 1 µm | 20 × | 10 ×"]
+        [
+            "engine | euler | 2 of 2 | 8 × to 20 × | 1 µm (1 ms) | 20 × (euler, 2 ms) \
+          | 10 × (euler, 1 ms: 100 nm)"
+        ]
     );
 }
 

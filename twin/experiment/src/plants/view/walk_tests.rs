@@ -62,10 +62,10 @@ fn cost_of_transport_is_shown_by_its_definition() {
         [
             "plant | method | speed [m/s] | cost, net | covered | positive | work, net | residual \
              | friction | impacts | stored",
-            "full | euler | 0.510 | 0.610 | 0.620 | 0.630 | 4.2 J | 420 mJ, 10.00 % | 3.1 J \
+            "full | euler (2 ms) | 0.510 | 0.610 | 0.620 | 0.630 | 4.2 J | 420 mJ, 10.00 % \
+             | 3.1 J | 320 mJ | 33 mJ",
+            "full | euler (2 ms) | 0.510 | 0.610 | 0.620 |  | 4.2 J | 420 mJ, 10.00 % | 3.1 J \
              | 320 mJ | 33 mJ",
-            "full | euler | 0.510 | 0.610 | 0.620 |  | 4.2 J | 420 mJ, 10.00 % | 3.1 J | 320 mJ \
-             | 33 mJ",
         ]
     );
 }
@@ -98,8 +98,8 @@ fn contacts_have_their_residuals_below_their_heads() {
         [
             "plant | method | load at rest | penetration | load / k | stiffness realised \
              | Signorini | greatest penetration | Coulomb | along slip | created | dissipated | why",
-            "full | euler | 1 N | 2 mm | 3 mm | 0.4 | 5 mJ | 6 mm | 7 N | 8 mJ | 9 mJ | 10 mJ \
-             | a remark",
+            "full | euler (2 ms) | 1 N | 2 mm | 3 mm | 0.4 | 5 mJ | 6 mm | 7 N | 8 mJ | 9 mJ \
+             | 10 mJ | a remark",
         ]
     );
 }
@@ -131,7 +131,7 @@ fn ensembles_show_the_error_of_the_method_below_the_interval() {
         tables(&section)[0],
         [
             "plant | method | walks | speed",
-            "full | euler | 8, 1 fell, 2 failed | 0.500 ± 0.020 m/s",
+            "full | euler (2 ms) | 8, 1 fell, 2 failed | 0.500 ± 0.020 m/s (3 mm/s)",
         ]
     );
     assert!(page(&study).contains("<span class=\"wrap soft\">3 mm/s</span>"));

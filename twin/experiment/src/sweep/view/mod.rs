@@ -26,7 +26,7 @@ pub fn sweep_page(result: &SweepResult) -> Page {
     blocks.extend(result.warning().map(Block::Text));
     if !result.shares.is_empty() {
         blocks.push(Block::heading("Shares"));
-        blocks.push(Block::Table(shares(result)));
+        blocks.push(Block::Table(share_table(result)));
         blocks.push(Block::Text(
             "Score intervals of Wilson, for independent draws: the points of a grid are none, and \
              those of a Latin hypercube scatter less. Thin lines are bounds."
@@ -56,7 +56,7 @@ pub fn sweep_page(result: &SweepResult) -> Page {
              μ* of their magnitudes, and their standard deviation σ."
                 .to_owned(),
         ));
-        blocks.push(Block::Table(effect_table(&effects)));
+        blocks.push(Block::Table(effect_table(&effects, usize::MAX)));
     }
     blocks.push(Block::heading("Failures"));
     blocks.extend(failures(result));
@@ -107,7 +107,8 @@ fn strongest(result: &SweepResult, axes: &[SweepAxis<'_>]) -> Vec<Block> {
     blocks
 }
 
-fn effect_table(effects: &[ElementaryEffect]) -> Table {
+/// Returns the greatest elementary effects on each measured value, at most so many.
+pub(super) fn effect_table(effects: &[ElementaryEffect], most: usize) -> Table {
     let mut table = Table::new([
         Column::label("effect on"),
         Column::text("of"),
@@ -116,16 +117,18 @@ fn effect_table(effects: &[ElementaryEffect]) -> Table {
         Column::number("σ"),
         Column::number("number"),
     ]);
-    for one in effects {
-        let shown = |value: f64| quantity(value, &one.unit);
-        table.row([
-            one.measure.as_str().into(),
-            Cell::code(&one.dimension),
-            shown(one.mu_star).into(),
-            shown(one.mu).into(),
-            one.sigma.map(shown).into(),
-            one.effects.into(),
-        ]);
+    for of_measure in effects.chunk_by(|one, other| one.measure == other.measure) {
+        for one in of_measure.iter().take(most) {
+            let shown = |value: f64| quantity(value, &one.unit);
+            table.row([
+                one.measure.as_str().into(),
+                Cell::code(&one.dimension),
+                shown(one.mu_star).into(),
+                shown(one.mu).into(),
+                one.sigma.map(shown).into(),
+                one.effects.into(),
+            ]);
+        }
     }
     table
 }
@@ -168,13 +171,13 @@ fn cards(result: &SweepResult) -> Vec<Card> {
     cards
 }
 
-fn shares(result: &SweepResult) -> Table {
+/// Returns the shares with their intervals and bounds.
+pub(super) fn share_table(result: &SweepResult) -> Table {
     let mut table = Table::new([
         Column::label("share"),
         Column::status("verdict"),
         Column::number("held"),
-        Column::number("runs"),
-        Column::number("share"),
+        Column::number("share").only_on_pages(),
         Column::number("interval"),
         Column::number("confidence"),
         Column::number("least"),
@@ -185,13 +188,12 @@ fn shares(result: &SweepResult) -> Table {
         let tone = match share.verdict {
             ShareVerdict::Pass => Tone::Good,
             ShareVerdict::Fail => Tone::Bad,
-            ShareVerdict::Undecided => Tone::Plain,
+            ShareVerdict::Undecided => Tone::Doubtful,
         };
         table.row([
             share.of.as_str().into(),
             Cell::from(share.verdict.word()).with_tone(tone),
-            share.held.into(),
-            share.runs.into(),
+            format!("{} of {}", share.held, share.runs).into(),
             share.share.map(Cell::share).into(),
             Interval {
                 ends: [interval.low, interval.high],

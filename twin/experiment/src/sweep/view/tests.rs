@@ -196,12 +196,12 @@ fn shares_have_their_values_below_their_heads() {
     assert_eq!(
         shares[..],
         [
-            "share | verdict | held | runs | share | interval | confidence | least | greatest",
-            "upright | pass | 3 | 7 | 43.0 % | 16.0 … 75.0 % | 95.0 % | 40.0 % | 80.0 %",
+            "share | verdict | held | share | interval | confidence | least | greatest",
+            "upright | pass | 3 of 7 | 43.0 % | 16.0 … 75.0 % | 95.0 % | 40.0 % | 80.0 %",
         ]
     );
     let command = &result.failures[0].run.command;
-    let failure = format!("trot@seed-0 | **fail** | {command} | stays <up>");
+    let failure = format!("trot@seed-0 | **fail** | `{command}` | stays <up>");
     assert_eq!(failures[1], failure);
     assert_eq!(
         page.headline,
@@ -231,10 +231,10 @@ fn effects_have_their_values_below_their_heads() {
         effects: 4,
     };
     assert_eq!(
-        rows(&effect_table(&[effect])),
+        rows(&effect_table(&[effect], 1)),
         [
             "effect on | of | μ\\* | μ | σ | number",
-            "speed | mass | 2 mm/s | 1 mm/s | 3 mm/s | 4",
+            "speed | `mass` | 2 mm/s | 1 mm/s | 3 mm/s | 4",
         ]
     );
 }
