@@ -10,14 +10,7 @@ impl Claim {
             Claim::Footstep(claim) => claim.measure.limits(),
             Claim::Gait(claim) => Some(&claim.limits),
             Claim::Body(claim) => match claim {
-                BodyClaim::Speed(_, limits)
-                | BodyClaim::Height(limits)
-                | BodyClaim::Roll(limits)
-                | BodyClaim::Pitch(limits)
-                | BodyClaim::RollRange(limits)
-                | BodyClaim::PitchRange(limits)
-                | BodyClaim::HeightRange(limits)
-                | BodyClaim::YawDrift(limits) => Some(limits),
+                BodyClaim::Limited(_, limits) => Some(limits),
                 BodyClaim::Upright { .. } | BodyClaim::Settles { .. } | BodyClaim::Recovers(..) => {
                     None
                 }

@@ -11,16 +11,8 @@ impl Claim {
             Claim::Footstep(claim) => claim.measure.unit(),
             Claim::Gait(claim) => claim.measure.unit(),
             Claim::Body(claim) => match claim {
-                BodyClaim::Speed(..) => Unit::MeterPerSecond,
-                BodyClaim::Height(_)
-                | BodyClaim::HeightRange(_)
-                | BodyClaim::Upright { .. }
-                | BodyClaim::Settles { .. } => Unit::Meter,
-                BodyClaim::Roll(_)
-                | BodyClaim::Pitch(_)
-                | BodyClaim::RollRange(_)
-                | BodyClaim::PitchRange(_)
-                | BodyClaim::YawDrift(_) => Unit::Radian,
+                BodyClaim::Limited(measure, _) => measure.unit(),
+                BodyClaim::Upright { .. } | BodyClaim::Settles { .. } => Unit::Meter,
                 BodyClaim::Recovers(..) => Unit::Second,
             },
             Claim::Timing(claim) => claim.measure.unit(),

@@ -80,19 +80,17 @@ impl Claim {
     /// Returns whether the claim applies to an upright robot only: after a fall, footsteps, speed,
     /// heading and ranges are those of the fall, and there is no recovery from it.
     pub(crate) fn requires_upright_robot(&self) -> bool {
-        matches!(
-            self,
-            Claim::Footstep(_)
-                | Claim::Gait(_)
-                | Claim::Body(
-                    BodyClaim::Speed(..)
-                        | BodyClaim::YawDrift(_)
-                        | BodyClaim::RollRange(_)
-                        | BodyClaim::PitchRange(_)
-                        | BodyClaim::HeightRange(_)
-                        | BodyClaim::Recovers(..)
-                )
-        )
+        match self {
+            Claim::Footstep(_) | Claim::Gait(_) | Claim::Body(BodyClaim::Recovers(..)) => true,
+            Claim::Body(BodyClaim::Limited(measure, _)) => measure.requires_upright_robot(),
+            Claim::Body(BodyClaim::Upright { .. } | BodyClaim::Settles { .. })
+            | Claim::Timing(_)
+            | Claim::Signal(_)
+            | Claim::Compare(_)
+            | Claim::Sequence(_)
+            | Claim::EnergyResidual(_)
+            | Claim::Cost(..) => false,
+        }
     }
 }
 
@@ -217,23 +215,8 @@ impl Words for Axis {
 /// A claim about the trunk.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BodyClaim {
-    /// Mean speed over the window \[m/s\].
-    Speed(Along, Limits),
-    /// Height of its centre of mass \[m\].
-    Height(Limits),
-    /// Greatest magnitude of the roll \[rad\].
-    Roll(Limits),
-    /// Greatest magnitude of the pitch \[rad\].
-    Pitch(Limits),
-    /// Peak-to-peak range of the roll \[rad\].
-    RollRange(Limits),
-    /// Peak-to-peak range of the pitch \[rad\].
-    PitchRange(Limits),
-    /// Peak-to-peak range of the height \[m\].
-    HeightRange(Limits),
-    /// Greatest magnitude of the change in heading since the start of the window, whole turns
-    /// included \[rad\].
-    YawDrift(Limits),
+    /// Measure within limits.
+    Limited(BodyMeasure, Limits),
     /// Absence of a fall.
     Upright {
         /// Least height, as a share of the height in the first observation of the run.
@@ -253,6 +236,28 @@ pub enum BodyClaim {
     },
     /// Recovery from a disturbance: quantities with their tolerances.
     Recovers(Recovery, Vec<(TrunkQuantity, f64)>),
+}
+
+/// Measure of the trunk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BodyMeasure {
+    /// Mean speed over the window \[m/s\].
+    Speed(Along),
+    /// Height of its centre of mass \[m\].
+    Height,
+    /// Greatest magnitude of the roll \[rad\].
+    Roll,
+    /// Greatest magnitude of the pitch \[rad\].
+    Pitch,
+    /// Peak-to-peak range of the roll \[rad\].
+    RollRange,
+    /// Peak-to-peak range of the pitch \[rad\].
+    PitchRange,
+    /// Peak-to-peak range of the height \[m\].
+    HeightRange,
+    /// Greatest magnitude of the change in heading since the start of the window, whole turns
+    /// included \[rad\].
+    YawDrift,
 }
 
 /// Definition of a travelled distance.
@@ -416,6 +421,33 @@ impl FootstepMeasure {
             | FootstepMeasure::Phase { .. }
             | FootstepMeasure::PhaseSpread(..)
             | FootstepMeasure::Order(_) => Unit::One,
+        }
+    }
+}
+
+impl BodyMeasure {
+    /// Returns the unit of the measured value.
+    pub const fn unit(self) -> Unit {
+        match self {
+            BodyMeasure::Speed(_) => Unit::MeterPerSecond,
+            BodyMeasure::Height | BodyMeasure::HeightRange => Unit::Meter,
+            BodyMeasure::Roll
+            | BodyMeasure::Pitch
+            | BodyMeasure::RollRange
+            | BodyMeasure::PitchRange
+            | BodyMeasure::YawDrift => Unit::Radian,
+        }
+    }
+
+    /// Returns whether it is that of the fall after a fall.
+    const fn requires_upright_robot(self) -> bool {
+        match self {
+            BodyMeasure::Speed(_)
+            | BodyMeasure::RollRange
+            | BodyMeasure::PitchRange
+            | BodyMeasure::HeightRange
+            | BodyMeasure::YawDrift => true,
+            BodyMeasure::Height | BodyMeasure::Roll | BodyMeasure::Pitch => false,
         }
     }
 }

@@ -100,7 +100,7 @@ pub use actuator::{ActuatorKind, ActuatorSpec, ServoOverride, SetPointKind};
 pub use catalogue::{Catalogue, Kind, VariableSpec};
 pub use compare::{CompareClaim, CompareMeasure, Operand};
 pub use expect::{
-    Along, Axis, BodyClaim, Claim, CostMeasure, CycleMark, Expectation, FootstepClaim,
+    Along, Axis, BodyClaim, BodyMeasure, Claim, CostMeasure, CycleMark, Expectation, FootstepClaim,
     FootstepMeasure, LegChoice, SignalClaim, SignalMode, TimingClaim, TimingMeasure,
 };
 pub use facts::{Facts, LegFact};

@@ -6,7 +6,7 @@ use twinrig_runtime::Group;
 
 use super::Layouts;
 use crate::compare::{CompareClaim, Operand};
-use crate::expect::{BodyClaim, Claim, Expectation};
+use crate::expect::{BodyClaim, BodyMeasure, Claim, Expectation};
 use crate::glob::{is_pattern, matches};
 use crate::sequence::SequenceClaim;
 
@@ -98,11 +98,13 @@ fn trunk_elements(claim: &BodyClaim) -> &'static [(&'static str, usize)] {
     const YAW: (&str, usize) = (BODY_RPY, 2);
     const HEIGHT: (&str, usize) = (BODY_POSITION, 2);
     match claim {
-        BodyClaim::Speed(..) => &[],
-        BodyClaim::Height(_) | BodyClaim::HeightRange(_) => &[HEIGHT],
-        BodyClaim::Roll(_) | BodyClaim::RollRange(_) => &[ROLL],
-        BodyClaim::Pitch(_) | BodyClaim::PitchRange(_) => &[PITCH],
-        BodyClaim::YawDrift(_) => &[YAW],
+        BodyClaim::Limited(measure, _) => match measure {
+            BodyMeasure::Speed(_) => &[],
+            BodyMeasure::Height | BodyMeasure::HeightRange => &[HEIGHT],
+            BodyMeasure::Roll | BodyMeasure::RollRange => &[ROLL],
+            BodyMeasure::Pitch | BodyMeasure::PitchRange => &[PITCH],
+            BodyMeasure::YawDrift => &[YAW],
+        },
         BodyClaim::Upright { .. } => &[HEIGHT, ROLL, PITCH],
         BodyClaim::Settles { .. } => &[(BODY_POSITION, 0), (BODY_POSITION, 1), HEIGHT],
         BodyClaim::Recovers(..) => &[HEIGHT, ROLL, PITCH, YAW],

@@ -18,7 +18,9 @@ use super::trunk::{Speed, Upright, Yaw};
 use super::until::Until;
 use super::{Cycle, Group, Layouts, Monitor, MonitorKind};
 use crate::compare::{CompareClaim, Operand};
-use crate::expect::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode, TimingClaim};
+use crate::expect::{
+    BodyClaim, BodyMeasure, Claim, Expectation, SignalClaim, SignalMode, TimingClaim,
+};
 use crate::glob::matches;
 use crate::limits::Limits;
 use crate::scenario::Scenario;
@@ -127,41 +129,8 @@ fn body(
     end: SimTime,
 ) -> Result<(Group, MonitorKind), String> {
     let trunk = Trunk(layouts);
-    let always = |(channel, start): (Group, usize), element, absolute, limits: &Limits| {
-        let meter = Meter::Always {
-            elements: vec![start + element],
-            absolute,
-            limits: *limits,
-            extremes: Extremes::default(),
-        };
-        (channel, meter)
-    };
-    let range = |(channel, start): (Group, usize), element, limits: &Limits| {
-        let meter = Meter::Range {
-            element: start + element,
-            limits: *limits,
-            extremes: Extremes::default(),
-        };
-        (channel, meter)
-    };
     let (channel, meter) = match claim {
-        BodyClaim::Height(limits) => always(trunk.position()?, 2, false, limits),
-        BodyClaim::Roll(limits) => always(trunk.rpy()?, 0, true, limits),
-        BodyClaim::Pitch(limits) => always(trunk.rpy()?, 1, true, limits),
-        BodyClaim::HeightRange(limits) => range(trunk.position()?, 2, limits),
-        BodyClaim::RollRange(limits) => range(trunk.rpy()?, 0, limits),
-        BodyClaim::PitchRange(limits) => range(trunk.rpy()?, 1, limits),
-        BodyClaim::YawDrift(limits) => {
-            let (channel, rpy) = trunk.rpy()?;
-            (channel, Meter::Yaw(Yaw::new(rpy + 2, *limits)))
-        }
-        BodyClaim::Speed(along, limits) => {
-            let (channel, position, rpy) = trunk.pose()?;
-            (
-                channel,
-                Meter::Speed(Speed::new(position, rpy + 2, *along, *limits)),
-            )
-        }
+        BodyClaim::Limited(measure, limits) => limited(*measure, *limits, &trunk)?,
         BodyClaim::Upright { height, tilt, end } => {
             let (channel, position, rpy) = trunk.pose()?;
             let upright = Upright::new(position + 2, rpy, *height, *tilt);
@@ -183,6 +152,47 @@ fn body(
         }
     };
     Ok((channel, MonitorKind::Signal(meter)))
+}
+
+fn limited(
+    measure: BodyMeasure,
+    limits: Limits,
+    trunk: &Trunk<'_>,
+) -> Result<(Group, Meter), String> {
+    let always = |(channel, start): (Group, usize), element, absolute| {
+        let meter = Meter::Always {
+            elements: vec![start + element],
+            absolute,
+            limits,
+            extremes: Extremes::default(),
+        };
+        (channel, meter)
+    };
+    let range = |(channel, start): (Group, usize), element| {
+        let meter = Meter::Range {
+            element: start + element,
+            limits,
+            extremes: Extremes::default(),
+        };
+        (channel, meter)
+    };
+    Ok(match measure {
+        BodyMeasure::Height => always(trunk.position()?, 2, false),
+        BodyMeasure::Roll => always(trunk.rpy()?, 0, true),
+        BodyMeasure::Pitch => always(trunk.rpy()?, 1, true),
+        BodyMeasure::HeightRange => range(trunk.position()?, 2),
+        BodyMeasure::RollRange => range(trunk.rpy()?, 0),
+        BodyMeasure::PitchRange => range(trunk.rpy()?, 1),
+        BodyMeasure::YawDrift => {
+            let (channel, rpy) = trunk.rpy()?;
+            (channel, Meter::Yaw(Yaw::new(rpy + 2, limits)))
+        }
+        BodyMeasure::Speed(along) => {
+            let (channel, position, rpy) = trunk.pose()?;
+            let speed = Speed::new(position, rpy + 2, along, limits);
+            (channel, Meter::Speed(speed))
+        }
+    })
 }
 
 fn signal(

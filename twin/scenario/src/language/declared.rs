@@ -114,11 +114,14 @@ impl<'t, 'd> Declared<'t, 'd> {
         Ok(())
     }
 
-    /// Reads the one of `keys` with the name `name`, which is present.
-    pub fn read_among<T>(self, keys: &[Key<T>], name: &str) -> Result<T, Reported> {
-        let mut keys = keys.iter();
-        let key = keys.find(|key| key.name == name);
-        key.map_or_else(|| Err(self.table.missing(name)), |key| self.read(key))
+    /// Reads the present key with the name `name`, which is declared with values of type `T`.
+    pub fn read_named<T: 'static>(self, name: &str) -> Result<T, Reported> {
+        let keys = (self.spec.typed)();
+        let mut keys = keys.iter().filter_map(|key| key.downcast_ref::<Key<T>>());
+        let Some(key) = keys.find(|key| key.name == name) else {
+            unreachable!("`{name}` of {} has values of another type", self.spec.name);
+        };
+        self.read(key)
     }
 
     /// Reports a problem with a key.

@@ -6,6 +6,8 @@ mod declared;
 mod shape;
 mod types;
 
+use std::any::Any;
+
 use serde_json::Value;
 
 pub(crate) use declared::Declared;
@@ -23,6 +25,8 @@ pub(crate) struct TableSpec {
     pub about: &'static str,
     /// Declarations of its keys.
     pub keys: fn() -> Vec<KeySpec>,
+    /// The same keys with their types, each a [`Key`].
+    pub typed: fn() -> Vec<Box<dyn Any>>,
     /// Declarations of further keys, from another table or an array.
     pub more: fn() -> Vec<KeySpec>,
     /// Key whose value selects the keys that are valid with it.
@@ -38,6 +42,7 @@ impl TableSpec {
             name,
             about,
             keys: Vec::new,
+            typed: Vec::new,
             more: Vec::new,
             selector: None,
             refine: |_| (),
@@ -224,6 +229,7 @@ macro_rules! table {
             )*
             pub(crate) const TABLE: &TableSpec = &TableSpec {
                 keys: || vec![$($key.spec()),*],
+                typed: || vec![$(Box::new($key)),*],
                 ..$table
             };
         }

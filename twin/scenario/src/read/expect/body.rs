@@ -7,10 +7,19 @@ use super::context::Context;
 use super::recovery::{self, body_recovers_table};
 use super::settles::{settles, settles_table};
 use crate::domain::Domain;
-use crate::expect::{Along, BodyClaim};
+use crate::expect::{Along, BodyClaim, BodyMeasure};
 use crate::language::{Key, Shape, TableSpec, Type, choice, contextual, table};
 use crate::read::fall::FALSE_OR_THRESHOLDS;
 use crate::read::limits::{limits_of, read};
+
+/// Returns limits of a measure.
+macro_rules! body {
+    ($measure:ident, $domain:ident) => {
+        limits_of!(BodyMeasure::$measure.unit(), Domain::$domain, |limits| {
+            BodyClaim::Limited(BodyMeasure::$measure, limits)
+        })
+    };
+}
 
 table! {
     /// Keys of `body`.
@@ -20,23 +29,17 @@ table! {
     ALONG: Along = "along", choice(), "direction of the speed",
         r#"speed = { min = "30 cm/s" }, along = "path""#, default("'heading'"), needs("speed"),
         qualifier();
-    HEIGHT: BodyClaim = "height", limits_of!(Unit::Meter, Domain::ANY, BodyClaim::Height),
-        "height of the trunk", r#"height = { min = "9 cm" }"#, one_of();
-    ROLL: BodyClaim = "roll", limits_of!(Unit::Radian, Domain::HALF_TURN, BodyClaim::Roll),
-        "greatest roll, either way", r#"roll = { max = "10 deg" }"#, one_of();
-    PITCH: BodyClaim = "pitch", limits_of!(Unit::Radian, Domain::QUARTER_TURN, BodyClaim::Pitch),
-        "greatest pitch, either way", r#"pitch = { max = "10 deg" }"#, one_of();
-    ROLL_RANGE: BodyClaim = "roll_range",
-        limits_of!(Unit::Radian, Domain::TURN, BodyClaim::RollRange), "greatest less least roll",
+    HEIGHT: BodyClaim = "height", body!(Height, ANY), "height of the trunk",
+        r#"height = { min = "9 cm" }"#, one_of();
+    ROLL: BodyClaim = "roll", body!(Roll, HALF_TURN), "greatest roll, either way", r#"roll = { max = "10 deg" }"#, one_of();
+    PITCH: BodyClaim = "pitch", body!(Pitch, QUARTER_TURN), "greatest pitch, either way", r#"pitch = { max = "10 deg" }"#, one_of();
+    ROLL_RANGE: BodyClaim = "roll_range", body!(RollRange, TURN), "greatest less least roll",
         r#"roll_range = { max = "5 deg" }"#, one_of();
-    PITCH_RANGE: BodyClaim = "pitch_range",
-        limits_of!(Unit::Radian, Domain::HALF_TURN, BodyClaim::PitchRange),
+    PITCH_RANGE: BodyClaim = "pitch_range", body!(PitchRange, HALF_TURN),
         "greatest less least pitch", r#"pitch_range = { max = "5 deg" }"#, one_of();
-    HEIGHT_RANGE: BodyClaim = "height_range",
-        limits_of!(Unit::Meter, Domain::NOT_NEGATIVE, BodyClaim::HeightRange),
+    HEIGHT_RANGE: BodyClaim = "height_range", body!(HeightRange, NOT_NEGATIVE),
         "greatest less least height", r#"height_range = { max = "20 mm" }"#, one_of();
-    YAW_DRIFT: BodyClaim = "yaw_drift",
-        limits_of!(Unit::Radian, Domain::NOT_NEGATIVE, BodyClaim::YawDrift),
+    YAW_DRIFT: BodyClaim = "yaw_drift", body!(YawDrift, NOT_NEGATIVE),
         "greatest turn from the start of the window", r#"yaw_drift = { max = "20 deg" }"#, one_of();
     FALL: BodyClaim = "fall", FALSE_OR_THRESHOLDS, "no fall, by these thresholds",
         r#"fall = { height = 0.5, tilt = "45 deg" }"#, one_of();
@@ -54,10 +57,7 @@ table! {
 
 /// Reads `body = { … }`.
 pub(super) fn claim(item: &Item<'_>, context: &Context<'_>) -> Result<BodyClaim, Reported> {
-    use body_table::{
-        ALONG, FALL, HEIGHT, HEIGHT_RANGE, PITCH, PITCH_RANGE, RECOVERS, ROLL, ROLL_RANGE, SETTLES,
-        SPEED, YAW_DRIFT,
-    };
+    use body_table::{ALONG, RECOVERS, SPEED};
     let table = &item.table()?;
     let table = body_table::TABLE.of(table);
     let measure = table.one_of(item, "no measure of the body is given")?;
@@ -65,18 +65,7 @@ pub(super) fn claim(item: &Item<'_>, context: &Context<'_>) -> Result<BodyClaim,
         return table.read_with(&RECOVERS, |item| recovery::of_body(item, context));
     }
     if measure != SPEED.name {
-        let keys = [
-            HEIGHT,
-            ROLL,
-            PITCH,
-            ROLL_RANGE,
-            PITCH_RANGE,
-            HEIGHT_RANGE,
-            YAW_DRIFT,
-            FALL,
-            SETTLES,
-        ];
-        return table.read_among(&keys, measure);
+        return table.read_named(measure);
     }
     let along = table.read(&ALONG);
     let domain = match along {
@@ -84,5 +73,5 @@ pub(super) fn claim(item: &Item<'_>, context: &Context<'_>) -> Result<BodyClaim,
         _ => Domain::ANY,
     };
     let limits = table.read_with(&SPEED, |item| read(item, Unit::MeterPerSecond, &domain))?;
-    Ok(BodyClaim::Speed(along?, limits))
+    Ok(BodyClaim::Limited(BodyMeasure::Speed(along?), limits))
 }

@@ -80,7 +80,7 @@ fn measure(
     key: &str,
     range: SimDuration,
 ) -> Result<(CompareMeasure, Unit, Limits), Reported> {
-    use compare_table::{CORRELATION, DELAY, ERROR, ERROR_PEAK, GAIN, PEAKS};
+    use compare_table::{CORRELATION, DELAY, ERROR, ERROR_PEAK, GAIN};
     for (known, measure) in [
         (ERROR, CompareMeasure::Error),
         (ERROR_PEAK, CompareMeasure::ErrorPeak),
@@ -99,6 +99,6 @@ fn measure(
         _ if key == GAIN.name => CompareMeasure::Gain,
         _ => CompareMeasure::Peaks,
     };
-    let limits = table.read_among(&[DELAY, CORRELATION, GAIN, PEAKS], key)?;
+    let limits = table.read_named(key)?;
     Ok((measure, measure.unit().unwrap_or(Unit::One), limits))
 }

@@ -168,8 +168,7 @@ pub(super) fn claim(item: &Item<'_>) -> Result<FootstepClaim, Reported> {
 
 fn measure(table: Declared<'_, '_>, name: &str) -> Result<FootstepMeasure, Reported> {
     use footstep_table::{
-        AXIS, BY, CONTACTS, COUNT, DISPLACEMENT, DUTY_FACTOR, FREQUENCY, IMPULSE, ORDER, PEAK_LOAD,
-        PHASE, PHASE_SPREAD, POSITION, SLIP, SLIP_SHARE, STANCE, STRIDE, SWING, TOLERANCE,
+        AXIS, BY, DISPLACEMENT, DUTY_FACTOR, PHASE, PHASE_SPREAD, POSITION, TOLERANCE,
     };
     if name == POSITION.name {
         let axis = table.get_with(&AXIS, |item| item.choice(&Axis::WORDS[..3]));
@@ -197,11 +196,7 @@ fn measure(table: Declared<'_, '_>, name: &str) -> Result<FootstepMeasure, Repor
     if name == DISPLACEMENT.name {
         return displacement(table);
     }
-    let keys = [
-        SLIP, SLIP_SHARE, CONTACTS, STANCE, SWING, FREQUENCY, STRIDE, IMPULSE, PEAK_LOAD, COUNT,
-        ORDER,
-    ];
-    table.read_among(&keys, name)
+    table.read_named(name)
 }
 
 fn displacement(table: Declared<'_, '_>) -> Result<FootstepMeasure, Reported> {

@@ -59,25 +59,13 @@ table! {
 
 /// Reads `gait = { … }`.
 pub(super) fn claim(item: &Item<'_>) -> Result<GaitClaim, Reported> {
-    use gait_table::{
-        COST_OF_TRANSPORT, CYCLE_RESIDUAL, FITNESS, FLIGHT_SHARE, FROUDE, MISMATCH, SLIP, STROUHAL,
-    };
     let table = &item.table()?;
     let table = gait_table::TABLE.of(table);
     let measure = table.one_of(item, "no measure of the gait is given")?;
-    let (measure, limits) = if measure == FITNESS.name {
+    let (measure, limits) = if measure == gait_table::FITNESS.name {
         fitness(table)?
     } else {
-        let keys = [
-            MISMATCH,
-            SLIP,
-            FLIGHT_SHARE,
-            COST_OF_TRANSPORT,
-            FROUDE,
-            STROUHAL,
-            CYCLE_RESIDUAL,
-        ];
-        table.read_among(&keys, measure)?
+        table.read_named(measure)?
     };
     Ok(GaitClaim {
         measure,

@@ -108,10 +108,7 @@ table! {
 
 /// Reads one `[[expect]]`.
 pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expectation, Reported> {
-    use expect_table::{
-        AFTER, BEFORE, BODY, COMPARE, COST, ENERGY, FOOTSTEP, GAIT, NAME, OPTIONAL, PLANTS,
-        PRECEDENCE, RESPONSE, SIGNAL, THROUGH_SILENCE, TIMING,
-    };
+    use expect_table::{AFTER, BEFORE, BODY, NAME, OPTIONAL, PLANTS, SIGNAL, THROUGH_SILENCE};
     let table = &item.table()?;
     let table = expect_table::TABLE.of(table);
     let name = table.get(&NAME);
@@ -137,10 +134,7 @@ pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expe
             signal::claim(item, context).map(Claim::Signal)
         })
     } else {
-        let keys = [
-            FOOTSTEP, GAIT, TIMING, COMPARE, RESPONSE, PRECEDENCE, ENERGY, COST,
-        ];
-        table.read_among(&keys, subject)
+        table.read_named(subject)
     };
     let (explicit_after, before, claim) = (after?, before?, claim?);
     let mut expectation = Expectation {

@@ -45,22 +45,11 @@ table! {
 
 /// Reads `timing = { … }`.
 pub(super) fn claim(item: &Item<'_>) -> Result<Claim, Reported> {
-    use timing_table::{
-        CYCLE_RATE, DEADLINE_MISSES, HALF_RANGE, JITTER, LATENCY, LONGEST_CYCLE, OF,
-    };
     let table = &item.table()?;
     let table = timing_table::TABLE.of(table);
-    let of = table.read(&OF);
+    let of = table.read(&timing_table::OF);
     let measure = table.one_of(item, "no measure of the timing is given")?;
-    let keys = [
-        DEADLINE_MISSES,
-        CYCLE_RATE,
-        JITTER,
-        LATENCY,
-        LONGEST_CYCLE,
-        HALF_RANGE,
-    ];
-    let (measure, limits) = table.read_among(&keys, measure)?;
+    let (measure, limits) = table.read_named(measure)?;
     Ok(Claim::Timing(TimingClaim {
         of: Some(of?).filter(|of| of.value != "control"),
         measure,
@@ -102,22 +91,10 @@ table! {
 
 /// Reads `cost = { … }`.
 pub(super) fn cost(item: &Item<'_>) -> Result<Claim, Reported> {
-    use cost_table::{
-        EVALUATIONS, EVENTS, FACTORISATIONS, FALLBACKS, REAL_TIME_FACTOR, SOLVER_ITERATIONS, STEPS,
-    };
     let table = &item.table()?;
     let table = cost_table::TABLE.of(table);
     let measure = table.one_of(item, "no measure of the cost is given")?;
-    let keys = [
-        STEPS,
-        EVALUATIONS,
-        FACTORISATIONS,
-        EVENTS,
-        SOLVER_ITERATIONS,
-        FALLBACKS,
-        REAL_TIME_FACTOR,
-    ];
-    table.read_among(&keys, measure)
+    table.read_named(measure)
 }
 
 #[cfg(test)]
