@@ -219,9 +219,12 @@ def test_fmu_has_a_process_of_its_own_on_a_worker(machines: Cluster, tmp_path: P
     assert results(ours.folder)[0] == results(local.folder)[0]
 
 
+STEP = {"at": "1 s", "set": "step_length", "to": "8 cm"}
 STUDIES: dict[str, tuple[list[str], dict[str, Any]]] = {
     "robustness": (["trot.toml"], {"ensemble": 4}),
     "gait": (["trot.toml"], {"frequency": ["3 Hz", "3.5 Hz"], "step_length": "8 cm"}),
+    "radius": (["trot.toml"], {"along": "plant.ground.friction", "to": "0.02", "precision": 0.05}),
+    "transition": (["trot.toml"], {"plateau": ["1s", "2s"], "set": {"change": [STEP]}}),
     "modulation": (["step-change.toml"], {"by": "-10mm", "points": 2, "steps": 1, "after": "1s"}),
     "loads": (
         ["tegotae-trot.toml", "tegotae-force.toml"],
@@ -237,18 +240,20 @@ def test_study_on_a_cluster_is_that_of_this_machine(
     names, options = STUDIES[kind]
     files = [f"scenarios/{name}" for name in names]
     short = {"duration": "2 s", "expect": [{"body": {"fall": False}}]}
+    options = options | {"set": short | options.get("set", {})}
 
     def study(out: str, **engine: Any) -> Any:
         found = twinrig.command(
-            "study", kind, *files, json=True, out=tmp_path / out, set=short, **options, **engine
+            "study", kind, *files, json=True, out=tmp_path / out, **options, **engine
         )
-        # The load of the machine, and the folder.
-        del found["machine"], found["command"]
+        # The load of the machine, and the folder; radii have neither.
+        for name in ("machine", "command"):
+            found.pop(name, None)
         return found
 
     cluster = study("ray", engine="ray", address=machines.address)
     assert cluster == study("local", jobs=1)
-    rows = [sorted((tmp_path / out).glob("*/*/all.jsonl")) for out in ("ray", "local")]
+    rows = [sorted((tmp_path / out).rglob("all.jsonl")) for out in ("ray", "local")]
     counts = [[path.read_bytes().count(b"\n") for path in paths] for paths in rows]
     assert counts[0] == counts[1] and sum(counts[0]) >= 2
 
