@@ -2,13 +2,13 @@
 
 pub(crate) mod abduction;
 pub(crate) mod analog_sources;
-pub(crate) mod bench;
+mod bench;
 pub mod bus_kind;
 pub mod constraints;
 pub(crate) mod context;
 pub mod controller_kind;
 pub mod coupling;
-pub(crate) mod drives;
+mod drives;
 pub(crate) mod engines;
 pub mod fmu_plant;
 pub mod gaits;
@@ -24,17 +24,49 @@ pub(crate) mod mujoco;
 #[cfg(feature = "mujoco")]
 mod mujoco_methods;
 pub(crate) mod option;
-pub(crate) mod optoforce;
+mod optoforce;
 pub(crate) mod output_filter;
-pub(crate) mod phidget;
+mod phidget;
 pub mod plant_kind;
 #[cfg(feature = "rapier")]
 pub(crate) mod rapier;
-pub(crate) mod rb110;
-pub(crate) mod sbcp;
-pub(crate) mod script;
+mod rb110;
+mod sbcp;
+mod script;
 pub mod setup;
 pub(crate) mod start;
 pub mod tactile;
-pub(crate) mod turn;
+mod turn;
 mod usb;
+
+use bus_kind::BusKind;
+use controller_kind::ControllerKind;
+use plant_kind::PlantKind;
+
+/// Returns the kinds of plants without methods to choose from.
+pub(crate) fn plants() -> Vec<PlantKind> {
+    vec![drives::kind(), bench::kind()]
+}
+
+/// Returns the kinds of buses.
+pub(crate) fn buses() -> Vec<BusKind> {
+    vec![
+        sbcp::kind(),
+        rb110::kind(),
+        optoforce::kind(),
+        phidget::kind(),
+        tactile::kind(),
+    ]
+}
+
+/// Returns the kinds of controllers.
+pub(crate) fn controllers() -> Vec<ControllerKind> {
+    vec![
+        gaits::cpg(),
+        gaits::tegotae(),
+        gaits::planner(),
+        gaits::stand(),
+        script::kind(),
+        turn::kind(),
+    ]
+}

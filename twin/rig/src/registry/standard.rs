@@ -7,27 +7,18 @@ use twinrig_scenario::Kind;
 use super::Registry;
 #[cfg(not(all(feature = "mujoco", feature = "rapier")))]
 use super::build_remedy;
-use crate::parts::bench;
-use crate::parts::drives;
+use crate::parts;
 #[cfg(not(all(feature = "mujoco", feature = "rapier")))]
 use crate::parts::engines;
 use crate::parts::fmu_plant;
-use crate::parts::gaits;
 use crate::parts::lcp;
 use crate::parts::massless;
 use crate::parts::method::Method;
 #[cfg(not(feature = "mujoco"))]
 use crate::parts::mjcf;
-use crate::parts::optoforce;
-use crate::parts::phidget;
 use crate::parts::plant_kind::PlantKind;
 #[cfg(feature = "rapier")]
 use crate::parts::rapier;
-use crate::parts::rb110;
-use crate::parts::sbcp;
-use crate::parts::script;
-use crate::parts::tactile;
-use crate::parts::turn;
 #[cfg(feature = "mujoco")]
 use crate::parts::{model_file, mujoco};
 
@@ -39,21 +30,17 @@ impl Registry {
     pub fn standard() -> Self {
         let registry = Registry::empty()
             .with_plant(massless_with_its_methods())
-            .with_plant(lcp_with_its_methods())
-            .with_plant(drives::kind())
-            .with_plant(bench::kind())
-            .without_plant(fmu_plant::offer(), fmu_plant::REMEDY)
-            .with_bus(sbcp::kind())
-            .with_bus(rb110::kind())
-            .with_bus(optoforce::kind())
-            .with_bus(phidget::kind())
-            .with_bus(tactile::kind())
-            .with_controller(gaits::cpg())
-            .with_controller(gaits::tegotae())
-            .with_controller(gaits::planner())
-            .with_controller(gaits::stand())
-            .with_controller(script::kind())
-            .with_controller(turn::kind());
+            .with_plant(lcp_with_its_methods());
+        let registry = parts::plants()
+            .into_iter()
+            .fold(registry, Registry::with_plant);
+        let registry = parts::buses()
+            .into_iter()
+            .fold(registry, Registry::with_bus);
+        let controllers = parts::controllers().into_iter();
+        let registry = controllers
+            .fold(registry, Registry::with_controller)
+            .without_plant(fmu_plant::offer(), fmu_plant::REMEDY);
         engines(registry.of_every_build())
     }
 }
