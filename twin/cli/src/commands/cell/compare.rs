@@ -5,7 +5,8 @@ use twinrig_campaign::sweep::ShareInterval;
 use twinrig_estimate::Calibration;
 use twinrig_experiment::{BenchRecorder, BenchRun, LoadRecorder, SteadyPart};
 use twinrig_kernel::SimDuration;
-use twinrig_report::text::grid::{Grid, Left, Right};
+use twinrig_report::number::{fixed, percent_range};
+use twinrig_report::table::{Column, Table};
 use twinrig_rig::parts::tactile::{NamedCalibrations, filters};
 use twinrig_rig::registry::Registry;
 use twinrig_scenario::Setting;
@@ -189,24 +190,25 @@ fn shares(rows: &[CellError], parts: usize, limit: f64) -> Vec<FilterShare> {
 
 impl CellReport for CellComparison {
     fn lines(&self) -> Vec<String> {
-        let mut grid = Grid::new(&[Left, Left, Right, Right, Right, Right]);
-        grid.header("calibration | filter | cells | 95 % interval | median error | greatest error");
+        let mut table = Table::new([
+            Column::label("calibration"),
+            Column::label("filter"),
+            Column::number("cells"),
+            Column::number("95 % interval"),
+            Column::number("median error"),
+            Column::number("greatest error"),
+        ]);
         let list = |errors: &[f64]| {
-            let errors: Vec<String> = errors.iter().map(|it| format!("{it:.3}")).collect();
+            let errors: Vec<String> = errors.iter().map(|it| fixed(*it, 3)).collect();
             format!("{} N", errors.join(", "))
         };
         for share in &self.shares {
             let interval = share.interval;
-            grid.row([
+            table.row([
                 share.calibration.into(),
-                share.filter.clone().into(),
+                share.filter.as_str().into(),
                 format!("{} of {}", share.met, share.cells).into(),
-                format!(
-                    "{:.0} to {:.0} %",
-                    100.0 * interval.low,
-                    100.0 * interval.high
-                )
-                .into(),
+                percent_range([interval.low, interval.high]).into(),
                 list(&share.median_n).into(),
                 list(&share.greatest_n).into(),
             ]);
@@ -220,7 +222,7 @@ impl CellReport for CellComparison {
             ),
             String::new(),
         ];
-        lines.extend(grid.lines(2));
+        lines.extend(table.grid().lines(2));
         lines
     }
 }

@@ -4,12 +4,13 @@ use twinrig_document::escaped;
 use twinrig_experiment::{
     Candidate, CandidateRow, CandidateStatus, Deviation, ReferenceMargin, Rule,
 };
-use twinrig_report::number::{quantity, si};
+use twinrig_report::number::{fixed, quantity, si};
+use twinrig_report::table::{Cell, Column, Table, Tone};
 
 use super::sufficient::SufficientTwin;
 use crate::report::left_out;
-use twinrig_report::text::grid::{Cell, Grid, Left, Right};
-use twinrig_report::text::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
+use twinrig_report::text::grid::{self, Grid, Left};
+use twinrig_report::text::style::{BOLD, DIM, RED, styled};
 
 pub(super) fn text(found: &SufficientTwin) -> String {
     let mut lines = vec![styled(BOLD, &found.scenario), String::new()];
@@ -35,7 +36,8 @@ fn time(run_s_per_s: f64) -> String {
 fn choice(found: &SufficientTwin) -> Vec<String> {
     let search = &found.search;
     let mut facts = Grid::new(&[Left, Left]);
-    let mut fact = |name: &str, value: String| facts.row([Cell::new(name, DIM), value.into()]);
+    let mut fact =
+        |name: &str, value: String| facts.row([grid::Cell::new(name, DIM), value.into()]);
     match search.choice() {
         Some(row) => fact("cheapest sufficient", row.candidate.describe()),
         None => fact(
@@ -55,7 +57,8 @@ fn choice(found: &SufficientTwin) -> Vec<String> {
     }
     fact("of the reference", time(search.reference.run_s_per_s));
     let [own, reference] = found.savings;
-    let saving = |factor: Option<f64>, of: &str| Some(format!("{:.2} × against the {of}", factor?));
+    let saving =
+        |factor: Option<f64>, of: &str| Some(format!("{} × against the {of}", fixed(factor?, 2)));
     let savings = [saving(own, "scenario"), saving(reference, "reference")];
     let savings: Vec<_> = savings.into_iter().flatten().collect();
     if !savings.is_empty() {
@@ -79,28 +82,29 @@ fn choice(found: &SufficientTwin) -> Vec<String> {
 }
 
 fn margins(found: &SufficientTwin) -> Vec<String> {
-    let mut grid = Grid::new(&[Left, Right, Right, Right, Right, Right, Left]);
-    grid.header("expectation|margin|scatter|uncertainty|of the choice|error|judged by");
+    let numbers = ["margin", "scatter", "uncertainty", "of the choice", "error"];
+    let columns = std::iter::once(Column::label("expectation"));
+    let columns = columns.chain(numbers.map(Column::number));
+    let mut table = Table::new(columns.chain([Column::text("judged by")]));
     let chosen = found.search.choice();
     for (n, margin) in found.search.margins.iter().enumerate() {
         let deviation = chosen.and_then(|row| row.deviations.get(n));
-        let of =
-            |value: Option<f64>| value.map_or_else(String::new, |it| quantity(it, &margin.unit));
-        grid.row([
+        let of = |value: Option<f64>| Cell::from(value.map(|it| quantity(it, &margin.unit)));
+        table.row([
             margin.name.as_str().into(),
-            of(margin.margin).into(),
-            of(margin.margin.map(|_| margin.scatter)).into(),
-            of(margin.margin.map(|_| margin.uncertainty)).into(),
-            of(deviation.and_then(|it| it.margin)).into(),
-            deviation.map(share).unwrap_or_default().into(),
-            Cell::new(rule(margin), DIM),
+            of(margin.margin),
+            of(margin.margin.map(|_| margin.scatter)),
+            of(margin.margin.map(|_| margin.uncertainty)),
+            of(deviation.and_then(|it| it.margin)),
+            deviation.map(share).into(),
+            Cell::from(rule(margin)).with_tone(Tone::Faint),
         ]);
     }
     let mut lines = vec![format!(
         "  {}",
         styled(BOLD, "expectations of the reference")
     )];
-    lines.extend(grid.lines(4));
+    lines.extend(table.grid().lines(4));
     for name in &found.search.reference.failed_of_computation {
         lines.push(format!(
             "    {name}: fails in the reference, which is not judged by it"
@@ -112,7 +116,7 @@ fn margins(found: &SufficientTwin) -> Vec<String> {
 /// Formats an error as a share of the margin.
 fn share(deviation: &Deviation) -> String {
     match deviation.share {
-        Some(share) if share.is_finite() => format!("{:.2} %", 100.0 * share),
+        Some(share) if share.is_finite() => format!("{} %", fixed(100.0 * share, 2)),
         Some(_) => "of a margin of 0".to_owned(),
         None => String::new(),
     }
@@ -132,8 +136,13 @@ fn rule(margin: &ReferenceMargin) -> String {
 }
 
 fn candidates(found: &SufficientTwin) -> Vec<String> {
-    let mut grid = Grid::new(&[Left, Right, Right, Left, Left]);
-    grid.header("candidate|time|worst error|of|verdict");
+    let mut table = Table::new([
+        Column::label("candidate"),
+        Column::number("time"),
+        Column::number("worst error"),
+        Column::text("of"),
+        Column::status("verdict"),
+    ]);
     let chosen = found.search.choice();
     let run = found.search.rows.iter();
     let run: Vec<&CandidateRow> = run
@@ -146,17 +155,17 @@ fn candidates(found: &SufficientTwin) -> Vec<String> {
             format!("{name} … {}", last.candidate.describe_setting())
         });
         let worst = row.worst();
-        let (word, style) = verdict(row, chosen == Some(row));
-        grid.row([
+        let (word, tone) = verdict(row, chosen == Some(row));
+        table.row([
             name.into(),
-            row.run_s_per_s.map(time).unwrap_or_default().into(),
-            worst.map(share).unwrap_or_default().into(),
-            worst.map(|it| it.name.clone()).unwrap_or_default().into(),
-            Cell::new(word, style),
+            row.run_s_per_s.map(time).into(),
+            worst.map(share).into(),
+            worst.map(|it| it.name.as_str()).into(),
+            Cell::from(word).with_tone(tone),
         ]);
     }
     let mut lines = vec![format!("  {}", styled(BOLD, "candidates"))];
-    lines.extend(grid.lines(4));
+    lines.extend(table.grid().lines(4));
     lines.extend(not_run(&found.search.rows));
     lines
 }
@@ -188,15 +197,17 @@ fn not_run(rows: &[CandidateRow]) -> Vec<String> {
     counts.into_iter().map(line).collect()
 }
 
-fn verdict(row: &CandidateRow, is_chosen: bool) -> (String, anstyle::Style) {
+fn verdict(row: &CandidateRow, is_chosen: bool) -> (String, Tone) {
     let why = row.why.clone().unwrap_or_default();
     match row.status {
-        CandidateStatus::Sufficient if is_chosen => ("sufficient, the cheapest".to_owned(), GREEN),
-        CandidateStatus::Sufficient => ("sufficient".to_owned(), GREEN),
-        CandidateStatus::Insufficient => (why, RED),
-        CandidateStatus::Refused => (format!("refused: {why}"), DIM),
-        CandidateStatus::Failed => (format!("failed: {why}"), YELLOW),
-        CandidateStatus::Slower | CandidateStatus::NotRun => ("slower".to_owned(), DIM),
+        CandidateStatus::Sufficient if is_chosen => {
+            ("sufficient, the cheapest".to_owned(), Tone::Good)
+        }
+        CandidateStatus::Sufficient => ("sufficient".to_owned(), Tone::Good),
+        CandidateStatus::Insufficient => (why, Tone::Bad),
+        CandidateStatus::Refused => (format!("refused: {why}"), Tone::Faint),
+        CandidateStatus::Failed => (format!("failed: {why}"), Tone::Doubtful),
+        CandidateStatus::Slower | CandidateStatus::NotRun => ("slower".to_owned(), Tone::Faint),
     }
 }
 
