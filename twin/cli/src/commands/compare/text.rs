@@ -1,15 +1,15 @@
 //! Text form of a comparison: verdict, summary of the differences, footsteps, and the signals that
 //! differ most.
 
-mod figures;
 mod footsteps;
 mod signals;
 mod summary;
 
-use figures::{figure, percent, quantity};
+use signals::percent;
 
 use super::super::diff::some_of;
 use super::EventDifference;
+use twinrig_report::number::{precise, si};
 use twinrig_report::text::style::{BOLD, GREEN, RED, YELLOW, styled};
 
 impl EventDifference {
@@ -56,38 +56,38 @@ impl EventDifference {
     /// Returns the first difference, or the tolerances within which the runs are equal.
     fn why(&self) -> String {
         if let Some(first) = &self.first {
-            let from = figure(first.at_s);
-            return format!("from {from} s: {}", styled(BOLD, &first.description()));
+            let from = precise(first.at_s, "s");
+            return format!("from {from}: {}", styled(BOLD, &first.description()));
         }
         if let Some(first) = &self.first_signal {
             let difference = format!(
                 "{}, maximum difference {} of its range",
                 styled(BOLD, &first.name()),
-                percent(Some(first.share))
+                percent(first.share)
             );
             return match first.at_s {
-                Some(at) => format!("from {} s: {difference}", figure(at)),
+                Some(at) => format!("from {}: {difference}", precise(at, "s")),
                 None => difference,
             };
         }
         if self.ended_early {
-            let (a, b) = (figure(self.ended_a_s), figure(self.ended_b_s));
-            return format!("a ended at {a} s, b at {b} s");
+            let [a, b] = [self.ended_a_s, self.ended_b_s].map(|at| precise(at, "s"));
+            return format!("a ended at {a}, b at {b}");
         }
         let mut within = Vec::new();
         if self.footsteps.pairs > 0 {
             within.push(format!(
                 "{} footsteps within {} and {}",
                 self.footsteps.pairs,
-                quantity(self.bounds.time_s, "s"),
-                quantity(self.bounds.place_m, "m")
+                si(self.bounds.time_s, "s"),
+                si(self.bounds.place_m, "m")
             ));
         }
         if let Some(share) = self.bounds.share {
             within.push(format!(
                 "{} signals within {} of their ranges",
                 self.signals.len(),
-                percent(Some(share))
+                percent(share)
             ));
         }
         within.join(", ")
@@ -99,14 +99,14 @@ impl EventDifference {
         for (name, at) in [("a", self.cut_off_a_s), ("b", self.cut_off_b_s)] {
             if let Some(at) = at {
                 lines.push(format!(
-                    "  {name} was cut off at {} s and is compared up to there",
-                    figure(at)
+                    "  {name} was cut off at {} and is compared up to there",
+                    precise(at, "s")
                 ));
             }
         }
         if self.ended_early && self.first.is_some() {
-            let (a, b) = (figure(self.ended_a_s), figure(self.ended_b_s));
-            lines.push(format!("  a ended at {a} s, b at {b} s"));
+            let [a, b] = [self.ended_a_s, self.ended_b_s].map(|at| precise(at, "s"));
+            lines.push(format!("  a ended at {a}, b at {b}"));
         }
         lines
     }

@@ -1,9 +1,9 @@
 //! Text form of the footsteps of a comparison.
 
 use super::super::EventDifference;
-use super::super::footsteps::{First, Footsteps, Spread};
-use super::figures::{figure, quantity, three};
-use twinrig_report::text::grid::{Cell, Grid, Left, Right};
+use super::super::footsteps::{First, Footsteps};
+use twinrig_report::number::{plain, precise, si};
+use twinrig_report::table::{Cell, Column, Table};
 use twinrig_report::text::style::{YELLOW, styled};
 
 /// Maximum number of footsteps without a partner that are listed.
@@ -19,8 +19,8 @@ impl EventDifference {
             of.b,
             of.pairs,
             of.same,
-            quantity(self.bounds.time_s, "s"),
-            quantity(self.bounds.place_m, "m"),
+            si(self.bounds.time_s, "s"),
+            si(self.bounds.place_m, "m"),
         ));
         let missing: Vec<&First> = self.legs.iter().flat_map(|leg| &leg.missing).collect();
         let named = missing.iter().take(NAMED).map(|first| first.description());
@@ -43,7 +43,7 @@ impl EventDifference {
         }
         if of.pairs > 0 {
             lines.push(String::new());
-            lines.extend(self.footstep_table().lines(2));
+            lines.extend(self.footstep_table().grid().lines(2));
             lines.extend(self.suspects());
         }
         lines
@@ -56,7 +56,7 @@ impl EventDifference {
         let legs: Vec<String> = suspects
             .map(|leg| {
                 let median = leg.footsteps.touch_down.median.unwrap_or_default();
-                format!("{} {} strides", leg.leg, three(median / stride))
+                format!("{} {} strides", leg.leg, plain(median / stride))
             })
             .collect();
         (!legs.is_empty()).then(|| {
@@ -64,45 +64,38 @@ impl EventDifference {
                 "  {}: the median touch-down differs by {} of {}: pairs of different strides, or b leads or lags by as much",
                 styled(YELLOW, "suspect"),
                 legs.join(", "),
-                quantity(stride, "s"),
+                si(stride, "s"),
             )
         })
     }
 
-    fn footstep_table(&self) -> Grid {
-        let mut sides = vec![Left];
-        sides.extend([Right; 11]);
-        let mut grid = Grid::new(&sides);
-        grid.header(
-            "b − a | pairs | equal | touch-down median | rms | max | lift-off median | rms \
-             | max | position median | rms | max",
-        );
+    fn footstep_table(&self) -> Table {
+        let of = |name, unit| Column::number(name).in_unit(unit);
+        let mut table = Table::new([
+            Column::label("b − a"),
+            Column::number("pairs"),
+            Column::number("equal"),
+            of("touch-down median", "s"),
+            of("rms", "s"),
+            of("max", "s"),
+            of("lift-off median", "s"),
+            of("rms", "s"),
+            of("max", "s"),
+            of("position median", "m"),
+            of("rms", "m"),
+            of("max", "m"),
+        ]);
         let mut row = |name: &str, of: &Footsteps| {
-            let [touch_down, lift_off] =
-                [&of.touch_down, &of.lift_off].map(|spread| spread.shown("s"));
-            let [place, place_rms, place_max] = of.place.shown("m");
-            let [a, b, c] = touch_down;
-            let [d, e, f] = lift_off;
-            grid.row([
-                name.into(),
-                of.pairs.to_string().into(),
-                of.same.to_string().into(),
-                a,
-                b,
-                c,
-                d,
-                e,
-                f,
-                place,
-                place_rms,
-                place_max,
-            ]);
+            let counts = [name.into(), of.pairs.into(), of.same.into()];
+            let spreads = [&of.touch_down, &of.lift_off, &of.place];
+            let spreads = spreads.map(|it| [it.median, it.rms, it.max].map(Cell::from));
+            table.row(counts.into_iter().chain(spreads.into_iter().flatten()));
         };
         for leg in &self.legs {
             row(&leg.leg, &leg.footsteps);
         }
         row("all", &self.footsteps);
-        grid
+        table
     }
 }
 
@@ -113,8 +106,8 @@ impl First {
         if self.what != "moved" {
             let number = self.footstep_a.or(self.footstep_b).unwrap_or_default();
             return format!(
-                "{leg} footstep {number} at {} s {}",
-                figure(self.at_s),
+                "{leg} footstep {number} at {} {}",
+                precise(self.at_s, "s"),
                 self.what
             );
         }
@@ -131,11 +124,11 @@ impl First {
             // Differences below 1 µs are rounding errors.
             let by = by.filter(|by| by.abs() >= 1e-6)?;
             let order = if by < 0.0 { "earlier" } else { "later" };
-            Some(format!("{what} {} {order}", quantity(by.abs(), "s")))
+            Some(format!("{what} {} {order}", si(by.abs(), "s")))
         };
         let place = self
             .place_by_m
-            .map(|by| format!("position differs by {}", quantity(by, "m")));
+            .map(|by| format!("position differs by {}", si(by, "m")));
         let parts = [
             by("touch-down", self.touch_down_by_s),
             by("lift-off", self.lift_off_by_s),
@@ -143,15 +136,5 @@ impl First {
         ];
         let parts: Vec<String> = parts.into_iter().flatten().collect();
         format!("{leg} footstep {number}: {}", parts.join(", "))
-    }
-}
-
-impl Spread {
-    /// Returns median, root mean square and maximum.
-    fn shown(&self, unit: &str) -> [Cell; 3] {
-        [self.median, self.rms, self.max].map(|value| {
-            let shown = value.map(|value| quantity(value, unit));
-            shown.unwrap_or_default().into()
-        })
     }
 }

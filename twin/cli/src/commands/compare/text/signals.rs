@@ -3,11 +3,11 @@
 use core::cmp::Ordering;
 
 use super::super::EventDifference;
-use super::super::signals::{Drifted, OfSignal, RESIDUAL};
-use super::figures::{Scale, figure, percent, quantity, three};
+use super::super::signals::{OfSignal, RESIDUAL};
 use twinrig_kernel::signal;
 use twinrig_kernel::signal::folded;
-use twinrig_report::text::grid::{Cell, Grid, Left, Right};
+use twinrig_report::number::{plain, quantity};
+use twinrig_report::table::{Cell, Column, Table};
 
 /// Maximum number of kinds shown; the JSON contains all signals.
 const SHOWN: usize = 12;
@@ -45,17 +45,24 @@ impl EventDifference {
                 "  signals {how}: b − a, and as a share of the range in a; by the time of 10 %, then of 1 %; first leg and component, in its unit"
             ),
         ];
-        let mut grid = Grid::new(&[[Left; 1].as_slice(), &[Right; 8]].concat());
-        let scale = if aligned { "at equal times" } else { "" };
-        grid.header(&format!(
-            "signal | max | | rms | > 1 % | > 10 % | first, last tenth | growth per second | {scale}"
-        ));
+        let mut table = Table::new([
+            Column::label("signal"),
+            Column::number("max"),
+            Column::number("share"),
+            Column::number("rms"),
+            Column::number("> 1 %").in_unit("s"),
+            Column::number("> 10 %").in_unit("s"),
+            Column::number("first tenth"),
+            Column::number("last tenth"),
+            Column::number("growth per second"),
+            Column::number("at equal times"),
+        ]);
         let (residual, differ): (Vec<Kind<'_>>, Vec<Kind<'_>>) =
             differ.into_iter().partition(Kind::is_residual);
         for kind in differ.iter().take(SHOWN).chain(&residual) {
-            grid.row(kind.row(aligned));
+            table.row(kind.row(aligned));
         }
-        lines.extend(grid.lines(2));
+        lines.extend(table.grid().lines(2));
         let (more, equal) = (differ.len().saturating_sub(SHOWN), equal.len());
         let rest = match (more, equal) {
             (0, 0) => return lines,
@@ -128,41 +135,31 @@ impl Kind<'_> {
         self.name == RESIDUAL
     }
 
-    fn row(&self, aligned: bool) -> [Cell; 9] {
-        let Drifted {
-            max,
-            rms,
-            share,
-            exceeds_1_percent_at_s,
-            exceeds_10_percent_at_s,
-            rms_of_tenths,
-            growth_per_s,
-            ..
-        } = &self.first.aligned;
-        let unit = &self.first.unit;
-        let scale = Scale::of(*max, unit);
-        let scaled = |value: f64| three(value * scale.factor);
-        let ends = [rms_of_tenths.first(), rms_of_tenths.last()]
-            .map(|rms| scaled(rms.copied().unwrap_or(0.0)));
+    fn row(&self, aligned: bool) -> [Cell; 10] {
+        let drift = &self.first.aligned;
+        let shown = |value: f64| Cell::from(quantity(value, &self.first.unit));
         // A share of the residual, which is an error itself, is not meaningful.
         let has_share = !self.is_residual();
-        let at = |at: &Option<f64>| {
-            let at = at.filter(|_| has_share);
-            at.map_or_else(String::new, |at| format!("{} s", figure(at)))
-        };
-        let percent = |share: Option<f64>| percent(share.filter(|_| has_share));
+        let share = |share: Option<f64>| share.filter(|_| has_share).map(percent);
+        let at = |at_s: Option<f64>| Cell::from(at_s.filter(|_| has_share));
         [
             self.first.name().into(),
-            quantity(*max, unit).into(),
-            percent(*share).into(),
-            scaled(*rms).into(),
-            at(exceeds_1_percent_at_s).into(),
-            at(exceeds_10_percent_at_s).into(),
-            ends.join(", ").into(),
-            scaled(*growth_per_s).into(),
-            percent(self.first.plain.share.filter(|_| aligned)).into(),
+            shown(drift.max),
+            share(drift.share).into(),
+            shown(drift.rms),
+            at(drift.exceeds_1_percent_at_s),
+            at(drift.exceeds_10_percent_at_s),
+            drift.rms_of_tenths.first().copied().map(shown).into(),
+            drift.rms_of_tenths.last().copied().map(shown).into(),
+            shown(drift.growth_per_s),
+            share(self.first.plain.share.filter(|_| aligned)).into(),
         ]
     }
+}
+
+/// Formats a share of a range, which may be a small part of a per cent.
+pub(super) fn percent(share: f64) -> String {
+    format!("{} %", plain(100.0 * share))
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Summary of the difference between two runs at their end.
 
 use super::super::EventDifference;
-use super::figures::{figure, quantity, three};
 use twinrig_kernel::signal;
+use twinrig_report::number::{plain, precise, si};
 
 /// Distances below this are negligible \[m\].
 const NEGLIGIBLE: f64 = 1e-9;
@@ -21,7 +21,7 @@ impl EventDifference {
             ));
         }
         if let Some(most) = of.touch_down.max {
-            parts.push(format!("touch-downs within {}", quantity(most.abs(), "s")));
+            parts.push(format!("touch-downs within {}", si(most.abs(), "s")));
         }
         (!parts.is_empty()).then(|| parts.join("; "))
     }
@@ -39,7 +39,8 @@ impl EventDifference {
             [[a_x[0], a_y[0]], [a_x[1], a_y[1]]],
             [[b_x[0], b_y[0]], [b_x[1], b_y[1]]],
         );
-        relative.map(|(place, distances)| format!("b is {place} at {} s{distances}", figure(at)))
+        relative
+            .map(|(place, distances)| format!("b is {place} at {}{distances}", precise(at, "s")))
     }
 }
 
@@ -55,10 +56,7 @@ fn relative_position(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> Option<(String, Stri
         return None;
     }
     if distance < NEGLIGIBLE {
-        return Some((
-            format!("{} away", quantity(length(apart), "m")),
-            String::new(),
-        ));
+        return Some((format!("{} away", si(length(apart), "m")), String::new()));
     }
     let ahead = |of: [f64; 2]| (of[0] * path_a[0] + of[1] * path_a[1]) / distance;
     let left = (path_a[0] * apart[1] - path_a[1] * apart[0]) / distance;
@@ -72,8 +70,8 @@ fn relative_position(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> Option<(String, Stri
     if by.abs() < NEGLIGIBLE {
         return Some(("at the position of a".to_owned(), String::new()));
     }
-    let distances = format!(" ({} m against {})", three(ahead(path_b)), three(distance));
-    Some((format!("{} {side}", quantity(by.abs(), "m")), distances))
+    let distances = format!(" ({} m against {})", plain(ahead(path_b)), plain(distance));
+    Some((format!("{} {side}", si(by.abs(), "m")), distances))
 }
 
 #[cfg(test)]
