@@ -1,6 +1,7 @@
 //! Limits of claims of any kind.
 
-use crate::expect::{BodyClaim, Claim, FootstepMeasure, SignalMode};
+use crate::body::BodyClaim;
+use crate::expect::{Claim, FootstepMeasure, SignalMode};
 use crate::limits::Limits;
 
 impl Claim {

@@ -2,7 +2,8 @@
 
 use twinrig_kernel::Unit;
 
-use crate::expect::{BodyClaim, Claim, SignalMode};
+use crate::body::BodyClaim;
+use crate::expect::{Claim, SignalMode};
 
 impl Claim {
     /// Returns the unit of the measured value.

@@ -68,6 +68,7 @@
 //! robot files, and clocks.
 
 mod actuator;
+mod body;
 mod catalogue;
 mod check_sensors;
 mod check_signals;
@@ -97,11 +98,12 @@ mod sequence;
 mod until;
 
 pub use actuator::{ActuatorKind, ActuatorSpec, ServoOverride, SetPointKind};
+pub use body::{Along, BodyClaim, BodyMeasure};
 pub use catalogue::{Catalogue, Kind, VariableSpec};
 pub use compare::{CompareClaim, CompareMeasure, Operand};
 pub use expect::{
-    Along, Axis, BodyClaim, BodyMeasure, Claim, CostMeasure, CycleMark, Expectation, FootstepClaim,
-    FootstepMeasure, LegChoice, SignalClaim, SignalMode, TimingClaim, TimingMeasure,
+    Axis, Claim, CostMeasure, CycleMark, Expectation, FootstepClaim, FootstepMeasure, LegChoice,
+    SignalClaim, SignalMode, TimingClaim, TimingMeasure,
 };
 pub use facts::{Facts, LegFact};
 pub use gait::{Fitness, FitnessScales, FitnessTerms, GaitClaim, GaitMeasure};

@@ -7,7 +7,8 @@ use twinrig_kernel::{SimDuration, SimTime, Unit};
 use twinrig_runtime::{Change, Coupling, FaultKind, SensorModel, Timing};
 
 use crate::actuator::ActuatorSpec;
-use crate::expect::{BodyClaim, Claim, Expectation};
+use crate::body::BodyClaim;
+use crate::expect::{Claim, Expectation};
 use crate::language::Words;
 use crate::left_out::LeftOut;
 use crate::loads::{PayloadSpec, SurfaceSpec};

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use twinrig_kernel::{SimDuration, SimTime};
 
-use crate::expect::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode};
+use crate::body::BodyClaim;
+use crate::expect::{Claim, Expectation, SignalClaim, SignalMode};
 use crate::left_out::LeftOut;
 use crate::read::print_duration;
 use crate::scenario::Scenario;

@@ -5,8 +5,9 @@ use twinrig_kernel::signal::{BODY_POSITION, BODY_RPY, of_leg, parse_leg};
 use twinrig_runtime::Group;
 
 use super::Layouts;
+use crate::body::{BodyClaim, BodyMeasure};
 use crate::compare::{CompareClaim, Operand};
-use crate::expect::{BodyClaim, BodyMeasure, Claim, Expectation};
+use crate::expect::{Claim, Expectation};
 use crate::glob::{is_pattern, matches};
 use crate::sequence::SequenceClaim;
 

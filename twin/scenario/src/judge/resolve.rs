@@ -17,10 +17,9 @@ use super::tracker::{Extremes, Window};
 use super::trunk::{Speed, Upright, Yaw};
 use super::until::Until;
 use super::{Cycle, Group, Layouts, Monitor, MonitorKind};
+use crate::body::{BodyClaim, BodyMeasure};
 use crate::compare::{CompareClaim, Operand};
-use crate::expect::{
-    BodyClaim, BodyMeasure, Claim, Expectation, SignalClaim, SignalMode, TimingClaim,
-};
+use crate::expect::{Claim, Expectation, SignalClaim, SignalMode, TimingClaim};
 use crate::glob::matches;
 use crate::limits::Limits;
 use crate::scenario::Scenario;

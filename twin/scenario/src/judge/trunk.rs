@@ -6,7 +6,7 @@ use twinrig_kernel::SimTime;
 
 use super::outcome::{Finding, TILT};
 use super::tracker::{Extremes, Site};
-use crate::expect::Along;
+use crate::body::Along;
 use crate::limits::Limits;
 
 /// Mean speed over the window.

@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use twinrig_document::{Item, Range, Reported};
 use twinrig_kernel::Unit;
 
-use crate::expect::{BodyClaim, Claim, Expectation};
+use crate::body::BodyClaim;
+use crate::expect::{Claim, Expectation};
 use crate::language::{BOOLEAN, Declared, Key, Shape, TableSpec, Type, quantity, table};
 use crate::scenario::FallSpec;
 

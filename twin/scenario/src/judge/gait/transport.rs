@@ -3,7 +3,7 @@
 use twinrig_kernel::SimTime;
 
 use super::work::Work;
-use crate::expect::Along;
+use crate::body::Along;
 use crate::judge::tracker::seconds;
 use crate::judge::trunk::PlanarPath;
 

@@ -5,7 +5,8 @@ use twinrig_document::{Item, Range, Reported, suggestion};
 use twinrig_kernel::{SimDuration, SimTime, Unit};
 
 use super::context::{Context, instant};
-use crate::expect::{BodyClaim, Claim, Expectation, SignalClaim, SignalMode};
+use crate::body::BodyClaim;
+use crate::expect::{Claim, Expectation, SignalClaim, SignalMode};
 use crate::language::{
     Declared, Key, POSITIVE_DURATION, Shape, TableSpec, contextual, quantity, table,
 };
