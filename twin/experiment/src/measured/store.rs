@@ -72,8 +72,8 @@ impl PartStore {
         Self::open(&folder, &parts, context.machine)
     }
 
-    /// Opens the store in a folder, of a study that depends on `parts`: program, files
-    /// and settings.
+    /// Opens the store in a folder, of a study that depends on `parts`: program, files and
+    /// settings.
     ///
     /// # Errors
     /// Errors of the store.

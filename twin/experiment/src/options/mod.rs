@@ -69,10 +69,11 @@ pub struct StudyOptions {
     /// estimate the scenario]
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     pub duration: Option<SimDuration>,
-    /// Approximate limit of the computation time; rows truncated by it are reported
+    /// Approximate limit of the computation time of all starts; rows truncated by it are reported
     #[arg(long, value_name = "DURATION", default_value = "200 s", value_parser = seconds)]
     pub budget: f64,
-    /// Folder for the HTML page, the CSV and the JSON file
+    /// Folder for the HTML page, the CSV and the JSON file, and for the rows from which a study
+    /// continues
     #[arg(long, value_name = "DIR", default_value = "studies")]
     pub out: PathBuf,
     /// Print JSON instead of a table
