@@ -1,6 +1,6 @@
 """Draws a stride of a recorded trot: the robot from its right side, and the footfalls below.
 
-    twin run scenarios/trot.toml --set 'record.frames="500 Hz"' --until "8 s" --out /tmp
+    twin run scenarios/trot.toml --set 'record.frames="500 Hz"' --until "6 s" --out /tmp
     python3 docs/pictures/trot.py /tmp/trot-seed1*.mcap docs/pictures/trot.svg
 
 All shapes are from the recording: joints from the coordinate frames of `/tf`, stances from

@@ -1,6 +1,7 @@
-//! Consistency of README.md with the program.
+//! Consistency of README.md, and of pages of `docs`, with the program.
 
 use std::path::Path;
+use std::process::Command;
 
 use twinrig::{Assembly, BuildKey, Execution, Registry, Status, execute};
 
@@ -30,12 +31,12 @@ fn readme_scenario_passes() {
 }
 
 #[test]
-fn readme_verdict_lists_the_expectations_of_the_scenario() {
+fn verdict_of_the_page_lists_the_expectations_of_the_scenario() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/trot.toml");
     let registry = Registry::standard();
     let assembly = Assembly::builder(&registry).file(&path).unwrap();
-    let readme = readme();
-    let shown: Vec<&str> = readme
+    let verdicts = page("verdicts");
+    let shown: Vec<&str> = verdicts
         .lines()
         .filter_map(|line| line.trim_start().strip_prefix(['✓', '✗']))
         .filter_map(|line| line.trim_start().split("  ").next())
@@ -48,7 +49,7 @@ fn readme_verdict_lists_the_expectations_of_the_scenario() {
 }
 
 #[test]
-fn readme_lists_all_commands() {
+fn table_of_commands_lists_all_commands() {
     let mut help = Vec::new();
     let code = twinrig::run_with(
         &Registry::standard(),
@@ -66,13 +67,45 @@ fn readme_lists_all_commands() {
         .filter_map(|line| line.strip_prefix("  ")?.split(' ').next())
         .filter(|name| !name.is_empty())
         .collect();
-    let readme = readme();
-    let table: Vec<&str> = readme
+    let commands = page("commands");
+    let table: Vec<&str> = commands
         .lines()
         .filter_map(|line| line.strip_prefix("| `twin "))
         .filter_map(|row| row.split([' ', '`']).next())
         .collect();
     assert_eq!(table, expected);
+}
+
+/// Draws the picture anew, by the commands in its script.
+#[test]
+fn picture_of_the_trot_is_that_of_its_recording() {
+    let Some(python) = twinrig_testing::python::python("struct") else {
+        return;
+    };
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let folder = std::env::temp_dir().join(format!("twinrig-picture-{}", std::process::id()));
+    let script = root.join("docs/pictures/trot.py");
+    let text = std::fs::read_to_string(&script).unwrap();
+    let settings = ["--set", "record.frames=\"500 Hz\"", "--until", "6 s"];
+    assert!(text.contains("--set 'record.frames=\"500 Hz\"' --until \"6 s\""));
+    let scenario = root.join("scenarios/trot.toml");
+    let [scenario, out] = [&scenario, &folder].map(|path| path.to_str().unwrap());
+    let words = [&["run", scenario, "--out", out][..], &settings].concat();
+    let (mut printed, mut err) = (Vec::new(), Vec::new());
+    let code = twinrig::run_with(&Registry::standard(), words, &mut printed, &mut err);
+    assert_eq!(code, 0, "{}", String::from_utf8_lossy(&err));
+    let recording = std::fs::read_dir(&folder).unwrap().next().unwrap();
+    let picture = folder.join("trot.svg");
+    let drawing = Command::new(python)
+        .args([&script, &recording.unwrap().path(), &picture])
+        .output()
+        .unwrap();
+    let errors = String::from_utf8_lossy(&drawing.stderr);
+    assert!(drawing.status.success(), "{errors}");
+    let [drawn, kept] = [picture, root.join("docs/pictures/trot.svg")]
+        .map(|path| std::fs::read_to_string(path).unwrap());
+    std::fs::remove_dir_all(folder).unwrap();
+    assert_eq!(drawn, kept, "docs/pictures/trot.py draws another picture");
 }
 
 /// Returns a page of `docs`.
@@ -141,7 +174,7 @@ fn first_optimization_has_the_shown_result() {
 
 /// The list of `twin/experiment/src/studies.rs`.
 #[test]
-fn every_study_is_in_the_table_of_commands_and_in_the_page_of_studies() {
+fn every_study_is_in_the_page_of_commands_and_in_the_page_of_studies() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let read = |file: &str| std::fs::read_to_string(root.join(file)).unwrap();
     let list = read("twin/experiment/src/studies.rs");
@@ -149,15 +182,17 @@ fn every_study_is_in_the_table_of_commands_and_in_the_page_of_studies() {
     let names = list.lines().filter_map(|line| line.trim().split_once(": "));
     let names: Vec<String> = names.map(|(name, _)| name.to_lowercase()).collect();
     assert!(names.len() > 9, "{names:?}");
-    let readme = readme();
-    let command = readme
-        .lines()
-        .find(|line| line.starts_with("| `twin study "));
-    let command = command.unwrap().replace('\\', "");
+    let commands = read("docs/commands.md");
+    let (_, commands) = commands.split_once("\n## Studies\n").unwrap();
+    let (section, _) = commands.split_once("\n## ").unwrap();
+    let (kinds, details) = section.split_once("\n- ").unwrap();
     let page = read("docs/studies.md");
     for name in names {
-        let words: Vec<&str> = command.split([' ', '|']).collect();
-        assert!(words.contains(&&*name), "`{name}` is missing in README.md");
+        let kind = format!("`{name}`");
+        assert!(
+            kinds.contains(&kind) && details.contains(&kind),
+            "{kind} is missing in docs/commands.md"
+        );
         let row = format!("| [`twin study {name}`]");
         assert!(
             page.contains(&row),

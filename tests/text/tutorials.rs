@@ -1,5 +1,6 @@
-//! Pages of `docs` with one of the first two comments are followed step by step: their files are
-//! written, their commands run, and the output compared with the one that they show.
+//! README.md, and pages of `docs` with one of the first two comments, are followed step by step:
+//! their files are written, their commands run, and the output compared with the one that they show.
+//! README.md is followed beside copies of `scenarios` and `robots`, the others in an empty folder.
 //!
 //! - `<!-- file: PATH -->` before a block: the block is that file, in the folder of the page.
 //! - `<!-- source: PATH -->` before a block: the block is a part of that file of the repository.
@@ -221,6 +222,20 @@ impl Tutorial<'_> {
     }
 }
 
+/// Copies the files of a folder, and those below it.
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let source = entry.unwrap().path();
+        let target = to.join(source.file_name().unwrap());
+        if source.is_dir() {
+            copy(&source, &target);
+        } else {
+            fs::copy(&source, &target).unwrap();
+        }
+    }
+}
+
 /// One test, as the pages take the working folder in turn.
 #[test]
 fn tutorials_give_the_shown_output() {
@@ -232,10 +247,18 @@ fn tutorials_give_the_shown_output() {
         .filter(|path| is_followed(&fs::read_to_string(path).unwrap()))
         .collect();
     pages.sort();
+    let readme = docs.parent().unwrap().join("README.md");
+    assert!(is_followed(&fs::read_to_string(&readme).unwrap()));
+    pages.push(readme.clone());
     let (mut wrong, mut commands) = (String::new(), 0);
     for path in &pages {
         let text = fs::read_to_string(path).unwrap();
         let folder = Folder::of(&path.file_stem().unwrap().to_string_lossy());
+        if *path == readme {
+            for part in ["scenarios", "robots"] {
+                copy(&repository().join(part), &folder.0.join(part));
+            }
+        }
         std::env::set_current_dir(&folder.0).unwrap();
         let mut tutorial = Tutorial {
             folder: &folder,

@@ -34,10 +34,13 @@ fn copied_example_runs_as_in_the_documentation_and_is_not_overwritten() {
     let done = twin(&["run", &trot, "--no-record", "--json"]);
     let report = &json(&done.out)[0];
     assert_eq!((done.code, &report["verdict"]), (0, &"pass".into()));
-    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md");
-    let readme = fs::read_to_string(readme).unwrap();
     let fingerprint = report["fingerprint"].as_str().unwrap();
-    assert!(fingerprint.len() == 64 && readme.contains(fingerprint));
+    assert_eq!(fingerprint.len(), 64);
+    for page in ["README.md", "docs/verdicts.md"] {
+        let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(page);
+        let text = fs::read_to_string(&page).unwrap();
+        assert!(text.contains(fingerprint), "{}", page.display());
+    }
 
     // A changed robot remains in use, a changed example is in the way of a copy, and then nothing
     // else is written.
