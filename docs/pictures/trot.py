@@ -1,7 +1,8 @@
 """Draws a stride of a recorded trot: the robot from its right side, and the footfalls below.
 
-    twin run scenarios/trot.toml --set 'record.frames="500 Hz"' --until "6 s" --out /tmp
-    python3 docs/pictures/trot.py /tmp/trot-seed1*.mcap docs/pictures/trot.svg
+    twin run scenarios/trot.toml --until "6 s" --set 'expect=[]' \\
+        --set 'record.frames="500 Hz"' --out recordings/stride
+    python3 docs/pictures/trot.py recordings/stride/*.mcap docs/pictures/trot.svg
 
 All shapes are from the recording: joints from the coordinate frames of `/tf`, stances from
 `/footsteps`. Only Python's standard library is needed; the chunks of the recording must not be

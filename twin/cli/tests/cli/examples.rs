@@ -37,7 +37,9 @@ fn copied_example_runs_as_in_the_documentation_and_is_not_overwritten() {
     let fingerprint = report["fingerprint"].as_str().unwrap();
     assert_eq!(fingerprint.len(), 64);
     for page in ["README.md", "docs/verdicts.md"] {
-        let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(page);
+        let page = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../..")
+            .join(page);
         let text = fs::read_to_string(&page).unwrap();
         assert!(text.contains(fingerprint), "{}", page.display());
     }
