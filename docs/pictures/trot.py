@@ -139,7 +139,7 @@ def figure(pose: dict[str, Vector], x_px: float, on_ground: set[str]) -> list[st
         return x_px + (x - middle) * PX_PER_M, GROUND - z * PX_PER_M
 
     parts = []
-    for side, style in (("L", 'stroke-width="2" opacity="0.55"'), ("R", 'stroke-width="3.5"')):
+    for side, style in (("L", 'stroke-width="2" opacity="0.65"'), ("R", 'stroke-width="3.5"')):
         trunk = [px(f"{side}H/hip"), px(f"{side}F/hip")]
         parts.append(line(trunk, f'stroke="{GREY}" {style}'))
         for leg in (f"{side}H", f"{side}F"):
@@ -148,7 +148,7 @@ def figure(pose: dict[str, Vector], x_px: float, on_ground: set[str]) -> list[st
             parts.append(line(points, f'stroke="{colour}" {style}'))
             if leg in on_ground:
                 x, y = points[-1]
-                parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{colour}" stroke="none"/>')
+                parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{colour}"/>')
     return parts
 
 
@@ -182,7 +182,7 @@ def draw(poses: dict[float, dict[str, Vector]], stances: dict[str, list]) -> str
             right = min(last, LEFT + (off - start) * px_per_s)
             if left < right:
                 bar = f'x="{left:.1f}" y="{top + 3:.1f}" width="{right - left:.1f}"'
-                parts.append(f'<rect {bar} height="12" rx="2" fill="{COLOURS[leg]}" stroke="none"/>')
+                parts.append(f'<rect {bar} height="12" rx="2" fill="{COLOURS[leg]}"/>')
     height = FOOTFALL + ROW * len(LEGS) + 20
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" '
