@@ -1,5 +1,5 @@
 //! README.md, and pages of `docs` with one of the first two comments, are followed step by step:
-//! their files are written, their commands run, and the output compared with the one that they show.
+//! their files are written, their commands run, and the output compared with the one shown.
 //! README.md is followed beside copies of `scenarios` and `robots`, the others in an empty folder.
 //!
 //! - `<!-- file: PATH -->` before a block: the block is that file, in the folder of the page.
