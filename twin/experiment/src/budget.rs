@@ -129,6 +129,18 @@ mod tests {
 
     use super::*;
 
+    /// Of 90 s, ten for each unit of weight: four times that at most, and half of it reserved for
+    /// the other part.
+    #[test]
+    fn share_of_a_reference_is_that_of_its_weight() {
+        let first = |weight| {
+            let parts = [(Weight::Run, 1), (Weight::Reference, 1)];
+            Budget::new(90.0, &parts).next(weight).seconds
+        };
+        assert!((first(Weight::Run) - 40.0).abs() < 0.1);
+        assert!((first(Weight::Reference) - 85.0).abs() < 0.1);
+    }
+
     proptest! {
         #[test]
         fn every_part_keeps_its_reserve_and_the_total_is_within_the_budget(

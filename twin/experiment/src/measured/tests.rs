@@ -93,6 +93,8 @@ fn parts_of_earlier_starts_are_not_measured_again_and_keep_their_start() {
     assert_eq!(second[1].start, 2);
     let expected = [(1, Some(0.5)), (2, Some(2.0))].map(|(start, load)| Start { start, load });
     assert_eq!(starts.starts, expected);
+    // The study began with the first of them.
+    assert_eq!(starts.machine(&machine("cpu", 2.0)).load, Some(0.5));
     let sentence = "the run times are of 2 starts of the program: 1 (load 0.50), 2 (load 2.00)";
     assert_eq!(starts.sentence().as_deref(), Some(sentence));
     // A start without a measurement is none.

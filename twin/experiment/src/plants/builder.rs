@@ -247,9 +247,16 @@ fn commands(assembly: &Assembly<'_>, duration: SimDuration) -> Result<Commands, 
 
 #[cfg(test)]
 mod tests {
-    use crate::{PrecisionPlan, RowKind, precision};
+    use twinrig_rig::{MethodSetting, Scales};
 
     use super::*;
+    use crate::incidents::Incidents;
+    use crate::measured::Measured as _;
+    use crate::plants::plant_run::{Ending, PlantRun};
+    use crate::plants::precision::TimedRow;
+    use crate::plants::row::Row;
+    use crate::stopwatch::Deadline;
+    use crate::{PrecisionPlan, RowKind, precision};
 
     /// The models differ by the mass of the segments, and therefore in proportion to it.
     #[test]
@@ -320,6 +327,37 @@ mod tests {
         assert_eq!(legs, ["massless", "lcp", "lcp, compliant"]);
         let lookup = [("plant.force", "\"lookup\""), ("plant.cells", "16")];
         assert_eq!(offered("trot.toml", &["massless"], &lookup).0, both[..2]);
+    }
+
+    /// Also where only a part of a share has passed, and the result is complete by other runs.
+    #[test]
+    fn run_over_budget_is_an_incident_and_a_skipped_row_is_cut() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/passive-legs.toml");
+        let (registry, names) = (Registry::standard(), ["massless".to_owned()]);
+        let builder = StudyBuilder::new(&registry, &path, &[], &names, None).unwrap();
+        let offer = &builder.plants()[0];
+        let variant = Variant {
+            plant: offer.plant.clone(),
+            method: offer.methods[0].name.clone(),
+            setting: MethodSetting::Step(SimDuration::from_millis(1)),
+            scales: Scales::AS_IS,
+        };
+        let mut plant = builder.build(&variant).unwrap();
+        let incidents = Incidents::default();
+        let run = PlantRun {
+            commands: &Commands::none(),
+            end: SimTime::ZERO + SimDuration::from_millis(10),
+            grid: SimDuration::from_millis(1),
+            deadline: Deadline::within(0.0),
+            incidents: &incidents,
+        };
+        let (ending, _) = run.timed(&mut *plant);
+        assert_eq!(
+            (ending, incidents.count()),
+            (Ending::OverBudget(SimTime::ZERO), 1)
+        );
+        let row = Row::new(RowKind::Integration, &variant).cut_off("too slow");
+        assert!(TimedRow { row, run_s: 0.0 }.is_cut());
     }
 
     /// Without drives a massless leg has no inertia about its hip.

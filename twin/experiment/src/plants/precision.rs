@@ -178,10 +178,10 @@ fn settings<'a>(
 
 /// Row with the run time of its first run.
 #[derive(Serialize, Deserialize)]
-struct TimedRow {
-    row: Row,
+pub(super) struct TimedRow {
+    pub(super) row: Row,
     /// \[s\]
-    run_s: f64,
+    pub(super) run_s: f64,
 }
 
 impl Measured for TimedRow {

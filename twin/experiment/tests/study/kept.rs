@@ -4,8 +4,9 @@ use std::cell::Cell;
 use std::path::PathBuf;
 
 use twinrig_experiment::{
-    Factor, Machine, Measuring, PartStore, PlantFactory, PrecisionPlan, ProgressObserver,
-    StabilityPlan, Study, StudyError, StudyInput, coupling, estimate, precision, stability,
+    CouplingPlan, Factor, Machine, Measuring, PartStore, PlantFactory, PrecisionPlan,
+    ProgressObserver, StabilityPlan, Study, StudyError, StudyInput, coupling, estimate, precision,
+    stability,
 };
 use twinrig_kernel::SimDuration;
 use twinrig_rig::{PlantOffer, Variant};
@@ -86,6 +87,16 @@ fn precision_plan() -> PrecisionPlan {
         repetitions: 2,
         budget_s: 1e9,
         ..PrecisionPlan::default()
+    }
+}
+
+fn stability_plan() -> StabilityPlan {
+    StabilityPlan {
+        least: SimDuration::from_micros(20),
+        factors: vec![Factor::Stiffness],
+        values: Some(vec![0.5, 2.0]),
+        budget_s: 1e9,
+        ..StabilityPlan::default()
     }
 }
 
@@ -171,46 +182,70 @@ fn rows_of_other_settings_are_not_used() {
     assert_eq!(study(&shorter), all);
 }
 
+/// With a method more, the reference has another check, and may hold for another time.
+#[test]
+fn rows_of_another_reference_are_not_used() {
+    let folder = Folder::new("reference");
+    let rows_of_rk4 = |methods: &[&str]| {
+        let factory = Oscillators::new(methods, 100);
+        let (mut observer, mut store) = ((), folder.store());
+        let measuring = Measuring::kept(&mut observer, &mut store);
+        let measured = precision(&factory, &precision_plan(), measuring).unwrap();
+        let measuring = Measuring::kept(&mut observer, &mut store);
+        let searched = stability(&factory, &stability_plan(), measuring).unwrap();
+        let rows = measured.rows.into_iter().chain(searched.rows);
+        let of_rk4 = rows.filter(|row| row.method == "rk4" && row.start.is_some());
+        of_rk4.map(|row| row.start.unwrap()).collect::<Vec<_>>()
+    };
+    let alone = rows_of_rk4(&["rk4"]);
+    assert!(
+        alone.len() > 3 && alone.iter().all(|&start| start == 1),
+        "{alone:?}"
+    );
+    let checked = rows_of_rk4(&["rk4", "late"]);
+    assert!(checked.iter().all(|&start| start == 2), "{checked:?}");
+    assert_eq!(rows_of_rk4(&["rk4"]), alone);
+}
+
 #[test]
 fn second_study_of_stability_runs_its_references_only() {
     let folder = Folder::new("stability");
     let factory = Counted::new(Oscillators::new(&["rk4", "explicit-euler"], 100));
-    let plan = StabilityPlan {
-        least: SimDuration::from_micros(20),
-        factors: vec![Factor::Stiffness],
-        values: Some(vec![0.5, 2.0]),
-        budget_s: 1e9,
-        ..StabilityPlan::default()
-    };
-    let study = || -> (Study, usize) {
+    let study = |plan: &StabilityPlan| -> (Study, usize) {
         let (mut observer, mut store) = ((), folder.store());
         let measuring = Measuring::kept(&mut observer, &mut store);
-        let mut study = stability(&factory, &plan, measuring).unwrap();
+        let mut study = stability(&factory, plan, measuring).unwrap();
         study.starts.notes.clear();
         (study, factory.count())
     };
-    let (first, all) = study();
-    let (second, again) = study();
+    let plan = stability_plan();
+    let (first, all) = study(&plan);
+    let (second, again) = study(&plan);
     assert_eq!(second, first);
     // A reference and its check for each of three stiffnesses.
     assert_eq!(again, 6);
     assert!(all > 100, "{all}");
+    let ratio = 1.04;
+    assert!(study(&StabilityPlan { ratio, ..plan }).1 > 100);
 }
 
 #[test]
 fn second_study_of_coupling_runs_nothing() {
     let folder = Folder::new("coupling");
     let rigs = crate::coupling::rigs(&["foot"], &["bus"]);
-    let study = || {
+    let study = |plan: &CouplingPlan| {
         let (mut observer, mut store) = ((), folder.store());
         let measuring = Measuring::kept(&mut observer, &mut store);
-        let mut study = coupling(&rigs, &crate::coupling::plan(), measuring).unwrap();
+        let mut study = coupling(&rigs, plan, measuring).unwrap();
         study.starts.notes.clear();
         (study, rigs.steps.take().len())
     };
-    let (first, all) = study();
+    let plan = crate::coupling::plan();
+    let (first, all) = study(&plan);
     assert!(all > 0);
-    assert_eq!(study(), (first, 0));
+    assert_eq!(study(&plan), (first, 0));
+    let duration = Some(SimDuration::from_millis(200));
+    assert_eq!(study(&CouplingPlan { duration, ..plan }).1, all);
 }
 
 #[test]
@@ -224,14 +259,16 @@ fn second_study_of_load_filters_searches_nothing() {
     }
     let folder = Folder::new("estimate");
     let bench = crate::estimate::Bench::new(&[0.5, 1.0, 2.5], 5.0);
-    let study = || {
+    let study = |particles| {
         let (mut observer, mut store) = (Iterations(0), folder.store());
         let measuring = Measuring::kept(&mut observer, &mut store);
-        let mut study = estimate(&bench, &crate::estimate::plan(2, 1), measuring).unwrap();
+        let plan = crate::estimate::plan(particles, 1);
+        let mut study = estimate(&bench, &plan, measuring).unwrap();
         study.starts.notes.clear();
         (study, observer.0)
     };
-    let (first, all) = study();
+    let (first, all) = study(2);
     assert!(all > 0);
-    assert_eq!(study(), (first, 0));
+    assert_eq!(study(2), (first, 0));
+    assert_eq!(study(3).1, all);
 }
