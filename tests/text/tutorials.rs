@@ -19,6 +19,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use twinrig::{BuildKey, Registry};
+use twinrig_testing::folder::Folder;
 use twinrig_testing::python;
 
 /// Starts of lines that the machine decides, not the run.
@@ -32,30 +33,6 @@ fn is_followed(page: &str) -> bool {
     ["<!-- file: ", "<!-- source: "]
         .iter()
         .any(|comment| page.lines().any(|line| line.starts_with(comment)))
-}
-
-/// Folder of a page, removed at its end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn of(page: &str) -> Self {
-        let name = format!("twinrig-{page}-{}", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn write(&self, file: &str, text: &str) {
-        let path = self.0.join(file);
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(path, text).unwrap();
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
 }
 
 /// Divides a command into words, as a shell does: quotes keep spaces together.
@@ -160,7 +137,7 @@ impl Tutorial<'_> {
                 let block: Vec<&str> = lines.by_ref().take_while(|line| *line != "```").collect();
                 let text = block.join("\n") + "\n";
                 if let Some(name) = file.take() {
-                    self.folder.write(name, &text);
+                    self.folder.file(name, &text);
                 }
                 if let Some(name) = source.take() {
                     let whole = fs::read_to_string(repository().join(name)).unwrap();
@@ -253,13 +230,13 @@ fn tutorials_give_the_shown_output() {
     let (mut wrong, mut commands) = (String::new(), 0);
     for path in &pages {
         let text = fs::read_to_string(path).unwrap();
-        let folder = Folder::of(&path.file_stem().unwrap().to_string_lossy());
+        let folder = Folder::new(&path.file_stem().unwrap().to_string_lossy());
         if *path == readme {
             for part in ["scenarios", "robots"] {
-                copy(&repository().join(part), &folder.0.join(part));
+                copy(&repository().join(part), &folder.path().join(part));
             }
         }
-        std::env::set_current_dir(&folder.0).unwrap();
+        std::env::set_current_dir(folder.path()).unwrap();
         let mut tutorial = Tutorial {
             folder: &folder,
             found: String::new(),

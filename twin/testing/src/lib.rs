@@ -9,6 +9,7 @@
 //! - [`robots`], [`trot`]: robots, their setups and commands.
 //! - [`reference_trajectory`]: trajectories that legs must follow.
 //! - [`python`]: comparison with Python packages.
+//! - [`folder`]: a temporary folder.
 //!
 //! A harness panics where an assumption of the test does not hold.
 #![allow(clippy::missing_panics_doc, reason = "a harness reports by panicking")]
@@ -18,6 +19,7 @@
 )]
 
 pub mod driver_harness;
+pub mod folder;
 pub mod framing;
 pub mod plant_harness;
 pub mod python;

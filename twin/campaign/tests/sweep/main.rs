@@ -43,19 +43,3 @@ fn row(number: usize) -> SweepRow {
         }],
     }
 }
-
-/// A folder that is removed at the end of a test.
-struct Folder(std::path::PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let name = format!("twinrig-sweep-{name}-{}", std::process::id());
-        Self(std::env::temp_dir().join(name))
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}

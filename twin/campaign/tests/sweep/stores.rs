@@ -4,7 +4,9 @@ use std::path::Path;
 use proptest::prelude::*;
 use twinrig_campaign::sweep::{Partition, RowStore, StoreError, SweepRow};
 
-use crate::{Folder, key, row};
+use twinrig_testing::folder::Folder;
+
+use crate::{key, row};
 
 const COUNT: usize = 5;
 
@@ -37,9 +39,9 @@ fn write(folder: &Path) -> Vec<u8> {
 /// As a process is killed within a write, at every byte of the last two lines.
 #[test]
 fn store_truncated_at_any_byte_has_the_complete_rows_and_continues() {
-    let folder = Folder::new("truncated");
-    let whole = write(&folder.0);
-    let path = folder.0.join("all.jsonl");
+    let folder = Folder::new("sweep-truncated");
+    let whole = write(folder.path());
+    let path = folder.path().join("all.jsonl");
     let ends = whole.iter().enumerate();
     let ends: Vec<usize> = ends
         .filter(|(_, byte)| **byte == b'\n')
@@ -48,14 +50,14 @@ fn store_truncated_at_any_byte_has_the_complete_rows_and_continues() {
     for length in ends[COUNT - 3]..whole.len() {
         std::fs::write(&path, &whole[..length]).unwrap();
         let complete = ends.iter().filter(|end| **end <= length).count();
-        let mut store = open(&folder.0, "1/1").unwrap();
+        let mut store = open(folder.path(), "1/1").unwrap();
         assert_eq!(found(&store), (0..complete).collect::<Vec<_>>(), "{length}");
         assert_eq!(store.warnings().len(), usize::from(!ends.contains(&length)));
         for number in complete..COUNT {
             store.append(key(number), row(number)).unwrap();
         }
         drop(store);
-        let store = open(&folder.0, "1/1").unwrap();
+        let store = open(folder.path(), "1/1").unwrap();
         assert_eq!(found(&store).len(), COUNT, "{length}");
         assert!(store.warnings().is_empty(), "{:?}", store.warnings());
     }
@@ -66,13 +68,13 @@ proptest! {
 
     #[test]
     fn damaged_byte_costs_one_row_at_most(at: prop::sample::Index, byte: u8) {
-        let folder = Folder::new("damaged");
-        let mut bytes = write(&folder.0);
+        let folder = Folder::new("sweep-damaged");
+        let mut bytes = write(folder.path());
         let at = at.index(bytes.len());
         prop_assume!(bytes[at] != byte);
         bytes[at] = byte;
-        std::fs::write(folder.0.join("all.jsonl"), bytes).unwrap();
-        let store = open(&folder.0, "1/1").unwrap();
+        std::fs::write(folder.path().join("all.jsonl"), bytes).unwrap();
+        let store = open(folder.path(), "1/1").unwrap();
         // A damaged line break damages two lines.
         prop_assert!(found(&store).len() >= COUNT - 2);
         prop_assert!(found(&store).len() == COUNT || !store.warnings().is_empty());
@@ -87,25 +89,25 @@ proptest! {
 
 #[test]
 fn partitions_are_separate_files_that_are_read_together() {
-    let folder = Folder::new("partitions");
-    let mut one = open(&folder.0, "1/2").unwrap();
-    let mut two = open(&folder.0, "2/2").unwrap();
+    let folder = Folder::new("sweep-partitions");
+    let mut one = open(folder.path(), "1/2").unwrap();
+    let mut two = open(folder.path(), "2/2").unwrap();
     one.append(key(0), row(0)).unwrap();
     two.append(key(1), row(1)).unwrap();
     one.read_others().unwrap();
     assert_eq!(found(&one), [0, 1]);
     // Another number of partitions has other files.
-    let mut three = open(&folder.0, "2/3").unwrap();
+    let mut three = open(folder.path(), "2/3").unwrap();
     three.append(key(2), row(2)).unwrap();
-    assert_eq!(found(&open(&folder.0, "1/1").unwrap()), [0, 1, 2]);
+    assert_eq!(found(&open(folder.path(), "1/1").unwrap()), [0, 1, 2]);
 }
 
 /// In any order, of files that have grown since the store was opened.
 #[test]
 fn rows_are_read_from_where_they_are() {
-    let folder = Folder::new("places");
-    let mut one = open(&folder.0, "1/2").unwrap();
-    let mut two = open(&folder.0, "2/2").unwrap();
+    let folder = Folder::new("sweep-places");
+    let mut one = open(folder.path(), "1/2").unwrap();
+    let mut two = open(folder.path(), "2/2").unwrap();
     for number in [3, 0, 4] {
         one.append(key(number), row(number)).unwrap();
     }
@@ -125,16 +127,20 @@ fn rows_are_read_from_where_they_are() {
         reader.row(key(1), place),
         Err(StoreError::Changed { .. })
     ));
-    std::fs::write(folder.0.join("part-1-of-2.jsonl"), "shorter\n").unwrap();
+    std::fs::write(folder.path().join("part-1-of-2.jsonl"), "shorter\n").unwrap();
     assert!(matches!(one.row(key(4)), Err(StoreError::Changed { .. })));
 }
 
 #[test]
 fn store_without_wanted_keys_has_all_rows() {
-    let folder = Folder::new("all");
-    write(&folder.0);
-    std::fs::write(folder.0.join("other.jsonl"), "no row\n").unwrap();
-    let open = || RowStore::open(&folder.0, Partition::WHOLE, None, |row: SweepRow| row.seed);
+    let folder = Folder::new("sweep-all");
+    write(folder.path());
+    std::fs::write(folder.path().join("other.jsonl"), "no row\n").unwrap();
+    let open = || {
+        RowStore::open(folder.path(), Partition::WHOLE, None, |row: SweepRow| {
+            row.seed
+        })
+    };
     let mut store = open().unwrap();
     assert_eq!(store.get(&key(99)), Some(&row(99).seed));
     assert_eq!(store.row(key(99)).unwrap(), Some(row(99)));
@@ -154,12 +160,12 @@ fn store_in_memory_has_values_and_no_rows() {
 
 #[test]
 fn file_has_one_writer() {
-    let folder = Folder::new("locked");
-    let first = open(&folder.0, "1/2").unwrap();
-    let second = open(&folder.0, "1/2").unwrap_err();
+    let folder = Folder::new("sweep-locked");
+    let first = open(folder.path(), "1/2").unwrap();
+    let second = open(folder.path(), "1/2").unwrap_err();
     assert!(matches!(second, StoreError::Locked { .. }), "{second}");
     drop(first);
-    open(&folder.0, "1/2").unwrap();
+    open(folder.path(), "1/2").unwrap();
 }
 
 #[test]

@@ -1,11 +1,10 @@
 //! Toy plants with configurable faults, and functions that execute commands.
 
-use std::path::PathBuf;
-
 use serde::{Deserialize, Serialize};
 use twinrig::kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig::runtime::{EnergyBalance, Plant, PlantFault, Process};
 use twinrig::{BuildError, ControllerKind, PlantContext, PlantKind, Registry, run_with};
+pub use twinrig_testing::folder::Folder;
 
 /// Trunk that oscillates around a height of 12 cm and moves forward at 0.5 m/s; it fails from
 /// `fails_at` on and panics at `panics_at`.
@@ -185,34 +184,6 @@ body = { speed = { near = "0.5 m/s", within = "1 %" } }
 name = "height"
 body = { height = { min = "109 mm" } }
 "#;
-
-/// Temporary folder of a test, deleted on drop.
-pub struct Folder(PathBuf);
-
-impl Folder {
-    pub fn new(test: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("twinrig-{test}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    /// Writes a file and returns its path.
-    pub fn file(&self, name: &str, text: &str) -> String {
-        let path = self.0.join(name);
-        std::fs::write(&path, text).unwrap();
-        path.display().to_string()
-    }
-
-    pub fn join(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
 
 /// Output and exit code of a command.
 #[derive(Debug)]

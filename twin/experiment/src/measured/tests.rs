@@ -1,7 +1,8 @@
 use std::cell::Cell;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Deserialize;
+use twinrig_testing::folder::Folder;
 
 use super::*;
 use crate::machine::Machine;
@@ -21,24 +22,6 @@ impl Measured for Reading {
 
     fn note_start(&mut self, start: usize) {
         self.start = start;
-    }
-}
-
-/// Folder that is removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let name = format!("twinrig-measured-{name}-{}", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        let _ = std::fs::remove_dir_all(&path);
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
@@ -84,10 +67,11 @@ fn study(
 
 #[test]
 fn parts_of_earlier_starts_are_not_measured_again_and_keep_their_start() {
-    let folder = Folder::new("again");
-    let (first, runs, starts) = study(&mut store(&folder.0, 0.5), "", &["a", "bb"], &[]);
+    let folder = Folder::new("measured-again");
+    let (first, runs, starts) = study(&mut store(folder.path(), 0.5), "", &["a", "bb"], &[]);
     assert_eq!((runs, starts.starts.len()), (2, 1));
-    let (second, runs, starts) = study(&mut store(&folder.0, 2.0), "", &["a", "ccc", "bb"], &[]);
+    let (second, runs, starts) =
+        study(&mut store(folder.path(), 2.0), "", &["a", "ccc", "bb"], &[]);
     assert_eq!(runs, 1);
     assert_eq!([&second[0], &second[2]], [&first[0], &first[1]]);
     assert_eq!(second[1].start, 2);
@@ -98,16 +82,16 @@ fn parts_of_earlier_starts_are_not_measured_again_and_keep_their_start() {
     let sentence = "the run times are of 2 starts of the program: 1 (load 0.50), 2 (load 2.00)";
     assert_eq!(starts.sentence().as_deref(), Some(sentence));
     // A start without a measurement is none.
-    let (_, runs, starts) = study(&mut store(&folder.0, 3.0), "", &["bb"], &[]);
+    let (_, runs, starts) = study(&mut store(folder.path(), 3.0), "", &["bb"], &[]);
     assert_eq!((runs, starts.starts), (0, expected[..1].to_vec()));
 }
 
 #[test]
 fn parts_that_the_budget_cut_are_measured_again_and_their_time_counts() {
-    let folder = Folder::new("cut");
-    let (_, runs, _) = study(&mut store(&folder.0, 0.0), "", &["a", "bb"], &["bb"]);
+    let folder = Folder::new("measured-cut");
+    let (_, runs, _) = study(&mut store(folder.path(), 0.0), "", &["a", "bb"], &["bb"]);
     assert_eq!(runs, 2);
-    let mut again = store(&folder.0, 0.0);
+    let mut again = store(folder.path(), 0.0);
     let spent_s = again.spent_s(again.key("\"\"", &"bb"));
     assert!(spent_s > 0.0);
     let (readings, runs, _) = study(&mut again, "", &["a", "bb"], &[]);
@@ -118,8 +102,8 @@ fn parts_that_the_budget_cut_are_measured_again_and_their_time_counts() {
 
 #[test]
 fn time_of_earlier_starts_is_that_of_the_budget() {
-    let folder = Folder::new("budget");
-    let mut kept = store(&folder.0, 0.0);
+    let folder = Folder::new("measured-budget");
+    let mut kept = store(folder.path(), 0.0);
     let key = kept.key("()", &"kept");
     let reading = Reading {
         value: 1.0,
@@ -142,15 +126,15 @@ fn time_of_earlier_starts_is_that_of_the_budget() {
 
 #[test]
 fn each_thing_that_changes_a_part_changes_its_key() {
-    let folder = Folder::new("key");
-    let kept = store(&folder.0, 0.0);
+    let folder = Folder::new("measured-key");
+    let kept = store(folder.path(), 0.0);
     let key = kept.key("scope", &"content");
     assert_eq!(kept.key("scope", &"content"), key);
     assert_ne!(kept.key("scope", &"other"), key);
     assert_ne!(kept.key("other", &"content"), key);
     drop(kept);
     let of = |study: &str, machine: Machine| {
-        let store = PartStore::open(&folder.0, &[study.as_bytes()], &machine).unwrap();
+        let store = PartStore::open(folder.path(), &[study.as_bytes()], &machine).unwrap();
         store.key("scope", &"content")
     };
     // The load is that of a start.
@@ -161,9 +145,9 @@ fn each_thing_that_changes_a_part_changes_its_key() {
 
 #[test]
 fn results_of_a_panic_and_numbers_that_json_lacks_are_not_kept() {
-    let folder = Folder::new("panic");
+    let folder = Folder::new("measured-panic");
     for _ in 0..2 {
-        let mut kept = store(&folder.0, 0.0);
+        let mut kept = store(folder.path(), 0.0);
         let incidents = Incidents::default();
         let budget = Budget::new(100.0, &[(Weight::Run, 2)]);
         let mut observer = ();
@@ -193,12 +177,12 @@ fn results_of_a_panic_and_numbers_that_json_lacks_are_not_kept() {
 
 #[test]
 fn a_line_that_a_killed_process_left_is_measured_again() {
-    let folder = Folder::new("torn");
-    let (first, ..) = study(&mut store(&folder.0, 0.0), "", &["a", "bb"], &[]);
-    let path = folder.0.join("all.jsonl");
+    let folder = Folder::new("measured-torn");
+    let (first, ..) = study(&mut store(folder.path(), 0.0), "", &["a", "bb"], &[]);
+    let path = folder.path().join("all.jsonl");
     let text = std::fs::read(&path).unwrap();
     std::fs::write(&path, &text[..text.len() - 9]).unwrap();
-    let (second, runs, starts) = study(&mut store(&folder.0, 0.0), "", &["a", "bb"], &[]);
+    let (second, runs, starts) = study(&mut store(folder.path(), 0.0), "", &["a", "bb"], &[]);
     assert_eq!((runs, &second[0]), (1, &first[0]));
     assert_eq!((first[1].start, second[1].start), (1, 2));
     let [note, _] = &*starts.notes else {
@@ -209,9 +193,9 @@ fn a_line_that_a_killed_process_left_is_measured_again() {
 
 #[test]
 fn two_processes_do_not_measure_one_study_at_once() {
-    let folder = Folder::new("lock");
-    let _open = store(&folder.0, 0.0);
-    let other = PartStore::open(&folder.0, &[b"study"], &machine("cpu", 0.0));
+    let folder = Folder::new("measured-lock");
+    let _open = store(folder.path(), 0.0);
+    let other = PartStore::open(folder.path(), &[b"study"], &machine("cpu", 0.0));
     assert!(
         other
             .err()

@@ -1,7 +1,5 @@
 //! Memory of campaigns of many runs, whose rows are on disk.
 
-use std::path::PathBuf;
-
 use twinrig_campaign::engine::{
     Engine, EngineError, EngineEvent, EngineOptions, EngineStatus, Job,
 };
@@ -11,6 +9,7 @@ use twinrig_campaign::sweep::{
 use twinrig_experiment::options::run::EngineArgs;
 use twinrig_experiment::{SweepOutcome, SweepRequest, sweep};
 use twinrig_rig::registry::Registry;
+use twinrig_testing::folder::Folder;
 
 const POINTS: usize = 100_000;
 /// Greatest number of bytes in memory for a point. With one expectation, its values, key, place and
@@ -69,42 +68,18 @@ fn row() -> SweepRow {
     }
 }
 
-/// A folder that is removed at the end of a test.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let name = format!("twinrig-memory-{name}-{}", std::process::id());
-        let folder = std::env::temp_dir().join(name);
-        std::fs::create_dir_all(&folder).unwrap();
-        Self(folder)
-    }
-
-    fn file(&self, name: &str, text: &str) -> PathBuf {
-        let path = self.0.join(name);
-        std::fs::write(&path, text).unwrap();
-        path
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
 /// Returns the outcome of a part of a sweep, and the most bytes that it needs for each point.
 fn measured(folder: &Folder, part: usize) -> (SweepOutcome, usize) {
     let request = SweepRequest {
-        scenario: folder.file("scenario.toml", SCENARIO),
-        spec: folder.file("spec.toml", SPEC),
+        scenario: folder.file("scenario.toml", SCENARIO).into(),
+        spec: folder.file("spec.toml", SPEC).into(),
         settings: Vec::new(),
         engine: EngineArgs {
             engine: Stub.name().to_owned(),
             ..EngineArgs::default()
         },
         partition: Partition { part, of: 2 },
-        out: folder.0.clone(),
+        out: folder.path().to_owned(),
         record: None,
     };
     let registry = Registry::standard().with_engine(Stub);
@@ -119,14 +94,14 @@ fn measured(folder: &Folder, part: usize) -> (SweepOutcome, usize) {
 /// One half of the rows is of this call, the other one is read from the disk.
 #[test]
 fn sweep_keeps_a_bounded_number_of_bytes_for_each_point() {
-    let folder = Folder::new("sweep");
+    let folder = Folder::new("memory-sweep");
     let (half, bytes_of_half) = measured(&folder, 1);
     assert_eq!(half.progress.ran, POINTS / 2);
     assert_eq!(half.result.counts.missing, POINTS / 2);
     let (outcome, bytes) = measured(&folder, 2);
     assert_eq!(outcome.progress.ran, POINTS / 2);
     assert_eq!(outcome.result.verdict, SweepVerdict::Pass);
-    let table = std::fs::read_to_string(folder.0.join("rows.csv")).unwrap();
+    let table = std::fs::read_to_string(folder.path().join("rows.csv")).unwrap();
     assert!(
         table
             .lines()

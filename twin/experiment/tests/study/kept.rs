@@ -1,7 +1,6 @@
 //! Studies that keep what they measured: a later start measures the rest only.
 
 use std::cell::Cell;
-use std::path::PathBuf;
 
 use twinrig_experiment::{
     CouplingPlan, Factor, Machine, Measuring, PartStore, PlantFactory, PrecisionPlan,
@@ -11,28 +10,14 @@ use twinrig_experiment::{
 use twinrig_kernel::SimDuration;
 use twinrig_rig::{PlantOffer, Variant};
 use twinrig_runtime::Plant;
+use twinrig_testing::folder::Folder;
 
 use crate::oscillator::Oscillators;
 use crate::walker::Walkers;
 
-/// Folder that is removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let name = format!("twinrig-kept-{name}-{}", std::process::id());
-        Self(std::env::temp_dir().join(name))
-    }
-
-    fn store(&self) -> PartStore {
-        PartStore::open(&self.0, &[b"study"], &Machine::here("test")).unwrap()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
+/// Opens the store in a folder.
+fn store_in(folder: &Folder) -> PartStore {
+    PartStore::open(folder.path(), &[b"study"], &Machine::here("test")).unwrap()
 }
 
 /// Counts the plants that a study builds.
@@ -102,9 +87,9 @@ fn stability_plan() -> StabilityPlan {
 
 /// Does a study of precision twice with a store, and returns the number of plants of the second.
 fn builds_of_a_second_study(name: &str, factory: impl PlantFactory) -> usize {
-    let (folder, factory) = (Folder::new(name), Counted::new(factory));
+    let (folder, factory) = (Folder::new(&format!("kept-{name}")), Counted::new(factory));
     let study = || {
-        let (mut observer, mut store) = ((), folder.store());
+        let (mut observer, mut store) = ((), store_in(&folder));
         let measuring = Measuring::kept(&mut observer, &mut store);
         let mut study = precision(&factory, &precision_plan(), measuring).unwrap();
         // How many parts are of earlier starts.
@@ -130,10 +115,10 @@ fn second_study_of_precision_measures_nothing() {
 
 #[test]
 fn stopped_study_continues_with_the_rows_of_its_first_start() {
-    let folder = Folder::new("stopped");
+    let folder = Folder::new("kept-stopped");
     let factory = Counted::new(Oscillators::new(&["rk4", "explicit-euler"], 100));
     let study = |observer: &mut dyn ProgressObserver| {
-        let mut store = folder.store();
+        let mut store = store_in(&folder);
         let measuring = Measuring::kept(observer, &mut store);
         precision(&factory, &precision_plan(), measuring)
     };
@@ -151,10 +136,10 @@ fn stopped_study_continues_with_the_rows_of_its_first_start() {
 
 #[test]
 fn rows_of_other_settings_are_not_used() {
-    let folder = Folder::new("settings");
+    let folder = Folder::new("kept-settings");
     let factory = Counted::new(Oscillators::new(&["rk4"], 100));
     let study = |plan: &PrecisionPlan| {
-        let (mut observer, mut store) = ((), folder.store());
+        let (mut observer, mut store) = ((), store_in(&folder));
         precision(&factory, plan, Measuring::kept(&mut observer, &mut store)).unwrap();
         factory.count()
     };
@@ -185,10 +170,10 @@ fn rows_of_other_settings_are_not_used() {
 /// With a method more, the reference has another check, and may hold for another time.
 #[test]
 fn rows_of_another_reference_are_not_used() {
-    let folder = Folder::new("reference");
+    let folder = Folder::new("kept-reference");
     let rows_of_rk4 = |methods: &[&str]| {
         let factory = Oscillators::new(methods, 100);
-        let (mut observer, mut store) = ((), folder.store());
+        let (mut observer, mut store) = ((), store_in(&folder));
         let measuring = Measuring::kept(&mut observer, &mut store);
         let measured = precision(&factory, &precision_plan(), measuring).unwrap();
         let measuring = Measuring::kept(&mut observer, &mut store);
@@ -209,10 +194,10 @@ fn rows_of_another_reference_are_not_used() {
 
 #[test]
 fn second_study_of_stability_runs_its_references_only() {
-    let folder = Folder::new("stability");
+    let folder = Folder::new("kept-stability");
     let factory = Counted::new(Oscillators::new(&["rk4", "explicit-euler"], 100));
     let study = |plan: &StabilityPlan| -> (Study, usize) {
-        let (mut observer, mut store) = ((), folder.store());
+        let (mut observer, mut store) = ((), store_in(&folder));
         let measuring = Measuring::kept(&mut observer, &mut store);
         let mut study = stability(&factory, plan, measuring).unwrap();
         study.starts.notes.clear();
@@ -231,10 +216,10 @@ fn second_study_of_stability_runs_its_references_only() {
 
 #[test]
 fn second_study_of_coupling_runs_nothing() {
-    let folder = Folder::new("coupling");
+    let folder = Folder::new("kept-coupling");
     let rigs = crate::coupling::rigs(&["foot"], &["bus"]);
     let study = |plan: &CouplingPlan| {
-        let (mut observer, mut store) = ((), folder.store());
+        let (mut observer, mut store) = ((), store_in(&folder));
         let measuring = Measuring::kept(&mut observer, &mut store);
         let mut study = coupling(&rigs, plan, measuring).unwrap();
         study.starts.notes.clear();
@@ -257,10 +242,10 @@ fn second_study_of_load_filters_searches_nothing() {
             true
         }
     }
-    let folder = Folder::new("estimate");
+    let folder = Folder::new("kept-estimate");
     let bench = crate::estimate::Bench::new(&[0.5, 1.0, 2.5], 5.0);
     let study = |particles| {
-        let (mut observer, mut store) = (Iterations(0), folder.store());
+        let (mut observer, mut store) = (Iterations(0), store_in(&folder));
         let measuring = Measuring::kept(&mut observer, &mut store);
         let plan = crate::estimate::plan(particles, 1);
         let mut study = estimate(&bench, &plan, measuring).unwrap();
