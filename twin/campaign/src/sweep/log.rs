@@ -18,7 +18,7 @@ use super::row::RowKey;
 pub enum StoreError {
     /// Another process appends to the file.
     #[error(
-        "another process is writing {}\n  = help: wait for its end, or choose another folder by --out; several processes share a sweep by --partition i/n",
+        "another process is writing {}\n  = help: wait for its end, or choose another folder by --out; processes share runs by --partition i/n, but not measurements of run times",
         path.display()
     )]
     Locked {
