@@ -2,8 +2,35 @@
 
 use twinrig_scenario::LeftOut;
 
+const RECORDING: &str = "recording of ";
+const EXPECTATION: &str = "expectation that ";
+
 /// Common beginnings of the names of a group of parts.
-const GROUPS: [&str; 2] = ["recording of ", "expectation that "];
+const GROUPS: [&str; 2] = [RECORDING, EXPECTATION];
+
+/// Returns the numbers of the expectations, recordings and other parts, and the command that gives
+/// their reasons; none without parts.
+pub(crate) fn summary(left_out: &[LeftOut]) -> Option<String> {
+    let count = |is: &dyn Fn(&str) -> bool, [one, many]: [&str; 2]| {
+        let parts = left_out.iter().filter(|it| is(&it.part)).count();
+        let noun = if parts == 1 { one } else { many };
+        (parts > 0).then(|| format!("{parts} {noun}"))
+    };
+    let is_other = |part: &str| !GROUPS.iter().any(|group| part.starts_with(group));
+    let counts = [
+        count(
+            &|part| part.starts_with(EXPECTATION),
+            ["expectation", "expectations"],
+        ),
+        count(
+            &|part| part.starts_with(RECORDING),
+            ["recording", "recordings"],
+        ),
+        count(&is_other, ["part", "parts"]),
+    ];
+    let counts: Vec<String> = counts.into_iter().flatten().collect();
+    (!counts.is_empty()).then(|| format!("{}; twin plan gives the reasons", counts.join(", ")))
+}
 
 /// Returns the names and the reason of each line, at the place of the first part: parts of one
 /// group that are left out for the same reason share a line, as do the reasons of one name.
@@ -45,6 +72,31 @@ mod tests {
     fn text(lines: &[[&str; 2]]) -> Vec<[String; 2]> {
         let owned = lines.iter().map(|line| line.map(str::to_owned));
         owned.collect()
+    }
+
+    #[test]
+    fn summary_counts_expectations_recordings_and_parts() {
+        let of = |names: &[&str]| {
+            let left_out = names.iter().map(|&part| LeftOut {
+                part: part.to_owned(),
+                why: String::new(),
+            });
+            summary(&left_out.collect::<Vec<_>>())
+        };
+        assert_eq!(of(&[]), None);
+        let counted = |names: &[&str]| {
+            let text = of(names).unwrap();
+            text.split_once(';').unwrap().0.to_owned()
+        };
+        assert_eq!(counted(&["bus"]), "1 part");
+        let names = [
+            "bus",
+            "expectation that a",
+            "recording of a",
+            "controller",
+            "recording of b",
+        ];
+        assert_eq!(counted(&names), "1 expectation, 2 recordings, 2 parts");
     }
 
     #[test]

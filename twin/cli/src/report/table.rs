@@ -349,6 +349,17 @@ fn integrator_fallbacks(report: &Report) -> Option<String> {
     ))
 }
 
+/// Returns the lines of the parts that are left out: they may explain a failure, and are one line
+/// where there is none.
+fn left_out(report: &Report) -> Vec<String> {
+    if report.verdict == Status::Pass {
+        return left_out::summary(&report.left_out).into_iter().collect();
+    }
+    let lines = left_out::lines(&report.left_out);
+    let text = |[parts, why]: [String; 2]| format!("{parts} ({why})");
+    lines.into_iter().map(text).collect()
+}
+
 fn facts(report: &Report) -> Grid {
     let mut grid = Grid::new(&[Left, Left]);
     let mut fact = |name: &str, value: String| {
@@ -413,9 +424,8 @@ fn facts(report: &Report) -> Grid {
     if let Some(fallbacks) = integrator_fallbacks(report) {
         fact("integrator", fallbacks);
     }
-    for (n, [parts, why]) in left_out::lines(&report.left_out).iter().enumerate() {
-        let name = if n == 0 { "left out" } else { "" };
-        fact(name, format!("{parts} ({why})"));
+    for (n, text) in left_out(report).into_iter().enumerate() {
+        fact(if n == 0 { "left out" } else { "" }, text);
     }
     if let Some(path) = &report.recording {
         fact("recording", path.clone());

@@ -182,13 +182,14 @@ fn integrator_fallbacks_are_reported() {
 }
 
 #[test]
-fn parts_left_out_for_one_reason_share_a_line() {
+fn parts_left_out_are_one_line_unless_the_run_fails() {
     let left_out = |part: &str, why: &str| LeftOut {
         part: part.to_owned(),
         why: why.to_owned(),
     };
     let mut scenario = Report::of_error("it.toml", String::new());
     scenario.error = None;
+    scenario.verdict = Status::Fail;
     scenario.left_out = vec![
         left_out("recording of a", "[record] does not name it"),
         left_out("controller", "there is no [controller]"),
@@ -200,6 +201,10 @@ fn parts_left_out_for_one_reason_share_a_line() {
         "            controller (there is no [controller])\n",
     ];
     assert!(text.contains(&lines.concat()), "{text}");
+    scenario.verdict = Status::Pass;
+    let text = strip_str(&report(&scenario)).to_string();
+    let line = "  left out  2 recordings, 1 part; twin plan gives the reasons\n";
+    assert!(text.contains(line), "{text}");
 }
 
 proptest! {
