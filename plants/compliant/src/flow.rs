@@ -376,7 +376,7 @@ impl<E: Equations> Flow<E> {
     }
 
     /// Computes the slope at the end of the last step again.
-    pub fn renew_slope(&mut self) {
+    pub fn update_slope(&mut self) {
         let mut copy = self.clone();
         copy.commands = self.commands.at_end(self.step_seconds);
         copy.slope = None;
@@ -488,7 +488,7 @@ impl<E: Equations> Flow<E> {
         self.step_seconds = saved.step_seconds;
         (self.slope, self.load) = (None, StepLoad::default());
         if saved.slope_known {
-            self.renew_slope();
+            self.update_slope();
         }
         Ok(())
     }

@@ -26,7 +26,7 @@ pub(crate) struct Carrier<L> {
     pub(crate) field: [L; 3],
 }
 
-/// What a leg adds to the equations of the trunk and, by the motion of the trunk, to its own.
+/// Terms of a leg in the equations of the trunk and, by the motion of the trunk, in its own.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Carried<L, const N: usize> {
     /// Columns of the inertia that couple the links to the plane.

@@ -64,7 +64,7 @@ fn rigid_slope<const N: usize>(flow: &Flow<N>) -> Vec<f64> {
 }
 
 fn compliant_slope<const N: usize, const P: usize>(flow: &mut CompliantFlow<N, P>) -> Vec<f64> {
-    flow.renew_slope();
+    flow.update_slope();
     let slope = flow.slope.unwrap();
     let mut numbers = Vec::new();
     numbers.extend(&slope.state.position.0[..3]);
@@ -232,7 +232,7 @@ fn step_beyond_the_limit_of_stability_is_refused() {
 /// Compressed elements of the slope and those by their depths, of each leg.
 fn compressed<const N: usize, const P: usize>(flow: &CompliantFlow<N, P>) -> [[f64; 4]; 2] {
     let mut flow = CompliantFlow::new(flow.equations.clone(), flow.state, 1e-6, Features::Detected);
-    flow.renew_slope();
+    flow.update_slope();
     let motion = flow.equations.elements(Features::Detected, &flow.state);
     let mut sums = [0.0; 4];
     for (element, depths) in (0_u32..).zip(motion.depths) {
@@ -313,7 +313,7 @@ fn hips<const N: usize, const P: usize>(flow: &mut CompliantFlow<N, P>) -> [[f64
             [wanted, limit(-1e9), limit(1e9)].map(Lanes::quad)
         }
     }
-    flow.renew_slope();
+    flow.update_slope();
     let (slope, state) = (flow.slope.unwrap(), flow.state);
     let DriveLaws::Servos { hip, .. } = &flow.equations.model.drives else {
         panic!("servos");

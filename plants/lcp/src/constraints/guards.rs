@@ -88,13 +88,13 @@ impl Guards {
         workspace: &Workspace<f64, N>,
     ) -> Self {
         let mut guards = Self::inactive();
-        guards.renew(dynamics, state, motion, workspace);
+        guards.update(dynamics, state, motion, workspace);
         guards
     }
 
     /// Computes the guards in a state in place.
     #[inline(never)]
-    pub(crate) fn renew<const N: usize>(
+    pub(crate) fn update<const N: usize>(
         &mut self,
         dynamics: &Dynamics<'_, Lanes, N>,
         state: &State<Lanes, N>,

@@ -179,7 +179,7 @@ impl<'a, R: Wide, const N: usize> Dynamics<'a, R, N> {
         };
         let articulated = &mut motion.articulated;
         let load = self.load.as_ref();
-        articulated.renew(self.model, self.legs, state, &constraint_set, load);
+        articulated.update(self.model, self.legs, state, &constraint_set, load);
         let mut accelerations = articulated.accelerations();
         let mut dissipated = articulated.chain.friction_power();
         if !self.mode.contacts.is_empty() {

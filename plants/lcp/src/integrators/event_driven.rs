@@ -211,7 +211,7 @@ impl<const N: usize> EventDriven<N> {
             } else {
                 let state = run.state;
                 self.rhs
-                    .renew_guards(model, run, &state, start, &mut buffers.guards);
+                    .update_guards(model, run, &state, start, &mut buffers.guards);
             }
             let left = progress.remaining.to_array();
             if left.iter().all(|&left| left <= 1e-12 * seconds) {
@@ -240,7 +240,7 @@ impl<const N: usize> EventDriven<N> {
             let mut buffers = Box::new(Buffers::blank(state));
             let Buffers { start, guards, .. } = &mut *buffers;
             self.rhs.motion_into(model, run, &state, recovery, start);
-            self.rhs.renew_guards(model, run, &state, start, guards);
+            self.rhs.update_guards(model, run, &state, start, guards);
             buffers.key = motion_key(run, recovery);
             run.counts = counts;
             buffers
@@ -286,7 +286,7 @@ impl<const N: usize> EventDriven<N> {
             return Ok((substep.h, [None; 4], false));
         }
         self.rhs
-            .renew_guards(model, run, &trial.end, &trial.motion, after);
+            .update_guards(model, run, &trial.end, &trial.motion, after);
         if !after.any_below(&tolerances(model)) && !dips(before, after, substep.h) {
             return Ok((substep.h, [None; 4], true));
         }

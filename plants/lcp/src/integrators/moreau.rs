@@ -29,26 +29,23 @@ mod kick;
 mod momentum;
 mod overlaps;
 mod solved_step;
+mod stages;
 
 use super::run_state::RunState;
 use super::step_error::StepError;
 use crate::constraints::saturation::Effort;
 use crate::model::Model;
 use crate::model::chain::friction_torques;
-use crate::model::leg_constraints::HIP;
 use crate::model::real::{Lanes, Real};
 use crate::model::rotation::rotation;
 
-use drift::{HalfStep, Momentum, Rates, advance_joints, rotated};
-use drives::{
-    Hip, MeanDrive, TorqueSpeedLines, drive_over, drive_torques, mean_commanded, torque_speed_lines,
-};
+use drives::{TorqueSpeedLines, mean_commanded, torque_speed_lines};
 use impulses::ImpulseSolver;
 pub(crate) use impulses::LastImpulses;
-use inertia::{Memory, unload_middle};
-use momentum::Geometry;
+use inertia::Memory;
 use overlaps::check_feet;
 use solved_step::SolvedStep;
+use stages::{FirstHalf, Kicked, Middle};
 
 /// A motor that changes more often is at the limit of its torque, where both modes are valid.
 const CHANGES_MAX: u32 = 4;
@@ -156,10 +153,6 @@ impl<const N: usize> Moreau<N> {
     }
 
     /// Computes the end of a step under these drives.
-    #[expect(
-        clippy::too_many_lines,
-        reason = "the stages of one step, in the order of the equations"
-    )]
     fn solve_step(
         &mut self,
         model: &Model<N>,
@@ -171,166 +164,15 @@ impl<const N: usize> Moreau<N> {
         run.counts.evaluations += 1;
         let Self { solver, memory } = self;
         let before = &run.state;
-        let half = 0.5 * seconds;
-        memory.start.renew(model, &run.mode, &before.angles);
-        let (start, legs) = (&memory.start.geometry, &model.side_by_side);
-        let from = start.momenta(legs, &before.rates, before.turning);
-        let hip_inertia = memory.start.hips[1];
-        let half_step = HalfStep {
-            model,
-            inertia: &memory.start.inertia,
-            hip_inertia,
-            seconds: half,
-        };
-        let initial = Rates {
-            links: before.rates,
-            turning: before.turning,
-        };
-        let (rates, last_momenta) = half_step.rates(&before.angles, initial, &from)?;
-        let mut middle = *before;
-        (middle.rates, middle.turning) = (rates.links, rates.turning);
-        advance_joints(&mut middle, half);
-
+        memory.start.update(model, &run.mode, &before.angles);
+        let first = FirstHalf::of(model, &memory.start, before, 0.5 * seconds)?;
         let dynamics = run.dynamics(model, 0.0);
-        let MeanDrive { drive, hip_damping } =
-            drive_over(&dynamics, &middle, commanded, lines, seconds);
-        unload_middle(&mut memory.middle, model, &run.mode, &middle, &drive, half);
-        let geometry = Geometry::of(model, &memory.middle);
-        let mut momentum = None;
-        if let Some((base, (body, middle_body))) = memory
-            .middle
-            .base
-            .as_mut()
-            .zip(start.body.zip(geometry.body))
-        {
-            let mut robot = Momentum::of(model, before, &body, from.relative, from.spin);
-            robot.drift(half);
-            middle.attitude = rotated(before.attitude, rates.turning, half);
-            let relative = geometry.relative(legs, &rates.links, rates.turning);
-            robot.place_trunk(&mut middle, &middle_body, relative);
-            base.rotation = rotation(middle.attitude);
-            momentum = Some((robot, middle_body));
-        }
-        let pushed = dynamics.load.as_ref().map(|load| {
-            let chain = &memory.middle.chain;
-            let turns = [&chain.sines, &chain.cosines];
-            load.forces(&model.side_by_side, turns, &memory.middle.rotation())
-        });
-        let kick = (&geometry, &rates, &last_momenta, pushed.as_ref());
-        let (accelerations, torques) = solver.impulses(
-            &dynamics,
-            &mut memory.middle,
-            &middle,
-            &drive,
-            kick,
-            seconds,
-        )?;
-        let tension = solver.instant.tension(seconds);
-
-        let legs = &model.side_by_side;
-        let h = Lanes::splat(seconds);
-        let mut after = middle;
-        for i in 0..N {
-            after.rates[i] += h * accelerations.links[i];
-        }
-        for i in 0..3 {
-            after.turning[i] += seconds * accelerations.trunk[3 + i];
-        }
-        let radius = legs.pulley_radius;
-        let winding = drive.pulley_acceleration - drive.pulley_mobility * radius * tension;
-        after.pulley_rate += h * winding;
-        let mean = std::array::from_fn(|i| Lanes::splat(0.5) * (rates.links[i] + after.rates[i]));
-        let last = Rates {
-            links: after.rates,
-            turning: after.turning,
-        };
-        let motors = (memory.start.hips[0], &drive);
-        let shifting = solver.correct_overlaps(model, &memory.middle, motors, &after, seconds);
-        let shifting = shifting.as_ref();
-        // Momenta of the links under all forces.
-        let change = std::array::from_fn(|i| last.links[i] - rates.links[i]);
-        let damping = friction_torques(legs, &change);
-        let mut momenta: [Lanes; N] = std::array::from_fn(|i| {
-            from.links[i] + h * torques[i] + Lanes::splat(half) * damping[i]
-        });
-        momenta[0] += hip_inertia * before.rates[0] - Lanes::splat(half) * hip_damping * change[0];
-
-        if let Some(shifting) = shifting {
-            (after.rates, after.turning) = (shifting.rates.links, shifting.rates.turning);
-            after.pulley += Lanes::splat(half) * shifting.pulley;
-        }
-        advance_joints(&mut after, half);
-        memory.end.renew(model, &run.mode, &after.angles);
-        let (end, legs) = (&memory.end.geometry, &model.side_by_side);
-        let mut spin = [0.0; 3];
-        if let Some(((robot, body), end_body)) = momentum.as_mut().zip(end.body) {
-            let mut impulse = solver.instant.wrench();
-            if let Some(pushed) = &pushed {
-                for (sum, force) in impulse.iter_mut().zip(pushed.trunk) {
-                    *sum += seconds * force;
-                }
-            }
-            let velocity_change = robot.apply(&impulse, &memory.middle, body, seconds);
-            let [forward, _, up] = velocity_change.map(Lanes::splat);
-            let chain = &memory.middle.chain;
-            for i in 0..N {
-                let along = chain.cosines[i] * forward + chain.sines[i] * up;
-                momenta[i] -= legs.moments[i] * along;
-            }
-            robot.drift(half);
-            if let Some(shifting) = shifting {
-                robot.shift(shifting.push, &memory.middle, body, half);
-            }
-            after.attitude = rotated(middle.attitude, after.turning, half);
-            spin = robot.spin_in(after.attitude);
-            *body = end_body;
-        }
-        let rates_after = memory.end.inertia.rates_of(&momenta, spin, last.links[0]);
-        (after.rates, after.turning) = (rates_after.links, rates_after.turning);
-        if let Some((robot, body)) = momentum {
-            let relative = end.relative(legs, &after.rates, after.turning);
-            robot.place_trunk(&mut after, &body, relative);
-        }
-        let mut solved = SolvedStep {
-            after,
-            mean,
-            external: pushed.map_or(0.0, |pushed| {
-                // At the means of the velocities before and after the kick.
-                let mut halfway = middle;
-                halfway.rates = mean;
-                for i in 0..3 {
-                    halfway.velocity[i] += half * accelerations.trunk[i];
-                    halfway.turning[i] += half * accelerations.trunk[3 + i];
-                }
-                seconds * pushed.power(&halfway).sum()
-            }),
-            tension,
-            torques: [Lanes::zero(); 2],
-            hip_work: Lanes::zero(),
-        };
-        // A hip at constant rate changes its momentum as its leg bends.
-        let at = |geometry: &Geometry<N>, rates: &Rates<N>| {
-            let momenta = geometry.momenta(legs, &rates.links, rates.turning);
-            momenta.links[0]
-        };
-        let ends = Rates {
-            links: solved.after.rates,
-            turning: solved.after.turning,
-        };
-        if model.drives.is_some() {
-            let hip = Hip {
-                rates: [rates.links[0], last.links[0]],
-                acceleration: accelerations.links[0],
-                damping: hip_damping,
-                imposed_torque: memory.middle.mobility.forces(&accelerations.torques)[HIP],
-                momentum_change: [
-                    at(&geometry, &rates) - from.links[0],
-                    at(end, &ends) - at(&geometry, &last),
-                ],
-            };
-            drive_torques(&dynamics, &mut solved, &drive, &hip, winding, seconds);
-        }
-        Ok(solved)
+        let drives = (commanded, lines);
+        let middle = Middle::of(&dynamics, &mut memory.middle, &first, drives, seconds);
+        let until = (&first, &middle);
+        let kicked = Kicked::of(solver, &dynamics, memory, until, seconds)?;
+        let after = kicked.second_half(solver, &dynamics, memory, until, seconds);
+        Ok(kicked.solved(&dynamics, memory, until, after, seconds))
     }
 
     /// Accepts the end of the step and enters its work in the energy balance.

@@ -107,7 +107,7 @@ impl<const N: usize> RightHandSide<N> {
     }
 
     /// Computes the guards of the last motion, in this state, in place.
-    pub(crate) fn renew_guards(
+    pub(crate) fn update_guards(
         &self,
         model: &Model<N>,
         run: &RunState<N>,
@@ -115,7 +115,7 @@ impl<const N: usize> RightHandSide<N> {
         motion: &Motion<Lanes, N>,
         guards: &mut Guards,
     ) {
-        guards.renew(&run.dynamics(model, 0.0), state, motion, &self.workspace);
+        guards.update(&run.dynamics(model, 0.0), state, motion, &self.workspace);
     }
 
     /// Returns the guards of the last motion, in this state.

@@ -34,7 +34,7 @@ pub(crate) struct RunState<const N: usize> {
     load: StepLoad,
 }
 
-/// What a step changes in a [`RunState`], saved without heap allocation.
+/// Part of a [`RunState`] that a step changes, saved without heap allocation.
 pub(crate) struct Checkpoint<const N: usize> {
     state: State<Lanes, N>,
     mode: Mode,

@@ -170,7 +170,7 @@ impl<R: Real, const N: usize> Articulated<R, N> {
         }
     }
 
-    /// Storage for [`Articulated::renew`].
+    /// Storage for [`Articulated::update`].
     #[inline(always)]
     pub(crate) fn blank() -> Self {
         Self {
@@ -183,7 +183,7 @@ impl<R: Real, const N: usize> Articulated<R, N> {
 
     /// Computes another state in place, without moving the large struct.
     #[inline(always)]
-    pub(crate) fn renew(
+    pub(crate) fn update(
         &mut self,
         model: &Model<N>,
         legs: &Constants<R, N>,

@@ -63,7 +63,7 @@ fn tumble(state: &mut State<Quad>, turning: [f64; 3]) {
 }
 
 fn slope(flow: &mut CompliantFlow) -> Slope<Quad> {
-    flow.renew_slope();
+    flow.update_slope();
     flow.slope.unwrap()
 }
 

@@ -45,7 +45,7 @@ impl<const N: usize> EventDriven<N> {
             self.rhs
                 .motion_into(model, run, &state, recovery, &mut buffers.start);
             self.rhs
-                .renew_guards(model, run, &state, &buffers.start, &mut buffers.guards);
+                .update_guards(model, run, &state, &buffers.start, &mut buffers.guards);
         }
         let guards = &buffers.guards;
         let tolerances = tolerances(model);
@@ -79,7 +79,7 @@ impl<const N: usize> EventDriven<N> {
             self.rhs
                 .motion_into(model, run, &state, recovery, &mut buffers.start);
             self.rhs
-                .renew_guards(model, run, &state, &buffers.start, &mut buffers.guards);
+                .update_guards(model, run, &state, &buffers.start, &mut buffers.guards);
         }
         Ok(())
     }

@@ -205,6 +205,16 @@ pub(super) struct Rates<const N: usize> {
     pub(super) turning: [f64; 3],
 }
 
+impl<const N: usize> Rates<N> {
+    /// Returns the rates of a state.
+    pub(super) fn of(state: &State<Lanes, N>) -> Self {
+        Self {
+            links: state.rates,
+            turning: state.turning,
+        }
+    }
+}
+
 /// Returns the lanes in which an iteration has converged: all together for a moving trunk, each leg
 /// separately on a fixed one.
 pub(super) fn converged(

@@ -41,7 +41,7 @@ impl<const N: usize> Node<N> {
     }
 
     /// Computes the inertia with links at these angles, in the present mode of the motors.
-    pub(super) fn renew(&mut self, model: &Model<N>, mode: &Mode, angles: &[Lanes; N]) {
+    pub(super) fn update(&mut self, model: &Model<N>, mode: &Mode, angles: &[Lanes; N]) {
         let mut drive = DriveAction::none();
         // Hips that follow their commands impose a unit rate of 1 rad/s.
         drive.hip_acceleration = Lanes::splat(1.0);
@@ -86,7 +86,7 @@ impl<const N: usize> Default for Memory<N> {
 }
 
 /// Computes the inertia in the middle of a step, with the drives as constraints.
-pub(super) fn unload_middle<const N: usize>(
+pub(super) fn compute_midpoint_inertia<const N: usize>(
     inertia: &mut Articulated<Lanes, N>,
     model: &Model<N>,
     mode: &Mode,

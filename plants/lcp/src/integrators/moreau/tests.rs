@@ -5,8 +5,10 @@ use twinrig_contact::{Ground, Terrain};
 use twinrig_legged::{Base, Drives, Ledger};
 use twinrig_robot::{GRAVITY, Robot, RobotFile};
 
+use super::LastImpulses;
+use super::drift::Momentum;
 use super::impulses::RECOVERY;
-use super::{Geometry, LastImpulses, Momentum};
+use super::momentum::Geometry;
 use crate::constraints::events::SLOTS;
 use crate::fixtures::{self, HARD, PASSIVE, between_stops, distance, flow, tumbling};
 use crate::model::real::{Lanes, Real};
