@@ -26,7 +26,7 @@ struct Module {
     used: Vec<Vec<String>>,
 }
 
-/// What a path names.
+/// Item that a path names.
 #[derive(Clone, Copy, PartialEq)]
 enum Target {
     Module(usize),

@@ -35,7 +35,7 @@ impl Measurement {
     }
 }
 
-/// What an estimator did with a measurement.
+/// Use that an estimator made of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// It was the newest, and is applied.

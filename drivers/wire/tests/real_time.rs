@@ -6,7 +6,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_runtime::real_time::{Ended, Limits, Privileges, RealTimeReport, RealTimeRig};
+use twinrig_runtime::real_time::{EndReason, Limits, Privileges, RealTimeReport, RealTimeRig};
 use twinrig_runtime::{
     Change, Device, DeviceError, Driver, Group, PanicReport, Phase, Rig, RigError, RunEvent,
     Schedule, TaskError, WiredTask, catch_panic,
@@ -80,7 +80,7 @@ fn rig_with(
     rig
 }
 
-fn run(rig: RealTimeRig, for_ms: u64) -> (Result<Ended, RigError>, RealTimeReport, Log) {
+fn run(rig: RealTimeRig, for_ms: u64) -> (Result<EndReason, RigError>, RealTimeReport, Log) {
     let mut log = Log::default();
     let (ended, report) = rig.run(Some(millis(for_ms)), &mut log, &AtomicBool::new(false));
     assert!(log.is_in_order());
@@ -104,7 +104,7 @@ fn observer_records_exactly_the_exchanged_bytes() {
     // In place of a plant: the signals that the driver measures.
     assert_eq!(rig.layout(Group::Plant).find("sbcp/half"), Some(0..1));
     let (ended, report, log) = run(rig, 100);
-    assert_eq!(ended, Ok(Ended::Duration));
+    assert_eq!(ended, Ok(EndReason::Duration));
 
     let out = log.trace(0);
     assert_eq!(out, far_end.join().unwrap());
@@ -159,7 +159,7 @@ fn without_overruns_the_bytes_equal_those_of_lockstep() {
         rig.schedule(at, "offset", Change::By(7.5)).unwrap();
         let mut log = Log::default();
         let (ended, report) = rig.run(Some(period * STEPS), &mut log, &AtomicBool::new(false));
-        assert_eq!(ended, Ok(Ended::Duration));
+        assert_eq!(ended, Ok(EndReason::Duration));
         far_end.join().unwrap();
         (report, log)
     });
@@ -409,7 +409,7 @@ fn stopped_run_ends_and_closes_the_devices() {
     );
     let (ended, _) = rig.run(None, &mut log, &stop);
     stopper.unwrap().join().unwrap();
-    assert_eq!(ended, Ok(Ended::Stopped));
+    assert_eq!(ended, Ok(EndReason::Stopped));
     assert_eq!(far_end.join().unwrap().last(), Some(&CLOSE));
 }
 
@@ -427,7 +427,7 @@ fn slow_observer_loses_counted_records_and_delays_no_device() {
         ..Log::default()
     };
     let (ended, report) = rig.run(Some(millis(200)), &mut log, &AtomicBool::new(false));
-    assert_eq!(ended, Ok(Ended::Duration));
+    assert_eq!(ended, Ok(EndReason::Duration));
     assert!(report.lost > 0);
     // The devices are not affected.
     let received = far_end.join().unwrap();
@@ -444,7 +444,7 @@ fn late_process_misses_steps_and_receives_the_elapsed_time() {
     process.takes = Duration::from_millis(5);
     let (ended, report, log) = run(rig(process, vec![(HalvingDriver::new("sbcp"), port)]), 60);
     far_end.join().unwrap();
-    assert_eq!(ended, Ok(Ended::Duration));
+    assert_eq!(ended, Ok(EndReason::Duration));
     assert!(report.overruns >= 2 * (report.iterations - 1), "{report}");
     let mut missed = 0;
     for event in log.events() {
@@ -476,7 +476,7 @@ fn slow_task_skips_steps_without_delaying_a_fast_one() {
     for end in ends {
         end.join().unwrap();
     }
-    assert_eq!(ended, Ok(Ended::Duration));
+    assert_eq!(ended, Ok(EndReason::Duration));
     let [fast, slow] = [0, 1].map(|task| log.count(RunEvent::TaskBegin { task }) as u64);
     assert_eq!(
         [fast, slow],

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::real_time::{
-    Ended, Hold, Privileges, RealTimeRig, Serve, ServeOptions, ServeReport, ServedWire,
+    EndReason, Hold, Privileges, RealTimeRig, Serve, ServeOptions, ServeReport, ServedWire,
 };
 use twinrig_runtime::{Device, DeviceError, Group, Plant, RigError, RunEvent, Schedule};
 use twinrig_testing::real_time::{
@@ -36,7 +36,7 @@ fn until_hang_up() -> ServeOptions {
     }
 }
 
-type Served = (Result<Ended, RigError>, ServeReport, Log);
+type Served = (Result<EndReason, RigError>, ServeReport, Log);
 
 /// Serves on a separate thread; the closure joins it.
 fn serve(options: ServeOptions, plant: Lag, wires: Vec<ServedWire>) -> impl FnOnce() -> Served {
@@ -73,9 +73,9 @@ fn real_time_rig_and_served_twin_record_the_same_bytes() {
     rig.options.privileges = Privileges::none();
     let mut host = Log::default();
     let (ended, report) = rig.run(Some(millis(200)), &mut host, &AtomicBool::new(false));
-    assert_eq!(ended, Ok(Ended::Duration), "{report}");
+    assert_eq!(ended, Ok(EndReason::Duration), "{report}");
     let (ended, report, twin) = served();
-    assert_eq!(ended, Ok(Ended::HungUp), "{report}");
+    assert_eq!(ended, Ok(EndReason::HungUp), "{report}");
     assert_eq!(
         (host.trace(0), host.trace(1)),
         (twin.trace(0), twin.trace(1))
@@ -94,7 +94,7 @@ fn plant_follows_the_clock_on_the_grid_from_the_first_byte_on() {
     thread::sleep(Duration::from_millis(20));
     drop(port);
     let (ended, report, log) = served();
-    assert_eq!(ended, Ok(Ended::HungUp));
+    assert_eq!(ended, Ok(EndReason::HungUp));
 
     let released = log
         .entries
@@ -132,7 +132,7 @@ fn hold_of_the_plant_is_configurable() {
         let served = serve(options, Lag::default(), vec![wire("sbcp", twin)]);
         port.write(&[OPEN]).unwrap();
         let (ended, report, log) = served();
-        assert_eq!((ended, report.served), (Ok(Ended::Duration), millis(60)));
+        assert_eq!((ended, report.served), (Ok(EndReason::Duration), millis(60)));
         assert_eq!(log.count(RunEvent::Opened), events);
         let is_traced = |entry: &Entry| matches!(entry, Entry::Bytes(0, _));
         let first = log
@@ -177,7 +177,7 @@ fn hosts_of_two_wires_may_reconnect_at_any_time() {
     }
     stop.store(true, Ordering::SeqCst);
     let (ended, _) = thread.unwrap().join().unwrap();
-    assert_eq!(ended, Ok(Ended::Stopped));
+    assert_eq!(ended, Ok(EndReason::Stopped));
 }
 
 #[test]
@@ -230,7 +230,7 @@ fn twin_slower_than_the_clock_reports_it_and_omits_no_sample() {
     };
     let served = serve(options, plant, vec![wire("sbcp", Pty::open().unwrap())]);
     let (ended, report, log) = served();
-    assert_eq!((ended, report.served), (Ok(Ended::Duration), millis(40)));
+    assert_eq!((ended, report.served), (Ok(EndReason::Duration), millis(40)));
     assert_eq!(log.samples(Group::Plant).count(), 21);
     assert!(
         report.behind > 0 && report.to_string().contains("BEHIND"),

@@ -81,9 +81,9 @@ impl Levels {
         for (edge, neighbour, outward) in [before, beyond].into_iter().flatten() {
             let (from_edge, other) = (point.x - self.edges[edge].x, self.height_of(neighbour));
             let wall = if point.z >= own {
-                beside(outward * from_edge, outward, point.z, other, own)
+                higher_neighbour_surface(outward * from_edge, outward, point.z, other, own)
             } else {
-                within(outward * from_edge, outward, point.z, other, own)
+                lower_neighbour_surface(outward * from_edge, outward, point.z, other, own)
             };
             match wall {
                 // Of equal distances the level counts.
@@ -97,7 +97,13 @@ impl Levels {
 
 /// Returns the wall and the edge of a higher neighbour, for a point above its own level at the
 /// distance `away` from the wall.
-fn beside(away: f64, outward: f64, z: f64, other: f64, own: f64) -> Option<Surface> {
+fn higher_neighbour_surface(
+    away: f64,
+    outward: f64,
+    z: f64,
+    other: f64,
+    own: f64,
+) -> Option<Surface> {
     if other <= own {
         return None;
     }
@@ -118,7 +124,13 @@ fn beside(away: f64, outward: f64, z: f64, other: f64, own: f64) -> Option<Surfa
 /// Returns the wall towards a lower neighbour, or the crease at its foot, for a point below its own
 /// level at the distance `away` from the wall. A foot pressed into the lower level touches the
 /// crease.
-fn within(away: f64, outward: f64, z: f64, other: f64, own: f64) -> Option<Surface> {
+fn lower_neighbour_surface(
+    away: f64,
+    outward: f64,
+    z: f64,
+    other: f64,
+    own: f64,
+) -> Option<Surface> {
     if other >= own {
         return None;
     }

@@ -20,7 +20,7 @@ pub(crate) struct Quadruped {
     pub(crate) size: Option<[f64; 3]>,
     /// LF, RF, LH and RH.
     pub(crate) legs: Vec<Leg>,
-    /// What the robot file cannot express.
+    /// Properties that the robot file cannot express.
     pub(crate) notes: Vec<String>,
 }
 

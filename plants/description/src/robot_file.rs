@@ -22,7 +22,7 @@ pub struct Imported {
     pub read: usize,
     /// Number of entries that do not; their comments begin with ASSUMED.
     pub assumed: usize,
-    /// What the robot file cannot express, one sentence each.
+    /// Properties that the robot file cannot express, one sentence each.
     pub notes: Vec<String>,
 }
 

@@ -47,7 +47,7 @@ pub fn urdf(robot: &Robot) -> Result<String, LegError> {
     Ok(text)
 }
 
-/// What the format cannot express, for readers of the file.
+/// Losses of the format, for readers of the file.
 const LACKS: &str = "  <!-- SI units, x forward, y left, z up. Joints are zero in the reference pose: legs stretched, feet below the
        hips, pantographs closed; positive is forward.
        This file has masses, inertia and kinematics. It lacks, as URDF has no words for them:

@@ -152,7 +152,7 @@ pub fn voltages(mut sensor: TactileSensor, load: &[[f64; 2]]) -> Vec<[f64; 2]> {
     load.iter().map(advance).collect()
 }
 
-/// What measures the rate.
+/// Sensor that measures the rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RateSensor {
     /// The piezoelectric cell with its charge amplifier.

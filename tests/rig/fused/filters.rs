@@ -8,7 +8,7 @@ use twinrig_estimate::{
 
 use crate::fused::draws::{PERIOD_NS, PERIOD_S, SETTLING, Samples, Shape, crept, load, voltages};
 
-/// What a clean run of the simulated sensor tells about it.
+/// Properties of the simulated sensor from a clean run.
 pub struct Calibration {
     pub response: Fitted<Hysteresis>,
     pub amplifier: Fitted<AmplifierFit>,

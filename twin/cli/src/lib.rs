@@ -59,7 +59,7 @@ pub use twinrig_rig::{
     Assembly, BuildError, BuildKey, BusContext, BusKind, BusReport, ControllerContext,
     ControllerKind, Energy, Error, Execution, LegContext, Line, LineEnsemble, Method, ModelContext,
     PlantContext, PlantKind, RealTime, Registry, Report, RunLayouts, RunObserver, RunProgress,
-    StandaloneModel, Status, Warned, execute_observed, fmu, fmu_plant, lcp, massless,
+    StandaloneModel, Status, WarningEntry, execute_observed, fmu, fmu_plant, lcp, massless,
 };
 
 pub use commands::{plan_json, recording_path, run, run_args, run_with};

@@ -1,4 +1,4 @@
-//! What the program was built from.
+//! Build information.
 
 /// Version and build, as `twin --version` prints them: the commit, the cargo features that select
 /// parts, the target, and the profile `debug` or `release`.

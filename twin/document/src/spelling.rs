@@ -53,7 +53,7 @@ pub(crate) fn meant_unit(kind: &Kind, spelling: &str) -> Option<&'static str> {
     spellings.find(|known| !known.is_empty() && plain(known) == plain(spelling))
 }
 
-/// What is wrong with a number, and how to write it.
+/// Mistake in a number, and its correct form.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Miswritten {
     /// Another spelling of the same number, or two if the text has two meanings.

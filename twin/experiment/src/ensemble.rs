@@ -17,7 +17,7 @@ use twinrig_rig::run::observers::RunObserver;
 use twinrig_scenario::Varied;
 
 use crate::error::{Error, StudyError};
-use crate::parallel::{Ran, run_all};
+use crate::parallel::{RunResult, run_all};
 
 /// Members of an ensemble: the unperturbed run, number 0, and one for each magnitude.
 pub(crate) struct Ensemble<A> {
@@ -197,7 +197,7 @@ pub fn with_ensemble(
 }
 
 /// Returns the row of a run, or the reason why it did not start.
-pub(crate) fn ran(row: Result<SweepRow, Error>) -> Ran<SweepRow> {
+pub(crate) fn ran(row: Result<SweepRow, Error>) -> RunResult<SweepRow> {
     row.map_err(|error| error.to_string())
 }
 

@@ -90,7 +90,7 @@ pub use optimization::execute::optimize;
 pub use optimization::optimization_page;
 pub use optimization::outcome::{OptimizationOutcome, OptimizationProgress, OptimizationRequest};
 pub use options::request::{StudyContext, StudyFrame, StudyReport, StudyRequest};
-pub use parallel::Ran;
+pub use parallel::RunResult;
 pub use plants::builder::StudyBuilder;
 pub use plants::commands::{CommandRecorder, CommandTape, Commands};
 pub use plants::contact::{ContactResiduals, GaitContact, RestContact};
@@ -101,7 +101,7 @@ pub use plants::error_control::ErrorControlTrend;
 pub use plants::factor::Factor;
 pub use plants::factory::{PlantFactory, StudyInput};
 pub use plants::floors::Floor;
-pub use plants::footsteps::{Footstep, WALK};
+pub use plants::footsteps::{Footstep, GAIT_DURATION};
 pub use plants::precision::precision;
 pub use plants::precision_plan::PrecisionPlan;
 pub use plants::reference_note::{CheckNote, ReferenceNote};
@@ -112,7 +112,7 @@ pub use plants::stiffness::StiffnessTrend;
 pub use plants::study::{Order, Study, StudyKind};
 pub use plants::thesis::{FIGURES, ModelClass, ThesisFigure};
 pub use plants::tolerance::ToleranceSlope;
-pub use plants::transport::{Cost, STROLL, Transport};
+pub use plants::transport::{Cost, TRANSPORT_DURATION, Transport};
 pub use progress::ProgressObserver;
 pub use radius::{radius_markdown, radius_page, radius_summary};
 pub use robustness::{
@@ -133,8 +133,7 @@ pub use sweep::rows::SweepRows;
 pub use sweep::{share_sentence, sweep_page};
 pub use transition::TransitionOptions;
 pub use transition::{
-    ClassAgreement, GaitCycle, GaitPattern, Hysteresis, MIXED, STANDING, Transition,
-    TransitionCase, TransitionInput, TransitionPlan, TransitionResult, TransitionStudy, Way,
-    transition,
+    ClassAgreement, GaitCycle, GaitPattern, Hysteresis, MIXED, RampDirection, STANDING, Transition,
+    TransitionCase, TransitionInput, TransitionPlan, TransitionResult, TransitionStudy, transition,
 };
 pub use worker::{JobError, WorkerJob};

@@ -9,10 +9,10 @@ use crate::error::StudyError;
 use crate::stopwatch::Stopwatch;
 
 /// Result of a run, or the reason of its failure.
-pub type Ran<T> = Result<T, String>;
+pub type RunResult<T> = Result<T, String>;
 
 struct Runs<'f, T> {
-    run: &'f (dyn Fn(usize) -> Ran<T> + Sync),
+    run: &'f (dyn Fn(usize) -> RunResult<T> + Sync),
 }
 
 impl<T: Serialize> Job for Runs<'_, T> {
@@ -39,11 +39,11 @@ impl<T: Serialize> Job for Runs<'_, T> {
 /// [`StudyError::Engine`] without threads.
 pub(crate) fn run_all<T: Serialize + DeserializeOwned>(
     count: usize,
-    run: &(dyn Fn(usize) -> Ran<T> + Sync),
+    run: &(dyn Fn(usize) -> RunResult<T> + Sync),
     progress: &mut dyn FnMut(usize, f64) -> bool,
-) -> Result<Vec<Ran<T>>, StudyError> {
+) -> Result<Vec<RunResult<T>>, StudyError> {
     let stopwatch = Stopwatch::start();
-    let mut results: Vec<Option<Ran<T>>> = (0..count).map(|_| None).collect();
+    let mut results: Vec<Option<RunResult<T>>> = (0..count).map(|_| None).collect();
     let tasks: Vec<usize> = (0..count).collect();
     let mut done = 0;
     let job = Runs { run };
@@ -52,7 +52,7 @@ pub(crate) fn run_all<T: Serialize + DeserializeOwned>(
         if let EngineEvent::Done { task, result } = event {
             done += 1;
             let result = result.and_then(|bytes| {
-                let read: Result<Ran<T>, _> = postcard::from_bytes(&bytes);
+                let read: Result<RunResult<T>, _> = postcard::from_bytes(&bytes);
                 read.unwrap_or_else(|error| Err(format!("a result cannot be read: {error}")))
             });
             results[task] = Some(result);
@@ -61,7 +61,7 @@ pub(crate) fn run_all<T: Serialize + DeserializeOwned>(
         progress(done, left_s)
     });
     ran.map_err(|error| StudyError::Engine(error.to_string()))?;
-    let results: Option<Vec<Ran<T>>> = results.into_iter().collect();
+    let results: Option<Vec<RunResult<T>>> = results.into_iter().collect();
     results.ok_or(StudyError::Interrupted { done, of: count })
 }
 

@@ -36,7 +36,7 @@ pub(crate) struct Frame {
     pub(crate) contents: Vec<u8>,
 }
 
-/// What a process has to say.
+/// Message of a process.
 pub(crate) enum Next {
     Frame(Frame),
     /// Nothing in the time allowed.

@@ -11,7 +11,7 @@ use crate::registry::registry;
 use crate::supervised::supervised;
 
 /// Result of a task; none after an interrupt.
-type Ended<'py> = Option<(bool, Bound<'py, PyBytes>)>;
+type TaskOutcome<'py> = Option<(bool, Bound<'py, PyBytes>)>;
 
 /// Job on a worker.
 #[pyclass(name = "WorkerJob", module = "twinrig._native", frozen)]
@@ -28,7 +28,7 @@ impl PyWorkerJob {
     }
 
     /// Does tasks; returns for each whether it ended without a panic, and its result or the panic.
-    fn run<'py>(&self, py: Python<'py>, tasks: Vec<Vec<u8>>) -> PyResult<Vec<Ended<'py>>> {
+    fn run<'py>(&self, py: Python<'py>, tasks: Vec<Vec<u8>>) -> PyResult<Vec<TaskOutcome<'py>>> {
         let run = |task: Vec<u8>| match catch_panic(|| self.0.run(&task)) {
             Ok(Ok(result)) => Ok(result.map(|result| (true, result))),
             Ok(Err(error)) => Err(error.to_string()),

@@ -268,13 +268,13 @@ fn legend(entries: &[(Swatch, String)]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::html::plot::{Curve, Ended, Look, Mark, Point, Setting};
+    use crate::html::plot::{Curve, EndedRun, Look, Mark, Point, Setting};
 
     #[test]
     fn each_run_that_ended_early_is_in_one_strip_and_marks_are_in_the_legend() {
         let ended = |title: &str, cut| {
             let title = title.to_owned();
-            Setting::Ended(Ended { x: 1.0, title, cut })
+            Setting::Ended(EndedRun { x: 1.0, title, cut })
         };
         let doubtful = Setting::Point(Point {
             x: 1.0,

@@ -6,7 +6,7 @@ use std::thread;
 
 use crate::support::{filter, plant, quiet};
 use twinrig_kernel::SimDuration;
-use twinrig_runtime::real_time::{Ended, Privileges, RealTimeRig, Serve, ServeOptions, ServedWire};
+use twinrig_runtime::real_time::{EndReason, Privileges, RealTimeRig, Serve, ServeOptions, ServedWire};
 use twinrig_runtime::{Driver, Group, Schedule};
 use twinrig_tactile::{LoadFilter, Tactile, TactileDriver};
 use twinrig_testing::driver_harness::DriverHarness;
@@ -65,7 +65,7 @@ fn estimates_at_a_pty_are_those_of_the_same_frames_in_virtual_time() {
     let mut log = Log::default();
     let second = SimDuration::from_secs(1);
     let (ended, report) = rig.run(Some(second), &mut log, &AtomicBool::new(false));
-    assert_eq!(ended, Ok(Ended::Duration), "{report}");
+    assert_eq!(ended, Ok(EndReason::Duration), "{report}");
     assert!(served.join().unwrap().0.is_ok());
 
     // Byte by byte, at times that have nothing to do with those of the run.

@@ -32,7 +32,7 @@ pub enum SearchError {
         low: f64,
         /// Upper bound.
         high: f64,
-        /// What is required of them.
+        /// Requirement that they do not meet.
         required: &'static str,
     },
     /// Costs that do not belong to the points of the last generation.

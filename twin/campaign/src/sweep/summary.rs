@@ -1,4 +1,4 @@
-//! What a sweep keeps of its rows in memory: all that shares, effects and plots need.
+//! Summary of the rows of a sweep in memory: all that shares, effects and plots need.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! What CMA-ES may depend on, and the protocol of a search.
+//! Invariances of CMA-ES, and the protocol of a search.
 
 use proptest::prelude::*;
 use twinrig_campaign::search::{CmaEs, Dimension, Found, Search, SearchError, SwarmSearch};

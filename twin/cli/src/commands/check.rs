@@ -10,7 +10,7 @@ use twinrig_report::text::style::{DIM, GREEN, styled};
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::error::guarded;
 use twinrig_rig::registry::Registry;
-use twinrig_rig::report::Warned;
+use twinrig_rig::report::WarningEntry;
 
 #[derive(Serialize)]
 struct Checked {
@@ -18,7 +18,7 @@ struct Checked {
     scenario: Option<String>,
     valid: bool,
     error: Option<String>,
-    warnings: Vec<Warned>,
+    warnings: Vec<WarningEntry>,
 }
 
 pub(super) fn check(registry: &Registry, args: &CheckArgs, terminal: &mut Terminal<'_>) -> u8 {
@@ -45,7 +45,7 @@ pub(super) fn check(registry: &Registry, args: &CheckArgs, terminal: &mut Termin
                 valid: checked.is_ok(),
                 error: checked.as_ref().err().map(|(_, error)| error.to_string()),
                 scenario: checked.map_or_else(|(name, _)| name, Some),
-                warnings: Warned::all(&warnings),
+                warnings: WarningEntry::all(&warnings),
             });
             continue;
         }

@@ -44,7 +44,7 @@ pub(super) fn examples(
     }
 }
 
-/// What a list shows of an example.
+/// Row of a list of examples.
 #[derive(Debug, Serialize)]
 struct Entry {
     name: &'static str,

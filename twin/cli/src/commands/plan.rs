@@ -33,7 +33,7 @@ use twinrig_rig::assembly::Assembly;
 use twinrig_rig::error::Error;
 use twinrig_rig::parts::coupling;
 use twinrig_rig::registry::Registry;
-use twinrig_rig::report::{Warned, seconds};
+use twinrig_rig::report::{WarningEntry, seconds};
 
 pub(super) fn plan(registry: &Registry, args: &PlanArgs, terminal: &mut Terminal<'_>) -> u8 {
     if args.sufficient {
@@ -138,7 +138,7 @@ fn of(registry: &Registry, assembly: &Assembly<'_>) -> Result<Plan, TwinError> {
             .map(|one| one.name.clone())
             .collect(),
         left_out: scene.left_out.clone(),
-        warnings: Warned::all(&scenario.warnings),
+        warnings: WarningEntry::all(&scenario.warnings),
     })
 }
 

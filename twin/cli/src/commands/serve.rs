@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use twinrig_kernel::SimDuration;
 use twinrig_runtime::DeviceError;
-use twinrig_runtime::real_time::{Ended, Hold, Privileges, Serve, ServeOptions, ServedWire};
+use twinrig_runtime::real_time::{EndReason, Hold, Privileges, Serve, ServeOptions, ServedWire};
 use twinrig_scenario::Scenario;
 use twinrig_wire::Pty;
 
@@ -65,7 +65,7 @@ fn serve_twin(
     let (ended, report) = served.run(&mut (), interrupt::hardware_flag());
     terminal.print(&report.to_string());
     match ended {
-        Ok(Ended::Duration | Ended::Stopped | Ended::HungUp) => Ok(SUCCESS),
+        Ok(EndReason::Duration | EndReason::Stopped | EndReason::HungUp) => Ok(SUCCESS),
         Err(error) => Err(assembly.rig_error(error).into()),
     }
 }

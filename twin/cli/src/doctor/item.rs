@@ -17,13 +17,13 @@ pub(crate) enum State {
 /// A finding, what it affects, and the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct Item {
-    /// What was examined.
+    /// Examined property.
     pub name: String,
     /// Whether it is as it should be.
     pub state: State,
-    /// What was found.
+    /// Finding.
     pub finding: String,
-    /// What does not work or works less well; empty if the state is [`State::Ok`].
+    /// Consequence for the user; empty if the state is [`State::Ok`].
     pub affects: String,
     /// Command or instruction; empty if the state is [`State::Ok`].
     pub remedy: String,

@@ -1,4 +1,4 @@
-//! What only Linux answers: rights, limits, space.
+//! Facts that only Linux gives: rights, limits, space.
 
 use std::os::unix::fs::MetadataExt as _;
 

@@ -2,6 +2,7 @@
 //! for what is missing.
 
 mod build;
+mod environment;
 mod item;
 #[cfg(target_os = "linux")]
 mod linux;
@@ -9,7 +10,6 @@ mod machine;
 mod ports;
 mod programs;
 mod real_time;
-mod surroundings;
 mod system;
 #[cfg(test)]
 mod tests;
@@ -35,6 +35,6 @@ pub(crate) fn examine(registry: &Registry, system: &dyn System) -> Vec<Item> {
             "run in virtual time, which is the same on every system",
         ));
     }
-    items.extend(surroundings::items(system));
+    items.extend(environment::items(system));
     items
 }

@@ -6,9 +6,9 @@ use super::system::{Output, System};
 
 /// Oldest Rust that builds crates against this one.
 const RUST: &str = env!("CARGO_PKG_RUST_VERSION");
-/// What the tool chain is for.
+/// Purpose of the tool chain.
 const OWN: &str = "building controllers, drivers and plants of your own; runs do not need it";
-/// What the Python package is for.
+/// Purpose of the Python package.
 const PYTHON: &str = "import twinrig in Python; this program does not need it";
 
 pub(super) fn items(system: &dyn System) -> Vec<Item> {

@@ -8,7 +8,7 @@ const PRIORITY: u64 = 70;
 /// Bits of the capabilities that stand above the limits: `CAP_SYS_NICE`, `CAP_IPC_LOCK`.
 const NICE: u64 = 1 << 23;
 const LOCK: u64 = 1 << 14;
-/// What real time is for.
+/// Purpose of real time.
 const RUNS: &str = "runs at real ports and `twin serve`; runs in virtual time do not need it";
 
 pub(super) fn items(system: &dyn System) -> Vec<Item> {

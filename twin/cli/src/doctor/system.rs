@@ -1,4 +1,4 @@
-//! What the check asks of a system.
+//! System queries of the check.
 
 /// Limit of the resources of a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

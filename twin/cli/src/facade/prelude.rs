@@ -1,4 +1,4 @@
-//! What nearly every crate with parts of its own needs: the registry, the kinds of parts, the
+//! Names that nearly every crate with parts of its own needs: the registry, the kinds of parts, the
 //! traits that they implement, and the types of their signals.
 //!
 //! ```

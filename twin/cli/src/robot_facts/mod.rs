@@ -1,4 +1,4 @@
-//! What follows from a robot file: masses, lengths and stiffness of the legs, ranges of the joints,
+//! Facts that follow from a robot file: masses, lengths and stiffness of the legs, ranges of the joints,
 //! what the drives achieve. Every number is computed from the file by the crates that the plants
 //! use, and names the keys of the file that it follows from.
 

@@ -127,7 +127,7 @@ pub(crate) struct FlipRun<'r> {
     scenarios: PathBuf,
 }
 
-/// What an item is without a move.
+/// Outcome of an item without a move.
 struct Unmoved {
     result: ItemResult,
     numbers: BTreeMap<Number, String>,

@@ -50,7 +50,7 @@ impl Item {
 pub(crate) struct Source {
     /// Keys of the measurements; none for all that no other source names.
     pub keys: &'static [&'static str],
-    /// What their agreement says.
+    /// Meaning of their agreement.
     pub basis: Basis,
     /// Their inputs, and what was free to differ.
     pub inputs: &'static [Input],

@@ -3,7 +3,7 @@
 #[cfg(test)]
 mod tests;
 
-use twinrig_report::html::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
+use twinrig_report::html::plot::{Curve, EndedRun, Look, Mark, Plot, Point, Setting};
 use twinrig_report::number::{fixed, grouped, grouped_factor, si};
 use twinrig_report::page::{Block, Card, Figure, Page, Swatch, Term};
 use twinrig_report::summary::Summary;
@@ -248,7 +248,7 @@ fn curve(
         })
     };
     let ended = |row: &CouplingRow| {
-        Some(Ended {
+        Some(EndedRun {
             x: x(row).filter(|_| row.status != Status::Ok)?,
             title: format!("{}: {}", row.word(), title(row)),
             cut: row.cut,

@@ -13,7 +13,7 @@ const PEAKED: f64 = 1.0;
 /// Residuals of an identification.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Residuals {
-    /// What was identified.
+    /// Identified quantity.
     pub of: &'static str,
     /// Mean \[V\].
     pub mean: f64,

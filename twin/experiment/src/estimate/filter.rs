@@ -78,7 +78,7 @@ pub(crate) struct Dimension {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Place {
-    /// What a millisecond adds to a state.
+    /// Increment of a state over a millisecond.
     State(usize),
     /// Noise of the piezoelectric voltage.
     Piezoelectric,

@@ -26,7 +26,7 @@ pub struct PrintedFigure {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// What is printed holds here, too.
+    /// The printed statement holds here, too.
     Holds,
     /// It does not.
     Differs,

@@ -27,7 +27,7 @@ impl StudyRequest for FeedbackOptions {
         let mut summary = study.summary();
         engine.note(&mut summary);
         Ok(StudyReport {
-            is_negative: !study.void().is_empty(),
+            is_negative: !study.without_effect().is_empty(),
             ..StudyReport::new(
                 summary,
                 study.page(machine, command),

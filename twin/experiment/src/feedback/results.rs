@@ -9,7 +9,7 @@ use super::{ControlStep, FeedbackCase, FeedbackInput, FeedbackPlan, FeedbackRun}
 use crate::gait::run::GaitRun;
 use crate::machine::Machine;
 use crate::modulation::CaseResult;
-use crate::parallel::Ran;
+use crate::parallel::RunResult;
 
 /// Time over which the loads of a leg are drawn \[s\].
 const DRAWN_S: f64 = 1.0;
@@ -47,8 +47,8 @@ pub struct FeedbackResult {
 impl FeedbackResult {
     pub(crate) fn new(
         case: &FeedbackCase,
-        run: &Ran<FeedbackRun>,
-        reference: &Ran<FeedbackRun>,
+        run: &RunResult<FeedbackRun>,
+        reference: &RunResult<FeedbackRun>,
         modulated: Result<&CaseResult, &str>,
         plan: &FeedbackPlan,
     ) -> Self {
@@ -237,7 +237,7 @@ impl FeedbackStudy {
     }
 
     /// Returns the cases whose commands are those of the reference, which makes them void.
-    pub fn void(&self) -> Vec<&FeedbackResult> {
+    pub fn without_effect(&self) -> Vec<&FeedbackResult> {
         let cases = self.cases.iter().enumerate();
         let others = cases.filter(|(index, _)| !self.is_reference(*index));
         let others = others.map(|(_, result)| result);
@@ -248,7 +248,7 @@ impl FeedbackStudy {
 
     /// Returns a summary that agrees with the tables.
     pub fn headline(&self) -> String {
-        let void: Vec<String> = self.void().iter().map(|it| it.label()).collect();
+        let void: Vec<String> = self.without_effect().iter().map(|it| it.label()).collect();
         if !void.is_empty() {
             let void = void.join("; ");
             return format!("Void, since all commands are those of the reference: {void}.");
@@ -303,7 +303,7 @@ impl FeedbackStudy {
             "changes": self.plan.modulation.changes,
             "points": self.plan.modulation.points,
             "headline": self.headline(),
-            "void": self.void().iter().map(|it| it.label()).collect::<Vec<_>>(),
+            "void": self.without_effect().iter().map(|it| it.label()).collect::<Vec<_>>(),
             "cases": cases.collect::<Vec<_>>(),
             "left_out": self.input.left_out,
         })

@@ -4,7 +4,7 @@ use super::results::{FeedbackResult, FeedbackStudy};
 use super::{FeedbackInput, FeedbackPlan, FeedbackRun};
 use crate::error::StudyError;
 use crate::modulation::ModulationStudy;
-use crate::parallel::Ran;
+use crate::parallel::RunResult;
 
 /// Compares runs on loads of several sources with those on the true load. `modulation` has the
 /// displacement of footsteps in all cases, or the reason why no case is suitable.
@@ -12,8 +12,8 @@ pub fn feedback(
     input: &FeedbackInput,
     plan: &FeedbackPlan,
     variable: &str,
-    runs: &[Ran<FeedbackRun>],
-    modulation: &Ran<ModulationStudy>,
+    runs: &[RunResult<FeedbackRun>],
+    modulation: &RunResult<ModulationStudy>,
 ) -> FeedbackStudy {
     let cases = input.cases.iter().enumerate().map(|(index, case)| {
         let modulated = modulation.as_ref().map(|study| &study.cases[index]);
@@ -32,7 +32,7 @@ pub fn feedback(
 ///
 /// # Errors
 /// [`StudyError`] with the reason of the first one if all failed.
-pub(crate) fn check(runs: &[Ran<FeedbackRun>]) -> Result<(), StudyError> {
+pub(crate) fn check(runs: &[RunResult<FeedbackRun>]) -> Result<(), StudyError> {
     match runs.first() {
         Some(Err(why)) if runs.iter().all(Result::is_err) => Err(StudyError::Run(why.clone())),
         _ => Ok(()),

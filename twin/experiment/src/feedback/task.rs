@@ -7,7 +7,7 @@ use super::FeedbackRun;
 use super::load_observer::{LoadObserver, LoadSource};
 use crate::gait::scene::GaitScene;
 use crate::gait::task::worker_scene;
-use crate::parallel::Ran;
+use crate::parallel::RunResult;
 use crate::runs::rounds::{StudyRuns, run_on_worker};
 use crate::runs::scene::RunScene;
 
@@ -21,7 +21,7 @@ pub(crate) struct LoadTask {
 }
 
 impl LoadTask {
-    fn run(&self, scene: &GaitScene<'_>) -> Ran<FeedbackRun> {
+    fn run(&self, scene: &GaitScene<'_>) -> RunResult<FeedbackRun> {
         let (gait, loads) =
             scene.run_with(|scene, rig| LoadObserver::new(scene, rig, &self.source, self.lag_s))?;
         Ok(loads.finish(gait))
@@ -44,7 +44,7 @@ impl StudyRuns for LoadRuns<'_, '_> {
         task.scene
     }
 
-    fn run(&self, task: &LoadTask) -> Ran<FeedbackRun> {
+    fn run(&self, task: &LoadTask) -> RunResult<FeedbackRun> {
         task.run(&self.0[task.scene])
     }
 }

@@ -9,7 +9,7 @@ use twinrig_scenario::ChangeSpec;
 use super::run::GaitRun;
 use super::scene::{Factor, GaitScene};
 use crate::error::first_line;
-use crate::parallel::Ran;
+use crate::parallel::RunResult;
 use crate::runs::rounds::{StudyRuns, run_on_worker};
 use crate::runs::scene::RunScene;
 
@@ -53,7 +53,7 @@ impl GaitTask {
         changes.map(change).collect()
     }
 
-    fn run(&self, scene: &GaitScene<'_>) -> Ran<GaitRun> {
+    fn run(&self, scene: &GaitScene<'_>) -> RunResult<GaitRun> {
         scene.run(self.factor, self.changes(), SimTime::from_nanos(self.end))
     }
 }
@@ -74,7 +74,7 @@ impl StudyRuns for GaitRuns<'_, '_> {
         task.scene
     }
 
-    fn run(&self, task: &GaitTask) -> Ran<GaitRun> {
+    fn run(&self, task: &GaitTask) -> RunResult<GaitRun> {
         task.run(&self.0[task.scene])
     }
 }
@@ -91,7 +91,10 @@ pub(crate) fn run_gait(
 }
 
 /// Reads a scene on a worker.
-pub(crate) fn worker_scene<'r>(registry: &'r Registry, files: &RunScene) -> Ran<GaitScene<'r>> {
+pub(crate) fn worker_scene<'r>(
+    registry: &'r Registry,
+    files: &RunScene,
+) -> RunResult<GaitScene<'r>> {
     let scene = GaitScene::on_worker(registry, files);
     scene.map_err(|error| first_line(&error.to_string()))
 }

@@ -10,7 +10,7 @@ pub use results::{GaitMap, GaitMapInput};
 use serde::Serialize;
 use twinrig_campaign::sweep::{ExpectationVerdict, SweepRow};
 
-use crate::parallel::Ran;
+use crate::parallel::RunResult;
 
 /// Names of the expectations that measure, with their claims. The bounds are beyond all gaits.
 const SPEED: Measure = Measure("speed", "body = { speed = { max = \"1000 m/s\" } }");
@@ -59,7 +59,11 @@ pub struct GaitPoint {
 
 impl GaitPoint {
     /// Returns the point of a run.
-    fn new(plant: &str, [frequency_hz, step_length_m]: [f64; 2], run: &Ran<SweepRow>) -> Self {
+    fn new(
+        plant: &str,
+        [frequency_hz, step_length_m]: [f64; 2],
+        run: &RunResult<SweepRow>,
+    ) -> Self {
         let why = run
             .as_ref()
             .map_or_else(|why| Some(why.clone()), |row| row.error.clone());
@@ -123,7 +127,7 @@ mod tests {
 
     #[test]
     fn gait_that_falls_or_is_not_observed_has_no_values() {
-        let values = |run: &Ran<SweepRow>| {
+        let values = |run: &RunResult<SweepRow>| {
             let point = GaitPoint::new("a", [2.0, 0.1], run);
             (point.speed_m_s, point.cost_of_transport, point.froude)
         };

@@ -7,7 +7,7 @@ use super::table::{Counting, Displacement};
 use super::{ModulationCase, ModulationPlan};
 use crate::error::StudyError;
 use crate::gait::run::GaitRun;
-use crate::parallel::Ran;
+use crate::parallel::RunResult;
 
 /// Duration of a reference run after the limit cycle is reached: ten footsteps of a slow walk.
 pub(super) const REFERENCE: SimDuration = SimDuration::from_secs(20);
@@ -43,7 +43,11 @@ pub(crate) struct Prepared {
 }
 
 impl Prepared {
-    pub(super) fn new(case: &ModulationCase, run: GaitRun, plan: &ModulationPlan) -> Ran<Self> {
+    pub(super) fn new(
+        case: &ModulationCase,
+        run: GaitRun,
+        plan: &ModulationPlan,
+    ) -> RunResult<Self> {
         if let Some(at_s) = run.fell_at_s {
             let end_s = (case.after + REFERENCE).as_secs_f64();
             return Err(StudyError::ReferenceFell { at_s, end_s }.to_string());

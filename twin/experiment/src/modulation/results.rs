@@ -11,7 +11,7 @@ use super::{
 };
 use crate::gait::run::GaitRun;
 use crate::machine::Machine;
-use crate::parallel::Ran;
+use crate::parallel::RunResult;
 
 /// Mean displacement against the change that counts as erratic \[m\]: a fifth of the least change
 /// of the thesis, and far above the rounding of a mean of zero.
@@ -63,8 +63,8 @@ pub struct CaseResult {
 impl CaseResult {
     pub(crate) fn new(
         case: &ModulationCase,
-        prepared: &Ran<Prepared>,
-        runs: &[Ran<GaitRun>],
+        prepared: &RunResult<Prepared>,
+        runs: &[RunResult<GaitRun>],
         plan: &ModulationPlan,
         is_length: bool,
     ) -> Self {

@@ -8,7 +8,7 @@ use super::results::{CaseResult, ModulationStudy};
 use super::{ModulationInput, ModulationPlan, VariableChange};
 use crate::error::StudyError;
 use crate::gait::run::GaitRun;
-use crate::parallel::Ran;
+use crate::parallel::RunResult;
 
 /// A run of a case up to `end`, with the change or without one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +27,7 @@ pub struct ModulationRun {
 pub struct Modulation<'i> {
     input: &'i ModulationInput,
     plan: &'i ModulationPlan,
-    references: Vec<Ran<Prepared>>,
+    references: Vec<RunResult<Prepared>>,
 }
 
 impl<'i> Modulation<'i> {
@@ -54,10 +54,10 @@ impl<'i> Modulation<'i> {
     pub fn new(
         input: &'i ModulationInput,
         plan: &'i ModulationPlan,
-        runs: Vec<Ran<GaitRun>>,
+        runs: Vec<RunResult<GaitRun>>,
     ) -> Result<Self, StudyError> {
         let cases = input.cases.iter().zip(runs);
-        let references: Vec<Ran<Prepared>> = cases
+        let references: Vec<RunResult<Prepared>> = cases
             .map(|(case, run)| Prepared::new(case, run?, plan))
             .collect();
         if let Some(Err(why)) = references.first()
@@ -92,14 +92,14 @@ impl<'i> Modulation<'i> {
     }
 
     /// Measures the displacement of footsteps, by the re-runs.
-    pub fn finish(self, runs: Vec<Ran<GaitRun>>) -> ModulationStudy {
+    pub fn finish(self, runs: Vec<RunResult<GaitRun>>) -> ModulationStudy {
         let per_case = self.plan.points * self.plan.changes.len();
         let is_length = self.input.unit == Unit::Meter;
         let mut runs = runs.into_iter();
         let cases = self.input.cases.iter().zip(&self.references);
         let results = cases.map(|(case, prepared)| {
             let reruns = prepared.as_ref().map_or(0, |_| per_case);
-            let runs: Vec<Ran<GaitRun>> = runs.by_ref().take(reruns).collect();
+            let runs: Vec<RunResult<GaitRun>> = runs.by_ref().take(reruns).collect();
             CaseResult::new(case, prepared, &runs, self.plan, is_length)
         });
         ModulationStudy {

@@ -14,7 +14,7 @@ use twinrig_scenario::{ActuatorKind, Setting};
 
 use crate::error::{Error, first_line};
 use crate::plants::selection::{PlantUnderStudy, Selection, with_any_constraints};
-use crate::{CommandRecorder, Commands, PlantFactory, STROLL, Study, StudyInput};
+use crate::{CommandRecorder, Commands, PlantFactory, Study, StudyInput, TRANSPORT_DURATION};
 
 /// Reason for excluding standalone plants from these studies.
 const STANDS_ALONE: &str = "studies of precision and stability vary the robot file, and this plant has a standalone model: only \
@@ -25,8 +25,8 @@ pub struct StudyBuilder<'r> {
     scene: StudyInput,
     offers: Vec<PlantOffer>,
     /// Plants whose model an offer solves, for its reference.
-    bystanders: Vec<PlantOffer>,
-    /// Plants of the offers, then of the bystanders.
+    reference_plants: Vec<PlantOffer>,
+    /// Plants of the offers, then of the reference_plants.
     benches: Vec<PlantUnderStudy<'r>>,
     /// Unselected plants that cannot simulate the scenario, with the reason.
     left_out: Vec<String>,
@@ -89,13 +89,13 @@ impl<'r> StudyBuilder<'r> {
             panics,
             ..
         } = selection;
-        let mut bystanders: Vec<PlantOffer> = Vec::new();
+        let mut reference_plants: Vec<PlantOffer> = Vec::new();
         for model in models_beside(&offers) {
             for (offer, methods) in registry.offers(&model) {
                 if offer.plant == *model {
                     let assembly = with_any_constraints(registry, path, settings, &model);
                     let assembly = assembly.map_err(|error| first_line(&error.to_string()));
-                    bystanders.push(offer);
+                    reference_plants.push(offer);
                     benches.push(PlantUnderStudy {
                         methods,
                         assembly: Rc::new(assembly),
@@ -106,7 +106,7 @@ impl<'r> StudyBuilder<'r> {
         Ok(Self {
             scene: scene(registry, &own, duration)?,
             offers,
-            bystanders,
+            reference_plants,
             benches,
             left_out,
             panics,
@@ -124,7 +124,7 @@ impl<'r> StudyBuilder<'r> {
         variant: &Variant,
         wanted: &dyn Fn(&str) -> bool,
     ) -> Result<Box<dyn Plant>, String> {
-        let mut offers = self.offers.iter().chain(&self.bystanders);
+        let mut offers = self.offers.iter().chain(&self.reference_plants);
         let place = offers.position(|offer| offer.plant == variant.plant);
         let bench = place.and_then(|place| self.benches.get(place));
         let bench = bench.ok_or_else(|| format!("there is no plant `{}`", variant.plant))?;
@@ -152,8 +152,8 @@ impl PlantFactory for StudyBuilder<'_> {
         &self.offers
     }
 
-    fn bystanders(&self) -> &[PlantOffer] {
-        &self.bystanders
+    fn reference_plants(&self) -> &[PlantOffer] {
+        &self.reference_plants
     }
 
     fn left_out(&self) -> &[String] {
@@ -215,7 +215,9 @@ fn scene(
         servos: scenario.actuator.kind == ActuatorKind::Servo,
         commands: commands(
             assembly,
-            duration.map_or(STROLL, |duration| duration.max(STROLL)),
+            duration.map_or(TRANSPORT_DURATION, |duration| {
+                duration.max(TRANSPORT_DURATION)
+            }),
         )?,
         step: step.unwrap_or(scenario.io.step),
         // One coefficient describes a ground without surfaces only.

@@ -17,7 +17,7 @@ pub trait PlantFactory {
 
     /// Returns plants that are not compared but can be built, as the reference of a plant that
     /// solves their model.
-    fn bystanders(&self) -> &[PlantOffer] {
+    fn reference_plants(&self) -> &[PlantOffer] {
         &[]
     }
 

@@ -10,7 +10,7 @@ use crate::measured::Measured;
 use crate::plants::plant_run::{Ending, PlantRun, SampleVerdict};
 
 /// Duration of the walk compared.
-pub const WALK: SimDuration = SimDuration::from_secs(3);
+pub const GAIT_DURATION: SimDuration = SimDuration::from_secs(3);
 /// Sampling period of the feet: the resolution of touch-down times.
 pub(crate) const SAMPLE_PERIOD: SimDuration = SimDuration::from_micros(400);
 /// Least swing duration; a shorter loss of contact is a bounce.

@@ -9,7 +9,7 @@ use twinrig_rig::{MethodSetting, PlantOffer, Scales, Variant};
 use crate::budget::{Share, Weight};
 use crate::error::StudyError;
 use crate::plants::factory::PlantFactory;
-use crate::plants::footsteps::{self, Footstep, TouchDowns, WALK};
+use crate::plants::footsteps::{self, Footstep, GAIT_DURATION, TouchDowns};
 use crate::plants::plant_run::PlantRun;
 use crate::plants::precision_job::{Job, Runs};
 use crate::plants::reference::{self, Reference};
@@ -34,7 +34,7 @@ impl Job<'_> {
         references: &[Option<Rc<Reference>>],
     ) -> Result<Vec<Footstep>, StudyError> {
         let runs = self.runs;
-        let end = WALK.min(runs.context.factory.input().duration);
+        let end = GAIT_DURATION.min(runs.context.factory.input().duration);
         let mut walks = Vec::new();
         for (plant, reference) in plants.iter().zip(references) {
             let label = format!("{}, footsteps", plant.plant);

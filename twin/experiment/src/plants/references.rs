@@ -39,7 +39,7 @@ pub(crate) fn model_of<'a>(
     let name = offer.model_of.as_ref()?;
     let named = |plants: &'a [PlantOffer]| plants.iter().find(|plant| plant.plant == **name);
     let studied = named(factory.plants()).map(|plant| (plant, true));
-    studied.or_else(|| named(factory.bystanders()).map(|plant| (plant, false)))
+    studied.or_else(|| named(factory.reference_plants()).map(|plant| (plant, false)))
 }
 
 impl<'a> References<'a> {

@@ -153,9 +153,7 @@ impl PlantUnderStudy<'_> {
     ) -> Result<Box<dyn Plant>, String> {
         let assembly = (*self.assembly).as_ref().map_err(Clone::clone)?;
         let methods = self.methods.iter();
-        let method = methods
-            .into_iter()
-            .find(|method| method.is_meant_by(variant));
+        let method = methods.into_iter().find(|method| method.matches(variant));
         let method = method.ok_or_else(|| format!("there is no method `{}`", variant.method))?;
         let scenario = assembly.scenario();
         let robot = assembly.robot().ok_or(NO_ROBOT)?;

@@ -15,7 +15,7 @@ use crate::plants::reference::ended;
 use crate::plants::row::{Status, VariantKey};
 
 /// Greatest simulated duration of the walk.
-pub const STROLL: SimDuration = SimDuration::from_secs(10);
+pub const TRANSPORT_DURATION: SimDuration = SimDuration::from_secs(10);
 /// Share of the walk that is excluded until the gait has settled.
 pub(crate) const SETTLING: f64 = 0.2;
 /// Height of the trunk, as a share of the initial height, below which the robot has fallen.
@@ -221,7 +221,7 @@ impl Runs<'_> {
         // The drives are sampled after every step, so that torque times rotation sums to their
         // work.
         let grid = input.step.max(SimDuration::from_nanos(1));
-        let end = STROLL.min(input.duration);
+        let end = TRANSPORT_DURATION.min(input.duration);
         let plant_run = PlantRun {
             grid,
             end: SimTime::ZERO + grid * (end.as_nanos() / grid.as_nanos()),

@@ -11,7 +11,7 @@ use twinrig_report::number::{plain, si};
 use super::{Divergence, Growth, MemberRun, RobustnessCase, RobustnessPlan};
 use crate::gait::run::median;
 use crate::machine::Machine;
-use crate::parallel::Ran;
+use crate::parallel::RunResult;
 
 /// Perturbed run of an ensemble.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,7 +59,7 @@ impl RobustnessResult {
     /// The reason why there is no unperturbed run.
     pub(super) fn new(
         case: &RobustnessCase,
-        runs: Vec<Ran<MemberRun>>,
+        runs: Vec<RunResult<MemberRun>>,
         plan: &RobustnessPlan,
     ) -> Result<Self, String> {
         let mut runs = runs.into_iter();

@@ -3,7 +3,7 @@
 use super::results::{RobustnessResult, RobustnessStudy};
 use super::{MemberRun, RobustnessCase, RobustnessPlan};
 use crate::error::StudyError;
-use crate::parallel::Ran;
+use crate::parallel::RunResult;
 
 /// A study to which one ensemble after another is added, so that the trajectories of one ensemble
 /// are in memory at a time.
@@ -27,7 +27,7 @@ impl Robustness {
 
     /// Adds the ensemble of a case. A member that cannot be built, or panics, is a run with an
     /// error.
-    pub(crate) fn add(&mut self, case: &RobustnessCase, runs: Vec<Ran<MemberRun>>) {
+    pub(crate) fn add(&mut self, case: &RobustnessCase, runs: Vec<RunResult<MemberRun>>) {
         match RobustnessResult::new(case, runs, &self.plan) {
             Ok(result) => self.results.push(result),
             Err(why) => {

@@ -12,7 +12,7 @@ use twinrig_scenario::{Footstep, Varied};
 use super::{MemberRun, Trajectory};
 use crate::ensemble::Ensemble;
 use crate::error::{Error, first_line};
-use crate::parallel::Ran;
+use crate::parallel::RunResult;
 use crate::runs::rounds::{StudyRuns, run_on_worker};
 use crate::runs::scene::RunScene;
 
@@ -54,7 +54,7 @@ impl<'r> MemberScene<'r> {
         &self.ensemble
     }
 
-    fn run(&self, member: usize) -> Ran<MemberRun> {
+    fn run(&self, member: usize) -> RunResult<MemberRun> {
         let mut observer = TrajectoryObserver::new(self.ensemble.assembly());
         let row = self.ensemble.run(member, Some(&mut observer));
         let row = row.map_err(|error| error.to_string())?;
@@ -78,7 +78,7 @@ impl StudyRuns for MemberRuns<'_, '_> {
         task.scene
     }
 
-    fn run(&self, task: &MemberTask) -> Ran<MemberRun> {
+    fn run(&self, task: &MemberTask) -> RunResult<MemberRun> {
         self.0[task.scene].run(task.member)
     }
 }

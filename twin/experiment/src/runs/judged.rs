@@ -11,7 +11,7 @@ use twinrig_scenario::Setting;
 
 use super::rounds::{StudyRuns, run_on_worker};
 use super::scene::RunScene;
-use crate::parallel::Ran;
+use crate::parallel::RunResult;
 
 /// Run of a scene with further settings: key and value in TOML.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -59,7 +59,7 @@ impl StudyRuns for JudgedRuns<'_> {
         task.scene
     }
 
-    fn run(&self, task: &JudgedTask) -> Ran<SweepRow> {
+    fn run(&self, task: &JudgedTask) -> RunResult<SweepRow> {
         Ok(task.run(self.registry, &self.scenes[task.scene]))
     }
 }

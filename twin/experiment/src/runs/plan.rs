@@ -25,7 +25,7 @@ const RECORDED: &str = "record.signals";
 /// Origin of the option `--plant`.
 const PLANT: &str = "--plant";
 
-/// What the runs of a plan have in common.
+/// Properties that the runs of a plan share.
 pub(crate) struct RunRequest<'p> {
     /// File of the scenario.
     pub(crate) scenario: &'p Path,

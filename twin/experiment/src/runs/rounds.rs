@@ -20,7 +20,7 @@ use super::scene::{RunScene, encoded};
 use crate::error::{Error, StudyError};
 use crate::options::request::StudyFrame;
 use crate::options::run::{EngineArgs, RunOptions};
-use crate::parallel::Ran;
+use crate::parallel::RunResult;
 use crate::progress::ProgressObserver;
 use crate::stopwatch::Stopwatch;
 
@@ -40,7 +40,7 @@ pub(crate) trait StudyRuns: Sync {
     fn scene_of(task: &Self::Task) -> usize;
 
     /// Does a run in this process.
-    fn run(&self, task: &Self::Task) -> Ran<Self::Run>;
+    fn run(&self, task: &Self::Task) -> RunResult<Self::Run>;
 }
 
 /// Processes that do the runs of a round.
@@ -138,7 +138,7 @@ impl<'r> StudyEngine<'r> {
         tasks: &[R::Task],
         share: RoundShare,
         observer: &mut dyn ProgressObserver,
-    ) -> Result<Vec<Ran<R::Run>>, Error> {
+    ) -> Result<Vec<RunResult<R::Run>>, Error> {
         let job = RoundJob::new(runs, tasks, self.build);
         let mut store = self.open::<R>(&job.keys)?;
         let partition = match share {
@@ -149,7 +149,8 @@ impl<'r> StudyEngine<'r> {
         let missing = job.missing(among, &store);
         let done = self.run_missing(&job, &missing, &mut store, observer)?;
         self.notes.extend_from_slice(store.warnings());
-        let rows: Vec<Option<&Ran<R::Run>>> = job.keys.iter().map(|key| store.get(key)).collect();
+        let rows: Vec<Option<&RunResult<R::Run>>> =
+            job.keys.iter().map(|key| store.get(key)).collect();
         let left = rows.iter().filter(|row| row.is_none()).count();
         if done < missing.len() {
             return Err(self.interrupted(tasks.len() - left));
@@ -157,9 +158,9 @@ impl<'r> StudyEngine<'r> {
         self.before += tasks.len();
         let ran: BTreeSet<&RowKey> = missing.iter().map(|&run| &job.keys[run]).collect();
         self.stored += job.keys.iter().filter(|key| !ran.contains(key)).count();
-        let results: Option<Vec<Ran<R::Run>>> = rows
+        let results: Option<Vec<RunResult<R::Run>>> = rows
             .into_iter()
-            .map(Option::<&Ran<R::Run>>::cloned)
+            .map(Option::<&RunResult<R::Run>>::cloned)
             .collect();
         results.ok_or(Error::Partial {
             missing: left,
@@ -210,7 +211,7 @@ impl<'r> StudyEngine<'r> {
 }
 
 /// Store of the results of runs, which are few enough to be in memory.
-type Store<R> = RowStore<Ran<<R as StudyRuns>::Run>, Ran<<R as StudyRuns>::Run>>;
+type Store<R> = RowStore<RunResult<<R as StudyRuns>::Run>, RunResult<<R as StudyRuns>::Run>>;
 
 /// Runs of a round as a job.
 struct RoundJob<'a, R: StudyRuns> {
@@ -240,7 +241,7 @@ impl<'a, R: StudyRuns> RoundJob<'a, R> {
 }
 
 impl<R: StudyRuns> StoredRuns for RoundJob<'_, R> {
-    type Row = Ran<R::Run>;
+    type Row = RunResult<R::Run>;
 
     fn key(&self, run: usize) -> RowKey {
         self.keys[run]
@@ -253,9 +254,9 @@ impl<R: StudyRuns> StoredRuns for RoundJob<'_, R> {
     fn row(
         &self,
         result: Result<Vec<u8>, String>,
-    ) -> Result<(Ran<R::Run>, Option<RecordingPlace>), String> {
+    ) -> Result<(RunResult<R::Run>, Option<RecordingPlace>), String> {
         let row = result.and_then(|bytes| {
-            let read: Result<Ran<R::Run>, _> = postcard::from_bytes(&bytes);
+            let read: Result<RunResult<R::Run>, _> = postcard::from_bytes(&bytes);
             read.unwrap_or_else(|error| Err(format!("a result cannot be read: {error}")))
         });
         Ok((row, None))
@@ -284,7 +285,7 @@ impl<R: StudyRuns> Job for RoundJob<'_, R> {
 pub(crate) fn run_on_worker<R: StudyRuns>(
     scenes: &[RunScene],
     task: &[u8],
-    run: impl FnOnce(&RunScene, &R::Task) -> Ran<R::Run>,
+    run: impl FnOnce(&RunScene, &R::Task) -> RunResult<R::Run>,
 ) -> Result<Option<Vec<u8>>, String>
 where
     R::Task: DeserializeOwned,

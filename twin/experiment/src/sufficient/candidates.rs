@@ -25,7 +25,7 @@ const RELAXED: usize = 2;
 /// Candidates of a scenario.
 pub(super) struct Candidates {
     pub(super) own: Candidate,
-    pub(super) ladders: Vec<Vec<Candidate>>,
+    pub(super) refinements: Vec<Vec<Candidate>>,
     pub(super) references: Vec<CandidateReference>,
     /// Plants and methods that are no candidates, with the reasons.
     pub(super) left_out: Vec<String>,
@@ -67,44 +67,44 @@ impl Candidates {
         left_out.retain(|line| is_named(line.split([':', ',', ' ']).next().unwrap_or_default()));
         let offered: Vec<Offered<'_, '_>> =
             selection.offers.iter().zip(&selection.benches).collect();
-        let mut words = Words {
+        let mut builder = CandidateBuilder {
             registry,
             own,
             left_out,
         };
-        let references = words.references(&offered);
+        let references = builder.references(&offered);
         let mut order: Vec<&Offered<'_, '_>> = offered.iter().collect();
         // Plants without segment masses are cheap, engines expensive.
         order.sort_by_key(|(offer, _)| (offer.segment_masses, offer.model_of.is_some()));
         let searched = order.into_iter();
         let searched = searched.filter(|(offer, _)| is_named(&offer.plant.name));
-        let ladders = searched.flat_map(|offered| words.ladders(offered));
-        let ladders = ladders.collect();
+        let refinements = searched.flat_map(|offered| builder.refinements(offered));
+        let refinements = refinements.collect();
         let massless = selection.offers.iter();
         let massless = massless.filter(|offer| !offer.segment_masses);
         Ok(Self {
             own: Candidate {
-                plant: words.own_plant(),
+                plant: builder.own_plant(),
                 method: None,
                 setting: None,
                 settings: Vec::new(),
             },
-            ladders,
+            refinements,
             references,
-            left_out: words.left_out,
+            left_out: builder.left_out,
             massless: massless.map(|offer| offer.plant.name.clone()).collect(),
         })
     }
 }
 
 /// Writes candidates in words of the scenario language.
-struct Words<'a> {
+struct CandidateBuilder<'a> {
     registry: &'a Registry,
     own: &'a Assembly<'a>,
     left_out: Vec<String>,
 }
 
-impl Words<'_> {
+impl CandidateBuilder<'_> {
     fn own_plant(&self) -> PlantId {
         let plant = PlantId::new(&self.own.scenario().plant.model);
         match self.own.constraints() {
@@ -124,9 +124,9 @@ impl Words<'_> {
 
     /// Returns the settings of a method that a scenario can have, from the coarsest to the finest
     /// of a study of precision.
-    fn ladders(&mut self, (offer, bench): &Offered<'_, '_>) -> Vec<Vec<Candidate>> {
+    fn refinements(&mut self, (offer, bench): &Offered<'_, '_>) -> Vec<Vec<Candidate>> {
         let plan = PrecisionPlan::default();
-        let mut ladders = Vec::new();
+        let mut refinements = Vec::new();
         for method in &bench.methods {
             let offered = method.offer();
             if offered.step_only {
@@ -146,7 +146,7 @@ impl Words<'_> {
             let candidates = settings.into_iter();
             let candidates = candidates.map(|setting| self.candidate(offer, method, setting));
             match candidates.collect::<Result<Vec<_>, String>>() {
-                Ok(candidates) => ladders.push(candidates),
+                Ok(candidates) => refinements.push(candidates),
                 Err(why) => {
                     let set_by = match offered.set_by {
                         SettingKind::Step => "fixed steps",
@@ -157,7 +157,7 @@ impl Words<'_> {
                 }
             }
         }
-        ladders
+        refinements
     }
 
     /// Returns the references: the first plant with masses in its segments, with the constraints

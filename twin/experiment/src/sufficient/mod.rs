@@ -92,7 +92,7 @@ pub trait CandidateFactory {
 
     /// Returns the settings of each method, the coarsest first; methods that are likely to be cheap
     /// come first.
-    fn ladders(&self) -> &[Vec<Candidate>];
+    fn refinements(&self) -> &[Vec<Candidate>];
 
     /// Returns references of the most complete model, the finest first: the first that is
     /// affordable is used.

@@ -248,8 +248,8 @@ impl CandidateFactory for SufficiencyBuilder<'_> {
         &self.candidates.own
     }
 
-    fn ladders(&self) -> &[Vec<Candidate>] {
-        &self.candidates.ladders
+    fn refinements(&self) -> &[Vec<Candidate>] {
+        &self.candidates.refinements
     }
 
     fn references(&self) -> &[CandidateReference] {

@@ -39,7 +39,7 @@ pub fn sufficient(
     } else {
         1
     };
-    let candidates = factory.ladders().iter().map(Vec::len).sum::<usize>();
+    let candidates = factory.refinements().iter().map(Vec::len).sum::<usize>();
     let mut search = Search {
         factory,
         plan,
@@ -55,8 +55,8 @@ pub fn sufficient(
         margins: &margins,
     };
     let mut rows = vec![search.own(&simulated)?];
-    for ladder in factory.ladders() {
-        search.ladder(ladder, &simulated, &mut rows)?;
+    for refinement in factory.refinements() {
+        search.refinement(refinement, &simulated, &mut rows)?;
     }
     Ok(Sufficiency {
         starts,
@@ -235,15 +235,15 @@ impl Search<'_> {
     }
 
     /// Judges the settings of a method from the coarsest to the first that is sufficient.
-    fn ladder(
+    fn refinement(
         &mut self,
-        ladder: &[Candidate],
+        refinement: &[Candidate],
         known: &Known<'_>,
         rows: &mut Vec<CandidateRow>,
     ) -> Result<(), StudyError> {
         let mut skipped = None;
         let mut coarser = None;
-        for candidate in ladder {
+        for candidate in refinement {
             self.begin(candidate)?;
             if self.spent_s >= self.plan.budget_s {
                 skipped = Some(NO_BUDGET);

@@ -8,7 +8,7 @@ use crate::gait::run::GaitRun;
 /// Direction of the variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Way {
+pub enum RampDirection {
     /// Its last change was an increase, or there was none.
     Up,
     /// Its last change was a decrease.
@@ -29,7 +29,7 @@ pub struct Transition {
     /// Value of the variable when the transition begins.
     pub value: f64,
     /// Direction of the variable then.
-    pub way: Way,
+    pub way: RampDirection,
     /// Path of the feet on the ground from the begin to the establishment, or to the end of the run
     /// \[m\].
     pub slip_m: f64,
@@ -145,8 +145,8 @@ pub(crate) fn hysteresis(transitions: &[Transition]) -> Vec<Hysteresis> {
             pairs.len() - 1
         });
         match one.way {
-            Way::Up => pairs[place].up.push(one.value),
-            Way::Down => pairs[place].down.push(one.value),
+            RampDirection::Up => pairs[place].up.push(one.value),
+            RampDirection::Down => pairs[place].down.push(one.value),
         }
     }
     pairs
@@ -158,10 +158,10 @@ pub(crate) fn value_at(values: &[[f64; 2]], at_s: f64) -> f64 {
     values.get(past.saturating_sub(1)).map_or(0.0, |it| it[1])
 }
 
-fn way_at(values: &[[f64; 2]], at_s: f64) -> Way {
+fn way_at(values: &[[f64; 2]], at_s: f64) -> RampDirection {
     let past = values.partition_point(|[from, _]| *from <= at_s);
     match values[..past] {
-        [.., [_, before], [_, now]] if now < before => Way::Down,
-        _ => Way::Up,
+        [.., [_, before], [_, now]] if now < before => RampDirection::Down,
+        _ => RampDirection::Up,
     }
 }

@@ -12,7 +12,7 @@ mod run;
 mod view;
 
 pub use classify::{GaitCycle, GaitPattern, MIXED, STANDING};
-pub use events::{Hysteresis, Transition, Way};
+pub use events::{Hysteresis, RampDirection, Transition};
 pub use options::TransitionOptions;
 pub use results::{ClassAgreement, TransitionResult, TransitionStudy};
 pub use run::transition;

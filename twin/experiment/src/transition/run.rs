@@ -4,7 +4,7 @@ use super::results::{TransitionResult, TransitionStudy};
 use super::{TransitionInput, TransitionPlan};
 use crate::error::StudyError;
 use crate::gait::run::GaitRun;
-use crate::parallel::Ran;
+use crate::parallel::RunResult;
 
 /// Classifies the gait over time in the run of each case, and dates its transitions.
 ///
@@ -13,7 +13,7 @@ use crate::parallel::Ran;
 pub fn transition(
     input: &TransitionInput,
     plan: &TransitionPlan,
-    runs: Vec<Ran<GaitRun>>,
+    runs: Vec<RunResult<GaitRun>>,
 ) -> Result<TransitionStudy, StudyError> {
     if let Some(Err(why)) = runs.first()
         && runs.iter().all(Result::is_err)

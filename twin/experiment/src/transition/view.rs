@@ -9,7 +9,7 @@ use twinrig_report::summary::Summary;
 use twinrig_report::table::{Cell, Column, Table};
 
 use super::MIXED;
-use super::events::Way;
+use super::events::RampDirection;
 use super::gait_diagram::{GaitDiagram, colour};
 use super::results::{TransitionResult, TransitionStudy};
 use crate::machine::Machine;
@@ -189,8 +189,8 @@ fn transitions(study: &TransitionStudy) -> Table {
                 one.established_s.map_or("never".into(), Cell::from),
                 study.value_text(one.value).into(),
                 match one.way {
-                    Way::Up => "up".into(),
-                    Way::Down => "down".into(),
+                    RampDirection::Up => "up".into(),
+                    RampDirection::Down => "down".into(),
                 },
                 (1e3 * one.slip_m).into(),
             ]);

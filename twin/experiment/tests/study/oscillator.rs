@@ -190,7 +190,7 @@ impl Plant for Oscillator {
 pub struct Oscillators {
     input: StudyInput,
     plants: Vec<PlantOffer>,
-    bystanders: Vec<PlantOffer>,
+    reference_plants: Vec<PlantOffer>,
     zeta: f64,
 }
 
@@ -242,7 +242,7 @@ impl Oscillators {
                 weight: 0.0,
             },
             plants: vec![full],
-            bystanders: Vec::new(),
+            reference_plants: Vec::new(),
             zeta: ZETA,
         }
     }
@@ -301,9 +301,9 @@ impl Oscillators {
         self
     }
 
-    /// Moves the full model from the compared plants to the bystanders.
+    /// Moves the full model from the compared plants to the reference_plants.
     pub fn with_full_aside(mut self) -> Self {
-        self.bystanders.push(self.plants.remove(0));
+        self.reference_plants.push(self.plants.remove(0));
         self
     }
 
@@ -328,8 +328,8 @@ impl PlantFactory for Oscillators {
         &self.plants
     }
 
-    fn bystanders(&self) -> &[PlantOffer] {
-        &self.bystanders
+    fn reference_plants(&self) -> &[PlantOffer] {
+        &self.reference_plants
     }
 
     fn build(&self, variant: &Variant) -> Result<Box<dyn Plant>, String> {

@@ -38,7 +38,7 @@ struct Fake {
     models: Vec<Model>,
     margin: f64,
     own: Candidate,
-    ladders: Vec<Vec<Candidate>>,
+    refinements: Vec<Vec<Candidate>>,
     references: Vec<CandidateReference>,
     runs: RefCell<Vec<usize>>,
 }
@@ -53,12 +53,12 @@ fn candidate(index: usize) -> Candidate {
 }
 
 impl Fake {
-    fn new(own: Model, ladders: &[Vec<Model>], reference: Model, check: Model) -> Self {
+    fn new(own: Model, refinements: &[Vec<Model>], reference: Model, check: Model) -> Self {
         let mut models = vec![own];
         let mut numbered = Vec::new();
-        for ladder in ladders {
+        for refinement in refinements {
             let from = models.len();
-            models.extend(ladder);
+            models.extend(refinement);
             numbered.push((from..models.len()).map(candidate).collect());
         }
         let last = models.len();
@@ -67,7 +67,7 @@ impl Fake {
             models,
             margin: MARGIN,
             own: candidate(0),
-            ladders: numbered,
+            refinements: numbered,
             references: vec![CandidateReference {
                 reference: candidate(last),
                 check: candidate(last + 1),
@@ -99,8 +99,8 @@ impl CandidateFactory for Fake {
         &self.own
     }
 
-    fn ladders(&self) -> &[Vec<Candidate>] {
-        &self.ladders
+    fn refinements(&self) -> &[Vec<Candidate>] {
+        &self.refinements
     }
 
     fn references(&self) -> &[CandidateReference] {

@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use proptest::prelude::*;
 use twinrig_experiment::{
-    FootContact, GaitPattern, GaitRun, MIXED, MeasuredCycle, MotionSample, PhaseSample, STANDING,
-    TransitionCase, TransitionInput, TransitionPlan, TransitionResult, TransitionStudy, Way,
-    transition,
+    FootContact, GaitPattern, GaitRun, MIXED, MeasuredCycle, MotionSample, PhaseSample,
+    RampDirection, STANDING, TransitionCase, TransitionInput, TransitionPlan, TransitionResult,
+    TransitionStudy, transition,
 };
 use twinrig_kernel::{SimDuration, SimTime, Stream, Unit, stream};
 
@@ -273,10 +273,13 @@ fn transitions_are_dated_with_the_value_on_each_way() {
     let [up, down] = &result.transitions[..] else {
         panic!("{:?}", result.transitions);
     };
-    assert_eq!((&*up.from, &*up.to, up.way), ("walk", "trot", Way::Up));
+    assert_eq!(
+        (&*up.from, &*up.to, up.way),
+        ("walk", "trot", RampDirection::Up)
+    );
     assert_eq!(
         (&*down.from, &*down.to, down.way),
-        ("trot", "walk", Way::Down)
+        ("trot", "walk", RampDirection::Down)
     );
     // Cycles across a change of gait belong to neither.
     assert!((up.begin_s - 9.5).abs() <= 0.5 && (down.begin_s - 29.5).abs() <= 0.5);

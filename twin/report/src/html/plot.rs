@@ -45,7 +45,7 @@ pub struct Curve {
     /// a run without a point.
     stretches: Vec<Vec<Point>>,
     /// Runs that ended early, with position and reason.
-    failed: Vec<Ended>,
+    failed: Vec<EndedRun>,
 }
 
 /// Setting on a curve.
@@ -54,14 +54,14 @@ pub enum Setting {
     /// Point.
     Point(Point),
     /// Run that ended early.
-    Ended(Ended),
+    Ended(EndedRun),
     /// Nothing to show on this plot.
     Unknown,
 }
 
 impl Setting {
     /// Returns the point of a setting, otherwise how its run ended.
-    pub fn of(point: Option<Point>, ended: impl FnOnce() -> Option<Ended>) -> Self {
+    pub fn of(point: Option<Point>, ended: impl FnOnce() -> Option<EndedRun>) -> Self {
         match point {
             Some(point) => Self::Point(point),
             None => ended().map_or(Self::Unknown, Self::Ended),
@@ -71,7 +71,7 @@ impl Setting {
 
 /// Run without a point because it ended early.
 #[derive(Clone, Debug)]
-pub struct Ended {
+pub struct EndedRun {
     /// Place on the horizontal axis.
     pub x: f64,
     /// Tooltip.

@@ -47,7 +47,7 @@ impl Bus {
     }
 }
 
-/// What parts are built from.
+/// Sources of the parts.
 #[derive(Clone, Copy)]
 pub(crate) struct PartBuilder<'a> {
     pub(crate) registry: &'a Registry,

@@ -1,4 +1,4 @@
-//! What a gait commands, from the variables of its controller and the drives of its robot.
+//! Commands of a gait, from the variables of its controller and the drives of its robot.
 
 use twinrig_robot::{Motor, Robot, Servo};
 use twinrig_runtime::ProcessVariable;

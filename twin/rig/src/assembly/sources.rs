@@ -87,14 +87,14 @@ impl Sources {
             let [any, _] = substitutes();
             return match parse(any.as_ref()) {
                 Ok(scenario) => Ok((scenario, None)),
-                Err(error) => Err(of_any_robot(parse).unwrap_or(error).into()),
+                Err(error) => Err(problems_with_any_robot(parse).unwrap_or(error).into()),
             };
         };
         match self.robot(&word.value, &overrides) {
             Ok((file, robot)) => Ok((parse(Some(&robot))?, Some(file))),
             Err(error) => {
                 let mut error = placed(error, Some(&word), self.document.file());
-                let further = of_any_robot(parse).into_iter();
+                let further = problems_with_any_robot(parse).into_iter();
                 let further = further.flat_map(|error| error.problems);
                 error.problems.extend(further);
                 Err(error.into())
@@ -117,7 +117,7 @@ impl Sources {
         file.override_with(overrides)?;
         match file.robot() {
             Ok(robot) => Ok((file, robot)),
-            Err(error) if sound => Err(blamed(error, file.file(), overrides)),
+            Err(error) if sound => Err(with_override_hint(error, file.file(), overrides)),
             Err(error) => Err(error),
         }
     }
@@ -182,7 +182,7 @@ fn substitutes() -> [Option<Robot>; 2] {
 
 /// Returns the problems that a scenario has with any robot. A problem with one substitute alone, as
 /// a height that is out of its reach, may be none with the robot that is meant.
-fn of_any_robot(
+fn problems_with_any_robot(
     parse: impl Fn(Option<&Robot>) -> Result<Scenario, DocumentError>,
 ) -> Option<DocumentError> {
     let [one, other] = substitutes().map(|robot| parse(robot.as_ref()).err());
@@ -194,7 +194,7 @@ fn of_any_robot(
 
 /// Adds the overridden keys to the help of each problem in `file`, which is valid without
 /// `overrides`.
-fn blamed(error: RobotError, file: &str, overrides: &Overrides) -> RobotError {
+fn with_override_hint(error: RobotError, file: &str, overrides: &Overrides) -> RobotError {
     let RobotError::Document(mut error) = error else {
         return error;
     };

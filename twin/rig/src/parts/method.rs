@@ -134,7 +134,7 @@ impl Method {
 
     /// Returns whether `variant` selects this method: a name may exist twice, set by a step and set
     /// by a tolerance.
-    pub fn is_meant_by(&self, variant: &Variant) -> bool {
+    pub fn matches(&self, variant: &Variant) -> bool {
         self.name == variant.method && self.set_by == variant.setting.set_by()
     }
 

@@ -113,7 +113,7 @@ impl Registry {
 
     /// Declares that every build of this crate has the kinds so far.
     #[must_use]
-    pub(crate) fn of_every_build(mut self) -> Self {
+    pub(crate) fn mark_as_standard(mut self) -> Self {
         let named = |sort, name: &str| (sort, name.to_owned());
         let plants = self.plants().map(|name| named(PartSort::Plant, name));
         let controllers = self

@@ -41,7 +41,7 @@ impl Registry {
         let registry = controllers
             .fold(registry, Registry::with_controller)
             .without_plant(fmu_plant::offer(), fmu_plant::REMEDY);
-        engines(registry.of_every_build())
+        engines(registry.mark_as_standard())
     }
 }
 

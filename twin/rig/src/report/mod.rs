@@ -95,7 +95,7 @@ pub struct Report {
     /// Timing of a run on hardware.
     pub real_time: Option<RealTime>,
     /// Warnings about the scenario and about its run.
-    pub warnings: Vec<Warned>,
+    pub warnings: Vec<WarningEntry>,
     /// Time of the robot's fall, if one was observed \[s\].
     pub fell_at_s: Option<f64>,
     /// How the legs follow the commands of a gait; none if the controller commands no leg.
@@ -113,7 +113,7 @@ pub struct Report {
 
 /// Warning, in its serialised form.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Warned {
+pub struct WarningEntry {
     /// Stable identifier of the kind of warning.
     pub code: &'static str,
     /// Description of the likely mistake.
@@ -130,7 +130,7 @@ pub(crate) const BUS_WARNING: &str = "bus";
 /// Code of warnings about limits of the plant that were exceeded.
 pub(crate) const LIMIT_WARNING: &str = "beyond-limit";
 
-impl Warned {
+impl WarningEntry {
     /// Returns whether the warning is about the run, not about the scenario.
     fn is_of_run(&self) -> bool {
         [BUS_WARNING, LIMIT_WARNING].contains(&self.code)

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use twinrig_kernel::{Port, SimTime};
-use twinrig_runtime::real_time::{Ended, RealTimeReport, RealTimeRig};
+use twinrig_runtime::real_time::{EndReason, RealTimeReport, RealTimeRig};
 use twinrig_runtime::{Device, DeviceError, Driver, Group, Observer, RigError, RunEvent};
 use twinrig_scenario::{BusSpec, Scenario};
 use twinrig_wire::SerialPort;
@@ -67,8 +67,8 @@ pub(crate) fn execute(
         progress: RunProgress { now: reached, .. },
     } = observer;
     let (reached, error) = match ended {
-        Ok(Ended::Duration) => (assembly.end(), too_slow(&times)),
-        Ok(Ended::Stopped | Ended::HungUp) => (reached, Some(interrupt::message(reached))),
+        Ok(EndReason::Duration) => (assembly.end(), too_slow(&times)),
+        Ok(EndReason::Stopped | EndReason::HungUp) => (reached, Some(interrupt::message(reached))),
         Err(error) => (reached, Some(failure(assembly, &execution.ports, error))),
     };
     let course = Course {

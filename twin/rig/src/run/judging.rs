@@ -14,7 +14,9 @@ use crate::assembly::Assembly;
 use crate::assembly::recording_size::LARGE_RECORDING;
 use crate::error::Error;
 use crate::report::buses::skips;
-use crate::report::{BUS_WARNING, BusReport, LIMIT_WARNING, Line, Report, Status, Warned, seconds};
+use crate::report::{
+    BUS_WARNING, BusReport, LIMIT_WARNING, Line, Report, Status, WarningEntry, seconds,
+};
 use crate::run::course::{Course, Stopped, run};
 use crate::run::execution::Execution;
 use crate::run::executor::Executor;
@@ -88,9 +90,9 @@ fn buses(
     assembly: &Assembly<'_>,
     skipped: &[(String, u64)],
     course: &Course,
-) -> (Vec<BusReport>, Vec<Warned>) {
+) -> (Vec<BusReport>, Vec<WarningEntry>) {
     let scenario = assembly.scenario();
-    let warned = |bus: Option<&str>, message| Warned {
+    let warned = |bus: Option<&str>, message| WarningEntry {
         code: BUS_WARNING,
         message,
         file: scenario.file.clone(),
@@ -152,9 +154,9 @@ pub(crate) fn judged_report<W: Write>(
     // A fall that ends the run is a failure regardless of the expectations.
     let pass = outcomes.iter().all(Outcome::holds) && observers.ended_at().is_none();
     let (buses, of_buses) = buses(assembly, observers.skipped(), course);
-    let mut warnings = Warned::all(&scenario.warnings);
+    let mut warnings = WarningEntry::all(&scenario.warnings);
     warnings.extend(of_buses);
-    warnings.extend(course.limits.iter().map(|violation| Warned {
+    warnings.extend(course.limits.iter().map(|violation| WarningEntry {
         code: LIMIT_WARNING,
         message: violation.to_string(),
         file: scenario.file.clone(),

@@ -32,7 +32,7 @@ pub use histogram::Histogram;
 pub use limits::Limits;
 pub use monotonic_clock::MonotonicClock;
 pub use privileges::Privileges;
-pub use report::{Ended, RealTimeReport, TaskReport};
+pub use report::{EndReason, RealTimeReport, TaskReport};
 pub use rig::{RealTimeOptions, RealTimeRig};
 pub use serve::Serve;
 pub use serve_options::{Hold, ServeOptions, ServeReport, ServedWire};

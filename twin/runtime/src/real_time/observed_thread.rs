@@ -5,11 +5,11 @@ use std::thread::{self, JoinHandle};
 use super::observer_queue::{
     ObserverQueueReader, ObserverQueueWriter, POLL_INTERVAL, observer_queue,
 };
-use super::report::Ended;
+use super::report::EndReason;
 use crate::{Observer, PanicReport, RigError, catch_panic};
 
 /// Result of a run, and its report.
-pub(super) type Outcome<R> = (Result<Ended, RigError>, R);
+pub(super) type Outcome<R> = (Result<EndReason, RigError>, R);
 
 /// Runs `run` on a thread `name` and passes its records to `observer`, which is called on the
 /// calling thread and may block. `run` receives a flag that is set when `stop` is set or `observer`

@@ -6,7 +6,7 @@ use twinrig_kernel::SimDuration;
 
 /// End of a real-time run without failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ended {
+pub enum EndReason {
     /// The duration elapsed.
     Duration,
     /// A stop was requested.

@@ -11,7 +11,7 @@ use super::monotonic_clock::MonotonicClock;
 use super::observed_thread::{Outcome, observe_thread};
 use super::observer_queue::{ObserverQueueWriter, POLL_INTERVAL};
 use super::privileges::Privileges;
-use super::report::{Ended, RealTimeReport};
+use super::report::{EndReason, RealTimeReport};
 use super::scheduler::{RealTimeScheduler, TaskInterface};
 use super::system::{self, raise_priority};
 use super::worker_pool::WorkerPool;
@@ -149,7 +149,7 @@ impl RealTimeRig {
         duration: Option<SimDuration>,
         observer: &mut O,
         stop: &AtomicBool,
-    ) -> (Result<Ended, RigError>, RealTimeReport) {
+    ) -> (Result<EndReason, RigError>, RealTimeReport) {
         let (drivers, scheduler, options) = (self.drivers, self.scheduler, self.options);
         let queue_bytes = options.queue_bytes;
         let run = move |observer_queue, stop| {
@@ -213,7 +213,7 @@ impl Control {
     }
 
     /// Waits until all drivers are open; returns the end of the run if it was stopped before.
-    fn open(&mut self, pool: &mut WorkerPool) -> Result<Option<Ended>, RigError> {
+    fn open(&mut self, pool: &mut WorkerPool) -> Result<Option<EndReason>, RigError> {
         let began = self.clock.now();
         self.scheduler.begin_opening();
         loop {
@@ -230,14 +230,14 @@ impl Control {
                 return Ok(None);
             }
             if self.is_stopped() {
-                return Ok(Some(Ended::Stopped));
+                return Ok(Some(EndReason::Stopped));
             }
             self.sleep_interval();
         }
     }
 
     /// Runs the control steps.
-    fn cycle(&mut self, pool: &mut WorkerPool) -> Result<Ended, RigError> {
+    fn cycle(&mut self, pool: &mut WorkerPool) -> Result<EndReason, RigError> {
         let last = self.duration.map(|duration| SimTime::ZERO + duration);
         let mut step = 0;
         loop {
@@ -247,7 +247,7 @@ impl Control {
             }
             loop {
                 if self.is_stopped() {
-                    return Ok(Ended::Stopped);
+                    return Ok(EndReason::Stopped);
                 }
                 let now = self.clock.now();
                 let limit = now + STOP_LATENCY;
@@ -265,7 +265,7 @@ impl Control {
             self.scheduler
                 .handle_reports(now, pool, &mut self.observer_queue)?;
         }
-        Ok(Ended::Duration)
+        Ok(EndReason::Duration)
     }
 
     /// Closes all drivers and processes their last reports.

@@ -8,7 +8,7 @@ use super::driver_session::duration;
 use super::monotonic_clock::MonotonicClock;
 use super::observed_thread::{Outcome, observe_thread};
 use super::observer_queue::ObserverQueueWriter;
-use super::report::Ended;
+use super::report::EndReason;
 use super::serve_options::{Hold, ServeOptions, ServeReport, ServedWire};
 use super::served_port::{ServedPort, read_ports};
 use super::system::{self, raise_priority};
@@ -107,7 +107,7 @@ impl Serve {
         self,
         observer: &mut O,
         stop: &AtomicBool,
-    ) -> (Result<Ended, RigError>, ServeReport) {
+    ) -> (Result<EndReason, RigError>, ServeReport) {
         let queue_bytes = self.options.queue_bytes;
         let run = |mut writer, stop: Arc<AtomicBool>| {
             raise_priority(self.options.priority);
@@ -128,7 +128,7 @@ impl Serve {
         let start = clock.now();
         let ended = loop {
             match self.cycle(clock, start, observer_queue) {
-                Ok(None) if stop.load(Ordering::Relaxed) => break Ok(Ended::Stopped),
+                Ok(None) if stop.load(Ordering::Relaxed) => break Ok(EndReason::Stopped),
                 Ok(None) => {}
                 Ok(Some(ended)) => break Ok(ended),
                 Err(error) => break Err(error),
@@ -154,7 +154,7 @@ impl Serve {
         clock: &dyn Clock,
         start: HostTime,
         observer: &mut O,
-    ) -> Result<Option<Ended>, RigError> {
+    ) -> Result<Option<EndReason>, RigError> {
         let end = self
             .options
             .duration
@@ -188,10 +188,10 @@ impl Serve {
         self.catch_up(now, observer)?;
         self.send(wall, observer)?;
         if end.is_some_and(|end| self.now() >= end) {
-            return Ok(Some(Ended::Duration));
+            return Ok(Some(EndReason::Duration));
         }
         if self.options.until_hang_up && self.all_hung_up() {
-            return Ok(Some(Ended::HungUp));
+            return Ok(Some(EndReason::HungUp));
         }
         // The stop flag is checked at least every 20 slices.
         let mut until = self.now() + SLICE * 20;

@@ -1,4 +1,4 @@
-//! What real time needs of the operating system: Linux, with its clocks, priorities and polling.
+//! System calls of real time: Linux, with its clocks, priorities and polling.
 
 use std::time::Duration;
 

@@ -1,7 +1,7 @@
 //! Contents of a plan.
 
 use serde::Serialize;
-use twinrig_rig::report::Warned;
+use twinrig_rig::report::WarningEntry;
 use twinrig_scenario::LeftOut;
 
 use super::actuator::Actuator;
@@ -41,7 +41,7 @@ pub(super) struct Plan {
     pub(super) pushes: Vec<PlannedPush>,
     pub(super) expectations: Vec<String>,
     pub(super) left_out: Vec<LeftOut>,
-    pub(super) warnings: Vec<Warned>,
+    pub(super) warnings: Vec<WarningEntry>,
 }
 
 /// Periods and steps \[s\].

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use twinrig_experiment::{MIXED, STANDING, Transition, TransitionResult, Way};
+use twinrig_experiment::{MIXED, RampDirection, STANDING, Transition, TransitionResult};
 
 use crate::error::TwinError;
 use crate::thesis::context::Context;
@@ -136,7 +136,7 @@ fn measurements(run: &TransitionResult) -> Measurements {
 
 /// Returns whether a transition is from one gait into the printed one on the way up.
 fn is_change(one: &Transition) -> bool {
-    one.way == Way::Up && one.to == AFTER && one.from != STANDING
+    one.way == RampDirection::Up && one.to == AFTER && one.from != STANDING
 }
 
 /// Returns the time from which the excitation falls \[s\].

@@ -1,4 +1,4 @@
-//! What the robots do: speeds, a step down, loads of a leg.
+//! Motion of the robots: speeds, a step down, loads of a leg.
 
 use std::path::PathBuf;
 

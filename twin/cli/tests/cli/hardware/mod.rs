@@ -71,7 +71,7 @@ const OVERLOAD_ERRORS: [&str; 6] = [
 
 /// Exit code and output of a terminated program.
 #[derive(Debug)]
-pub struct Ended {
+pub struct EndReason {
     pub code: Option<i32>,
     pub out: String,
     pub err: String,
@@ -140,9 +140,9 @@ impl Running {
     }
 
     /// Waits for the termination.
-    pub fn end(&mut self) -> Ended {
+    pub fn end(&mut self) -> EndReason {
         wait_until("the program ends", || self.has_ended());
-        Ended {
+        EndReason {
             code: self.child.wait().unwrap().code(),
             out: self.prints(),
             err: std::fs::read_to_string(&self.err).unwrap(),
@@ -157,7 +157,7 @@ impl Drop for Running {
     }
 }
 
-impl Ended {
+impl EndReason {
     /// Returns an error if the program ended because of an overloaded machine instead of the
     /// `expected` error.
     pub fn in_time(self, expected: &str) -> Result<Self, Self> {
@@ -208,7 +208,7 @@ impl Pair {
         folder: &Folder,
         scenario: &str,
         link: &str,
-        mut action: impl FnMut(Self) -> Result<T, Ended>,
+        mut action: impl FnMut(Self) -> Result<T, EndReason>,
     ) -> T {
         let recording = folder.join("out/endless-seed1.mcap");
         with_retries(|| {
@@ -233,7 +233,7 @@ impl Pair {
 }
 
 /// Serves `scenario` at `link` and runs it there to its end.
-pub fn run_on_twin(folder: &Folder, scenario: &str, link: &str, words: &[&str]) -> [Ended; 2] {
+pub fn run_on_twin(folder: &Folder, scenario: &str, link: &str, words: &[&str]) -> [EndReason; 2] {
     with_retries(|| {
         let mut served = Running::serve(folder, scenario, link, &[]);
         let run = Running::run(folder, scenario, link, words).end();
@@ -243,7 +243,7 @@ pub fn run_on_twin(folder: &Folder, scenario: &str, link: &str, words: &[&str]) 
 
 /// Repeats an attempt that failed because of an overloaded machine; attempts of different tests are
 /// serialised.
-pub fn with_retries<T>(mut attempt: impl FnMut() -> Result<T, Ended>) -> T {
+pub fn with_retries<T>(mut attempt: impl FnMut() -> Result<T, EndReason>) -> T {
     static EXCLUSIVE: Mutex<()> = Mutex::new(());
     for attempts in 1..=20 {
         // A failed attempt leaves no relevant state.

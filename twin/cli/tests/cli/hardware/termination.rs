@@ -3,7 +3,7 @@
 use twinrig_record::Recording;
 
 use super::trace::{COAST, MODES, requests, trace_of, written};
-use super::{Ended, Pair, Running, STAND, endless, with_retries};
+use super::{EndReason, Pair, Running, STAND, endless, with_retries};
 use crate::common::{Folder, twin};
 
 /// Number of motors of the four boards.
@@ -34,7 +34,7 @@ fn interrupted_run_sets_motors_to_coast() {
     }
 }
 
-fn is_interrupted(done: &Ended, recording: &str) {
+fn is_interrupted(done: &EndReason, recording: &str) {
     let report = done.report();
     assert_eq!(done.code, Some(2), "{done:?}");
     assert_eq!(report["verdict"], "error");

@@ -7,7 +7,7 @@ use twinrig_record::{Recording, VerdictMessage};
 use twinrig_wire::{Pty, SerialPort};
 
 use super::{
-    Ended, Pair, Running, STAND, WELL_RECORDED, endless, is_longer, wait_until, with_retries,
+    EndReason, Pair, Running, STAND, WELL_RECORDED, endless, is_longer, wait_until, with_retries,
 };
 use crate::common::Folder;
 
@@ -171,7 +171,7 @@ fn silent_boards_end_run() {
 
 /// Checks that the run ended with an error that contains `words` and the bus, in the report and in
 /// the recording.
-fn ends_with_error(done: &Ended, recording: &str, words: &[&str]) {
+fn ends_with_error(done: &EndReason, recording: &str, words: &[&str]) {
     let report = done.report();
     assert_eq!(done.code, Some(2), "{done:?}");
     assert_eq!(report["verdict"], "error", "{done:?}");
@@ -194,7 +194,7 @@ fn ends_with_error(done: &Ended, recording: &str, words: &[&str]) {
 }
 
 /// Checks that the recording extends to the end of the run.
-fn is_recorded(done: &Ended, recording: &str) {
+fn is_recorded(done: &EndReason, recording: &str) {
     let recording = Recording::open(recording.as_ref()).unwrap();
     let commands = recording.group("process-outputs").unwrap();
     let last = recording.samples(commands).last().unwrap().time;

@@ -17,7 +17,7 @@ use crate::plants::plant_run::{Ending, PlantRun};
 use crate::plants::precision_job::{Job, Runs};
 use crate::plants::reference::ended;
 use crate::plants::row::VariantKey;
-use crate::plants::transport::{SETTLING, STROLL, TOLERANCE, usual_method};
+use crate::plants::transport::{SETTLING, TOLERANCE, TRANSPORT_DURATION, usual_method};
 use crate::stopwatch::Stopwatch;
 use gait::{GaitRecorder, Quantity};
 
@@ -193,7 +193,7 @@ impl Runs<'_> {
     fn ensemble_run(&self, share: Share) -> PlantRun<'_> {
         let input = self.context.factory.input();
         let grid = input.step.max(SimDuration::from_nanos(1));
-        let end = STROLL.min(input.duration);
+        let end = TRANSPORT_DURATION.min(input.duration);
         PlantRun {
             grid,
             end: SimTime::ZERO + grid * (end.as_nanos() / grid.as_nanos()),

@@ -1,6 +1,6 @@
 //! Page section on modelling errors.
 
-use twinrig_report::html::plot::{Curve, Ended, Look, Plot, Point, Setting};
+use twinrig_report::html::plot::{Curve, EndedRun, Look, Plot, Point, Setting};
 use twinrig_report::number::{plain, power, si};
 use twinrig_report::page::Block;
 
@@ -42,7 +42,7 @@ pub(crate) fn section(study: &Study) -> Vec<Block> {
     };
     let ended = |row: &&Row| {
         let why = row.why.clone().unwrap_or_default();
-        Ended {
+        EndedRun {
             x: row.scales.mass,
             title: format!("segments × {}: {why}", power(row.scales.mass, 2)),
             cut: row.cut,

@@ -1,6 +1,6 @@
 //! Page of a study of precision.
 
-use twinrig_report::html::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
+use twinrig_report::html::plot::{Curve, EndedRun, Look, Mark, Plot, Point, Setting};
 use twinrig_report::number::si;
 use twinrig_report::page::{Block, Card, Swatch};
 use twinrig_report::table::{Cell, Column, Table};
@@ -253,8 +253,8 @@ fn cost(study: &Study) -> Block {
 }
 
 /// Returns the mark of a run that ended early.
-fn ended(row: &Row, x: f64) -> Ended {
-    Ended {
+fn ended(row: &Row, x: f64) -> EndedRun {
+    EndedRun {
         x,
         title: format!("{}: {}", row.word(), rows::title(row)),
         cut: row.cut,

@@ -1,6 +1,6 @@
 //! Page of a study of stability.
 
-use twinrig_report::html::plot::{Curve, Ended, Look, Mark, Plot, Point, Setting};
+use twinrig_report::html::plot::{Curve, EndedRun, Look, Mark, Plot, Point, Setting};
 use twinrig_report::number::{plain, si};
 use twinrig_report::page::{Block, Card, Swatch};
 use twinrig_report::table::{Column, Table};
@@ -165,7 +165,7 @@ fn sweep(study: &Study, factor: Factor, number: usize, key: Series<'_>) -> Curve
             },
         })
     };
-    let ended = |&(value, row): &(f64, &Row)| Ended {
+    let ended = |&(value, row): &(f64, &Row)| EndedRun {
         x: value,
         title: title(value, row),
         cut: row.cut,

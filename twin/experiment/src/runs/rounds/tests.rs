@@ -25,7 +25,7 @@ impl StudyRuns for Numbers {
         task.0
     }
 
-    fn run(&self, task: &(usize, u64)) -> Ran<u64> {
+    fn run(&self, task: &(usize, u64)) -> RunResult<u64> {
         Ok(task.1)
     }
 }

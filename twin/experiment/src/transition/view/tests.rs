@@ -24,7 +24,7 @@ fn cycle(class: &str, oscillators: &str, [begin_s, end_s]: [f64; 2], contacts: f
     }
 }
 
-fn change(established_s: Option<f64>, way: Way) -> Transition {
+fn change(established_s: Option<f64>, way: RampDirection) -> Transition {
     Transition {
         from: "walk".to_owned(),
         to: "trot".to_owned(),
@@ -54,7 +54,10 @@ fn result(plant: &str) -> TransitionResult {
             cycle("walk", "walk", [3.0, 5.0], 1.25),
             cycle("walk", "trot", [5.0, 8.0], 1.5),
         ],
-        transitions: vec![change(Some(12.5), Way::Up), change(None, Way::Down)],
+        transitions: vec![
+            change(Some(12.5), RampDirection::Up),
+            change(None, RampDirection::Down),
+        ],
         hysteresis: vec![Hysteresis {
             classes: ["walk", "trot"].map(str::to_owned),
             up: vec![2.0, 2.5],

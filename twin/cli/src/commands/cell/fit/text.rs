@@ -5,7 +5,7 @@ use crate::commands::cell::report::{CellReport, four};
 use twinrig_report::text::grid::{Cell, Grid, Left, Right};
 use twinrig_report::text::style::{BOLD, DIM, styled};
 
-/// What a reader must know to use the models.
+/// Conditions of the use of the models.
 const NOTES: [&str; 4] = [
     "A coefficient is half the change of the response between the levels, other factors in the middle.",
     "Length·Width of coded factors is not the area: it is +1 for the smallest and for the largest cell.",
