@@ -70,8 +70,8 @@ fn packages() -> BTreeMap<String, Package> {
     packages.iter().map(read).collect()
 }
 
-fn architecture() -> String {
-    std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap()
+fn page(name: &str) -> String {
+    std::fs::read_to_string(root().join(name)).unwrap()
 }
 
 /// A crate has one row in ARCHITECTURE.md: folder, name, contents, dependencies within the project
@@ -85,7 +85,7 @@ fn dependencies_match_the_table() {
         let folder = format!("`{}/`", package.folder.display());
         ([folder, name.clone()], ours.cloned().collect())
     });
-    let architecture = architecture();
+    let architecture = page("ARCHITECTURE.md");
     let rows = architecture.lines().filter(|line| line.starts_with("| `"));
     let table = rows.filter_map(|row| {
         let cells: Vec<&str> = row.split('|').map(str::trim).collect();
@@ -138,14 +138,14 @@ fn libraries_do_not_depend_on_the_program() {
 
 #[test]
 fn every_dependency_has_a_reason() {
-    let architecture = architecture();
+    let reasons = page("docs/dependencies.md");
     let packages = packages();
     for (name, package) in &packages {
         for dependency in &package.all_dependencies {
             let row = format!("| `{dependency}` |");
             assert!(
-                packages.contains_key(dependency) || architecture.contains(&row),
-                "{name} depends on {dependency} without a reason in ARCHITECTURE.md"
+                packages.contains_key(dependency) || reasons.contains(&row),
+                "{name} depends on {dependency} without a reason in docs/dependencies.md"
             );
         }
     }

@@ -38,10 +38,15 @@
 //! | bus controller | [`Controller`], and [`ControlledBus`] as a `twinrig_wire::Line` | link and bus |
 //! | board | [`Slave`] with its [`RegisterTable`] | a `twinrig_wire::Node` |
 //!
+//! *Limits of the protocol.* Its checksum is a sum: at a bit error rate of 1e-3 one response in
+//! 1700 is wrong but accepted, without any means of detection. It has no sequence numbers, so a
+//! board whose answer timed out is not requested again until that answer cannot arrive any more
+//! ([`GRACE`]); others are requested meanwhile. A board that transmits without end delays a
+//! transfer by 2 ms, is counted (`sbcp/drain_timeouts`), and causes errors.
+//!
 //! Out of scope: motors, legs and units; registers besides the standard head; ports, collisions and
 //! retries. Values that are not published (codes, addresses, some times) are ASSUMED, and collected
-//! in [`codes`] and in the defaults of the configurations. The checksum is a sum: at a bit error
-//! rate of 1e-3 one response in 1700 is wrong but accepted, without any means of detection.
+//! in [`codes`] and in the defaults of the configurations.
 
 mod answer;
 mod attribution;

@@ -12,6 +12,13 @@
 //! [`Node`]s, half duplex) and [`Duplex`] (one) are the far end; [`FaultyNode`] is a node around a
 //! node.
 //!
+//! *Pull, and no event per byte.* A [`Line`] is advanced to an instant and then has the bytes
+//! complete by then ([`Arrivals`], with their times). Bytes that cannot change any more are
+//! announced when they begin; on a bus, where a collision may still occur, they are delivered as
+//! they arrive. `next_wake` returns only the instants at which something can become visible: about
+//! thirty in a cycle of four boards, instead of hundreds of bytes. Advancing more often changes
+//! nothing (a property test).
+//!
 //! A device with a framed protocol on a separate line takes three small parts: the messages
 //! ([`FramedMessage`]), a [`Protocol`], which [`FramedDriver`] turns into a driver, and an
 //! [`Emulation`], which [`FramedNode`] turns into a node; [`device_wire`] is its wire.

@@ -1,4 +1,10 @@
 //! Schedule of pushes: the ends of steps, the load in a step, and the signals.
+//!
+//! Steps end where a push begins, has a corner or ends, so a push is smooth within a step, and
+//! `Dynamics::set_load` gets it as a function of the time in the step (`StepLoad`): explicit
+//! methods evaluate it at their stages, the others hold its mean, a closed form. Its work is a flow
+//! of the ledger of its own, `external`. Without pushes nothing of this is computed. A kind of
+//! plant declares that it takes pushes; the others refuse them when the scenario is read.
 
 use twinrig_kernel::{Port, SimTime, Unit, signal};
 

@@ -1,4 +1,8 @@
 //! Set-points of servos between commands.
+//!
+//! Steps end where an approach to a command ends, so in every step all set-points are linear in
+//! time. `Dynamics` get their values, rates and means. The servos of hip abduction use the same
+//! type.
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime};

@@ -28,6 +28,18 @@
 //! The crate `twinrig-rig` is the library without the program: it reads, runs and judges scenarios,
 //! also where there is neither a terminal nor a system.
 //!
+//! # Modules
+//!
+//! | module | contents |
+//! |---|---|
+//! | `commands` | a module for each command |
+//! | `report` | the result of a run as a table and as JUnit XML |
+//! | `thesis` | printed figures beside ours: a declaration for each item in `thesis/items`, with the basis of ours and a function that determines it; `thesis/flips` moves the numbers that items read |
+//! | `robot_facts` | what follows from a robot file |
+//! | `drawing` | a robot as SVG |
+//! | `doctor` | the check of the machine, which a test replaces |
+//! | `progress`, `interrupt` | progress lines, requests to end |
+//!
 //! This crate implements no physics, no controller and no protocol; it depends on the crates that
 //! do, and none of them depends on it. The system clock affects reports and progress output only.
 

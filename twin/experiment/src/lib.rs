@@ -19,6 +19,14 @@
 //! }
 //! ```
 //!
+//! # Modules
+//!
+//! `runs` has the runs that an engine does, with rows on disk; `sweep`, `optimization` and `radius`
+//! are on top of it. `ensemble` has the runs of a scenario with the key `ensemble`. Each study has
+//! a folder: its options, its request (from options to a report), its cases, the analysis,
+//! `results` (JSON and CSV) and `view` (summary and page). The smallest one is `gait_map`. `plants`
+//! has precision and stability, `gait` the runs of gaits.
+//!
 //! Limits: no knowledge of a particular plant, no terminal; the options of a study are those of the
 //! command line. The wall clock is read for run times, budgets and progress only.
 

@@ -2,6 +2,13 @@
 //!
 //! Ray's driver is a process of its own (`_ray.py`): Ray ends the process of a driver that loses
 //! its cluster, and this program has to report that and keep its rows.
+//!
+//! Frames of results come from that process by a pipe. A loss of a worker is not a property of a
+//! run and never a row: the tasks of its batch are repeated singly (`_ray_batches.py`), and a task
+//! that outlives several workers is reported as lost. Workers load the package from a wheel in the
+//! object store. Ray's own way, `py_modules`, installs wheels by the `pip` on the path, keeps them
+//! by name without regard to their contents, and two nodes on one machine install into one folder
+//! at the same time.
 
 use std::time::Duration;
 

@@ -13,6 +13,17 @@
 //! # Ok::<(), twinrig_rig::Error>(())
 //! ```
 //!
+//! # Modules
+//!
+//! | module | contents |
+//! |---|---|
+//! | `parts` | kinds of plants, controllers and buses, built from scenario options |
+//! | `registry` | the kinds of a build |
+//! | `assembly` | from a file to a rig |
+//! | `run` | execution, observers, judging, continuation on another plant, hardware |
+//! | `report` | the result as data |
+//! | `fmu` | FMUs of scenarios and their instances |
+//!
 //! # Limits
 //!
 //! - No commands, no terminal, no pages: these are in the crate `twinrig`, which users of the

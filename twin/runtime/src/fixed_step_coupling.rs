@@ -16,7 +16,8 @@ use crate::plant_state::PlantState;
 /// The plant is advanced from one instant of a communication grid to the next, H later, and to no
 /// other. At the instants of the grid there is no delay and no interpolation: if all sampling and
 /// actuation occurs there, the plant moves as it does without coupling, bit for bit. Between two
-/// instants the plant is either behind or ahead of the time of the run ([`GridInputs`]).
+/// instants the plant is either behind or ahead of the time of the run ([`GridInputs`]). With exact
+/// coupling, four boards with unrelated phases divide its steps some four thousand times a second.
 ///
 /// # Mean inputs
 /// The plant takes a step at its end, under the mean of the commands applied in it, so that impulse

@@ -64,6 +64,21 @@
 //! assert!((outcomes[0].margin.unwrap() - 0.02).abs() < 1e-12);
 //! ```
 //!
+//! # Modules
+//!
+//! | module | contents |
+//! |---|---|
+//! | `language` | declarations of tables and keys |
+//! | `read` | from a file to a scenario; a file for each table |
+//! | `expect`, `body`, `gait` | claims |
+//! | `judge` | `resolve` makes a monitor of a claim, which measures |
+//! | `schema` | the JSON schema, from the declarations |
+//!
+//! A new measure of the trunk is four places: a variant of `BodyMeasure` in `body.rs`, with its
+//! unit and whether it needs an upright robot, a key in `read/expect/body.rs`, its monitor in
+//! `judge/resolve.rs`, and the signals that details name in `judge/labels.rs`. The compiler names
+//! all of them but the key. Then the reference and the schemas are written anew.
+//!
 //! Not in this crate: execution of runs, particular plants, controllers and buses, the search for
 //! robot files, and clocks.
 

@@ -46,7 +46,8 @@ impl<const N: usize> Flow<N> {
     }
 
     /// Returns the same robot in a posture with the toes of `extra`, with new energy balance and
-    /// counters; and a line for each value that was not taken over.
+    /// counters; and a line for each value that was not taken over. Contact forces depend on the
+    /// commands, so the active constraints are found in its first step.
     pub(crate) fn resumed_from(
         &self,
         posture: &Posture,

@@ -4,6 +4,11 @@
 //! also bytes. An [`Engine`] does the tasks in any order and passes every result to an observer, so
 //! that results are independent of engine, order and number of workers if the tasks are. It knows
 //! no sweep; a search can have its costs computed by the same workers.
+//!
+//! [`LocalEngine`] has threads. The engine of a cluster is in the Python package, and sends the
+//! bytes to its workers; a [`Job`] can also do a task in this process. The shared bytes of a sweep
+//! have the contents of all files, so that a worker reads none, and begin with the hash of the
+//! program, which a worker compares with its own.
 
 mod local;
 

@@ -1,5 +1,11 @@
 //! Parts of a study under a time budget: what an earlier start of the program has measured is not
 //! measured again.
+//!
+//! Such studies are sequential: `Parts` gives each part its share of the budget, and takes its
+//! result from a `PartStore` where an earlier start has measured it. The key of a part hashes
+//! program, machine, files, settings and all that the part depends on, the reference of a row too.
+//! What the budget cut is not kept; its time is, and the shares are those of one uninterrupted
+//! start. A row has the number of its start, a study the load of each.
 
 mod starts;
 mod store;

@@ -1,4 +1,10 @@
 //! Missing runs of a campaign: an engine does them, and their rows go to disk.
+//!
+//! Sweeps, optimizations, radii and rounds of studies share this loop. Each has a `RowStore` whose
+//! rows `R` are on disk and have a value `T` in memory: a summary, costs, an outcome of
+//! expectations, or the result itself. `StoredRuns::missing` gives the runs without a row,
+//! `Workers::run` has an engine do them, appends the rows, and reads those that other processes
+//! have added; what else follows from a row is the reaction of the caller.
 
 use std::collections::BTreeSet;
 

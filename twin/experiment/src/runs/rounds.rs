@@ -1,4 +1,10 @@
 //! Rounds of runs of a study: an engine does those whose results are not on disk.
+//!
+//! A study gives scenes and tasks to `StudyEngine::round`, which returns all results in order; a
+//! second round may depend on the first. The key of a row hashes program, contents of all files,
+//! settings and task. Runs that differ by settings alone are `JudgedRuns`; others implement
+//! `StudyRuns`, and have a line in `worker.rs` for machines of a cluster. The analysis is a
+//! function of the results, so that its tests have recorded or computed ones.
 
 use std::collections::BTreeSet;
 use std::convert::identity;

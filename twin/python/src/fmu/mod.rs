@@ -3,6 +3,13 @@
 //! The Python half (`twinrig._fmu`) reads and steps an FMU; it does not know signals. This half
 //! maps the signals of a scenario to variables, converts units, and drives a worker over a
 //! [`link`]: pipes to a process of its own, or calls in this process.
+//!
+//! A worker holds one FMU behind requests and replies that are bytes. One advance is one round
+//! trip: time, step and inputs there, outputs back. The worker that has described an FMU serves the
+//! first plant built from it. A process ends with its pipe: a thread of it waits for the end of the
+//! parent, also in the midst of a call. The limit of a call is the machine's clock: it may end a
+//! run, and changes no value of it. Programs that were not started from the Python package list the
+//! plant `fmu` with the remedy (`Registry::without_plant`).
 
 mod description;
 mod failure;

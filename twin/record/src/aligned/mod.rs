@@ -5,6 +5,9 @@
 //! is warped onto the first so that paired events coincide, which removes mere delays from the
 //! signal differences. A leg's signals are aligned by the touch-downs and lift-offs of that leg,
 //! all others by the touch-downs of the leg with the most pairs.
+//!
+//! A gait is periodic, so the lag that all legs have in common is found first (`lag`); then the
+//! footsteps of each leg are paired (`pairing`). `twin study precision` pairs by the same.
 
 mod drift;
 mod footstep;

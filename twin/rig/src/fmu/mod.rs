@@ -5,6 +5,13 @@
 //! them. One table of variables (`Variables`) is the source of the model description and of the
 //! instance. An instance has no global state: several in a process, on threads of their own, are
 //! independent.
+//!
+//! An instance is built by `AssemblyBuilder::recorded`, as for a replay: there is no second
+//! description of a model. [`FmuInstance`] is safe code without a state machine; `twinrig-fmu` adds
+//! the C functions, the states of the standard and the logger. FMI has no call for
+//! `Plant::begin_window`; `PlantPart` makes it at the beginning of a step that starts on the
+//! observation grid, and divides longer steps there, so that a plant receives the calls that a rig
+//! makes (the tests compare fingerprints).
 
 mod archive;
 mod description;

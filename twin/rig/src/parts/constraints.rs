@@ -1,5 +1,9 @@
 //! Formulation of the constraints of a plant, and the course of set-points that goes with it: what
 //! a scenario has that names neither.
+//!
+//! They are completed once, when a scenario is assembled: plan, report and studies read the
+//! completed scenario. A recording notes the version of the rules (`DefaultRules`), and its
+//! replay follows them.
 
 use twinrig_document::{Problem, print_quantity};
 use twinrig_kernel::Unit;
